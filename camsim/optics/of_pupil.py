@@ -16,6 +16,7 @@ from camsim.optics.airy import NM_PER_UM, Airy
 from camsim.optics.annular import AnnularAiry
 from camsim.optics.chords import Chords
 from camsim.optics.difference import Core
+from camsim.optics.follow import not_followed
 from camsim.optics.protocols import Span
 from camsim.optics.pupil import Pupil
 from camsim.optics.rays import Rays, Turns
@@ -24,7 +25,7 @@ from camsim.optics.spikes import Spike, spikes_of
 SETTLED = 1e-11  # two rules that differ by no more than this agree
 LATTICE = 512  # points across the pupil for a transfer that need not be exact: 0.015 at worst of eight drawn lenses
 ACROSS = 24  # nodes along a radius, and round, for the wavefront's range
-MOST_NODES = 1e9  # of the pupil's rule: an hour
+MOST_NODES, MOST_ACROSS = 1e9, 1000  # of the pupil's rule: an hour; either way, of its overlap with its shifted copy
 NODES_AT_ONCE = 2_800_000  # 200 MB
 IN_CACHE = 16384  # nodes whose wavefront is computed at a time: over all of them at once it takes four times as long
 
@@ -76,7 +77,7 @@ class OfPupil:
         """Transfer function at (fx, fy) cycles/µm: the pupil's overlap with its shifted copy, weighed by phase.
 
         Complex where the wavefront has odd parts. Integrated within the overlap's exact boundaries, with more nodes
-        until 1e-11 is reached.
+        until 1e-11 is reached; UnsupportedError where it is not.
         """
         fx, fy = np.broadcast_arrays(np.asarray(fx_per_um, float), np.asarray(fy_per_um, float))
         blur_um = self.blur_um(wavelength_nm)
@@ -119,8 +120,10 @@ class OfPupil:
             # ∫ |a|²·exp(−2πi f·x) pairs the amplitude of a point with the conjugate of that f further on.
             phase = self.waves(x - dx, y - dy, wavelength_nm) - self.waves(x + dx, y + dy, wavelength_nm)
             value = complex(np.sum(weights * np.exp(2j * np.pi * phase))) / self.pupil.area
-            if abs(value - before) <= SETTLED or nodes > 1000:
+            if abs(value - before) <= SETTLED:
                 return value
+            if nodes > MOST_ACROSS:
+                raise not_followed(wavelength_nm, "where two copies of the pupil overlap", nodes**2)
             before, nodes = value, math.ceil(1.5 * nodes)
 
     def strehl(self, wavelength_nm: float) -> float:

@@ -19,7 +19,6 @@ from camsim.arrays import F64
 from camsim.errors import InvalidValueError
 from camsim.marks import After
 from camsim.optics.follow import from_0
-from camsim.quadrature import gauss_legendre
 from camsim.typed import Number, Whole, judge, refusal
 
 MOST_BLADES = 64
@@ -187,14 +186,14 @@ class Pupil:
     def overlap(self, shift: float, angle_rad: float, nodes: int) -> tuple[F64, F64, F64]:
         """Return a rule over what two copies have in common that are ``shift`` apart along a direction.
 
-        returns : x, y (from the middle between the copies) and weights; exact boundaries, Gauss nodes within them
+        returns : x, y (from the middle between the copies) and weights; exact boundaries, nodes for waves within them
 
         Along lines parallel to the shift each copy is one interval, or two beside the obstruction. Where their ends
         change order the rule is cut, and cos-spaced in between, which takes the square roots of circles.
         """
         cuts = sorted({*self._cuts(shift, angle_rad)})
         cos, sin = math.cos(angle_rad), math.sin(angle_rad)
-        t, v = _gauss(nodes)
+        t, v = from_0(nodes)
         # t = middle − half·cos(πu): its own weight is half·π·sin(πu).
         spaced, slope = -np.cos(np.pi * t), np.pi * np.sin(np.pi * t) * v
         low, high = np.array(cuts[:-1]), np.array(cuts[1:])
@@ -275,9 +274,3 @@ class Pupil:
                         found += [-half - root, -half + root]
         # Wherever two of them are the same but for rounding the rule between them weighs nothing.
         yield from (value for value in found if abs(value) <= extent)
-
-
-def _gauss(order: int) -> tuple[F64, F64]:
-    """Return Gauss–Legendre nodes and weights on 0 … 1."""
-    x, w = gauss_legendre(order)
-    return 0.5 * (1.0 + x), 0.5 * w

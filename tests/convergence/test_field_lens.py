@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import camsim
-from camsim.errors import InvalidValueError
+from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.optics import FieldLens, OpticalSystem, Wavefront
 from camsim.rendering.across import band_image, bands, on_tiles, places
 from camsim.rendering.across.lattice import lattice_for
@@ -683,3 +683,31 @@ def test_boxes_over_which_wavefronts_change_most_are_asked():
         row, col = part._changing(8)
         x, y = PITCH_UM * (np.array([col, row]) + 3.5 - [99.5, 74.5])
         assert 190.0 < np.hypot(x, y) < 290.0
+
+
+@pytest.mark.parametrize(
+    ("zernike", "many_waves", "tolerance", "size"),
+    [
+        # Where and how large the scene is against the window: its corners lie beyond what lines show.
+        (24, 2.0, 1e-5, 1.0),  # 12 times the tolerance: no more than 128 nodes of overlaps were tried
+        (27, 1.0, 1e-7, 6.0),  # 1.6 times: bands heard no farther than straight lines tell, and ends show more
+        (44, 0.6, 1e-7, 1.0),  # 2.8 times, and 12 by the estimate: of such a term 15 harmonics of 16 are nothing
+    ],
+)
+def test_a_single_term_of_high_order(zernike, many_waves, tolerance, size):
+    rows = [[many_waves * height_um / RADIUS_UM] for height_um in HEIGHTS_UM]
+    lens, grid = revolved(zernike=[zernike], waves=[rows]), window(size=2)
+    scene = polygon(size * OUTLINE_UM + middle_um(grid))
+    found = rendered(lens, scene, grid, tolerance, method="boundary")
+    right = rendered(lens, scene, grid, 0.1 * tolerance, method="fourier").image
+    assert np.abs(found.image - right).max() <= 0.2 * tolerance
+    assert found.error_estimate <= 0.2 * tolerance
+
+
+def test_wavefronts_that_no_nodes_follow_are_refused_by_one_engine_and_not_by_the_other():
+    rows = [[40.0 * height_um / RADIUS_UM] for height_um in HEIGHTS_UM]
+    lens, grid = revolved(zernike=[8], waves=[rows]), window(size=2)
+    scene = polygon(OUTLINE_UM + middle_um(grid))
+    with pytest.raises(UnsupportedError, match=r"lens: its wavefronts turn too often .* method: fourier"):
+        rendered(lens, scene, grid, 1e-3, method="boundary")
+    assert rendered(lens, scene, grid, 1e-3).method == "fourier"

@@ -21,6 +21,7 @@ import scipy
 from camsim.arrays import C128, F64
 from camsim.products import complex_product
 from camsim.rendering.aberrated.settings import sighted
+from camsim.rendering.across.ends import Ends
 from camsim.rendering.across.filling import ALL, coarsest
 from camsim.rendering.across.places import WIDER
 from camsim.rendering.across.transfers import SIX, Transfers
@@ -34,6 +35,7 @@ WORTH = 2.0  # times a band's reach, that what is left of it goes on: from here 
 DIRECTIONS = 16  # in which lines are looked at
 FINER = 26.0  # frequencies in a window, of what a line shows
 LINE = 4096  # points of it
+ENDS_OF = 2  # of the transfers whose lines are heard the farthest, ends of edges are listened to
 SHORT, CUT = 0.25, 0.033  # of the near bands' share: the reach of each of three, the end of each window
 PEAKS = 1.1  # times the highest of a line's points: eight of them are in its finest wave
 LOOKED_UP, FINER_STEPS = 0.05, (8, 12, 16, 24, 32, 48)  # of it, by look-ups in responses: steps in the finest wave
@@ -152,28 +154,46 @@ class Listened:
         return found.reshape(kept.shape[2], -1)
 
     def reach(self, low: float, high: float) -> float:
-        """Return how far lines are heard of what lies between two windows, pitches."""
+        """Return how far lines, and ends of edges, are heard of what lies between two windows, pitches."""
         frequency, lines = self._lines
+        about = slice(frequency.size)
         if low / FINER < self.transfers.step:
             about = slice(max(int(np.searchsorted(frequency, 2.0 * high)), 3) + 1)
-            finer = np.arange(0.0, min(high, float(frequency[-1])), low / FINER)
-            lines = scipy.interpolate.CubicSpline(frequency[about], lines[about])(finer)
-            frequency = finer
+            frequency = np.arange(0.0, min(high, float(frequency[-1])), low / FINER)
+            lines = self._between(lines[about], frequency)
         step = frequency[1]
+        window = between(frequency, low, high, self.sharpness)
         weight = np.zeros(frequency.size)
-        weight[1:] = between(frequency[1:], low, high, self.sharpness) * step / frequency[1:]
-        heard = np.zeros(LINE)
+        weight[1:] = window[1:] * step / frequency[1:]
+        heard, of_each = np.zeros(LINE // 2), []
         for own in lines.T:
-            heard = np.maximum(heard, np.abs(scipy.fft.irfft(own * weight / (2j * math.pi), n=LINE, norm="forward")))
-        both = np.maximum(heard[: LINE // 2], heard[:0:-1][: LINE // 2])
-        beyond = np.maximum.accumulate(both[::-1])[::-1]
+            shown = np.abs(scipy.fft.irfft(own * weight / (2j * math.pi), n=LINE, norm="forward"))
+            both = np.maximum(shown[: LINE // 2], shown[:0:-1][: LINE // 2])
+            heard = np.maximum(heard, both)
+            of_each.append(int(np.flatnonzero(both > SHORT * self.share).max(initial=0)))
+        beyond = np.maximum.accumulate(heard[::-1])[::-1]
         place = np.arange(LINE // 2) / (LINE * step)
+        farthest = np.max(np.reshape(of_each, (-1, DIRECTIONS)), axis=1)  # of each radius and set
+        kept = self.transfers.harmonics.reshape(farthest.size, *self.transfers.harmonics.shape[2:])
+        loudest = [
+            Ends(frequency, self._between(kept[k, about], frequency), window)
+            for k in np.argsort(-farthest, kind="stable")[:ENDS_OF].tolist()
+        ]
 
         def reach_of(lines: float) -> float:
-            loud = np.flatnonzero(beyond > SHORT * self.share / lines)
-            return max(LEAST_REACH, float(place[min(loud[-1] + 1, place.size - 1)]) if loud.size else 0.0)
+            allowed = SHORT * self.share / lines
+            loud = np.flatnonzero(beyond > allowed)
+            reach = max(LEAST_REACH, float(place[min(loud[-1] + 1, place.size - 1)]) if loud.size else 0.0)
+            return max(reach, *(ends.reach(allowed, reach) for ends in loudest))
 
         return sighted(self.edges, reach_of)
+
+    def _between(self, values: C128, frequency: F64) -> C128:
+        """Return values (n, …) at the transfers' first n frequencies at others."""
+        if frequency.size > 1 and frequency[1] >= self.transfers.step:
+            return values
+        found: C128 = scipy.interpolate.CubicSpline(self.transfers.step * np.arange(len(values)), values)(frequency)
+        return found
 
     def cut(self, high: float) -> float:
         """Return from where on what passes a window shows nothing, cycles/pitch."""

@@ -85,13 +85,19 @@ def choose_across(
     if by_edges and isinstance(lens, Revolves) and lens.turns and len(job.edges):
         field = FieldPlan.of_job(job, lens)
         of_field = FieldJudge(job=field.perfect, lens=lens, transforms=FOURIER)
-        if method == "boundary":
-            refuse_much(name, field)
-        elif alone := _one_by_one(job, lens, judge, field, of_field):
-            return alone
-        if fits(field):
-            return Choice(method=name, why=why, plan=field, judge=of_field)
-        name, why = "fourier", f"boundary would take {field.cost.memory_bytes / 1e9:.1f} GB"
+        try:
+            if method == "boundary":
+                refuse_much(name, field)
+            elif alone := _one_by_one(job, lens, judge, field, of_field):
+                return alone
+            if fits(field):
+                return Choice(method=name, why=why, plan=field, judge=of_field)
+            why = f"boundary would take {field.cost.memory_bytes / 1e9:.1f} GB"
+        except UnsupportedError as unfollowed:
+            if method == "boundary":
+                raise
+            why = f"boundary: {unfollowed.message}"
+        name = "fourier"
     loud = np.cumsum(signal) > UNHEARD * signal.sum()
     shortest_nm = float(wavelength_nm[int(np.argmax(loud))])
     lattice = lattice_for(lens, grid, shortest_nm, budget.allowed("between places"))

@@ -26,6 +26,7 @@ from camsim.arrays import C128, F64, I64, U8
 from camsim.kernels import shared
 from camsim.optics.placed import Revolves
 from camsim.rendering.aberrated.settings import sighted
+from camsim.rendering.across.ends import Ends
 from camsim.rendering.across.far_reach import far_reach
 from camsim.rendering.across.field_plan import FieldPlan
 from camsim.rendering.across.hardest import changes_of
@@ -175,9 +176,7 @@ class FieldJudge:
         if not len(clamped(self._edges.seen_from(place), (-farthest, -farthest), (farthest, farthest))):
             return np.zeros(channels.size)
         angle_rad = math.atan2(place[1], place[0])
-        own = PlaceTransfers(
-            lens=lens, angle_rad=angle_rad, wavelength_nm=wavelength_nm, weights=weights, tolerance=job.tolerance
-        )
+        own = PlaceTransfers.of(lens, angle_rad, wavelength_nm, weights, job.tolerance)
         found = np.zeros((len(weights), len(contrast)))
         for window in _windows(farthest):
             heard = self._reach(own, window, reach) if window.low else reach
@@ -197,15 +196,24 @@ class FieldJudge:
         return min(SILENT * window.high, self.job.system.highest_per_um(own.wavelength_nm) * self.job.grid.pitch_um)
 
     def _reach(self, own: PlaceTransfers, window: Window, most: float) -> float:
-        """Return how far lines are heard in a window, pitches; most: in any."""
-        step, period = 1.0 / (self._steps * self._cut(own, window)), PERIOD * SHORT / window.low
+        """Return how far lines, and ends of edges, are heard in a window, pitches; most: in any."""
+        cut = self._cut(own, window)
+        step, period = 1.0 / (self._steps * cut), PERIOD * SHORT / window.low
         while True:
             beyond = self._shown_beyond(own, window, period)
+            frequency = np.arange(0.0, cut, 1.0 / period)
+            loudest = int(np.argmax(np.abs(own.weights).sum(axis=1)))
+            harmonics = own.harmonics_at(frequency / self.job.grid.pitch_um)[loudest].T
+            ends = Ends(frequency, harmonics, window(frequency))
 
-            def reach_of(lines: float, beyond: F64 = beyond) -> float:
-                quiet = np.flatnonzero(beyond <= QUIET * self.job.tolerance / lines)
+            def reach_of(lines: float, beyond: F64 = beyond, ends: Ends = ends) -> float:
+                allowed = QUIET * self.job.tolerance / lines
+                quiet = np.flatnonzero(beyond <= allowed)
                 # What is loud as far as half the period may be so farther on.
-                return max(float(quiet[0]), 1.0) * step if quiet.size and quiet[0] < HALF * beyond.size else most
+                if not quiet.size or quiet[0] >= HALF * beyond.size:
+                    return most
+                reach = max(float(quiet[0]), 1.0) * step
+                return max(reach, ends.reach(allowed, reach))
 
             reach = min(sighted(self._edges, reach_of), most)
             if reach < most or HALF * beyond.size * step >= most:

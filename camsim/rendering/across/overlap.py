@@ -17,7 +17,7 @@ import numpy as np
 from camsim.arrays import C128, F64, I64
 from camsim.kernels import kernel, shared
 from camsim.optics.zernike import orders, radial_powers
-from camsim.quadrature import gauss_legendre
+from camsim.quadrature import even_rule
 from camsim.rendering.across.turns import cos_sin, cosine
 
 AT_ONCE = 128  # wavefronts whose phases stay in the nearest cache
@@ -46,7 +46,7 @@ def overlaps(terms: Terms, waves: F64, shift: F64, angle_rad: F64, nodes: tuple[
 
     waves : (k, wavefronts) coefficients;  shift: ν, 0 … 1;  nodes: of the rule, an even number across, and along
     """
-    across, along = (gauss_legendre(count) for count in nodes)
+    across, along = (even_rule(count) for count in nodes)
     out = np.empty((shift.size, angle_rad.size, 2, waves.shape[1]))
     whole = np.ascontiguousarray(waves)
     shared(

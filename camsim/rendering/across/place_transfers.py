@@ -30,9 +30,9 @@ AT_ONCE = 256  # frequencies
 COARSEST = 0.7  # of them, at 2e-3 and more
 EACH = 0.02  # of the tolerance: what a transfer may lose by the rule, and by each of the others' last terms
 FINEST = 2e-10  # of a transfer: sums of cosines that are known to 2e-11
-MORE, LAST = 1.25, 5  # times as many nodes where it loses more; terms that are looked at: some are 0 by symmetry
+MORE, LAST = 1.25, 5  # times as many nodes where it loses more; terms that are looked at: some are 0
 LOUD = 100.0  # times what is allowed: past that, by as much again
-SOME = (8, 4)  # shifts and angles at which rules are compared
+SOME, ROUND = 8, 25  # shifts, and angles on a quarter of a circle, at which rules are compared
 SPARED = 0.5  # of a rule's nodes, from which the search begins at each of these shifts
 AXIS = 1e-14  # from the line through both copies' middles: is on it
 ROUNDS = 12  # of that, fifteen times as many: what is not quiet then is what sums leave
@@ -78,71 +78,183 @@ def _summed(even: F64, odd: F64, weight: F64) -> F64:
     return out
 
 
-def _between(rules: I64, alpha: F64) -> I64:
-    """Return nodes of the rule at shifts' angles α, by those from one of ``SOME`` to the next."""
-    nodes: I64 = rules[(alpha / (0.5 * math.pi) * SOME[0] + 0.5).astype(np.int64)]
-    return nodes
-
-
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlaceTransfers:
     """Transfers of one place, less the perfect one's, for sets of weights (sets, wavelengths).
 
-    angle_rad : of the place about the axis: a lens of revolution looks alike on both sides of the radius
+    angle_rad : of the place about the axis
+    shifts    : Gauss nodes of the shifts' angles;  order: (m,) of the harmonics
+    harmonics : (wavelengths · shifts, 2·m), real and imaginary parts in turn
     """
 
-    lens: PlacedLens
+    f_number: float
     angle_rad: float
     wavelength_nm: F64
     weights: F64
-    tolerance: float
+    shifts: F64
+    order: I64
+    harmonics: F64
+
+    @classmethod
+    def of(
+        cls, lens: PlacedLens, angle_rad: float, wavelength_nm: F64, weights: F64, tolerance: float
+    ) -> PlaceTransfers:
+        """Return those of a lens that looks alike on both sides of the radius, as one of revolution does.
+
+        All is made here, and nothing when it is asked for: places are done by several threads, and these would wait
+        for each other (``functools.cached_property`` of Python 3.11 has one lock for all instances).
+        """
+        loud = float(np.abs(weights).sum(axis=1).max())
+        search = _Search(
+            lens,
+            angle_rad,
+            wavelength_nm,
+            allowed=max(EACH * tolerance / max(loud, 1e-300), FINEST),
+            first=first_nodes(lens, wavelength_nm, tolerance),
+        )
+        nm, shifts, samples = search.samples()
+        count = samples.shape[-1]
+        order = np.arange(-(count // 2) + 1, count // 2)
+        harmonics = np.ascontiguousarray((scipy.fft.fft(samples, axis=-1) / count)[..., order]).view(np.float64)
+        own = np.eye(nm.size)
+        if nm.size < wavelength_nm.size:
+            low, high = wavelength_nm[0], wavelength_nm[-1]
+            own = interpolation(chebyshev(nm.size), (2.0 * wavelength_nm - low - high) / (high - low))
+        return cls(
+            f_number=lens.f_number,
+            angle_rad=angle_rad,
+            wavelength_nm=wavelength_nm,
+            weights=weights,
+            shifts=shifts,
+            order=order,
+            harmonics=product(own, harmonics.reshape(nm.size, -1)).reshape(-1, 2 * order.size),
+        )
+
+    def on(self, frequency_per_um: F64, theta: F64) -> C128:
+        """Return transfers (sets, directions, frequencies)."""
+        fused = self.harmonics_at(frequency_per_um)
+        around = np.exp(1j * np.multiply.outer(theta - self.angle_rad, self.order))
+        return np.stack([complex_product(around, own) for own in fused])
+
+    def harmonics_at(self, frequency_per_um: F64) -> C128:
+        """Return harmonics (sets, m, frequencies), wavelengths added up; kept for the next directions."""
+        key = frequency_per_um.size, float(frequency_per_um[0]), float(frequency_per_um[-1])
+        if key not in self._kept:
+            scale_um = self.f_number * self.wavelength_nm / NM_PER_UM
+            x, w = gauss_legendre(self.shifts.size)
+            signs = (-1.0) ** np.arange(x.size) * np.sqrt((1.0 - x * x) * w)
+            fused = np.empty((len(self.weights), frequency_per_um.size, self.order.size), complex)
+            for first in range(0, frequency_per_um.size, AT_ONCE):
+                part = slice(first, first + AT_ONCE)
+                nu = np.multiply.outer(frequency_per_um[part], scale_um)
+                at = np.zeros((*nu.shape, x.size))
+                at[nu < 1.0] = barycentric(x, signs, np.arccos(nu[nu < 1.0]) / (0.25 * math.pi) - 1.0, same=1e-14)
+                for own, weights in zip(fused, self.weights, strict=True):
+                    # Two real numbers for a complex one, all wavelengths at once: one product of matrices.
+                    own[part] = product((at * weights[:, None]).reshape(len(nu), -1), self.harmonics).view(complex)
+            self._kept[key] = np.moveaxis(fused, 2, 1)
+        return self._kept[key]
 
     @functools.cached_property
-    def _nodes(self) -> tuple[I64, int, int, int]:
-        """Nodes of the rule from one of ``SOME`` shifts to the next, (SOME + 1,), of shifts, angles and wavelengths.
+    def _kept(self) -> dict[tuple[int, float, float], C128]:
+        return {}
 
-        A slope knows nothing of how often a wavefront goes up and down: at the shortest wavelength it is looked at what
-        more nodes of the rule change, shift by shift, as copies that nearly touch differ by few waves, and so do those
-        that hardly move where no order is high. Series of the others go on until their last terms are quiet.
-        """
-        rule, shifts, angles, colours = first_nodes(self.lens, self.wavelength_nm, self.tolerance)
-        loud = float(np.abs(self.weights).sum(axis=1).max())
-        allowed, nm = max(EACH * self.tolerance / max(loud, 1e-300), FINEST), self.wavelength_nm[:1]
-        some, theta = (0.5 * math.pi * (np.arange(n) + 0.5) / n for n in SOME)
-        enough = np.full(some.size, math.ceil(SPARED * rule))
-        for k in range(some.size):
-            found, finer = self._sampled(nm, some[[k]], 2.0 * theta, enough[[k]]), enough[[k]]
+
+class _Search:
+    """What samples the transfers of a place, less the perfect one's, and finds out how finely.
+
+    A slope knows nothing of how often a wavefront goes up and down. At the shortest wavelength it is looked at what
+    more nodes of the rule change, shift by shift, as copies that nearly touch differ by few waves, and so do those that
+    hardly move where no order is high. Series in shifts and angles go on until their last terms are quiet, a few of
+    them first and then all.
+
+    allowed : of a transfer;  first: nodes of the rule, shifts, angles and wavelengths to begin with
+    """
+
+    def __init__(
+        self,
+        lens: PlacedLens,
+        angle_rad: float,
+        wavelength_nm: F64,
+        *,
+        allowed: float,
+        first: tuple[int, int, int, int],
+    ) -> None:
+        self.lens, self.angle_rad, self.wavelength_nm, self.allowed = lens, angle_rad, wavelength_nm, allowed
+        rule, self.shifts, self.angles, self.colours = first
+        self.some = 0.5 * math.pi * (np.arange(SOME) + 0.5) / SOME
+        # The other quarters look alike. A term cos mθ is steepest in m directions: these are such of all small m.
+        self.theta = np.linspace(0.0, 0.5 * math.pi, ROUND)
+        # Of a single term cos mθ each 2m-th harmonic is something, where m is even.
+        self.last = max(LAST, 1 + 2 * max(abs(orders(index)[1]) for index in lens.zernike))
+        self.rules = self._rules(math.ceil(SPARED * rule))
+
+    def samples(self) -> tuple[F64, F64, C128]:
+        """Return wavelengths, Gauss nodes of shifts' angles, samples (wavelengths, shifts, 2·angles) all round."""
+        shortest, nm = self._followed(), self.wavelength_nm
+        shifts, angles = shortest.shape[1:]
+        x = gauss_legendre(shifts)[0]
+        if nm.size > self.colours:
+            nm = self._colours()
+            half = self._half_turn(nm, _angles_of(x), angles)
+        elif nm.size > 1:
+            half = np.concatenate([shortest, self._half_turn(nm[1:], _angles_of(x), angles)])
+        else:
+            half = shortest
+        return nm, x, np.concatenate([half, half.conj()], axis=-1)
+
+    def _rules(self, fewest: int) -> I64:
+        """Return nodes of the rule from one of ``SOME`` shifts to the next, (SOME + 1,)."""
+        nm, enough = self.wavelength_nm[:1], np.full(self.some.size, fewest)
+        for k in range(self.some.size):
+            alpha, finer = self.some[[k]], enough[[k]]
+            found = self._sampled(nm, alpha, self.theta, finer)
             for _ in range(ROUNDS):
                 finer = np.ceil(MORE * finer).astype(np.int64)
-                before, found = found, self._sampled(nm, some[[k]], 2.0 * theta, finer)
-                if np.abs(found - before).max() <= allowed:
+                before, found = found, self._sampled(nm, alpha, self.theta, finer)
+                if np.abs(found - before).max() <= self.allowed:
                     break
                 enough[k] = finer[0]
-        rules = np.maximum(np.append(enough[0], enough), np.append(enough, enough[-1]))
+        rules: I64 = np.maximum(np.append(enough[0], enough), np.append(enough, enough[-1]))
+        return rules
+
+    def _followed(self) -> C128:
+        """Return the shortest wavelength's samples (1, shifts, angles) over half a turn, as many as follow it."""
+        nm = self.wavelength_nm[:1]
+        for few in (True, False):
+            for _ in range(ROUNDS):
+                alpha = _angles_of(gauss_legendre(self.shifts)[0])
+                around = self._half_turn(nm, self.some if few else alpha, self.angles)
+                shown = _last_of(self._own(nm, alpha, self.theta) if few else around), _last_round(around, self.last)
+                if max(shown) <= self.allowed:
+                    break
+                self.shifts, self.angles = (
+                    math.ceil((MORE if own <= LOUD * self.allowed else MORE**2) * n) if own > self.allowed else n
+                    for n, own in zip((self.shifts, self.angles), shown, strict=True)
+                )
+        return around
+
+    def _colours(self) -> F64:
+        """Return wavelengths (n,) that stand for all."""
+        nm = self.wavelength_nm
+        middle, half = 0.5 * (nm[0] + nm[-1]), 0.5 * np.ptp(nm)
         for _ in range(ROUNDS):
-            x, w = gauss_legendre(shifts)
-            half = self._on_half_turn(nm, 0.25 * math.pi * (1.0 + x), angles, rules)[0]
-            around = scipy.fft.fft(np.concatenate([half, half.conj()], axis=-1), norm="forward")[
-                :, angles - LAST : angles
-            ]
-            legendre = np.polynomial.legendre.legvander(x, shifts - 1)[:, -LAST:] * (np.arange(shifts)[-LAST:] + 0.5)
-            terms = product((legendre * w[:, None]).T, half.view(np.float64)).view(complex)
-            shown = np.abs(terms).max(), np.abs(around).max()
-            if max(shown) <= allowed:
+            few_nm: F64 = middle + half * chebyshev(self.colours)
+            series = scipy.fft.dct(self._own(few_nm, self.some, self.theta).view(np.float64), axis=0)
+            if np.abs(series[-LAST:]).max() / self.colours <= self.allowed:
                 break
-            shifts, angles = (
-                math.ceil((MORE if own <= LOUD * allowed else MORE**2) * n) if own > allowed else n
-                for n, own in zip((shifts, angles), shown, strict=True)
-            )
-        for _ in range(ROUNDS if self.wavelength_nm.size > colours else 0):
-            own = chebyshev(colours)
-            nm = 0.5 * (self.wavelength_nm[0] + self.wavelength_nm[-1]) + 0.5 * np.ptp(self.wavelength_nm) * own
-            sampled = self._sampled(nm, some, 2.0 * theta, _between(rules, some))
-            series = scipy.fft.dct(sampled.view(np.float64), axis=0)
-            if np.abs(series[-LAST:]).max() / colours <= allowed:
-                break
-            colours = math.ceil(MORE * colours)
-        return rules, shifts, angles, colours
+            self.colours = math.ceil(MORE * self.colours)
+        return few_nm if self.colours < nm.size else nm
+
+    def _half_turn(self, nm: F64, alpha: F64, angles: int) -> C128:
+        """Return samples in so many directions over half a turn: on either side of the radius all looks alike."""
+        half = angles // 2 + 1
+        out = self._own(nm, alpha, math.pi * np.arange(half) / angles)
+        return np.concatenate([out, out[..., angles - half : 0 : -1].conj()], axis=-1)
+
+    def _own(self, nm: F64, alpha: F64, theta: F64) -> C128:
+        """Return samples (wavelengths, shifts, directions), each with the nodes that its shift takes."""
+        return self._sampled(nm, alpha, theta, self.rules[(alpha / (0.5 * math.pi) * SOME + 0.5).astype(np.int64)])
 
     def _sampled(self, nm: F64, alpha: F64, theta: F64, nodes: I64) -> C128:
         """Return transfers (wavelengths, shifts, directions) less the perfect one's; theta: from the radius.
@@ -172,70 +284,24 @@ class PlaceTransfers:
             out[:, s] = (found[0] + 1j * found[1]).reshape(theta.size, nm.size).T
         return out
 
-    def _on_half_turn(self, nm: F64, alpha: F64, angles: int, rules: I64) -> C128:
-        """Return the same in so many directions over half a turn: on either side of the radius all looks alike."""
-        half = angles // 2 + 1
-        out = self._sampled(nm, alpha, math.pi * np.arange(half) / angles, _between(rules, alpha))
-        return np.concatenate([out, out[..., angles - half : 0 : -1].conj()], axis=-1)
 
-    @functools.cached_property
-    def _samples(self) -> tuple[F64, F64, C128]:
-        """Shifts' angles α, ν = cos α; wavelengths; samples (wavelengths, shifts, 2·angles) all round."""
-        rules, shifts, angles, colours = self._nodes
-        nm = self.wavelength_nm
-        if nm.size > colours:
-            nm = 0.5 * (nm[0] + nm[-1]) + 0.5 * (nm[-1] - nm[0]) * chebyshev(colours)
-        alpha = 0.25 * math.pi * (1.0 + gauss_legendre(shifts)[0])
-        out = self._on_half_turn(nm, alpha, angles, rules)
-        return alpha, nm, np.concatenate([out, out.conj()], axis=-1)
+def _angles_of(nodes: F64) -> F64:
+    """Return shifts' angles α, ν = cos α, of nodes −1 … 1."""
+    alpha: F64 = 0.25 * math.pi * (1.0 + nodes)
+    return alpha
 
-    @functools.cached_property
-    def _harmonics(self) -> tuple[I64, C128]:
-        samples = self._samples[2]
-        count = samples.shape[-1]
-        spectrum = scipy.fft.fft(samples, axis=-1) / count
-        m = np.arange(-(count // 2) + 1, count // 2)
-        return m, spectrum[..., m]
 
-    @functools.cached_property
-    def _at_wavelengths(self) -> F64:
-        """Harmonics (wavelengths, shifts, 2·m), real and imaginary parts in turn, at every wavelength."""
-        nm, (_, harmonics) = self._samples[1], self._harmonics
-        low, high = self.wavelength_nm[0], self.wavelength_nm[-1]
-        own = np.eye(nm.size)
-        if nm.size < self.wavelength_nm.size:
-            own = interpolation(chebyshev(nm.size), (2.0 * self.wavelength_nm - low - high) / (high - low))
-        pairs = np.ascontiguousarray(harmonics).view(np.float64)
-        return product(own, pairs.reshape(nm.size, -1)).reshape(-1, *pairs.shape[1:])
+def _last_of(samples: C128) -> float:
+    """Return the largest of the last Legendre terms along the shifts' angles, of (1, shifts, directions)."""
+    count = samples.shape[1]
+    x, w = gauss_legendre(count)
+    legendre = np.polynomial.legendre.legvander(x, count - 1)[:, -LAST:] * (np.arange(count)[-LAST:] + 0.5)
+    terms = product((legendre * w[:, None]).T, np.ascontiguousarray(samples[0]).view(np.float64))
+    return float(np.abs(terms.view(complex)).max())
 
-    def on(self, frequency_per_um: F64, theta: F64) -> C128:
-        """Return transfers (sets, directions, frequencies)."""
-        m, _ = self._harmonics
-        fused = self._over(frequency_per_um)
-        around = np.exp(1j * np.multiply.outer(theta - self.angle_rad, m))
-        return np.stack([complex_product(around, own) for own in fused])
 
-    def _over(self, frequency_per_um: F64) -> C128:
-        """Return harmonics (sets, m, frequencies), wavelengths added up; kept for the next directions."""
-        key = frequency_per_um.size, float(frequency_per_um[0])
-        if key not in self._kept:
-            alpha = self._samples[0]
-            x, w = gauss_legendre(alpha.size)
-            signs = (-1.0) ** np.arange(x.size) * np.sqrt((1.0 - x * x) * w)
-            scale = self.lens.f_number * self.wavelength_nm / NM_PER_UM
-            samples = self._at_wavelengths.reshape(-1, self._at_wavelengths.shape[-1])
-            fused = np.empty((len(self.weights), frequency_per_um.size, self._harmonics[0].size), complex)
-            for first in range(0, frequency_per_um.size, AT_ONCE):
-                part = slice(first, first + AT_ONCE)
-                nu = np.multiply.outer(frequency_per_um[part], scale)
-                at = np.zeros((*nu.shape, x.size))
-                at[nu < 1.0] = barycentric(x, signs, np.arccos(nu[nu < 1.0]) / (0.25 * math.pi) - 1.0, same=1e-14)
-                for own, weights in zip(fused, self.weights, strict=True):
-                    # Two real numbers for a complex one, all wavelengths at once: one product of matrices.
-                    own[part] = product((at * weights[:, None]).reshape(len(nu), -1), samples).view(complex)
-            self._kept[key] = np.moveaxis(fused, 2, 1)
-        return self._kept[key]
-
-    @functools.cached_property
-    def _kept(self) -> dict[tuple[int, float], C128]:
-        return {}
+def _last_round(half: C128, last: int) -> float:
+    """Return the largest of so many harmonics, the last, of (1, shifts, directions over half a turn)."""
+    angles = half.shape[2]
+    around = scipy.fft.fft(np.concatenate([half, half.conj()], axis=-1), norm="forward")
+    return float(np.abs(around[..., max(angles - last, 0) : angles]).max())

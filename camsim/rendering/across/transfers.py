@@ -17,6 +17,7 @@ import numpy as np
 import scipy
 
 from camsim.arrays import C128, F64, I64
+from camsim.errors import UnsupportedError
 from camsim.optics.airy import NM_PER_UM
 from camsim.optics.placed import Revolves
 from camsim.products import complex_product
@@ -26,12 +27,13 @@ from camsim.rendering.across.hardest import hardest, heights_within, knots_withi
 from camsim.rendering.across.overlap import Terms, overlaps
 from camsim.rendering.across.panels import Panels, panels
 
-RULES = (8, 12, 16, 20, 24, 28, 32, 40, 48, 64, 96, 128)  # nodes of the overlap's rule, either way
-SERIES = (32, 64, 128, 256)  # points on which a series' end is looked for
+RULES = (8, 12, 16, 20, 24, 28, 32, 40, 48, 64, 96, 128, 160, 208, 256, 320, 400, 512)  # of the overlap, either way
+SERIES = (32, 64, 128, 256, 512)  # points on which a series' end is looked for
 SHIFTS = np.array([0.03, 0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.95])  # where nodes are counted
-ANGLES = math.pi * np.array([0.02, 0.17, 0.33, 0.48])
+ANGLES = 0.5 * math.pi * np.linspace(0.0, 1.0, 13)  # a term cos mθ is steepest in m directions: of all small m
 TRIED, FOLLOWED = 5, 2  # places, and wavelengths, at which the others' nodes are counted; and how far series go
 MARGIN = 2  # harmonics more
+TURNS = 8  # times m of terms cos mθ: so many harmonics are looked at, as of a single one each 2m-th is something
 GROUPS = 8  # of wavelengths, that have a rule in common
 SIX = 4.9e-3  # of a six-point look-up: times (2πδ)⁶
 COLOURS = (12, 16, 20, 24, 28, 32, 36, 40, 44, 48, 56, 64, 80, 96, 128, 192, 256)  # nodes of a spectrum
@@ -126,6 +128,7 @@ class _Sampler:
         self.lens, self.wavelength_nm, self.weights, self.allowed = lens, wavelength_nm, weights, allowed
         self.zernike = lens.at(lens.height_um[-1], 0.0).zernike
         self.terms = Terms.of(self.zernike)
+        self.order = int(self.terms.order.max(initial=0))
         self.radii_um = np.array([*radii_um, *heights_within(lens, radii_um)])
         self.rules = self._rules(wavelength_nm, allowed)
 
@@ -148,6 +151,8 @@ class _Sampler:
                 before, right = right, overlaps(self.terms, waves, own, ANGLES, (nodes, nodes))
                 if float(np.abs(right - before).max()) <= allowed:
                     break
+            else:
+                raise _unfollowed(f"{RULES[-1]} × {RULES[-1]} nodes of their overlaps")
             for rules[1, k] in RULES:
                 found = overlaps(self.terms, waves, own, ANGLES, (int(rules[0, k]), int(rules[1, k])))
                 if float(np.abs(found - right).max()) <= 2.0 * allowed:
@@ -196,7 +201,7 @@ class _Sampler:
         waves = waves_at(self.lens, np.array([radius_um]), wavelength_nm)
         ends = []
         for along in (True, False):
-            for count in SERIES:
+            for count in SERIES if along else [own for own in SERIES if own >= TURNS * self.order]:
                 shift = 1.0 - (0.5 * (1.0 + chebyshev(count))) ** 2 if along else SHIFTS
                 angle = ANGLES if along else math.pi * np.arange(count) / count
                 found = self._overlaps(waves, shift, angle, self.rules)
@@ -211,6 +216,8 @@ class _Sampler:
                 end = int(np.sum(np.cumsum(size[::-1]) > self.allowed)) + 1
                 if end <= 0.75 * count:
                     break
+            else:
+                raise _unfollowed(f"series of {SERIES[-1]} terms")
             ends.append(end + MARGIN)
         return ends[0], ends[1]
 
@@ -230,3 +237,9 @@ class _Sampler:
             found = self._overlaps(np.append(waves, np.zeros((len(waves), 1)), axis=1), shift, angle, rules)
             out[:, part] = (found[:-1] - found[-1]).reshape(radius_um.size, part.size, shifts, angle.size)
         return out.reshape(radius_um.size, -1, angle.size)
+
+
+def _unfollowed(what: str) -> UnsupportedError:
+    return UnsupportedError(
+        f"its wavefronts turn too often for {what}: weaker aberrations, or method: fourier", key="lens"
+    )
