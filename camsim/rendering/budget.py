@@ -79,7 +79,7 @@ ACROSS: dict[Source, Share] = {
     "bent edges": Share(0.05, "edges bent by distortion as straight sides: two thirds of an arrow × line spread"),
 }
 FIELD: dict[Source, Share] = {
-    "near cut": Share(0.25, "what a line shows past bands' reaches but the last's, windows' ends, look-ups: measured"),
+    "near cut": Share(0.25, "what lines and their ends show past reaches but the last band's, windows' ends, look-ups"),
     "far cut": Share(0.30, "what a line shows past the last band's reach, by the rim's slopes"),
     "transfers": Share(0.33, "transfers along the radius, over wavelengths, |f| and angle: each a quarter, measured"),
     "spreading": FOURIER["spreading"],

@@ -31,7 +31,8 @@ from camsim.rendering.across.far_reach import far_reach
 from camsim.rendering.across.field_plan import FieldPlan
 from camsim.rendering.across.hardest import changes_of
 from camsim.rendering.across.judge_kernels import add_sides
-from camsim.rendering.across.place_transfers import PlaceTransfers, steepest
+from camsim.rendering.across.place_samples import steepest
+from camsim.rendering.across.place_transfers import PlaceTransfers
 from camsim.rendering.budget import DIFFERENCE_CHECK_PART
 from camsim.rendering.check.judge import Found, Judge, Transforms
 from camsim.rendering.check.polygons import polygons

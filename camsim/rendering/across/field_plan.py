@@ -19,7 +19,7 @@ from camsim.optics.difference import Split
 from camsim.optics.placed import Revolves
 from camsim.rendering.across.decided import bent_sides
 from camsim.rendering.across.image import DifferenceImage
-from camsim.rendering.across.place_transfers import first_nodes
+from camsim.rendering.across.place_samples import first_nodes
 from camsim.rendering.across.slivers import SliverImage, straightened
 from camsim.rendering.auto import BOUNDARY
 from camsim.rendering.boundary.engine import BoundaryPlan
