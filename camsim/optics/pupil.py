@@ -19,6 +19,7 @@ from camsim.arrays import F64
 from camsim.errors import InvalidValueError
 from camsim.marks import After
 from camsim.optics.follow import from_0
+from camsim.quadrature import gauss_legendre
 from camsim.typed import Number, Whole, judge, refusal
 
 MOST_BLADES = 64
@@ -193,9 +194,11 @@ class Pupil:
         """
         cuts = sorted({*self._cuts(shift, angle_rad)})
         cos, sin = math.cos(angle_rad), math.sin(angle_rad)
+        # t = middle − half·cos(u): its own weight is half·sin(u). Gauss's nodes crowd where small shifts leave roots.
+        x, w = gauss_legendre(nodes)
+        u = 0.5 * np.pi * (1.0 + x)
+        spaced, slope = -np.cos(u), 0.5 * np.pi * np.sin(u) * w
         t, v = from_0(nodes)
-        # t = middle − half·cos(πu): its own weight is half·π·sin(πu).
-        spaced, slope = -np.cos(np.pi * t), np.pi * np.sin(np.pi * t) * v
         low, high = np.array(cuts[:-1]), np.array(cuts[1:])
         wide = high - low > 1e-15
         low, high = low[wide], high[wide]
