@@ -711,3 +711,9 @@ def test_wavefronts_that_no_nodes_follow_are_refused_by_one_engine_and_not_by_th
     with pytest.raises(UnsupportedError, match=r"lens: its wavefronts turn too often .* method: fourier"):
         rendered(lens, scene, grid, 1e-3, method="boundary")
     assert rendered(lens, scene, grid, 1e-3).method == "fourier"
+
+
+def test_a_tolerance_that_places_cannot_keep_is_refused_as_it_was_given():
+    grid = window(size=2)
+    with pytest.raises(InvalidValueError, match=r"tolerance: 1e-11 is finer than places .*: 1\.\de-11"):
+        rendered(revolved(), polygon(OUTLINE_UM + middle_um(grid)), grid, 1e-11)

@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from camsim.arrays import F64
-from camsim.errors import UnsupportedError
+from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.optics import OpticalSystem
 from camsim.optics.placed import Revolves
 from camsim.optics.protocols import Rectangular, Varies
@@ -19,7 +19,7 @@ from camsim.rendering.across.judge import AcrossJudge
 from camsim.rendering.across.lattice import SINGLY, lattice_for, one_by_one
 from camsim.rendering.across.plan import AcrossPlan
 from camsim.rendering.auto import FOURIER, Choice, fits, refuse_much
-from camsim.rendering.budget import ErrorBudget
+from camsim.rendering.budget import PLACES_PART, ErrorBudget
 from camsim.rendering.grid import Grid
 from camsim.rendering.job import Job
 from camsim.rendering.paper import rules
@@ -101,6 +101,11 @@ def choose_across(
     loud = np.cumsum(signal) > UNHEARD * signal.sum()
     shortest_nm = float(wavelength_nm[int(np.argmax(loud))])
     lattice = lattice_for(lens, grid, shortest_nm, budget.allowed("between places"))
+    if name == "fourier" and tolerance < (finest := FOURIER.finest * lattice.gain / PLACES_PART):
+        raise InvalidValueError(
+            f"{tolerance:g} is finer than places behind this lens are rendered to by fourier: {finest:.2g}",
+            key="tolerance",
+        )
     plan = AcrossPlan(job=job, lens=lens, lattice=lattice, method=name)
     refuse_much(name, plan)
     return Choice(method=name, why=why, plan=plan, judge=judge)
