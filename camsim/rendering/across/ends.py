@@ -27,12 +27,13 @@ INSIDE = 0.8  # of what is looked at: what is loud as far as that may be so fart
 class Ends:
     """What ends of edges show of a transfer between two windows, looked at as far as it is asked for.
 
-    frequency : (n,) cycles/pitch, even steps from 0;  harmonics: (n, 2·most + 1) of exp(imθ);  window: (n,)
+    frequency : (n,) cycles/pitch, even steps from 0 or from the first on;  window: (n,)
+    harmonics : (n, 2·most + 1) of exp(imθ)
     """
 
     def __init__(self, frequency: F64, harmonics: C128, window: F64) -> None:
         some = (window > SILENT) & (frequency > 0.0)
-        self._f, self._step = frequency[some], float(frequency[1])
+        self._f, self._step = frequency[some], float(frequency[1] - frequency[0])
         self._transfer = harmonics[some] * window[some, None]
         self._in_phase = 1.0 / math.sqrt(np.average(self._f, weights=window[some]))
         self._spacing = 1.0 / (STEPS * float(self._f[-1]))

@@ -198,11 +198,10 @@ class FieldJudge:
 
     def _reach(self, own: PlaceTransfers, window: Window, most: float) -> float:
         """Return how far lines, and ends of edges, are heard in a window, pitches; most: in any."""
-        cut = self._cut(own, window)
-        step, period = 1.0 / (self._steps * cut), PERIOD * SHORT / window.low
+        step, period = 1.0 / (self._steps * self._cut(own, window)), PERIOD * SHORT / window.low
         while True:
             beyond = self._shown_beyond(own, window, period)
-            frequency = np.arange(0.0, cut, 1.0 / period)
+            frequency, _ = self._frequencies(own, window, period)
             loudest = int(np.argmax(np.abs(own.weights).sum(axis=1)))
             harmonics = own.harmonics_at(frequency / self.job.grid.pitch_um)[loudest].T
             ends = Ends(frequency, harmonics, window(frequency))
@@ -231,15 +230,19 @@ class FieldJudge:
         beyond: F64 = np.maximum.accumulate(either[::-1])[::-1]
         return beyond
 
-    def _spectrum(self, own: PlaceTransfers, theta: F64, window: Window, period: float) -> tuple[C128, int]:
-        """Return spectra of Q (transfers, directions, n) in some directions, and of how many steps its tables are.
+    def _frequencies(self, own: PlaceTransfers, window: Window, period: float) -> tuple[F64, int]:
+        """Return frequencies of Q, even steps but for 0, and of how many steps its tables are.
 
         period : pitches, after which they repeat; some waves of the finest at the least
         """
-        pitch_um, cut = self.job.grid.pitch_um, self._cut(own, window)
+        cut = self._cut(own, window)
         step = 1.0 / (self._steps * cut)
         length = fast_length(math.ceil(max(period, PERIOD / cut) / step), real=True)
-        frequency = np.arange(1, math.ceil(cut * length * step)) / (length * step)
+        return np.arange(1, math.ceil(cut * length * step)) / (length * step), length
+
+    def _spectrum(self, own: PlaceTransfers, theta: F64, window: Window, period: float) -> tuple[C128, int]:
+        """Return spectra of Q (transfers, directions, n) in some directions, and of how many steps its tables are."""
+        pitch_um, (frequency, length) = self.job.grid.pitch_um, self._frequencies(own, window, period)
         cos, sin = np.cos(theta)[:, None], np.sin(theta)[:, None]
         foot = self.job.system.footprint_otf(frequency * cos / pitch_um, frequency * sin / pitch_um)
         times = foot * (window(frequency) / (4.0 * math.pi**2 * np.arange(1, frequency.size + 1)))

@@ -26,6 +26,7 @@ FINEST = 5e-11  # of a transfer: sums of cosines that are known to 2e-11
 MORE, LAST = 1.25, 5  # times as many nodes where it loses more; terms that are looked at: some are 0
 LOUD = 100.0  # times what is allowed: past that, by as much again
 SOME, ROUND = 8, 25  # shifts, and angles on a quarter of a circle, at which rules are compared
+FEWER = 6  # of these angles every so many-th, at many wavelengths
 SPARED = 0.5  # of a rule's nodes, from which the search begins at each of these shifts
 AXIS = 1e-14  # from the line through both copies' middles: is on it
 ROUNDS = 12  # of that, fifteen times as many: what is not quiet then is what sums leave
@@ -151,7 +152,7 @@ class PlaceSamples:
         middle, half = 0.5 * (nm[0] + nm[-1]), 0.5 * np.ptp(nm)
         for _ in range(ROUNDS):
             few_nm: F64 = middle + half * chebyshev(self.colours)
-            series = scipy.fft.dct(self._own(few_nm, self.some, self.theta).view(np.float64), axis=0)
+            series = scipy.fft.dct(self._own(few_nm, self.some, self.theta[::FEWER]).view(np.float64), axis=0)
             if np.abs(series[-LAST:]).max() / self.colours <= self.allowed:
                 break
             self.colours = math.ceil(MORE * self.colours)

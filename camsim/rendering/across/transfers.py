@@ -31,6 +31,7 @@ RULES = (8, 12, 16, 20, 24, 28, 32, 40, 48, 64, 96, 128, 160, 208, 256, 320, 400
 SERIES = (32, 64, 128, 256, 512)  # points on which a series' end is looked for
 SHIFTS = np.array([0.03, 0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.95])  # where nodes are counted
 ANGLES = 0.5 * math.pi * np.linspace(0.0, 1.0, 13)  # a term cos mθ is steepest in m directions: of all small m
+FEW = ANGLES[::3]  # of what is compared at many places
 TRIED, FOLLOWED = 5, 2  # places, and wavelengths, at which the others' nodes are counted; and how far series go
 MARGIN = 2  # harmonics more
 TURNS = 8  # times m of terms cos mθ: so many harmonics are looked at, as of a single one each 2m-th is something
@@ -190,7 +191,7 @@ class _Sampler:
 
     def probed(self, radius_um: F64, wavelength_nm: F64) -> C128:
         """Return a few samples (radii, wavelengths, n) of transfers."""
-        found = self._overlaps(waves_at(self.lens, radius_um, wavelength_nm), SHIFTS, ANGLES, self.rules)
+        found = self._overlaps(waves_at(self.lens, radius_um, wavelength_nm), SHIFTS, FEW, self.rules)
         return found.reshape(radius_um.size, wavelength_nm.size, -1)
 
     def series(self, radius_um: float, wavelength_nm: F64, light: F64) -> tuple[int, int]:
@@ -203,7 +204,7 @@ class _Sampler:
         for along in (True, False):
             for count in SERIES if along else [own for own in SERIES if own >= TURNS * self.order]:
                 shift = 1.0 - (0.5 * (1.0 + chebyshev(count))) ** 2 if along else SHIFTS
-                angle = ANGLES if along else math.pi * np.arange(count) / count
+                angle = FEW if along else math.pi * np.arange(count) / count
                 found = self._overlaps(waves, shift, angle, self.rules)
                 if along:
                     each = np.abs(scipy.fft.dct(found.real, axis=1)) + np.abs(scipy.fft.dct(found.imag, axis=1))
