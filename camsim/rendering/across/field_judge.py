@@ -154,6 +154,8 @@ class FieldJudge:
         job, pitch_um = self.job, self.job.grid.pitch_um
         _, wavelength_nm, density = self._perfect.seen
         lens = self.lens.at(place[0] * pitch_um, place[1] * pitch_um)
+        if not lens.zernike:
+            return np.zeros(channels.size)  # a perfect lens that distorts
         wavelength_nm, contrast = condensed(
             wavelength_nm,
             (density[1:] - density[0])[:, channels],

@@ -75,7 +75,7 @@ def _summed(even: F64, odd: F64, weight: F64) -> F64:
 class PlaceSamples:
     """What samples the transfers of a place, less the perfect one's, and finds out how finely.
 
-    A slope knows nothing of how often a wavefront goes up and down. At the shortest wavelength it is looked at what
+    A slope knows nothing of how often a wavefront goes up and down. At the hardest wavelength it is looked at what
     more nodes of the rule change, shift by shift, as copies that nearly touch differ by few waves, and so do those that
     hardly move where no order is high. Series in shifts and angles go on until their last terms are quiet, a few of
     them first and then all.
@@ -94,6 +94,9 @@ class PlaceSamples:
     ) -> None:
         self.lens, self.angle_rad, self.wavelength_nm, self.allowed = lens, angle_rad, wavelength_nm, allowed
         rule, self.shifts, self.angles, self.colours = first
+        # Tables may have most waves at any wavelength.
+        waves = np.abs(lens.coefficients(wavelength_nm)) @ np.array([orders(index)[0] for index in lens.zernike])
+        self.hardest = int(np.argmax(waves))
         self.some = 0.5 * math.pi * (np.arange(SOME) + 0.5) / SOME
         # The other quarters look alike. A term cos mθ is steepest in m directions: these are such of all small m.
         self.theta = np.linspace(0.0, 0.5 * math.pi, ROUND)
@@ -103,21 +106,22 @@ class PlaceSamples:
 
     def taken(self) -> tuple[F64, F64, C128]:
         """Return wavelengths, Gauss nodes of shifts' angles, samples (wavelengths, shifts, 2·angles) all round."""
-        shortest, nm = self._followed(), self.wavelength_nm
-        shifts, angles = shortest.shape[1:]
+        hardest, nm = self._followed(), self.wavelength_nm
+        shifts, angles = hardest.shape[1:]
         x = gauss_legendre(shifts)[0]
         if nm.size > self.colours:
             nm = self._colours()
             half = self._half_turn(nm, angles_of(x), angles)
         elif nm.size > 1:
-            half = np.concatenate([shortest, self._half_turn(nm[1:], angles_of(x), angles)])
+            others = self._half_turn(np.delete(nm, self.hardest), angles_of(x), angles)
+            half = np.insert(others, self.hardest, hardest[0], axis=0)
         else:
-            half = shortest
+            half = hardest
         return nm, x, np.concatenate([half, half.conj()], axis=-1)
 
     def _rules(self, fewest: int) -> I64:
         """Return nodes of the rule from one of ``SOME`` shifts to the next, (SOME + 1,)."""
-        nm, enough = self.wavelength_nm[:1], np.full(self.some.size, fewest)
+        nm, enough = self.wavelength_nm[[self.hardest]], np.full(self.some.size, fewest)
         for k in range(self.some.size):
             alpha, finer = self.some[[k]], enough[[k]]
             found = self._sampled(nm, alpha, self.theta, finer)
@@ -131,8 +135,8 @@ class PlaceSamples:
         return rules
 
     def _followed(self) -> C128:
-        """Return the shortest wavelength's samples (1, shifts, angles) over half a turn, as many as follow it."""
-        nm = self.wavelength_nm[:1]
+        """Return the hardest wavelength's samples (1, shifts, angles) over half a turn, as many as follow it."""
+        nm = self.wavelength_nm[[self.hardest]]
         for few in (True, False):
             for _ in range(ROUNDS):
                 alpha = angles_of(gauss_legendre(self.shifts)[0])
