@@ -155,13 +155,12 @@ class Listened:
 
     def reach(self, low: float, high: float) -> float:
         """Return how far lines, and ends of edges, are heard of what lies between two windows, pitches."""
-        frequency, lines = self._lines
-        about = slice(frequency.size)
+        known, lines = self._lines
+        frequency = known
         if low / FINER < self.transfers.step:
-            about = slice(max(int(np.searchsorted(frequency, 2.0 * high)), 3) + 1)
-            frequency = np.arange(0.0, min(high, float(frequency[-1])), low / FINER)
-            lines = self._between(lines[about], frequency)
-        step = frequency[1]
+            frequency = np.arange(0.0, min(high, float(known[-1])), low / FINER)
+            known = known[: max(int(np.searchsorted(known, 2.0 * high)), 3) + 1]
+        lines, step = _resampled(known, lines, frequency), frequency[1]
         window = between(frequency, low, high, self.sharpness)
         weight = np.zeros(frequency.size)
         weight[1:] = window[1:] * step / frequency[1:]
@@ -176,7 +175,7 @@ class Listened:
         farthest = np.max(np.reshape(of_each, (-1, DIRECTIONS)), axis=1)  # of each radius and set
         kept = self.transfers.harmonics.reshape(farthest.size, *self.transfers.harmonics.shape[2:])
         loudest = [
-            Ends(frequency, self._between(kept[k, about], frequency), window)
+            Ends(frequency, _resampled(known, kept[k], frequency), window)
             for k in np.argsort(-farthest, kind="stable")[:ENDS_OF].tolist()
         ]
 
@@ -187,13 +186,6 @@ class Listened:
             return max(reach, *(ends.reach(allowed, reach) for ends in loudest))
 
         return sighted(self.edges, reach_of)
-
-    def _between(self, values: C128, frequency: F64) -> C128:
-        """Return values (n, …) at the transfers' first n frequencies at others."""
-        if frequency.size > 1 and frequency[1] >= self.transfers.step:
-            return values
-        found: C128 = scipy.interpolate.CubicSpline(self.transfers.step * np.arange(len(values)), values)(frequency)
-        return found
 
     def cut(self, high: float) -> float:
         """Return from where on what passes a window shows nothing, cycles/pitch."""
@@ -251,6 +243,14 @@ class Listened:
         window = passed(frequency[1:], high, self.sharpness)
         size[1:] = np.abs(lines[1:]).max(axis=1) * window / (math.pi * np.arange(1, size.size))
         return frequency, size
+
+
+def _resampled(known: F64, values: C128, frequency: F64) -> C128:
+    """Return values (n, …) at other frequencies than those (m,) at which the first of them are known."""
+    if frequency is known:
+        return values
+    found: C128 = scipy.interpolate.CubicSpline(known, values[: known.size])(frequency)
+    return found
 
 
 def bands_of(listened: Listened, far: float, extent: float, span: float, shape: tuple[int, int]) -> tuple[Band, ...]:
