@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -17,6 +16,7 @@ from camsim.body import Body
 from camsim.description import OF_A_FRAME, OWN_STAGES, describe
 from camsim.errors import InvalidValueError
 from camsim.frame import Frame, Products, Report, check_products
+from camsim.kept import cached_property
 from camsim.lit import Lit, Window
 from camsim.marks import Called
 from camsim.memory import needed_bytes, too_large
@@ -111,27 +111,27 @@ class Capture:
         self.camera.grid(self.region)  # refuses a window that leaves the frame
         object.__setattr__(self, "camera", self.camera.with_ends(self.light))
 
-    @functools.cached_property
+    @cached_property
     def grid(self) -> Grid:
         """The window's photosites."""
         return self.camera.grid(self.region)
 
-    @functools.cached_property
+    @cached_property
     def window(self) -> Window:
         """The photosites that take part: the window's, and with crosstalk their neighbours."""
         return Window(camera=self.camera, grid=self.grid)
 
-    @functools.cached_property
+    @cached_property
     def samples(self) -> LightSamples:
         """The light, of 1 W/m², at nodes that follow every curve of camera and scene."""
         return self.camera.samples(self.light.of_one_watt, self.scene.spectra)
 
-    @functools.cached_property
+    @cached_property
     def time_s(self) -> float:
         """The exposure time, found when it is "auto"."""
         return self.camera.exposure_time_s(self.light, self.exposure)
 
-    @functools.cached_property
+    @cached_property
     def radiant_exposure_j_per_m2(self) -> float:
         """How much light there is: the only thing that level and time of the exposure change in the optical image."""
         exposure_j_per_m2 = self.light.total_w_per_m2 * self.time_s
@@ -139,35 +139,35 @@ class Capture:
             raise InvalidValueError("the light is not finite; give less light, or a shorter exposure", key="light")
         return exposure_j_per_m2
 
-    @functools.cached_property
+    @cached_property
     def optical_key(self) -> str:
         """A name of all that makes the optical image: captures that share it may share one."""
         camera, how = self.camera, (self.tolerance, self.method, self.strict)
         response = camera.image_per_reflectance(self.samples)
         return key_of(self.lit_scene, camera.optics.stages, self.window.wide, camera.cfa, response, self.samples, how)
 
-    @functools.cached_property
+    @cached_property
     def lit_scene(self) -> Scene:
         """The scene, its points as bright as their electrons make them."""
         full_e = self.camera.electrons_per_reflectance(self.samples, self.radiant_exposure_j_per_m2)
         return self.scene.lit(self.samples.wavelength_nm, full_e)
 
-    @functools.cached_property
+    @cached_property
     def veil_e(self) -> F64:
         """(channels,) electrons that veiling glare adds to every photosite on the axis."""
         return self.radiant_exposure_j_per_m2 * self.camera.veil_of(self.lit_scene, self.samples, self.tolerance)
 
-    @functools.cached_property
+    @cached_property
     def white_level_dn(self) -> int:
         """The code at which the signal clips."""
         return self.camera.adc.white_level_dn(self.exposure.iso, self.camera.well_as_read_e(self.exposure.iso))
 
-    @functools.cached_property
+    @cached_property
     def random_numbers(self) -> int:
         """How many random numbers one frame draws."""
         return random_numbers(self.electronics, (self.grid.rows, self.grid.cols), self._context(0, 0))
 
-    @functools.cached_property
+    @cached_property
     def electronics(self) -> tuple[ElectronicStage, ...]:
         """The electronic stages that act."""
         return self.camera.electronics(self.exposure.iso, noise=self.noise)

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import contextlib
-import functools
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from camsim.errors import InvalidValueError, UnknownNameError
+from camsim.kept import cached_property
 from camsim.kernels.threads import meanwhile
 from camsim.rendering.boundary.engine import Boundary, BoundaryPlan
-from camsim.rendering.check.judge import Checks, Judge
+from camsim.rendering.check.checks import Checks
+from camsim.rendering.check.judge import Judge
 from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost, Engine, Plan
 from camsim.rendering.flat import FlatPlan
 from camsim.rendering.job import Job
@@ -41,7 +42,7 @@ class ByEdges:
 class ByTransforms:
     """Any lens: an engine that is imported when it is asked, which captures of a few edges never do."""
 
-    @functools.cached_property
+    @cached_property
     def _engine(self) -> Fourier:
         from camsim.rendering.fourier.engine import Fourier
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import functools
 from dataclasses import dataclass
 
 import numpy as np
 
 from camsim.arrays import F64, I64, kinds_of
+from camsim.kept import cached_property
 from camsim.rendering.edge_boxes import EdgeBoxes
 
 
@@ -38,14 +38,14 @@ class Edges:
         """Return the same edges with a point (x, y) as the origin."""
         return Edges(start=self.start - point, end=self.end - point, left=self.left, right=self.right)
 
-    @functools.cached_property
+    @cached_property
     def length(self) -> F64:
         """Length of each (n,)."""
         along = self.end - self.start
         length: F64 = np.hypot(along[:, 0], along[:, 1])
         return length
 
-    @functools.cached_property
+    @cached_property
     def box(self) -> tuple[F64, F64]:
         """Low and high corner (2,) of the box about all; there is one at least."""
         # Column by column: numpy reduces rows of two one by one.
@@ -53,7 +53,7 @@ class Edges:
         low = np.array([min(a.min(), b.min()) for a, b in columns])
         return low, np.array([max(a.max(), b.max()) for a, b in columns])
 
-    @functools.cached_property
+    @cached_property
     def along(self) -> F64:
         """Unit vector along each (n, 2)."""
         along: F64 = (self.end - self.start) / self.length[:, None]
@@ -64,12 +64,12 @@ class Edges:
         """Both ends of all (2n, 2): first the starts."""
         return np.concatenate([self.start, self.end])
 
-    @functools.cached_property
+    @cached_property
     def corners(self) -> tuple[F64, I64, I64]:
         """The distinct ends (m, 2), and which of them each edge starts from and goes to (n,)."""
         return corners_of(self.start, self.end)
 
-    @functools.cached_property
+    @cached_property
     def threes(self) -> tuple[I64, I64, I64]:
         """Edges (m,) that follow one another, by threes."""
         points, begins, ends = self.corners
@@ -79,7 +79,7 @@ class Edges:
         middle = np.flatnonzero((before >= 0) & (after >= 0))
         return before[middle], middle, after[middle]
 
-    @functools.cached_property
+    @cached_property
     def boxes(self) -> EdgeBoxes:
         """Boxes about them; there is one at least."""
         return EdgeBoxes.of(self.start, self.end, self.along, self.length)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import functools
 import math
 from dataclasses import dataclass
 
@@ -11,6 +10,7 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.errors import UnsupportedError
+from camsim.kept import cached_property
 from camsim.optics import OpticalStage, OpticalSystem, RoundLens
 from camsim.optics.pattern import Pattern
 from camsim.optics.protocols import Rectangular
@@ -129,12 +129,12 @@ class Footprint:
         """The longer side, pitches."""
         return max(self.width, self.height)
 
-    @functools.cached_property
+    @cached_property
     def extent(self) -> float:
         """Distance of its farthest point from its centre, pitches."""
         return float(np.hypot(*(np.abs(self.spots) + 0.5 * np.array([self.width, self.height])).T).max())
 
-    @functools.cached_property
+    @cached_property
     def grid(self) -> tuple[F64, F64, F64]:
         """The spots as x (a,) × y (b,) about each of several centres (c, 2): c is 1 where they form a grid."""
         if len(self.spots) == 1:

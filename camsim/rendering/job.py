@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import functools
 from dataclasses import dataclass
 from typing import TypedDict
 
@@ -11,6 +10,7 @@ import numpy as np
 
 from camsim.arrays import F64, I64
 from camsim.errors import UnsupportedError
+from camsim.kept import cached_property
 from camsim.optics import OpticalStage, OpticalSystem
 from camsim.optics.difference import Split
 from camsim.optics.pattern import Pattern
@@ -206,17 +206,17 @@ class Job:
         """Shares of the tolerance."""
         return ErrorBudget(self.tolerance)
 
-    @functools.cached_property
+    @cached_property
     def blur(self) -> F64:
         """The lens's own length at every wavelength of ``signals``, pitches; round lenses only."""
         return self.blur_at(self.signals.wavelength_nm)
 
-    @functools.cached_property
+    @cached_property
     def span(self) -> float:
         """Largest distance of an edge's end from where a photosite gathers light, pitches."""
         return self.farthest + self.extent
 
-    @functools.cached_property
+    @cached_property
     def farthest(self) -> float:
         """Largest distance of a photosite's centre from an edge's end, pitches."""
         first = np.array(self.grid.first_centre)
@@ -227,7 +227,7 @@ class Job:
             farthest = max(farthest, float(np.hypot(gap[:, 0], gap[:, 1]).max(initial=0.0)))
         return farthest
 
-    @functools.cached_property
+    @cached_property
     def shares(self) -> F64:
         """Weights (k, n) of pairs and channels at all wavelengths; of those that are multiples the loudest alone."""
         shares: F64 = self._difference(self.signals.density).reshape(-1, self.signals.wavelength_nm.size)
@@ -237,13 +237,13 @@ class Job:
         """Return the spectrum's rings as a footprint takes them, which may be part of the job's own."""
         return Waves(pattern=pattern, blur=self.blur, shares=self.shares, footprint=footprint)
 
-    @functools.cached_property
+    @cached_property
     def heard(self) -> Heard:
         """How far rings are heard; the pattern is known."""
         assert self.pattern is not None
         return heard(self.waves(self.pattern, self.hearing), self.edges, self.grid, self.budget)
 
-    @functools.cached_property
+    @cached_property
     def hearing(self) -> Footprint:
         """What hears rings: the footprint, or a point that lets as much of them pass where it is not known."""
         return self.footprint or Footprint.enveloped(self.system, self.grid.pitch_um, 1.0 / float(self.blur.min()))

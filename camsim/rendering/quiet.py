@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import math
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
@@ -10,6 +9,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from camsim.arrays import C128, F64
+from camsim.kept import cached_property
 from camsim.optics.pattern import Pattern
 from camsim.products import product
 from camsim.rendering.falling import falls_to
@@ -100,20 +100,20 @@ class Waves:
             self._heard[u, power, block] = DULL * heard * distance**-power
         return self._heard[u, power, block]
 
-    @functools.cached_property
+    @cached_property
     def different(self) -> F64:
         """Weight sets (k, j) of which none is another one times a number: the others are never the loudest."""
         return different(self.shares)
 
-    @functools.cached_property
+    @cached_property
     def _transfers(self) -> dict[float, F64]:
         return {}
 
-    @functools.cached_property
+    @cached_property
     def _loudness(self) -> dict[tuple[float, float], F64]:
         return {}
 
-    @functools.cached_property
+    @cached_property
     def _heard(self) -> dict[tuple[float, float, int], F64]:
         return {}
 

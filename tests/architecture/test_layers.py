@@ -14,6 +14,7 @@ LAYERS = (
     "version",
     "errors",
     "arrays",
+    "kept",
     "repeated",
     "cores",
     "words",

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
-import functools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 from camsim.arrays import F64, I64, U8
 from camsim.errors import UnsupportedError
+from camsim.kept import cached_property
 from camsim.optics.difference import Difference
 from camsim.rendering.aberrated.cost import Counts, short_cost, short_counts
 from camsim.rendering.aberrated.image import ShortImage
@@ -62,7 +62,7 @@ class AberratedPlan:
         """Number of wavelength nodes."""
         return self.nodes.wavelength_nm.size
 
-    @functools.cached_property
+    @cached_property
     def counts(self) -> Counts | None:
         """What has to be done for the difference."""
         return None if self.short is None else short_counts(self.short)

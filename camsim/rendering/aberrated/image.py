@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from camsim.arrays import F64, U8
+from camsim.kept import cached_property
 from camsim.kernels import shared
 from camsim.optics.difference import Difference
 from camsim.rendering.aberrated.kernels import Lines, Responses, add_lines, mark
@@ -37,7 +38,7 @@ class ShortImage:
     nodes: Nodes
     settings: Settings
 
-    @functools.cached_property
+    @cached_property
     def pattern(self) -> ShortPattern:
         """The pattern, wavelengths fused."""
         density = self.nodes.density
@@ -51,7 +52,7 @@ class ShortImage:
             precision=self.job.budget.allowed("short pupil"),
         )
 
-    @functools.cached_property
+    @cached_property
     def lines(self) -> tuple[Lines, F64]:
         """Edges, and the normals (n, 2) of those that are long enough to be lines for some photosite."""
         edges = self.job.edges
@@ -75,7 +76,7 @@ class ShortImage:
         cells = np.einsum("pkb,obcx->opkcx", of_pairs, of_sets)
         return Responses(np.ascontiguousarray(cells), self.settings.near, self.settings.step)
 
-    @functools.cached_property
+    @cached_property
     def marked(self) -> U8:
         """The photosites (rows, cols) that see an end, or an edge that is no line."""
         grid = self.job.grid
@@ -84,7 +85,7 @@ class ShortImage:
         shared(grid.rows, functools.partial(mark, origin, lines, self.settings.near, marked))
         return marked
 
-    @functools.cached_property
+    @cached_property
     def windows(self) -> list[Window]:
         """Windows that hold them."""
         return windows(self.marked, self.settings.grain, self.settings.side)
@@ -103,7 +104,7 @@ class ShortImage:
             progress((done + 1) / len(self.windows))
         return image
 
-    @functools.cached_property
+    @cached_property
     def _nearby(self) -> Nearby:
         return Nearby(edges=self.job.edges)
 

@@ -10,6 +10,7 @@ import numpy as np
 import scipy
 
 from camsim.arrays import F64
+from camsim.kept import cached_property
 from camsim.kernels import shared
 from camsim.optics import OpticalSystem
 from camsim.optics.difference import Difference
@@ -39,7 +40,7 @@ class ShortPattern:
     contrast: F64
     precision: float
 
-    @functools.cached_property
+    @cached_property
     def sets(self) -> tuple[F64, F64]:
         """Weights (b, j) that patterns are added up with, and (spectra, channels, b) of these in every signal.
 
@@ -51,13 +52,13 @@ class ShortPattern:
         flat = self.contrast.reshape(-1, count)
         return flat, np.eye(len(flat)).reshape(spectra, channels, -1)
 
-    @functools.cached_property
+    @cached_property
     def transfers(self) -> ShortTransfers:
         """What they are made of."""
         wavelengths, weights = tuple(self.wavelength_nm.tolist()), self.sets[0].tobytes()
         return transfers_of(self.rest, self.pitch_um, self.settings, wavelengths, weights, self.precision)
 
-    @functools.cached_property
+    @cached_property
     def fields(self) -> F64:
         """The transfers with OLPF and photosite on a window's frequencies, as ``window_kernels.Table`` has them.
 

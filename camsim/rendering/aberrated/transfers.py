@@ -11,6 +11,7 @@ import numpy as np
 import scipy
 
 from camsim.arrays import F64, I64
+from camsim.kept import cached_property
 from camsim.kernels import shared
 from camsim.optics.difference import Difference
 from camsim.quadrature import chebyshev
@@ -53,7 +54,7 @@ class ShortTransfers:
     weights: F64
     precision: float
 
-    @functools.cached_property
+    @cached_property
     def _allowed(self) -> float:
         """What each approximation may be wrong by: of all the light."""
         return max(0.25 * self.precision, 1e-14)
@@ -66,7 +67,7 @@ class ShortTransfers:
         """The phase factor of the most waves."""
         return self._series(self.wavelength_nm[:1])[0]
 
-    @functools.cached_property
+    @cached_property
     def radii(self) -> F64:
         """Chebyshev nodes of 0 … outer that follow the patterns, whose finest ripples are λN long."""
         outer = self.settings.outer
@@ -75,7 +76,7 @@ class ShortTransfers:
         beyond = 0.8 * (1.5 * math.log(10.0 / self._allowed)) ** (2.0 / 3.0)
         return 0.5 * outer * (1.0 + chebyshev(math.ceil(turns + beyond * turns ** (1.0 / 3.0)) + MORE_NODES))
 
-    @functools.cached_property
+    @cached_property
     def harmonics(self) -> Harmonics:
         """Patterns (columns, b, radii) less the round one: c·cos mφ + s·sin mφ, those of them that matter."""
         radius = self.radii
@@ -106,7 +107,7 @@ class ShortTransfers:
         kept[faintest[np.cumsum(light[faintest]) <= self._allowed]] = False
         return Harmonics(columns[kept], order[kept], sine[kept])
 
-    @functools.cached_property
+    @cached_property
     def transfer(self) -> Transfer:
         """The patterns' transfers, tapered."""
         settings, harmonics = self.settings, self.harmonics
@@ -163,7 +164,7 @@ class ShortTransfers:
         numbers = 4 * len(self.weights) * self._count**2
         return self._kept.copy() if 8 * numbers <= KEPT_BYTES else self._on_window()
 
-    @functools.cached_property
+    @cached_property
     def _kept(self) -> F64:
         return self._on_window()
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import functools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -12,6 +11,7 @@ from itertools import pairwise
 import numpy as np
 
 from camsim.arrays import F64, U8
+from camsim.kept import cached_property
 from camsim.kernels import shared
 from camsim.rendering.aberrated.kernels import mark
 from camsim.rendering.aberrated.windows import windows
@@ -57,7 +57,7 @@ class BandImage:
     marked: U8 | None
     tiles: int
 
-    @functools.cached_property
+    @cached_property
     def _places(self) -> Places:
         """What compares places."""
         band, transfers, job = self.band, self.image.transfers, self.image.job
@@ -78,7 +78,7 @@ class BandImage:
             allowed=0.5 * self.image.between,
         )
 
-    @functools.cached_property
+    @cached_property
     def _passed(self) -> Passed:
         """What all boxes' transfers are multiplied by."""
         job, band = self.image.job, self.band
@@ -96,7 +96,7 @@ class BandImage:
         """Its frequencies, and those that blocks have beside the band."""
         return 2.0 * self._tile.points
 
-    @functools.cached_property
+    @cached_property
     def boxes(self) -> list[Box]:
         """The boxes that have places in common."""
         window, size = Box.window(self.image.job.grid), self.band.box
@@ -107,7 +107,7 @@ class BandImage:
             for left, right in pairwise(cuts[1])
         ]
 
-    @functools.cached_property
+    @cached_property
     def _some(self) -> list[Box]:
         """The boxes that are asked."""
         return asked(
@@ -116,12 +116,12 @@ class BandImage:
             change=lambda box: float(np.ptp(np.interp(box.radii_um, *self.image.changes))),
         )
 
-    @functools.cached_property
+    @cached_property
     def counts(self) -> tuple[int, int] | None:
         """Places along x and y of a box; None: it is too large for any number of them."""
         return self._places.counts(self._some)
 
-    @functools.cached_property
+    @cached_property
     def beside(self) -> tuple[int, int] | None:
         """Places along a piece of an outline, and along either side of what is heard across it; None: too many."""
         window = Box.window(self.image.job.grid)
@@ -160,7 +160,7 @@ class BandImage:
         assert self.counts is not None
         return self._shown[box] if box in self._shown else self._places.basis(box, self.counts)
 
-    @functools.cached_property
+    @cached_property
     def _shown(self) -> dict[Box, Basis]:
         """The bases of some boxes."""
         assert self.counts is not None
@@ -171,7 +171,7 @@ class BandImage:
         """Where all terms of some boxes end, cycles/pitch: boxes with one lattice look up once what they share."""
         return max((float(basis.cuts.max(initial=0.0)) for basis in self._shown.values()), default=0.0)
 
-    @functools.cached_property
+    @cached_property
     def box_bytes(self) -> float:
         """What a box holds while it is transformed: its transfers, the same on its tiles' lattice, and tiles' sums."""
         transfers, band = self.image.transfers, self.band
@@ -268,7 +268,7 @@ def band_image(whole: Whole, band: Band) -> BandImage:
     plain = best = BandImage(image=whole, band=band, nearby=nearby, pieces=pieces, marked=None, tiles=tiles)
     if len(pieces.frame):
         marked = np.zeros((grid.rows, grid.cols), np.uint8)
-        shared(grid.rows, functools.partial(mark, grid.first_centre, marks, band.reach, marked))
+        shared(grid.rows, lambda first, end: mark(grid.first_centre, marks, band.reach, marked, first, end))
         least = band.period**2 * tiles
         for times in SIDES:
             other = band.with_side(math.ceil(times * band.reach))

@@ -11,7 +11,6 @@ fourth … photosite and interpolated between them.
 from __future__ import annotations
 
 import dataclasses
-import functools
 import math
 from dataclasses import dataclass, field
 
@@ -19,12 +18,14 @@ import numpy as np
 import scipy
 
 from camsim.arrays import C128, F64
+from camsim.kept import cached_property
 from camsim.products import complex_product
 from camsim.rendering.aberrated.settings import sighted
 from camsim.rendering.across.ends import Ends
 from camsim.rendering.across.filling import ALL, coarsest
 from camsim.rendering.across.places import WIDER
 from camsim.rendering.across.transfers import SIX, Transfers
+from camsim.rendering.across.unfollowed import unfollowed
 from camsim.rendering.edges import Edges
 from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fourier.taper import taper, taper_margin, tapered
@@ -38,7 +39,8 @@ LINE = 4096  # points of it
 ENDS_OF = 2  # of the transfers whose lines are heard the farthest, ends of edges are listened to
 SHORT, CUT = 0.25, 0.033  # of the near bands' share: the reach of each of three, the end of each window
 PEAKS = 1.1  # times the highest of a line's points: eight of them are in its finest wave
-LOOKED_UP, FINER_STEPS = 0.05, (8, 12, 16, 24, 32, 48)  # of it, by look-ups in responses: steps in the finest wave
+FINER_STEPS = (8, 12, 16, 24, 32, 48, 64, 96, 128)  # of look-ups in responses: in the finest wave
+LOOKED_UP = 0.05  # of the share, by these
 BENT = 0.05  # of it: what a run lacks, and what the square of its bend shows; and what chords leave of tiles' edges
 TIMES = {"near": 5.0, "smooth": 6.0, "far": 4.0}  # the reach: sides of tiles
 GROUPS = {"near": 4, "smooth": 3, "far": 1}  # tiles along a side that have places in common
@@ -130,14 +132,14 @@ class Listened:
         """Of the windows: their side lobes are what they may leave."""
         return taper_margin(self.share)[1]
 
-    @functools.cached_property
+    @cached_property
     def _lines(self) -> tuple[F64, C128]:
         """Frequencies, and transfers (n, radii · sets · directions) across lines at them."""
         transfers = self.transfers
         frequency = transfers.step * np.arange(float(transfers.harmonics.shape[2]))
         return frequency, self._around(0)
 
-    @functools.cached_property
+    @cached_property
     def _turned(self) -> tuple[C128, C128]:
         """Their first and third derivatives by the direction."""
         return self._around(1), self._around(3)
@@ -207,8 +209,8 @@ class Listened:
         for steps in FINER_STEPS:
             lost = np.minimum(SIX * (2.0 * math.pi * frequency / (steps * cut)) ** 6, 2.0)
             if float(np.sum(size * lost)) <= LOOKED_UP * self.share:
-                break
-        return steps
+                return steps
+        raise unfollowed(f"look-ups in {steps} steps of a wave")
 
     def apart(self, low: float, high: float) -> float:
         """Return how far edges may be from where they belong, pitches, of what passes between two windows."""

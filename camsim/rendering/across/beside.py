@@ -16,6 +16,7 @@ import numpy as np
 import scipy
 
 from camsim.arrays import C128, F64, I64, U8
+from camsim.kept import cached_property
 from camsim.kernels import ahead, shared
 from camsim.optics import OpticalSystem
 from camsim.quadrature import chebyshev, interpolation
@@ -53,22 +54,22 @@ class Beside:
     shares: F64
     channel: I64
 
-    @functools.cached_property
+    @cached_property
     def _rows(self) -> int:
         """Frequencies of the transfers up to the band's end."""
         return min(int(self.transfers.harmonics.shape[2]), math.ceil(self.band.cut / self.transfers.step) + 1)
 
-    @functools.cached_property
+    @cached_property
     def _stride(self) -> int:
         """From one frequency to the next that responses are made of: within their reach they do not repeat."""
         return math.floor(1.0 / (self.transfers.step * (2.0 * self.band.reach + 2.0 * SPARE)))
 
-    @functools.cached_property
+    @cached_property
     def _some(self) -> I64:
         """These frequencies' numbers, after the two next to 0, which tell what there is at 0."""
         return np.concatenate([np.minimum([1, 2], self._rows - 1), np.arange(0, self._rows, self._stride)])
 
-    @functools.cached_property
+    @cached_property
     def _tables(self) -> tuple[F64, F64]:
         """The transfers (radii, angles, sets · |f|, 2) on half a circle, some more on either side; at some |f| only."""
         transfers = self.transfers

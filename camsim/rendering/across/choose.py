@@ -20,6 +20,7 @@ from camsim.rendering.across.lattice import SINGLY, lattice_for, one_by_one
 from camsim.rendering.across.plan import AcrossPlan
 from camsim.rendering.auto import FOURIER, Choice, fits, refuse_much
 from camsim.rendering.budget import PLACES_PART, ErrorBudget
+from camsim.rendering.check.checks import Checks
 from camsim.rendering.grid import Grid
 from camsim.rendering.job import Job
 from camsim.rendering.paper import rules
@@ -27,6 +28,7 @@ from camsim.scene import Scene
 from camsim.scene.arrange import Arrangement
 
 SOON = 1.0  # seconds, for which no transfers are made to find out whether those take less
+MANY, DEAR = 4096, 10.0  # photosites that may each be rendered alone if it takes no longer; of a check, to look further
 UNHEARD = 0.005  # of the signal at either end of the spectrum, whose patterns set no lattice
 
 
@@ -83,20 +85,15 @@ def choose_across(
     why = "asked for" if method != "auto" else "its places are rendered by it"
     judge = AcrossJudge(job=job, lens=lens, transforms=FOURIER)
     if by_edges and isinstance(lens, Revolves) and lens.turns and len(job.edges):
-        field = FieldPlan.of_job(job, lens)
-        of_field = FieldJudge(job=field.perfect, lens=lens, transforms=FOURIER)
+        alone = None if method == "boundary" else _one_by_one(job, lens, judge)
         try:
-            if method == "boundary":
-                refuse_much(name, field)
-            elif alone := _one_by_one(job, lens, judge, field, of_field):
-                return alone
-            if fits(field):
-                return Choice(method=name, why=why, plan=field, judge=of_field)
-            why = f"boundary would take {field.cost.memory_bytes / 1e9:.1f} GB"
+            choice, why = _by_edges(job, lens, judge, alone, method), "boundary would take too much memory"
         except UnsupportedError as unfollowed:
             if method == "boundary":
                 raise
-            why = f"boundary: {unfollowed.message}"
+            choice, why = alone, f"boundary: {unfollowed.message}"
+        if choice:
+            return choice
         name = "fourier"
     loud = np.cumsum(signal) > UNHEARD * signal.sum()
     shortest_nm = float(wavelength_nm[int(np.argmax(loud))])
@@ -111,20 +108,39 @@ def choose_across(
     return Choice(method=name, why=why, plan=plan, judge=judge)
 
 
-def _one_by_one(job: Job, lens: Revolves, judge: AcrossJudge, field: FieldPlan, of_field: FieldJudge) -> Choice | None:
-    """Return every photosite with a pattern of its own, where there are few and that takes less than one image of all.
+def _one_by_one(job: Job, lens: Revolves, judge: AcrossJudge) -> Choice | None:
+    """Return every photosite with a pattern of its own, where there are few or that does not take long."""
+    count = job.grid.rows * job.grid.cols
+    if count > MANY:
+        return None
+    plan = AcrossPlan(job=job, lens=lens, lattice=one_by_one(job.grid), method="fourier")
+    if not fits(plan) or (count > SINGLY and plan.cost.seconds > DEAR):
+        return None
+    return Choice(method="fourier", why="so few photosites are rendered one by one", plan=plan, judge=judge)
+
+
+def _by_edges(job: Job, lens: Revolves, judge: AcrossJudge, alone: Choice | None, method: str) -> Choice | None:
+    """Return one image of all places, or what is rendered one by one where that takes less; None: too much memory.
 
     What an image of all takes at the least is known before there are transfers along the radius, which may take long.
     """
-    if job.grid.rows * job.grid.cols > SINGLY:
-        return None
-    plan = AcrossPlan(job=job, lens=lens, lattice=one_by_one(job.grid), method="fourier")
-    seconds = plan.cost.seconds + judge.seconds(plan)
-    if not fits(plan) or (
-        seconds > max(SOON, field.least_seconds) and seconds > field.cost.seconds + of_field.seconds(field)
-    ):
-        return None
-    return Choice(method="fourier", why="so few photosites are rendered one by one", plan=plan, judge=judge)
+    field = FieldPlan.of_job(job, lens)
+    if alone and (alone.cost.seconds <= max(SOON, field.least_seconds) or alone.cost.seconds <= field.planned_seconds):
+        return alone
+    if method == "boundary":
+        refuse_much("boundary", field)
+    elif not fits(field):
+        return alone
+    checks: tuple[Checks, ...] = (FieldJudge(job=field.perfect, lens=lens, transforms=FOURIER), judge)
+    if checks[0].seconds(field) <= DEAR:
+        checks = checks[:1]
+    together = Choice(
+        method="boundary",
+        why="asked for" if method != "auto" else "its places are rendered by it",
+        plan=field,
+        judge=min(checks, key=lambda each: each.seconds(field)),
+    )
+    return alone if alone and alone.cost.seconds <= together.cost.seconds else together
 
 
 def _corners_um(grid: Grid) -> F64:

@@ -23,6 +23,7 @@ import numpy as np
 import scipy
 
 from camsim.arrays import C128, F64, I64, U8
+from camsim.kept import cached_property
 from camsim.kernels import shared
 from camsim.optics.placed import Revolves
 from camsim.rendering.aberrated.settings import sighted
@@ -34,7 +35,8 @@ from camsim.rendering.across.judge_kernels import add_sides
 from camsim.rendering.across.place_samples import steepest
 from camsim.rendering.across.place_transfers import PlaceTransfers
 from camsim.rendering.budget import DIFFERENCE_CHECK_PART
-from camsim.rendering.check.judge import Found, Judge, Transforms
+from camsim.rendering.check.checks import Found, Transforms
+from camsim.rendering.check.judge import Judge
 from camsim.rendering.check.polygons import polygons
 from camsim.rendering.check.wavelengths import condensed
 from camsim.rendering.edges import Edges
@@ -84,7 +86,7 @@ class FieldJudge:
     lens: Revolves
     transforms: Transforms
 
-    @functools.cached_property
+    @cached_property
     def _perfect(self) -> Judge:
         """What sees the scene, through the perfect lens."""
         return Judge(self.job, self.transforms)
@@ -97,7 +99,7 @@ class FieldJudge:
             rows[-1], cols[-1] = place
         return rows, cols
 
-    @functools.cached_property
+    @cached_property
     def _changing(self) -> tuple[int, int] | None:
         """Row and column of the photosite at an outline's corner where wavefronts change most with the distance."""
         grid, first = self.job.grid, np.array(self.job.grid.first_centre)
@@ -142,7 +144,7 @@ class FieldJudge:
         """Compare an image's values at photosites with what they should be."""
         return self._perfect.compare(plan, values, right, rows, cols)
 
-    @functools.cached_property
+    @cached_property
     def _edges(self) -> Edges:
         """The check's own edges, pitches."""
         pieces, wavelength_nm, _ = self._perfect.seen

@@ -9,11 +9,11 @@ place; the check recomputes photosites with just that.
 from __future__ import annotations
 
 import dataclasses
-import functools
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 from camsim.arrays import F64, I64, U8
+from camsim.kept import cached_property
 from camsim.optics.airy import Airy
 from camsim.optics.difference import Split
 from camsim.optics.placed import Revolves
@@ -24,7 +24,7 @@ from camsim.rendering.across.slivers import SliverImage, straightened
 from camsim.rendering.auto import BOUNDARY
 from camsim.rendering.boundary.engine import BoundaryPlan
 from camsim.rendering.budget import CLOSED_PART, PLACES_PART, ErrorBudget
-from camsim.rendering.engine import Cost, Decision, Marks, Progress, added, one_by_one
+from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost, Decision, Marks, Progress, added, one_by_one
 from camsim.rendering.job import Job, Nodes
 from camsim.rendering.work import Work
 from camsim.repeated import Channels
@@ -101,7 +101,7 @@ class FieldPlan:
         """Number of wavelength nodes."""
         return self.nodes.wavelength_nm.size
 
-    @functools.cached_property
+    @cached_property
     def frequencies(self) -> float:
         """Frequencies of all tiles."""
         return sum(part.tiles * part.band.tile(part.band.side, part.band.side).points for part in self.image.parts)
@@ -126,7 +126,7 @@ class FieldPlan:
             + self._search_seconds
         )
 
-    @functools.cached_property
+    @cached_property
     def _search_seconds(self) -> float:
         """What overlaps take of the nodes that a search for enough of them begins with."""
         farthest, nm = self.image.lens.at(self.image.radii_um[1], 0.0), self.job.signals.wavelength_nm
@@ -141,9 +141,16 @@ class FieldPlan:
         return transfers + min(FEWEST, self.job.grid.rows * self.job.grid.cols) * each
 
     @property
+    def planned_seconds(self) -> float:
+        """What it takes with its check at the least, as far as that is known before most of the transfers are made."""
+        return self.least_seconds + self.image.planned.seconds
+
+    @property
     def cost(self) -> Cost:
-        """What one image takes."""
+        """What one image takes; what is too much without its transfers is told without them."""
         closed, grid = self.closed.cost, self.job.grid
+        if self.image.held_bytes > MEMORY_LIMIT_BYTES:
+            return Cost(seconds=self.planned_seconds, memory_bytes=closed.memory_bytes + self.image.held_bytes)
         transfers = SECONDS + EACH_TRANSFER * self._colours * self.image.transfers.radii.nodes.size
         parts = self.image.parts
         photosites = sum(part.tiles * part.band.period**2 for part in parts)

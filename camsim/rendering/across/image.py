@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from camsim.arrays import F64, I64, U8
+from camsim.kept import cached_property
 from camsim.kernels import ahead, shared
 from camsim.optics.placed import Revolves
 from camsim.rendering.across.band_image import BandImage, band_image
@@ -17,7 +18,8 @@ from camsim.rendering.across.bands import DIRECTIONS, Band, Listened, bands_of
 from camsim.rendering.across.far_reach import far_reach
 from camsim.rendering.across.hardest import changes_of
 from camsim.rendering.across.places import Box
-from camsim.rendering.across.transfers import SIX, Transfers, fused_transfers
+from camsim.rendering.across.radial_samples import Sampler
+from camsim.rendering.across.transfers import SIX, TransferPlan, Transfers
 from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Progress
 from camsim.rendering.fast_length import fast_length
 from camsim.rendering.job import Job
@@ -38,7 +40,7 @@ class DifferenceImage:
     lens: Revolves
     between: float
 
-    @functools.cached_property
+    @cached_property
     def signals(self) -> tuple[F64, I64, F64]:
         """Weights (sets, wavelengths) of transfers, each one's channel, and what spectra but the background's take.
 
@@ -55,19 +57,19 @@ class DifferenceImage:
                 taken.append(np.where(which == own, times, 0.0))
         return np.array(weights), np.array(channel), np.array(taken).T
 
-    @functools.cached_property
+    @cached_property
     def contrast(self) -> F64:
         """The most that two sides of an edge differ by, of each set."""
         taken = np.concatenate([np.zeros((1, len(self.signals[1]))), self.signals[2]])
         most: F64 = np.abs(taken[self.job.sides[:, 0]] - taken[self.job.sides[:, 1]]).max(axis=0)
         return most
 
-    @functools.cached_property
+    @cached_property
     def radii_um(self) -> tuple[float, float]:
         """Where in the frame the window lies."""
         return Box.window(self.job.grid).radii_um
 
-    @functools.cached_property
+    @cached_property
     def changes(self) -> tuple[F64, F64]:
         """Radii, and how much wavefronts change up to each."""
         return changes_of(self.lens, self.radii_um, float(self.job.signals.wavelength_nm[0]))
@@ -76,26 +78,27 @@ class DifferenceImage:
         """Return how much of a transfer's error a line shows at frequencies in cycles/pitch, about."""
         return 1.0 / np.square(np.maximum(math.pi * frequency, 1.0))
 
-    @functools.cached_property
+    @cached_property
+    def planned(self) -> TransferPlan:
+        """What the lens takes along its radius."""
+        job, (weights, _, _) = self.job, self.signals
+        allowed = EACH * job.budget.allowed("transfers")
+        sampler = Sampler(
+            self.lens, job.signals.wavelength_nm, weights * self.contrast[:, None], self.radii_um, allowed
+        )
+        return TransferPlan(sampler=sampler, pitch_um=job.grid.pitch_um, allowed=allowed, heard=self._heard)
+
+    @property
     def transfers(self) -> Transfers:
         """The lens along its radius."""
-        job, (weights, _, _) = self.job, self.signals
-        return fused_transfers(
-            self.lens,
-            job.signals.wavelength_nm,
-            weights * self.contrast[:, None],
-            pitch_um=job.grid.pitch_um,
-            radii_um=self.radii_um,
-            allowed=EACH * job.budget.allowed("transfers"),
-            heard=self._heard,
-        )
+        return self.planned.transfers
 
-    @functools.cached_property
+    @cached_property
     def listened(self) -> Listened:
         """What lines show."""
         return Listened(transfers=self.transfers, edges=self.job.edges, share=self.job.budget.allowed("near cut"))
 
-    @functools.cached_property
+    @cached_property
     def bands(self) -> tuple[Band, ...]:
         """The bands, the finest first."""
         job, (weights, _, _) = self.job, self.signals
@@ -112,7 +115,7 @@ class DifferenceImage:
         )
         return bands_of(self.listened, extent + far, extent, job.farthest, (job.grid.rows, job.grid.cols))
 
-    @functools.cached_property
+    @cached_property
     def angles(self) -> int:
         """Points of half a circle from which a six-point look-up keeps its share."""
         transfers, allowed = self.transfers, EACH * self.job.budget.allowed("transfers")
@@ -125,7 +128,7 @@ class DifferenceImage:
             if float(np.sum(size * np.minimum(SIX * (math.pi * m / count) ** 6, 2.0))) <= allowed:
                 return count
 
-    @functools.cached_property
+    @cached_property
     def parts(self) -> tuple[BandImage, ...]:
         """The image of each band."""
         return tuple(ahead(functools.partial(band_image, self), self.bands, len(self.bands)))
@@ -133,9 +136,7 @@ class DifferenceImage:
     @property
     def held_bytes(self) -> float:
         """What transfers take as they are kept: in two orders, and what lines show of them three times."""
-        kept = self.transfers.harmonics
-        taken: float = kept.nbytes * (2.0 + 3.0 * DIRECTIONS / kept.shape[3])
-        return taken
+        return self.planned.kept_bytes * (2.0 + 3.0 * DIRECTIONS / self.planned.harmonics)
 
     def _at_once(self, part: BandImage) -> int:
         """Return how many of a band's boxes fit in memory at a time, on threads of their own."""

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-import functools
 from dataclasses import dataclass
 
 import numpy as np
 
 from camsim.arrays import F64, I64, U8
+from camsim.kept import cached_property
+from camsim.kernels import shared
 from camsim.optics.protocols import Varies
-from camsim.rendering.across.plan import AcrossPlan
-from camsim.rendering.check.judge import Found, Judge, Transforms
+from camsim.rendering.check.checks import Found, Transforms
+from camsim.rendering.check.judge import Judge
 from camsim.rendering.engine import Plan
 from camsim.rendering.job import Job
 
+AT_ONCE = 2  # photosites, on threads of their own: a window may take much memory
 LEAST_SECONDS = 0.06  # of a photosite: its pupil's nodes, and windows of a few thousand frequencies
 
 
@@ -25,7 +27,7 @@ class AcrossJudge:
     lens: Varies
     transforms: Transforms
 
-    @functools.cached_property
+    @cached_property
     def _whole(self) -> Judge:
         """What sees the scene, for all photosites."""
         return Judge(self.job, self.transforms)
@@ -36,22 +38,39 @@ class AcrossJudge:
 
     def seconds(self, plan: Plan) -> float:
         """Return what the check is expected to take: about a place's image for each photosite."""
-        assert isinstance(plan, AcrossPlan)
         grid = self.job.grid
         if not len(self._whole.seen[0].left):
             return 0.0
-        return min(plan.fewest, grid.rows * grid.cols) * max(LEAST_SECONDS, plan.each.seconds)
+        return min(plan.fewest, grid.rows * grid.cols) * self._each_seconds
+
+    @cached_property
+    def _each_seconds(self) -> float:
+        """What a photosite takes in the farthest corner, where lenses are seldom better than elsewhere."""
+        (x0, y0), grid = self.job.grid.first_centre, self.job.grid
+        row, col = (
+            np.array([0 if abs(first) > abs(first + count - 1) else count - 1])
+            for first, count in ((y0, grid.rows), (x0, grid.cols))
+        )
+        return max(LEAST_SECONDS, self._at(int(row[0]), int(col[0])).taken(row, col))
+
+    def _at(self, row: int, col: int) -> Judge:
+        """Return what sees the scene with the pattern of one place."""
+        (x0, y0), pitch_um = self.job.grid.first_centre, self.job.grid.pitch_um
+        lens = self.lens.at((x0 + float(col)) * pitch_um, (y0 + float(row)) * pitch_um)
+        return Judge(self.job.behind(lens), self.transforms, seen=self._whole.seen)
 
     def values(self, rows: I64, cols: I64, sets: U8) -> F64:
         """Compute photosites again, each in its channel of ``sets`` (..., photosites)."""
         values = np.empty(sets.shape)
-        x0, y0 = self.job.grid.first_centre
-        pitch_um = self.job.grid.pitch_um
-        for k in range(rows.size):
-            one = slice(k, k + 1)
-            place = (x0 + float(cols[k])) * pitch_um, (y0 + float(rows[k])) * pitch_um
-            judge = Judge(self.job.behind(self.lens.at(*place)), self.transforms, seen=self._whole.seen)
-            values[..., one] = judge.values(rows[one], cols[one], sets[..., one])
+        _ = self._whole.seen  # made once, before threads ask for it
+
+        def work(first: int, end: int) -> None:
+            for k in range(first, end):
+                one = slice(k, k + 1)
+                judge = self._at(int(rows[k]), int(cols[k]))
+                values[..., one] = judge.values(rows[one], cols[one], sets[..., one])
+
+        shared(rows.size, work, most=AT_ONCE)
         return values
 
     def compare(self, plan: Plan, values: F64, right: F64, rows: I64, cols: I64) -> Found:

@@ -8,7 +8,6 @@ many places it takes.
 
 from __future__ import annotations
 
-import functools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -19,6 +18,8 @@ import scipy
 
 from camsim.arrays import F64
 from camsim.errors import UnsupportedError
+from camsim.kept import cached_property
+from camsim.kernels import shared
 from camsim.optics.protocols import Placed, Varies
 from camsim.rendering.across.hardest import asked
 from camsim.rendering.grid import Grid
@@ -34,6 +35,7 @@ STEADY = 0.9  # from term to term: what falls less is not followed
 LOOKED_AT = 25  # places along either side of a window at which wavefronts are compared
 _ANGLE, _RADIUS = np.arange(24) * (math.pi / 6.0), np.repeat([1.0, 0.6], 12)
 ASKED = _RADIUS * np.cos(_ANGLE), _RADIUS * np.sin(_ANGLE)  # there, of the pupil
+AT_ONCE = 4  # patterns, on threads of their own
 PADDED = 4  # times the pupil: samples of a pattern, λN/4 apart
 
 
@@ -188,7 +190,7 @@ class _Changes:
         waves = np.stack([self.lens.at(x, y).waves(*ASKED, self.wavelength_nm) for x, y in places_um.tolist()])
         return np.asarray(waves - waves.mean(axis=1, keepdims=True))
 
-    @functools.cached_property
+    @cached_property
     def _all_over(self) -> tuple[F64, F64]:
         """Places of the window, and their wavefronts."""
         across, down = axes_um(Tile(0, 0, self.grid.rows, self.grid.cols), self.grid)
@@ -269,8 +271,12 @@ def _patterns(lenses: list[Placed], wavelength_nm: float) -> F64:
             break
     size = PADDED * samples
     out = np.empty((len(lenses), size, size))
-    for own, lens in zip(out, lenses, strict=True):
-        amplitude = np.where(inside, np.exp(2j * np.pi * lens.waves(x, y, wavelength_nm)), 0.0)
-        power = np.abs(scipy.fft.fft2(amplitude, (size, size))) ** 2
-        own[:] = power / power.sum()
+
+    def work(first: int, end: int) -> None:
+        for own, lens in zip(out[first:end], lenses[first:end], strict=True):
+            amplitude = np.where(inside, np.exp(2j * np.pi * lens.waves(x, y, wavelength_nm)), 0.0)
+            power = np.abs(scipy.fft.fft2(amplitude, (size, size))) ** 2
+            own[:] = power / power.sum()
+
+    shared(len(lenses), work, most=AT_ONCE)
     return out

@@ -13,6 +13,7 @@ import numpy.typing as npt
 import scipy
 
 from camsim.arrays import F64
+from camsim.kept import cached_property
 from camsim.kernels import shared
 from camsim.optics import OpticalSystem
 from camsim.rendering.across.bands import Band
@@ -42,7 +43,7 @@ class Passed:
     pitch_um: float
     keep: bool
 
-    @functools.cached_property
+    @cached_property
     def _kept(self) -> dict[Block, F64]:
         return {}
 
@@ -94,7 +95,7 @@ class Fields:
     passed: Passed
     keep: bool
 
-    @functools.cached_property
+    @cached_property
     def _kept(self) -> dict[Block, F64]:
         return {}
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from camsim.arrays import C128, F64
 from camsim.quadrature import chebyshev, interpolation
+from camsim.rendering.across.unfollowed import unfollowed
 
 COUNTS = (3, 4, 5, 6, 8, 10, 12, 16)  # nodes tried in a panel
 MOST_NODES = 400
@@ -62,14 +63,15 @@ def panels(sampled: Callable[[F64], C128], low: float, high: float, knots: Seque
     while open_ends:
         a, b = open_ends.pop()
         count = _enough(sampled, a, b, allowed)
-        thin = b - a < THINNEST * (high - low) or sum(n for *_, n in found) > MOST_NODES
-        if count is None and not thin:
-            inside = [knot for knot in knots if a < knot < b]
-            middle = 0.5 * (a + b)
-            cut = min(inside, key=lambda knot: abs(knot - middle)) if inside else middle
-            open_ends += [(cut, b), (a, cut)]
-        else:
-            found.append((a, b, count or COUNTS[-1]))
+        if count is not None:
+            found.append((a, b, count))
+            continue
+        if b - a < THINNEST * (high - low) or sum(n for *_, n in found) > MOST_NODES:
+            raise unfollowed(f"{MOST_NODES} places along the radius")
+        inside = [knot for knot in knots if a < knot < b]
+        middle = 0.5 * (a + b)
+        cut = min(inside, key=lambda knot: abs(knot - middle)) if inside else middle
+        open_ends += [(cut, b), (a, cut)]
     return Panels(ends=(low, *(b for _, b, _ in found)), counts=tuple(n for *_, n in found))
 
 

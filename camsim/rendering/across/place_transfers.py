@@ -6,7 +6,6 @@ shift that region is the same in all directions, and the wavefront turns: polyno
 
 from __future__ import annotations
 
-import functools
 import math
 from dataclasses import dataclass
 
@@ -14,6 +13,7 @@ import numpy as np
 import scipy
 
 from camsim.arrays import C128, F64, I64
+from camsim.kept import cached_property
 from camsim.optics.airy import NM_PER_UM
 from camsim.optics.placed import PlacedLens
 from camsim.products import complex_product, product
@@ -100,6 +100,6 @@ class PlaceTransfers:
             self._kept[key] = np.moveaxis(fused, 2, 1)
         return self._kept[key]
 
-    @functools.cached_property
+    @cached_property
     def _kept(self) -> dict[tuple[int, float, float], C128]:
         return {}

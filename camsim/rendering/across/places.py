@@ -14,6 +14,7 @@ import numpy as np
 import scipy
 
 from camsim.arrays import C128, F64
+from camsim.kept import cached_property
 from camsim.kernels import shared
 from camsim.products import product
 from camsim.rendering.across.kernels import add_weighed
@@ -123,7 +124,7 @@ class Places:
         taken: C128 = radial[:, :, None] * turns[:, None]
         return taken, around.reshape(-1, sets, count, angles) * self.heard
 
-    @functools.cached_property
+    @cached_property
     def _compared(self) -> F64:
         """Harmonics of the transfers at the frequencies that are compared, as pairs (radii, sets · |f| · harmonics)."""
         own = np.ascontiguousarray(self.transfers.harmonics[:, :, self.index])

@@ -9,25 +9,27 @@ place; the check recomputes photosites with just that.
 from __future__ import annotations
 
 import dataclasses
-import functools
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from camsim.arrays import F64, I64, U8
+from camsim.kept import cached_property
+from camsim.kernels import ahead
 from camsim.optics.protocols import Varies
 from camsim.rendering.across.decided import bent_sides
 from camsim.rendering.across.lattice import Lattice, Tile
 from camsim.rendering.auto import BY_EDGES, FOURIER
 from camsim.rendering.budget import PLACES_PART
-from camsim.rendering.engine import Cost, Decision, Engine, Marks, Plan, Progress, one_by_one, share
+from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost, Decision, Engine, Marks, Plan, Progress, one_by_one
 from camsim.rendering.flat import FlatPlan
 from camsim.rendering.job import Job
 from camsim.rendering.work import Work
 from camsim.repeated import Channels
 
 FEWEST = 6  # photosites checked, each with a pattern of its own
+AT_ONCE = 4  # images, on threads of their own
 PLANNED_SECONDS = 0.02  # a place, besides what its image takes
 
 
@@ -56,7 +58,7 @@ class AcrossPlan:
         engine: Engine = BY_EDGES if self.method == "boundary" else FOURIER
         return engine.plan(job)
 
-    @functools.cached_property
+    @cached_property
     def _sample(self) -> Plan:
         """The plan of the middle tile's first place, for what all have in common."""
         tile = self.lattice.tiles[len(self.lattice.tiles) // 2]
@@ -89,7 +91,7 @@ class AcrossPlan:
         each = self.each
         return Cost(seconds=self.images_made * (PLANNED_SECONDS + each.seconds), memory_bytes=each.memory_bytes)
 
-    @functools.cached_property
+    @cached_property
     def each(self) -> Cost:
         """What one place's image takes."""
         return self._sample.cost
@@ -124,27 +126,35 @@ class AcrossPlan:
 
     def bands(self, channel: Channels, progress: Progress) -> Iterator[F64]:
         """Yield the image, one row of tiles after the other."""
-        tiles, cols = self.lattice.tiles, channel.shape[1]
-        for number, tile in enumerate(tiles):
-            if tile.col == 0:
-                band = np.empty((tile.rows, cols))
-            own = channel[tile.row : tile.row + tile.rows, tile.col : tile.col + tile.cols]
-            band[:, tile.col : tile.col + tile.cols] = self._tile(
-                tile, own, functools.partial(share, progress, number, len(tiles))
-            )
-            if tile.col + tile.cols == cols:
+        cols, places = channel.shape[1], self.lattice.counts[0] * self.lattice.counts[1]
+        for number, (tile, i, j, image) in enumerate(ahead(self._image, self._images(channel), self._at_once)):
+            here = slice(tile.col, tile.col + tile.cols)
+            if number % places == 0:
+                across, down = self.lattice.weights(tile)
+                if tile.col == 0:
+                    band = np.zeros((tile.rows, cols))
+            band[:, here] += image * (down[:, j, None] * across[:, i])
+            progress((number + 1) / self.images_made)
+            if tile.col + tile.cols == cols and number % places == places - 1:
                 yield band
 
-    def _tile(self, tile: Tile, channel: U8, progress: Progress) -> F64:
-        across, down = self.lattice.weights(tile)
-        count, total = across.shape[1] * down.shape[1], np.zeros(channel.shape)
-        for number, (i, j, x_um, y_um) in enumerate(self.lattice.places_um(tile, self.job.grid)):
-            plan, row = self.placed(tile, x_um, y_um), 0
-            for band in plan.bands(channel, functools.partial(share, progress, number, count)):
-                rows = slice(row, row + len(band))
-                total[rows] += band * (down[rows, j, None] * across[:, i])
-                row += len(band)
-        return total
+    def _images(self, channel: Channels) -> Iterator[tuple[Tile, int, int, float, float, U8]]:
+        """Yield the images to make: a tile, its place, and the photosites' channels."""
+        for tile in self.lattice.tiles:
+            own = channel[tile.row : tile.row + tile.rows, tile.col : tile.col + tile.cols]
+            for i, j, x_um, y_um in self.lattice.places_um(tile, self.job.grid):
+                yield tile, i, j, x_um, y_um, own
+
+    def _image(self, what: tuple[Tile, int, int, float, float, U8]) -> tuple[Tile, int, int, F64]:
+        """Return a tile's image with the pattern of one place."""
+        tile, i, j, x_um, y_um, channel = what
+        bands = self.placed(tile, x_um, y_um).bands(channel, lambda done: None)
+        return tile, i, j, np.concatenate(list(bands))
+
+    @property
+    def _at_once(self) -> int:
+        """How many images fit in memory at a time, on threads of their own."""
+        return max(1, min(AT_ONCE, int(MEMORY_LIMIT_BYTES / max(self.each.memory_bytes, 1.0))))
 
     def images(self, channels: U8, progress: Progress) -> Iterator[Iterator[F64]]:
         """Yield the bands of several images in turn."""

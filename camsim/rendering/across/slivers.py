@@ -16,6 +16,7 @@ import numpy as np
 import scipy
 
 from camsim.arrays import F64, I64, U8
+from camsim.kept import cached_property
 from camsim.kernels import shared
 from camsim.rendering.across.bending import TAIL
 from camsim.rendering.across.chords import Chords, chords_of, heights
@@ -68,7 +69,7 @@ class SliverImage:
     nodes: Nodes
     allowed: float
 
-    @functools.cached_property
+    @cached_property
     def _tabled(self) -> tuple[F64, I64, F64]:
         """Weights (tables, channels, wavelengths), each pair's table, and how many times that it is."""
         weights = self.nodes.weights

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import functools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -12,6 +11,7 @@ import numpy as np
 
 from camsim.arrays import F64, I64, U8
 from camsim.errors import UnsupportedError
+from camsim.kept import cached_property
 from camsim.optics.pattern import Pattern
 from camsim.rendering.boundary.cost import Counts, boundary_cost, boundary_counts
 from camsim.rendering.boundary.image import boundary_bands, directions
@@ -64,24 +64,24 @@ class BoundaryPlan:
         """Number of wavelength nodes."""
         return self.nodes.wavelength_nm.size
 
-    @functools.cached_property
+    @cached_property
     def tabled(self) -> int:
         """Number of pairs of spectra that are no multiples of one another."""
         weights = self.nodes.weights
         return len(np.unique(multiples(weights.reshape(len(weights), -1))[0]))
 
-    @functools.cached_property
+    @cached_property
     def in_foci(self) -> tuple[I64, I64]:
         """The job's edges that touch each of the settings' foci: found once, which takes long, for cost and image."""
         return touching(self.settings.foci, self.job.edges)
 
-    @functools.cached_property
+    @cached_property
     def lines(self) -> tuple[I64, F64]:
         """Which edge response each of the job's edges has, and their normals; likewise."""
         reach = self.settings.reach + float(np.abs(self.places).max())
         return directions(self.job.edges, self.job.grid, self.settings.near, reach, self.footprint)
 
-    @functools.cached_property
+    @cached_property
     def counts(self) -> Counts:
         """What has to be done for one image."""
         job = self.job
@@ -98,7 +98,7 @@ class BoundaryPlan:
             parts=len(self.places),
         )
 
-    @functools.cached_property
+    @cached_property
     def cost(self) -> Cost:
         """What one image takes."""
         return boundary_cost(self.counts)

@@ -8,13 +8,13 @@ looked at; the sum's constant goes with what is seen half a period away, where t
 
 from __future__ import annotations
 
-import functools
 import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from camsim.arrays import F64, U8
+from camsim.kept import cached_property
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.check.overlap import Fused, Overlapping
 from camsim.rendering.check.scenery import Pieces
@@ -44,7 +44,7 @@ class Beside:
     density: F64
     budget: ErrorBudget
 
-    @functools.cached_property
+    @cached_property
     def reach(self) -> float:
         """Distance from a photosite's middle beyond which nothing is looked at."""
         system, nm = self.job.system, self.wavelength_nm

@@ -6,7 +6,6 @@ Beyond a distance its rings are averaged, and a square is its middle.
 
 from __future__ import annotations
 
-import functools
 import math
 from dataclasses import dataclass
 from itertools import pairwise
@@ -14,6 +13,7 @@ from itertools import pairwise
 import numpy as np
 
 from camsim.arrays import F64, I64, U8
+from camsim.kept import cached_property
 from camsim.kernels import shared
 from camsim.optics import OpticalSystem
 from camsim.optics.protocols import KnowsEnergy, Rectangular, Round
@@ -64,7 +64,7 @@ class DirectSums:
         known = isinstance(lens, Round) and isinstance(lens, KnowsEnergy) and not system.more
         return known and isinstance(system.photosite, Rectangular)
 
-    @functools.cached_property
+    @cached_property
     def _blur(self) -> tuple[float, float]:
         """The shortest and the longest pattern's length, pitches."""
         lengths = self.system.blurs_um(self.wavelength_nm) / self.grid.pitch_um
@@ -90,7 +90,7 @@ class DirectSums:
         x, w = gauss_legendre(order)
         return 0.5 * side * x, 0.5 * w
 
-    @functools.cached_property
+    @cached_property
     def _farthest(self) -> float:
         """The largest distance of a photosite from anything that is seen, pitches."""
         x0, y0 = np.array(self.grid.first_centre) - self.moved
@@ -98,7 +98,7 @@ class DirectSums:
         corners = np.array([(x0, y0), (x1, y0), (x1, y1), (x0, y1)])
         return max(seen.farthest(corners) for seen in self.seen)
 
-    @functools.cached_property
+    @cached_property
     def radius(self) -> float:
         """The distance beyond which rings are averaged: where a random picture hears less of them than is allowed.
 
@@ -122,7 +122,7 @@ class DirectSums:
             radius *= FARTHER
         return min(radius, self._farthest) + extent
 
-    @functools.cached_property
+    @cached_property
     def zones(self) -> list[tuple[float, tuple[float, float]]]:
         """How many times more rules may be wrong by, from where to where: the pattern falls with distance³."""
         extent = float(np.abs(self.footprint()[0]).max()) + LARGEST
@@ -132,7 +132,7 @@ class DirectSums:
         edges[-1] = self.radius
         return [(max(1.0, (max(low - extent, 0.0) / self._blur[1]) ** 3), (low, high)) for low, high in pairwise(edges)]
 
-    @functools.cached_property
+    @cached_property
     def seconds_each(self) -> float:
         """What one photosite is expected to take."""
         total = 0.0

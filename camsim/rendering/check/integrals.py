@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from camsim.arrays import F64, I64
+from camsim.kept import cached_property
 from camsim.optics import RoundLens
 from camsim.quadrature import gauss_error, gauss_legendre
 from camsim.rendering.budget import ErrorBudget
@@ -61,12 +62,12 @@ class Integrals:
     budget: ErrorBudget
     corners: F64
 
-    @functools.cached_property
+    @cached_property
     def rule(self) -> Rule:
         """Nodes (m, 2) and weights (m,) over photosite and spots, that follow the shortest wave."""
         return self._rule(max(self._orders))
 
-    @functools.cached_property
+    @cached_property
     def zones(self) -> Zones:
         """This rule for what is near, and others of fewer nodes."""
         contrast = np.abs(self.weights).sum(axis=2).max(axis=1)[self.pair] * np.abs(self.times)
@@ -82,7 +83,7 @@ class Integrals:
             allowed=FAR_PART * self.budget.allowed("footprint rule"),
         )
 
-    @functools.cached_property
+    @cached_property
     def _orders(self) -> list[int]:
         """How many nodes along either side follow a grating of whatever frequency, as much as the lens leaves of it."""
         sharpest = int(self._blur.argmin())
@@ -104,7 +105,7 @@ class Integrals:
         nodes = (self.listener.spots[:, None] + 0.5 * np.array(self.listener.sides) * square).reshape(-1, 2)
         return nodes, np.concatenate([weights / len(self.listener.spots)] * len(self.listener.spots))
 
-    @functools.cached_property
+    @cached_property
     def radius(self) -> float:
         """Distance from which on no end, no corner and no line is heard: E is taken from its table as far as that."""
         blur, everything = float(self._blur.max()), self.where.farthest
@@ -135,7 +136,7 @@ class Integrals:
         ends = [[x0, y0], [x0, y1], [x1, y0], [x1, y1]]
         return float(self._radii(np.concatenate([self.where.listeners, ends])).max())
 
-    @functools.cached_property
+    @cached_property
     def seconds_each(self) -> float:
         """What one photosite is expected to take."""
         begin = self.zones.ends(np.array([self.radius]))[1:-1, 0]
@@ -194,30 +195,30 @@ class Integrals:
             first += count
         return values
 
-    @functools.cached_property
+    @cached_property
     def _rules(self) -> Rules:
         return rules_of(*self._shortest)
 
-    @functools.cached_property
+    @cached_property
     def _shortest(self) -> tuple[float, float]:
         """The shortest wave, and what of it is left along outlines."""
         return float(self._blur.min()), ALONG_PART * self.budget.tolerance
 
-    @functools.cached_property
+    @cached_property
     def where(self) -> Whereabouts:
         """Where the pieces lie."""
         return Whereabouts(pieces=self.pieces, corners=self.corners)
 
-    @functools.cached_property
+    @cached_property
     def _parts(self) -> Parts:
         return parts_seen(self.pieces, self.pair, self.times, *self._shortest)
 
-    @functools.cached_property
+    @cached_property
     def _extent(self) -> float:
         """How far the rule reaches from a photosite's middle."""
         return float(np.hypot(*self.rule[0].T).max())
 
-    @functools.cached_property
+    @cached_property
     def _blur(self) -> F64:
         return self._blur_at(self.wavelength_nm)
 
@@ -231,7 +232,7 @@ class Integrals:
             self._tables.append((radius, table_of(self.lens, blur, weights, radius, self.budget.tolerance)))
         return self._tables[-1][1]
 
-    @functools.cached_property
+    @cached_property
     def _tables(self) -> list[tuple[float, Table]]:
         return []
 
@@ -268,7 +269,7 @@ class Integrals:
                 own[k] = max(own[k], float(distance[loud].max(initial=base)) + blur)
         return radii
 
-    @functools.cached_property
+    @cached_property
     def _swing(self) -> float:
         return self._swing_at(self.radius)
 

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Protocol, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
 from camsim.arrays import F64, I64, U8, kinds_of
+from camsim.kept import cached_property
 from camsim.optics import RoundLens
 from camsim.rendering.budget import DIFFERENCE_CHECK_PART, ErrorBudget
 from camsim.rendering.check.bent import bent
 from camsim.rendering.check.beside import Beside
+from camsim.rendering.check.checks import Found, Transforms
 from camsim.rendering.check.fitting import Fitting, Windows
 from camsim.rendering.check.framed import Framed
 from camsim.rendering.check.integrals import Integrals
@@ -37,53 +37,7 @@ OF_RINGS = 0.5  # of what a window may be wrong by: what integrals may be that e
 FAR_SHARE, FAR_SECONDS = 0.5, 0.3  # of the image's time, or so much, for one photosite far away
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Found:
-    """The worst of the photosites that were checked.
-
-    error          : |image − reference| there, relative to the channel's full scale
-    row, col       : where
-    photosites     : how many were checked
-    standard_error : see ``Plan.standard_error``
-    """
-
-    error: float
-    row: int
-    col: int
-    photosites: int
-    standard_error: float | None = None
-
-
 Seen: TypeAlias = tuple[Pieces, F64, F64]
-
-
-class Checks(Protocol):
-    """What recomputes photosites of a rendering."""
-
-    def hardest(self, plan: Plan) -> tuple[I64, I64]:
-        """Return rows and columns of the photosites to look at."""
-        ...
-
-    def seconds(self, plan: Plan) -> float:
-        """Return what the check is expected to take."""
-        ...
-
-    def values(self, rows: I64, cols: I64, sets: U8) -> F64:
-        """Compute photosites again, each in its channel of ``sets`` (..., photosites)."""
-        ...
-
-    def compare(self, plan: Plan, values: F64, right: F64, rows: I64, cols: I64) -> Found:
-        """Compare an image's values at photosites with what they should be."""
-        ...
-
-
-class Transforms(Protocol):
-    """An engine that renders windows of a job; the finest tolerance that it keeps."""
-
-    @property
-    def finest(self) -> float: ...  # noqa: D102 (above)
-
-    def windows(self, job: Job, heard: Callable[[Job], float] | None) -> Windows: ...  # noqa: D102
 
 
 class Judge:
@@ -102,7 +56,7 @@ class Judge:
         self.transforms = transforms
         self._seen = seen
 
-    @functools.cached_property
+    @cached_property
     def seen(self) -> Seen:
         """Pieces of the scene, wavelengths, and densities (spectra, channels, n); of another judge if it was given."""
         if self._seen is not None:
@@ -119,13 +73,13 @@ class Judge:
         wavelength_nm, density = densities(spectra, job.response, job.wavelength_nm)
         return pieces, wavelength_nm, density
 
-    @functools.cached_property
+    @cached_property
     def base(self) -> F64:
         """The background in each channel."""
         background: F64 = self.seen[2][0].sum(axis=1)
         return background
 
-    @functools.cached_property
+    @cached_property
     def integrates(self) -> bool:
         """Whether photosites are integrated one by one: where that is known, and not dear beside windows."""
         job = self.job
@@ -137,7 +91,7 @@ class Judge:
         middle = np.array([job.grid.rows // 2]), np.array([job.grid.cols // 2])
         return self._all * each <= self._whole.taken(*middle)
 
-    @functools.cached_property
+    @cached_property
     def integrals(self) -> Integrals:
         """What integrates."""
         return self._integrals(self.job.budget.of_check)
@@ -200,9 +154,12 @@ class Judge:
             return 0.0
         if self.integrates and self._difference is None:
             return self.count(plan) * self.integrals.seconds_each
-        rows, cols = self.hardest(plan)
-        seconds = self._framed.seconds(rows, cols)
-        return seconds + (rows.size * self.integrals.seconds_each if self.integrates else 0.0)
+        return self.taken(*self.hardest(plan))
+
+    def taken(self, rows: I64, cols: I64) -> float:
+        """Return what photosites are expected to take."""
+        each = rows.size * self.integrals.seconds_each if self.integrates else 0.0
+        return each + (0.0 if self.integrates and self._difference is None else self._framed.seconds(rows, cols))
 
     def compare(self, plan: Plan, values: F64, right: F64, rows: I64, cols: I64) -> Found:
         """Compare an image's values at photosites with what they should be."""
@@ -231,13 +188,13 @@ class Judge:
         values: F64 = base + again.reshape(sets.shape)
         return values if self._difference is None else values + self._framed.values(rows, cols, sets)
 
-    @functools.cached_property
+    @cached_property
     def _moved(self) -> F64:
         """How far the round part's pattern is moved, pitches."""
         split = self.job.split
         return np.zeros(2) if split is None else np.array(split.moved_um) / self.job.grid.pitch_um
 
-    @functools.cached_property
+    @cached_property
     def _difference(self) -> Job | None:
         """What there is besides the round part."""
         return None if self.job.split is None or not self.integrates else self.job.difference_part()
@@ -257,11 +214,11 @@ class Judge:
         """Which of them are looked at where each is integrated too."""
         return np.array(OF_WINDOW if self._all == WINDOW**2 else range(self._all))
 
-    @functools.cached_property
+    @cached_property
     def _framed(self) -> Framed:
         return self._whole if self._difference is None else self._of_difference(self._difference)
 
-    @functools.cached_property
+    @cached_property
     def _whole(self) -> Framed:
         """What transforms photosites of the job itself."""
         windows = self._windows_of(self.job, self.base, self.job.budget.of_check.tolerance)

@@ -17,6 +17,7 @@ import numpy as np
 import scipy
 
 from camsim.arrays import C128, F64, I64
+from camsim.kept import cached_property
 from camsim.kernels import shared
 from camsim.optics.airy import NM_PER_UM, airy_otf
 from camsim.optics.difference import Difference
@@ -168,7 +169,7 @@ class Fused:
             self._kept[key] = found
         return self._kept[key]
 
-    @functools.cached_property
+    @cached_property
     def _kept(self) -> dict[tuple[tuple[float, float], tuple[int, int]], C128]:
         """What the last window took, for the next rendering's."""
         return {}

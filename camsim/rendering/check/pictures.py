@@ -11,15 +11,17 @@ from typing import Protocol
 import numpy as np
 
 from camsim.arrays import F64, I64, U8
+from camsim.kept import cached_property
 from camsim.optics.difference import Split
 from camsim.optics.protocols import OpticalStage
 from camsim.quadrature import gauss_error
 from camsim.rendering.budget import DIFFERENCE_CHECK_PART
+from camsim.rendering.check.checks import Found
 from camsim.rendering.check.crossings import Bounds, bounds_of, crossed
 from camsim.rendering.check.fields import DirectSums
 from camsim.rendering.check.fitting import Fitting, Windows
 from camsim.rendering.check.gradient_samples import Cells, SeenGradient
-from camsim.rendering.check.judge import Found, Judge
+from camsim.rendering.check.judge import Judge
 from camsim.rendering.check.places import GOLDEN, SHARE_OF_TIME
 from camsim.rendering.check.point_samples import SeenPoints, seen_points
 from camsim.rendering.check.pupils import summed_otherwise
@@ -66,7 +68,7 @@ class PictureJudge:
     scene: Scene
     fields: Fields
 
-    @functools.cached_property
+    @cached_property
     def _highest(self) -> float:
         """The highest frequency that passes the lens, cycles/pitch."""
         job = self.edges.job
@@ -75,7 +77,7 @@ class PictureJudge:
             seen_nm = job.wavelength_nm[:1]
         return job.system.highest_per_um(seen_nm) * job.grid.pitch_um
 
-    @functools.cached_property
+    @cached_property
     def _bounds(self) -> dict[int, Bounds | None]:
         """What bounds what is seen of every field, by its number among the shapes; None for all of a picture."""
         job = self.edges.job
@@ -91,19 +93,19 @@ class PictureJudge:
         """Whether anything of pictures, gradients and points is to be seen."""
         return bool(self._points) or any(bounds is None or len(bounds.start) for bounds in self._bounds.values())
 
-    @functools.cached_property
+    @cached_property
     def _points(self) -> list[PointSource]:
         """Points that nothing covers, the brightest first."""
         seen = seen_points(self.scene, self.edges.job.grid.pitch_um)
         return sorted(seen, key=lambda point: -(point.photosites or 0.0))
 
-    @functools.cached_property
+    @cached_property
     def _moved(self) -> F64:
         """Where the pattern's centre lies (x, y), pitches: a photosite sees what is as far the other way."""
         split = self.fields.split
         return np.zeros(2) if split is None else np.array(split.moved_um) / self.edges.job.grid.pitch_um
 
-    @functools.cached_property
+    @cached_property
     def _sums(self) -> DirectSums | None:
         """What sums photosites behind a round lens, or behind the round part of one."""
         job, system = self.edges.job, self.edges.job.system
@@ -158,12 +160,12 @@ class PictureJudge:
             )  # fmt: skip
         return Seen(picture=raster, less=less, ones=flat is None, outline=outline, pitch_um=pitch_um, order=order + 1)
 
-    @functools.cached_property
+    @cached_property
     def _transformed(self) -> Fields:
         """What renders windows: behind the same lens, its pattern by the check's own rule."""
         return self.fields.behind(summed_otherwise(self.edges.job.system.lens))
 
-    @functools.cached_property
+    @cached_property
     def _windows(self) -> Windows | None:
         """What renders windows of what is not summed, None where all is."""
         finest = self.edges.transforms.finest

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,6 +10,7 @@ import numpy as np
 import scipy
 
 from camsim.arrays import F64
+from camsim.kept import cached_property
 from camsim.rendering.check.scene_samples import Seen, Zone
 from camsim.rendering.check.scenery import pieces_of
 from camsim.scene import PointSource, Rectangle, Scene
@@ -56,7 +56,7 @@ class SeenPoints(Seen):
         """There are no patches."""
         return np.zeros((1, 1), bool)
 
-    @functools.cached_property
+    @cached_property
     def loud(self) -> float:
         """Light whose rings are in step, square pitches: of the brightest, and of the others what adds up by chance."""
         each = self.light.sum(axis=0)

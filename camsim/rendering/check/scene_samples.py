@@ -6,7 +6,6 @@ between the crossings of a horizontal with the outline there is picture, and the
 
 from __future__ import annotations
 
-import functools
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -15,6 +14,7 @@ import numpy as np
 import scipy
 
 from camsim.arrays import F64, I64
+from camsim.kept import cached_property
 from camsim.rendering.check.patch_nodes import NEXT_TO, crossing, in_patch
 from camsim.scene.raster import DEGREES, Raster
 
@@ -70,13 +70,13 @@ class Seen:
         """Distance of samples, pitches."""
         return float(self.picture.width_um / self.pitch_um / self.shape[1])
 
-    @functools.cached_property
+    @cached_property
     def axes(self) -> F64:
         """Unit vectors along rows and columns."""
         angle = math.radians(self.picture.rotate_deg)
         return np.array([[math.cos(angle), math.sin(angle)], [-math.sin(angle), math.cos(angle)]])
 
-    @functools.cached_property
+    @cached_property
     def corner(self) -> F64:
         """Where the first patch begins: the picture's own corner, or half a sample outside it."""
         rows, cols = self.shape
@@ -85,7 +85,7 @@ class Seen:
         first: F64 = middle - self.step * np.einsum("a,ax->x", [0.5 * cols + outside, 0.5 * rows + outside], self.axes)
         return first
 
-    @functools.cached_property
+    @cached_property
     def values(self) -> F64:
         """Coefficients (planes, rows, cols): a patch takes those from its own place on."""
         # One copy, changed in place: of a large picture there is no room for more.
@@ -105,7 +105,7 @@ class Seen:
             return np.ascontiguousarray(planes)
         return np.ascontiguousarray(np.pad(planes, ((0, 0), (more, more), (more, more)), mode="symmetric"))
 
-    @functools.cached_property
+    @cached_property
     def _sides(self) -> Segments:
         """Segments about what is seen, in patches from the first one."""
         if self.outline is None:
@@ -116,7 +116,7 @@ class Seen:
         start, end = (np.einsum("nx,ax->na", part - self.corner, self.axes) / self.step for part in self.outline)
         return start, end
 
-    @functools.cached_property
+    @cached_property
     def _states(self) -> tuple[np.ndarray, np.ndarray]:
         """(rows, cols) of patches: which are whole, and which an outline may cut."""
         rows, cols = (n + (self.degree > 0) for n in self.shape)
@@ -168,7 +168,7 @@ class Seen:
             for col in patches[patches[:, 0] == row, 1].tolist():
                 yield row, col, *in_patch(a - [col, row], b - [col, row], self.order)
 
-    @functools.cached_property
+    @cached_property
     def _parts(self) -> tuple[F64, F64]:
         """Places (m, 2) and light (planes, m) of the parts of patches, of a patch's area 1."""
         places, lights = [np.empty((0, 2))], [np.empty((self.planes, 0))]
@@ -198,7 +198,7 @@ class Seen:
         """Return about how many points lie within a radius of a photosite, and are asked how far they are."""
         return self._each_part * min(float(np.count_nonzero(self._states[1])), 4.0 * radius / self.step)
 
-    @functools.cached_property
+    @cached_property
     def _each_part(self) -> float:
         """How many points a patch has that is cut, of some: outlines of many sides cut it into many bands."""
         patches = np.argwhere(self._states[1])

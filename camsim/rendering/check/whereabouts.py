@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -10,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from camsim.arrays import F64, kinds_of
+from camsim.kept import cached_property
 from camsim.rendering.check.beziers import polynomials
 from camsim.rendering.check.records import Outlines
 from camsim.rendering.check.scenery import Pieces
@@ -33,19 +33,19 @@ class Whereabouts:
         """Of the pieces, chords among them."""
         return self.pieces.outlines
 
-    @functools.cached_property
+    @cached_property
     def length(self) -> F64:
         """Of each piece (n,)."""
         return self.outlines.length
 
-    @functools.cached_property
+    @cached_property
     def _lines(self) -> tuple[F64, F64, F64]:
         """Directions of straight pieces and their lengths (n,), which are 0 of others."""
         o, straight = self.outlines, self.outlines.turn_rad == 0.0
         size = np.where(straight, self.length, 1.0)
         return o.dx / size, o.dy / size, np.where(straight, size, 0.0)
 
-    @functools.cached_property
+    @cached_property
     def ends(self) -> tuple[F64, F64]:
         """Ends of pieces (n, 2), and how strong each is: how its direction jumps, at most as at a right angle (1).
 
@@ -76,7 +76,7 @@ class Whereabouts:
         strength = np.where(meeting > 3, np.sqrt(meeting), np.minimum(jump / math.sqrt(2.0), 1.0))
         return places.view(np.float64).reshape(-1, 2), strength
 
-    @functools.cached_property
+    @cached_property
     def listeners(self) -> F64:
         """Places (n, 2) of the frame: ends of outlines, moved into it, and its middle."""
         ends = self.ends[0]

@@ -8,7 +8,6 @@ of its own: only that of channels, not of planes, and only at rows and columns w
 
 from __future__ import annotations
 
-import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -17,6 +16,7 @@ import numpy as np
 import scipy
 
 from camsim.arrays import C128, F64, I64, U8
+from camsim.kept import cached_property
 from camsim.kernels import shared
 from camsim.nonuniform import lines_at
 from camsim.optics import OpticalStage, OpticalSystem
@@ -159,7 +159,7 @@ class Aligned:
             both = both * values if both.size else values.astype(complex)
         return Axes(across[i[0] : i[-1] + 1], down[middle - most : middle + most + 1], both)
 
-    @functools.cached_property
+    @cached_property
     def _sides(self) -> tuple[C128, C128]:
         """What is a function of kx times one of ky: on all columns from 0 on, and on j = −most … most."""
         px, py = (count * self.lattice.step for count in self._counts)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -11,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from camsim.arrays import F64
+from camsim.kept import cached_property
 from camsim.rendering.fields.layer import Layer
 from camsim.rendering.fields.points import PointLayer
 from camsim.rendering.fields.samples import samples_of
@@ -49,7 +49,7 @@ class Gathered:
         whole = (corners >= low).all() and (corners <= high).all()
         yield from self._whole if whole and block >= 2 else self._blocks(block, low, high)
 
-    @functools.cached_property
+    @cached_property
     def _whole(self) -> list[Light]:
         """All of it, in blocks of two: later shells are wider, and take no harm."""
         corners = self.layer.corners - np.array(self.origin)

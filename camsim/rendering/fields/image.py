@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from camsim.arrays import F64, U8
+from camsim.kept import cached_property
 from camsim.optics import OpticalSystem
 from camsim.optics.protocols import KnowsEnergy, KnowsTail
 from camsim.rendering.budget import ErrorBudget, Source
@@ -138,7 +139,7 @@ class FieldImage:
             self._reaches[origin, shape] = self._reach(origin, shape)
         return self._reaches[origin, shape]
 
-    @functools.cached_property
+    @cached_property
     def _reaches(self) -> dict[tuple[tuple[float, float], tuple[int, int]], Reach]:
         return {}
 
@@ -153,11 +154,11 @@ class FieldImage:
         hem: Source = "hem" if isinstance(self.system.lens, KnowsTail) else "taper"
         return parted(self._kernel, extent, shape, ErrorBudget(self.tolerance).allowed(hem), quiet)
 
-    @functools.cached_property
+    @cached_property
     def _precision(self) -> float:
         return spreading_precision(self.tolerance)
 
-    @functools.cached_property
+    @cached_property
     def _kernel(self) -> Kernel:
         kernel = self._optics(range(len(self.layers))).kernel
         return for_pictures(kernel, self.system, self.wavelength_nm, self.pitch_um, ErrorBudget(self.tolerance))
@@ -183,7 +184,7 @@ class FieldImage:
         )
         return self._of_layers[key]
 
-    @functools.cached_property
+    @cached_property
     def _of_layers(self) -> dict[tuple[int, ...], FourierImage]:
         return {}
 
@@ -209,7 +210,7 @@ class FieldImage:
             precision=self._precision,
         )
 
-    @functools.cached_property
+    @cached_property
     def _footprint(self) -> float:
         """How far OLPF and photosite reach, pitches."""
         spots = np.abs(self.system.spots_um()).max(axis=0)
@@ -247,7 +248,7 @@ class FieldImage:
         """Return the distance of a layer's samples once they are refined."""
         return layer.step / parts_of(layer, self._kernel.cutoff)
 
-    @functools.cached_property
+    @cached_property
     def _prices(self) -> Prices:
         planes, channels, wavelengths = self.density.shape
         return Prices(
@@ -271,7 +272,7 @@ class FieldImage:
         self._plans[origin, shape] = reach, side, cost
         return self._plans[origin, shape]
 
-    @functools.cached_property
+    @cached_property
     def _plans(self) -> dict[tuple[tuple[float, float], tuple[int, int]], tuple[Reach, int, Cost]]:
         return {}
 

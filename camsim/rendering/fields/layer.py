@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import math
 from dataclasses import dataclass
 
@@ -10,6 +9,7 @@ import numpy as np
 import scipy
 
 from camsim.arrays import F64
+from camsim.kept import cached_property
 from camsim.scene.raster import DEGREES, Raster
 from camsim.spectra.curve import Spectrum
 
@@ -123,7 +123,7 @@ class Layer:
         there: F64 = np.einsum("nx,ax->na", places - self.corner, self.axes) / self.step
         return there
 
-    @functools.cached_property
+    @cached_property
     def _splines(self) -> F64:
         """Coefficients (planes, rows, cols), as the picture has them: without offset and ones."""
         planes: F64 = self.picture.planes

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
-import functools
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 from camsim.arrays import F64, I64, U8
+from camsim.kept import cached_property
 from camsim.rendering.engine import Cost, Decision, Marks, Plan, Progress, added
 from camsim.rendering.fields.job import FieldJob
 from camsim.rendering.fields.parts import FieldImages
@@ -29,7 +29,7 @@ class WithPictures:
     fields: FieldJob
     tolerance: float
 
-    @functools.cached_property
+    @cached_property
     def job(self) -> Job:
         """The edges', at the tolerance of the whole."""
         return dataclasses.replace(self.edges.job, tolerance=self.tolerance)
@@ -44,7 +44,7 @@ class WithPictures:
         """As many as the edges ask for."""
         return self.edges.fewest
 
-    @functools.cached_property
+    @cached_property
     def image(self) -> FieldImages:
         """What renders the pictures."""
         return self.fields.fused()
@@ -54,7 +54,7 @@ class WithPictures:
         """Number of wavelength nodes, of the one or the other."""
         return max(self.edges.wavelengths, self.image.wavelengths)
 
-    @functools.cached_property
+    @cached_property
     def _expected(self) -> tuple[Cost, float]:
         grid = self.fields.grid
         return self.image.expected(grid.first_centre, (grid.rows, grid.cols))

@@ -12,6 +12,7 @@ import numpy as np
 
 from camsim.arrays import F64, I64, U8
 from camsim.errors import UnsupportedError
+from camsim.kept import cached_property
 from camsim.optics.airy import AIRY
 from camsim.optics.protocols import KnowsTail
 from camsim.rendering.budget import CLOSED_PART
@@ -66,12 +67,12 @@ class FourierPlan:
         """Number of wavelength nodes."""
         return self.nodes.wavelength_nm.size
 
-    @functools.cached_property
+    @cached_property
     def image(self) -> FourierImage | Sum:
         """What transforms."""
         return Sum(parts=tuple(part.whole for part in self.parts)) if self.parts else self.whole
 
-    @functools.cached_property
+    @cached_property
     def whole(self) -> FourierImage:
         """What transforms all of the lens at once."""
         job = self.job
@@ -86,7 +87,7 @@ class FourierPlan:
             quiet=None if self.heard is None else functools.cache(functools.partial(self.heard, job)),
         )
 
-    @functools.cached_property
+    @cached_property
     def _expected(self) -> tuple[Cost, float]:
         grid = self.job.grid
         return self.image.expected(grid.first_centre, (grid.rows, grid.cols))

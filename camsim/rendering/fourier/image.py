@@ -17,6 +17,7 @@ import numpy as np
 
 from camsim.arrays import F64, U8
 from camsim.errors import InvalidValueError
+from camsim.kept import cached_property
 from camsim.kernels import ahead, shared
 from camsim.optics import OpticalSystem
 from camsim.optics.protocols import Round
@@ -156,28 +157,28 @@ class FourierImage:
         """Return a part of the scene, one of so many."""
         return dataclasses.replace(self, base=np.zeros_like(self.base), edges=edges, islands=islands, whole=self)
 
-    @functools.cached_property
+    @cached_property
     def _apart(self) -> dict[tuple[tuple[float, float], tuple[int, int]], tuple[Part, ...]]:
         return {}
 
-    @functools.cached_property
+    @cached_property
     def lit(self) -> tuple[F64, F64]:
         """Wavelengths and densities that are told apart: one where the system treats all alike."""
         if self.system.chromatic:
             return self.wavelength_nm, self.density
         return self.wavelength_nm[:1], self.density.sum(axis=2, keepdims=True)
 
-    @functools.cached_property
+    @cached_property
     def contrast(self) -> F64:
         """What every spectrum gives against the background's: (spectra, channels, j)."""
         against: F64 = self.lit[1][1:] - self.lit[1][0]
         return against
 
-    @functools.cached_property
+    @cached_property
     def _kinds(self) -> tuple[F64, F64]:
         return kinds(self.contrast) if self.whole is None else self.whole._kinds
 
-    @functools.cached_property
+    @cached_property
     def _ways(self) -> tuple[Alike, ...]:
         """The spectra, greys together; and again as mixtures of fewer, if they are, each then part of most edges."""
         if self.whole is not None:
@@ -186,7 +187,7 @@ class FourierImage:
         plain, few = self._kinds, fewer(*self._kinds, off)
         return (plain,) if few[1] is plain[1] else (plain, few)
 
-    @functools.cached_property
+    @cached_property
     def kernel(self) -> Kernel:
         """What the plan has to know of the lens."""
         if self.whole is not None:
@@ -197,17 +198,17 @@ class FourierImage:
             known = with_band(known, self.system, self.lit[0], *self._kinds, self.tolerance)
         return known
 
-    @functools.cached_property
+    @cached_property
     def footprint(self) -> F64:
         """How far a photosite sees along x and along y, pitches."""
         extent_um: F64 = np.abs(self.system.spots_um()).max(axis=0) + self.system.photosite.half_extent_um
         return extent_um / self.pitch_um
 
-    @functools.cached_property
+    @cached_property
     def _plans(self) -> dict[tuple[tuple[float, float], tuple[int, int]], tuple[Sizes, Alike]]:
         return {}
 
-    @functools.cached_property
+    @cached_property
     def _density(self) -> Density:
         """Where the edges are; all shells are asked for the same."""
         return Density.of(self.edges) if self.shell is None or self.whole is None else self.whole._density
@@ -281,18 +282,18 @@ class FourierImage:
             more = scene, self._footprints.on(block, tile), values, weights, block.place(tile)
             shared(total.shape[1], functools.partial(add_fields, total, *more))
 
-    @functools.cached_property
+    @cached_property
     def _footprints(self) -> Footprints:
         return Footprints(self.system, self.pitch_um)
 
-    @functools.cached_property
+    @cached_property
     def _curves(self) -> LensCurves:
         """What gives a round lens, or its shell, on a block."""
         assert isinstance(self.system.lens, Round)
         pattern = self.system.lens if self.shell is None else self.shell.of(self.system.lens, self.pitch_um)
         return LensCurves(pattern, self.lit[0], self.pitch_um, self.kernel)
 
-    @functools.cached_property
+    @cached_property
     def _fields(self) -> LensFields:
         """What gives a lens that is not round on a block."""
         return LensFields(self.system, self.lit[0], self.pitch_um, self.kernel, self.tolerance)

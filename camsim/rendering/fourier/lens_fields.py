@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from camsim.arrays import F64
+from camsim.kept import cached_property
 from camsim.optics import OpticalSystem
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.fourier.blocks import Strip
@@ -43,11 +44,11 @@ class LensFields:
     kernel: Kernel
     tolerance: float
 
-    @functools.cached_property
+    @cached_property
     def _budget(self) -> ErrorBudget:
         return ErrorBudget(self.tolerance)
 
-    @functools.cached_property
+    @cached_property
     def _made(self) -> dict[tuple[object, ...], Fields]:
         return {}
 

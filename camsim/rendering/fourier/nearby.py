@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import functools
 from dataclasses import dataclass
 
 import numpy as np
 
 from camsim.arrays import F64, I64
+from camsim.kept import cached_property
 from camsim.rendering.edges import Edges
 from camsim.rendering.fourier.clamped import clamped
 from camsim.rendering.fourier.plan import BLOCK_POINTS, STRIP_POINTS, Sizes
@@ -24,7 +24,7 @@ class Nearby:
 
     edges: Edges
 
-    @functools.cached_property
+    @cached_property
     def outlines(self) -> tuple[I64, F64, F64]:
         """The outline that each edge belongs to, and their lowest and highest x and y (n, 2)."""
         return outline_boxes(self.edges)

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from camsim.arrays import F64, U8
+from camsim.kept import cached_property
 from camsim.kernels import shared
 from camsim.nonuniform import line_modes
 from camsim.optics import OpticalSystem
@@ -88,11 +89,11 @@ class Spikes:
         """How many there are, two of every side."""
         return 2 * len(self._spikes)
 
-    @functools.cached_property
+    @cached_property
     def _spikes(self) -> tuple[Spike, ...]:
         return spikes_of(self.system, float(self.wavelength_nm.mean()))
 
-    @functools.cached_property
+    @cached_property
     def _ways(self) -> Ways:
         shape, (x, w) = taper(self.hem.sharpness), gauss_legendre(8)
         signs, cells, begins, steps, wholes, moves = np.tile([1.0, -1.0], len(self._spikes)), [], [], [], [], []
