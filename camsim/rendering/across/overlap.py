@@ -20,7 +20,7 @@ from camsim.optics.zernike import orders, radial_powers
 from camsim.quadrature import even_rule
 from camsim.rendering.across.turns import cos_sin, cosine
 
-AT_ONCE = 128  # wavefronts whose phases stay in the nearest cache
+NODES = 512  # whose phases stay in the nearest cache
 
 
 class Terms(NamedTuple):
@@ -70,54 +70,73 @@ def _overlaps(
 ) -> None:
     """Fill in some of (shifts · angles)."""
     count, many = waves.shape
-    (t, v), (s, w) = rule, rule_along
-    nodes = t.size // 2 * s.size
-    steps = np.empty((nodes, count))
-    share = np.empty(nodes)
-    even, odd, real, imaginary = np.empty(AT_ONCE), np.empty(AT_ONCE), np.empty(AT_ONCE), np.empty(AT_ONCE)
+    nodes = rule[0].size // 2 * rule_along[0].size
+    steps, turned, share = np.empty((count, 2, nodes)), np.empty((count, NODES)), np.empty(nodes)
+    even, odd, real, imaginary = np.empty(NODES), np.empty(NODES), np.empty(NODES), np.empty(NODES)
+    ready = -1
     for place in range(first, stop):
-        nu, angle = shift[place // angle_rad.size], angle_rad[place % angle_rad.size]
-        cos, sin = math.cos(angle), math.sin(angle)
-        widest = math.sqrt(max(1.0 - nu * nu, 0.0))
-        for a in range(t.size // 2):
-            # Spaced as a cosine across: what is left of a line's length at either end are square roots.
-            turn = 0.5 * math.pi * (1.0 + t[a])
-            across, slope = -widest * math.cos(turn), 0.5 * math.pi * widest * math.sin(turn) * v[a]
-            half = max(math.sqrt(max(1.0 - across * across, 0.0)) - nu, 0.0)
-            for b in range(s.size):
-                along, n = half * s[b], a * s.size + b
-                share[n] = 2.0 * slope * half * w[b] / math.pi
+        row, col = place // angle_rad.size, place % angle_rad.size
+        if row != ready:
+            ready = row
+            _steps(terms, shift[row], rule, rule_along, steps, share)
+        out[row, col] = 0.0
+        for low in range(0, nodes, NODES):
+            width = min(NODES, nodes - low)
+            for z in range(count):
+                # r^m·exp(imφ) turned by the angle: its real part for a cosine, its imaginary one for a sine.
+                cos, sin = math.cos(terms.order[z] * angle_rad[col]), math.sin(terms.order[z] * angle_rad[col])
+                if terms.sine[z]:
+                    cos, sin = sin, -cos
+                for n in range(width):
+                    turned[z, n] = cos * steps[z, 0, low + n] - sin * steps[z, 1, low + n]
+            for q in range(many):
+                for n in range(width):
+                    even[n], odd[n] = 0.0, 0.0
                 for z in range(count):
-                    steps[n, z] = 0.0
-                for side in range(2):
-                    u = along - nu if side == 0 else along + nu
-                    x, y = u * cos - across * sin, u * sin + across * cos
-                    square = x * x + y * y
-                    for z in range(count):
-                        value = terms.powers[z, 0]
-                        for p in range(1, terms.powers.shape[1]):
-                            value = value * square + terms.powers[z, p]
-                        part, other = 1.0, 0.0
-                        for _ in range(terms.order[z]):
-                            part, other = part * x - other * y, part * y + other * x
-                        value *= other if terms.sine[z] else part
-                        steps[n, z] += value if side == 0 else -value
-        for low in range(0, many, AT_ONCE):
-            width = min(AT_ONCE, many - low)
-            real[:], imaginary[:] = 0.0, 0.0
-            for n in range(nodes):
-                even[:], odd[:] = 0.0, 0.0
+                    phase, own = odd if terms.order[z] % 2 else even, waves[z, q]
+                    for n in range(width):
+                        phase[n] += own * turned[z, n]
+                for n in range(width):
+                    c, d = cos_sin(odd[n])
+                    both = share[low + n] * cosine(even[n])
+                    real[n] = both * c
+                    imaginary[n] = both * d
+                out[row, col, 0, q] += _total(real, width)
+                out[row, col, 1, q] += _total(imaginary, width)
+
+
+@kernel(fastmath={"reassoc"})
+def _total(values: F64, width: int) -> float:
+    total = 0.0
+    for n in range(width):
+        total += values[n]
+    return total
+
+
+@kernel(error_model="numpy", fastmath={"contract"})
+def _steps(terms: Terms, nu: float, rule: tuple[F64, F64], rule_along: tuple[F64, F64], steps: F64, share: F64) -> None:
+    """Fill in what polynomials differ by at nodes, a shift along x (k, 2, n): R·r^m·exp(imφ); and shares (n,)."""
+    count = steps.shape[0]
+    (t, v), (s, w) = rule, rule_along
+    widest = math.sqrt(max(1.0 - nu * nu, 0.0))
+    for a in range(t.size // 2):
+        # Spaced as a cosine across: what is left of a line's length at either end are square roots.
+        turn = 0.5 * math.pi * (1.0 + t[a])
+        across, slope = -widest * math.cos(turn), 0.5 * math.pi * widest * math.sin(turn) * v[a]
+        half = max(math.sqrt(max(1.0 - across * across, 0.0)) - nu, 0.0)
+        for b in range(s.size):
+            along, n = half * s[b], a * s.size + b
+            share[n] = 2.0 * slope * half * w[b] / math.pi
+            steps[:, :, n] = 0.0
+            for side in range(2):
+                x, sign = (along - nu, 1.0) if side == 0 else (along + nu, -1.0)
+                square = x * x + across * across
                 for z in range(count):
-                    step, own = steps[n, z], waves[z, low : low + width]
-                    phase = odd if terms.order[z] % 2 else even
-                    for q in range(width):
-                        phase[q] += step * own[q]
-                weight = share[n]
-                for q in range(width):
-                    c, d = cos_sin(odd[q])
-                    both = weight * cosine(even[q])
-                    real[q] += both * c
-                    imaginary[q] += both * d
-            for q in range(width):
-                out[place // angle_rad.size, place % angle_rad.size, 0, low + q] = real[q]
-                out[place // angle_rad.size, place % angle_rad.size, 1, low + q] = imaginary[q]
+                    value = terms.powers[z, 0]
+                    for p in range(1, terms.powers.shape[1]):
+                        value = value * square + terms.powers[z, p]
+                    part, other = sign * value, 0.0
+                    for _ in range(terms.order[z]):
+                        part, other = part * x - other * across, part * across + other * x
+                    steps[z, 0, n] += part
+                    steps[z, 1, n] += other
