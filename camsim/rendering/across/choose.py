@@ -98,12 +98,17 @@ def choose_across(
     loud = np.cumsum(signal) > UNHEARD * signal.sum()
     shortest_nm = float(wavelength_nm[int(np.argmax(loud))])
     lattice = lattice_for(lens, grid, shortest_nm, budget.allowed("between places"))
-    if name == "fourier" and tolerance < (finest := FOURIER.finest * lattice.gain / PLACES_PART):
+    finest = FOURIER.finest * lattice.gain / PLACES_PART
+    if name == "fourier" and tolerance < finest:
         raise InvalidValueError(
             f"{tolerance:g} is finer than places behind this lens are rendered to by fourier: {finest:.2g}",
             key="tolerance",
         )
     plan = AcrossPlan(job=job, lens=lens, lattice=lattice, method=name)
+    if method == "auto" and name == "boundary" and tolerance >= finest and plan.cost.seconds > SOON:
+        other = AcrossPlan(job=job, lens=lens, lattice=lattice, method="fourier")
+        if fits(other) and (other.cost.seconds < plan.cost.seconds or not fits(plan)):
+            name, why, plan = "fourier", "its places are rendered by it, which takes less", other
     refuse_much(name, plan)
     return Choice(method=name, why=why, plan=plan, judge=judge)
 
