@@ -12,8 +12,9 @@ import pytest
 import camsim
 from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.optics import FieldLens, OpticalSystem, Wavefront
-from camsim.rendering.across import band_image, bands, on_tiles, places
+from camsim.rendering.across import band_image, bands, choose, on_tiles, places
 from camsim.rendering.across.lattice import lattice_for
+from camsim.rendering.across.panels import panels
 from camsim.rendering.render import plan_render, render_channels
 from camsim.spectra.named import illuminant
 from tests.attack import systems
@@ -545,6 +546,33 @@ def test_few_photosites_are_rendered_one_by_one():
     assert max(own.error_estimate, other.error_estimate) <= 0.1 * system["tolerance"]
 
 
+def test_a_steep_place_is_checked_by_whichever_way_is_the_cheaper():
+    """16 s of 17, and 133 s of 148 (973:637): patterns of single places take half a second."""
+    system = draw(911, 2973)
+    choice = systems.choice(system, tolerance=system["tolerance"], method="boundary")
+    assert choice.judge.seconds(choice.plan) < 1.0
+    found = systems.rendered(system)
+    assert found.method == "boundary"
+    assert 0.0 < found.error_estimate <= 0.1 * system["tolerance"]
+
+
+def test_places_on_a_grid_are_rendered_by_the_cheaper_engine():
+    """40 s in place of 3 by edges (970:2973)."""
+    system = draw(970, 2973)
+    system |= {"wavelength_nm": system["wavelength_nm"][::5], "response": [own[::5] for own in system["response"]]}
+    asked = {"tolerance": system["tolerance"]}
+    named, auto = (systems.choice(system, method=method, **asked) for method in ("boundary", "auto"))
+    assert (named.plan.method, auto.plan.method) == ("boundary", "fourier")
+    assert auto.cost.seconds < named.cost.seconds
+
+
+def test_what_no_places_along_the_radius_follow_is_refused():
+    """The last panels were taken as they were."""
+    rng = np.random.default_rng(7)
+    with pytest.raises(UnsupportedError, match="turn too often for 400 places along the radius"):
+        panels(lambda um: rng.normal(size=(um.size, 1)) + 0j, 0.0, 1.0, (), 1e-3)
+
+
 def test_patterns_that_no_places_between_photosites_follow():
     """Refused, three photosites: twelve places along them were too few (811:1517 of the attack, 60 s by one image)."""
     system = draw(811, 1517)
@@ -704,13 +732,19 @@ def test_a_single_term_of_high_order(zernike, many_waves, tolerance, size):
     assert found.error_estimate <= 0.2 * tolerance
 
 
-def test_wavefronts_that_no_nodes_follow_are_refused_by_one_engine_and_not_by_the_other():
+def test_wavefronts_that_no_nodes_follow_are_refused_by_one_engine_and_not_by_the_other(monkeypatch):
     rows = [[40.0 * height_um / RADIUS_UM] for height_um in HEIGHTS_UM]
     lens, grid = revolved(zernike=[8], waves=[rows]), window(size=2)
     scene = polygon(OUTLINE_UM + middle_um(grid))
     with pytest.raises(UnsupportedError, match=r"lens: its wavefronts turn too often .* method: fourier"):
         rendered(lens, scene, grid, 1e-3, method="boundary")
     assert rendered(lens, scene, grid, 1e-3).method == "fourier"
+    # Many photosites too, where that takes seconds (973:829).
+    monkeypatch.setattr(choose, "SINGLY", 4)
+    system, grid = OpticalSystem.of([lens, PHOTOSITE]), window(size=3)
+    light = {"response": np.ones((1, 1)), "wavelength_nm": np.array([NM])}
+    lattice = plan_render(scene, system, grid, tolerance=1e-3, **light).plan.lattice
+    assert (lattice.counts, len(lattice.tiles)) == ((1, 1), 9)
 
 
 def test_a_tolerance_that_places_cannot_keep_is_refused_as_it_was_given():

@@ -10,6 +10,7 @@ import numba as nb
 import numpy as np
 import pytest
 
+from camsim.kept import cached_property
 from camsim.kernels import shared
 
 
@@ -73,3 +74,42 @@ def test_a_forked_process_has_helpers_of_its_own() -> None:
     child.start()
     assert queue.get(timeout=60.0)
     child.join()
+
+
+class Made:
+    """Something with a property that two threads are to be in at once, or never."""
+
+    def __init__(self, together: threading.Barrier | None = None) -> None:
+        self.together, self.times = together, 0
+
+    @cached_property
+    def value(self) -> int:
+        self.times += 1
+        if self.together:
+            self.together.wait(10.0)
+        return self.times
+
+
+def test_a_property_of_two_instances_is_made_by_two_threads_at_once() -> None:
+    """Python 3.11's own has one lock for all instances: whatever two captures both need was made by one at a time."""
+    together = threading.Barrier(2)
+    with ThreadPoolExecutor(2) as pool:
+        assert list(pool.map(lambda made: made.value, [Made(together), Made(together)])) == [1, 1]
+
+
+def test_a_property_of_one_instance_is_made_once() -> None:
+    for _ in range(50):
+        made, begin = Made(), threading.Barrier(4)
+        with ThreadPoolExecutor(4) as pool:
+            assert list(pool.map(lambda _, m=made, b=begin: b.wait(10.0) * 0 + m.value, range(4))) == [1] * 4
+        assert set(vars(made)) == {"together", "times", "value"}
+
+
+def test_a_property_that_fails_is_made_when_it_is_asked_for_again() -> None:
+    made = Made(threading.Barrier(1))
+    assert made.together is not None
+    made.together.abort()
+    with pytest.raises(threading.BrokenBarrierError):
+        _ = made.value
+    made.together = None
+    assert (made.value, made.times) == (2, 2)
