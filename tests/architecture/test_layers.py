@@ -281,3 +281,9 @@ loaded = {'numba', 'shapely', 'pydantic', 'colour', 'yaml', 'typer', 'OpenEXR', 
 assert not loaded, loaded
 """
     subprocess.run([sys.executable, "-W", "error", "-c", code], check=True, timeout=600)
+
+
+def test_properties_have_no_lock_in_common():
+    """Python 3.11's own has one for all instances; kernels, which stand alone, ask for theirs once a process."""
+    own = [path for path in SOURCES if "functools.cached_property" in path.read_text(encoding="utf-8")]
+    assert {path.relative_to(PACKAGE).as_posix() for path in own} == {"kept.py", "kernels/dispatch.py"}

@@ -44,11 +44,7 @@ class PlaceTransfers:
     def of(
         cls, lens: PlacedLens, angle_rad: float, wavelength_nm: F64, weights: F64, tolerance: float
     ) -> PlaceTransfers:
-        """Return those of a lens that looks alike on both sides of the radius, as one of revolution does.
-
-        All is made here, and nothing when it is asked for: places are done by several threads, and these would wait
-        for each other (``functools.cached_property`` of Python 3.11 has one lock for all instances).
-        """
+        """Return those of a lens that looks alike on both sides of the radius, as one of revolution does."""
         loud = float(np.abs(weights).sum(axis=1).max())
         samples = PlaceSamples(
             lens,
