@@ -13,6 +13,7 @@ import numpy as np
 from tests.attack.drawings import add_drawings
 from tests.attack.field_lenses import add_field_lens
 from tests.attack.fields import add_fields
+from tests.attack.terms import SINGLES, single
 from tests.examples import tile_centres
 
 REFERENCE_NM = 550.0
@@ -62,7 +63,17 @@ def draw(seed, number):
         system["shapes"] = [*_tiles(own, max(rows, cols, 4)), *system["shapes"]]
     if number % 16 == 14:
         _add_symmetry(np.random.default_rng([seed, number, 7]), system)
+    if seed >= SINGLES and system["lens"]["kind"] == "wavefront":
+        _single_out(np.random.default_rng([seed, number, 8]), system["lens"])
     return system
+
+
+def _single_out(rng, lens):
+    """Give two wavefronts of five a single term, or two of an order, in place of theirs."""
+    if rng.random() < 0.4:
+        indices, share = single(rng, sines=True)
+        strength = share * float(rng.choice([0.02, 0.1, 0.3]))
+        lens["zernike_waves"] = [[index, float(strength * rng.normal())] for index in indices]
 
 
 def _add_symmetry(rng, system):

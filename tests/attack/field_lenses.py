@@ -6,13 +6,13 @@ import math
 
 import numpy as np
 
+from tests.attack.terms import SINGLES, single
 from tests.truth import field_lens
 
 BLUR = 0.3, 4.0  # λN that sums over a place's pupil take a moment for
 MOST = 16  # rows and columns
 COARSEST = 7.5  # digits: the tolerance is 1e-2 … 3e-8
 DAYLIGHT_NM = (430.0, 660.0)
-SINGLES = 1000  # seeds from here on, dates among them, draw single terms too; what those before drew stays as it was
 LIKELY = 0.3  # one of distortion, lateral colour, illumination, a mosaic
 
 
@@ -37,7 +37,10 @@ def add_field_lens(rng, system, curves):
     grid |= {"frame": frame, "origin": origin}
     system["tolerance"] = float(10.0 ** rng.uniform(-COARSEST, -2.0))
     nm = _known_at(rng, system["wavelength_nm"])
-    zernike, strength = _single(rng) if system["seed"] >= SINGLES and rng.random() < 0.5 else _zernikes(rng)
+    zernike, strength = _zernikes(rng)
+    if system["seed"] >= SINGLES and rng.random() < 0.5:
+        zernike, share = single(rng, sines=False)
+        strength *= share
     on_grid = rng.random() < 0.2
     lens = _on_grid if on_grid else _of_revolution
     lens = {"blur": blur, "wavelength_nm": nm, **lens(rng, frame, len(nm), zernike, strength)}
@@ -88,14 +91,6 @@ def _zernikes(rng):
     cosines = [4, 5, 8, 9, 12, 13, 14, 18, 24, 40]
     count = int(rng.choice([1, 2, 4, 6]))
     return sorted(rng.choice(cosines, count, replace=False).tolist()), float(10.0 ** rng.uniform(-2.0, 0.0))
-
-
-def _single(rng):
-    """One cosine or two of any order to 12, which mixtures hide: waves that keep slopes what order 8 has with one."""
-    order = int(rng.integers(3, 13))
-    cosines = [(order * (order + 2) + m) // 2 for m in range(order % 2, order + 1, 2)]
-    strength = 10.0 ** rng.uniform(-2.0, 0.0) * min(1.0, (8.0 / order) ** 2)
-    return sorted(rng.choice(cosines, int(rng.choice([1, 1, 2])), replace=False).tolist()), float(strength)
 
 
 def _table(rng, places, count, strength):

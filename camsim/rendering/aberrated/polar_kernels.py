@@ -94,6 +94,15 @@ def _bessel_row(x: float, bessels: Bessels, out: F64) -> None:
         out[k] /= total
 
 
+@kernel(forceinline=True)
+def _next_radial(rho: float, n: int, m: int, own: F64, before: F64, last: F64) -> None:
+    """Write R_n^m = ρ·(R_{n−1}^|m−1| + R_{n−1}^{m+1}) − R_{n−2}^m (Shakibaei & Paremesran, Opt. Lett. 38, 2013)."""
+    if n == 0:
+        own[m] = 1.0
+    else:
+        own[m] = rho * (before[abs(m - 1)] + before[m + 1]) - (last[m] if m <= n - 2 else 0.0)
+
+
 @kernel()
 def add_terms(rho: F64, weights: F64, around: C128, terms: C128) -> None:
     """Add to Zernike coefficients (n, 2·degree + 1) what harmonics (radii, angles) on a disc have of them.
@@ -105,17 +114,34 @@ def add_terms(rho: F64, weights: F64, around: C128, terms: C128) -> None:
     for k in range(rho.size):
         rows[:] = 0.0
         for n in range(degree + 1):
-            # R_n^m = ρ·(R_{n−1}^|m−1| + R_{n−1}^{m+1}) − R_{n−2}^m (Shakibaei & Paremesran, Opt. Lett. 38, 2013)
             own, before, last = rows[n % 3], rows[(n + 2) % 3], rows[(n + 1) % 3]
             for m in range(n % 2, n + 1, 2):
-                if n == 0:
-                    own[m] = 1.0
-                else:
-                    own[m] = rho[k] * (before[abs(m - 1)] + before[m + 1]) - (last[m] if m <= n - 2 else 0.0)
+                _next_radial(rho[k], n, m, own, before, last)
                 share = (n + 1.0) * weights[k] * own[m]
                 terms[n, degree + m] += share * around[k, m]
                 if m:
                     terms[n, degree - m] += share * around[k, around.shape[1] - m]
+            if n + 1 <= degree:
+                own[n + 1] = 0.0
+
+
+@kernel()
+def add_series(rho: F64, angle_rad: F64, terms: C128, out: C128) -> None:
+    """Add to values (points,) a series' on a disc; terms: (n, 2·most + 1)."""
+    degree, most = len(terms) - 1, terms.shape[1] // 2
+    rows, turns = np.zeros((3, degree + 2)), np.empty(most + 1, np.complex128)
+    for k in range(rho.size):
+        rows[:] = 0.0
+        for m in range(most + 1):
+            turns[m] = math.cos(m * angle_rad[k]) + 1j * math.sin(m * angle_rad[k])
+        for n in range(degree + 1):
+            own, before, last = rows[n % 3], rows[(n + 2) % 3], rows[(n + 1) % 3]
+            for m in range(n % 2, n + 1, 2):
+                _next_radial(rho[k], n, m, own, before, last)
+                if m <= most:
+                    out[k] += own[m] * terms[n, most + m] * turns[m]
+                if 0 < m <= most:
+                    out[k] += own[m] * terms[n, most - m] * np.conj(turns[m])
             if n + 1 <= degree:
                 own[n + 1] = 0.0
 

@@ -10,6 +10,7 @@ is nothing.
 from __future__ import annotations
 
 import functools
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -19,10 +20,15 @@ from camsim.arrays import C128, F64
 from camsim.errors import UnsupportedError
 from camsim.optics.difference import Difference
 from camsim.quadrature import gauss_legendre
-from camsim.rendering.aberrated.polar_kernels import add_terms
+from camsim.rendering.aberrated.polar_kernels import add_series, add_terms
 
 DEGREES = (8, 12, 16, 20, 24, 32, 40, 48, 64, 80, 96, 128, 160, 192, 256, 320, 384, 512)
 LAST = 0.75  # of a series: what lies beyond tells what is missing
+# Nodes at which a series is looked at that none of its own may be near to: even over the disc, at the golden angle.
+LOOKED_AT = 64
+RHO: F64 = np.sqrt((np.arange(LOOKED_AT) + 0.5) / LOOKED_AT)
+ANGLE: F64 = np.asarray(2.399963229728653 * np.arange(LOOKED_AT), np.float64)
+SCATTER = 3.0  # times what a series may leave out: what it may there
 
 
 class Series(NamedTuple):
@@ -72,13 +78,18 @@ def _series(rest: Difference, wavelength_nm: float, degree: int, allowed: float)
     """Return a series of up to a degree, None where its end is not to be seen."""
     plane = np.array(rest.moved_um) / (2.0 * rest.blur_um(wavelength_nm))
     radii = [1.0, rest.obstruction] if rest.obstruction else [1.0]
+
+    def phases(radius: float, rho: F64, angle_rad: F64) -> C128:
+        x, y = rho * np.cos(angle_rad), rho * np.sin(angle_rad)
+        waves = rest.lens.waves(radius * x, radius * y, wavelength_nm) - radius * (plane[0] * x + plane[1] * y)
+        found: C128 = np.exp(2j * np.pi * waves)
+        return found
+
     t, weights = gauss_legendre(degree // 2 + 2)  # of ρ²: what is integrated is a polynomial of that
     rho, angle = np.sqrt(0.5 * (1.0 + t)), np.pi * np.arange(2.0 * degree + 2.0) / (degree + 1.0)
-    x, y = np.multiply.outer(rho, np.cos(angle)), np.multiply.outer(rho, np.sin(angle))
     terms = np.zeros((len(radii), degree + 1, 2 * degree + 1), complex)
     for own, radius in zip(terms, radii, strict=True):
-        waves = rest.lens.waves(radius * x, radius * y, wavelength_nm) - radius * (plane[0] * x + plane[1] * y)
-        around: C128 = scipy.fft.fft(np.exp(2j * np.pi * waves), axis=1, norm="forward")
+        around: C128 = scipy.fft.fft(phases(radius, rho[:, None], angle), axis=1, norm="forward")
         add_terms(rho, 0.5 * weights, around, own)
     light = np.sum(np.square(np.abs(terms)), axis=0) / np.arange(1.0, degree + 2.0)[:, None]
     last = _count(np.sqrt(light.sum(axis=1)), 0.5 * allowed)
@@ -87,6 +98,12 @@ def _series(rest: Difference, wavelength_nm: float, degree: int, allowed: float)
     either = light.sum(axis=0)
     most = _count(np.sqrt(either[degree:] + either[degree::-1]), 0.5 * allowed) - 1
     kept = np.ascontiguousarray(terms[:, :last, degree - most : degree + most + 1])
+    # Nodes may be where a polynomial is nothing: sin 9θ at all of 18 angles, R₁₂⁰ at all of six radii.
+    for own, radius in zip(kept, radii, strict=True):
+        wrong = -phases(radius, RHO, ANGLE)
+        add_series(RHO, ANGLE, own, wrong)
+        if math.sqrt(float(np.mean(np.square(np.abs(wrong))))) > SCATTER * allowed:
+            return None
     kept.flags.writeable = False
     return Series(kept)
 
