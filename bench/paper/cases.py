@@ -19,6 +19,7 @@ from camsim.camera import Camera
 from camsim.errors import UnknownNameError
 from camsim.optics import Airy, FourSpotOlpf, Gaussian, OpticalStage, OpticalSystem, SquarePhotosite
 from camsim.rendering import Grid, Rendering, render, render_channels
+from camsim.rendering.render import plan_render
 from camsim.scene import Rectangle, Scene
 from camsim.spectra.light import Light
 
@@ -271,6 +272,23 @@ def one_photosite() -> Grid:
     """Return a single photosite beside the edge: to render it takes the set-up, the check and next to nothing else."""
     row, col = WINDOW_ORIGIN[0] + WINDOW_ROWS // 2, WINDOW_ORIGIN[1] + WINDOW_COLS // 2
     return Grid(rows=1, cols=1, pitch_um=PITCH_UM, origin=(row, col), frame=(SIZE, SIZE))
+
+
+def expected_s(psf: Psf, setting: Setting, grid: Grid) -> float:
+    """Return the seconds of one core that an exact method is expected to take; 0 for sampling."""
+    if setting.tolerance is None:
+        return 0.0
+    wavelength_nm, weights = psf.spectrum() if psf.green else (np.array([WAVELENGTH_NM]), np.ones(1))
+    choice = plan_render(
+        square((0.0, 0.0)),
+        OpticalSystem.of(psf.stages(0)),
+        grid,
+        response=weights[None],
+        wavelength_nm=wavelength_nm,
+        tolerance=setting.tolerance,
+        method=setting.method,
+    )
+    return choice.cost.seconds
 
 
 def rendered(
