@@ -274,15 +274,16 @@ def one_photosite() -> Grid:
     return Grid(rows=1, cols=1, pitch_um=PITCH_UM, origin=(row, col), frame=(SIZE, SIZE))
 
 
-def expected_s(psf: Psf, setting: Setting, grid: Grid) -> float:
-    """Return the seconds of one core that an exact method is expected to take; 0 for sampling."""
+@functools.cache
+def expected_s(psf: Psf, setting: Setting) -> float:
+    """Return the seconds of one core that an exact method is expected to take for the frame; 0 for sampling."""
     if setting.tolerance is None:
         return 0.0
     wavelength_nm, weights = psf.spectrum() if psf.green else (np.array([WAVELENGTH_NM]), np.ones(1))
     choice = plan_render(
         square((0.0, 0.0)),
         OpticalSystem.of(psf.stages(0)),
-        grid,
+        frame(),
         response=weights[None],
         wavelength_nm=wavelength_nm,
         tolerance=setting.tolerance,

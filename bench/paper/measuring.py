@@ -62,7 +62,7 @@ def draw_window(psf: Psf, setting: Setting, shift_px: Sequence[float]) -> Drawn:
         whole = PEERS[setting.program].draw(psf, _knob(setting), shift_px, 0)
         return Drawn(image=cut_window(whole), engine=setting.program)
     try:
-        if (seconds := expected_s(psf, setting, frame())) > LONGEST_S:
+        if (seconds := expected_s(psf, setting)) > LONGEST_S:
             return Drawn(image=None, refused=f"left out: {seconds:.2g} s of one core are expected for the frame")
         rendering = rendered(psf, setting, window(), shift_px=shift_px)
     except CamsimError as error:

@@ -20,7 +20,6 @@ from camsim.rendering.across.lattice import SINGLY, lattice_for, one_by_one
 from camsim.rendering.across.plan import AcrossPlan
 from camsim.rendering.auto import FOURIER, Choice, fits, refuse_much
 from camsim.rendering.budget import PLACES_PART, ErrorBudget
-from camsim.rendering.check.checks import Checks
 from camsim.rendering.grid import Grid
 from camsim.rendering.job import Job
 from camsim.rendering.paper import rules
@@ -85,15 +84,20 @@ def choose_across(
     why = "asked for" if method != "auto" else "its places are rendered by it"
     judge = AcrossJudge(job=job, lens=lens, transforms=FOURIER)
     if by_edges and isinstance(lens, Revolves) and lens.turns and len(job.edges):
+        field = FieldPlan.of_job(job, lens)
         alone = None if method == "boundary" else _one_by_one(job, lens, judge)
         try:
-            choice, why = _by_edges(job, lens, judge, alone, method), "boundary would take too much memory"
+            if method == "boundary":
+                refuse_much(name, field)
+            if choice := _by_edges(field, judge, alone, why):
+                return choice
+            why = f"boundary would take {field.cost.memory_bytes / 1e9:.1f} GB"
         except UnsupportedError as unfollowed:
             if method == "boundary":
                 raise
-            choice, why = alone, f"boundary: {unfollowed.message}"
-        if choice:
-            return choice
+            why = f"boundary: {unfollowed.message}"
+        if alone:
+            return alone
         name = "fourier"
     loud = np.cumsum(signal) > UNHEARD * signal.sum()
     shortest_nm = float(wavelength_nm[int(np.argmax(loud))])
@@ -124,27 +128,19 @@ def _one_by_one(job: Job, lens: Revolves, judge: AcrossJudge) -> Choice | None:
     return Choice(method="fourier", why="so few photosites are rendered one by one", plan=plan, judge=judge)
 
 
-def _by_edges(job: Job, lens: Revolves, judge: AcrossJudge, alone: Choice | None, method: str) -> Choice | None:
+def _by_edges(field: FieldPlan, judge: AcrossJudge, alone: Choice | None, why: str) -> Choice | None:
     """Return one image of all places, or what is rendered one by one where that takes less; None: too much memory.
 
     What an image of all takes at the least is known before there are transfers along the radius, which may take long.
     """
-    field = FieldPlan.of_job(job, lens)
     if alone and (alone.cost.seconds <= max(SOON, field.least_seconds) or alone.cost.seconds <= field.planned_seconds):
         return alone
-    if method == "boundary":
-        refuse_much("boundary", field)
-    elif not fits(field):
-        return alone
-    checks: tuple[Checks, ...] = (FieldJudge(job=field.perfect, lens=lens, transforms=FOURIER), judge)
-    if checks[0].seconds(field) <= DEAR:
-        checks = checks[:1]
-    together = Choice(
-        method="boundary",
-        why="asked for" if method != "auto" else "its places are rendered by it",
-        plan=field,
-        judge=min(checks, key=lambda each: each.seconds(field)),
-    )
+    if not fits(field):
+        return None
+    own = FieldJudge(job=field.perfect, lens=field.image.lens, transforms=FOURIER)
+    seconds = own.seconds(field)
+    dear = seconds > DEAR and judge.seconds(field) < seconds
+    together = Choice(method="boundary", why=why, plan=field, judge=judge if dear else own)
     return alone if alone and alone.cost.seconds <= together.cost.seconds else together
 
 

@@ -145,7 +145,7 @@ class FieldPlan:
         """What it takes with its check at the least, as far as that is known before most of the transfers are made."""
         return self.least_seconds + self.image.planned.seconds
 
-    @property
+    @cached_property
     def cost(self) -> Cost:
         """What one image takes; what is too much without its transfers is told without them."""
         closed, grid = self.closed.cost, self.job.grid

@@ -82,11 +82,14 @@ class DifferenceImage:
     def planned(self) -> TransferPlan:
         """What the lens takes along its radius."""
         job, (weights, _, _) = self.job, self.signals
-        allowed = EACH * job.budget.allowed("transfers")
         sampler = Sampler(
-            self.lens, job.signals.wavelength_nm, weights * self.contrast[:, None], self.radii_um, allowed
+            self.lens,
+            job.signals.wavelength_nm,
+            weights * self.contrast[:, None],
+            self.radii_um,
+            EACH * job.budget.allowed("transfers"),
         )
-        return TransferPlan(sampler=sampler, pitch_um=job.grid.pitch_um, allowed=allowed, heard=self._heard)
+        return TransferPlan(sampler=sampler, pitch_um=job.grid.pitch_um, heard=self._heard)
 
     @property
     def transfers(self) -> Transfers:

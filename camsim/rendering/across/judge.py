@@ -37,7 +37,7 @@ class AcrossJudge:
         return self._whole.fewest(plan)
 
     def seconds(self, plan: Plan) -> float:
-        """Return what the check is expected to take: about a place's image for each photosite."""
+        """Return what the check is expected to take."""
         grid = self.job.grid
         if not len(self._whole.seen[0].left):
             return 0.0
@@ -48,10 +48,10 @@ class AcrossJudge:
         """What a photosite takes in the farthest corner, where lenses are seldom better than elsewhere."""
         (x0, y0), grid = self.job.grid.first_centre, self.job.grid
         row, col = (
-            np.array([0 if abs(first) > abs(first + count - 1) else count - 1])
+            0 if abs(first) > abs(first + count - 1) else count - 1
             for first, count in ((y0, grid.rows), (x0, grid.cols))
         )
-        return max(LEAST_SECONDS, self._at(int(row[0]), int(col[0])).taken(row, col))
+        return max(LEAST_SECONDS, self._at(row, col).taken(np.array([row]), np.array([col])))
 
     def _at(self, row: int, col: int) -> Judge:
         """Return what sees the scene with the pattern of one place."""

@@ -72,8 +72,7 @@ class Sampler:
     def _overlaps(self, waves: F64, shift: F64, angle_rad: F64, rules: I64) -> C128:
         """Return transfers (wavefronts, shifts, angles), each by as many nodes as its shift takes."""
         out = np.empty((waves.shape[1], shift.size, angle_rad.size), complex)
-        after = _after(shift)
-        nodes = np.maximum(rules[:, after], rules[:, np.maximum(after - 1, 0)])
+        nodes = _nodes(rules, shift)
         for across, along in np.unique(nodes, axis=1).T:
             here = (nodes[0] == across) & (nodes[1] == along)
             out[:, here] = overlaps(self.terms, waves, shift[here], angle_rad, (int(across), int(along)))
@@ -134,10 +133,9 @@ class Sampler:
 
     def seconds(self, radii: int, ruled: list[tuple[slice, I64]], shifts: int, angles: int) -> float:
         """Return what ``sampled`` takes of one core."""
-        after = _after(_shifts(shifts))
-        seconds = 0.0
+        shift, seconds = _shifts(shifts), 0.0
         for part, rules in ruled:
-            across, along = np.maximum(rules[:, after], rules[:, np.maximum(after - 1, 0)])
+            across, along = _nodes(rules, shift)
             each = EACH_NODE * self.terms.order.size + EACH_PHASE * (radii * (part.stop - part.start) + 1)
             seconds += each * float(np.sum(across // 2 * along)) * (angles // 2 + 1)
         return seconds
@@ -162,9 +160,10 @@ def _shifts(count: int) -> F64:
     return shifts
 
 
-def _after(shift: F64) -> I64:
-    """Return which of ``SHIFTS`` each shift lies before."""
-    return np.clip(np.searchsorted(SHIFTS, shift), 0, SHIFTS.size - 1)
+def _nodes(rules: I64, shift: F64) -> I64:
+    """Return nodes across and along (2, shifts): as many as either of ``SHIFTS`` about a shift takes."""
+    after = np.clip(np.searchsorted(SHIFTS, shift), 0, SHIFTS.size - 1)
+    return np.maximum(rules[:, after], rules[:, np.maximum(after - 1, 0)])
 
 
 def _end(found: C128, along: bool, light: F64, allowed: float) -> int:

@@ -23,7 +23,6 @@ from camsim.rendering.across.panels import Panels, panels
 from camsim.rendering.across.radial_samples import TRIED, Sampler
 
 SIX = 4.9e-3  # of a six-point look-up: times (2πδ)⁶
-COMPLEX = 16.0  # bytes
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -71,12 +70,11 @@ class Transfers:
 class TransferPlan:
     """Transfers of sets of weights within radii of the frame: how many samples they take, before most are made.
 
-    allowed : of a transfer where it is heard;  heard: |f| in cycles/pitch → how much of an error there is
+    heard : |f| in cycles/pitch → how much of an error there is
     """
 
     sampler: Sampler
     pitch_um: float
-    allowed: float
     heard: Callable[[F64], F64]
 
     @cached_property
@@ -86,11 +84,19 @@ class TransferPlan:
         return sampler.colours(knots_within(sampler.lens, sampler.within_um, TRIED, float(sampler.wavelength_nm[0])))
 
     @cached_property
+    def _light(self) -> F64:
+        """Of each of these, the most that a set takes."""
+        light: F64 = np.abs(self.sampler.weights @ self._colours[1]).max(axis=0)
+        return light
+
+    @cached_property
     def radii(self) -> Panels:
         """Panels along the radius, µm."""
         sampler, at_nm = self.sampler, self._colours[0]
         few_nm = at_nm[np.linspace(0, at_nm.size - 1, min(TRIED, at_nm.size)).round().astype(int)]
-        return panels(lambda um: sampler.probed(um, few_nm), *sampler.within_um, sampler.lens.height_um, self.allowed)
+        return panels(
+            lambda um: sampler.probed(um, few_nm), *sampler.within_um, sampler.lens.height_um, sampler.allowed
+        )
 
     @cached_property
     def _hardest(self) -> I64:
@@ -100,15 +106,12 @@ class TransferPlan:
     @cached_property
     def _ruled(self) -> list[tuple[slice, I64]]:
         """Nodes of the overlaps, by groups of wavelengths."""
-        at_nm, own = self._colours
-        return self.sampler.ruled(at_nm, np.abs(self.sampler.weights @ own).max(axis=0))
+        return self.sampler.ruled(self._colours[0], self._light)
 
     @cached_property
     def _counts(self) -> tuple[int, int]:
         """Points along √(1 − ν), and half round."""
-        at_nm, own = self._colours
-        light = np.abs(self.sampler.weights @ own).max(axis=0)
-        return self.sampler.series(self.radii.nodes[self._hardest], at_nm, light)
+        return self.sampler.series(self.radii.nodes[self._hardest], self._colours[0], self._light)
 
     def _sampled(self, radius_um: F64) -> C128:
         return self.sampler.sampled(radius_um, self._colours[0], self._ruled, *self._counts)
@@ -123,7 +126,7 @@ class TransferPlan:
         samples = self._sampled(self.radii.nodes[self._hardest])
         finest = cut / FINEST * np.arange(FINEST + 1.0)
         fusing = fusing_of(finest / pitch_um, f_number, wavelength_nm, weighs, self._counts[0])
-        times = times_of(fused_of(fusing, samples), cut, self.allowed, self.heard)
+        times = times_of(fused_of(fusing, samples), cut, sampler.allowed, self.heard)
         return np.ascontiguousarray(fusing[:, ::times]), times * cut / FINEST, samples
 
     @property
@@ -135,11 +138,11 @@ class TransferPlan:
     def kept_bytes(self) -> float:
         """What they take."""
         sets, frequencies, _ = self._fusing[0].shape
-        return COMPLEX * float(self.radii.nodes.size * sets * frequencies * self.harmonics)
+        return float(np.dtype(complex).itemsize * self.radii.nodes.size * sets * frequencies * self.harmonics)
 
     @property
     def seconds(self) -> float:
-        """What the rest of the samples takes, of one core."""
+        """What all samples take, of one core."""
         return self.sampler.seconds(self.radii.nodes.size, self._ruled, *self._counts)
 
     @cached_property
