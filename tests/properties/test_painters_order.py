@@ -114,6 +114,20 @@ def test_the_pieces_that_the_check_sees_bound_what_is_painted(seed):
             assert found == pytest.approx(np.count_nonzero(seen == reflectance) * 0.02**2, abs=0.02)
 
 
+@pytest.mark.parametrize("turned_deg", [-180.0, -90.0, 0.0, 90.0])
+@pytest.mark.parametrize("middle", [(0.0, -4.0), (-2.0, 4.75), (0.0, 0.0)])
+def test_sides_whose_middle_lies_on_a_half_rings_chords(turned_deg, middle):
+    """The check asks what is beside a piece at its middle: here it lies on a chord, at either end's very height."""
+    ring = camsim.Sector(
+        radius_um=4, inner_radius_um=2, centre_um=middle, from_deg=turned_deg, turn_deg=180, reflectance=0.1
+    )
+    across = camsim.Rectangle(width_um=2.0, height_um=2.0, centre_um=middle, reflectance=0.7)
+    pieces, spectra = pieces_of(camsim.Scene(background=BACKGROUND, shapes=(across, ring)), 1.0)
+    area = enclosed(pieces.outlines)
+    found = [area[pieces.left == k].sum() - area[pieces.right == k].sum() for k in range(1, len(spectra))]
+    assert found == pytest.approx([4.0, 6.0 * np.pi], abs=1e-9)
+
+
 def fan(rng):
     """Triangles about one corner that share their other corners: their sides all but coincide where they are cut."""
     count = int(rng.integers(3, 6))

@@ -82,8 +82,9 @@ def _winds(o: Outlines, rows: Rows, owners: Owners, fill: int, x: float, y: floa
         side = (x1 - x0) * (y - y0) - (x - x0) * (y1 - y0)
         if o.turn_rad[f] != 0.0 and math.hypot(x - o.x[f], y - o.y[f]) < o.dx[f]:
             whole = abs(o.turn_rad[f]) >= math.tau * (1.0 - 1e-15)
-            # Between the chord and its arc; a place on the chord is one that does not count as left of it below.
-            right = side < 0.0 or (side == 0.0 and y1 > y0)
+            # Between the chord and its arc; a place on the chord lies right of it where it does not count as left of it
+            # below: on a level one as if it were above.
+            right = side < 0.0 or (side == 0.0 and (y1 > y0 or (y1 == y0 and x1 < x0)))
             if whole or right == (o.turn_rad[f] > 0.0):
                 turns += 1 if o.turn_rad[f] > 0.0 else -1
             if whole:
