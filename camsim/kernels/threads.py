@@ -43,7 +43,7 @@ def shared(count: int, work: Callable[[int, int], object], *, least: int = 1, mo
     >>> squares
     array([ 0.,  1.,  4.,  9., 16.])
     """
-    threads: int = nb.config.NUMBA_NUM_THREADS  # type: ignore[attr-defined]
+    threads = _cores()
     blocks = min(count // least, threads * BLOCKS)
     helpers = 0
     if threads > 1 and blocks > 1:
@@ -85,6 +85,12 @@ def shared(count: int, work: Callable[[int, int], object], *, least: int = 1, mo
                 helper.result()
 
 
+def _cores() -> int:
+    """Return how many threads are at work at the most."""
+    threads: int = nb.config.NUMBA_NUM_THREADS  # type: ignore[attr-defined]
+    return threads
+
+
 @functools.cache
 def _helpers(threads: int) -> tuple[ThreadPoolExecutor, threading.Semaphore]:
     """Return the threads that help whoever calls, kept, and what counts those that have nothing to do."""
@@ -101,14 +107,28 @@ def ahead(work: Callable[[Item], Done], items: Iterable[Item], most: int) -> Ite
     >>> list(ahead(str.upper, "abc", 2))
     ['A', 'B', 'C']
     """
-    threads: int = min(nb.config.NUMBA_NUM_THREADS, most)  # type: ignore[attr-defined]
+    threads = min(_cores(), most)
     if threads == 1:
         yield from map(work, items)
         return
+    _, idle = _helpers(_cores() - 1)
+    busy: list[None] = []
+
+    def done(item: Item) -> Done:
+        # Whoever begins while another one is at work takes a helper's place: no more threads than there are cores.
+        helper = bool(busy) and idle.acquire(blocking=False)
+        busy.append(None)
+        try:
+            return work(item)
+        finally:
+            busy.pop()
+            if helper:
+                idle.release()
+
     with ThreadPoolExecutor(threads) as pool:
         begun: deque[Future[Done]] = deque()
         for item in items:
-            begun.append(pool.submit(work, item))
+            begun.append(pool.submit(done, item))
             if len(begun) == most:
                 yield begun.popleft().result()
         while begun:
@@ -123,8 +143,7 @@ def meanwhile(work: Callable[[], Done]) -> Iterator[Callable[[], Done]]:
     ...     print(answer())
     42
     """
-    threads: int = nb.config.NUMBA_NUM_THREADS  # type: ignore[attr-defined]
-    if threads == 1:
+    if _cores() == 1:
         once = functools.cache(work)
         yield once
         once()

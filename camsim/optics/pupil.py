@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 import numpy as np
 from annotated_types import Ge, Le
 
-from camsim.arrays import F64
+from camsim.arrays import F64, I64
 from camsim.errors import InvalidValueError
 from camsim.marks import After
 from camsim.optics.follow import from_0
@@ -129,7 +129,7 @@ class Pupil:
     @property
     def sides(self) -> int:
         """How many smooth pieces the outline has: 1 for a circle."""
-        return max(len(self.corners), 1)
+        return self.blades or (4 if self.shape == "square" else 1)
 
     @property
     def side_length(self) -> float:
@@ -174,6 +174,24 @@ class Pupil:
         radius = inner + np.multiply.outer(r, edge - inner)
         weight = np.multiply.outer(w, (edge - inner) * share) * radius
         return (radius * np.cos(angle)).ravel(), (radius * np.sin(angle)).ravel(), weight.ravel()
+
+    def rings(self, radial: int, angular: I64, *, half: bool = False) -> tuple[F64, F64, F64]:
+        """Return the same over a round opening, each ring with a number of nodes of its own, all of them at once.
+
+        angular : (radial,) even
+        """
+        r, w = from_0(radial)
+        taken = angular // 2 if half else angular
+        counts, which = np.unique(angular, return_inverse=True)  # rings of as many nodes have them in the same places
+        angle = np.concatenate([2.0 * np.pi * (np.arange(n // 2 if half else n) / n) for n in counts.tolist()])
+        first = np.cumsum(counts // 2 if half else counts) - (counts // 2 if half else counts)
+        ring = np.repeat(np.arange(radial), taken)
+        place = np.arange(ring.size) + np.repeat(first[which] - np.cumsum(taken) + taken, taken)
+        open_part = 1.0 - self.obstruction
+        radius = self.obstruction + r * open_part
+        weight = w * (open_part * (2.0 * np.pi / angular)) * radius
+        radii = radius[ring]
+        return radii * np.cos(angle)[place], radii * np.sin(angle)[place], weight[ring]
 
     def holds(self, x: F64, y: F64) -> np.ndarray:
         """Whether points lie in the opening."""

@@ -57,6 +57,10 @@ class ByTransforms:
         """Choose nodes; ``samples`` must be None."""
         return self._engine.plan(job, samples)
 
+    def plan_like(self, job: Job, plan: FourierPlan) -> FourierPlan:
+        """Choose nodes; in parts where a like job's plan is."""
+        return self._engine.plan_like(job, plan)
+
     def least_seconds(self, job: Job) -> float:
         """Return what a plan is sure to take, without one."""
         return self._engine.least_seconds(job)

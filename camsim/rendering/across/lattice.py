@@ -21,6 +21,7 @@ from camsim.errors import UnsupportedError
 from camsim.kept import cached_property
 from camsim.kernels import shared
 from camsim.optics.protocols import Placed, Varies
+from camsim.products import product
 from camsim.rendering.across.hardest import asked
 from camsim.rendering.grid import Grid
 
@@ -36,6 +37,7 @@ LOOKED_AT = 25  # places along either side of a window at which wavefronts are c
 _ANGLE, _RADIUS = np.arange(24) * (math.pi / 6.0), np.repeat([1.0, 0.6], 12)
 ASKED = _RADIUS * np.cos(_ANGLE), _RADIUS * np.sin(_ANGLE)  # there, of the pupil
 AT_ONCE = 4  # patterns, on threads of their own
+TAKEN = 1 << 13  # samples of patterns whose series are made at a time: what stays in a cache
 PADDED = 4  # times the pupil: samples of a pattern, λN/4 apart
 
 
@@ -147,7 +149,8 @@ def lattice_for(lens: Varies, grid: Grid, wavelength_nm: float, allowed: float) 
         if max(tiles[0].rows, tiles[0].cols) <= SMALLEST:
             break
     count = grid.rows * grid.cols
-    if count <= SINGLY and (best is None or PLACE_SECONDS * count < best[0]):
+    each = PLACE_SECONDS + PHOTOSITE_SECONDS
+    if count * each < best[0] if best is not None else count <= SINGLY:
         return one_by_one(grid)
     if best is None:
         raise UnsupportedError(
@@ -226,6 +229,8 @@ def _counted(tiles: tuple[Tile, ...], changes: _Changes, allowed: float) -> Latt
                 line = list(middle)
                 line[1 - k] = through[1 - k]
                 lost[k] = np.maximum(lost[k], _lost(lens, line, k, 0.5 * float(np.ptp(axis)), wavelength_nm))
+                if lost[k][-1] > 0.5 * allowed:
+                    return None  # whatever the other tiles are like
     counts: list[int] = []
     for k in range(2):
         share = 0.5 * allowed / (1.0 if k == 0 else lebesgue(counts[0]))
@@ -249,7 +254,9 @@ def _lost(lens: Varies, middle_um: list[float], axis: int, half_um: float, wavel
     degree = np.arange(SERIES)
     cosines = np.cos(np.multiply.outer(degree, np.arccos(nodes(SERIES)))) * 2.0 / SERIES
     cosines[0] *= 0.5
-    series = 0.5 * np.abs(np.einsum("dn,nyx->dyx", cosines, patterns)).sum(axis=(1, 2))
+    flat, series = patterns.reshape(SERIES, -1), np.zeros(SERIES)
+    for first in range(0, flat.shape[1], TAKEN):
+        series += 0.5 * np.abs(product(cosines, flat[:, first : first + TAKEN])).sum(axis=1)
     series[series < ROUNDING] = 0.0
     # The last terms tell how it goes on, every second of which may be 0; what does not fall is no series.
     last, before = series[-2:].max(), series[-4:-2].max()
@@ -275,7 +282,9 @@ def _patterns(lenses: list[Placed], wavelength_nm: float) -> F64:
     def work(first: int, end: int) -> None:
         for own, lens in zip(out[first:end], lenses[first:end], strict=True):
             amplitude = np.where(inside, np.exp(2j * np.pi * lens.waves(x, y, wavelength_nm)), 0.0)
-            power = np.abs(scipy.fft.fft2(amplitude, (size, size))) ** 2
+            # Rows beyond the pupil are nothing, and need not be transformed.
+            lines = scipy.fft.fft(amplitude, size, axis=1)
+            power = np.abs(scipy.fft.fft(lines, size, axis=0, overwrite_x=True)) ** 2
             own[:] = power / power.sum()
 
     shared(len(lenses), work, most=AT_ONCE)

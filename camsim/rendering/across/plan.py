@@ -11,6 +11,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,11 +23,14 @@ from camsim.rendering.across.decided import bent_sides
 from camsim.rendering.across.lattice import Lattice, Tile
 from camsim.rendering.auto import BY_EDGES, FOURIER
 from camsim.rendering.budget import PLACES_PART
-from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost, Decision, Engine, Marks, Plan, Progress, one_by_one
+from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost, Decision, Marks, Plan, Progress, one_by_one
 from camsim.rendering.flat import FlatPlan
 from camsim.rendering.job import Job
 from camsim.rendering.work import Work
 from camsim.repeated import Channels
+
+if TYPE_CHECKING:
+    from camsim.rendering.fourier.engine import FourierPlan
 
 FEWEST = 6  # photosites checked, each with a pattern of its own
 AT_ONCE = 4  # images, on threads of their own
@@ -49,21 +53,35 @@ class AcrossPlan:
 
     def placed(self, tile: Tile, x_um: float, y_um: float) -> Plan:
         """Return the plan of a tile's image with the pattern of one place."""
-        job = self.job.behind(self.lens.at(x_um, y_um))
-        job = dataclasses.replace(
-            job, grid=tile.grid(self.job.grid), tolerance=PLACES_PART * self.job.tolerance / self.lattice.gain
-        )
+        job = self._job(tile, x_um, y_um)
         if not len(job.edges):
             return FlatPlan(job=job)
-        engine: Engine = BY_EDGES if self.method == "boundary" else FOURIER
-        return engine.plan(job)
+        return BY_EDGES.plan(job) if self.method == "boundary" else FOURIER.plan_like(job, self._by_transforms)
+
+    def _job(self, tile: Tile, x_um: float, y_um: float) -> Job:
+        """Return a tile as it is seen with the pattern of one place."""
+        job = self.job.behind(self.lens.at(x_um, y_um))
+        tolerance = PLACES_PART * self.job.tolerance / self.lattice.gain
+        return dataclasses.replace(job, grid=tile.grid(self.job.grid), tolerance=tolerance)
+
+    @cached_property
+    def _first(self) -> Job:
+        """The middle tile's, at its first place."""
+        tile = self.lattice.tiles[len(self.lattice.tiles) // 2]
+        _, _, x_um, y_um = next(self.lattice.places_um(tile, self.job.grid))
+        return self._job(tile, x_um, y_um)
+
+    @cached_property
+    def _by_transforms(self) -> FourierPlan:
+        """Its plan by fourier, whose ways are taken for all places."""
+        return FOURIER.plan(self._first)
 
     @cached_property
     def _sample(self) -> Plan:
-        """The plan of the middle tile's first place, for what all have in common."""
-        tile = self.lattice.tiles[len(self.lattice.tiles) // 2]
-        _, _, x_um, y_um = next(self.lattice.places_um(tile, self.job.grid))
-        return self.placed(tile, x_um, y_um)
+        """Its plan, for what all have in common."""
+        if not len(self._first.edges):
+            return FlatPlan(job=self._first)
+        return BY_EDGES.plan(self._first) if self.method == "boundary" else self._by_transforms
 
     @property
     def marks(self) -> Marks:

@@ -187,12 +187,20 @@ class Fourier:
         check_tolerance(job.tolerance)
         return self._planned(job, _heard if job.pattern is not None else None)
 
-    def _planned(self, job: Job, heard: Callable[[Job], float] | None) -> FourierPlan:
+    def plan_like(self, job: Job, plan: FourierPlan) -> FourierPlan:
+        """Choose nodes; in parts where a like job's plan is in parts, which is not found out again."""
+        return self._planned(job, plan.heard, like=plan)
+
+    def _planned(self, job: Job, heard: Callable[[Job], float] | None, like: FourierPlan | None = None) -> FourierPlan:
         whole = FourierPlan(job=job, nodes=_nodes(job), heard=heard)
         if job.split is None or not len(job.edges) or min(CLOSED_PART, 1.0 - CLOSED_PART) * job.tolerance < FINEST:
             return whole
+        if like is not None and not like.parts:
+            return whole
         own = (job.round_part(), job.difference_part())
         apart = dataclasses.replace(whole, parts=tuple(self._planned(one, heard) for one in own if one is not None))
+        if like is not None:
+            return apart
         return min(whole, apart, key=lambda plan: (plan.cost.memory_bytes > MEMORY_LIMIT_BYTES, plan.cost.seconds))
 
     def windows(self, job: Job, heard: Callable[[Job], float] | None) -> FourierImage | Sum:

@@ -9,6 +9,7 @@ PER_ROUND_POINT, PER_FIELD_POINT, PER_POINT_WEIGHT = 1e-9, 3e-8, 8e-9
 PER_SPREAD_NODE, PER_SPREAD_POINT = 1.5e-7, 8e-8
 PER_GRID_POINT, PER_KERNEL_SAMPLE = 1.2e-8, 4.5e-9
 PER_PATTERN_BLUR = 7e-7  # of a round pattern's radius, at one wavelength, the choice of it included
+PER_PATTERN = 6e-4  # of one wavelength on a lattice, however few samples it has
 PER_PUPIL_NODE = 2.5e-7
 PER_SUMMED_SAMPLE, PER_PUPIL_SAMPLE = 1.5e-7, 4.5e-8  # of a pattern by a non-uniform transform, or on its band's grid
 PER_JOINT_POINT, PER_JOINT_NODE = 1.2e-8, 2e-7  # of a footprint that is no product, and where it is asked for

@@ -113,7 +113,8 @@ def of_kernel(task: Task, tile: Tile, fields: int) -> OfKernel:
         return OfKernel(seconds, 8.0 * 12 * curves * (32.0 * tile.outer[0] * tile.cut))
     if kernel.tapered:
         (rows, columns), own = pattern_of(kernel, tile), pattern_rows(task, tile, fields)
-        seconds = prices.PER_PUPIL_NODE * kernel.pupil_nodes(*tile.spans) * math.ceil(rows / own)
+        seconds = prices.PER_PATTERN * task.wavelengths
+        seconds += prices.PER_PUPIL_NODE * kernel.pupil_nodes(*tile.spans) * math.ceil(rows / own)
         seconds += kernel.pattern_seconds * task.wavelengths * rows * columns
         held = (SAMPLE_BYTES + TRANSFER_BYTES * (fields - 1)) * samples
         made = made_bytes(kernel, own, columns) + FOLDED_BYTES * fields * samples
