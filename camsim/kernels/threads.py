@@ -111,24 +111,21 @@ def ahead(work: Callable[[Item], Done], items: Iterable[Item], most: int) -> Ite
     if threads == 1:
         yield from map(work, items)
         return
-    _, idle = _helpers(_cores() - 1)
-    busy: list[None] = []
+    places = threading.Semaphore(1), _helpers(_cores() - 1)[1]
 
-    def done(item: Item) -> Done:
-        # Whoever begins while another one is at work takes a helper's place: no more threads than there are cores.
-        helper = bool(busy) and idle.acquire(blocking=False)
-        busy.append(None)
+    def placed(item: Item) -> Done:
+        # One has the caller's place, who waits, others a helper's each: what they share has no more threads than cores.
+        own = next((place for place in places if place.acquire(blocking=False)), None)
         try:
             return work(item)
         finally:
-            busy.pop()
-            if helper:
-                idle.release()
+            if own is not None:
+                own.release()
 
     with ThreadPoolExecutor(threads) as pool:
         begun: deque[Future[Done]] = deque()
         for item in items:
-            begun.append(pool.submit(done, item))
+            begun.append(pool.submit(placed, item))
             if len(begun) == most:
                 yield begun.popleft().result()
         while begun:

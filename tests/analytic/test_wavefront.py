@@ -11,6 +11,7 @@ from scipy import integrate
 import camsim
 from camsim.errors import InvalidValueError
 from camsim.optics import OpticalSystem, Pupil, Wavefront
+from camsim.optics import rays as nodes
 from camsim.optics.airy import airy_otf
 from camsim.optics.rays import Turns
 from camsim.optics.zernike import orders, zernike
@@ -28,6 +29,17 @@ LAMBDA_N = 2.0
 def frequencies(rng):
     """Frequencies all over the pass band and a little beyond, cycles/µm."""
     return rng.uniform(-0.55, 0.55, (2, 60))
+
+
+@pytest.mark.parametrize("half", [False, True])
+@pytest.mark.parametrize("obstruction", [0.0, 0.3])
+def test_a_circles_nodes_are_the_same_all_at_once_or_by_groups_of_rings(monkeypatch, obstruction, half):
+    rule = nodes.Rays(Pupil(obstruction=obstruction), 37, 9, Turns(30.0, 11.0, (7.0, 2.0)))
+    [at_once] = rule.parts(10**6, half)
+    monkeypatch.setattr(nodes, "FEW", 0)
+    [by_groups] = rule.parts(10**6, half)
+    assert at_once[0].size == (0.5 if half else 1.0) * rule.total
+    np.testing.assert_array_equal(at_once, by_groups)
 
 
 def test_without_aberrations_a_circle_makes_an_airy_pattern(frequencies):

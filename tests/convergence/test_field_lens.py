@@ -566,6 +566,14 @@ def test_places_on_a_grid_are_rendered_by_the_cheaper_engine():
     assert auto.cost.seconds < named.cost.seconds
 
 
+def test_photosites_on_a_grid_are_rendered_one_by_one_where_places_are_more():
+    """192 places stood for 150 photosites (971:2045)."""
+    system = draw(971, 2045)
+    system |= {"wavelength_nm": system["wavelength_nm"][::6], "response": [own[::6] for own in system["response"]]}
+    lattice = systems.choice(system, tolerance=system["tolerance"], method="auto").plan.lattice
+    assert (lattice.counts, len(lattice.tiles)) == ((1, 1), 150)
+
+
 def test_what_no_places_along_the_radius_follow_is_refused():
     """The last panels were taken as they were."""
     rng = np.random.default_rng(7)

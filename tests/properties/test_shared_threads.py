@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from camsim.kept import cached_property
-from camsim.kernels import shared
+from camsim.kernels import ahead, shared
+from camsim.kernels.threads import _helpers
 
 
 @pytest.fixture(autouse=True)
@@ -39,6 +40,34 @@ def test_calls_within_calls_and_beside_calls_end() -> None:
     with ThreadPoolExecutor(6) as pool:
         for done in pool.map(lambda _: counted(), range(30)):
             assert (done == 1).all()
+
+
+def test_what_is_done_ahead_has_helpers_places() -> None:
+    """Four at work on four cores share nothing with helpers; one alone does, and all places are free again."""
+    begun = threading.Barrier(4)
+
+    def helped(all_begin: bool) -> bool:
+        me, blocks = threading.get_ident(), set()
+        if all_begin:
+            begun.wait(5.0)
+
+        def work(first: int, end: int) -> None:
+            blocks.add(threading.get_ident())
+            if end > first and not all_begin:
+                together.wait(5.0)
+
+        together = threading.Barrier(4)
+        shared(4 if not all_begin else 64, work)
+        if all_begin:
+            begun.wait(5.0)
+        return blocks != {me}
+
+    assert list(ahead(helped, [True] * 4, 4)) == [False] * 4
+    assert list(ahead(helped, [False], 4)) == [True]
+    idle = _helpers(3)[1]
+    assert all(idle.acquire(blocking=False) for _ in range(3))
+    for _ in range(3):
+        idle.release()
 
 
 @pytest.mark.parametrize("where", ["caller", "helper"])
