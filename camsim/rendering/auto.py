@@ -155,7 +155,7 @@ def _auto(job: Job, judge: Judge, samples: int | None) -> tuple[str, str, Plan]:
     own = _checked(boundary, judge)
     if own.seconds <= (CHEAP_SECONDS if job.split is None else CHEAP_SPLIT_SECONDS):
         return "boundary", "exact for this lens, and cheap", boundary
-    if _fits(own) and own.seconds <= (least := FOURIER.least_seconds(job)):
+    if _fits(own) and own.seconds <= (least := FOURIER.least_seconds(job) + judge.least_seconds):
         return "boundary", f"{_taking(own)} expected, fourier over {least:.2g} s", boundary
     fourier = FOURIER.plan(job, samples)
     cost = _checked(fourier, judge)

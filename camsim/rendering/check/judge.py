@@ -24,7 +24,7 @@ from camsim.rendering.check.polygons import polygons
 from camsim.rendering.check.pupils import summed_otherwise
 from camsim.rendering.check.scenery import Pieces, pieces_of
 from camsim.rendering.check.wavelengths import densities, widest
-from camsim.rendering.engine import Plan
+from camsim.rendering.engine import FEWEST_CHECKED, Plan
 from camsim.rendering.job import Job
 from camsim.scene.arcs import Fineness
 
@@ -155,6 +155,13 @@ class Judge:
         if self.integrates and self._difference is None:
             return self.count(plan) * self.integrals.seconds_each
         return self.taken(*self.hardest(plan))
+
+    @property
+    def least_seconds(self) -> float:
+        """What it is sure to take, whatever the plan."""
+        if not len(self.seen[0].left) or not self.integrates or self._difference is not None:
+            return 0.0
+        return min(FEWEST_CHECKED, self.job.grid.rows * self.job.grid.cols) * self.integrals.seconds_each
 
     def taken(self, rows: I64, cols: I64) -> float:
         """Return what photosites are expected to take."""
