@@ -18,7 +18,7 @@ from camsim.optics.difference import Difference, Split, rim_of
 from camsim.optics.of_pupil import ACROSS, OfPupil
 from camsim.optics.protocols import Varies
 from camsim.optics.pupil import Pupil
-from camsim.optics.zernike import orders, radial_powers
+from camsim.optics.zernike import orders, zernike_sum
 
 TILTS = 2  # OSA indices up to this one are piston and planes
 STEPS = 6  # of a spectrum, between which the path difference is taken to go one way
@@ -43,18 +43,7 @@ class PlacedLens(OfPupil):
 
     def waves(self, x: F64, y: F64, wavelength_nm: float) -> F64:
         """Return the path difference in waves at (x, y), in units of D/2."""
-        square = x * x + y * y
-        total: F64 = np.zeros_like(square)
-        part: F64 = np.ones_like(square)
-        other: F64 = np.zeros_like(square)
-        # Polynomials in r² times r^m·cos mθ and r^m·sin mθ, those of one m in one.
-        for cosines, sines in _harmonics(self, wavelength_nm):
-            if cosines.any():
-                total += np.polyval(cosines, square) * part
-            if sines.any():
-                total += np.polyval(sines, square) * other
-            part, other = part * x - other * y, part * y + other * x
-        return total
+        return zernike_sum(self.zernike, _waves(self, wavelength_nm), x, y)
 
     def coefficients(self, wavelength_nm: F64) -> F64:
         """Return the coefficients (n, k) at wavelengths, waves."""
@@ -128,16 +117,9 @@ class Revolves(Varies, Protocol):
 
 
 @functools.lru_cache(maxsize=4096)
-def _harmonics(lens: PlacedLens, wavelength_nm: float) -> tuple[tuple[F64, F64], ...]:
-    """Return polynomials in r², highest power first, of r^m·cos mθ and r^m·sin mθ for m = 0, 1 …: waves."""
-    path_nm = _spline(lens)(wavelength_nm)
-    highest = max((orders(index)[0] for index in lens.zernike), default=0)
-    terms = np.zeros((highest + 1, 2, highest // 2 + 1))
-    for index, path in zip(lens.zernike, path_nm, strict=True):
-        m = orders(index)[1]
-        powers = radial_powers(index)
-        terms[abs(m), int(m < 0), -len(powers) :] += path / wavelength_nm * powers
-    return tuple((cosines, sines) for cosines, sines in terms)
+def _waves(lens: PlacedLens, wavelength_nm: float) -> tuple[float, ...]:
+    """Return the coefficients at a wavelength, waves."""
+    return tuple((_spline(lens)(wavelength_nm) / wavelength_nm).tolist())
 
 
 @functools.lru_cache(maxsize=1024)

@@ -15,7 +15,7 @@ from camsim.optics.airy import NM_PER_UM
 from camsim.optics.difference import Difference, Split, rim_of
 from camsim.optics.of_pupil import OfPupil
 from camsim.optics.pupil import Pupil
-from camsim.optics.zernike import LARGEST_INDEX, orders, zernike
+from camsim.optics.zernike import LARGEST_INDEX, orders, zernike_sum
 from camsim.spectra.curve import NumberOrCurve, Transmission
 from camsim.typed import Number, Positive, Whole, judge, refusal
 from camsim.words import brief
@@ -93,10 +93,9 @@ class Wavefront(OfPupil):
     def waves(self, x: F64, y: F64, wavelength_nm: float) -> F64:
         """Return the path difference in waves at (x, y), in units of D/2."""
         ratio = self.reference_nm / wavelength_nm
-        total: F64 = (self.defocus_um * NM_PER_UM / (8.0 * self.f_number**2 * wavelength_nm)) * (x * x + y * y)
-        for index, coefficient in self._pairs:
-            total = total + coefficient * ratio * zernike(index, x, y)
-        return total
+        defocus: F64 = (self.defocus_um * NM_PER_UM / (8.0 * self.f_number**2 * wavelength_nm)) * (x * x + y * y)
+        index, coefficients = tuple(j for j, _ in self._pairs), [ratio * own for _, own in self._pairs]
+        return defocus + zernike_sum(index, coefficients, x, y) if index else defocus
 
     def split(self) -> Split | None:
         """Return the lens as a round one, moved, and what is left: of round pupils.

@@ -6,11 +6,13 @@ m < 0; θ from x towards y (y is down here, as everywhere in camsim).
 
 from __future__ import annotations
 
+import functools
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
-from camsim.arrays import F64
+from camsim.arrays import F64, I64
 
 LARGEST_INDEX = 230  # order 20
 
@@ -25,47 +27,64 @@ def orders(index: int) -> tuple[int, int]:
     return n, 2 * index - n * (n + 2)
 
 
-def radial_powers(index: int) -> F64:
-    """Return the polynomial in r², highest power first, that r^m·cos mθ or r^m·sin mθ is multiplied by.
+@functools.lru_cache(maxsize=64)
+def radial_steps(m: int, count: int) -> F64:
+    """Return a, b, c (count, 3) of what r^m is multiplied by: P_p = (a·s + b)·P_{p−1} − c·P_{p−2}, s = r², P₀ = 1.
 
-    >>> radial_powers(4).round(4)  # defocus: √3·(2r² − 1)
-    array([ 3.4641, -1.7321])
+    They are Jacobi's polynomials P_p^(0, m)(2s − 1), 1 at the rim (DLMF 18.9.2). Of powers of s seven digits cancel at
+    order 20, along the steps none.
+
+    >>> radial_steps(0, 2)[1]  # defocus: 2r² − 1
+    array([ 2., -1.,  0.])
     """
-    return _norm(index) * _factors(index)
+    steps = np.zeros((count, 3))
+    for p in range(1, count):
+        if p == 1:
+            steps[p] = m + 2.0, -(m + 1.0), 0.0
+            continue
+        whole, own = 2.0 * p + m, 2.0 * p * (p + m) * (2 * p + m - 2.0)
+        steps[p, 0] = 2.0 * (whole - 1.0) * whole * (whole - 2.0) / own
+        steps[p, 1] = -(whole - 1.0) * (whole * (whole - 2.0) + m * m) / own
+        steps[p, 2] = 2.0 * (p - 1.0) * (p + m - 1.0) * whole / own
+    return steps
 
 
-def _factors(index: int) -> F64:
-    """Return the same of R(r), which is 1 at the rim."""
-    n, m = orders(index)
-    k = abs(m)
-    return np.array(
-        [
-            (-1.0) ** s
-            * math.factorial(n - s)
-            / (math.factorial(s) * math.factorial((n + k) // 2 - s) * math.factorial((n - k) // 2 - s))
-            for s in range((n - k) // 2 + 1)
-        ]
-    )
-
-
-def _norm(index: int) -> float:
+def norm(index: int) -> float:
+    """Return what makes the root mean square 1 of a polynomial whose R(r) is 1 at the rim."""
     n, m = orders(index)
     return math.sqrt((2 if m else 1) * (n + 1))
 
 
-def zernike(index: int, x: F64, y: F64) -> F64:
-    """Return the polynomial at (x, y), in units of the circle's radius.
+def zernike_sum(index: tuple[int, ...], coefficients: Sequence[float], x: F64, y: F64) -> F64:
+    """Return the sum of coefficients times polynomials at (x, y), in units of the circle's radius.
 
-    >>> zernike(4, np.array([0.0, 1.0]), np.zeros(2)).round(4)  # defocus: √3·(2r² − 1)
+    >>> zernike_sum((4,), [1.0], np.array([0.0, 1.0]), np.zeros(2)).round(4)  # defocus: √3·(2r² − 1)
     array([-1.7321,  1.7321])
     """
     # Who reads a lens from a file needs no compiler.
-    from camsim.kernels.zernike import fill_zernike
+    from camsim.kernels.zernike import fill_sum
 
-    # The radial polynomial over r^k in powers of r², and r^k·cos, r^k·sin by turning k times: no angle, no root.
-    _, m = orders(index)
     values = np.empty(np.broadcast_shapes(np.shape(x), np.shape(y)))
     # Copies: what is read-only is another type, for which all would be compiled once more.
     x, y = (np.array(own, float).ravel() for own in np.broadcast_arrays(x, y))
-    fill_zernike(values.reshape(-1), x, y, _factors(index), abs(m), m < 0, _norm(index))
+    places, norms, steps = _layout(index)
+    count = len(steps) * 2 * steps.shape[1]
+    terms = np.zeros(count)
+    np.add.at(terms, places, np.asarray(coefficients) * norms)
+    fill_sum(values.reshape(-1), x, y, terms.reshape(len(steps), 2, -1), steps)
     return values
+
+
+@functools.lru_cache(maxsize=256)
+def _layout(index: tuple[int, ...]) -> tuple[I64, F64, F64]:
+    """Return where polynomials have their places among (m, cos or sin, p), what makes each 1, and all steps."""
+    n, m = np.array([orders(j) for j in index], np.int64).reshape(-1, 2).T
+    p = (n - np.abs(m)) // 2
+    turns, degrees = int(np.abs(m).max(initial=0)) + 1, int(p.max(initial=0)) + 1
+    places = (2 * np.abs(m) + (m < 0)) * degrees + p
+    return places, np.array([norm(j) for j in index]), np.stack([radial_steps(own, degrees) for own in range(turns)])
+
+
+def zernike(index: int, x: F64, y: F64) -> F64:
+    """Return one polynomial at (x, y)."""
+    return zernike_sum((index,), [1.0], x, y)

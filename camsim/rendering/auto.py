@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from camsim.errors import InvalidValueError, UnknownNameError
+from camsim.errors import InvalidValueError, UnknownNameError, UnsupportedError
 from camsim.kept import cached_property
 from camsim.kernels.threads import meanwhile
 from camsim.rendering.boundary.engine import Boundary, BoundaryPlan
@@ -149,7 +149,10 @@ def _auto(job: Job, judge: Judge, samples: int | None) -> tuple[str, str, Plan]:
     if job.tolerance < finest:
         why = f"boundary keeps {finest:g} with this lens, fourier {FOURIER.finest:g}"
         return "fourier", why, _planned("fourier", job, samples)
-    boundary = BY_EDGES.plan(job, samples)
+    try:
+        boundary = BY_EDGES.plan(job, samples)
+    except UnsupportedError as unfollowed:
+        return "fourier", f"boundary: {unfollowed.message}", _planned("fourier", job, samples)
     if not len(job.edges):
         return "boundary", "there is no edge to render", FlatPlan(job=job)
     own = _checked(boundary, judge)

@@ -16,7 +16,7 @@ import numpy as np
 
 from camsim.arrays import C128, F64, I64
 from camsim.kernels import kernel, shared
-from camsim.optics.zernike import orders, radial_powers
+from camsim.optics.zernike import norm, orders, radial_steps
 from camsim.quadrature import even_rule
 from camsim.rendering.across.turns import cos_sin, cosine
 
@@ -24,21 +24,23 @@ NODES = 512  # whose phases stay in the nearest cache
 
 
 class Terms(NamedTuple):
-    """Zernike polynomials as the kernel takes them: polynomials in r², highest power first, times r^m·cos or sin mθ."""
+    """Zernike polynomials as the kernel takes them: norm·P_p(r²) times r^m·cos or sin mθ."""
 
-    powers: F64  # (k, p)
+    steps: F64  # (k, most p + 1, 3) see ``radial_steps``
+    degree: I64  # (k,) p
+    norm: F64  # (k,)
     order: I64  # (k,) m
     sine: I64  # (k,) 1: sin
 
     @classmethod
     def of(cls, zernike: tuple[int, ...]) -> Terms:
         """Return those of OSA indices."""
-        each = [radial_powers(index) for index in zernike]
-        powers = np.zeros((len(each), max((p.size for p in each), default=1)))
-        for own, p in zip(powers, each, strict=True):
-            own[powers.shape[1] - p.size :] = p
-        m = np.array([orders(index)[1] for index in zernike], np.int64)
-        return cls(powers, np.abs(m), (m < 0).astype(np.int64))
+        n, m = np.array([orders(index) for index in zernike], np.int64).reshape(-1, 2).T
+        order = np.abs(m)
+        degree = (n - order) // 2
+        most = int(degree.max(initial=0)) + 1
+        steps = np.array([radial_steps(own, most) for own in order.tolist()]).reshape(-1, most, 3)
+        return cls(steps, degree, np.array([norm(index) for index in zernike]), order, (m < 0).astype(np.int64))
 
 
 def overlaps(terms: Terms, waves: F64, shift: F64, angle_rad: F64, nodes: tuple[int, int]) -> C128:
@@ -132,10 +134,11 @@ def _steps(terms: Terms, nu: float, rule: tuple[F64, F64], rule_along: tuple[F64
                 x, sign = (along - nu, 1.0) if side == 0 else (along + nu, -1.0)
                 square = x * x + across * across
                 for z in range(count):
-                    value = terms.powers[z, 0]
-                    for p in range(1, terms.powers.shape[1]):
-                        value = value * square + terms.powers[z, p]
-                    part, other = sign * value, 0.0
+                    value, before = 1.0, 0.0
+                    for p in range(1, terms.degree[z] + 1):
+                        slope, rest, less = terms.steps[z, p]
+                        value, before = (slope * square + rest) * value - less * before, value
+                    part, other = sign * terms.norm[z] * value, 0.0
                     for _ in range(terms.order[z]):
                         part, other = part * x - other * across, part * across + other * x
                     steps[z, 0, n] += part
