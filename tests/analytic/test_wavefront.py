@@ -14,7 +14,7 @@ from camsim.optics import OpticalSystem, Pupil, Wavefront
 from camsim.optics import rays as nodes
 from camsim.optics.airy import airy_otf
 from camsim.optics.rays import Turns
-from camsim.optics.zernike import orders, zernike
+from camsim.optics.zernike import orders, zernike, zernike_sum
 from camsim.rendering.check.pupils import Otherwise
 from camsim.rendering.edges import Edges
 from camsim.rendering.fourier.image import FourierImage
@@ -162,6 +162,48 @@ def test_zernike_polynomials_are_those_of_the_standard(rng):
     ]
     for index, expected in enumerate(table):
         np.testing.assert_allclose(zernike(index, r * np.cos(t), r * np.sin(t)), expected, rtol=0, atol=1e-13)
+
+
+def test_zernike_polynomials_of_all_orders_are_jacobis(rng):
+    """To rounding, where powers of r² lose seven digits; at a square pupil's corners too, where they grow as 2.4ⁿ."""
+    x, y = rng.uniform(-1.0, 1.0, (2, 400))
+    r, angle = np.hypot(x, y), np.arctan2(y, x)
+    all_of_them, coefficients = np.zeros_like(x), rng.normal(size=231)
+    for index, coefficient in enumerate(coefficients.tolist()):
+        n, m = orders(index)
+        radial = r ** abs(m) * scipy.special.eval_jacobi((n - abs(m)) // 2, 0, abs(m), 2.0 * r**2 - 1.0)
+        expected = (
+            np.sqrt((n + 1.0) * (2.0 if m else 1.0)) * radial * (np.sin(-m * angle) if m < 0 else np.cos(m * angle))
+        )
+        scale = np.maximum(1.0, np.abs(r) ** n * 2.5**n * (r > 1.0))
+        assert (np.abs(zernike(index, x, y) - expected) <= 1e-13 * scale).all(), index
+        all_of_them += coefficient * expected
+    inside = r <= 1.0
+    found = zernike_sum(tuple(range(231)), coefficients.tolist(), x, y)
+    np.testing.assert_allclose(found[inside], all_of_them[inside], rtol=0, atol=3e-12)
+
+
+@pytest.mark.parametrize("obstruction", [0.0, 0.4])
+@pytest.mark.parametrize("index", [112, 144, 152, 174, 220, 230])
+def test_single_terms_of_the_highest_orders_are_summed_over_the_pupil_by_two_rules(index, obstruction):
+    """R₁₄ and R₂₀ were refused; of cos 16θ one harmonic of 34 was seen, of sin 12θ nothing along 24 even rays."""
+    lens = Wavefront(f_number=N, zernike_waves={index: 0.3}, pupil=Pupil(obstruction=obstruction))
+    x = np.linspace(-25.0, 25.0, 31)
+    found, otherwise = (own.point_spread_on(x, x, NM, 1e-14) for own in (lens, Otherwise.of(lens)))
+    np.testing.assert_allclose(found, otherwise, rtol=0, atol=1e-13)
+
+
+def test_what_edges_do_not_follow_auto_renders_by_transforms():
+    """The mean slope of R₁₁¹ on the rim is 97 waves per radius, and no series follows what is left within."""
+    square = camsim.Rectangle(width_um=20.0, height_um=20.0, rotate_deg=5.0, reflectance=0.1)
+    optics = [Wavefront(f_number=5.6, zernike_waves={71: 0.3}), camsim.SquarePhotosite(side_um=4.0)]
+    asked = {"wavelength_nm": 550.0, "tolerance": 1e-5}
+    scene, grid = camsim.Scene(background=1.0, shapes=[square]), camsim.Grid(rows=4, cols=4, pitch_um=4.0)
+    with pytest.raises(camsim.errors.UnsupportedError, match="too many waves"):
+        camsim.render(scene, optics, grid, method="boundary", **asked)
+    found = camsim.render(scene, optics, grid, **asked)
+    assert found.method == "fourier"
+    assert found.error_estimate <= 1e-6
 
 
 def test_zernike_polynomials_are_orthonormal():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 SINGLES = 1000  # seeds from here on, dates among them, draw them; what those before drew stays as it was
-ORDERS = 1, 12
+ORDERS = 1, 20
 FULL = 8  # the order from which on waves fall as its square, and slopes stay
 
 
