@@ -136,8 +136,8 @@ def _steps(terms: Terms, nu: float, rule: tuple[F64, F64], rule_along: tuple[F64
                 for z in range(count):
                     value, before = 1.0, 0.0
                     for p in range(1, terms.degree[z] + 1):
-                        slope, rest, less = terms.steps[z, p]
-                        value, before = (slope * square + rest) * value - less * before, value
+                        rise, rest, less = terms.steps[z, p]
+                        value, before = (rise * square + rest) * value - less * before, value
                     part, other = sign * terms.norm[z] * value, 0.0
                     for _ in range(terms.order[z]):
                         part, other = part * x - other * across, part * across + other * x
