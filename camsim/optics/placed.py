@@ -119,7 +119,7 @@ class Revolves(Varies, Protocol):
 @functools.lru_cache(maxsize=4096)
 def _waves(lens: PlacedLens, wavelength_nm: float) -> tuple[float, ...]:
     """Return the coefficients at a wavelength, waves."""
-    return tuple((_spline(lens)(wavelength_nm) / wavelength_nm).tolist())
+    return tuple(lens.coefficients(np.array([wavelength_nm]))[0].tolist())
 
 
 @functools.lru_cache(maxsize=1024)

@@ -181,10 +181,10 @@ class Pupil:
         angular : (radial,) even
         """
         r, w = from_0(radial)
-        taken = angular // 2 if half else angular
         counts, which = np.unique(angular, return_inverse=True)  # rings of as many nodes have them in the same places
-        angle = np.concatenate([2.0 * np.pi * (np.arange(n // 2 if half else n) / n) for n in counts.tolist()])
-        first = np.cumsum(counts // 2 if half else counts) - (counts // 2 if half else counts)
+        some = counts // 2 if half else counts
+        angle = np.concatenate([2.0 * np.pi * (np.arange(k) / n) for k, n in zip(some, counts, strict=True)])
+        first, taken = np.cumsum(some) - some, some[which]
         ring = np.repeat(np.arange(radial), taken)
         place = np.arange(ring.size) + np.repeat(first[which] - np.cumsum(taken) + taken, taken)
         open_part = 1.0 - self.obstruction

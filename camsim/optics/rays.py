@@ -18,7 +18,7 @@ from camsim.optics.pupil import Pupil
 NOTHING = 1e-14  # a coefficient of the phase factor that rounding hides
 # On every side of the outline, along which the wavefront is looked at: in steps of the golden section. On even ones
 # sin 12θ is nothing, and all that it is multiplied by was.
-RAYS = 0.6180339887498949 * np.arange(24) % 1.0
+RAYS: F64 = np.asarray(0.6180339887498949 * np.arange(24) % 1.0, np.float64)
 SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)  # of the way from the obstruction to the outline, likewise
 RINGS = 16  # groups, each of as many nodes round as its outermost takes: 1.9 times fewer than if all did
 FEW = 1 << 16  # nodes of a circle that are made all at once: groups of rings one by one take up to four times as long
@@ -113,11 +113,11 @@ class Rays(NamedTuple):
     @property
     def _groups(self) -> tuple[tuple[slice, list[int]], ...]:
         """Rings from the inside out, and how many nodes each has on each side: as its group's outermost takes."""
-        return _groups_of(self, self._radial)
+        return _groups_of(self)
 
 
 @functools.lru_cache(maxsize=256)
-def _groups_of(rays: Rays, radial: int) -> tuple[tuple[slice, list[int]], ...]:
+def _groups_of(rays: Rays) -> tuple[tuple[slice, list[int]], ...]:
     """Return them: prices ask for the same rule again and again."""
     pupil, turns = rays.pupil, rays.turns
     inner, groups = pupil.obstruction, []
@@ -125,7 +125,7 @@ def _groups_of(rays: Rays, radial: int) -> tuple[tuple[slice, list[int]], ...]:
     if pupil.sides > 1:
         ways = np.roll(pupil.corners, -1, axis=0) - pupil.corners
         of_sides = [float(turns.along(dx, dy)) for dx, dy in ways]
-    for rings, share in _rings(radial):
+    for rings, share in _rings(rays._radial):
         hole = (1.0 - share) * inner * largest
         if pupil.sides == 1:
             sides = [2 * math.ceil(0.53 * (share * largest + hole) + 32.0 + 0.5 * rays.round_about)]
