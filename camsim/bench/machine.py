@@ -77,17 +77,24 @@ def spin(threads: int | None = None) -> Spin:
 
     def work(k: int) -> None:
         own = grain.copy()
-        start.wait()
+        try:
+            start.wait()
+        except threading.BrokenBarrierError:
+            return
         wall, cpu = time.perf_counter(), time.thread_time()
         for _ in range(SPIN_LAPS):
             np.sqrt(np.exp(np.sin(own)), out=own)
         found[k] = (time.perf_counter() - wall, time.thread_time() - cpu)
 
     workers = [threading.Thread(target=work, args=(k,)) for k in range(count)]
-    for worker in workers:
-        worker.start()
-    for worker in workers:
-        worker.join()
+    try:
+        for worker in workers:
+            worker.start()
+        for worker in workers:
+            worker.join()
+    except BaseException:  # Ctrl-C before all had begun: the others would wait for ever, and Python for them
+        start.abort()
+        raise
     return Spin(cpu_s=min(cpu for _, cpu in found), wall_over_cpu=max(wall / cpu for wall, cpu in found))
 
 

@@ -10,7 +10,7 @@ from camsim.kernels.dispatch import kernel
 AT_ONCE = 64  # places: what goes from degree to degree stays in the nearest cache, and loops are vectors
 
 
-@kernel(error_model="numpy")
+@kernel(allocates=True, error_model="numpy")
 def legendre(begin: int, stop: int, order: int, x: F64, value: F64, slope: F64) -> None:
     """Fill in P_n and P_n′ at places ``begin`` … ``stop`` within −1 … 1, by Bonnet's recurrence.
 

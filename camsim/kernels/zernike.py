@@ -10,7 +10,7 @@ from camsim.kernels.dispatch import kernel
 AT_ONCE = 256  # places: what goes from degree to degree stays in the nearest cache, and loops are vectors
 
 
-@kernel()
+@kernel(allocates=True)
 def fill_sum(values: F64, x: F64, y: F64, terms: F64, steps: F64) -> None:
     """Fill in Σ_m Σ_p (terms[m, 0, p]·cos mθ + terms[m, 1, p]·sin mθ)·r^m·P_p(r²).
 

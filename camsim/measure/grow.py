@@ -10,7 +10,7 @@ from camsim.arrays import F64
 from camsim.kernels import kernel
 
 
-@kernel()
+@kernel(allocates=True)
 def grow(angle: F64, strong: np.ndarray, rows: np.ndarray, cols: np.ndarray, tolerance: float) -> np.ndarray:
     """Label groups of neighbouring cells whose gradients point the same way, strongest cells first."""
     label = np.zeros(strong.shape, np.int32)

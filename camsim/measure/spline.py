@@ -89,7 +89,7 @@ def _row(d: float, s: float, slope: float, model: Model, index: np.ndarray, valu
     return count + EXTRAS
 
 
-@kernel()
+@kernel(allocates=True)
 def normal_equations(d: F64, s: F64, slope: F64, v: F64, model: Model) -> tuple[F64, F64]:
     """Return the sums of row·rowᵀ and of row·v over photosites (flat arrays; slope: ESF′ at each)."""
     size = model.columns + EXTRAS
@@ -108,7 +108,7 @@ def normal_equations(d: F64, s: F64, slope: F64, v: F64, model: Model) -> tuple[
     return matrix, right
 
 
-@kernel()
+@kernel(allocates=True)
 def residuals(d: F64, s: F64, slope: F64, v: F64, model: Model, coefficients: F64) -> F64:
     """Return v minus the fit at every photosite."""
     index, value = np.empty(_NONZERO, np.int64), np.empty(_NONZERO)
@@ -122,7 +122,7 @@ def residuals(d: F64, s: F64, slope: F64, v: F64, model: Model, coefficients: F6
     return out
 
 
-@kernel()
+@kernel(allocates=True)
 def leverages(d: F64, s: F64, slope: F64, model: Model, inverse: F64) -> F64:
     """Return row·inverse·rowᵀ of every photosite: by how much it pulls the fit towards itself."""
     index, value = np.empty(_NONZERO, np.int64), np.empty(_NONZERO)
@@ -137,7 +137,7 @@ def leverages(d: F64, s: F64, slope: F64, model: Model, inverse: F64) -> F64:
     return out
 
 
-@kernel()
+@kernel(allocates=True)
 def scatter(d: F64, s: F64, slope: F64, variance: F64, model: Model) -> F64:
     """Return the sum of variance·row·rowᵀ: what the photosites' scatter does to the right-hand side."""
     size = model.columns + EXTRAS
@@ -155,7 +155,7 @@ def scatter(d: F64, s: F64, slope: F64, variance: F64, model: Model) -> F64:
     return matrix
 
 
-@kernel()
+@kernel(allocates=True)
 def _rows(d: F64, model: Model) -> F64:
     index, value = np.empty(_NONZERO, np.int64), np.empty(_NONZERO)
     rows = np.zeros((d.size, model.columns + EXTRAS))
@@ -166,7 +166,7 @@ def _rows(d: F64, model: Model) -> F64:
     return rows
 
 
-@kernel()
+@kernel(allocates=True)
 def slopes(d: F64, model: Model, coefficients: F64) -> F64:
     """Return the derivative of the spread function at every photosite."""
     n, h = model.columns, model.spacing

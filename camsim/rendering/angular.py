@@ -103,7 +103,7 @@ class _Room(NamedTuple):
     sums: F64
 
 
-@kernel(forceinline=True)
+@kernel(allocates=True, forceinline=True)
 def _room(transfer: Transfer) -> _Room:
     most = transfer.order.max() if transfer.order.size else 0
     return _Room(
@@ -168,7 +168,7 @@ def _sum(own: int, count: int, both: bool, transfer: Transfer, room: _Room) -> N
         begin = transfer.ends[kind]
 
 
-@kernel(error_model="numpy", fastmath={"contract"})
+@kernel(allocates=True, error_model="numpy", fastmath={"contract"})
 def _look_up(fx: F64, fy: F64, transfer: Transfer, out: F64, first: int, stop: int) -> None:
     """Write transfers at some of the places: (sets, places, 2)."""
     room = _room(transfer)
@@ -183,7 +183,7 @@ def _look_up(fx: F64, fy: F64, transfer: Transfer, out: F64, first: int, stop: i
                 out[s, low + c, 1] = sums[4, c] + sums[5, c] + sums[6, c] + sums[7, c]
 
 
-@kernel(error_model="numpy", fastmath={"contract"})
+@kernel(allocates=True, error_model="numpy", fastmath={"contract"})
 def _on_quarters(steps: tuple[float, float], alike: bool, transfer: Transfer, out: F64, first: int, stop: int) -> None:
     """Write transfers in some rows, and, where both ways are alike, in some columns: (sets, 2, j, 2, i)."""
     room, x, y = _room(transfer), np.empty(TOGETHER), np.empty(TOGETHER)

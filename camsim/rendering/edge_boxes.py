@@ -62,7 +62,7 @@ def _along_a_curve(places: F64) -> I64:
     return along
 
 
-@kernel()
+@kernel(allocates=True)
 def groups_about(tree: EdgeBoxes, x: float, y: float, near: float, far: float, found: I64) -> int:
     """Write the groups that may have part of an edge so far from a place, from near to far; return how many.
 

@@ -133,7 +133,7 @@ def distinct(found: Foci) -> Foci:
     return found.some(kept[:count])
 
 
-@kernel()
+@kernel(allocates=True)
 def _distinct(centre: F64, radius: F64, strongest: I64, low: I64, keys: I64, by_key: I64, kept: I64) -> int:
     """Write those that no stronger one has in common with it; return how many.
 
@@ -180,7 +180,7 @@ def touching(found: Foci, edges: Edges) -> tuple[I64, I64]:
     return np.concatenate([[0], np.cumsum(counts)]), picked
 
 
-@kernel()
+@kernel(allocates=True)
 def _touching(begin: int, end: int, centre: F64, radius: F64, tree: EdgeBoxes, found: I64, counts: I64) -> I64:
     """Return the edges of some foci, and count each one's."""
     picked, until = np.empty(256, np.int64), 0

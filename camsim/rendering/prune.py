@@ -127,7 +127,7 @@ def outline_boxes(edges: Edges) -> tuple[I64, F64, F64]:
     return outline, low, high
 
 
-@kernel()
+@kernel(allocates=True)
 def _label(begins: I64, ends: I64, label: I64) -> int:
     """Write the outline that each point belongs to, by the edges between points; return how many there are."""
     points = len(label)

@@ -43,7 +43,7 @@ def _edges(area: Any) -> F64:
     return edges
 
 
-@kernel()
+@kernel(allocates=True)
 def _common(edges: F64, owner: I64) -> float:
     """Edges (n, 4) in the order of their left ends, and which of the two areas each is of, 0 or 1.
 

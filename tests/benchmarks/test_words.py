@@ -1,5 +1,7 @@
 """What the bench says of its figures: findings, comparisons, the load on the machine."""
 
+import threading
+
 import pytest
 
 from bench.paper.compare import compared
@@ -98,3 +100,19 @@ def test_the_spin_spins():
     found = spin(threads=1)
     assert found.cpu_s > 0.0
     assert found.wall_over_cpu > 0.9
+
+
+def test_ctrl_c_before_every_core_spins_leaves_nobody_waiting(monkeypatch):
+    begin, begun = threading.Thread.start, []
+
+    def interrupted(thread):
+        if begun:
+            raise KeyboardInterrupt
+        begun.append(thread)
+        begin(thread)
+
+    monkeypatch.setattr(threading.Thread, "start", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        spin(2)
+    begun[0].join(60.0)
+    assert not begun[0].is_alive()

@@ -103,7 +103,7 @@ def _next_radial(rho: float, n: int, m: int, own: F64, before: F64, last: F64) -
         own[m] = rho * (before[abs(m - 1)] + before[m + 1]) - (last[m] if m <= n - 2 else 0.0)
 
 
-@kernel()
+@kernel(allocates=True)
 def add_terms(rho: F64, weights: F64, around: C128, terms: C128) -> None:
     """Add to Zernike coefficients (n, 2·degree + 1) what harmonics (radii, angles) on a disc have of them.
 
@@ -125,7 +125,7 @@ def add_terms(rho: F64, weights: F64, around: C128, terms: C128) -> None:
                 own[n + 1] = 0.0
 
 
-@kernel()
+@kernel(allocates=True)
 def add_series(rho: F64, angle_rad: F64, terms: C128, out: C128) -> None:
     """Add to values (points,) a series' on a disc; terms: (n, 2·most + 1)."""
     degree, most = len(terms) - 1, terms.shape[1] // 2
@@ -159,7 +159,7 @@ class Waves(NamedTuple):
     weights: F64
 
 
-@kernel(error_model="numpy", fastmath={"contract"})
+@kernel(allocates=True, error_model="numpy", fastmath={"contract"})
 def add_patterns(radius: F64, waves: Waves, bessels: Bessels, out: F64, first: int, stop: int) -> None:
     """Add differences from the round pattern at some radii: (sets, radii, 2, angles).
 
@@ -209,7 +209,7 @@ class Profiles(NamedTuple):
     sets: int
 
 
-@kernel(error_model="numpy", fastmath={"contract"})
+@kernel(allocates=True, error_model="numpy", fastmath={"contract"})
 def project(profiles: Profiles, step_x: float, step_y: float, out: F64, first: int, stop: int) -> None:
     """Write sums over y of profile × cos mφ at some of x = 0, step_x …: (x, columns · sets)."""
     sets, outer = profiles.sets, profiles.outer

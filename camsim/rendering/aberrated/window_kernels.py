@@ -51,7 +51,7 @@ class _Room(NamedTuple):
     product: F64
 
 
-@kernel(forceinline=True)
+@kernel(allocates=True, forceinline=True)
 def _room(spectra: int, corners: int, channels: int, count: int) -> _Room:
     return _Room(
         np.empty((spectra, 2, 2, COLUMNS)),
@@ -62,7 +62,7 @@ def _room(spectra: int, corners: int, channels: int, count: int) -> _Room:
     )
 
 
-@kernel(error_model="numpy", fastmath={"contract"})
+@kernel(allocates=True, error_model="numpy", fastmath={"contract"})
 def with_footprint(values: F64, footprint: Factors, period: int, first: int, stop: int) -> None:
     """Multiply some rows of transfers (b, 2, j, 2, i) by the footprint's, and divide them by 4π²|k|².
 
@@ -212,7 +212,7 @@ def _of_corner(v: int, x_r: F64, x_i: F64, y_r: float, y_i: float, room: _Room) 
             sums[s, 1, 1, c] += below * (e - d)
 
 
-@kernel(error_model="numpy", fastmath={"contract"})
+@kernel(allocates=True, error_model="numpy", fastmath={"contract"})
 def add_edges(total: F64, table: Table, edges: Corners, across: F64, first: int, stop: int) -> None:
     """Add a window's edges to rows ``first`` … ``stop`` of ``total`` (channels, 2, rows, columns), and their mirror's.
 
@@ -247,7 +247,7 @@ def add_edges(total: F64, table: Table, edges: Corners, across: F64, first: int,
                 _add(total, period, j, side, end, room)
 
 
-@kernel(error_model="numpy", fastmath={"contract"})
+@kernel(allocates=True, error_model="numpy", fastmath={"contract"})
 def add_strip(total: F64, table: Table, first_j: int, transforms: C128, first: int, stop: int) -> None:
     """Add rows j = first_j … of the scene's transforms (spectra, j, i), all of one sign or 0, likewise."""
     rows, spectra, most = total.shape[2], len(transforms), table.fields.shape[4]

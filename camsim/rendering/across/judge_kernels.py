@@ -27,7 +27,7 @@ def add_nodes(even: F64, odd: F64, weight: F64, out: F64, first: int, stop: int)
             imaginary[q] += both * s
 
 
-@kernel(error_model="numpy", fastmath={"contract"})
+@kernel(allocates=True, error_model="numpy", fastmath={"contract"})
 def add_sides(direction: F64, tables: F64, step: float, ends: F64, sides: I64, out: F64, first: int, stop: int) -> None:
     """Fill in what some directions give of every spectrum's regions: out (directions, transfers, spectra).
 

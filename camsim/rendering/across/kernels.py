@@ -24,7 +24,7 @@ class Polar(NamedTuple):
     active: I64  # (|f|,) how many transfers are something there: the first ones
 
 
-@kernel(error_model="numpy", fastmath={"contract"})
+@kernel(allocates=True, error_model="numpy", fastmath={"contract"})
 def on_lattice(place: Place, polar: Polar, more: F64, out: F64, first_row: int, stop_row: int) -> None:
     """Fill in rows of (count_j, sets, 2, terms, columns) from the block's first column on, where there is anything.
 
@@ -80,7 +80,7 @@ class Sets(NamedTuple):
     cuts: F64  # (terms,) beyond which a term is nothing, cycles/pitch; falling
 
 
-@kernel(error_model="numpy", fastmath={"contract"})
+@kernel(allocates=True, error_model="numpy", fastmath={"contract"})
 def add_terms(total: F64, scenes: F64, fields: F64, sets: Sets, place: Place, first: int, stop: int) -> None:
     """Add a block to rows ``first`` … ``stop`` of ``total`` (tiles, channels, rows, 2, terms, columns).
 
@@ -131,7 +131,7 @@ def add_terms(total: F64, scenes: F64, fields: F64, sets: Sets, place: Place, fi
                         into_i[m] += own_r[m] * y[m] + own_i[m] * x[m]
 
 
-@kernel(error_model="numpy", fastmath={"contract"})
+@kernel(allocates=True, error_model="numpy", fastmath={"contract"})
 def add_weighed(terms: F64, shares: F64, down: F64, across: F64, out: F64, first: int, stop: int) -> None:
     """Add terms' images (terms, rows, cols) with weights to rows ``first`` … ``stop`` of an image.
 
@@ -154,7 +154,7 @@ def add_weighed(terms: F64, shares: F64, down: F64, across: F64, out: F64, first
                 own[c] += weight[c] * term[c]
 
 
-@kernel(error_model="numpy")
+@kernel(allocates=True, error_model="numpy")
 def fold(own: F64, periods: tuple[int, int], at: tuple[int, int], out: F64, first: int, stop: int) -> None:
     """Fold terms' frequencies (rows, 2, terms, columns) onto those of every second photosite along x and y.
 

@@ -42,7 +42,7 @@ class Responses(NamedTuple):
     step: float
 
 
-@kernel(error_model="numpy", fastmath={"contract"})
+@kernel(allocates=True, error_model="numpy", fastmath={"contract"})
 def look_up(table: F64, radial: F64, psi: F64, out: F64, first: int, stop: int) -> None:
     """Fill in some places (places, sets · |f|, 2)."""
     radii, count = table.shape[0], table.shape[1] - BEFORE - AFTER
@@ -64,7 +64,7 @@ def look_up(table: F64, radial: F64, psi: F64, out: F64, first: int, stop: int) 
                         own[n, 1] += sign * share * there[n, 1]
 
 
-@kernel(error_model="numpy", fastmath={"contract"})
+@kernel(allocates=True, error_model="numpy", fastmath={"contract"})
 def add_pieces(
     origin: tuple[float, float],
     pieces: Pieces,

@@ -58,7 +58,7 @@ def overlaps(terms: Terms, waves: F64, shift: F64, angle_rad: F64, nodes: tuple[
     return found
 
 
-@kernel(error_model="numpy", fastmath={"contract"})
+@kernel(allocates=True, error_model="numpy", fastmath={"contract"})
 def _overlaps(
     terms: Terms,
     waves: F64,

@@ -96,7 +96,7 @@ def _basis(nodes: F64, u: float, out: F64) -> None:
     out /= total
 
 
-@kernel()
+@kernel(allocates=True)
 def _spread(start: F64, end: F64, pair: I64, far: F64, cells: Cells, gauss_x: F64, gauss_w: F64) -> None:
     """Fill in the cells' strengths, the smallest cells first."""
     nodes, strength = cells.nodes, cells.strength

@@ -76,7 +76,7 @@ def ring_amplitudes(tones: Sequence[Tone], blur: F64, nodes: F64, weights: F64, 
     return amplitude
 
 
-@kernel()
+@kernel(allocates=True)
 def _amplitude(length: float, series: C128, nodes: F64, weights: F64, radius: F64, angle: F64) -> C128:
     """Field averaged over the footprint, times r³·e^{−2πir/l}: (2, radii, angles), radial and tangential."""
     out = np.zeros((2, radius.size, angle.size), np.complex128)

@@ -25,6 +25,9 @@ WORTH_A_THREAD = 10_000  # numbers of a table: a few tenths of a millisecond
 LONG = 100  # taps: from here on an average runs
 FIELD_ORDER = 8  # points per axis of the look-up in the field table (boundary._weights)
 _GAUSS_X, _GAUSS_W = gauss_legendre(8)
+_NODES = np.arange(ORDER) + 1.0 - ORDER // 2
+_OTHERS = ~np.eye(ORDER, dtype=bool)  # of each node all but itself
+_LEFT_OUT = ~(_OTHERS[:, None] & _OTHERS[None])  # by node, by factor: itself and that one
 
 
 def field_tables(pattern: Pattern, blur: F64, weights: F64, footprint: Footprint, *, radius: float, step: float) -> F64:
@@ -192,7 +195,7 @@ def _slope_taps(side: float, shifts: F64) -> F64:
     return 0.5 * (taps - taps[::-1])
 
 
-@kernel()
+@kernel(allocates=True)
 def _add_points(taps: F64, reach: int, positions: F64, amounts: F64) -> None:
     weights = np.empty(ORDER)
     for position, amount in zip(positions, amounts):  # noqa: B905 (Numba has no strict)
@@ -206,12 +209,9 @@ def _add_points(taps: F64, reach: int, positions: F64, amounts: F64) -> None:
 def _add_slope(taps: F64, reach: int, position: float) -> None:
     """Add the interpolant's derivative: of a Lagrange polynomial, each of its factors in turn."""
     cell = math.floor(position)
-    t, nodes = position - cell, np.arange(ORDER) + 1.0 - ORDER // 2
     first = reach + cell + 1 - ORDER // 2
-    for i in range(ORDER):
-        others = np.delete(nodes, i)
-        products = [float(np.prod(t - np.delete(others, k))) for k in range(ORDER - 1)]
-        taps[first + i] += math.fsum(products) * SCALE[i]
+    products = np.where(_LEFT_OUT, 1.0, position - cell - _NODES).prod(axis=2)
+    taps[first : first + ORDER] += SCALE * np.array([math.fsum(row) for row in products[_OTHERS].reshape(ORDER, -1)])
 
 
 def edge_responses(

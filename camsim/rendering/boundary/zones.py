@@ -46,7 +46,7 @@ def add_rings_in_zones(
     shared(len(image), work)
 
 
-@kernel()
+@kernel(allocates=True)
 def _add_to_rows(
     rows: tuple[int, int],
     origin: tuple[float, float],

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camsim.arrays import F64, I32
+from camsim.arrays import F64, I32, I64
 from camsim.kernels import kernel
 from camsim.rendering.check.records import Bent, Outlines
 
@@ -45,9 +45,10 @@ class Arc(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """What one thread writes on its way: where a round piece is cut, and of the nodes of a straight one's panel the
-    cells of the table in which they lie, and where in these."""
+    """What one thread writes on its way: the pieces that are near enough, where a round one is cut, and of the nodes of
+    a straight one's panel the cells of the table in which they lie, and where in these."""
 
+    pieces: I64  # (pieces,)
     cuts: F64  # (CUTS,)
     cells: I32  # (nodes,)
     within: F64  # (nodes,)

@@ -113,7 +113,7 @@ def alone(curves: Curves, usable: np.ndarray, fine: Fineness) -> np.ndarray:
     return found
 
 
-@kernel()
+@kernel(allocates=True)
 def _leave_alone(hulls: F64, squares: Squares, apart: float, near: I64, found: np.ndarray) -> None:
     """Strike out what is not alone; near: (n,) memory."""
     for a in range(len(hulls)):
@@ -122,7 +122,7 @@ def _leave_alone(hulls: F64, squares: Squares, apart: float, near: I64, found: n
                 found[a] = found[b] = False
 
 
-@kernel()
+@kernel(allocates=True)
 def _separate(a: F64, b: F64, apart: float) -> bool:
     """Return whether a line lies between two hulls (4, 2), through the end that they share if they do."""
     for i in (0, 3):
@@ -151,7 +151,7 @@ def _gap(a: F64, b: F64, x: float, y: float) -> float:
     return max(low_b - high_a, low_a - high_b)
 
 
-@kernel()
+@kernel(allocates=True)
 def _part_from(a: F64, b: F64, x: float, y: float) -> bool:
     """Return whether hulls that share a corner have a line through it between them, and nothing else on it."""
     ways = np.zeros((2, 2))

@@ -76,7 +76,7 @@ def _spline(degree: int, t: float, out: F64) -> None:
         out[1], out[2] = 2.0 / 3.0 - t * t * (1.0 - 0.5 * t), 2.0 / 3.0 - s * s * (1.0 - 0.5 * s)
 
 
-@kernel()
+@kernel(allocates=True)
 def lattice_light(
     patches: Patches, point: F64, footprint: Rule, inner: Rule, near: Near, bounds: tuple[float, float]
 ) -> F64:
@@ -123,7 +123,7 @@ def lattice_light(
     return total
 
 
-@kernel()
+@kernel(allocates=True)
 def middles_light(patches: Patches, point: F64, far: Far, radius: float) -> F64:
     """Return (channels,): that of those farther away, each in its middle."""
     values, whole, degree, corner, axes = patches
@@ -152,7 +152,7 @@ def middles_light(patches: Patches, point: F64, far: Far, radius: float) -> F64:
     return total
 
 
-@kernel()
+@kernel(allocates=True)
 def points_light(places: F64, light: F64, point: F64, footprint: Rule, near: Near, bounds: tuple[float, float]) -> F64:
     """Return (channels,): the light (planes, n) of points (n, 2) at a photosite, of those at some distance."""
     nodes, weights = footprint
@@ -172,7 +172,7 @@ def points_light(places: F64, light: F64, point: F64, footprint: Rule, near: Nea
     return total
 
 
-@kernel()
+@kernel(allocates=True)
 def far_points_light(places: F64, light: F64, point: F64, far: Far, radius: float) -> F64:
     """Return (channels,): that of those farther away."""
     planes, channels = far.table.shape[1], far.table.shape[2]

@@ -43,7 +43,7 @@ def add_overlaps(step: F64, share: F64, waves: F64, samples: F64, first: int, st
                     real, imaginary = real * cos - imaginary * sin, real * sin + imaginary * cos
 
 
-@kernel(error_model="numpy", fastmath={"contract"})
+@kernel(allocates=True, error_model="numpy", fastmath={"contract"})
 def fuse(frequency: F64, blur: F64, weights: F64, own: F64, columns: F64, table: F64, first: int, stop: int) -> None:
     """Add up wavelengths at some frequencies: (frequencies, sets, columns).
 

@@ -211,7 +211,7 @@ def muffled(
     return float(np.abs(np.fft.irfft(passed, 2 * half, axis=1)[:, middle]).max())
 
 
-@kernel()
+@kernel(allocates=True)
 def _loudest(swing: F64, reach: int, step: float, nodes: F64, weights: F64) -> float:
     """Return the largest average of what sets (k, n) have at places a step apart, over all directions and places."""
     width, steps = 2 * reach + 1, CELLS_PER_BLUR // PER_WAVE

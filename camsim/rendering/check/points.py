@@ -56,7 +56,7 @@ def light_at_points(asked: Asked, o: Outlines, parts: Parts, tables: Tables, rul
 
     def work(begin: int, end: int) -> None:
         nodes = max(rules.panel.shape[1], rules.few.shape[1])
-        memory = Memory(np.empty(CUTS), np.empty(nodes, np.int32), np.empty(nodes))
+        memory = Memory(np.empty(len(parts.sides), np.int64), np.empty(CUTS), np.empty(nodes, np.int32), np.empty(nodes))
         _light(begin, end, asked, o, parts, tables, rules, memory, light)
 
     shared(light.size, work, least=least)
@@ -79,7 +79,7 @@ def _light(
     points, sets, radius, nodes, zones, least, most = asked
     sides, times, about, curves = parts
     count, per_step = len(nodes), 1.0 / tables.step
-    here, pieces, last, zone = np.empty(len(sides), np.int64), 0, -1, -1
+    here, pieces, last, zone = memory.pieces, 0, -1, -1
     for job in range(begin, end):
         point, node = job // count, job % count
         if point != last or zones[node] != zone:

@@ -60,7 +60,7 @@ def count_sides(arcs: F64, fine: tuple[float, float, bool], counts: I64) -> None
         counts[e] = _cut(arcs[e, 2], arcs[e, 4], fine).sides
 
 
-@kernel()
+@kernel(allocates=True)
 def draw_sides(arcs: F64, fine: tuple[float, float, bool], sides: F64) -> None:
     """Write the sides (n, 4) of arcs: centre (x, y), radius, begin and turn of each.
 

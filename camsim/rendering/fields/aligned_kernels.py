@@ -47,7 +47,7 @@ def _curve(coefficients: F64, place: F64, low: int, stop: int, cell: int, out: F
         out[q] = p0 + u * p1 + u2 * (p2 + u * p3) + u2 * u2 * (p4 + u * p5 + u2 * (p6 + u * p7))
 
 
-@kernel(error_model="numpy", fastmath={"contract"})
+@kernel(allocates=True, error_model="numpy", fastmath={"contract"})
 def lit_columns(transforms: C128, cells: Cells, columns: Columns, axes: Axes) -> C128:
     """Return (columns, 2·most + 1): Σ over modes of transform × transfer; beyond the cut 0.
 

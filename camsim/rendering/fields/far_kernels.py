@@ -49,7 +49,7 @@ def _weights(place: float, out: F64) -> int:
     return first
 
 
-@kernel()
+@kernel(allocates=True)
 def _weighed(places: F64) -> tuple[I64, F64]:
     firsts, weights = np.empty(places.size, np.int64), np.empty((places.size, POINTS))
     for q in range(places.size):
@@ -57,7 +57,7 @@ def _weighed(places: F64) -> tuple[I64, F64]:
     return firsts, weights
 
 
-@kernel()
+@kernel(allocates=True)
 def _deposit(x: F64, y: F64, light: F64, lattice: F64, low: int, high: int) -> None:
     """Deposit some modes."""
     across, down = np.empty(POINTS), np.empty(POINTS)
@@ -91,7 +91,7 @@ def _add_lines(top: I64, down: F64, lines: F64, lattice: F64, low: int, high: in
                     lattice[row, c] += down[r, i] * lines[r, c]
 
 
-@kernel()
+@kernel(allocates=True)
 def _read(
     lattice: F64, left: I64, across: F64, top: I64, down: F64, channel: U8, image: F64, low: int, high: int
 ) -> None:

@@ -61,7 +61,7 @@ def _side(x0: float, y0: float, x1: float, y1: float, box: F64) -> int:
     return -1
 
 
-@kernel()
+@kernel(allocates=True)
 def _clamp(
     start: F64, end: F64, left: I64, right: I64, origin: tuple[float, float], box: F64, ends: F64, of: I64
 ) -> tuple[int, int]:

@@ -60,7 +60,7 @@ def turn_across(place: Place, points: F64, across: F64, low: int, high: int) -> 
             across[0, v, c], across[1, v, c] = math.cos(2.0 * math.pi * turn), -math.sin(2.0 * math.pi * turn)
 
 
-@kernel()
+@kernel(allocates=True)
 def _sides(jump: F64) -> tuple[I64, I64]:
     """Return which spectra edges have to do with, and where those of each begin, (edges + 1,)."""
     sides, first, count = np.empty(jump.size, np.int64), np.zeros(len(jump) + 1, np.int64), 0
@@ -73,7 +73,7 @@ def _sides(jump: F64) -> tuple[I64, I64]:
     return sides[:count], first
 
 
-@kernel(error_model="numpy", fastmath={"contract"})
+@kernel(allocates=True, error_model="numpy", fastmath={"contract"})
 def _transform(place: Place, edges: Corners, across: F64, out: F64, low_row: int, high_row: int) -> None:
     """Add every edge to some rows."""
     points, begin, finish, jump = edges

@@ -105,7 +105,7 @@ def filled(
     return image
 
 
-@kernel(fastmath={"contract"})
+@kernel(allocates=True, fastmath={"contract"})
 def _fill(
     coarse: F64, between: F64, places: tuple[tuple[int, int], tuple[int, int]], image: F64, begin: int, end: int
 ) -> None:

@@ -55,7 +55,7 @@ def multiply(r: int, low: int, factors: Factors, real: F64, imaginary: F64) -> N
             real[c] = product
 
 
-@kernel(error_model="numpy", fastmath={"contract"})
+@kernel(allocates=True, error_model="numpy", fastmath={"contract"})
 def add_round(
     total: F64, scene: SceneBlock, footprint: Factors, lens_curves: Curves, place: Place, low_row: int, high_row: int
 ) -> None:
@@ -116,7 +116,7 @@ def add_round(
                         sums[c, 1] += value_r * foot_i[c] + value_i * foot_r[c]
 
 
-@kernel(error_model="numpy", fastmath={"contract"})
+@kernel(allocates=True, error_model="numpy", fastmath={"contract"})
 def add_fields(
     total: F64,
     scene: SceneBlock,

@@ -82,7 +82,7 @@ def weighted(
             image[r, c] = background + total
 
 
-@kernel()
+@kernel(allocates=True)
 def each_sample(x: float, y: float, steps: Steps, boxes: Boxes) -> F64:
     """Return what every sample of the photosite at (x, y) sees, less the background."""
     values = np.empty(len(boxes.places))
@@ -98,7 +98,7 @@ def _strip(y: float, x_edge: float) -> float:
     return math.exp(-0.5 * y * y) / math.sqrt(2.0 * math.pi) * 0.5 * math.erfc(-x_edge / math.sqrt(2.0))
 
 
-@kernel()
+@kernel(allocates=True)
 def strips(
     x0: float, y0: float, steps: Steps, background: float, whiten: F64, image: F64, first_row: int, end_row: int
 ) -> None:
