@@ -89,8 +89,9 @@ class _Kernel(CPUDispatcher):
     in the kernel that Python calls, with all that it takes in. Nor has a kernel that is only taken in a wrapper for
     Python, which for records of forty arrays is longer than most kernels.
 
-    References are counted (``_nrt``, Numba's run-time) where memory is taken, and nowhere else: in large functions Numba
-    does not see that what counts up and down again is for nothing, and an edge seen from a photosite took 0.3 µs for it.
+    References are counted (``_nrt``, Numba's run-time) where memory is taken, and nowhere else: in large functions
+    Numba does not see that what counts up and down again is for nothing. An edge seen from a photosite took 0.3 µs for
+    it, of 1.7.
     """
 
     def __init__(self, function: Callable[..., Any], allocates: bool, options: dict[str, Any]) -> None:
@@ -161,7 +162,7 @@ class _Kernel(CPUDispatcher):
 
 
 def _has_arrays(kind: Any) -> bool:
-    return any(map(_has_arrays, kind)) if isinstance(kind, types.BaseTuple) else isinstance(kind, types.Array)
+    return isinstance(kind, types.Array) or (isinstance(kind, types.BaseTuple) and any(_has_arrays(k) for k in kind))
 
 
 def _numbers_by_type(args: Iterable[Any]) -> tuple[Any, ...]:

@@ -64,7 +64,7 @@ def test_rules_along_outlines_leave_less_than_is_allowed(lens, allowed):
     table = table_of(lens, np.ones(1), np.ones((1, 1)), 60.0, 1e-12)
     energy, own = Energy(table.cells[0], 1.0 / table.step, table.far[0]), rules_of(1.0, allowed)
     fine = Rules(np.stack(gauss_legendre(40)), own.few, own.fewest, longest=2.0, tiny=0.0)
-    memory = Memory(np.empty(CUTS), np.empty(40, np.int32), np.empty(40))
+    memory = Memory(np.empty(1, np.int64), np.empty(CUTS), np.empty(40, np.int32), np.empty(40))
     rng, off = np.random.default_rng(5), []
     for _ in range(300):
         (x, y), angle, length = rng.uniform(-20.0, 20.0, 2), rng.uniform(0.0, np.pi), np.exp(rng.uniform(-2.0, 5.0))

@@ -13,7 +13,7 @@ import camsim
 from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.optics import FieldLens, OpticalSystem, Wavefront
 from camsim.rendering.across import band_image, bands, choose, on_tiles, places
-from camsim.rendering.across.lattice import lattice_for
+from camsim.rendering.across.lattice import ASKED, lattice_for
 from camsim.rendering.across.panels import panels
 from camsim.rendering.render import plan_render, render_channels
 from camsim.spectra.named import illuminant
@@ -370,6 +370,14 @@ def test_a_lens_on_a_grid_that_changes_in_one_place_only():
     assert counts[1] > 36
     with pytest.raises(camsim.errors.UnsupportedError, match="12 places along 8 photosites do not follow it"):
         lattice_for(lens, dataclasses.replace(grid, rows=60, cols=60, pitch_um=80.0), NM, 2.5e-3)
+
+
+@pytest.mark.parametrize("order", range(2, 21))
+def test_no_term_is_nothing_wherever_wavefronts_are_compared(order):
+    sine = order * (order + 1) // 2  # OSA: r^n·sin nθ
+    for index in (sine, sine + order):
+        waves = Wavefront(f_number=4.0, zernike_waves={index: 1.0}).waves(*ASKED, 550.0)
+        assert np.ptp(waves) > 0.5
 
 
 @pytest.mark.parametrize("allowed", [2.5e-2, 2.5e-4])

@@ -56,7 +56,9 @@ def light_at_points(asked: Asked, o: Outlines, parts: Parts, tables: Tables, rul
 
     def work(begin: int, end: int) -> None:
         nodes = max(rules.panel.shape[1], rules.few.shape[1])
-        memory = Memory(np.empty(len(parts.sides), np.int64), np.empty(CUTS), np.empty(nodes, np.int32), np.empty(nodes))
+        memory = Memory(
+            np.empty(len(parts.sides), np.int64), np.empty(CUTS), np.empty(nodes, np.int32), np.empty(nodes)
+        )
         _light(begin, end, asked, o, parts, tables, rules, memory, light)
 
     shared(light.size, work, least=least)
