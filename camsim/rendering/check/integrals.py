@@ -143,16 +143,18 @@ class Integrals:
         points = np.array([len(nodes) for nodes, _ in self.zones.rules])
         passed = len(self.pieces.outlines.x) * PASSED_SECONDS
         seconds = POINT_SECONDS + passed * int(points.sum())
-        for gaps in self._gaps():
-            nodes = self._nodes_on(gaps) * NODE_SECONDS + PIECE_SECONDS
+        for listeners in self.where.some_of(self.where.listeners):
+            gaps = self._parts.gaps(listeners)
+            nodes = self._nodes_on(listeners, gaps) * NODE_SECONDS + PIECE_SECONDS
             seconds += float(np.sum(points[np.searchsorted(begin, gaps, "right")] * nodes)) / len(self.where.listeners)
         return seconds
 
-    def _nodes_on(self, gaps: F64) -> F64:
-        """Return how many nodes each piece takes so far away; those on round pieces as many times as long."""
+    def _nodes_on(self, listeners: F64, gaps: F64) -> F64:
+        """Return how many nodes (listeners, pieces) take; those on round pieces as many times as long."""
         o, curves = self.pieces.outlines, self._parts.bent
         length, bent = self.where.length, o.turn_rad != 0.0
-        near = np.where(gaps < self.radius, np.minimum(length, 2.0 * self.radius), 0.0)
+        near = self.where.within(listeners, self.radius)
+        near[:, bent] = np.where(gaps < self.radius, np.minimum(length, 2.0 * self.radius), 0.0)[:, bent]
         rules = self._rules
         panel_nodes, panels = rules.panel.shape[1], np.ceil(near / rules.longest)
         within = np.where(near < rules.tiny, rules.few.shape[1], panel_nodes) * panels * np.where(bent, ROUND, 1.0)

@@ -20,8 +20,9 @@ from camsim.products import product
 from camsim.quadrature import chebyshev, interpolation, quintic_cells
 from camsim.rendering.envelope import Envelope
 
-CELLS_PER_BLUR = 64  # a quintic then errs by CELLS_LEAVE: 32 left 3e-10. Where that is too much, twice as many
+CELLS_PER_BLUR = 64  # with which quintics leave CELLS_LEAVE of the light: 32 left 3e-10
 CELLS_LEAVE = 5e-12
+FEWER, SURELY = (8, 16, 32), 4.0  # where these leave so many times less than is allowed
 PANEL_BLURS, PANEL_POINTS, EVEN_POINTS = 4, 40, 64  # E/ρ² from so many points in four blurs, and in eight about 0
 SLOPE_DEGREE, SLOPE_POINTS, SLOPE_FITS = 12, 64, 3e-14
 REFERENCE_NM = 550.0
@@ -55,6 +56,10 @@ def table_of(lens: RoundLens, blur: F64, weights: F64, radius: float, allowed: f
 
 
 def _per_blur(allowed: float) -> int:
+    """Return how many cells a blur takes: what quintics leave falls as the sixth power of their number."""
+    for cells in FEWER:
+        if SURELY * CELLS_LEAVE * (CELLS_PER_BLUR / cells) ** 6 <= allowed:
+            return cells
     return CELLS_PER_BLUR if allowed >= CELLS_LEAVE else 2 * CELLS_PER_BLUR
 
 

@@ -110,10 +110,21 @@ class Whereabouts:
 
     def feet(self, places: F64) -> tuple[F64, np.ndarray]:
         """Return (places, pieces): distance from each straight piece's line, and whether its foot lies on the piece."""
-        tx, ty, length = self._lines
+        h, s = self._lines_from(places)
+        return h, (s > 0.0) & (s < self._lines[2])
+
+    def within(self, places: F64, radius: float) -> F64:
+        """Return how much (places, pieces) of each straight piece lies within a radius of places."""
+        h, s = self._lines_from(places)
+        half = np.sqrt(np.maximum(radius * radius - h * h, 0.0))
+        within: F64 = np.maximum(np.minimum(s + half, self._lines[2]) - np.maximum(s - half, 0.0), 0.0)
+        return within
+
+    def _lines_from(self, places: F64) -> tuple[F64, F64]:
+        """Return (places, pieces): distance from each straight piece's line, and where along it the foot lies."""
+        tx, ty, _ = self._lines
         dx, dy = self.outlines.x - places[:, :1], self.outlines.y - places[:, 1:]
-        h, s = dx * ty - dy * tx, -(dx * tx + dy * ty)
-        return h, (s > 0.0) & (s < length)
+        return dx * ty - dy * tx, -(dx * tx + dy * ty)
 
     def heard_beyond(self, radii: F64) -> F64:
         """Return Σ strength²·(radius/distance)⁵ of all ends and lines beyond each radius, where that is the most."""

@@ -161,6 +161,7 @@ def with_band(
 def band_of(system: OpticalSystem, wavelength_nm: F64, weights: F64, cutoff: float, allowed: float) -> float:
     """Return the frequency (of the unit of ``cutoff``) beyond which the whole system passes no more than is allowed.
 
+    system  : its lens is round, the same in all directions
     weights : (n, j) of spectra against the background, in the unit of what is allowed
 
     An edge has 1/πf of every frequency across it; between two spectra it counts twice, and in sight of a photosite
@@ -168,13 +169,12 @@ def band_of(system: OpticalSystem, wavelength_nm: F64, weights: F64, cutoff: flo
     """
     f = cutoff * (np.arange(BAND_STEPS) + 0.5) / BAND_STEPS
     per_um = system.highest_per_um(wavelength_nm) / cutoff
-    beside, beyond = _beside(system, per_um * cutoff), np.zeros(BAND_STEPS)
-    for k in range(BAND_DIRECTIONS):
-        x, y = (f * per_um * part for part in _along(k / BAND_DIRECTIONS))
-        lens = np.stack([system.lens.otf(x, y, float(nm)) for nm in wavelength_nm])
-        heard = np.abs(product(weights, lens)).max(axis=0, initial=0.0)
-        x, y = (np.multiply.outer(part, f * per_um) for part in _along((k + beside) / BAND_DIRECTIONS))
-        passes = (heard * np.abs(system.footprint_otf(x, y))).max(axis=0) / (math.pi * f)
+    lens = np.stack([system.lens.otf(f * per_um, np.zeros(1), float(nm)) for nm in wavelength_nm])
+    heard = np.abs(product(weights, lens)).max(axis=0, initial=0.0) / (math.pi * f)
+    beyond = np.zeros(BAND_STEPS)
+    for k in np.arange(BAND_DIRECTIONS)[:, None] + _beside(system, per_um * cutoff):
+        x, y = (np.multiply.outer(part, f * per_um) for part in _along(k / BAND_DIRECTIONS))
+        passes = heard * np.abs(system.footprint_otf(x, y)).max(axis=0)
         beyond = np.maximum(beyond, np.cumsum(passes[::-1])[::-1] * cutoff / BAND_STEPS)
     loud = np.flatnonzero(IN_SIGHT * beyond > allowed)
     return cutoff * float(loud[-1] + 1) / BAND_STEPS if loud.size else cutoff / BAND_STEPS
