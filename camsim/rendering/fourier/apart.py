@@ -41,6 +41,8 @@ class Whole(Protocol):
     def footprint(self) -> F64: ...  # noqa: D102
     @property
     def whole(self) -> object | None: ...  # noqa: D102
+    @property
+    def undivided(self) -> bool: ...  # noqa: D102
 
     def at_once(self, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Cost, float]: ...  # noqa: D102
 
@@ -52,7 +54,7 @@ class Whole(Protocol):
 def parts_of(image: Whole, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Part, ...]:
     """Return the parts of an image that take less than all at once; none where there are no such."""
     cost = image.at_once(origin, shape)[0]
-    if cost.seconds <= SOON and cost.memory_bytes <= image.memory_limit_bytes:
+    if (image.undivided or cost.seconds <= SOON) and cost.memory_bytes <= image.memory_limit_bytes:
         return ()
     ways = [way for way in (by_distance(image, origin, shape), by_place(image, origin, shape)) if way]
     best: tuple[Part, ...] = ()

@@ -30,7 +30,7 @@ from camsim.rendering.fourier.prices import PER_FIELD_POINT, PER_POINT_WEIGHT, P
 from camsim.rendering.fourier.spikes import Spikes
 from camsim.rendering.fourier.spread import kernel_of
 from camsim.rendering.fourier.task import FINEST, SAMPLES_OF_POINT, check_tolerance
-from camsim.rendering.fourier.together import Sum
+from camsim.rendering.fourier.together import Part, Sum
 from camsim.rendering.heard import followed
 from camsim.rendering.job import Job, Nodes
 from camsim.rendering.quiet import Waves
@@ -45,12 +45,14 @@ class FourierPlan:
 
     parts : a lens's round part and its short difference, where these take less than all of it at once
     heard : what tells how far a job's rings are heard, and what is past three powers of 1/r; None: only edges do
+    undivided : a like job's image is not taken apart by distance or place, so nor is this one
     """
 
     job: Job
     nodes: Nodes
     parts: tuple[FourierPlan, ...] = ()
     heard: Callable[[Job], float] | None = None
+    undivided: bool = False
 
     @property
     def marks(self) -> Marks:
@@ -85,7 +87,14 @@ class FourierPlan:
             pitch_um=job.grid.pitch_um,
             tolerance=job.tolerance,
             quiet=None if self.heard is None else functools.cache(functools.partial(self.heard, job)),
+            undivided=self.undivided,
         )
+
+    @property
+    def _divided(self) -> tuple[Part, ...]:
+        """Parts by distance or by place of all of the lens."""
+        grid = self.job.grid
+        return self.whole.parts(grid.first_centre, (grid.rows, grid.cols))
 
     @cached_property
     def _expected(self) -> tuple[Cost, float]:
@@ -121,8 +130,7 @@ class FourierPlan:
                 decision="a round pattern, and what differs from it" if len(self.parts) > 1 else "a round pattern",
                 reason="each by itself takes less: the difference is short" if len(self.parts) > 1 else "plane waves",
             )
-        grid = self.job.grid
-        apart = () if self.parts else self.whole.parts(grid.first_centre, (grid.rows, grid.cols))
+        apart = () if self.parts else self._divided
         if apart and isinstance(far := apart[-1], Spikes):
             yield Decision(
                 topic="scenery",
@@ -151,7 +159,7 @@ class FourierPlan:
         """Return the same wavelengths for other edges."""
         own = [job.round_part(), job.difference_part()] if self.parts else []
         parts = tuple(part.of(one) for part, one in zip(self.parts, own, strict=False) if one is not None)
-        return FourierPlan(job=job, nodes=job.nodes_like(self.nodes), parts=parts, heard=self.heard)
+        return dataclasses.replace(self, job=job, nodes=job.nodes_like(self.nodes), parts=parts)
 
     def bands(self, channel: Channels, progress: Progress) -> Iterator[F64]:
         """Yield the image as one band: its last row is known no sooner than its first."""
@@ -188,17 +196,21 @@ class Fourier:
         return self._planned(job, _heard if job.pattern is not None else None)
 
     def plan_like(self, job: Job, plan: FourierPlan) -> FourierPlan:
-        """Choose nodes; in parts where a like job's plan is in parts, which is not found out again."""
+        """Choose nodes; taken apart where and as a like job's plan is, which is not found out again."""
         return self._planned(job, plan.heard, like=plan)
 
     def _planned(self, job: Job, heard: Callable[[Job], float] | None, like: FourierPlan | None = None) -> FourierPlan:
-        whole = FourierPlan(job=job, nodes=_nodes(job), heard=heard)
+        undivided = like is not None and not like.parts and not like._divided
+        whole = FourierPlan(job=job, nodes=_nodes(job), heard=heard, undivided=undivided)
         if job.split is None or not len(job.edges) or min(CLOSED_PART, 1.0 - CLOSED_PART) * job.tolerance < FINEST:
             return whole
         if like is not None and not like.parts:
             return whole
         own = (job.round_part(), job.difference_part())
-        apart = dataclasses.replace(whole, parts=tuple(self._planned(one, heard) for one in own if one is not None))
+        some = [one for one in own if one is not None]
+        likes = () if like is None else like.parts
+        parts = tuple(self._planned(one, heard, likes[k] if k < len(likes) else None) for k, one in enumerate(some))
+        apart = dataclasses.replace(whole, parts=parts)
         if like is not None:
             return apart
         return min(whole, apart, key=lambda plan: (plan.cost.memory_bytes > MEMORY_LIMIT_BYTES, plan.cost.seconds))

@@ -70,6 +70,7 @@ class FourierImage:
     shell         : part of a pattern, by distance; None: all of it;  islands: how many of these edges are one of
     whole         : of which this is a shell, or an island
     quiet         : what tells from which distance on (pitches) rings are within their shares; None: only the edges tell
+    undivided     : no parts are asked for, as long as all of it fits the memory
     """
 
     edges: Edges
@@ -84,6 +85,7 @@ class FourierImage:
     quiet: Callable[[], float] | None = None
     whole: FourierImage | None = None
     islands: int = 1
+    undivided: bool = False
 
     def rendered(
         self, origin: tuple[float, float], channel: U8, progress: Callable[[float], None] = lambda done: None
