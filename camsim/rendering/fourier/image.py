@@ -68,9 +68,8 @@ class FourierImage:
     wavelength_nm : (j,)
     tolerance     : largest error, in the unit of ``density``;  memory_limit_bytes: what the plan keeps below if it can
     shell         : part of a pattern, by distance; None: all of it;  islands: how many of these edges are one of
-    whole         : of which this is a shell, or an island
+    whole         : of which this is a shell, or an island;  undivided: it has none, as long as it fits the memory
     quiet         : what tells from which distance on (pitches) rings are within their shares; None: only the edges tell
-    undivided     : no parts are asked for, as long as all of it fits the memory
     """
 
     edges: Edges
