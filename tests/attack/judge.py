@@ -114,15 +114,19 @@ def _at_most(seconds):
         if global_compiler_lock.is_locked():  # a kernel that is being compiled is not torn apart
             signal.setitimer(signal.ITIMER_PROF, 1.0)
             return
+        fired.append(number)
         raise Patience
 
+    fired = []
     before = signal.signal(signal.SIGPROF, stop)
     signal.setitimer(signal.ITIMER_PROF, seconds)
     try:
         yield
-    except SystemError as error:
-        # Compiled code that was interrupted while it called Python says so in this way.
-        raise Patience from error
+    except Exception as error:
+        # Compiled code that was interrupted while it called Python raises an error of its own.
+        if fired:
+            raise Patience from error
+        raise
     finally:
         signal.setitimer(signal.ITIMER_PROF, 0.0)
         signal.signal(signal.SIGPROF, before)
