@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 import scipy
 
-from camsim.arrays import F64
+from camsim.arrays import C128, F64
 from camsim.kept import cached_property
 from camsim.kernels import shared
 from camsim.optics import OpticalSystem
@@ -29,6 +29,7 @@ from camsim.rendering.fourier.tile import Tile
 Mask: TypeAlias = npt.NDArray[np.bool_]
 
 ROWS = 16  # of a block: fewer are no work for a thread of its own
+TOGETHER = 8  # frequencies whose circles are transformed at a time: what stays in a cache
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -67,17 +68,23 @@ def polar_of(transfers: Transfers, basis: Basis, angles: int) -> Polar:
     terms, sets, most = len(basis.cuts), transfers.harmonics.shape[1], transfers.most
     values = np.zeros((BEFORE + int(rows.max()) + AFTER, angles + BEFORE + AFTER, terms, sets, 2))
     stop = min(max(int(rows.max()) + AFTER, GHOSTS.shape[1]), count)
-    own = np.ascontiguousarray(np.moveaxis(transfers.made(basis.made_of, stop), 0, 3))
-    for q in range(terms):
-        spectrum = np.zeros((sets, stop, 2 * angles), complex)
-        spectrum[..., : most + 1], spectrum[..., -most:] = own[:, q, :, most:], own[:, q, :, :most]
-        around = scipy.fft.ifft(spectrum, axis=-1, norm="forward")
-        half = np.concatenate([around[..., -BEFORE:], around[..., : angles + AFTER]], axis=-1)
-        before = np.einsum("gk,ska->sga", GHOSTS, half[:, : GHOSTS.shape[1]])
-        for first, part in ((0, before), (BEFORE, half)):
-            there = values[first : first + part.shape[1], :, q]
-            moved = np.moveaxis(part, 0, -1)[: len(there)]
-            there[..., 0], there[..., 1] = moved.real, moved.imag
+    by_harmonic, around = transfers.made(basis.made_of, stop), values.view(complex)[..., 0]
+
+    def half(first: int, end: int) -> C128:
+        """Return half a circle and what look-ups take beside it (|f|, angles, terms, sets)."""
+        own = by_harmonic[..., first:end].transpose(3, 0, 2, 1)
+        spectrum = np.zeros((len(own), 2 * angles, terms, sets), complex)
+        spectrum[:, : most + 1], spectrum[:, -most:] = own[:, most:], own[:, :most]
+        circle = scipy.fft.ifft(spectrum, axis=1, norm="forward", overwrite_x=True)
+        return np.concatenate([circle[:, -BEFORE:], circle[:, : angles + AFTER]], axis=1)
+
+    def work(first: int, end: int) -> None:
+        for some in range(first * TOGETHER, min(end * TOGETHER, stop), TOGETHER):
+            there = around[BEFORE + some : BEFORE + some + TOGETHER]
+            there[:] = half(some, min(some + TOGETHER, stop))[: len(there)]
+
+    shared(-(-stop // TOGETHER), work)
+    around[:BEFORE] = np.einsum("gk,k...->g...", GHOSTS, half(0, GHOSTS.shape[1]))
     active = sets * (rows[:, None] > np.arange(int(rows.max()))).sum(axis=0)
     return Polar(values.reshape(*values.shape[:2], -1), 1.0 / transfers.step, active)
 
