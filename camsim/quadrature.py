@@ -10,6 +10,7 @@ import numpy as np
 from camsim.arrays import F64, I64
 from camsim.products import product
 
+GOLDEN = 0.6180339887498949  # multiples of it, less their whole part, lie about evenly on 0 … 1 and in no pattern
 MANY = 256  # nodes of a rule: each step to the next degree is no longer what NumPy takes to begin it
 
 

@@ -41,7 +41,7 @@ def kernel(*, allocates: bool = False, **options: Any) -> Callable[[F], F]:
     def compiled(function: F) -> F:
         if nb.config.DISABLE_JIT:
             return function
-        dispatcher: Any = _Kernel(function, allocates, options)
+        dispatcher: Any = _Kernel(function, {"_nrt": allocates, **options})
         made: F = dispatcher
         return made
 
@@ -94,10 +94,8 @@ class _Kernel(CPUDispatcher):
     it, of 1.7.
     """
 
-    def __init__(self, function: Callable[..., Any], allocates: bool, options: dict[str, Any]) -> None:
-        own = {"nopython": True, "nogil": True, "no_cfunc_wrapper": True, "_nrt": allocates}
-        super().__init__(function, targetoptions={**own, **options})
-        self._allocates = allocates
+    def __init__(self, function: Callable[..., Any], options: dict[str, Any]) -> None:
+        super().__init__(function, targetoptions={"nopython": True, "nogil": True, "no_cfunc_wrapper": True, **options})
         self._taken_in: dict[tuple[Any, ...], Any] = {}
 
     @functools.cached_property
@@ -114,7 +112,7 @@ class _Kernel(CPUDispatcher):
             self._cache = self.cache  # what cache=True would set to Numba's own
         compiled = super().compile(sig)
         for done in self.overloads.values():
-            self._refuse_arrays(done.signature, self._allocates)
+            self._refuse_arrays(done.signature)
         return compiled
 
     def get_call_template(self, args: Any, kws: Any) -> tuple[Any, ...]:
@@ -127,7 +125,7 @@ class _Kernel(CPUDispatcher):
         args = _numbers_by_type(args)
         name = self.py_func.__name__
         signature = self._to_take_in(args).signature
-        self._refuse_arrays(signature, self._allocates and ConfigStack().top().nrt)
+        self._refuse_arrays(signature, taken_by=ConfigStack().top())
         return typing.make_concrete_template(name, key=name, signatures=[signature]), self._compiler.pysig, args, {}
 
     def get_overload(self, sig: Any) -> Any:
@@ -155,8 +153,12 @@ class _Kernel(CPUDispatcher):
             self.targetctx.insert_user_function(known.entry_point, known.fndesc, [known.library])
         return known
 
-    def _refuse_arrays(self, signature: Any, counted: bool) -> None:
-        """Refuse to hand arrays to whoever does not count them: they would never be given back, or too early."""
+    def _refuse_arrays(self, signature: Any, taken_by: Any = None) -> None:
+        """Refuse to hand out arrays that nobody counts: they would never be given back, or too early.
+
+        taken_by : flags of the kernel that calls; None: Python
+        """
+        counted = self.targetoptions["_nrt"] and (taken_by is None or taken_by.nrt)
         if not counted and _has_arrays(signature.return_type):
             raise TypeError(f"{self.py_func.__qualname__} returns arrays: it and what calls it need allocates=True")
 

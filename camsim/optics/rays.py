@@ -14,11 +14,12 @@ import scipy
 from camsim.arrays import F64
 from camsim.optics.follow import ROUNDING, nodes_of, not_followed, reached, spare_nodes
 from camsim.optics.pupil import Pupil
+from camsim.quadrature import GOLDEN
 
 NOTHING = 1e-14  # a coefficient of the phase factor that rounding hides
 # On every side of the outline, along which the wavefront is looked at: in steps of the golden section. On even ones
 # sin 12θ is nothing, and all that it is multiplied by was.
-RAYS: F64 = np.asarray(0.6180339887498949 * np.arange(24) % 1.0, np.float64)
+RAYS: F64 = np.asarray(GOLDEN * np.arange(24) % 1.0, np.float64)
 SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)  # of the way from the obstruction to the outline, likewise
 RINGS = 16  # groups, each of as many nodes round as its outermost takes: 1.9 times fewer than if all did
 FEW = 1 << 16  # nodes of a circle that are made all at once: groups of rings one by one take up to four times as long

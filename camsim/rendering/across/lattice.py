@@ -22,6 +22,7 @@ from camsim.kept import cached_property
 from camsim.kernels import shared
 from camsim.optics.protocols import Placed, Varies
 from camsim.products import product
+from camsim.quadrature import GOLDEN
 from camsim.rendering.across.hardest import asked
 from camsim.rendering.grid import Grid
 
@@ -35,7 +36,7 @@ ROUNDING = 1e-11  # of all light: series fall no further
 STEADY = 0.9  # from term to term: what falls less is not followed
 LOOKED_AT = 25  # places along either side of a window at which wavefronts are compared
 # There, of the pupil: in steps of the golden section, as sin mθ is nothing on even ones, each for as much of its area.
-_ANGLE, _RADIUS = 2.0 * math.pi * 0.6180339887498949 * np.arange(24), np.sqrt((np.arange(24) + 0.5) / 24)
+_ANGLE, _RADIUS = 2.0 * math.pi * GOLDEN * np.arange(24), np.sqrt((np.arange(24) + 0.5) / 24)
 ASKED = _RADIUS * np.cos(_ANGLE), _RADIUS * np.sin(_ANGLE)
 AT_ONCE = 4  # patterns, on threads of their own
 TAKEN = 1 << 13  # samples of patterns whose series are made at a time: what stays in a cache

@@ -79,11 +79,11 @@ def polar_of(transfers: Transfers, basis: Basis, angles: int) -> Polar:
         return np.concatenate([circle[:, -BEFORE:], circle[:, : angles + AFTER]], axis=1)
 
     def work(first: int, end: int) -> None:
-        for some in range(first * TOGETHER, min(end * TOGETHER, stop), TOGETHER):
-            there = around[BEFORE + some : BEFORE + some + TOGETHER]
-            there[:] = half(some, min(some + TOGETHER, stop))[: len(there)]
+        for low in range(first, end, TOGETHER):
+            high = min(low + TOGETHER, end)
+            around[BEFORE + low : BEFORE + high] = half(low, high)
 
-    shared(-(-stop // TOGETHER), work)
+    shared(min(stop, len(around) - BEFORE), work, least=TOGETHER)
     around[:BEFORE] = np.einsum("gk,k...->g...", GHOSTS, half(0, GHOSTS.shape[1]))
     active = sets * (rows[:, None] > np.arange(int(rows.max()))).sum(axis=0)
     return Polar(values.reshape(*values.shape[:2], -1), 1.0 / transfers.step, active)

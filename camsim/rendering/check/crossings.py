@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from camsim.arrays import F64
-from camsim.rendering.check.places import GOLDEN
+from camsim.quadrature import GOLDEN
 from camsim.rendering.check.polygons import polygons
 from camsim.rendering.check.scenery import pieces_of
 from camsim.rendering.grid import Grid

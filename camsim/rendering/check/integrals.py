@@ -72,7 +72,7 @@ class Integrals:
         """This rule for what is near, and others of fewer nodes."""
         contrast = np.abs(self.weights).sum(axis=2).max(axis=1)[self.pair] * np.abs(self.times)
         strength, light = contrast * self.where.length, 0.0
-        for gaps in self._gaps():
+        for _, gaps in self._gaps():
             # What is near a listener is far from others: nowhere is it louder there than at the radius.
             light = max(light, float((strength / np.maximum(gaps, self.radius)).sum(axis=1).max()))
         return zones_of(
@@ -143,8 +143,7 @@ class Integrals:
         points = np.array([len(nodes) for nodes, _ in self.zones.rules])
         passed = len(self.pieces.outlines.x) * PASSED_SECONDS
         seconds = POINT_SECONDS + passed * int(points.sum())
-        for listeners in self.where.some_of(self.where.listeners):
-            gaps = self._parts.gaps(listeners)
+        for listeners, gaps in self._gaps():
             nodes = self._nodes_on(listeners, gaps) * NODE_SECONDS + PIECE_SECONDS
             seconds += float(np.sum(points[np.searchsorted(begin, gaps, "right")] * nodes)) / len(self.where.listeners)
         return seconds
@@ -168,10 +167,10 @@ class Integrals:
         nodes[:, which] = np.where(gaps[:, which] < self.radius, curves.order[curves.of[which]], SHORT[0][0])
         return nodes
 
-    def _gaps(self) -> Iterator[F64]:
-        """Yield how far (listeners, pieces) all of each piece lies at least from some listeners."""
+    def _gaps(self) -> Iterator[tuple[F64, F64]]:
+        """Yield some listeners, and how far (listeners, pieces) all of each piece lies at least from them."""
         for listeners in self.where.some_of(self.where.listeners):
-            yield self._parts.gaps(listeners)
+            yield listeners, self._parts.gaps(listeners)
 
     def values(self, points: F64, sets: I64) -> F64:
         """Return the light at points (m, 2) besides the background's, each in its channel."""

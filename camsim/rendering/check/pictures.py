@@ -14,7 +14,7 @@ from camsim.arrays import F64, I64, U8
 from camsim.kept import cached_property
 from camsim.optics.difference import Split
 from camsim.optics.protocols import OpticalStage
-from camsim.quadrature import gauss_error
+from camsim.quadrature import GOLDEN, gauss_error
 from camsim.rendering.budget import DIFFERENCE_CHECK_PART
 from camsim.rendering.check.checks import Found
 from camsim.rendering.check.crossings import Bounds, bounds_of, crossed
@@ -22,7 +22,7 @@ from camsim.rendering.check.fields import DirectSums
 from camsim.rendering.check.fitting import Fitting, Windows
 from camsim.rendering.check.gradient_samples import Cells, SeenGradient
 from camsim.rendering.check.judge import Judge
-from camsim.rendering.check.places import GOLDEN, SHARE_OF_TIME
+from camsim.rendering.check.places import SHARE_OF_TIME
 from camsim.rendering.check.point_samples import SeenPoints, seen_points
 from camsim.rendering.check.pupils import summed_otherwise
 from camsim.rendering.check.scene_samples import LARGEST, Seen

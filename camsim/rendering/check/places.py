@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from camsim.arrays import F64, I64, kinds_of
+from camsim.quadrature import GOLDEN
 from camsim.rendering.check.records import Outlines
 from camsim.rendering.engine import Marks
 from camsim.rendering.grid import Grid
@@ -14,7 +15,6 @@ from camsim.rendering.grid import Grid
 MOST = 256
 MOST_PARTS = 256  # looked at for a hard tile; more are thinned out
 SHARE_OF_TIME = 0.1
-GOLDEN = 0.6180339887498949
 
 
 def how_many(photosites: int, *, render_seconds: float, check_seconds: float, fewest: int) -> int:

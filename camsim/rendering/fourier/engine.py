@@ -200,16 +200,15 @@ class Fourier:
         return self._planned(job, plan.heard, like=plan)
 
     def _planned(self, job: Job, heard: Callable[[Job], float] | None, like: FourierPlan | None = None) -> FourierPlan:
-        undivided = like is not None and not like.parts and not like._divided
+        as_whole = like is not None and not like.parts
+        undivided = like is not None and as_whole and not like._divided
         whole = FourierPlan(job=job, nodes=_nodes(job), heard=heard, undivided=undivided)
-        if job.split is None or not len(job.edges) or min(CLOSED_PART, 1.0 - CLOSED_PART) * job.tolerance < FINEST:
+        fine = min(CLOSED_PART, 1.0 - CLOSED_PART) * job.tolerance < FINEST
+        if as_whole or job.split is None or not len(job.edges) or fine:
             return whole
-        if like is not None and not like.parts:
-            return whole
-        own = (job.round_part(), job.difference_part())
-        some = [one for one in own if one is not None]
-        likes = () if like is None else like.parts
-        parts = tuple(self._planned(one, heard, likes[k] if k < len(likes) else None) for k, one in enumerate(some))
+        own, likes = (job.round_part(), job.difference_part()), (None, None) if like is None else (*like.parts, None)
+        pairs = zip(own, likes, strict=False)
+        parts = tuple(self._planned(one, heard, as_that) for one, as_that in pairs if one is not None)
         apart = dataclasses.replace(whole, parts=parts)
         if like is not None:
             return apart

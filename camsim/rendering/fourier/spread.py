@@ -32,7 +32,7 @@ from camsim.rendering.fourier.swings import swings
 from camsim.rendering.fourier.taper import Hem
 from camsim.rendering.psf import OF_LIGHT, is_summed, rule_of
 
-BAND_STEPS, BAND_DIRECTIONS = 256, 12  # in which a lens is asked what it passes
+BAND_STEPS, BAND_DIRECTIONS = 256, 12  # in which a round lens, and a footprint behind it, are asked what they pass
 LOBE = 8.0  # directions for each period that a photosite's half extent holds: twice what follows its transfer round
 SUMMED_BYTES = 90.0  # for each sample of a pattern by a non-uniform transform, its grid and all
 IN_SIGHT = 8.0  # contrasts of full scale at once
@@ -186,9 +186,9 @@ def _along(half_turns: float | F64) -> tuple[F64, F64]:
 
 
 def _beside(system: OpticalSystem, cutoff_per_um: float) -> F64:
-    """Return directions, parts of the step between two of a lens's, in which the footprint is asked beside each.
+    """Return directions, parts of the step between two of the twelve, in which the footprint is asked beside each.
 
-    A rectangle passes most along its sides, which are among the lens's; another photosite along any direction, in a
+    A rectangle passes most along its sides, which are among them; another photosite along any direction, in a
     lobe that is the narrower the more periods it holds (a triangle behind a lens that passes 50 of them: 2°).
     """
     if isinstance(system.photosite, Separable) and system.photosite.separable:
