@@ -125,7 +125,7 @@ class _Kernel(CPUDispatcher):
         args = _numbers_by_type(args)
         name = self.py_func.__name__
         signature = self._to_take_in(args).signature
-        self._refuse_arrays(signature, taken_by=ConfigStack().top())
+        self._refuse_arrays(signature, taken_by=ConfigStack.top_or_none())
         return typing.make_concrete_template(name, key=name, signatures=[signature]), self._compiler.pysig, args, {}
 
     def get_overload(self, sig: Any) -> Any:
@@ -156,7 +156,7 @@ class _Kernel(CPUDispatcher):
     def _refuse_arrays(self, signature: Any, taken_by: Any = None) -> None:
         """Refuse to hand out arrays that nobody counts: they would never be given back, or too early.
 
-        taken_by : flags of the kernel that calls; None: Python
+        taken_by : flags of the kernel that is compiled and calls it; None: no kernel does
         """
         counted = self.targetoptions["_nrt"] and (taken_by is None or taken_by.nrt)
         if not counted and _has_arrays(signature.return_type):
