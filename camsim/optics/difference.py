@@ -188,6 +188,10 @@ class Difference:
         """Return by how many waves the path difference turns between two wavelengths, over the pupil."""
         return self.lens.waves_turned(low_nm, high_nm)
 
+    def steepest_waves(self, wavelength_nm: float) -> float:
+        """Return how steep the path difference is about the move, anywhere in the pupil, waves per radius."""
+        return _rim_of(self, wavelength_nm).inside_waves
+
     def light_beyond(self, distance_um: F64, wavelength_nm: float, rings: float = 1.0) -> F64:
         """Return how much a straight edge of contrast 1 may show at distances and beyond; 1 where nothing is known.
 

@@ -56,7 +56,8 @@ def spare_nodes(waves: Callable[[F64], F64], wavelength_nm: float, along: str) -
         factor, first, found = np.exp(1j * phase), 0, []
         for turn_rad, t, weights in rules:
             own, first = factor[..., first : first + t.size] * weights, first + t.size
-            found += [own @ np.exp(sign * 1j * turn_rad * t) for sign in (1.0, -1.0)]
+            # BLAS would wake threads, which spin on cores that a frame's other places want.
+            found += [np.einsum("sln,n->sl", own, np.exp(sign * 1j * turn_rad * t)) for sign in (1.0, -1.0)]
         # The corners of a square are 2^(n/2) times as far off as its rim: what 1000 radians are rounded to shows.
         hidden = np.maximum(SETTLED, ROUNDING * np.abs(phase).max(axis=(1, 2)))
         return np.stack(found, axis=-1).reshape(len(phase), -1), hidden

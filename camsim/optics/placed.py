@@ -133,7 +133,24 @@ def along(places: tuple[float, ...], values: F64) -> Callable[..., F64]:
     if len(places) == 1:
         return lambda place: np.broadcast_to(values[0], (*np.shape(place), *values.shape[1:]))
 
-    spline: Callable[..., F64] = scipy.interpolate.CubicSpline(places, values)
+    cardinal, flat = _cardinal(places), values.reshape(len(places), -1)
+
+    def followed(place: F64, derivative: int = 0) -> F64:
+        weights = np.reshape(cardinal(place, derivative), (-1, len(places)))
+        found: F64 = np.einsum("np,pv->nv", weights, flat).reshape((*np.shape(place), *values.shape[1:]))
+        return found
+
+    return followed
+
+
+@functools.lru_cache(maxsize=64)
+def _cardinal(places: tuple[float, ...]) -> Callable[..., F64]:
+    """Return splines (…, n) that are 1 at one of n places and 0 at the others.
+
+    Places of a frame are many, each with splines through other values at the same wavelengths and heights: what is
+    solved for one of them wakes threads of BLAS, which spin on cores that the other places want.
+    """
+    spline: Callable[..., F64] = scipy.interpolate.CubicSpline(places, np.eye(len(places)))
     return spline
 
 

@@ -9,6 +9,7 @@ from scipy import special
 
 import camsim
 from camsim.optics import OpticalSystem, Pupil, Wavefront, of_pupil
+from camsim.rendering.aberrated import plane, transfers
 from camsim.rendering.fourier import window
 from camsim.rendering.render import plan_render, render_channels
 from tests.truth import picture, waves
@@ -21,7 +22,10 @@ SYSTEMS = {
     "a wave of many kinds": ({3: -0.4, 5: 0.5, 6: 0.3, 9: -0.2, 12: 0.6, 17: 0.2}, 0.0, 2.0),
     "three leaves and a hole": ({1: 0.7, 6: 0.1, 8: -0.1}, 0.4, 1.0),
     "wide": ({2: 0.3, 7: 0.3, 13: 0.1}, 0.0, 0.4),
+    "steep": ({7: -0.8, 8: 1.1, 16: 0.3}, 0.0, 4.0),
+    "steep, and a hole": ({8: 1.2, 6: -0.6, 11: 0.3}, 0.4, 2.0),
 }
+STEEP = ["a wave of many kinds", "steep", "steep, and a hole"]
 
 
 def lens_of(zernike_waves, obstruction=0.0):
@@ -37,8 +41,17 @@ def rendered(lens, pitch_um, tolerance, method="boundary", size=12, outline=OUTL
     return camsim.render(scene, stages, grid, wavelength_nm=NM, tolerance=tolerance, method=method)
 
 
+def on_a_lattice(monkeypatch):
+    """Have patterns made on a lattice, whatever they take over radius and angle."""
+    monkeypatch.setattr(transfers, "STEEP_RAD", 0.0)
+    monkeypatch.setattr(transfers, "PER_TERM", 1.0)
+
+
+@pytest.mark.parametrize("lattice", [False, True])
 @pytest.mark.parametrize("name", list(SYSTEMS))
-def test_every_tolerance_is_kept_everywhere(name):
+def test_every_tolerance_is_kept_everywhere(name, lattice, monkeypatch):
+    if lattice:
+        on_a_lattice(monkeypatch)
     zernike_waves, obstruction, pitch_um = SYSTEMS[name]
     own = {
         "pupil": {"shape": "circular", "obstruction": obstruction},
@@ -59,6 +72,31 @@ def test_every_tolerance_is_kept_everywhere(name):
         off = np.abs(found.image - 1.0 - values).max()
         assert off <= tolerance
         assert found.error_estimate <= tolerance
+
+
+@pytest.mark.parametrize("name", list(SYSTEMS))
+def test_patterns_on_a_lattice_are_those_over_radius_and_angle(name, monkeypatch):
+    """At every frequency of a window, and in directions of lines; the steep ones take less there, and so they are."""
+    zernike_waves, obstruction, pitch_um = SYSTEMS[name]
+    short = planned(lens_of(zernike_waves, obstruction), pitch_um, 1e-5).short
+    assert isinstance(short.pattern.transfers, plane.PlaneTransfers) == (name in STEEP)
+    on_a_lattice(monkeypatch)
+    lattice = dataclasses.replace(short.pattern).transfers
+    assert isinstance(lattice, plane.PlaneTransfers)
+    made_of = {field.name: getattr(lattice, field.name) for field in dataclasses.fields(lattice)}
+    polar = transfers.ShortTransfers(**made_of)
+    assert np.abs(lattice.on_window() - polar.on_window()).max() <= short.pattern.precision
+    angle, frequency = 2.4 * np.arange(40), short.settings.cut * np.linspace(0.0, 0.999, 40)
+    at = frequency * np.cos(angle), frequency * np.sin(angle)
+    assert np.abs(lattice.at(*at) - polar.at(*at)).max() <= short.pattern.precision
+
+
+def planned(lens, pitch_um, tolerance, size=12):
+    scene = camsim.Scene(background=1.0, shapes=[camsim.Polygon(points_um=OUTLINE * pitch_um, reflectance=0.2)])
+    system = OpticalSystem.of([lens, camsim.SquarePhotosite(side_um=pitch_um)])
+    grid = camsim.Grid(rows=size, cols=size, pitch_um=pitch_um)
+    light = {"response": np.ones((1, 1)), "wavelength_nm": np.array([NM])}
+    return plan_render(scene, system, grid, tolerance=tolerance, method="boundary", **light).plan
 
 
 def test_a_plane_wavefront_is_the_round_lens_moved():

@@ -567,7 +567,6 @@ def test_a_steep_place_is_checked_by_whichever_way_is_the_cheaper():
 def test_places_on_a_grid_are_rendered_by_the_cheaper_engine():
     """40 s in place of 3 by edges (970:2973)."""
     system = draw(970, 2973)
-    system |= {"wavelength_nm": system["wavelength_nm"][::5], "response": [own[::5] for own in system["response"]]}
     asked = {"tolerance": system["tolerance"]}
     named, auto = (systems.choice(system, method=method, **asked) for method in ("boundary", "auto"))
     assert (named.plan.method, auto.plan.method) == ("boundary", "fourier")
@@ -589,20 +588,43 @@ def test_what_no_places_along_the_radius_follow_is_refused():
         panels(lambda um: rng.normal(size=(um.size, 1)) + 0j, 0.0, 1.0, (), 1e-3)
 
 
-def test_patterns_that_no_places_between_photosites_follow():
+def test_patterns_that_no_places_between_photosites_follow(monkeypatch):
     """Refused, three photosites: twelve places along them were too few (811:1517 of the attack, 60 s by one image)."""
     system = draw(811, 1517)
     assert systems.rendered(system, method="fourier").error_estimate <= 0.1 * system["tolerance"]
     wide = system["grid"] | {"rows": 5, "cols": 13, "origin": [10, 4]}
+    asked = {"tolerance": system["tolerance"], "method": "fourier"}
+    lattice = systems.choice(system | {"grid": wide}, **asked).plan.lattice
+    assert (lattice.counts, len(lattice.tiles)) == ((1, 1), 5 * 13)
+    monkeypatch.setattr(choose, "MANY", 64)
     with pytest.raises(camsim.errors.UnsupportedError, match="or render no more than 64 photosites at a time"):
-        systems.choice(system | {"grid": wide}, tolerance=system["tolerance"], method="fourier")
+        systems.choice(system | {"grid": wide}, **asked)
 
 
-def test_an_image_that_takes_too_much_memory_is_refused_when_it_is_planned():
+def test_an_image_that_takes_too_much_memory_is_refused_when_it_is_planned(monkeypatch):
     """6 × 11 photosites, 3.4e-8: a lattice of 17 280 pitches filled 24 GB (811:1389 of the attack)."""
     system = draw(811, 1389)
+    asked = {"tolerance": system["tolerance"], "method": "boundary"}
+    assert len(systems.choice(system, **asked).plan.lattice.tiles) == 6 * 11
+    monkeypatch.setattr(choose, "MANY", 64)
     with pytest.raises(InvalidValueError, match=r"boundary would take .* GB for this frame and scene"):
-        systems.choice(system, tolerance=system["tolerance"], method=system["method"])
+        systems.choice(system, **asked)
+
+
+@pytest.mark.parametrize(
+    ("seed", "number"),
+    [
+        (1301, 2013),  # 88 CPU seconds, and refused for its memory
+        (973, 829),  # 57, likewise
+        (1401, 669),  # 23
+    ],
+)
+def test_few_photosites_behind_a_lens_that_is_dear_to_follow_are_rendered_one_by_one_by_edges(seed, number):
+    system = draw(seed, number)
+    found = systems.choice(system, tolerance=system["tolerance"], method="boundary")
+    assert found.method == found.plan.method == "boundary"
+    assert len(found.plan.lattice.tiles) == system["grid"]["rows"] * system["grid"]["cols"]
+    assert found.cost.seconds < 10.0
 
 
 @pytest.mark.parametrize("size", [300.0, 1000.0])
@@ -752,15 +774,18 @@ def test_wavefronts_that_no_nodes_follow_are_refused_by_one_engine_and_not_by_th
     rows = [[40.0 * height_um / RADIUS_UM] for height_um in HEIGHTS_UM]
     lens, grid = revolved(zernike=[8], waves=[rows]), window(size=2)
     scene = polygon(OUTLINE_UM + middle_um(grid))
-    with pytest.raises(UnsupportedError, match=r"lens: its wavefronts turn too often .* method: fourier"):
-        rendered(lens, scene, grid, 1e-3, method="boundary")
-    assert rendered(lens, scene, grid, 1e-3).method == "fourier"
+    asked, auto = (rendered(lens, scene, grid, 1e-3, **more) for more in ({"method": "boundary"}, {}))
+    assert (asked.method, auto.method) == ("boundary", "fourier")
+    assert np.abs(asked.image - auto.image).max() <= 1e-4
     # Many photosites too, where that takes seconds (973:829).
     monkeypatch.setattr(choose, "SINGLY", 4)
-    system, grid = OpticalSystem.of([lens, PHOTOSITE]), window(size=3)
+    system, wide = OpticalSystem.of([lens, PHOTOSITE]), window(size=3)
     light = {"response": np.ones((1, 1)), "wavelength_nm": np.array([NM])}
-    lattice = plan_render(scene, system, grid, tolerance=1e-3, **light).plan.lattice
+    lattice = plan_render(scene, system, wide, tolerance=1e-3, **light).plan.lattice
     assert (lattice.counts, len(lattice.tiles)) == ((1, 1), 9)
+    monkeypatch.setattr(choose, "MANY", 3)
+    with pytest.raises(UnsupportedError, match=r"lens: its wavefronts turn too often .* method: fourier"):
+        rendered(lens, scene, grid, 1e-3, method="boundary")
 
 
 def test_a_tolerance_that_places_cannot_keep_is_refused_as_it_was_given():

@@ -13,9 +13,6 @@ from camsim.rendering.engine import Cost
 from camsim.rendering.fourier.nearby import MANY
 from camsim.rendering.fourier.task import MOST_NODES, OF_NODES, spreading_precision
 
-COLUMNS = 20.0  # of a pattern, cosines and sines: 19 to 24 of a few lenses
-PLACES = 0.25 * math.pi / (0.49 * 0.97)  # of a quarter of the plane, by the square of cycles within the taper
-BESIDES = 20.0  # columns that a place's radius and angle take as long as
 SEEN = 2.0  # spectra in one window besides the background's
 
 
@@ -23,10 +20,7 @@ SEEN = 2.0  # spectra in one window besides the background's
 class Counts:
     """What is going to be done for one image of a difference.
 
-    series      : of phase factors, nodes in the pupil;  amplitudes: terms of them at all radii and angles
-    bessels     : rows of Bessel functions, at all radii and wavelengths
-    projected   : columns of patterns at places of the plane
-    looked_into : transfers × columns, of windows and of lines
+    transfers   : seconds that these take
     responses   : of lines
     crossings   : edges × rows;  looked_up: photosites × lines
     windows     : of ``frequencies`` each;  clamped: edges × windows
@@ -35,11 +29,7 @@ class Counts:
     held        : numbers of 8 bytes that stay in memory
     """
 
-    series: float
-    amplitudes: float
-    bessels: float
-    projected: float
-    looked_into: float
+    transfers: float
     responses: int
     crossings: float
     looked_up: float
@@ -55,12 +45,7 @@ class Counts:
 def short_counts(image: ShortImage) -> Counts:
     """Count what a difference is going to take."""
     job, settings, pattern = image.job, image.settings, image.pattern
-    grid, edges, nm = job.grid, job.edges, image.nodes.wavelength_nm
-    transfers = pattern.transfers
-    series, radii, sets = transfers.hardest, transfers.radii.size, len(transfers.weights)
-    discs, degree, most = len(series.terms), series.degree, series.most
-    columns = sets * min(2.0 * most + 1.0, COLUMNS)
-    places = (settings.cut * settings.outer) ** 2 * PLACES
+    grid, edges, transfers = job.grid, job.edges, pattern.transfers
     frequencies = settings.tile(0, 0, settings.side, settings.side).points
     normals, windows = len(image.lines[1]), len(image.windows)
     in_one = min(float(len(edges)), 4.0 + len(edges) * _share(image))
@@ -70,13 +55,8 @@ def short_counts(image: ShortImage) -> Counts:
     pieces, orders = gauss_pieces(phase, OF_NODES * spreading_precision(job.tolerance), MOST_NODES)
     spread = frequencies * 3.0 + in_one * float(pieces[0] * orders[0]) * 2.0
     inside = float(np.minimum(edges.length, grid.rows + grid.cols).sum())
-    of_lines = 3.0 * normals * settings.cut * settings.outer
     return Counts(
-        series=discs * nm.size * float(degree + 20) ** 2,
-        amplitudes=discs * nm.size * radii * (degree + 1.0) * (2.0 * most + 1.0),
-        bessels=radii * discs * nm.size,
-        projected=places * (columns + BESIDES),
-        looked_into=(frequencies + of_lines) * columns,
+        transfers=transfers.seconds(normals),
         responses=normals,
         crossings=2.0 * len(edges) * grid.rows,
         looked_up=2.0 * settings.near * inside if normals else 0.0,
@@ -86,9 +66,7 @@ def short_counts(image: ShortImage) -> Counts:
         window_edges=windows * frequencies * in_one if by_edge else 0.0,
         window_spread=0.0 if by_edge else windows * spread,
         summed=windows * (frequencies * signals + 2.0 * job.signals.scale.size * settings.period**2),
-        held=columns * (20.0 * radii + 20.0 * settings.cut * settings.outer)
-        + 4.0 * sets * frequencies
-        + 2.0 * grid.rows * grid.cols,
+        held=transfers.held + 4.0 * len(transfers.weights) * frequencies + 2.0 * grid.rows * grid.cols,
     )
 
 
@@ -102,11 +80,7 @@ def _share(image: ShortImage) -> float:
 
 # Nanoseconds of one core each.
 PRICES = {
-    "series": 150.0,
-    "amplitudes": 1.0,
-    "bessels": 80.0,
-    "projected": 5.0,
-    "looked_into": 1.0,
+    "transfers": 1e9,
     "crossings": 1.0,
     "looked_up": 10.0,
     "windows": 1.5e6,

@@ -76,6 +76,11 @@ class AberratedPlan:
         short = short_cost(self.counts)
         return Cost(seconds=closed.seconds + short.seconds, memory_bytes=closed.memory_bytes + short.memory_bytes)
 
+    @property
+    def kept_seconds(self) -> float:
+        """Of these what is kept for the next place's image: tables of the round part."""
+        return self.closed.counts.table_seconds
+
     def work(self, images: int) -> Work:
         """Count the work of ``images`` images."""
         work = self.closed.work(images)

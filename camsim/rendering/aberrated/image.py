@@ -49,6 +49,7 @@ class ShortImage:
             settings=self.settings,
             wavelength_nm=self.nodes.wavelength_nm,
             contrast=density[1:] - density[0],
+            lines=len(self.lines[1]),
             precision=self.job.budget.allowed("short pupil"),
         )
 

@@ -15,6 +15,7 @@ from camsim.kernels import shared
 from camsim.optics import OpticalSystem
 from camsim.optics.difference import Difference
 from camsim.quadrature import quintic_cells
+from camsim.rendering.aberrated.plane import PlaneTransfers
 from camsim.rendering.aberrated.settings import Settings
 from camsim.rendering.aberrated.transfers import ShortTransfers, transfers_of
 from camsim.rendering.aberrated.window_kernels import with_footprint
@@ -29,6 +30,7 @@ class ShortPattern:
     """Patterns of several weight sets about their move, cut off.
 
     wavelength_nm : (j,);  contrast: (spectra, channels, j) against the background
+    lines         : directions in which it will be asked what they show
     precision     : of a pattern, relative to all of the light
     """
 
@@ -38,6 +40,7 @@ class ShortPattern:
     settings: Settings
     wavelength_nm: F64
     contrast: F64
+    lines: int
     precision: float
 
     @cached_property
@@ -53,10 +56,21 @@ class ShortPattern:
         return flat, np.eye(len(flat)).reshape(spectra, channels, -1)
 
     @cached_property
-    def transfers(self) -> ShortTransfers:
-        """What they are made of."""
-        wavelengths, weights = tuple(self.wavelength_nm.tolist()), self.sets[0].tobytes()
-        return transfers_of(self.rest, self.pitch_um, self.settings, wavelengths, weights, self.precision)
+    def transfers(self) -> ShortTransfers | PlaneTransfers:
+        """What they are made of: harmonics, or where those are many, what takes less."""
+        wavelengths, weights = tuple(self.wavelength_nm.tolist()), self.sets[0]
+        by_angle = transfers_of(self.rest, self.pitch_um, self.settings, wavelengths, weights.tobytes(), self.precision)
+        if not by_angle.steep:
+            return by_angle
+        plane = PlaneTransfers(
+            rest=self.rest,
+            pitch_um=self.pitch_um,
+            settings=self.settings,
+            wavelength_nm=self.wavelength_nm,
+            weights=weights,
+            precision=self.precision,
+        )
+        return plane if plane.seconds(self.lines) < by_angle.seconds(self.lines) else by_angle
 
     @cached_property
     def fields(self) -> F64:
@@ -94,9 +108,7 @@ class ShortPattern:
         index = np.arange(-2, cells + 3) % count
         turn = np.exp(-2j * np.pi * f * settings.near)
         out = np.empty((len(normals), len(self.sets[0]), cells, 6))
-        for b, transfer in enumerate(
-            self.transfers.transfer.at((normals[:, :1] * f).ravel(), (normals[:, 1:] * f).ravel())
-        ):
+        for b, transfer in enumerate(self.transfers.at((normals[:, :1] * f).ravel(), (normals[:, 1:] * f).ravel())):
             spectrum = np.zeros((len(normals), count // 2 + 1), complex)
             spectrum[:, 1 : 1 + f.size] = transfer.reshape(fx.shape) * footprint * turn / (2j * np.pi * f * period)
             running = scipy.fft.irfft(spectrum, n=count, axis=1, norm="forward")

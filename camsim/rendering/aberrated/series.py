@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -19,8 +20,9 @@ import scipy
 from camsim.arrays import C128, F64
 from camsim.errors import UnsupportedError
 from camsim.optics.difference import Difference
-from camsim.quadrature import gauss_legendre
+from camsim.quadrature import chebyshev, gauss_legendre
 from camsim.rendering.aberrated.polar_kernels import add_series, add_terms
+from camsim.rendering.fast_length import fast_length
 
 DEGREES = (8, 12, 16, 20, 24, 32, 40, 48, 64, 80, 96, 128, 160, 192, 256, 320, 384, 512)
 LAST = 0.75  # of a series: what lies beyond tells what is missing
@@ -29,6 +31,7 @@ LOOKED_AT = 64
 RHO: F64 = np.sqrt((np.arange(LOOKED_AT) + 0.5) / LOOKED_AT)
 ANGLE: F64 = np.asarray(2.399963229728653 * np.arange(LOOKED_AT), np.float64)
 SCATTER = 3.0  # times what a series may leave out: what it may there
+CIRCLES = (0.3, 0.5, 0.7, 0.85, 1.0)  # of the pupil, on which harmonics are counted; as many diameters for degrees
 
 
 class Series(NamedTuple):
@@ -76,20 +79,12 @@ def series_of(rest: Difference, wavelength_nm: F64, allowed: float) -> list[Seri
 @functools.lru_cache(maxsize=1024)
 def _series(rest: Difference, wavelength_nm: float, degree: int, allowed: float) -> Series | None:
     """Return a series of up to a degree, None where its end is not to be seen."""
-    plane = np.array(rest.moved_um) / (2.0 * rest.blur_um(wavelength_nm))
-    radii = [1.0, rest.obstruction] if rest.obstruction else [1.0]
-
-    def phases(radius: float, rho: F64, angle_rad: F64) -> C128:
-        x, y = rho * np.cos(angle_rad), rho * np.sin(angle_rad)
-        waves = rest.lens.waves(radius * x, radius * y, wavelength_nm) - radius * (plane[0] * x + plane[1] * y)
-        found: C128 = np.exp(2j * np.pi * waves)
-        return found
-
+    radii, phases = [1.0, rest.obstruction] if rest.obstruction else [1.0], _phases(rest, wavelength_nm)
     t, weights = gauss_legendre(degree // 2 + 2)  # of ρ²: what is integrated is a polynomial of that
     rho, angle = np.sqrt(0.5 * (1.0 + t)), np.pi * np.arange(2.0 * degree + 2.0) / (degree + 1.0)
     terms = np.zeros((len(radii), degree + 1, 2 * degree + 1), complex)
     for own, radius in zip(terms, radii, strict=True):
-        around: C128 = scipy.fft.fft(phases(radius, rho[:, None], angle), axis=1, norm="forward")
+        around: C128 = scipy.fft.fft(phases(radius * rho[:, None], angle), axis=1, norm="forward")
         add_terms(rho, 0.5 * weights, around, own)
     light = np.sum(np.square(np.abs(terms)), axis=0) / np.arange(1.0, degree + 2.0)[:, None]
     last = _count(np.sqrt(light.sum(axis=1)), 0.5 * allowed)
@@ -100,12 +95,43 @@ def _series(rest: Difference, wavelength_nm: float, degree: int, allowed: float)
     kept = np.ascontiguousarray(terms[:, :last, degree - most : degree + most + 1])
     # Nodes may be where a polynomial is nothing: sin 9θ at all of 18 angles, R₁₂⁰ at all of six radii.
     for own, radius in zip(kept, radii, strict=True):
-        wrong = -phases(radius, RHO, ANGLE)
+        wrong = -phases(radius * RHO, ANGLE)
         add_series(RHO, ANGLE, own, wrong)
         if math.sqrt(float(np.mean(np.square(np.abs(wrong))))) > SCATTER * allowed:
             return None
     kept.flags.writeable = False
     return Series(kept)
+
+
+def length_of(rest: Difference, wavelength_nm: float, allowed: float) -> tuple[int, int]:
+    """Return the highest degree and harmonic of a phase factor about its move, without its series.
+
+    Harmonics on some circles; on a diameter a polynomial of degree n is one of the place on it.
+    """
+    points = fast_length(math.ceil(4.0 * math.pi * rest.steepest_waves(wavelength_nm)) + 2 * DEGREES[0])
+    phases, angle = _phases(rest, wavelength_nm), 2.0 * np.pi * np.arange(float(points)) / points
+    around = scipy.fft.fft(phases(np.array(CIRCLES)[:, None], angle), norm="forward")
+    light = np.square(np.abs(around))
+    either = (light + np.roll(light[:, ::-1], 1, axis=1))[:, : points // 2]
+    across = phases(chebyshev(points), ANGLE[: len(CIRCLES), None])
+    degrees = np.abs(scipy.fft.dct(across.real)) + np.abs(scipy.fft.dct(across.imag))
+    return (
+        max(_count(own / points, allowed) for own in degrees) - 1,
+        max(_count(np.sqrt(own), allowed) for own in either) - 1,
+    )
+
+
+def _phases(rest: Difference, wavelength_nm: float) -> Callable[[F64, F64], C128]:
+    """Return what gives the phase factor about the move at radii and angles of the pupil."""
+    plane = np.array(rest.moved_um) / (2.0 * rest.blur_um(wavelength_nm))
+
+    def phases(radius: F64, angle_rad: F64) -> C128:
+        x, y = radius * np.cos(angle_rad), radius * np.sin(angle_rad)
+        waves = rest.lens.waves(x, y, wavelength_nm) - (plane[0] * x + plane[1] * y)
+        found: C128 = np.exp(2j * np.pi * waves)
+        return found
+
+    return phases
 
 
 def _count(sizes: F64, allowed: float) -> int:

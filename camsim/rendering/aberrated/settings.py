@@ -72,7 +72,7 @@ def sighted(edges: Edges, reach_of: Callable[[float], float]) -> float:
 
 
 def settings_of(job: Job, rest: Difference, extent: float, times: float) -> Settings:
-    """Choose the settings of windows ``times`` the reach and more along a side."""
+    """Choose the settings of windows ``times`` the reach and more along a side, as far as the frame is that large."""
     pitch_um, blur, budget = job.grid.pitch_um, job.blur, job.budget
     ends_nm = {float(job.signals.wavelength_nm.min()), float(job.signals.wavelength_nm.max())}
     allowed, rings = budget.allowed("cut"), job.system.ring_share(job.signals.wavelength_nm)
@@ -84,7 +84,7 @@ def settings_of(job: Job, rest: Difference, extent: float, times: float) -> Sett
     beyond = max(float(rest.light_beyond(np.array(reach * pitch_um), nm, rings)) for nm in ends_nm)
     margin, sharpness = taper_margin(min(max(budget.allowed("hem") / (HEARD * beyond), 1e-14), 1.0))
     grain = max(FINEST_GRAIN, round(0.125 * (reach + extent)))
-    side = math.floor(times * (reach + extent)) + 1
+    side = min(math.floor(times * (reach + extent)) + 1, max(job.grid.rows, job.grid.cols))
     shortest, cutoff = float(blur.min()), rest.cutoff_per_um(min(ends_nm)) * pitch_um
     least = side + 2.0 * (reach + extent)
     width = max(math.sqrt(margin * least / cutoff), margin * shortest / 8.0)

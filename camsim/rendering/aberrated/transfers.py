@@ -10,15 +10,15 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from camsim.arrays import F64, I64
+from camsim.arrays import C128, F64, I64
 from camsim.kept import cached_property
 from camsim.kernels import shared
 from camsim.optics.difference import Difference
 from camsim.quadrature import chebyshev
 from camsim.rendering.aberrated.polar_kernels import BESSELS, Profiles, Waves, add_patterns, project
-from camsim.rendering.aberrated.series import Series, series_of
+from camsim.rendering.aberrated.series import Series, length_of, series_of
 from camsim.rendering.aberrated.settings import Settings
-from camsim.rendering.aberrated.window_kernels import COLUMNS
+from camsim.rendering.aberrated.window_kernels import frequencies_within
 from camsim.rendering.angular import Transfer
 from camsim.rendering.boundary.settings import SIX_POINTS
 from camsim.rendering.fast_length import fast_length
@@ -27,6 +27,14 @@ from camsim.rendering.fourier.taper import taper, tapered
 MORE_NODES = 10  # along the radius
 FINER = 16  # times as many nodes as the radius takes, for a six-point look-up: 2e-7 of what is far out, 1e-9 of all
 RADII = 16  # at which it is asked what an edge shows
+STEEP_RAD = 80.0  # per radius of the pupil: from there on harmonics about the move may be many
+COLUMNS = 20.0  # of a pattern that is not steep, cosines and sines: 19 to 24 of a few lenses
+PLACES = 0.25 * math.pi / (0.49 * 0.97)  # of a quarter of the plane, by the square of cycles within the taper
+BESIDES = 20.0  # columns that a place's radius and angle take as long as
+SERIES_MORE = 20.0  # degrees
+# Seconds: of a series' node and term (the first one is looked for by as much again), of an amplitude's term at a radius
+# and an angle, of Bessel functions at a radius, of a pattern's column at a place of the plane, and at a frequency.
+PER_NODE, PER_TERM, PER_BESSEL, PER_PROJECTED, PER_LOOK = 2.3e-9, 1e-9, 8e-8, 5e-9, 1e-9
 COARSEST = 1.0  # radians that a transfer's fastest part turns by from one row of its table to the next, at most
 KEPT_BYTES = 1 << 23  # of what windows look up, of each of few lenses
 
@@ -63,9 +71,42 @@ class ShortTransfers:
         return series_of(self.rest, wavelength_nm, 0.5 * self._allowed)
 
     @property
-    def hardest(self) -> Series:
-        """The phase factor of the most waves."""
-        return self._series(self.wavelength_nm[:1])[0]
+    def steep(self) -> bool:
+        """Whether waves turn so quickly about the move that there may be many harmonics."""
+        return 2.0 * math.pi * self.rest.steepest_waves(float(self.wavelength_nm[0])) > STEEP_RAD
+
+    @cached_property
+    def _expected(self) -> tuple[int, float, float, float]:
+        """Discs, degree, highest harmonic and columns of the phase factor of the most waves.
+
+        Without its series where it is steep, which takes long by itself.
+        """
+        if not self.steep:
+            series = self._series(self.wavelength_nm[:1])[0]
+            return len(series.terms), series.degree, series.most, min(2.0 * series.most + 1.0, COLUMNS)
+        degree, most = length_of(self.rest, float(self.wavelength_nm[0]), self._allowed)
+        return 2 if self.rest.obstruction else 1, degree, most, 2.0 * most + 1.0
+
+    def seconds(self, lines: int) -> float:
+        """Return what they take, of one core, with what is looked up for so many directions of lines."""
+        settings, (discs, degree, most, columns) = self.settings, self._expected
+        count, columns = discs * self.wavelength_nm.size, len(self.weights) * columns
+        places = (settings.cut * settings.outer) ** 2 * PLACES
+        frequencies = settings.tile(0, 0, settings.side, settings.side).points
+        of_lines = 3.0 * lines * settings.cut * settings.outer
+        return (
+            PER_NODE * (count + discs) * (degree + SERIES_MORE) ** 3
+            + PER_TERM * count * self.radii.size * (degree + 1.0) * (2.0 * most + 1.0)
+            + PER_BESSEL * count * self.radii.size
+            + PER_PROJECTED * places * (columns + BESIDES)
+            + PER_LOOK * (frequencies + of_lines) * columns
+        )
+
+    @property
+    def held(self) -> float:
+        """Numbers of 8 bytes that they are, besides what a window has of them."""
+        columns = len(self.weights) * self._expected[3]
+        return columns * (20.0 * self.radii.size + 20.0 * self.settings.cut * self.settings.outer)
 
     @cached_property
     def radii(self) -> F64:
@@ -159,9 +200,13 @@ class ShortTransfers:
         moment = float(np.mean(6.0 * (radius / self.settings.outer) ** 5 * shown))
         return min(COARSEST, math.pow(self._allowed / (SIX_POINTS * moment), 1.0 / 6.0))
 
+    def at(self, fx: F64, fy: F64) -> C128:
+        """Return the transfers (b, places) at places (n,)."""
+        return self.transfer.at(fx, fy)
+
     def on_window(self) -> F64:
         """Return the transfers at (i, ±j)/period, real and imaginary parts apart: (b, 2, j, 2, i), the caller's own."""
-        numbers = 4 * len(self.weights) * self._count**2
+        numbers = 4 * len(self.weights) * frequencies_within(self.settings.cut, self.settings.period) ** 2
         return self._kept.copy() if 8 * numbers <= KEPT_BYTES else self._on_window()
 
     @cached_property
@@ -169,13 +214,8 @@ class ShortTransfers:
         return self._on_window()
 
     def _on_window(self) -> F64:
-        step = 1.0 / self.settings.period
-        return self.transfer.on_quarters((step, step), (self._count, self._count))
-
-    @property
-    def _count(self) -> int:
-        """Frequencies of a window from 0 on, as many as ``window_kernels.Table`` has."""
-        return COLUMNS * (math.floor(self.settings.cut * self.settings.period) // COLUMNS + 1)
+        step, count = 1.0 / self.settings.period, frequencies_within(self.settings.cut, self.settings.period)
+        return self.transfer.on_quarters((step, step), (count, count))
 
 
 @functools.lru_cache(maxsize=4)

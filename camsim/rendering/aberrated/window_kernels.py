@@ -20,6 +20,11 @@ from camsim.rendering.fourier.kernels import Factors, multiply
 COLUMNS = 64  # frequencies at a time, always as many: vectors, and nothing is left over
 
 
+def frequencies_within(cut: float, period: int) -> int:
+    """Return how many frequencies of a window there are from 0 on, up to a multiple of ``COLUMNS``."""
+    return COLUMNS * (math.floor(cut * period) // COLUMNS + 1)
+
+
 class Table(NamedTuple):
     """The difference's transfers as windows multiply by them.
 

@@ -27,7 +27,8 @@ from camsim.scene import Scene
 from camsim.scene.arrange import Arrangement
 
 SOON = 1.0  # seconds, for which no transfers are made to find out whether those take less
-MANY, DEAR = 4096, 10.0  # photosites that may each be rendered alone if it takes no longer; of a check, to look further
+MANY, ALONE_SECONDS = 4096, 30.0  # photosites that may each be rendered alone if it takes no longer
+DEAR = 10.0  # seconds: of a check, or of an image that is asked for, from which on another way is looked for
 UNHEARD = 0.005  # of the signal at either end of the spectrum, whose patterns set no lattice
 
 
@@ -85,15 +86,15 @@ def choose_across(
     judge = AcrossJudge(job=job, lens=lens, transforms=FOURIER)
     if by_edges and isinstance(lens, Revolves) and lens.turns and len(job.edges):
         field = FieldPlan.of_job(job, lens)
-        alone = None if method == "boundary" else _one_by_one(job, lens, judge)
+        alone = _one_by_one(job, lens, judge, name if method == "boundary" else "fourier")
         try:
-            if method == "boundary":
-                refuse_much(name, field)
-            if choice := _by_edges(field, judge, alone, why):
+            if choice := _by_edges(field, judge, alone, why, patience=DEAR if method == "boundary" else 0.0):
                 return choice
+            if not alone and method == "boundary":
+                refuse_much(name, field)
             why = f"boundary would take {field.cost.memory_bytes / 1e9:.1f} GB"
         except UnsupportedError as unfollowed:
-            if method == "boundary":
+            if not alone and method == "boundary":
                 raise
             why = f"boundary: {unfollowed.message}"
         if alone:
@@ -101,7 +102,12 @@ def choose_across(
         name = "fourier"
     loud = np.cumsum(signal) > UNHEARD * signal.sum()
     shortest_nm = float(wavelength_nm[int(np.argmax(loud))])
-    lattice = lattice_for(lens, grid, shortest_nm, budget.allowed("between places"))
+    try:
+        lattice = lattice_for(lens, grid, shortest_nm, budget.allowed("between places"))
+    except UnsupportedError:
+        if alone := _one_by_one(job, lens, judge, name):
+            return alone
+        raise
     finest = FOURIER.finest * lattice.gain / PLACES_PART
     if name == "fourier" and tolerance < finest:
         raise InvalidValueError(
@@ -117,31 +123,41 @@ def choose_across(
     return Choice(method=name, why=why, plan=plan, judge=judge)
 
 
-def _one_by_one(job: Job, lens: Revolves, judge: AcrossJudge) -> Choice | None:
+def _one_by_one(job: Job, lens: Varies, judge: AcrossJudge, method: str) -> Choice | None:
     """Return every photosite with a pattern of its own, where there are few or that does not take long."""
     count = job.grid.rows * job.grid.cols
     if count > MANY:
         return None
-    plan = AcrossPlan(job=job, lens=lens, lattice=one_by_one(job.grid), method="fourier")
-    if not fits(plan) or (count > SINGLY and plan.cost.seconds > DEAR):
+    plan = AcrossPlan(job=job, lens=lens, lattice=one_by_one(job.grid), method=method)
+    if not fits(plan) or (count > SINGLY and plan.cost.seconds > ALONE_SECONDS):
         return None
-    return Choice(method="fourier", why="so few photosites are rendered one by one", plan=plan, judge=judge)
+    return Choice(method=method, why="so few photosites are rendered one by one", plan=plan, judge=judge)
 
 
-def _by_edges(field: FieldPlan, judge: AcrossJudge, alone: Choice | None, why: str) -> Choice | None:
+def _by_edges(
+    field: FieldPlan, judge: AcrossJudge, alone: Choice | None, why: str, *, patience: float
+) -> Choice | None:
     """Return one image of all places, or what is rendered one by one where that takes less; None: too much memory.
+
+    patience : seconds that an image of all may take, whatever photosites one by one take
 
     What an image of all takes at the least is known before there are transfers along the radius, which may take long.
     """
-    if alone and (alone.cost.seconds <= max(SOON, field.least_seconds) or alone.cost.seconds <= field.planned_seconds):
-        return alone
+    if alone:
+        each = alone.cost.seconds
+        if patience < max(SOON, field.least_seconds) >= each:
+            return alone
+        planned = field.planned_seconds(max(each, patience))
+        # Behind a lens that changes so much what comes after its transfers may be refused, after as long again.
+        if patience < planned and each <= (max(planned, ALONE_SECONDS) if patience else planned):
+            return alone
     if not fits(field):
         return None
     own = FieldJudge(job=field.perfect, lens=field.image.lens, transforms=FOURIER)
     seconds = own.seconds(field)
     dear = seconds > DEAR and judge.seconds(field) < seconds
     together = Choice(method="boundary", why=why, plan=field, judge=judge if dear else own)
-    return alone if alone and alone.cost.seconds <= together.cost.seconds else together
+    return alone if alone and patience < together.cost.seconds >= alone.cost.seconds else together
 
 
 def _corners_um(grid: Grid) -> F64:

@@ -9,6 +9,7 @@ place; the check recomputes photosites with just that.
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -20,6 +21,7 @@ from camsim.optics.placed import Revolves
 from camsim.rendering.across.decided import bent_sides
 from camsim.rendering.across.image import DifferenceImage
 from camsim.rendering.across.place_samples import first_nodes
+from camsim.rendering.across.radial_samples import TooLong
 from camsim.rendering.across.slivers import SliverImage, straightened
 from camsim.rendering.auto import BOUNDARY
 from camsim.rendering.boundary.engine import BoundaryPlan
@@ -37,6 +39,7 @@ CHECKED_OVERLAP = 5.5e-9  # and of a node of an overlap that its search begins w
 FEWEST_RADII, LEAST_SEARCH = 8, 0.05  # of transfers; of what a search is expected to take, at the least
 EACH_FREQUENCY, EACH_PHOTOSITE = 5e-7, 2e-7  # seconds: of the scene and of some fifteen terms, and of tiles' periods
 EACH_PIECE, EACH_CHORD = 3e-3, 2e-3  # of a run's responses, and of slivers
+EACH_KEPT = 3e-8  # of a byte of transfers, which are looked at for bands, places and terms: 2e-8 … 6e-8 were measured
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -140,17 +143,24 @@ class FieldPlan:
         each = CHECKED + CHECKED_COLOUR * self._colours + LEAST_SEARCH * self._search_seconds
         return transfers + min(FEWEST, self.job.grid.rows * self.job.grid.cols) * each
 
-    @property
-    def planned_seconds(self) -> float:
-        """What it takes with its check at the least, as far as that is known before most of the transfers are made."""
-        return self.least_seconds + self.image.planned.seconds
+    def planned_seconds(self, most: float = math.inf) -> float:
+        """Return what it takes with its check at the least, as far as that is known before most transfers are made.
+
+        most : seconds that it may take to find out; infinite where that is too few
+        """
+        try:
+            with self.image.planned.sampler.within(most):
+                planned = self.image.planned
+                return self.least_seconds + planned.seconds + EACH_KEPT * planned.most_kept_bytes
+        except TooLong:
+            return math.inf
 
     @cached_property
     def cost(self) -> Cost:
         """What one image takes; what is too much without its transfers is told without them."""
         closed, grid = self.closed.cost, self.job.grid
         if self.image.held_bytes > MEMORY_LIMIT_BYTES:
-            return Cost(seconds=self.planned_seconds, memory_bytes=closed.memory_bytes + self.image.held_bytes)
+            return Cost(seconds=self.planned_seconds(), memory_bytes=closed.memory_bytes + self.image.held_bytes)
         transfers = SECONDS + EACH_TRANSFER * self._colours * self.image.transfers.radii.nodes.size
         parts = self.image.parts
         photosites = sum(part.tiles * part.band.period**2 for part in parts)

@@ -106,8 +106,12 @@ class AcrossPlan:
     @property
     def cost(self) -> Cost:
         """What all places take if the middle tile's are like the others."""
-        each = self.each
-        return Cost(seconds=self.images_made * (PLANNED_SECONDS + each.seconds), memory_bytes=each.memory_bytes)
+        from camsim.rendering.aberrated.engine import AberratedPlan  # which no other plan needs
+
+        each, sample = self.each, self._sample
+        once = sample.kept_seconds if isinstance(sample, AberratedPlan) else 0.0
+        seconds = once + self.images_made * (PLANNED_SECONDS + each.seconds - once)
+        return Cost(seconds=seconds, memory_bytes=each.memory_bytes)
 
     @cached_property
     def each(self) -> Cost:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
+from collections.abc import Iterator
 from itertools import pairwise
 
 import numpy as np
@@ -28,6 +30,10 @@ COLOURS = (12, 16, 20, 24, 28, 32, 36, 40, 44, 48, 56, 64, 80, 96, 128, 192, 256
 EACH_NODE, EACH_PHASE = 2e-8, 2e-9  # seconds: of a polynomial at a node, and of a wavefront there
 
 
+class TooLong(Exception):
+    """It takes longer to find out how many samples there are than it may."""
+
+
 class Sampler:
     """What samples monochromatic transfers along the radius, less the perfect one's."""
 
@@ -36,11 +42,21 @@ class Sampler:
     ) -> None:
         self.lens, self.wavelength_nm, self.weights, self.allowed = lens, wavelength_nm, weights, allowed
         self.within_um = radii_um
+        self._left_seconds = math.inf
         self.zernike = lens.at(lens.height_um[-1], 0.0).zernike
         self.terms = Terms.of(self.zernike)
         self.order = int(self.terms.order.max(initial=0))
         self.radii_um = np.array([*radii_um, *heights_within(lens, radii_um)])
         self.rules = self._rules(wavelength_nm, allowed)
+
+    @contextlib.contextmanager
+    def within(self, seconds: float) -> Iterator[None]:
+        """Raise ``TooLong`` when what is sampled meanwhile is expected to take longer, of one core."""
+        self._left_seconds = seconds
+        try:
+            yield
+        finally:
+            self._left_seconds = math.inf
 
     def hardest(self, radius_um: F64, wavelength_nm: F64) -> I64:
         """Return numbers of the radii (n,) at which wavefronts are the hardest to follow, and of the last one."""
@@ -73,6 +89,9 @@ class Sampler:
         """Return transfers (wavefronts, shifts, angles), each by as many nodes as its shift takes."""
         out = np.empty((waves.shape[1], shift.size, angle_rad.size), complex)
         nodes = _nodes(rules, shift)
+        self._left_seconds -= self._each(waves.shape[1]) * float(np.sum(nodes[0] // 2 * nodes[1])) * angle_rad.size
+        if self._left_seconds < 0.0:
+            raise TooLong
         for across, along in np.unique(nodes, axis=1).T:
             here = (nodes[0] == across) & (nodes[1] == along)
             out[:, here] = overlaps(self.terms, waves, shift[here], angle_rad, (int(across), int(along)))
@@ -136,9 +155,16 @@ class Sampler:
         shift, seconds = _shifts(shifts), 0.0
         for part, rules in ruled:
             across, along = _nodes(rules, shift)
-            each = EACH_NODE * self.terms.order.size + EACH_PHASE * (radii * (part.stop - part.start) + 1)
-            seconds += each * float(np.sum(across // 2 * along)) * (angles // 2 + 1)
+            seconds += (
+                self._each(radii * (part.stop - part.start) + 1)
+                * float(np.sum(across // 2 * along))
+                * (angles // 2 + 1)
+            )
         return seconds
+
+    def _each(self, wavefronts: int) -> float:
+        """Return what a node of an overlap takes, of one core."""
+        return EACH_NODE * self.terms.order.size + EACH_PHASE * wavefronts
 
     def sampled(
         self, radius_um: F64, wavelength_nm: F64, ruled: list[tuple[slice, I64]], shifts: int, angles: int

@@ -137,8 +137,13 @@ class TransferPlan:
     @property
     def kept_bytes(self) -> float:
         """What they take."""
-        sets, frequencies, _ = self._fusing[0].shape
-        return float(np.dtype(complex).itemsize * self.radii.nodes.size * sets * frequencies * self.harmonics)
+        return self.most_kept_bytes * float(self._fusing[0].shape[1]) / (FINEST + 1.0)
+
+    @property
+    def most_kept_bytes(self) -> float:
+        """What they would take with a step as small as there is, which is known without any samples."""
+        sets, each = len(self.sampler.weights), np.dtype(complex).itemsize
+        return float(each * self.radii.nodes.size * sets * (FINEST + 1) * self.harmonics)
 
     @property
     def seconds(self) -> float:

@@ -1,0 +1,136 @@
+"""The difference's transfers from patterns on a lattice, where harmonics about the move would be many.
+
+What lies r λN off the move goes round as often as 2πr times: a coma of two waves takes some hundred harmonics, each of
+which every frequency of a window would look up. Samples of the plane are as many as the band asks for, whatever lies
+where.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+
+from camsim.arrays import C128, F64
+from camsim.gridded import PER_WAVE, is_large
+from camsim.kept import cached_property
+from camsim.kernels import shared
+from camsim.kernels.round import add_round
+from camsim.nonuniform import at_points
+from camsim.optics.difference import Difference
+from camsim.quadrature import quintic_cells
+from camsim.rendering.aberrated.settings import Settings
+from camsim.rendering.aberrated.window_kernels import frequencies_within
+from camsim.rendering.fast_length import fast_length
+from camsim.rendering.fourier import prices
+from camsim.rendering.fourier.sampled_lens import add_folded
+from camsim.rendering.fourier.taper import taper, tapered
+from camsim.rendering.psf import OF_LIGHT
+
+HEM_CELLS = 4096  # of a taper's radius: its quintics are right to 1e-13 where its width is an eighth of it
+# Seconds: of a pattern's sample on a small lattice, of a transform's point, and of a frequency that is none of its own.
+PER_SAMPLE, PER_FREQUENCY, PER_SUM = 8e-8, 2e-8, 1e-7
+LEAST_PRECISION = 1e-14
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PlaneTransfers:
+    """Patterns of several weight sets about their move, cut off.
+
+    wavelength_nm : (j,);  weights: (b, j) that patterns are added up with
+    precision     : of a pattern, relative to all of the light
+    """
+
+    rest: Difference
+    pitch_um: float
+    settings: Settings
+    wavelength_nm: F64
+    weights: F64
+    precision: float
+
+    @cached_property
+    def _size(self) -> int:
+        """Samples along a period."""
+        return fast_length(math.ceil(PER_WAVE * self.settings.cut * self.settings.period) + 1)
+
+    @property
+    def _step(self) -> float:
+        return self.settings.period / self._size
+
+    @property
+    def _half(self) -> int:
+        """Samples to either side of the move."""
+        return math.floor(self.settings.outer / self._step)
+
+    @property
+    def _allowed(self) -> float:
+        return max(0.25 * self.precision, LEAST_PRECISION)
+
+    @cached_property
+    def patterns(self) -> F64:
+        """Patterns (b, n, n) about the move, tapered: what a cell of the lattice has of the light."""
+        place_um = self._step * self.pitch_um * np.arange(-self._half, self._half + 1.0)
+        x_um, y_um = (place_um + moved_um for moved_um in self.rest.moved_um)
+        out = np.zeros((len(self.weights), place_um.size, place_um.size))
+        for nm, shares in zip(self.wavelength_nm.tolist(), self.weights.T.tolist(), strict=True):
+            for rows, pattern in self.rest.point_spread_rows(x_um, y_um, nm, OF_LIGHT * self._allowed):
+                for own, share in zip(out, shares, strict=True):
+                    if share:
+                        own[rows] += share * pattern
+        out *= self._hem()
+        return out
+
+    def _hem(self) -> F64:
+        """Return the taper on the lattice, times a cell's area in µm²."""
+        settings, step = self.settings, self.settings.outer / HEM_CELLS
+        radius = step * np.abs(np.arange(-2.0, math.ceil(math.sqrt(2.0) * HEM_CELLS) + 4.0))
+        area_um2 = (self._step * self.pitch_um) ** 2
+        shape = tapered(np.minimum(radius, settings.outer), settings.reach, settings.outer, taper(settings.sharpness))
+        cells, place = quintic_cells(area_um2 * shape), np.arange(-self._half, self._half + 1.0) * (self._step / step)
+        hem = np.zeros((place.size, place.size))
+        shared(len(hem), lambda begin, stop: add_round(hem[begin:stop], cells, place, place[begin:stop]))
+        return hem
+
+    def at(self, fx: F64, fy: F64) -> C128:
+        """Return the transfers (b, places) at places (n,)."""
+        phases = 2.0 * np.pi * self._step * fy, 2.0 * np.pi * self._step * fx
+        patterns, allowed = self.patterns.astype(complex), self._allowed
+        return np.stack([at_points(phases, own, precision=allowed, sign=-1) for own in patterns])
+
+    def on_window(self) -> F64:
+        """Return the transfers at (i, ±j)/period, real and imaginary parts apart: (b, 2, j, 2, i)."""
+        settings, size = self.settings, self._size
+        count = frequencies_within(settings.cut, settings.period)
+        kept = min(count, size // 2 + 1)
+        j, i = np.arange(kept)[:, None], np.arange(kept)
+        inside = i * i + j * j < (settings.cut * settings.period) ** 2
+        out = np.zeros((len(self.weights), 2, count, 2, count))
+        for into, pattern in zip(out, self.patterns, strict=True):
+            folded = np.zeros((size, size))
+            add_folded(folded, pattern, (-self._half, -self._half), 1.0)
+            transfer = scipy.fft.rfft2(folded, workers=-1, overwrite_x=True)
+            for side, rows in enumerate((transfer[:kept, :kept], transfer[-np.arange(kept), :kept])):
+                into[side, :kept, 0, :kept] = np.where(inside, rows.real, 0.0)
+                into[side, :kept, 1, :kept] = np.where(inside, rows.imag, 0.0)
+        return out
+
+    def seconds(self, lines: int) -> float:
+        """Return what they take, of one core, with what is looked up for so many directions of lines."""
+        hardest_nm, side = float(self.wavelength_nm[0]), 2 * self._half + 1
+        span = -self.settings.outer * self.pitch_um, self.settings.outer * self.pitch_um
+        sample = prices.PER_PUPIL_SAMPLE if is_large((side, side)) else PER_SAMPLE
+        each = prices.PER_PATTERN + side**2 * sample + self._nodes(hardest_nm, span) * prices.PER_PUPIL_NODE
+        sums = self._size**2 * PER_FREQUENCY
+        if lines:
+            sums += 4.0 * side**2 * PER_FREQUENCY + lines * self.settings.cut * self.settings.outer * 3.0 * PER_SUM
+        return self.wavelength_nm.size * each + len(self.weights) * sums
+
+    def _nodes(self, nm: float, span: tuple[float, float]) -> float:
+        return self.rest.pupil_nodes(nm)(span, span)
+
+    @property
+    def held(self) -> float:
+        """Numbers of 8 bytes that they are, besides what a window has of them."""
+        return len(self.weights) * (2.0 * self._half + 1.0) ** 2 + self._size**2
