@@ -115,7 +115,8 @@ class AberratedPlan:
             lines, windows, side = len(self.short.lines[1]), len(self.short.windows), self.short.settings.side
             yield Decision(
                 topic="difference",
-                decision=f"{lines} directions of lines, {windows} windows of {side} photosites along a side",
+                decision=f"{lines} directions of lines, {windows} windows of {side} photosites along a side, "
+                f"its patterns {self.short.pattern.transfers.made_over}",
                 reason="photosites that see an end, or a short edge, take a transform; others near a line a look-up",
             )
         yield from self.closed.decisions()

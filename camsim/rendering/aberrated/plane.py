@@ -50,6 +50,12 @@ class PlaneTransfers:
     weights: F64
     precision: float
 
+    @property
+    def made_over(self) -> str:
+        """What its patterns are made over, for whoever asks how it is rendered."""
+        side = 2 * self._half + 1
+        return f"on a lattice of {side} × {side} samples"
+
     @cached_property
     def _size(self) -> int:
         """Samples along a period."""

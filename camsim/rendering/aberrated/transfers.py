@@ -16,7 +16,7 @@ from camsim.kernels import shared
 from camsim.optics.difference import Difference
 from camsim.quadrature import chebyshev
 from camsim.rendering.aberrated.polar_kernels import BESSELS, Profiles, Waves, add_patterns, project
-from camsim.rendering.aberrated.series import Series, length_of, series_of
+from camsim.rendering.aberrated.series import DEGREES, LAST, Series, length_of, series_of
 from camsim.rendering.aberrated.settings import Settings
 from camsim.rendering.aberrated.window_kernels import frequencies_within
 from camsim.rendering.angular import Transfer
@@ -62,6 +62,11 @@ class ShortTransfers:
     weights: F64
     precision: float
 
+    @property
+    def made_over(self) -> str:
+        """What its patterns are made over, for whoever asks how it is rendered."""
+        return "over radius and angle"
+
     @cached_property
     def _allowed(self) -> float:
         """What each approximation may be wrong by: of all the light."""
@@ -88,8 +93,13 @@ class ShortTransfers:
         return 2 if self.rest.obstruction else 1, degree, most, 2.0 * most + 1.0
 
     def seconds(self, lines: int) -> float:
-        """Return what they take, of one core, with what is looked up for so many directions of lines."""
+        """Return what they take, of one core, with what is looked up for so many directions of lines.
+
+        Infinite where no series follows the phase factor.
+        """
         settings, (discs, degree, most, columns) = self.settings, self._expected
+        if degree > LAST * DEGREES[-1]:
+            return math.inf
         count, columns = discs * self.wavelength_nm.size, len(self.weights) * columns
         places = (settings.cut * settings.outer) ** 2 * PLACES
         frequencies = settings.tile(0, 0, settings.side, settings.side).points

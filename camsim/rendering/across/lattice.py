@@ -135,14 +135,16 @@ def lattice_for(lens: Varies, grid: Grid, wavelength_nm: float, allowed: float) 
     wavelength_nm : the shortest that matters
     """
     best: tuple[float, Lattice] | None = None
-    changes = _Changes(lens=lens, grid=grid, wavelength_nm=wavelength_nm)
+    changes, count = _Changes(lens=lens, grid=grid, wavelength_nm=wavelength_nm), grid.rows * grid.cols
+    singly, followed = count * (PLACE_SECONDS + PHOTOSITE_SECONDS), count <= SINGLY
     for along in ALONG:
         tiles = _tiles(grid, along)
-        found = _counted(tiles, changes, allowed)
-        if found is not None:
+        each = PLACE_SECONDS * len(tiles) + PHOTOSITE_SECONDS * count  # of a place in every tile
+        found = _counted(tiles, changes, allowed, singly / each)
+        followed = followed or found is not None
+        if isinstance(found, Lattice):
             places = math.prod(found.counts)
-            each = PLACE_SECONDS + PHOTOSITE_SECONDS * grid.rows * grid.cols / len(tiles)
-            seconds = places * len(tiles) * each
+            seconds = places * each
             if best is not None and seconds >= best[0]:
                 break
             best = seconds, found
@@ -150,9 +152,7 @@ def lattice_for(lens: Varies, grid: Grid, wavelength_nm: float, allowed: float) 
                 return found
         if max(tiles[0].rows, tiles[0].cols) <= SMALLEST:
             break
-    count = grid.rows * grid.cols
-    each = PLACE_SECONDS + PHOTOSITE_SECONDS
-    if count * each < best[0] if best is not None else count <= SINGLY:
+    if singly < best[0] if best is not None else followed:
         return one_by_one(grid)
     if best is None:
         raise UnsupportedError(
@@ -214,8 +214,12 @@ class _Changes:
         return float(off.max()), places[int(np.argmax(off))].tolist()
 
 
-def _counted(tiles: tuple[Tile, ...], changes: _Changes, allowed: float) -> Lattice | None:
-    """Return the fewest places that keep below what is allowed, None where the series do not end."""
+def _counted(tiles: tuple[Tile, ...], changes: _Changes, allowed: float, most: float) -> Lattice | float | None:
+    """Return the fewest places that keep below what is allowed, None where the series do not end.
+
+    most : places of a tile; as soon as it is sure to have more it is not looked for how many, and returned how many
+           it has at the least
+    """
     lens, wavelength_nm, lost = changes.lens, changes.wavelength_nm, np.zeros((2, SERIES))
 
     def far(tile: Tile) -> float:
@@ -231,8 +235,11 @@ def _counted(tiles: tuple[Tile, ...], changes: _Changes, allowed: float) -> Latt
                 line = list(middle)
                 line[1 - k] = through[1 - k]
                 lost[k] = np.maximum(lost[k], _lost(lens, line, k, 0.5 * float(np.ptp(axis)), wavelength_nm))
+                # Whatever the other tiles are like.
                 if lost[k][-1] > 0.5 * allowed:
-                    return None  # whatever the other tiles are like
+                    return None
+                if (least := math.prod(np.sum(lost > 0.5 * allowed, axis=1) + 1.0)) > most:
+                    return float(least)
     counts: list[int] = []
     for k in range(2):
         share = 0.5 * allowed / (1.0 if k == 0 else lebesgue(counts[0]))
