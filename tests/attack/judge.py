@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import signal
+import sys
 import time
 import traceback
 import warnings
@@ -53,6 +55,7 @@ def judged(seed, number, *, thorough=True, patience_s=PATIENCE_S):
         return record | {"crash": traceback.format_exc(limit=-3), "seconds": time.process_time() - begin}
     seconds = time.process_time() - begin
     if seconds > SLOWEST_S:
+        _forget()
         begin = time.process_time()
         rendering = _rendered(system, 0.0)
         seconds = time.process_time() - begin
@@ -74,6 +77,15 @@ def judged(seed, number, *, thorough=True, patience_s=PATIENCE_S):
     if seconds > SLOWEST_S:
         record["faults"].append("slow")
     return record
+
+
+def _forget():
+    """Forget what functions keep from one call to the next: a first rendering has none of it."""
+    for name, module in list(sys.modules.items()):
+        if name.startswith("camsim.") and not name.startswith("camsim.kernels."):  # which keep threads
+            for kept in vars(module).values():
+                if isinstance(kept, functools._lru_cache_wrapper):
+                    kept.cache_clear()
 
 
 def described(system, seed, number):
