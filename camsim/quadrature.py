@@ -12,6 +12,8 @@ from camsim.products import product
 
 GOLDEN = 0.6180339887498949  # multiples of it, less their whole part, lie about evenly on 0 … 1 and in no pattern
 MANY = 256  # nodes of a rule: each step to the next degree is no longer what NumPy takes to begin it
+# What a look-up through n values leaves of a wave, over its (2πδf)ⁿ: half-way between two of them, Π(k − ½)²/n!.
+EIGHT_POINTS, SIX_POINTS = (0.5 * 1.5 * 2.5 * 3.5) ** 2 / math.factorial(8), (0.5 * 1.5 * 2.5) ** 2 / math.factorial(6)
 
 
 @functools.cache

@@ -96,7 +96,7 @@ def test_rings_of_short_pieces_along_them_and_off_the_real_axis(lens, tolerance,
     for _ in range(300):
         (h, s), long = np.exp(rng.uniform(2.1, 4.0, 2)), np.exp(rng.uniform(-4.0, 0.5))
         way = np.exp(2j * np.pi * rng.uniform())
-        if is_short(long, lengths, piece_phases(tolerance)):
+        if is_short(long, lengths.min(), piece_phases(tolerance)):
             pieces.append(ring_part(h, (s, s + long), way, *known, piece_phases(tolerance)))
             ends.append([ring_tail(h, end, way.real, way.imag, *known) for end in (s, s + long)])
     assert len(pieces) > 200

@@ -15,7 +15,7 @@ import numpy as np
 
 from camsim.optics.airy import AIRY
 from camsim.optics.difference import Difference
-from camsim.rendering.boundary.settings import SIX_POINTS
+from camsim.quadrature import SIX_POINTS
 from camsim.rendering.edges import Edges
 from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fourier.taper import taper_margin

@@ -14,13 +14,12 @@ from camsim.arrays import C128, F64, I64
 from camsim.kept import cached_property
 from camsim.kernels import shared
 from camsim.optics.difference import Difference
-from camsim.quadrature import chebyshev
+from camsim.quadrature import SIX_POINTS, chebyshev
 from camsim.rendering.aberrated.polar_kernels import BESSELS, Profiles, Waves, add_patterns, project
 from camsim.rendering.aberrated.series import DEGREES, LAST, Series, length_of, series_of
 from camsim.rendering.aberrated.settings import Settings
 from camsim.rendering.aberrated.window_kernels import frequencies_within
 from camsim.rendering.angular import Transfer
-from camsim.rendering.boundary.settings import SIX_POINTS
 from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fourier.taper import taper, tapered
 

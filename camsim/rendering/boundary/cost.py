@@ -12,21 +12,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from camsim.arrays import F64, I64
-from camsim.rendering.boundary.image import inside_length, largest_tile, turns
+from camsim.arrays import I64
+from camsim.rendering.boundary.image import inside_length, largest_tile
 from camsim.rendering.boundary.potential import ORDER
-from camsim.rendering.boundary.rings import ends_worth, piece_phases, ring_terms
-from camsim.rendering.boundary.settings import PANEL_BLURS, Settings
+from camsim.rendering.boundary.ring_counts import HARMONIC, MOST_ENDS, OF_TABLE, TERM, VALUE, ring_counts, within
+from camsim.rendering.boundary.settings import Settings
 from camsim.rendering.boundary.tables import LONG
 from camsim.rendering.edges import Edges
 from camsim.rendering.engine import SET_UP_SECONDS, Cost
-from camsim.rendering.focus import ZONE
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.grid import Grid
 
-MATRIX, SINE, RING_TABLE = 0.1, 20.0, 2e7  # terms: of a matrix product, one sine, one wavelength's rings
-MOST_ROWS = 128  # looked at for the photosites in a circle
-MOST_ENDS = 512  # looked at for what lies near; more are thinned out
+MATRIX, SINE = 0.1, 20.0  # terms: of a matrix product, one sine
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,19 +31,23 @@ class Counts:
     """What the boundary engine is going to do for one image.
 
     photosites : of the grid;  near_nodes: quadrature nodes near ends;  looked_up: photosites × lines close by
-    ringed     : ends × photosites where rings are computed, short edges less than one, × wavelengths × tones × terms
-    close      : photosites × edges just beyond the near zone;  collected: sources × tiles that sum them up
+    ring_terms, ring_harmonics : of series at nodes × photosites where rings are computed (``ring_counts``)
+    close      : photosites × edges beyond the near zone that are not quiet, or just beyond it
+    collected  : sources × tiles that sum them up
     parts      : of the footprint, for each of which all of the above is done
-    tables     : fields and edge responses;  table_values: numbers in them;  table_terms: terms added up for them
+    tables     : fields and edge responses;  ring_rows: of the table of rings along short edges, 0 for none
+    table_values : numbers in all of them;  table_terms: terms added up for them
     """
 
     photosites: float
     near_nodes: float
     looked_up: float
-    ringed: float
+    ring_terms: float
+    ring_harmonics: float
     close: float
     collected: float
     tables: int
+    ring_rows: int
     table_values: float
     table_terms: float
     parts: int
@@ -56,37 +57,6 @@ class Counts:
         """What tables take."""
         seconds: float = sum(1e-9 * PRICES[name] * getattr(self, name) for name in OF_TABLES)
         return seconds
-
-
-def within(points: F64, radius: float, grid: Grid) -> F64:
-    """Return how many photosites of the grid lie within ``radius`` of each point (n, 2), pitches.
-
-    Chords of the circle, row by row; of many rows every so many-th.
-
-    >>> within(np.array([[0.0, 0.0]]), 1.0, Grid(rows=2, cols=4, pitch_um=1.0))
-    array([4.])
-    """
-    x0, y0 = grid.first_centre
-    first = max(0, math.ceil(float(points[:, 1].min()) - radius - y0))
-    last = min(grid.rows - 1, math.floor(float(points[:, 1].max()) + radius - y0))
-    step = max(1, (last - first + 1) // MOST_ROWS)
-    row = np.arange(first, last + 1, step)[:, None]
-    half = np.sqrt(np.maximum(radius**2 - (y0 + row - points[:, 1]) ** 2, 0.0))
-    left = np.maximum(np.ceil(points[:, 0] - half - x0), 0.0)
-    right = np.minimum(np.floor(points[:, 0] + half - x0), grid.cols - 1.0)
-    counts: F64 = np.where(half > 0.0, np.maximum(right - left + 1.0, 0.0), 0.0).sum(axis=0)
-    return step * counts
-
-
-def beyond(radius: F64, near: float) -> F64:
-    """Return how many photosites of the zone about a circle's centre have a place on the circle farther than ``near``.
-
-    >>> beyond(np.array([5.0, 10.0, 20.0]), 10.0).round(2)
-    array([ 0.  ,  6.28, 50.27])
-    """
-    share = np.clip((radius - near) / (ZONE * radius), -1.0, 1.0)
-    area: F64 = (ZONE * radius) ** 2 * (np.pi - np.arccos(share) + share * np.sqrt(1.0 - share**2))
-    return area
 
 
 def boundary_counts(
@@ -118,7 +88,7 @@ def boundary_counts(
     # Mean of √(near² − h²) over the disc, less what lies before the foot: half of it; a short edge is all there is.
     chord = np.where(is_long, 0.85 * settings.near, np.minimum(np.tile(length[::thin], 2), 1.7 * settings.near))
     nodes = np.ceil(chord / settings.panel) * settings.panel_nodes
-    close = within(ends, settings.near + settings.leaf, grid) - near
+    close = within(ends, settings.quiet_end + settings.leaf, grid) - near
     root = largest_tile(settings, (grid.rows, grid.cols))
     # A tile that sees nothing but lines is not quartered: all of it looks them up.
     band = 2.0 * settings.reach + root
@@ -126,17 +96,10 @@ def boundary_counts(
     photosites = float(grid.rows * grid.cols)
     roots = -(-grid.rows // root) * -(-grid.cols // root)
     levels = 1.0 + math.log2(root / settings.leaf)
-    shortest, ringed = settings.panel / PANEL_BLURS, 0.0
-    worth = ends_worth(length, shortest, piece_phases(settings.tolerance))
-    if settings.quiet_end > settings.near:
-        of_ends = 0.5 * np.tile(worth[::thin], 2)
-        ringed = float((within(ends, settings.quiet_end, grid) - near) @ of_ends) * thin * wavelengths * tones
-    foci = settings.foci
-    if len(foci.radius):
-        first, picked = in_foci
-        of_each = np.diff(np.concatenate([[0.0], np.cumsum(worth[picked])])[first])
-        ringed += float(beyond(foci.radius, settings.near) @ of_each) * wavelengths * tones
-    ringed *= math.prod(ring_terms(footprint.extent, shortest, turns=turns(footprint), nearest=settings.near))
+    shortest = settings.shortest
+    rings = ring_counts(
+        edges, grid, settings, footprint, in_foci=in_foci, sets=sets, tones=tones * wavelengths, parts=parts
+    )
     collected = len(start) * (roots + 12.0 * levels) * settings.tile_nodes**2
     rows = settings.near / settings.field_step
     taps = 2.0 * footprint.extent / settings.field_step
@@ -150,14 +113,16 @@ def boundary_counts(
         photosites=photosites,
         near_nodes=float(near @ (nodes * share)),
         looked_up=min(looked_up, photosites * float(np.count_nonzero(long))),
-        ringed=ringed,
+        ring_terms=rings.terms,
+        ring_harmonics=rings.harmonics,
         close=float(close @ share),
         collected=collected,
         tables=sets * (1 + normals),
-        table_values=sets * (2.0 * rows * rows + normals * 6.0 * cells),
+        ring_rows=rings.rows,
+        table_values=sets * (2.0 * rows * rows + normals * 6.0 * cells) + rings.table_values,
         table_terms=sets * (rows * (rows + 0.5 * taps) * terms + MATRIX * normals * cells * waves)
         + SINE * cells * waves
-        + RING_TABLE * wavelengths * tones * (settings.quiet_end > settings.near),
+        + rings.table_terms,
         parts=parts,
     )
 
@@ -167,11 +132,12 @@ PRICES = {
     "photosites": 8.0,
     "near_nodes": 24.0,
     "looked_up": 11.0,
-    "ringed": 165.0,
+    "ring_terms": TERM,
+    "ring_harmonics": HARMONIC,
     "close": 45.0,
     "collected": 4.6,
-    "table_values": 3.0,
-    "table_terms": 0.5,
+    "table_values": VALUE,
+    "table_terms": OF_TABLE,
 }
 OF_TABLES = ("table_values", "table_terms")
 

@@ -9,27 +9,8 @@ import numpy as np
 from camsim.arrays import F64
 from camsim.kernels import kernel
 from camsim.rendering.boundary.far import across, far_edge, far_line, far_tail, mirrored, weigh
+from camsim.rendering.boundary.potential import eight_points
 from camsim.rendering.boundary.records import Numbers, TabledEdges, Tables, moments_of
-
-
-@kernel(forceinline=True)
-def _weights(t: float) -> tuple[float, float, float, float, float, float, float, float]:
-    """Lagrange weights of the eight nodes −3 … 4 at 0 ≤ t < 1; scalars, so that they stay in registers."""
-    d0, d1, d2, d3 = t + 3.0, t + 2.0, t + 1.0, t
-    d4, d5, d6, d7 = t - 1.0, t - 2.0, t - 3.0, t - 4.0
-    p01, p23, p45, p67 = d0 * d1, d2 * d3, d4 * d5, d6 * d7
-    p0123, p4567 = p01 * p23, p45 * p67
-    a, b, c, d = p23 * p4567, p01 * p4567, p0123 * p67, p0123 * p45
-    return (
-        d1 * a * (-1.0 / 5040.0),
-        d0 * a * (1.0 / 720.0),
-        d3 * b * (-1.0 / 240.0),
-        d2 * b * (1.0 / 144.0),
-        d5 * c * (-1.0 / 144.0),
-        d4 * c * (1.0 / 240.0),
-        d7 * d * (-1.0 / 720.0),
-        d6 * d * (1.0 / 5040.0),
-    )
 
 
 @kernel(fastmath={"contract"})
@@ -58,13 +39,13 @@ def _flux(
                 vy = s * ty - h * ny + n.apart[spot, 1]
                 ux, uy = abs(vx) * inv_step, abs(vy) * inv_step
                 i, j = np.uintp(ux), np.uintp(uy)
-                y0, y1, y2, y3, y4, y5, y6, y7 = _weights(uy - j)
+                y0, y1, y2, y3, y4, y5, y6, y7 = eight_points(uy - j)
                 # A stencil's corner is margin + 1 − order/2 = 1 beyond (i, j). One sum per column and component.
                 i += np.uintp(1)
                 j += np.uintp(1)
                 a0 = a1 = a2 = a3 = a4 = a5 = a6 = a7 = 0.0
                 b0 = b1 = b2 = b3 = b4 = b5 = b6 = b7 = 0.0
-                for w in _weights(ux - np.uintp(ux)):
+                for w in eight_points(ux - np.uintp(ux)):
                     row = field[0, i, j : j + np.uintp(8)]
                     a0, a1, a2, a3 = a0 + w * row[0], a1 + w * row[1], a2 + w * row[2], a3 + w * row[3]
                     a4, a5, a6, a7 = a4 + w * row[4], a5 + w * row[5], a6 + w * row[6], a7 + w * row[7]

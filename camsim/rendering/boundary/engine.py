@@ -153,6 +153,7 @@ class BoundaryPlan:
             settings=self.settings,
             in_foci=self.in_foci,
             lines=self.lines,
+            ring_rows=self.counts.ring_rows,
             channel=channel,
         ):
             row += len(band)

@@ -14,6 +14,7 @@ from camsim.quadrature import chebyshev, gauss_rules, interpolation
 from camsim.rendering.boundary.crowd import gather
 from camsim.rendering.boundary.far import far_moments
 from camsim.rendering.boundary.records import Numbers, TabledEdges, Tables
+from camsim.rendering.boundary.ring_table import ring_table
 from camsim.rendering.boundary.rings import piece_phases, ring_amplitudes, tone_lengths
 from camsim.rendering.boundary.settings import LONGEST_PIECE, PANEL_BLURS, Settings
 from camsim.rendering.boundary.tables import edge_responses, field_tables
@@ -103,6 +104,7 @@ def boundary_bands(
     settings: Settings,
     in_foci: tuple[I64, I64],
     lines: tuple[I64, F64],
+    ring_rows: int,
     channel: Channels,
 ) -> Iterator[F64]:
     """Render a job whose lens and footprint the engine knows; yield the image band by band, from the top.
@@ -110,6 +112,7 @@ def boundary_bands(
     footprint : or part of it, and (n, 2) ``places`` from a photosite's centre at which parts make up all of it
     in_foci   : the edges of each of the settings' foci (``focus.touching``)
     lines     : which edge responses the job's edges have, and their normals (``directions``)
+    ring_rows : of the table of rings along short edges, 0 for none
     channel   : (rows, cols) channel of each photosite
     """
     weights = nodes.weights
@@ -145,21 +148,27 @@ def boundary_bands(
         )
     else:
         responses = np.empty((0, len(different), 1, 6))
+    zones = _zones(settings, in_foci, order)
+    ringed = settings.quiet_end > settings.near
+    rings = _rings(pattern, blur, footprint, settings.near) if ringed or len(zones.circle) else NO_RINGS
+    tones = tone_lengths(pattern.tones, blur)
     tables = Tables(
         far=far,
         field=field.reshape(len(tabled), channels, *field.shape[1:]),
         response=responses.reshape(len(normals), len(tabled), channels, *responses.shape[2:]),
         base=job.base,
-        rings=_rings(pattern, blur, footprint, settings.near) if settings.quiet_end > settings.near else NO_RINGS,
+        rings=rings,
         ring_weights=np.ascontiguousarray(weights),  # or kernels would be compiled for either layout
-        tones=tone_lengths(pattern.tones, blur),
+        tones=tones,
+        short_rings=ring_table(
+            rings, tones, weights[tabled], nearest=settings.near, rows=ring_rows, tolerance=settings.tolerance
+        ),
     )
     rows, cols = channel.shape
     n = numbers(settings, footprint, (rows, cols))
-    zones = _zones(settings, in_foci, order)
     if len(zones.circle):
         long, short = _farther(n, settings)
-        far_rings = tables._replace(rings=_rings(pattern, blur, footprint, settings.quiet_end))
+        far_rings = tables._replace(rings=_rings(pattern, blur, footprint, settings.quiet_end) if ringed else rings)
     # Bands of whole tiles: someone who waits sees it advance, and each band's bits depend on nothing but the plan.
     band = n.root * max(1, BAND_PHOTOSITES // (n.root * cols))
     for row in range(0, rows, band):
@@ -179,9 +188,14 @@ def boundary_bands(
 
 def _rings(pattern: Pattern, blur: F64, footprint: Footprint, nearest: float) -> C128:
     """Return the rings' amplitudes, which hold from ``nearest`` on."""
-    order = rule_order(np.pi * footprint.side / float(blur.min()), RINGS_TO)
+    order = rings_order(footprint, float(blur.min()))
     nodes, weights = footprint_rule(footprint.width, footprint.height, footprint.spots, order)
     return ring_amplitudes(pattern.tones, blur, nodes, weights, turns=turns(footprint), nearest=nearest)
+
+
+def rings_order(footprint: Footprint, shortest: float) -> int:
+    """Return the order of the rule over the footprint by which amplitudes are made; shortest: blur, pitches."""
+    return rule_order(math.pi * footprint.side / shortest, RINGS_TO)
 
 
 def inside_length(edges: Edges, grid: Grid, margin: float) -> F64:

@@ -58,6 +58,26 @@ def lagrange_weights(t: float, order: int, scale: F64, out: F64) -> None:
         right *= u - i
 
 
+@kernel(forceinline=True)
+def eight_points(t: float) -> tuple[float, float, float, float, float, float, float, float]:
+    """Lagrange weights of the eight nodes −3 … 4 at 0 ≤ t < 1; scalars, so that they stay in registers."""
+    d0, d1, d2, d3 = t + 3.0, t + 2.0, t + 1.0, t
+    d4, d5, d6, d7 = t - 1.0, t - 2.0, t - 3.0, t - 4.0
+    p01, p23, p45, p67 = d0 * d1, d2 * d3, d4 * d5, d6 * d7
+    p0123, p4567 = p01 * p23, p45 * p67
+    a, b, c, d = p23 * p4567, p01 * p4567, p0123 * p67, p0123 * p45
+    return (
+        d1 * a * (-1.0 / 5040.0),
+        d0 * a * (1.0 / 720.0),
+        d3 * b * (-1.0 / 240.0),
+        d2 * b * (1.0 / 144.0),
+        d5 * c * (-1.0 / 144.0),
+        d4 * c * (1.0 / 240.0),
+        d7 * d * (-1.0 / 720.0),
+        d6 * d * (1.0 / 5040.0),
+    )
+
+
 def lagrange_scale(order: int) -> F64:
     """Return 1/Π_{j≠i}(i − j), the constant part of the Lagrange weights."""
     return np.array(

@@ -7,6 +7,7 @@ from typing import NamedTuple
 from camsim.arrays import C128, F64, I64
 from camsim.kernels import kernel
 from camsim.rendering.boundary.far import Moments
+from camsim.rendering.boundary.ring_table import RingTable
 
 
 class TabledEdges(NamedTuple):
@@ -38,6 +39,7 @@ class Tables(NamedTuple):
     rings: C128  # amplitudes of the rings by tone and wavelength (rings.ring_amplitudes), none without rings
     ring_weights: F64  # (pairs, channels, wavelengths)
     tones: F64  # (tones · wavelengths,) their lengths
+    short_rings: RingTable  # of pairs that are no multiples of one another, as along short edges
 
 
 class Numbers(NamedTuple):

@@ -28,7 +28,7 @@ RAY_DECAY = 16.0  # nepers along the ray
 _RAY_X, _RAY_W = 0.5 * (1.0 + gauss_legendre(RAY_NODES)[0]), 0.5 * gauss_legendre(RAY_NODES)[1]
 MOST_ON_PIECES = 12  # nodes, fewer than of two rays
 ON_PIECES, FINEST, COARSEST = 0.1, 1e-10, 1e-5  # of a tolerance, and within which limits: what they leave of a wave
-_PIECE_X, _PIECE_W, _ = gauss_rules(tuple(range(MOST_ON_PIECES + 1)))
+PIECE_X, PIECE_W, _ = gauss_rules(tuple(range(MOST_ON_PIECES + 1)))
 _RAY = complex(math.sqrt(0.5), math.sqrt(0.5))
 
 
@@ -101,22 +101,22 @@ def _amplitude(length: float, series: C128, nodes: F64, weights: F64, radius: F6
     return out
 
 
+def left_of_waves(tolerance: float) -> float:
+    """Return what nodes on pieces may leave of a wave, and look-ups too: of rings that are heard there is no more than
+    a thousandth of full scale."""
+    return min(max(ON_PIECES * tolerance, FINEST), COARSEST)
+
+
 def piece_phases(tolerance: float) -> F64:
-    """Return half of the phase (MOST_ON_PIECES,) along pieces that 1, 2 … nodes follow; of rings that are heard there
-    is no more than a thousandth of full scale."""
-    return gauss_phases(min(max(ON_PIECES * tolerance, FINEST), COARSEST), MOST_ON_PIECES)
+    """Return half of the phase (MOST_ON_PIECES,) along pieces that 1, 2 … nodes follow."""
+    return gauss_phases(left_of_waves(tolerance), MOST_ON_PIECES)
 
 
-def ends_worth(length: F64, shortest: float, phases: F64) -> F64:
-    """Return how many ends' rings those of edges (n,) take as long as.
-
-    shortest : of the tones' lengths, pitches;  phases: of ``piece_phases``
-    """
-    phase = math.pi * length / shortest
-    nodes = np.searchsorted(phases, phase) + 1.0
-    # A node on the real axis takes half as long as one on a ray.
-    worth: F64 = np.where(phase <= phases[-1], 0.5 * nodes / RAY_NODES, 2.0)
-    return worth
+def piece_nodes(length: F64, shortest: float, tolerance: float) -> F64:
+    """Return how many nodes follow the shortest tone along edges (n,); 0 along those that are too long."""
+    phases, phase = piece_phases(tolerance), math.pi * length / shortest
+    nodes: F64 = np.where(phase <= phases[-1], np.searchsorted(phases, phase) + 1.0, 0.0)
+    return nodes
 
 
 @kernel(forceinline=True)
@@ -131,6 +131,15 @@ def _followed(u: complex, turn: complex, j: int, amplitude: C128) -> tuple[compl
         radial = radial * turn + a
         tangential = tangential * turn + b
     return radial, tangential
+
+
+@kernel(forceinline=True)
+def nodes_on(half: float, length: float, phases: F64) -> int:
+    """Return how many nodes follow a tone's waves on a piece of half a length; phases: of ``piece_phases``."""
+    phase, count = 2.0 * math.pi / length * half, 1
+    while count < MOST_ON_PIECES and phases[count - 1] < phase:
+        count += 1
+    return count
 
 
 @kernel()
@@ -158,12 +167,9 @@ def ring_part(
         if weight == 0.0:
             continue
         wave = 2.0 * math.pi / lengths[j]
-        count = 1
-        while count < MOST_ON_PIECES and phases[count - 1] < wave * half:
-            count += 1
-        sum_j = 0.0
+        count, sum_j = nodes_on(half, lengths[j], phases), 0.0
         for i in range(count):
-            along = middle + half * _PIECE_X[count, i]
+            along = middle + half * PIECE_X[count, i]
             r = math.sqrt(h * h + along * along)
             turn = way * complex(along, -h) / r
             turn *= turn
@@ -174,17 +180,14 @@ def ring_part(
             for _ in range((amplitude.shape[2] - 1) // 2):
                 back *= turn.conjugate()
             rise = (h * radial - along * tangential) * complex(math.cos(phase), math.sin(phase)) * back
-            sum_j += _PIECE_W[count, i] * rise.real / (r * r * r * r)
+            sum_j += PIECE_W[count, i] * rise.real / (r * r * r * r)
         total += weight * sum_j * half
     return total
 
 
 @kernel(forceinline=True)
-def is_short(length: float, lengths: F64, phases: F64) -> bool:
-    """Return whether a piece is short enough for ``ring_part``; lengths: of all tones;  phases: of ``piece_phases``."""
-    shortest = math.inf
-    for j in range(lengths.size):  # NumPy's minimum would import SciPy's linear algebra with every kernel
-        shortest = min(shortest, lengths[j])
+def is_short(length: float, shortest: float, phases: F64) -> bool:
+    """Return whether a piece is short enough for ``ring_part``; shortest: tone's length;  phases: of them."""
     short: bool = math.pi * length <= phases[MOST_ON_PIECES - 1] * shortest
     return short
 

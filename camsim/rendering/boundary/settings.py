@@ -23,7 +23,7 @@ import numpy as np
 
 from camsim.errors import InvalidValueError
 from camsim.optics.pattern import Pattern
-from camsim.quadrature import gauss_error
+from camsim.quadrature import EIGHT_POINTS, SIX_POINTS, gauss_error
 from camsim.rendering.boundary.dipole import longest_dipoles
 from camsim.rendering.focus import Foci
 from camsim.rendering.footprint import Footprint
@@ -35,8 +35,6 @@ SEPARATION = 2.0  # half-widths of a tile: as near as a source may be that is in
 PANEL_BLURS = 1.6  # what ``panel_nodes`` integrate along an edge
 LONGEST_PIECE, LENGTHS = 6.4, 64  # blurs that one Gauss rule integrates near an end, and rules for shorter pieces
 OF_PIECES = 16.0  # times what is allowed: as much as a bound for pieces may be over it
-# What a look-up through n values leaves of a wave, over its (2πδf)ⁿ: half-way between two of them, Π(k − ½)²/n!.
-EIGHT_POINTS, SIX_POINTS = (0.5 * 1.5 * 2.5 * 3.5) ** 2 / math.factorial(8), (0.5 * 1.5 * 2.5) ** 2 / math.factorial(6)
 OF_DIPOLES = 0.1  # of what is allowed: panels along edges were seen to take 0.15 of it
 COARSEST_FIELD, COARSEST_RESPONSE = 0.3, 0.15  # steps, blurs: as far as these first terms hold (to a tenth)
 RINGS_FROM = 60.0  # blurs of integration that cost more than an end's rings, per wavelength and tone
@@ -69,6 +67,11 @@ class Settings:
     foci: Foci
     separation: float = SEPARATION
     leaf: int = 16
+
+    @property
+    def shortest(self) -> float:
+        """The shortest blur, pitches."""
+        return self.panel / PANEL_BLURS
 
 
 def check_tolerance(tolerance: float, pattern: Pattern, part: float = 1.0) -> None:

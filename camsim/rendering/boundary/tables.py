@@ -23,7 +23,7 @@ from camsim.rendering.footprint import Footprint
 AT_ONCE = 16  # weight sets: where a radius falls is worked out once for so many
 WORTH_A_THREAD = 10_000  # numbers of a table: a few tenths of a millisecond
 LONG = 100  # taps: from here on an average runs
-FIELD_ORDER = 8  # points per axis of the look-up in the field table (boundary._weights)
+FIELD_ORDER = 8  # points per axis of the look-up in the field table (potential.eight_points)
 _GAUSS_X, _GAUSS_W = gauss_legendre(8)
 _NODES = np.arange(ORDER) + 1.0 - ORDER // 2
 _OTHERS = ~np.eye(ORDER, dtype=bool)  # of each node all but itself
