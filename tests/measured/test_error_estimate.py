@@ -330,6 +330,12 @@ CORRUPTIONS = {
         returning(lambda s: dataclasses.replace(s, foci=focus.NO_FOCI)),
         {"scene": "disc", "optics": SHARP, "over": 1.0},
     ),
+    "rings of short edges upside down": (
+        boundary_image,
+        "ring_table",
+        returning(lambda t: t._replace(values=-t.values)),
+        {"scene": "disc", "optics": SHARP, "over": 1.0},
+    ),
     # kernels, through what they are given
     "careless radii": (
         boundary_engine,

@@ -142,7 +142,7 @@ def ring_counts(
     rows = min(math.ceil(max(farthest - near, 0.0) / step), int(RING_BYTES / (8.0 * sets * columns))) + MARGIN + BEYOND
     _, looked_up, pieces = photosites(near + (rows - MARGIN - BEYOND) * step).tolist()
     table = RingCounts(
-        terms=direct.terms - tones * looked_up * (terms + OF_NODE) - OF_PIECE * pieces,
+        terms=max(direct.terms - tones * looked_up * (terms + OF_NODE) - OF_PIECE * pieces, 0.0),
         harmonics=looked_up * (harmonics + OF_LOOK_UP) + OF_TABLED * pieces,
         rows=rows,
         table_values=rows * columns * sets,
