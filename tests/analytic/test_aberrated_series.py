@@ -78,7 +78,7 @@ def test_the_engines_transfer_is_the_lens_s_but_for_what_is_cut_off(seed, rms, o
     fx, fy = f * np.cos(angle), f * np.sin(angle)
     turn = np.exp(2j * np.pi * (fx * rest.moved_um[0] + fy * rest.moved_um[1]))
     # The background is 1 and the square 0: its contrast is −1.
-    found = -pattern.transfers.transfer.at(fx * pitch_um, fy * pitch_um)[0]
+    found = -pattern.transfers.at(fx * pitch_um, fy * pitch_um)[0]
     assert np.abs(found - rest.otf(fx, fy, NM) * turn).max() < 100.0 * tolerance
 
 

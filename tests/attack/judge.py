@@ -17,7 +17,7 @@ from camsim.errors import AccuracyError, InvalidValueError, UnsupportedError
 from tests.attack import systems
 from tests.attack.draw import draw
 from tests.truth import field_lens
-from tests.truth.waves import TooLarge
+from tests.truth.pupils import TooLarge
 
 SLOWEST_S = 20.0  # of one processor's time: a busy machine makes nothing slow
 PATIENCE_S = 25.0  # then a rendering, or a judge, is stopped

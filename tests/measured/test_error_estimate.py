@@ -32,6 +32,11 @@ WIDE = [
     camsim.FourSpotOlpf(split_um=1.5 * PITCH_UM),
     camsim.SquarePhotosite(side_um=PITCH_UM),
 ]
+WIDER = [
+    camsim.Airy(f_number=4.0),
+    camsim.FourSpotOlpf(split_um=3.0 * PITCH_UM),
+    camsim.SquarePhotosite(side_um=PITCH_UM),
+]
 TURNED = [
     camsim.Airy(f_number=2.8),
     camsim.TwoSpotOlpf(split_um=PITCH_UM, rotate_deg=30.0),
@@ -322,7 +327,7 @@ CORRUPTIONS = {
         heard,
         "_moment_distance",
         lambda f: scaled(f, 0.3),
-        {"optics": WIDE, "scene": "overlap", "over": 3.0},
+        {"optics": WIDER, "scene": "overlap"},
     ),
     "rings in the centre of a disc are left out": (
         boundary_engine,

@@ -14,10 +14,18 @@ import numba as nb
 import numpy as np
 from scipy import special
 
+MOST_NODES = 10_000  # of a Gauss rule: twice as many take four times as long, these two seconds
+
+
+class TooLarge(Exception):
+    """What a system asks for takes too many numbers, or too long."""
+
 
 @functools.cache
 def gauss(order):
     """Gauss–Legendre nodes and weights on −1 … 1."""
+    if order > MOST_NODES:
+        raise TooLarge
     return special.roots_legendre(order)
 
 

@@ -20,13 +20,10 @@ from scipy import fft, special
 
 from tests.truth import photosites, picture, pupils
 from tests.truth.beziers import Bezier
+from tests.truth.pupils import TooLarge
 
 BAND = 23.5  # of the taper's transform, over its width: beyond it is below 1e-16
 LARGEST = 2600  # points along a side of the lattice
-
-
-class TooLarge(Exception):
-    """The lattice that a system asks for is too large."""
 
 
 class WaveTruth:
