@@ -70,7 +70,7 @@ class ShortPattern:
             weights=weights,
             precision=self.precision,
         )
-        return plane if plane.seconds(self.lines) < by_angle.seconds(self.lines) else by_angle
+        return by_angle if by_angle.seconds(self.lines) < plane.seconds(self.lines) else plane
 
     @cached_property
     def fields(self) -> F64:

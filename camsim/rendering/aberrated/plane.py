@@ -23,6 +23,7 @@ from camsim.optics.difference import Difference
 from camsim.quadrature import quintic_cells
 from camsim.rendering.aberrated.settings import Settings
 from camsim.rendering.aberrated.window_kernels import frequencies_within
+from camsim.rendering.engine import MEMORY_LIMIT_BYTES
 from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fourier import prices
 from camsim.rendering.fourier.sampled_lens import add_folded
@@ -102,8 +103,9 @@ class PlaneTransfers:
     def at(self, fx: F64, fy: F64) -> C128:
         """Return the transfers (b, places) at places (n,)."""
         phases = 2.0 * np.pi * self._step * fy, 2.0 * np.pi * self._step * fx
-        patterns, allowed = self.patterns.astype(complex), self._allowed
-        return np.stack([at_points(phases, own, precision=allowed, sign=-1) for own in patterns])
+        allowed = self._allowed
+        each = [at_points(phases, own.astype(complex), precision=allowed, sign=-1) for own in self.patterns]
+        return np.stack(each)
 
     def on_window(self) -> F64:
         """Return the transfers at (i, ±j)/period, real and imaginary parts apart: (b, 2, j, 2, i)."""
@@ -123,7 +125,12 @@ class PlaneTransfers:
         return out
 
     def seconds(self, lines: int) -> float:
-        """Return what they take, of one core, with what is looked up for so many directions of lines."""
+        """Return what they take, of one core, with what is looked up for so many directions of lines.
+
+        Infinite where they do not fit in memory.
+        """
+        if 8.0 * self.held > MEMORY_LIMIT_BYTES:
+            return math.inf
         hardest_nm, side = float(self.wavelength_nm[0]), 2 * self._half + 1
         span = -self.settings.outer * self.pitch_um, self.settings.outer * self.pitch_um
         sample = prices.PER_PUPIL_SAMPLE if is_large((side, side)) else PER_SAMPLE
@@ -138,5 +145,5 @@ class PlaneTransfers:
 
     @property
     def held(self) -> float:
-        """Numbers of 8 bytes that they are, besides what a window has of them."""
-        return len(self.weights) * (2.0 * self._half + 1.0) ** 2 + self._size**2
+        """Numbers of 8 bytes that they are, and what one of them is made with, besides what a window has of them."""
+        return (len(self.weights) + 3.0) * (2.0 * self._half + 1.0) ** 2 + 2.0 * self._size**2

@@ -77,7 +77,13 @@ class ShortTransfers:
     @property
     def steep(self) -> bool:
         """Whether waves turn so quickly about the move that there may be many harmonics."""
-        return 2.0 * math.pi * self.rest.steepest_waves(float(self.wavelength_nm[0])) > STEEP_RAD
+        return 2.0 * math.pi * self.rest.steepest_waves(self._steepest_nm) > STEEP_RAD
+
+    @cached_property
+    def _steepest_nm(self) -> float:
+        """At which end of the spectrum waves turn the more quickly; tables may have more of them where it is red."""
+        ends: list[float] = self.wavelength_nm[[0, -1]].tolist()
+        return max(ends, key=self.rest.steepest_waves)
 
     @cached_property
     def _expected(self) -> tuple[int, float, float, float]:
@@ -86,9 +92,9 @@ class ShortTransfers:
         Without its series where it is steep, which takes long by itself.
         """
         if not self.steep:
-            series = self._series(self.wavelength_nm[:1])[0]
+            series = self._series(np.array([self._steepest_nm]))[0]
             return len(series.terms), series.degree, series.most, min(2.0 * series.most + 1.0, COLUMNS)
-        degree, most = length_of(self.rest, float(self.wavelength_nm[0]), self._allowed)
+        degree, most = length_of(self.rest, self._steepest_nm, self._allowed)
         return 2 if self.rest.obstruction else 1, degree, most, 2.0 * most + 1.0
 
     def seconds(self, lines: int) -> float:
