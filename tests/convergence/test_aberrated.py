@@ -83,8 +83,9 @@ def test_patterns_on_a_lattice_are_those_over_radius_and_angle(name, monkeypatch
     on_a_lattice(monkeypatch)
     lattice = dataclasses.replace(short.pattern).transfers
     assert isinstance(lattice, plane.PlaneTransfers)
-    made_of = {field.name: getattr(lattice, field.name) for field in dataclasses.fields(lattice)}
-    polar = transfers.ShortTransfers(**made_of)
+    polar, side = lattice.of, lattice.patterns.shape[1]
+    assert lattice.made_over == f"on a lattice of {side} × {side} samples"
+    assert lattice.patterns.size < lattice.held < 8 * lattice.patterns.size
     assert np.abs(lattice.on_window() - polar.on_window()).max() <= short.pattern.precision
     angle, frequency = 2.4 * np.arange(40), short.settings.cut * np.linspace(0.0, 0.999, 40)
     at = frequency * np.cos(angle), frequency * np.sin(angle)

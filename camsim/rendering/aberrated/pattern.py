@@ -58,18 +58,11 @@ class ShortPattern:
     @cached_property
     def transfers(self) -> ShortTransfers | PlaneTransfers:
         """What they are made of: harmonics, or where those are many, what takes less."""
-        wavelengths, weights = tuple(self.wavelength_nm.tolist()), self.sets[0]
-        by_angle = transfers_of(self.rest, self.pitch_um, self.settings, wavelengths, weights.tobytes(), self.precision)
+        wavelengths, weights = tuple(self.wavelength_nm.tolist()), self.sets[0].tobytes()
+        by_angle = transfers_of(self.rest, self.pitch_um, self.settings, wavelengths, weights, self.precision)
         if not by_angle.steep:
             return by_angle
-        plane = PlaneTransfers(
-            rest=self.rest,
-            pitch_um=self.pitch_um,
-            settings=self.settings,
-            wavelength_nm=self.wavelength_nm,
-            weights=weights,
-            precision=self.precision,
-        )
+        plane = PlaneTransfers(by_angle)
         return by_angle if by_angle.seconds(self.lines) < plane.seconds(self.lines) else plane
 
     @cached_property

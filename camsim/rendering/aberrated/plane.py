@@ -19,9 +19,8 @@ from camsim.kept import cached_property
 from camsim.kernels import shared
 from camsim.kernels.round import add_round
 from camsim.nonuniform import at_points
-from camsim.optics.difference import Difference
 from camsim.quadrature import quintic_cells
-from camsim.rendering.aberrated.settings import Settings
+from camsim.rendering.aberrated.transfers import ShortTransfers
 from camsim.rendering.aberrated.window_kernels import frequencies_within
 from camsim.rendering.engine import MEMORY_LIMIT_BYTES
 from camsim.rendering.fast_length import fast_length
@@ -36,53 +35,59 @@ PER_SAMPLE, PER_FREQUENCY, PER_SUM = 8e-8, 2e-8, 1e-7
 LEAST_PRECISION = 1e-14
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class PlaneTransfers:
-    """Patterns of several weight sets about their move, cut off.
+    """Transfers of patterns of several weight sets, those that ``of`` has over radius and angle."""
 
-    wavelength_nm : (j,);  weights: (b, j) that patterns are added up with
-    precision     : of a pattern, relative to all of the light
-    """
+    of: ShortTransfers
 
-    rest: Difference
-    pitch_um: float
-    settings: Settings
-    wavelength_nm: F64
-    weights: F64
-    precision: float
+    @property
+    def weights(self) -> F64:
+        """Weights (b, j) that patterns are added up with."""
+        return self.of.weights
 
     @property
     def made_over(self) -> str:
         """What its patterns are made over, for whoever asks how it is rendered."""
-        side = 2 * self._half + 1
-        return f"on a lattice of {side} × {side} samples"
+        return f"on a lattice of {self._side} × {self._side} samples"
 
     @cached_property
     def _size(self) -> int:
         """Samples along a period."""
-        return fast_length(math.ceil(PER_WAVE * self.settings.cut * self.settings.period) + 1)
+        return fast_length(math.ceil(PER_WAVE * self.of.settings.cut * self.of.settings.period) + 1)
 
     @property
     def _step(self) -> float:
-        return self.settings.period / self._size
+        return self.of.settings.period / self._size
 
     @property
     def _half(self) -> int:
         """Samples to either side of the move."""
-        return math.floor(self.settings.outer / self._step)
+        return math.floor(self.of.settings.outer / self._step)
+
+    @property
+    def _side(self) -> int:
+        """Samples along a side of a pattern."""
+        return 2 * self._half + 1
+
+    @property
+    def _numbers(self) -> F64:
+        """Samples' numbers along a side, 0 at the move."""
+        numbers: F64 = np.arange(float(self._side)) - self._half
+        return numbers
 
     @property
     def _allowed(self) -> float:
-        return max(0.25 * self.precision, LEAST_PRECISION)
+        return max(0.25 * self.of.precision, LEAST_PRECISION)
 
     @cached_property
     def patterns(self) -> F64:
         """Patterns (b, n, n) about the move, tapered: what a cell of the lattice has of the light."""
-        place_um = self._step * self.pitch_um * np.arange(-self._half, self._half + 1.0)
-        x_um, y_um = (place_um + moved_um for moved_um in self.rest.moved_um)
+        place_um = self._step * self.of.pitch_um * self._numbers
+        x_um, y_um = (place_um + moved_um for moved_um in self.of.rest.moved_um)
         out = np.zeros((len(self.weights), place_um.size, place_um.size))
-        for nm, shares in zip(self.wavelength_nm.tolist(), self.weights.T.tolist(), strict=True):
-            for rows, pattern in self.rest.point_spread_rows(x_um, y_um, nm, OF_LIGHT * self._allowed):
+        for nm, shares in zip(self.of.wavelength_nm.tolist(), self.weights.T.tolist(), strict=True):
+            for rows, pattern in self.of.rest.point_spread_rows(x_um, y_um, nm, OF_LIGHT * self._allowed):
                 for own, share in zip(out, shares, strict=True):
                     if share:
                         own[rows] += share * pattern
@@ -91,11 +96,11 @@ class PlaneTransfers:
 
     def _hem(self) -> F64:
         """Return the taper on the lattice, times a cell's area in µm²."""
-        settings, step = self.settings, self.settings.outer / HEM_CELLS
+        settings, step = self.of.settings, self.of.settings.outer / HEM_CELLS
         radius = step * np.abs(np.arange(-2.0, math.ceil(math.sqrt(2.0) * HEM_CELLS) + 4.0))
-        area_um2 = (self._step * self.pitch_um) ** 2
+        area_um2 = (self._step * self.of.pitch_um) ** 2
         shape = tapered(np.minimum(radius, settings.outer), settings.reach, settings.outer, taper(settings.sharpness))
-        cells, place = quintic_cells(area_um2 * shape), np.arange(-self._half, self._half + 1.0) * (self._step / step)
+        cells, place = quintic_cells(area_um2 * shape), self._step / step * self._numbers
         hem = np.zeros((place.size, place.size))
         shared(len(hem), lambda begin, stop: add_round(hem[begin:stop], cells, place, place[begin:stop]))
         return hem
@@ -109,7 +114,7 @@ class PlaneTransfers:
 
     def on_window(self) -> F64:
         """Return the transfers at (i, ±j)/period, real and imaginary parts apart: (b, 2, j, 2, i)."""
-        settings, size = self.settings, self._size
+        settings, size = self.of.settings, self._size
         count = frequencies_within(settings.cut, settings.period)
         kept = min(count, size // 2 + 1)
         j, i = np.arange(kept)[:, None], np.arange(kept)
@@ -131,19 +136,17 @@ class PlaneTransfers:
         """
         if 8.0 * self.held > MEMORY_LIMIT_BYTES:
             return math.inf
-        hardest_nm, side = float(self.wavelength_nm[0]), 2 * self._half + 1
-        span = -self.settings.outer * self.pitch_um, self.settings.outer * self.pitch_um
-        sample = prices.PER_PUPIL_SAMPLE if is_large((side, side)) else PER_SAMPLE
-        each = prices.PER_PATTERN + side**2 * sample + self._nodes(hardest_nm, span) * prices.PER_PUPIL_NODE
+        side, outer_um = self._side, self.of.settings.outer * self.of.pitch_um
+        span, sample = (-outer_um, outer_um), prices.PER_PUPIL_SAMPLE if is_large((side, side)) else PER_SAMPLE
+        nodes = self.of.rest.pupil_nodes(float(self.of.wavelength_nm[0]))(span, span)
+        each = prices.PER_PATTERN + side**2 * sample + nodes * prices.PER_PUPIL_NODE
         sums = self._size**2 * PER_FREQUENCY
         if lines:
-            sums += 4.0 * side**2 * PER_FREQUENCY + lines * self.settings.cut * self.settings.outer * 3.0 * PER_SUM
-        return self.wavelength_nm.size * each + len(self.weights) * sums
-
-    def _nodes(self, nm: float, span: tuple[float, float]) -> float:
-        return self.rest.pupil_nodes(nm)(span, span)
+            waves = self.of.settings.cut * self.of.settings.outer
+            sums += 4.0 * side**2 * PER_FREQUENCY + 3.0 * lines * waves * PER_SUM
+        return self.of.wavelength_nm.size * each + len(self.weights) * sums
 
     @property
     def held(self) -> float:
         """Numbers of 8 bytes that they are, and what one of them is made with, besides what a window has of them."""
-        return (len(self.weights) + 3.0) * (2.0 * self._half + 1.0) ** 2 + 2.0 * self._size**2
+        return (len(self.weights) + 3.0) * float(self._side) ** 2 + 2.0 * self._size**2
