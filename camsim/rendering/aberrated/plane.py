@@ -8,6 +8,7 @@ where.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +17,7 @@ import scipy
 from camsim.arrays import C128, F64
 from camsim.gridded import PER_WAVE, is_large
 from camsim.kept import cached_property
-from camsim.kernels import shared
+from camsim.kernels import ahead, shared
 from camsim.kernels.round import add_round
 from camsim.nonuniform import at_points
 from camsim.quadrature import quintic_cells
@@ -33,6 +34,7 @@ HEM_CELLS = 4096  # of a taper's radius: its quintics are right to 1e-13 where i
 # Seconds: of a pattern's sample on a small lattice, of a transform's point, and of a frequency that is none of its own.
 PER_SAMPLE, PER_FREQUENCY, PER_SUM = 8e-8, 2e-8, 1e-7
 LEAST_PRECISION = 1e-14
+AT_ONCE, WORTH_THREADS = 4, 2_000_000  # small patterns on threads of their own, if they have so many samples in all
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,8 +88,19 @@ class PlaneTransfers:
         place_um = self._step * self.of.pitch_um * self._numbers
         x_um, y_um = (place_um + moved_um for moved_um in self.of.rest.moved_um)
         out = np.zeros((len(self.weights), place_um.size, place_um.size))
-        for nm, shares in zip(self.of.wavelength_nm.tolist(), self.weights.T.tolist(), strict=True):
-            for rows, pattern in self.of.rest.point_spread_rows(x_um, y_um, nm, OF_LIGHT * self._allowed):
+
+        def rows_of(nm: float) -> Iterator[tuple[slice, F64]]:
+            return self.of.rest.point_spread_rows(x_um, y_um, nm, OF_LIGHT * self._allowed)
+
+        def whole(nm: float) -> list[tuple[slice, F64]]:
+            return list(rows_of(nm))
+
+        # Large ones have threads by themselves, and are not held whole; few small ones are not worth any.
+        every_nm, side = self.of.wavelength_nm.tolist(), self._side
+        alone = is_large((side, side)) or len(every_nm) * side**2 < WORTH_THREADS
+        each = map(rows_of, every_nm) if alone else ahead(whole, every_nm, AT_ONCE)
+        for some, shares in zip(each, self.weights.T.tolist(), strict=True):
+            for rows, pattern in some:
                 for own, share in zip(out, shares, strict=True):
                     if share:
                         own[rows] += share * pattern
