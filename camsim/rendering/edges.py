@@ -9,6 +9,7 @@ import numpy as np
 from camsim.arrays import F64, I64, kinds_of
 from camsim.kept import cached_property
 from camsim.rendering.edge_boxes import EdgeBoxes
+from camsim.rendering.grid import Grid
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -83,6 +84,16 @@ class Edges:
     def boxes(self) -> EdgeBoxes:
         """Boxes about them; there is one at least."""
         return EdgeBoxes.of(self.start, self.end, self.along, self.length)
+
+    def farthest(self, grid: Grid) -> float:
+        """Return the largest distance of a photosite's centre from an end, pitches."""
+        first = np.array(grid.first_centre)
+        last = first + np.array([grid.cols - 1, grid.rows - 1])
+        farthest = 0.0
+        for ends in (self.start, self.end):
+            gap = np.maximum(np.abs(ends - first), np.abs(ends - last))
+            farthest = max(farthest, float(np.hypot(gap[:, 0], gap[:, 1]).max(initial=0.0)))
+        return farthest
 
     def pairs(self) -> tuple[I64, I64]:
         """Return the pairs of spectra (m, 2) that meet in any edge, left and right, and each edge's pair (n,)."""

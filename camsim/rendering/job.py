@@ -219,13 +219,7 @@ class Job:
     @cached_property
     def farthest(self) -> float:
         """Largest distance of a photosite's centre from an edge's end, pitches."""
-        first = np.array(self.grid.first_centre)
-        last = first + np.array([self.grid.cols - 1, self.grid.rows - 1])
-        farthest = 0.0
-        for ends in (self.edges.start, self.edges.end):
-            gap = np.maximum(np.abs(ends - first), np.abs(ends - last))
-            farthest = max(farthest, float(np.hypot(gap[:, 0], gap[:, 1]).max(initial=0.0)))
-        return farthest
+        return self.edges.farthest(self.grid)
 
     @cached_property
     def shares(self) -> F64:

@@ -20,7 +20,7 @@ SEEN = 2.0  # spectra in one window besides the background's
 class Counts:
     """What is going to be done for one image of a difference.
 
-    transfers   : seconds that these take
+    transfers_seconds : what these take
     responses   : of lines
     crossings   : edges × rows;  looked_up: photosites × lines
     windows     : of ``frequencies`` each;  clamped: edges × windows
@@ -29,7 +29,7 @@ class Counts:
     held        : numbers of 8 bytes that stay in memory
     """
 
-    transfers: float
+    transfers_seconds: float
     responses: int
     crossings: float
     looked_up: float
@@ -56,7 +56,7 @@ def short_counts(image: ShortImage) -> Counts:
     spread = frequencies * 3.0 + in_one * float(pieces[0] * orders[0]) * 2.0
     inside = float(np.minimum(edges.length, grid.rows + grid.cols).sum())
     return Counts(
-        transfers=transfers.seconds(normals),
+        transfers_seconds=transfers.seconds(normals),
         responses=normals,
         crossings=2.0 * len(edges) * grid.rows,
         looked_up=2.0 * settings.near * inside if normals else 0.0,
@@ -80,7 +80,6 @@ def _share(image: ShortImage) -> float:
 
 # Nanoseconds of one core each.
 PRICES = {
-    "transfers": 1e9,
     "crossings": 1.0,
     "looked_up": 10.0,
     "windows": 1.5e6,
@@ -94,5 +93,6 @@ SET_UP_SECONDS = 3e-3
 
 def short_cost(counts: Counts) -> Cost:
     """Price the counts."""
-    seconds = SET_UP_SECONDS + sum(price * 1e-9 * getattr(counts, name) for name, price in PRICES.items())
+    priced = sum(price * 1e-9 * getattr(counts, name) for name, price in PRICES.items())
+    seconds = SET_UP_SECONDS + counts.transfers_seconds + priced
     return Cost(seconds=seconds, memory_bytes=8.0 * counts.held)

@@ -33,7 +33,6 @@ from camsim.rendering.psf import OF_LIGHT
 HEM_CELLS = 4096  # of a taper's radius: its quintics are right to 1e-13 where its width is an eighth of it
 # Seconds: of a pattern's sample on a small lattice, of a transform's point, and of a frequency that is none of its own.
 PER_SAMPLE, PER_FREQUENCY, PER_SUM = 8e-8, 2e-8, 1e-7
-LEAST_PRECISION = 1e-14
 AT_ONCE, WORTH_THREADS = 4, 2_000_000  # small patterns on threads of their own, if they have so many samples in all
 
 
@@ -78,10 +77,6 @@ class PlaneTransfers:
         numbers: F64 = np.arange(float(self._side)) - self._half
         return numbers
 
-    @property
-    def _allowed(self) -> float:
-        return max(0.25 * self.of.precision, LEAST_PRECISION)
-
     @cached_property
     def patterns(self) -> F64:
         """Patterns (b, n, n) about the move, tapered: what a cell of the lattice has of the light."""
@@ -90,7 +85,7 @@ class PlaneTransfers:
         out = np.zeros((len(self.weights), place_um.size, place_um.size))
 
         def rows_of(nm: float) -> Iterator[tuple[slice, F64]]:
-            return self.of.rest.point_spread_rows(x_um, y_um, nm, OF_LIGHT * self._allowed)
+            return self.of.rest.point_spread_rows(x_um, y_um, nm, OF_LIGHT * self.of.allowed)
 
         def whole(nm: float) -> list[tuple[slice, F64]]:
             return list(rows_of(nm))
@@ -112,7 +107,7 @@ class PlaneTransfers:
         settings, step = self.of.settings, self.of.settings.outer / HEM_CELLS
         radius = step * np.abs(np.arange(-2.0, math.ceil(math.sqrt(2.0) * HEM_CELLS) + 4.0))
         area_um2 = (self._step * self.of.pitch_um) ** 2
-        shape = tapered(np.minimum(radius, settings.outer), settings.reach, settings.outer, taper(settings.sharpness))
+        shape = tapered(radius, settings.reach, settings.outer, taper(settings.sharpness))
         cells, place = quintic_cells(area_um2 * shape), self._step / step * self._numbers
         hem = np.zeros((place.size, place.size))
         shared(len(hem), lambda begin, stop: add_round(hem[begin:stop], cells, place, place[begin:stop]))
@@ -121,7 +116,7 @@ class PlaneTransfers:
     def at(self, fx: F64, fy: F64) -> C128:
         """Return the transfers (b, places) at places (n,)."""
         phases = 2.0 * np.pi * self._step * fy, 2.0 * np.pi * self._step * fx
-        allowed = self._allowed
+        allowed = self.of.allowed
         each = [at_points(phases, own.astype(complex), precision=allowed, sign=-1) for own in self.patterns]
         return np.stack(each)
 

@@ -67,12 +67,12 @@ class ShortTransfers:
         return "over radius and angle"
 
     @cached_property
-    def _allowed(self) -> float:
+    def allowed(self) -> float:
         """What each approximation may be wrong by: of all the light."""
         return max(0.25 * self.precision, 1e-14)
 
     def _series(self, wavelength_nm: F64) -> list[Series]:
-        return series_of(self.rest, wavelength_nm, 0.5 * self._allowed)
+        return series_of(self.rest, wavelength_nm, 0.5 * self.allowed)
 
     @property
     def steep(self) -> bool:
@@ -94,7 +94,7 @@ class ShortTransfers:
         if not self.steep:
             series = self._series(np.array([self._steepest_nm]))[0]
             return len(series.terms), series.degree, series.most, min(2.0 * series.most + 1.0, COLUMNS)
-        degree, most = length_of(self.rest, self._steepest_nm, self._allowed)
+        degree, most = length_of(self.rest, self._steepest_nm, self.allowed)
         return 2 if self.rest.obstruction else 1, degree, most, 2.0 * most + 1.0
 
     def seconds(self, lines: int) -> float:
@@ -129,7 +129,7 @@ class ShortTransfers:
         outer = self.settings.outer
         turns = math.pi * outer * self.rest.cutoff_per_um(float(self.wavelength_nm.min())) * self.pitch_um
         # Bessel functions J_n(κ), the series' coefficients, fall as Airy's Ai(∛2·(n − κ)/∛κ) from n = κ on.
-        beyond = 0.8 * (1.5 * math.log(10.0 / self._allowed)) ** (2.0 / 3.0)
+        beyond = 0.8 * (1.5 * math.log(10.0 / self.allowed)) ** (2.0 / 3.0)
         return 0.5 * outer * (1.0 + chebyshev(math.ceil(turns + beyond * turns ** (1.0 / 3.0)) + MORE_NODES))
 
     @cached_property
@@ -160,7 +160,7 @@ class ShortTransfers:
         light = np.max(np.sum(np.abs(columns) * 2.0 * rings, axis=2), axis=1)
         kept = np.ones(len(light), bool)
         faintest = np.argsort(light)
-        kept[faintest[np.cumsum(light[faintest]) <= self._allowed]] = False
+        kept[faintest[np.cumsum(light[faintest]) <= self.allowed]] = False
         return Harmonics(columns[kept], order[kept], sine[kept])
 
     @cached_property
@@ -213,7 +213,7 @@ class ShortTransfers:
         ends_nm = {float(self.wavelength_nm.min()), float(self.wavelength_nm.max())}
         shown = np.max([self.rest.light_beyond(radius * self.pitch_um, nm) for nm in ends_nm], axis=0)
         moment = float(np.mean(6.0 * (radius / self.settings.outer) ** 5 * shown))
-        return min(COARSEST, math.pow(self._allowed / (SIX_POINTS * moment), 1.0 / 6.0))
+        return min(COARSEST, math.pow(self.allowed / (SIX_POINTS * moment), 1.0 / 6.0))
 
     def at(self, fx: F64, fy: F64) -> C128:
         """Return the transfers (b, places) at places (n,)."""

@@ -143,8 +143,8 @@ def _by_edges(
 
     What an image of all takes at the least is known before there are transfers along the radius, which may take long.
     """
+    each = alone.cost.seconds if alone else math.inf
     if alone:
-        each = alone.cost.seconds
         if patience < max(SOON, field.least_seconds) >= each:
             return alone
         planned = field.planned_seconds(max(each, patience))
@@ -157,7 +157,7 @@ def _by_edges(
     seconds = own.seconds(field)
     dear = seconds > DEAR and judge.seconds(field) < seconds
     together = Choice(method="boundary", why=why, plan=field, judge=judge if dear else own)
-    return alone if alone and patience < together.cost.seconds >= alone.cost.seconds else together
+    return alone if alone and patience < together.cost.seconds >= each else together
 
 
 def _corners_um(grid: Grid) -> F64:

@@ -140,9 +140,9 @@ def lattice_for(lens: Varies, grid: Grid, wavelength_nm: float, allowed: float) 
     for along in ALONG:
         tiles = _tiles(grid, along)
         each = PLACE_SECONDS * len(tiles) + PHOTOSITE_SECONDS * count  # of a place in every tile
-        found = _counted(tiles, changes, allowed, singly / each)
-        followed = followed or found is not None
-        if isinstance(found, Lattice):
+        ends, found = _counted(tiles, changes, allowed, singly / each)
+        followed = followed or ends
+        if found is not None:
             places = math.prod(found.counts)
             seconds = places * each
             if best is not None and seconds >= best[0]:
@@ -214,11 +214,10 @@ class _Changes:
         return float(off.max()), places[int(np.argmax(off))].tolist()
 
 
-def _counted(tiles: tuple[Tile, ...], changes: _Changes, allowed: float, most: float) -> Lattice | float | None:
-    """Return the fewest places that keep below what is allowed, None where the series do not end.
+def _counted(tiles: tuple[Tile, ...], changes: _Changes, allowed: float, most: float) -> tuple[bool, Lattice | None]:
+    """Return whether the series end, and the fewest places that keep below what is allowed.
 
-    most : places of a tile; as soon as it is sure to have more it is not looked for how many, and returned how many
-           it has at the least
+    most : places of a tile; as soon as it is sure to have more it is not looked for how many
     """
     lens, wavelength_nm, lost = changes.lens, changes.wavelength_nm, np.zeros((2, SERIES))
 
@@ -237,18 +236,18 @@ def _counted(tiles: tuple[Tile, ...], changes: _Changes, allowed: float, most: f
                 lost[k] = np.maximum(lost[k], _lost(lens, line, k, 0.5 * float(np.ptp(axis)), wavelength_nm))
                 # Whatever the other tiles are like.
                 if lost[k][-1] > 0.5 * allowed:
-                    return None
-                if (least := math.prod(np.sum(lost > 0.5 * allowed, axis=1) + 1.0)) > most:
-                    return float(least)
+                    return False, None
+                if math.prod(np.sum(lost > 0.5 * allowed, axis=1) + 1.0) > most:
+                    return True, None
     counts: list[int] = []
     for k in range(2):
         share = 0.5 * allowed / (1.0 if k == 0 else lebesgue(counts[0]))
         enough = np.flatnonzero(lost[k] <= share)
         if not enough.size:
-            return None
+            return False, None
         counts.append(int(enough[0]) + 1)
     bound = float(lost[0][counts[0] - 1] + lebesgue(counts[0]) * lost[1][counts[1] - 1])
-    return Lattice(tiles=tiles, counts=(counts[0], counts[1]), bound=bound)
+    return True, Lattice(tiles=tiles, counts=(counts[0], counts[1]), bound=bound)
 
 
 def _lost(lens: Varies, middle_um: list[float], axis: int, half_um: float, wavelength_nm: float) -> F64:

@@ -89,7 +89,7 @@ class Sampler:
         """Return transfers (wavefronts, shifts, angles), each by as many nodes as its shift takes."""
         out = np.empty((waves.shape[1], shift.size, angle_rad.size), complex)
         nodes = _nodes(rules, shift)
-        self._left_seconds -= self._each(waves.shape[1]) * float(np.sum(nodes[0] // 2 * nodes[1])) * angle_rad.size
+        self._left_seconds -= self._taking(nodes, waves.shape[1], angle_rad.size)
         if self._left_seconds < 0.0:
             raise TooLong
         for across, along in np.unique(nodes, axis=1).T:
@@ -154,17 +154,13 @@ class Sampler:
         """Return what ``sampled`` takes of one core."""
         shift, seconds = _shifts(shifts), 0.0
         for part, rules in ruled:
-            across, along = _nodes(rules, shift)
-            seconds += (
-                self._each(radii * (part.stop - part.start) + 1)
-                * float(np.sum(across // 2 * along))
-                * (angles // 2 + 1)
-            )
+            seconds += self._taking(_nodes(rules, shift), radii * (part.stop - part.start) + 1, angles // 2 + 1)
         return seconds
 
-    def _each(self, wavefronts: int) -> float:
-        """Return what a node of an overlap takes, of one core."""
-        return EACH_NODE * self.terms.order.size + EACH_PHASE * wavefronts
+    def _taking(self, nodes: I64, wavefronts: int, angles: int) -> float:
+        """Return what overlaps take of one core, by nodes across and along (2, shifts)."""
+        each = EACH_NODE * self.terms.order.size + EACH_PHASE * wavefronts
+        return each * float(np.sum(nodes[0] // 2 * nodes[1])) * angles
 
     def sampled(
         self, radius_um: F64, wavelength_nm: F64, ruled: list[tuple[slice, I64]], shifts: int, angles: int

@@ -136,7 +136,7 @@ def ring_counts(
         table_values=0.0,
         table_terms=OF_AMPLITUDE * terms * points * tones,
     )
-    farthest = _farthest(edges, short > 0.0, grid)
+    farthest = edges.some(short > 0.0).farthest(grid)
     farthest = min(farthest, max(settings.quiet_end, (1.0 + 2.0 * ZONE) * float(radius.max(initial=0.0))))
     step, columns = ring_step(shortest, settings.tolerance), 4.0 * harmonics
     rows = min(math.ceil(max(farthest - near, 0.0) / step), int(RING_BYTES / (8.0 * sets * columns))) + MARGIN + BEYOND
@@ -154,12 +154,3 @@ def ring_counts(
 def _nanoseconds(counts: RingCounts, parts: int) -> float:
     of_each = TERM * counts.terms + HARMONIC * counts.harmonics
     return parts * of_each + VALUE * counts.table_values + OF_TABLE * counts.table_terms
-
-
-def _farthest(edges: Edges, which: np.ndarray, grid: Grid) -> float:
-    """Return how far from a photosite an end of those edges lies, at most, pitches."""
-    first = np.array(grid.first_centre)
-    last = first + np.array([grid.cols - 1, grid.rows - 1])
-    ends = np.concatenate([edges.start[which], edges.end[which]])
-    gap = np.maximum(np.abs(ends - first), np.abs(ends - last))
-    return float(np.hypot(gap[:, 0], gap[:, 1]).max(initial=0.0))

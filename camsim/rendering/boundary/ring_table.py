@@ -80,7 +80,7 @@ def ring_table(
     values = np.zeros((pairs * channels, rows, columns))
     parts = np.ascontiguousarray(series.real), np.ascontiguousarray(series.imag)
     work = functools.partial(_fill, (nearest, step), lengths, parts, np.ascontiguousarray(flat.T), values)
-    shared(rows, lambda begin, end: work(begin, end), least=WORTH_A_THREAD)
+    shared(rows, work, least=WORTH_A_THREAD)
     return RingTable(
         values=values.reshape(pairs, channels, rows, columns // 4, 4),
         nearest=nearest,
