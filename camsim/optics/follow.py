@@ -8,18 +8,45 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
-from camsim.arrays import F64
+from camsim.arrays import F64, I64
 from camsim.errors import UnsupportedError
-from camsim.quadrature import even_place, even_rule
+from camsim.quadrature import even_count, even_rule
 
 PER_RADIAN = 0.17  # nodes that a wave takes, of all that it turns from end to end
-SPARE, GROWTH, MOST_SPARE = 28, 1.25, 8000  # besides: of a wave alone 23
+SPARE, GROWTH = 28, 1.25  # besides: of a wave alone 23
 SLOW_RAD, FAST_RAD = 6.0, 400.0  # waves with which the wavefront's integrals settle, by as many nodes as each takes
 SETTLED = 1e-12
 ROUNDING = 2.0**-52  # of a phase, relative: a tenth of that was seen in the coefficients
+
+
+class Turns(NamedTuple):
+    """By how much waves turn on half of the diameter along x and along y, radians: all of a rectangle's.
+
+    x, y : of its corners, from its middle;  middle_rad: what the wave in its middle turns, along x and along y
+    """
+
+    x: float
+    y: float
+    middle_rad: tuple[float, float] = (0.0, 0.0)
+
+    def along(self, x: F64, y: F64) -> F64:
+        """Return how much any of them turns at most on the way (x, y)."""
+        most: F64 = np.abs(self.middle_rad[0] * x + self.middle_rad[1] * y) + self.x * np.abs(x) + self.y * np.abs(y)
+        return most
+
+    @property
+    def most(self) -> tuple[float, float]:
+        """What any of them turns at most along x, and along y."""
+        return abs(self.middle_rad[0]) + self.x, abs(self.middle_rad[1]) + self.y
+
+    @property
+    def largest(self) -> float:
+        """What any of them turns on half of the diameter in any direction."""
+        return math.hypot(*self.most)
 
 
 def from_0(order: int) -> tuple[F64, F64]:
@@ -28,56 +55,59 @@ def from_0(order: int) -> tuple[F64, F64]:
     return 0.5 * (1.0 + nodes), 0.5 * weights
 
 
-def reached(order: int, count: int) -> float:
-    """Return where on 0 … 1 so many of a rule's nodes end."""
-    return 0.5 * (1.0 + even_place(order, count))
+def nodes_before(order: I64 | int, place: F64) -> I64:
+    """Return how many of a rule's nodes on 0 … 1 lie before a place."""
+    return even_count(order, 2.0 * place - 1.0)
 
 
-def nodes_of(turned_rad: float, spare: float) -> int:
+def nodes_of(turned_rad: F64 | float, spare: I64 | float) -> I64:
     """Return how many nodes waves take that turn by so much, with so many to spare: a hundredth more at most.
 
     Rules for the next wavelength are often the same ones.
     """
-    least = PER_RADIAN * turned_rad + spare
-    step = max(1, int(least) >> 7)
-    return step * math.ceil(least / step)
+    least = np.asarray(PER_RADIAN * turned_rad + spare)
+    step = np.maximum(1, least.astype(np.int64) >> 7)
+    nodes: I64 = step * np.ceil(least / step).astype(np.int64)
+    return nodes
 
 
-def spare_nodes(waves: Callable[[F64], F64], wavelength_nm: float, along: str) -> list[int]:
+def spare_nodes(waves: Callable[[F64], F64], length: F64, most: float) -> I64:
     """Return how many nodes a wavefront takes along lines besides those of waves, for each of some sets of lines.
 
-    waves : path differences (sets, lines, n), waves, at places 0 … 1 along each line;  along: what lines these are
+    waves   : path differences (sets, lines, n), waves, at places 0 … 1 along each line
+    length  : (sets,) of the lines, in about half diameters: what places are rounded to shows in steep phases
+    returns : (sets,) up to ``most``, 0 where it takes more
     """
 
     def integrals(spare: float) -> tuple[F64, F64]:
         """Return those of each set with so many nodes to spare, and what rounding hides of them."""
-        rules = [(turn_rad, *from_0(nodes_of(turn_rad, spare))) for turn_rad in (SLOW_RAD, FAST_RAD)]
+        rules = [(turn_rad, *from_0(int(nodes_of(turn_rad, spare)))) for turn_rad in (SLOW_RAD, FAST_RAD)]
         phase = 2.0 * np.pi * waves(np.concatenate([t for _, t, _ in rules]))
         factor, first, found = np.exp(1j * phase), 0, []
         for turn_rad, t, weights in rules:
             own, first = factor[..., first : first + t.size] * weights, first + t.size
             # BLAS would wake threads, which spin on cores that a frame's other places want.
             found += [np.einsum("sln,n->sl", own, np.exp(sign * 1j * turn_rad * t)) for sign in (1.0, -1.0)]
-        # The corners of a square are 2^(n/2) times as far off as its rim: what 1000 radians are rounded to shows.
-        hidden = np.maximum(SETTLED, ROUNDING * np.abs(phase).max(axis=(1, 2)))
+        # The corners of a square are 2^(n/2) times as far off as its rim: what 1000 radians are rounded to shows, and
+        # what their places are.
+        steepest = np.abs(np.diff(phase[..., : rules[0][1].size]) / np.diff(rules[0][1])).max(axis=(1, 2)) / length
+        hidden = np.maximum(SETTLED, ROUNDING * (np.abs(phase).max(axis=(1, 2)) + steepest))
         return np.stack(found, axis=-1).reshape(len(phase), -1), hidden
 
     spare, (before, _) = float(SPARE), integrals(SPARE)
-    enough = np.zeros(len(before), int)
-    while (spare := GROWTH * spare) <= MOST_SPARE:
+    enough = np.zeros(len(before), np.int64)
+    while (spare := GROWTH * spare) <= most and not enough.all():
         values, hidden = integrals(spare)
         settled = np.abs(values - before).max(axis=1) <= hidden
         enough[settled & (enough == 0)] = math.ceil(spare)
-        if enough.all():
-            return [int(nodes) for nodes in enough]
         before = values
-    raise not_followed(wavelength_nm, f"along {along} of the pupil", MOST_SPARE)
+    return enough
 
 
-def not_followed(wavelength_nm: float, where: str, points: int) -> UnsupportedError:
-    """Return the error of a wavefront that so many points do not follow."""
+def not_followed(wavelength_nm: float, where: str, most: str) -> UnsupportedError:
+    """Return the error of a wavefront that is not followed with the most that is tried, a number and of what."""
     return UnsupportedError(
         f"the wavefront has too many waves at {wavelength_nm:g} nm to be sampled {where} "
-        f"({points} points do not follow it); give smaller coefficients",
+        f"({most} do not follow it); give smaller coefficients",
         key="zernike_waves",
     )

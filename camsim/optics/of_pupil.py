@@ -14,12 +14,13 @@ from camsim.arrays import C128, F64
 from camsim.errors import UnsupportedError
 from camsim.optics.airy import NM_PER_UM, Airy
 from camsim.optics.annular import AnnularAiry
-from camsim.optics.chords import Chords
+from camsim.optics.chords import chords_of
 from camsim.optics.difference import Core
-from camsim.optics.follow import not_followed
+from camsim.optics.follow import Turns, not_followed
+from camsim.optics.panels import PanelRule
 from camsim.optics.protocols import Span
 from camsim.optics.pupil import Pupil
-from camsim.optics.rays import Rays, Turns
+from camsim.optics.rays import Rays, rays_of
 from camsim.optics.spikes import Spike, spikes_of
 
 SETTLED = 1e-11  # two rules that differ by no more than this agree
@@ -123,7 +124,7 @@ class OfPupil:
             if abs(value - before) <= SETTLED:
                 return value
             if nodes > MOST_ACROSS:
-                raise not_followed(wavelength_nm, "where two copies of the pupil overlap", nodes**2)
+                raise not_followed(wavelength_nm, "where two copies of the pupil overlap", f"{nodes**2} points")
             before, nodes = value, math.ceil(1.5 * nodes)
 
     def strehl(self, wavelength_nm: float) -> float:
@@ -193,9 +194,9 @@ class OfPupil:
 
         return count
 
-    def _rule(self, wavelength_nm: float, turns: Turns) -> Chords | Rays:
+    def _rule(self, wavelength_nm: float, turns: Turns) -> PanelRule | Rays:
         """Return the rule of fewer nodes: a square takes a third as many along chords, a circle more."""
-        return (Chords if self.pupil.sides > 1 else Rays).of(self, wavelength_nm, turns)
+        return (chords_of if self.pupil.sides > 1 else rays_of)(self, wavelength_nm, turns)
 
     def _turns(self, x_um: Span, y_um: Span, wavelength_nm: float) -> Turns:
         """Return by how much plane waves turn on half of the diameter that go such distances off the axis."""

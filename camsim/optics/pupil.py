@@ -198,7 +198,7 @@ class Pupil:
         square = x * x + y * y
         inside = (square <= self.outer_radius**2) & (square >= self.obstruction**2)
         if self.shape != "circular":
-            for normal in self._normals():
+            for normal in self.normals():
                 inside &= x * math.cos(normal) + y * math.sin(normal) <= self.inner_radius
         return inside
 
@@ -245,7 +245,7 @@ class Pupil:
             half = np.sqrt(np.maximum(1.0 - across * across, 0.0))
             return -half, half
         begin, end = np.full(across.shape, -np.inf), np.full(across.shape, np.inf)
-        for normal in self._normals():
+        for normal in self.normals():
             # Within: cos·s − sin·t ≤ distance to the side, in the turned axes.
             along = math.cos(normal - angle)
             bound = self.inner_radius - across * math.sin(normal - angle)
@@ -255,7 +255,8 @@ class Pupil:
                 begin = np.maximum(begin, bound / along)
         return np.minimum(begin, end), end
 
-    def _normals(self) -> Iterator[float]:
+    def normals(self) -> Iterator[float]:
+        """Yield the direction of every side of a polygon, radians."""
         count, first = (4, 0.0) if self.shape == "square" else (self.blades, math.pi / max(self.blades, 1))
         for k in range(count):
             yield first + math.radians(self.rotate_deg) + 2.0 * math.pi * k / count
@@ -271,7 +272,7 @@ class Pupil:
             turned = self.corners @ np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
             yield from turned[:, 1].tolist()
             extent = float(np.abs(turned[:, 1]).max())
-            for normal in self._normals():
+            for normal in self.normals():
                 along = math.cos(normal - angle)
                 if abs(along) > 1e-12:
                     lines.append((self.inner_radius / along, -math.sin(normal - angle) / along))

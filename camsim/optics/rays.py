@@ -4,71 +4,64 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from itertools import pairwise
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 import scipy
 
 from camsim.arrays import F64
-from camsim.optics.follow import ROUNDING, nodes_of, not_followed, reached, spare_nodes
+from camsim.optics.follow import ROUNDING, Turns, nodes_before, nodes_of, not_followed, spare_nodes
+from camsim.optics.panels import OverPupil, PanelRule, joined, panels_of
 from camsim.optics.pupil import Pupil
 from camsim.quadrature import GOLDEN
 
 NOTHING = 1e-14  # a coefficient of the phase factor that rounding hides
-# On every side of the outline, along which the wavefront is looked at: in steps of the golden section. On even ones
+# Round a circle, along which the wavefront is looked at: in steps of the golden section. On even ones
 # sin 12θ is nothing, and all that it is multiplied by was.
-RAYS: F64 = np.asarray(GOLDEN * np.arange(24) % 1.0, np.float64)
-SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)  # of the way from the obstruction to the outline, likewise
+RAYS: F64 = np.asarray(GOLDEN * np.arange(96) % 1.0, np.float64)
+MOST_ALONG = 8000  # nodes that a wavefront takes along a radius
+SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)  # of the way from the obstruction to the rim, likewise
 RINGS = 16  # groups, each of as many nodes round as its outermost takes: 1.9 times fewer than if all did
 FEW = 1 << 16  # nodes of a circle that are made all at once: groups of rings one by one take up to four times as long
 MOST_POINTS = 1 << 13  # round a circle
 
 
-class OverPupil(Protocol):
-    """A lens of one opening, and the path difference over it."""
+class _Side(NamedTuple):
+    """The part of a polygon, less the hole in its middle, that is seen from the middle through one side.
 
-    @property
-    def pupil(self) -> Pupil: ...  # noqa: D102
-
-    def __hash__(self) -> int: ...
-
-    def waves(self, x: F64, y: F64, wavelength_nm: float) -> F64: ...  # noqa: D102
-
-
-class Turns(NamedTuple):
-    """By how much waves turn on half of the diameter along x and along y, radians: all of a rectangle's.
-
-    x, y : of its corners, from its middle;  middle_rad: what the wave in its middle turns, along x and along y
+    normal_rad, distance, length : of the side;  hole: radius;  first_half: 1 where the opposite one does not count
     """
 
-    x: float
-    y: float
-    middle_rad: tuple[float, float] = (0.0, 0.0)
-
-    def along(self, x: F64, y: F64) -> F64:
-        """Return how much any of them turns at most on the way (x, y)."""
-        most: F64 = np.abs(self.middle_rad[0] * x + self.middle_rad[1] * y) + self.x * np.abs(x) + self.y * np.abs(y)
-        return most
+    normal_rad: float
+    distance: float
+    length: float
+    hole: float
+    first_half: float
 
     @property
-    def most(self) -> tuple[float, float]:
-        """What any of them turns at most along x, and along y."""
-        return abs(self.middle_rad[0]) + self.x, abs(self.middle_rad[1]) + self.y
+    def bent(self) -> bool:
+        """Rays end on a straight side."""
+        return False
 
-    @property
-    def largest(self) -> float:
-        """What any of them turns on half of the diameter in any direction."""
-        return math.hypot(*self.most)
+    def at(self, u: F64, t: F64) -> tuple[F64, F64, F64]:
+        """Return x, y and area: ``u`` goes from the hole to the side, ``t`` along this."""
+        along = self.length * (t - 0.5)
+        edge = np.hypot(self.distance, along)
+        angle = self.normal_rad + np.arctan(along / self.distance)
+        way = edge - self.hole
+        radius = self.hole + u * way
+        area = radius * way * (self.length * self.distance / edge**2)
+        return radius * np.cos(angle), radius * np.sin(angle), area
 
 
 class Rays(NamedTuple):
-    """A polar rule over an opening: rings of an even number of nodes, or of a number for each side.
+    """A polar rule over a round opening: rings of an even number of nodes.
 
-    along, round_about : nodes that the wavefront takes besides waves along a radius, and along a side; round a circle
-                         the degree of its phase factor
-    turns : of the waves besides
+    along       : nodes that the wavefront takes besides waves along a radius
+    round_about : round a circle the degree of its phase factor
+    turns       : of the waves besides
     """
 
     pupil: Pupil
@@ -76,116 +69,83 @@ class Rays(NamedTuple):
     round_about: int
     turns: Turns
 
-    @classmethod
-    def of(cls, lens: OverPupil, wavelength_nm: float, turns: Turns) -> Rays:
-        """Return the rule for a lens, and for waves."""
-        round_about = _degree_round(lens, wavelength_nm) if lens.pupil.sides == 1 else _spare(lens, wavelength_nm, True)
-        return cls(lens.pupil, _spare(lens, wavelength_nm, False), round_about, turns)
-
     @property
     def total(self) -> float:
         """How many nodes there are."""
-        return float(sum((rings.stop - rings.start) * sum(sides) for rings, sides in self._groups))
+        return float(sum((rings.stop - rings.start) * round_it for rings, round_it in self._groups))
 
     def parts(self, at_once: int, half: bool = False) -> Iterator[tuple[F64, F64, F64]]:
         """Yield x, y and weights, about ``at_once`` nodes at a time; ``half``: of two that are opposite only one."""
 
-        if self.pupil.sides == 1 and self.total <= min(FEW, at_once):
-            each_ring = [np.full(rings.stop - rings.start, round_it) for rings, (round_it,) in self._groups]
+        if self.total <= min(FEW, at_once):
+            each_ring = [np.full(rings.stop - rings.start, round_it) for rings, round_it in self._groups]
             yield self.pupil.rings(self._radial, np.concatenate(each_ring), half=half)
             return
 
         def each() -> Iterator[tuple[F64, F64, F64]]:
-            for rings, sides in self._groups:
-                most = max(at_once // sum(sides), 1)
+            for rings, round_it in self._groups:
+                most = max(at_once // round_it, 1)
                 for first in range(rings.start, rings.stop, most):
-                    yield self.pupil.rule(self._radial, sides, slice(first, min(first + most, rings.stop)), half=half)
+                    some = slice(first, min(first + most, rings.stop))
+                    yield self.pupil.rule(self._radial, [round_it], some, half=half)
 
         yield from joined(each(), at_once)
 
     @property
     def _radial(self) -> int:
         """Nodes along a radius."""
-        pupil, turns = self.pupil, self.turns
-        farthest = float(turns.along(*pupil.corners.T).max()) if pupil.sides > 1 else turns.largest
-        open_part = 1.0 - pupil.obstruction / pupil.outer_radius
-        return nodes_of(farthest * open_part, self.along)
+        return int(nodes_of(self.turns.largest * (1.0 - self.pupil.obstruction), self.along))
 
     @property
-    def _groups(self) -> tuple[tuple[slice, list[int]], ...]:
-        """Rings from the inside out, and how many nodes each has on each side: as its group's outermost takes."""
+    def _groups(self) -> tuple[tuple[slice, int], ...]:
+        """Rings from the inside out, and how many nodes each has: as its group's outermost takes."""
         return _groups_of(self)
 
 
 @functools.lru_cache(maxsize=256)
-def _groups_of(rays: Rays) -> tuple[tuple[slice, list[int]], ...]:
+def _groups_of(rays: Rays) -> tuple[tuple[slice, int], ...]:
     """Return them: prices ask for the same rule again and again."""
-    pupil, turns = rays.pupil, rays.turns
-    inner, groups = pupil.obstruction, []
-    largest, of_sides = turns.largest, []
-    if pupil.sides > 1:
-        ways = np.roll(pupil.corners, -1, axis=0) - pupil.corners
-        of_sides = [float(turns.along(dx, dy)) for dx, dy in ways]
-    for rings, share in _rings(rays._radial):
-        hole = (1.0 - share) * inner * largest
-        if pupil.sides == 1:
-            sides = [2 * math.ceil(0.53 * (share * largest + hole) + 32.0 + 0.5 * rays.round_about)]
-        else:
-            # A ring is so much of its outline, and the rest a circle: in the middle of a side a ray turns fastest.
-            of_hole = hole * pupil.side_length / pupil.inner_radius
-            sides = [nodes_of(share * turned + of_hole, rays.round_about) for turned in of_sides]
-        groups.append((rings, sides))
+    inner, radial, turned = rays.pupil.obstruction, rays._radial, rays.turns.largest
+    ends = np.arange(RINGS + 1) / RINGS
+    groups = []
+    for (first, stop), share in zip(pairwise(nodes_before(radial, ends).tolist()), ends[1:].tolist(), strict=True):
+        if first < stop:
+            outermost = (share + (1.0 - share) * inner) * turned
+            groups.append((slice(first, stop), 2 * math.ceil(0.53 * outermost + 32.0 + 0.5 * rays.round_about)))
     return tuple(groups)
 
 
-@functools.lru_cache(maxsize=256)
-def _rings(radial: int) -> tuple[tuple[slice, float], ...]:
-    """Return the groups of so many rings, and how much of the way from the obstruction, or a little less, each goes."""
-    ends = sorted({round(radial * part / RINGS) for part in range(RINGS + 1)})
-    return tuple((slice(first, stop), reached(radial, stop)) for first, stop in pairwise(ends))
+def rays_of(lens: OverPupil, wavelength_nm: float, turns: Turns) -> PanelRule | Rays:
+    """Return the rule for a lens, and for waves."""
+    if lens.pupil.sides == 1:
+        return Rays(lens.pupil, _spare(lens, wavelength_nm), _degree_round(lens, wavelength_nm), turns)
+    return PanelRule(panels_of(lens, wavelength_nm, sides_of(lens.pupil)), turns)
 
 
-def joined(parts: Iterable[tuple[F64, F64, F64]], at_once: int) -> Iterator[tuple[F64, F64, F64]]:
-    """Yield x, y and weights of parts in a row together, about ``at_once`` nodes at a time.
-
-    Each that is yielded takes a transform of its own where the lattice is small.
-    """
-    held: list[tuple[F64, F64, F64]] = []
-    count = 0
-    for part in parts:
-        if held and count + part[0].size > at_once:
-            joint, held, count = [_together(held)], [], 0
-            yield joint.pop()  # and nothing is kept of it
-        held.append(part)
-        count += part[0].size
-    if held:
-        yield _together(held)
-
-
-def _together(parts: list[tuple[F64, F64, F64]]) -> tuple[F64, F64, F64]:
-    x, y, weights = (np.concatenate(each) for each in zip(*parts, strict=True))
-    return x, y, weights
+@functools.lru_cache(maxsize=64)
+def sides_of(pupil: Pupil) -> tuple[_Side, ...]:
+    """Return a polygon as what is seen through its sides."""
+    length, count = pupil.side_length, pupil.sides
+    return tuple(
+        _Side(normal_rad, pupil.inner_radius, length, pupil.obstruction, float(number < count // 2))
+        for number, normal_rad in enumerate(pupil.normals())
+    )
 
 
 @functools.lru_cache(maxsize=256)
-def _spare(lens: OverPupil, wavelength_nm: float, sides: bool) -> int:
-    """Return how many nodes the wavefront takes besides waves: along radii, or along what rings have of ``sides``."""
-    inner = lens.pupil.obstruction
+def _spare(lens: OverPupil, wavelength_nm: float) -> int:
+    """Return how many nodes the wavefront takes besides waves along radii."""
+    inner, (angle, _) = lens.pupil.obstruction, lens.pupil.rays(RAYS)
+    angle = angle.reshape(1, -1, 1)
 
-    def waves(angle: F64, edge: F64, share: F64) -> F64:
-        radius = inner + share * (edge - inner)
+    def waves(t: F64) -> F64:
+        radius = inner + t * (1.0 - inner)
         return lens.waves(radius * np.cos(angle), radius * np.sin(angle), wavelength_nm)
 
-    def along_radii(t: F64) -> F64:
-        angle, edge = (a.reshape(1, -1, 1) for a in lens.pupil.rays(RAYS))
-        return waves(angle, edge, t)
-
-    def along_sides(t: F64) -> F64:
-        angle, edge = lens.pupil.rays(t)
-        return waves(angle, edge, np.array(SHARES)[:, None, None]).reshape(1, -1, t.size)
-
-    along, lines = (along_sides, "a side") if sides else (along_radii, "a radius")
-    return spare_nodes(along, wavelength_nm, lines)[0]
+    [spare] = spare_nodes(waves, np.ones(1), MOST_ALONG).tolist()
+    if not spare:
+        raise not_followed(wavelength_nm, "along a radius of the pupil", f"{MOST_ALONG} points")
+    return int(spare)
 
 
 @functools.lru_cache(maxsize=256)
@@ -204,4 +164,4 @@ def _degree_round(lens: OverPupil, wavelength_nm: float) -> int:
         if degree < 0.375 * points:
             return degree
         points *= 2
-    raise not_followed(wavelength_nm, "round the pupil", MOST_POINTS)
+    raise not_followed(wavelength_nm, "round the pupil", f"{MOST_POINTS} points")

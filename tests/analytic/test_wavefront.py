@@ -13,7 +13,8 @@ from camsim.errors import InvalidValueError
 from camsim.optics import OpticalSystem, Pupil, Wavefront
 from camsim.optics import rays as nodes
 from camsim.optics.airy import airy_otf
-from camsim.optics.rays import Turns
+from camsim.optics.chords import chords_of
+from camsim.optics.follow import Turns
 from camsim.optics.zernike import orders, zernike, zernike_sum
 from camsim.rendering.check.pupils import Otherwise
 from camsim.rendering.edges import Edges
@@ -40,6 +41,36 @@ def test_a_circles_nodes_are_the_same_all_at_once_or_by_groups_of_rings(monkeypa
     [by_groups] = rule.parts(10**6, half)
     assert at_once[0].size == (0.5 if half else 1.0) * rule.total
     np.testing.assert_array_equal(at_once, by_groups)
+
+
+class Bowl:
+    """A square whose path difference is a function of x and one of y: its amplitude is a product."""
+
+    pupil = Pupil(shape="square")
+
+    def waves(self, x, y, wavelength_nm):
+        return 60.0 * (x**12 + 0.5 * y**10)
+
+
+@pytest.mark.parametrize(("rule_of", "uncut"), [(chords_of, 1.6e6), (nodes.rays_of, 7.1e6)])
+def test_a_square_is_cut_where_a_wavefront_is_steep(rule_of, uncut):
+    """A fifth of the nodes that it takes as dense all over as at its corners, and the same amplitude."""
+    bowl = Bowl()
+    rule = rule_of(bowl, NM, Turns(150.0, 40.0))
+    assert len(rule.panels.which) > len(rule.panels.patches)
+    assert rule.total < 0.2 * uncut
+    x, weights = np.polynomial.legendre.leggauss(3000)
+    across = np.exp(2j * np.pi * bowl.waves(x, 0.0, NM)) * weights
+    down = np.exp(2j * np.pi * bowl.waves(0.0, x, NM)) * weights
+    every, half = ([np.stack(part) for part in rule.parts(10**5, half)] for half in (False, True))
+    for tilt_x, tilt_y in ((150.0, 40.0), (-110.0, 3.0), (0.0, -40.0)):
+        expected = (across @ np.exp(1j * tilt_x * x)) * (down @ np.exp(1j * tilt_y * x))
+        for parts, factor in ((every, np.exp), (half, lambda phase: 2.0 * np.cos(phase.imag))):
+            waved = (
+                w * np.exp(2j * np.pi * bowl.waves(x, y, NM)) * factor(1j * (tilt_x * x + tilt_y * y))
+                for x, y, w in parts
+            )
+            assert sum(map(np.sum, waved)) == pytest.approx(expected, abs=1e-12)
 
 
 def test_without_aberrations_a_circle_makes_an_airy_pattern(frequencies):

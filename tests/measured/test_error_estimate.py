@@ -10,7 +10,7 @@ import pytest
 from examples import OPTICS, PICTURE, PITCH_UM, TOLERANCE, WAVELENGTH_NM, grid_of, scene_of, worst
 
 import camsim
-from camsim.optics import OpticalSystem, airy, chords, rays
+from camsim.optics import OpticalSystem, airy, chords, follow, panels, rays
 from camsim.rendering import focus, footprint, heard, job, outlines, quiet
 from camsim.rendering.aberrated import engine as aberrated_engine
 from camsim.rendering.aberrated import image as short_image
@@ -448,37 +448,43 @@ CORRUPTIONS = {
     "corners without a window": (short_image, "mark", lambda f: lambda *given: None, {"optics": BENT}),
     # pupils of any shape
     "few nodes along a pupil's sides": (
-        chords._Strip,
-        "counts",
-        lambda f: (
-            lambda strip, turns, turn_rad, spares: f(
-                strip, rays.Turns(0.35 * turns.x, 0.35 * turns.y), turn_rad, spares
-            )
-        ),
+        panels,
+        "_pieces",
+        lambda f: lambda rule: f(rule._replace(turns=follow.Turns(0.35 * rule.turns.x, 0.35 * rule.turns.y))),
         {"optics": BLADES, "method": "fourier"},
     ),
     "few nodes for a wavefront": (
         chords,
-        "_spares",
-        returning(lambda found: tuple((20, 20) for _ in found)),
+        "panels_of",
+        returning(lambda found: dataclasses.replace(found, spare=np.full_like(found.spare, 20))),
+        {"optics": WAVY, "method": "fourier"},
+    ),
+    "a panel left out": (
+        chords,
+        "panels_of",
+        returning(
+            lambda found: panels.Panels.of(
+                found.patches, found.which[1:], found.begin[1:], found.size[1:], found.spare[1:]
+            )
+        ),
         {"optics": WAVY, "method": "fourier"},
     ),
     "a pupil's outline a hundredth too large": (
         chords,
         "strips_of",
-        returning(lambda found: (tuple(strip._replace(upper=raised(strip.upper)) for strip in found[0]), found[1])),
+        returning(lambda found: tuple(strip._replace(upper=raised(strip.upper)) for strip in found)),
         {"optics": BLADES, "method": "fourier"},
     ),
     "a pupil's weights": (
         chords._Strip,
-        "nodes",
-        returning(lambda nodes: nodes * np.stack([*np.ones((2, nodes.shape[1])), 1.0 + 0.01 * nodes[0]])),
+        "at",
+        returning(lambda found: (*found[:2], found[2] * (1.0 + 0.01 * found[0]))),
         {"optics": BLADES, "method": "fourier"},
     ),
     "nodes round a pupil": (
         rays.Rays,
         "_groups",
-        lambda groups: property(lambda rule: [(rings, [n // 5 for n in sides]) for rings, sides in groups.fget(rule)]),
+        lambda groups: property(lambda rule: [(rings, n // 5) for rings, n in groups.fget(rule)]),
         {"optics": [camsim.Wavefront(f_number=1.4, zernike_waves={8: 0.6}), POINT], "method": "fourier"},
     ),
     "three wavelengths in fourier": (job, "fuse", few_nodes, {"colour": True, "method": "fourier"}),

@@ -9,12 +9,14 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from camsim.arrays import F64
-from camsim.optics.chords import Chords
+from camsim.optics.chords import chords_of
 from camsim.optics.difference import Difference, Split
+from camsim.optics.follow import Turns
 from camsim.optics.of_pupil import OfPupil
+from camsim.optics.panels import PanelRule
 from camsim.optics.protocols import OpticalStage, Splits
 from camsim.optics.pupil import Pupil
-from camsim.optics.rays import Rays, Turns
+from camsim.optics.rays import Rays, rays_of
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,8 +47,8 @@ class Otherwise(OfPupil):
         parts: Split | None = self.lens.split() if isinstance(self.lens, Splits) else None
         return parts if parts is None or parts.rest is None else parts._replace(rest=_of_difference(parts.rest))
 
-    def _rule(self, wavelength_nm: float, turns: Turns) -> Chords | Rays:
-        return (Rays if self.pupil.sides > 1 else Chords).of(self, wavelength_nm, turns)
+    def _rule(self, wavelength_nm: float, turns: Turns) -> PanelRule | Rays:
+        return (rays_of if self.pupil.sides > 1 else chords_of)(self, wavelength_nm, turns)
 
 
 def summed_otherwise(lens: OpticalStage) -> OpticalStage:
