@@ -38,8 +38,8 @@ def judged(seed, number, *, thorough=True, patience_s=PATIENCE_S):
     record = described(system, seed, number) | {"faults": []}
     begin = time.process_time()
     try:
-        if not thorough and not _is_quick(system):
-            return record | {"set_aside": True, "seconds": 0.0}
+        if not thorough and (expected := _expected_quick(system)) > QUICK_S:
+            return record | {"set_aside": True, "expected": expected, "seconds": 0.0}
         try:
             rendering = _rendered(system, patience_s)
         except Patience:
@@ -98,13 +98,10 @@ def described(system, seed, number):
     }  # fmt: skip
 
 
-def _is_quick(system):
-    """Whether a quick attack takes it; what lenses that change over the frame are expected to take is far too much."""
-    changes = system["lens"]["kind"] in systems.FIELD_LENSES and system["tolerance"] >= QUICK_CHANGING
-    return changes or _expected(system) <= QUICK_S
-
-
-def _expected(system):
+def _expected_quick(system):
+    """Seconds that it is expected to take; what is expected of lenses that change over the frame is far too much."""
+    if system["lens"]["kind"] in systems.FIELD_LENSES and system["tolerance"] >= QUICK_CHANGING:
+        return 0.0
     return systems.choice(system, tolerance=system["tolerance"], method=system["method"]).cost.seconds
 
 
