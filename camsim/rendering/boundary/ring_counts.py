@@ -17,7 +17,7 @@ from camsim.rendering.focus import ZONE
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.grid import Grid
 
-RING_BYTES = 64e6  # of the table: beyond, pieces are summed wavelength by wavelength
+RING_BYTES = 512e6  # of the table: beyond, pieces are summed wavelength by wavelength, which takes fifty times as long
 # What nodes and pieces take besides their terms and harmonics, in these; a row of the table for each tone, besides a
 # set's 0.6 of a power; and an amplitude at one node of the footprint.
 OF_RAY, OF_NODE, OF_PIECE = 84.0, 12.0, 60.0
