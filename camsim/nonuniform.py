@@ -55,6 +55,17 @@ def line_modes(phases: F64, strengths: C128, count: int, *, precision: float) ->
     return total
 
 
+def waves_at(phases: F64, strengths: C128, places: F64, *, precision: float) -> C128:
+    """Return Σ_q strengths[q]·exp(i·phases[q]·places) at places that lie anywhere, of their shape.
+
+    precision : relative to the sum of the strengths' sizes
+    """
+    import finufft
+
+    total: C128 = finufft.nufft1d3(phases, strengths, places.ravel(), eps=precision, isign=1, nthreads=1)
+    return total.reshape(places.shape)
+
+
 def spread(phases: tuple[F64, F64], strengths: C128, cells: tuple[int, int], *, precision: float) -> C128:
     """Return what points are spread to on a grid, of whose transform ``modes`` are a part, over that of a kernel."""
     import finufft

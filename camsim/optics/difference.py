@@ -36,6 +36,7 @@ RAYS, BEYOND_RAYS = 4.0, 3.0  # slopes, and λN more: as near as the tail is tak
 FARTHEST = 1e7  # λN: where a reach is looked for
 HALVINGS = 14  # a reach is found to a thousandth
 QUINTIC = 5e-3  # what ``quintic_cells`` leave, over (angle per cell)⁶
+ROUND_PRECISION = 1e-14  # of an amplitude along one line, relative: coarser ones take as long
 CORE_PART = 0.01  # of a pattern's precision: what the core may be wrong by
 
 
@@ -57,6 +58,10 @@ class Bent(Protocol):
     def point_spread_rows(  # noqa: D102
         self, x_um: F64, y_um: F64, wavelength_nm: float, precision: float
     ) -> Iterator[tuple[slice, F64]]: ...
+
+    def point_spread_round(self, r_um: F64, wavelength_nm: float, precision: float) -> F64: ...  # noqa: D102
+
+    def line_nodes(self, r_um: float, wavelength_nm: float) -> float: ...  # noqa: D102
 
     def pupil_nodes(self, wavelength_nm: float) -> Callable[[Span, Span], float]: ...  # noqa: D102
 
@@ -211,6 +216,26 @@ class Difference:
     def reach_um(self, lost_fraction: float, wavelength_nm: float, rings: float = 1.0) -> float:
         """Return a distance beyond which ``light_beyond`` is at most that, µm."""
         return _reach_um(self, lost_fraction, wavelength_nm, rings)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RoundDifference(Difference):
+    """What a lens has besides a round one where its wavefront is one of revolution: a round pattern, not moved."""
+
+    def point_spread(self, r_um: F64, wavelength_nm: float) -> F64:
+        """Irradiance at ``r_um`` from a point of unit power, less the core's, 1/µm²."""
+        own = self.lens.point_spread_round(r_um, wavelength_nm, ROUND_PRECISION)
+        difference: F64 = own - self.core.point_spread(r_um, wavelength_nm)
+        return difference
+
+    def line_nodes(self, r_um: float, wavelength_nm: float) -> float:
+        """Return how many nodes that takes out to a radius."""
+        return self.lens.line_nodes(r_um, wavelength_nm)
+
+    @property
+    def on_lattice(self) -> Difference:
+        """The same as any other, whose pattern is taken on a lattice: no farther than it is asked for either way."""
+        return Difference(lens=self.lens, core=self.core, obstruction=self.obstruction, moved_um=self.moved_um)
 
 
 @functools.lru_cache(maxsize=256)

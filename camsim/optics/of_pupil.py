@@ -183,6 +183,28 @@ class OfPupil:
             power *= radius**2 / self.pupil.area
             yield rows, power
 
+    def point_spread_round(self, r_um: F64, wavelength_nm: float, precision: float) -> F64:
+        """Irradiance at ``r_um`` from a point of unit power, 1/µm², where the wavefront is one of revolution.
+
+        The amplitude along one line is the pupil, summed up across it, transformed: a pupil's nodes for waves of that
+        line alone.
+        """
+        from camsim.nonuniform import waves_at  # with finufft, which no lens needs before it is rendered
+
+        radius = 0.5 / self.blur_um(wavelength_nm)
+        amplitude = np.zeros(r_um.shape, complex)
+        farthest_um = float(np.abs(r_um).max(initial=0.0))
+        rule = self._line_rule(wavelength_nm, self._turns((-farthest_um, farthest_um), (0.0, 0.0), wavelength_nm))
+        for x, y, weights in rule.parts(NODES_AT_ONCE):
+            strengths = weights * self._phase_factor(x, y, wavelength_nm)
+            amplitude += waves_at(2.0 * np.pi * radius * x, strengths, r_um, precision=max(precision, 1e-14))
+        irradiance: F64 = radius**2 / self.pupil.area * (np.square(amplitude.real) + np.square(amplitude.imag))
+        return irradiance
+
+    def line_nodes(self, r_um: float, wavelength_nm: float) -> float:
+        """Return how many nodes ``point_spread_round`` takes out to a radius."""
+        return self._line_rule(wavelength_nm, self._turns((-r_um, r_um), (0.0, 0.0), wavelength_nm)).total
+
     def pupil_nodes(self, wavelength_nm: float) -> Callable[[Span, Span], float]:
         """Return what tells how many nodes ``point_spread_on`` takes from where to where along x and along y in µm."""
 
@@ -197,6 +219,10 @@ class OfPupil:
     def _rule(self, wavelength_nm: float, turns: Turns) -> PanelRule | Rays:
         """Return the rule of fewer nodes: a square takes a third as many along chords, a circle more."""
         return (chords_of if self.pupil.sides > 1 else rays_of)(self, wavelength_nm, turns)
+
+    def _line_rule(self, wavelength_nm: float, turns: Turns) -> PanelRule | Rays:
+        """Return the rule of fewer nodes for waves along x alone: chords across them."""
+        return chords_of(self, wavelength_nm, turns)
 
     def _turns(self, x_um: Span, y_um: Span, wavelength_nm: float) -> Turns:
         """Return by how much plane waves turn on half of the diameter that go such distances off the axis."""

@@ -250,6 +250,15 @@ class KnowsNodes(_Ability, Protocol):
 
 
 @runtime_checkable
+class KnowsLine(_Ability, Protocol):
+    """A lens that tells how many nodes its round pattern is summed from."""
+
+    def line_nodes(self, r_um: float, wavelength_nm: float) -> float:
+        """Return the number out to a radius."""
+        ...
+
+
+@runtime_checkable
 class KnowsSize(_Ability, Protocol):
     """A lens that tells the size of its transfer quicker than its transfer, as well as a bound needs it."""
 

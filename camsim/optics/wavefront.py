@@ -12,7 +12,7 @@ from annotated_types import Ge, Le
 from camsim.arrays import F64
 from camsim.marks import Before, Called
 from camsim.optics.airy import NM_PER_UM
-from camsim.optics.difference import Difference, Split, rim_of
+from camsim.optics.difference import Difference, RoundDifference, Split, rim_of
 from camsim.optics.of_pupil import OfPupil
 from camsim.optics.pupil import Pupil
 from camsim.optics.zernike import LARGEST_INDEX, orders, zernike_sum
@@ -106,11 +106,12 @@ class Wavefront(OfPupil):
             return None
         obstruction = self.pupil.obstruction
         slope = rim_of(self, obstruction, self.reference_nm).move_waves
-        x_um, y_um = (2.0 * self.blur_um(self.reference_nm) * slope).tolist()
+        x_um, y_um = (0.0, 0.0) if self._revolves else (2.0 * self.blur_um(self.reference_nm) * slope).tolist()
         bent = self.defocus_um != 0.0 or any(index > PLANE and coefficient for index, coefficient in self._pairs)
         bare = replace(self, transmission=1.0)
         core = self.round_core()
-        rest = Difference(lens=bare, core=core, obstruction=obstruction, moved_um=(x_um, y_um)) if bent else None
+        kind = RoundDifference if self._revolves else Difference
+        rest = kind(lens=bare, core=core, obstruction=obstruction, moved_um=(x_um, y_um)) if bent else None
         return Split(core=core, moved_um=(x_um, y_um), rest=rest)
 
     @property
@@ -118,6 +119,11 @@ class Wavefront(OfPupil):
         """The pairs, as they are kept whatever was given."""
         pairs: Any = self.zernike_waves
         return tuple(pairs)
+
+    @property
+    def _revolves(self) -> bool:
+        """Whether the path difference is the same in all directions."""
+        return all(orders(index)[1] == 0 for index, coefficient in self._pairs if coefficient)
 
     @property
     def _symmetric(self) -> bool:

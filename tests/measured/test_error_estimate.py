@@ -10,7 +10,7 @@ import pytest
 from examples import OPTICS, PICTURE, PITCH_UM, TOLERANCE, WAVELENGTH_NM, grid_of, scene_of, worst
 
 import camsim
-from camsim.optics import OpticalSystem, airy, chords, follow, panels, rays
+from camsim.optics import OpticalSystem, airy, chords, follow, of_pupil, panels, rays
 from camsim.rendering import focus, footprint, heard, job, outlines, quiet
 from camsim.rendering.aberrated import engine as aberrated_engine
 from camsim.rendering.aberrated import image as short_image
@@ -19,6 +19,7 @@ from camsim.rendering.aberrated import transfers as short_transfers
 from camsim.rendering.boundary import engine as boundary_engine
 from camsim.rendering.boundary import image as boundary_image
 from camsim.rendering.boundary import tables
+from camsim.rendering.check.pupils import Otherwise
 from camsim.rendering.fourier import image as fourier_image
 from camsim.rendering.fourier import lens as fourier_lens
 from camsim.rendering.fourier import lens_curves
@@ -486,6 +487,20 @@ CORRUPTIONS = {
         "_groups",
         lambda groups: property(lambda rule: [(rings, n // 5) for rings, n in groups.fget(rule)]),
         {"optics": [camsim.Wavefront(f_number=1.4, zernike_waves={8: 0.6}), POINT], "method": "fourier"},
+    ),
+    "few nodes for a round pattern": (
+        of_pupil.OfPupil,
+        "_line_rule",
+        lambda f: lambda lens, nm, turns: f(lens, nm, turns._replace(x=0.2 * turns.x)),
+        {"optics": [camsim.Wavefront(f_number=1.4, zernike_waves={4: 0.6}), POINT], "method": "fourier"},
+    ),
+    "a round pattern of another wavefront": (
+        of_pupil.OfPupil,
+        "point_spread_round",
+        lambda f: (
+            lambda lens, r_um, nm, precision: f(lens, r_um, nm if isinstance(lens, Otherwise) else 1.01 * nm, precision)
+        ),
+        {"optics": [camsim.Wavefront(f_number=1.4, zernike_waves={4: 0.6}), POINT], "method": "fourier"},
     ),
     "three wavelengths in fourier": (job, "fuse", few_nodes, {"colour": True, "method": "fourier"}),
 }

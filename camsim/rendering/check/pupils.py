@@ -50,6 +50,9 @@ class Otherwise(OfPupil):
     def _rule(self, wavelength_nm: float, turns: Turns) -> PanelRule | Rays:
         return (rays_of if self.pupil.sides > 1 else chords_of)(self, wavelength_nm, turns)
 
+    def _line_rule(self, wavelength_nm: float, turns: Turns) -> PanelRule | Rays:
+        return rays_of(self, wavelength_nm, turns)
+
 
 def summed_otherwise(lens: OpticalStage) -> OpticalStage:
     """Return a lens with its pattern summed by another rule, where it is summed over a pupil; any other as it is."""

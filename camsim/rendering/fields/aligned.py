@@ -20,13 +20,13 @@ from camsim.kept import cached_property
 from camsim.kernels import shared
 from camsim.nonuniform import lines_at
 from camsim.optics import OpticalStage, OpticalSystem
-from camsim.optics.protocols import Round, Separable
+from camsim.optics.protocols import Separable
 from camsim.quadrature import chebyshev
 from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fields.aligned_kernels import Axes, Cells, Columns, lit_columns
 from camsim.rendering.fields.light import Lattice
 from camsim.rendering.fourier.kernels import Curves
-from camsim.rendering.fourier.lens import round_curves
+from camsim.rendering.fourier.lens_curves import LensCurves
 from camsim.rendering.fourier.spread import Kernel
 from camsim.rendering.fourier.tile import Tile
 from camsim.rendering.modes import mixed
@@ -42,7 +42,7 @@ class Aligned:
     """A lattice of samples behind a system with a round lens, seen from a window.
 
     tile       : of the taper, and the periods that keep photosites and samples apart
-    density    : (planes, channels, j) of the lattice's planes
+    density    : (planes, channels, j) of the lattice's planes;  curves: what gives the lens at its wavelengths
     precision  : of the sums of waves, relative
     """
 
@@ -50,7 +50,7 @@ class Aligned:
     tile: Tile
     kernel: Kernel
     density: F64
-    wavelength_nm: F64
+    curves: LensCurves
     system: OpticalSystem
     pitch_um: float
     tolerance: float
@@ -97,9 +97,7 @@ class Aligned:
 
     def _cells(self, present: U8) -> tuple[list[Cells], list[F64 | None]]:
         """Return each channel's transfers, and how planes are mixed for them; None: as they are."""
-        lens, allowed = self.system.lens, CURVES_OFF * self.tolerance
-        assert isinstance(lens, Round)
-        curves = round_curves(lens, self.wavelength_nm, self.density[:, present], self.pitch_um, self.kernel, self.tile)
+        allowed, curves = CURVES_OFF * self.tolerance, self.curves.of(self.tile, self.density[:, present])
         # The pattern at r turns by 2πr over a cycle/pitch: Chebyshev's 8 points leave 2·(πrw/2)⁸/8! on cells of w.
         light = min(1.0, self.kernel.light(0.5 * self.tile.outer[0]))
         phase = (0.5 * math.factorial(CURVE_POINTS) * allowed / light) ** (1.0 / CURVE_POINTS)

@@ -20,7 +20,7 @@ from camsim.rendering.fourier.prices import PER_PUPIL_NODE
 from camsim.rendering.fourier.spread import Kernel
 from camsim.rendering.fourier.task import PART_OF_MEMORY, TRANSFER_BYTES
 from camsim.rendering.fourier.tile import Tile
-from camsim.rendering.fourier.window import SAMPLE_BYTES
+from camsim.rendering.fourier.window import SAMPLE_BYTES, line_seconds
 from camsim.words import both
 
 STRIP_POINTS = 2_500_000  # frequencies that are spread to at a time
@@ -70,7 +70,10 @@ class Prices:
         seconds, memory, made = 0.0, 0.0, set[tuple[int, int]]()
         for box, tile, aligned in tiles:
             transfers, held = 1, 0.0
-            if not self.kernel.round:
+            if self.kernel.round:
+                seconds += line_seconds(self.kernel, wavelengths, tile) if tile.periods not in made else 0.0
+                made.add(tile.periods)
+            else:
                 fields = self.fields(tile) if self.kernel.tapered else wavelengths
                 transfers = fields if fields == min(planes * channels, wavelengths) else wavelengths
                 if self.kernel.tapered:

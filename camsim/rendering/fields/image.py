@@ -18,7 +18,7 @@ import numpy as np
 from camsim.arrays import F64, U8
 from camsim.kept import cached_property
 from camsim.optics import OpticalSystem
-from camsim.optics.protocols import KnowsEnergy, KnowsTail
+from camsim.optics.protocols import KnowsEnergy, KnowsTail, Round
 from camsim.rendering.budget import ErrorBudget, Source
 from camsim.rendering.edges import Edges
 from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost
@@ -33,6 +33,7 @@ from camsim.rendering.fields.quiet import Reach, for_pictures, parted, quiet_dis
 from camsim.rendering.fields.samples import parts_of, samples_of
 from camsim.rendering.fields.scenery import Fields
 from camsim.rendering.fourier.image import FourierImage
+from camsim.rendering.fourier.lens_curves import LensCurves
 from camsim.rendering.fourier.spread import Kernel
 from camsim.rendering.fourier.task import check_tolerance, spreading_precision
 from camsim.rendering.fourier.tile import Tile
@@ -197,18 +198,24 @@ class FieldImage:
     def _aligned(self, number: int, lattice: Lattice, tile: Tile) -> Aligned:
         first = sum(layer.planes for layer in self.layers[:number])
         density = self.density[first : first + self.layers[number].planes]
-        chromatic = self.system.chromatic
         return Aligned(
             lattice=lattice,
             tile=tile,
             kernel=self._kernel,
-            density=density if chromatic else density.sum(axis=2, keepdims=True),
-            wavelength_nm=self.wavelength_nm if chromatic else self.wavelength_nm[:1],
+            density=density if self.system.chromatic else density.sum(axis=2, keepdims=True),
+            curves=self._curves,
             system=self.system,
             pitch_um=self.pitch_um,
             tolerance=self.tolerance,
             precision=self._precision,
         )
+
+    @cached_property
+    def _curves(self) -> LensCurves:
+        """What gives a round lens to lattices: windows of one size share it."""
+        assert isinstance(self.system.lens, Round)
+        wavelength_nm = self.wavelength_nm if self.system.chromatic else self.wavelength_nm[:1]
+        return LensCurves(self.system.lens, wavelength_nm, self.pitch_um, self._kernel)
 
     @cached_property
     def _footprint(self) -> float:

@@ -20,7 +20,7 @@ from camsim.errors import InvalidValueError
 from camsim.kept import cached_property
 from camsim.kernels import ahead, shared
 from camsim.optics import OpticalSystem
-from camsim.optics.protocols import Round
+from camsim.optics.protocols import KnowsTail, Round
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.edges import Edges
 from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost
@@ -195,7 +195,7 @@ class FourierImage:
             known = self.whole.kernel
             return dataclasses.replace(known, tapers=self.islands) if self.shell is None else self.shell.kernel(known)
         known = kernel_of(self.system, self.lit[0], self.pitch_um, self.tolerance)
-        if known.round and known.tapered:
+        if known.round and known.tapered and not isinstance(self.system.lens, KnowsTail):
             known = with_band(known, self.system, self.lit[0], *self._kinds, self.tolerance)
         return known
 

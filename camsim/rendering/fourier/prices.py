@@ -11,5 +11,6 @@ PER_GRID_POINT, PER_KERNEL_SAMPLE = 1.2e-8, 4.5e-9
 PER_PATTERN_BLUR = 7e-7  # of a round pattern's radius, at one wavelength, the choice of it included
 PER_PATTERN = 6e-4  # of one wavelength on a lattice, however few samples it has
 PER_PUPIL_NODE = 2.5e-7
+PER_LINE, PER_LINE_NODE = 1.2e-3, 1.4e-7  # of a round pattern that is summed over a pupil, at one wavelength
 PER_SUMMED_SAMPLE, PER_PUPIL_SAMPLE = 1.5e-7, 4.5e-8  # of a pattern by a non-uniform transform, or on its band's grid
 PER_JOINT_POINT, PER_JOINT_NODE = 1.2e-8, 2e-7  # of a footprint that is no product, and where it is asked for

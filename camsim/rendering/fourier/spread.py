@@ -17,6 +17,7 @@ from camsim.optics.protocols import (
     Fading,
     KnowsBands,
     KnowsEnergy,
+    KnowsLine,
     KnowsNodes,
     KnowsReach,
     KnowsTail,
@@ -38,6 +39,10 @@ SUMMED_BYTES = 90.0  # for each sample of a pattern by a non-uniform transform, 
 IN_SIGHT = 8.0  # contrasts of full scale at once
 
 
+def _no_nodes(distance: float) -> float:
+    return 0.0
+
+
 def _summed_bytes(shape: tuple[int, int]) -> float:
     return SUMMED_BYTES * math.prod(shape)
 
@@ -52,6 +57,7 @@ class Kernel:
     round   : the taper is round and the kernel a curve; else both are functions of x and y
     tapered : False for a pattern that has died away at ``reach`` by itself
     light   : how much light may lie beyond a distance, negative light counted as much
+    line_nodes : nodes that all patterns of a round lens take out to a radius, of one that sums them
     pupil_nodes : nodes that all patterns of a lens that is not round take from where to where along x and along y
     rings   : (a, n): what the light beyond a distance R may leave of an edge outside the band, a·R⁻ⁿ; none if unknown
     longest : the longest wavelength's own length, of a lens that tells its rings
@@ -71,6 +77,7 @@ class Kernel:
     tapered: bool
     light: Callable[[float], float]
     pupil_nodes: Callable[[Span, Span], float]
+    line_nodes: Callable[[float], float] = _no_nodes
     rings: tuple[tuple[float, float], ...] = ()
     longest: float = 0.0
     hem: Hem | None = None
@@ -136,6 +143,7 @@ def kernel_of(system: OpticalSystem, wavelength_nm: F64, pitch_um: float, tolera
         tapered=not faint,
         light=_light_beyond(system, wavelength_nm, pitch_um),
         pupil_nodes=_pupil_nodes(system, wavelength_nm, pitch_um),
+        line_nodes=_line_nodes(lens, wavelength_nm, pitch_um) if isinstance(lens, KnowsLine) else _no_nodes,
         rings=rings,
         longest=longest,
         whole=isinstance(lens, Fuses) and not more,
@@ -211,6 +219,12 @@ def _pupil_nodes(system: OpticalSystem, wavelength_nm: F64, pitch_um: float) -> 
     each = [lens.pupil_nodes(float(w)) for w in wavelength_nm]
     # Tiles, most of them alike, ask one by one.
     return functools.cache(lambda x, y: sum(nodes(_scaled(x, pitch_um), _scaled(y, pitch_um)) for nodes in each))
+
+
+def _line_nodes(lens: KnowsLine, wavelength_nm: F64, pitch_um: float) -> Callable[[float], float]:
+    """Return what tells how many nodes the patterns at all wavelengths take out to a radius in pitches."""
+    each = wavelength_nm.tolist()
+    return functools.cache(lambda radius: sum(lens.line_nodes(radius * pitch_um, nm) for nm in each))
 
 
 def _scaled(span: Span, by: float) -> Span:

@@ -17,6 +17,7 @@ from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fourier import prices
 from camsim.rendering.fourier.patterns import NODES_BYTES, made_bytes, pattern_of, rows_at_once, samples_of
+from camsim.rendering.fourier.spread import Kernel
 from camsim.rendering.fourier.taper import taper_margin
 from camsim.rendering.fourier.task import TRANSFER_BYTES, Task
 from camsim.rendering.fourier.tile import Tile
@@ -103,6 +104,12 @@ class OfKernel(NamedTuple):
     pattern_rows: int = 1
 
 
+def line_seconds(kernel: Kernel, wavelengths: int, tile: Tile) -> float:
+    """Return what a round pattern takes that is summed over a pupil; 0: of none."""
+    nodes = kernel.line_nodes(tile.outer[0])
+    return prices.PER_LINE * wavelengths + prices.PER_LINE_NODE * nodes if nodes else 0.0
+
+
 def of_kernel(task: Task, tile: Tile, fields: int) -> OfKernel:
     """Return what a tile's transfer of the lens takes."""
     kernel, samples = task.kernel, samples_of(task.kernel, tile)
@@ -110,6 +117,7 @@ def of_kernel(task: Task, tile: Tile, fields: int) -> OfKernel:
         curves = task.spectra * task.channels
         seconds = prices.PER_KERNEL_SAMPLE * curves * (2.0 * tile.cut * tile.outer[0]) ** 2
         seconds += prices.PER_PATTERN_BLUR * task.wavelengths * tile.outer[0] / kernel.blur
+        seconds += line_seconds(kernel, task.wavelengths, tile)
         return OfKernel(seconds, 8.0 * 12 * curves * (32.0 * tile.outer[0] * tile.cut))
     if kernel.tapered:
         (rows, columns), own = pattern_of(kernel, tile), pattern_rows(task, tile, fields)
