@@ -1,9 +1,11 @@
-"""Aberrated lenses: ``python -m bench.aberrations random|speed|auto|large [COUNT]``.
+"""Aberrated lenses: ``python -m bench.aberrations random|speed|auto|large|round|steep [COUNT]``.
 
 random : random wavefronts at random tolerances, against the Fourier engine, which takes the lens as a whole
 speed  : the paper's square at f/4 behind a perfect lens and behind 0.1 wave of defocus and 0.05 of coma
 auto   : the engine that ``auto`` takes against the quicker one, and expected against measured seconds
 large  : 3008 × 2000 photosites and 100 squares; a knife edge that leaves the frame; pupils of other shapes
+round  : defocused lenses by curves of frequencies against patterns on lattices
+steep  : nodes of a square cut into panels against as many all over as its corners ask for
 
 Seconds are CPU seconds of one process, all threads added up, so that a busy machine measures the same.
 """
@@ -11,6 +13,7 @@ Seconds are CPU seconds of one process, all threads added up, so that a busy mac
 from __future__ import annotations
 
 import argparse
+import functools
 import multiprocessing
 import resource
 import time
@@ -21,8 +24,12 @@ import numpy as np
 
 import camsim
 from camsim.errors import CamsimError
-from camsim.optics import OpticalSystem, Pupil, Wavefront
-from camsim.rendering.render import plan_render
+from camsim.optics import OpticalSystem, Pupil, Wavefront, difference, panels
+from camsim.optics import wavefront as wavefront_module
+from camsim.optics.chords import chords_of
+from camsim.optics.follow import Turns
+from camsim.optics.rays import rays_of
+from camsim.rendering.render import plan_render, render_channels
 from camsim.rendering.running import carry_out
 
 PITCH_UM, NM = 4.88, 550.0
@@ -261,16 +268,63 @@ def large() -> None:
             print(pool.apply(_large, (name,)), flush=True)
 
 
+def defocused() -> None:
+    """Print what a defocused lens takes by a curve, and with its pattern on a lattice at every wavelength."""
+    scene = camsim.Scene(background=1.0, shapes=[square(48.0)])
+    grid = camsim.Grid(rows=96, cols=96, pitch_um=PITCH_UM)
+    channel = np.zeros((96, 96), np.uint8)
+    for f_number, waves, count, tolerance in (
+        (4.0, 0.4, 40, 1e-3), (4.0, 2.0, 40, 1e-5), (1.4, 0.4, 150, 1e-7), (11.0, 0.4, 5, 1e-9),
+    ):  # fmt: skip
+        lens = Wavefront(f_number=f_number, zernike_waves={4: waves}, pupil=Pupil(obstruction=0.3))
+        system = OpticalSystem.of([lens, camsim.SquarePhotosite(side_um=PITCH_UM)])
+        seconds, images = [], []
+        for kind in (difference.RoundDifference, difference.Difference):
+            wavefront_module.RoundDifference = kind
+            plan = functools.partial(
+                render_channels, scene, system, grid, response=np.full((1, count), 1.0 / count),
+                wavelength_nm=np.linspace(450.0, 650.0, count), channel=channel, tolerance=tolerance, method="fourier",
+            )  # fmt: skip
+            taken, found = best_of(plan, 3)
+            seconds.append(taken)
+            images.append(found.image)
+        wavefront_module.RoundDifference = difference.RoundDifference
+        print(
+            f"f/{f_number:g}, {waves:g} waves, {count} wavelengths, {tolerance:g}: curve {seconds[0]:.2f} s, lattice "
+            f"{seconds[1]:.2f} s, {seconds[1] / seconds[0]:.1f} times; they differ by "
+            f"{np.abs(images[0] - images[1]).max() / tolerance:.1g} of the tolerance"
+        )
+
+
+def steep() -> None:
+    """Print nodes of squares for waves that turn by 30 radians, cut and uncut."""
+    turns, most = Turns(30.0, 30.0), panels.MOST_SPARE
+    for terms in ({24: 1.5}, {16: 0.03, 35: 0.05, 41: 0.17}, {24: -0.12, 34: 0.23, 40: 0.27}, {47: 0.11, 51: -0.16}):
+        lens = Wavefront(f_number=4.0, zernike_waves=terms, pupil=Pupil(shape="square"))
+        for rule_of in (chords_of, rays_of):
+            rules = []
+            for panels.MOST_SPARE in (most, 1e5):
+                panels.panels_of.cache_clear()
+                rules.append(rule_of(lens, NM, turns))
+            cut, uncut = rules
+            name = rule_of.__name__.removesuffix("_of")
+            print(
+                f"{terms}, {name}: {len(cut.panels.which)} panels, {cut.total:.3g} nodes "
+                f"in place of {uncut.total:.3g}, {uncut.total / cut.total:.0f} times fewer"
+            )
+    panels.MOST_SPARE = most
+
+
 def main() -> None:
     """Run what was asked for."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("what", choices=("random", "speed", "auto", "large"))
+    parser.add_argument("what", choices=("random", "speed", "auto", "large", "round", "steep"))
     parser.add_argument("count", nargs="?", type=int, default=50)
     given = parser.parse_args()
     if given.what == "random":
         random(given.count)
     else:
-        {"speed": speed, "auto": auto, "large": large}[given.what]()
+        {"speed": speed, "auto": auto, "large": large, "round": defocused, "steep": steep}[given.what]()
 
 
 if __name__ == "__main__":
