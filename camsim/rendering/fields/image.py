@@ -199,16 +199,11 @@ class FieldImage:
         first = sum(layer.planes for layer in self.layers[:number])
         density = self.density[first : first + self.layers[number].planes]
         return Aligned(
-            lattice=lattice,
-            tile=tile,
-            kernel=self._kernel,
+            lattice=lattice, tile=tile, kernel=self._kernel,
             density=density if self.system.chromatic else density.sum(axis=2, keepdims=True),
-            curves=self._curves,
-            system=self.system,
-            pitch_um=self.pitch_um,
-            tolerance=self.tolerance,
-            precision=self._precision,
-        )
+            curves=self._curves, system=self.system, pitch_um=self.pitch_um,
+            tolerance=self.tolerance, precision=self._precision,
+        )  # fmt: skip
 
     @cached_property
     def _curves(self) -> LensCurves:
@@ -220,9 +215,7 @@ class FieldImage:
     @cached_property
     def _footprint(self) -> float:
         """How far OLPF and photosite reach, pitches."""
-        spots = np.abs(self.system.spots_um()).max(axis=0)
-        extent = [s + p for s, p in zip(spots.tolist(), self.system.photosite.half_extent_um, strict=True)]
-        return float(max(extent)) / self.pitch_um
+        return float(self._optics(range(len(self.layers))).footprint.max())
 
     def _extent(self, origin: tuple[float, float], shape: tuple[int, int]) -> F64:
         """Return how far along x and y a photosite and a seen part of a picture may lie apart."""

@@ -14,7 +14,6 @@ from camsim.arrays import F64, I64, U8
 from camsim.errors import UnsupportedError
 from camsim.kept import cached_property
 from camsim.optics.airy import AIRY
-from camsim.optics.difference import RoundDifference
 from camsim.optics.protocols import KnowsTail
 from camsim.rendering.budget import CLOSED_PART
 from camsim.rendering.engine import (
@@ -32,6 +31,7 @@ from camsim.rendering.fourier.spikes import Spikes
 from camsim.rendering.fourier.spread import kernel_of
 from camsim.rendering.fourier.task import FINEST, SAMPLES_OF_POINT, check_tolerance
 from camsim.rendering.fourier.together import Part, Sum
+from camsim.rendering.fourier.ways import as_in, is_curve, ways_of
 from camsim.rendering.heard import followed
 from camsim.rendering.job import Job, Nodes
 from camsim.rendering.quiet import Waves
@@ -126,8 +126,7 @@ class FourierPlan:
     def decisions(self) -> Iterator[Decision]:
         """Yield whether lens and scenery are taken apart, and how many frequencies there are."""
         if self.parts:
-            is_curve = isinstance(self.parts[-1].job.system.lens, RoundDifference)
-            curve = ", round as well: a curve of frequencies" if is_curve else ""
+            curve = ", round as well: a curve of frequencies" if is_curve(self.parts[-1].job.system.lens) else ""
             yield Decision(
                 topic="lens",
                 decision=f"a round pattern, and what differs from it{curve}"
@@ -162,7 +161,7 @@ class FourierPlan:
 
     def of(self, job: Job) -> FourierPlan:
         """Return the same wavelengths for other edges."""
-        job, own = _as_in(job, self), [job.round_part(), job.difference_part()] if self.parts else []
+        job, own = as_in(job, self.job), [job.round_part(), job.difference_part()] if self.parts else []
         parts = tuple(part.of(one) for part, one in zip(self.parts, own, strict=False) if one is not None)
         return dataclasses.replace(self, job=job, nodes=job.nodes_like(self.nodes), parts=parts)
 
@@ -205,14 +204,9 @@ class Fourier:
         return self._planned(job, plan.heard, like=plan)
 
     def _planned(self, job: Job, heard: Callable[[Job], float] | None, like: FourierPlan | None = None) -> FourierPlan:
-        lens = job.system.lens
         if like is not None:
-            job = _as_in(job, like)
-        elif isinstance(lens, RoundDifference):
-            # A curve over |k| in place of a lattice, or a rectangle of what is asked for in place of a circle.
-            ways = self._of(job, heard, None), self._of(job.behind(lens.on_lattice), heard, None)
-            return min(ways, key=_taken)
-        return self._of(job, heard, like)
+            return self._of(as_in(job, like.job), heard, like)
+        return min((self._of(way, heard, None) for way in ways_of(job)), key=_taken)
 
     def _of(self, job: Job, heard: Callable[[Job], float] | None, like: FourierPlan | None) -> FourierPlan:
         as_whole = like is not None and not like.parts
@@ -247,7 +241,7 @@ class Fourier:
         band = job.system.highest_per_um(ends_nm) * grid.pitch_um
         count = 0.5 * math.pi * band * band * float(np.prod(period))
         per_point: float = PER_ROUND_POINT + job.signals.density.shape[1] * PER_POINT_WEIGHT
-        if job.split is not None and job.split.rest is not None and not isinstance(job.split.rest, RoundDifference):
+        if job.split is not None and job.split.rest is not None and not is_curve(job.split.rest):
             # Together or apart, there is a pattern that is not round to be made as finely as the band asks.
             per_point += PER_FIELD_POINT + PER_PUPIL_SAMPLE * SAMPLES_OF_POINT
         return SET_UP_SECONDS + count * per_point
@@ -256,14 +250,6 @@ class Fourier:
 def _taken(plan: FourierPlan) -> tuple[bool, float]:
     """Return what plans are chosen by: that they fit, and seconds."""
     return plan.cost.memory_bytes > MEMORY_LIMIT_BYTES, plan.cost.seconds
-
-
-def _as_in(job: Job, plan: FourierPlan) -> Job:
-    """Return a job with a round difference on a lattice, if a plan has it there."""
-    lens = job.system.lens
-    if isinstance(lens, RoundDifference) and not isinstance(plan.job.system.lens, RoundDifference):
-        return job.behind(lens.on_lattice)
-    return job
 
 
 def _heard(job: Job) -> float:
