@@ -18,15 +18,14 @@ from camsim.optics.follow import Turns, from_0, nodes_before, nodes_of, not_foll
 from camsim.optics.pupil import Pupil
 from camsim.quadrature import GOLDEN
 
-MOST_SPARE = (
-    170.0  # nodes that a wavefront takes along a panel: of 110 … 270 all are alike, and fewer panels than of 70
-)
+# Nodes that a wavefront takes along a panel: with 110 … 270 all take as many, with 70 there are twice the panels.
+MOST_SPARE = 170.0
 MOST_PANELS = 1024  # found in three seconds
 # Of a panel, along which the wavefront is looked at: its ends, and steps of the golden section. On even ones sin 12θ,
 # and all that it is multiplied by, may be nothing.
 LINES: F64 = np.concatenate([[0.0, 1.0], GOLDEN * np.arange(1, 8) % 1.0])
 GROUPS = 8  # of an image's lines along t, from one of which to the next the number of nodes may change
-LOOKED, STEPS = 5, 32  # lines along which it is looked how fast waves turn, and at how many steps of each
+LOOKED, STEPS = 3, 16  # lines along which it is looked how fast waves turn, and at how many steps of each
 BENT_SPARE = 14  # of lines that end on a circle: with 6 1e-10 of the light was lost, with 10 2e-12
 
 
