@@ -73,6 +73,29 @@ def test_a_square_is_cut_where_a_wavefront_is_steep(rule_of, uncut):
             assert sum(map(np.sum, waved)) == pytest.approx(expected, abs=1e-12)
 
 
+@pytest.mark.parametrize(
+    "pupil",
+    [
+        Pupil(), Pupil(obstruction=0.4), Pupil(shape="square", rotate_deg=20.0), Pupil(shape="square", obstruction=0.5),
+        Pupil(shape="bladed", blades=6), Pupil(shape="bladed", blades=8, obstruction=0.3),
+    ],
+    ids=str,
+)  # fmt: skip
+@pytest.mark.parametrize("rule_of", [chords_of, nodes.rays_of])
+def test_half_of_the_nodes_stand_for_all(pupil, rule_of):
+    """Of lines through the middle, odd or even in number, and strips beside a hole."""
+    lens = Wavefront(f_number=N, zernike_waves={4: 0.2, 12: 0.1}, pupil=pupil)
+    for turned in (10.0, 16.0, 22.0, 28.0, 34.0, 40.0):
+        rule = rule_of(lens, NM, Turns(turned, 5.0))
+        totals = []
+        for half in (False, True):
+            parts = [np.stack(part) for part in rule.parts(10**6, half)]
+            totals.append(sum(np.sum(w * np.cos(turned * x + 2.0 * y)) for x, y, w in parts))
+            area = (2.0 if half else 1.0) * sum(np.sum(w) for _, _, w in parts)
+            assert area == pytest.approx(pupil.area, rel=1e-13)
+        assert 2.0 * totals[1] == pytest.approx(totals[0], abs=1e-13)
+
+
 def test_without_aberrations_a_circle_makes_an_airy_pattern(frequencies):
     lens = Wavefront(f_number=N)
     fx, fy = frequencies
