@@ -103,3 +103,7 @@ def test_a_pattern_is_a_curve_or_on_a_lattice_whatever_takes_less(f_number, tole
     )  # fmt: skip
     kinds = {type(part.job.system.lens) for part in choice.plan.parts or [choice.plan]}
     assert (RoundDifference in kinds) == curve
+    if curve:
+        round_one, on_lattice = ways.ways_of(choice.plan.parts[-1].job)
+        assert ways.as_in(round_one, round_one) is round_one  # who plans like another takes the same way
+        assert type(ways.as_in(round_one, on_lattice).system.lens) is Difference
