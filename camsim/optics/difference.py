@@ -36,7 +36,6 @@ RAYS, BEYOND_RAYS = 4.0, 3.0  # slopes, and λN more: as near as the tail is tak
 FARTHEST = 1e7  # λN: where a reach is looked for
 HALVINGS = 14  # a reach is found to a thousandth
 QUINTIC = 5e-3  # what ``quintic_cells`` leave, over (angle per cell)⁶
-ROUND_PRECISION = 1e-14  # of an amplitude along one line, relative: coarser ones take as long
 CORE_PART = 0.01  # of a pattern's precision: what the core may be wrong by
 
 
@@ -59,7 +58,7 @@ class Bent(Protocol):
         self, x_um: F64, y_um: F64, wavelength_nm: float, precision: float
     ) -> Iterator[tuple[slice, F64]]: ...
 
-    def point_spread_round(self, r_um: F64, wavelength_nm: float, precision: float) -> F64: ...  # noqa: D102
+    def point_spread_round(self, r_um: F64, wavelength_nm: float) -> F64: ...  # noqa: D102
 
     def line_nodes(self, r_um: float, wavelength_nm: float) -> float: ...  # noqa: D102
 
@@ -224,7 +223,7 @@ class RoundDifference(Difference):
 
     def point_spread(self, r_um: F64, wavelength_nm: float) -> F64:
         """Irradiance at ``r_um`` from a point of unit power, less the core's, 1/µm²."""
-        own = self.lens.point_spread_round(r_um, wavelength_nm, ROUND_PRECISION)
+        own = self.lens.point_spread_round(r_um, wavelength_nm)
         difference: F64 = own - self.core.point_spread(r_um, wavelength_nm)
         return difference
 

@@ -20,7 +20,7 @@ from camsim.optics.follow import Turns, not_followed
 from camsim.optics.panels import PanelRule
 from camsim.optics.protocols import Span
 from camsim.optics.pupil import Pupil
-from camsim.optics.rays import Rays, rays_of
+from camsim.optics.rays import Rays, places_over, rays_of
 from camsim.optics.spikes import Spike, spikes_of
 
 SETTLED = 1e-11  # two rules that differ by no more than this agree
@@ -28,6 +28,7 @@ LATTICE = 512  # points across the pupil for a transfer that need not be exact: 
 ACROSS = 24  # nodes along a radius, and round, for the wavefront's range
 MOST_NODES, MOST_ACROSS = 1e9, 1000  # of the pupil's rule: an hour; either way, of its overlap with its shifted copy
 NODES_AT_ONCE = 2_800_000  # 200 MB
+LINE_PRECISION = 1e-14  # of an amplitude along one line, relative: coarser ones take as long
 IN_CACHE = 16384  # nodes whose wavefront is computed at a time: over all of them at once it takes four times as long
 
 
@@ -66,7 +67,7 @@ class OfPupil:
 
     def waves_across(self, wavelength_nm: float) -> float:
         """Return how far the wavefront goes up and down over the pupil, but for a plane, waves."""
-        x, y, _ = self.pupil.rule(ACROSS, [ACROSS] * self.pupil.sides)
+        x, y = places_over(self.pupil, ACROSS)
         waves, plane = self.waves(x, y, wavelength_nm), np.stack([x, y, np.ones_like(x)], axis=1)
         return float(np.ptp(waves - plane @ np.linalg.lstsq(plane, waves, rcond=None)[0]))
 
@@ -183,7 +184,7 @@ class OfPupil:
             power *= radius**2 / self.pupil.area
             yield rows, power
 
-    def point_spread_round(self, r_um: F64, wavelength_nm: float, precision: float) -> F64:
+    def point_spread_round(self, r_um: F64, wavelength_nm: float) -> F64:
         """Irradiance at ``r_um`` from a point of unit power, 1/µm², where the wavefront is one of revolution.
 
         The amplitude along one line is the pupil, summed up across it, transformed: a pupil's nodes for waves of that
@@ -197,7 +198,7 @@ class OfPupil:
         rule = self._line_rule(wavelength_nm, self._turns((-farthest_um, farthest_um), (0.0, 0.0), wavelength_nm))
         for x, y, weights in rule.parts(NODES_AT_ONCE):
             strengths = weights * self._phase_factor(x, y, wavelength_nm)
-            amplitude += waves_at(2.0 * np.pi * radius * x, strengths, r_um, precision=max(precision, 1e-14))
+            amplitude += waves_at(2.0 * np.pi * radius * x, strengths, r_um, precision=LINE_PRECISION)
         irradiance: F64 = radius**2 / self.pupil.area * (np.square(amplitude.real) + np.square(amplitude.imag))
         return irradiance
 

@@ -149,10 +149,8 @@ def _pieces(rule: PanelRule) -> list[_Piece]:
     along = nodes_of(_most(turns, panels.along_t), panels.spare[panels.group, 1])
     first, stop = nodes_before(lines[panels.group, None], panels.ends).T
     found: list[_Piece] = []
-    for piece in map(
-        _Piece._make,
-        zip(*(own.tolist() for own in (panels.group, lines[panels.group], first, stop, along)), strict=True),
-    ):
+    each = np.stack([panels.group, lines[panels.group], first, stop, along], axis=1)
+    for piece in map(_Piece._make, each.tolist()):
         if found and found[-1].panel == piece.panel and found[-1].along == piece.along:
             found[-1] = found[-1]._replace(stop=piece.stop)
         else:

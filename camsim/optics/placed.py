@@ -18,6 +18,7 @@ from camsim.optics.difference import Difference, Split, rim_of
 from camsim.optics.of_pupil import ACROSS, OfPupil
 from camsim.optics.protocols import Varies
 from camsim.optics.pupil import Pupil
+from camsim.optics.rays import places_over
 from camsim.optics.zernike import orders, zernike_sum
 
 TILTS = 2  # OSA indices up to this one are piston and planes
@@ -52,7 +53,7 @@ class PlacedLens(OfPupil):
 
     def waves_turned(self, low_nm: float, high_nm: float) -> float:
         """Return by how many waves the path difference turns between two wavelengths, over the pupil."""
-        x, y, _ = self.pupil.rule(ACROSS, [ACROSS] * self.pupil.sides)
+        x, y = places_over(self.pupil, ACROSS)
         each = [self.waves(x, y, float(nm)) for nm in np.linspace(low_nm, high_nm, STEPS)]
         return float(sum(np.ptp(after - before) for before, after in pairwise(each)))
 

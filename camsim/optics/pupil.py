@@ -8,7 +8,7 @@ middle, polygons too. A square touches the circle of diameter D from outside (it
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 
@@ -136,57 +136,20 @@ class Pupil:
         """Length of a polygon's side."""
         return 2.0 * self.inner_radius * math.tan(math.pi / self.sides)
 
-    def rays(self, fraction: F64) -> tuple[F64, F64]:
-        """Return angle and length of the rays to the outline's points: ``fraction`` (n,) is 0 … 1 of each side in turn.
+    def rings(self, radial: int, angular: I64, first: int = 0, *, half: bool = False) -> tuple[F64, F64, F64]:
+        """Return nodes x, y and weights of a polar product rule over a round opening, or over some of its rings.
 
-        returns : (sides, n) each; the middle's distance from the outline changes smoothly along a side
+        radial : nodes from the obstruction to the rim
+        angular: even numbers of nodes on rings from the ``first`` on
+        half   : of two nodes that are opposite only one
         """
-        corners = self.corners
-        if not len(corners):
-            angle = 2.0 * np.pi * fraction[None]
-            return angle, np.ones_like(angle)
-        along = self.side_length * (fraction - 0.5)
-        angle = np.arctan2(corners[:, 1], corners[:, 0])[:, None] + np.pi / len(corners)
-        edge = np.hypot(self.inner_radius, along)
-        return angle + np.arctan(along / self.inner_radius), np.tile(edge, (len(corners), 1))
-
-    def rule(
-        self, radial: int, angular: Sequence[int], part: slice = slice(None), *, half: bool = False
-    ) -> tuple[F64, F64, F64]:
-        """Return nodes x, y and weights of a polar product rule over the opening.
-
-        radial : nodes from the obstruction to the outline, of which ``part`` is wanted
-        angular: nodes on each side in turn, or on a whole circle
-        half   : of two nodes that are opposite only one: of an even number of sides, or round a circle
-        """
-        r, w = (values[part] for values in from_0(radial))
-        if len(self.corners):
-            # Each side gets a rule of its own, as the outline is smooth along it; what goes round needs none.
-            rules = [from_0(count) for count in (angular[: len(angular) // 2] if half else angular)]
-            rays = [[values[side] for values in self.rays(t)] for side, (t, _) in enumerate(rules)]
-            angle, edge = (np.concatenate(values) for values in zip(*rays, strict=True))
-            share = self.side_length * self.inner_radius / edge**2 * np.concatenate([v for _, v in rules])
-        else:
-            (count,) = angular
-            angles, edges = self.rays(np.arange(count // 2 if half else count) / count)
-            angle, edge, share = angles.ravel(), edges.ravel(), np.full(angles.size, 2.0 * np.pi / count)
-        inner = self.obstruction
-        radius = inner + np.multiply.outer(r, edge - inner)
-        weight = np.multiply.outer(w, (edge - inner) * share) * radius
-        return (radius * np.cos(angle)).ravel(), (radius * np.sin(angle)).ravel(), weight.ravel()
-
-    def rings(self, radial: int, angular: I64, *, half: bool = False) -> tuple[F64, F64, F64]:
-        """Return the same over a round opening, each ring with a number of nodes of its own, all of them at once.
-
-        angular : (radial,) even
-        """
-        r, w = from_0(radial)
+        r, w = (values[first : first + angular.size] for values in from_0(radial))
         counts, which = np.unique(angular, return_inverse=True)  # rings of as many nodes have them in the same places
         some = counts // 2 if half else counts
         angle = np.concatenate([2.0 * np.pi * (np.arange(k) / n) for k, n in zip(some, counts, strict=True)])
-        first, taken = np.cumsum(some) - some, some[which]
-        ring = np.repeat(np.arange(radial), taken)
-        place = np.arange(ring.size) + np.repeat(first[which] - np.cumsum(taken) + taken, taken)
+        begin, taken = np.cumsum(some) - some, some[which]
+        ring = np.repeat(np.arange(angular.size), taken)
+        place = np.arange(ring.size) + np.repeat(begin[which] - np.cumsum(taken) + taken, taken)
         open_part = 1.0 - self.obstruction
         radius = self.obstruction + r * open_part
         weight = w * (open_part * (2.0 * np.pi / angular)) * radius

@@ -12,7 +12,7 @@ import numpy as np
 import scipy
 
 from camsim.arrays import F64
-from camsim.optics.follow import ROUNDING, Turns, nodes_before, nodes_of, not_followed, spare_nodes
+from camsim.optics.follow import ROUNDING, Turns, from_0, nodes_before, nodes_of, not_followed, spare_nodes
 from camsim.optics.panels import OverPupil, PanelRule, joined, panels_of
 from camsim.optics.pupil import Pupil
 from camsim.quadrature import GOLDEN
@@ -86,8 +86,8 @@ class Rays(NamedTuple):
             for rings, round_it in self._groups:
                 most = max(at_once // round_it, 1)
                 for first in range(rings.start, rings.stop, most):
-                    some = slice(first, min(first + most, rings.stop))
-                    yield self.pupil.rule(self._radial, [round_it], some, half=half)
+                    count = min(most, rings.stop - first)
+                    yield self.pupil.rings(self._radial, np.full(count, round_it), first, half=half)
 
         yield from joined(each(), at_once)
 
@@ -132,11 +132,20 @@ def sides_of(pupil: Pupil) -> tuple[_Side, ...]:
     )
 
 
+def places_over(pupil: Pupil, across: int) -> tuple[F64, F64]:
+    """Return places (x, y) all over an opening: so many along a radius, and round a circle or along each side."""
+    if pupil.sides == 1:
+        x, y, _ = pupil.rings(across, np.full(across, across))
+        return x, y
+    t = from_0(across)[0]
+    x, y = np.stack([side.at(t[:, None], t)[:2] for side in sides_of(pupil)], axis=1).reshape(2, -1)
+    return x, y
+
+
 @functools.lru_cache(maxsize=256)
 def _spare(lens: OverPupil, wavelength_nm: float) -> int:
     """Return how many nodes the wavefront takes besides waves along radii."""
-    inner, (angle, _) = lens.pupil.obstruction, lens.pupil.rays(RAYS)
-    angle = angle.reshape(1, -1, 1)
+    inner, angle = lens.pupil.obstruction, 2.0 * np.pi * RAYS.reshape(1, -1, 1)
 
     def waves(t: F64) -> F64:
         radius = inner + t * (1.0 - inner)

@@ -104,13 +104,14 @@ class Wavefront(OfPupil):
         """
         if self.pupil.shape != "circular":
             return None
-        obstruction = self.pupil.obstruction
-        slope = rim_of(self, obstruction, self.reference_nm).move_waves
-        x_um, y_um = (0.0, 0.0) if self._revolves else (2.0 * self.blur_um(self.reference_nm) * slope).tolist()
+        kind: type[Difference]
+        obstruction, kind, x_um, y_um = self.pupil.obstruction, RoundDifference, 0.0, 0.0
+        if not self._revolves:
+            slope = rim_of(self, obstruction, self.reference_nm).move_waves
+            kind, (x_um, y_um) = Difference, (2.0 * self.blur_um(self.reference_nm) * slope).tolist()
         bent = self.defocus_um != 0.0 or any(index > PLANE and coefficient for index, coefficient in self._pairs)
         bare = replace(self, transmission=1.0)
         core = self.round_core()
-        kind = RoundDifference if self._revolves else Difference
         rest = kind(lens=bare, core=core, obstruction=obstruction, moved_um=(x_um, y_um)) if bent else None
         return Split(core=core, moved_um=(x_um, y_um), rest=rest)
 

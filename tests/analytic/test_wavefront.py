@@ -260,7 +260,7 @@ def test_what_no_series_follows_edges_render_too_and_auto_by_transforms():
 
 
 def test_zernike_polynomials_are_orthonormal():
-    x, y, w = Pupil().rule(24, [64])
+    x, y, w = Pupil().rings(24, np.full(24, 64))
     values = np.array([zernike(index, x, y) for index in range(45)])
     np.testing.assert_allclose((values * w) @ values.T / np.pi, np.eye(45), rtol=0, atol=1e-11)
     assert orders(230) == (20, 20)

@@ -497,9 +497,7 @@ CORRUPTIONS = {
     "a round pattern of another wavefront": (
         of_pupil.OfPupil,
         "point_spread_round",
-        lambda f: (
-            lambda lens, r_um, nm, precision: f(lens, r_um, nm if isinstance(lens, Otherwise) else 1.01 * nm, precision)
-        ),
+        lambda f: lambda lens, r_um, nm: f(lens, r_um, nm if isinstance(lens, Otherwise) else 1.01 * nm),
         {"optics": [camsim.Wavefront(f_number=1.4, zernike_waves={4: 0.6}), POINT], "method": "fourier"},
     ),
     "three wavelengths in fourier": (job, "fuse", few_nodes, {"colour": True, "method": "fourier"}),

@@ -195,7 +195,7 @@ class FourierImage:
             known = self.whole.kernel
             return dataclasses.replace(known, tapers=self.islands) if self.shell is None else self.shell.kernel(known)
         known = kernel_of(self.system, self.lit[0], self.pitch_um, self.tolerance)
-        if known.round and known.tapered and not isinstance(self.system.lens, KnowsTail):
+        if known.round and known.tapered and not isinstance(self.system.lens, KnowsTail):  # its transfer is overlaps
             known = with_band(known, self.system, self.lit[0], *self._kinds, self.tolerance)
         return known
 
