@@ -24,7 +24,7 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.optics.protocols import Round, RoundLens, Span
-from camsim.quadrature import quintic_cells
+from camsim.radial_profile import MIDDLE, Profile
 
 RIM_POINTS, DIRECTIONS, INSIDE = 240, 24, 12  # on a rim, and circles of the pupil on which slopes are looked for
 STEP = 1e-4  # of a slope's difference, in radii
@@ -35,8 +35,6 @@ MORE = 1.2  # directions between, and the next terms: 1.02 was measured
 RAYS, BEYOND_RAYS = 4.0, 3.0  # slopes, and λN more: as near as the tail is taken to be the rim's alone
 FARTHEST = 1e7  # λN: where a reach is looked for
 HALVINGS = 14  # a reach is found to a thousandth
-QUINTIC = 5e-3  # what ``quintic_cells`` leave, over (angle per cell)⁶
-CORE_PART = 0.01  # of a pattern's precision: what the core may be wrong by
 
 
 class Bent(Protocol):
@@ -171,14 +169,13 @@ class Difference:
         from camsim.kernels.round import add_round
 
         x, y = x_um - self.moved_um[0], y_um - self.moved_um[1]
-        # Along any line the core's pattern is as smooth as its highest frequency, 1/λN, lets it be.
-        step_um = self.blur_um(wavelength_nm) / math.tau * (CORE_PART * precision / QUINTIC) ** (1.0 / 6.0)
-        count = math.ceil(math.hypot(float(np.abs(x).max()), float(np.abs(y).max())) / step_um) + 4
-        along = self.core.point_spread(step_um * np.abs(np.arange(-2.0, count)), wavelength_nm)
-        cells, x, y = -quintic_cells(along), x / step_um, y / step_um
+        farthest = math.hypot(float(np.abs(x).max()), float(np.abs(y).max()))
+        core = functools.partial(self.core.point_spread, wavelength_nm=wavelength_nm)
+        along = Profile.of(core, self.blur_um(wavelength_nm), farthest)
+        powers, x, y = -along.powers, x / along.cell_um, y / along.cell_um
 
         def less_core(pattern: F64, y: F64, begin: int, stop: int) -> None:
-            add_round(pattern[begin:stop], cells, x, y[begin:stop])
+            add_round(pattern[begin:stop], powers, MIDDLE, x, y[begin:stop])
 
         for rows, pattern in self.lens.point_spread_rows(x_um, y_um, wavelength_nm, precision):
             shared(len(pattern), functools.partial(less_core, pattern, y[rows].copy()))

@@ -8,6 +8,7 @@ import camsim
 from camsim.optics import OpticalSystem, Pupil, Wavefront
 from camsim.optics.difference import Difference, RoundDifference
 from camsim.optics.zernike import zernike_sum
+from camsim.rendering import psf
 from camsim.rendering.check.pupils import Otherwise
 from camsim.rendering.fourier import engine, ways
 from camsim.rendering.render import plan_render, render_channels
@@ -84,12 +85,14 @@ def test_curves_lattices_and_edges_make_one_image(monkeypatch, lens, more, toler
     system = OpticalSystem.of([lens, *more, camsim.SquarePhotosite(side_um=4.0)])
     by_curves = render_channels(SCENE, system, grid, **kept, method="fourier")
     by_edges = render_channels(SCENE, system, grid, **kept, method="boundary")
-    with monkeypatch.context() as patch:
-        patch.setattr(engine, "ways_of", lambda job: ways.ways_of(job)[-1:])
-        on_lattices = render_channels(SCENE, system, grid, **kept, method="fourier")
-    for one, other in ((by_curves, by_edges), (by_curves, on_lattices)):
-        assert np.abs(one.image - other.image).max() <= 1.2 * tolerance
-    for each in (by_curves, by_edges, on_lattices):
+    others = []
+    for number in (2, 3):  # on a lattice, summed over the pupil; and over a rectangle, from what it is along its radius
+        with monkeypatch.context() as patch:
+            patch.setattr(engine, "ways_of", lambda job, number=number: ways.ways_of(job)[:number][-1:])
+            others.append(render_channels(SCENE, system, grid, **kept, method="fourier"))
+    for other in (by_edges, *others):
+        assert np.abs(by_curves.image - other.image).max() <= 1.2 * tolerance
+    for each in (by_curves, by_edges, *others):
         assert each.error_estimate <= tolerance
 
 
@@ -104,6 +107,59 @@ def test_a_pattern_is_a_curve_or_on_a_lattice_whatever_takes_less(f_number, tole
     kinds = {type(part.job.system.lens) for part in choice.plan.parts or [choice.plan]}
     assert (RoundDifference in kinds) == curve
     if curve:
-        round_one, on_lattice = ways.ways_of(choice.plan.parts[-1].job)
-        assert ways.as_in(round_one, round_one) is round_one  # who plans like another takes the same way
-        assert type(ways.as_in(round_one, on_lattice).system.lens) is Difference
+        job = choice.plan.parts[-1].job
+        for way in ways.ways_of(job):  # who plans like another takes the same way
+            like = ways.as_in(job, way)
+            assert (type(like.job.system.lens), like.over_rectangle) == (type(way.job.system.lens), way.over_rectangle)
+
+
+def test_a_pattern_over_a_rectangle_is_the_lens_s_own():
+    lens = camsim.AnnularAiry(f_number=4.0, obstruction=0.3)
+    x, y = np.linspace(-3.0, 41.0, 60), np.linspace(2.0, 80.0, 45)
+    system = OpticalSystem.of([lens, camsim.SquarePhotosite(side_um=4.0)])
+    ((rows, found),) = psf.point_spread_rows(system, x, y, NM, precision=1e-9)
+    right = lens.point_spread(np.hypot(x, y[:, None]), NM)
+    assert rows == slice(0, 45)
+    np.testing.assert_allclose(found, right, rtol=0, atol=2e-13 * lens.point_spread(np.zeros(1), NM)[0])
+
+
+ASIDE = camsim.Scene(
+    background=0.1,
+    shapes=[
+        camsim.Disc(centre_um=(700.0, -500.0), radius_um=90.0, reflectance=0.9),
+        camsim.Polygon(points_um=[(610.0, -390.0), (905.0, -420.0), (712.0, -230.0)], reflectance=0.5),
+    ],
+)
+
+
+@pytest.mark.parametrize(
+    "lens",
+    [
+        camsim.Airy(f_number=4.0),
+        camsim.AnnularAiry(f_number=2.8, obstruction=0.4),
+        Wavefront(f_number=4.0, zernike_waves={4: 0.5}),
+    ],
+    ids=lambda lens: type(lens).__name__,
+)
+def test_scenery_to_one_side_is_seen_over_a_rectangle(monkeypatch, lens):
+    """A circle as far as the scenery has ten times the frequencies; edges in closed form say the same."""
+    system = OpticalSystem.of([lens, camsim.SquarePhotosite(side_um=3.0)])
+    kept = {
+        "response": np.array([[0.6, 0.4]]), "wavelength_nm": np.array([500.0, 610.0]), "tolerance": 1e-9,
+        "channel": np.zeros((6, 3), np.uint8),
+    }  # fmt: skip
+    grid = camsim.Grid(rows=6, cols=3, pitch_um=4.0)
+    optics = {"response": kept["response"], "wavelength_nm": kept["wavelength_nm"], "tolerance": 1e-9}
+    choice = plan_render(ASIDE, system, grid, **optics, method="fourier")
+    assert any("rectangle" in decision.decision for decision in choice.plan.decisions())
+    aside = render_channels(ASIDE, system, grid, **kept, method="fourier")
+    with monkeypatch.context() as patch:
+        patch.setattr(engine, "ways_of", lambda job: ways.ways_of(job)[:1])
+        by_curves = render_channels(ASIDE, system, grid, **kept, method="fourier")
+        circle = plan_render(ASIDE, system, grid, **optics, method="fourier").plan.work(1).frequencies
+    if not isinstance(lens, Wavefront):  # all of it is over a rectangle in either case
+        assert choice.plan.work(1).frequencies < 0.2 * circle
+    by_edges = render_channels(ASIDE, system, grid, **kept, method="boundary")
+    assert (aside.image - 0.1).min() > 1e3 * 1e-9
+    for other in (by_curves, by_edges):
+        assert np.abs(aside.image - other.image).max() <= 1e-9

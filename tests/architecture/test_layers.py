@@ -28,6 +28,7 @@ LAYERS = (
     "kernels",
     "products",
     "quadrature",
+    "radial_profile",
     "nonuniform",
     "gridded",
     "spectra",

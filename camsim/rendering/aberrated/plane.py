@@ -110,7 +110,7 @@ class PlaneTransfers:
         shape = tapered(radius, settings.reach, settings.outer, taper(settings.sharpness))
         cells, place = quintic_cells(area_um2 * shape), self._step / step * self._numbers
         hem = np.zeros((place.size, place.size))
-        shared(len(hem), lambda begin, stop: add_round(hem[begin:stop], cells, place, place[begin:stop]))
+        shared(len(hem), lambda begin, stop: add_round(hem[begin:stop], cells, 0.0, place, place[begin:stop]))
         return hem
 
     def at(self, fx: F64, fy: F64) -> C128:

@@ -71,7 +71,7 @@ class Prices:
         for box, tile, aligned in tiles:
             transfers, held = 1, 0.0
             if self.kernel.round:
-                seconds += line_seconds(self.kernel, wavelengths, tile) if tile.periods not in made else 0.0
+                seconds += line_seconds(self.kernel, wavelengths, tile.outer[0]) if tile.periods not in made else 0.0
                 made.add(tile.periods)
             else:
                 fields = self.fields(tile) if self.kernel.tapered else wavelengths

@@ -13,8 +13,7 @@ import numpy as np
 from camsim.arrays import F64, I64, U8
 from camsim.errors import UnsupportedError
 from camsim.kept import cached_property
-from camsim.optics.airy import AIRY
-from camsim.optics.protocols import KnowsTail
+from camsim.optics.difference import RoundDifference
 from camsim.rendering.budget import CLOSED_PART
 from camsim.rendering.engine import (
     FEWEST_CHECKED,
@@ -26,16 +25,13 @@ from camsim.rendering.engine import (
     Progress,
 )
 from camsim.rendering.fourier.image import FourierImage
+from camsim.rendering.fourier.nodes import heard_from, nodes_of
 from camsim.rendering.fourier.prices import PER_FIELD_POINT, PER_POINT_WEIGHT, PER_PUPIL_SAMPLE, PER_ROUND_POINT
 from camsim.rendering.fourier.spikes import Spikes
-from camsim.rendering.fourier.spread import kernel_of
 from camsim.rendering.fourier.task import FINEST, SAMPLES_OF_POINT, check_tolerance
 from camsim.rendering.fourier.together import Part, Sum
-from camsim.rendering.fourier.ways import as_in, is_curve, ways_of
-from camsim.rendering.heard import followed
+from camsim.rendering.fourier.ways import SOON, Way, as_in, ways_of
 from camsim.rendering.job import Job, Nodes
-from camsim.rendering.quiet import Waves
-from camsim.rendering.spectral import wavefront_phase
 from camsim.rendering.work import Work
 from camsim.repeated import Channels
 
@@ -47,6 +43,7 @@ class FourierPlan:
     parts : a lens's round part and its short difference, where these take less than all of it at once
     heard : what tells how far a job's rings are heard, and what is past three powers of 1/r; None: only edges do
     undivided : a like job's image is not taken apart by distance or place, so nor is this one
+    over_rectangle : a round pattern is taken over a rectangle
     """
 
     job: Job
@@ -54,6 +51,12 @@ class FourierPlan:
     parts: tuple[FourierPlan, ...] = ()
     heard: Callable[[Job], float] | None = None
     undivided: bool = False
+    over_rectangle: bool = False
+
+    @property
+    def way(self) -> Way:
+        """How its pattern is taken."""
+        return Way(self.job, self.over_rectangle)
 
     @property
     def marks(self) -> Marks:
@@ -89,6 +92,7 @@ class FourierPlan:
             tolerance=job.tolerance,
             quiet=None if self.heard is None else functools.cache(functools.partial(self.heard, job)),
             undivided=self.undivided,
+            over_rectangle=self.over_rectangle,
         )
 
     @property
@@ -126,13 +130,19 @@ class FourierPlan:
     def decisions(self) -> Iterator[Decision]:
         """Yield whether lens and scenery are taken apart, and how many frequencies there are."""
         if self.parts:
-            curve = ", round as well: a curve of frequencies" if is_curve(self.parts[-1].job.system.lens) else ""
+            curve = ", round as well: a curve of frequencies" if self.parts[-1].way.curve else ""
             yield Decision(
                 topic="lens",
                 decision=f"a round pattern, and what differs from it{curve}"
                 if len(self.parts) > 1
                 else "a round pattern",
                 reason="each by itself takes less: the difference is short" if len(self.parts) > 1 else "plane waves",
+            )
+        if any(part.over_rectangle for part in self.parts or (self,)):
+            yield Decision(
+                topic="lens",
+                decision="its pattern over a rectangle",
+                reason="a circle as far as the farthest edge would take longer",
             )
         apart = () if self.parts else self._divided
         if apart and isinstance(far := apart[-1], Spikes):
@@ -161,7 +171,7 @@ class FourierPlan:
 
     def of(self, job: Job) -> FourierPlan:
         """Return the same wavelengths for other edges."""
-        job, own = as_in(job, self.job), [job.round_part(), job.difference_part()] if self.parts else []
+        job, own = as_in(job, self.way).job, [job.round_part(), job.difference_part()] if self.parts else []
         parts = tuple(part.of(one) for part, one in zip(self.parts, own, strict=False) if one is not None)
         return dataclasses.replace(self, job=job, nodes=job.nodes_like(self.nodes), parts=parts)
 
@@ -197,7 +207,7 @@ class Fourier:
         if samples is not None:
             raise UnsupportedError("fourier takes none; only importance takes a number", key="samples")
         check_tolerance(job.tolerance)
-        return self._planned(job, _heard if job.pattern is not None else None)
+        return self._planned(job, heard_from if job.pattern is not None else None)
 
     def plan_like(self, job: Job, plan: FourierPlan) -> FourierPlan:
         """Choose nodes; taken apart where and as a like job's plan is, which is not found out again."""
@@ -205,13 +215,20 @@ class Fourier:
 
     def _planned(self, job: Job, heard: Callable[[Job], float] | None, like: FourierPlan | None = None) -> FourierPlan:
         if like is not None:
-            return self._of(as_in(job, like.job), heard, like)
-        return min((self._of(way, heard, None) for way in ways_of(job)), key=_taken)
+            return self._of(as_in(job, like.way), heard, like)
+        first, *others = ways_of(job)
+        best = self._of(first, heard, None)
+        if best.cost.seconds <= SOON and best.cost.memory_bytes <= MEMORY_LIMIT_BYTES:
+            return best
+        return min((best, *(self._of(way, heard, None) for way in others)), key=_taken)
 
-    def _of(self, job: Job, heard: Callable[[Job], float] | None, like: FourierPlan | None) -> FourierPlan:
+    def _of(self, way: Way, heard: Callable[[Job], float] | None, like: FourierPlan | None) -> FourierPlan:
+        job = way.job
         as_whole = like is not None and not like.parts
         undivided = like is not None and as_whole and not like._divided
-        whole = FourierPlan(job=job, nodes=_nodes(job), heard=heard, undivided=undivided)
+        whole = FourierPlan(
+            job=job, nodes=nodes_of(job), heard=heard, undivided=undivided, over_rectangle=way.over_rectangle
+        )
         fine = min(CLOSED_PART, 1.0 - CLOSED_PART) * job.tolerance < FINEST
         if as_whole or job.split is None or not len(job.edges) or fine:
             return whole
@@ -241,7 +258,7 @@ class Fourier:
         band = job.system.highest_per_um(ends_nm) * grid.pitch_um
         count = 0.5 * math.pi * band * band * float(np.prod(period))
         per_point: float = PER_ROUND_POINT + job.signals.density.shape[1] * PER_POINT_WEIGHT
-        if job.split is not None and job.split.rest is not None and not is_curve(job.split.rest):
+        if job.split is not None and job.split.rest is not None and not isinstance(job.split.rest, RoundDifference):
             # Together or apart, there is a pattern that is not round to be made as finely as the band asks.
             per_point += PER_FIELD_POINT + PER_PUPIL_SAMPLE * SAMPLES_OF_POINT
         return SET_UP_SECONDS + count * per_point
@@ -250,46 +267,3 @@ class Fourier:
 def _taken(plan: FourierPlan) -> tuple[bool, float]:
     """Return what plans are chosen by: that they fit, and seconds."""
     return plan.cost.memory_bytes > MEMORY_LIMIT_BYTES, plan.cost.seconds
-
-
-def _heard(job: Job) -> float:
-    """Return from where on a scene's rings, and what is past three powers of 1/r, are within their shares.
-
-    A footprint that is no rectangle stands for a point that lets as much pass, and hears as far as it reaches farther.
-    """
-    found = job.heard
-    return max(found.line, followed(found.foci)) + (0.0 if job.footprint is not None else job.extent)
-
-
-def _nodes(job: Job) -> Nodes:
-    """Return wavelengths that follow the rings of the spectrum as far as these are heard.
-
-    Farther out they need not be right, but must be as quiet: a few wavelengths come back into step where the spectrum
-    does not, and then more are taken. A lens that is not round is taken for an Airy pattern of the same width: no
-    pupil's rings exceed those by much. Photosites that are no rectangles are points that let as much pass.
-    """
-    blur, span, allowed = job.blur, job.span, job.budget.allowed("rings")
-    own_phase = wavefront_phase(job.system, job.signals.wavelength_nm)
-    if isinstance(job.system.lens, KnowsTail):
-        span = min(
-            span, kernel_of(job.system, job.signals.wavelength_nm[[0, -1]], job.grid.pitch_um, job.tolerance).reach
-        )
-    pattern, footprint = job.pattern or AIRY, job.hearing
-    waves = job.waves(pattern, footprint)
-    spread = 2.0 * math.pi * float(1.0 / blur.min() - 1.0 / blur.max())
-    followed = waves.quiet_distance(allowed, front="line", within=span)
-    while True:
-        nodes = job.nodes(phase=spread * followed + own_phase)
-        count = nodes.wavelength_nm.size
-        if count == blur.size or followed >= span:
-            return nodes
-        few = Waves(
-            pattern=pattern,
-            blur=job.blur_at(nodes.wavelength_nm),
-            shares=nodes.weights.reshape(-1, count),
-            footprint=footprint,
-        )
-        heard = few.quiet_distance(allowed, front="line", within=span)
-        if heard <= followed:
-            return nodes
-        followed = min(1.4 * followed, span)

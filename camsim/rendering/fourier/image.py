@@ -69,6 +69,7 @@ class FourierImage:
     tolerance     : largest error, in the unit of ``density``;  memory_limit_bytes: what the plan keeps below if it can
     shell         : part of a pattern, by distance; None: all of it;  islands: how many of these edges are one of
     whole         : of which this is a shell, or an island;  undivided: it has none, as long as it fits the memory
+    over_rectangle : a round pattern is taken over a rectangle, not as a curve
     quiet         : what tells from which distance on (pitches) rings are within their shares; None: only the edges tell
     """
 
@@ -85,6 +86,7 @@ class FourierImage:
     whole: FourierImage | None = None
     islands: int = 1
     undivided: bool = False
+    over_rectangle: bool = False
 
     def rendered(
         self, origin: tuple[float, float], channel: U8, progress: Callable[[float], None] = lambda done: None
@@ -121,10 +123,10 @@ class FourierImage:
                 return tile, None  # all that could be seen lies elsewhere
             return tile, self.tile_image(tile, plan, regions, channel[tile.part], contrast)
 
-        for done, (tile, values) in enumerate(ahead(tiled, plan.tiles, plan.at_once)):
+        for done, (tile, values) in enumerate(ahead(tiled, plan.tiles, plan.at_once), start=1):
             if values is not None:
                 image[tile.part] += values
-            progress((done + 1) / len(plan.tiles))
+            progress(done / len(plan.tiles))
         if self.islands > 1:
             self.__dict__.pop("_fields", None)  # its transfers, before the next one's are made
         return image
@@ -194,7 +196,7 @@ class FourierImage:
         if self.whole is not None:
             known = self.whole.kernel
             return dataclasses.replace(known, tapers=self.islands) if self.shell is None else self.shell.kernel(known)
-        known = kernel_of(self.system, self.lit[0], self.pitch_um, self.tolerance)
+        known = kernel_of(self.system, self.lit[0], self.pitch_um, self.tolerance, over_rectangle=self.over_rectangle)
         if known.round and known.tapered and not isinstance(self.system.lens, KnowsTail):  # its transfer is overlaps
             known = with_band(known, self.system, self.lit[0], *self._kinds, self.tolerance)
         return known
@@ -248,10 +250,7 @@ class FourierImage:
         )
 
     def tile_image(self, tile: Tile, plan: Sizes, regions: Scenery, channel: U8, contrast: F64) -> F64:
-        """Return a tile's image, each photosite in its own channel, less the background.
-
-        contrast : (spectra, channels, j) of the regions' spectra against the background
-        """
+        """Return a tile's image less the background; contrast (spectra, channels, j) of the regions against that."""
         image = np.empty(channel.shape)
         present = np.array([k for k in range(contrast.shape[1]) if (channel == k).any()])
         for some in np.split(present, range(plan.channels, present.size, plan.channels)):

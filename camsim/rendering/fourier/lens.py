@@ -19,7 +19,7 @@ from camsim.arrays import C128, F64
 from camsim.kernels import kernel, shared
 from camsim.optics.protocols import Round, Separable
 from camsim.optics.system import OpticalSystem
-from camsim.quadrature import chebyshev, interpolation
+from camsim.radial_profile import DEGREE, MIDDLE, Profile
 from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fourier.blocks import Block
 from camsim.rendering.fourier.joint import joint_transfer
@@ -28,8 +28,6 @@ from camsim.rendering.fourier.spread import Kernel
 from camsim.rendering.fourier.taper import taper, tapered
 from camsim.rendering.fourier.tile import Tile
 
-SAMPLES, CELLS = 20, 4  # points of a pattern on its own length: 7e-15; it is interpolated on quarters of that:
-DEGREE = 11  # of the pattern on a quarter of its own length: 6e-14
 OVERSAMPLED = 16  # of the transfer's curve; with 8 points 2.4e-9 of what oscillates fastest, which is the faintest
 CURVE_POINTS = 8
 NOTHING = 1e-16  # of a transfer: as much as passes beyond a cut-off
@@ -37,20 +35,20 @@ NOTHING = 1e-16  # of a transfer: as much as passes beyond a cut-off
 
 @kernel()
 def _project(
-    cells: F64, cells_per_length: float, outer: float, step_x: float, step_y: float, out: F64, begin: int, end: int
+    cells: F64, cells_per_pitch: float, outer: float, step_x: float, step_y: float, out: F64, begin: int, end: int
 ) -> None:
     """Fill in some of (count, columns): Σ over y of a round pattern, at x = 0, step_x, …
 
-    cells : (cells, DEGREE + 1, columns) its monomials on −1 … 1 of every cell
+    cells : (cells, DEGREE + 1, columns) of ``Profile.powers``
     """
     for i in range(begin, end):
         x = i * step_x
         deepest = int(math.sqrt(max(outer * outer - x * x, 0.0)) / step_y)
         for m in range(deepest + 1):
             y = m * step_y
-            place = math.sqrt(x * x + y * y) * cells_per_length
+            place = math.sqrt(x * x + y * y) * cells_per_pitch
             cell = min(int(place), len(cells) - 1)
-            t = 2.0 * (place - cell) - 1.0
+            t = place - cell - MIDDLE
             share = step_y if m == 0 else 2.0 * step_y
             for q in range(out.shape[1]):
                 value = cells[cell, DEGREE, q]
@@ -73,27 +71,23 @@ def round_curves(
     """
     inner, outer = tile.inner[0], tile.outer[0]
     flat = weights.reshape(-1, wavelength_nm.size)
-    lengths = math.ceil(outer / kernel.blur)
-    count = CELLS * lengths
-    sampled = chebyshev(SAMPLES)
-    radius = (np.arange(lengths)[:, None] + 0.5 * (1.0 + sampled)) * (outer / lengths)
-    values = np.zeros((lengths, SAMPLES, len(flat)))
-    for j, wavelength in enumerate(wavelength_nm):
-        light = pattern.point_spread(radius * pitch_um, float(wavelength)) * pitch_um**2
-        values += light[..., None] * flat[:, j]
-    x = chebyshev(DEGREE + 1)
-    within = (2.0 * np.arange(CELLS)[:, None] + 1.0 + x).ravel() / CELLS - 1.0
-    values = np.einsum("fx,lxq->lfq", interpolation(sampled, within), values).reshape(count, DEGREE + 1, len(flat))
-    radius = (np.arange(count)[:, None] + 0.5 * (1.0 + x)) * (outer / count)
-    values *= tapered(radius, inner, outer, taper(tile.sharpness))[..., None]
-    # Not by matrix products: a BLAS with threads of its own would keep the cores from the kernels for milliseconds.
-    cells = np.einsum("dx,cxq->cdq", np.linalg.inv(np.vander(x, increasing=True)), values)
+
+    def light(radius_um: F64) -> F64:
+        values = np.zeros((radius_um.size, len(flat)))
+        for j, wavelength in enumerate(wavelength_nm):
+            seen = pattern.point_spread(radius_um, float(wavelength)) * pitch_um**2
+            values += seen[:, None] * flat[:, j]
+        return values
+
+    along = Profile.of(light, kernel.blur * pitch_um, outer * pitch_um)
+    hem = tapered(along.radius_um / pitch_um, inner, outer, taper(tile.sharpness))
+    cells = along._replace(values=along.values * hem[..., None]).powers
 
     highest = tile.cut + kernel.passes - kernel.cutoff  # the samples' own, whatever of it is taken
     step_x, step_y = 0.49 / highest, 0.97 / highest
     samples = math.ceil(outer / step_x) + 1
     line = np.zeros((samples, len(flat)))
-    shared(samples, functools.partial(_project, cells, count / outer, outer, step_x, step_y, line))
+    shared(samples, functools.partial(_project, cells, pitch_um / along.cell_um, outer, step_x, step_y, line))
     length = fast_length(max(1024, OVERSAMPLED * samples), real=True)
     padded = np.zeros((len(flat), length + 1))
     padded[:, :samples] = line.T

@@ -28,7 +28,7 @@ from camsim.optics.protocols import (
 from camsim.products import product
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.fourier.fuses import Fuses
-from camsim.rendering.fourier.prices import PER_PUPIL_SAMPLE, PER_SUMMED_SAMPLE
+from camsim.rendering.fourier.prices import PER_PUPIL_SAMPLE, PER_ROUND_SAMPLE, PER_SUMMED_SAMPLE
 from camsim.rendering.fourier.swings import swings
 from camsim.rendering.fourier.taper import Hem
 from camsim.rendering.psf import OF_LIGHT, is_summed, rule_of
@@ -36,11 +36,20 @@ from camsim.rendering.psf import OF_LIGHT, is_summed, rule_of
 BAND_STEPS, BAND_DIRECTIONS = 256, 12  # in which a round lens, and a footprint behind it, are asked what they pass
 LOBE = 8.0  # directions for each period that a photosite's half extent holds: twice what follows its transfer round
 SUMMED_BYTES = 90.0  # for each sample of a pattern by a non-uniform transform, its grid and all
+ROUND_BYTES = 16.0  # of one that is known along its radius, and while it is weighed
 IN_SIGHT = 8.0  # contrasts of full scale at once
 
 
 def _no_nodes(distance: float) -> float:
     return 0.0
+
+
+def _none_between(x: Span, y: Span) -> float:
+    return 0.0
+
+
+def _round_bytes(shape: tuple[int, int]) -> float:
+    return ROUND_BYTES * math.prod(shape)
 
 
 def _summed_bytes(shape: tuple[int, int]) -> float:
@@ -55,6 +64,7 @@ class Kernel:
     blur    : its shortest length (a pattern changes over a quarter of it)
     reach   : as far as its light matters; inf: as far as there is anything
     round   : the taper is round and the kernel a curve; else both are functions of x and y
+    over_rectangle : they are, of a pattern that is round
     tapered : False for a pattern that has died away at ``reach`` by itself
     light   : how much light may lie beyond a distance, negative light counted as much
     line_nodes : nodes that all patterns of a round lens take out to a radius, of one that sums them
@@ -74,6 +84,7 @@ class Kernel:
     blur: float
     reach: float
     round: bool
+    over_rectangle: bool
     tapered: bool
     light: Callable[[float], float]
     pupil_nodes: Callable[[Span, Span], float]
@@ -105,8 +116,13 @@ class Kernel:
         return beyond
 
 
-def kernel_of(system: OpticalSystem, wavelength_nm: F64, pitch_um: float, tolerance: float) -> Kernel:
-    """Return what the plan has to know of the lens at these wavelengths."""
+def kernel_of(
+    system: OpticalSystem, wavelength_nm: F64, pitch_um: float, tolerance: float, *, over_rectangle: bool = False
+) -> Kernel:
+    """Return what the plan has to know of the lens at these wavelengths.
+
+    over_rectangle : the lens is round, and its pattern is taken as a function of x and y
+    """
     lens, more = system.lens, system.more
     cutoff = system.highest_per_um(wavelength_nm) * pitch_um
     blur = float(system.blurs_um(wavelength_nm).min()) / pitch_um
@@ -123,7 +139,7 @@ def kernel_of(system: OpticalSystem, wavelength_nm: F64, pitch_um: float, tolera
     if isinstance(lens, KnowsBands):
         bands = np.max([lens.bands_per_um(nm) for nm in wavelength_nm.tolist()], axis=0) * pitch_um
         sooner = (cutoff - float(bands[0]), cutoff - float(bands[1]))
-    is_round = isinstance(lens, Round) and not more
+    is_round = isinstance(lens, Round) and not more and not over_rectangle
     faint = isinstance(lens, Fading) and lens.fades and not more
     rings: tuple[tuple[float, float], ...] = ()
     longest = 0.0
@@ -132,23 +148,28 @@ def kernel_of(system: OpticalSystem, wavelength_nm: F64, pitch_um: float, tolera
         # Twice for a whole line, twice for the taper's step in what does not oscillate, four times to be sure:
         # with 4 in place of 16 random polygons came to 0.7 of the tolerance.
         rings = tuple((16.0 * ring.a, ring.n) for ring in swings(system, longest))
-    spread = isinstance(lens, KnowsNodes) and not is_summed(system)
-    precision = OF_LIGHT * ErrorBudget(tolerance).allowed("pupil")
+    pattern_bytes, pattern_seconds = _summed_bytes, PER_SUMMED_SAMPLE
+    if over_rectangle:
+        pattern_bytes, pattern_seconds = _round_bytes, PER_ROUND_SAMPLE
+    elif isinstance(lens, KnowsNodes) and not is_summed(system):
+        precision = OF_LIGHT * ErrorBudget(tolerance).allowed("pupil")
+        pattern_bytes, pattern_seconds = functools.partial(held_bytes, precision=precision), PER_PUPIL_SAMPLE
     return Kernel(
         cutoff=cutoff,
         passes=cutoff,
         blur=blur,
         reach=reach,
         round=is_round,
+        over_rectangle=over_rectangle,
         tapered=not faint,
         light=_light_beyond(system, wavelength_nm, pitch_um),
-        pupil_nodes=_pupil_nodes(system, wavelength_nm, pitch_um),
+        pupil_nodes=_none_between if over_rectangle else _pupil_nodes(system, wavelength_nm, pitch_um),
         line_nodes=_line_nodes(lens, wavelength_nm, pitch_um) if isinstance(lens, KnowsLine) else _no_nodes,
         rings=rings,
         longest=longest,
         whole=isinstance(lens, Fuses) and not more,
-        pattern_bytes=functools.partial(held_bytes, precision=precision) if spread else _summed_bytes,
-        pattern_seconds=PER_PUPIL_SAMPLE if spread else PER_SUMMED_SAMPLE,
+        pattern_bytes=pattern_bytes,
+        pattern_seconds=pattern_seconds,
         sooner=sooner,
     )
 

@@ -104,10 +104,15 @@ class OfKernel(NamedTuple):
     pattern_rows: int = 1
 
 
-def line_seconds(kernel: Kernel, wavelengths: int, tile: Tile) -> float:
+def line_seconds(kernel: Kernel, wavelengths: int, radius: float) -> float:
     """Return what a round pattern takes that is summed over a pupil; 0: of none."""
-    nodes = kernel.line_nodes(tile.outer[0])
+    nodes = kernel.line_nodes(radius)
     return prices.PER_LINE * wavelengths + prices.PER_LINE_NODE * nodes if nodes else 0.0
+
+
+def _radial_seconds(kernel: Kernel, wavelengths: int, radius: float) -> float:
+    """Return what a round pattern takes along its radius."""
+    return prices.PER_PATTERN_BLUR * wavelengths * radius / kernel.blur + line_seconds(kernel, wavelengths, radius)
 
 
 def of_kernel(task: Task, tile: Tile, fields: int) -> OfKernel:
@@ -116,14 +121,16 @@ def of_kernel(task: Task, tile: Tile, fields: int) -> OfKernel:
     if kernel.round:
         curves = task.spectra * task.channels
         seconds = prices.PER_KERNEL_SAMPLE * curves * (2.0 * tile.cut * tile.outer[0]) ** 2
-        seconds += prices.PER_PATTERN_BLUR * task.wavelengths * tile.outer[0] / kernel.blur
-        seconds += line_seconds(kernel, task.wavelengths, tile)
+        seconds += _radial_seconds(kernel, task.wavelengths, tile.outer[0])
         return OfKernel(seconds, 8.0 * 12 * curves * (32.0 * tile.outer[0] * tile.cut))
     if kernel.tapered:
         (rows, columns), own = pattern_of(kernel, tile), pattern_rows(task, tile, fields)
         seconds = prices.PER_PATTERN * task.wavelengths
         seconds += prices.PER_PUPIL_NODE * kernel.pupil_nodes(*tile.spans) * math.ceil(rows / own)
         seconds += kernel.pattern_seconds * task.wavelengths * rows * columns
+        if kernel.over_rectangle:
+            farthest = math.hypot(*(max(map(abs, span)) for span in tile.spans))
+            seconds += _radial_seconds(kernel, task.wavelengths, farthest)
         held = (SAMPLE_BYTES + TRANSFER_BYTES * (fields - 1)) * samples
         made = made_bytes(kernel, own, columns) + FOLDED_BYTES * fields * samples
         return OfKernel(seconds, held, max(0.0, made - held), own)
