@@ -30,7 +30,7 @@ from camsim.rendering.fourier.prices import PER_FIELD_POINT, PER_POINT_WEIGHT, P
 from camsim.rendering.fourier.spikes import Spikes
 from camsim.rendering.fourier.task import FINEST, SAMPLES_OF_POINT, check_tolerance
 from camsim.rendering.fourier.together import Part, Sum
-from camsim.rendering.fourier.ways import SOON, Way, as_in, ways_of
+from camsim.rendering.fourier.ways import Way, as_in, ways_of
 from camsim.rendering.job import Job, Nodes
 from camsim.rendering.work import Work
 from camsim.repeated import Channels
@@ -216,11 +216,7 @@ class Fourier:
     def _planned(self, job: Job, heard: Callable[[Job], float] | None, like: FourierPlan | None = None) -> FourierPlan:
         if like is not None:
             return self._of(as_in(job, like.way), heard, like)
-        first, *others = ways_of(job)
-        best = self._of(first, heard, None)
-        if best.cost.seconds <= SOON and best.cost.memory_bytes <= MEMORY_LIMIT_BYTES:
-            return best
-        return min((best, *(self._of(way, heard, None) for way in others)), key=_taken)
+        return min((self._of(way, heard, None) for way in ways_of(job)), key=_taken)
 
     def _of(self, way: Way, heard: Callable[[Job], float] | None, like: FourierPlan | None) -> FourierPlan:
         job = way.job

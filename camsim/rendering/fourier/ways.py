@@ -8,11 +8,13 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
+
 from camsim.optics.difference import RoundDifference
 from camsim.optics.protocols import Fading, Round
 from camsim.rendering.job import Job
 
-SOON = 0.03  # seconds, for which nobody looks for another way
+PART = 0.35  # of the circle's square, what a rectangle has at most that is worth a plan: all about a scene it has half
 
 
 class Way(NamedTuple):
@@ -33,9 +35,21 @@ def ways_of(job: Job) -> tuple[Way, ...]:
     ways = [Way(job)]
     if isinstance(lens, RoundDifference):
         ways.append(Way(job.behind(lens.on_lattice)))
-    if isinstance(lens, Round) and not job.system.more and not (isinstance(lens, Fading) and lens.fades):
+    fades = isinstance(lens, Fading) and lens.fades
+    if isinstance(lens, Round) and not job.system.more and not fades and _is_narrow(job):
         ways.append(Way(job, over_rectangle=True))
     return tuple(ways)
+
+
+def _is_narrow(job: Job) -> bool:
+    """Whether the rectangle of all ways from a photosite to an edge has little of the square about their circle."""
+    if not len(job.edges):
+        return False
+    size = np.array([job.grid.cols - 1.0, job.grid.rows - 1.0])
+    low, high = (np.asarray(corner) - job.grid.first_centre for corner in job.edges.box)
+    nearest, farthest = low - size - job.extent, high + job.extent
+    radius = float(np.hypot(*np.maximum(np.abs(nearest), np.abs(farthest))))
+    return bool(np.prod(farthest - nearest) <= PART * (2.0 * radius) ** 2)
 
 
 def as_in(job: Job, like: Way) -> Way:
