@@ -47,3 +47,9 @@ class Profile(NamedTuple):
         # Not by matrix products: a BLAS with threads of its own would keep the cores from the kernels for milliseconds.
         powers: F64 = np.einsum("dx,cx...->cd...", np.linalg.inv(np.vander(MIDDLE * x, increasing=True)), self.values)
         return powers
+
+
+def on_lattice(light: Callable[[F64], F64], length_um: float, x_um: F64, y_um: F64) -> tuple[F64, F64, F64]:
+    """Return ``Profile.powers`` as far as a lattice about the middle goes, and its places along x and y, in cells."""
+    along = Profile.of(light, length_um, math.hypot(float(np.abs(x_um).max()), float(np.abs(y_um).max())))
+    return along.powers, x_um / along.cell_um, y_um / along.cell_um

@@ -24,7 +24,7 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.optics.protocols import Round, RoundLens, Span
-from camsim.radial_profile import MIDDLE, Profile
+from camsim.radial_profile import MIDDLE, on_lattice
 
 RIM_POINTS, DIRECTIONS, INSIDE = 240, 24, 12  # on a rim, and circles of the pupil on which slopes are looked for
 STEP = 1e-4  # of a slope's difference, in radii
@@ -168,14 +168,13 @@ class Difference:
         from camsim.kernels import shared  # with Numba, which no lens needs before it is rendered
         from camsim.kernels.round import add_round
 
-        x, y = x_um - self.moved_um[0], y_um - self.moved_um[1]
-        farthest = math.hypot(float(np.abs(x).max()), float(np.abs(y).max()))
         core = functools.partial(self.core.point_spread, wavelength_nm=wavelength_nm)
-        along = Profile.of(core, self.blur_um(wavelength_nm), farthest)
-        powers, x, y = -along.powers, x / along.cell_um, y / along.cell_um
+        places = x_um - self.moved_um[0], y_um - self.moved_um[1]
+        powers, x, y = on_lattice(core, self.blur_um(wavelength_nm), *places)
+        less = -powers
 
         def less_core(pattern: F64, y: F64, begin: int, stop: int) -> None:
-            add_round(pattern[begin:stop], powers, MIDDLE, x, y[begin:stop])
+            add_round(pattern[begin:stop], less, MIDDLE, x, y[begin:stop])
 
         for rows, pattern in self.lens.point_spread_rows(x_um, y_um, wavelength_nm, precision):
             shared(len(pattern), functools.partial(less_core, pattern, y[rows].copy()))

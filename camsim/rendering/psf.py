@@ -19,7 +19,7 @@ from camsim.nonuniform import modes
 from camsim.optics import OpticalSystem
 from camsim.optics.protocols import InRows, OnLattice, Round
 from camsim.quadrature import gauss_legendre
-from camsim.radial_profile import MIDDLE, Profile
+from camsim.radial_profile import MIDDLE, on_lattice
 
 # All of the light is wrong by less than a hundredth of what the largest amplitude is wrong by (measured).
 OF_LIGHT = 30.0
@@ -37,8 +37,8 @@ def rule_of(waves: float) -> tuple[int, int]:
 
 
 def is_summed(system: OpticalSystem) -> bool:
-    """Whether the pattern is summed from the transfer, as nobody knows it on a lattice."""
-    return bool(system.more) or not isinstance(system.lens, OnLattice | InRows)
+    """Whether the pattern is summed from the transfer, as nobody knows it."""
+    return bool(system.more) or not isinstance(system.lens, Round | OnLattice | InRows)
 
 
 def point_spread_rows(
@@ -50,10 +50,10 @@ def point_spread_rows(
     precision  : relative, of all of the light
     """
     lens = system.lens
-    if isinstance(lens, Round) and not system.more:
-        yield slice(0, y_um.size), _round(lens, system.blur_um(wavelength_nm), x_um, y_um, wavelength_nm)
-    elif is_summed(system):
+    if is_summed(system):
         yield slice(0, y_um.size), _summed(system, x_um, y_um, wavelength_nm, precision)
+    elif isinstance(lens, Round):
+        yield slice(0, y_um.size), _round(lens, system.blur_um(wavelength_nm), x_um, y_um, wavelength_nm)
     elif isinstance(lens, InRows):
         yield from lens.point_spread_rows(x_um, y_um, wavelength_nm, OF_LIGHT * precision)
     elif isinstance(lens, OnLattice):
@@ -62,9 +62,8 @@ def point_spread_rows(
 
 def _round(lens: Round, blur_um: float, x_um: F64, y_um: F64, wavelength_nm: float) -> F64:
     """Return a round pattern (y, x), from what it is along its radius; 6e-14 of its peak."""
-    farthest_um = math.hypot(float(np.abs(x_um).max()), float(np.abs(y_um).max()))
-    along = Profile.of(functools.partial(lens.point_spread, wavelength_nm=wavelength_nm), blur_um, farthest_um)
-    powers, x, y = along.powers, x_um / along.cell_um, y_um / along.cell_um
+    along = functools.partial(lens.point_spread, wavelength_nm=wavelength_nm)
+    powers, x, y = on_lattice(along, blur_um, x_um, y_um)
     pattern = np.zeros((y.size, x.size))
 
     def fill(begin: int, stop: int) -> None:

@@ -145,12 +145,9 @@ ASIDE = camsim.Scene(
 def test_scenery_to_one_side_is_seen_over_a_rectangle(monkeypatch, lens):
     """A circle as far as the scenery has ten times the frequencies; edges in closed form say the same."""
     system = OpticalSystem.of([lens, camsim.SquarePhotosite(side_um=3.0)])
-    kept = {
-        "response": np.array([[0.6, 0.4]]), "wavelength_nm": np.array([500.0, 610.0]), "tolerance": 1e-9,
-        "channel": np.zeros((6, 3), np.uint8),
-    }  # fmt: skip
+    optics = {"response": np.array([[0.6, 0.4]]), "wavelength_nm": np.array([500.0, 610.0]), "tolerance": 1e-9}
+    kept = optics | {"channel": np.zeros((6, 3), np.uint8)}
     grid = camsim.Grid(rows=6, cols=3, pitch_um=4.0)
-    optics = {"response": kept["response"], "wavelength_nm": kept["wavelength_nm"], "tolerance": 1e-9}
     choice = plan_render(ASIDE, system, grid, **optics, method="fourier")
     assert any("rectangle" in decision.decision for decision in choice.plan.decisions())
     aside = render_channels(ASIDE, system, grid, **kept, method="fourier")
