@@ -11,7 +11,7 @@ from camsim.rendering import Grid
 from camsim.rendering.edges import shares_within
 from camsim.scene import Scene, flattened
 from camsim.scene.outlines import Outlines
-from camsim.scene.sides import SideLimits
+from camsim.scene.side_limits import SideLimits
 from camsim.window import Region
 
 SIDE = 128  # photosites: a second or two for every engine at its finest

@@ -26,7 +26,7 @@ from camsim.optics.pattern import Pattern
 from camsim.rendering.grid import Grid
 from camsim.scene import Primitive
 from camsim.scene.curves import STRAIGHT, joined
-from camsim.scene.sides import MOST_TURN, SideLimits
+from camsim.scene.side_limits import MOST_TURN, SideLimits
 from camsim.scene.stretches import stretches
 
 STEP = 0.25  # of the distance: half a stretch of curve over which it is taken for the same
@@ -136,7 +136,7 @@ class LongSides:
         curves = joined([fill.curves for one in primitives for fill in one.fills])
         found = stretches(curves.some(curves.kind != STRAIGHT), self.apart)
         anywhere, most = self._anywhere(found.radius_um), MOST_TURN * found.radius_um
-        short = np.maximum(limits.side_um(found.radius_um, True, True), anywhere)
+        short = np.maximum(limits.side_um(found.radius_um, True), anywhere)
         found, short, most = found.some(short < most), short[short < most], most[short < most]
         if not short.size:
             return 0.0

@@ -21,7 +21,7 @@ from camsim.rendering.grid import Grid
 from camsim.rendering.long_sides import LongSides
 from camsim.scene import Arrangement, Primitive, Scene, arrange, flattened
 from camsim.scene.outlines import has_curves
-from camsim.scene.sides import SideLimits
+from camsim.scene.side_limits import SideLimits
 from camsim.spectra.curve import spectrum_at
 
 MANY = 1000  # primitives: of fewer, sides that grow are found in a moment
@@ -103,4 +103,5 @@ def _limits(system: OpticalSystem, shortest_nm: float, allowed: float) -> tuple[
     line_per_um = max(float(np.sum(otf)) for otf in passes)
     steepest = 4.0 * math.pi * max(float(np.sum(f * f * otf)) for otf in passes)
     cut_um2, moment_um3 = 2.0 * allowed / slope, allowed / steepest
-    return SideLimits(1.0 / highest, math.sqrt(cut_um2), cut_um2, moment_um3), line_per_um
+    shift_um = allowed / line_per_um
+    return SideLimits(1.0 / highest, math.sqrt(cut_um2), cut_um2, moment_um3, shift_um), line_per_um

@@ -13,7 +13,8 @@ from camsim.scene.primitives import Primitive, flattened
 from camsim.scene.rim_sides import sides_of
 from camsim.scene.rims import Rims, discs_among, rims_of
 from camsim.scene.scene import Scene
-from camsim.scene.sides import Polygons, SideLimits
+from camsim.scene.side_limits import SideLimits
+from camsim.scene.sides import Polygons
 from camsim.scene.stretches import Apart
 from camsim.scene.visible import Covers, visible_rings
 from camsim.spectra.curve import Spectrum

@@ -15,7 +15,8 @@ from camsim.scene.curves import STRAIGHT, Curves, joined
 from camsim.scene.primitives import Primitive, flattened
 from camsim.scene.regions import common, joined_areas, region_of, without
 from camsim.scene.scene import Scene
-from camsim.scene.sides import Polygons, SideLimits, polygons
+from camsim.scene.side_limits import SideLimits
+from camsim.scene.sides import Polygons, polygons
 from camsim.scene.stretches import Apart, Whose
 from camsim.spectra.curve import Spectrum
 

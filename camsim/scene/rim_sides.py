@@ -14,7 +14,7 @@ import numpy as np
 from camsim.arrays import F64, I64
 from camsim.scene.curves import ARC, Curves
 from camsim.scene.rims import Rims
-from camsim.scene.sides import MOST_TURN, SideLimits, judge_sides
+from camsim.scene.side_limits import MOST_TURN, SideLimits, judge_sides
 from camsim.scene.stretches import Apart, Stretches, stretches
 
 TOGETHER = 4096  # parts that are laid out at a time: memory for few numbers beyond the sides themselves

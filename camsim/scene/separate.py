@@ -7,7 +7,8 @@ from typing import Any
 from camsim.scene.curves import Curves
 from camsim.scene.primitives import Fill, FillRule
 from camsim.scene.regions import nesting, region_of
-from camsim.scene.sides import SideLimits, polygons
+from camsim.scene.side_limits import SideLimits
+from camsim.scene.sides import polygons
 
 FINE = 0.01  # of the size of all: a side's length, which then lies 1e-4 of it off where a curve's radius is a tenth
 CLEAR = 2e-3  # of that size: what outlines keep free of one another, and of themselves

@@ -7,76 +7,20 @@ areas stay. What limits s is said in lengths (``SideLimits``); here sides are la
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from camsim.arrays import F64, I64
-from camsim.errors import InvalidValueError
 from camsim.scene.curves import STRAIGHT, Curves, circles_among, cross
-from camsim.scene.stretches import Apart, Stretches, Whose, cut_stretches, distances, followers, halved, stretches
+from camsim.scene.growing import grown
+from camsim.scene.side_limits import MOST_TURN, SideLimits, judge_sides
+from camsim.scene.stretches import Apart, Stretches, Whose, cut_stretches, followers, stretches
 
-MOST_TURN = 2.0 * math.pi / 64.0
-"""Of a side, radians."""
-
-GROWTH = 1.3  # of sides from an end on
 SMOOTH = 1e-7  # sine of the angle between curves that go on in one another
-HALVINGS = 40
-ROUNDS = 100  # of easing: as many as there are stretches between the shortest sides and the longest
-MOST_SIDES = 20_000_000  # of all curves
 GRID_BITS = 46  # of the largest coordinate of a curve
 NEARLY = 1e-9  # of a curve's parameter: a corner so near its ends is one of them
 LEAST = 0.3  # of a step between corners on a circle: nearer ones are one
-FINEST = 1e-4  # of a curve's length: the first side at a corner is no shorter
-
-Longest = Callable[[F64, F64, F64], F64]
-
-
-class SideLimits(NamedTuple):
-    """How long a side may be where a curve's radius is R.
-
-    segment_um : at most
-    wobble_um  : root-mean-square distance between side and curve: s²/(R·√720), the parabola s²/8R less its mean
-    cut_um2    : area between them that no other side makes up for: what one leaves at a corner, whose place is kept,
-                 s³/24R, and over a part of a side where another shape cuts the outline, s³/(72·√3·R). Both are
-                 taken for the first: an arc then has the sides of the circle that it lies on
-    moment_um3 : that a side leaves where the next one is longer or shorter: s⁴/96R
-    longer     : lengths (n,) that will do whatever those limits say, by places (n, 2), radii (n,) and the lengths (n,)
-                 of curve about each place
-    textured   : there are pictures behind the outlines, edges of whose samples may cut any of them anywhere
-    """
-
-    segment_um: float = math.inf
-    wobble_um: float = math.inf
-    cut_um2: float = math.inf
-    moment_um3: float = math.inf
-    longer: Longest | None = None
-    textured: bool = False
-
-    def side_um(self, radius_um: F64, cut: np.ndarray | bool, uneven: np.ndarray | bool) -> F64:
-        """Return the longest sides (n,) but for ``longer``.
-
-        cut, uneven : whether another outline may cut there, and whether sides of the same outline differ in length
-        """
-        side = np.minimum(self.segment_um, np.sqrt(self.wobble_um * radius_um * math.sqrt(720.0)))
-        if math.isfinite(self.cut_um2):
-            side = np.where(cut, np.minimum(side, self.corner_um(radius_um)), side)
-        if math.isfinite(self.moment_um3):
-            even_side = np.sqrt(np.sqrt(96.0 * self.moment_um3 * radius_um))
-            side = np.where(uneven, np.minimum(side, even_side), side)
-        return np.minimum(side, MOST_TURN * radius_um)
-
-    def end_um(self, radius_um: F64) -> F64:
-        """Return the longest sides (n,) of an arc that ends; see ``rim_sides``."""
-        longest: F64 = np.sqrt(np.sqrt(360.0 * self.moment_um3 * radius_um))
-        return np.minimum(longest, self.side_um(radius_um, False, False))
-
-    def corner_um(self, radius_um: F64) -> F64:
-        """Return the longest first sides (n,) from a corner."""
-        if not math.isfinite(self.cut_um2):
-            return np.full_like(radius_um, np.inf)
-        return np.cbrt(24.0 * self.cut_um2 * radius_um)
 
 
 class Polygons(NamedTuple):
@@ -133,11 +77,7 @@ def polygons(curves: Curves, limits: SideLimits, whose: Whose | None = None, apa
     uneven = np.zeros(len(curves.first) - 1, bool)
     uneven[curves.loop[bent[found.owner[cut]]]] = True
     uneven[curves.loop[bent[corners.any(axis=1) | ~circles_among(curves.some(bent))]]] = True
-    number = np.full(len(curves.kind), -1)
-    number[bent] = np.arange(len(bent))
-    after = np.where(smooth[bent], number[following[bent]], -1)
-    side, found = _lengths(found, limits, cut, uneven[curves.loop[bent]], corners, after)
-    sides[bent], t = _laid(curves.some(bent), found, side, corners)
+    sides[bent], t = _laid(curves.some(bent), found, limits, cut, uneven[curves.loop[bent]], corners)
     owner = np.repeat(np.arange(len(sides)), sides)
     begin = np.cumsum(sides) - sides
     t0 = np.zeros(owner.size)
@@ -171,53 +111,63 @@ def _smooth(curves: Curves, following: I64) -> np.ndarray:
     return smooth
 
 
-def _lengths(
-    found: Stretches, limits: SideLimits, cut: np.ndarray, uneven: np.ndarray, corners: np.ndarray, after: I64
-) -> tuple[F64, Stretches]:
-    """Return how long sides may be along stretches of curves, and these, cut again near corners.
+def _laid(
+    curves: Curves, found: Stretches, limits: SideLimits, cut: np.ndarray, uneven: np.ndarray, corners: np.ndarray
+) -> tuple[I64, F64]:
+    """Return how many sides each curve gets, and where they begin, curve after curve.
 
-    cut     : stretches that another outline may cut;  uneven: curves in whose outline there are such, or corners
-    corners : (n, 2) whether a curve's start and end are corners, whose places are kept: sides grow from there on
-    after   : the curve in which each goes on without a corner, −1 for none
+    found, cut : stretches, and which of them another outline may cut
+    uneven     : curves in whose outline there are such, or corners, or whose radius is not the same all along
+    corners    : (n, 2) whether a curve's start and end are corners, whose places are kept
     """
-    side = limits.side_um(found.radius_um, cut, uneven[found.owner])
+    side, longer = limits.side_um(found.radius_um, cut), None
     if limits.longer is not None:
         longer = limits.longer(found.place_um, found.radius_um, found.length_um)
         side = np.minimum(np.maximum(side, longer), MOST_TURN * found.radius_um)
-    side, found = _eased(found, side, cut, after)
-    found, side = _graded(found, side, limits, corners)
     judge_sides(float(np.sum(found.length_um / side)))
-    return side, found
-
-
-def judge_sides(total: float) -> None:
-    """Refuse more sides than memory holds."""
-    if total > MOST_SIDES:
-        raise InvalidValueError(
-            f"curves of the scene would take {total:.3g} sides at this tolerance; the most is {MOST_SIDES:g}: "
-            "give a coarser one, or draw less of them",
-            key="shapes",
-            stage="Scene",
-        )
-
-
-def _laid(curves: Curves, found: Stretches, side: F64, corners: np.ndarray) -> tuple[I64, F64]:
-    """Return how many sides each curve gets, and where they begin, curve after curve."""
-    circles = circles_among(curves)
-    even, owners = circles[found.owner], [np.arange(len(corners))]
-    places = [np.zeros(len(corners))]
-    for own, t in (
-        _whole_steps(curves, found.some(even), side[even]),
-        _even_steps(found.some(~even), side[~even], corners),
-    ):
-        owners.append(own)
-        places.append(t)
-    owner, t = np.concatenate(owners), np.concatenate(places)
+    # Runs of stretches of one curve whose sides grow, or of those whose do not.
+    growing = uneven[found.owner] & ~cut & limits.grows
+    begins = np.append(True, (np.diff(found.owner) != 0) | np.diff(growing))[: len(cut)]
+    run = np.cumsum(begins) - 1
+    whose, grows = found.owner[begins], growing[begins]
+    of_runs, runs = curves.some(whose), found._replace(owner=run)
+    circles = circles_among(of_runs)
+    laid = [
+        _whole_steps(of_runs, runs.some(~growing & circles[run]), side[~growing & circles[run]]),
+        _even_steps(runs.some(~growing & ~circles[run]), side[~growing & ~circles[run]], len(whose)),
+    ]
+    owner, t = (np.concatenate(parts) for parts in zip(*laid, strict=True))
+    # What grows begins and ends in the corners beside it, or where it meets what has none.
+    low, high = found.t0[begins], found.t1[np.append(begins[1:], True)[: len(cut)]]
+    nearest, farthest = np.full(len(whose), np.inf), np.full(len(whose), -np.inf)
+    np.minimum.at(nearest, owner, t)
+    np.maximum.at(farthest, owner, t)
+    stepped = np.isfinite(nearest) & circles
+    joined = np.append(False, whose[1:] == whose[:-1])[: len(whose)]
+    before = np.flatnonzero(joined & grows)
+    after = np.flatnonzero(joined & ~grows)  # what grows lies before these
+    beside = np.concatenate([before[~stepped[before - 1]], after[~stepped[after]]])
+    low[before] = np.where(stepped[before - 1], farthest[before - 1], low[before])
+    high[after - 1] = np.where(stepped[after], nearest[after], high[after - 1])
+    parts = _within(runs.some(growing), low, high)
+    number = np.cumsum(grows) - 1
+    parts = parts._replace(owner=number[parts.owner])
+    of_part, places = grown(of_runs.some(grows), parts, limits, None if longer is None else longer[growing])
+    owner = np.concatenate([np.arange(len(corners)), whose[owner], whose[beside], whose[grows][of_part]])
+    t = np.concatenate([np.zeros(len(corners)), t, found.t0[begins][beside], places])
     # A curve between two corners has a side in its middle that can be moved.
     single = np.flatnonzero((np.bincount(owner, minlength=len(corners)) == 1) & corners.all(axis=1))
     owner, t = np.concatenate([owner, single]), np.concatenate([t, np.full(single.size, 0.5)])
     order = np.lexsort((t, owner))
     return np.bincount(owner, minlength=len(corners)), t[order]
+
+
+def _within(parts: Stretches, low: F64, high: F64) -> Stretches:
+    """Return stretches, the first and last of each part as long as it goes: from ``low`` to ``high`` (parts,)."""
+    first = np.append(True, np.diff(parts.owner) != 0)[: len(parts.owner)]
+    last = np.append(first[1:], True)[: len(parts.owner)]
+    t0, t1 = np.where(first, low[parts.owner], parts.t0), np.where(last, high[parts.owner], parts.t1)
+    return parts._replace(t0=t0, t1=t1, length_um=parts.length_um * (t1 - t0) / (parts.t1 - parts.t0))
 
 
 def _whole_steps(curves: Curves, found: Stretches, side: F64) -> tuple[I64, F64]:
@@ -268,9 +218,9 @@ def _kept_on(step: F64, found: Stretches, turn_rad: F64) -> F64:
     return kept
 
 
-def _even_steps(found: Stretches, side: F64, corners: np.ndarray) -> tuple[I64, F64]:
-    """Return owners and parameters of the corners on other curves: evenly, by how many sides each part takes."""
-    each, count = found.length_um / side, len(corners)
+def _even_steps(found: Stretches, side: F64, count: int) -> tuple[I64, F64]:
+    """Return owners, of so many, and parameters of corners on other curves: evenly, by how many sides parts take."""
+    each = found.length_um / side
     total = np.bincount(found.owner, each, count)
     sides = np.ceil(total - 1e-9).astype(np.int64)
     # As a share of its own total, and curve after curve: both rise all along, to the next whole number at each end.
@@ -278,61 +228,14 @@ def _even_steps(found: Stretches, side: F64, corners: np.ndarray) -> tuple[I64, 
     starts = np.concatenate([[0.0], np.cumsum(share)[:-1]])
     ends = np.append(found.owner[1:] != found.owner[:-1], True)[: len(share)]
     x = np.minimum(starts - starts[np.searchsorted(found.owner, found.owner)], 1.0) + found.owner
-    whole = (found.owner + 1.0)[ends]
     after = np.flatnonzero(ends) + 1
-    x, at = np.insert(x, after, whole), np.insert(found.t0 + found.owner, after, whole)
+    x = np.insert(x, after, (found.owner + 1.0)[ends])
+    at = np.insert(found.t0 + found.owner, after, (found.t1 + found.owner)[ends])
     inner = np.maximum(sides - 1, 0)
     owner = np.repeat(np.arange(count), inner)
     wanted = (1 + np.arange(owner.size) - np.repeat(np.cumsum(inner) - inner, inner)) / sides[owner]
     t = np.interp(wanted + owner, x, at) - owner if x.size else wanted
     return owner, np.clip(t, 0.0, 1.0)
-
-
-def _graded(found: Stretches, side: F64, limits: SideLimits, corners: np.ndarray) -> tuple[Stretches, F64]:
-    """Return stretches, cut again near corners, and their sides, which grow from what a corner asks for."""
-    if not math.isfinite(limits.cut_um2) or not corners.any():
-        return found, side
-    for _ in range(HALVINGS):
-        from_start, from_end, total = distances(found)
-        allowed = np.full_like(side, np.inf)
-        for column, distance in enumerate((from_start, from_end)):
-            nearest = np.maximum(limits.corner_um(found.radius_um), FINEST * total)
-            grown = nearest + (1.0 - 1.0 / GROWTH) * distance
-            allowed = np.where(corners[found.owner, column], np.minimum(allowed, grown), allowed)
-        # Where sides grow by half over one stretch it is cut in two.
-        long = (allowed < side) & (found.length_um > np.maximum(2.0 * np.minimum(from_start, from_end), allowed))
-        if not long.any():
-            break
-        found, which = halved(found, long)
-        side = side[which]
-    return found, np.minimum(side, allowed)
-
-
-def _eased(found: Stretches, side: F64, cut: np.ndarray, after: I64) -> tuple[F64, Stretches]:
-    """Return sides that grow slowly from where another outline may cut, and their stretches, some of them cut again.
-
-    What a side lacks in area its ends make up for, and with that they move the sides beside it: next to a long side
-    a short one would lie as far from the curve as that.
-    """
-    slow = cut
-    for _ in range(ROUNDS):
-        last = np.append(found.owner[1:] != found.owner[:-1], True)
-        first = np.append(np.searchsorted(found.owner, np.arange(len(after))), -1)
-        then = np.where(last, first[after[found.owner]], np.arange(1, len(side) + 1))
-        one = np.flatnonzero(then >= 0)
-        two = then[one]
-        most = side.copy()
-        for here, there in ((one, two), (two, one)):
-            grown = side[here] + (GROWTH - 1.0) * np.minimum(side[here], found.length_um[there])
-            np.minimum.at(most, there, np.where(slow[here], grown, np.inf))
-        steep = most < side * (1.0 - NEARLY)
-        if not steep.any():
-            break
-        long = steep & (found.length_um > 4.0 * most)  # only what is near has to be short
-        side, slow = np.where(long, side, most), slow | (steep & ~long)
-        found, which = halved(found, long)
-        side, slow = side[which], slow[which]
-    return side, found
 
 
 def _with_areas(corners: F64, areas: F64, free: np.ndarray, first: I64) -> F64:

@@ -14,7 +14,7 @@ from camsim.errors import InvalidValueError
 from camsim.scene.outlines import Outlines, area_of
 from camsim.scene.primitives import Primitive
 from camsim.scene.regions import joined_areas, rings_of, without
-from camsim.scene.sides import SideLimits
+from camsim.scene.side_limits import SideLimits
 
 MOST_PAIRS = 30_000_000  # of shapes whose boxes touch: 8000 rings in one another, a gigabyte
 TOGETHER = 1000  # boxes that are looked up at a time

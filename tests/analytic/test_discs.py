@@ -8,7 +8,7 @@ from camsim.optics import OpticalSystem
 from camsim.rendering.render import plan_render
 from camsim.scene import flattened
 from camsim.scene.outlines import Outlines
-from camsim.scene.sides import SideLimits
+from camsim.scene.side_limits import SideLimits
 from tests.truth import closed_forms, rays
 
 

@@ -8,7 +8,7 @@ from camsim.scene.curves import CUBIC
 from camsim.scene.outlines import Outlines, area_of
 from camsim.scene.primitives import Fill, Primitive, flattened
 from camsim.scene.shapes.text import font_of
-from camsim.scene.sides import SideLimits
+from camsim.scene.side_limits import SideLimits
 
 SIDES = 60  # of a piece, in this test's own polygons
 OVERLAPPING = "ÅÇŲ"  # what hangs from them is drawn into them

@@ -241,7 +241,7 @@ CORRUPTIONS = {
         outlines,
         "arrange",
         lambda f: lambda scene, limits, **how: f(scene, limits._replace(cut_um2=np.inf, moment_um3=np.inf)),
-        {"scene": "cut disc", "over": 3.0},
+        {"scene": "cut disc", "over": 2.0},
     ),
     "discs are a ten-thousandth too large": (
         scene_outlines,

@@ -48,7 +48,7 @@ def test_a_star_tells_the_mtf_of_lens_olpf_and_photosite(sensor):
 
 def test_dead_leaves_tell_the_mtf_by_their_own_truth():
     """In noise too, which a power spectrum would count as sharpness."""
-    changes = [LEAVES, "region={rows: 72, cols: 72}", "lens.f_number=11", "render.tolerance=1e-2"]
+    changes = [LEAVES, "region={rows: 72, cols: 72}", "lens.f_number=11", "render.tolerance=1e-3"]
     capture = camsim.load("dead-leaves", overrides=[*changes, "exposure.iso=800"])
     report = measure_texture(picture_of_frame(capture.frame()), capture)
     (grey,) = report.channels

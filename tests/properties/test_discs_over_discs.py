@@ -8,7 +8,7 @@ import shapely
 
 import camsim
 from camsim.scene import arrange
-from camsim.scene.sides import SideLimits
+from camsim.scene.side_limits import SideLimits
 
 LEVELS = (0.0, 0.3, 0.5, 1.0)
 FINE = SideLimits(0.02, 1e-6, 1e-6, 1e-6)

@@ -20,7 +20,7 @@ from camsim.optics.protocols import Varies
 from camsim.scene.outlines import Outlines, area_of
 from camsim.scene.primitives import Primitive
 from camsim.scene.raster import Field
-from camsim.scene.sides import SideLimits
+from camsim.scene.side_limits import SideLimits
 from camsim.spectra.curve import Spectrum
 
 _MOST_SHAPES = 2000

@@ -10,20 +10,19 @@ import numpy as np
 from camsim.arrays import F64, I64
 from camsim.kernels import kernel
 
-GROWTH = 1.3  # of a part's sides from its ends on
-
 
 class _Cut(NamedTuple):
-    """How an arc is cut: whether it is a whole circle, how many sides it has, and of a part's halves these.
+    """How an arc is cut: whether it is a whole circle, how many sides it has, and how long they may be at the most.
 
-    first, growing : the first side's length, and how many grow from it;  rest: of the others
+    side  : where nothing ends;  first: at an end of a part
+    times : what the sides of a part are multiplied by, so that both of its halves end in its middle
     """
 
     whole: bool
     sides: int
+    side: float
     first: float
-    growing: int
-    rest: float
+    times: float
 
 
 @kernel()
@@ -31,8 +30,7 @@ def _cut(radius: float, turn_rad: float, fine: tuple[float, float, bool]) -> _Cu
     """Cut a circle or a part of one, whose halves are the same from either end.
 
     Each side of a part has its arc's area, but the first lean on their arcs: s³/36R of area lies on the wrong side of
-    their middles, and s⁴/96R of its moment wherever sides grow. On a square wave, and on its cube, that keeps below
-    what is allowed. A whole circle's sides are all alike and send nothing below their own frequency; a part's are not.
+    their middles. On a square wave that keeps below what is allowed.
     """
     longest, allowed, textured = fine
     whole = turn_rad >= math.tau * (1.0 - 1e-15)
@@ -40,17 +38,31 @@ def _cut(radius: float, turn_rad: float, fine: tuple[float, float, bool]) -> _Cu
     if textured:
         side = min(side, (12.0 * allowed * radius * longest**2) ** (1.0 / 3.0))
     if whole:
-        return _Cut(True, max(96, math.ceil(math.tau * radius / side)), 0.0, 0, 0.0)
-    half = 0.5 * turn_rad * radius
-    side = min(side, (96.0 * allowed * radius * longest**3) ** 0.25)
-    first = min(side, (36.0 * radius * allowed * longest**2) ** (1.0 / 3.0))
-    most = math.ceil(math.log(side / first) / math.log(GROWTH)) + 1
-    growing, length = 0, 0.0
-    while growing < most and length + first * GROWTH**growing < half:
-        length += first * GROWTH**growing
-        growing += 1
-    more = max(1, math.ceil((half - length) / side))
-    return _Cut(False, 2 * (growing + more), first, growing, (half - length) / more)
+        return _Cut(True, max(96, math.ceil(math.tau * radius / side)), side, 0.0, 1.0)
+    first = min((6.0 * allowed * radius * longest**3) ** 0.25, (36.0 * radius * allowed * longest**2) ** (1.0 / 3.0))
+    cut = _Cut(False, 0, side, first, 1.0)
+    length, sides, half = 0.0, 0, 0.5 * turn_rad * radius
+    while length < half:
+        length += _next(length, radius, 2.0 * half, fine, cut)
+        sides += 1
+    return _Cut(False, 2 * sides, side, first, half / length)
+
+
+@kernel()
+def _next(length: float, radius: float, whole: float, fine: tuple[float, float, bool], cut: _Cut) -> float:
+    """Return a part's next side after so much of its length: as long as is right in its middle.
+
+    A whole circle's sides are all alike and send nothing below their own frequency. A part's send 1/288 of how s⁴/R
+    bends: that is kept below what is allowed of a long wave, and at an end below what is of a square one.
+    """
+    longest, allowed, _ = fine
+    side = 0.0
+    for _ in range(2):
+        over = 1.0 / cut.side**4
+        for away in (length + 0.5 * side, max(whole - length - 0.5 * side, 0.0)):
+            over += 1.0 / (cut.first**4 + 72.0 * radius * allowed * longest * away * (longest + away))
+        side = over**-0.25
+    return side
 
 
 @kernel()
@@ -80,10 +92,11 @@ def draw_sides(arcs: F64, fine: tuple[float, float, bool], sides: F64) -> None:
                 angles[k] = from_rad + k * step
             out[:] = math.sqrt(step / math.sin(step))
         else:
-            turned = 0.0
+            length = 0.0
             for k in range(cut.sides // 2):
-                turn = (cut.first * GROWTH**k if k < cut.growing else cut.rest) / radius
-                turned += turn
+                side = _next(length, radius, radius * turn_rad, fine, cut)
+                length += side
+                turn, turned = cut.times * side / radius, cut.times * length / radius
                 angles[k + 1], angles[-k - 2] = from_rad + turned, from_rad + turn_rad - turned
                 out[k + 1] = turn / math.sin(turn) / out[k]
                 out[-k - 2] = out[k + 1]

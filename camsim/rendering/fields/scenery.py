@@ -64,4 +64,4 @@ class Fields:
     def _sums(self, strip: Strip, places: F64, strengths: F64) -> C128:
         if not len(places):
             return np.zeros((strip.count_j, strip.count_i), complex)
-        return sums_of_waves(strip, phases_of(places, self.tile.periods), strengths.astype(complex), self.precision)
+        return sums_of_waves(strip, self.tile, phases_of(places, self.tile), strengths.astype(complex), self.precision)

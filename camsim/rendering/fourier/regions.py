@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from camsim.arrays import C128, F64, I64
+from camsim.gridded import sums
 from camsim.kernels import ahead, kernel, shared
-from camsim.nonuniform import modes
 from camsim.quadrature import gauss_pieces, gauss_rules
 from camsim.rendering.edges import Edges, corners_of
 from camsim.rendering.fourier.blocks import Block, Strip, blocks, strips
@@ -22,7 +22,7 @@ from camsim.rendering.fourier.plan import STRIPS_AT_ONCE, Sizes
 from camsim.rendering.fourier.task import MOST_NODES, OF_NODES, spreading_precision
 from camsim.rendering.fourier.tile import Tile
 
-EDGES_AT_ONCE, TURNED_AT_ONCE = 1000, 10_000
+EDGES_AT_ONCE, TURNED_AT_ONCE, ROWS_AT_ONCE = 1000, 10_000, 16
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -91,7 +91,7 @@ class Regions:
         along = self.along
 
         def transformed(strip: Strip) -> tuple[Strip, list[C128]]:
-            return strip, [_spread(strip, self.tile.periods, *own, self.precision) for own in along]
+            return strip, [_spread(strip, self.tile, *own, self.precision) for own in along]
 
         every = strips(self.tile, self.plan.strip_points, self.plan.fewest_strips)
         if self.plan.at_once > 1 or len(every) == 1:
@@ -126,7 +126,17 @@ def gauss_nodes(start: F64, end: F64, times: F64, tile: Tile, allowed: float) ->
 
     def work(begin: int, stop: int) -> None:
         of_edges = start[begin:stop], end[begin:stop], times[begin:stop]
-        _lay(of_edges, pieces[begin:stop], which[begin:stop], rules, first[begin:stop], tile.periods, phases, strengths)
+        _lay(
+            of_edges,
+            pieces[begin:stop],
+            which[begin:stop],
+            rules,
+            first[begin:stop],
+            tile.periods,
+            tile.centre,
+            phases,
+            strengths,
+        )
 
     shared(len(start), work, least=EDGES_AT_ONCE)
     return phases, strengths
@@ -140,30 +150,25 @@ def _lay(
     rules: tuple[F64, F64, I64],
     first: I64,
     periods: tuple[int, int],
+    centre: tuple[int, int],
     phases: F64,
     strengths: C128,
 ) -> None:
     """Write the nodes of each edge's pieces, by its rule: phases, and weights times its way."""
-    (start, end, times), (x, w, count), (px, py) = edges, rules, periods
+    (start, end, times), (x, w, count), (px, py), (cx, cy) = edges, rules, periods, centre
     for e in range(len(start)):
         n, rule, ex, ey = first[e], which[e], end[e, 0] - start[e, 0], end[e, 1] - start[e, 1]
         for piece in range(pieces[e]):
             for q in range(count[rule]):
                 t = (piece + 0.5 * (1.0 + x[rule, q])) / pieces[e]
-                phases[0, n] = _phase((start[e, 0] + t * ex) / px)
-                phases[1, n] = _phase((start[e, 1] + t * ey) / py)
+                phases[0, n] = 2.0 * math.pi * (start[e, 0] - cx + t * ex) / px
+                phases[1, n] = 2.0 * math.pi * (start[e, 1] - cy + t * ey) / py
                 weight = 0.5 * w[rule, q] / pieces[e] * times[e]
                 strengths[n] = complex(weight * ey, weight * ex)
                 n += 1
 
 
-@kernel()
-def _phase(turns: float) -> float:
-    """Return the radians of what is left of turns without whole ones."""
-    return 2.0 * math.pi * (turns - math.floor(turns + 0.5))
-
-
-def _spread(strip: Strip, periods: tuple[int, int], phases: F64, strengths: C128, precision: float) -> C128:
+def _spread(strip: Strip, tile: Tile, phases: F64, strengths: C128, precision: float) -> C128:
     """Return 4π²|k|²·F = 2πi Σ (kx·ey − ky·ex)·exp(−2πi k·y) over the nodes: (count_j, count_i).
 
     phases    : (2, m) of the nodes
@@ -171,32 +176,47 @@ def _spread(strip: Strip, periods: tuple[int, int], phases: F64, strengths: C128
 
     Outlines are closed, so Σ (k·e)·exp(−2πi k·y) = 0. And (kx + i·ky)(ey + i·ex) = kx·ey − ky·ex + i·(k·e): one sum.
     """
-    if not phases.size:
-        return np.zeros((strip.count_j, strip.count_i), complex)
-    kx = np.arange(strip.count_i) / periods[0]
-    ky = (strip.first_j + np.arange(strip.count_j))[:, None] / periods[1]
-    whole = sums_of_waves(strip, phases, strengths, precision)
-    whole *= 2j * np.pi * (kx + 1j * ky)
+    whole = sums_of_waves(strip, tile, phases, strengths, precision)
+    shared(len(whole), functools.partial(_slope, whole, strip.first_j, tile.periods), least=ROWS_AT_ONCE)
     return whole
 
 
-def phases_of(places: F64, periods: tuple[int, int]) -> F64:
-    """Return 2π times places (m, 2) in periods along x and y, less whole turns: (2, m)."""
-    turns = np.stack([places[:, axis] / periods[axis] for axis in (0, 1)])
-    return 2.0 * np.pi * (turns - np.rint(turns))
+@kernel()
+def _slope(whole: C128, first_j: int, periods: tuple[int, int], begin: int, stop: int) -> None:
+    """Multiply some rows by 2πi(kx + i·ky)."""
+    px, py = periods
+    for row in range(begin, stop):
+        ky = 2.0 * math.pi * (first_j + row) / py
+        for col in range(whole.shape[1]):
+            whole[row, col] *= complex(-ky, 2.0 * math.pi * col / px)
 
 
-def sums_of_waves(strip: Strip, phases: F64, strengths: C128, precision: float) -> C128:
+def phases_of(places: F64, tile: Tile) -> F64:
+    """Return 2π times places (m, 2) in periods along x and y, from the middle of the tile's scenery: (2, m)."""
+    turns = [(places[:, axis] - tile.centre[axis]) / tile.periods[axis] for axis in (0, 1)]
+    phases: F64 = 2.0 * np.pi * np.stack(turns)
+    return phases
+
+
+def sums_of_waves(strip: Strip, tile: Tile, phases: F64, strengths: C128, precision: float) -> C128:
     """Return Σ strengths·exp(−2πi k·y) over nodes, by their phases (2, m), on a strip: (count_j, count_i)."""
+    shape = strip.count_j, strip.count_i
+    if not strengths.size:
+        return np.zeros(shape, complex)
     turned = np.empty_like(strengths)
     # The integers of a sum run about 0: the middle is moved there.
-    middle = float(strip.count_i // 2), float(strip.first_j + strip.count_j // 2)
+    middle = strip.count_i // 2, strip.first_j + strip.count_j // 2
     shared(strengths.size, functools.partial(_turn, phases, strengths, middle, turned), least=TURNED_AT_ONCE)
-    return modes((phases[1], phases[0]), turned, (strip.count_j, strip.count_i), precision=precision, sign=-1)
+    numbers = strip.first_j + np.arange(strip.count_j), np.arange(strip.count_i)
+    from_corner = tuple(
+        np.exp(-2j * np.pi * ((number * tile.centre[axis]) % tile.periods[axis]) / tile.periods[axis])
+        for number, axis in zip(numbers, (1, 0), strict=True)
+    )
+    return sums(phases[1], phases[0], turned, shape, from_corner, precision)
 
 
 @kernel()
-def _turn(phases: F64, strengths: C128, middle: tuple[float, float], turned: C128, begin: int, stop: int) -> None:
+def _turn(phases: F64, strengths: C128, middle: tuple[int, int], turned: C128, begin: int, stop: int) -> None:
     """Turn some strengths back by what their phases are in the middle."""
     for n in range(begin, stop):
         angle = phases[0, n] * middle[0] + phases[1, n] * middle[1]

@@ -77,6 +77,11 @@ class Tile:
         return (x - across, x + across), (y - down, y + down)
 
     @property
+    def centre(self) -> tuple[int, int]:
+        """The middle of what the scene is clamped to, whole pitches."""
+        return round(0.5 * (self.low[0] + self.high[0])), round(0.5 * (self.low[1] + self.high[1]))
+
+    @property
     def points(self) -> float:
         """Frequencies that are computed: half of those within the band, the others are their mirror images."""
         return 0.5 * self._area * self.periods[0] * self.periods[1]

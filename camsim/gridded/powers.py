@@ -9,7 +9,6 @@ come, and no pattern is held: no point need be spread for one strip of it after 
 
 from __future__ import annotations
 
-import functools
 import math
 from collections.abc import Callable, Iterable, Iterator
 from typing import NamedTuple, TypeVar
@@ -18,19 +17,15 @@ import numpy as np
 import scipy
 
 from camsim.arrays import C128, F64
+from camsim.gridded.grid import COLUMNS, ROWS, WIDEST, Spread, even, is_large, of_kernel, spread_to
 from camsim.kernels import ahead, shared
 from camsim.kernels.squares import fill_squares
-from camsim.nonuniform import finer, modes, spread
+from camsim.nonuniform import finer, modes
 
 Nodes = TypeVar("Nodes")
-WIDEST = 16  # cells of finufft's kernels
-SAMPLED = 8  # places in a cell where a kernel is looked at: its sum there is its integral to rounding
-PROBE = 64  # cells of a grid on which it is looked at
-ROWS, COLUMNS = 16, 64  # transformed at a time, where a row is no longer than IN_CACHE: what stays there
-IN_CACHE = 65536  # cells
+IN_CACHE = 65536  # cells of a row: as many rows are transformed at a time as stay in a cache
 AT_ONCE = 1_000_000  # points of a lattice that are handed on at a time
 QUARTERS_AT_ONCE = 2  # of parts that are spread: what they are spread to takes less than what is held after them
-SMALL = 1_000_000  # points of a lattice, which all at once take as little: finufft's own transforms
 PER_WAVE = 2.04  # samples of a pattern, for each of its shortest waves: just enough
 JUST_RAD = math.pi / PER_WAVE  # by which an amplitude's waves turn from one of them to the next
 FEWER = 1.3  # cells in two half grids over those in one whole grid: up to there two take less
@@ -46,12 +41,12 @@ class _Axis(NamedTuple):
     @classmethod
     def of(cls, size: int, band_rad: float, larger: float) -> _Axis:
         """Choose for points whose waves turn by up to ``band_rad`` from one place to the next."""
-        whole = cls(size, 1, _even(larger * size))
+        whole = cls(size, 1, even(larger * size))
         room = math.pi - 2.0 * band_rad
         if room <= 0.0:
             return whole
         # A point's cells must not go round: half a step's turn is not the same there.
-        cells = _even(max(0.5 * larger * (size + 1), (0.5 * WIDEST + 1.0) * math.tau / room))
+        cells = even(max(0.5 * larger * (size + 1), (0.5 * WIDEST + 1.0) * math.tau / room))
         return cls(size, 2, cells) if 2 * cells <= FEWER * whole.cells else whole
 
     def lattice(self, first: int) -> tuple[slice, F64]:
@@ -95,9 +90,9 @@ def power_rows(
     down, across = (_Axis.of(size, band, larger) for size, band in zip(shape, bands_rad, strict=True))
     grid = np.zeros((down.cells, across.cells), complex)
 
-    def spread_out(some: tuple[F64, F64, C128]) -> _Spread:
+    def spread_out(some: tuple[F64, F64, C128]) -> Spread:
         y, x, strengths = some
-        return _spread(grid.shape, down.steps * y, across.steps * x, strengths, precision)
+        return spread_to(grid.shape, down.steps * y, across.steps * x, strengths, precision)
 
     # Added up in their order: the same sum whoever spreads them.
     for out in ahead(spread_out, _quarters(map(points, parts)), QUARTERS_AT_ONCE):
@@ -108,10 +103,10 @@ def power_rows(
     middle = shape[0] // 2 if half and shape[0] % 2 and shape[1] % 2 else 0
     at_once = _rows_at_once(shape[1])
     lattices = [across.lattice(column) for column in range(across.steps)]
-    over_x = [_over(places, across, precision) for _, places in lattices]
+    over_x = [of_kernel(places, across.cells, precision) ** -2.0 for _, places in lattices]
     for row in range(middle, middle + down.steps):
         rows, places_y = down.lattice(row)
-        over_y, lines = _over(places_y, down, precision), _down(grid, down, places_y)
+        over_y, lines = of_kernel(places_y, down.cells, precision) ** -2.0, _down(grid, down, places_y)
         for first in range(0, len(lines), at_once):
             some = slice(first, first + at_once)
             own = np.arange(rows.start, shape[0], down.steps)[some]
@@ -152,11 +147,6 @@ def held_bytes(shape: tuple[int, int], precision: float) -> float:
 
 def _rows_at_once(columns: int) -> int:
     return max(AT_ONCE // columns, ROWS)
-
-
-def is_large(shape: tuple[int, int]) -> bool:
-    """Whether a lattice is one that points are spread once for."""
-    return shape[0] * shape[1] >= SMALL
 
 
 def _down(grid: C128, axis: _Axis, places: F64) -> C128:
@@ -222,76 +212,3 @@ def _halves(points: tuple[F64, F64, C128]) -> list[tuple[F64, F64, C128]]:
     y, x, strengths = points
     upper = y < 0.5 * (y.min() + y.max())
     return [(y[some], x[some], strengths[some]) for some in (upper, ~upper) if some.any()]
-
-
-class _Spread(NamedTuple):
-    """What points are spread to: some rows and columns of a grid."""
-
-    rows: slice
-    columns: slice
-    values: C128
-
-
-def _spread(shape: tuple[int, ...], y: F64, x: F64, strengths: C128, precision: float) -> _Spread:
-    """Spread points to the part of a grid that they reach, if they do not go round: else to all of it."""
-    rows, columns = shape
-    down, across = _box(y, rows), _box(x, columns)
-    y, x = (y - down.middle_rad) * down.finer, (x - across.middle_rad) * across.finer
-    values = spread((y, x), strengths, (down.size, across.size), precision=precision)
-    return _Spread(down.cells, across.cells, values)
-
-
-class _Box(NamedTuple):
-    """Cells of a grid's axis: how many, the phase of their middle one, and what phases about it are multiplied by."""
-
-    cells: slice
-    size: int
-    middle_rad: float
-    finer: float
-
-
-def _box(phase: F64, cells: int) -> _Box:
-    """Return the cells that points are spread to; all of them where these go round."""
-    step = math.tau / cells
-    margin, middle = WIDEST // 2 + 1, cells // 2
-    first = math.floor(float(phase.min()) / step) - margin
-    size = max(math.ceil(float(phase.max()) / step) + margin - first + 1, 2 * WIDEST + 4)
-    size += size % 2
-    if first < -middle or first + size > cells - middle:
-        return _Box(slice(0, cells), cells, 0.0, 1.0)
-    return _Box(slice(first + middle, first + middle + size), size, (first + size // 2) * step, cells / size)
-
-
-def _over(places: F64, axis: _Axis, precision: float) -> F64:
-    """Return 1 over the square of the transform of the kernel, at places."""
-    away, heights = _kernel(precision)
-    turns = np.multiply.outer(places * (math.tau / axis.cells), away)
-    over: F64 = (np.cos(turns) @ heights) ** -2.0
-    return over
-
-
-@functools.lru_cache(maxsize=32)
-def _kernel(precision: float) -> tuple[F64, F64]:
-    """Return where a point's kernel was looked at (in cells from it), and it there, of unit sums over a cell's places.
-
-    A kernel's width depends on the number of axes, so that it is looked at on a plane.
-    """
-    offsets = (np.arange(SAMPLED) + 0.5) / SAMPLED - 0.5
-    at_0 = _probe(0.0, precision)[PROBE // 2]
-    heights = np.stack([_probe(offset, precision) for offset in offsets.tolist()]) / math.sqrt(at_0)
-    away = (np.arange(PROBE) - PROBE // 2) - offsets[:, None]
-    near = np.abs(away) <= 0.5 * WIDEST + 1.0
-    return away[near], heights[near] / SAMPLED
-
-
-def _probe(offset: float, precision: float) -> F64:
-    """Return the row of cells through a point, that lies so far along it from one's middle."""
-    place = np.zeros(1), np.array([offset * math.tau / PROBE])
-    row: F64 = spread(place, np.ones(1, complex), (PROBE, PROBE), precision=precision)[PROBE // 2].real
-    return row
-
-
-def _even(cells: float) -> int:
-    """Return a quick length of a transform: even, so that cells lie alike about the middle."""
-    half: int = scipy.fft.next_fast_len(math.ceil(0.5 * max(cells, 2.0 * WIDEST)))
-    return 2 * half
