@@ -94,7 +94,7 @@ def _add_symmetry(rng, system):
     of_family = [index for index, (_, m) in enumerate(orders) if index and alike(m)]
     chosen = rng.choice(of_family, min(int(rng.integers(0, 4)), len(of_family)), replace=False)
     lens["zernike_waves"] = [[int(j), float(rng.choice([0.02, 0.1, 0.3]) * rng.normal())] for j in sorted(chosen)]
-    system |= {"lens": lens, "lowered": {"camsim.gridded.SMALL": 4096, "camsim.rendering.fourier.nearby.MANY": 8}}
+    system |= {"lens": lens, "lowered": {"camsim.gridded.grid.SMALL": 4096, "camsim.rendering.fourier.nearby.MANY": 8}}
 
 
 def _tiles(rng, size):
