@@ -12,7 +12,7 @@ from camsim.scene.curves import ARC, STRAIGHT, Curves, cross
 
 TURN = 0.25  # radians over which a bend is taken for the same
 HALVINGS = 40
-ROUNDS = 7  # of cutting stretches in two that others come near
+ROUNDS = 5  # of cutting stretches in two that others come near
 HIGH = 0.05  # of a stretch's length: it rises less above its chord
 SHARP = 2.0 * TURN + 0.1  # radians between two that begin in one corner: there they may turn into each other's way
 
