@@ -62,6 +62,11 @@ def _box(phase: F64, cells: int) -> _Box:
     return _Box(slice(first + middle, first + middle + size), size, (first + size // 2) * step, cells / size)
 
 
+def runs(below: int, size: int, cells: int) -> tuple[tuple[slice, slice], tuple[slice, slice]]:
+    """Return the places below 0, so many of all, and the others, and where a transform has them: those at its end."""
+    return (slice(0, below), slice(cells - below, cells)), (slice(below, size), slice(0, size - below))
+
+
 def of_kernel(places: F64, cells: int, precision: float) -> F64:
     """Return the transform of a point's kernel at places (n,), numbers of waves in a grid of so many cells."""
     away, heights = _kernel(precision)

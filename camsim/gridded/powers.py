@@ -17,7 +17,7 @@ import numpy as np
 import scipy
 
 from camsim.arrays import C128, F64
-from camsim.gridded.grid import COLUMNS, ROWS, WIDEST, Spread, even, is_large, of_kernel, spread_to
+from camsim.gridded.grid import COLUMNS, ROWS, WIDEST, Spread, even, is_large, of_kernel, runs, spread_to
 from camsim.kernels import ahead, shared
 from camsim.kernels.squares import fill_squares
 from camsim.nonuniform import finer, modes
@@ -151,14 +151,17 @@ def _rows_at_once(columns: int) -> int:
 
 def _down(grid: C128, axis: _Axis, places: F64) -> C128:
     """Return the grid's columns transformed: at places, of one lattice."""
-    turn, runs = axis.turned(places[0] % 1.0)[:, None], _runs(places, axis)
+    turn, own_runs = (
+        axis.turned(places[0] % 1.0)[:, None],
+        runs(int(np.count_nonzero(places < 0.0)), places.size, axis.cells),
+    )
     lines = np.empty((places.size, grid.shape[1]), complex)
 
     def transform(begin: int, stop: int) -> None:
         for block in range(begin, stop):
             some = slice(block * COLUMNS, (block + 1) * COLUMNS)
             transformed = scipy.fft.fft(grid[:, some] * turn, axis=0, overwrite_x=True)
-            for own, wanted in runs:
+            for own, wanted in own_runs:
                 lines[own, some] = transformed[wanted]
 
     shared(math.ceil(grid.shape[1] / COLUMNS), transform)
@@ -167,11 +170,11 @@ def _down(grid: C128, axis: _Axis, places: F64) -> C128:
 
 def _along(lines: C128, axis: _Axis, places: F64, over_y: F64, over_x: F64, power: F64, column: int) -> None:
     """Fill in the squares of the lines, transformed, over what the kernels made of them, from a column on."""
-    turn, runs = axis.turned(places[0] % 1.0), _runs(places, axis)
+    turn, own_runs = axis.turned(places[0] % 1.0), runs(int(np.count_nonzero(places < 0.0)), places.size, axis.cells)
     rows = min(ROWS, max(1, IN_CACHE // axis.cells))
 
     def fill(some: slice, amplitude: C128) -> None:
-        for own, wanted in runs:
+        for own, wanted in own_runs:
             first = column + own.start * axis.steps
             fill_squares(power[some], amplitude, over_y[some], over_x[own], wanted.start, first, axis.steps)
 
@@ -182,15 +185,6 @@ def _along(lines: C128, axis: _Axis, places: F64, over_y: F64, over_x: F64, powe
 
     fill(slice(0), lines[:0])  # compiled here, on a stack as large as the caller's
     shared(math.ceil(len(lines) / rows), transform)
-
-
-def _runs(places: F64, axis: _Axis) -> tuple[tuple[slice, slice], tuple[slice, slice]]:
-    """Return the places below 0 and the others, and where a transform has them: the former at its end."""
-    below = int(np.count_nonzero(places < 0.0))
-    return (
-        (slice(0, below), slice(axis.cells - below, axis.cells)),
-        (slice(below, places.size), slice(0, places.size - below)),
-    )
 
 
 def _quarters(parts: Iterable[tuple[F64, F64, C128]]) -> Iterator[tuple[F64, F64, C128]]:

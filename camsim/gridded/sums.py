@@ -14,7 +14,7 @@ import numpy as np
 import scipy
 
 from camsim.arrays import C128, F64
-from camsim.gridded.grid import COLUMNS, ROWS, even, is_large, of_kernel, spread_to
+from camsim.gridded.grid import COLUMNS, ROWS, even, is_large, of_kernel, runs, spread_to
 from camsim.nonuniform import finer, modes
 
 KEPT = 64  # axes: of a transform's strips, one after the other
@@ -49,25 +49,23 @@ def sums(y: F64, x: F64, strengths: C128, shape: tuple[int, int], times: tuple[C
 
 def _along(values: C128, cells: int, times: C128) -> C128:
     """Return the rows of a box transformed, those of the waves that are asked for, multiplied."""
-    below, rest = times.size // 2, times.size - times.size // 2
     lines = np.empty((len(values), times.size), complex)
     for first in range(0, len(values), ROWS):
         some = slice(first, first + ROWS)
         waves = scipy.fft.fft(values[some], n=cells, axis=1)
-        np.multiply(waves[:, cells - below :], times[:below], out=lines[some, :below])
-        np.multiply(waves[:, :rest], times[below:], out=lines[some, below:])
+        for own, wanted in runs(times.size // 2, times.size, cells):
+            np.multiply(waves[:, wanted], times[own], out=lines[some, own])
     return lines
 
 
 def _down(lines: C128, cells: int, times: C128) -> C128:
     """Return the columns transformed, likewise."""
-    below, rest = times.size // 2, times.size - times.size // 2
     total = np.empty((times.size, lines.shape[1]), complex)
     for first in range(0, lines.shape[1], COLUMNS):
         some = slice(first, first + COLUMNS)
         waves = scipy.fft.fft(lines[:, some], n=cells, axis=0)
-        np.multiply(waves[cells - below :], times[:below, None], out=total[:below, some])
-        np.multiply(waves[:rest], times[below:, None], out=total[below:, some])
+        for own, wanted in runs(times.size // 2, times.size, cells):
+            np.multiply(waves[wanted], times[own, None], out=total[own, some])
     return total
 
 

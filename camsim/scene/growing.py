@@ -17,7 +17,7 @@ from camsim.arrays import F64, I64
 from camsim.quadrature import gauss_legendre
 from camsim.scene.curves import Curves, circles_among, cross
 from camsim.scene.side_limits import MOST_TURN, NOTHING, SideLimits, judge_sides
-from camsim.scene.stretches import TURN, Stretches, distances, halved
+from camsim.scene.stretches import TURN, Stretches, distances, halved, running
 
 HALVINGS = 60
 TOGETHER, AT_ONCE = 4096, 65_536  # stretches, and corners: memory for few numbers beyond the corners themselves
@@ -59,8 +59,8 @@ def grown(curves: Curves, parts: Stretches, limits: SideLimits, longer: F64 | No
     begin = 0
     while begin < len(curves.kind):
         end = max(int(np.searchsorted(first, first[begin] + TOGETHER, side="right")) - 1, begin + 1)
-        some = slice(int(first[begin]), int(first[end]))
-        own = parts.some(np.arange(first[begin], first[end]))
+        some = np.arange(first[begin], first[end])
+        own = parts.some(some)
         density = _density(
             curves.some(np.arange(begin, end)),
             own._replace(owner=own.owner - begin),
@@ -95,7 +95,7 @@ def _density(curves: Curves, parts: Stretches, limits: SideLimits, longer: F64 |
     speed *= half[:, None]
     changes, bends = _derivatives(curvature, speed, rule)
     changes[circles], bends[circles] = 0.0, 0.0
-    before, total = _before(whose, speed @ rule.w)
+    before, total = running(whose, speed @ rule.w)
     from_start = before[:, None] + speed @ rule.until.T
     to_end = np.maximum(total[whose][:, None] - from_start, 0.0)
     side = limits.growing_um(curvature, changes, bends, from_start, to_end)
@@ -108,7 +108,7 @@ def _corners(found: _Density) -> tuple[I64, F64]:
     """Return in which part each corner lies, and at which parameter."""
     rule, whose = _rule(), found.pieces.owner
     number = found.density @ rule.w
-    before, total = _before(whose, number)
+    before, total = running(whose, number)
     judge_sides(float(total.sum()))
     inner = np.maximum(np.ceil(total - NEARLY).astype(np.int64) - 1, 0)
     owner = np.repeat(np.arange(inner.size), inner)
@@ -148,19 +148,9 @@ def _pieces(parts: Stretches, limits: SideLimits) -> tuple[Stretches, I64]:
     which: I64 = np.arange(len(parts.owner))
     for _ in range(HALVINGS):
         from_start, from_end, _total = distances(found)
-        least = np.sqrt(np.sqrt(6.0 * limits.moment_um3 * found.radius_um))
-        long = found.length_um > np.maximum(np.minimum(from_start, from_end), least)
+        long = found.length_um > np.maximum(np.minimum(from_start, from_end), limits.first_um(found.radius_um))
         if not long.any():
             break
         found, of = halved(found, long)
         which = which[of]
     return found, which
-
-
-def _before(owner: I64, amount: F64) -> tuple[F64, F64]:
-    """Return the sum of what comes before each in its part, and of all of each part."""
-    total: F64 = np.bincount(owner, amount).astype(float)
-    until = np.cumsum(amount)
-    first = np.searchsorted(owner, owner)
-    start = until - amount
-    return start - start[first], total

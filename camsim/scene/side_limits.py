@@ -63,6 +63,10 @@ class SideLimits(NamedTuple):
         """Return the longest sides (n,) of an arc that ends; see ``rim_sides``."""
         return np.minimum(self._end_um(360.0, radius_um), self.side_um(radius_um, False))
 
+    def first_um(self, radius_um: F64) -> F64:
+        """Return sides (n,) that may begin at once: half as long as what may follow a side of another length."""
+        return self._end_um(6.0, radius_um)
+
     def growing_um(
         self, curvature_per_um: F64, changes_per_um2: F64, bends_per_um3: F64, from_start_um: F64, from_end_um: F64
     ) -> F64:
@@ -80,7 +84,7 @@ class SideLimits(NamedTuple):
         over = NOTHING + (curved / MOST_TURN) ** 4 + (2.0 * changes_per_um2 / MOST_TURN) ** 2
         over += self.segment_um**-4.0 + (curved / self.wobble_um) ** 2 / 720.0
         radius = 1.0 / np.maximum(curved, NOTHING)
-        first = np.minimum(6.0 * self.moment_um3 * radius, (24.0 * self.cut_um2 * radius) ** (4.0 / 3.0))
+        first = np.minimum(self.first_um(radius) ** 4, (24.0 * self.cut_um2 * radius) ** (4.0 / 3.0))
         for away in (from_start_um, from_end_um):
             over += 1.0 / (first + 72.0 * radius * away * (self.cut_um2 + self.shift_um * away))
         # Along a curve that bends less and less wobbles end where its sides are as long as they may be at all.

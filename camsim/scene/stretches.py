@@ -92,12 +92,16 @@ def _angle(a: F64, b: F64) -> F64:
 
 def distances(found: Stretches) -> tuple[F64, F64, F64]:
     """Return how far each stretch is from its curve's start and from its end, and the curve's whole length (n,)."""
-    whole = np.bincount(found.owner, found.length_um).astype(float)[found.owner]
-    until = np.cumsum(found.length_um)
-    first = np.searchsorted(found.owner, found.owner)
-    start = until - found.length_um
-    from_start = start - start[first]
+    from_start, each = running(found.owner, found.length_um)
+    whole = each[found.owner]
     return from_start, np.maximum(whole - from_start - found.length_um, 0.0), whole
+
+
+def running(owner: I64, amount: F64) -> tuple[F64, F64]:
+    """Return the sum of what comes before each (n,) with the same owner, and of all of each owner's."""
+    total: F64 = np.bincount(owner, amount).astype(float)
+    start = np.cumsum(amount) - amount
+    return start - start[np.searchsorted(owner, owner)], total
 
 
 def halved(found: Stretches, long: np.ndarray) -> tuple[Stretches, I64]:

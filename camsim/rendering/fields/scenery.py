@@ -62,6 +62,4 @@ class Fields:
             yield values
 
     def _sums(self, strip: Strip, places: F64, strengths: F64) -> C128:
-        if not len(places):
-            return np.zeros((strip.count_j, strip.count_i), complex)
         return sums_of_waves(strip, self.tile, phases_of(places, self.tile), strengths.astype(complex), self.precision)

@@ -161,11 +161,17 @@ def _lay(
         for piece in range(pieces[e]):
             for q in range(count[rule]):
                 t = (piece + 0.5 * (1.0 + x[rule, q])) / pieces[e]
-                phases[0, n] = 2.0 * math.pi * (start[e, 0] - cx + t * ex) / px
-                phases[1, n] = 2.0 * math.pi * (start[e, 1] - cy + t * ey) / py
+                phases[0, n] = _phase((start[e, 0] - cx + t * ex) / px)
+                phases[1, n] = _phase((start[e, 1] - cy + t * ey) / py)
                 weight = 0.5 * w[rule, q] / pieces[e] * times[e]
                 strengths[n] = complex(weight * ey, weight * ex)
                 n += 1
+
+
+@kernel()
+def _phase(turns: float) -> float:
+    """Return the radians of what is left of turns without whole ones."""
+    return 2.0 * math.pi * (turns - math.floor(turns + 0.5))
 
 
 def _spread(strip: Strip, tile: Tile, phases: F64, strengths: C128, precision: float) -> C128:
@@ -192,10 +198,9 @@ def _slope(whole: C128, first_j: int, periods: tuple[int, int], begin: int, stop
 
 
 def phases_of(places: F64, tile: Tile) -> F64:
-    """Return 2π times places (m, 2) in periods along x and y, from the middle of the tile's scenery: (2, m)."""
-    turns = [(places[:, axis] - tile.centre[axis]) / tile.periods[axis] for axis in (0, 1)]
-    phases: F64 = 2.0 * np.pi * np.stack(turns)
-    return phases
+    """Return 2π times places (m, 2) in periods, from the middle of the tile's scenery, less whole turns: (2, m)."""
+    turns = np.stack([(places[:, axis] - tile.centre[axis]) / tile.periods[axis] for axis in (0, 1)])
+    return 2.0 * np.pi * (turns - np.rint(turns))
 
 
 def sums_of_waves(strip: Strip, tile: Tile, phases: F64, strengths: C128, precision: float) -> C128:
