@@ -21,9 +21,11 @@ from dataclasses import dataclass
 from typing import ClassVar, NamedTuple, Protocol
 
 import numpy as np
+import scipy
 
 from camsim.arrays import F64
 from camsim.optics.protocols import Round, RoundLens, Span
+from camsim.optics.rim_light import COARSE, FINE, Circle, light_between_rings, light_without_waves, wavefront_about
 from camsim.radial_profile import MIDDLE, on_lattice
 
 RIM_POINTS, DIRECTIONS, INSIDE = 240, 24, 12  # on a rim, and circles of the pupil on which slopes are looked for
@@ -35,6 +37,7 @@ MORE = 1.2  # directions between, and the next terms: 1.02 was measured
 RAYS, BEYOND_RAYS = 4.0, 3.0  # slopes, and λN more: as near as the tail is taken to be the rim's alone
 FARTHEST = 1e7  # λN: where a reach is looked for
 HALVINGS = 14  # a reach is found to a thousandth
+FEWEST_ROUND, MOST_ROUND = 32, 256  # directions of the light between rings
 
 
 class Bent(Protocol):
@@ -202,11 +205,50 @@ class Difference:
         nearest = max(RAYS * rim.inside_waves + BEYOND_RAYS, 0.5)
         far = np.maximum(x, nearest)[..., None, None]
         tail = np.abs(np.sum(rim.share / (far - 2.0 * rim.slope_waves), axis=-1) - 1.0 / far[..., 0]).max(axis=-1)
-        far = far[..., 0, 0]
-        swing = rings * RING * (min(2.0, rim.rings_rad) + STEEPER * rim.steepest_waves / far) * far**-2.5
-        light = MORE * (TAIL * tail + swing) / (1.0 - self.obstruction)
+        light = MORE * TAIL * tail / (1.0 - self.obstruction) + self._swing(rim, far[..., 0, 0], rings)
         bound: F64 = np.where(x < nearest, 1.0, np.minimum(light, 1.0))
         return bound
+
+    def rings_beyond(self, distance_um: F64, wavelength_nm: float, rings: float) -> F64:
+        """Return how much of that is rings.
+
+        Behind an obstruction the two rims make slower ones, which nothing else need stop: of f times the frequency
+        a line hears f^(−3/2) times as much, of the inner rim's amplitude √ε.
+        """
+        x = np.maximum(np.asarray(distance_um, float) / self.blur_um(wavelength_nm), 0.5)
+        swing, hole = self._swing(_rim_of(self, wavelength_nm), x, rings), self.obstruction
+        if hole:
+            times = hole**-0.5 + 2.0 * hole**0.5 * sum((0.5 * (1.0 + sign * hole)) ** -1.5 for sign in (1.0, -1.0))
+            swing = swing + 2.0 * MORE * RING * times / (1.0 - hole) * x**-2.5
+        return swing
+
+    def _swing(self, rim: Rim, far: F64, rings: float) -> F64:
+        loud = min(2.0, rim.rings_rad) + STEEPER * rim.steepest_waves / far
+        swing: F64 = MORE * rings * RING * loud * far**-2.5 / (1.0 - self.obstruction)
+        return swing
+
+    def rim_light(self, distance_um: F64, wavelength_nm: float, directions: int) -> F64:
+        """Return the light between the rings, 1/µm², at distances (n,) and in so many even directions from x on."""
+        return self._between_rings(distance_um, wavelength_nm, directions, COARSE)
+
+    def rim_known(self, allowed: float, wavelength_nm: float) -> tuple[float, int]:
+        """Return from where on that is right but for so much light in all, µm, and in how many directions it is known.
+
+        Nowhere: from infinity on.
+        """
+        return _known(self, allowed, wavelength_nm)
+
+    def _between_rings(self, distance_um: F64, wavelength_nm: float, directions: int, nodes: tuple[int, int]) -> F64:
+        blur_um, circles = self.blur_um(wavelength_nm), (1.0, self.obstruction) if self.obstruction else (1.0,)
+        rims = _rims_of(self, circles, wavelength_nm)
+        if rims is None:
+            return np.full((len(distance_um), directions), np.nan)
+        angle = 2.0 * np.pi * np.arange(directions) / directions
+        x, y = (np.multiply.outer(distance_um, way(angle)) for way in (np.cos, np.sin))
+        from_core = np.hypot(x - self.moved_um[0], y - self.moved_um[1])
+        light: F64 = light_between_rings(rims, distance_um / blur_um, directions, nodes)
+        light = light - light_without_waves(circles, from_core / blur_um)
+        return light / blur_um**2
 
     def reach_um(self, lost_fraction: float, wavelength_nm: float, rings: float = 1.0) -> float:
         """Return a distance beyond which ``light_beyond`` is at most that, µm."""
@@ -242,6 +284,37 @@ def _reach_um(rest: Difference, lost_fraction: float, wavelength_nm: float, ring
         loud = rest.light_beyond(np.array(math.exp(middle) * blur_um), wavelength_nm, rings) > lost_fraction
         low, high = (middle, high) if loud else (low, middle)
     return math.exp(high) * blur_um
+
+
+@functools.lru_cache(maxsize=256)
+def _known(rest: Difference, allowed: float, wavelength_nm: float) -> tuple[float, int]:
+    """Try distances one after the other, from as near as the rim may have the light to itself."""
+    blur_um = rest.blur_um(wavelength_nm)
+    r = blur_um * (RAYS * _rim_of(rest, wavelength_nm).inside_waves + BEYOND_RAYS)
+    while r < FARTHEST * blur_um:
+        coarse, fine = (rest._between_rings(np.array([r]), wavelength_nm, MOST_ROUND, rule)[0] for rule in (COARSE, FINE))
+        # What falls as 1/r⁴ or faster: πr² times as much lies beyond.
+        wrong, waves = math.pi * r * r * float(np.abs(coarse - fine).max()), np.abs(scipy.fft.rfft(coarse)) / MOST_ROUND
+        if wrong <= allowed:
+            loud = np.flatnonzero(math.pi * r * r * waves > allowed)
+            highest = int(loud[-1]) + 1 if loud.size else 1
+            directions = max(FEWEST_ROUND, 8 * math.ceil(2.5 * highest / 8.0))
+            if directions <= MOST_ROUND:
+                return r, directions
+        r *= 2.0**0.5
+    return math.inf, MOST_ROUND
+
+
+@functools.lru_cache(maxsize=256)
+def _rims_of(rest: Difference, circles: tuple[float, ...], wavelength_nm: float) -> tuple[Circle, ...] | None:
+    """Return the wavefront about the pupil's circles."""
+
+    def waves(x: F64, y: F64) -> F64:
+        return rest.lens.waves(x, y, wavelength_nm)
+
+    found = [wavefront_about(waves, radius) for radius in circles]
+    known = tuple(one for one in found if one is not None)
+    return known if len(known) == len(found) else None
 
 
 @functools.lru_cache(maxsize=256)

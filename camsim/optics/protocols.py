@@ -281,6 +281,26 @@ class KnowsTail(_Ability, Protocol):
 
 
 @runtime_checkable
+class KnowsRim(_Ability, Protocol):
+    """A pattern without light in all whose far light is rings, and what a pupil's rim throws between them."""
+
+    def rings_beyond(self, distance_um: F64, wavelength_nm: float, rings: float) -> F64:
+        """Return how much of ``KnowsTail.light_beyond`` is rings."""
+        ...
+
+    def rim_known(self, allowed: float, wavelength_nm: float) -> tuple[float, int]:
+        """Return from where on the light between them is known but for so much in all, µm, and in how many directions.
+
+        inf: nowhere.
+        """
+        ...
+
+    def rim_light(self, distance_um: F64, wavelength_nm: float, directions: int) -> F64:
+        """Return that light, 1/µm², at distances (n,) and in so many even directions from x on."""
+        ...
+
+
+@runtime_checkable
 class KnowsWaves(_Ability, Protocol):
     """A lens whose pattern changes with the wavelength by more than its size, because its wavefront is no sphere."""
 

@@ -10,6 +10,7 @@ from camsim.optics import OpticalSystem
 from camsim.rendering.edges import Edges
 from camsim.rendering.engine import Cost
 from camsim.rendering.fourier.islands import islands
+from camsim.rendering.fourier.rim import RimLight, rim_hem
 from camsim.rendering.fourier.shells import Shell, shells
 from camsim.rendering.fourier.spikes import Spikes, spike_hem
 from camsim.rendering.fourier.spread import Kernel
@@ -66,17 +67,18 @@ def parts_of(image: Whole, origin: tuple[float, float], shape: tuple[int, int]) 
 
 
 def by_distance(image: Whole, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Part, ...]:
-    """Return shells of a round pattern; of a pupil with straight sides what is near, and its spikes."""
+    """Return shells of a round pattern; of others what is near, and their spikes or the light of their rims."""
     (nm, density), edges = image.lit, image.edges.seen_from(origin)
     task = image.system, image.kernel, nm, image.pitch_um, edges, shape, image.tolerance
-    hem = spike_hem(*task)
-    own = shells(*task, image.quiet) if hem is None else (Shell(begin=None, end=hem, tapers=1),)
-    parts = tuple(image.shell_of(shell) for shell in own)
-    if hem is None:
-        return parts
-    system, pitch_um = image.system, image.pitch_um
-    far = Spikes(edges=image.edges, density=density, wavelength_nm=nm, system=system, pitch_um=pitch_um, hem=hem)
-    return *parts, far
+    seen = {"edges": image.edges, "density": density, "wavelength_nm": nm}
+    behind = {"system": image.system, "pitch_um": image.pitch_um}
+    if hem := spike_hem(*task):
+        return image.shell_of(Shell(begin=None, end=hem, tapers=1)), Spikes(**seen, **behind, hem=hem)
+    if known := rim_hem(*task):
+        hem, directions = known
+        far = RimLight(**seen, **behind, hem=hem, directions=directions)
+        return image.shell_of(Shell(begin=None, end=hem, tapers=1)), far
+    return tuple(image.shell_of(shell) for shell in shells(*task, image.quiet))
 
 
 def by_place(image: Whole, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Part, ...]:

@@ -1,0 +1,199 @@
+"""Far scenery behind an aberrated lens: the smooth light of its pupil's rim, edge by edge, without a transform.
+
+What differs from a round lens falls so slowly that it is asked for thousands of λN away, on a lattice as fine as it is
+near. But it is rings, which edges hear no more from some distance on, and the light between them, which is known
+(optics/rim_light.py). From a photosite outwards that gains G(r, φ) = ∫(1 − taper)·light·r dr; a region's light is ∮G dφ
+along its outline. The pattern itself, tapered soon after the distance, is left to a transform of no longer period.
+"""
+
+from __future__ import annotations
+
+import bisect
+import functools
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+
+from camsim.arrays import F64, U8
+from camsim.kept import cached_property
+from camsim.kernels import shared
+from camsim.optics import OpticalSystem
+from camsim.optics.protocols import KnowsRim
+from camsim.quadrature import gauss_legendre
+from camsim.rendering.budget import ErrorBudget
+from camsim.rendering.edges import Edges
+from camsim.rendering.engine import Cost
+from camsim.rendering.fourier.rim_kernels import PAD, Gained, add_rim
+from camsim.rendering.fourier.shells import PER_OCTAVE, RINGS_PART, WORTH, distances
+from camsim.rendering.fourier.spread import Kernel
+from camsim.rendering.fourier.taper import Hem, taper, taper_margin, tapered
+from camsim.rendering.spectral import Signals, fuse
+
+LINES = 2.0  # of what a line hears of rings that end there: a taper's, at both of its ends
+OF_TAPER = 0.02  # of what tapers may leave: what the light between rings is known to
+PLACES = 12  # Chebyshev, along 1/r: of powers that fall by eight each
+CELLS, TURNS = 512, 512  # of what is gained, along 1/r and round about
+FUSED_OFF = 0.03  # at most eight wavelengths: without rings light changes with them as powers do, a digit for each
+SPREAD = 1e-3  # of a cycle over a photosite's half extent: at which its second moments are asked
+SECONDS_PER_EDGE, SECONDS_PER_TABLE, SECONDS_PER_LIGHT = 1.5e-5, 0.03, 2e-4  # of one core; the last of a direction
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RimLight:
+    """The light from beyond a taper, as a lens's rim throws it."""
+
+    edges: Edges
+    density: F64
+    wavelength_nm: F64
+    system: OpticalSystem
+    pitch_um: float
+    hem: Hem
+    directions: int
+
+    def rendered(
+        self, origin: tuple[float, float], channel: U8, progress: Callable[[float], None] = lambda done: None
+    ) -> F64:
+        """Render every photosite in its own channel, less the background; see ``FourierImage.rendered``."""
+        pairs, pair = self.edges.pairs()
+        _, density = self._fused
+        image, contrast = np.zeros(channel.shape), density[pairs[:, 0]] - density[pairs[:, 1]]
+        for own in np.unique(channel).tolist():
+            *_, rows, cols = np.nonzero(channel == own)
+            centres = np.array(origin) + np.stack([cols, rows], axis=1)
+            values, places = np.zeros(len(centres)), centres[:, None] - self._offsets
+            gained = self._gained(contrast[:, own])
+            weight = 1.0 / places.shape[1]
+            add = functools.partial(
+                add_rim, gained, self.edges.start, self.edges.end, pair, places, weight, values
+            )
+            shared(len(values), add, least=max(1, 1000 // (1 + len(self.edges))))
+            image[channel == own] = values
+        progress(1.0)
+        return image
+
+    def expected(self, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Cost, float]:
+        """Return what rows and columns are expected to take; no frequencies."""
+        each = SECONDS_PER_EDGE * len(self._offsets) * len(self.edges)
+        tables = len(self.edges.pairs()[0]) * self.density.shape[1]
+        seconds = each * shape[0] * shape[1] + SECONDS_PER_TABLE * tables + self._light_seconds
+        held = 8.0 * TURNS * CELLS * (tables + 4.0)
+        return Cost(seconds=seconds, memory_bytes=held + 16.0 * shape[0] * shape[1]), 0.0
+
+    @property
+    def _light_seconds(self) -> float:
+        return SECONDS_PER_LIGHT * self.directions * min(self.wavelength_nm.size, len(self._fused[0]))
+
+    @cached_property
+    def _offsets(self) -> F64:
+        """Places (n, 2) that stand for OLPF and photosite as far as second moments tell, pitches."""
+        spots, photosite = self.system.spots_um(), self.system.photosite
+        half = np.hypot(*photosite.half_extent_um)
+        if half == 0.0:
+            return spots / self.pitch_um
+        # 1 − OTF is 2π² f·Σf, and along both axes at once it has their product in it.
+        f = SPREAD / half
+        fx, fy = f * np.array([[1.0, 0.0, 1.0], [0.0, 1.0, 1.0]])
+        xx, yy, both = (1.0 - photosite.otf(fx, fy, 0.0).real) / (2.0 * np.pi**2 * f * f)
+        xy = 0.5 * (both - xx - yy)
+        sizes, ways = np.linalg.eigh(np.array([[xx, xy], [xy, yy]]))
+        arms = ways.T * np.sqrt(2.0 * np.maximum(sizes, 0.0))[:, None]
+        offsets: F64 = (spots[:, None] + np.concatenate([arms, -arms])).reshape(-1, 2) / self.pitch_um
+        return offsets
+
+    @cached_property
+    def _fused(self) -> tuple[F64, F64]:
+        """Fewer wavelengths (j,), and densities on them (spectra, channels, j)."""
+        scale = np.ones(self.density.shape[1])
+        signals = Signals(wavelength_nm=self.wavelength_nm, density=self.density, scale=scale)
+        return fuse(signals, phase=0.0, allowed=FUSED_OFF)
+
+    @cached_property
+    def _light(self) -> tuple[F64, F64]:
+        """Chebyshev places of 1/r (n,), per pitch, and the light there times r⁴: (j, n, directions), pitches²."""
+        lens = self.system.lens
+        assert isinstance(lens, KnowsRim)
+        over_r = 0.5 / self.hem.inner * (1.0 + np.cos(np.pi * (np.arange(PLACES) + 0.5) / PLACES))
+        wavelength_nm, _ = self._fused
+        light = [lens.rim_light(self.pitch_um / over_r, nm, self.directions) for nm in wavelength_nm.tolist()]
+        return over_r, np.array(light) * self.pitch_um**2 / over_r[:, None] ** 4
+
+    @cached_property
+    def _cells(self) -> tuple[F64, F64]:
+        """Nodes (n,) along 1/r, four in every cell, and what light times r⁴ there adds: (directions, n)."""
+        step, (x, w) = 1.0 / self.hem.inner / CELLS, gauss_legendre(4)
+        u = step * (np.arange(-PAD, CELLS)[:, None] + 0.5 * (1.0 + x))
+        # Cosines and sines of even directions are the same few numbers.
+        quarter = TURNS // 4
+        cosines = np.cos(2.0 * np.pi * np.arange(quarter + 1) / TURNS)
+        r, shape = 1.0 / np.maximum(u.ravel(), step * SPREAD), taper(self.hem.sharpness)
+        along = tapered(np.multiply.outer(cosines, r), self.hem.inner, self.hem.outer, shape)
+        first = along * along[::-1]
+        kept = np.concatenate([first, first[-2:0:-1]])
+        weight = (1.0 - np.concatenate([kept, kept])) * u.ravel() * np.tile(0.5 * step * w, len(u))
+        return u.ravel(), weight
+
+    def _gained(self, contrast: F64) -> Gained:
+        """Return what pairs of spectra gain of the light; contrast (pairs, j)."""
+        (over_r, light), (u, weight) = self._light, self._cells
+        follow = scipy.interpolate.BarycentricInterpolator(over_r, np.eye(PLACES))(u)
+        splines = np.zeros((len(contrast), TURNS, CELLS + 1 + 2 * PAD))
+        for own, weights in zip(splines, contrast, strict=True):
+            there = np.einsum("j,jnd->nd", weights, light)
+            finer = scipy.fft.irfft(scipy.fft.rfft(there), TURNS) * (TURNS / there.shape[1])
+            cells = np.sum(((finer.T @ follow.T) * weight).reshape(TURNS, -1, 4), axis=-1)
+            own[:, : CELLS + PAD] = np.cumsum(cells[:, ::-1], axis=1)[:, ::-1]
+            scipy.ndimage.spline_filter(own, order=5, output=own, mode="grid-wrap")
+        return Gained(splines, 1.0 / self.hem.inner, self.hem.inner, self.hem.outer)
+
+
+def rim_hem(
+    system: OpticalSystem,
+    kernel: Kernel,
+    wavelength_nm: F64,
+    pitch_um: float,
+    edges: Edges,
+    shape: tuple[int, int],
+    tolerance: float,
+) -> tuple[Hem, int] | None:
+    """Return a taper beyond which the light of the rim is all that is seen of edges, and in how many directions that is
+    to be asked; None where it is not known.
+
+    edges : seen from the first photosite
+    """
+    lens = system.lens
+    if kernel.round or system.more or not isinstance(lens, KnowsRim) or not len(edges):
+        return None
+    allowed = ErrorBudget(tolerance).allowed("taper") / kernel.tapers
+    nearest, farthest = distances(edges, shape)
+    nearest, far = np.maximum(nearest - system.extent_um / pitch_um, 0.0), min(kernel.reach, farthest)
+    ends_nm = float(wavelength_nm.min()), float(wavelength_nm.max())
+    share, longest = system.ring_share(wavelength_nm), float(system.blurs_um(wavelength_nm).max()) / pitch_um
+
+    def quiet(beyond: float) -> bool:
+        """Whether rings of edges beyond a distance are within their share; see ``shells``."""
+        away = np.maximum(nearest, beyond)
+        part = np.minimum(1.0, 0.5 * edges.length / np.sqrt(away * longest))
+        loud = np.max([lens.rings_beyond(away * pitch_um, nm, share) for nm in ends_nm], axis=0)
+        return LINES * float(part @ loud) <= RINGS_PART * allowed
+
+    steps = range(math.ceil(PER_OCTAVE * math.log2(max(far / longest, 1.0))))
+    found = bisect.bisect_left(steps, True, key=lambda step: quiet(longest * 2.0 ** (step / PER_OCTAVE)))
+    if found == len(steps):
+        return None
+    inner = longest * 2.0 ** (found / PER_OCTAVE)
+    if far < WORTH * inner:
+        return None
+    known = [lens.rim_known(OF_TAPER * allowed, nm) for nm in ends_nm]
+    inner = max(inner, max(from_um for from_um, _ in known) / pitch_um)
+    if far < WORTH * inner:
+        return None
+    light = min(max((1.0 - RINGS_PART) * allowed / max(kernel.light(inner), 1e-300), 1e-14), 1.0)
+    margin, sharpness = taper_margin(light)
+    # (cutoff + margin/width)·(frame + 2·(inner + width)) is smallest, or nearly.
+    width = math.sqrt(margin * (max(shape) + 2.0 * inner) / (2.0 * kernel.cutoff))
+    if far < WORTH * (inner + width):
+        return None
+    return Hem(inner, inner + width, sharpness), max(directions for _, directions in known)
