@@ -67,7 +67,7 @@ def wavefront_about(waves: Waves, radius: float) -> Circle | None:
     most = float(sizes.max())
     if max(float(sizes[:, np.abs(orders) > 0.375 * ANGLES].max()), float(sizes[-2:].max())) > NOTHING * max(most, 1.0):
         return None
-    some = sizes.max(axis=0) > 1e-3 * NOTHING * most
+    some = sizes.max(axis=0) > 0.1 * NOTHING * most
     return Circle(orders[some].astype(np.int64), np.ascontiguousarray(series[:, some]), radius)
 
 
