@@ -37,7 +37,14 @@ def fields_of(transfers: list[C128]) -> Fields:
         j = block.first_j + np.arange(block.count_j)
         if i[0] >= 0 and i[-1] < columns and 2 * np.abs(j).max() <= rows:
             some = slice(i[0], i[-1] + 1)
-            return parts(np.stack([np.take(transfer[:, some], j % rows, axis=0) for transfer in transfers]))
+            # Rows go round once at the most. (``take`` would copy all rows of these columns first.)
+            first = j[0] % rows
+            before = min(j.size, rows - first)
+            taken = np.empty((len(transfers), j.size, i.size), complex)
+            for own, transfer in zip(taken, transfers, strict=True):
+                own[:before] = transfer[first : first + before, some]
+                own[before:] = transfer[: j.size - before, some]
+            return parts(taken)
         # The half plane i ≥ 0 is there; the rest is its mirror image.
         mirrored = i < 0
         place = np.where(mirrored[None], -j[:, None], j[:, None]) % rows, np.minimum(np.abs(i), columns - 1)[None]
