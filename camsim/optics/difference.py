@@ -17,7 +17,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import ClassVar, NamedTuple, Protocol
 
 import numpy as np
@@ -139,6 +139,7 @@ class Difference:
 
     lens        : the whole;  core: the round part;  obstruction: of both, 0 … 1
     moved_um    : where the core's pattern has its centre
+    rim_from    : times as far as need be: from where on the rim's light is taken for the pattern
     """
 
     place: ClassVar[str] = "lens"
@@ -147,6 +148,7 @@ class Difference:
     core: Core
     obstruction: float
     moved_um: tuple[float, float]
+    rim_from: float = 1.0
 
     def blur_um(self, wavelength_nm: float) -> float:
         """The length of the pattern without aberrations, µm: λN."""
@@ -272,7 +274,8 @@ class RoundDifference(Difference):
     @property
     def on_lattice(self) -> Difference:
         """The same as any other, whose pattern is taken on a lattice: no farther than it is asked for either way."""
-        return Difference(lens=self.lens, core=self.core, obstruction=self.obstruction, moved_um=self.moved_um)
+        known = {field.name: getattr(self, field.name) for field in fields(Difference)}
+        return Difference(**known)
 
 
 @functools.lru_cache(maxsize=256)

@@ -79,10 +79,10 @@ def light_between_rings(rims: tuple[Circle, ...], distance: F64, directions: int
     directions : in the image, even ones from x on
     """
     light = np.zeros((distance.size, directions))
-    for rim in rims:
-        with np.errstate(over="ignore", invalid="ignore"):
+    with np.errstate(over="ignore", invalid="ignore"):  # too near: no number
+        for rim in rims:
             outward, back = np.square(np.abs(rim.amplitudes(distance, directions, nodes)))
-        light += outward + np.roll(back, directions // 2, axis=1)
+            light += outward + np.roll(back, directions // 2, axis=1)
     inner = rims[1].radius if len(rims) > 1 else 0.0
     return light / (4.0 * math.pi * (1.0 - inner**2))
 

@@ -18,6 +18,8 @@ from camsim.optics.protocols import OpticalStage, Splits
 from camsim.optics.pupil import Pupil
 from camsim.optics.rays import Rays, rays_of
 
+FARTHER = 1.3  # as an image: from where on the check takes the rim's light. Of that, 1/r², it sees four tenths itself
+
 
 @dataclass(frozen=True, kw_only=True)
 class Otherwise(OfPupil):
@@ -62,4 +64,5 @@ def summed_otherwise(lens: OpticalStage) -> OpticalStage:
 
 
 def _of_difference(rest: Difference) -> Difference:
-    return replace(rest, lens=Otherwise.of(rest.lens)) if isinstance(rest.lens, OfPupil) else rest
+    own = replace(rest, lens=Otherwise.of(rest.lens)) if isinstance(rest.lens, OfPupil) else rest
+    return replace(own, rim_from=FARTHER)

@@ -27,6 +27,7 @@ from camsim.rendering.engine import (
 from camsim.rendering.fourier.image import FourierImage
 from camsim.rendering.fourier.nodes import heard_from, nodes_of
 from camsim.rendering.fourier.prices import PER_FIELD_POINT, PER_POINT_WEIGHT, PER_PUPIL_SAMPLE, PER_ROUND_POINT
+from camsim.rendering.fourier.rim import RimLight
 from camsim.rendering.fourier.spikes import Spikes
 from camsim.rendering.fourier.task import FINEST, SAMPLES_OF_POINT, check_tolerance
 from camsim.rendering.fourier.together import Part, Sum
@@ -143,6 +144,12 @@ class FourierPlan:
                 topic="lens",
                 decision="its pattern over a rectangle",
                 reason="a circle as far as the farthest edge would take longer",
+            )
+        if self.parts and (way := self.parts[-1]._divided) and isinstance(rim := way[-1], RimLight):
+            yield Decision(
+                topic="scenery",
+                decision=f"what differs from {rim.hem.inner:.3g} photosites on by the light of the pupil's rim",
+                reason="farther out its rings stay within the tolerance: what is between them is integrated edge by edge",
             )
         apart = () if self.parts else self._divided
         if apart and isinstance(far := apart[-1], Spikes):

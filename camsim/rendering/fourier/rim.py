@@ -36,7 +36,7 @@ LINES = 2.0  # of what a line hears of rings that end there: a taper's, at both 
 OF_TAPER = 0.02  # of what tapers may leave: what the light between rings is known to
 PLACES = 12  # Chebyshev, along 1/r: of powers that fall by eight each
 CELLS, TURNS = 512, 512  # of what is gained, along 1/r and round about
-FUSED_OFF = 0.03  # at most eight wavelengths: without rings light changes with them as powers do, a digit for each
+FUSED_OFF = 1e-3  # wavelengths that it is summed from: without rings it changes with them as powers do
 SPREAD = 1e-3  # of a cycle over a photosite's half extent: at which its second moments are asked
 SECONDS_PER_EDGE, SECONDS_PER_TABLE, SECONDS_PER_LIGHT = 1.5e-5, 0.03, 2e-4  # of one core; the last of a direction
 
@@ -183,7 +183,7 @@ def rim_hem(
     found = bisect.bisect_left(steps, True, key=lambda step: quiet(longest * 2.0 ** (step / PER_OCTAVE)))
     if found == len(steps):
         return None
-    inner = longest * 2.0 ** (found / PER_OCTAVE)
+    inner = lens.rim_from * longest * 2.0 ** (found / PER_OCTAVE)
     if far < WORTH * inner:
         return None
     known = [lens.rim_known(OF_TAPER * allowed, nm) for nm in ends_nm]
