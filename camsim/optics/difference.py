@@ -84,6 +84,8 @@ class Rim(NamedTuple):
     move_waves  : (2,) what slopes are taken about: the mean, as far as it is one direction's, or what was given
     slope_waves : (directions, points) about it, along each direction;  share: of each point, 1 in all
     steepest_waves, inside_waves : the largest slope about it, of the rim and of all of the pupil
+    wedges      : what a wedge that has its tip in a photosite gains beyond x λN is at most the first over x² and the
+                  second over x³; see ``_wedges``
     rings_rad   : how far the phases of opposite points of the rim differ, the move apart
     """
 
@@ -92,6 +94,7 @@ class Rim(NamedTuple):
     share: F64
     steepest_waves: float
     inside_waves: float
+    wedges: tuple[float, float]
     rings_rad: float
 
 
@@ -129,8 +132,37 @@ def rim_of(lens: Bent, obstruction: float, wavelength_nm: float, moved_waves: F6
         share=weight,
         steepest_waves=float(np.hypot(*about).max()),
         inside_waves=float(np.hypot(*(everywhere - move[:, None]).transpose(1, 0, 2)).max()),
+        wedges=_wedges(about.reshape(2, len(rims), RIM_POINTS).swapaxes(0, 1), normal, np.array(rims)),
         rings_rad=2.0 * math.pi * max(float(np.abs(w - np.roll(w, RIM_POINTS // 2)).max()) for w in odd),
     )
+
+
+def _wedges(slope_waves: F64, normal: F64, radius: F64) -> tuple[float, float]:
+    """Return how much more light a wedge may get from beyond x than behind a round lens: over 1/x², and over 1/x³.
+
+    slope_waves : (rims, 2, points);  normal: (2, points) of even points;  radius: of each rim
+
+    A point θ of the rim throws c·dρ/ρ² along its normal either way, c = r/2π³(1 − ε²), from o = 2·slope. Beyond x between
+    two directions of the image that gives, by Stokes' theorem on c/ρ·dθ and up to the square of o/x,
+
+        c·(∫o_n − ½[o_t])/x² + c·(∫(o_n² + ½o_t²) − ⅔[o_n·o_t] + ⅓[o_t·∂o_t])/x³
+
+    more than without o, where [ ] is what is at the second direction less what is at the first. In the first sum even
+    aberrations of opposite points cancel; of odd ones o_t is what counts, what is thrown along the wedge's own sides.
+    """
+    step, half = 2.0 * math.pi / normal.shape[1], normal.shape[1] // 2
+    moved, tangent = 2.0 * slope_waves, np.stack([-normal[1], normal[0]])
+    first, second = np.zeros(normal.shape[1]), 0.0
+    ends = np.zeros(normal.shape[1])
+    for times, own in zip((radius / (2.0 * math.pi**3)).tolist(), moved, strict=True):
+        for there in (own, np.roll(own, half, axis=1)):
+            along, across = np.sum(normal * there, axis=0), np.sum(tangent * there, axis=0)
+            turned = scipy.fft.irfft(1j * np.arange(half + 1) * scipy.fft.rfft(across))
+            first += times * (step * np.cumsum(along) - 0.5 * (step * along + across))
+            second += times * step * float(np.sum(along**2 + 0.5 * across**2))
+            ends += times * across * (turned - 2.0 * along) / 3.0
+    lost = 1.0 - (radius[1] ** 2 if radius.size > 1 else 0.0)
+    return float(np.ptp(first)) / lost, (second + float(np.ptp(ends))) / lost
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -139,7 +171,7 @@ class Difference:
 
     lens        : the whole;  core: the round part;  obstruction: of both, 0 … 1
     moved_um    : where the core's pattern has its centre
-    rim_from    : times as far as need be: from where on the rim's light is taken for the pattern
+    farther     : times as far as need be: the reach, and from where on the rim's light is taken for the pattern
     """
 
     place: ClassVar[str] = "lens"
@@ -148,7 +180,7 @@ class Difference:
     core: Core
     obstruction: float
     moved_um: tuple[float, float]
-    rim_from: float = 1.0
+    farther: float = 1.0
 
     def blur_um(self, wavelength_nm: float) -> float:
         """The length of the pattern without aberrations, µm: λN."""
@@ -207,7 +239,10 @@ class Difference:
         nearest = max(RAYS * rim.inside_waves + BEYOND_RAYS, 0.5)
         far = np.maximum(x, nearest)[..., None, None]
         tail = np.abs(np.sum(rim.share / (far - 2.0 * rim.slope_waves), axis=-1) - 1.0 / far[..., 0]).max(axis=-1)
-        light = MORE * TAIL * tail / (1.0 - self.obstruction) + self._swing(rim, far[..., 0, 0], rings)
+        far = far[..., 0, 0]
+        first, second = rim.wedges
+        wedge = first / far**2 + second / far**3
+        light = MORE * np.maximum(TAIL * tail / (1.0 - self.obstruction), wedge) + self._swing(rim, far, rings)
         bound: F64 = np.where(x < nearest, 1.0, np.minimum(light, 1.0))
         return bound
 
@@ -254,7 +289,7 @@ class Difference:
 
     def reach_um(self, lost_fraction: float, wavelength_nm: float, rings: float = 1.0) -> float:
         """Return a distance beyond which ``light_beyond`` is at most that, µm."""
-        return _reach_um(self, lost_fraction, wavelength_nm, rings)
+        return self.farther * _reach_um(self, lost_fraction, wavelength_nm, rings)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -297,6 +332,9 @@ def _known(rest: Difference, allowed: float, wavelength_nm: float) -> tuple[floa
     while r < FARTHEST * blur_um:
         coarse, fine = (rest._between_rings(np.array([r]), wavelength_nm, MOST_ROUND, rule)[0] for rule in (COARSE, FINE))
         # What falls as 1/r⁴ or faster: πr² times as much lies beyond.
+        if not np.isfinite(fine).all():  # too near
+            r *= 2.0**0.5
+            continue
         wrong, waves = math.pi * r * r * float(np.abs(coarse - fine).max()), np.abs(scipy.fft.rfft(coarse)) / MOST_ROUND
         if wrong <= allowed:
             loud = np.flatnonzero(math.pi * r * r * waves > allowed)

@@ -18,7 +18,7 @@ from camsim.optics.protocols import OpticalStage, Splits
 from camsim.optics.pupil import Pupil
 from camsim.optics.rays import Rays, rays_of
 
-FARTHER = 1.3  # as an image: from where on the check takes the rim's light. Of that, 1/r², it sees four tenths itself
+FARTHER = 1.3  # times as far as an image: of light that falls as 1/r² the check sees four tenths of what it leaves out
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,4 +65,4 @@ def summed_otherwise(lens: OpticalStage) -> OpticalStage:
 
 def _of_difference(rest: Difference) -> Difference:
     own = replace(rest, lens=Otherwise.of(rest.lens)) if isinstance(rest.lens, OfPupil) else rest
-    return replace(own, rim_from=FARTHER)
+    return replace(own, farther=FARTHER)

@@ -183,7 +183,7 @@ def rim_hem(
     found = bisect.bisect_left(steps, True, key=lambda step: quiet(longest * 2.0 ** (step / PER_OCTAVE)))
     if found == len(steps):
         return None
-    inner = lens.rim_from * longest * 2.0 ** (found / PER_OCTAVE)
+    inner = lens.farther * longest * 2.0 ** (found / PER_OCTAVE)
     if far < WORTH * inner:
         return None
     known = [lens.rim_known(OF_TAPER * allowed, nm) for nm in ends_nm]
