@@ -34,6 +34,7 @@ TAIL = 2.0 / math.pi**3
 RING = 1.0 / (2.0 * math.pi**4)  # what a line hears of an Airy pattern's rings, times x^(−5/2) (boundary/settings.py)
 STEEPER = 30.0  # rings · waves of slope / x: what amplitudes at the rim differ by; 27 was measured of coma
 MORE = 1.2  # directions between, and the next terms: 1.02 was measured
+CORNER = 1.5  # lines that a corner nearby is taken for (``aberrated.settings.sighted``)
 RAYS, BEYOND_RAYS = 4.0, 3.0  # slopes, and λN more: as near as the tail is taken to be the rim's alone
 FARTHEST = 1e7  # λN: where a reach is looked for
 HALVINGS = 14  # a reach is found to a thousandth
@@ -84,8 +85,8 @@ class Rim(NamedTuple):
     move_waves  : (2,) what slopes are taken about: the mean, as far as it is one direction's, or what was given
     slope_waves : (directions, points) about it, along each direction;  share: of each point, 1 in all
     steepest_waves, inside_waves : the largest slope about it, of the rim and of all of the pupil
-    wedges      : what a wedge that has its tip in a photosite gains beyond x λN is at most the first over x² and the
-                  second over x³; see ``_wedges``
+    ahead       : what is gained beyond x λN on one side of an edge through a photosite is at most the first over x² and
+                  the second over x³; see ``_ahead``
     rings_rad   : how far the phases of opposite points of the rim differ, the move apart
     """
 
@@ -94,7 +95,7 @@ class Rim(NamedTuple):
     share: F64
     steepest_waves: float
     inside_waves: float
-    wedges: tuple[float, float]
+    ahead: tuple[float, float]
     rings_rad: float
 
 
@@ -132,13 +133,13 @@ def rim_of(lens: Bent, obstruction: float, wavelength_nm: float, moved_waves: F6
         share=weight,
         steepest_waves=float(np.hypot(*about).max()),
         inside_waves=float(np.hypot(*(everywhere - move[:, None]).transpose(1, 0, 2)).max()),
-        wedges=_wedges(about.reshape(2, len(rims), RIM_POINTS).swapaxes(0, 1), normal, np.array(rims)),
+        ahead=_ahead(about.reshape(2, len(rims), RIM_POINTS).swapaxes(0, 1), normal, np.array(rims)),
         rings_rad=2.0 * math.pi * max(float(np.abs(w - np.roll(w, RIM_POINTS // 2)).max()) for w in odd),
     )
 
 
-def _wedges(slope_waves: F64, normal: F64, radius: F64) -> tuple[float, float]:
-    """Return how much more light a wedge may get from beyond x than behind a round lens: over 1/x², and over 1/x³.
+def _ahead(slope_waves: F64, normal: F64, radius: F64) -> tuple[float, float]:
+    """Return how much more light than a round lens throws there a half-plane may get beyond x: over 1/x², and over 1/x³.
 
     slope_waves : (rims, 2, points);  normal: (2, points) of even points;  radius: of each rim
 
@@ -148,7 +149,8 @@ def _wedges(slope_waves: F64, normal: F64, radius: F64) -> tuple[float, float]:
         c·(∫o_n − ½[o_t])/x² + c·(∫(o_n² + ½o_t²) − ⅔[o_n·o_t] + ⅓[o_t·∂o_t])/x³
 
     more than without o, where [ ] is what is at the second direction less what is at the first. In the first sum even
-    aberrations of opposite points cancel; of odd ones o_t is what counts, what is thrown along the wedge's own sides.
+    aberrations of opposite points cancel; of odd ones o_t is what counts most, what is thrown along an edge to its one
+    side. Half way round the second is half of its integral; of wedges [ ] is left, and a corner is ``CORNER`` lines.
     """
     step, half = 2.0 * math.pi / normal.shape[1], normal.shape[1] // 2
     moved, tangent = 2.0 * slope_waves, np.stack([-normal[1], normal[0]])
@@ -162,7 +164,7 @@ def _wedges(slope_waves: F64, normal: F64, radius: F64) -> tuple[float, float]:
             second += times * step * float(np.sum(along**2 + 0.5 * across**2))
             ends += times * across * (turned - 2.0 * along) / 3.0
     lost = 1.0 - (radius[1] ** 2 if radius.size > 1 else 0.0)
-    return float(np.ptp(first)) / lost, (second + float(np.ptp(ends))) / lost
+    return float(np.ptp(first)) / lost, (0.5 * second + float(np.ptp(ends)) / CORNER) / lost
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -232,6 +234,7 @@ class Difference:
     def light_beyond(self, distance_um: F64, wavelength_nm: float, rings: float = 1.0) -> F64:
         """Return how much a straight edge of contrast 1 may show at distances and beyond; 1 where nothing is known.
 
+        The edge is so far away, or is nearer and goes on so far ahead.
         rings : what is left of the rings by what else stands in the light's way
         """
         rim = _rim_of(self, wavelength_nm)
@@ -240,9 +243,9 @@ class Difference:
         far = np.maximum(x, nearest)[..., None, None]
         tail = np.abs(np.sum(rim.share / (far - 2.0 * rim.slope_waves), axis=-1) - 1.0 / far[..., 0]).max(axis=-1)
         far = far[..., 0, 0]
-        first, second = rim.wedges
-        wedge = first / far**2 + second / far**3
-        light = MORE * np.maximum(TAIL * tail / (1.0 - self.obstruction), wedge) + self._swing(rim, far, rings)
+        first, second = rim.ahead
+        ahead = first / far**2 + second / far**3
+        light = MORE * np.maximum(TAIL * tail / (1.0 - self.obstruction), ahead) + self._swing(rim, far, rings)
         bound: F64 = np.where(x < nearest, 1.0, np.minimum(light, 1.0))
         return bound
 

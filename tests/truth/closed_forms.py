@@ -55,3 +55,25 @@ def grating_contrast(frequency, lambda_n, side, split):
     u = min(math.hypot(*frequency) * lambda_n, 1.0)
     lens = 2.0 / math.pi * (math.acos(u) - u * math.sqrt(1.0 - u * u))
     return lens * math.prod(float(np.sinc(f * side)) * math.cos(math.pi * f * split) for f in frequency)
+
+
+def knife_edge(waves, lambda_n, distance, towards_deg, side, nodes=120):
+    """Light of a white half-plane on black, ``distance`` beyond its edge, through a round pupil: ½ + ∫ Im T·e/πf df.
+
+    waves : (x, y) → path difference over the unit disc.  The transfer T along the edge's normal, away from the black, is
+    the overlap of two pupils 2·λN·f apart, summed along chords; its ends in y are square roots, which y = Y·sin t takes.
+    """
+    cos, sin = math.cos(math.radians(towards_deg)), math.sin(math.radians(towards_deg))
+    x, w = np.polynomial.legendre.leggauss(nodes)
+    f, df = 0.5 * (1.0 + x) / lambda_n, 0.5 * w / lambda_n
+    transfer = np.empty(nodes, complex)
+    for k, shift in enumerate(lambda_n * f):
+        most = math.sqrt(1.0 - shift * shift)
+        y = most * np.sin(0.5 * np.pi * x)
+        half = np.sqrt(1.0 - y * y) - shift
+        u, v = half[:, None] * x, np.broadcast_to(y[:, None], (nodes, nodes))
+        weight = (0.5 * np.pi * most * np.cos(0.5 * np.pi * x) * w * half)[:, None] * w
+        one, two = (waves((u + d) * cos - v * sin, (u + d) * sin + v * cos) for d in (-shift, shift))
+        transfer[k] = np.sum(weight * np.exp(2j * np.pi * (one - two))) / np.pi
+    seen = transfer * np.sinc(side * f * cos) * np.sinc(side * f * sin) * np.exp(2j * np.pi * f * distance)
+    return 0.5 + float(np.sum(df * seen.imag / (np.pi * f)))
