@@ -14,11 +14,12 @@ import scipy
 
 from camsim.arrays import F64
 from camsim.optics.airy import NM_PER_UM
-from camsim.optics.difference import Difference, Split, rim_of
+from camsim.optics.difference import Difference, Split
 from camsim.optics.of_pupil import ACROSS, OfPupil
 from camsim.optics.protocols import Varies
 from camsim.optics.pupil import Pupil
 from camsim.optics.rays import places_over
+from camsim.optics.rim import rim_of
 from camsim.optics.zernike import orders, zernike_sum
 
 TILTS = 2  # OSA indices up to this one are piston and planes

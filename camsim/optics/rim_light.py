@@ -1,4 +1,4 @@
-"""The far light of a round pupil: what its rim throws, rings averaged away, to as many powers of the distance as matter.
+"""The far light of a round pupil: what its rim throws, rings averaged away, to as many powers of 1/r as matter.
 
 Far beyond its geometric spot a pupil's amplitude comes from two places of its rim, those along the direction that is
 looked in. About each of them, t along the direction and v across, the phase −πrt (r in λN) falls on steepest paths as
@@ -30,15 +30,15 @@ COARSE, FINE = (16, 12), (22, 16)  # nodes along the rim, and inward; what two r
 class Circle(NamedTuple):
     """A wavefront about a circle: Σ w_km·T_k((r² − 1)/ABOUT)·exp(imθ), r in units of the circle's radius, waves.
 
-    orders : (m,) of the harmonics that there are;  series: (k, m);  radius: of the circle, in radii of the pupil
+    orders : (m,) of the harmonics that there are;  series: (k, m);  share: the circle's radius, of the pupil's
     """
 
     orders: I64
     series: C128
-    radius: float
+    share: float
 
-    def amplitudes(self, distance: F64, directions: int, nodes: tuple[int, int]) -> C128:
-        """Return what the circle throws, at distances (n,) in λN and even directions: outward and back, (2, n, m).
+    def amplitudes(self, x: F64, directions: int, nodes: tuple[int, int]) -> C128:
+        """Return what the circle throws, x (n,) λN away in even directions: outward and back, (2, n, m).
 
         Less exp(−iπr) and exp(+iπr), as much for both and as it comes from each of its places.
         """
@@ -47,11 +47,11 @@ class Circle(NamedTuple):
         from camsim.kernels.rim import fill_amplitudes
 
         turned = np.exp(2j * np.pi * np.outer(self.orders, np.arange(directions) / directions))
-        rules, turns = (*_hermite(nodes[0]), *_laguerre(nodes[1])), np.pi * self.radius * distance
-        found = np.empty((2, distance.size, directions), complex)
+        rules, turns = (*_hermite(nodes[0]), *_laguerre(nodes[1])), np.pi * self.share * x
+        found = np.empty((2, x.size, directions), complex)
         task = found, turns, rules, self.series, self.orders, turned, ABOUT
-        shared(distance.size, functools.partial(fill_amplitudes, *task))
-        found *= self.radius**2
+        shared(x.size, functools.partial(fill_amplitudes, *task))
+        found *= self.share**2
         return found
 
 
@@ -83,7 +83,7 @@ def light_between_rings(rims: tuple[Circle, ...], distance: F64, directions: int
         for rim in rims:
             outward, back = np.square(np.abs(rim.amplitudes(distance, directions, nodes)))
             light += outward + np.roll(back, directions // 2, axis=1)
-    inner = rims[1].radius if len(rims) > 1 else 0.0
+    inner = rims[1].share if len(rims) > 1 else 0.0
     return light / (4.0 * math.pi * (1.0 - inner**2))
 
 

@@ -12,9 +12,10 @@ from annotated_types import Ge, Le
 from camsim.arrays import F64
 from camsim.marks import Before, Called
 from camsim.optics.airy import NM_PER_UM
-from camsim.optics.difference import Difference, RoundDifference, Split, rim_of
+from camsim.optics.difference import Difference, RoundDifference, Split
 from camsim.optics.of_pupil import OfPupil
 from camsim.optics.pupil import Pupil
+from camsim.optics.rim import rim_of
 from camsim.optics.zernike import LARGEST_INDEX, orders, zernike_sum
 from camsim.spectra.curve import NumberOrCurve, Transmission
 from camsim.typed import Number, Positive, Whole, judge, refusal

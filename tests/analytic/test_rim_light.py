@@ -8,7 +8,7 @@ import pytest
 import camsim
 from camsim.optics import FourSpotOlpf, OpticalSystem, PolygonPhotosite, Pupil, SquarePhotosite, Wavefront
 from camsim.optics.difference import Difference
-from camsim.optics.rim_light import COARSE, FINE, wavefront_about
+from camsim.optics.rim_light import FINE, wavefront_about
 from camsim.rendering.edges import Edges
 from camsim.rendering.fourier.apart import by_distance
 from camsim.rendering.fourier.image import FourierImage
@@ -42,10 +42,10 @@ def test_two_places_of_each_rim_make_the_pattern(waves, obstruction):
     known = lens.split().rest.rim_known(1e-12, 550.0)[0] / LAMBDA_N
     for r in (known, known + 1.3, 4.0 * known):
         total = np.zeros(count, complex)
-        for circle, sign in zip(circles, (1.0, -1.0)):
+        for circle, sign in zip(circles, (1.0, -1.0), strict=False):
             [outward], [back] = circle.amplitudes(np.array([r]), count, FINE)
             back = np.conj(np.roll(back, count // 2))  # of the opposite place
-            turn = np.exp(1j * np.pi * r * circle.radius)
+            turn = np.exp(1j * np.pi * r * circle.share)
             total += sign * (outward / turn + back * turn)
         light = np.abs(total) ** 2 / (4.0 * np.pi * (1.0 - obstruction**2))
         size = 1.0 / (np.pi**3 * r**3)  # about what is between the rings

@@ -60,8 +60,9 @@ def grating_contrast(frequency, lambda_n, side, split):
 def knife_edge(waves, lambda_n, distance, towards_deg, side, nodes=120):
     """Light of a white half-plane on black, ``distance`` beyond its edge, through a round pupil: ½ + ∫ Im T·e/πf df.
 
-    waves : (x, y) → path difference over the unit disc.  The transfer T along the edge's normal, away from the black, is
-    the overlap of two pupils 2·λN·f apart, summed along chords; its ends in y are square roots, which y = Y·sin t takes.
+    waves : (x, y) → path difference over the unit disc.  The transfer T along the edge's normal, away from the black,
+    is the overlap of two pupils 2·λN·f apart, summed along chords; its ends in y are square roots, which y = Y·sin t
+    takes.
     """
     cos, sin = math.cos(math.radians(towards_deg)), math.sin(math.radians(towards_deg))
     x, w = np.polynomial.legendre.leggauss(nodes)

@@ -10,9 +10,9 @@ import scipy
 
 from camsim.arrays import C128, F64, I64
 from camsim.kernels import shared
-from camsim.optics.difference import rim_of
 from camsim.optics.placed import PlacedLens
 from camsim.optics.pupil import Pupil
+from camsim.optics.rim import rim_of
 from camsim.optics.zernike import orders, zernike
 from camsim.products import product
 from camsim.quadrature import chebyshev, gauss_legendre

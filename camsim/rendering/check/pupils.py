@@ -65,4 +65,4 @@ def summed_otherwise(lens: OpticalStage) -> OpticalStage:
 
 def _of_difference(rest: Difference) -> Difference:
     own = replace(rest, lens=Otherwise.of(rest.lens)) if isinstance(rest.lens, OfPupil) else rest
-    return replace(own, farther=FARTHER)
+    return replace(own, scale=FARTHER)

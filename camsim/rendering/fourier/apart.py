@@ -70,14 +70,22 @@ def by_distance(image: Whole, origin: tuple[float, float], shape: tuple[int, int
     """Return shells of a round pattern; of others what is near, and their spikes or the light of their rims."""
     (nm, density), edges = image.lit, image.edges.seen_from(origin)
     task = image.system, image.kernel, nm, image.pitch_um, edges, shape, image.tolerance
-    seen = {"edges": image.edges, "density": density, "wavelength_nm": nm}
-    behind = {"system": image.system, "pitch_um": image.pitch_um}
+    system, pitch_um = image.system, image.pitch_um
     if hem := spike_hem(*task):
-        return image.shell_of(Shell(begin=None, end=hem, tapers=1)), Spikes(**seen, **behind, hem=hem)
+        far = Spikes(edges=image.edges, density=density, wavelength_nm=nm, system=system, pitch_um=pitch_um, hem=hem)
+        return image.shell_of(Shell(begin=None, end=hem, tapers=1)), far
     if known := rim_hem(*task):
         hem, directions = known
-        far = RimLight(**seen, **behind, hem=hem, directions=directions)
-        return image.shell_of(Shell(begin=None, end=hem, tapers=1)), far
+        light = RimLight(
+            edges=image.edges,
+            density=density,
+            wavelength_nm=nm,
+            system=system,
+            pitch_um=pitch_um,
+            hem=hem,
+            directions=directions,
+        )
+        return image.shell_of(Shell(begin=None, end=hem, tapers=1)), light
     return tuple(image.shell_of(shell) for shell in shells(*task, image.quiet))
 
 

@@ -149,7 +149,7 @@ class FourierPlan:
             yield Decision(
                 topic="scenery",
                 decision=f"what differs from {rim.hem.inner:.3g} photosites on by the light of the pupil's rim",
-                reason="farther out its rings stay within the tolerance: what is between them is integrated edge by edge",
+                reason="its rings stay within the tolerance there: what is between them is integrated edge by edge",
             )
         apart = () if self.parts else self._divided
         if apart and isinstance(far := apart[-1], Spikes):

@@ -66,9 +66,7 @@ class RimLight:
             values, places = np.zeros(len(centres)), centres[:, None] - self._offsets
             gained = self._gained(contrast[:, own])
             weight = 1.0 / places.shape[1]
-            add = functools.partial(
-                add_rim, gained, self.edges.start, self.edges.end, pair, places, weight, values
-            )
+            add = functools.partial(add_rim, gained, self.edges.start, self.edges.end, pair, places, weight, values)
             shared(len(values), add, least=max(1, 1000 // (1 + len(self.edges))))
             image[channel == own] = values
         progress(1.0)
@@ -183,7 +181,7 @@ def rim_hem(
     found = bisect.bisect_left(steps, True, key=lambda step: quiet(longest * 2.0 ** (step / PER_OCTAVE)))
     if found == len(steps):
         return None
-    inner = lens.farther * longest * 2.0 ** (found / PER_OCTAVE)
+    inner = lens.scale * longest * 2.0 ** (found / PER_OCTAVE)
     if far < WORTH * inner:
         return None
     known = [lens.rim_known(OF_TAPER * allowed, nm) for nm in ends_nm]

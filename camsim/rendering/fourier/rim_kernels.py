@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
-
 from camsim.arrays import F64, I64
 from camsim.kernels import kernel
 from camsim.quadrature import gauss_legendre
@@ -48,9 +46,7 @@ def add_rim(
                     total += _swept(gained, gained.splines[pair[e]], ax, ay, bx, by)
                     continue
                 if low > 0.0:
-                    total += _swept(
-                        gained, gained.splines[pair[e]], ax, ay, ax + low * (bx - ax), ay + low * (by - ay)
-                    )
+                    total += _swept(gained, gained.splines[pair[e]], ax, ay, ax + low * (bx - ax), ay + low * (by - ay))
                 if high < 1.0:
                     total += _swept(
                         gained, gained.splines[pair[e]], ax + high * (bx - ax), ay + high * (by - ay), bx, by
