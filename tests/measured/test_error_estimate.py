@@ -10,7 +10,7 @@ import pytest
 from examples import OPTICS, PICTURE, PITCH_UM, TOLERANCE, WAVELENGTH_NM, grid_of, scene_of, worst
 
 import camsim
-from camsim.optics import OpticalSystem, airy, chords, follow, of_pupil, panels, rays
+from camsim.optics import OpticalSystem, airy, chords, difference, follow, of_pupil, panels, rays
 from camsim.rendering import focus, footprint, heard, job, outlines, quiet
 from camsim.rendering.aberrated import engine as aberrated_engine
 from camsim.rendering.aberrated import image as short_image
@@ -20,6 +20,7 @@ from camsim.rendering.boundary import engine as boundary_engine
 from camsim.rendering.boundary import image as boundary_image
 from camsim.rendering.boundary import tables
 from camsim.rendering.check.pupils import Otherwise
+from camsim.rendering.fourier import apart
 from camsim.rendering.fourier import image as fourier_image
 from camsim.rendering.fourier import lens as fourier_lens
 from camsim.rendering.fourier import lens_curves
@@ -544,3 +545,25 @@ def test_of_a_tiny_frame_every_photosite_is_checked(rows, cols):
     fine = rendered(OPTICS["f/8, OLPF"], tolerance=1e-7, rows=rows, cols=cols)
     assert coarse.checked_photosites == rows * cols
     assert coarse.error_estimate == pytest.approx(worst(coarse.image, fine.image), abs=1e-2 / 10)
+
+
+@pytest.mark.parametrize("method", ["boundary", "fourier"])
+def test_light_beyond_a_reach_is_seen(monkeypatch, method):
+    """The check had the image's reach: of light that falls as 1/r² it sees four tenths of what is left out."""
+    leaves = camsim.Wavefront(f_number=1.2 / 0.55, zernike_waves={20: 0.1})
+    scene = camsim.Scene(background=0.0, shapes=[camsim.HalfPlane(through_um=(0.3, 0.0), reflectance=1.0)])
+    grid, optics = camsim.Grid(rows=2, cols=2, pitch_um=2.0), [leaves, camsim.SquarePhotosite(side_um=2.0)]
+    monkeypatch.setattr(apart, "rim_hem", lambda *task: None)  # which needs no reach
+
+    def found():
+        difference._reach_um.cache_clear()
+        return camsim.render(scene, optics, grid, wavelength_nm=550.0, method=method, tolerance=1e-5)
+
+    honest, heard = found(), difference.Difference.light_beyond
+    with monkeypatch.context() as patch:
+        patch.setattr(difference.Difference, "light_beyond", scaled(heard, 0.01))
+        corrupted = found()
+    difference._reach_um.cache_clear()
+    assert honest.error_estimate <= 1e-5
+    assert worst(corrupted.image, honest.image) > 3e-5
+    assert corrupted.error_estimate > 1e-5

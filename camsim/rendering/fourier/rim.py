@@ -91,14 +91,15 @@ class RimLight:
         half = np.hypot(*photosite.half_extent_um)
         if half == 0.0:
             return spots / self.pitch_um
-        # 1 − OTF is 2π² f·Σf, and along both axes at once it has their product in it.
+        # An OTF is 1 − 2πi f·⟨u⟩ − 2π²⟨(f·u)²⟩; along both axes at once it has ⟨xy⟩ in it.
         f = SPREAD / half
-        fx, fy = f * np.array([[1.0, 0.0, 1.0], [0.0, 1.0, 1.0]])
-        xx, yy, both = (1.0 - photosite.otf(fx, fy, 0.0).real) / (2.0 * np.pi**2 * f * f)
+        otf = photosite.otf(f * np.array([1.0, 0.0, 1.0]), f * np.array([0.0, 1.0, 1.0]), 0.0)
+        middle = -np.imag(otf[:2]) / (2.0 * np.pi * f)
+        xx, yy, both = (1.0 - np.real(otf)) / (2.0 * np.pi**2 * f * f)
         xy = 0.5 * (both - xx - yy)
-        sizes, ways = np.linalg.eigh(np.array([[xx, xy], [xy, yy]]))
+        sizes, ways = np.linalg.eigh(np.array([[xx, xy], [xy, yy]]) - np.outer(middle, middle))
         arms = ways.T * np.sqrt(2.0 * np.maximum(sizes, 0.0))[:, None]
-        offsets: F64 = (spots[:, None] + np.concatenate([arms, -arms])).reshape(-1, 2) / self.pitch_um
+        offsets: F64 = (spots[:, None] + middle + np.concatenate([arms, -arms])).reshape(-1, 2) / self.pitch_um
         return offsets
 
     @cached_property
