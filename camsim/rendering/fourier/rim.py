@@ -22,6 +22,7 @@ from camsim.kept import cached_property
 from camsim.kernels import shared
 from camsim.optics import OpticalSystem
 from camsim.optics.protocols import KnowsRim
+from camsim.products import product
 from camsim.quadrature import gauss_legendre
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.edges import Edges
@@ -142,7 +143,7 @@ class RimLight:
         for own, weights in zip(splines, contrast, strict=True):
             there = np.einsum("j,jnd->nd", weights, light)
             finer = scipy.fft.irfft(scipy.fft.rfft(there), TURNS) * (TURNS / there.shape[1])
-            cells = np.sum(((finer.T @ follow.T) * weight).reshape(TURNS, -1, 4), axis=-1)
+            cells = np.sum((product(finer.T, follow.T) * weight).reshape(TURNS, -1, 4), axis=-1)
             own[:, : CELLS + PAD] = np.cumsum(cells[:, ::-1], axis=1)[:, ::-1]
             scipy.ndimage.spline_filter(own, order=5, output=own, mode="grid-wrap")
         return Gained(splines, 1.0 / self.hem.inner, self.hem.inner, self.hem.outer)
