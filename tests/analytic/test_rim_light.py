@@ -13,6 +13,7 @@ from camsim.rendering.edges import Edges
 from camsim.rendering.fourier.apart import by_distance
 from camsim.rendering.fourier.image import FourierImage
 from camsim.rendering.fourier.rim import RimLight
+from camsim.rendering.render import plan_render
 
 LAMBDA_N = 1.2  # µm
 MIXED = ((4, 0.1), (6, 0.08), (8, 0.1), (7, 0.05), (12, 0.05), (15, 0.03))
@@ -185,6 +186,21 @@ def test_behind_an_obstruction_the_inner_rim_throws_light_too(obstruction):
     near, far = near_and_far(image)
     whole = at_once(dataclasses.replace(image, tolerance=0.3 * tolerance))
     assert np.abs(near + far - whole).max() <= 0.15 * tolerance
+
+
+def test_daylight_at_1e_7_fits_the_memory():
+    """31 GB for the check, whose overlaps have no far light: where that is much it takes patterns too."""
+    rectangle = camsim.Rectangle(
+        width_um=9e3, height_um=9e3, centre_um=(4500.0, 100.0), rotate_deg=4.0, reflectance=1.0
+    )
+    nm = np.linspace(420.0, 680.0, 105)
+    choice = plan_render(
+        camsim.Scene(background=0.0, shapes=[shape]), optics, camsim.Grid(rows=4, cols=4, pitch_um=4.88),
+        response=np.full((1, nm.size), 1.0 / nm.size), wavelength_nm=nm, tolerance=1e-7, method="fourier",
+    )  # fmt: skip
+    assert any("rim" in one.decision for one in choice.plan.decisions())
+    assert choice.cost.memory_bytes < 2e9
+    assert choice.cost.seconds < 10.0 * choice.plan.cost.seconds
 
 
 def test_the_check_looks_farther_before_it_trusts_the_rim(monkeypatch):

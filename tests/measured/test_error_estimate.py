@@ -20,10 +20,9 @@ from camsim.rendering.boundary import engine as boundary_engine
 from camsim.rendering.boundary import image as boundary_image
 from camsim.rendering.boundary import tables
 from camsim.rendering.check.pupils import Otherwise
-from camsim.rendering.fourier import apart
+from camsim.rendering.fourier import apart, lens_curves
 from camsim.rendering.fourier import image as fourier_image
 from camsim.rendering.fourier import lens as fourier_lens
-from camsim.rendering.fourier import lens_curves
 from camsim.rendering.fourier import regions as fourier_regions
 from camsim.rendering.render import render_channels
 from camsim.scene import outlines as scene_outlines

@@ -14,7 +14,7 @@ from camsim.rendering.budget import DIFFERENCE_CHECK_PART, ErrorBudget
 from camsim.rendering.check.bent import bent
 from camsim.rendering.check.beside import Beside
 from camsim.rendering.check.checks import Found, Transforms
-from camsim.rendering.check.fitting import Fitting, Windows
+from camsim.rendering.check.fitting import Either, Fitting, Windows
 from camsim.rendering.check.framed import Framed
 from camsim.rendering.check.integrals import Integrals
 from camsim.rendering.check.listener import Listener
@@ -246,7 +246,11 @@ class Judge:
                 density=density,
                 budget=ErrorBudget(allowed),
             )
-        windows = self._windows_of(job, np.zeros_like(self.base), allowed)
+        nothing = np.zeros_like(self.base)
+        windows = self._windows_of(job, nothing, allowed)
+        if job is not rest:
+            # Overlaps have no pattern whose far light is known: where that is much, patterns take less.
+            windows = Either(windows, self._windows_of(rest, nothing, allowed))
         return Framed(grid=job.grid, windows=windows, together=self._of_all.size, beside=beside)
 
     def _windows_of(self, job: Job, base: F64, allowed: float) -> Windows:

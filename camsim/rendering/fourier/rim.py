@@ -169,14 +169,14 @@ def rim_hem(
     allowed = ErrorBudget(tolerance).allowed("taper") / kernel.tapers
     nearest, farthest = distances(edges, shape)
     nearest, far = np.maximum(nearest - system.extent_um / pitch_um, 0.0), min(kernel.reach, farthest)
-    ends_nm = float(wavelength_nm.min()), float(wavelength_nm.max())
+    some_nm = {float(wavelength_nm[k]) for k in (0, wavelength_nm.size // 2, -1)}
     share, longest = system.ring_share(wavelength_nm), float(system.blurs_um(wavelength_nm).max()) / pitch_um
 
     def quiet(beyond: float) -> bool:
         """Whether rings of edges beyond a distance are within their share; see ``shells``."""
         away = np.maximum(nearest, beyond)
         part = np.minimum(1.0, 0.5 * edges.length / np.sqrt(away * longest))
-        loud = np.max([lens.rings_beyond(away * pitch_um, nm, share) for nm in ends_nm], axis=0)
+        loud = np.max([lens.rings_beyond(away * pitch_um, nm, share) for nm in some_nm], axis=0)
         return LINES * float(part @ loud) <= RINGS_PART * allowed
 
     steps = range(math.ceil(PER_OCTAVE * math.log2(max(far / longest, 1.0))))
@@ -186,7 +186,7 @@ def rim_hem(
     inner = lens.scale * longest * 2.0 ** (found / PER_OCTAVE)
     if far < WORTH * inner:
         return None
-    known = [lens.rim_known(OF_TAPER * allowed, nm) for nm in ends_nm]
+    known = [lens.rim_known(OF_TAPER * allowed, nm) for nm in some_nm]
     inner = max(inner, max(from_um for from_um, _ in known) / pitch_um)
     if far < WORTH * inner:
         return None
