@@ -7,7 +7,7 @@ import pytest
 
 import camsim
 from camsim.optics import FourSpotOlpf, OpticalSystem, PolygonPhotosite, Pupil, SquarePhotosite, Wavefront
-from camsim.optics.difference import Difference
+from camsim.optics.difference import Difference, _rim_of
 from camsim.optics.rim_light import FINE, wavefront_about
 from camsim.rendering.edges import Edges
 from camsim.rendering.fourier.apart import by_distance
@@ -70,6 +70,20 @@ def test_what_is_known_of_it_is_measured():
             finer = np.fft.irfft(np.fft.rfft(coarse), 1024) * 1024 / directions
             other = np.fft.irfft(np.fft.rfft(fine), 1024) * 4
             assert np.abs(finer - other).max() * np.pi * from_um**2 <= 10.0 * allowed
+
+
+@pytest.mark.parametrize("waves", [{4: 0.6}, {6: 0.25}, {9: -0.2}, {20: 0.1}, {54: 0.1}, {12: 0.2, 20: 0.1}], ids=str)
+def test_what_an_edge_gains_ahead(waves):
+    """The rim's light beyond a distance, of the half-plane that has most of it: two powers of the distance tell it."""
+    rest, count = lens_of(waves).split().rest, 240
+    x = np.geomspace(3.0 * rest.rim_known(1e-10, 550.0)[0], 1e7, 300)
+    light = rest.rim_light(x, 550.0, count)
+    along = np.trapezoid(light * x[:, None] ** 2, np.log(x), axis=0) * 2.0 * np.pi / count
+    sums = np.concatenate([[0.0], np.cumsum(np.tile(along, 2))])
+    most = np.abs(sums[count // 2 : count // 2 + count] - sums[:count]).max()
+    first, second = _rim_of(rest, 550.0).ahead_waves
+    far = x[0] / LAMBDA_N
+    assert 0.93 <= most / (first / far**2 + second / far**3) <= 1.01
 
 
 def test_nothing_is_known_of_what_is_no_polynomial():
@@ -190,9 +204,8 @@ def test_behind_an_obstruction_the_inner_rim_throws_light_too(obstruction):
 
 def test_daylight_at_1e_7_fits_the_memory():
     """31 GB for the check, whose overlaps have no far light: where that is much it takes patterns too."""
-    rectangle = camsim.Rectangle(
-        width_um=9e3, height_um=9e3, centre_um=(4500.0, 100.0), rotate_deg=4.0, reflectance=1.0
-    )
+    shape = camsim.Rectangle(width_um=9e3, height_um=9e3, centre_um=(4500.0, 100.0), rotate_deg=4.0, reflectance=1.0)
+    optics = OpticalSystem.of([lens_of(MIXED), SquarePhotosite(side_um=4.0)])
     nm = np.linspace(420.0, 680.0, 105)
     choice = plan_render(
         camsim.Scene(background=0.0, shapes=[shape]), optics, camsim.Grid(rows=4, cols=4, pitch_um=4.88),
