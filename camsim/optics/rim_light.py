@@ -75,14 +75,15 @@ def light_between_rings(rims: tuple[Circle, ...], distance: F64, directions: int
     """Return the light per square λN from a point of unit power, (n, directions), behind a disc or a ring.
 
     rims       : its outer one, and its inner one if it is a ring
-    distance   : (n,) λN, so far that what the wavefront bends lies well within
+    distance   : (n,) λN, so far that what the wavefront bends lies well within; NaN far too near
     directions : in the image, even ones from x on
     """
     light = np.zeros((distance.size, directions))
-    with np.errstate(over="ignore", invalid="ignore"):  # too near: no number
+    with np.errstate(over="ignore", invalid="ignore"):
         for rim in rims:
             outward, back = np.square(np.abs(rim.amplitudes(distance, directions, nodes)))
             light += outward + np.roll(back, directions // 2, axis=1)
+    light[~(light < 1.0)] = np.nan  # brighter than a pattern's middle: too near, and no number
     inner = rims[1].share if len(rims) > 1 else 0.0
     return light / (4.0 * math.pi * (1.0 - inner**2))
 
