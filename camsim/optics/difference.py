@@ -221,9 +221,6 @@ def _known(rest: Difference, allowed: float, wavelength_nm: float) -> tuple[floa
             rest._between_rings(np.array([r]), wavelength_nm, MOST_ROUND, rule)[0] for rule in (COARSE, FINE)
         )
         # What falls as 1/r⁴ or faster: πr² times as much lies beyond.
-        if not np.isfinite(fine).all():  # too near
-            r *= 2.0**0.5
-            continue
         wrong, waves = math.pi * r * r * float(np.abs(coarse - fine).max()), np.abs(scipy.fft.rfft(coarse)) / MOST_ROUND
         if wrong <= allowed:
             loud = np.flatnonzero(math.pi * r * r * waves > allowed)

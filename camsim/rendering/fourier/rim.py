@@ -8,9 +8,7 @@ along its outline. The pattern itself, tapered soon after the distance, is left 
 
 from __future__ import annotations
 
-import bisect
 import functools
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -28,9 +26,9 @@ from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.edges import Edges
 from camsim.rendering.engine import Cost
 from camsim.rendering.fourier.rim_kernels import PAD, Gained, add_rim
-from camsim.rendering.fourier.shells import PER_OCTAVE, RINGS_PART, WORTH, distances
+from camsim.rendering.fourier.shells import RINGS_PART, WORTH, distances, first_quiet
 from camsim.rendering.fourier.spread import Kernel
-from camsim.rendering.fourier.taper import Hem, taper, taper_margin, tapered
+from camsim.rendering.fourier.taper import Hem, hem_from, taper, tapered
 from camsim.rendering.spectral import Signals, fuse
 
 LINES = 2.0  # of what a line hears of rings that end there: a taper's, at both of its ends
@@ -83,7 +81,7 @@ class RimLight:
 
     @property
     def _light_seconds(self) -> float:
-        return SECONDS_PER_LIGHT * self.directions * min(self.wavelength_nm.size, len(self._fused[0]))
+        return SECONDS_PER_LIGHT * self.directions * len(self._fused[0])
 
     @cached_property
     def _offsets(self) -> F64:
@@ -179,21 +177,12 @@ def rim_hem(
         loud = np.max([lens.rings_beyond(away * pitch_um, nm, share) for nm in some_nm], axis=0)
         return LINES * float(part @ loud) <= RINGS_PART * allowed
 
-    steps = range(math.ceil(PER_OCTAVE * math.log2(max(far / longest, 1.0))))
-    found = bisect.bisect_left(steps, True, key=lambda step: quiet(longest * 2.0 ** (step / PER_OCTAVE)))
-    if found == len(steps):
-        return None
-    inner = lens.scale * longest * 2.0 ** (found / PER_OCTAVE)
-    if far < WORTH * inner:
+    loud_until = first_quiet(quiet, longest, far)
+    if loud_until is None or far < WORTH * lens.scale * loud_until:
         return None
     known = [lens.rim_known(OF_TAPER * allowed, nm) for nm in some_nm]
-    inner = max(inner, max(from_um for from_um, _ in known) / pitch_um)
+    inner = max(lens.scale * loud_until, max(from_um for from_um, _ in known) / pitch_um)
     if far < WORTH * inner:
         return None
-    light = min(max((1.0 - RINGS_PART) * allowed / max(kernel.light(inner), 1e-300), 1e-14), 1.0)
-    margin, sharpness = taper_margin(light)
-    # (cutoff + margin/width)·(frame + 2·(inner + width)) is smallest, or nearly.
-    width = math.sqrt(margin * (max(shape) + 2.0 * inner) / (2.0 * kernel.cutoff))
-    if far < WORTH * (inner + width):
-        return None
-    return Hem(inner, inner + width, sharpness), max(directions for _, directions in known)
+    hem = hem_from(inner, (1.0 - RINGS_PART) * allowed / max(kernel.light(inner), 1e-300), max(shape), kernel.cutoff)
+    return None if far < WORTH * hem.outer else (hem, max(directions for _, directions in known))

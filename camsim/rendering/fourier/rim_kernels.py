@@ -85,9 +85,7 @@ def _swept(gained: Gained, spline: F64, ax: float, ay: float, bx: float, by: flo
     first, last = math.atan2(along, distance), math.atan2(along + length, distance)
     near = 1.0 if first <= 0.0 <= last else max(math.cos(first), math.cos(last))
     step = min(gained.most / PANELS, (1.0 / gained.inner - 1.0 / gained.outer) / HEM_PANELS)
-    changed = (2.0 * near - math.cos(first) - math.cos(last)) / distance
-    if not first <= 0.0 <= last:
-        changed = abs(math.cos(first) - math.cos(last)) / distance
+    changed = (2.0 * near - math.cos(first) - math.cos(last)) / distance  # there and back
     panels = math.ceil((last - first) / STEP_RAD + changed / step)
     foot = math.atan2(-ex * across, ey * across)
     way = 1.0 if across > 0.0 else -1.0  # counter-clockwise where the photosite lies to the left

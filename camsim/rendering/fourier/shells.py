@@ -156,14 +156,19 @@ def _quiet_distance(
     for four ends, twice what it is (113 random scenes at 1e-2 … 3e-8: at most 0.04 of the tolerance with 16 ends).
     """
 
-    def quiet(step: int) -> bool:
-        away = np.maximum(nearest, least * 2.0 ** (step / PER_OCTAVE))
+    def quiet(beyond: float) -> bool:
+        away = np.maximum(nearest, beyond)
         part = np.minimum(1.0, 0.5 * length / np.sqrt(away * kernel.longest))
         return SURE * sum(a * float(part @ away**-n) for a, n in kernel.rings) <= allowed
 
-    steps = math.ceil(PER_OCTAVE * math.log2(far / least)) if far > least else 0  # as many are nearer than ``far``
-    first = bisect.bisect_left(range(steps), True, key=quiet)  # rings fade
-    return least * 2.0 ** (first / PER_OCTAVE) if first < steps else None
+    return first_quiet(quiet, least, far)
+
+
+def first_quiet(quiet: Callable[[float], bool], least: float, far: float) -> float | None:
+    """Return from which distance on it is quiet, ``least`` or farther; None: nowhere nearer than ``far``."""
+    steps = range(math.ceil(PER_OCTAVE * math.log2(max(far / least, 1.0))))
+    first = bisect.bisect_left(steps, True, key=lambda step: quiet(least * 2.0 ** (step / PER_OCTAVE)))  # rings fade
+    return least * 2.0 ** (first / PER_OCTAVE) if first < len(steps) else None
 
 
 def _hems(

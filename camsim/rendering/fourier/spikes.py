@@ -8,7 +8,6 @@ tapered soon after a distance, is left to a transform whose period needs to be n
 
 from __future__ import annotations
 
-import bisect
 import functools
 import math
 from collections.abc import Callable
@@ -28,16 +27,15 @@ from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.edges import Edges
 from camsim.rendering.engine import Cost
 from camsim.rendering.fourier.crossings import Crossings
-from camsim.rendering.fourier.shells import RINGS_PART, distances
+from camsim.rendering.fourier.shells import RINGS_PART, distances, first_quiet
 from camsim.rendering.fourier.spike_kernels import Far, Profiles, Ways, add_spikes
 from camsim.rendering.fourier.spread import Kernel
-from camsim.rendering.fourier.taper import Hem, taper, taper_margin, tapered
+from camsim.rendering.fourier.taper import Hem, hem_from, taper, tapered
 from camsim.rendering.spectral import Signals, fuse
 
 BESIDES = 0.05  # (λN/r)² of an edge: interference and what lies between spikes, measured up to 0.003
 UNEVEN = 0.1  # λN/r² times the spread: parts of an aberrated side that lie across are moved along, measured up to 0.01
 WIDE = 0.1  # λN/r³ times its square: the taper, and 1/s², are those of a spike's middle, measured up to 0.015
-PER_OCTAVE = 4  # distances that are tried
 CELLS = 256  # of a taper
 TAIL, PER_WAVE = 32.0, 16.0  # blurs to either side of a spike that are tabulated, cells of its finest wave
 PHASE, FUSED_OFF = 20.0, 1e-3  # wavelengths that a spike's light is summed from
@@ -214,14 +212,9 @@ def spike_hem(
         alone = besides[0] / beyond**2 + besides[1] / beyond**3
         return float(each.sum()) <= share or crossings.most(each, alone) <= share
 
-    steps = range(math.ceil(PER_OCTAVE * math.log2(max(farthest / longest, 1.0))))
-    found = bisect.bisect_left(steps, True, key=lambda step: quiet(longest * 2.0 ** (step / PER_OCTAVE)))
-    if found == len(steps):
+    beyond = first_quiet(quiet, longest, farthest)
+    if beyond is None:
         return None
-    beyond = longest * 2.0 ** (found / PER_OCTAVE)
-    inner = spot + beyond
     light = 2.0 * sum(spike.light_um for spike in spikes) / pitch_um / beyond
-    margin, sharpness = taper_margin(min(max((1.0 - RINGS_PART) * allowed / light, 1e-14), 1.0))
-    # (cutoff + margin/width)·(frame + 2·(inner + width)) is smallest, or nearly.
-    width = math.sqrt(margin * (max(shape) + 2.0 * inner) / (2.0 * kernel.cutoff))
-    return Hem(inner, inner + width, sharpness) if inner + width < farthest else None
+    hem = hem_from(spot + beyond, (1.0 - RINGS_PART) * allowed / light, max(shape), kernel.cutoff)
+    return hem if hem.outer < farthest else None

@@ -37,6 +37,15 @@ def taper_margin(level: float) -> tuple[float, float]:
     return (sharpness + 1.0) / math.pi, sharpness
 
 
+def hem_from(inner: float, level: float, frame: float, cutoff: float) -> Hem:
+    """Return a taper from ``inner`` on, for side lobes of ``level``, about a frame and below a cutoff.
+
+    It is as wide as makes (cutoff + margin/width)·(frame + 2·(inner + width)) smallest, or nearly.
+    """
+    margin, sharpness = taper_margin(min(max(level, 1e-14), 1.0))
+    return Hem(inner, inner + math.sqrt(margin * (frame + 2.0 * inner) / (2.0 * cutoff)), sharpness)
+
+
 @functools.lru_cache(maxsize=64)
 def taper(sharpness: float) -> np.polynomial.Chebyshev:
     """Return the taper from 1 at −1 to 0 at 1 as a polynomial: 1 minus the running integral of its window."""
