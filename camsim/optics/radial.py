@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, ClassVar
@@ -14,12 +13,11 @@ import scipy
 from annotated_types import Ge, Le
 
 from camsim.arrays import F64
+from camsim.optics.hankel import hankel
 from camsim.optics.pattern import UNIT_NM, Pattern
 from camsim.spectra.curve import NumberOrCurve, Transmission
 from camsim.typed import NonNegative, Number, Positive, Several, judge, refusal
 from camsim.words import brief
-
-CHUNK = 2_000_000  # Bessel functions at a time
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -101,41 +99,13 @@ class RadialOtf:
 
     def point_spread(self, r_um: F64, wavelength_nm: float) -> F64:
         """Irradiance at ``r_um`` (µm) from a point of unit power, 1/µm²: 2π ∫ OTF(f)·J0(2πfr)·f df."""
-        return self._integrated(np.asarray(r_um, float), lambda f, r: scipy.special.j0(2.0 * np.pi * f * r) * f)
+        return hankel(self.curve(), np.asarray(r_um, float), 0)
 
     def encircled_energy(self, r_um: F64, wavelength_nm: float) -> F64:
         """Fraction of the light within ``r_um`` (µm) of the centre: 2πr ∫ OTF(f)·J1(2πfr) df."""
         r = np.asarray(r_um, float)
-        energy: F64 = r * self._integrated(r, lambda f, r: scipy.special.j1(2.0 * np.pi * f * r))
+        energy: F64 = r * hankel(self.curve(), r, 1)
         return energy
-
-    def _integrated(self, r: F64, kernel: Callable[[F64, F64], F64]) -> F64:
-        """Return 2π ∫ OTF(f)·kernel(f, r) df, panel by panel of the cubic; more nodes for larger radii."""
-        flat = r.ravel()
-        order = np.argsort(flat)
-        out = np.empty(flat.shape)
-        frequency = np.array(self.freq_per_um)
-        start = 0
-        while start < flat.size:
-            # Radii up to twice the smallest of the group share a rule.
-            least = max(float(flat[order[start]]), 2.0 / frequency[-1])
-            stop = int(np.searchsorted(flat[order], 2.0 * least, side="right"))
-            stop = max(stop, start + 1)
-            longest = float(flat[order[stop - 1]])
-            nodes, weights = [], []
-            for low, high in pairwise(frequency):
-                x, w = scipy.special.roots_legendre(math.ceil(0.5 * math.pi * longest * (high - low) * 1.2) + 12)
-                nodes.append(0.5 * (low + high) + 0.5 * (high - low) * x)
-                weights.append(0.5 * (high - low) * w)
-            f = np.concatenate(nodes)
-            share = 2.0 * np.pi * np.concatenate(weights) * self.otf(f, np.zeros(1), 0.0)
-            step = max(1, CHUNK // f.size)
-            for first in range(start, stop, step):
-                which = order[first : min(first + step, stop)]
-                out[which] = kernel(f[:, None], flat[which]).T @ share
-            start = stop
-        values: F64 = out.reshape(r.shape)
-        return values
 
 
 @functools.cache
