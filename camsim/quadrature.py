@@ -8,9 +8,10 @@ import math
 import numpy as np
 
 from camsim.arrays import F64, I64
-from camsim.products import product
+from camsim.kernels import kernel, shared
 
 GOLDEN = 0.6180339887498949  # multiples of it, less their whole part, lie about evenly on 0 … 1 and in no pattern
+SOON = 4096  # cells: one thread has done so many before another one has begun
 MANY = 256  # nodes of a rule: each step to the next degree is no longer what NumPy takes to begin it
 # What a look-up through n values leaves of a wave, over its (2πδf)ⁿ: half-way between two of them, Π(k − ½)²/n!.
 EIGHT_POINTS, SIX_POINTS = (0.5 * 1.5 * 2.5 * 3.5) ** 2 / math.factorial(8), (0.5 * 1.5 * 2.5) ** 2 / math.factorial(6)
@@ -178,8 +179,21 @@ def quintic_cells(values: F64) -> F64:
     >>> float(np.polynomial.polynomial.polyval(0.5, quintic_cells(x**3)[2]).round(12))
     15.625
     """
-    window = np.lib.stride_tricks.sliding_window_view(values, 6, axis=-1)
-    return product(window.reshape(-1, 6), _QUINTIC.T).reshape(window.shape)
+    flat = np.ascontiguousarray(values, float).reshape(-1, values.shape[-1])
+    cells = np.empty((len(flat), flat.shape[1] - 5, 6))
+    shared(cells.shape[1], functools.partial(_fill_quintics, flat, _QUINTIC, cells), least=SOON)
+    return cells.reshape(*values.shape[:-1], *cells.shape[1:])
+
+
+@kernel(fastmath={"contract"})
+def _fill_quintics(values: F64, matrix: F64, cells: F64, begin: int, end: int) -> None:
+    for row in range(len(values)):
+        for cell in range(begin, end):
+            for power in range(6):
+                total = 0.0
+                for place in range(6):
+                    total += matrix[power, place] * values[row, cell + place]
+                cells[row, cell, power] = total
 
 
 # Rows: coefficients of t^0 … t^5 of the polynomial through values at −2 … 3.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, ClassVar, TypeAlias
 
@@ -10,6 +9,7 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.marks import Called
+from camsim.turns import cosine_and_sine
 from camsim.typed import Number, Positive, check, judge
 
 Split: TypeAlias = Annotated[Positive, Called("a number above 0", "without a split leave the filter out")]
@@ -60,7 +60,7 @@ class FourSpotOlpf:
     @property
     def separable(self) -> bool:
         """Whether the transfer is a product of one function of fx and one of fy."""
-        return self.rotate_deg == 0.0
+        return (self.rotate_deg / 90.0).is_integer()
 
     def spots_um(self) -> F64:
         """Return the offsets (4, 2) of the spots as x, y in µm; each carries the same light."""
@@ -108,7 +108,7 @@ class TwoSpotOlpf:
     @property
     def separable(self) -> bool:
         """Whether the transfer is a product of one function of fx and one of fy."""
-        return self.rotate_deg == 0.0
+        return (self.rotate_deg / 90.0).is_integer()
 
     def spots_um(self) -> F64:
         """Return the offsets (2, 2) of the spots as x, y in µm; each carries the same light."""
@@ -131,15 +131,13 @@ def _spots_um(splits_um: tuple[float, float], rotate_deg: float) -> F64:
     spots = np.array([[x, y] for y in down for x in across])
     if rotate_deg == 0.0:
         return spots
-    angle = math.radians(rotate_deg)
-    turn = np.array([[math.cos(angle), math.sin(angle)], [-math.sin(angle), math.cos(angle)]])
-    turned: F64 = spots @ turn
+    c, s = cosine_and_sine(rotate_deg)
+    turned: F64 = spots @ np.array([[c, s], [-s, c]])
     return turned
 
 
 def _otf(splits_um: tuple[float, float], rotate_deg: float, fx_per_um: F64, fy_per_um: F64) -> F64:
-    angle = math.radians(rotate_deg)
-    along = fx_per_um * math.cos(angle) + fy_per_um * math.sin(angle)
-    across = fy_per_um * math.cos(angle) - fx_per_um * math.sin(angle)
+    c, s = cosine_and_sine(rotate_deg)
+    along, across = fx_per_um * c + fy_per_um * s, fy_per_um * c - fx_per_um * s
     otf: F64 = np.cos(np.pi * splits_um[0] * along) * np.cos(np.pi * splits_um[1] * across)
     return otf

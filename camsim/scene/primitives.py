@@ -11,6 +11,7 @@ from camsim.arrays import F64
 from camsim.errors import InvalidValueError
 from camsim.scene.curves import Curves
 from camsim.spectra.curve import Spectrum
+from camsim.turns import cosine_and_sine
 
 MOST_PIECES = 5_000_000
 """Sides and curves of a scene; what repeats or draws more is refused before memory is taken."""
@@ -115,7 +116,7 @@ def one(curves: Curves, reflectance: Spectrum, *, rule: FillRule = "nonzero", si
 
 def turned(points: F64, rotate_deg: float) -> F64:
     """Return points or vectors (n, 2) turned about the origin, clockwise as displayed."""
-    angle = np.radians(rotate_deg)
-    matrix = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    c, s = cosine_and_sine(rotate_deg)
+    matrix = np.array([[c, -s], [s, c]])
     turned_points: F64 = np.einsum("ij,nj->ni", matrix, points)
     return turned_points

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import abc
-import math
 from collections.abc import Iterator
 from typing import Any, Literal, TypeAlias
 
@@ -13,6 +12,7 @@ from camsim.arrays import F64
 from camsim.scene.primitives import Primitive, Shape
 from camsim.spectra.component import Component
 from camsim.spectra.curve import Curve, Spectrum
+from camsim.turns import cosine_and_sine
 
 Interpolation: TypeAlias = Literal["squares", "linear", "cubic"]
 DEGREES: dict[str, int] = {"squares": 0, "linear": 1, "cubic": 3}
@@ -88,10 +88,7 @@ class Field(abc.ABC):
 
 def axes_of(rotate_deg: float) -> F64:
     """Return unit vectors (2, 2) along the rows and columns of what is turned clockwise."""
-    angle, quarter = math.radians(rotate_deg), rotate_deg / 90.0
-    # At whole quarters without the rounding of a cosine of π/2.
-    turned = [(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)]
-    cosine, sine = turned[int(quarter) % 4] if quarter.is_integer() else (math.cos(angle), math.sin(angle))
+    cosine, sine = cosine_and_sine(rotate_deg)
     return np.array([[cosine, sine], [-sine, cosine]])
 
 

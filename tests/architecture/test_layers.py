@@ -16,6 +16,7 @@ LAYERS = (
     "arrays",
     "kept",
     "repeated",
+    "turns",
     "cores",
     "words",
     "memory",

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from camsim.arrays import F64
-from camsim.kernels import kernel
+from camsim.kernels import kernel, shared
 from camsim.optics.protocols import RoundLens
 from camsim.products import product
 from camsim.quadrature import chebyshev, interpolation, quintic_cells
@@ -27,6 +27,7 @@ PANEL_BLURS, PANEL_POINTS, EVEN_POINTS = 4, 40, 64  # E/ρ² from so many points
 SLOPE_DEGREE, SLOPE_POINTS, SLOPE_FITS = 12, 64, 3e-14
 REFERENCE_NM = 550.0
 DIRECTIONS, PER_WAVE, WAVES = 8, 16, 3  # along which, and how finely, rings are averaged over the footprint
+CONTRACTED = 20_000  # weights that one thread takes before another one has begun
 WINDOW = 32.0  # blurs to either side, in which a footprint of which only the envelope is known hears them
 
 
@@ -127,24 +128,25 @@ def _far_powers(lens: RoundLens) -> tuple[float, float, float]:
 
 def _contracted(profile: F64, per_blur: int, blur: F64, weights: F64, step: float, cells: int) -> F64:
     """Σ_j w[k, j]·E/r² of λ_j at multiples −2 … cells + 2 of ``step``."""
-    values = np.zeros((cells + 5, len(weights)))  # sets side by side: vectors
-    _contract(profile, float(per_blur), blur, np.ascontiguousarray(weights.T), step, values)
-    return np.ascontiguousarray(values.T)
+    values = np.zeros((len(weights), cells + 5))
+    work = functools.partial(_contract, profile, float(per_blur), blur, weights, step, values)
+    shared(cells + 5, work, least=1 + CONTRACTED // weights.size)
+    return values
 
 
 @kernel()
-def _contract(profile: F64, per_blur: float, blur: F64, of_wavelength: F64, step: float, values: F64) -> None:
-    count, sets = values.shape
-    for j in range(blur.size):
-        scale = step * per_blur / blur[j]
-        inverse_square = 1.0 / (blur[j] * blur[j])
-        for m in range(count):
-            u = abs(m - 2) * scale
+def _contract(
+    profile: F64, per_blur: float, blur: F64, weights: F64, step: float, values: F64, begin: int, end: int
+) -> None:
+    for m in range(begin, end):
+        for j in range(blur.size):
+            u = abs(m - 2) * (step * per_blur / blur[j])
             c = profile[int(u)]
             t = u - int(u)
-            value = (c[0] + t * (c[1] + t * (c[2] + t * (c[3] + t * (c[4] + t * c[5]))))) * inverse_square
-            for k in range(sets):
-                values[m, k] += of_wavelength[j, k] * value
+            value = c[0] + t * (c[1] + t * (c[2] + t * (c[3] + t * (c[4] + t * c[5]))))
+            value *= 1.0 / (blur[j] * blur[j])
+            for k in range(len(weights)):
+                values[k, m] += weights[k, j] * value
 
 
 def oscillation(lens: RoundLens, blur: F64, weights: F64, radius: F64, allowed: float) -> F64:

@@ -13,5 +13,5 @@ PER_PATTERN = 6e-4  # of one wavelength on a lattice, however few samples it has
 PER_PUPIL_NODE = 2.5e-7
 PER_LINE, PER_LINE_NODE = 1.2e-3, 1.4e-7  # of a round pattern that is summed over a pupil, at one wavelength
 PER_SUMMED_SAMPLE, PER_PUPIL_SAMPLE = 1.5e-7, 4.5e-8  # of a pattern by a non-uniform transform, or on its band's grid
-PER_ROUND_SAMPLE = 1.5e-8  # of a pattern that is known along its radius
+PER_ROUND_SAMPLE = 5.5e-8  # of a pattern that is known along its radius
 PER_JOINT_POINT, PER_JOINT_NODE = 1.2e-8, 2e-7  # of a footprint that is no product, and where it is asked for

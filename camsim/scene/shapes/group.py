@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -13,6 +12,7 @@ from annotated_types import Ge, Le
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError
 from camsim.scene.primitives import Fill, Primitive, Shape, counted
+from camsim.turns import cosine_and_sine
 from camsim.typed import Count, Number, Place, Point, Positive, Several, Truth, Whole, judge, refusal
 
 Matrix = tuple[float, float, float, float, float, float]
@@ -180,12 +180,8 @@ class RepeatOnRing(Shape):
 
 
 def _turn(degrees: float) -> F64:
-    """Return the matrix that turns clockwise as displayed; exact in quarter turns."""
-    quarters, rest = divmod(degrees, 90.0)
-    angle = math.radians(rest)
-    c, s = (math.cos(angle), math.sin(angle)) if rest else (1.0, 0.0)
-    for _ in range(int(quarters) % 4):
-        c, s = -s, c
+    """Return the matrix that turns clockwise as displayed."""
+    c, s = cosine_and_sine(degrees)
     return np.array([[c, -s], [s, c]])
 
 

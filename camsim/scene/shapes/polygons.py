@@ -15,6 +15,7 @@ from camsim.arrays import F64
 from camsim.scene.curves import joined, through
 from camsim.scene.primitives import Primitive, Shape, one
 from camsim.spectra.curve import NumberOrCurve, Reflectance
+from camsim.turns import cosine_and_sine
 from camsim.typed import Corners, Number, Place, Point, Positive, Several, Whole, judge, refusal
 from camsim.words import brief
 
@@ -107,9 +108,9 @@ class Rectangle(Shape):
     @property
     def corners_um(self) -> F64:
         """The four corners (4, 2)."""
-        angle = math.radians(self.rotate_deg)
-        x, y = 0.5 * self.width_um * math.cos(angle), 0.5 * self.width_um * math.sin(angle)  # half of it across
-        u, v = 0.5 * self.height_um * -math.sin(angle), 0.5 * self.height_um * math.cos(angle)  # and down
+        c, s = cosine_and_sine(self.rotate_deg)
+        x, y = 0.5 * self.width_um * c, 0.5 * self.width_um * s  # half of it across
+        u, v = 0.5 * self.height_um * -s, 0.5 * self.height_um * c  # and down
         corners: F64 = np.array(self.centre_um) + np.array(
             [[-x - u, -y - v], [x - u, y - v], [x + u, y + v], [-x + u, -y + v]]
         )
