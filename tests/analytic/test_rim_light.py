@@ -132,11 +132,10 @@ def image_of(waves, corners, tolerance, footprint="square", obstruction=0.0, nm=
 ORIGIN, SHAPE = (-1.2, -0.7), (2, 3)
 
 
-def near_and_far(image):
-    """Return what both parts make of 2 × 3 photosites; None where there are no such."""
-    parts = by_distance(image, ORIGIN, SHAPE)
-    if not parts or not isinstance(parts[-1], RimLight):
-        return None
+def near_and_far(image, width=0):
+    """Return what both parts make of 2 × 3 photosites, of tapers that are narrow (0) or wider."""
+    parts = by_distance(image, ORIGIN, SHAPE)[width]
+    assert isinstance(parts[-1], RimLight)
     return [part.rendered(ORIGIN, np.zeros(SHAPE, np.uint8)) for part in parts]
 
 
@@ -158,10 +157,45 @@ CASES = [
 @pytest.mark.parametrize(("waves", "scene", "footprint", "tolerance"), CASES)
 def test_the_light_of_the_rim_is_what_is_far(waves, scene, footprint, tolerance):
     image = image_of(WAVES[waves], SCENES[scene], tolerance, footprint)
-    near, far = near_and_far(image)
     whole = at_once(dataclasses.replace(image, tolerance=0.3 * tolerance))
-    assert np.abs(near + far - whole).max() <= 0.1 * tolerance
-    assert np.abs(far).max() > 0.01 * tolerance  # it counts
+    for width in range(len(by_distance(image, ORIGIN, SHAPE))):
+        near, far = near_and_far(image, width)
+        assert np.abs(near + far - whole).max() <= 0.1 * tolerance
+        assert np.abs(far).max() > 0.01 * tolerance  # it counts
+
+
+@pytest.mark.parametrize(("waves", "scene", "footprint", "tolerance"), [CASES[1], CASES[3], CASES[4]])
+def test_few_places_are_enough_for_all_of_a_frame(monkeypatch, waves, scene, footprint, tolerance):
+    """It changes no faster than its taper, so photosites, their spots and their sides are interpolated."""
+    channel = np.zeros((19, 26), np.uint8)
+    image = image_of(WAVES[waves], SCENES[scene], tolerance, footprint)
+    lights = [parts[-1] for parts in by_distance(image, ORIGIN, channel.shape)]
+    few = [light.rendered(ORIGIN, channel) for light in lights]
+    size, places = lights[-1]._size(channel.shape)
+    assert size
+    assert places < 0.5 * channel.size * len(lights[-1]._offsets)
+    monkeypatch.setattr(RimLight, "_size", lambda self, shape: (0, 0.0))
+    for light, seen in zip(lights, few, strict=True):
+        assert np.abs(light.rendered(ORIGIN, channel) - seen).max() <= 0.01 * tolerance
+        assert np.abs(seen).max() > 0.01 * tolerance
+
+
+def test_windows_and_colours(monkeypatch):
+    """Every photosite in its own channel, of several images too; windows that do not fill a frame."""
+    image = image_of(MIXED, SCENES["wedge"], 1e-6, "point", nm=(500.0, 600.0))
+    density = np.zeros((2, 2, 2))
+    density[1] = [[0.7, 0.1], [0.2, 0.8]]
+    image = dataclasses.replace(image, density=density, base=np.zeros(2))
+    channel = np.indices((3, 11, 17)).sum(axis=0) % 2
+    light = by_distance(image, ORIGIN, channel.shape[1:])[-1][-1]
+    images = []
+    for size in (17, 5, 0):
+        monkeypatch.setattr(RimLight, "_size", lambda self, shape, size=size: (size, 0.0))
+        images.append(light.rendered(ORIGIN, channel.astype(np.uint8)))
+    assert np.abs(images[0] - images[2]).max() <= 1e-8
+    assert np.abs(images[1] - images[2]).max() <= 1e-8
+    assert np.abs(images[2][0] - images[2][1]).max() > 1e-7  # the other colour
+    assert np.array_equal(images[0][0], images[0][2])
 
 
 def test_scenery_that_never_ends():
@@ -180,12 +214,12 @@ def test_scenery_that_never_ends():
 def test_a_spectrum_is_summed_at_few_wavelengths():
     nm = tuple(np.linspace(420.0, 680.0, 27).tolist())
     image = image_of(MIXED, SCENES["wedge"], 1e-6, nm=nm)
-    far = by_distance(image, ORIGIN, SHAPE)[-1]
+    far = by_distance(image, ORIGIN, SHAPE)[0][-1]
     assert isinstance(far, RimLight)
     each = [
         RimLight(
             edges=far.edges, density=27.0 * far.density[:, :, k : k + 1], wavelength_nm=far.wavelength_nm[k : k + 1],
-            system=far.system, pitch_um=2.0, hem=far.hem, directions=far.directions,
+            system=far.system, pitch_um=2.0, hem=far.hem, directions=far.directions, leave=far.leave,
         ).rendered(ORIGIN, np.zeros(SHAPE, np.uint8)) for k in range(27)
     ]  # fmt: skip
     exact = np.mean(each, axis=0)

@@ -58,7 +58,7 @@ def image_of(pupil, corners, tolerance, waves=(), extra=(), wavelength_nm=(550.0
 def apart_and_together(make, tolerance, finer=1e-6):
     """Return what parts by distance make of 4 × 5 photosites, all at once as finely, and whether spikes had a part."""
     origin, channel = (-2.0, -1.5), np.zeros((4, 5), np.uint8)
-    parts = by_distance(make(tolerance), origin, channel.shape)
+    [parts] = by_distance(make(tolerance), origin, channel.shape)
     whole = make(finer)
     whole._apart[origin, channel.shape] = ()
     image = sum(part.rendered(origin, channel) for part in parts)
@@ -144,7 +144,7 @@ def test_crossings_are_counted():
 def test_all_wavelengths_at_once():
     nm = tuple(np.linspace(400.0, 700.0, 31).tolist())
     origin, channel = (-2.0, -1.5), np.zeros((4, 5), np.uint8)
-    far = by_distance(image_of(PUPILS["5"], LARGE, 1e-4, wavelength_nm=nm), origin, channel.shape)[-1]
+    far = by_distance(image_of(PUPILS["5"], LARGE, 1e-4, wavelength_nm=nm), origin, channel.shape)[0][-1]
     each = [Spikes(
         edges=far.edges, density=far.density[:, :, k : k + 1] * 31, wavelength_nm=far.wavelength_nm[k : k + 1],
         system=far.system, pitch_um=1.0, hem=far.hem,

@@ -552,7 +552,7 @@ def test_light_beyond_a_reach_is_seen(monkeypatch, method):
     leaves = camsim.Wavefront(f_number=1.2 / 0.55, zernike_waves={20: 0.1})
     scene = camsim.Scene(background=0.0, shapes=[camsim.HalfPlane(through_um=(0.3, 0.0), reflectance=1.0)])
     grid, optics = camsim.Grid(rows=2, cols=2, pitch_um=2.0), [leaves, camsim.SquarePhotosite(side_um=2.0)]
-    monkeypatch.setattr(apart, "rim_hem", lambda *task: None)  # which needs no reach
+    monkeypatch.setattr(apart, "rim_hems", lambda *task: [])  # which needs no reach
 
     def found():
         difference._reach_um.cache_clear()

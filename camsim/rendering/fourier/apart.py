@@ -10,7 +10,7 @@ from camsim.optics import OpticalSystem
 from camsim.rendering.edges import Edges
 from camsim.rendering.engine import Cost
 from camsim.rendering.fourier.islands import islands
-from camsim.rendering.fourier.rim import RimLight, rim_hem
+from camsim.rendering.fourier.rim import RimLight, rim_hems
 from camsim.rendering.fourier.shells import Shell, shells
 from camsim.rendering.fourier.spikes import Spikes, spike_hem
 from camsim.rendering.fourier.spread import Kernel
@@ -57,7 +57,7 @@ def parts_of(image: Whole, origin: tuple[float, float], shape: tuple[int, int]) 
     cost = image.at_once(origin, shape)[0]
     if (image.undivided or cost.seconds <= SOON) and cost.memory_bytes <= image.memory_limit_bytes:
         return ()
-    ways = [way for way in (by_distance(image, origin, shape), by_place(image, origin, shape)) if way]
+    ways = [way for way in (*by_distance(image, origin, shape), by_place(image, origin, shape)) if way]
     best: tuple[Part, ...] = ()
     for way in ways:
         own = Sum(parts=way).expected(origin, shape)[0]
@@ -66,16 +66,16 @@ def parts_of(image: Whole, origin: tuple[float, float], shape: tuple[int, int]) 
     return best
 
 
-def by_distance(image: Whole, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Part, ...]:
-    """Return shells of a round pattern; of others what is near, and their spikes or the light of their rims."""
+def by_distance(image: Whole, origin: tuple[float, float], shape: tuple[int, int]) -> list[tuple[Part, ...]]:
+    """Return ways: shells of a round pattern; of others what is near, and their spikes or the light of their rims."""
     (nm, density), edges = image.lit, image.edges.seen_from(origin)
     task = image.system, image.kernel, nm, image.pitch_um, edges, shape, image.tolerance
     system, pitch_um = image.system, image.pitch_um
     if hem := spike_hem(*task):
         far = Spikes(edges=image.edges, density=density, wavelength_nm=nm, system=system, pitch_um=pitch_um, hem=hem)
-        return image.shell_of(Shell(begin=None, end=hem, tapers=1)), far
-    if known := rim_hem(*task):
-        hem, directions = known
+        return [(image.shell_of(Shell(begin=None, end=hem, tapers=1)), far)]
+    ways: list[tuple[Part, ...]] = []
+    for hem, directions, leave in rim_hems(*task):
         light = RimLight(
             edges=image.edges,
             density=density,
@@ -84,9 +84,10 @@ def by_distance(image: Whole, origin: tuple[float, float], shape: tuple[int, int
             pitch_um=pitch_um,
             hem=hem,
             directions=directions,
+            leave=leave,
         )
-        return image.shell_of(Shell(begin=None, end=hem, tapers=1)), light
-    return tuple(image.shell_of(shell) for shell in shells(*task, image.quiet))
+        ways.append((image.shell_of(Shell(begin=None, end=hem, tapers=1)), light))
+    return ways or [tuple(image.shell_of(shell) for shell in shells(*task, image.quiet))]
 
 
 def by_place(image: Whole, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Part, ...]:

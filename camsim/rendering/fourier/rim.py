@@ -9,7 +9,9 @@ along its outline. The pattern itself, tapered soon after the distance, is left 
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
+import itertools
+import math
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,11 +23,11 @@ from camsim.kernels import shared
 from camsim.optics import OpticalSystem
 from camsim.optics.protocols import KnowsRim
 from camsim.products import product
-from camsim.quadrature import gauss_legendre
+from camsim.quadrature import chebyshev, gauss_legendre, interpolation
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.edges import Edges
 from camsim.rendering.engine import Cost
-from camsim.rendering.fourier.rim_kernels import PAD, Gained, add_rim
+from camsim.rendering.fourier.rim_kernels import PAD, STEP_RAD, Gained, add_rim, panel_of
 from camsim.rendering.fourier.shells import RINGS_PART, WORTH, distances, first_quiet
 from camsim.rendering.fourier.spread import Kernel
 from camsim.rendering.fourier.taper import Hem, hem_from, taper, tapered
@@ -36,13 +38,20 @@ OF_TAPER = 0.02  # of what tapers may leave: what the light between rings is kno
 PLACES = 12  # Chebyshev, along 1/r: of powers that fall by eight each
 CELLS, TURNS = 512, 512  # of what is gained, along 1/r and round about
 FUSED_OFF = 1e-3  # wavelengths that it is summed from: without rings it changes with them as powers do
+WIDER = (1.0, 2.0, 4.0)  # times as wide as is best for what is near alone
+SMALLEST = 8  # photosites along a window
 SPREAD = 1e-3  # of a cycle over a photosite's half extent: at which its second moments are asked
-SECONDS_PER_EDGE, SECONDS_PER_TABLE, SECONDS_PER_LIGHT = 1.5e-5, 0.03, 2e-4  # of one core; the last of a direction
+SECONDS_PER_EDGE, SECONDS_PER_PANEL = 6e-7, 5.5e-7  # of one core, of one place
+SECONDS_PER_TABLE, SECONDS_PER_LIGHT = 0.03, 2e-4  # and of a direction
+TINY = 1e-9  # pitches
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RimLight:
-    """The light from beyond a taper, as a lens's rim throws it."""
+    """The light from beyond a taper, as a lens's rim throws it.
+
+    leave : what places between those that are asked may be wrong by, of that light
+    """
 
     edges: Edges
     density: F64
@@ -51,33 +60,96 @@ class RimLight:
     pitch_um: float
     hem: Hem
     directions: int
+    leave: float
 
     def rendered(
         self, origin: tuple[float, float], channel: U8, progress: Callable[[float], None] = lambda done: None
     ) -> F64:
         """Render every photosite in its own channel, less the background; see ``FourierImage.rendered``."""
-        pairs, pair = self.edges.pairs()
+        pairs, _ = self.edges.pairs()
         _, density = self._fused
         image, contrast = np.zeros(channel.shape), density[pairs[:, 0]] - density[pairs[:, 1]]
+        size, _ = self._size((channel.shape[-2], channel.shape[-1]))
         for own in np.unique(channel).tolist():
-            *_, rows, cols = np.nonzero(channel == own)
-            centres = np.array(origin) + np.stack([cols, rows], axis=1)
-            values, places = np.zeros(len(centres)), centres[:, None] - self._offsets
-            gained = self._gained(contrast[:, own])
-            weight = 1.0 / places.shape[1]
-            add = functools.partial(add_rim, gained, self.edges.start, self.edges.end, pair, places, weight, values)
-            shared(len(values), add, least=max(1, 1000 // (1 + len(self.edges))))
-            image[channel == own] = values
+            gained, mine = self._gained(contrast[:, own]), channel == own
+            if size:
+                for rows, cols in _windows(channel.shape[-2], channel.shape[-1], size):
+                    light = self._between(gained, origin, rows, cols)
+                    np.copyto(image[..., rows, cols], light, where=mine[..., rows, cols])
+                continue
+            *_, down, across = np.nonzero(mine)
+            centres = np.array(origin) + np.stack([across, down], axis=1)
+            image[mine] = self._at(gained, centres[:, None] - self._offsets)
         progress(1.0)
         return image
 
+    def _at(self, gained: Gained, places: F64) -> F64:
+        """Return the light at places (n, m, 2), of m the mean."""
+        _, pair = self.edges.pairs()
+        values, weight = np.zeros(len(places)), 1.0 / places.shape[1]
+        add = functools.partial(add_rim, gained, self.edges.start, self.edges.end, pair, places, weight, values)
+        shared(len(values), add, least=max(1, 1000 // (1 + len(self.edges))))
+        return values
+
+    def _between(self, gained: Gained, origin: tuple[float, float], rows: slice, cols: slice) -> F64:
+        """Return the light of a window's photosites by few places: it changes no faster than its taper."""
+        axes = []
+        for own, corner, offset in zip((cols, rows), origin, self._offsets.T, strict=True):
+            centres = corner + np.arange(own.start, own.stop)
+            low, high = centres[0] - offset.max(), centres[-1] - offset.min()
+            places = chebyshev(self._places(high - low))
+            half = 0.5 * (high - low) or 1.0
+            between = [interpolation(places, (centres - by - 0.5 * (low + high)) / half) for by in offset.tolist()]
+            axes.append((0.5 * (low + high) + half * places, between))
+        (x, across), (y, down) = axes
+        lattice = np.stack(np.meshgrid(x, y), axis=-1)
+        values = self._at(gained, lattice.reshape(-1, 1, 2)).reshape(y.size, x.size)
+        each = [product(product(to_rows, values), to_cols.T) for to_rows, to_cols in zip(down, across, strict=True)]
+        mean: F64 = np.mean(each, axis=0)
+        return mean
+
+    def _places(self, extent: float) -> int:
+        """Return how many Chebyshev places follow it along so many pitches; see ``spectral.fuse``."""
+        turns = 2.0 * math.pi * self.hem.band * extent
+        return math.ceil(0.5 * turns + math.cbrt(turns) + 3.5 - 3.0 * math.log10(self.leave)) if extent else 1
+
+    def _size(self, shape: tuple[int, int]) -> tuple[int, float]:
+        """Return the size of windows that take the fewest places, and how many these are; 0: each photosite's own."""
+        spread = np.ptp(self._offsets, axis=0)[::-1]
+        best, size = (0, float(len(self._offsets)) * shape[0] * shape[1]), max(shape)
+        while size >= SMALLEST:
+            along = [
+                -(-count // size) * self._places(min(size, count) - 1.0 + more)
+                for count, more in zip(shape, spread.tolist(), strict=True)
+            ]
+            places = float(along[0] * along[1] * self.density.shape[1])
+            best, size = min(best, (size, places), key=lambda one: one[1]), size // 2
+        return best
+
     def expected(self, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Cost, float]:
         """Return what rows and columns are expected to take; no frequencies."""
-        each = SECONDS_PER_EDGE * len(self._offsets) * len(self.edges)
         tables = len(self.edges.pairs()[0]) * self.density.shape[1]
-        seconds = each * shape[0] * shape[1] + SECONDS_PER_TABLE * tables + self._light_seconds
+        of_place = SECONDS_PER_EDGE * len(self.edges) + SECONDS_PER_PANEL * self._panels(origin, shape)
+        seconds = self._size(shape)[1] * of_place
+        seconds += SECONDS_PER_TABLE * tables + self._light_seconds
         held = 8.0 * TURNS * CELLS * (tables + 4.0)
         return Cost(seconds=seconds, memory_bytes=held + 16.0 * shape[0] * shape[1]), 0.0
+
+    def _panels(self, origin: tuple[float, float], shape: tuple[int, int]) -> float:
+        """Return how many panels all edges take, seen from the frame's middle; see ``rim_kernels``."""
+        middle = np.array(origin) + 0.5 * (np.array(shape[::-1]) - 1.0)
+        start, way = self.edges.start - middle, self.edges.end - self.edges.start
+        length = np.maximum(np.hypot(*way.T), TINY)
+        distance = np.maximum(np.abs(start[:, 0] * way[:, 1] - start[:, 1] * way[:, 0]) / length, TINY)
+        along = np.sum(start * way, axis=1) / length
+        first, last = np.arctan2(along, distance), np.arctan2(along + length, distance)
+        nearest = np.where((first <= 0.0) & (last >= 0.0), 1.0, np.maximum(np.cos(first), np.cos(last)))
+        # What lies nearer than the taper is left out.
+        near, begin, end = (
+            np.minimum(part / distance, 1.0 / self.hem.inner) for part in (nearest, np.cos(first), np.cos(last))
+        )
+        changed = (2.0 * near - begin - end) / panel_of(self.hem.inner, self.hem.outer)
+        return float(np.sum(np.ceil((last - first) / STEP_RAD + changed)))
 
     @property
     def _light_seconds(self) -> float:
@@ -147,7 +219,13 @@ class RimLight:
         return Gained(splines, 1.0 / self.hem.inner, self.hem.inner, self.hem.outer)
 
 
-def rim_hem(
+def _windows(rows: int, cols: int, size: int) -> Iterator[tuple[slice, slice]]:
+    """Yield windows of a frame."""
+    for row, col in itertools.product(range(0, rows, size), range(0, cols, size)):
+        yield slice(row, min(row + size, rows)), slice(col, min(col + size, cols))
+
+
+def rim_hems(
     system: OpticalSystem,
     kernel: Kernel,
     wavelength_nm: F64,
@@ -155,15 +233,17 @@ def rim_hem(
     edges: Edges,
     shape: tuple[int, int],
     tolerance: float,
-) -> tuple[Hem, int] | None:
-    """Return a taper beyond which the light of the rim is all that is seen of edges, and in how many directions that is
-    to be asked; None where it is not known.
+) -> list[tuple[Hem, int, float]]:
+    """Return tapers, beyond each of which the light of the rim is all that edges show; none where it is not known.
+
+    And in how many directions that is to be asked, and what part of it may be wrong. Wider tapers leave more to be
+    transformed, and what is beyond them changes more slowly.
 
     edges : seen from the first photosite
     """
     lens = system.lens
     if kernel.round or system.more or not isinstance(lens, KnowsRim) or not len(edges):
-        return None
+        return []
     allowed = ErrorBudget(tolerance).allowed("taper") / kernel.tapers
     nearest, farthest = distances(edges, shape)
     nearest, far = np.maximum(nearest - system.extent_um / pitch_um, 0.0), min(kernel.reach, farthest)
@@ -179,10 +259,14 @@ def rim_hem(
 
     loud_until = first_quiet(quiet, longest, far)
     if loud_until is None or far < WORTH * lens.scale * loud_until:
-        return None
+        return []
     known = [lens.rim_known(OF_TAPER * allowed, nm) for nm in some_nm]
     inner = max(lens.scale * loud_until, max(from_um for from_um, _ in known) / pitch_um)
     if far < WORTH * inner:
-        return None
-    hem = hem_from(inner, (1.0 - RINGS_PART) * allowed / max(kernel.light(inner), 1e-300), max(shape), kernel.cutoff)
-    return None if far < WORTH * hem.outer else (hem, max(directions for _, directions in known))
+        return []
+    light = max(kernel.light(inner), 1e-300)
+    # Outside of the taper's band there is as little of what is far as of what is near.
+    hem = hem_from(inner, 0.5 * (1.0 - RINGS_PART) * allowed / light, max(shape), kernel.cutoff)
+    hems = [hem._replace(outer=inner + times * (hem.outer - inner)) for times in WIDER]
+    directions, leave = max(directions for _, directions in known), min(OF_TAPER * allowed / light, 0.1)
+    return [(own, directions, leave) for own in hems if far >= WORTH * own.outer]

@@ -27,6 +27,12 @@ class Gained(NamedTuple):
     outer: float
 
 
+@kernel()
+def panel_of(inner: float, outer: float) -> float:
+    """Return the most of 1/r that a panel goes along, about a taper."""
+    return min(1.0 / (PANELS * inner), (1.0 / inner - 1.0 / outer) / HEM_PANELS)
+
+
 @kernel(allocates=True)
 def add_rim(
     gained: Gained, start: F64, end: F64, pair: I64, places: F64, weight: float, image: F64, begin: int, stop: int
@@ -84,7 +90,7 @@ def _swept(gained: Gained, spline: F64, ax: float, ay: float, bx: float, by: flo
     # From the foot on by angles: tan is the way along over the distance, 1/r the cosine over it.
     first, last = math.atan2(along, distance), math.atan2(along + length, distance)
     near = 1.0 if first <= 0.0 <= last else max(math.cos(first), math.cos(last))
-    step = min(gained.most / PANELS, (1.0 / gained.inner - 1.0 / gained.outer) / HEM_PANELS)
+    step = panel_of(gained.inner, gained.outer)
     changed = (2.0 * near - math.cos(first) - math.cos(last)) / distance  # there and back
     panels = math.ceil((last - first) / STEP_RAD + changed / step)
     foot = math.atan2(-ex * across, ey * across)
