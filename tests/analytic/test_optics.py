@@ -7,7 +7,15 @@ import pytest
 from scipy import integrate, special
 
 from camsim.errors import UnsupportedError
-from camsim.optics import Airy, AnnularAiry, EllipticalGaussian, FourSpotOlpf, OpticalSystem, SquarePhotosite
+from camsim.optics import (
+    Airy,
+    AnnularAiry,
+    EllipticalGaussian,
+    FourSpotOlpf,
+    OpticalSystem,
+    SquarePhotosite,
+    TwoSpotOlpf,
+)
 from camsim.optics.airy import airy_encircled_energy, airy_otf, airy_tone
 from tests.truth import rays
 
@@ -115,3 +123,25 @@ def test_what_oscillates_in_an_airy_pattern_is_the_hankel_functions_own():
     exact = 0.5 * (special.hankel1(0, x) ** 2 + special.hankel1(1, x) ** 2).real
     assert scale == 1.0
     assert np.abs(ours - exact).max() < 1.5e-14
+
+
+@pytest.mark.parametrize("rotate_deg", [-90.0, 90.0, 180.0, 270.0, 450.0, 30.0])
+@pytest.mark.parametrize("kind", [FourSpotOlpf, TwoSpotOlpf])
+def test_plates_turned_by_whole_quarters_are_products(kind, rotate_deg):
+    """Spots on the very axes (a cosine of 90° leaves 1e-16), and a transfer that is one of x times one of y."""
+    sides = {"split_um": 3.0} | ({"split_y_um": 2.0} if kind is FourSpotOlpf else {})
+    filter_ = kind(**sides, rotate_deg=rotate_deg)
+    x, y = np.linspace(-1.0, 1.0, 31), np.linspace(-0.7, 0.9, 17)[:, None]
+    otf, zero = filter_.otf(x, y, 550.0), np.zeros((1, 1))
+    spots = filter_.spots_um()
+    as_spots = np.mean(np.exp(-2j * np.pi * (spots[:, 0, None, None] * x + spots[:, 1, None, None] * y)), axis=0)
+    assert np.abs(otf - as_spots).max() < 1e-14
+    along_x, along_y = filter_.otf(x, zero, 550.0), filter_.otf(zero, y, 550.0)
+    if rotate_deg % 90.0:
+        assert not filter_.separable
+        assert np.abs(otf - along_x * along_y).max() > 0.1
+        return
+    assert filter_.separable
+    assert np.array_equal(otf, along_x * along_y)
+    across = 3.0 if rotate_deg % 180.0 == 0.0 else sides.get("split_y_um", 0.0)
+    assert np.ptp(spots[:, 0]) == across

@@ -7,7 +7,7 @@ import scipy.fft
 from scipy.sparse import coo_array, csgraph
 
 from camsim.optics.bessel import FAR, bessel_j0_j1
-from camsim.quadrature import gauss_legendre
+from camsim.quadrature import gauss_legendre, quintic_cells
 from camsim.rendering.edges import Edges
 from camsim.rendering.fast_length import fast_length
 from camsim.rendering.prune import joined_outlines
@@ -59,3 +59,16 @@ def test_edges_that_share_ends_are_one_outline():
         outline, count = joined_outlines(edges)
         assert count == len(np.unique(component))
         assert count == len(np.unique(np.stack([component, outline]), axis=1).T)
+
+
+def test_quintics_of_many_cells():
+    """Right for waves as finely as was said, from one end of a cell to the other, whichever thread filled it."""
+    waves = np.array([[0.02], [0.3]])
+    place = np.arange(-2.0, 30_000.0)
+    cells = quintic_cells(np.cos(waves * place))
+    assert cells.shape == (2, place.size - 5, 6)
+    begin = np.arange(place.size - 5.0)
+    for t in (0.0, 0.4, 1.0):
+        between = np.polynomial.polynomial.polyval(t, np.moveaxis(cells, -1, 0))
+        off = np.abs(between - np.cos(waves * (begin + t))).max(axis=1)
+        assert (off <= 5e-3 * waves.ravel() ** 6 + 1e-12).all()
