@@ -29,6 +29,7 @@ LAYERS = (
     "kernels",
     "products",
     "quadrature",
+    "quintics",
     "radial_profile",
     "nonuniform",
     "gridded",

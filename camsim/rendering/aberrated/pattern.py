@@ -14,7 +14,7 @@ from camsim.kept import cached_property
 from camsim.kernels import shared
 from camsim.optics import OpticalSystem
 from camsim.optics.difference import Difference
-from camsim.quadrature import quintic_cells
+from camsim.quintics import quintic_cells
 from camsim.rendering.aberrated.plane import PlaneTransfers
 from camsim.rendering.aberrated.settings import Settings
 from camsim.rendering.aberrated.transfers import ShortTransfers, transfers_of

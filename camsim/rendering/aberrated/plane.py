@@ -20,7 +20,7 @@ from camsim.kept import cached_property
 from camsim.kernels import ahead, shared
 from camsim.kernels.round import add_round
 from camsim.nonuniform import at_points
-from camsim.quadrature import quintic_cells
+from camsim.quintics import quintic_cells
 from camsim.rendering.aberrated.transfers import ShortTransfers
 from camsim.rendering.aberrated.window_kernels import frequencies_within
 from camsim.rendering.engine import MEMORY_LIMIT_BYTES

@@ -10,7 +10,7 @@ import numpy as np
 from camsim.arrays import C128, F64, I64
 from camsim.kernels import kernel
 from camsim.optics.bessel import FAR, bessel_j0_j1
-from camsim.quadrature import quintic_cells
+from camsim.quintics import quintic_cells
 from camsim.rendering.angular import six_points, turns
 
 UP_TO = FAR  # from where on Hankel's series are taken

@@ -16,7 +16,8 @@ from camsim.arrays import F64, I64
 from camsim.kernels import kernel, shared
 from camsim.optics.pattern import Pattern
 from camsim.products import product
-from camsim.quadrature import gauss_legendre, quintic_cells
+from camsim.quadrature import gauss_legendre
+from camsim.quintics import quintic_cells
 from camsim.rendering.boundary.potential import ORDER, SCALE, at_cell, contract, lagrange_weights, potential
 from camsim.rendering.footprint import Footprint
 

@@ -17,7 +17,8 @@ from camsim.kept import cached_property
 from camsim.kernels import shared
 from camsim.optics import OpticalSystem
 from camsim.optics.protocols import KnowsEnergy, Rectangular, Round
-from camsim.quadrature import gauss_error, gauss_legendre, quintic_cells
+from camsim.quadrature import gauss_error, gauss_legendre
+from camsim.quintics import quintic_cells
 from camsim.rendering.check.field_kernels import (
     Far,
     Near,

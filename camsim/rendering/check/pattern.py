@@ -17,7 +17,8 @@ from camsim.arrays import F64
 from camsim.kernels import kernel, shared
 from camsim.optics.protocols import RoundLens
 from camsim.products import product
-from camsim.quadrature import chebyshev, interpolation, quintic_cells
+from camsim.quadrature import chebyshev, interpolation
+from camsim.quintics import quintic_cells
 from camsim.rendering.envelope import Envelope
 
 CELLS_PER_BLUR = 64  # with which quintics leave CELLS_LEAVE of the light: 32 left 3e-10

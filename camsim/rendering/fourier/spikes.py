@@ -22,7 +22,8 @@ from camsim.nonuniform import line_modes
 from camsim.optics import OpticalSystem
 from camsim.optics.protocols import KnowsSpikes
 from camsim.optics.spikes import Spike
-from camsim.quadrature import gauss_legendre, quintic_cells
+from camsim.quadrature import gauss_legendre
+from camsim.quintics import quintic_cells
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.edges import Edges
 from camsim.rendering.engine import Cost

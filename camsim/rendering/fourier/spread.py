@@ -38,6 +38,7 @@ LOBE = 8.0  # directions for each period that a photosite's half extent holds: t
 SUMMED_BYTES = 90.0  # for each sample of a pattern by a non-uniform transform, its grid and all
 ROUND_BYTES = 16.0  # of one that is known along its radius, and while it is weighed
 IN_SIGHT = 8.0  # contrasts of full scale at once
+NODES_OF = 5  # wavelengths that are asked how many nodes a pupil takes
 
 
 def _no_nodes(distance: float) -> float:
@@ -237,9 +238,12 @@ def _pupil_nodes(system: OpticalSystem, wavelength_nm: F64, pitch_um: float) -> 
             return float(sum(math.prod(rule_of(cutoff * farthest)) for cutoff in cutoffs))
 
         return summed
-    each = [lens.pupil_nodes(float(w)) for w in wavelength_nm]
-    # Tiles, most of them alike, ask one by one.
-    return functools.cache(lambda x, y: sum(nodes(_scaled(x, pitch_um), _scaled(y, pitch_um)) for nodes in each))
+    # Their numbers go with the wavelength: a few stand for all. Tiles, most of them alike, ask one by one.
+    some = np.unique(np.linspace(0, wavelength_nm.size - 1, NODES_OF).round().astype(int))
+    each, times = [lens.pupil_nodes(float(w)) for w in wavelength_nm[some]], wavelength_nm.size / some.size
+    return functools.cache(
+        lambda x, y: times * sum(nodes(_scaled(x, pitch_um), _scaled(y, pitch_um)) for nodes in each)
+    )
 
 
 def _line_nodes(lens: KnowsLine, wavelength_nm: F64, pitch_um: float) -> Callable[[float], float]:
