@@ -13,6 +13,7 @@ from camsim.rendering.work import Work
 from camsim.repeated import Channels
 
 MEMORY_LIMIT_BYTES = 2e9  # of one engine's tables and transforms
+OF_LIMIT = 1.5  # of it: transforms beyond are refused before; a check has more nodes on a pupil than its image
 SET_UP_SECONDS = 5e-3
 FEWEST_CHECKED = 8  # photosites, whatever they take
 

@@ -5,6 +5,7 @@ import pytest
 from examples import tile_centres
 
 import camsim
+from camsim.errors import InvalidValueError
 from camsim.optics import Airy, OpticalSystem, PolygonPhotosite, SquarePhotosite, Wavefront
 from camsim.rendering.edges import shares_within
 from camsim.rendering.fourier.spread import BAND_STEPS, band_of
@@ -593,3 +594,11 @@ def test_edges_that_go_straight_on_from_a_photosite(index, towards_deg, method):
         error = abs(found.image[0, 0] - exact)
         assert error <= 0.5 * tolerance
         assert found.error_estimate <= tolerance
+
+
+def test_what_no_check_fits_is_refused_before_it_is_rendered():
+    """The image took seconds, then its check was refused, in the name of a method that nobody asked for (2003:30)."""
+    system = draw(2003, 30)
+    with pytest.raises(InvalidValueError, match=r"tolerance: the check of this frame and scene would take 4\.\d GB"):
+        systems.choice(system, tolerance=system["tolerance"], method="auto")
+    assert systems.choice(system, tolerance=4.0 * system["tolerance"], method="auto").cost.memory_bytes < 2e9

@@ -8,10 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from camsim.arrays import F64, I64, U8
+from camsim.errors import InvalidValueError
 from camsim.rendering.check.beside import Beside
 from camsim.rendering.check.fitting import Windows
 from camsim.rendering.check.frame import Frame
-from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost
+from camsim.rendering.engine import MEMORY_LIMIT_BYTES, OF_LIMIT, Cost
 from camsim.rendering.grid import Grid
 
 OF_OTHERS = 0.5  # of a window's time that others of its size take, measured
@@ -34,6 +35,17 @@ class Framed:
     def seconds(self, rows: I64, cols: I64) -> float:
         """Return what photosites are expected to take."""
         return self._in_turn([self._expected(frame).seconds for frame, _ in self._frames(rows, cols)])
+
+    def refuse_much(self, rows: I64, cols: I64) -> None:
+        """Refuse photosites whose windows would be refused once the image is there."""
+        most = max((self._expected(frame).memory_bytes for frame, _ in self._frames(rows, cols)), default=0.0)
+        if most > OF_LIMIT * MEMORY_LIMIT_BYTES:
+            raise InvalidValueError(
+                f"the check of this frame and scene would take {most / 1e9:.1f} GB, and its limit is "
+                f"{OF_LIMIT * MEMORY_LIMIT_BYTES / 1e9:.1f} GB; render a smaller region, fewer colours, or allow a "
+                "larger tolerance",
+                key="tolerance",
+            )
 
     def taken(self, rows: I64, cols: I64) -> float:
         """Return what the window about photosites is expected to take; inf: more memory than there is."""

@@ -119,7 +119,10 @@ class Judge:
         return own.farthest + (0.0 if own.listener.envelope is None else job.extent)
 
     def hardest(self, plan: Plan) -> tuple[I64, I64]:
-        """Return rows and columns of the photosites to look at: a tenth of the rendering's time's worth, at least."""
+        """Return rows and columns of the photosites to look at: a tenth of the rendering's time's worth, at least.
+
+        Those that would take more memory than there is are refused: an image is not rendered to be checked by nothing.
+        """
         pieces, grid = self.seen[0], self.job.grid
         if not len(pieces.left):
             return np.zeros(1, np.int64), np.zeros(1, np.int64)
@@ -128,8 +131,10 @@ class Judge:
         if self._difference is not None:
             rows, cols = windows(pieces.round, grid, WINDOW, JUST_BEYOND * plan.marks.reach)
             which = (self._of_all + np.arange(0, rows.size, self._all)[:, None]).ravel()
+            self._framed.refuse_much(rows[which], cols[which])
             return rows[which], cols[which]
         rows, cols = windows(pieces.round, grid, WINDOW)
+        self._framed.refuse_much(rows, cols)
         # A pattern's far parts are seen from far away: where that is not dear.
         row, col = farthest(pieces.round, grid)
         if self._whole.taken(row, col) > max(FAR_SHARE * plan.cost.seconds, FAR_SECONDS):

@@ -23,7 +23,7 @@ from camsim.optics import OpticalSystem
 from camsim.optics.protocols import KnowsTail, Round
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.edges import Edges
-from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost
+from camsim.rendering.engine import MEMORY_LIMIT_BYTES, OF_LIMIT, Cost
 from camsim.rendering.fourier.apart import parts_of
 from camsim.rendering.fourier.blocks import Block
 from camsim.rendering.fourier.clamped import clamped
@@ -44,7 +44,6 @@ from camsim.rendering.fourier.together import Part, Sum
 from camsim.rendering.spectral import fewer, kinds
 
 OF_WAVELENGTHS = 1e-3  # of what these may leave: what mixtures of spectra may be wrong by
-OF_LIMIT = 1.5  # of the memory: plans beyond it are refused before; a check has more nodes on a pupil than its image
 WORTH = 0.8  # of the time that mixtures take, what the spectra themselves may: they hold more
 
 Alike: TypeAlias = tuple[F64, F64]  # how much of each of few spectra there is in every one, and what those few give
