@@ -1,4 +1,4 @@
-"""Aberrated lenses: ``python -m bench.aberrations random|speed|auto|large|round|steep [COUNT]``.
+"""Aberrated lenses: ``python -m bench.aberrations random|speed|auto|large|round|steep|rim [COUNT]``.
 
 random : random wavefronts at random tolerances, against the Fourier engine, which takes the lens as a whole
 speed  : the paper's square at f/4 behind a perfect lens and behind 0.1 wave of defocus and 0.05 of coma
@@ -6,6 +6,7 @@ auto   : the engine that ``auto`` takes against the quicker one, and expected ag
 large  : 3008 × 2000 photosites and 100 squares; a knife edge that leaves the frame; pupils of other shapes
 round  : defocused lenses by curves of frequencies against patterns on lattices
 steep  : nodes of a square cut into panels against as many all over as its corners ask for
+rim    : the light of a pupil's rim at few places of a frame, at those of every photosite, and all at once
 
 Seconds are CPU seconds of one process, all threads added up, so that a busy machine measures the same.
 """
@@ -29,6 +30,8 @@ from camsim.optics import wavefront as wavefront_module
 from camsim.optics.chords import chords_of
 from camsim.optics.follow import Turns
 from camsim.optics.rays import rays_of
+from camsim.rendering.fourier import apart
+from camsim.rendering.fourier.rim import RimLight
 from camsim.rendering.render import plan_render, render_channels
 from camsim.rendering.running import carry_out
 
@@ -315,16 +318,47 @@ def steep() -> None:
     panels.MOST_SPARE = most
 
 
+def rim() -> None:
+    """Print what 96 × 96 photosites take in daylight, far scenery by the light of the rim and all at once."""
+    lens = Wavefront(f_number=4.0, zernike_waves={6: 0.1, 8: 0.1})
+    system = OpticalSystem.of([lens, camsim.FourSpotOlpf(split_um=3.66), camsim.SquarePhotosite(side_um=PITCH_UM)])
+    scene, grid = (
+        camsim.Scene(background=0.9, shapes=[square(2000.0, centre_px=(1000.0, 30.0))]),
+        camsim.Grid(rows=96, cols=96, pitch_um=PITCH_UM),
+    )
+    size, hems = RimLight._size, apart.rim_hems
+    for tolerance in (1e-4, 1e-5):
+        plan = functools.partial(
+            render_channels, scene, system, grid, response=np.full((1, 46), 1.0 / 46.0),
+            wavelength_nm=np.linspace(420.0, 680.0, 46), channel=np.zeros((96, 96), np.uint8), tolerance=tolerance,
+            method="fourier",
+        )  # fmt: skip
+        seconds, images = [], []
+        for own in (False, True):
+            RimLight._size = (lambda self, shape: (0, float(np.prod(shape) * len(self._offsets)))) if own else size
+            taken, found = best_of(plan, 3)
+            seconds.append(taken)
+            images.append(found.image)
+        RimLight._size, apart.rim_hems = size, lambda *task: []
+        taken, found = best_of(plan, 1)
+        apart.rim_hems = hems
+        print(
+            f"{tolerance:g}: few places {seconds[0]:.2f} s, every photosite's {seconds[1] / seconds[0]:.1f} times, "
+            f"all at once {taken / seconds[0]:.1f} times; they differ by "
+            f"{max(np.abs(image - found.image).max() for image in images) / tolerance:.1g} of the tolerance"
+        )
+
+
 def main() -> None:
     """Run what was asked for."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("what", choices=("random", "speed", "auto", "large", "round", "steep"))
+    parser.add_argument("what", choices=("random", "speed", "auto", "large", "round", "steep", "rim"))
     parser.add_argument("count", nargs="?", type=int, default=50)
     given = parser.parse_args()
     if given.what == "random":
         random(given.count)
     else:
-        {"speed": speed, "auto": auto, "large": large, "round": defocused, "steep": steep}[given.what]()
+        {"speed": speed, "auto": auto, "large": large, "round": defocused, "steep": steep, "rim": rim}[given.what]()
 
 
 if __name__ == "__main__":
