@@ -78,7 +78,7 @@ def test_a_disc_under_a_square_pupil():
 
     The rim runs along y where the photosites lie, and so does one of the pupil's diagonals.
     """
-    disc = {"kind": "disc", "radius": 25.0, "centre": [25.0, 0.0], "reflectance": 0.0}
+    disc = {"kind": "disc", "radius": 15.0, "centre": [15.0, 0.0], "reflectance": 0.0}
     system = system_of([disc], 0.5, photosite=POINT, rows=3, cols=3)
     keeps(system | {"lens": wavefront(0.5, {"shape": "square", "rotate_deg": 45.0})}, 1e-7)
 
