@@ -21,6 +21,7 @@ from camsim.kept import cached_property
 from camsim.kernels import shared
 from camsim.optics.airy import NM_PER_UM, airy_otf
 from camsim.optics.difference import Difference
+from camsim.products import complex_product
 from camsim.quadrature import barycentric, chebyshev
 from camsim.rendering.angular import Transfer
 from camsim.rendering.check.overlap_kernels import add_overlaps, fuse, overlap_nodes
@@ -243,14 +244,18 @@ def _overlaps(
 def _direct(rest: Difference, nm: F64, weights: F64, place: F64, count: int) -> C128:
     """Return fused transfers (sets, places) at places (|f| per µm, angle), wavelength by wavelength."""
     blur = np.array([rest.blur_um(w) for w in nm.tolist()])
-    out = np.zeros((len(weights), place.shape[1]), complex)
+    each = np.empty((nm.size, place.shape[1]), complex)
     cos, sin = np.cos(place[1])[:, None], np.sin(place[1])[:, None]
-    for length, wavelength, own in zip(blur.tolist(), nm.tolist(), weights.T, strict=True):
-        shift = np.minimum(place[0] * length, 1.0)
-        along, across, share = overlap_nodes(count, shift)
-        step = _steps(rest, wavelength, shift[:, None], cos, sin, (along, across))
-        out += np.multiply.outer(own, np.sum(share * (np.exp(2j * np.pi * step) - 1.0), axis=1))
-    return out
+
+    def work(begin: int, stop: int) -> None:
+        for j in range(begin, stop):
+            shift = np.minimum(place[0] * blur[j], 1.0)
+            along, across, share = overlap_nodes(count, shift)
+            step = _steps(rest, float(nm[j]), shift[:, None], cos, sin, (along, across))
+            each[j] = np.sum(share * (np.exp(2j * np.pi * step) - 1.0), axis=1)
+
+    shared(nm.size, work)
+    return complex_product(weights.astype(complex), each)
 
 
 def _followed(rest: Difference, nm: F64, weights: F64, sizes: Sizes) -> Transfer:
