@@ -602,3 +602,24 @@ def test_what_no_check_fits_is_refused_before_it_is_rendered():
     with pytest.raises(InvalidValueError, match=r"tolerance: the check of this frame and scene would take 4\.\d GB"):
         systems.choice(system, tolerance=system["tolerance"], method="auto")
     assert systems.choice(system, tolerance=4.0 * system["tolerance"], method="auto").cost.memory_bytes < 2e9
+
+
+@pytest.mark.parametrize("index", [20, 104])
+def test_stars_about_a_photosite(index):
+    """A division by zero: its sectors' sides are seen edge on, with what rounding leaves of their distance.
+
+    As many sectors as the aberration has leaves: all of them see what the rim throws along their sides.
+    """
+    leaves = {20: 5, 104: 13}[index]
+    lens = Wavefront(f_number=1.2 / 0.55, zernike_waves={index: 0.1})
+    angle = np.pi * np.arange(2 * leaves) / leaves
+    ends = 1500.0 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    sectors = [[(0.0, 0.0), *ends[k : k + 2].tolist()] for k in range(0, 2 * leaves, 2)]
+    scene = camsim.Scene(background=0.0, shapes=[camsim.Polygon(points_um=own, reflectance=1.0) for own in sectors])
+    grid, optics = camsim.Grid(rows=1, cols=1, pitch_um=2.0), [lens, SquarePhotosite(side_um=0.0)]
+    boundary, fourier = (
+        camsim.render(scene, optics, grid, wavelength_nm=550.0, tolerance=1e-6, method=method)
+        for method in ("boundary", "fourier")
+    )
+    assert abs(boundary.image[0, 0] - fourier.image[0, 0]) <= 2e-8
+    assert max(boundary.error_estimate, fourier.error_estimate) <= 2e-8

@@ -89,9 +89,11 @@ def _swept(gained: Gained, spline: F64, ax: float, ay: float, bx: float, by: flo
         return 0.0
     # From the foot on by angles: tan is the way along over the distance, 1/r the cosine over it.
     first, last = math.atan2(along, distance), math.atan2(along + length, distance)
+    if first >= last:
+        return 0.0  # all but edge on, where cosines are nothing but rounding
     near = 1.0 if first <= 0.0 <= last else max(math.cos(first), math.cos(last))
     step = panel_of(gained.inner, gained.outer)
-    changed = (2.0 * near - math.cos(first) - math.cos(last)) / distance  # there and back
+    changed = min((2.0 * near - math.cos(first) - math.cos(last)) / distance, 2.0 * gained.most)  # there and back
     panels = math.ceil((last - first) / STEP_RAD + changed / step)
     foot = math.atan2(-ex * across, ey * across)
     way = 1.0 if across > 0.0 else -1.0  # counter-clockwise where the photosite lies to the left
