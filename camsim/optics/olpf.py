@@ -129,8 +129,6 @@ def _spots_um(splits_um: tuple[float, float], rotate_deg: float) -> F64:
     across = [-half_x, half_x] if half_x else [0.0]
     down = [-half_y, half_y] if half_y else [0.0]
     spots = np.array([[x, y] for y in down for x in across])
-    if rotate_deg == 0.0:
-        return spots
     c, s = cosine_and_sine(rotate_deg)
     turned: F64 = spots @ np.array([[c, s], [-s, c]])
     return turned

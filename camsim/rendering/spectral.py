@@ -151,6 +151,11 @@ def wavefront_phase(system: OpticalSystem, wavelength_nm: F64) -> float:
     return 2.0 * math.pi * system.lens.waves_turned(float(wavelength_nm.min()), float(wavelength_nm.max()))
 
 
+def nodes_that_follow(phase: float, allowed: float) -> int:
+    """Return how many nodes of a polynomial follow a wave that turns by ``phase`` radians in all; see ``fuse``."""
+    return math.ceil(0.5 * phase + math.cbrt(phase) + 3.5 - 3.0 * math.log10(allowed))
+
+
 def fuse(signals: Signals, *, phase: float, allowed: float) -> tuple[F64, F64]:
     """Return nodes (j,) in nm and weights (spectra, channels, j) on them.
 
@@ -161,7 +166,7 @@ def fuse(signals: Signals, *, phase: float, allowed: float) -> tuple[F64, F64]:
     about a digit for every three more (measured on the shipped sensors and CIE F lamps).
     """
     wavelength_nm = signals.wavelength_nm
-    count = max(FEWEST_NODES, math.ceil(0.5 * phase + math.cbrt(phase) + 3.5 - 3.0 * math.log10(allowed)))
+    count = max(FEWEST_NODES, nodes_that_follow(phase, allowed))
     if wavelength_nm.size <= count:
         return wavelength_nm, signals.density
     x, gauss_w = gauss_legendre(count)

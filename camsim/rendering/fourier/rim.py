@@ -31,7 +31,7 @@ from camsim.rendering.fourier.rim_kernels import PAD, STEP_RAD, Gained, add_rim,
 from camsim.rendering.fourier.shells import RINGS_PART, WORTH, distances, first_quiet
 from camsim.rendering.fourier.spread import Kernel
 from camsim.rendering.fourier.taper import Hem, hem_from, taper, tapered
-from camsim.rendering.spectral import Signals, fuse
+from camsim.rendering.spectral import Signals, fuse, nodes_that_follow
 
 LINES = 2.0  # of what a line hears of rings that end there: a taper's, at both of its ends
 OF_TAPER = 0.02  # of what tapers may leave: what the light between rings is known to
@@ -109,9 +109,8 @@ class RimLight:
         return mean
 
     def _places(self, extent: float) -> int:
-        """Return how many Chebyshev places follow it along so many pitches; see ``spectral.fuse``."""
-        turns = 2.0 * math.pi * self.hem.band * extent
-        return math.ceil(0.5 * turns + math.cbrt(turns) + 3.5 - 3.0 * math.log10(self.leave)) if extent else 1
+        """Return how many Chebyshev places follow it along so many pitches."""
+        return nodes_that_follow(2.0 * math.pi * self.hem.band * extent, self.leave) if extent else 1
 
     def _size(self, shape: tuple[int, int]) -> tuple[int, float]:
         """Return the size of windows that take the fewest places, and how many these are; 0: each photosite's own."""
