@@ -11,6 +11,7 @@ import math
 import numpy as np
 
 from tests.attack.drawings import add_drawings
+from tests.attack.far import FAR, add_far
 from tests.attack.field_lenses import add_field_lens
 from tests.attack.fields import add_fields
 from tests.attack.terms import SINGLES, single
@@ -63,7 +64,9 @@ def draw(seed, number):
         system["shapes"] = [*_tiles(own, max(rows, cols, 4)), *system["shapes"]]
     if number % 16 == 14:
         _add_symmetry(np.random.default_rng([seed, number, 7]), system)
-    if seed >= SINGLES and system["lens"]["kind"] == "wavefront":
+    if number % 16 == 10 and seed >= FAR:
+        add_far(np.random.default_rng([seed, number, 9]), system, lambda rng: _surface(rng, spectral))
+    if seed >= SINGLES and system["lens"]["kind"] == "wavefront" and "far" not in system:
         _single_out(np.random.default_rng([seed, number, 8]), system["lens"])
     return system
 

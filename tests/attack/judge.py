@@ -28,6 +28,7 @@ FINEST = {"boundary": 1e-11, "fourier": 1e-11}
 ALL_AT_ONCE = 300  # points along the lattice's side: so far the Fourier sum judges every photosite
 IN_ANY_CASE = 1000  # the same where no other road is there
 PLACES, POINTS = 4, 3e6  # photosites judged behind a lens that changes over the frame, and lattices' points in all
+WINDOWS = 120.0, 400.0  # λN, of what differs from a circle's light, where 1e-6 is asked, and at the most
 EVALUATIONS = 3e7  # of line integrals: about a third of a second
 
 
@@ -165,6 +166,8 @@ def _errors(system, rendering, rng, thorough):
         found = _by_places(system, truth, image, planes, base, channel, rng, thorough)
         if found["photosites_judged"] or not thorough:
             return found
+    elif "far" in system:
+        return _by_parts(system, truth, image, planes, base, channel, rng, thorough)
     elif (found := _by_waves(truth, image, planes, base, channel, thorough)) is not None:
         return found
     other = _by_the_other(system, truth, rendering.method)
@@ -211,6 +214,37 @@ def _by_places(system, truth, image, planes, base, channel, rng, thorough):
         found |= {"judge": "places", "photosites_judged": found["photosites_judged"] + 1}
         if off - error >= found["error"] - found["truth_error"]:
             found |= {"error": float(off), "truth_error": error, "row": row, "col": col}
+    return found
+
+
+def _by_parts(system, truth, image, planes, base, channel, rng, thorough):
+    """Photosites where outlines begin, others and those at random: the circle's light, and what differs everywhere."""
+    target = min(max(0.02 * system["tolerance"], 1e-13), 1e-9)
+    rows, cols = np.indices(image.shape)
+    order = list(dict.fromkeys(_aligned(truth, rng) + rng.permutation(image.size)[:8].tolist()))
+    differs, found = {}, {"error": -1.0, "truth_error": 0.0, "judge": "parts", "photosites_judged": 0}
+    size = min(WINDOWS[0] * max(1e-6 / system["tolerance"], 1.0) ** 0.25, WINDOWS[1])
+    spent, allowed = 0.0, EVALUATIONS * (1.0 if thorough else 0.2)
+    for place in order:
+        row, col = int(rows.flat[place]), int(cols.flat[place])
+        c = int(channel[row, col])
+        own = truth.far(c, target, size)
+        spent += own.cost()
+        if spent > allowed and found["photosites_judged"]:
+            break
+        try:
+            differs.setdefault(c, None)
+            differs[c] = differs[c] or own.differing(truth.x, truth.y)
+        except TooLarge:
+            return found | {"error": 0.0, "judge": "nobody"}
+        values, errors = own.values([[truth.x[col], truth.y[row]]])
+        right = base[c] + values[0] + differs[c][0][row, col]
+        off = abs(image[row, col] - right)
+        if planes is not None:
+            off = max(off, abs(planes[c, row, col] - right))
+        found["photosites_judged"] += 1
+        if off > found["error"]:
+            found |= {"error": float(off), "truth_error": float(errors[0] + differs[c][1]), "row": row, "col": col}
     return found
 
 

@@ -14,6 +14,7 @@ from camsim.rendering.render import plan_render
 from tests.attack.draw import REFERENCE_NM
 from tests.truth import field_lens, fields, groups, picture, round_lenses, waves
 from tests.truth.boundary import BoundaryTruth
+from tests.truth.far import FarTruth
 
 FIELD_LENSES = ("field", "field grid")
 
@@ -386,6 +387,13 @@ class Truth:
             self.system["lens"], self.pieces, jumps, self.system["photosite"], self.system["olpf"],
             nm=self.system["wavelength_nm"], reference_nm=REFERENCE_NM,
         )  # fmt: skip
+
+    def far(self, channel, target, size):
+        """Truth of photosites behind a circle with aberrations, relative to one channel's scale; endless scenery."""
+        jumps = self.difference * self.response[channel] / self.scale[channel]
+        return FarTruth(
+            self.pieces, self.any_lens, jumps, self.system["photosite"], self.system["olpf"], target=target, size=size
+        )
 
     def waves(self, channel):
         """Truth of all photosites in one channel, relative to its scale."""
