@@ -29,6 +29,8 @@ def add_far(rng, system, surface):
     count = min(len(system["wavelength_nm"]), WAVELENGTHS)
     system["wavelength_nm"] = system["wavelength_nm"][:count]
     system["response"] = [row[:count] for row in system["response"]]
+    if rng.random() < 0.4:
+        system |= {"photosite": {"kind": "point"}, "olpf": None}  # nothing but edges' own angles
     place = _corner(rng, rows, cols)
     shapes = []
     for draw in rng.choice([_star, _halves, _strip, _corners], 1 + int(rng.random() < 0.3), p=[0.35, 0.3, 0.15, 0.2]):
@@ -117,7 +119,10 @@ def _corners(rng, place, blur):
     count = int(rng.integers(1, 5))
     return [
         _wedge(
-            place + rng.normal(0.0, 0.3 * NEAR * blur, 2), _angle(rng), float(rng.uniform(0.02, 3.0)), _endless(rng, blur)
+            place + rng.normal(0.0, 0.3 * NEAR * blur, 2),
+            _angle(rng),
+            float(rng.uniform(0.02, 3.0)),
+            _endless(rng, blur),
         )
         for _ in range(count)
     ]

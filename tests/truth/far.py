@@ -1,9 +1,9 @@
 """Scenery that goes on for ever behind an aberrated circle: what the circle alone shows of it, and what differs.
 
 The circle's share is two line integrals (``boundary.py``), however far outlines go. What differs falls as r⁻⁴ between
-its rings: it is summed on a lattice (``waves.py``) as far as some hundred λN, where windows end it that leave out no
-ring. Straight on from there light is missed that goes as D⁻², D⁻³ … with the windows' size D, of scenery that is as wide
-from everywhere (wedges, half-planes): three sizes in one lattice, weighted so that the first two powers are nothing.
+its rings: it is summed on a lattice (``waves.py``) as far as some hundred λN, where windows end it so slowly that no
+ring is cut short. Of scenery that looks alike from any distance (wedges, half-planes) the light beyond goes as D⁻²,
+D⁻³ … with the windows' size D: three sizes in one lattice, weighted so that the first two powers are nothing.
 """
 
 from __future__ import annotations

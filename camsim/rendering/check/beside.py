@@ -69,6 +69,12 @@ class Beside:
                 return False
         return True
 
+    @property
+    def seconds(self) -> float:
+        """What the transfers are expected to take; to look lines up takes a moment."""
+        _, channels, wavelengths = self.density.shape
+        return self.lens.sizes.seconds(wavelengths, channels)
+
     def values(self, points: F64, sets: U8) -> F64:
         """Return the light at points (n, 2) that are ``alone``, each in its channel of ``sets`` (..., n)."""
         values = np.zeros(sets.shape)

@@ -33,8 +33,9 @@ class Framed:
     beside: Beside | None = None
 
     def seconds(self, rows: I64, cols: I64) -> float:
-        """Return what photosites are expected to take."""
-        return self._in_turn([self._expected(frame).seconds for frame, _ in self._frames(rows, cols)])
+        """Return what photosites are expected to take; the transfers serve lines and windows."""
+        made = 0.0 if self.beside is None else self.beside.seconds
+        return made + self._in_turn([self._expected(frame).seconds for frame, _ in self._frames(rows, cols)])
 
     def refuse_much(self, rows: I64, cols: I64) -> None:
         """Refuse photosites whose windows would be refused once the image is there."""

@@ -11,7 +11,7 @@ from __future__ import annotations
 import functools
 import math
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
+from typing import ClassVar
 
 import numpy as np
 import scipy
@@ -21,10 +21,11 @@ from camsim.kept import cached_property
 from camsim.kernels import shared
 from camsim.optics.airy import NM_PER_UM, airy_otf
 from camsim.optics.difference import Difference
-from camsim.products import complex_product
 from camsim.quadrature import barycentric, chebyshev
 from camsim.rendering.angular import Transfer
-from camsim.rendering.check.overlap_kernels import add_overlaps, fuse, overlap_nodes
+from camsim.rendering.check.overlap_kernels import fuse, overlap_nodes
+from camsim.rendering.check.overlap_sizes import PLACES, Sizes, sizes_of
+from camsim.rendering.check.overlap_sums import add_to, direct
 from camsim.rendering.job import Job
 
 MOST_WAVES = 3.0  # over the pupil: more take longer than patterns do
@@ -32,26 +33,9 @@ SAME_PATH = 1e-12  # waves: a path difference that is this nearly one length at 
 UNTAPERED = 2.0  # times what may lie beyond the reach: nothing is spent on a taper
 MOST_NODES, OF_A_COLOUR = 7e5, 2e4  # of all overlaps, and more for each wavelength that would take a pattern
 CHECKED = 0.15  # of a tolerance: what the transfers may be wrong by (a quarter of a taper's share, where none is)
-SHIFTS, ANGLES = np.array([0.07, 0.25, 0.5, 0.8]), np.pi * np.array([0.02, 0.29, 0.55])  # where nodes are counted
-FEWEST_RULE, FEWEST = 12, 32
-GROWTH, ROUNDS = 1.3, 4
+ROUNDS = 4
 NOTHING = 1e-13  # of a harmonic
 KEPT_BYTES = 1 << 23  # of transfers on a window's frequencies
-PLACES = 12  # at which it is held against overlaps
-
-
-class Sizes(NamedTuple):
-    """Nodes of the overlap's rule either way, along √(1 − ν), half round, over wavelengths, and rows of a table."""
-
-    rule: int
-    shifts: int
-    angles: int
-    colours: int
-    rows: int
-
-    def larger(self) -> Sizes:
-        """Return more of each."""
-        return Sizes(*(math.ceil(GROWTH * size) if size > 1 else 1 for size in self))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -113,42 +97,10 @@ def followed(job: Job, wavelength_nm: F64) -> Job:
     x, y, _ = overlap_nodes(4, np.array([0.3]))
     paths = [rest.lens.waves(x, y, nm) * nm / low for nm in np.linspace(low, high, 5).tolist()]
     most = MOST_NODES + OF_A_COLOUR * wavelength_nm.size
-    sizes = _sizes(rest, low, high, CHECKED * job.tolerance, most)
+    sizes = sizes_of(rest, low, high, CHECKED * job.tolerance, most)
     if sizes is None or any(np.abs(own - paths[0]).max() > SAME_PATH for own in paths):
         return job
     return job.behind(Overlapping(rest=rest, sizes=sizes))
-
-
-@functools.lru_cache(maxsize=64)
-def _sizes(rest: Difference, low_nm: float, high_nm: float, allowed: float, most: float) -> Sizes | None:
-    """Return nodes that follow the transfers at the shortest wavelength, None where these are too many."""
-    digits, turned = -math.log10(allowed), rest.waves_turned(low_nm, high_nm)
-    before, rule = _transfer(rest, low_nm, FEWEST_RULE, SHIFTS, ANGLES), FEWEST_RULE
-    while True:
-        rule = math.ceil(1.25 * rule)
-        if rule**2 * FEWEST**2 > 2.0 * most:
-            return None
-        found = _transfer(rest, low_nm, rule, SHIFTS, ANGLES)
-        if np.abs(found - before).max() <= allowed:
-            break
-        before = found
-    count = FEWEST
-    while True:
-        if rule**2 * count**2 > 4.0 * most:
-            return None
-        shift = 1.0 - (0.5 * (1.0 + chebyshev(count))) ** 2
-        along = _transfer(rest, low_nm, rule, shift, ANGLES[:2])
-        half = _transfer(rest, low_nm, rule, SHIFTS[::2], np.pi * np.arange(count) / count)
-        around = scipy.fft.fft(np.concatenate([half, half.conj()], axis=1), axis=1)[:, :count]
-        series = np.abs(scipy.fft.dct(along.view(float), axis=0)).max(axis=1), np.abs(around).max(axis=0)
-        shifts, angles = (int(np.flatnonzero(own > 0.3 * allowed * count)[-1]) + 2 for own in series)
-        if max(shifts, angles) <= 0.85 * count:
-            break
-        count *= 2
-    if rule**2 * shifts * angles > most:
-        return None
-    colours = 1 if low_nm == high_nm else math.ceil(2.0 + digits + 3.0 * turned)
-    return Sizes(rule, shifts, angles, colours, rows=math.ceil(40.0 * 10.0 ** (digits / 6.0)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,59 +155,12 @@ def _fused(
     place = np.stack([rng.uniform(0.05, 0.95, PLACES) / rest.blur_um(nm.max()), rng.uniform(0.0, np.pi, PLACES)])
     fx, fy = place[0] * np.cos(place[1]), place[0] * np.sin(place[1])
     while True:
-        right = _direct(rest, nm, weights, place, math.ceil(1.5 * sizes.rule) + 8)
+        right = direct(rest, nm, weights, place, sizes.finer_rule)
         transfer = _followed(rest, nm, weights, sizes)
         rounds -= 1
         if not rounds or np.abs(transfer.at(fx, fy) - right).max() <= allowed:
             return Fused(transfer, rest.moved_um)
         sizes = sizes.larger()
-
-
-def _steps(rest: Difference, wavelength_nm: float, shift: F64, cos: F64, sin: F64, nodes: tuple[F64, F64]) -> F64:
-    """Return W(x − s) − W(x + s) about the move, waves; all arrays of one shape, or shaped to be."""
-    along, across = nodes
-    plane = np.array(rest.moved_um) / (2.0 * rest.blur_um(wavelength_nm))
-    step = 2.0 * shift * (plane[0] * cos + plane[1] * sin)
-    for side in (-1.0, 1.0):
-        u = along + side * shift
-        step = step - side * rest.lens.waves(u * cos - across * sin, u * sin + across * cos, wavelength_nm)
-    whole: F64 = step
-    return whole
-
-
-def _transfer(rest: Difference, wavelength_nm: float, count: int, shift: F64, angle_rad: F64) -> C128:
-    """Return transfers (shifts, angles) of the whole lens about the move at one wavelength."""
-    samples = np.zeros((shift.size, angle_rad.size, 1, 2))
-    _overlaps(rest, wavelength_nm, count, shift, angle_rad, np.ones(1), samples)
-    values: C128 = samples[:, :, 0].view(complex)[..., 0]
-    return values
-
-
-def _overlaps(
-    rest: Difference, wavelength_nm: float, count: int, shift: F64, angle_rad: F64, waves: F64, samples: F64
-) -> None:
-    """Add transfers (shifts, angles, colours, 2) at ``waves`` evenly spaced multiples of the wavefront at one."""
-    along, across, share = overlap_nodes(count, shift)
-    cos, sin = np.cos(angle_rad)[:, None], np.sin(angle_rad)[:, None]
-    step = _steps(rest, wavelength_nm, shift[:, None, None], cos, sin, (along[:, None], across[:, None]))
-    shared(shift.size, functools.partial(add_overlaps, step, share, waves, samples))
-
-
-def _direct(rest: Difference, nm: F64, weights: F64, place: F64, count: int) -> C128:
-    """Return fused transfers (sets, places) at places (|f| per µm, angle), wavelength by wavelength."""
-    blur = np.array([rest.blur_um(w) for w in nm.tolist()])
-    each = np.empty((nm.size, place.shape[1]), complex)
-    cos, sin = np.cos(place[1])[:, None], np.sin(place[1])[:, None]
-
-    def work(begin: int, stop: int) -> None:
-        for j in range(begin, stop):
-            shift = np.minimum(place[0] * blur[j], 1.0)
-            along, across, share = overlap_nodes(count, shift)
-            step = _steps(rest, float(nm[j]), shift[:, None], cos, sin, (along, across))
-            each[j] = np.sum(share * (np.exp(2j * np.pi * step) - 1.0), axis=1)
-
-    shared(nm.size, work)
-    return complex_product(weights.astype(complex), each)
 
 
 def _followed(rest: Difference, nm: F64, weights: F64, sizes: Sizes) -> Transfer:
@@ -266,7 +171,7 @@ def _followed(rest: Difference, nm: F64, weights: F64, sizes: Sizes) -> Transfer
     # Evenly over 1/λ, so that each phase follows from the one before.
     waves = np.linspace(1.0, last / first, sizes.colours)
     samples = np.zeros((sizes.shifts, sizes.angles, sizes.colours, 2))
-    _overlaps(rest, 1.0 / first, sizes.rule, shift, angle, waves, samples)
+    add_to(rest, 1.0 / first, sizes.rule, shift, angle, waves, samples)
     values = np.moveaxis(samples, 2, 0)
     transfers: C128 = values[..., 0] + 1j * values[..., 1]
     transfers -= airy_otf(shift, f_number=1.0, wavelength_nm=NM_PER_UM)[:, None]
