@@ -5,7 +5,9 @@ import dataclasses
 import numpy as np
 import pytest
 
+from camsim.rendering.fourier.blocks import blocks
 from camsim.rendering.fourier.inverse import inverse
+from camsim.rendering.fourier.photosites import OnGrid, Singly
 from camsim.rendering.fourier.tile import Tile
 
 TILE = Tile(
@@ -32,3 +34,21 @@ def test_photosites_are_the_sum_of_all_waves(cut, one_by_one, rows):
     down, across = np.exp(2j * np.pi * np.outer(y, j) / py), np.exp(2j * np.pi * np.outer(i, x) / px)
     expected = (down @ (values * twice) @ across).real / (px * py)
     assert np.abs(inverse(values, tile) - expected).max() < 1e-11 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("cut", [0.3, 0.7, 1.9])
+def test_few_photosites_as_sums_over_blocks_or_from_their_grid(cut):
+    """Aliases meet on the grid; as sums each block is seen by itself."""
+    rng = np.random.default_rng(3)
+    tile = dataclasses.replace(TILE, rows=2, cols=3, cut=cut)
+    ways = [OnGrid(tile, 2), Singly(tile, 2)]
+    for block in blocks(tile, 150):
+        values = rng.normal(size=(2, block.count_j, block.count_i, 2))
+        for way in ways:
+            total, place = way.room(block)
+            for j in range(block.count_j):
+                row = (place.row + j) % place.rows
+                total[:, row, place.column : place.column + block.count_i] += values[:, j]
+            way.take(block, total)
+    own, right = (np.array(way.images()) for way in (ways[1], ways[0]))
+    assert np.abs(own - right).max() < 1e-12 * np.abs(right).max()

@@ -28,12 +28,12 @@ from camsim.rendering.fourier.apart import parts_of
 from camsim.rendering.fourier.blocks import Block
 from camsim.rendering.fourier.clamped import clamped
 from camsim.rendering.fourier.density import Density
-from camsim.rendering.fourier.inverse import inverse
 from camsim.rendering.fourier.joint import joint_stages
 from camsim.rendering.fourier.kernels import SceneBlock, add_fields, add_round
 from camsim.rendering.fourier.lens import Fields, Footprints, passing
 from camsim.rendering.fourier.lens_curves import LensCurves
 from camsim.rendering.fourier.lens_fields import LensFields
+from camsim.rendering.fourier.photosites import Collected, collected
 from camsim.rendering.fourier.plan import Sizes, plan_sizes, rank
 from camsim.rendering.fourier.regions import Regions
 from camsim.rendering.fourier.shells import Shell
@@ -253,33 +253,32 @@ class FourierImage:
         image = np.empty(channel.shape)
         present = np.array([k for k in range(contrast.shape[1]) if (channel == k).any()])
         for some in np.split(present, range(plan.channels, present.size, plan.channels)):
-            total = self._spectrum(tile, plan, regions, contrast[:, some])
-            for k, values in zip(some, total, strict=True):
-                np.copyto(image, inverse(values.view(complex)[..., 0], tile), where=channel == k)
+            found = collected(tile, some.size)
+            self._collect(found, tile, plan, regions, contrast[:, some])
+            for k, values in zip(some, found.images(), strict=True):
+                np.copyto(image, values, where=channel == k)
         return image
 
-    def _spectrum(self, tile: Tile, plan: Sizes, regions: Scenery, contrast: F64) -> F64:
-        """Return the image's transform on the photosites' grid of frequencies: (channels, *tile.sums, 2).
-
-        contrast : (spectra, channels, j) against the background
-        """
-        # Filled here: threads that touch fresh pages at once wait for one another.
-        total = np.full((contrast.shape[1], *tile.sums, 2), 0.0)
+    def _collect(self, found: Collected, tile: Tile, plan: Sizes, regions: Scenery, contrast: F64) -> None:
+        """Add up the image's transform block by block; contrast: (spectra, channels, j) against the background."""
         if self.kernel.round:
             curves = self._curves.of(tile, contrast)
             for block, scene in regions.blocks():
-                more = scene, self._footprints.on(block, tile), curves, block.place(tile)
+                total, place = found.room(block)
+                more = scene, self._footprints.on(block, tile), curves, place
                 shared(total.shape[1], functools.partial(add_round, total, *more))
-            return total
+                found.take(block, total)
+            return
         for fields, weights in self._fields.of(tile, plan, contrast):
-            self._add_fields(total, tile, regions, fields, weights)
+            self._collect_fields(found, tile, regions, fields, weights)
             del fields  # or these transfers would stay until the next are made
-        return total
 
-    def _add_fields(self, total: F64, tile: Tile, regions: Scenery, fields: Fields, weights: F64) -> None:
+    def _collect_fields(self, found: Collected, tile: Tile, regions: Scenery, fields: Fields, weights: F64) -> None:
         for block, scene, values in passing(fields, regions.blocks()):
-            more = scene, self._footprints.on(block, tile), values, weights, block.place(tile)
+            total, place = found.room(block)
+            more = scene, self._footprints.on(block, tile), values, weights, place
             shared(total.shape[1], functools.partial(add_fields, total, *more))
+            found.take(block, total)
 
     @cached_property
     def _footprints(self) -> Footprints:

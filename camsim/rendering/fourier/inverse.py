@@ -10,6 +10,7 @@ import scipy
 
 from camsim.arrays import C128, F64, I64
 from camsim.kernels import kernel, shared
+from camsim.products import complex_product, product
 from camsim.quadrature import barycentric
 from camsim.rendering.fourier.plan import PART
 from camsim.rendering.fourier.tile import COARSE_POINTS, Tile
@@ -67,19 +68,44 @@ def _threads(size: int) -> int:
 
 def _one_by_one(values: C128, tile: Tile) -> F64:
     """Return the same from few frequencies: i from 0 on, j going round."""
-    (rows, columns), (px, py) = values.shape, tile.periods
-    step, (down_count, across_count) = tile.coarse_step, tile.coarse
-    before = 0 if step == 1 else COARSE_POINTS // 2 - 1  # that lie outside the tile
-    y, x = step * (np.arange(down_count) - before), step * (np.arange(across_count) - before)
-    i, j = np.arange(columns), np.arange(rows) - rows // 2
-    down = np.exp(2j * np.pi * np.outer(y, j) / py) / py
-    lines = np.einsum("rj,ji->ri", down, np.roll(values, rows // 2, axis=0), optimize=False)
-    # A frequency and its mirror image; 0 is both.
-    across = np.exp(2j * np.pi * np.outer(i, x) / px) * (np.where(i > 0, 2.0, 1.0) / px)[:, None]
-    image: F64 = np.einsum("ri,ic->rc", lines, across, optimize=False).real
-    if step == 1:
-        return image
-    return filled(image, _lagrange(step), tile.rows, tile.cols)
+    rows, columns = values.shape
+    down = down_waves(tile, np.arange(rows) - rows // 2)
+    return filled_in(seen(down, np.roll(values, rows // 2, axis=0), across_waves(tile, np.arange(columns))), tile)
+
+
+def down_waves(tile: Tile, j: I64) -> C128:
+    """Return waves (rows, j) at those rows where what is smooth is added up, all where nothing is."""
+    (rows, _), py = tile.coarse, tile.periods[1]
+    phase: F64 = 2.0 * np.pi / py * (np.multiply.outer(_places(tile, rows), j) % py)
+    waves: C128 = np.exp(1j * phase) / py
+    return waves
+
+
+def across_waves(tile: Tile, column: I64) -> C128:
+    """Return waves (columns, cols) likewise; columns 0 and half of the period hold their own mirror images."""
+    (_, cols), px = tile.coarse, tile.periods[0]
+    times = np.where((column == 0) | (2 * column == px), 1.0, 2.0) / px
+    phase: F64 = 2.0 * np.pi / px * (np.multiply.outer(column, _places(tile, cols)) % px)
+    waves: C128 = np.exp(1j * phase) * times[:, None]
+    return waves
+
+
+def _places(tile: Tile, count: int) -> I64:
+    step = tile.coarse_step
+    return step * (np.arange(count) - (0 if step == 1 else COARSE_POINTS // 2 - 1))  # some lie outside the tile
+
+
+def seen(down: C128, values: C128, across: C128) -> F64:
+    """Return what waves (rows, j), (i, cols) of so much each, (j, i), add up to."""
+    lines = complex_product(down, values)
+    return product(lines.real, across.real) - product(lines.imag, across.imag)
+
+
+def filled_in(coarse: F64, tile: Tile) -> F64:
+    """Return all photosites from those where what is smooth is added up."""
+    if tile.coarse_step == 1:
+        return coarse
+    return filled(coarse, _lagrange(tile.coarse_step), tile.rows, tile.cols)
 
 
 def _lagrange(step: int) -> F64:

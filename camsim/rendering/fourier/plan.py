@@ -135,6 +135,7 @@ def _tiled(task: Task, cut: list[_Alike]) -> Sizes:
     fields = task.fields(largest)
     passes = -(-task.wavelengths // fields) if kernel.tapered and not kernel.round else 1  # over the scene
     held = task.spectra + fields + 4  # numbers of a frequency that are kept while its block is worked on
+    held += task.channels if largest.singly else 0
     block_points = max(FEWEST_IN_BLOCK, 6 * BLOCK_POINTS // (6 + task.spectra + fields))
     at_once = TILES_AT_ONCE if kernel.round and tiles > 1 else 1
     counted = [task.nodes(alike.tile, alike.first) for alike in cut]
@@ -152,7 +153,7 @@ def _tiled(task: Task, cut: list[_Alike]) -> Sizes:
     of_lens = [of_kernel(task, alike.tile, fields) for alike in cut]
     for alike, own in zip(cut, of_lens, strict=True):
         tile = alike.tile
-        of_rows, of_columns = tile.sums
+        of_rows, of_columns = (0, 0) if tile.singly else tile.sums
         grid = min(float(tile.periods[0] * tile.periods[1]), tile.row_by_row / CHEAPER)
         each = passes * (per_point + task.of_footprint(tile)) + task.weights * prices.PER_POINT_WEIGHT
         seconds += len(alike) * (tile.points * each + task.channels * grid * prices.PER_GRID_POINT + own.seconds)

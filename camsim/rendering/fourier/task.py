@@ -20,7 +20,9 @@ from camsim.rendering.fourier.spread import Kernel
 from camsim.rendering.fourier.tile import Tile
 
 PART_OF_MEMORY = 0.3  # that strips may take, and the transfers of a lens at several wavelengths behind pictures
-OF_TRANSFERS = 0.5  # that those of a wavefront may: the scene is transformed again for as many as do not fit
+# That those of a wavefront may, beside the photosites' grid or without one: the scene is transformed again for as many
+# as do not fit.
+OF_TRANSFERS, SINGLY = 0.5, 0.65
 TRANSFER_BYTES = 8.7  # of a transfer, for each sample of its pattern
 # An image of 1000 outlines was off by half of what the transform was asked for, growing with the root of their number.
 OF_A_CROWD = 0.14
@@ -85,7 +87,8 @@ class Task:
         """Transfers that are held for a block at a time."""
         if self.kernel.round or not self.kernel.tapered:
             return 0 if self.kernel.round else self.wavelengths
-        fitting = OF_TRANSFERS * self.memory_limit_bytes / (TRANSFER_BYTES * samples_of(self.kernel, tile))
+        part = SINGLY if tile.singly else OF_TRANSFERS
+        fitting = part * self.memory_limit_bytes / (TRANSFER_BYTES * samples_of(self.kernel, tile))
         return max(1, min(self.wavelengths, int(fitting)))
 
 

@@ -117,15 +117,20 @@ class Tile:
 
     @property
     def one_by_one(self) -> bool:
-        """Whether those are so few that they are added up one by one, and not transformed back."""
-        (px, py), sums = self.periods, self.sums
-        return sums == self._few and self.row_by_row <= CHEAPER * px * py
+        """Whether frequencies are so few, and so are photosites, that they are added up and not transformed back."""
+        return self.sums == self._few and self.singly
+
+    @property
+    def singly(self) -> bool:
+        """Whether photosites are so few, beside frequencies, that each is a sum."""
+        px, py = self.periods
+        return self.row_by_row <= CHEAPER * px * py
 
     @property
     def row_by_row(self) -> float:
-        """Products that the photosites take where frequencies are so few that they are added up one by one."""
+        """Products that the photosites take as sums."""
         rows, cols = self.coarse
-        return float(rows * self._few[1]) * (self._few[0] + cols) + self.rows * self.cols
+        return rows * (self.points + self.ends[0] * self.periods[0] * cols) + self.rows * self.cols
 
     @property
     def coarse_step(self) -> int:
