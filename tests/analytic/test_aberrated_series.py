@@ -11,6 +11,7 @@ from camsim.rendering.aberrated import polar_kernels
 from camsim.rendering.aberrated.series import series_of
 from camsim.rendering.angular import Transfer
 from camsim.rendering.check import overlap
+from camsim.rendering.check.overlap_sizes import sizes_of
 from camsim.rendering.render import plan_render
 
 NM = 550.0
@@ -125,7 +126,7 @@ def test_overlaps_that_are_followed_are_the_lens_s(waves, colours):
     weights = np.stack([np.exp(-(((nm - peak) / 50.0) ** 2)) for peak in (460.0, 600.0)]) / colours
     step = 0.6 / rest.blur_um(nm.max()) / np.array([5.0, 4.0])
     fx, fy = step[0] * np.arange(6), step[1] * np.arange(-4, 5)
-    sizes = overlap._sizes(rest, float(nm.min()), float(nm.max()), 1e-6, 1e7)
+    sizes = sizes_of(rest, float(nm.min()), float(nm.max()), 1e-6, 1e7)
     found = overlap.Overlapping(rest=rest, sizes=sizes).fused(nm, weights, 1e-6)
     found = found.on_half_plane((step[0], step[1]), (6, 5))
     right = np.zeros((2, 9, 6), complex)
