@@ -133,6 +133,12 @@ class Difference:
         bound: F64 = np.where(x < nearest, 1.0, np.minimum(light, 1.0))
         return bound
 
+    @property
+    def slowest_ring(self) -> float:
+        """Frequency of the slowest ring times λN: across the hole, or of its rim and the outer one on one side."""
+        hole = self.obstruction
+        return min(hole, 0.5 * (1.0 - hole)) if hole else 1.0
+
     def rings_beyond(self, distance_um: F64, wavelength_nm: float, rings: float) -> F64:
         """Return how much of that is rings.
 

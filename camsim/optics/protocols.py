@@ -284,11 +284,15 @@ class KnowsTail(_Ability, Protocol):
 class KnowsRim(_Ability, Protocol):
     """A pattern without light in all whose far light is rings, and what a pupil's rim throws between them.
 
-    scale : times as far as rings ask, from where on that is taken for it
+    scale        : times as far as need be, from where on that is taken for it
+    slowest_ring : its frequency, times λN
     """
 
     @property
     def scale(self) -> float: ...  # noqa: D102 (above)
+
+    @property
+    def slowest_ring(self) -> float: ...  # noqa: D102 (above)
 
     def rings_beyond(self, distance_um: F64, wavelength_nm: float, rings: float) -> F64:
         """Return how much of ``KnowsTail.light_beyond`` is rings."""

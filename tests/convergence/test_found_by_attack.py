@@ -597,11 +597,11 @@ def test_edges_that_go_straight_on_from_a_photosite(index, towards_deg, method):
 
 
 def test_what_no_check_fits_is_refused_before_it_is_rendered():
-    """The image took seconds, then its check was refused, in the name of a method that nobody asked for (2003:30)."""
+    """An image took seconds, then its check was refused, in the name of a method that nobody asked for (2003:30)."""
     system = draw(2003, 30)
-    with pytest.raises(InvalidValueError, match=r"tolerance: the check of this frame and scene would take 4\.\d GB"):
-        systems.choice(system, tolerance=system["tolerance"], method="auto")
-    assert systems.choice(system, tolerance=4.0 * system["tolerance"], method="auto").cost.memory_bytes < 2e9
+    with pytest.raises(InvalidValueError, match=r"tolerance: the check of this frame and scene would take \d+\.\d GB"):
+        systems.choice(system, tolerance=1e-3 * system["tolerance"], method="auto")
+    assert systems.choice(system, tolerance=system["tolerance"], method="auto").cost.memory_bytes < 0.5e9
 
 
 @pytest.mark.parametrize("index", [20, 104])

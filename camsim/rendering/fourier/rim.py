@@ -27,13 +27,15 @@ from camsim.quadrature import chebyshev, gauss_legendre, interpolation
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.edges import Edges
 from camsim.rendering.engine import Cost
+from camsim.rendering.fourier.loudness import Loudness
 from camsim.rendering.fourier.rim_kernels import PAD, STEP_RAD, Gained, add_rim, panel_of
 from camsim.rendering.fourier.shells import RINGS_PART, WORTH, distances, first_quiet
 from camsim.rendering.fourier.spread import Kernel
 from camsim.rendering.fourier.taper import Hem, hem_from, taper, tapered
 from camsim.rendering.spectral import Signals, fuse, nodes_that_follow
 
-LINES = 2.0  # of what a line hears of rings that end there: a taper's, at both of its ends
+LINES = 2.0  # of what a line hears of rings: twice what it is
+SMOOTH = 0.7  # of a ring's frequency, what the taper's band may have at most
 OF_TAPER = 0.02  # of what tapers may leave: what the light between rings is known to
 PLACES = 12  # Chebyshev, along 1/r: of powers that fall by eight each
 CELLS, TURNS = 512, 512  # of what is gained, along 1/r and round about
@@ -244,15 +246,16 @@ def rim_hems(
     if kernel.round or system.more or not isinstance(lens, KnowsRim) or not len(edges):
         return []
     allowed = ErrorBudget(tolerance).allowed("taper") / kernel.tapers
-    nearest, farthest = distances(edges, shape)
-    nearest, far = np.maximum(nearest - system.extent_um / pitch_um, 0.0), min(kernel.reach, farthest)
+    _, farthest = distances(edges, shape)
+    far = min(kernel.reach, farthest)
     some_nm = {float(wavelength_nm[k]) for k in (0, wavelength_nm.size // 2, -1)}
     share, longest = system.ring_share(wavelength_nm), float(system.blurs_um(wavelength_nm).max()) / pitch_um
+    slowest = longest / lens.slowest_ring
+    heard = Loudness.of(edges, shape, system.extent_um / pitch_um, slowest)
 
     def quiet(beyond: float) -> bool:
-        """Whether rings of edges beyond a distance are within their share; see ``shells``."""
-        away = np.maximum(nearest, beyond)
-        part = np.minimum(1.0, 0.5 * edges.length / np.sqrt(away * longest))
+        """Whether rings of edges beyond a distance are within their share."""
+        away, part = heard.beyond(beyond)
         loud = np.max([lens.rings_beyond(away * pitch_um, nm, share) for nm in some_nm], axis=0)
         return LINES * float(part @ loud) <= RINGS_PART * allowed
 
@@ -260,12 +263,14 @@ def rim_hems(
     if loud_until is None or far < WORTH * lens.scale * loud_until:
         return []
     known = [lens.rim_known(OF_TAPER * allowed, nm) for nm in some_nm]
-    inner = max(lens.scale * loud_until, max(from_um for from_um, _ in known) / pitch_um)
+    inner = lens.scale * max(loud_until, max(from_um for from_um, _ in known) / pitch_um)
     if far < WORTH * inner:
         return []
     light = max(kernel.light(inner), 1e-300)
     # Outside of the taper's band there is as little of what is far as of what is near.
     hem = hem_from(inner, 0.5 * (1.0 - RINGS_PART) * allowed / light, max(shape), kernel.cutoff)
+    # And it is no end of rings, the slowest either.
+    hem = hem._replace(outer=max(hem.outer, inner + (hem.sharpness + 1.0) / (math.pi * SMOOTH) * slowest))
     hems = [hem._replace(outer=inner + times * (hem.outer - inner)) for times in WIDER]
     directions, leave = max(directions for _, directions in known), min(OF_TAPER * allowed / light, 0.1)
     return [(own, directions, leave) for own in hems if far >= WORTH * own.outer]

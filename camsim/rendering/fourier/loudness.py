@@ -1,0 +1,65 @@
+"""How much of a line's rings edges hear from some distance on, where what is nearer is cut out by a taper.
+
+A side at a distance h from a photosite sees rings of f cycles a length as ∫ C(r)·exp(2πi·f·r)·h/(r·s) dr, where
+s = √(r² − h²) goes along it from its foot. At the foot r stands still: a line is heard, about √(h/f) of it. Elsewhere
+r grows by s/r ≥ 0.6 of the way: there it is the ends that are heard, 1/(2π√(f·r))·h/s of what a line is. A taper is no
+end: it is as smooth as its band is narrow beside f. So of sides that pass a photosite nearer than where the taper
+begins nothing is heard from where they leave it, but for their far ends.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from camsim.arrays import F64
+from camsim.rendering.edges import Edges
+
+OBLIQUE = 0.8  # h/r, up to which a side goes away from a photosite
+END = 0.5  # times √(λN/r): what an end is heard of a line, twice what it is
+TINY = 1e-9  # pitches
+SHORT = 0.5  # times a length over √(r·λN): what a short side is
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Loudness:
+    """Sides of a scene seen from a frame, pitches.
+
+    length  : of each;  nearest: to a photosite, at least;  beside: how far its line passes one, at most
+    ends    : (sides, 2) how far its ends are from one, at least
+    longest : wavelength of the slowest ring
+    """
+
+    length: F64
+    nearest: F64
+    beside: F64
+    ends: F64
+    longest: float
+
+    @classmethod
+    def of(cls, edges: Edges, shape: tuple[int, int], extent: float, longest: float) -> Loudness:
+        """Return them from the first photosite's sides, a frame's shape and how far a photosite reaches."""
+        size = np.array([shape[1] - 1.0, shape[0] - 1.0])
+        way = edges.end - edges.start
+        length = np.hypot(*way.T)
+        corners = size * np.array([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)])
+        from_start = edges.start[:, None] - corners
+        across = np.abs(from_start[..., 0] * way[:, None, 1] - from_start[..., 1] * way[:, None, 0]).max(axis=1)
+        beside = across / np.maximum(length, TINY) + extent
+        low, high = np.minimum(edges.start, edges.end), np.maximum(edges.start, edges.end)
+        gap = np.maximum(np.maximum(low - size, -high), 0.0)
+        at = np.stack([edges.start, edges.end], axis=1)
+        of_ends = np.maximum(np.maximum(at - size, -at), 0.0)
+        nearest, ends = (np.maximum(np.hypot(g[..., 0], g[..., 1]) - extent, 0.0) for g in (gap, of_ends))
+        return cls(length, nearest, beside, ends, longest)
+
+    def beyond(self, distance: float) -> tuple[F64, F64]:
+        """Return where sides are heard from a taper at a distance on, and what part of a line's."""
+        away = np.maximum(self.nearest, distance)
+        part = np.minimum(1.0, SHORT * self.length / np.sqrt(away * self.longest))
+        far = np.maximum(self.ends, distance)
+        # Rings fade at least as r^(−5/2): what is farther than ``away`` is told by what is heard there.
+        ends = END * np.sqrt(self.longest / far) * (away[:, None] / far) ** 2.5
+        of_ends = np.where(self.ends >= OBLIQUE * distance, ends, 0.0).sum(axis=1)
+        return away, np.where(self.beside <= OBLIQUE * away, np.minimum(part, of_ends), part)
