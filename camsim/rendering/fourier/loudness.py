@@ -17,6 +17,7 @@ from camsim.arrays import F64
 from camsim.rendering.edges import Edges
 
 OBLIQUE = 0.8  # h/r, up to which a side goes away from a photosite
+SMOOTH = 0.7  # of the slowest ring's frequency, what a taper's band may have at most
 END = 0.5  # times √(λN/r): what an end is heard of a line, twice what it is
 TINY = 1e-9  # pitches
 SHORT = 0.5  # times a length over √(r·λN): what a short side is
@@ -47,12 +48,11 @@ class Loudness:
         from_start = edges.start[:, None] - corners
         across = np.abs(from_start[..., 0] * way[:, None, 1] - from_start[..., 1] * way[:, None, 0]).max(axis=1)
         beside = across / np.maximum(length, TINY) + extent
-        low, high = np.minimum(edges.start, edges.end), np.maximum(edges.start, edges.end)
-        gap = np.maximum(np.maximum(low - size, -high), 0.0)
         at = np.stack([edges.start, edges.end], axis=1)
-        of_ends = np.maximum(np.maximum(at - size, -at), 0.0)
-        nearest, ends = (np.maximum(np.hypot(g[..., 0], g[..., 1]) - extent, 0.0) for g in (gap, of_ends))
-        return cls(length, nearest, beside, ends, longest)
+        gap = np.maximum(np.maximum(at - size, -at), 0.0)
+        nearest, _ = distances(edges, shape)
+        ends = np.hypot(gap[..., 0], gap[..., 1])
+        return cls(length, np.maximum(nearest - extent, 0.0), beside, np.maximum(ends - extent, 0.0), longest)
 
     def beyond(self, distance: float) -> tuple[F64, F64]:
         """Return where sides are heard from a taper at a distance on, and what part of a line's."""
@@ -63,3 +63,12 @@ class Loudness:
         ends = END * np.sqrt(self.longest / far) * (away[:, None] / far) ** 2.5
         of_ends = np.where(self.ends >= OBLIQUE * distance, ends, 0.0).sum(axis=1)
         return away, np.where(self.beside <= OBLIQUE * away, np.minimum(part, of_ends), part)
+
+
+def distances(edges: Edges, shape: tuple[int, int]) -> tuple[F64, float]:
+    """Return how far every side is from the frame, at least, and how far one may be from a photosite."""
+    low, high = np.minimum(edges.start, edges.end), np.maximum(edges.start, edges.end)
+    size = np.array([shape[1] - 1.0, shape[0] - 1.0])
+    gap = np.maximum(np.maximum(low - size, -high), 0.0)
+    extent = np.maximum(np.maximum(high, size - low), 0.0).max(axis=0)
+    return np.hypot(gap[:, 0], gap[:, 1]), float(np.hypot(*extent))

@@ -27,15 +27,14 @@ from camsim.quadrature import chebyshev, gauss_legendre, interpolation
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.edges import Edges
 from camsim.rendering.engine import Cost
-from camsim.rendering.fourier.loudness import Loudness
+from camsim.rendering.fourier.loudness import SMOOTH, Loudness, distances
 from camsim.rendering.fourier.rim_kernels import PAD, STEP_RAD, Gained, add_rim, panel_of
-from camsim.rendering.fourier.shells import RINGS_PART, WORTH, distances, first_quiet
+from camsim.rendering.fourier.shells import RINGS_PART, WORTH, first_quiet
 from camsim.rendering.fourier.spread import Kernel
 from camsim.rendering.fourier.taper import Hem, hem_from, taper, tapered
 from camsim.rendering.spectral import Signals, fuse, nodes_that_follow
 
 LINES = 2.0  # of what a line hears of rings: twice what it is
-SMOOTH = 0.7  # of a ring's frequency, what the taper's band may have at most
 OF_TAPER = 0.02  # of what tapers may leave: what the light between rings is known to
 PLACES = 12  # Chebyshev, along 1/r: of powers that fall by eight each
 CELLS, TURNS = 512, 512  # of what is gained, along 1/r and round about
@@ -246,8 +245,7 @@ def rim_hems(
     if kernel.round or system.more or not isinstance(lens, KnowsRim) or not len(edges):
         return []
     allowed = ErrorBudget(tolerance).allowed("taper") / kernel.tapers
-    _, farthest = distances(edges, shape)
-    far = min(kernel.reach, farthest)
+    far = min(kernel.reach, distances(edges, shape)[1])
     some_nm = {float(wavelength_nm[k]) for k in (0, wavelength_nm.size // 2, -1)}
     share, longest = system.ring_share(wavelength_nm), float(system.blurs_um(wavelength_nm).max()) / pitch_um
     slowest = longest / lens.slowest_ring

@@ -23,6 +23,7 @@ from camsim.optics import OpticalSystem, RoundLens
 from camsim.optics.protocols import Round
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.edges import Edges
+from camsim.rendering.fourier.loudness import SMOOTH, Loudness, distances
 from camsim.rendering.fourier.spread import Kernel
 from camsim.rendering.fourier.swings import Swing, swings
 from camsim.rendering.fourier.taper import Hem, taper, taper_margin, tapered
@@ -118,18 +119,19 @@ def shells(
     if not (kernel.round and kernel.tapered and kernel.rings and isinstance(lens, RoundLens)):
         return ()
     allowed = ErrorBudget(tolerance).allowed("taper")
-    nearest, farthest = distances(edges, shape)
-    nearest = np.maximum(nearest - system.extent_um / pitch_um, 0.0)
-    far = min(kernel.reach, farthest)
+    far = min(kernel.reach, distances(edges, shape)[1])
+    rings = swings(system, kernel.longest)
+    slowest = 1.0 / min((ring.f for ring in rings), default=1.0 / kernel.longest)
+    heard = Loudness.of(edges, shape, system.extent_um / pitch_um, slowest)
     least = max(LEAST, kernel.longest * lens.pattern().quiet(RINGS_PART * allowed / len(edges)))
-    first = _quiet_distance(kernel, nearest, edges.length, RINGS_PART * allowed, least, far)
+    first = _quiet_distance(kernel, heard, RINGS_PART * allowed, least, far)
     if quiet is not None and (first is None or first > WORTH * least):
         first = min(quiet(), math.inf if first is None else first)
     if first is None or first >= far:
         return ()
     count = max(1, math.ceil(math.log(far / first, FARTHER)))
     each = (1.0 - RINGS_PART) * allowed / (2 * count + 1)
-    hems = list(_hems(kernel, swings(system, kernel.longest), first, far, each, float(min(*shape, FRAME))))
+    hems = list(_hems(kernel, rings, slowest, first, far, each, float(min(*shape, FRAME))))
     if not hems or far < WORTH * hems[0].outer:
         return ()
     tapers = round(allowed / each)
@@ -137,28 +139,15 @@ def shells(
     return tuple(Shell(begin=a, end=b, tapers=tapers) for a, b in itertools.pairwise(bounds))
 
 
-def distances(edges: Edges, shape: tuple[int, int]) -> tuple[F64, float]:
-    """Return how far every edge is from the frame, at least, and how far one may be from a photosite."""
-    low, high = np.minimum(edges.start, edges.end), np.maximum(edges.start, edges.end)
-    size = np.array([shape[1] - 1.0, shape[0] - 1.0])
-    gap = np.maximum(np.maximum(low - size, -high), 0.0)
-    extent = np.maximum(np.maximum(high, size - low), 0.0).max(axis=0)
-    return np.hypot(gap[:, 0], gap[:, 1]), float(np.hypot(*extent))
-
-
-def _quiet_distance(
-    kernel: Kernel, nearest: F64, length: F64, allowed: float, least: float, far: float
-) -> float | None:
+def _quiet_distance(kernel: Kernel, heard: Loudness, allowed: float, least: float, far: float) -> float | None:
     """Return from where on all edges' rings add up to no more than ``allowed``; None: nowhere nearer than ``far``.
 
-    A short edge leaves no more than its part of all that oscillates at its distance: an angle θ of it is 2θ·√ρ times
-    an end's (an end's is 1/(4π√(uρ)) of all that goes round, u ≤ 1), and is taken four times too. A whole line is taken
-    for four ends, twice what it is (113 random scenes at 1e-2 … 3e-8: at most 0.04 of the tolerance with 16 ends).
+    An end's is 1/(4π√(uρ)) of all that goes round, u ≤ 1, and is taken four times. A whole line is taken for four ends,
+    twice what it is (113 random scenes at 1e-2 … 3e-8: at most 0.04 of the tolerance with 16 ends).
     """
 
     def quiet(beyond: float) -> bool:
-        away = np.maximum(nearest, beyond)
-        part = np.minimum(1.0, 0.5 * length / np.sqrt(away * kernel.longest))
+        away, part = heard.beyond(beyond)
         return SURE * sum(a * float(part @ away**-n) for a, n in kernel.rings) <= allowed
 
     return first_quiet(quiet, least, far)
@@ -174,6 +163,7 @@ def first_quiet(quiet: Callable[[float], bool], least: float, far: float) -> flo
 def _hems(
     kernel: Kernel,
     rings: Sequence[Swing],
+    slowest: float,
     first: float,
     far: float,
     allowed: float,
@@ -181,7 +171,7 @@ def _hems(
 ) -> Iterator[Hem]:
     """Yield the tapers between shells; each may leave ``allowed`` of an image outside its band, on either side.
 
-    rings : that the first taper ends: it is wide enough for slow ones
+    rings : that the first taper ends: it is wide enough for slow ones, and no end of the slowest (a wavelength)
 
     The first one's shell has the finest lattice by far: there (cutoff + margin/width)·(frame + 2·(inner + width)) is
     smallest, or nearly, but for shells that are narrower still where the scene soon ends.
@@ -192,6 +182,7 @@ def _hems(
         outer = inner + max(wide * inner, NARROWEST * margin * kernel.longest)
         if inner == first:
             smooth = max((ring.width(inner, sharpness, allowed) for ring in rings), default=0.0)
+            smooth = max(smooth, margin * slowest / SMOOTH)
             outer = max(outer, inner + max(smooth, math.sqrt(margin * frame / (2.0 * kernel.cutoff))))
         if outer >= far:
             return  # the shell before it goes no farther without it

@@ -28,7 +28,8 @@ from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.edges import Edges
 from camsim.rendering.engine import Cost
 from camsim.rendering.fourier.crossings import Crossings
-from camsim.rendering.fourier.shells import RINGS_PART, distances, first_quiet
+from camsim.rendering.fourier.loudness import distances
+from camsim.rendering.fourier.shells import RINGS_PART, first_quiet
 from camsim.rendering.fourier.spike_kernels import Far, Profiles, Ways, add_spikes
 from camsim.rendering.fourier.spread import Kernel
 from camsim.rendering.fourier.taper import Hem, hem_from, taper, tapered
