@@ -15,6 +15,7 @@ from camsim.rendering.check.checks import Checks
 from camsim.rendering.check.judge import Judge
 from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost, Engine, Plan
 from camsim.rendering.flat import FlatPlan
+from camsim.rendering.hearing import Hearing
 from camsim.rendering.job import Job
 from camsim.rendering.paper import rules
 from camsim.rendering.paper.engine import Paper
@@ -65,9 +66,9 @@ class ByTransforms:
         """Return what a plan is sure to take, without one."""
         return self._engine.least_seconds(job)
 
-    def windows(self, job: Job, heard: Callable[[Job], float] | None) -> Windows:
+    def windows(self, job: Job, heard: Callable[[Job], float] | None, hearing: Hearing) -> Windows:
         """Return what renders windows of a job."""
-        return self._engine.windows(job, heard)
+        return self._engine.windows(job, heard, hearing)
 
 
 BY_EDGES, FOURIER = ByEdges(), ByTransforms()

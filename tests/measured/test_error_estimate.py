@@ -20,7 +20,7 @@ from camsim.rendering.boundary import engine as boundary_engine
 from camsim.rendering.boundary import image as boundary_image
 from camsim.rendering.boundary import tables
 from camsim.rendering.check.pupils import Otherwise
-from camsim.rendering.fourier import apart, lens_curves
+from camsim.rendering.fourier import apart, lens_curves, loudness
 from camsim.rendering.fourier import image as fourier_image
 from camsim.rendering.fourier import lens as fourier_lens
 from camsim.rendering.fourier import regions as fourier_regions
@@ -566,3 +566,24 @@ def test_light_beyond_a_reach_is_seen(monkeypatch, method):
     assert honest.error_estimate <= 1e-5
     assert worst(corrupted.image, honest.image) > 3e-5
     assert corrupted.error_estimate > 1e-5
+
+
+@pytest.mark.parametrize(
+    ("lens", "photosite"),
+    [
+        (camsim.Wavefront(f_number=1.2 / 0.55, zernike_waves={8: 0.3}), POINT),
+        (camsim.Airy(f_number=1.2 / 0.55), POINT),
+        (camsim.AnnularAiry(f_number=1.2 / 0.55, obstruction=0.6), camsim.CircularPhotosite(diameter_um=0.3)),
+    ],
+)
+def test_sides_that_are_taken_for_silent_are_seen(monkeypatch, lens, photosite):
+    """Which sides are heard beyond a taper the check finds out in its own way."""
+    shape = camsim.Rectangle(width_um=1e4, height_um=2e5, centre_um=(5060.3, 0.0), reflectance=1.0)
+    scene, grid = camsim.Scene(background=0.0, shapes=[shape]), camsim.Grid(rows=2, cols=2, pitch_um=1.0)
+    how = {"wavelength_nm": 550.0, "tolerance": 1e-8, "method": "fourier"}
+    honest, told = camsim.render(scene, [lens, photosite], grid, **how), loudness.Loudness.beyond
+    monkeypatch.setattr(loudness.Loudness, "beyond", lambda *a: (told(*a)[0], 0.0 * told(*a)[1]))
+    corrupted = camsim.render(scene, [lens, photosite], grid, **how)
+    assert honest.error_estimate <= 1e-10
+    assert worst(corrupted.image, honest.image) > 1e-7
+    assert corrupted.error_estimate > 0.9 * worst(corrupted.image, honest.image)

@@ -23,6 +23,7 @@ from camsim.rendering.check.places import farthest, hardest_photosites, how_many
 from camsim.rendering.check.polygons import polygons
 from camsim.rendering.check.pupils import summed_otherwise
 from camsim.rendering.check.scenery import Pieces, pieces_of
+from camsim.rendering.check.sides import Sides
 from camsim.rendering.check.wavelengths import densities, widest
 from camsim.rendering.engine import FEWEST_CHECKED, Plan
 from camsim.rendering.job import Job
@@ -267,7 +268,7 @@ class Judge:
         heard = self._heard if isinstance(job.system.lens, RoundLens) and not job.system.more else None
         make = functools.partial(job.of_edges, edges, wavelength_nm=wavelength_nm, density=density, base=base)
         return Fitting(
-            lambda tolerance: self.transforms.windows(make(tolerance=tolerance), heard),
+            lambda tolerance: self.transforms.windows(make(tolerance=tolerance), heard, Sides.of),
             wanted=max(allowed, self.transforms.finest),
             coarsest=job.tolerance,
         )

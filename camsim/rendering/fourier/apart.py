@@ -15,6 +15,7 @@ from camsim.rendering.fourier.shells import Shell, shells
 from camsim.rendering.fourier.spikes import Spikes, spike_hem
 from camsim.rendering.fourier.spread import Kernel
 from camsim.rendering.fourier.together import Part, Sum, pays
+from camsim.rendering.hearing import Hearing
 
 SOON = 0.03  # seconds, for which nobody is asked: asking takes 5 ms, and of less than this no part saved any
 
@@ -34,6 +35,8 @@ class Whole(Protocol):
     def memory_limit_bytes(self) -> float: ...  # noqa: D102
     @property
     def quiet(self) -> Callable[[], float] | None: ...  # noqa: D102
+    @property
+    def hearing(self) -> Hearing: ...  # noqa: D102
     @property
     def kernel(self) -> Kernel: ...  # noqa: D102
     @property
@@ -75,7 +78,7 @@ def by_distance(image: Whole, origin: tuple[float, float], shape: tuple[int, int
         far = Spikes(edges=image.edges, density=density, wavelength_nm=nm, system=system, pitch_um=pitch_um, hem=hem)
         return [(image.shell_of(Shell(begin=None, end=hem, tapers=1)), far)]
     ways: list[tuple[Part, ...]] = []
-    for hem, directions, leave in rim_hems(*task):
+    for hem, directions, leave in rim_hems(*task, image.hearing):
         light = RimLight(
             edges=image.edges,
             density=density,
@@ -87,7 +90,7 @@ def by_distance(image: Whole, origin: tuple[float, float], shape: tuple[int, int
             leave=leave,
         )
         ways.append((image.shell_of(Shell(begin=None, end=hem, tapers=1)), light))
-    return ways or [tuple(image.shell_of(shell) for shell in shells(*task, image.quiet))]
+    return ways or [tuple(image.shell_of(shell) for shell in shells(*task, image.hearing, image.quiet))]
 
 
 def by_place(image: Whole, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Part, ...]:

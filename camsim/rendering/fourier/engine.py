@@ -25,6 +25,7 @@ from camsim.rendering.engine import (
     Progress,
 )
 from camsim.rendering.fourier.image import FourierImage
+from camsim.rendering.fourier.loudness import Loudness
 from camsim.rendering.fourier.nodes import heard_from, nodes_of
 from camsim.rendering.fourier.prices import PER_FIELD_POINT, PER_POINT_WEIGHT, PER_PUPIL_SAMPLE, PER_ROUND_POINT
 from camsim.rendering.fourier.rim import RimLight
@@ -32,6 +33,7 @@ from camsim.rendering.fourier.spikes import Spikes
 from camsim.rendering.fourier.task import FINEST, SAMPLES_OF_POINT, check_tolerance
 from camsim.rendering.fourier.together import Part, Sum
 from camsim.rendering.fourier.ways import Way, as_in, ways_of
+from camsim.rendering.hearing import Hearing
 from camsim.rendering.job import Job, Nodes
 from camsim.rendering.work import Work
 from camsim.repeated import Channels
@@ -51,6 +53,7 @@ class FourierPlan:
     nodes: Nodes
     parts: tuple[FourierPlan, ...] = ()
     heard: Callable[[Job], float] | None = None
+    hearing: Hearing = Loudness.of
     undivided: bool = False
     over_rectangle: bool = False
 
@@ -91,6 +94,7 @@ class FourierPlan:
             system=job.system,
             pitch_um=job.grid.pitch_um,
             tolerance=job.tolerance,
+            hearing=self.hearing,
             quiet=None if self.heard is None else functools.cache(functools.partial(self.heard, job)),
             undivided=self.undivided,
             over_rectangle=self.over_rectangle,
@@ -218,35 +222,44 @@ class Fourier:
 
     def plan_like(self, job: Job, plan: FourierPlan) -> FourierPlan:
         """Choose nodes; taken apart where and as a like job's plan is, which is not found out again."""
-        return self._planned(job, plan.heard, like=plan)
+        return self._planned(job, plan.heard, plan.hearing, like=plan)
 
-    def _planned(self, job: Job, heard: Callable[[Job], float] | None, like: FourierPlan | None = None) -> FourierPlan:
+    def _planned(
+        self,
+        job: Job,
+        heard: Callable[[Job], float] | None,
+        hearing: Hearing = Loudness.of,
+        like: FourierPlan | None = None,
+    ) -> FourierPlan:
         if like is not None:
-            return self._of(as_in(job, like.way), heard, like)
-        return min((self._of(way, heard, None) for way in ways_of(job)), key=_taken)
+            return self._of(as_in(job, like.way), heard, hearing, like)
+        return min((self._of(way, heard, hearing, None) for way in ways_of(job)), key=_taken)
 
-    def _of(self, way: Way, heard: Callable[[Job], float] | None, like: FourierPlan | None) -> FourierPlan:
+    def _of(
+        self, way: Way, heard: Callable[[Job], float] | None, hearing: Hearing, like: FourierPlan | None
+    ) -> FourierPlan:
         job = way.job
         as_whole = like is not None and not like.parts
         undivided = like is not None and as_whole and not like._divided
         whole = FourierPlan(
-            job=job, nodes=nodes_of(job), heard=heard, undivided=undivided, over_rectangle=way.over_rectangle
-        )
+            job=job, nodes=nodes_of(job), heard=heard, hearing=hearing,
+            undivided=undivided, over_rectangle=way.over_rectangle,
+        )  # fmt: skip
         fine = min(CLOSED_PART, 1.0 - CLOSED_PART) * job.tolerance < FINEST
         if as_whole or job.split is None or not len(job.edges) or fine:
             return whole
         own, likes = (job.round_part(), job.difference_part()), (None, None) if like is None else (*like.parts, None)
         pairs = zip(own, likes, strict=False)
-        parts = tuple(self._planned(one, heard, as_that) for one, as_that in pairs if one is not None)
+        parts = tuple(self._planned(one, heard, hearing, as_that) for one, as_that in pairs if one is not None)
         apart = dataclasses.replace(whole, parts=parts)
         if like is not None:
             return apart
         return min(whole, apart, key=_taken)
 
-    def windows(self, job: Job, heard: Callable[[Job], float] | None) -> FourierImage | Sum:
-        """Return what renders windows of a job; how far rings are heard whoever asks knows, or only edges tell."""
+    def windows(self, job: Job, heard: Callable[[Job], float] | None, hearing: Hearing) -> FourierImage | Sum:
+        """Return what renders windows of a job; how far rings are heard whoever asks knows, and of which sides."""
         check_tolerance(job.tolerance)
-        return self._planned(job, heard).image
+        return self._planned(job, heard, hearing).image
 
     def least_seconds(self, job: Job) -> float:
         """Return what a plan is sure to take, without one: the band's frequencies of the smallest period there can be.

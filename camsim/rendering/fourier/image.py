@@ -33,6 +33,7 @@ from camsim.rendering.fourier.kernels import SceneBlock, add_fields, add_round
 from camsim.rendering.fourier.lens import Fields, Footprints, passing
 from camsim.rendering.fourier.lens_curves import LensCurves
 from camsim.rendering.fourier.lens_fields import LensFields
+from camsim.rendering.fourier.loudness import Loudness
 from camsim.rendering.fourier.photosites import Collected, collected
 from camsim.rendering.fourier.plan import Sizes, plan_sizes, rank
 from camsim.rendering.fourier.regions import Regions
@@ -41,6 +42,7 @@ from camsim.rendering.fourier.spread import Kernel, kernel_of, with_band
 from camsim.rendering.fourier.task import Task, check_tolerance, spectra_of_edge
 from camsim.rendering.fourier.tile import Tile
 from camsim.rendering.fourier.together import Part, Sum
+from camsim.rendering.hearing import Hearing
 from camsim.rendering.spectral import fewer, kinds
 
 OF_WAVELENGTHS = 1e-3  # of what these may leave: what mixtures of spectra may be wrong by
@@ -69,7 +71,7 @@ class FourierImage:
     shell         : part of a pattern, by distance; None: all of it;  islands: how many of these edges are one of
     whole         : of which this is a shell, or an island;  undivided: it has none, as long as it fits the memory
     over_rectangle : a round pattern is taken over a rectangle, not as a curve
-    quiet         : what tells from which distance on (pitches) rings are within their shares; None: only the edges tell
+    hearing       : what tells which sides are heard far off;  quiet: from where on rings are within their shares
     """
 
     edges: Edges
@@ -81,6 +83,7 @@ class FourierImage:
     tolerance: float
     memory_limit_bytes: float = MEMORY_LIMIT_BYTES
     shell: Shell | None = None
+    hearing: Hearing = Loudness.of
     quiet: Callable[[], float] | None = None
     whole: FourierImage | None = None
     islands: int = 1

@@ -27,11 +27,12 @@ from camsim.quadrature import chebyshev, gauss_legendre, interpolation
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.edges import Edges
 from camsim.rendering.engine import Cost
-from camsim.rendering.fourier.loudness import SMOOTH, Loudness, distances
+from camsim.rendering.fourier.loudness import SMOOTH, distances
 from camsim.rendering.fourier.rim_kernels import PAD, STEP_RAD, Gained, add_rim, panel_of
 from camsim.rendering.fourier.shells import RINGS_PART, WORTH, first_quiet
 from camsim.rendering.fourier.spread import Kernel
 from camsim.rendering.fourier.taper import Hem, hem_from, taper, tapered
+from camsim.rendering.hearing import Hearing
 from camsim.rendering.spectral import Signals, fuse, nodes_that_follow
 
 LINES = 2.0  # of what a line hears of rings: twice what it is
@@ -233,13 +234,15 @@ def rim_hems(
     edges: Edges,
     shape: tuple[int, int],
     tolerance: float,
+    hearing: Hearing,
 ) -> list[tuple[Hem, int, float]]:
     """Return tapers, beyond each of which the light of the rim is all that edges show; none where it is not known.
 
     And in how many directions that is to be asked, and what part of it may be wrong. Wider tapers leave more to be
     transformed, and what is beyond them changes more slowly.
 
-    edges : seen from the first photosite
+    edges   : seen from the first photosite
+    hearing : what tells which sides are heard
     """
     lens = system.lens
     if kernel.round or system.more or not isinstance(lens, KnowsRim) or not len(edges):
@@ -249,7 +252,7 @@ def rim_hems(
     some_nm = {float(wavelength_nm[k]) for k in (0, wavelength_nm.size // 2, -1)}
     share, longest = system.ring_share(wavelength_nm), float(system.blurs_um(wavelength_nm).max()) / pitch_um
     slowest = longest / lens.slowest_ring
-    heard = Loudness.of(edges, shape, system.extent_um / pitch_um, slowest)
+    heard = hearing(edges, shape, system.extent_um / pitch_um, slowest)
 
     def quiet(beyond: float) -> bool:
         """Whether rings of edges beyond a distance are within their share."""

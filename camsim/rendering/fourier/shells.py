@@ -23,10 +23,11 @@ from camsim.optics import OpticalSystem, RoundLens
 from camsim.optics.protocols import Round
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.edges import Edges
-from camsim.rendering.fourier.loudness import SMOOTH, Loudness, distances
+from camsim.rendering.fourier.loudness import SMOOTH, distances
 from camsim.rendering.fourier.spread import Kernel
 from camsim.rendering.fourier.swings import Swing, swings
 from camsim.rendering.fourier.taper import Hem, taper, taper_margin, tapered
+from camsim.rendering.hearing import Heard, Hearing
 
 RINGS_PART = 5.0 / 6.0  # of what tapers may leave: for the rings that are dropped
 SURE = 0.25  # of the rings as tapers have them: twice for a step that shells do not have, and four times to be sure
@@ -108,10 +109,12 @@ def shells(
     edges: Edges,
     shape: tuple[int, int],
     tolerance: float,
+    hearing: Hearing,
     quiet: Callable[[], float] | None,
 ) -> tuple[Shell, ...]:
     """Return the shells for edges seen from the first photosite of a frame; none where there is nothing to cut.
 
+    hearing : what tells which sides are heard
     quiet : what tells from where on rings and what is past the powers are within their shares, if that is known: in a
             crowd they do not add up, and those of a spectrum fall silent
     """
@@ -122,7 +125,7 @@ def shells(
     far = min(kernel.reach, distances(edges, shape)[1])
     rings = swings(system, kernel.longest)
     slowest = 1.0 / min((ring.f for ring in rings), default=1.0 / kernel.longest)
-    heard = Loudness.of(edges, shape, system.extent_um / pitch_um, slowest)
+    heard = hearing(edges, shape, system.extent_um / pitch_um, slowest)
     least = max(LEAST, kernel.longest * lens.pattern().quiet(RINGS_PART * allowed / len(edges)))
     first = _quiet_distance(kernel, heard, RINGS_PART * allowed, least, far)
     if quiet is not None and (first is None or first > WORTH * least):
@@ -139,7 +142,7 @@ def shells(
     return tuple(Shell(begin=a, end=b, tapers=tapers) for a, b in itertools.pairwise(bounds))
 
 
-def _quiet_distance(kernel: Kernel, heard: Loudness, allowed: float, least: float, far: float) -> float | None:
+def _quiet_distance(kernel: Kernel, heard: Heard, allowed: float, least: float, far: float) -> float | None:
     """Return from where on all edges' rings add up to no more than ``allowed``; None: nowhere nearer than ``far``.
 
     An end's is 1/(4π√(uρ)) of all that goes round, u ≤ 1, and is taken four times. A whole line is taken for four ends,
