@@ -17,5 +17,6 @@ class Heard(Protocol):
         ...
 
 
-# Of edges seen from a first photosite, a frame's shape, how far a photosite reaches, the slowest ring's wavelength.
-Hearing: TypeAlias = Callable[[Edges, tuple[int, int], float, float], Heard]
+# Of edges seen from a first photosite, a frame's shape, how far a photosite reaches, and wavelengths of the fastest and
+# of the slowest rings.
+Hearing: TypeAlias = Callable[[Edges, tuple[int, int], float, float, float], Heard]

@@ -36,7 +36,7 @@ def test_no_side_is_heard_more_than_is_told_and_few_are_told_much_more(rng):
     angle, size = rng.uniform(0.0, 2.0 * np.pi, (2, 400)), 10.0 ** rng.uniform(0.5, 3.1, (2, 400))
     start, end = np.moveaxis(size * np.stack([np.cos(angle), np.sin(angle)]), 0, -1)
     edges = Edges(start=start, end=end, left=np.zeros(400, np.int64), right=np.ones(400, np.int64))
-    away, part = Loudness.of(edges, (1, 1), 0.0, 1.0).beyond(HEM.inner)
+    away, part = Loudness.of(edges, (1, 1), 0.0, 1.0, 1.0).beyond(HEM.inner)
     told = part * away**-2.5 / (2.0 * np.pi)
     heard = _sounds(start, end)
     assert np.all(heard <= told + 1e-10)  # what the taper leaves, and what the integrals are wrong by

@@ -22,18 +22,19 @@ class Sides(NamedTuple):
 
     near, far : (sides,) of what is heard as a line, over all of the frame; −inf: none
     length    : (sides,) of that
-    ends      : (sides, 2);  longest: wavelength of the slowest ring
+    ends      : (sides, 2);  fastest, slowest: rings' wavelengths
     """
 
     near: F64
     far: F64
     length: F64
     ends: F64
-    longest: float
+    fastest: float
+    slowest: float
 
     @classmethod
-    def of(cls, edges: Edges, shape: tuple[int, int], extent: float, longest: float) -> Sides:
-        """Return them from the first photosite's sides, a frame's shape and how far a photosite reaches."""
+    def of(cls, edges: Edges, shape: tuple[int, int], extent: float, fastest: float, slowest: float) -> Sides:
+        """Return them of edges seen from a frame's first photosite; extent: how far a photosite reaches."""
         way = edges.end - edges.start
         whole = np.maximum(np.hypot(*way.T), 1e-9)
         along = way / whole[:, None]
@@ -54,12 +55,13 @@ class Sides(NamedTuple):
             length = np.where(there, np.maximum(length, high - low), length)
             ends = np.minimum(ends, np.hypot(height[:, None], np.stack([first, first + whole], axis=1)))
         between = 0.5 * float(np.hypot(*size)) + extent  # no photosite lies farther from a corner
-        return cls(np.maximum(near - between, 0.0), far + between, length, np.maximum(ends - between, 0.0), longest)
+        near, ends = (np.maximum(own - between, 0.0) for own in (near, ends))
+        return cls(near, far + between, length, ends, fastest, slowest)
 
     def beyond(self, distance: float) -> tuple[F64, F64]:
         """Return where sides are heard from a taper at a distance on, and what part of a line's."""
         away = np.maximum(self.near, distance)
-        lines = np.where(self.far >= distance, np.minimum(1.0, 0.5 * self.length / np.sqrt(away * self.longest)), 0.0)
+        lines = np.where(self.far >= distance, np.minimum(1.0, 0.5 * self.length / np.sqrt(away * self.fastest)), 0.0)
         at = np.maximum(self.ends, distance)
-        ends = OF_END * np.sqrt(self.longest / at) * (away[:, None] / at) ** 2.5 * (self.ends >= 0.8 * distance)
+        ends = OF_END * np.sqrt(self.slowest / at) * (away[:, None] / at) ** 2.5 * (self.ends >= 0.8 * distance)
         return away, lines + ends.sum(axis=1)

@@ -17,7 +17,6 @@ from camsim.arrays import F64
 from camsim.rendering.edges import Edges
 
 OBLIQUE = 0.8  # h/r, up to which a side goes away from a photosite
-SMOOTH = 0.7  # of the slowest ring's frequency, what a taper's band may have at most
 END = 0.5  # times √(λN/r): what an end is heard of a line, twice what it is
 TINY = 1e-9  # pitches
 SHORT = 0.5  # times a length over √(r·λN): what a short side is
@@ -29,18 +28,19 @@ class Loudness:
 
     length  : of each;  nearest: to a photosite, at least;  beside: how far its line passes one, at most
     ends    : (sides, 2) how far its ends are from one, at least
-    longest : wavelength of the slowest ring
+    fastest, slowest : rings' wavelengths: of fast ones a short side is more of a line, of slow ones an end is
     """
 
     length: F64
     nearest: F64
     beside: F64
     ends: F64
-    longest: float
+    fastest: float
+    slowest: float
 
     @classmethod
-    def of(cls, edges: Edges, shape: tuple[int, int], extent: float, longest: float) -> Loudness:
-        """Return them from the first photosite's sides, a frame's shape and how far a photosite reaches."""
+    def of(cls, edges: Edges, shape: tuple[int, int], extent: float, fastest: float, slowest: float) -> Loudness:
+        """Return them of edges seen from a frame's first photosite; extent: how far a photosite reaches."""
         size = np.array([shape[1] - 1.0, shape[0] - 1.0])
         way = edges.end - edges.start
         length = np.hypot(*way.T)
@@ -50,17 +50,17 @@ class Loudness:
         beside = across / np.maximum(length, TINY) + extent
         at = np.stack([edges.start, edges.end], axis=1)
         gap = np.maximum(np.maximum(at - size, -at), 0.0)
-        nearest, _ = distances(edges, shape)
-        ends = np.hypot(gap[..., 0], gap[..., 1])
-        return cls(length, np.maximum(nearest - extent, 0.0), beside, np.maximum(ends - extent, 0.0), longest)
+        to_sides, _ = distances(edges, shape)
+        nearest, ends = (np.maximum(away - extent, 0.0) for away in (to_sides, np.hypot(gap[..., 0], gap[..., 1])))
+        return cls(length, nearest, beside, ends, fastest, slowest)
 
     def beyond(self, distance: float) -> tuple[F64, F64]:
         """Return where sides are heard from a taper at a distance on, and what part of a line's."""
         away = np.maximum(self.nearest, distance)
-        part = np.minimum(1.0, SHORT * self.length / np.sqrt(away * self.longest))
+        part = np.minimum(1.0, SHORT * self.length / np.sqrt(away * self.fastest))
         far = np.maximum(self.ends, distance)
         # Rings fade at least as r^(−5/2): what is farther than ``away`` is told by what is heard there.
-        ends = END * np.sqrt(self.longest / far) * (away[:, None] / far) ** 2.5
+        ends = END * np.sqrt(self.slowest / far) * (away[:, None] / far) ** 2.5
         of_ends = np.where(self.ends >= OBLIQUE * distance, ends, 0.0).sum(axis=1)
         return away, np.where(self.beside <= OBLIQUE * away, np.minimum(part, of_ends), part)
 

@@ -27,7 +27,7 @@ from camsim.quadrature import chebyshev, gauss_legendre, interpolation
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.edges import Edges
 from camsim.rendering.engine import Cost
-from camsim.rendering.fourier.loudness import SMOOTH, distances
+from camsim.rendering.fourier.loudness import distances
 from camsim.rendering.fourier.rim_kernels import PAD, STEP_RAD, Gained, add_rim, panel_of
 from camsim.rendering.fourier.shells import RINGS_PART, WORTH, first_quiet
 from camsim.rendering.fourier.spread import Kernel
@@ -35,6 +35,7 @@ from camsim.rendering.fourier.taper import Hem, hem_from, taper, tapered
 from camsim.rendering.hearing import Hearing
 from camsim.rendering.spectral import Signals, fuse, nodes_that_follow
 
+SMOOTH = 0.7  # of the slowest ring's frequency, what the taper's band may have at most
 LINES = 2.0  # of what a line hears of rings: twice what it is
 OF_TAPER = 0.02  # of what tapers may leave: what the light between rings is known to
 PLACES = 12  # Chebyshev, along 1/r: of powers that fall by eight each
@@ -252,7 +253,7 @@ def rim_hems(
     some_nm = {float(wavelength_nm[k]) for k in (0, wavelength_nm.size // 2, -1)}
     share, longest = system.ring_share(wavelength_nm), float(system.blurs_um(wavelength_nm).max()) / pitch_um
     slowest = longest / lens.slowest_ring
-    heard = hearing(edges, shape, system.extent_um / pitch_um, slowest)
+    heard = hearing(edges, shape, system.extent_um / pitch_um, longest, slowest)
 
     def quiet(beyond: float) -> bool:
         """Whether rings of edges beyond a distance are within their share."""

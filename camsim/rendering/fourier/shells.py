@@ -23,7 +23,7 @@ from camsim.optics import OpticalSystem, RoundLens
 from camsim.optics.protocols import Round
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.edges import Edges
-from camsim.rendering.fourier.loudness import SMOOTH, distances
+from camsim.rendering.fourier.loudness import distances
 from camsim.rendering.fourier.spread import Kernel
 from camsim.rendering.fourier.swings import Swing, swings
 from camsim.rendering.fourier.taper import Hem, taper, taper_margin, tapered
@@ -125,7 +125,7 @@ def shells(
     far = min(kernel.reach, distances(edges, shape)[1])
     rings = swings(system, kernel.longest)
     slowest = 1.0 / min((ring.f for ring in rings), default=1.0 / kernel.longest)
-    heard = hearing(edges, shape, system.extent_um / pitch_um, slowest)
+    heard = hearing(edges, shape, system.extent_um / pitch_um, kernel.longest, slowest)
     least = max(LEAST, kernel.longest * lens.pattern().quiet(RINGS_PART * allowed / len(edges)))
     first = _quiet_distance(kernel, heard, RINGS_PART * allowed, least, far)
     if quiet is not None and (first is None or first > WORTH * least):
@@ -134,7 +134,7 @@ def shells(
         return ()
     count = max(1, math.ceil(math.log(far / first, FARTHER)))
     each = (1.0 - RINGS_PART) * allowed / (2 * count + 1)
-    hems = list(_hems(kernel, rings, slowest, first, far, each, float(min(*shape, FRAME))))
+    hems = list(_hems(kernel, rings, len(edges), first, far, each, float(min(*shape, FRAME))))
     if not hems or far < WORTH * hems[0].outer:
         return ()
     tapers = round(allowed / each)
@@ -166,7 +166,7 @@ def first_quiet(quiet: Callable[[float], bool], least: float, far: float) -> flo
 def _hems(
     kernel: Kernel,
     rings: Sequence[Swing],
-    slowest: float,
+    sides: int,
     first: float,
     far: float,
     allowed: float,
@@ -174,7 +174,7 @@ def _hems(
 ) -> Iterator[Hem]:
     """Yield the tapers between shells; each may leave ``allowed`` of an image outside its band, on either side.
 
-    rings : that the first taper ends: it is wide enough for slow ones, and no end of the slowest (a wavelength)
+    rings : that the first taper ends: it is wide enough for slow ones, as all sides hear them that go through it
 
     The first one's shell has the finest lattice by far: there (cutoff + margin/width)·(frame + 2·(inner + width)) is
     smallest, or nearly, but for shells that are narrower still where the scene soon ends.
@@ -184,8 +184,7 @@ def _hems(
         margin, sharpness = taper_margin(min(max(allowed / max(kernel.light(inner), 1e-300), 1e-14), 1.0))
         outer = inner + max(wide * inner, NARROWEST * margin * kernel.longest)
         if inner == first:
-            smooth = max((ring.width(inner, sharpness, allowed) for ring in rings), default=0.0)
-            smooth = max(smooth, margin * slowest / SMOOTH)
+            smooth = max((ring.width(inner, sharpness, allowed / sides) for ring in rings), default=0.0)
             outer = max(outer, inner + max(smooth, math.sqrt(margin * frame / (2.0 * kernel.cutoff))))
         if outer >= far:
             return  # the shell before it goes no farther without it
