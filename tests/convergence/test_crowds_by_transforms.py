@@ -94,9 +94,9 @@ def test_what_a_crowd_hears_of_its_rings_cuts_the_pattern_nearer(monkeypatch):
     shape, ends = (40, 56), []
     kept = shells._hems
 
-    def told(kernel, rings, first, *rest):
+    def told(kernel, rings, sides, first, *rest):
         ends.append(first)
-        return kept(kernel, rings, first, *rest)
+        return kept(kernel, rings, sides, first, *rest)
 
     monkeypatch.setattr(shells, "_hems", told)
     rendered(crowd("discs", *shape), "fourier", 1e-4, shape, RESPONSE, STAGES)
