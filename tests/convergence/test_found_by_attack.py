@@ -600,7 +600,7 @@ def test_what_no_check_fits_is_refused_before_it_is_rendered():
     """An image took seconds, then its check was refused, in the name of a method that nobody asked for (2003:30)."""
     system = draw(2003, 30)
     with pytest.raises(InvalidValueError, match=r"tolerance: the check of this frame and scene would take \d+\.\d GB"):
-        systems.choice(system, tolerance=1e-3 * system["tolerance"], method="auto")
+        systems.choice(system, tolerance=1e-4 * system["tolerance"], method="auto")
     assert systems.choice(system, tolerance=system["tolerance"], method="auto").cost.memory_bytes < 0.5e9
 
 
