@@ -3,8 +3,10 @@
 import math
 
 import numpy as np
+import pytest
 from scipy import integrate, interpolate
 
+from camsim.rendering.check.sides import Sides
 from camsim.rendering.edges import Edges
 from camsim.rendering.fourier.loudness import Loudness
 from camsim.rendering.fourier.taper import Hem, taper, tapered
@@ -32,11 +34,27 @@ def _sounds(start, end):
     return np.abs(found)
 
 
-def test_no_side_is_heard_more_than_is_told_and_few_are_told_much_more(rng):
-    angle, size = rng.uniform(0.0, 2.0 * np.pi, (2, 400)), 10.0 ** rng.uniform(0.5, 3.1, (2, 400))
+@pytest.mark.parametrize("hearing", [Loudness, Sides])
+@pytest.mark.parametrize("slowest", [1.0, 7.0])
+def test_a_frame_hears_what_any_of_its_photosites_does(rng, hearing, slowest):
+    edges, shape = _sides(rng, 300), (12, 50)
+    away, part = hearing.of(edges, shape, 0.7, 1.0, slowest).beyond(HEM.inner)
+    for place in ((0.0, 0.0), (49.0, 0.0), (0.0, 11.0), (49.0, 11.0), (20.0, 5.0)):
+        own_away, own_part = hearing.of(edges.seen_from(place), (1, 1), 0.7, 1.0, slowest).beyond(HEM.inner)
+        assert np.all(part * away**-2.5 >= (1.0 - 1e-9) * own_part * own_away**-2.5)
+
+
+def _sides(rng, count):
+    angle, size = rng.uniform(0.0, 2.0 * np.pi, (2, count)), 10.0 ** rng.uniform(0.5, 3.1, (2, count))
     start, end = np.moveaxis(size * np.stack([np.cos(angle), np.sin(angle)]), 0, -1)
-    edges = Edges(start=start, end=end, left=np.zeros(400, np.int64), right=np.ones(400, np.int64))
-    away, part = Loudness.of(edges, (1, 1), 0.0, 1.0, 1.0).beyond(HEM.inner)
+    return Edges(start=start, end=end, left=np.zeros(count, np.int64), right=np.ones(count, np.int64))
+
+
+@pytest.mark.parametrize("hearing", [Loudness, Sides])
+def test_no_side_is_heard_more_than_is_told_and_few_are_told_much_more(rng, hearing):
+    edges = _sides(rng, 400)
+    start, end = edges.start, edges.end
+    away, part = hearing.of(edges, (1, 1), 0.0, 1.0, 1.0).beyond(HEM.inner)
     told = part * away**-2.5 / (2.0 * np.pi)
     heard = _sounds(start, end)
     assert np.all(heard <= told + 1e-10)  # what the taper leaves, and what the integrals are wrong by

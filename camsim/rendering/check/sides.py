@@ -22,13 +22,14 @@ class Sides(NamedTuple):
 
     near, far : (sides,) of what is heard as a line, over all of the frame; −inf: none
     length    : (sides,) of that
-    ends      : (sides, 2);  fastest, slowest: rings' wavelengths
+    ends, to  : (sides, 2) how far its ends are, at least and at most;  fastest, slowest: rings' wavelengths
     """
 
     near: F64
     far: F64
     length: F64
     ends: F64
+    to: F64
     fastest: float
     slowest: float
 
@@ -40,7 +41,7 @@ class Sides(NamedTuple):
         along = way / whole[:, None]
         size = np.array([shape[1] - 1.0, shape[0] - 1.0])
         near, far, length = np.full(len(edges), np.inf), np.full(len(edges), -np.inf), np.zeros(len(edges))
-        ends = np.full((len(edges), 2), np.inf)
+        ends, to = np.full((len(edges), 2), np.inf), np.zeros((len(edges), 2))
         for corner in (np.zeros(2), size * (1.0, 0.0), size * (0.0, 1.0), size):
             start = edges.start - corner
             first = np.einsum("nx,nx->n", start, along)
@@ -53,15 +54,16 @@ class Sides(NamedTuple):
             near = np.minimum(near, nearest)
             far = np.where(there, np.maximum(far, farthest + extent), far)
             length = np.where(there, np.maximum(length, high - low), length)
-            ends = np.minimum(ends, np.hypot(height[:, None], np.stack([first, first + whole], axis=1)))
+            own = np.hypot(height[:, None], np.stack([first, first + whole], axis=1))
+            ends, to = np.minimum(ends, own), np.maximum(to, own + extent)
         between = 0.5 * float(np.hypot(*size)) + extent  # no photosite lies farther from a corner
         near, ends = (np.maximum(own - between, 0.0) for own in (near, ends))
-        return cls(near, far + between, length, ends, fastest, slowest)
+        return cls(near, far + between, length, ends, to, fastest, slowest)
 
     def beyond(self, distance: float) -> tuple[F64, F64]:
         """Return where sides are heard from a taper at a distance on, and what part of a line's."""
         away = np.maximum(self.near, distance)
         lines = np.where(self.far >= distance, np.minimum(1.0, 0.5 * self.length / np.sqrt(away * self.fastest)), 0.0)
         at = np.maximum(self.ends, distance)
-        ends = OF_END * np.sqrt(self.slowest / at) * (away[:, None] / at) ** 2.5 * (self.ends >= 0.8 * distance)
+        ends = OF_END * np.sqrt(self.slowest / at) * (away[:, None] / at) ** 2.5 * (self.to >= 0.8 * distance)
         return away, lines + ends.sum(axis=1)

@@ -27,7 +27,7 @@ class Loudness:
     """Sides of a scene seen from a frame, pitches.
 
     length  : of each;  nearest: to a photosite, at least;  beside: how far its line passes one, at most
-    ends    : (sides, 2) how far its ends are from one, at least
+    ends    : (sides, 2) how far its ends are from one, at least;  at_most: the same
     fastest, slowest : rings' wavelengths: of fast ones a short side is more of a line, of slow ones an end is
     """
 
@@ -35,6 +35,7 @@ class Loudness:
     nearest: F64
     beside: F64
     ends: F64
+    at_most: F64
     fastest: float
     slowest: float
 
@@ -50,9 +51,10 @@ class Loudness:
         beside = across / np.maximum(length, TINY) + extent
         at = np.stack([edges.start, edges.end], axis=1)
         gap = np.maximum(np.maximum(at - size, -at), 0.0)
+        at_most = np.hypot(*np.moveaxis(np.maximum(np.abs(at), np.abs(at - size)), 2, 0)) + extent
         to_sides, _ = distances(edges, shape)
         nearest, ends = (np.maximum(away - extent, 0.0) for away in (to_sides, np.hypot(gap[..., 0], gap[..., 1])))
-        return cls(length, nearest, beside, ends, fastest, slowest)
+        return cls(length, nearest, beside, ends, at_most, fastest, slowest)
 
     def beyond(self, distance: float) -> tuple[F64, F64]:
         """Return where sides are heard from a taper at a distance on, and what part of a line's."""
@@ -61,7 +63,7 @@ class Loudness:
         far = np.maximum(self.ends, distance)
         # Rings fade at least as r^(−5/2): what is farther than ``away`` is told by what is heard there.
         ends = END * np.sqrt(self.slowest / far) * (away[:, None] / far) ** 2.5
-        of_ends = np.where(self.ends >= OBLIQUE * distance, ends, 0.0).sum(axis=1)
+        of_ends = np.where(self.at_most >= OBLIQUE * distance, ends, 0.0).sum(axis=1)
         return away, np.where(self.beside <= OBLIQUE * away, np.minimum(part, of_ends), part)
 
 
