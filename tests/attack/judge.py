@@ -232,11 +232,11 @@ def _by_parts(system, truth, image, planes, base, channel, rng, thorough):
         spent += own.cost()
         if spent > allowed and found["photosites_judged"]:
             break
-        try:
-            differs.setdefault(c, None)
-            differs[c] = differs[c] or own.differing(truth.x, truth.y)
-        except TooLarge:
-            return found | {"error": 0.0, "judge": "nobody"}
+        if c not in differs:
+            try:
+                differs[c] = own.differing(truth.x, truth.y)
+            except TooLarge:
+                return found | {"error": 0.0, "judge": "nobody"}
         values, errors = own.values([[truth.x[col], truth.y[row]]])
         right = base[c] + values[0] + differs[c][0][row, col]
         off = abs(image[row, col] - right)

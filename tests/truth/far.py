@@ -76,12 +76,7 @@ class FarTruth:
         for row, transfer in enumerate(self._transfers(rows, outer, period, count, spare)):
             own = [part for parts, kind in zip(box, kind_of.ravel(), strict=True) if kind == row for part in parts]
             total += waves._scene(own, kx, ky, 24) * transfer
-        total *= photosites.transfer(self.photosite, kx, ky) * photosites.olpf_transfer(self.olpf, kx, ky)
-        total[1:] *= 2.0
-        total[count // 2] = 0.0
-        total[:, count // 2] = 0.0
-        across, down = np.exp(2j * np.pi * np.outer(kx, x)), np.exp(2j * np.pi * np.outer(y, ky))
-        return (down @ (total @ across)).real / period**2
+        return waves.seen_at(x, y, total, kx, ky, self.photosite, self.olpf)
 
     def _transfers(self, rows, outer, period, count, spare):
         """Yield Σ over the wavelengths, (ky, kx), for every row of jumps."""

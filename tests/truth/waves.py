@@ -92,13 +92,7 @@ class WaveTruth:
                 if kind == row:
                     seen += _points(*ways[way], kx, ky)
             total += seen * transfers[row]
-        total *= photosites.transfer(self.photosite, kx, ky) * photosites.olpf_transfer(self.olpf, kx, ky)
-        total[1:] *= 2.0
-        total[count // 2] = 0.0
-        total[:, count // 2] = 0.0
-        across = np.exp(2j * np.pi * np.outer(kx, x))
-        down = np.exp(2j * np.pi * np.outer(y, ky))
-        return (down @ (total @ across)).real / period**2
+        return seen_at(x, y, total, kx, ky, self.photosite, self.olpf)
 
     def _transfers(self, kx, ky, period, count, inner, outer, taper, spare):
         """Σ over the wavelengths, for every row of jumps: (ky, kx)."""
@@ -124,6 +118,18 @@ class WaveTruth:
             np.add.at(folded, (place[:, None], place[None]), own)
             found.append(fft.rfft2(folded.T).T)
         return found
+
+
+def seen_at(x, y, total, kx, ky, photosite, olpf):
+    """Light (y, x) of photosites, from (ky, kx) the upper half of a real image's transform; ``total`` is lost."""
+    total *= photosites.transfer(photosite, kx, ky) * photosites.olpf_transfer(olpf, kx, ky)
+    half = kx.size // 2
+    total[1:] *= 2.0
+    total[half] = 0.0
+    total[:, half] = 0.0
+    across = np.exp(2j * np.pi * np.outer(kx, x))
+    down = np.exp(2j * np.pi * np.outer(y, ky))
+    return (down @ (total @ across)).real * ky[1] ** 2
 
 
 class Round:

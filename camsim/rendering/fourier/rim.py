@@ -272,7 +272,7 @@ def rim_hems(
     # Outside of the taper's band there is as little of what is far as of what is near.
     hem = hem_from(inner, 0.5 * (1.0 - RINGS_PART) * allowed / light, max(shape), kernel.cutoff)
     # And it is no end of rings, the slowest either.
-    hem = hem._replace(outer=max(hem.outer, inner + (hem.sharpness + 1.0) / (math.pi * SMOOTH) * slowest))
+    hem = hem._replace(outer=inner + (hem.outer - inner) * max(1.0, hem.band * slowest / SMOOTH))
     hems = [hem._replace(outer=inner + times * (hem.outer - inner)) for times in WIDER]
     directions, leave = max(directions for _, directions in known), min(OF_TAPER * allowed / light, 0.1)
     return [(own, directions, leave) for own in hems if far >= WORTH * own.outer]
