@@ -18,6 +18,7 @@ from camsim.arrays import C128, F64
 from camsim.gridded import PER_WAVE, is_large
 from camsim.kept import cached_property
 from camsim.kernels import ahead, shared
+from camsim.kernels.folded import add_folded
 from camsim.kernels.round import add_round
 from camsim.nonuniform import at_points
 from camsim.quintics import quintic_cells
@@ -26,7 +27,6 @@ from camsim.rendering.aberrated.window_kernels import frequencies_within
 from camsim.rendering.engine import MEMORY_LIMIT_BYTES
 from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fourier import prices
-from camsim.rendering.fourier.sampled_lens import add_folded
 from camsim.rendering.fourier.taper import taper, tapered
 from camsim.rendering.psf import OF_LIGHT
 
@@ -127,10 +127,10 @@ class PlaneTransfers:
         kept = min(count, size // 2 + 1)
         j, i = np.arange(kept)[:, None], np.arange(kept)
         inside = i * i + j * j < (settings.cut * settings.period) ** 2
-        out = np.zeros((len(self.weights), 2, count, 2, count))
+        out, whole = np.zeros((len(self.weights), 2, count, 2, count)), np.ones(self._side)
         for into, pattern in zip(out, self.patterns, strict=True):
             folded = np.zeros((size, size))
-            add_folded(folded, pattern, (-self._half, -self._half), 1.0)
+            add_folded(folded, pattern, whole, whole, 1.0, -self._half, -self._half, 1)
             transfer = scipy.fft.rfft2(folded, workers=-1, overwrite_x=True)
             for side, rows in enumerate((transfer[:kept, :kept], transfer[-np.arange(kept), :kept])):
                 into[side, :kept, 0, :kept] = np.where(inside, rows.real, 0.0)

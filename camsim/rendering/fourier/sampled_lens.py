@@ -7,14 +7,14 @@ transformed, and there are as many transfers as there are sums.
 from __future__ import annotations
 
 import functools
-import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 import scipy
 
 from camsim.arrays import C128, F64
 from camsim.kernels import shared
+from camsim.kernels.folded import add_folded
 from camsim.kernels.threads import MANY
 from camsim.optics import OpticalSystem
 from camsim.rendering.fourier.blocks import Block
@@ -85,7 +85,7 @@ def tapered_transfers(
     column, row = (own.first for own in lattices)
     for first in range(0, axes[1].size, plan.pattern_rows):
         some = slice(first, min(first + plan.pattern_rows, axes[1].size))
-        hem = hems[1][some, None] * pitch_um**2
+        hem = hems[1][some] * pitch_um**2
         axes_um = axes[0] * pitch_um, axes[1][some] * pitch_um
         for nm, shares in zip(wavelength_nm.tolist(), weights.T.tolist(), strict=True):
             for own, pattern in point_spread_rows(system, *axes_um, nm, precision=precision):
@@ -112,34 +112,11 @@ def _add_rows(
 ) -> None:
     """Add some rows of a pattern, tapered, to all sums that have a share of it.
 
-    hems : down (rows, 1) and across;  place: numbers of the first row and column, and how many from row to row
+    hems : down and across;  place: numbers of the first row and column, and how many from row to row
     """
-    first, column, step = place
-    for low in range(begin, stop, ROWS):
+    (down, across), (first, column, step) = hems, place
+    for low in range(begin, max(stop, begin + 1), ROWS):  # once for no rows: what is not compiled yet is then
         some = slice(low, min(low + ROWS, stop))
-        weighed = pattern[some] * hems[1]
-        weighed *= hems[0][some]
         for total, share in zip(folded, shares, strict=True):
             if share:
-                add_folded(total, weighed, (first + step * low, column), share, step)
-
-
-def add_folded(total: F64, values: F64, first: tuple[int, int], share: float, step: int = 1) -> None:
-    """Add a share of samples to those of a period, modulo its sides.
-
-    first : row and column of the first one;  step: from one row to the next
-    """
-    for down, rows in _pieces(first[0], values.shape[0], total.shape[0], step):
-        for across, columns in _pieces(first[1], values.shape[1], total.shape[1], 1):
-            own = values[rows, columns]
-            total[down, across] += own if share == 1.0 else share * own
-
-
-def _pieces(first: int, count: int, size: int, step: int) -> Iterator[tuple[slice, slice]]:
-    """Yield places of a period that samples in a row fall on, and which of them do."""
-    done = 0
-    while done < count:
-        place = (first + step * done) % size
-        stop = min(count, done + math.ceil((size - place) / step))
-        yield slice(place, place + step * (stop - done - 1) + 1, step), slice(done, stop)
-        done = stop
+                add_folded(total, pattern[some], down[some], across, share, first + step * low, column, step)
