@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from camsim.errors import InvalidValueError, UnknownNameError, UnsupportedError
+from camsim.errors import UnknownNameError, UnsupportedError
 from camsim.kept import cached_property
 from camsim.kernels.threads import meanwhile
 from camsim.rendering.boundary.engine import Boundary, BoundaryPlan
 from camsim.rendering.check.checks import Checks
 from camsim.rendering.check.judge import Judge
-from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost, Engine, Plan
+from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost, Engine, Plan, too_much
 from camsim.rendering.flat import FlatPlan
-from camsim.rendering.hearing import Hearing
+from camsim.rendering.hearing import Listening
 from camsim.rendering.job import Job
 from camsim.rendering.paper import rules
 from camsim.rendering.paper.engine import Paper
@@ -66,9 +65,9 @@ class ByTransforms:
         """Return what a plan is sure to take, without one."""
         return self._engine.least_seconds(job)
 
-    def windows(self, job: Job, heard: Callable[[Job], float] | None, hearing: Hearing) -> Windows:
+    def windows(self, job: Job, listening: Listening) -> Windows:
         """Return what renders windows of a job."""
-        return self._engine.windows(job, heard, hearing)
+        return self._engine.windows(job, listening)
 
 
 BY_EDGES, FOURIER = ByEdges(), ByTransforms()
@@ -134,12 +133,7 @@ def fits(plan: Plan) -> bool:
 def refuse_much(name: str, plan: Plan) -> None:
     """Refuse what takes too much memory."""
     if not fits(plan):
-        raise InvalidValueError(
-            f"{name} would take {plan.cost.memory_bytes / 1e9:.1f} GB for this frame and scene, and its limit is "
-            f"{MEMORY_LIMIT_BYTES / 1e9:.1f} GB; render a smaller region, fewer colours, allow a larger tolerance, "
-            "or take another method",
-            key="method",
-        )
+        raise too_much(name, plan.cost.memory_bytes)
 
 
 def _auto(job: Job, judge: Judge, samples: int | None) -> tuple[str, str, Plan]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from camsim.arrays import F64, I64, U8
+from camsim.errors import InvalidValueError
 from camsim.rendering.job import Job
 from camsim.rendering.work import Work
 from camsim.repeated import Channels
@@ -16,6 +17,7 @@ MEMORY_LIMIT_BYTES = 2e9  # of one engine's tables and transforms
 OF_LIMIT = 1.5  # of it: transforms beyond are refused before; a check has more nodes on a pupil than its image
 SET_UP_SECONDS = 5e-3
 FEWEST_CHECKED = 8  # photosites, whatever they take
+CHECK = "the check"
 
 Progress = Callable[[float], None]
 
@@ -29,6 +31,21 @@ class Cost:
 
     seconds: float
     memory_bytes: float
+
+
+def too_much(what: str, memory_bytes: float, limit_bytes: float = MEMORY_LIMIT_BYTES) -> InvalidValueError:
+    """Return the refusal of what would take too much memory.
+
+    what : a method, or ``CHECK``, which all methods share
+    """
+    ways, key = "allow a larger tolerance, or take another method", "method"
+    if what == CHECK:
+        ways, key = "or allow a larger tolerance", "tolerance"
+    message = (
+        f"{what} would take {memory_bytes / 1e9:.1f} GB for this frame and scene, and its limit is "
+        f"{limit_bytes / 1e9:.1f} GB; render a smaller region, fewer colours, {ways}"
+    )
+    return InvalidValueError(message, key=key)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
 from camsim.arrays import F64, I64, U8
 from camsim.rendering.check.fitting import Windows
 from camsim.rendering.engine import Plan
-from camsim.rendering.hearing import Hearing
+from camsim.rendering.hearing import Listening
 from camsim.rendering.job import Job
 
 
@@ -56,4 +55,4 @@ class Transforms(Protocol):
     @property
     def finest(self) -> float: ...  # noqa: D102 (above)
 
-    def windows(self, job: Job, heard: Callable[[Job], float] | None, hearing: Hearing) -> Windows: ...  # noqa: D102
+    def windows(self, job: Job, listening: Listening) -> Windows: ...  # noqa: D102

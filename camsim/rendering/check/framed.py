@@ -8,11 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from camsim.arrays import F64, I64, U8
-from camsim.errors import InvalidValueError
 from camsim.rendering.check.beside import Beside
 from camsim.rendering.check.fitting import Windows
 from camsim.rendering.check.frame import Frame
-from camsim.rendering.engine import MEMORY_LIMIT_BYTES, OF_LIMIT, Cost
+from camsim.rendering.engine import CHECK, MEMORY_LIMIT_BYTES, OF_LIMIT, Cost, too_much
 from camsim.rendering.grid import Grid
 
 OF_OTHERS = 0.5  # of a window's time that others of its size take, measured
@@ -41,12 +40,7 @@ class Framed:
         """Refuse photosites whose windows would be refused once the image is there."""
         most = max((self._expected(frame).memory_bytes for frame, _ in self._frames(rows, cols)), default=0.0)
         if most > OF_LIMIT * MEMORY_LIMIT_BYTES:
-            raise InvalidValueError(
-                f"the check of this frame and scene would take {most / 1e9:.1f} GB, and its limit is "
-                f"{OF_LIMIT * MEMORY_LIMIT_BYTES / 1e9:.1f} GB; render a smaller region, fewer colours, or allow a "
-                "larger tolerance",
-                key="tolerance",
-            )
+            raise too_much(CHECK, most, OF_LIMIT * MEMORY_LIMIT_BYTES)
 
     def taken(self, rows: I64, cols: I64) -> float:
         """Return what the window about photosites is expected to take; inf: more memory than there is."""

@@ -1,5 +1,4 @@
-"""Photosites behind a round lens, computed again: E(r) integrated along the outlines, averaged over the footprint by a
-Gauss rule."""
+"""Photosites behind a round lens again: E(r) integrated along outlines, averaged over the footprint by a Gauss rule."""
 
 from __future__ import annotations
 
@@ -18,11 +17,11 @@ from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.check.along import SHORT, Rules
 from camsim.rendering.check.listener import Listener
 from camsim.rendering.check.parts import parts_seen
-from camsim.rendering.check.pattern import WINDOW, Table, loudness, muffled, table_of
+from camsim.rendering.check.pattern import WINDOW, Table, loudness, muffled, table_of, table_seconds
 from camsim.rendering.check.points import Asked, Tables, light_at_points, rules_of
 from camsim.rendering.check.records import Parts
 from camsim.rendering.check.scenery import Pieces
-from camsim.rendering.check.wavelengths import condensed
+from camsim.rendering.check.wavelengths import condensed, condensed_to
 from camsim.rendering.check.whereabouts import Whereabouts, together
 from camsim.rendering.check.zones import FAR_PART, Rule, Zones, zones_of
 
@@ -137,6 +136,14 @@ class Integrals:
         return float(self._radii(np.concatenate([self.where.listeners, ends])).max())
 
     @cached_property
+    def table_seconds(self) -> float:
+        """What the table is expected to take, however many photosites there are."""
+        blurs, (pairs, channels, count) = self.radius / float(self._blur.min()), self.weights.shape
+        allowed = self.budget.allowed("own wavelengths")
+        count = condensed_to(count, phase=self._phase(self.radius), allowed=allowed)
+        return table_seconds(self.lens, blurs, self.budget.tolerance, count, pairs * channels)
+
+    @cached_property
     def seconds_each(self) -> float:
         """What one photosite is expected to take."""
         begin = self.zones.ends(np.array([self.radius]))[1:-1, 0]
@@ -190,11 +197,8 @@ class Integrals:
         asked = Asked(points, sets, radius, nodes, np.repeat(np.arange(some.size), counts), ends[some], ends[some + 1])
         worth = math.ceil(BLOCK_SECONDS * len(nodes) / self.seconds_each)
         light = light_at_points(asked, self.pieces.outlines, self._parts, tables, self._rules, worth)
-        values, first = np.zeros(len(points)), 0
-        for (_, weights), count in zip(rules, counts, strict=True):
-            values += light[:, first : first + count] @ weights
-            first += count
-        return values
+        parts = np.split(light, np.cumsum(counts)[:-1], axis=1)
+        return sum((part @ weights for part, (_, weights) in zip(parts, rules, strict=True)), np.zeros(len(points)))
 
     @cached_property
     def _rules(self) -> Rules:
@@ -239,10 +243,13 @@ class Integrals:
 
     def _condensed(self, radius: float) -> tuple[F64, F64]:
         """Return blurs (n,) and weights (k, n) of as many wavelengths as it takes out to a distance."""
-        phase = math.tau * radius * float(1.0 / self._blur.min() - 1.0 / self._blur.max())
         allowed = self.budget.allowed("own wavelengths")
-        nm, weights = condensed(self.wavelength_nm, self.weights, phase=phase, allowed=allowed)
+        nm, weights = condensed(self.wavelength_nm, self.weights, phase=self._phase(radius), allowed=allowed)
         return self._blur_at(nm), weights.reshape(-1, nm.size)
+
+    def _phase(self, radius: float) -> float:
+        """What a wave turns by over the spectrum at a distance, radians."""
+        return math.tau * radius * float(1.0 / self._blur.min() - 1.0 / self._blur.max())
 
     def _radii(self, points: F64) -> F64:
         """Return how far E is taken from its table for points (n, 2): farther where rings meet in one."""

@@ -26,13 +26,14 @@ from camsim.rendering.check.scenery import Pieces, pieces_of
 from camsim.rendering.check.sides import Sides
 from camsim.rendering.check.wavelengths import densities, widest
 from camsim.rendering.engine import FEWEST_CHECKED, Plan
+from camsim.rendering.hearing import Listening
 from camsim.rendering.job import Job
 from camsim.scene.arcs import Fineness
 
 WINDOW = 3  # photosites along a side, for lenses that are not round
 OF_WINDOW = [2, 4, 7]  # of these, where each is integrated too: the middle one, and one of every other row
 JUST_BEYOND = 1.03  # times the distance where a difference is cut off
-DEAR_SECONDS = 0.05  # for one photosite: then windows are asked what they take
+DEAR_SECONDS = 0.05  # for one photosite and the table: then windows are asked what they take
 ASKING_SECONDS = 5e-5  # of that for every piece of outline: 0.4 ms, and eight photosites are looked at or more
 OF_RINGS = 0.5  # of what a window may be wrong by: what integrals may be that end where its rings are dropped
 FAR_SHARE, FAR_SECONDS = 0.5, 0.3  # of the image's time, or so much, for one photosite far away
@@ -86,11 +87,11 @@ class Judge:
         job = self.job
         if job.finest is None or job.tolerance < job.finest:
             return False
-        each = self.integrals.seconds_each
-        if each <= max(DEAR_SECONDS, ASKING_SECONDS * len(self.seen[0].left)):
+        each, table = self.integrals.seconds_each, self.integrals.table_seconds
+        if each + table <= max(DEAR_SECONDS, ASKING_SECONDS * len(self.seen[0].left)):
             return True
         middle = np.array([job.grid.rows // 2]), np.array([job.grid.cols // 2])
-        return self._all * each <= self._whole.taken(*middle)
+        return table + self._all * each <= self._whole.taken(*middle)
 
     @cached_property
     def integrals(self) -> Integrals:
@@ -159,7 +160,7 @@ class Judge:
         if not len(self.seen[0].left):
             return 0.0
         if self.integrates and self._difference is None:
-            return self.count(plan) * self.integrals.seconds_each
+            return self.integrals.table_seconds + self.count(plan) * self.integrals.seconds_each
         return self.taken(*self.hardest(plan))
 
     @property
@@ -167,12 +168,15 @@ class Judge:
         """What it is sure to take, whatever the plan."""
         if not len(self.seen[0].left) or not self.integrates or self._difference is not None:
             return 0.0
-        return min(FEWEST_CHECKED, self.job.grid.rows * self.job.grid.cols) * self.integrals.seconds_each
+        fewest = min(FEWEST_CHECKED, self.job.grid.rows * self.job.grid.cols)
+        return self.integrals.table_seconds + fewest * self.integrals.seconds_each
 
     def taken(self, rows: I64, cols: I64) -> float:
         """Return what photosites are expected to take."""
-        each = rows.size * self.integrals.seconds_each if self.integrates else 0.0
-        return each + (0.0 if self.integrates and self._difference is None else self._framed.seconds(rows, cols))
+        own = 0.0
+        if self.integrates:
+            own = self.integrals.table_seconds + rows.size * self.integrals.seconds_each
+        return own + (0.0 if self.integrates and self._difference is None else self._framed.seconds(rows, cols))
 
     def compare(self, plan: Plan, values: F64, right: F64, rows: I64, cols: I64) -> Found:
         """Compare an image's values at photosites with what they should be."""
@@ -265,10 +269,10 @@ class Judge:
         job = job.behind(summed_otherwise(job.system.lens))
         highest = job.system.highest_per_um(wavelength_nm) * job.grid.pitch_um
         edges = polygons(pieces, 1.0 / highest, self._of_windows.tolerance)
-        heard = self._heard if isinstance(job.system.lens, RoundLens) and not job.system.more else None
+        until = self._heard if isinstance(job.system.lens, RoundLens) and not job.system.more else None
         make = functools.partial(job.of_edges, edges, wavelength_nm=wavelength_nm, density=density, base=base)
         return Fitting(
-            lambda tolerance: self.transforms.windows(make(tolerance=tolerance), heard, Sides.of),
+            lambda tolerance: self.transforms.windows(make(tolerance=tolerance), Listening(until, Sides.of)),
             wanted=max(allowed, self.transforms.finest),
             coarsest=job.tolerance,
         )

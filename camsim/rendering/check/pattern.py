@@ -16,6 +16,7 @@ import numpy as np
 from camsim.arrays import F64
 from camsim.kernels import kernel, shared
 from camsim.optics.protocols import RoundLens
+from camsim.optics.radial import RadialOtf
 from camsim.products import product
 from camsim.quadrature import chebyshev, interpolation
 from camsim.quintics import quintic_cells
@@ -28,6 +29,8 @@ PANEL_BLURS, PANEL_POINTS, EVEN_POINTS = 4, 40, 64  # E/ρ² from so many points
 SLOPE_DEGREE, SLOPE_POINTS, SLOPE_FITS = 12, 64, 3e-14
 REFERENCE_NM = 550.0
 DIRECTIONS, PER_WAVE, WAVES = 8, 16, 3  # along which, and how finely, rings are averaged over the footprint
+PER_CELL, PER_WAVELENGTH, PER_WEIGHT = 3e-8, 8e-9, 1e-9  # seconds of one core, measured
+PER_ENERGY, PER_INTEGRAL = 2e-7, 1e-5  # of E at one place, and where it is an integral over a curve
 CONTRACTED = 20_000  # weights that one thread takes before another one has begun
 WINDOW = 32.0  # blurs to either side, in which a footprint of which only the envelope is known hears them
 
@@ -55,6 +58,16 @@ def table_of(lens: RoundLens, blur: F64, weights: F64, radius: float, allowed: f
     profile = _profile(lens, 1 << (cells + 4).bit_length(), per_blur)
     values = _contracted(profile, per_blur, blur, weights, step, cells)
     return Table(quintic_cells(values), step, _smooth(lens, blur, weights))
+
+
+def table_seconds(lens: RoundLens, blurs: float, allowed: float, wavelengths: int, sets: int) -> float:
+    """Return what a table is expected to take, of one core, out to so many of the shortest blurs."""
+    per_energy = PER_INTEGRAL if isinstance(lens, RadialOtf) else PER_ENERGY
+    per_blur = _per_blur(allowed)
+    cells = blurs * per_blur
+    of_cell = PER_CELL * sets + wavelengths * (PER_WAVELENGTH + PER_WEIGHT * sets)
+    profile = 1 << math.ceil(cells + 2 * per_blur + 4).bit_length()
+    return cells * of_cell + profile * (PER_CELL + per_energy * PANEL_POINTS / (PANEL_BLURS * per_blur))
 
 
 def _per_blur(allowed: float) -> int:

@@ -35,13 +35,18 @@ def densities(
 DIGITS = 12  # by which pairs of colours are the same but for a factor
 
 
+def condensed_to(count: int, *, phase: float, allowed: float) -> int:
+    """Return to how many nodes so many wavelengths are moved; see ``condensed``."""
+    return min(count, max(FEWEST, math.ceil(0.5 * phase + MORE - 3.0 * math.log10(allowed))))
+
+
 def condensed(wavelength_nm: F64, density: F64, *, phase: float, allowed: float) -> tuple[F64, F64]:
     """Move signals to Chebyshev nodes, so that they weigh every polynomial of that degree as before.
 
     phase : what a wave that matters turns by over the spectrum, radians;  allowed: what that may lose of it
     """
-    count = max(FEWEST, math.ceil(0.5 * phase + MORE - 3.0 * math.log10(allowed)))
-    if wavelength_nm.size <= count:
+    count = condensed_to(wavelength_nm.size, phase=phase, allowed=allowed)
+    if wavelength_nm.size == count:
         return wavelength_nm, density
     low, high = float(wavelength_nm.min()), float(wavelength_nm.max())
     angle = math.pi * (np.arange(count) + 0.5) / count

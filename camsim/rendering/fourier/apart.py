@@ -12,8 +12,10 @@ from camsim.rendering.engine import Cost
 from camsim.rendering.fourier.islands import islands
 from camsim.rendering.fourier.rim import RimLight, rim_hems
 from camsim.rendering.fourier.shells import Shell, shells
+from camsim.rendering.fourier.sight import Sight
 from camsim.rendering.fourier.spikes import Spikes, spike_hem
 from camsim.rendering.fourier.spread import Kernel
+from camsim.rendering.fourier.taper import Hem
 from camsim.rendering.fourier.together import Part, Sum, pays
 from camsim.rendering.hearing import Hearing
 
@@ -71,26 +73,36 @@ def parts_of(image: Whole, origin: tuple[float, float], shape: tuple[int, int]) 
 
 def by_distance(image: Whole, origin: tuple[float, float], shape: tuple[int, int]) -> list[tuple[Part, ...]]:
     """Return ways: shells of a round pattern; of others what is near, and their spikes or the light of their rims."""
-    (nm, density), edges = image.lit, image.edges.seen_from(origin)
-    task = image.system, image.kernel, nm, image.pitch_um, edges, shape, image.tolerance
-    system, pitch_um = image.system, image.pitch_um
-    if hem := spike_hem(*task):
-        far = Spikes(edges=image.edges, density=density, wavelength_nm=nm, system=system, pitch_um=pitch_um, hem=hem)
-        return [(image.shell_of(Shell(begin=None, end=hem, tapers=1)), far)]
-    ways: list[tuple[Part, ...]] = []
-    for hem, directions, leave in rim_hems(*task, image.hearing):
-        light = RimLight(
+    wavelength_nm, density = image.lit
+    sight = Sight(
+        system=image.system,
+        kernel=image.kernel,
+        wavelength_nm=wavelength_nm,
+        pitch_um=image.pitch_um,
+        edges=image.edges.seen_from(origin),
+        shape=shape,
+        tolerance=image.tolerance,
+        hearing=image.hearing,
+    )
+
+    def thrown(by: Callable[..., Part], hem: Hem, **own: float) -> tuple[Part, ...]:
+        """Return what is near, and what throws the light from beyond a taper."""
+        far = by(
             edges=image.edges,
             density=density,
-            wavelength_nm=nm,
-            system=system,
-            pitch_um=pitch_um,
+            wavelength_nm=wavelength_nm,
+            system=image.system,
+            pitch_um=image.pitch_um,
             hem=hem,
-            directions=directions,
-            leave=leave,
+            **own,
         )
-        ways.append((image.shell_of(Shell(begin=None, end=hem, tapers=1)), light))
-    return ways or [tuple(image.shell_of(shell) for shell in shells(*task, image.hearing, image.quiet))]
+        return image.shell_of(Shell(begin=None, end=hem, tapers=1)), far
+
+    if spikes_from := spike_hem(sight):
+        return [thrown(Spikes, spikes_from)]
+    hems = rim_hems(sight)
+    ways = [thrown(RimLight, hem, directions=directions, leave=leave) for hem, directions, leave in hems]
+    return ways or [tuple(image.shell_of(shell) for shell in shells(sight, image.quiet))]
 
 
 def by_place(image: Whole, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[Part, ...]:

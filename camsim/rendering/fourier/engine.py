@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,7 +33,7 @@ from camsim.rendering.fourier.spikes import Spikes
 from camsim.rendering.fourier.task import FINEST, SAMPLES_OF_POINT, check_tolerance
 from camsim.rendering.fourier.together import Part, Sum
 from camsim.rendering.fourier.ways import Way, as_in, ways_of
-from camsim.rendering.hearing import Hearing
+from camsim.rendering.hearing import Listening
 from camsim.rendering.job import Job, Nodes
 from camsim.rendering.work import Work
 from camsim.repeated import Channels
@@ -43,17 +43,16 @@ from camsim.repeated import Channels
 class FourierPlan:
     """A job with any lens and any photosite, and the wavelengths that it takes.
 
+    listening : who tells what is heard of rings
     parts : a lens's round part and its short difference, where these take less than all of it at once
-    heard : what tells how far a job's rings are heard, and what is past three powers of 1/r; None: only edges do
     undivided : a like job's image is not taken apart by distance or place, so nor is this one
     over_rectangle : a round pattern is taken over a rectangle
     """
 
     job: Job
     nodes: Nodes
+    listening: Listening
     parts: tuple[FourierPlan, ...] = ()
-    heard: Callable[[Job], float] | None = None
-    hearing: Hearing = Loudness.of
     undivided: bool = False
     over_rectangle: bool = False
 
@@ -85,7 +84,7 @@ class FourierPlan:
     @cached_property
     def whole(self) -> FourierImage:
         """What transforms all of the lens at once."""
-        job = self.job
+        job, until = self.job, self.listening.until
         return FourierImage(
             edges=job.edges,
             density=self.nodes.density,
@@ -94,8 +93,8 @@ class FourierPlan:
             system=job.system,
             pitch_um=job.grid.pitch_um,
             tolerance=job.tolerance,
-            hearing=self.hearing,
-            quiet=None if self.heard is None else functools.cache(functools.partial(self.heard, job)),
+            hearing=self.listening.sides,
+            quiet=None if until is None else functools.cache(functools.partial(until, job)),
             undivided=self.undivided,
             over_rectangle=self.over_rectangle,
         )
@@ -218,31 +217,23 @@ class Fourier:
         if samples is not None:
             raise UnsupportedError("fourier takes none; only importance takes a number", key="samples")
         check_tolerance(job.tolerance)
-        return self._planned(job, heard_from if job.pattern is not None else None)
+        return self._planned(job, Listening(heard_from if job.pattern is not None else None, Loudness.of))
 
     def plan_like(self, job: Job, plan: FourierPlan) -> FourierPlan:
         """Choose nodes; taken apart where and as a like job's plan is, which is not found out again."""
-        return self._planned(job, plan.heard, plan.hearing, like=plan)
+        return self._planned(job, plan.listening, like=plan)
 
-    def _planned(
-        self,
-        job: Job,
-        heard: Callable[[Job], float] | None,
-        hearing: Hearing = Loudness.of,
-        like: FourierPlan | None = None,
-    ) -> FourierPlan:
+    def _planned(self, job: Job, listening: Listening, like: FourierPlan | None = None) -> FourierPlan:
         if like is not None:
-            return self._of(as_in(job, like.way), heard, hearing, like)
-        return min((self._of(way, heard, hearing, None) for way in ways_of(job)), key=_taken)
+            return self._of(as_in(job, like.way), listening, like)
+        return min((self._of(way, listening, None) for way in ways_of(job)), key=_taken)
 
-    def _of(
-        self, way: Way, heard: Callable[[Job], float] | None, hearing: Hearing, like: FourierPlan | None
-    ) -> FourierPlan:
+    def _of(self, way: Way, listening: Listening, like: FourierPlan | None) -> FourierPlan:
         job = way.job
         as_whole = like is not None and not like.parts
         undivided = like is not None and as_whole and not like._divided
         whole = FourierPlan(
-            job=job, nodes=nodes_of(job), heard=heard, hearing=hearing,
+            job=job, nodes=nodes_of(job), listening=listening,
             undivided=undivided, over_rectangle=way.over_rectangle,
         )  # fmt: skip
         fine = min(CLOSED_PART, 1.0 - CLOSED_PART) * job.tolerance < FINEST
@@ -250,16 +241,16 @@ class Fourier:
             return whole
         own, likes = (job.round_part(), job.difference_part()), (None, None) if like is None else (*like.parts, None)
         pairs = zip(own, likes, strict=False)
-        parts = tuple(self._planned(one, heard, hearing, as_that) for one, as_that in pairs if one is not None)
+        parts = tuple(self._planned(one, listening, as_that) for one, as_that in pairs if one is not None)
         apart = dataclasses.replace(whole, parts=parts)
         if like is not None:
             return apart
         return min(whole, apart, key=_taken)
 
-    def windows(self, job: Job, heard: Callable[[Job], float] | None, hearing: Hearing) -> FourierImage | Sum:
-        """Return what renders windows of a job; how far rings are heard whoever asks knows, and of which sides."""
+    def windows(self, job: Job, listening: Listening) -> FourierImage | Sum:
+        """Return what renders windows of a job; what is heard of rings whoever asks tells."""
         check_tolerance(job.tolerance)
-        return self._planned(job, heard, hearing).image
+        return self._planned(job, listening).image
 
     def least_seconds(self, job: Job) -> float:
         """Return what a plan is sure to take, without one: the band's frequencies of the smallest period there can be.

@@ -16,14 +16,13 @@ from typing import Protocol, TypeAlias
 import numpy as np
 
 from camsim.arrays import F64, U8
-from camsim.errors import InvalidValueError
 from camsim.kept import cached_property
 from camsim.kernels import ahead, shared
 from camsim.optics import OpticalSystem
 from camsim.optics.protocols import KnowsTail, Round
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.edges import Edges
-from camsim.rendering.engine import MEMORY_LIMIT_BYTES, OF_LIMIT, Cost
+from camsim.rendering.engine import MEMORY_LIMIT_BYTES, OF_LIMIT, Cost, too_much
 from camsim.rendering.fourier.apart import parts_of
 from camsim.rendering.fourier.blocks import Block
 from camsim.rendering.fourier.clamped import clamped
@@ -110,13 +109,8 @@ class FourierImage:
         if parts := self.parts(origin, shape):
             return image + Sum(parts=parts).rendered(origin, channel, progress)
         plan, (shares, contrast) = self._planned(origin, shape)
-        if plan.memory_bytes > OF_LIMIT * self.memory_limit_bytes:
-            raise InvalidValueError(
-                f"fourier would take {plan.memory_bytes / 1e9:.1f} GB for this frame and scene, and its limit "
-                f"is {self.memory_limit_bytes / 1e9:.1f} GB; render a smaller region, fewer colours, allow a larger "
-                "tolerance, or take another method",
-                key="method",
-            )
+        if plan.memory_bytes > (most_bytes := OF_LIMIT * self.memory_limit_bytes):
+            raise too_much("fourier", plan.memory_bytes, most_bytes)
 
         def tiled(tile: Tile) -> tuple[Tile, F64 | None]:
             seen = clamped(self.edges, tile.low, tile.high, (origin[0] + tile.col, origin[1] + tile.row))

@@ -20,19 +20,14 @@ import scipy
 from camsim.arrays import F64, U8
 from camsim.kept import cached_property
 from camsim.kernels import shared
-from camsim.optics import OpticalSystem
 from camsim.optics.protocols import KnowsRim
 from camsim.products import product
 from camsim.quadrature import chebyshev, gauss_legendre, interpolation
-from camsim.rendering.budget import ErrorBudget
-from camsim.rendering.edges import Edges
 from camsim.rendering.engine import Cost
-from camsim.rendering.fourier.loudness import distances
 from camsim.rendering.fourier.rim_kernels import PAD, STEP_RAD, Gained, add_rim, panel_of
 from camsim.rendering.fourier.shells import RINGS_PART, WORTH, first_quiet
-from camsim.rendering.fourier.spread import Kernel
+from camsim.rendering.fourier.sight import FarLight, Sight
 from camsim.rendering.fourier.taper import Hem, hem_from, taper, tapered
-from camsim.rendering.hearing import Hearing
 from camsim.rendering.spectral import Signals, fuse, nodes_that_follow
 
 SMOOTH = 0.7  # of the slowest ring's frequency, what the taper's band may have at most
@@ -50,18 +45,12 @@ TINY = 1e-9  # pitches
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class RimLight:
+class RimLight(FarLight):
     """The light from beyond a taper, as a lens's rim throws it.
 
-    leave : what places between those that are asked may be wrong by, of that light
+    directions : in which it is asked;  leave: what places between those that are may be wrong by, of that light
     """
 
-    edges: Edges
-    density: F64
-    wavelength_nm: F64
-    system: OpticalSystem
-    pitch_um: float
-    hem: Hem
     directions: int
     leave: float
 
@@ -227,33 +216,21 @@ def _windows(rows: int, cols: int, size: int) -> Iterator[tuple[slice, slice]]:
         yield slice(row, min(row + size, rows)), slice(col, min(col + size, cols))
 
 
-def rim_hems(
-    system: OpticalSystem,
-    kernel: Kernel,
-    wavelength_nm: F64,
-    pitch_um: float,
-    edges: Edges,
-    shape: tuple[int, int],
-    tolerance: float,
-    hearing: Hearing,
-) -> list[tuple[Hem, int, float]]:
+def rim_hems(sight: Sight) -> list[tuple[Hem, int, float]]:
     """Return tapers, beyond each of which the light of the rim is all that edges show; none where it is not known.
 
     And in how many directions that is to be asked, and what part of it may be wrong. Wider tapers leave more to be
     transformed, and what is beyond them changes more slowly.
-
-    edges   : seen from the first photosite
-    hearing : what tells which sides are heard
     """
+    system, kernel, wavelength_nm, pitch_um = sight.system, sight.kernel, sight.wavelength_nm, sight.pitch_um
     lens = system.lens
-    if kernel.round or system.more or not isinstance(lens, KnowsRim) or not len(edges):
+    if kernel.round or system.more or not isinstance(lens, KnowsRim) or not len(sight.edges):
         return []
-    allowed = ErrorBudget(tolerance).allowed("taper") / kernel.tapers
-    far = min(kernel.reach, distances(edges, shape)[1])
+    allowed, far = sight.of_tapers, min(kernel.reach, sight.distances[1])
     some_nm = {float(wavelength_nm[k]) for k in (0, wavelength_nm.size // 2, -1)}
-    share, longest = system.ring_share(wavelength_nm), float(system.blurs_um(wavelength_nm).max()) / pitch_um
+    share, longest = system.ring_share(wavelength_nm), sight.longest
     slowest = longest / lens.slowest_ring
-    heard = hearing(edges, shape, system.extent_um / pitch_um, longest, slowest)
+    heard = sight.heard(longest, slowest)
 
     def quiet(beyond: float) -> bool:
         """Whether rings of edges beyond a distance are within their share."""
@@ -270,7 +247,7 @@ def rim_hems(
         return []
     light = max(kernel.light(inner), 1e-300)
     # Outside of the taper's band there is as little of what is far as of what is near.
-    hem = hem_from(inner, 0.5 * (1.0 - RINGS_PART) * allowed / light, max(shape), kernel.cutoff)
+    hem = hem_from(inner, 0.5 * (1.0 - RINGS_PART) * allowed / light, max(sight.shape), kernel.cutoff)
     # And it is no end of rings, the slowest either.
     hem = hem._replace(outer=inner + (hem.outer - inner) * max(1.0, hem.band * slowest / SMOOTH))
     hems = [hem._replace(outer=inner + times * (hem.outer - inner)) for times in WIDER]

@@ -19,15 +19,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from camsim.arrays import F64
-from camsim.optics import OpticalSystem, RoundLens
+from camsim.optics import RoundLens
 from camsim.optics.protocols import Round
-from camsim.rendering.budget import ErrorBudget
-from camsim.rendering.edges import Edges
-from camsim.rendering.fourier.loudness import distances
+from camsim.rendering.fourier.sight import Sight
 from camsim.rendering.fourier.spread import Kernel
 from camsim.rendering.fourier.swings import Swing, swings
 from camsim.rendering.fourier.taper import Hem, taper, taper_margin, tapered
-from camsim.rendering.hearing import Heard, Hearing
+from camsim.rendering.hearing import Heard
 
 RINGS_PART = 5.0 / 6.0  # of what tapers may leave: for the rings that are dropped
 SURE = 0.25  # of the rings as tapers have them: twice for a step that shells do not have, and four times to be sure
@@ -101,32 +99,20 @@ class _Powers:
         return values
 
 
-def shells(
-    system: OpticalSystem,
-    kernel: Kernel,
-    wavelength_nm: F64,
-    pitch_um: float,
-    edges: Edges,
-    shape: tuple[int, int],
-    tolerance: float,
-    hearing: Hearing,
-    quiet: Callable[[], float] | None,
-) -> tuple[Shell, ...]:
-    """Return the shells for edges seen from the first photosite of a frame; none where there is nothing to cut.
+def shells(sight: Sight, quiet: Callable[[], float] | None) -> tuple[Shell, ...]:
+    """Return the shells for edges; none where there is nothing to cut.
 
-    hearing : what tells which sides are heard
     quiet : what tells from where on rings and what is past the powers are within their shares, if that is known: in a
             crowd they do not add up, and those of a spectrum fall silent
     """
-    lens = system.lens
+    kernel, lens, sides = sight.kernel, sight.system.lens, len(sight.edges)
     if not (kernel.round and kernel.tapered and kernel.rings and isinstance(lens, RoundLens)):
         return ()
-    allowed = ErrorBudget(tolerance).allowed("taper")
-    far = min(kernel.reach, distances(edges, shape)[1])
-    rings = swings(system, kernel.longest)
+    allowed, far = sight.of_tapers, min(kernel.reach, sight.distances[1])
+    rings = swings(sight.system, kernel.longest)
     slowest = 1.0 / min((ring.f for ring in rings), default=1.0 / kernel.longest)
-    heard = hearing(edges, shape, system.extent_um / pitch_um, kernel.longest, slowest)
-    least = max(LEAST, kernel.longest * lens.pattern().quiet(RINGS_PART * allowed / len(edges)))
+    heard = sight.heard(kernel.longest, slowest)
+    least = max(LEAST, kernel.longest * lens.pattern().quiet(RINGS_PART * allowed / sides))
     first = _quiet_distance(kernel, heard, RINGS_PART * allowed, least, far)
     if quiet is not None and (first is None or first > WORTH * least):
         first = min(quiet(), math.inf if first is None else first)
@@ -134,7 +120,7 @@ def shells(
         return ()
     count = max(1, math.ceil(math.log(far / first, FARTHER)))
     each = (1.0 - RINGS_PART) * allowed / (2 * count + 1)
-    hems = list(_hems(kernel, rings, len(edges), first, far, each, float(min(*shape, FRAME))))
+    hems = list(_hems(kernel, rings, sides, first, far, each, float(min(*sight.shape, FRAME))))
     if not hems or far < WORTH * hems[0].outer:
         return ()
     tapers = round(allowed / each)

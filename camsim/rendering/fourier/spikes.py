@@ -24,14 +24,11 @@ from camsim.optics.protocols import KnowsSpikes
 from camsim.optics.spikes import Spike
 from camsim.quadrature import gauss_legendre
 from camsim.quintics import quintic_cells
-from camsim.rendering.budget import ErrorBudget
-from camsim.rendering.edges import Edges
 from camsim.rendering.engine import Cost
 from camsim.rendering.fourier.crossings import Crossings
-from camsim.rendering.fourier.loudness import distances
 from camsim.rendering.fourier.shells import RINGS_PART, first_quiet
+from camsim.rendering.fourier.sight import FarLight, Sight
 from camsim.rendering.fourier.spike_kernels import Far, Profiles, Ways, add_spikes
-from camsim.rendering.fourier.spread import Kernel
 from camsim.rendering.fourier.taper import Hem, hem_from, taper, tapered
 from camsim.rendering.spectral import Signals, fuse
 
@@ -47,15 +44,8 @@ FINEST = 1e-14  # of what finufft sums
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Spikes:
+class Spikes(FarLight):
     """The light from beyond a taper, as spikes of a lens throw it."""
-
-    edges: Edges
-    density: F64
-    wavelength_nm: F64
-    system: OpticalSystem
-    pitch_um: float
-    hem: Hem
 
     def rendered(
         self, origin: tuple[float, float], channel: U8, progress: Callable[[float], None] = lambda done: None
@@ -181,30 +171,18 @@ def spikes_of(system: OpticalSystem, wavelength_nm: float) -> tuple[Spike, ...]:
     return lens.spikes(wavelength_nm) if isinstance(lens, KnowsSpikes) and not system.more else ()
 
 
-def spike_hem(
-    system: OpticalSystem,
-    kernel: Kernel,
-    wavelength_nm: F64,
-    pitch_um: float,
-    edges: Edges,
-    shape: tuple[int, int],
-    tolerance: float,
-) -> Hem | None:
-    """Return a taper beyond which spikes are all that is seen of edges; None where there are none, or nothing is.
-
-    edges : seen from the first photosite
-    """
-    spikes = spikes_of(system, float(wavelength_nm.max()))
-    if not spikes or not len(edges):
+def spike_hem(sight: Sight) -> Hem | None:
+    """Return a taper beyond which spikes are all that is seen of edges; None where there are none, or nothing is."""
+    pitch_um, longest = sight.pitch_um, sight.longest
+    spikes = spikes_of(sight.system, float(sight.wavelength_nm.max()))
+    if not spikes or not len(sight.edges):
         return None
-    allowed = ErrorBudget(tolerance).allowed("taper") / kernel.tapers
-    nearest, farthest = distances(edges, shape)
-    nearest = np.maximum(nearest - system.extent_um / pitch_um, 0.0)
-    longest = max(system.blurs_um(wavelength_nm)) / pitch_um
+    allowed, (nearest, farthest) = sight.of_tapers, sight.distances
+    nearest = np.maximum(nearest - sight.extent, 0.0)
     spread = np.max([spike.spread_um for spike in spikes], axis=0) / pitch_um
     spot = max(spike.spot_um for spike in spikes) / pitch_um  # within it light is no spike
     besides = BESIDES * longest**2 + UNEVEN * longest * spread[0], WIDE * longest * float(spread @ spread)
-    crossings = Crossings(spikes, edges, shape, longest + system.extent_um / pitch_um + float(spread[1]), spot)
+    crossings = Crossings(spikes, sight.edges, sight.shape, longest + sight.extent + float(spread[1]), spot)
     from_spot, share = nearest - spot, RINGS_PART * allowed
 
     def quiet(beyond: float) -> bool:
@@ -218,5 +196,5 @@ def spike_hem(
     if beyond is None:
         return None
     light = 2.0 * sum(spike.light_um for spike in spikes) / pitch_um / beyond
-    hem = hem_from(spot + beyond, (1.0 - RINGS_PART) * allowed / light, max(shape), kernel.cutoff)
+    hem = hem_from(spot + beyond, (1.0 - RINGS_PART) * allowed / light, max(sight.shape), sight.kernel.cutoff)
     return hem if hem.outer < farthest else None
