@@ -126,7 +126,7 @@ def test_the_painters_rule_by_rays(shapes):
     share = np.diff(rays.rayleigh_energy(radius, 3.0))
     middle = 0.5 * (radius[:-1] + radius[1:])
     total = []
-    for angle in 2.0 * np.pi * (np.arange(60) + 0.5) / 60:
+    for angle in 2.0 * np.pi * (np.arange(40) + 0.5) / 40:
         ahead = np.array([math.cos(angle), math.sin(angle)])
         seen = {
             k: picture.seen(shapes, point + middle[k] * ahead) for k in (*range(0, middle.size, 4), middle.size - 1)
@@ -140,7 +140,7 @@ def test_the_painters_rule_by_rays(shapes):
         total.append(np.array(levels) @ share + LEVELS[-1] * (1.0 - share.sum()))
     pieces, jumps = with_jumps(shapes)
     value, _ = BoundaryTruth(pieces, [lens], jumps, POINT, None, target=1e-9).values(point[None])
-    assert LEVELS[-1] + value[0] == pytest.approx(np.mean(total), abs=2e-3)
+    assert LEVELS[-1] + value[0] == pytest.approx(np.mean(total), abs=3e-3)
 
 
 @pytest.mark.parametrize(

@@ -69,7 +69,8 @@ def test_json_is_all_that_is_printed_and_a_report_is_not_overwritten(camsim, fol
     again = camsim(*arguments)
     assert again.returncode == 2
     assert again.stderr == ("'out/bench.jsonl' exists; overwrite it with --force, or choose another folder with -o\n")
-    assert (camsim(*arguments, "--force").returncode, camsim(*arguments, "--force").stdout) == (0, "")
+    forced = camsim(*arguments, "--force")
+    assert (forced.returncode, forced.stdout) == (0, "")
 
 
 @pytest.mark.parametrize(
