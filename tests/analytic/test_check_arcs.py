@@ -6,12 +6,12 @@ import pytest
 
 import camsim
 from camsim.quadrature import gauss_legendre
-from camsim.rendering.check.along import CUTS, SHORT, Energy, Memory, Rules, bezier, round_piece, straight
+from camsim.rendering.check.along import SHORT, Energy, Rules, add_bezier, add_round_piece, add_straight
 from camsim.rendering.check.beziers import between
 from camsim.rendering.check.outlines import outlines_of
 from camsim.rendering.check.parts import parts_seen
 from camsim.rendering.check.pattern import oscillation, table_of
-from camsim.rendering.check.points import rules_of
+from camsim.rendering.check.points import memory_for, rules_of
 from camsim.rendering.check.records import Outlines
 from camsim.rendering.check.scenery import Pieces, pieces_of
 from camsim.rendering.check.whereabouts import Whereabouts
@@ -22,12 +22,27 @@ RULES = Rules(
 )
 
 
+ONE = np.zeros(1, np.int64)  # channel
+
+
+def energy_of(cells, per_step, far):
+    """One channel's."""
+    return Energy(cells[None], per_step, np.array(far)[None], ONE)
+
+
+def added(add, *arguments):
+    """Return what a piece adds to one channel."""
+    memory = memory_for(1, 40, 1)
+    add(*arguments, memory.piece if add is add_bezier else memory)
+    return memory.piece[0]
+
+
 def along(place, radius, from_rad, turn_rad, energy, reach):
     """Return the integral as a point at the origin has it."""
     middle = from_rad + 0.5 * turn_rad
     about = np.array([place[0] + radius * np.cos(middle), place[1] + radius * np.sin(middle), 0.5 * radius * turn_rad])
     column = [np.array([value]) for value in (place[0], place[1], radius, 0.0, from_rad, turn_rad)]
-    return round_piece(0.0, 0.0, Outlines(*column), 0, about, reach, energy, RULES, np.empty(CUTS))
+    return added(add_round_piece, 0.0, 0.0, Outlines(*column), 0, about, reach, energy, RULES)
 
 
 @pytest.mark.parametrize("turn_rad", [1e-6, 1e-3, 0.05, 0.19, 0.21])
@@ -43,12 +58,12 @@ def test_an_arc_is_seen_under_its_angle_and_sweeps_its_area(turn_rad, radius):
         place = distance * np.array([np.cos(away), np.sin(away)]) - radius * np.array([np.cos(middle), np.sin(middle)])
         a, b = (place + radius * np.array([np.cos(f), np.sin(f)]) for f in (from_rad, from_rad + turn_rad))
         if radius * turn_rad < 0.5 * distance:
-            angle = along(place, radius, from_rad, turn_rad, Energy(none, 1.0, np.array([1.0, 0.0, 0.0, 0.0])), 1e-9)
+            angle = along(place, radius, from_rad, turn_rad, energy_of(none, 1.0, [1.0, 0.0, 0.0, 0.0]), 1e-9)
             seen = np.arctan2(a[0] * b[1] - a[1] * b[0], a @ b)
             assert abs(angle - seen) <= (1e-11 if turn_rad < 0.2 else 1e-10) + 1e-15 * radius
         # E = r²: twice the area between the point and the arc, the triangle's and the segment's.
         flat = np.array([[1.0, 0.0, 0.0, 0.0, 0.0, 0.0]])
-        swept = along(place, radius, from_rad, turn_rad, Energy(flat, 1e-9, np.zeros(4)), 1e9)
+        swept = along(place, radius, from_rad, turn_rad, energy_of(flat, 1e-9, np.zeros(4)), 1e9)
         segment = turn_rad - np.sin(turn_rad) if turn_rad > 0.01 else turn_rad**3 / 6.0 * (1.0 - turn_rad**2 / 20.0)
         twice = a[0] * b[1] - a[1] * b[0] + radius**2 * segment
         assert abs(swept - twice) <= 1e-12 * (1.0 + radius * turn_rad) * (1.0 + distance + radius)
@@ -62,9 +77,8 @@ def test_an_arc_is_seen_under_its_angle_and_sweeps_its_area(turn_rad, radius):
 def test_rules_along_outlines_leave_less_than_is_allowed(lens, allowed):
     """At places near and far, along pieces short and long, of which some are tiny."""
     table = table_of(lens, np.ones(1), np.ones((1, 1)), 60.0, 1e-12)
-    energy, own = Energy(table.cells[0], 1.0 / table.step, table.far[0]), rules_of(1.0, allowed)
+    energy, own = energy_of(table.cells[0], 1.0 / table.step, table.far[0]), rules_of(1.0, allowed)
     fine = Rules(np.stack(gauss_legendre(40)), own.few, own.fewest, longest=2.0, tiny=0.0)
-    memory = Memory(np.empty(1, np.int64), np.empty(CUTS), np.empty(40, np.int32), np.empty(40))
     rng, off = np.random.default_rng(5), []
     for _ in range(300):
         (x, y), angle, length = rng.uniform(-20.0, 20.0, 2), rng.uniform(0.0, np.pi), np.exp(rng.uniform(-2.0, 5.0))
@@ -75,10 +89,8 @@ def test_rules_along_outlines_leave_less_than_is_allowed(lens, allowed):
         middle = angle + 0.5 * turn
         about = np.array([x + radius * np.cos(middle), y + radius * np.sin(middle), 0.5 * radius * turn])
         for piece in (
-            lambda rules, line=line: straight(0.0, 0.0, line, 0, 50.0, energy, rules, memory),
-            lambda rules, arc=arc, about=about: round_piece(
-                0.0, 0.0, arc, 0, about, 50.0, energy, rules, np.empty(CUTS)
-            ),
+            lambda rules, line=line: added(add_straight, 0.0, 0.0, line, 0, 50.0, energy, rules),
+            lambda rules, arc=arc, about=about: added(add_round_piece, 0.0, 0.0, arc, 0, about, 50.0, energy, rules),
         ):
             off.append(abs(piece(own) - piece(fine)) / (2.0 * np.pi))
     assert max(off) <= 0.1 * allowed
@@ -88,7 +100,7 @@ def test_rules_along_outlines_leave_less_than_is_allowed(lens, allowed):
 def test_bezier_curves_by_few_nodes_and_by_many(allowed):
     """Leaves of the check's own parts of them: at every distance, against as many pieces of sixty-four nodes each."""
     table = table_of(camsim.Airy(f_number=8.0), np.ones(1), np.ones((1, 1)), 60.0, 1e-12)
-    energy = Energy(table.cells[0], 1.0 / table.step, table.far[0])
+    energy = energy_of(table.cells[0], 1.0 / table.step, table.far[0])
     rng, off, nothing = np.random.default_rng(5), [], np.zeros(1)
     for _ in range(60):
         corners = (rng.uniform(-3.0, 3.0, 8) * np.exp(rng.uniform(-3.0, 0.0))).tolist()
@@ -106,8 +118,10 @@ def test_bezier_curves_by_few_nodes_and_by_many(allowed):
             # All of it is looked up in the table, or none of it.
             gap = np.hypot(*(own.about[e, :2] - place)) - own.about[e, 2]
             radius = 50.0 if gap < 50.0 else 0.0
-            one = bezier(*place, own.bent, own.bent.of[e], own.about[e, 2], radius, energy)
-            many = sum(bezier(*place, fine.bent, k, fine.about[k, 2], 1.2 * radius, energy) for k in range(8))
+            one = added(add_bezier, *place, own.bent, own.bent.of[e], own.about[e, 2], radius, energy)
+            many = sum(
+                added(add_bezier, *place, fine.bent, k, fine.about[k, 2], 1.2 * radius, energy) for k in range(8)
+            )
             off.append(abs(one - many) / (2.0 * np.pi))
     assert len(off) > 50
     assert max(off) <= 0.1 * allowed

@@ -1,4 +1,4 @@
-"""One piece of an outline integrated, as a point sees it: straight, round or a Bézier curve, near or far."""
+"""One piece of an outline integrated, as a point sees it in some channels: straight, round or a Bézier curve."""
 
 from __future__ import annotations
 
@@ -27,11 +27,12 @@ FAR_PANEL = 1.0  # of a round piece beyond the table, as a share of the distance
 
 
 class Energy(NamedTuple):
-    """The same for one pair and channel."""
+    """The same for one pair, and the channels that are asked for."""
 
-    cells: F64  # (n, 6)
+    cells: F64  # (channels, n, 6)
     per_step: float
-    far: F64  # (4,)
+    far: F64  # (channels, 4)
+    asked: I64  # (k,)
 
 
 class Arc(NamedTuple):
@@ -46,12 +47,15 @@ class Arc(NamedTuple):
 
 class Memory(NamedTuple):
     """What one thread writes on its way: the pieces that are near enough, where a round one is cut, and of the nodes of
-    a straight one's panel the cells of the table in which they lie, and where in these."""
+    a straight one's panel the cells of the table in which they lie, and where in these; what one piece adds to every
+    channel, and all of them."""
 
     pieces: I64  # (pieces,)
     cuts: F64  # (CUTS,)
     cells: I32  # (nodes,)
     within: F64  # (nodes,)
+    piece: F64  # (k,)
+    total: F64  # (k,)
 
 
 class Rules(NamedTuple):
@@ -67,27 +71,39 @@ class Rules(NamedTuple):
     tiny: float
 
 
+class _Powers(NamedTuple):
+    """∫ds/r^k along a line for k = 3, 5, 7."""
+
+    third: float
+    fifth: float
+    seventh: float
+
+
 @kernel(forceinline=True)
-def _beyond(h: float, s: float, far: F64) -> float:
-    """Σ c_k·∫ds/r^k over the half line from s ≥ 0, for k = 3, 5, 7."""
+def _beyond(h: float, s: float) -> _Powers:
+    """The same over the half line from s ≥ 0."""
     r = math.hypot(h, s)
     u = s / r
     third = 1.0 / (r * (r + s))
-    total: float = third * (
-        far[1] + third * ((2.0 + u) / 3.0 * far[2] + third * (8.0 + 9.0 * u + 3.0 * u * u) / 15.0 * far[3])
-    )
-    return total
+    square = third * third
+    return _Powers(third, square * (2.0 + u) / 3.0, square * third * (8.0 + 9.0 * u + 3.0 * u * u) / 15.0)
 
 
 @kernel()
-def _far_line(h: float, s1: float, s2: float, far: F64) -> float:
-    """Far form over s1 … s2: the angle and the first three odd powers of 1/r."""
+def _add_far_line(h: float, s1: float, s2: float, energy: Energy, piece: F64) -> None:
+    """Add the far form over s1 … s2: the angle and the first three odd powers of 1/r."""
+    angle = math.atan2(h * (s2 - s1), h * h + s1 * s2)
     if s1 < 0.0 < s2:
-        powers = 2.0 * _beyond(h, 0.0, far) - _beyond(h, -s1, far) - _beyond(h, s2, far)
+        whole, a, b, times = _beyond(h, 0.0), _beyond(h, -s1), _beyond(h, s2), 2.0
     else:
-        powers = _beyond(h, min(abs(s1), abs(s2)), far) - _beyond(h, max(abs(s1), abs(s2)), far)
-    total: float = far[0] * math.atan2(h * (s2 - s1), h * h + s1 * s2) - h * powers
-    return total
+        whole, a, times = _beyond(h, min(abs(s1), abs(s2))), _beyond(h, max(abs(s1), abs(s2))), 1.0
+        b = _Powers(0.0, 0.0, 0.0)
+    third = times * whole.third - a.third - b.third
+    fifth = times * whole.fifth - a.fifth - b.fifth
+    seventh = times * whole.seventh - a.seventh - b.seventh
+    for c in range(energy.asked.size):
+        far = energy.far[energy.asked[c]]
+        piece[c] += far[0] * angle - h * (far[1] * third + far[2] * fifth + far[3] * seventh)
 
 
 @kernel(forceinline=True)
@@ -97,25 +113,28 @@ def _quintic(c: F64, t: float) -> float:
 
 
 @kernel(forceinline=True)
-def _value(r: float, inside: bool, energy: Energy) -> float:
-    """E/r² from the table, or its smooth powers."""
-    cells, per_step, far = energy
+def _add_value(r: float, times: float, inside: bool, energy: Energy, piece: F64) -> None:
+    """Add a number times E/r² from the table, or of its smooth powers."""
+    cells, per_step, powers, asked = energy
     if inside:
         u = r * per_step
-        cell = min(int(u), len(cells) - 1)
-        return _quintic(cells[cell], u - cell)
+        cell = min(int(u), cells.shape[1] - 1)
+        for c in range(asked.size):
+            piece[c] += times * _quintic(cells[asked[c], cell], u - cell)
+        return
     inv = 1.0 / r
     inv2 = inv * inv
-    smooth: float = inv2 * (far[0] - inv * (far[1] + inv2 * (far[2] + inv2 * far[3])))
-    return smooth
+    for c in range(asked.size):
+        far = powers[asked[c]]
+        piece[c] += times * inv2 * (far[0] - inv * (far[1] + inv2 * (far[2] + inv2 * far[3])))
 
 
 @kernel()
-def straight(
+def add_straight(
     x: float, y: float, o: Outlines, e: int, radius: float, energy: Energy, rules: Rules, memory: Memory
-) -> float:
-    """One straight piece: h is how far its line passes the point by, s runs along it."""
-    far, length = energy.far, math.hypot(o.dx[e], o.dy[e])
+) -> None:
+    """Add one straight piece: h is how far its line passes the point by, s runs along it."""
+    piece, length = memory.piece, math.hypot(o.dx[e], o.dy[e])
     tx, ty = o.dx[e] / length, o.dy[e] / length
     dx, dy = o.x[e] - x, o.y[e] - y
     h = dx * ty - dy * tx
@@ -124,17 +143,16 @@ def straight(
     cut = math.sqrt(max(radius * radius - h * h, 0.0))
     low, high = max(s1, -cut), min(s2, cut)
     if high <= low:
-        return _far_line(h, s1, s2, far)
-    total: float = 0.0
+        _add_far_line(h, s1, s2, energy, piece)
+        return
     if s1 < low:
-        total += _far_line(h, s1, low, far)
+        _add_far_line(h, s1, low, energy, piece)
     if s2 > high:
-        total += _far_line(h, high, s2, far)
+        _add_far_line(h, high, s2, energy, piece)
     panels = math.ceil((high - low) / rules.longest)
     half = 0.5 * (high - low) / panels
     g = rules.few if high - low < rules.tiny else rules.panel
-    table, own, within, inside = energy.cells, memory.cells, memory.within, 0.0
-    last = np.int32(len(table) - 1)
+    own, within, last = memory.cells, memory.within, np.int32(energy.cells.shape[1] - 1)
     for p in range(panels):
         middle = low + half * (2 * p + 1)
         # By themselves these are vectors; what is looked up and added up comes one by one.
@@ -143,15 +161,16 @@ def straight(
             u = math.sqrt(h * h + s * s) * energy.per_step
             own[q] = min(np.int32(u), last)
             within[q] = u - own[q]
-        for q in range(g.shape[1]):
-            inside += g[1, q] * _quintic(table[np.uintp(own[q])], within[q])
-    total += h * half * inside
-    return total
+        for c in range(energy.asked.size):
+            table, inside = energy.cells[energy.asked[c]], 0.0
+            for q in range(g.shape[1]):
+                inside += g[1, q] * _quintic(table[np.uintp(own[q])], within[q])
+            piece[c] += h * half * inside
 
 
 @kernel()
-def bezier(x: float, y: float, bent: Bent, k: int, half: float, radius: float, energy: Energy) -> float:
-    """One Bézier curve: (P × P′)·E/r² over t, by as many nodes as it takes there; half: how far it reaches about t = 0.
+def add_bezier(x: float, y: float, bent: Bent, k: int, half: float, radius: float, energy: Energy, piece: F64) -> None:
+    """Add one Bézier curve: (P × P′)·E/r² over t, by as many nodes as it takes; half: how far it reaches about t = 0.
 
     All of a curve that is partly within the radius is integrated with the table, which reaches as much farther.
     """
@@ -163,38 +182,37 @@ def bezier(x: float, y: float, bent: Bent, k: int, half: float, radius: float, e
     if not inside:
         order = 4 if at > four else 8 if at > eight else order
     g = bent.rules[order]
-    total = 0.0
     for q in range(order):
         t = g[0, q]
         rx, ry = x0 + t * (x1 + t * (x2 + t * x3)), y0 + t * (y1 + t * (y2 + t * y3))
         wx, wy = x1 + t * (2.0 * x2 + t * 3.0 * x3), y1 + t * (2.0 * y2 + t * 3.0 * y3)
-        total += g[1, q] * (rx * wy - ry * wx) * _value(math.sqrt(rx * rx + ry * ry), inside, energy)
-    return total
+        _add_value(math.sqrt(rx * rx + ry * ry), g[1, q] * (rx * wy - ry * wx), inside, energy, piece)
 
 
 @kernel()
-def _panel(arc: Arc, start: float, stop: float, inside: bool, energy: Energy, g: F64) -> float:
-    """One panel of an arc, from share ``start`` of it to ``stop``."""
+def _add_panel(
+    arc: Arc, start: float, stop: float, times: float, inside: bool, energy: Energy, g: F64, piece: F64
+) -> None:
+    """Add one panel of an arc, from share ``start`` of it to ``stop``."""
     dx, dy, big, begin, end = arc
     half = 0.5 * (end - begin) * (stop - start)
     centre = begin + 0.5 * (end - begin) * (start + stop)
-    part = 0.0
+    times *= half * big
     for q in range(g.shape[1]):
         angle = centre + half * g[0, q]
         c, s = math.cos(angle), math.sin(angle)
         rx, ry = dx + big * c, dy + big * s
         r = math.sqrt(rx * rx + ry * ry)
-        part += g[1, q] * (rx * c + ry * s) * _value(r, inside, energy)
-    return part * half * big
+        _add_value(r, times * g[1, q] * (rx * c + ry * s), inside, energy, piece)
 
 
 @kernel()
-def _slight(mx: float, my: float, arc: Arc, inside: bool, energy: Energy, g: F64) -> float:
-    """One panel on an arc that turns but slightly, its middle at (mx, my) from the point: no sine and no cosine."""
+def _add_slight(mx: float, my: float, arc: Arc, inside: bool, energy: Energy, g: F64, piece: F64) -> None:
+    """Add one panel on an arc that turns but slightly, its middle at (mx, my) from the point: no sine, no cosine."""
     dx, dy, big, begin, end = arc
     half = 0.5 * (end - begin)
     c, s = (mx - dx) / big, (my - dy) / big
-    part = 0.0
+    times = half * big
     for q in range(g.shape[1]):
         t = half * g[0, q]
         u = t * t
@@ -203,27 +221,19 @@ def _slight(mx: float, my: float, arc: Arc, inside: bool, energy: Energy, g: F64
         more_c, more_s = c * less - s * sine, s * less + c * sine
         rx, ry = mx + big * more_c, my + big * more_s
         r = math.sqrt(rx * rx + ry * ry)
-        part += g[1, q] * (rx * (c + more_c) + ry * (s + more_s)) * _value(r, inside, energy)
-    return part * half * big
+        _add_value(r, times * g[1, q] * (rx * (c + more_c) + ry * (s + more_s)), inside, energy, piece)
 
 
 @kernel()
-def round_piece(
-    x: float,
-    y: float,
-    o: Outlines,
-    e: int,
-    about: F64,
-    radius: float,
-    energy: Energy,
-    rules: Rules,
-    cuts: F64,
-) -> float:
-    """One round piece: with d from the point to the centre and e(φ) to the rim, r × dr = (R² + R·d·e)dφ.
+def add_round_piece(
+    x: float, y: float, o: Outlines, e: int, about: F64, radius: float, energy: Energy, rules: Rules, memory: Memory
+) -> None:
+    """Add one round piece: with d from the point to the centre and e(φ) to the rim, r × dr = (R² + R·d·e)dφ.
 
-    about : (3,) of Parts;  cuts: (CUTS,) memory
+    about : (3,) of Parts
     """
     g, few, fewest, longest, tiny = rules
+    cuts, piece = memory.cuts, memory.piece
     big = o.dx[e]
     dx, dy = o.x[e] - x, o.y[e] - y
     gap = math.hypot(dx, dy)
@@ -234,12 +244,15 @@ def round_piece(
     # What an arc's radius is to its rules: longer, because it turns.
     bent = big + BENT * longest / PANEL_BLURS
     if slight and at + half < radius and (end - begin) * bent < tiny:
-        return _slight(mx, my, Arc(dx, dy, big, begin, end), True, energy, few)
+        _add_slight(mx, my, Arc(dx, dy, big, begin, end), True, energy, few, piece)
+        return
     if at - half > radius and half < SHORT[0][1] * at and end - begin < STRAIGHTISH:
         rule = fewest if half < SHORT[1][1] * at else few
         if slight:
-            return _slight(mx, my, Arc(dx, dy, big, begin, end), False, energy, rule)
-        return _panel(Arc(dx, dy, big, begin, end), 0.0, 1.0, False, energy, rule)
+            _add_slight(mx, my, Arc(dx, dy, big, begin, end), False, energy, rule, piece)
+        else:
+            _add_panel(Arc(dx, dy, big, begin, end), 0.0, 1.0, 1.0, False, energy, rule, piece)
+        return
     # Cut where the rim is nearest and farthest, and where it crosses the table's radius:
     # |d|² + R² + 2R|d|cos(φ − φd) = radius².
     cuts[0] = begin
@@ -259,7 +272,6 @@ def round_piece(
                 count += 1
                 angle += math.tau
     cuts[count] = end
-    total = 0.0
     for k in range(count):
         low, high = cuts[k], cuts[k + 1]
         if high <= low:
@@ -270,18 +282,17 @@ def round_piece(
             panels = math.ceil((high - low) * bent / longest)
             rule = few if (high - low) * bent < tiny else g
             for p in range(panels):
-                total += _panel(Arc(dx, dy, big, low, high), p / panels, (p + 1) / panels, True, energy, rule)
+                arc = Arc(dx, dy, big, low, high)
+                _add_panel(arc, p / panels, (p + 1) / panels, 1.0, True, energy, rule, piece)
             continue
         # From the nearer end on, panels as long as they are far away.
         at_low = math.hypot(dx + big * math.cos(low), dy + big * math.sin(low))
         at_high = math.hypot(dx + big * math.cos(high), dy + big * math.sin(high))
-        near, farther = (low, high) if at_low <= at_high else (high, low)
+        near, farther, forward = (low, high, 1.0) if at_low <= at_high else (high, low, -1.0)
         done = 0.0
         while done < 1.0:
             angle = near + done * (farther - near)
             r = math.hypot(dx + big * math.cos(angle), dy + big * math.sin(angle))
             stop = min(1.0, done + FAR_PANEL * r / (big * (high - low)))
-            part = _panel(Arc(dx, dy, big, near, farther), done, stop, False, energy, g)
-            total += part if near == low else -part
+            _add_panel(Arc(dx, dy, big, near, farther), done, stop, forward, False, energy, g, piece)
             done = stop
-    return total

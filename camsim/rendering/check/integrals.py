@@ -180,25 +180,23 @@ class Integrals:
             yield listeners, self._parts.gaps(listeners)
 
     def values(self, points: F64, sets: I64) -> F64:
-        """Return the light at points (m, 2) besides the background's, each in its channel."""
+        """Return the light at points (m, 2) besides the background's, each in channels (k, m) of its own: (k, m)."""
         radius = self._radii(points)
         table = self._table(float(radius.max()) + self._parts.longest_curve)
-        pairs, channels = self.weights.shape[:2]
-        tables = Tables(
-            table.cells.reshape(pairs, channels, *table.cells.shape[1:]),
-            table.step,
-            table.far.reshape(pairs, channels, 4),
-        )
+        of_pairs = self.weights.shape[:2]
+        cells, far = (own.reshape(*of_pairs, *own.shape[1:]) for own in (table.cells, table.far))
+        tables = Tables(cells, table.step, far)
         # All of what is farther is seen by its smooth powers, wherever on the photosite.
         ends = self.zones.ends(radius + self._extent)
         some = np.flatnonzero((ends[:-1] < ends[1:]).any(axis=1))
         rules = [self.zones.rules[zone] for zone in some]
         nodes, counts = np.concatenate([nodes for nodes, _ in rules]), [len(nodes) for nodes, _ in rules]
-        asked = Asked(points, sets, radius, nodes, np.repeat(np.arange(some.size), counts), ends[some], ends[some + 1])
+        channels, zone = np.ascontiguousarray(sets.T), np.repeat(np.arange(some.size), counts)
+        asked = Asked(points, channels, radius, nodes, zone, ends[some], ends[some + 1])
         worth = math.ceil(BLOCK_SECONDS * len(nodes) / self.seconds_each)
         light = light_at_points(asked, self.pieces.outlines, self._parts, tables, self._rules, worth)
-        parts = np.split(light, np.cumsum(counts)[:-1], axis=1)
-        return sum((part @ weights for part, (_, weights) in zip(parts, rules, strict=True)), np.zeros(len(points)))
+        values: F64 = np.einsum("mnk,n->km", light, np.concatenate([weights for _, weights in rules]))
+        return values
 
     @cached_property
     def _rules(self) -> Rules:

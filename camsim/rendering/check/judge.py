@@ -200,8 +200,7 @@ class Judge:
             return self._framed.values(rows, cols, sets)
         x0, y0 = self.job.grid.first_centre
         points = np.stack([x0 + cols, y0 + rows], axis=1) - self._moved
-        own = sets.reshape(-1, rows.size).astype(np.int64)
-        again: F64 = np.stack([self.integrals.values(points, one) for one in own])
+        again = self.integrals.values(points, sets.reshape(-1, rows.size).astype(np.int64))
         values: F64 = base + again.reshape(sets.shape)
         return values if self._difference is None else values + self._framed.values(rows, cols, sets)
 

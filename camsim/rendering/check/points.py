@@ -11,7 +11,17 @@ import numpy as np
 from camsim.arrays import F64, I64
 from camsim.kernels import kernel, shared
 from camsim.quadrature import gauss_legendre, gauss_phases
-from camsim.rendering.check.along import CUTS, PANEL_BLURS, SHORT, Energy, Memory, Rules, bezier, round_piece, straight
+from camsim.rendering.check.along import (
+    CUTS,
+    PANEL_BLURS,
+    SHORT,
+    Energy,
+    Memory,
+    Rules,
+    add_bezier,
+    add_round_piece,
+    add_straight,
+)
 from camsim.rendering.check.records import Outlines, Parts
 
 MOST_NODES = 64
@@ -29,7 +39,7 @@ class Asked(NamedTuple):
     """Where light is asked for, and from where."""
 
     points: F64  # (n, 2)
-    sets: I64  # (n,) channel of each
+    sets: I64  # (n, k) channels in which each is asked for
     radius: F64  # (n,) within which E is taken from the table
     nodes: F64  # (m, 2) by which every point is moved, zone after zone
     zone: I64  # (m,) of each
@@ -48,21 +58,26 @@ def rules_of(blur: float, allowed: float) -> Rules:
 
 
 def light_at_points(asked: Asked, o: Outlines, parts: Parts, tables: Tables, rules: Rules, least: int) -> F64:
-    """Return (points, nodes) what pieces in each node's zone add to the background's light at the points, moved by it.
+    """Return (points, nodes, k) what pieces in each node's zone add to the background's light at points, moved by it.
 
     least : nodes that are worth a thread's while
     """
-    light = np.empty((len(asked.points), len(asked.nodes)))
+    shape = len(asked.points), len(asked.nodes), asked.sets.shape[1]
+    light = np.empty((shape[0] * shape[1], shape[2]))
 
     def work(begin: int, end: int) -> None:
         nodes = max(rules.panel.shape[1], rules.few.shape[1])
-        memory = Memory(
-            np.empty(len(parts.sides), np.int64), np.empty(CUTS), np.empty(nodes, np.int32), np.empty(nodes)
-        )
+        memory = memory_for(len(parts.sides), nodes, shape[2])
         _light(begin, end, asked, o, parts, tables, rules, memory, light)
 
-    shared(light.size, work, least=least)
-    return light
+    shared(len(light), work, least=least)
+    return light.reshape(shape)
+
+
+def memory_for(pieces: int, nodes: int, channels: int) -> Memory:
+    """Return what one thread writes on its way, for so many pieces, nodes of a rule, and channels."""
+    within = np.empty(nodes, np.int32), np.empty(nodes)
+    return Memory(np.empty(pieces, np.int64), np.empty(CUTS), *within, np.zeros(channels), np.zeros(channels))
 
 
 @kernel(error_model="numpy", fastmath={"contract"})
@@ -82,6 +97,7 @@ def _light(
     sides, times, about, curves = parts
     count, per_step = len(nodes), 1.0 / tables.step
     here, pieces, last, zone = memory.pieces, 0, -1, -1
+    piece, total = memory.piece, memory.total
     for job in range(begin, end):
         point, node = job // count, job % count
         if point != last or zones[node] != zone:
@@ -93,14 +109,18 @@ def _light(
                     here[pieces] = e
                     pieces += 1
         x, y = points[point, 0] + nodes[node, 0], points[point, 1] + nodes[node, 1]
-        channel, reach = sets[point], radius[point]
-        total = 0.0
+        reach = radius[point]
+        total[:] = 0.0
         for e in here[:pieces]:
-            energy = Energy(tables.cells[sides[e], channel], per_step, tables.far[sides[e], channel])
+            piece[:] = 0.0
+            energy = Energy(tables.cells[sides[e]], per_step, tables.far[sides[e]], sets[point])
             if curves.of[e] >= 0:
-                total += times[e] * bezier(x, y, curves, curves.of[e], about[e, 2], reach, energy)
+                add_bezier(x, y, curves, curves.of[e], about[e, 2], reach, energy, piece)
             elif o.turn_rad[e] == 0.0:
-                total += times[e] * straight(x, y, o, e, reach, energy, rules, memory)
+                add_straight(x, y, o, e, reach, energy, rules, memory)
             else:
-                total += times[e] * round_piece(x, y, o, e, about[e], reach, energy, rules, memory.cuts)
-        light[point, node] = total / math.tau
+                add_round_piece(x, y, o, e, about[e], reach, energy, rules, memory)
+            for c in range(piece.size):
+                total[c] += times[e] * piece[c]
+        for c in range(piece.size):
+            light[job, c] = total[c] / math.tau
