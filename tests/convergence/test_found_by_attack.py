@@ -480,6 +480,17 @@ def test_a_check_that_hardly_fits_the_memory_has_a_price():
     assert 5.0 < cost.seconds < 500.0
 
 
+def test_windows_are_taken_where_a_check_s_table_is_dear():
+    """A point at 1.8e-11: 24 600 blurs of an Airy pattern were tabulated for it, 5 s of 6, of which 0.01 were expected
+    (1903:640)."""
+    system = draw(1903, 640)
+    choice = systems.choice(system, tolerance=system["tolerance"], method=system["method"])
+    judge = choice.judge
+    assert not judge.integrates
+    assert judge.integrals.seconds_each < 0.01
+    assert 0.0 < 3.0 * judge.seconds(choice.plan) < judge.integrals.table_seconds
+
+
 @pytest.mark.parametrize(
     ("obstruction", "blur", "tolerance"), [(0.05, 0.037, 8e-7), (0.03, 0.037, 8e-7), (0.1, 0.1, 1e-5)]
 )
