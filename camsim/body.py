@@ -16,6 +16,7 @@ from camsim.errors import UnknownNameError
 from camsim.marks import Called
 from camsim.optics import Lens, LowPass, OpticalStage, OpticalSystem, PhotositeShape
 from camsim.optics.own import check_own
+from camsim.optics.protocols import KnowsOpening
 from camsim.rendering import Grid
 from camsim.rendering.veil import Veil
 from camsim.scene import Scene
@@ -24,11 +25,12 @@ from camsim.sensor.cfa import Cfa
 from camsim.sensor.colour_matrix import ColourResponse, MatrixOf
 from camsim.sensor.conversion_gain import DualGain
 from camsim.sensor.electronics import ElectronicChanges, Electronics
-from camsim.sensor.exposure import Exposure, auto_time_s, electrons_per_reflectance
+from camsim.sensor.exposure import AUTO_LEVEL, Exposure, auto_time_s, electrons_per_reflectance
 from camsim.sensor.falloff import Falloff, Magnification, working_f_number
 from camsim.sensor.quantum_efficiency import QuantumEfficiency
 from camsim.sensor.stage import ElectronicStage
 from camsim.sensor.stages.full_well import FullWell
+from camsim.sensor.stages.nonlinearity import charge_e
 from camsim.sensor.stages.read_noise import ReadNoise
 from camsim.spectra.curve import Curve, Filter, NumberOrCurve, Spectrum, Transmission
 from camsim.spectra.light import Light, LightSamples
@@ -108,6 +110,10 @@ class Body(Electronics):
         if missing := [letter for letter in self.cfa.channels if letter not in known]:
             message = f"no curve for {', '.join(missing)} of the cfa; there are {', '.join(known)}"
             raise refusal(self, "quantum_efficiency", message)
+        listed = () if self.defects is None else (*self.defects.hot, *self.defects.dead)
+        if outside := [place[:2] for place in listed if place[0] >= self.rows or place[1] >= self.cols]:
+            places = ", ".join(f"({row}, {col})" for row, col in outside[:3])
+            raise refusal(self, "defects", f"no photosite {places} in a frame of {self.rows} × {self.cols}")
         widest_um = 2.0 * max(self.photosite.half_extent_um)
         if widest_um > self.pitch_um * (1.0 + 1e-9):
             overlap = f"is {widest_um:g} µm wide; photosites may not overlap, and the pitch is {self.pitch_um:g} µm"
@@ -180,6 +186,7 @@ class Body(Electronics):
             quantum_efficiency=self.quantum_efficiency.select(self.cfa.channels),
             photosite_area_um2=self.photosite.area_um2,
             time_s=time_s,
+            opening=self.lens.opening if isinstance(self.lens, KnowsOpening) else 1.0,
         )
 
     def diffuser_electrons(self, light: Light, time_s: float) -> F64:
@@ -239,14 +246,17 @@ class Body(Electronics):
             return well.capacity_e
         return float(self.nonlinearity.response(np.array([well.capacity_e]))[0])
 
+    def charge_at_e(self, share: float, iso: float) -> float:
+        """Return the charge whose code lies at a share of black..white; at 1 white clips."""
+        signal_e = share * self.adc.saturation_e(iso, self.well_as_read_e(iso))
+        return signal_e if self.nonlinearity is None else charge_e(self.nonlinearity, signal_e)
+
     def exposure_time_s(self, light: Light, exposure: Exposure) -> float:
         """Return the exposure time; "auto" puts the most responsive channel's white at 80 % of black..white."""
         if not isinstance(exposure.time_s, str):
             return exposure.time_s
-        return auto_time_s(
-            self.diffuser_electrons(light, 1.0),
-            saturation_e=self.adc.saturation_e(exposure.iso, self.well_as_read_e(exposure.iso)),
-        )
+        level_e = self.charge_at_e(AUTO_LEVEL, exposure.iso)
+        return auto_time_s(self.diffuser_electrons(light, 1.0), level_e=level_e)
 
     def grid(self, region: Region | None = None) -> Grid:
         """Return the photosites of a window, None for all of the frame."""

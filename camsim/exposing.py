@@ -35,6 +35,8 @@ from camsim.sensor.chain import random_numbers, record
 from camsim.sensor.colour_matrix import MatrixOf
 from camsim.sensor.exposure import Exposure
 from camsim.sensor.stage import Context, ElectronicStage
+from camsim.sensor.stages.dark_current import DarkCurrent
+from camsim.sensor.stages.shot_noise import ShotNoise
 from camsim.sensor.streams import BLOCK_ROWS
 from camsim.spectra.light import Light, LightSamples
 from camsim.typed import Number, Positive, Seed, Several, Truth, Whole, judge, refusal
@@ -119,7 +121,7 @@ class Capture:
     @cached_property
     def window(self) -> Window:
         """The photosites that take part: the window's, and with crosstalk their neighbours."""
-        return Window(camera=self.camera, grid=self.grid)
+        return Window(camera=self.camera, grid=self.grid, on_sensor=self.light.at == "sensor")
 
     @cached_property
     def samples(self) -> LightSamples:
@@ -156,6 +158,17 @@ class Capture:
     def veil_e(self) -> F64:
         """(channels,) electrons that veiling glare adds to every photosite on the axis."""
         return self.radiant_exposure_j_per_m2 * self.camera.veil_of(self.lit_scene, self.samples, self.tolerance)
+
+    @cached_property
+    def white_e(self) -> float:
+        """The charge at which white clips."""
+        return self.camera.charge_at_e(1.0, self.exposure.iso)
+
+    @cached_property
+    def dark_e(self) -> float:
+        """The charge that gathers without light, the mean of all photosites."""
+        currents = (stage for stage in self.electronics if isinstance(stage, DarkCurrent))
+        return sum(c.e_per_s * self.time_s * c.warming(self.exposure.temperature_c) for c in currents)
 
     @cached_property
     def white_level_dn(self) -> int:
@@ -235,7 +248,7 @@ class Capture:
         truth = self.window.truth(planes, self.veil_e, lit.shown_e)
         clock.lap("render")
         for frame_number in range(self.frame_number, self.frame_number + count):
-            signals = Signals(self.camera.cfa.channels, self.white_level_dn)
+            signals = self._signals()
             recorded_e, codes = self._recorded(lit, frame_number, clock, signals)
             yield self._frame(
                 mosaic=codes,
@@ -265,8 +278,7 @@ class Capture:
         clock = Clock()
         choice, cube = self.plan(), self._cube(products)
         clock.lap("light")
-        signals = Signals(self.camera.cfa.channels, self.white_level_dn)
-        passed = 0
+        signals, passed = self._signals(), 0
 
         def record_rows(image: F64) -> None:
             nonlocal passed
@@ -323,8 +335,13 @@ class Capture:
         clock.lap("noise")
         codes = self.camera.adc.quantise(electrons, iso=self.exposure.iso, origin=(row + lit.rows_before, col))
         clock.lap("adc")
-        signals.add(lit.channel, lit.shown_e, codes)
+        offsets_dn = np.array(self.camera.adc.window_black_offsets_dn((row + lit.rows_before, col)))
+        signals.add(lit.channel, lit.shown_e, codes, offsets_dn)
         return electrons, codes
+
+    def _signals(self) -> Signals:
+        adc, light_e = self.camera.adc, self.white_e - self.dark_e
+        return Signals(self.camera.cfa.channels, self.white_level_dn, largest_dn=adc.largest_dn, full_e=light_e)
 
     def _context(self, frame_number: int, rows_before: int) -> Context:
         """Return what electronic stages may know, from some row of the window on."""
@@ -362,6 +379,8 @@ class Capture:
             black_offsets_dn=camera.adc.window_black_offsets_dn(self.grid.origin),
             white_level_dn=self.white_level_dn,
             electrons_per_dn=camera.adc.electrons_per_dn_at(exposure.iso),
+            white_e=self.white_e if camera.nonlinearity is not None else None,
+            shot_noise=any(isinstance(stage, ShotNoise) for stage in self.electronics),
             read_noise_e=camera.dark_noise_e(exposure.iso) if self.noise else 0.0,
             camera_name=camera.name,
             serial=camera.serial,

@@ -140,6 +140,8 @@ class Frame:
     cfa_pattern         letters of the window's own (0,0) (0,1) … , one string per row, such as ("RG", "GB")
     black_offsets_dn    added to the black level, repeated from the window's own (0,0); usually 0 everywhere
     electrons_per_dn    at the ISO that was used
+    white_e             mean electrons at which white clips, of a read-out that is not linear; None: as white_level_dn
+    shot_noise          whether photons were drawn
     read_noise_e        all temporal noise of the read-out, one standard deviation
     frame_number        which of several exposures of one scene
     spectral            the scene's radiance per wavelength; None unless asked for
@@ -167,6 +169,8 @@ class Frame:
     black_level_dn: int
     white_level_dn: int
     electrons_per_dn: float
+    white_e: float | None = None
+    shot_noise: bool = True
     read_noise_e: float
     camera_name: str
     serial: int
@@ -187,6 +191,12 @@ class Frame:
     def shape(self) -> tuple[int, int]:
         """(rows, cols) of the window, whether or not its photosites are held."""
         return self.passed_rows + self.mosaic.shape[0], self.mosaic.shape[1]
+
+    @property
+    def clips_at_e(self) -> float:
+        """Mean electrons at which white clips."""
+        linear_e = (self.white_level_dn - self.black_level_dn) * self.electrons_per_dn
+        return linear_e if self.white_e is None else self.white_e
 
     def save(
         self,

@@ -34,10 +34,14 @@ class Lit:
 
 @dataclass(frozen=True, kw_only=True)
 class Window:
-    """A camera's photosites that take part: ``grid`` those of the picture, ``wide`` those that are rendered."""
+    """A camera's photosites that take part: ``grid`` those of the picture, ``wide`` those that are rendered.
+
+    on_sensor : the light is given as it falls on the sensor, where no lens dims it
+    """
 
     camera: Body
     grid: Grid
+    on_sensor: bool = False
 
     @property
     def wide(self) -> Grid:
@@ -60,8 +64,8 @@ class Window:
         mean_e = np.maximum(image, 0.0, out=image)
         if veil_e.any():
             mean_e += veil_e[self.channel(grid)]
-        if self._falls_off:
-            mean_e = mean_e * self._falloff(grid)
+        if self.falls_off:
+            mean_e = mean_e * self.falloff(grid)
         shown_e = mean_e if self.camera.crosstalk is None else mixed(mean_e, self.camera.crosstalk)
         channel = self.channel(rows_of(self.grid, rows_before, len(shown_e)))
         return Lit(rows_before=rows_before, mean_e=mean_e, shown_e=shown_e, channel=channel)
@@ -72,8 +76,8 @@ class Window:
             return None
         planes = np.maximum(planes, 0.0, out=planes)
         planes += veil_e[:, None, None]
-        if self._falls_off:
-            planes *= self._falloff(self.wide)
+        if self.falls_off:
+            planes *= self.falloff(self.wide)
         truth = np.empty((self.grid.rows, self.grid.cols, len(planes)), np.float32)
         own, crosstalk = self.channel(self.grid), self.camera.crosstalk
         for k in range(len(planes)):
@@ -82,10 +86,12 @@ class Window:
         return truth
 
     @property
-    def _falls_off(self) -> bool:
-        return self.camera.falloff is not None or isinstance(self.camera.lens, Illuminates)
+    def falls_off(self) -> bool:
+        """Whether photosites get less light than the axis."""
+        dims = self.camera.falloff is not None or isinstance(self.camera.lens, Illuminates)
+        return dims and not self.on_sensor
 
-    def _falloff(self, grid: Grid) -> F64:
+    def falloff(self, grid: Grid) -> F64:
         """Return the light that falls on photosites, relative to the axis: the lens's own, and what stands on it."""
         (x0, y0), pitch_um = grid.first_centre, self.camera.pitch_um
         relative: F64 = np.ones((grid.rows, grid.cols))

@@ -65,10 +65,10 @@ def notes_before(setting: Setting, choice: Choice) -> Iterator[str]:
     yield from _of_glare(setting)
     yield from _of_the_converter(setting.camera, setting.exposure.iso)
     yield from _of_prnu(setting.camera)
-    if not choice.plan.job.response.any():
-        yield from _of_no_light(setting.light)
-    else:
+    if choice.plan.job.response.any():
         yield from _of_edges(setting.scene, choice)
+    elif not setting.veil_e.any():
+        yield from _of_no_light(setting.light)
     yield from _of_slow_stages(setting.camera, choice)
     if setting.noise:
         yield from _of_dark_current(setting)
@@ -92,11 +92,11 @@ def notes_of_sensor(camera: Body) -> Iterator[str]:
 
 def notes_after(signal: Sequence[ChannelSignal], camera: Body, iso: float) -> Iterator[str]:
     """Yield what the picture's signal at an ISO setting has to say."""
-    well_e, electrons_per_dn = camera.well_as_read_e(iso), camera.adc.electrons_per_dn_at(iso)
+    electrons_per_dn = camera.adc.electrons_per_dn_at(iso)
     way_out = "exposure.time_s: auto (time_s='auto') puts white at 80 %"
     # By the mean: noise of the read-out scatters codes about white.
-    if all(channel.min_e >= camera.adc.saturation_e(iso, well_e) for channel in signal):
-        white_dn = camera.adc.white_level_dn(iso, well_e)
+    if all(channel.min_e >= camera.charge_at_e(1.0, iso) for channel in signal):
+        white_dn = camera.adc.white_level_dn(iso, camera.well_as_read_e(iso))
         yield f"every photosite is clipped at {white_dn} DN: nothing is left of the scene; {way_out}"
         return
     for channel in signal:

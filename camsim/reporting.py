@@ -6,7 +6,7 @@ import time
 
 import numpy as np
 
-from camsim.arrays import F64, U8, U16
+from camsim.arrays import F64, I64, U8, U16
 from camsim.frame import ChannelSignal
 from camsim.rendering import Rendering
 from camsim.spectra.light import Light
@@ -38,21 +38,30 @@ def accuracy_notes(rendering: Rendering) -> tuple[str, ...]:
 
 
 class Signals:
-    """The signal of every channel, gathered band by band."""
+    """The signal of every channel, gathered band by band.
 
-    def __init__(self, channels: tuple[str, ...], white_level_dn: int) -> None:
+    largest_dn : code that there is
+    full_e     : mean electrons of light that fill a photosite: noise of the read-out scatters its codes about white
+    """
+
+    def __init__(self, channels: tuple[str, ...], white_level_dn: int, *, largest_dn: int, full_e: float) -> None:
         self._channels, self._white_level_dn = channels, white_level_dn
+        self._largest_dn, self._full_e = largest_dn, full_e
         self._photosites, self._clipped = np.zeros((2, len(channels)), np.int64)
         self._sum_e, self._max_e, self._sum_dn = np.zeros((3, len(channels)))
         self._min_e = np.full(len(channels), np.inf)
 
-    def add(self, channel: U8, mean_electrons: F64, mosaic: U16) -> None:
-        """Take in some rows: each photosite's channel, mean electrons and code."""
+    def add(self, channel: U8, mean_electrons: F64, mosaic: U16, offsets_dn: I64) -> None:
+        """Take in some rows: each photosite's channel, mean electrons and code, and black offsets, which repeat."""
+        tiles = [-(-size // own) for size, own in zip(mosaic.shape, offsets_dn.shape, strict=True)]
+        offset_dn = np.tile(offsets_dn, tiles)[: mosaic.shape[0], : mosaic.shape[1]] if offsets_dn.any() else 0
+        white_dn = np.minimum(self._white_level_dn + offset_dn, self._largest_dn)
+        clipped = (mosaic >= white_dn) | (mean_electrons >= self._full_e)
         for k in range(len(self._channels)):
             here = channel == k
             electrons, codes = mean_electrons[here], mosaic[here]
             self._photosites[k] += electrons.size
-            self._clipped[k] += np.count_nonzero(codes >= self._white_level_dn)
+            self._clipped[k] += np.count_nonzero(clipped[here])
             self._sum_e[k] += np.sum(electrons)
             self._max_e[k] = np.max(electrons, initial=self._max_e[k])
             self._min_e[k] = np.min(electrons, initial=self._min_e[k])

@@ -27,17 +27,14 @@ def noise_budget(capture: Capture, signal_e: F64) -> dict[str, F64]:
     """
     camera, even = capture.camera, np.ones_like(signal_e)
     electrons_per_dn = camera.adc.electrons_per_dn_at(capture.exposure.iso)
-    dark = camera.dark_current if camera.dark_current in capture.electronics else None
-    dark_e = 0.0
-    if dark is not None:
-        dark_e = dark.e_per_s * capture.time_s * dark.warming(capture.exposure.temperature_c)
+    dark, dark_e = camera.dark_current, capture.dark_e
     found: dict[str, F64] = {}
     for stage in capture.electronics:
         name = type(stage).__name__
         if stage is camera.shot_noise:
             found["photons"] = np.sqrt(signal_e)
             found["dark current"] = math.sqrt(dark_e) * even
-        elif stage is dark:
+        elif dark is not None and stage is dark:
             found["dark current's unevenness"] = dark.nonuniformity * dark_e * even
         elif stage is camera.prnu:
             found[name] = getattr(stage, "fraction") * signal_e  # noqa: B009 (a stage says no type)
@@ -56,7 +53,7 @@ def _in_words(name: str) -> str:
 def draw_noise(figure: Any, capture: Capture) -> None:
     """Draw what each source adds against the signal, and where the scene's surfaces lie."""
     camera, iso = capture.camera, capture.exposure.iso
-    saturation_e = camera.adc.saturation_e(iso, camera.well_as_read_e(iso))
+    saturation_e = camera.charge_at_e(1.0, iso)
     signal_e = np.geomspace(1.0, saturation_e, _POINTS)
     budget = noise_budget(capture, signal_e)
     total_e = np.sqrt(sum(values**2 for values in budget.values()))

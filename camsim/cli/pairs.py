@@ -170,6 +170,7 @@ def _figures(variant: _Variant, frame: Frame, level: float) -> dict[str, Any]:
         "iso": frame.iso,
         "seed": frame.seed,
         "black_level_dn": frame.black_level_dn,
+        "black_offsets_dn": [list(row) for row in frame.black_offsets_dn],
         "white_level_dn": frame.white_level_dn,
         "electrons_per_dn": frame.electrons_per_dn,
         **_neutral(frame),

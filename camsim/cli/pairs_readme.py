@@ -21,8 +21,9 @@ _COLUMNS = {
     "iso": ("–", "ISO setting"),
     "seed": ("–", "of the noise"),
     "black_level_dn": ("DN", "code of no light"),
+    "black_offsets_dn": ("DN", "added to it: rows of a rectangle that repeats from the top left photosite on"),
     "white_level_dn": ("DN", "code at which a photosite is full"),
-    "electrons_per_dn": ("e⁻/DN", "electrons = (code − black_level_dn) · electrons_per_dn"),
+    "electrons_per_dn": ("e⁻/DN", "electrons = (code − black_level_dn − black_offsets_dn) · electrons_per_dn"),
     "description_sha256": ("–", "of all stages and parameters, as the files carry them"),
 }
 

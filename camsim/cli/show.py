@@ -91,7 +91,7 @@ def _figures_of_sensor(located: Located) -> list[Row]:
     camera = load_camera(located.path, lens=Airy(f_number=8.0))
     adc, pitch_um = camera.adc, camera.pitch_um
     well_e = camera.well_as_read_e(adc.base_iso)
-    saturation_e = adc.saturation_e(adc.base_iso, well_e)
+    saturation_e = camera.charge_at_e(1.0, adc.base_iso)
     # The smallest signal: noise of the read-out and the rounding of a code, as standard deviations.
     dark_e = math.hypot(camera.dark_noise_e(adc.base_iso), adc.electrons_per_dn / math.sqrt(12.0))
     threshold_e = sensitivity_threshold_e(dark_e)

@@ -209,6 +209,7 @@ def _as_json(frame: Frame, outputs: list[Output], seconds: dict[str, float], tot
         "seed": frame.seed,
         "bit_depth": frame.bit_depth,
         "black_level_dn": frame.black_level_dn,
+        "black_offsets_dn": [list(row) for row in frame.black_offsets_dn],
         "white_level_dn": frame.white_level_dn,
         "electrons_per_dn": frame.electrons_per_dn,
         "outputs": [

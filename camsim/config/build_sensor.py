@@ -50,6 +50,7 @@ def camera(sensor: SensorDocument, lens: Lens | None) -> Camera | None:
             **charge,
             **readout,
         ),
+        keys={"defects": ("charge", "defects")},
     )
 
 

@@ -97,8 +97,7 @@ def write_truth(frame: Frame, path: Path, *, compress: bool = False) -> None:
             "write an .exr or .npy instead"
         )
     rows, cols, samples = truth.shape
-    saturation_e = (frame.white_level_dn - frame.black_level_dn) * frame.electrons_per_dn
-    codes_per_e = np.float32(TRUTH_WHITE_DN / saturation_e)
+    codes_per_e = np.float32(TRUTH_WHITE_DN / frame.clips_at_e)
     with path.open("wb") as file:
         image = Image(file, LosslessTiles(cols, components=1) if compress else Strip())
         for first in range(0, rows, _PIECE_ROWS):
@@ -124,10 +123,10 @@ def is_mono(frame: Frame) -> bool:
 def noise_profile(frame: Frame) -> tuple[float, float]:
     """Return S and O: the variance of x is S·x + O, for x = (code − black)/(white − black) in 0..1.
 
-    Shot noise has the variance of its electrons; O holds the read noise and the rounding's 1/12 DN².
+    Shot noise, if there is any, has the variance of its electrons; O holds the read noise and the rounding's 1/12 DN².
     """
     span_dn = frame.white_level_dn - frame.black_level_dn
-    shot = 1 / (frame.electrons_per_dn * span_dn)
+    shot = 1 / (frame.electrons_per_dn * span_dn) if frame.shot_noise else 0.0
     floor_dn2 = (frame.read_noise_e / frame.electrons_per_dn) ** 2 + 1 / 12
     return shot, floor_dn2 / span_dn**2
 
@@ -184,7 +183,7 @@ def _colour(frame: Frame) -> Colour:
 
 def _exif_tags(frame: Frame) -> tuple[Tag, ...]:
     date = exif_datetime(frame)
-    index = round(frame.iso)
+    index = max(1, round(frame.iso))
     return (
         rational(33434, frame.time_s),
         rational(33437, frame.f_number),

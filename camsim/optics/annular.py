@@ -30,7 +30,7 @@ class AnnularAiry:
     obstruction  : diameter of the obstruction over that of the aperture, 0 … 0.95
     transmission : fraction of the light that passes, a number or a curve over wavelength
 
-    The obstruction takes obstruction² of the light: put that into ``transmission`` where exposure matters.
+    The obstruction takes obstruction² of the light.
 
     >>> lens = AnnularAiry(f_number=8.0, obstruction=0.3)
     >>> lens.otf(np.array([0.0, 0.1, 0.3]), np.zeros(3), 550.0).round(4)
@@ -49,6 +49,11 @@ class AnnularAiry:
 
     def __post_init__(self) -> None:
         judge(self)
+
+    @property
+    def opening(self) -> float:
+        """The pupil's area over that of the aperture."""
+        return 1.0 - self.obstruction**2
 
     def blur_um(self, wavelength_nm: float) -> float:
         """The pattern's own length, µm: λN."""

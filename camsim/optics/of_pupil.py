@@ -52,6 +52,11 @@ class OfPupil:
     def _symmetric(self) -> bool:
         """Whether the pattern stays the same when turned by 180°, so that its transfer is real."""
 
+    @property
+    def opening(self) -> float:
+        """The pupil's area over that of a circle of diameter D."""
+        return self.pupil.area / math.pi
+
     def blur_um(self, wavelength_nm: float) -> float:
         """The length of the pattern without aberrations, µm: λN."""
         return self.f_number * wavelength_nm / NM_PER_UM

@@ -171,6 +171,16 @@ class KnowsBands(_Ability, Protocol):
 
 
 @runtime_checkable
+class KnowsOpening(_Ability, Protocol):
+    """A lens whose opening is no circle of the diameter focal length over f-number."""
+
+    @property
+    def opening(self) -> float:
+        """Its area over that circle's: so much of the light passes."""
+        ...
+
+
+@runtime_checkable
 class KnowsReach(_Ability, Protocol):
     """A lens that knows how far its light goes."""
 

@@ -29,7 +29,7 @@ from camsim.rendering.running import Rendering, Report, Take, carry_out
 from camsim.rendering.scales import check_scales
 from camsim.scene import Scene
 from camsim.scene.arrange import Arrangement
-from camsim.spectra.light import LIGHT_NM
+from camsim.spectra.curve import LIGHT_NM
 from camsim.typed import Number, Positive, Several, Whole, check
 
 AnyMethod: TypeAlias = Literal[

@@ -15,7 +15,7 @@ from camsim.arrays import F64, I64
 from camsim.scene.curves import STRAIGHT, Curves, circles_among, cross
 from camsim.scene.growing import grown
 from camsim.scene.side_limits import MOST_TURN, SideLimits, judge_sides
-from camsim.scene.stretches import Apart, Stretches, Whose, cut_stretches, followers, stretches
+from camsim.scene.stretches import Apart, Stretches, Whose, cut_stretches, followers, gradual, stretches
 
 SMOOTH = 1e-7  # sine of the angle between curves that go on in one another
 GRID_BITS = 46  # of the largest coordinate of a curve
@@ -123,6 +123,7 @@ def _laid(
     side, longer = limits.side_um(found.radius_um, cut), None
     if limits.longer is not None:
         longer = limits.longer(found.place_um, found.radius_um, found.length_um)
+        longer = gradual(np.minimum(longer, MOST_TURN * found.radius_um), found)
         side = np.minimum(np.maximum(side, longer), MOST_TURN * found.radius_um)
     judge_sides(float(np.sum(found.length_um / side)))
     # Runs of stretches of one curve whose sides grow, or of those whose do not.

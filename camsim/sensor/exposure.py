@@ -60,7 +60,9 @@ class Exposure:
             raise refusal(self, "datetime", message) from None
 
 
-def sensor_irradiance_w_per_m2_nm(samples: LightSamples, *, f_number: float, transmission: Spectrum) -> F64:
+def sensor_irradiance_w_per_m2_nm(
+    samples: LightSamples, *, f_number: float, transmission: Spectrum, opening: float = 1.0
+) -> F64:
     """Return (n,) W/m²/nm on the sensor from a perfect diffuser: τ·E_scene/(4·N²), or the light's own if it is there.
 
     A diffuser of irradiance E has radiance E/π, and an aplanatic lens of working f-number N focused far away
@@ -70,12 +72,12 @@ def sensor_irradiance_w_per_m2_nm(samples: LightSamples, *, f_number: float, tra
     samples      : the light on the scene
     f_number     : working f-number N·(1 + m)
     transmission : of the lens, a fraction
+    opening      : area of its pupil over that of a circle of diameter f/N
     """
     if samples.on_sensor:
         return samples.irradiance_w_per_m2_nm
-    irradiance: F64 = (
-        spectrum_at(transmission, samples.wavelength_nm) * samples.irradiance_w_per_m2_nm / (4.0 * f_number**2)
-    )
+    passes = opening * spectrum_at(transmission, samples.wavelength_nm)
+    irradiance: F64 = passes * samples.irradiance_w_per_m2_nm / (4.0 * f_number**2)
     return irradiance
 
 
@@ -88,6 +90,7 @@ def electrons_per_reflectance(
     photosite_area_um2: float,
     time_s: float,
     filters: Sequence[Spectrum] = (),
+    opening: float = 1.0,
 ) -> F64:
     """Return (channels, n) mean electrons per photosite and reflectance 1, quadrature weights included.
 
@@ -97,9 +100,10 @@ def electrons_per_reflectance(
     samples            : of the light, at nodes that follow all of these curves and the reflectance (``Light.samples``)
     photosite_area_um2 : light-sensitive area, pitch² × fill factor
     filters            : in front of the sensor, fractions that pass; all of them multiply
+    opening            : area of the lens's pupil over that of a circle of diameter f/N
     """
     photons_per_um2 = (
-        sensor_irradiance_w_per_m2_nm(samples, f_number=f_number, transmission=transmission)
+        sensor_irradiance_w_per_m2_nm(samples, f_number=f_number, transmission=transmission, opening=opening)
         * photons_per_um2_per_j_m2(samples.wavelength_nm)
         * samples.weight_nm
         * time_s
@@ -110,15 +114,15 @@ def electrons_per_reflectance(
     return electrons
 
 
-def auto_time_s(diffuser_e_per_s: F64, *, saturation_e: float) -> float:
-    """Return the exposure time that puts a perfect diffuser at 80 % of black..white in its brightest channel.
+def auto_time_s(diffuser_e_per_s: F64, *, level_e: float) -> float:
+    """Return the exposure time that puts a perfect diffuser at a level in its brightest channel.
 
     diffuser_e_per_s : (channels,) electrons per second and photosite of a perfect diffuser
-    saturation_e     : electrons from black to white (``Adc.saturation_e``)
+    level_e          : electrons of that level, 80 % of black..white say
 
     Dark current is left out: it comes on top.
 
-    >>> auto_time_s(np.array([1e5, 4e5, 2e5]), saturation_e=40_000.0)
+    >>> auto_time_s(np.array([1e5, 4e5, 2e5]), level_e=32_000.0)
     0.08
     """
     brightest = float(np.max(diffuser_e_per_s))
@@ -126,7 +130,7 @@ def auto_time_s(diffuser_e_per_s: F64, *, saturation_e: float) -> float:
         raise InvalidValueError(
             "auto, but no channel of the sensor responds to this light", key="time_s", stage="Exposure"
         )
-    time_s = AUTO_LEVEL * saturation_e / brightest
+    time_s = level_e / brightest
     if not SHORTEST_S <= time_s <= LONGEST_S:
         more = "less" if time_s < SHORTEST_S else "more"
         raise InvalidValueError(

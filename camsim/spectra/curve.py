@@ -18,6 +18,8 @@ from camsim.spectra.csv_table import Column, read_points
 from camsim.typed import Count, Fraction, NonNegative, Number, Positive, Several, check, judge
 from camsim.words import brief
 
+LIGHT_NM = (100.0, 20_000.0)  # what is light at all: anything else is another unit
+
 
 @dataclass(frozen=True, slots=True)
 class Curve:
@@ -72,6 +74,9 @@ class Curve:
                     key="wavelength_nm",
                     stage=what,
                 )
+        if self.wavelength_nm[-1] < LIGHT_NM[0]:
+            message = f"ends at {self.wavelength_nm[-1]:g} nm, where there is no light; give nm: 0.4 µm are 400"
+            raise InvalidValueError(message, key="wavelength_nm", stage=what)
 
     def _repr_html_(self) -> str:
         points = f"{len(self.values)} from {self.wavelength_nm[0]:g} to {self.wavelength_nm[-1]:g} nm"

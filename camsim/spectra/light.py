@@ -15,7 +15,7 @@ from annotated_types import Ge, Le
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError, UnknownNameError
 from camsim.marks import After
-from camsim.spectra.curve import Curve, Spectrum
+from camsim.spectra.curve import LIGHT_NM, Curve, Spectrum
 from camsim.spectra.integral import nodes_between
 from camsim.spectra.named import illuminant, photopic_observer
 from camsim.typed import NonNegative, Number, Positive, judge, refusal
@@ -29,7 +29,6 @@ BOLTZMANN_J_PER_K = 1.380649e-23
 LUMINOUS_EFFICACY_LM_PER_W = 683.002
 
 VISIBLE_NM = (360.0, 830.0)
-LIGHT_NM = (100.0, 20_000.0)  # what is light at all: anything else is another unit
 
 # What silicon sees; a thermal radiator shines here.
 _SILICON_NM = (300.0, 1100.0)

@@ -15,6 +15,7 @@ from camsim.measure import CameraOtf, measure_mtf, picture_of_frame
 from camsim.measure.target.moire import measure_moire
 
 _OF_A_MEDIAN = math.sqrt(math.pi / 2.0)
+_CLEAR = 5.0  # standard deviations from either end of the codes
 
 
 Columns: TypeAlias = tuple[dict[str, Any], list[str]]
@@ -27,9 +28,7 @@ def measured(frame: Frame, capture: Capture, what: Sequence[str]) -> Columns:
     said: list[str] = []
     if "signal" in what:
         columns |= _signal(frame)
-    if "noise" in what:
-        columns |= _noise(frame)
-    for name, measure in (("mtf", _mtf), ("moire", _moire)):
+    for name, measure in (("noise", _noise), ("mtf", _mtf), ("moire", _moire)):
         if name in what:
             try:
                 more, why = measure(frame, capture)
@@ -55,23 +54,34 @@ def _signal(frame: Frame) -> dict[str, Any]:
     return columns
 
 
-def _noise(frame: Frame) -> dict[str, Any]:
+def _noise(frame: Frame, capture: Capture) -> Columns:
     """Scatter of each channel's codes about what a noise-free sensor would give, in electrons, and the mean over it.
 
-    Photosites at either end of the codes are left out. Fixed patterns count as noise: one frame cannot tell them.
+    Of photosites whose mean lies so far from both ends of the codes that noise takes none there: which these are no
+    noise decides. Fixed patterns count as noise: one frame cannot tell them.
     """
+    gain, bends = frame.electrons_per_dn, capture.camera.nonlinearity
     offsets = np.array(frame.black_offsets_dn)
     repeats = [-(-size // own) for size, own in zip(frame.shape, offsets.shape, strict=True)]
     black = frame.black_level_dn + np.tile(offsets, repeats)[: frame.shape[0], : frame.shape[1]]
-    off = (frame.mosaic.astype(float) - black) * frame.electrons_per_dn - frame.mean_electrons
-    whole = (frame.mosaic > 0) & (frame.mosaic < frame.white_level_dn)
+    charge = frame.mean_electrons + capture.dark_e
+    signal = charge if bends is None else bends.response(charge)
+    off = (frame.mosaic.astype(float) - black) * gain - signal
+    even_e = math.hypot(frame.read_noise_e, *(getattr(stage, "sigma_e", 0.0) for stage in capture.electronics))
+    uneven = capture.camera.prnu.fraction if capture.camera.prnu else 0.0
+    clear = _CLEAR * np.sqrt(charge + even_e**2 + np.square(uneven * charge)) + gain
+    whole = (charge + clear < capture.white_e) & (black * gain + signal > clear)
     columns: dict[str, Any] = {}
+    said: list[str] = []
     for number, name in enumerate(frame.channels):
-        own = whole & (frame.channel_index == number)
+        there = frame.channel_index == number
+        own = whole & there
         noise = float(np.std(off[own])) if np.any(own) else math.nan
         columns[f"noise_{name}_e"] = noise if math.isfinite(noise) else None
         columns[f"snr_{name}"] = float(np.mean(frame.mean_electrons[own])) / noise if noise > 0.0 else None
-    return columns
+        if np.any(there) and not np.any(own):
+            said.append(f"noise: codes of {name} are cut at white or at 0")
+    return columns, said
 
 
 def _mtf(frame: Frame, capture: Capture) -> Columns:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import os
 import pickle
 import shutil
@@ -117,7 +118,7 @@ def read_pair(folder: str | os.PathLike[str], index: int) -> tuple[dict[str, F32
 
     noisy : codes, uint16;  clean : (rows, cols) and truth : (rows, cols, channels) mean electrons, float32
 
-    Electrons of a code are (code − black_level_dn) · electrons_per_dn.
+    Electrons of a code are (code − black_level_dn − black_offsets_dn) · electrons_per_dn.
 
     >>> import tempfile
     >>> import camsim
@@ -140,7 +141,12 @@ def read_pair(folder: str | os.PathLike[str], index: int) -> tuple[dict[str, F32
     found = parquet.read_table(path, filters=[("index", "==", index)]).to_pylist()
     if not found or "key" not in found[0]:
         raise InputError(f"{str(folder)!r} has no sample {index}")
-    return read_sample(Path(folder), found[0])
+    arrays, about = read_sample(Path(folder), found[0])
+    # A table's columns hold numbers and texts: matrices are JSON there.
+    return arrays, {
+        name: json.loads(value) if isinstance(value, str) and value.startswith("[[") else value
+        for name, value in about.items()
+    }
 
 
 def shards_of(study: Study[schema.DatasetFile], captures: list[tuple[Point, Capture]]) -> list[Shard]:

@@ -20,6 +20,7 @@ from camsim.files.atomic import replacing
 from camsim.frame import Frame, Product
 from camsim.sensor.colour_matrix import as_shot_neutral, fit
 from camsim.sensor.stages.column_noise import ColumnNoise
+from camsim.sensor.stages.crosstalk import Crosstalk
 from camsim.sensor.stages.dark_current import DarkCurrent
 from camsim.sensor.stages.dsnu import Dsnu
 from camsim.sensor.stages.prnu import Prnu
@@ -91,7 +92,7 @@ class Cuts:
         seen = shared.of(source.capture, frozenset(products))
         frame = next(source.capture.frames(products=products, optical_image=seen))
         whole: dict[str, Any] = {"noisy": frame.mosaic, "clean": frame.mean_electrons, "truth": frame.truth}
-        about = noise_model(frame, source.capture)
+        about, offsets_dn = noise_model(frame, source.capture), np.array(frame.black_offsets_dn)
         rows: list[Row] = []
         path = Path(self.folder) / source.file
         with into_tar(path) as write:
@@ -108,6 +109,7 @@ class Cuts:
                         "col": crop.col,
                         **source.told,
                         **about,
+                        "black_offsets_dn": np.roll(offsets_dn, (-crop.row, -crop.col), (0, 1)).tolist(),
                         "status": DONE,
                         "message": BETWEEN_NOTES.join(frame.report.notes),
                     }
@@ -139,14 +141,17 @@ def noise_model(frame: Frame, capture: Capture) -> dict[str, Any]:
     of what a code is off that has the mean shot_dn · (m + dark_dn) + read_dn2 + (prnu · m)² + dsnu_dn². The first two
     terms are new in every exposure, the others belong to the sensor. Rounding is in read_dn2, 1/12 DN² at every ISO:
     the gain acts before the converter. dsnu_dn are all offsets that stay: DSNU, columns, the dark current's own.
+    Crosstalk mixes gains that know nothing of one another: prnu is what it leaves of them on an even grey.
     """
-    gain, acting = frame.electrons_per_dn, capture.electronics
-    dark_e = prnu = 0.0
+    gain, acting, dark_e = frame.electrons_per_dn, capture.electronics, capture.dark_e
+    prnu, mixes = 0.0, 1.0
     offsets_e = [0.0]
     for stage in acting:
         if isinstance(stage, DarkCurrent):
-            dark_e = stage.e_per_s * frame.time_s * stage.warming(capture.exposure.temperature_c)
             offsets_e.append(stage.nonuniformity * dark_e)
+        elif isinstance(stage, Crosstalk):
+            kernel = np.array(stage.kernel)
+            mixes = float(np.sqrt(np.sum(kernel**2)) / np.sum(kernel))
         elif isinstance(stage, Dsnu | ColumnNoise):
             offsets_e.append(stage.sigma_e)
         elif isinstance(stage, Prnu):
@@ -156,12 +161,13 @@ def noise_model(frame: Frame, capture: Capture) -> dict[str, Any]:
         "cfa": "/".join(frame.cfa_pattern),
         "channels": "".join(frame.channels) if all(len(c) == 1 for c in frame.channels) else "/".join(frame.channels),
         "black_level_dn": frame.black_level_dn,
+        "black_offsets_dn": [list(row) for row in frame.black_offsets_dn],
         "white_level_dn": frame.white_level_dn,
         "electrons_per_dn": gain,
         "shot_dn": 1.0 / gain if any(isinstance(stage, ShotNoise) for stage in acting) else 0.0,
         "read_dn2": (read_e / gain) ** 2 + 1.0 / 12.0,
         "dark_dn": dark_e / gain,
-        "prnu": prnu,
+        "prnu": mixes * prnu,
         "dsnu_dn": math.hypot(*offsets_e) / gain,
         "serial": capture.camera.serial,
         "iso": frame.iso,

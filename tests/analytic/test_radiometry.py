@@ -203,7 +203,7 @@ def test_a_transmission_curve_works_wavelength_by_wavelength() -> None:
 def test_auto_puts_a_perfect_diffuser_at_80_percent_of_black_to_white(full_well_e: float | None) -> None:
     adc = Adc(bit_depth=12, black_level_dn=128, electrons_per_dn=10.0, base_iso=200.0)
     per_second = np.array([3e5, 9e5, 6e5])
-    time_s = auto_time_s(per_second, saturation_e=adc.saturation_e(400.0, full_well_e))
+    time_s = auto_time_s(per_second, level_e=0.8 * adc.saturation_e(400.0, full_well_e))
     codes = adc.quantise(per_second * time_s, iso=400.0)
     white_dn = 4095 if full_well_e is None else 128 + min(3967, 20_000 // 5)
     assert abs(float(codes.max()) - (128 + 0.8 * (white_dn - 128))) <= 0.5
@@ -212,10 +212,10 @@ def test_auto_puts_a_perfect_diffuser_at_80_percent_of_black_to_white(full_well_
 
 def test_auto_without_any_signal_is_refused() -> None:
     with pytest.raises(InvalidValueError, match="no channel of the sensor responds"):
-        auto_time_s(np.zeros(3), saturation_e=1e4)
+        auto_time_s(np.zeros(3), level_e=1e4)
     for per_second, way in ((1e-6, "more"), (1e14, "less")):
         with pytest.raises(InvalidValueError, match=rf"auto would be .* s in this light, .*give {way} light"):
-            auto_time_s(np.array([per_second, 0.0]), saturation_e=1e4)
+            auto_time_s(np.array([per_second, 0.0]), level_e=8e3)
 
 
 @pytest.mark.parametrize(

@@ -145,7 +145,7 @@ class Charge(Table):
 class FlickerRows(Table):
     """1/f noise of the supply, seen as bands of rows."""
 
-    sigma_e: float = Field(ge=0, description="standard deviation over the rows of a frame, electrons")
+    sigma_e: float = Field(ge=0, description="standard deviation of a row over many frames, electrons")
     exponent: float = Field(default=1.0, ge=0, le=2, description="power falls as 1/frequency^exponent")
 
     def made(self) -> flicker_rows.FlickerRows:

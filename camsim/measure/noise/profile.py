@@ -25,13 +25,14 @@ def expected_of(
     dark = camera.dark_current
     dark_e_per_s = dark.e_per_s * dark.warming(temperature_c) if dark else 0.0
     dcnu_e = dark_e_per_s * dark.nonuniformity * TIME_S if dark else 0.0
+    gain = camera.adc.electrons_per_dn_at(iso)
     offsets = (camera.dsnu.sigma_e if camera.dsnu else 0.0, camera.column_noise.sigma_e if camera.column_noise else 0.0)
     return {
-        "gain_dn_per_e": 1.0 / camera.adc.electrons_per_dn_at(iso),
+        "gain_dn_per_e": 1.0 / gain,
         "read_noise_e": math.sqrt(camera.dark_noise_e(iso) ** 2 + dark_e_per_s * DARK_TIMES_S[0]),
         "full_well_e": camera.well_as_read_e(iso) or math.nan,
         "dark_current_e_per_s": dark_e_per_s,
-        "dsnu_e": math.hypot(*offsets, dcnu_e),
+        "dsnu_e": math.hypot(*offsets, dcnu_e, float(np.std(np.array(camera.adc.black_offsets_dn))) * gain),
         "prnu": _pattern(camera, letter),
         "linearity_error": _bend(camera),
     }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -77,7 +78,7 @@ def frames_of(
     ready = _bench_camera(camera, side)
     iso = ready.adc.base_iso if iso is None else iso
     per_watt = ready.diffuser_electrons(_light(1.0), TIME_S)
-    brightest = ready.adc.saturation_e(iso, ready.well_as_read_e(iso)) / float(per_watt.max())
+    brightest = ready.charge_at_e(1.0, iso) / float(per_watt.max())
 
     def taken(level: float, time_s: float, group: int, count: int) -> list[Frame]:
         flat = Capture(
@@ -103,7 +104,12 @@ def frames_of(
 
 def _bench_camera(camera: Camera, side: int) -> Camera:
     # Patterns do not depend on the format; a smaller frame spares drawing those of photosites that nobody looks at.
-    return camera.replace(rows=side, cols=side, olpf=None)
+    defects = camera.defects
+    if defects is not None:
+        hot = [(row, col, e_per_s) for row, col, e_per_s in defects.hot if max(row, col) < side]
+        dead = [(row, col) for row, col in defects.dead if max(row, col) < side]
+        defects = dataclasses.replace(defects, hot=hot, dead=dead)
+    return camera.replace(rows=side, cols=side, olpf=None, defects=defects)
 
 
 def _light(watts: float) -> Light:

@@ -19,7 +19,6 @@ from camsim.exposing import Capture, Progress
 from camsim.measure.truth.image import SPACES, Space, TruthImage
 from camsim.rendering.render import render_channels
 from camsim.sensor.colour_matrix import adaptation, as_shot_neutral, fit_white, observer
-from camsim.sensor.falloff import falloff_at
 
 XYZ_TO_SRGB = np.array(
     [
@@ -58,9 +57,8 @@ def balanced(electrons: F32, capture: Capture) -> F32:
 
 
 def full_scale_e(capture: Capture) -> float:
-    """Return the electrons between black level and white level."""
-    adc = capture.camera.adc
-    return adc.electrons_per_dn_at(capture.exposure.iso) * (capture.white_level_dn - adc.black_level_dn)
+    """Return the electrons at which white clips."""
+    return capture.camera.charge_at_e(1.0, capture.exposure.iso)
 
 
 def neutral_of(capture: Capture) -> F64:
@@ -113,13 +111,8 @@ def _of_the_eye(capture: Capture, space: Space, progress: Progress | None) -> Tr
     assert rendering.planes_error is not None
     veil = camera.veil.light(capture.scene, response, samples.wavelength_nm, capture.tolerance)
     xyz = rendering.planes + veil[:, None, None]
-    if camera.falloff is not None:
-        xyz = xyz * falloff_at(
-            camera.falloff,
-            shape=(grid.rows, grid.cols),
-            first_centre=grid.first_centre,
-            pitch_um=camera.pitch_um,
-        )
+    if capture.window.falls_off:
+        xyz = xyz * capture.window.falloff(grid)
     matrix: F64 = np.eye(3) if space == "xyz" else XYZ_TO_SRGB @ adaptation(white, fit_white("D65"))
     if space == "srgb":
         # White is (1, 1, 1) to the last digit; the table's seven digits miss it by 1e-4.

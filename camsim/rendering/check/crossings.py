@@ -36,7 +36,9 @@ def bounds_of(scene: Scene, number: int, pitch_um: float, longest: float, allowe
         return None
     assert isinstance(field, Field)
     # Two colours that nothing else has.
-    own, beyond = (Curve((1.0, 2.0), ends, name="the picture", outside="hold") for ends in ((0.25, 0.75), (0.75, 0.25)))
+    own, beyond = (
+        Curve((400.0, 700.0), ends, name="the picture", outside="hold") for ends in ((0.25, 0.75), (0.75, 0.25))
+    )
     covered = Scene(background=beyond, shapes=[field.frame(own), *later]).framed(0.5)
     pieces, spectra = pieces_of(covered, pitch_um)
     edges = polygons(pieces, longest, allowed, textured=isinstance(field, Picture))

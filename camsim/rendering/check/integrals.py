@@ -195,8 +195,9 @@ class Integrals:
         asked = Asked(points, channels, radius, nodes, zone, ends[some], ends[some + 1])
         worth = math.ceil(BLOCK_SECONDS * len(nodes) / self.seconds_each)
         light = light_at_points(asked, self.pieces.outlines, self._parts, tables, self._rules, worth)
-        values: F64 = np.einsum("mnk,n->km", light, np.concatenate([weights for _, weights in rules]))
-        return values
+        weights = np.concatenate([weights for _, weights in rules])
+        # Each channel by itself: to the last bit the same, whichever others are asked for.
+        return np.stack([np.einsum("mn,n->m", own.copy(), weights) for own in np.moveaxis(light, 2, 0)])
 
     @cached_property
     def _rules(self) -> Rules:

@@ -28,11 +28,11 @@ def hardest_photosites(outlines: Outlines, grid: Grid, marks: Marks, *, count: i
     In turn: at a corner; straight off a part's end, from just beyond the near radius to past where the end is quiet;
     across the middle of a part, at the end of the edge response's table, beyond it, or close to it; a corner of a tile
     that is just far enough from a corner of the scene to be interpolated, or of the frame; the middle of a round part,
-    where its rings meet; and any photosite at all.
+    where its rings meet, or where one leaves the frame and an engine's sides grow; and any photosite at all.
     """
     photosites = grid.rows * grid.cols
     count = min(count, photosites)
-    ends, middles = _ends(outlines), _middles(outlines, grid)
+    ends, middles = _ends(outlines), (_middles(outlines, grid), _leaving(outlines, grid))
     spots: dict[tuple[int, int], None] = {}
     for turn in range(2 * count):
         if len(spots) >= count:
@@ -121,8 +121,30 @@ def _middles(o: Outlines, grid: Grid) -> F64:
     return middles
 
 
-def _hard_points(ends: tuple[F64, F64], middles: F64, marks: Marks, grid: Grid, turn: int) -> F64:
-    """Return four points (4, 2), pitches; turns step through the parts by the golden ratio."""
+def _leaving(o: Outlines, grid: Grid) -> F64:
+    """Return where round parts cross the frame's border (n, 2)."""
+    bent = o.some(o.turn_rad != 0.0)
+    low = np.array(grid.first_centre) - 0.5
+    high, found = low + np.array([grid.cols, grid.rows]), [np.empty((0, 2))]
+    middle, begin, turn = np.stack([bent.x, bent.y], axis=1), bent.from_rad, bent.turn_rad
+    for axis, border in ((0, low[0]), (0, high[0]), (1, low[1]), (1, high[1])):
+        along = border - middle[:, axis]
+        for side in (1.0, -1.0):
+            place = middle.copy()
+            place[:, axis] = border
+            place[:, 1 - axis] += side * np.sqrt(np.maximum((bent.dx - along) * (bent.dx + along), 0.0))
+            out = place - middle
+            gone = np.sign(turn) * (np.arctan2(out[:, 1], out[:, 0]) - begin) % math.tau
+            on = (np.abs(along) < bent.dx) & (gone <= np.abs(turn))
+            found.append(place[on & np.all((place >= low - 1e-9) & (place <= high + 1e-9), axis=1)])
+    return np.concatenate(found)
+
+
+def _hard_points(ends: tuple[F64, F64], middles: tuple[F64, F64], marks: Marks, grid: Grid, turn: int) -> F64:
+    """Return four points (4, 2), pitches; turns step through the parts by the golden ratio.
+
+    middles : of round parts, and where they leave the frame
+    """
     part = _part(turn, len(ends[0]))
     a, b = ends[0][part], ends[1][part]
     across = _across(b - a) * (1.0 if turn % 2 else -1.0)
@@ -133,8 +155,9 @@ def _hard_points(ends: tuple[F64, F64], middles: F64, marks: Marks, grid: Grid, 
     if turn % 4 == 0:
         corner = _tile_corner(*ends, marks, grid, turn)
         fourth = np.array([x0 + (turn % 2) * width, y0 + (turn // 2 % 2) * height]) if corner is None else corner
-    elif turn % 4 == 1 and len(middles):
-        fourth = middles[turn // 4 % len(middles)]
+    elif turn % 4 < 3 and (some := [own for own in middles if len(own)]):
+        own = some[(turn + 1) % len(some)]
+        fourth = own[turn // 4 % len(own)]
     distance = (0.97 * marks.reach, 0.3, 1.03 * marks.reach, 0.5 * marks.reach)[turn % 4]
     beside = a + (0.45 + 0.09 * (turn % 5)) * (b - a) + distance * across
     # Past the near radius for certain, wherever the photosites lie; later turns go as far as the end is heard.

@@ -80,7 +80,7 @@ def seen_points(scene: Scene, pitch_um: float) -> list[PointSource]:
     """Return the points of a scene that nothing covers: a small square in the place of each is to be seen."""
     found: list[PointSource] = []
     numbers = [number for number, shape in enumerate(scene.shapes) if isinstance(shape, PointSource)]
-    own, beyond = (Curve((1.0, 2.0), ends, name="points", outside="hold") for ends in ((0.25, 0.75), (0.75, 0.25)))
+    own, beyond = (Curve((400.0, 700.0), ends, name="points", outside="hold") for ends in ((0.25, 0.75), (0.75, 0.25)))
     for _, together in itertools.groupby(enumerate(numbers), lambda one: one[1] - one[0]):
         mine = [number for _, number in together]
         points = [shape for shape in scene.shapes[mine[0] : mine[-1] + 1] if isinstance(shape, PointSource)]

@@ -187,7 +187,7 @@ def _seen(
     if not later and isinstance(field, Picture):
         return None
     # A colour that nothing else has: its edges are the outline.
-    own = Curve((1.0, 2.0), (0.25, 0.75), name="the picture", outside="hold")
+    own = Curve((400.0, 700.0), (0.25, 0.75), name="the picture", outside="hold")
     own_frame = field.frame(own)
     covered = Scene(background=scene.background, shapes=[own_frame, *later]).framed(scene.background)
     found = arranged(covered, system, grid, seen_nm, budget, textured=True)

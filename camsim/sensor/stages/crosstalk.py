@@ -44,6 +44,8 @@ class Crosstalk(ElectronicStage):
         if len(self.kernel) != 3 or any(len(row) != 3 for row in self.kernel):
             raise refusal(self, "kernel", "must be 3 rows of 3 fractions")
         total = math.fsum(f for row in self.kernel for f in row)
+        if total == 0.0:
+            raise refusal(self, "kernel", "adds up to 0; nothing would be seen")
         if total > 1.0 + 1e-9:
             message = f"adds up to {total:.6g}; a photosite cannot give away more than it gets, at most 1"
             raise refusal(self, "kernel", message)

@@ -74,8 +74,8 @@ class Defects(ElectronicStage):
         if context.phase is Phase.LIGHT:
             electrons[dead] = 0.0
         else:
-            current = context.other(DarkCurrent)
-            warming = 1.0 if current is None else current.warming(context.temperature_c)
+            current = context.other(DarkCurrent) or DarkCurrent(0.0)  # whose temperatures go for these as well
+            warming = current.warming(context.temperature_c)
             np.add.at(electrons, hot, (warming * context.time_s) * e_per_s)
         return electrons
 

@@ -18,7 +18,7 @@ from camsim.typed import NonNegative, Number, judge
 class FlickerRows(ElectronicStage):
     """1/f noise of the supply, seen as bands: row offsets whose power falls with frequency.
 
-    sigma_e  : standard deviation over the rows of a frame, electrons
+    sigma_e  : standard deviation of a row over many frames, electrons; within one it is less (0.97 of it if pink)
     exponent : power ~ 1/frequency^exponent, 0..2; 1 is pink
 
     >>> FlickerRows(sigma_e=1.0, exponent=1.0)

@@ -7,6 +7,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, ClassVar, TypeAlias
 
 import numpy as np
+import scipy.optimize
 
 from camsim.arrays import F64
 from camsim.sensor.stage import Context, ElectronicStage
@@ -77,8 +78,8 @@ class PolynomialResponse(ElectronicStage):
 class ResponseTable(ElectronicStage):
     """Response by a table, straight between its points and beyond them.
 
-    electrons_in  : (n,) charge, increasing, at least two
-    electrons_out : (n,) what a linear read-out would have called it, increasing
+    electrons_in  : (n,) charge, increasing from 0, at least two
+    electrons_out : (n,) what a linear read-out would have called it, increasing from 0
 
     >>> ResponseTable((0.0, 1000.0, 2000.0), (0.0, 1000.0, 1900.0)).response(np.array([500.0, 1500.0, 3000.0]))
     array([ 500., 1450., 2800.])
@@ -100,6 +101,8 @@ class ResponseTable(ElectronicStage):
         judge(self)
         for key in ("electrons_in", "electrons_out"):
             values = getattr(self, key)
+            if len(values) and values[0] != 0.0:
+                raise refusal(self, key, f"{list(values)}; must begin with 0: no charge is black")
             if len(values) < 2:
                 raise refusal(self, key, f"must be two or more numbers, not {len(values)}")
             if any(after <= before for before, after in pairwise(values)):
@@ -116,7 +119,7 @@ class ResponseTable(ElectronicStage):
 
     def response(self, electrons: F64) -> F64:
         """Return the electrons that a linear read-out would have called this signal."""
-        x, y = np.array(self.electrons_in), np.array(self.electrons_out)
+        x, y = np.array(self.electrons_in, np.float64), np.array(self.electrons_out, np.float64)
         bent: F64 = np.interp(electrons, x, y)
         first, last = ((y[b] - y[a]) / (x[b] - x[a]) for a, b in ((0, 1), (-2, -1)))
         bent += first * np.minimum(electrons - x[0], 0.0)
@@ -125,3 +128,20 @@ class ResponseTable(ElectronicStage):
 
 
 Nonlinearity: TypeAlias = PolynomialResponse | ResponseTable
+
+
+def charge_e(bends: Nonlinearity, signal_e: float) -> float:
+    """Return the charge whose response is a signal.
+
+    >>> round(charge_e(PolynomialResponse((-0.02,), scale_e=10_000.0), 4950.0), 9)
+    5000.0
+    """
+
+    def over(charge: float) -> float:
+        return float(bends.response(np.array([charge]))[0]) - signal_e
+
+    most = max(signal_e, 1.0)
+    while over(most) < 0.0:  # it rises, however far out
+        most *= 2.0
+    found: float = scipy.optimize.brentq(over, 0.0, most, xtol=1e-12 * most)
+    return found
