@@ -122,7 +122,7 @@ def _least_squares(basis: F64, signal: F64) -> tuple[F64, F64]:
 
 def _ghosts(plane: Plane, capture: Capture, plate: Mapping[str, Any]) -> Iterator[Ghost]:
     pitch_um = capture.camera.pitch_um
-    contrast = surface_contrast(plane.name, capture, plate["dark"], plate["light"])
+    contrast = surface_contrast(plane, capture, plate["dark"], plate["light"])
     if contrast is None:
         return
     rim, rim_per_pixel = _rim(capture, plate)

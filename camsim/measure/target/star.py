@@ -12,7 +12,7 @@ from camsim.arrays import F64
 from camsim.errors import UnsupportedError
 from camsim.exposing import Capture
 from camsim.measure.lens_places import refuse_distortion
-from camsim.measure.picture import Channel, Picture
+from camsim.measure.picture import Channel, Picture, Plane
 from camsim.measure.target.result import TargetMtf, TargetReport, curve
 from camsim.measure.theory import CameraOtf
 from camsim.scene.charts import Chart
@@ -60,7 +60,7 @@ def _channel(
     channel: Channel, picture: Picture, capture: Capture, star: Mapping[str, Any], light: Spectrum
 ) -> TargetMtf | None:
     """Return the curve of a channel; None where it cannot follow a ring, or the surfaces look alike to it."""
-    contrast = surface_contrast(channel.name, capture, star["dark"], light)
+    contrast = surface_contrast(channel.planes[0], capture, star["dark"], light)
     radii = _radii(channel, picture, capture, star)
     if contrast is None or not radii[1] > radii[0] + 2.0 * _HALF_RING_PX:
         return None
@@ -79,16 +79,20 @@ def _channel(
     return curve(channel.name, frequency, mtf, error, channel.nyquist_cycles_per_pixel, theory)
 
 
-def surface_contrast(channel: str, capture: Capture, dark: Spectrum, light: Spectrum) -> float | None:
-    """Return what two surfaces give a channel, difference over sum; None where they look alike to it."""
-    camera = capture.camera
+def surface_contrast(plane: Plane, capture: Capture, dark: Spectrum, light: Spectrum) -> float | None:
+    """Return what two surfaces give a plane's channel, difference over sum; None where they look alike to it.
+
+    What lies under both is in the sum: veiling glare, and in codes the dark current.
+    """
+    camera, channel = capture.camera, plane.name
     letter = channel if channel in camera.cfa.channels else channel.rstrip("0123456789")
     if letter not in camera.cfa.channels:
         return None
-    samples = camera.samples(capture.light, (dark, light))
-    response = camera.electrons_per_reflectance(samples, 1.0)[camera.cfa.channels.index(letter)]
-    low, high = (float(np.sum(response * spectrum_at(s, samples.wavelength_nm))) for s in (dark, light))
-    return (high - low) / (high + low) if abs(high - low) > _LEAST_CONTRAST * (high + low) else None
+    samples, k = camera.samples(capture.light, (dark, light)), camera.cfa.channels.index(letter)
+    response_e = capture.time_s * camera.image_per_reflectance(samples)[k]
+    low, high = (float(np.sum(response_e * spectrum_at(s, samples.wavelength_nm))) for s in (dark, light))
+    under = float(capture.veil_e[k]) + (0.0 if plane.white is None else capture.dark_e)
+    return (high - low) / (high + low + 2.0 * under) if abs(high - low) > _LEAST_CONTRAST * (high + low) else None
 
 
 def _radii(channel: Channel, picture: Picture, capture: Capture, star: Mapping[str, Any]) -> tuple[float, float]:

@@ -12,7 +12,9 @@ from camsim.kernels import kernel, shared
 from camsim.rendering.check.cuts import lies_on
 from camsim.rendering.check.records import Outlines, Owners
 
-BESIDE = 4.0  # times as far as places that are one: what is seen is asked there, on either side
+# Times as far as places that are one: what is seen is asked beside a part, on either side; where others run along it as
+# near as the second of these, one stands for all, and beyond them.
+BESIDE, ALONG, BEYOND = 4.0, 6.0, 9.0
 PARTS_A_ROW = 4  # at the most, on average
 PIECES_AT_ONCE = 64
 
@@ -36,7 +38,7 @@ class Rows(NamedTuple):
         """Sort parts into rows; boxes (n, 4) about each part, and (n,) how near places are one."""
         parts = np.diff(owners.part)
         fill = np.repeat(np.arange(len(parts)), parts)
-        low_y, high_y = boxes[:, 1] - 2.0 * BESIDE * same, boxes[:, 3] + 2.0 * BESIDE * same
+        low_y, high_y = boxes[:, 1] - 2.0 * BEYOND * same, boxes[:, 3] + 2.0 * BEYOND * same
         count = len(parts)
         low, high, tall = np.full(count, np.inf), np.full(count, -np.inf), np.bincount(fill, high_y - low_y, count)
         np.minimum.at(low, fill, low_y)
@@ -156,19 +158,21 @@ def _others(
     own: int,
     e: int,
     place: tuple[float, float, float, float, float],
-) -> tuple[int, bool]:
-    """Return how many other parts a place on part ``e`` lies on, and whether an earlier one stands for it, or none has
-    to: there it belongs to what clips its primitive, of which nothing is there.
+    same: F64,
+) -> tuple[int, bool, float]:
+    """Return how many other parts run along part ``e`` at a place, whether an earlier one stands for it, or none has
+    to (there it belongs to what clips its primitive, of which nothing is there), and how near places are one of all.
 
-    place : x, y, how near places are one, and from there to a place beside it
+    place : x, y, how near parts of any size run along one another, and from there to a place beyond them
+    same  : how near places are one, of each part
     """
-    x, y, same = place[:3]
-    if not _within(near.boxes[own], x, y, same) or _clipped(o, rows, owners, own, place):
-        return 0, True
-    count, earlier = 0, False
+    x, y, most = place[:3]
+    if not _within(near.boxes[own], x, y, most) or _clipped(o, rows, owners, own, place):
+        return 0, True, same[e]
+    count, earlier, coarsest = 0, False, same[e]
     for k in range(near.begin[own], near.begin[own + 1]):
         j = near.other[k]
-        if not _within(near.boxes[j], x, y, same):
+        if not _within(near.boxes[j], x, y, most):
             continue
         here, before = 0, False
         for fill in range(owners.fill[owners.layer[j]], owners.fill[owners.layer[j + 1]]):
@@ -177,13 +181,14 @@ def _others(
                 continue
             for p in range(rows.first[row], rows.first[row + 1]):
                 f = rows.part[p]
-                if f != e and lies_on(o, f, x, y, same):
+                if f != e and lies_on(o, f, x, y, ALONG * max(same[e], same[f])):
                     here += 1
                     before |= f < e
+                    coarsest = max(coarsest, same[f])
         if here > 0 and (j == own or not _clipped(o, rows, owners, j, place)):
             count += here
             earlier |= before
-    return count, earlier
+    return count, earlier, coarsest
 
 
 def sides_of(
@@ -195,9 +200,10 @@ def sides_of(
     of    : (primitives,) spectrum of each
     """
     left, right = np.zeros((2, len(piece[0])), np.int64)
+    most = float(same.max(initial=0.0))
 
     def work(begin: int, end: int) -> None:
-        _sides_of(begin, end, o, rows, owners, near, piece, (whose, of, same), (left, right))
+        _sides_of(begin, end, o, rows, owners, near, piece, (whose, of, same, most), (left, right))
 
     shared(len(left), work, least=PIECES_AT_ONCE)
     return left, right
@@ -212,11 +218,11 @@ def _sides_of(
     owners: Owners,
     near: Near,
     piece: tuple[I64, F64, F64],
-    parts: tuple[I64, I64, F64],
+    parts: tuple[I64, I64, F64, float],
     sides: tuple[I64, I64],
 ) -> None:
-    """Find the spectra of some pieces; parts: whose, of and same."""
-    (owner, low, high), (whose, of, same), (left, right) = piece, parts, sides
+    """Find the spectra of some pieces; parts: whose, of, same, and the most of these."""
+    (owner, low, high), (whose, of, same, most), (left, right) = piece, parts, sides
     for p in range(begin, end):
         e = owner[p]
         fewest = 1 << 60
@@ -232,12 +238,15 @@ def _sides_of(
                 way = 1.0 if o.turn_rad[e] > 0.0 else -1.0
                 x, y = o.x[e] + o.dx[e] * math.cos(angle), o.y[e] + o.dx[e] * math.sin(angle)
                 tx, ty = -way * math.sin(angle), way * math.cos(angle)
-            to_x, to_y = -BESIDE * same[e] * ty, BESIDE * same[e] * tx
-            count, earlier = _others(o, rows, owners, near, whose[e], e, (x, y, same[e], to_x, to_y))
+            to_x, to_y = -BEYOND * same[e] * ty, BEYOND * same[e] * tx
+            place = x, y, ALONG * most, to_x, to_y
+            count, earlier, coarsest = _others(o, rows, owners, near, whose[e], e, place, same)
             if count >= fewest:
                 continue
             fewest = count
             left[p] = right[p] = 0
+            beside = BEYOND * coarsest if count else BESIDE * same[e]
+            to_x, to_y = -beside * ty, beside * tx
             if not earlier:
                 one = _seen(o, rows, owners, near, whose[e], x + to_x, y + to_y)
                 two = _seen(o, rows, owners, near, whose[e], x - to_x, y - to_y)
