@@ -18,7 +18,7 @@ from camsim.optics.placed import PlacedLens, along, defocus_nm
 from camsim.optics.pupil import Pupil
 from camsim.optics.wavefront import MOST_WAVES, check_focus
 from camsim.optics.zernike import LARGEST_INDEX, orders
-from camsim.spectra.curve import NumberOrCurve, Transmission
+from camsim.spectra.curve import NumberOrCurve, Transmission, Wavelength
 from camsim.typed import Fraction, NonNegative, Number, Positive, Several, Whole, judge, refusal
 
 FOLD_POINTS = 1024  # along a radius, where a distortion that folds is looked for
@@ -61,7 +61,7 @@ class FieldLens:
     place: ClassVar[str] = "lens"
 
     f_number: Positive
-    wavelength_nm: Several[Positive]
+    wavelength_nm: Several[Wavelength]
     zernike: Several[Annotated[int, Ge(0), Le(LARGEST_INDEX)]]
     waves: Any
     height_um: Several[NonNegative] = ()

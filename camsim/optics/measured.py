@@ -17,6 +17,7 @@ from camsim.typed import Number, Positive, Several, judge, refusal
 from camsim.words import brief
 
 MOST_SAMPLES = 256  # along a side: the description in every file holds them all
+MOST_NEGATIVE = 0.2  # of the light: noise and rings of a measurement
 PASSES, ENDS = 0.4, 0.6  # cycles per sample: all passes, nothing does
 SHARPNESS = 32.0  # of the slope in between: its tail in space is below 1e-12
 ROLL_OFF_DEGREE = 95
@@ -73,6 +74,10 @@ class MeasuredPsf:
             raise refusal(self, "irradiance", message)
         if not sum(value for row in rows for value in row) > 0.0:
             raise refusal(self, "irradiance", "the samples add up to no light; give some above 0")
+        light = np.array(rows)
+        if (share := -float(light[light < 0.0].sum() / light[light > 0.0].sum())) > MOST_NEGATIVE:
+            message = f"{100.0 * share:.3g} % of the light is negative; a pattern has none: take noise and rings off it"
+            raise refusal(self, "irradiance", message)
 
     @property
     def _centre(self) -> tuple[float, float]:
@@ -159,6 +164,9 @@ class MeasuredOtf:
         judge(self)
         transfer = self._transfer()
         pattern = np.fft.fftshift(np.fft.ifft2(np.fft.ifftshift(transfer)).real)
+        if (share := -float(pattern[pattern < 0.0].sum() / pattern[pattern > 0.0].sum())) > MOST_NEGATIVE:
+            message = f"of their pattern {100.0 * share:.3g} % is negative light; no pattern has such a transfer"
+            raise refusal(self, "values", message)
         psf = MeasuredPsf(irradiance=pattern, spacing_um=1.0 / (len(transfer) * self.spacing_per_um))
         object.__setattr__(self, "_pattern", psf)
 

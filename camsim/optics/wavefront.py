@@ -17,7 +17,7 @@ from camsim.optics.of_pupil import OfPupil
 from camsim.optics.pupil import Pupil
 from camsim.optics.rim import rim_of
 from camsim.optics.zernike import LARGEST_INDEX, orders, zernike_sum
-from camsim.spectra.curve import NumberOrCurve, Transmission
+from camsim.spectra.curve import NumberOrCurve, Transmission, Wavelength
 from camsim.typed import Number, Positive, Whole, judge, refusal
 from camsim.words import brief
 
@@ -65,7 +65,7 @@ class Wavefront(OfPupil):
 
     f_number: Positive
     zernike_waves: Zernikes = ()
-    reference_nm: Positive = 550.0
+    reference_nm: Wavelength = 550.0
     defocus_um: float = 0.0
     pupil: Pupil = field(default_factory=Pupil)
     transmission: Transmission = 1.0

@@ -17,6 +17,7 @@ from camsim.arrays import F64, U8
 from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.memory import too_large
 from camsim.optics import OpticalStage, OpticalSystem
+from camsim.optics.own import check_transfer
 from camsim.optics.protocols import Varies
 from camsim.rendering.auto import IMAGE_BYTES, Choice, check_method, choose
 from camsim.rendering.budget import ErrorBudget
@@ -238,5 +239,8 @@ def _check(system: OpticalSystem, grid: Grid, wavelength_nm: F64, tolerance: flo
     for w in (wavelength_nm.min(), wavelength_nm.max()):
         if not (math.isfinite(w) and w > 0):
             raise InvalidValueError(f"{float(w)!r} is not a wavelength; give nm above 0", key="wavelength_nm")
+    highest_per_um = float(np.max(system.highest_per_um(wavelength_nm)))
+    for stage in system.stages:
+        check_transfer(stage, getattr(stage, "place", "optics"), wavelength_nm, highest_per_um)
     if method not in rules.METHODS:
         check_scales(system, grid, wavelength_nm)

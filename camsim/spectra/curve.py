@@ -9,6 +9,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Literal, Protocol, Self, TypeAlias
 
 import numpy as np
+from annotated_types import Ge, Le
 
 from camsim import notebook
 from camsim.arrays import F64
@@ -19,6 +20,10 @@ from camsim.typed import Count, Fraction, NonNegative, Number, Positive, Several
 from camsim.words import brief
 
 LIGHT_NM = (100.0, 20_000.0)  # what is light at all: anything else is another unit
+
+
+Wavelength: TypeAlias = Annotated[float, Ge(LIGHT_NM[0]), Le(LIGHT_NM[1])]
+"""Nanometres."""
 
 
 @dataclass(frozen=True, slots=True)

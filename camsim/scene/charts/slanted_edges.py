@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Annotated
+
+from annotated_types import MinLen
 
 from camsim.scene.charts.chart import Card, Many, chart, counted
 from camsim.scene.primitives import Shape
@@ -17,8 +20,8 @@ def slanted_edges(
     rows: Many = 1,
     cols: Many = 1,
     spacing_um: Positive | None = None,
-    angles_deg: Several[float] = (5.0,),
-    dark: Several[Reflectance] = (0.05,),
+    angles_deg: Annotated[Several[float], MinLen(1)] = (5.0,),
+    dark: Annotated[Several[Reflectance], MinLen(1)] = (0.05,),
     light: Reflectance | None = None,
     centre_um: Point = (0.0, 0.0),
 ) -> Iterator[Shape]:
