@@ -306,7 +306,7 @@ def test_a_fault_of_a_stage(edited: Callable[..., None], old: str, new: str, exp
 
 @pytest.mark.parametrize("text", [text for text, _ in LENSES.values()], ids=LENSES)
 def test_a_picture_through_every_kind_of_lens(edited: Callable[..., None], text: str) -> None:
-    """As bright as through a sharp lens of as large an opening, within the tolerance by its own check, and the same from its record."""
+    """As bright as through a sharp lens as open, within the tolerance by its own check; the same from its record."""
     edited(GOOD_LENS, text)
     changes = ["noise.enabled=false", "render.strict=true"]
     capture = load("scene.yaml", overrides=changes)

@@ -1,0 +1,114 @@
+"""What people found who had never seen the code, with its neighbours: outlines that are large, flat or all but one."""
+
+import numpy as np
+import pytest
+from scipy.special import erf
+
+import camsim
+from camsim.scene import stretches
+
+PITCH_UM = 5.0
+
+
+def render(shapes, lens, tolerance, *, method="auto", size=12, pitch_um=PITCH_UM):
+    return camsim.render(
+        camsim.Scene(background=0.25, shapes=shapes),
+        [lens, camsim.SquarePhotosite(side_um=pitch_um)],
+        camsim.Grid(rows=size, cols=size, pitch_um=pitch_um),
+        wavelength_nm=550.0,
+        tolerance=tolerance,
+        method=method,
+    )
+
+
+def beside_a_rim(radius_um, off_um, sigma_um, size=12):
+    """A rim that lies at off + y²/2R, as a straight line in each row: 3e-5 off, where it is 3 cm large."""
+    centre_um = PITCH_UM * (np.arange(size) - 0.5 * (size - 1))
+    edge_um = off_um + centre_um[:, None] ** 2 / (2.0 * radius_um)
+
+    def gathered(x_um):
+        """∫ of the edge's spread up to a place."""
+        u = x_um / sigma_um
+        return 0.5 * (x_um * (1.0 + erf(u / np.sqrt(2.0)))) + sigma_um * np.exp(-0.5 * u * u) / np.sqrt(2.0 * np.pi)
+
+    high, low = (gathered(centre_um + side * 0.5 * PITCH_UM - edge_um) for side in (1.0, -1.0))
+    return 0.25 + 0.65 * (high - low) / PITCH_UM
+
+
+@pytest.mark.parametrize("method", ["boundary", "fourier"])
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-3])
+@pytest.mark.parametrize(("radius_um", "sigma_um"), [(3e4, 0.5), (3e5, 1.0), (3e7, 0.5)])
+def test_rims_much_larger_than_the_frame(radius_um, sigma_um, tolerance, method):
+    """0.65 of full scale off, and an estimate of 1e-4: a chord that began in the frame ended millimetres beyond it."""
+    disc = camsim.Disc(radius_um=radius_um, centre_um=(radius_um + 0.3, 0.0), reflectance=0.9)
+    found = render([disc], camsim.Gaussian(sigma_um=sigma_um), tolerance, method=method)
+    assert np.abs(found.image - beside_a_rim(radius_um, 0.3, sigma_um)).max() <= 0.2 * tolerance + 4e-5
+    assert found.error_estimate <= tolerance
+
+
+FLAT = {
+    "ellipse": camsim.Ellipse(
+        radius_x_um=5000.0, radius_y_um=20.0, centre_um=(3.0, 1.0), rotate_deg=17.0, reflectance=0.9
+    ),
+    "sector": camsim.Sector(radius_um=1e4, centre_um=(1e4, 0.0), from_deg=150.0, turn_deg=60.0, reflectance=0.9),
+    "ring": camsim.Ring(radius_um=1e4 + 10.0, inner_radius_um=1e4, centre_um=(1e4, 0.0), reflectance=0.9),
+    "scaled": camsim.Group(shapes=[camsim.Disc(radius_um=10.0, reflectance=0.9)], scale=(50.0, 0.5)),
+    "path": camsim.Path(
+        segments_um=[
+            ("move", -3e4, 0.3), ("quadratic", 0.0, 5.0, 3e4, 0.3), ("line", 3e4, -100.0), ("line", -3e4, -100.0),
+            ("close",),
+        ],
+        reflectance=0.9,
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("lens", [camsim.Airy(f_number=8.0), camsim.Gaussian(sigma_um=0.5)], ids=["airy", "gaussian"])
+@pytest.mark.parametrize("shape", FLAT.values(), ids=FLAT)
+def test_flat_curves(shape, lens, monkeypatch):
+    """Up to 0.2 of full scale off, honestly or not; sides of another length each time, against those of 1e-6."""
+    right = render([shape], lens, 1e-6, method="fourier").image
+    for tolerance in (1e-2, 1e-3, 1e-4):
+        found = render([shape], lens, tolerance)
+        assert np.abs(found.image - right).max() <= 0.5 * tolerance
+        assert found.error_estimate <= tolerance
+    # And the check looks where sides grow: as they were it finds them wrong.
+    monkeypatch.setattr(stretches, "RISE", 1e9)
+    as_it_was = render([shape], lens, 1e-3)
+    error = np.abs(as_it_was.image - right).max()
+    assert error <= 1e-3 or as_it_was.error_estimate >= 0.1 * error
+
+
+@pytest.mark.parametrize("apart_um", [0.05, 0.5])
+@pytest.mark.parametrize("towards_deg", [0.0, 5.0, 90.0])
+def test_half_planes_side_by_side(towards_deg, apart_um):
+    """Right, and called wrong by 0.2: their far ends, 10 km away, were one to the check and not one."""
+    turn = np.radians(towards_deg)
+    through_um = apart_um * np.cos(turn), apart_um * np.sin(turn)
+    planes = [
+        camsim.HalfPlane(towards_deg=towards_deg, reflectance=0.5),
+        camsim.HalfPlane(towards_deg=towards_deg, through_um=through_um, reflectance=0.8),
+    ]
+    found = render(planes, camsim.Airy(f_number=4.0), 1e-6, size=6, pitch_um=2.0)
+    assert found.error_estimate <= 1e-6
+
+
+@pytest.mark.parametrize("turned_deg", [1e-13, 1e-12, 1e-11, 1e-10, 1e-9, 1e-8])
+def test_outlines_that_are_all_but_one(turned_deg):
+    """An estimate of 1.4 of four squares, each turned by 1e-10 degrees against the last."""
+    squares = [
+        camsim.Rectangle(width_um=6.0, height_um=6.0, rotate_deg=k * turned_deg, reflectance=own)
+        for k, own in enumerate((0.1, 0.9, 0.3, 0.7))
+    ]
+    found = render(squares, camsim.Airy(f_number=4.0), 1e-6, size=6, pitch_um=2.0)
+    assert found.error_estimate <= 1e-6
+
+
+@pytest.mark.parametrize("width_um", [2e-10, 2e-9, 2e-8, 2e-7])
+def test_a_strip_along_a_half_planes_line(width_um):
+    """An estimate of 0.1: the line is known to 1e-7 only, and the strip to 1e-14."""
+    x = 0.5 * width_um
+    strip = camsim.Polygon(points_um=[(-x, -50.0), (x, -50.0), (x, 50.0), (-x, 50.0)], reflectance=0.9)
+    shapes = [camsim.HalfPlane(reflectance=0.5), strip]
+    found = render(shapes, camsim.Airy(f_number=4.0), 1e-6, size=6, pitch_um=2.0)
+    assert found.error_estimate <= 1e-6

@@ -1,0 +1,235 @@
+"""Figures that people found wrong who had never seen the code: radiometry, noise, files and targets."""
+
+import csv
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+import camsim
+from camsim.capturing import load
+from camsim.errors import InvalidValueError
+from camsim.files.dng import noise_profile
+from camsim.measure import picture_of_frame
+from camsim.measure.target.star import measure_star
+
+LENS = camsim.Airy(f_number=8.0)
+EXPOSURE = camsim.Exposure(time_s=0.01, iso=100)
+
+
+def camera(**changes):
+    return camsim.Camera.from_yaml("mono-345", lens=LENS).replace(**changes)
+
+
+def exposed(own, *, light=None, exposure=EXPOSURE, size=8, reflectance=1.0, noise=False):
+    return own.expose(
+        camsim.Scene(background=reflectance),
+        light=light or camsim.Light("D55", illuminance_lux=500),
+        exposure=exposure,
+        region=camsim.Region(rows=size, cols=size),
+        noise=noise,
+        tolerance=1e-3,
+    )
+
+
+@pytest.mark.parametrize(
+    ("lens", "opening"),
+    [
+        (camsim.AnnularAiry(f_number=8.0, obstruction=0.4), 0.84),
+        (camsim.Wavefront(f_number=8.0, pupil=camsim.Pupil(obstruction=0.5)), 0.75),
+        (camsim.Wavefront(f_number=8.0, pupil=camsim.Pupil(shape="square")), 4.0 / math.pi),
+        (
+            camsim.Wavefront(f_number=8.0, pupil=camsim.Pupil(shape="bladed", blades=5)),
+            2.5 * math.sin(math.tau / 5.0) / math.pi,
+        ),
+    ],
+)
+def test_light_goes_with_the_pupils_area(lens, opening):
+    """An obstruction took none of it."""
+    whole, own = (exposed(camera(lens=each)).mean_electrons.mean() for each in (LENS, lens))
+    assert own / whole == pytest.approx(opening, rel=1e-12)
+
+
+def test_light_on_the_sensor_is_dimmed_by_no_lens():
+    light = camsim.Light("D55", illuminance_lux=5, at="sensor")
+    falloff = camsim.Cos4Falloff(exit_pupil_mm=5.0)
+    corner = camsim.Region(rows=4, cols=4, origin=(0, 0))
+    plain, dimmed = (
+        camera(falloff=own).expose(
+            camsim.Scene(background=1.0), light=light, exposure=EXPOSURE, region=corner, noise=False, tolerance=1e-3
+        )
+        for own in (None, falloff)
+    )
+    np.testing.assert_array_equal(plain.mean_electrons, dimmed.mean_electrons)
+
+
+@pytest.mark.parametrize(
+    "bends",
+    [
+        camsim.PolynomialResponse((0.5,), 10_700.0),
+        camsim.PolynomialResponse((-0.3,), 10_700.0),
+        camsim.ResponseTable((0, 5000, 10_700), (0, 5000, 7000)),
+    ],
+)
+def test_auto_exposure_knows_that_the_read_out_bends(bends):
+    """White at 67 … 100 % of black..white in place of 80, and a truth that was cut far below the camera's own white."""
+    own = camera(nonlinearity=bends)
+    frame = exposed(own, exposure=camsim.Exposure(time_s="auto", iso=100))
+    assert (frame.mosaic.mean() - 64) / (frame.white_level_dn - 64) == pytest.approx(0.8, abs=1e-3)
+    brighter = camsim.Exposure(time_s=frame.time_s * frame.clips_at_e / frame.mean_electrons.mean(), iso=100)
+    assert exposed(own, exposure=brighter).mosaic.mean() == pytest.approx(frame.white_level_dn, abs=1.0)
+
+
+def test_a_response_begins_in_black():
+    with pytest.raises(InvalidValueError, match="must begin with 0: no charge is black"):
+        camsim.ResponseTable((0, 10_700), (300, 9000))
+
+
+def test_full_photosites_are_counted_as_clipped():
+    """Read noise scatters codes of a full well about white: half of them were counted."""
+    frame = exposed(camera(), exposure=camsim.Exposure(time_s=10.0, iso=100), size=32, noise=True)
+    assert frame.report.signal[0].clipped_photosites == 32 * 32
+    adc = camera().adc
+    offsets = type(adc)(
+        bit_depth=adc.bit_depth, black_level_dn=64, electrons_per_dn=adc.electrons_per_dn, base_iso=adc.base_iso,
+        black_offsets_dn=((0, -50), (30, -50)),
+    )  # fmt: skip
+    frame = exposed(camera(adc=offsets), exposure=camsim.Exposure(time_s=10.0, iso=100), size=32)
+    assert frame.report.signal[0].clipped_photosites == 32 * 32
+
+
+def test_no_photon_noise_is_told_where_there_is_none():
+    assert noise_profile(exposed(camera(), noise=True))[0] > 0.0
+    assert noise_profile(exposed(camera()))[0] == 0.0
+    assert noise_profile(exposed(camera(shot_noise=None), noise=True))[0] == 0.0
+
+
+def test_defects_lie_in_the_frame():
+    with pytest.raises(InvalidValueError, match=r"Camera.defects: no photosite \(5000, 7\) in a frame of 2048 × 2448"):
+        camera(defects=camsim.Defects(hot=[(5000, 7, 3.0)]))
+
+
+def test_hot_photosites_are_hotter_when_it_is_warm():
+    """Without a dark current of all photosites as well."""
+    hot = camsim.Defects(hot=[(1020, 1220, 100.0)])
+    region, warm = camsim.Region(rows=8, cols=8), camsim.Exposure(time_s=1.0, iso=100, temperature_c=60.0)
+    scene, light = camsim.Scene(background=0.0), camsim.Light("D55", illuminance_lux=1)
+    frame = camera(defects=hot, dark_current=None).expose(scene, light=light, exposure=warm, region=region, seed=1)
+    assert frame.electrons.max() > 3200.0 - 6.0 * 60.0
+
+
+def test_wavelengths_in_micrometres_are_refused():
+    with pytest.raises(InvalidValueError, match=r"ends at 0.7 nm, where there is no light; give nm"):
+        camsim.Curve((0.4, 0.7), (1.0, 0.5))
+    with pytest.raises(InvalidValueError, match=r"reference_nm: must be a number from 100 to 20000, not 0\.55"):
+        camsim.Wavefront(f_number=4.0, zernike_waves={4: 0.25}, reference_nm=0.55)
+
+
+def test_noise_models_of_data_sets(tmp_path):
+    """Crosstalk averages PRNU, 8110 DN² in place of 3780; black offsets lay in no column."""
+    kernel = [[0.02, 0.08, 0.02], [0.08, 0.6, 0.08], [0.02, 0.08, 0.02]]
+    camsim.dataset(
+        {
+            "scene": "flat-field",
+            "sensor": "mono-345",
+            "set": {
+                "region": {"rows": 300, "cols": 300},
+                "render.tolerance": 1e-2,
+                "exposure": {"iso": 100, "time_s": 0.025},
+                "sensor.charge.prnu": 0.03,
+                "sensor.charge.crosstalk": kernel,
+                "sensor.readout.black_offsets_dn": [[0, 40], [20, -30]],
+            },
+            "crops": {"rows": 251, "cols": 251, "each": 1},
+            "shards": "files",
+            "splits": {"train": 1, "val": 0, "test": 0},
+        },
+        tmp_path,
+        workers=0,
+    )
+    arrays, about = camsim.read_pair(tmp_path, 0)
+    light = arrays["clean"] / about["electrons_per_dn"]
+    black = about["black_level_dn"] + np.tile(about["black_offsets_dn"], (126, 126))[:251, :251]
+    off = arrays["noisy"] - black - light - about["dark_dn"]
+    model = about["shot_dn"] * (light + about["dark_dn"]) + about["read_dn2"] + (about["prnu"] * light) ** 2
+    assert np.mean(off**2) == pytest.approx(np.mean(model + about["dsnu_dn"] ** 2), rel=0.03)
+    for row, col in np.ndindex(2, 2):
+        assert abs(off[row::2, col::2].mean()) < 5.0 * off.std() / 125.0 + 0.2
+
+
+def test_noise_that_is_cut_is_an_empty_cell(tmp_path):
+    """An SNR of 259 404: codes of full photosites lie below white by read noise, and were taken for good ones."""
+    study = {
+        "scene": "flat-field",
+        "sensor": "mono-345",
+        "set": {"region": {"rows": 60, "cols": 60}, "render.tolerance": 1e-2, "exposure.iso": 100},
+        "vary": {"exposure.time_s": [0.01, 0.035, 1.0]},
+        "measure": ["noise"],
+        "files": ["{index}.npy"],
+    }
+    camsim.sweep(study, tmp_path, workers=0)
+    with (tmp_path / "manifest.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert 50.0 < float(rows[0]["noise_Y_e"]) < 65.0
+    assert [row["noise_Y_e"] for row in rows[1:]] == ["", ""]
+    assert all("noise: codes of Y are cut at white or at 0" in row["message"] for row in rows[1:])
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        ["exposure={time_s: 1.0, iso: 200}", "light={line_nm: 550, illuminance_lux: 2}",
+         "sensor.charge.dark_current_e_per_s=100"],
+        ["lens.veiling_glare=0.1"],
+    ],
+    ids=["dark current", "glare"],
+)  # fmt: skip
+def test_what_lies_under_a_star_is_no_blur(changes):
+    """The MTF was a fifth, and a tenth, too low at all frequencies."""
+    capture = load("siemens-star", overrides=[*changes, "render.tolerance=1e-3"])
+    (found,) = measure_star(picture_of_frame(capture.frame()), capture).channels
+    ratio = np.array(found.mtf) / np.array(found.theory)
+    assert np.median(ratio) == pytest.approx(1.0, abs=0.01)
+
+
+@dataclass(frozen=True)
+class Odd:
+    """A blur of one's own with a fault."""
+
+    fault: str
+    f_number: float = 8.0
+    transmission: float = 1.0
+
+    def otf(self, fx, fy, wavelength_nm):
+        own = np.exp(-60.0 * (np.asarray(fx) ** 2 + np.asarray(fy) ** 2))
+        faults = {
+            "nan": own * (np.nan if wavelength_nm < 500.0 else 1.0),
+            "twice": own * (2.0 if wavelength_nm < 500.0 else 1.0),
+            "step": np.where(np.hypot(fx, fy) == 0.0, 1.0, 0.5 * own),
+            "odd": own * np.exp(9j * np.abs(fx)),
+            "none": own,
+        }
+        return faults[self.fault]
+
+
+@pytest.mark.parametrize("fault", ["nan", "twice", "step", "odd", "none"])
+def test_a_stage_of_ones_own_is_looked_at_at_every_wavelength(fault):
+    """NaN below 500 nm: a flat picture, and an estimate of 0."""
+    scene = camsim.Scene(background=0.2, shapes=[camsim.Rectangle(width_um=7.0, height_um=5.0, reflectance=0.9)])
+    grid, stages = camsim.Grid(rows=4, cols=4, pitch_um=4.0), [Odd(fault), camsim.SquarePhotosite(side_um=4.0)]
+    if fault == "none":
+        assert camsim.render(scene, stages, grid, wavelength_nm=450.0, tolerance=1e-4).error_estimate <= 1e-4
+        return
+    with pytest.raises(InvalidValueError, match=r"Odd\.otf"):
+        camsim.render(scene, stages, grid, wavelength_nm=450.0, tolerance=1e-4)
+
+
+def test_measured_patterns_have_no_negative_light():
+    """A bar of 1 on 0 was −0.6 … 2.2."""
+    values = np.zeros((11, 11))
+    values[5, 5], values[5, 4], values[5, 6] = 1.0, 3.0, 3.0
+    with pytest.raises(InvalidValueError, match=r"of their pattern 58.3 % is negative light"):
+        camsim.MeasuredOtf(values=values, spacing_per_um=0.02)
+    with pytest.raises(InvalidValueError, match="80 % of the light is negative"):
+        camsim.MeasuredPsf(irradiance=((0, -1, 0), (-1, 5, -1), (0, -1, 0)), spacing_um=4.0)
