@@ -14,6 +14,7 @@ from tests.attack.drawings import add_drawings
 from tests.attack.far import FAR, add_far
 from tests.attack.field_lenses import add_field_lens
 from tests.attack.fields import add_fields
+from tests.attack.large import LARGE, LENSES, large_curves
 from tests.attack.terms import SINGLES, single
 from tests.examples import tile_centres
 
@@ -64,6 +65,11 @@ def draw(seed, number):
         system["shapes"] = [*_tiles(own, max(rows, cols, 4)), *system["shapes"]]
     if number % 16 == 14:
         _add_symmetry(np.random.default_rng([seed, number, 7]), system)
+    if number % 16 == 2 and seed >= LARGE and lens["kind"] in LENSES:
+        own = np.random.default_rng([seed, number, 10])
+        curves = large_curves(own, rows, cols)
+        _painted(own, curves, spectral)
+        system["shapes"] = [*curves, *system["shapes"]] if own.random() < 0.3 else curves
     if number % 16 == 10 and seed >= FAR:
         add_far(np.random.default_rng([seed, number, 9]), system, lambda rng: _surface(rng, spectral))
     if seed >= SINGLES and system["lens"]["kind"] == "wavefront" and "far" not in system:

@@ -1,0 +1,50 @@
+"""Curves far larger or flatter than the frame, their rims through it: sides that are short there and long beyond."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+LARGE = 5200  # seeds from here on, dates among them, draw them
+LARGER = {"disc": (0.5, 6.0), "ellipse": (0.5, 1.5), "ring": (0.5, 6.0), "sector": (0.5, 6.0)}
+"""Powers of ten of the frame; the check follows an ellipse as finely far away as near."""
+
+FLAT = 0.5, 4.0  # powers of ten, of which an ellipse's axes differ
+KINDS = "disc", "ellipse", "ring", "sector"
+LENSES = "airy", "annular", "gaussian", "curve"  # whose far light all truths know
+
+
+def large_curves(rng, rows, cols):
+    """Return one to three of them."""
+    return [_through(rng, str(rng.choice(KINDS, p=[0.35, 0.35, 0.15, 0.15])), rows, cols) for _ in range(_count(rng))]
+
+
+def _count(rng):
+    return 1 + int(rng.choice([0, 0, 1, 2]))
+
+
+def _through(rng, kind, rows, cols):
+    """One whose rim runs within the frame, at times through a photosite's centre, at whatever angle."""
+    size = max(rows, cols, 4)
+    radius, angle = float(size * 10.0 ** rng.uniform(*LARGER[kind])), float(rng.uniform(0.0, 360.0))
+    place = rng.uniform(-0.5, 0.5, 2) * [cols, rows]
+    if rng.random() < 0.4:
+        place, angle = np.round(2.0 * place) / 2.0, 90.0 * math.floor(angle / 90.0)
+    out = np.array([math.cos(math.radians(angle)), math.sin(math.radians(angle))])
+    if kind == "ellipse":
+        # Its flat side, or its tip.
+        other = radius * 10.0 ** -float(rng.uniform(*FLAT))
+        tip = rng.random() < 0.3
+        centre = place - (radius if tip else other) * out
+        return {
+            "kind": kind, "centre": centre.tolist(), "radii": [radius, other],
+            "rotate_deg": angle if tip else angle + 90.0,
+        }  # fmt: skip
+    shape = {"kind": kind, "centre": (place - radius * out).tolist(), "radius": radius}
+    if kind == "ring":
+        shape["inner"] = max(radius - size * float(rng.uniform(0.1, 3.0)), 0.01 * radius)
+    if kind == "sector":
+        turn_deg = float(rng.choice([90.0, 180.0, rng.uniform(1.0, 300.0)]))
+        shape |= {"inner": 0.0, "from_deg": angle - float(rng.uniform(0.0, 1.0)) * turn_deg, "turn_deg": turn_deg}
+    return shape
