@@ -237,6 +237,11 @@ class Body(Electronics):
         electrons_per_dn = self.adc.electrons_per_dn_at(iso)
         return math.hypot(*(stage.dark_noise_e(electrons_per_dn) for stage in self.electronics(iso)))
 
+    def dark_e(self, time_s: float, temperature_c: float | None) -> float:
+        """Return the charge that gathers without light, the mean of all photosites."""
+        current = self.dark_current
+        return 0.0 if current is None else current.e_per_s * time_s * current.warming(temperature_c)
+
     def well_as_read_e(self, iso: float) -> float | None:
         """Return the full well as the converter sees it, after the non-linearity; None without a full well."""
         well = self.full_well_at(iso)

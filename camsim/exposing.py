@@ -35,7 +35,6 @@ from camsim.sensor.chain import random_numbers, record
 from camsim.sensor.colour_matrix import MatrixOf
 from camsim.sensor.exposure import Exposure
 from camsim.sensor.stage import Context, ElectronicStage
-from camsim.sensor.stages.dark_current import DarkCurrent
 from camsim.sensor.stages.shot_noise import ShotNoise
 from camsim.sensor.streams import BLOCK_ROWS
 from camsim.spectra.light import Light, LightSamples
@@ -159,16 +158,10 @@ class Capture:
         """(channels,) electrons that veiling glare adds to every photosite on the axis."""
         return self.radiant_exposure_j_per_m2 * self.camera.veil_of(self.lit_scene, self.samples, self.tolerance)
 
-    @cached_property
-    def white_e(self) -> float:
-        """The charge at which white clips."""
-        return self.camera.charge_at_e(1.0, self.exposure.iso)
-
-    @cached_property
+    @property
     def dark_e(self) -> float:
-        """The charge that gathers without light, the mean of all photosites."""
-        currents = (stage for stage in self.electronics if isinstance(stage, DarkCurrent))
-        return sum(c.e_per_s * self.time_s * c.warming(self.exposure.temperature_c) for c in currents)
+        """The charge that gathers without light, the mean of all photosites; none without noise."""
+        return self.camera.dark_e(self.time_s, self.exposure.temperature_c) if self.noise else 0.0
 
     @cached_property
     def white_level_dn(self) -> int:
@@ -317,16 +310,10 @@ class Capture:
         if "spectral" not in products:
             return None
         return radiance_cube(
-            self.lit_scene,
-            self.camera.optics,
-            self.grid,
-            light=self.light,
-            veil=self.camera.veil,
+            self.lit_scene, self.camera.optics, self.grid, light=self.light, veil=self.camera.veil,
             wavelength_nm=None if self.spectral_nm is None else tuple(self.spectral_nm),
-            tolerance=self.tolerance,
-            method=self.method,
-            strict=self.strict,
-        )
+            tolerance=self.tolerance, method=self.method, strict=self.strict,
+        )  # fmt: skip
 
     def _recorded(self, lit: Lit, frame_number: int, clock: Clock, signals: Signals) -> tuple[F64, U16]:
         """Return rows as they are read, every electronic stage applied, and their codes."""
@@ -335,13 +322,12 @@ class Capture:
         clock.lap("noise")
         codes = self.camera.adc.quantise(electrons, iso=self.exposure.iso, origin=(row + lit.rows_before, col))
         clock.lap("adc")
-        offsets_dn = np.array(self.camera.adc.window_black_offsets_dn((row + lit.rows_before, col)))
-        signals.add(lit.channel, lit.shown_e, codes, offsets_dn)
+        signals.add(lit, codes)
         return electrons, codes
 
     def _signals(self) -> Signals:
-        adc, light_e = self.camera.adc, self.white_e - self.dark_e
-        return Signals(self.camera.cfa.channels, self.white_level_dn, largest_dn=adc.largest_dn, full_e=light_e)
+        full_e = self.camera.charge_at_e(1.0, self.exposure.iso) - self.dark_e
+        return Signals(self.camera, self.grid.origin, self.white_level_dn, full_e=full_e)
 
     def _context(self, frame_number: int, rows_before: int) -> Context:
         """Return what electronic stages may know, from some row of the window on."""
@@ -379,7 +365,7 @@ class Capture:
             black_offsets_dn=camera.adc.window_black_offsets_dn(self.grid.origin),
             white_level_dn=self.white_level_dn,
             electrons_per_dn=camera.adc.electrons_per_dn_at(exposure.iso),
-            white_e=self.white_e if camera.nonlinearity is not None else None,
+            white_e=camera.charge_at_e(1.0, exposure.iso) if camera.nonlinearity is not None else None,
             shot_noise=any(isinstance(stage, ShotNoise) for stage in self.electronics),
             read_noise_e=camera.dark_noise_e(exposure.iso) if self.noise else 0.0,
             camera_name=camera.name,

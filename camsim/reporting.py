@@ -6,8 +6,10 @@ import time
 
 import numpy as np
 
-from camsim.arrays import F64, I64, U8, U16
+from camsim.arrays import U16
+from camsim.body import Body
 from camsim.frame import ChannelSignal
+from camsim.lit import Lit
 from camsim.rendering import Rendering
 from camsim.spectra.light import Light
 
@@ -40,26 +42,29 @@ def accuracy_notes(rendering: Rendering) -> tuple[str, ...]:
 class Signals:
     """The signal of every channel, gathered band by band.
 
-    largest_dn : code that there is
-    full_e     : mean electrons of light that fill a photosite: noise of the read-out scatters its codes about white
+    origin : row and column of the window in the frame
+    full_e : mean electrons of light that fill a photosite: noise of the read-out scatters its codes about white
     """
 
-    def __init__(self, channels: tuple[str, ...], white_level_dn: int, *, largest_dn: int, full_e: float) -> None:
-        self._channels, self._white_level_dn = channels, white_level_dn
-        self._largest_dn, self._full_e = largest_dn, full_e
+    def __init__(self, camera: Body, origin: tuple[int, int], white_level_dn: int, *, full_e: float) -> None:
+        channels = camera.cfa.channels
+        self._channels, self._adc, self._origin = channels, camera.adc, origin
+        self._white_level_dn, self._full_e = white_level_dn, full_e
         self._photosites, self._clipped = np.zeros((2, len(channels)), np.int64)
         self._sum_e, self._max_e, self._sum_dn = np.zeros((3, len(channels)))
         self._min_e = np.full(len(channels), np.inf)
 
-    def add(self, channel: U8, mean_electrons: F64, mosaic: U16, offsets_dn: I64) -> None:
-        """Take in some rows: each photosite's channel, mean electrons and code, and black offsets, which repeat."""
+    def add(self, lit: Lit, mosaic: U16) -> None:
+        """Take in some rows, as they were lit, and their codes."""
+        row, col = self._origin
+        offsets_dn = np.array(self._adc.window_black_offsets_dn((row + lit.rows_before, col)))
         tiles = [-(-size // own) for size, own in zip(mosaic.shape, offsets_dn.shape, strict=True)]
         offset_dn = np.tile(offsets_dn, tiles)[: mosaic.shape[0], : mosaic.shape[1]] if offsets_dn.any() else 0
-        white_dn = np.minimum(self._white_level_dn + offset_dn, self._largest_dn)
-        clipped = (mosaic >= white_dn) | (mean_electrons >= self._full_e)
+        white_dn = np.minimum(self._white_level_dn + offset_dn, self._adc.largest_dn)
+        clipped = (mosaic >= white_dn) | (lit.shown_e >= self._full_e)
         for k in range(len(self._channels)):
-            here = channel == k
-            electrons, codes = mean_electrons[here], mosaic[here]
+            here = lit.channel == k
+            electrons, codes = lit.shown_e[here], mosaic[here]
             self._photosites[k] += electrons.size
             self._clipped[k] += np.count_nonzero(clipped[here])
             self._sum_e[k] += np.sum(electrons)

@@ -17,7 +17,7 @@ from camsim.typed import Number, Positive, Several, judge, refusal
 from camsim.words import brief
 
 MOST_SAMPLES = 256  # along a side: the description in every file holds them all
-MOST_NEGATIVE = 0.2  # of the light: noise and rings of a measurement
+MOST_NEGATIVE = 0.5  # of the light: noise and rings of a measurement
 PASSES, ENDS = 0.4, 0.6  # cycles per sample: all passes, nothing does
 SHARPNESS = 32.0  # of the slope in between: its tail in space is below 1e-12
 ROLL_OFF_DEGREE = 95

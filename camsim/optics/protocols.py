@@ -66,12 +66,10 @@ class Lens(OpticalStage, Protocol):
     @property
     def f_number(self) -> float:
         """Focal length over aperture diameter."""
-        ...
 
     @property
     def transmission(self) -> Spectrum:
         """Fraction of the light that passes."""
-        ...
 
 
 @runtime_checkable
@@ -177,7 +175,6 @@ class KnowsOpening(_Ability, Protocol):
     @property
     def opening(self) -> float:
         """Its area over that circle's: so much of the light passes."""
-        ...
 
 
 @runtime_checkable

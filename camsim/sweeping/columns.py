@@ -70,7 +70,7 @@ def _noise(frame: Frame, capture: Capture) -> Columns:
     even_e = math.hypot(frame.read_noise_e, *(getattr(stage, "sigma_e", 0.0) for stage in capture.electronics))
     uneven = capture.camera.prnu.fraction if capture.camera.prnu else 0.0
     clear = _CLEAR * np.sqrt(charge + even_e**2 + np.square(uneven * charge)) + gain
-    whole = (charge + clear < capture.white_e) & (black * gain + signal > clear)
+    whole = (charge + clear < capture.camera.charge_at_e(1.0, frame.iso)) & (black * gain + signal > clear)
     columns: dict[str, Any] = {}
     said: list[str] = []
     for number, name in enumerate(frame.channels):

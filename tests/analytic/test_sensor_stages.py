@@ -168,9 +168,9 @@ def test_noise_comes_after_the_bent_response() -> None:
 
 
 def test_a_table_goes_on_straight_beyond_both_ends() -> None:
-    """By hand: 0.4 electrons an electron up to (200, 90), 0.5 from there on."""
-    table = ResponseTable((100.0, 200.0, 1200.0), (50.0, 90.0, 590.0))
-    np.testing.assert_allclose(table.response(np.array([0.0, 150.0, 700.0, 2200.0])), [10.0, 70.0, 340.0, 1090.0])
+    """By hand: 0.45 electrons an electron up to (200, 90), 0.5 from there on."""
+    table = ResponseTable((0.0, 200.0, 1200.0), (0.0, 90.0, 590.0))
+    np.testing.assert_allclose(table.response(np.array([-2.0, 150.0, 700.0, 2200.0])), [-0.9, 67.5, 340.0, 1090.0])
 
 
 def test_full_wells_are_bent_too() -> None:

@@ -610,7 +610,7 @@ def test_edges_that_go_straight_on_from_a_photosite(index, towards_deg, method):
 def test_what_no_check_fits_is_refused_before_it_is_rendered():
     """An image took seconds, then its check was refused, in the name of a method that nobody asked for (2003:30)."""
     system = draw(2003, 30)
-    with pytest.raises(InvalidValueError, match=r"tolerance: the check of this frame and scene would take \d+\.\d GB"):
+    with pytest.raises(InvalidValueError, match=r"tolerance: the check would take \d+\.\d GB for this frame and scene"):
         systems.choice(system, tolerance=1e-4 * system["tolerance"], method="auto")
     assert systems.choice(system, tolerance=system["tolerance"], method="auto").cost.memory_bytes < 0.5e9
 

@@ -274,6 +274,8 @@ def test_wavelengths_in_another_unit_are_refused(wavelength_nm):
 
 
 def test_a_table_of_light_in_another_unit_is_refused():
-    table = camsim.Curve(wavelength_nm=(0.4, 0.5, 0.7), values=(1.0, 1.0, 1.0))
-    with pytest.raises(camsim.CamsimError, match=r"ends at 0.7 nm; give nm, 100 … 20000"):
+    with pytest.raises(camsim.CamsimError, match=r"ends at 0.7 nm, where there is no light; give nm"):
+        camsim.Curve(wavelength_nm=(0.4, 0.5, 0.7), values=(1.0, 1.0, 1.0))
+    table = camsim.Curve(wavelength_nm=(4e4, 5e4, 7e4), values=(1.0, 1.0, 1.0))
+    with pytest.raises(camsim.CamsimError, match=r"ends at 70000 nm; give nm, 100 … 20000"):
         camsim.Light(table, irradiance_w_per_m2=1.0)

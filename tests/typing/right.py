@@ -87,7 +87,7 @@ x: float = flat.wavelength_nm[0]
 kernel = camsim.Crosstalk(np.eye(3) / 3)
 corner = camsim.RadialFalloff(radius_mm=[0, 1], values=[1.0, 0.5])
 bent = camsim.PolynomialResponse([0.1], 1e4)
-read_out = camsim.ResponseTable(A, [1, 2])
+read_out = camsim.ResponseTable(A - 400.0, [0, 2])
 cfa = camsim.Cfa(["RG", "GB"])
 triangle_photosite = camsim.PolygonPhotosite(points_um=[[0, 0], [1, 0], [0, 1]])
 round_lens: camsim.Lens = camsim.RadialOtf(freq_per_um=A - 400.0, values=[1, 0]) if not len(A) else lens

@@ -108,7 +108,7 @@ def seen_of(scene: Scene, system: OpticalSystem, grid: Grid, seen_nm: F64, budge
         covered = np.zeros(len(together), bool)
         if later:
             # Beyond all of them is a colour that nothing else has.
-            beyond = Curve((1.0, 2.0), (0.25, 0.75), name="what no shape covers", outside="hold")
+            beyond = Curve((400.0, 700.0), (0.25, 0.75), name="what no shape covers", outside="hold")
             covering = Scene(background=beyond, shapes=later).framed(0.5)
             edges = arranged(covering, system, grid, seen_nm, budget, textured=True)
             rim = (edges.left == 0) != (edges.right == 0)

@@ -7,7 +7,6 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, ClassVar, TypeAlias
 
 import numpy as np
-import scipy.optimize
 
 from camsim.arrays import F64
 from camsim.sensor.stage import Context, ElectronicStage
@@ -101,12 +100,12 @@ class ResponseTable(ElectronicStage):
         judge(self)
         for key in ("electrons_in", "electrons_out"):
             values = getattr(self, key)
-            if len(values) and values[0] != 0.0:
-                raise refusal(self, key, f"{list(values)}; must begin with 0: no charge is black")
             if len(values) < 2:
                 raise refusal(self, key, f"must be two or more numbers, not {len(values)}")
             if any(after <= before for before, after in pairwise(values)):
                 raise refusal(self, key, f"{list(values)}; must increase: more charge gives more signal")
+            if values[0] != 0.0:
+                raise refusal(self, key, f"{list(values)}; must begin with 0: no charge is black")
         if len(self.electrons_in) != len(self.electrons_out):
             message = (
                 f"{len(self.electrons_out)} for {len(self.electrons_in)} electrons_in; every point has one of each"
@@ -137,11 +136,13 @@ def charge_e(bends: Nonlinearity, signal_e: float) -> float:
     5000.0
     """
 
+    from scipy.optimize import brentq  # a tenth of a second, which no other sensor needs
+
     def over(charge: float) -> float:
         return float(bends.response(np.array([charge]))[0]) - signal_e
 
     most = max(signal_e, 1.0)
     while over(most) < 0.0:  # it rises, however far out
         most *= 2.0
-    found: float = scipy.optimize.brentq(over, 0.0, most, xtol=1e-12 * most)
+    found: float = brentq(over, 0.0, most, xtol=1e-12 * most)
     return found
