@@ -33,6 +33,8 @@ _CFA_TAG, _COLOUR_PROFILE_TAG = 33422, 34675
 
 _MOST_PLANES = 64
 
+_LAYERED, _LINEAR = (".exr", ".npz"), (".dng", ".exr", ".npz")  # files that have layers, and whose numbers are linear
+
 Gamma = float | str | None
 
 
@@ -99,6 +101,11 @@ def read_picture(
                 f"a file of the kind {suffix or '(no suffix)'} cannot be measured; give {', '.join(_READERS)} (raw "
                 "files of camera makers: convert them to uncompressed DNG, dnglab or Adobe's converter does)"
             )
+        kind = suffix.lower()
+        if layer is not None and kind not in _LAYERED:
+            raise InvalidValueError(f"a {kind} has none; leave it out", key="layer", stage=shown)
+        if gamma not in (None, 1.0) and kind in _LINEAR:
+            raise InvalidValueError(f"a {kind} is linear; leave it out", key="gamma", stage=shown)
         record = read_record(file, size)
         if record is not None and record.product == "preview" and gamma is None:
             raise InvalidValueError(
@@ -145,11 +152,16 @@ def _picture(source: _Source, planes: Sequence[Plane], shape: Sequence[int]) -> 
     )
 
 
-def _pattern(source: _Source) -> tuple[str, ...]:
-    """Return the rows of a colour filter array: the user's, or else the record's."""
-    if source.cfa is not None:
-        return filter_rows(source.cfa)
-    return ("Y",) if source.record is None else source.record.cfa_pattern
+def _pattern(source: _Source, said: tuple[str, ...] | None = None) -> tuple[str, ...]:
+    """Return the rows of a colour filter array: the file's, or else the user's; those of a file, or its record's."""
+    if said is None and source.record is not None:
+        said = source.record.cfa_pattern
+    if source.cfa is None:
+        return said or ("Y",)
+    given = filter_rows(source.cfa)
+    if said is not None and given != said:
+        raise InvalidValueError(f"{source.cfa!r}, and the file says {'/'.join(said)}; leave it out", key="cfa")
+    return given
 
 
 def filter_rows(cfa: str) -> tuple[str, ...]:
@@ -189,7 +201,14 @@ def _grey_or_planes(image: npt.NDArray[Any], source: _Source, product: str | Non
     if image.ndim == 2 and product != "truth":
         return mosaic_planes(image, _pattern(source), **levels)
     names = source.record.channels if source.record is not None and product == "truth" else None
-    return _planes(image, names, **levels)
+    return _unfiltered(_planes(image, names, **levels), source)
+
+
+def _unfiltered(planes: tuple[Plane, ...], source: _Source) -> tuple[Plane, ...]:
+    """Refuse a filter array of what has a plane for each channel."""
+    if source.cfa is not None and len(planes) > 1:
+        raise InvalidValueError("it has a plane for each channel, and no filter array; leave it out", key="cfa")
+    return planes
 
 
 def _levels(image: npt.NDArray[Any], source: _Source, product: str | None) -> dict[str, Any]:
@@ -266,8 +285,8 @@ def _read_dng(source: _Source) -> Picture:
         planes = _planes(raw.image, None, **levels)
         if raw.black.size == len(planes):
             planes = tuple(replace(p, black=float(b)) for p, b in zip(planes, raw.black.flat, strict=True))
-        return _picture(source, planes, raw.image.shape)
-    pattern = _pattern(replace(source, record=None)) if source.cfa is not None or raw.pattern is None else raw.pattern
+        return _picture(source, _unfiltered(planes, source), raw.image.shape)
+    pattern = _pattern(replace(source, record=None), raw.pattern)
     return _picture(source, mosaic_planes(raw.image, pattern, black=raw.black, **levels), raw.image.shape)
 
 
@@ -298,7 +317,8 @@ def _read_exr(source: _Source) -> Picture:
     if source.product == "electrons" or (len(here) == 1 and source.cfa is not None):
         return _picture(source, mosaic_planes(first, _pattern(source)), first.shape)
     order = [n for n in "RGB" if n in here] + [n for n in here if n not in ("R", "G", "B", "A")]
-    return _picture(source, tuple(Plane(name=name, samples=here[name]) for name in order), first.shape)
+    planes = tuple(Plane(name=name, samples=here[name]) for name in order)
+    return _picture(source, _unfiltered(planes, source), first.shape)
 
 
 def _layers(layers: Mapping[str, Mapping[str, object]]) -> str:

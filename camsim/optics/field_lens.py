@@ -163,6 +163,8 @@ class FieldLens:
             raise refusal(
                 self, "lateral_colour_um", f"give {len(self.wavelength_nm)} × {heights}: wavelengths × heights"
             )
+        if any(row[0] for row in self.lateral_colour_um):
+            raise refusal(self, "lateral_colour_um", "must be 0 on the axis, where every colour falls alike")
         if self.relative_illumination and self.relative_illumination[0] != 1.0:
             raise refusal(self, "relative_illumination", "must begin with 1, the light on the axis")
         if self.distortion and self.distortion_powers:

@@ -11,7 +11,7 @@ import camsim
 from camsim.capturing import load
 from camsim.errors import InvalidValueError
 from camsim.files.dng import noise_profile
-from camsim.measure import picture_of_frame
+from camsim.measure import picture_of_frame, read_picture
 from camsim.measure.target.star import measure_star
 
 LENS = camsim.Airy(f_number=8.0)
@@ -233,3 +233,29 @@ def test_measured_patterns_have_no_negative_light():
         camsim.MeasuredOtf(values=values, spacing_per_um=0.02)
     with pytest.raises(InvalidValueError, match="80 % of the light is negative"):
         camsim.MeasuredPsf(irradiance=((0, -1, 0), (-1, 5, -1), (0, -1, 0)), spacing_um=4.0)
+
+
+def test_options_that_a_file_has_no_use_for_are_refused(tmp_path):
+    """They were ignored, or obeyed against what the file says."""
+    small = ["region={rows: 40, cols: 40}"]
+    frame = camsim.capture("knife-edge", sensor="d40-like", overrides=small, products=("mosaic", "truth"))
+    for name in ("a.dng", "a.exr", "a.npy"):
+        frame.save(tmp_path / name)
+    for name, option, sentence in (
+        ("a.dng", {"gamma": 2.2}, r"gamma: a \.dng is linear; leave it out"),
+        ("a.exr", {"gamma": "srgb"}, r"gamma: a \.exr is linear; leave it out"),
+        ("a.dng", {"layer": "mean"}, r"layer: a \.dng has none; leave it out"),
+        ("a.dng", {"cfa": "BGGR"}, "cfa: 'BGGR', and the file says RG/GB; leave it out"),
+        ("a.exr", {"cfa": "RGGB"}, "cfa: it has a plane for each channel, and no filter array; leave it out"),
+    ):
+        with pytest.raises(InvalidValueError, match=sentence):
+            read_picture(tmp_path / name, **option)
+    assert [plane.name for plane in read_picture(tmp_path / "a.dng", cfa="RGGB").planes] == ["R", "G1", "G2", "B"]
+
+
+def test_every_colour_falls_alike_on_the_axis():
+    with pytest.raises(InvalidValueError, match="lateral_colour_um: must be 0 on the axis"):
+        camsim.FieldLens(
+            f_number=4.0, wavelength_nm=[450.0, 650.0], height_um=[0.0, 9000.0], zernike=[4],
+            waves=[[[0.0], [0.1]]] * 2, lateral_colour_um=[[5.0, 5.0], [-5.0, -5.0]],
+        )  # fmt: skip
