@@ -65,7 +65,7 @@ def draw(seed, number):
         system["shapes"] = [*_tiles(own, max(rows, cols, 4)), *system["shapes"]]
     if number % 16 == 14:
         _add_symmetry(np.random.default_rng([seed, number, 7]), system)
-    if number % 16 == 2 and seed >= LARGE and lens["kind"] in LENSES:
+    if number % 16 == 2 and seed in LARGE and lens["kind"] in LENSES:
         own = np.random.default_rng([seed, number, 10])
         curves = large_curves(own, rows, cols)
         _painted(own, curves, spectral)

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-LARGE = 5200  # seeds from here on, dates among them, draw them
+LARGE = range(5200, 1_000_000)  # seeds that draw them; no dates: some checks fill the memory with sides of such curves
 LARGER = {"disc": (0.5, 6.0), "ellipse": (0.5, 1.5), "ring": (0.5, 6.0), "sector": (0.5, 6.0)}
 """Powers of ten of the frame; the check follows an ellipse as finely far away as near."""
 
