@@ -57,10 +57,8 @@ class Signals:
     def add(self, lit: Lit, mosaic: U16) -> None:
         """Take in some rows, as they were lit, and their codes."""
         row, col = self._origin
-        offsets_dn = np.array(self._adc.window_black_offsets_dn((row + lit.rows_before, col)))
-        tiles = [-(-size // own) for size, own in zip(mosaic.shape, offsets_dn.shape, strict=True)]
-        offset_dn = np.tile(offsets_dn, tiles)[: mosaic.shape[0], : mosaic.shape[1]] if offsets_dn.any() else 0
-        white_dn = np.minimum(self._white_level_dn + offset_dn, self._adc.largest_dn)
+        offsets_dn = self._adc.offsets_dn((mosaic.shape[0], mosaic.shape[1]), (row + lit.rows_before, col))
+        white_dn = np.minimum(self._white_level_dn + offsets_dn, self._adc.largest_dn)
         clipped = (mosaic >= white_dn) | (lit.shown_e >= self._full_e)
         for k in range(len(self._channels)):
             here = lit.channel == k

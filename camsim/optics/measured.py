@@ -74,8 +74,7 @@ class MeasuredPsf:
             raise refusal(self, "irradiance", message)
         if not sum(value for row in rows for value in row) > 0.0:
             raise refusal(self, "irradiance", "the samples add up to no light; give some above 0")
-        light = np.array(rows)
-        if (share := -float(light[light < 0.0].sum() / light[light > 0.0].sum())) > MOST_NEGATIVE:
+        if (share := _negative(np.array(rows))) > MOST_NEGATIVE:
             message = f"{100.0 * share:.3g} % of the light is negative; a pattern has none: take noise and rings off it"
             raise refusal(self, "irradiance", message)
 
@@ -164,7 +163,7 @@ class MeasuredOtf:
         judge(self)
         transfer = self._transfer()
         pattern = np.fft.fftshift(np.fft.ifft2(np.fft.ifftshift(transfer)).real)
-        if (share := -float(pattern[pattern < 0.0].sum() / pattern[pattern > 0.0].sum())) > MOST_NEGATIVE:
+        if (share := _negative(pattern)) > MOST_NEGATIVE:
             message = f"of their pattern {100.0 * share:.3g} % is negative light; no pattern has such a transfer"
             raise refusal(self, "values", message)
         psf = MeasuredPsf(irradiance=pattern, spacing_um=1.0 / (len(transfer) * self.spacing_per_um))
@@ -225,3 +224,8 @@ def _slope() -> np.polynomial.Chebyshev:
     whole = total / total(1.0)
     assert isinstance(whole, np.polynomial.Chebyshev)
     return whole
+
+
+def _negative(pattern: F64) -> float:
+    """Return how much negative light there is of a pattern, over what is not."""
+    return -float(pattern[pattern < 0.0].sum() / pattern[pattern > 0.0].sum())

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 from annotated_types import Ge, Le
 
-from camsim.arrays import F64, U16
+from camsim.arrays import F64, I64, U16
 from camsim.typed import Index, Number, Positive, Several, Whole, judge, refusal
 from camsim.words import brief
 
@@ -84,6 +84,12 @@ class Adc:
         offsets = np.roll(np.array(self.black_offsets_dn), (-origin[0], -origin[1]), axis=(0, 1))
         return tuple(tuple(int(offset) for offset in row) for row in offsets)
 
+    def offsets_dn(self, shape: tuple[int, int], origin: tuple[int, int]) -> I64:
+        """Return the black offset of every photosite (rows, cols) of a window that begins there in the full frame."""
+        offsets = np.array(self.window_black_offsets_dn(origin))
+        tiles = -(-shape[0] // offsets.shape[0]), -(-shape[1] // offsets.shape[1])
+        return np.tile(offsets, tiles)[: shape[0], : shape[1]]
+
     def white_level_dn(self, iso: float, full_well_e: float | None = None) -> int:
         """Return the code at which the signal clips, by the full well or by the largest code.
 
@@ -117,9 +123,7 @@ class Adc:
             dn = source[start : start + step] / self.electrons_per_dn_at(iso)
             dn += self.black_level_dn
             if self.black_offsets_dn != ((0,),):
-                offsets = np.array(self.window_black_offsets_dn((origin[0] + start, origin[1])))
-                tiles = -(-dn.shape[0] // offsets.shape[0]), -(-dn.shape[1] // offsets.shape[1])
-                dn += np.tile(offsets, tiles)[: dn.shape[0], : dn.shape[1]]
+                dn += self.offsets_dn((dn.shape[0], dn.shape[1]), (origin[0] + start, origin[1]))
             if np.isnan(dn).any():
                 raise ValueError("electrons hold NaN, which has no code")
             np.rint(dn, out=dn)

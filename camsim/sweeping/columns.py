@@ -61,9 +61,7 @@ def _noise(frame: Frame, capture: Capture) -> Columns:
     noise decides. Fixed patterns count as noise: one frame cannot tell them.
     """
     gain, bends = frame.electrons_per_dn, capture.camera.nonlinearity
-    offsets = np.array(frame.black_offsets_dn)
-    repeats = [-(-size // own) for size, own in zip(frame.shape, offsets.shape, strict=True)]
-    black = frame.black_level_dn + np.tile(offsets, repeats)[: frame.shape[0], : frame.shape[1]]
+    black = frame.black_level_dn + capture.camera.adc.offsets_dn(frame.shape, capture.grid.origin)
     charge = frame.mean_electrons + capture.dark_e
     signal = charge if bends is None else bends.response(charge)
     off = (frame.mosaic.astype(float) - black) * gain - signal
