@@ -32,6 +32,7 @@ from camsim.scene.stretches import stretches
 STEP = 0.25  # of the distance: half a stretch of curve over which it is taken for the same
 FAR_PART = 0.2  # of the outlines' share, for sides that are long because they are far away
 HALVINGS = 60
+NEARER = 0.25  # of the distance: how far a side may come nearer than its curve
 NO_LIGHT = 1e-60  # of a Gaussian far out: any side will do there
 
 
@@ -101,8 +102,11 @@ class LongSides:
         anywhere = self._anywhere(radius)
         if self.factor == 0.0:
             return anywhere
-        light = self._light(self._gap(place) - 0.5 * length)
-        longer: F64 = np.maximum(anywhere, self.factor * np.cbrt(radius / np.maximum(light, NO_LIGHT)))
+        gap = self._gap(place) - 0.5 * length
+        far = self.factor * np.cbrt(radius / np.maximum(self._light(gap), NO_LIGHT))
+        # No corner is moved into the frame, however little light comes from where it was.
+        far = np.minimum(far, np.sqrt(12.0 * radius * NEARER * np.maximum(gap, 0.0)))
+        longer: F64 = np.maximum(anywhere, far)
         return longer
 
     def apart(self, place: F64, length: F64) -> F64:

@@ -8,12 +8,14 @@ Places are complex numbers here.
 
 from __future__ import annotations
 
+import functools
 import math
 from typing import NamedTuple
 
 import numpy as np
 
 from camsim.arrays import C128, F64, I64
+from camsim.scene.away import Away
 from camsim.scene.curves import ARC, CUBIC, Curves
 
 HALVINGS = 40
@@ -24,6 +26,8 @@ OF_CUT = 12.0  # times what is allowed: half of a pair gives or takes a third of
 ROUNDING = 1e-15  # of the largest coordinate: so far off places may be, and areas by that times their length
 LONGER, MUCH_LONGER, SECANTS = 1.1, 2.0, 3  # times, for the sake of areas: what is tried first, the most, and how often
 STRAIGHT_SINE = 5e-8  # half the turn of an arc that is a straight line as far as numbers go
+FAR_PART = 0.5  # of what is allowed, for all that is far away
+TOO_FLAT = 400.0  # times what is allowed: so far off is no rim of an arc for its centre's being so far away; a line is
 
 
 class Fineness(NamedTuple):
@@ -31,10 +35,12 @@ class Fineness(NamedTuple):
 
     longest : the shortest wave that passes
     allowed : error of a photosite, of full scale
+    away    : what is less loud the farther away it is; None where that is not known
     """
 
     longest: float = 1.0
     allowed: float = 1e-9
+    away: Away | None = None
 
     @property
     def most_off(self) -> float:
@@ -64,9 +70,14 @@ def arcs_of(curves: Curves, fine: Fineness, *, cut: bool = False, least: float =
     t0 = np.tile(np.arange(4) / 4.0, len(curves.kind))
     t1 = t0 + 0.25
     extent = np.abs(curves.points).max(axis=(1, 2), initial=0.0)
+    away = fine.away if fine.away is not None and fine.away.reached_by(curves) else None
+    of_far = 0.0 if away is None else FAR_PART * fine.allowed / away.much_of(curves)
+
+    lines_of = functools.partial(_lines, curves)
 
     def close(some: _Stretches, pairs: Arcs) -> np.ndarray:
         off, bend, length, gained = _fit(curves, some, pairs)
+        rounding = ROUNDING * extent[some.owner]
         good = (
             (off <= fine.most_off)
             & (off * length**2 <= fine.allowed * fine.longest**3)
@@ -74,9 +85,14 @@ def arcs_of(curves: Curves, fine: Fineness, *, cut: bool = False, least: float =
         )
         if cut:
             good &= off * length <= OF_CUT * fine.allowed * fine.longest**2
-        rounding = ROUNDING * extent[some.owner] * length
-        good &= gained <= np.maximum(0.25 * fine.allowed * fine.longest**2 * (some.t1 - some.t0), rounding)
+        good &= gained <= np.maximum(0.25 * fine.allowed * fine.longest**2 * (some.t1 - some.t0), rounding * length)
+        # All of what lies between, of whichever sign: of a line spread's peak, and far away of each octave as much.
         good |= off <= 0.5 * fine.allowed * fine.longest
+        if away is not None:
+            distance = away.distance(0.5 * (some.begin + some.finish), 0.5 * length)
+            enough = np.maximum(of_far / away.loudness(distance), rounding)
+            good |= (distance > 0.0) & (length <= distance) & (off <= enough)
+        good &= ROUNDING * _radius(pairs) <= np.maximum(TOO_FLAT * fine.allowed * fine.longest, 4.0 * rounding)
         return good & (bend <= MOST_BEND)
 
     done: list[tuple[I64, F64, Arcs]] = []
@@ -84,19 +100,17 @@ def arcs_of(curves: Curves, fine: Fineness, *, cut: bool = False, least: float =
         stretches = _stretches(curves, owner, t0, t1)
         pairs = _pairs(stretches, np.ones(len(owner)))
         good = close(stretches, pairs)
-        # Pairs that give too much area, or too little, meet elsewhere.
-        poor = np.flatnonzero(~good)
-        others = _of_one_area(stretches.some(poor))
-        better = close(stretches.some(poor), others)
-        for column, other in zip(pairs[1:], others[1:], strict=True):
-            column[poor[better]] = other[better]
-        good[poor] = better
-        small = poor[~better]
-        small = small[_room(curves, stretches.some(small)) <= least]
-        lines = _lines(stretches.some(small))
-        for column, other in zip(pairs[1:], lines[1:], strict=True):
-            column[small] = other
-        good[small] = True
+        # Pairs that give too much area, or too little, meet elsewhere; lines do for what is as good as straight.
+        for others_of in (_of_one_area, lines_of):
+            poor = np.flatnonzero(~good)
+            some = stretches.some(poor)
+            others = others_of(some)
+            better = close(some, others)
+            if others_of is lines_of:
+                better |= _room(curves, some) <= least
+            for column, other in zip(pairs[1:], others[1:], strict=True):
+                column[poor[better]] = other[better]
+            good[poor] = better
         if turn == HALVINGS - 1:
             good[:] = True
         done.append((owner[good], t0[good], _picked(pairs, good)))
@@ -215,10 +229,10 @@ def _pairs(stretches: _Stretches, longer: F64) -> Arcs:
     return Arcs(stretches.owner, start, end, bends)
 
 
-def _lines(stretches: _Stretches) -> Arcs:
-    """Return pairs of straight lines, one the other's continuation, from where stretches begin to where they end."""
+def _lines(curves: Curves, stretches: _Stretches) -> Arcs:
+    """Return pairs of straight lines from where stretches begin to where they end, by their curves' places between."""
     begin, finish = stretches.begin, stretches.finish
-    middle = 0.5 * (begin + finish)
+    middle, _ = _places(curves, stretches.owner, 0.5 * (stretches.t0 + stretches.t1))
     start, end = np.stack([begin, middle], axis=1), np.stack([middle, finish], axis=1)
     return Arcs(stretches.owner, start, end, np.zeros((len(begin), 2)))
 
@@ -241,6 +255,13 @@ def _of_one_area(stretches: _Stretches) -> Arcs:
         step = gained * (now - last) / np.where(gained != before, gained - before, np.inf)
         last, before, now = now, gained, np.clip(now - step, 1.0 / MUCH_LONGER, MUCH_LONGER)
     return _pairs(stretches, now)
+
+
+def _radius(pairs: Arcs) -> F64:
+    """Return the larger radius (n,) of each pair; 0 of what is straight."""
+    chord, sine = np.abs(pairs.end - pairs.start), np.sin(0.5 * np.abs(pairs.bend_rad))
+    radius: F64 = np.where(sine > 0.0, 0.5 * chord / np.where(sine > 0.0, sine, 1.0), 0.0).max(axis=1)
+    return radius
 
 
 def _fit(curves: Curves, stretches: _Stretches, pairs: Arcs) -> tuple[F64, F64, F64, F64]:

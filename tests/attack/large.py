@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-LARGE = range(5200, 1_000_000)  # seeds that draw them; no dates: some checks fill the memory with sides of such curves
-LARGER = {"disc": (0.5, 6.0), "ellipse": (0.5, 1.5), "ring": (0.5, 6.0), "sector": (0.5, 6.0)}
+LARGE = range(5200, 20_300_000)  # seeds that draw them: dates too
+LARGER = {"disc": (0.5, 6.0), "ellipse": (0.5, 6.0), "ring": (0.5, 6.0), "sector": (0.5, 6.0)}
 """Powers of ten of the frame; the check follows an ellipse as finely far away as near."""
 
 FLAT = 0.5, 4.0  # powers of ten, of which an ellipse's axes differ

@@ -11,6 +11,7 @@ import math
 from dataclasses import dataclass
 from itertools import pairwise
 
+import mpmath
 import numpy as np
 
 from tests.truth import beziers
@@ -351,10 +352,9 @@ def _cuts(side, other, near):
                 yield side.parameter(other.at(u))
         ends = (other.a, other.b)
     else:
-        meets = _circle_circle if side.round and other.round else _arc_arc
-        for point in meets(side, other):
-            if other.whole or -1e-12 <= other.parameter(point) <= 1.0 + 1e-12:
-                yield side.parameter(point)
+        for t in _arc_arc(side, other):
+            if other.whole or -1e-12 <= other.parameter(side.at(t)) <= 1.0 + 1e-12:
+                yield t
         ends = () if other.whole else (other.at(0.0), other.at(1.0))
     yield from (side.parameter(end) for end in ends if side.distance(end) <= near)
 
@@ -416,38 +416,39 @@ def _segment_arc(side, arc):
         yield from ((-foot + sign * math.sqrt(square)) / length for sign in (-1.0, 1.0))
 
 
-def _circle_circle(side, other):
-    """Points where two whole circles meet."""
-    gap, radius, others = other.centre - side.centre, side.axes[0], other.axes[0]
-    apart = float(np.hypot(*gap))
-    if not abs(radius - others) < apart < radius + others:
-        return
-    along = (apart**2 + radius**2 - others**2) / (2.0 * apart)
-    half = math.acos(min(max(along / radius, -1.0), 1.0))
-    angle = math.atan2(gap[1], gap[0])
-    for a in (angle - half, angle + half):
-        yield side.centre + radius * np.array([math.cos(a), math.sin(a)])
-
-
 def _arc_arc(side, other):
-    """Points where two whole ellipses meet: ``other`` lies on the unit circle of ``side``, a quartic in z = exp(ia)."""
-    c, u, v = side.own(other.centre), side.own(side.centre + other.u), side.own(side.centre + other.v)
-    # x = c + ½(u − iv)·z + ½(u + iv)/z, and x·x = 1
-    w = 0.5 * (u - 1j * v)
-    last, next_ = np.dot(w, w), 2.0 * np.dot(c, w)
-    middle = np.dot(c, c) + 2.0 * np.dot(w, w.conj()).real - 1.0
-    polynomial = np.array([last, next_, middle, np.conj(next_), np.conj(last)])
-    if np.abs(polynomial).max() <= 1e-12:
-        return  # the same ellipse twice
-    for z in np.roots(polynomial):
-        if abs(abs(z) - 1.0) > 1e-6:
-            continue
-        a = float(np.angle(z))
-        for _ in range(3):  # the roots of a polynomial are known to half the digits where two are near
-            x, dx = c + u * math.cos(a) + v * math.sin(a), v * math.cos(a) - u * math.sin(a)
-            slope = 2.0 * float(np.dot(x, dx))
-            if abs(slope) > 1e-9:
-                a -= (float(np.dot(x, x)) - 1.0) / slope
-        x = c + u * math.cos(a) + v * math.sin(a)
-        if abs(float(np.dot(x, x)) - 1.0) < 1e-12:
-            yield other.centre + other.u * math.cos(a) + other.v * math.sin(a)
+    """Parameters on ``side`` where two whole circles or ellipses meet, to fifty digits: a rim of 10⁶ pitches is cut by
+    another to parts of a pitch, at angles that doubles do not tell apart.
+
+    On the unit circle of ``other`` lies x = c + ½(u − iv)·z + ½(u + iv)/z, z = exp(ia): x·x = 1 is a quartic, of two
+    circles a quadratic.
+    """
+    with mpmath.workdps(50):
+        centre, u, v, middle, across, up = (
+            [mpmath.mpf(float(x)) for x in each]
+            for each in (side.centre, side.u, side.v, other.centre, other.u, other.v)
+        )
+        squares = _dot(across, across), _dot(up, up)
+
+        def own(vector):
+            return [_dot(vector, across) / squares[0], _dot(vector, up) / squares[1]]
+
+        c, u, v = own([a - b for a, b in zip(centre, middle, strict=True)]), own(u), own(v)
+        w = [mpmath.mpc(a, -b) / 2 for a, b in zip(u, v, strict=True)]
+        last, next_ = _dot(w, w), 2 * _dot(c, w)
+        even = _dot(c, c) + 2 * sum(abs(x) ** 2 for x in w) - 1
+        polynomial = [last, next_, even, mpmath.conj(next_), mpmath.conj(last)]
+        size = max(abs(x) for x in polynomial)
+        if size <= 1e-12:
+            return  # the same ellipse twice
+        if abs(last) <= 1e-30 * size:  # of circles
+            polynomial = polynomial[1:-1]
+        if abs(polynomial[0]) <= 1e-30 * size:
+            return  # about one centre
+        for z in mpmath.polyroots(polynomial, maxsteps=500, extraprec=400):
+            if abs(abs(z) - 1) < 1e-10:
+                yield ((float(mpmath.arg(z)) - side.first) % (2.0 * math.pi)) / side.turn
+
+
+def _dot(a, b):
+    return a[0] * b[0] + a[1] * b[1]

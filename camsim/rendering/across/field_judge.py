@@ -44,6 +44,7 @@ from camsim.rendering.engine import Plan
 from camsim.rendering.fast_length import fast_length
 from camsim.rendering.fourier.clamped import clamped
 from camsim.rendering.job import Job
+from camsim.scene.arcs import Fineness
 
 FINER = 1.5  # directions, times what a sum over them takes to be exact of waves that go so far
 STEPS, LOOKED_UP = 12.0, 1e-5  # of a table in the finest wave, at so much and more: sums over sides take slopes
@@ -149,7 +150,7 @@ class FieldJudge:
         """The check's own edges, pitches."""
         pieces, wavelength_nm, _ = self._perfect.seen
         highest = self.job.system.highest_per_um(wavelength_nm) * self.job.grid.pitch_um
-        return polygons(pieces, 1.0 / highest, self.job.budget.of_check.tolerance)
+        return polygons(pieces, Fineness(1.0 / highest, self.job.budget.of_check.tolerance))
 
     def _differing(self, place: tuple[float, float], channels: I64) -> F64:
         """Return what one photosite sees besides the perfect lens's image, in each of some channels."""

@@ -21,7 +21,7 @@ def bent(pieces: Pieces, fine: Fineness, bending: Bending) -> Pieces:
     fine : as the pieces were made
     """
     pitch_um = bending.grid.pitch_um
-    edges = polygons(pieces, fine.longest, fine.allowed)
+    edges = polygons(pieces, fine)
     own = dataclasses.replace(bending, allowed=FINER * bending.allowed)
     start, end, owner = own.sides(edges.start * pitch_um, edges.end * pitch_um)
     x, y = (start / pitch_um).T

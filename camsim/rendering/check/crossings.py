@@ -13,6 +13,7 @@ from camsim.rendering.check.polygons import polygons
 from camsim.rendering.check.scenery import pieces_of
 from camsim.rendering.grid import Grid
 from camsim.scene import Picture, Scene
+from camsim.scene.arcs import Fineness
 from camsim.scene.raster import Field
 from camsim.spectra.curve import Curve
 
@@ -41,7 +42,7 @@ def bounds_of(scene: Scene, number: int, pitch_um: float, longest: float, allowe
     )
     covered = Scene(background=beyond, shapes=[field.frame(own), *later]).framed(0.5)
     pieces, spectra = pieces_of(covered, pitch_um)
-    edges = polygons(pieces, longest, allowed, textured=isinstance(field, Picture))
+    edges = polygons(pieces, Fineness(longest, allowed), textured=isinstance(field, Picture))
     which = spectra.index(own)
     mine = (edges.left == which) | (edges.right == which)
     other = np.where(edges.left == which, edges.right, edges.left)[mine]

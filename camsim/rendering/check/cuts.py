@@ -11,6 +11,8 @@ from camsim.kernels import kernel
 from camsim.rendering.check.near import Squares, touching
 from camsim.rendering.check.records import Outlines
 
+STEPS = 2  # of Newton's rule
+
 
 @kernel()
 def share_of(o: Outlines, e: int, x: float, y: float, slack: float) -> float:
@@ -68,8 +70,35 @@ def _add(o: Outlines, e: int, x: float, y: float, same: float, out: F64, count: 
 
 
 @kernel()
-def _both(o: Outlines, e: int, f: int, x: float, y: float, same: float, out: F64, count: int) -> int:
-    """Append a place on part ``e`` where it lies on part ``f`` as well."""
+def _out_of(o: Outlines, e: int, x: float, y: float) -> tuple[float, float, float]:
+    """Return how far a place lies out of a part's circle or to the right of its line, and the way there."""
+    if o.turn_rad[e] == 0.0:
+        length = math.hypot(o.dx[e], o.dy[e])
+        right_x, right_y = o.dy[e] / length, -o.dx[e] / length
+        return (x - o.x[e]) * right_x + (y - o.y[e]) * right_y, right_x, right_y
+    gap = math.hypot(x - o.x[e], y - o.y[e])
+    if gap == 0.0:
+        return -o.dx[e], 1.0, 0.0
+    return gap - o.dx[e], (x - o.x[e]) / gap, (y - o.y[e]) / gap
+
+
+@kernel()
+def _both(o: Outlines, e: int, f: int, x: float, y: float, room: float, same: float, out: F64, count: int) -> int:
+    """Append a place on part ``e`` where it lies on part ``f`` as well.
+
+    room : how far off it may be: where circles all but touch, half their chord is the root of what cancels. Newton's
+           rule takes it there
+    """
+    for _ in range(STEPS):
+        off_e, ex, ey = _out_of(o, e, x, y)
+        off_f, fx, fy = _out_of(o, f, x, y)
+        across = ex * fy - ey * fx
+        if across == 0.0:
+            break
+        step_x, step_y = (fy * off_e - ey * off_f) / across, (ex * off_f - fx * off_e) / across
+        if math.hypot(step_x, step_y) > room:
+            break
+        x, y = x - step_x, y - step_y
     return _add(o, e, x, y, 1e3 * same, out, count) if lies_on(o, f, x, y, 1e3 * same) else count
 
 
@@ -100,22 +129,25 @@ def _crossings(o: Outlines, e: int, f: int, same: float, out: F64) -> int:
         foot, off = px * tx + py * ty, px * ty - py * tx
         square = (o.dx[ring] - off) * (o.dx[ring] + off)
         if square > 0.0:
-            half = math.sqrt(square)
+            half, room = math.sqrt(square), math.sqrt(o.dx[ring] * same)
             for s in (foot - half, foot + half):
-                if -same <= s <= length + same:
-                    count = _both(o, e, f, o.x[line] + s * tx, o.y[line] + s * ty, same, out, count)
+                if -room <= s <= length + room:
+                    count = _both(o, e, f, o.x[line] + s * tx, o.y[line] + s * ty, room, same, out, count)
     else:
         px, py = o.x[f] - o.x[e], o.y[f] - o.y[e]
         gap = math.hypot(px, py)
         if gap > same:
-            along = 0.5 * (gap + (o.dx[e] - o.dx[f]) * (o.dx[e] + o.dx[f]) / gap)
-            square = (o.dx[e] - along) * (o.dx[e] + along)
+            # From the smaller one: the other's radius takes the last digits of what is as short as a chord's height.
+            a, b = (e, f) if o.dx[e] <= o.dx[f] else (f, e)
+            way = 1.0 if a == e else -1.0
+            along = 0.5 * (gap + (o.dx[a] - o.dx[b]) * (o.dx[a] + o.dx[b]) / gap)
+            square = (o.dx[a] - along) * (o.dx[a] + along)
             if square > 0.0:
-                half = math.sqrt(square)
+                half, room = math.sqrt(square), math.sqrt(o.dx[a] * same)
                 for side in (-half, half):
-                    x = o.x[e] + (along * px - side * py) / gap
-                    y = o.y[e] + (along * py + side * px) / gap
-                    count = _both(o, e, f, x, y, same, out, count)
+                    x = o.x[a] + way * (along * px - side * py) / gap
+                    y = o.y[a] + way * (along * py + side * px) / gap
+                    count = _both(o, e, f, x, y, room, same, out, count)
     # The other part's ends: parts that run along each other cross nowhere.
     if o.turn_rad[f] == 0.0:
         count = _add(o, e, o.x[f], o.y[f], same, out, count)

@@ -11,6 +11,7 @@ from camsim.arrays import F64, I64, U8, kinds_of
 from camsim.kept import cached_property
 from camsim.optics import RoundLens
 from camsim.rendering.budget import DIFFERENCE_CHECK_PART, ErrorBudget
+from camsim.rendering.check.away import away_of
 from camsim.rendering.check.bent import bent
 from camsim.rendering.check.beside import Beside
 from camsim.rendering.check.checks import Found, Transforms
@@ -29,6 +30,7 @@ from camsim.rendering.engine import FEWEST_CHECKED, Plan
 from camsim.rendering.hearing import Listening
 from camsim.rendering.job import Job
 from camsim.scene.arcs import Fineness
+from camsim.scene.away import Away
 
 WINDOW = 3  # photosites along a side, for lenses that are not round
 OF_WINDOW = [2, 4, 7]  # of these, where each is integrated too: the middle one, and one of every other row
@@ -64,16 +66,25 @@ class Judge:
         if self._seen is not None:
             return self._seen
         job = self.job
-        felt_nm = job.wavelength_nm[job.response.any(axis=0)]  # none of a light that the sensor does not see
-        highest = job.system.highest_per_um(felt_nm if felt_nm.size else job.wavelength_nm)
         whole = job.bending is None and job.finest is not None and job.tolerance >= job.finest
         budget = job.budget.of_check if whole else self._of_windows
-        fine = Fineness(1.0 / (highest * job.grid.pitch_um), budget.allowed("own curves"))
+        highest = job.system.highest_per_um(self._felt_nm) * job.grid.pitch_um
+        fine = Fineness(1.0 / highest, budget.allowed("own curves"), self._away)
         pieces, spectra = pieces_of(job.scene, job.grid.pitch_um, fine, whole=whole)
         if job.bending is not None and len(pieces.left):
             pieces = bent(pieces, fine, job.bending)
         wavelength_nm, density = densities(spectra, job.response, job.wavelength_nm)
         return pieces, wavelength_nm, density
+
+    @cached_property
+    def _felt_nm(self) -> F64:
+        """The wavelengths without those of a light that the sensor does not see."""
+        felt_nm = self.job.wavelength_nm[self.job.response.any(axis=0)]
+        return felt_nm if felt_nm.size else self.job.wavelength_nm
+
+    @cached_property
+    def _away(self) -> Away | None:
+        return away_of(self.job, self._felt_nm)
 
     @cached_property
     def base(self) -> F64:
@@ -267,7 +278,7 @@ class Judge:
         pieces, wavelength_nm, density = self.seen
         job = job.behind(summed_otherwise(job.system.lens))
         highest = job.system.highest_per_um(wavelength_nm) * job.grid.pitch_um
-        edges = polygons(pieces, 1.0 / highest, self._of_windows.tolerance)
+        edges = polygons(pieces, Fineness(1.0 / highest, self._of_windows.tolerance, self._away))
         until = self._heard if isinstance(job.system.lens, RoundLens) and not job.system.more else None
         make = functools.partial(job.of_edges, edges, wavelength_nm=wavelength_nm, density=density, base=base)
         return Fitting(

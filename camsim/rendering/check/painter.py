@@ -15,21 +15,21 @@ from camsim.rendering.check.records import Outlines, Owners
 # Times as far as places that are one: what is seen is asked beside a part, on either side; where others run along it as
 # near as the second of these, one stands for all, and beyond them.
 BESIDE, ALONG, BEYOND = 4.0, 6.0, 9.0
-PARTS_A_ROW = 4  # at the most, on average
+PARTS_A_ROW = 4  # times as many as parts, at the most, are rows' parts
 PIECES_AT_ONCE = 64
 
 
 class Rows(NamedTuple):
-    """Parts of each fill by rows of equal height, so that few are asked about a place.
+    """Parts of each fill by rows, as high as few of them begin in, so that few are asked about a place.
 
-    low, per_row : (fills,) where the first row begins, and rows in a pitch
-    begin        : (fills + 1,) where each fill's rows begin in ``first``
-    first, part  : where each row's parts begin, and they
+    begin, high : (fills + 1,) where each fill's rows begin, and (fills,) what lies above all of it
+    low         : (rows,) where each begins
+    first, part : where each row's parts begin, and they
     """
 
-    low: F64
-    per_row: F64
     begin: I64
+    high: F64
+    low: F64
     first: I64
     part: I64
 
@@ -39,36 +39,57 @@ class Rows(NamedTuple):
         parts = np.diff(owners.part)
         fill = np.repeat(np.arange(len(parts)), parts)
         low_y, high_y = boxes[:, 1] - 2.0 * BEYOND * same, boxes[:, 3] + 2.0 * BEYOND * same
-        count = len(parts)
-        low, high, tall = np.full(count, np.inf), np.full(count, -np.inf), np.bincount(fill, high_y - low_y, count)
-        np.minimum.at(low, fill, low_y)
+        high = np.full(len(parts), -np.inf)
         np.maximum.at(high, fill, high_y)
-        some = parts > 0
-        low, high = np.where(some, low, 0.0), np.where(some, high, 1.0)
-        height = np.maximum(high - low, np.finfo(float).tiny)
-        # Tall parts lie in many rows: then there are fewer.
-        rows = np.clip(PARTS_A_ROW * parts * height / np.where(some, tall, 1.0), 1, np.maximum(parts, 1)).astype(
-            np.int64
-        )
-        per_row = rows / height
-        begin = np.concatenate([[0], np.cumsum(rows)])
-        one = np.clip(((low_y - low[fill]) * per_row[fill]).astype(np.int64), 0, rows[fill] - 1)
-        two = np.clip(((high_y - low[fill]) * per_row[fill]).astype(np.int64), 0, rows[fill] - 1)
-        times = two - one + 1
+        sorted_y = low_y[np.lexsort((low_y, fill))]
+        count = np.maximum(parts, 1)
+        while True:
+            begin = np.concatenate([[0], np.cumsum(count)])
+            owner = np.repeat(np.arange(len(count)), count)
+            number = np.arange(begin[-1]) - begin[owner]
+            rank = np.minimum(owners.part[owner] + number * parts[owner] // count[owner], len(fill) - 1)
+            low = np.where(parts[owner] > 0, sorted_y[rank], np.inf) if len(fill) else np.full(len(owner), np.inf)
+            one, two = _rows_of(begin, low, fill, low_y), _rows_of(begin, low, fill, high_y)
+            times = two - one + 1
+            # Tall parts lie in many rows: then there are fewer.
+            much = np.bincount(fill, times, len(parts)) / (PARTS_A_ROW * np.maximum(parts, 1))
+            if (much <= 1.0).all() or (count[much > 1.0] == 1).all():
+                break
+            count = np.maximum(np.where(much > 1.0, count / np.maximum(2.0, much), count), 1).astype(np.int64)
         part = np.repeat(np.arange(len(fill)), times)
-        row = begin[fill[part]] + one[part] + np.arange(part.size) - np.repeat(np.cumsum(times) - times, times)
+        row = one[part] + np.arange(part.size) - np.repeat(np.cumsum(times) - times, times)
         order = np.argsort(row, kind="stable")
-        return cls(low, per_row, begin, np.searchsorted(row[order], np.arange(begin[-1] + 1)), part[order])
+        return cls(begin, high, low, np.searchsorted(row[order], np.arange(begin[-1] + 1)), part[order])
+
+
+@kernel()
+def _row_at(low: F64, begin: int, end: int, y: float) -> int:
+    """Return the last of rows that begins no higher than a place, the first where none does."""
+    while end - begin > 1:
+        middle = (begin + end) // 2
+        if low[middle] <= y:
+            begin = middle
+        else:
+            end = middle
+    return begin
+
+
+@kernel(allocates=True)
+def _rows_of(begin: I64, low: F64, fill: I64, y: F64) -> I64:
+    """Return the row that each place lies in, of its fill's."""
+    rows = np.empty(len(fill), np.int64)
+    for k in range(len(fill)):
+        rows[k] = _row_at(low, begin[fill[k]], begin[fill[k] + 1], y[k])
+    return rows
 
 
 @kernel()
 def _row(rows: Rows, fill: int, y: float) -> int:
     """Return the row of a fill that a place lies in, −1 for none."""
-    number = math.floor((y - rows.low[fill]) * rows.per_row[fill])
-    count = rows.begin[fill + 1] - rows.begin[fill]
-    if number < 0 or number > count:
+    begin, end = rows.begin[fill], rows.begin[fill + 1]
+    if y < rows.low[begin] or y > rows.high[fill]:
         return -1
-    return int(rows.begin[fill] + min(number, count - 1))
+    return _row_at(rows.low, begin, end, y)
 
 
 @kernel()

@@ -57,7 +57,7 @@ def table_of(lens: RoundLens, blur: F64, weights: F64, radius: float, allowed: f
     cells = math.ceil(radius / step) + 2 * per_blur
     profile = _profile(lens, 1 << (cells + 4).bit_length(), per_blur)
     values = _contracted(profile, per_blur, blur, weights, step, cells)
-    return Table(quintic_cells(values), step, _smooth(lens, blur, weights))
+    return Table(quintic_cells(values), step, smooth_powers(lens, blur, weights))
 
 
 def table_seconds(lens: RoundLens, blurs: float, allowed: float, wavelengths: int, sets: int) -> float:
@@ -78,7 +78,7 @@ def _per_blur(allowed: float) -> int:
     return CELLS_PER_BLUR if allowed >= CELLS_LEAVE else 2 * CELLS_PER_BLUR
 
 
-def _smooth(lens: RoundLens, blur: F64, weights: F64) -> F64:
+def smooth_powers(lens: RoundLens, blur: F64, weights: F64) -> F64:
     """Return (k, 4) the smooth powers of every set; see ``Table``."""
     powers = [c * blur**n for c, n in zip(_far_powers(lens), (1, 3, 5), strict=True)]
     smooth: F64 = weights @ np.stack([np.ones_like(blur), *powers], axis=1)
@@ -179,7 +179,7 @@ def oscillation(lens: RoundLens, blur: F64, weights: F64, radius: F64, allowed: 
         rest = np.zeros((radius.size, len(weights)))
         _contract_at(profile, float(per_blur), blur, np.ascontiguousarray(weights.T), radius, rest)
     powers = np.stack([np.ones_like(radius), -1.0 / radius, -(radius**-3.0), -(radius**-5.0)])
-    left: F64 = rest.T - np.einsum("kp,pn->kn", _smooth(lens, blur, weights), powers)
+    left: F64 = rest.T - np.einsum("kp,pn->kn", smooth_powers(lens, blur, weights), powers)
     return left
 
 

@@ -26,13 +26,16 @@ class _Cut(NamedTuple):
 
 
 @kernel()
-def _cut(radius: float, turn_rad: float, fine: tuple[float, float, bool]) -> _Cut:
-    """Cut a circle or a part of one, whose halves are the same from either end.
+def _cut(radius: float, turn_rad: float, far: float, fine: tuple[float, float, bool]) -> _Cut:
+    """Cut a circle or a part of one, whose halves are the same from either end; far: sides are so long, 0: not known.
 
     Each side of a part has its arc's area, but the first lean on their arcs: s³/36R of area lies on the wrong side of
     their middles. On a square wave that keeps below what is allowed.
     """
     longest, allowed, textured = fine
+    if far > 0.0:
+        pairs = max(1, math.ceil(0.5 * turn_rad * radius / far))
+        return _Cut(False, 2 * pairs, 0.5 * turn_rad * radius / pairs, 0.0, 1.0)
     whole = turn_rad >= math.tau * (1.0 - 1e-15)
     side = min((0.7 if whole else 0.35) * longest, (229.0 * allowed * (radius * longest) ** 2) ** 0.25)
     if textured:
@@ -56,6 +59,8 @@ def _next(length: float, radius: float, whole: float, fine: tuple[float, float, 
     bends: that is kept below what is allowed of a long wave, and at an end below what is of a square one.
     """
     longest, allowed, _ = fine
+    if cut.first == 0.0:
+        return cut.side
     side = 0.0
     for _ in range(2):
         over = 1.0 / cut.side**4
@@ -69,20 +74,20 @@ def _next(length: float, radius: float, whole: float, fine: tuple[float, float, 
 def count_sides(arcs: F64, fine: tuple[float, float, bool], counts: I64) -> None:
     """Write how many sides arcs are cut into."""
     for e in range(len(arcs)):
-        counts[e] = _cut(arcs[e, 2], arcs[e, 4], fine).sides
+        counts[e] = _cut(arcs[e, 2], arcs[e, 4], arcs[e, 5], fine).sides
 
 
 @kernel(allocates=True)
 def draw_sides(arcs: F64, fine: tuple[float, float, bool], sides: F64) -> None:
-    """Write the sides (n, 4) of arcs: centre (x, y), radius, begin and turn of each.
+    """Write the sides (n, 4) of arcs: centre (x, y), radius, begin and turn of each, and how long its sides are.
 
     How far corners lie from the centre, where sides have their arcs' areas: rᵢ·rᵢ₊₁·sin θ = θ, all the same on a whole
     circle; a part's ends stay where other pieces meet them, and its middle is met from both.
     """
     n = 0
     for e in range(len(arcs)):
-        x, y, radius, from_rad, turn_rad = arcs[e]
-        cut = _cut(radius, turn_rad, fine)
+        x, y, radius, from_rad, turn_rad, far = arcs[e]
+        cut = _cut(radius, turn_rad, far, fine)
         # From either end, so that the last corner is where the arc ends, to its last bit.
         angles, out = np.empty(cut.sides + 1), np.ones(cut.sides + 1)
         angles[0], angles[-1] = from_rad, from_rad + turn_rad

@@ -1,0 +1,86 @@
+"""Arcs that are far away, of which a few long sides give what many short ones do: in pieces of one octave of distance.
+
+A side s of an arc of radius R leaves no more than s³/12R of area between them. Of all sides together that gives least
+for their number where s = F·(R/light)^⅓.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from camsim.arrays import F64, I64
+from camsim.scene.arcs import FAR_PART, Fineness
+from camsim.scene.away import Away
+
+MOST_TURN = 0.25  # radians of a side
+NEARER = 2.0  # times its radius and distance: a side's square, which then comes nearer by a quarter of that
+LONGER = 1.0  # shortest waves: sides have to be longer than this for an arc to be cut
+
+
+class Arcs(NamedTuple):
+    """Arcs (n, 6): centre (x, y), radius, begin and turn of each, and how long its sides are; 0: as short as near."""
+
+    arcs: F64
+    owner: I64
+
+
+def far_apart(arcs: F64, fine: Fineness) -> Arcs:
+    """Return arcs (n, 5) with those that are long and far away in pieces, and which each was."""
+    whole = Arcs(np.column_stack([arcs, np.zeros(len(arcs))]), np.arange(len(arcs)))
+    away = fine.away
+    if away is None or not len(arcs):
+        return whole
+    pieces, owner = _cut(arcs, away)
+    x, y, radius, begin, turn = pieces.T
+    middle = x + 1j * y + radius * np.exp(1j * (begin + 0.5 * turn))
+    alone = np.bincount(owner)[owner] == 1
+    distance = away.distance(middle, np.where(alone, 0.5 * turn * radius, 0.0))
+    light = away.light_from(distance)
+    far = np.isfinite(light)
+    shape = np.cbrt(radius[far] / light[far])
+    much = float(np.sum(turn[far] * radius[far] / shape))
+    if much == 0.0:
+        return whole
+    sides = np.zeros(len(pieces))
+    sides[far] = math.sqrt(12.0 * FAR_PART * fine.allowed / much) * shape
+    sides = np.minimum(sides, np.minimum(MOST_TURN * radius, np.sqrt(NEARER * radius * np.maximum(distance, 0.0))))
+    sides[sides < LONGER * fine.longest] = 0.0
+    used = np.bincount(owner, sides)[owner] > 0.0
+    rest = np.ones(len(arcs), bool)
+    rest[owner[used]] = False
+    return Arcs(
+        np.concatenate([whole.arcs[rest], np.column_stack([pieces, sides])[used]]),
+        np.concatenate([np.flatnonzero(rest), owner[used]]),
+    )
+
+
+def _cut(arcs: F64, away: Away) -> tuple[F64, I64]:
+    """Return arcs in pieces (m, 5) where they pass from one octave of distance into another, and whose each is."""
+    x, y, radius, begin, turn = arcs.T
+    to = away.centre - x - 1j * y
+    gap, half = np.abs(to), 0.5 * turn * radius
+    middle = radius * np.exp(1j * (begin + 0.5 * turn)) - to
+    # What is small beside its distance is in one octave or two.
+    long = np.abs(middle) - away.radius - half < 2.0 * half
+    octaves = away.radius + away.near * 2.0 ** np.arange(len(away.light))
+    below, above = octaves - (radius - gap)[:, None], octaves + (radius - gap)[:, None]
+    crosses = long[:, None] & (below > 0.0) & (above > 0.0) & (octaves < (radius + gap)[:, None])
+    # 2 sin² φ/2 = 1 − cos φ, of the triangle of both centres and where the circles cross.
+    sine = np.sqrt(np.where(crosses, below * above, 0.0) / np.maximum(4.0 * radius * gap, 1e-300)[:, None])
+    off = 2.0 * np.arcsin(np.minimum(sine, 1.0))
+    towards = np.angle(to)[:, None]
+    at = (np.concatenate([towards - off, towards + off], axis=1) - begin[:, None]) % math.tau
+    at = np.where(np.concatenate([crosses, crosses], axis=1) & (at > 0.0) & (at < turn[:, None]), at, np.inf)
+    at = np.sort(at, axis=1)
+    cuts = np.isfinite(at)
+    owner = np.repeat(np.arange(len(arcs)), cuts.sum(axis=1) + 1)
+    first = np.concatenate([[True], np.diff(owner) != 0])
+    last = np.append(first[1:], True)
+    low, high = np.zeros(len(owner)), turn[owner]
+    low[~first], high[~last] = at[cuts], at[cuts]
+    pieces = arcs[owner]
+    pieces[:, 3], pieces[:, 4] = begin[owner] + low, high - low
+    return pieces, owner
