@@ -7,27 +7,29 @@ import math
 import numpy as np
 
 LARGE = range(5200, 20_300_000)  # seeds that draw them: dates too
-LARGER = {"disc": (0.5, 6.0), "ellipse": (0.5, 6.0), "ring": (0.5, 6.0), "sector": (0.5, 6.0)}
-"""Powers of ten of the frame; the check follows an ellipse as finely far away as near."""
-
+LARGER = 0.5, 6.0  # powers of ten of the frame
+KNOWN = 3e14  # pitches for each of the tolerance: of larger ones numbers do not know the rims to a part of it
 FLAT = 0.5, 4.0  # powers of ten, of which an ellipse's axes differ
 KINDS = "disc", "ellipse", "ring", "sector"
 LENSES = "airy", "annular", "gaussian", "curve"  # whose far light all truths know
 
 
-def large_curves(rng, rows, cols):
+def large_curves(rng, rows, cols, tolerance):
     """Return one to three of them."""
-    return [_through(rng, str(rng.choice(KINDS, p=[0.35, 0.35, 0.15, 0.15])), rows, cols) for _ in range(_count(rng))]
+    largest = math.log10(KNOWN * tolerance / max(rows, cols, 4))
+    sizes = LARGER[0], min(LARGER[1], largest)
+    kinds = [str(rng.choice(KINDS, p=[0.35, 0.35, 0.15, 0.15])) for _ in range(_count(rng))]
+    return [_through(rng, kind, rows, cols, sizes) for kind in kinds]
 
 
 def _count(rng):
     return 1 + int(rng.choice([0, 0, 1, 2]))
 
 
-def _through(rng, kind, rows, cols):
+def _through(rng, kind, rows, cols, sizes):
     """One whose rim runs within the frame, at times through a photosite's centre, at whatever angle."""
     size = max(rows, cols, 4)
-    radius, angle = float(size * 10.0 ** rng.uniform(*LARGER[kind])), float(rng.uniform(0.0, 360.0))
+    radius, angle = float(size * 10.0 ** rng.uniform(*sizes)), float(rng.uniform(0.0, 360.0))
     place = rng.uniform(-0.5, 0.5, 2) * [cols, rows]
     if rng.random() < 0.4:
         place, angle = np.round(2.0 * place) / 2.0, 90.0 * math.floor(angle / 90.0)

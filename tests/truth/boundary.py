@@ -249,13 +249,15 @@ def _integrals(
             if straight:
                 away = math.hypot(s, h)
             else:
-                x, y, _, _ = _at(bent, s)
-                away = math.hypot(x - points[p, 0], y - points[p, 1])
+                x, y, ex, ey = _at(bent, s)
+                away, speed = math.hypot(x - points[p, 0], y - points[p, 1]), math.hypot(ex, ey)
             away = max(away - reach, 0.0)
             near = away < resolved
             length = panel if near else 0.5 * away
             if not straight:
-                length = min(length, 0.25 * longer) / longer
+                # As far as it goes when it grows as fast as it may: slow at a flat ellipse's tip.
+                length = min(length, 0.25 * longer)
+                length = 2.0 * length / (speed + math.sqrt(speed * speed + 8.0 * longer * length))
             rest = last - s
             length = rest if rest < 1.0000001 * length else min(length, rest)
             part = 0.0

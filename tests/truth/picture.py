@@ -18,6 +18,7 @@ from tests.truth import beziers
 from tests.truth.beziers import Bezier
 
 SAME = 4e-13  # of the coordinates: places this near each other are one
+ALONG = 4.0  # times as near: outlines there run along each other
 
 
 @dataclass(frozen=True)
@@ -260,14 +261,14 @@ def pieces(shapes):
             & (boxes[:, 3] >= boxes[i, 1] - near)
         )
         others = [(j, sides[j][1]) for j in meets if alike[j] != alike[i]]
-        cuts = {t for j, other in others for t in _cuts(side, other, near[j])}
+        cuts = {t for j, other in others for t in _cuts(side, other, ALONG * near[j])}
         if isinstance(side, Arc) and side.whole:
             cuts = sorted({t % 1.0 for t in cuts} or {0.0})
             cuts.append(cuts[0] + 1.0)
         else:
             cuts = sorted({0.0, 1.0} | {t for t in cuts if 0.0 < t < 1.0})
         for t, u in pairwise(cuts):
-            if (u - t) * side.length <= 4.0 * near[i]:
+            if (u - t) * side.length <= ALONG * near[i]:
                 continue
             left_right = _sides(shapes, sides, i, side, (t, u), near, boxes)
             if left_right is not None:
@@ -300,14 +301,14 @@ def _sides(shapes, sides, own, side, stretch, near, boxes):
     for t in places:
         at = side.at(t)
         gap = np.hypot(*np.maximum(np.maximum(boxes[:, :2] - at, at - boxes[:, 2:]), 0.0).T)
-        for j in np.flatnonzero(gap <= np.maximum(reach, 4.0 * near)):
+        for j in np.flatnonzero(gap <= np.maximum(reach, ALONG * near)):
             gap[j] = sides[j][1].distance(at)
         gaps.append(np.delete(gap, own))
     near = np.delete(near, own)
-    k = int(np.argmin([np.count_nonzero(np.array(each) <= 4.0 * near) for each in gaps]))
+    k = int(np.argmin([np.count_nonzero(np.array(each) <= ALONG * near) for each in gaps]))
     t, step = places[k], 0.05 * (end - begin) * side.length
     middle = side.at(t)
-    for j, gap, same in zip([j for j in range(len(sides)) if j != own], gaps[k], 4.0 * near, strict=True):
+    for j, gap, same in zip([j for j in range(len(sides)) if j != own], gaps[k], ALONG * near, strict=True):
         if gap > same:
             step = min(step, 0.25 * gap)
         elif j < own:

@@ -253,14 +253,14 @@ def add_round_piece(
         else:
             _add_panel(Arc(dx, dy, big, begin, end), 0.0, 1.0, 1.0, False, energy, rule, piece)
         return
-    # Cut where the rim is nearest and farthest, and where it crosses the table's radius:
-    # |d|² + R² + 2R|d|cos(φ − φd) = radius².
+    # Cut where the rim is nearest and farthest, and where it crosses the table's radius: there
+    # (|d| − R)² + 4R|d|·sin²(ψ/2) = radius², ψ from where it is nearest. Of a cosine a large R leaves no digit.
     cuts[0] = begin
     count = 1
     if gap > 0.0:
-        cosine = (radius * radius - gap * gap - big * big) / (2.0 * big * gap)
-        crossing = math.acos(min(max(cosine, -1.0), 1.0))
-        towards = math.atan2(dy, dx)
+        square = (radius - gap + big) * (radius + gap - big) / (4.0 * big * gap)
+        crossing = 2.0 * math.asin(math.sqrt(min(max(square, 0.0), 1.0)))
+        towards = math.atan2(-dy, -dx)
         for away in (0.0, math.pi, crossing, -crossing):
             angle = begin + (towards + away - begin) % math.tau
             while angle < end and count < CUTS - 1:
