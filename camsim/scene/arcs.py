@@ -27,7 +27,8 @@ ROUNDING = 1e-15  # of the largest coordinate: so far off places may be, and are
 LONGER, MUCH_LONGER, SECANTS = 1.1, 2.0, 3  # times, for the sake of areas: what is tried first, the most, and how often
 STRAIGHT_SINE = 5e-8  # half the turn of an arc that is a straight line as far as numbers go
 FAR_PART = 0.5  # of what is allowed, for all that is far away
-TOO_FLAT = 400.0  # times what is allowed: so far off is no rim of an arc for its centre's being so far away; a line is
+TOO_FLAT = 1600.0  # times what is allowed: what is so far off for its centre's being so far away is no arc but lines,
+STRAIGHT = 80.0  # and these need be no nearer than so: a tenth of the tolerance, for what numbers hardly know
 
 
 class Fineness(NamedTuple):
@@ -92,7 +93,12 @@ def arcs_of(curves: Curves, fine: Fineness, *, cut: bool = False, least: float =
             distance = away.distance(0.5 * (some.begin + some.finish), 0.5 * length)
             enough = np.maximum(of_far / away.loudness(distance), rounding)
             good |= (distance > 0.0) & (length <= distance) & (off <= enough)
-        good &= ROUNDING * _radius(pairs) <= np.maximum(TOO_FLAT * fine.allowed * fine.longest, 4.0 * rounding)
+        known = np.maximum(TOO_FLAT * fine.allowed * fine.longest, 4.0 * rounding)
+        straight = ~pairs.bend_rad.any(axis=1)
+        turn = np.abs(np.angle(some.into * some.out.conj()))
+        flat = ROUNDING * length > known * turn
+        good |= straight & flat & (off <= STRAIGHT * fine.allowed * fine.longest)
+        good &= ROUNDING * _radius(pairs) <= known
         return good & (bend <= MOST_BEND)
 
     done: list[tuple[I64, F64, Arcs]] = []
