@@ -46,7 +46,9 @@ class Roi:
             raise InvalidValueError(
                 f"{self}; {self.rows} × {self.cols} photosites are no region, give 64 or more each", key="roi"
             )
-        if self.row < 0 or self.col < 0 or self.row + self.rows > rows or self.col + self.cols > cols:
+        if self.row < 0 or self.col < 0:
+            raise InvalidValueError(f"{self} begins outside the image; rows and columns count from 0", key="roi")
+        if self.row + self.rows > rows or self.col + self.cols > cols:
             raise InvalidValueError(
                 f"{self} reaches beyond the image of {rows} rows and {cols} columns; "
                 f"row + rows must be at most {rows} and col + cols at most {cols}",

@@ -16,13 +16,16 @@ from camsim.measure.crossings import errors_of, falls_to, limit, rise_of
 from camsim.measure.fit import EdgeFit, fit_edge
 from camsim.measure.geometry import EdgeLine, Roi
 from camsim.measure.locate import locate
-from camsim.measure.picture import LARGEST_SIGNAL, Channel, Plane
+from camsim.measure.picture import LARGEST_SIGNAL, Channel, Plane, Samples
 from camsim.measure.result import EdgeMtf, Figures, Theory
 from camsim.measure.spline import TAIL
 from camsim.words import percent
 
 HIGHEST_CYCLES_PER_PIXEL, FREQUENCIES = 1.0, 201
 _CLIPPED = 0.002
+_BELOW_BLACK = 0.1  # of the step
+_PILED_UP = 0.02  # of a side's photosites
+_NOISY, _NOISY_PART = 0.45, 3e-4  # codes, and of the step where there are none
 
 
 class TheoreticalOtf(Protocol):
@@ -78,6 +81,7 @@ def measure_edge(
     with _blas().limit(limits=1, user_api="blas"):
         fit = fit_edge(samples, channel, guess, reach=min(widths), what=what)
         _refuse_several(fit, what)
+        _refuse_piled_up(samples, fit, roi, what)
         return _result(fit, channel, roi, tail=tail, theory=theory)
 
 
@@ -113,6 +117,10 @@ def _result(fit: EdgeFit, channel: Channel, roi: Roi, *, tail: bool, theory: The
     freedom = max(fit.photosites - c.size, 1)
     snr = step / fit.residual_rms if fit.residual_rms > 0.0 else math.inf
     notes = []
+    # Light is not negative: with the dark side so far below, what is stored is no light above black.
+    known = 2.0 * dark + step > 0.0 and dark > -_BELOW_BLACK * step
+    if not known:
+        notes.append("the dark side lies below black, so contrast is not known")
     if fit.left_out:
         notes.append(f"{fit.left_out} photosites far from the fit were left out (defects)")
     if fit.gap_pixel > 0.25:
@@ -128,7 +136,7 @@ def _result(fit: EdgeFit, channel: Channel, roi: Roi, *, tail: bool, theory: The
             mtf_at_nyquist=float(nyquist_mtf[0]),
             rise_10_90_pixel=rise,
             angle_deg=fit.line.moved(0.0, fit.turn_rad, 0.0).angle_deg,
-            contrast=step / (2.0 * dark + step),
+            contrast=step / (2.0 * dark + step) if known else math.nan,
             snr=snr,
         ),
         standard_error=Figures(
@@ -138,7 +146,7 @@ def _result(fit: EdgeFit, channel: Channel, roi: Roi, *, tail: bool, theory: The
             mtf_at_nyquist=float(errors_of(nyquist_gradient, fit.covariance)[0]),
             rise_10_90_pixel=rise_error,
             angle_deg=math.degrees(fit.turn_error_rad),
-            contrast=math.sqrt(max(float(slope @ fit.covariance @ slope), 0.0)),
+            contrast=math.sqrt(max(float(slope @ fit.covariance @ slope), 0.0)) if known else math.nan,
             snr=snr * math.hypot(step_error / step, 1.0 / math.sqrt(2.0 * freedom)),
         ),
         channel=channel.name,
@@ -221,6 +229,32 @@ def _refuse_clipped(samples: np.ndarray, plane: Plane, what: str) -> None:
                 "more, or use a black level above 0",
                 stage=what,
             )
+
+
+def _refuse_piled_up(samples: Samples, fit: EdgeFit, roi: Roi, what: str) -> None:
+    """Refuse highlights that are clipped below what the file can store: 12 bits in 16, or cut off before.
+
+    Light is no steadier where there is more of it. Of a bright side's farther half one number, its largest, comes more
+    often than twice the next smaller one, and than any does on the dark side: there was more. Without noise, or with
+    less than codes are apart, either side is one number.
+    """
+    codes = np.issubdtype(samples.stored.dtype, np.integer)
+    if fit.noise[0] * fit.scale <= (_NOISY if codes else _NOISY_PART * fit.scale):
+        return
+    across, _ = fit.line.across_and_along(samples.x, samples.y)
+    dark, bright = fit.line.half_widths(roi)
+    _, of_dark = np.unique(samples.stored[across < -0.5 * dark], return_counts=True)
+    values, of_bright = np.unique(samples.stored[across > 0.5 * bright], return_counts=True)
+    if not (of_dark.size and of_bright.size):
+        return
+    steady = float(of_dark.max() / of_dark.sum())
+    largest, next_one = (float(n / of_bright.sum()) for n in (of_bright[-1], of_bright[-2:-1].sum()))
+    if largest > max(_PILED_UP, 2.0 * next_one, 1.5 * steady):
+        raise UnsupportedError(
+            f"{percent(largest)} of the bright side is one number, {values[-1]:g}, and none is larger, though the dark "
+            "side is noisy: highlights are clipped there; expose less",
+            stage=what,
+        )
 
 
 def _refuse_several(fit: EdgeFit, what: str) -> None:

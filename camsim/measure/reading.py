@@ -331,10 +331,17 @@ def _layers(layers: Mapping[str, Mapping[str, object]]) -> str:
 
 
 def _read_npy(source: _Source) -> Picture:
-    image = npy_reader.read_array(source.file, source.size)
+    image = _light(npy_reader.read_array(source.file, source.size))
     image, changed = _linear(image, source.gamma, encoded=image.dtype == np.uint8, why="it has 8 bits")
     planes = _grey_or_planes(image, source, None, **_after(_levels(image, source, None), changed))
     return _picture(source, planes, image.shape)
+
+
+def _light(image: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Refuse what is no light."""
+    if image.dtype == np.bool_:
+        raise InputError("its array holds true and false, and no light")
+    return image
 
 
 def _read_npz(source: _Source) -> Picture:
@@ -345,7 +352,7 @@ def _read_npz(source: _Source) -> Picture:
         chosen = source.layer or ("mosaic" if "mosaic" in names else names[0])
         if chosen not in names:
             raise InvalidValueError(f"{chosen!r} is not in it; there are {', '.join(names)}", key="layer")
-        image = archive.array(chosen)
+        image = _light(archive.array(chosen))
     planes = _grey_or_planes(image, source, chosen, **_levels(image, source, chosen))
     return _picture(source, planes, image.shape)
 

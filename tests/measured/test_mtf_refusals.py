@@ -1,5 +1,6 @@
 """What is not one measurable edge is refused, in a sentence that says what is wrong and what would work."""
 
+import math
 import re
 import warnings
 from types import SimpleNamespace
@@ -78,6 +79,53 @@ def test_clipped_shadows_are_told_from_a_black_that_is_dark():
         measure_edge(Plane(name="Y", samples=codes, lowest=0.0), WHOLE)
     quiet = np.rint(4000 * gaussian_edge(64, 64, 5, 0.8, dark=0.0)).astype(np.uint16)
     assert measure_edge(Plane(name="Y", samples=quiet, lowest=0.0), WHOLE).figures.contrast > 0.99
+
+
+def shots(photons, gain, seed=2):
+    """Codes above a black of 64, with photon and read noise."""
+    rng = np.random.default_rng(seed)
+    edge = gaussian_edge(64, 64, 5, 0.8, dark=0.05, bright=0.9)
+    return np.round(64.0 + gain * rng.poisson(photons * edge) + rng.normal(0.0, 0.6, edge.shape))
+
+
+@pytest.mark.parametrize("part", [0.7, 0.95, 1.0])
+@pytest.mark.parametrize(("photons", "gain"), [(20000, 0.2), (2000, 0.5), (200, 4.0)])
+def test_highlights_that_clip_below_what_a_file_can_store_are_seen(photons, gain, part):
+    codes = shots(photons, gain)
+    limit = math.floor(64.0 + part * 0.9 * photons * gain)
+    for plane in (
+        Plane(name="Y", samples=np.minimum(codes, limit).astype(np.uint16), black=64.0, white=65535.0),
+        Plane(name="Y", samples=np.minimum(codes - 64.0, limit - 64.0) / (photons * gain)),
+    ):
+        with pytest.raises(UnsupportedError, match=r"bright side is one number.*clipped there"):
+            measure_edge(plane, WHOLE)
+    measure_edge(Plane(name="Y", samples=codes.astype(np.uint16), black=64.0, white=65535.0), WHOLE)
+
+
+@pytest.mark.parametrize("dark", [0.0, 0.05])
+def test_sides_without_noise_are_not_clipped(dark):
+    edge = gaussian_edge(64, 64, 5, 0.8, dark=dark, bright=0.9)
+    for samples in (edge, edge.astype(np.float32), np.round(4000.0 * edge).astype(np.uint16), np.round(200.0 * edge)):
+        figures = measure_edge(Plane(name="Y", samples=samples), WHOLE).figures
+        assert figures.mtf50_cycles_per_pixel == pytest.approx(
+            math.sqrt(2.0 * math.log(2.0)) / (2.0 * math.pi * 0.8), rel=0.03
+        )
+
+
+def test_of_light_below_black_no_contrast_is_said():
+    edge = gaussian_edge(64, 64, 5, 0.8)
+    measured = measure_edge(Plane(name="Y", samples=edge - 0.7), WHOLE)
+    assert math.isnan(measured.figures.contrast)
+    assert any("below black" in note for note in measured.notes)
+    right = measure_edge(Plane(name="Y", samples=edge), WHOLE)
+    assert measured.figures.mtf50_cycles_per_pixel == pytest.approx(right.figures.mtf50_cycles_per_pixel, rel=1e-6)
+
+
+def test_true_and_false_are_no_light(tmp_path):
+    file = tmp_path / "mask.npy"
+    np.save(file, gaussian_edge(64, 64, 5, 0.8) > 0.5)
+    with pytest.raises(InputError, match="true and false"):
+        read_picture(file)
 
 
 def test_too_few_rows():
