@@ -165,7 +165,9 @@ def _items(value: Any) -> Sequence[Any] | None:
     if isinstance(value, list | tuple):
         return value
     if hasattr(value, "__array__") and not isinstance(value, np.generic):
-        listed = np.asarray(value).tolist()
+        masked = isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value)
+        # What is masked is no number, and refused as one.
+        listed = (value.astype(float).filled(np.nan) if masked else np.asarray(value)).tolist()
         return listed if isinstance(listed, list) else None
     return value if isinstance(value, Sequence) and not isinstance(value, str | bytes) else None
 

@@ -44,6 +44,8 @@ class Plane:
     lowest: float | None = None
 
     def __post_init__(self) -> None:
+        if np.ma.is_masked(self.samples):
+            raise InvalidValueError("has masked samples; give all, or a smaller region", key="samples", stage=self.name)
         for key in ("black", "white", "lowest"):
             level = getattr(self, key)
             if level is not None and not abs(level) <= LARGEST_SIGNAL:

@@ -115,7 +115,7 @@ class FieldLens:
         check_focus(self, "focus_um", self.focus_um, self.f_number)
         shape = (len(self.wavelength_nm), *self._places, len(self.zernike))
         try:
-            waves = np.asarray(self.waves, float)
+            waves = _numbers(self.waves)
         except (TypeError, ValueError):
             raise refusal(self, "waves", "must be a table of numbers whose rows are equally long") from None
         if waves.shape != shape:
@@ -277,6 +277,14 @@ class FieldLens:
     def cutoff_per_um(self, wavelength_nm: float) -> float:
         """The frequency beyond which nothing passes in any direction, cycles/µm."""
         return 1.0 / self.blur_um(wavelength_nm)
+
+
+def _numbers(table: Any) -> F64:
+    """Return a table as an array; raises TypeError or ValueError where it holds texts, truths or uneven rows."""
+    listed = np.asarray(table, object)
+    if any(isinstance(value, str | bytes | bool | np.bool_) for value in listed.flat) or np.ma.is_masked(table):
+        raise TypeError
+    return np.asarray(listed, float)
 
 
 def _size(shape: tuple[int, ...]) -> str:

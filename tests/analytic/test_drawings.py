@@ -284,6 +284,20 @@ def test_a_qr_code_that_segno_drew_is_the_chart(tmp_path):
             "its transform-origin '3 3' is not supported",
         ),
         (page('<rect width="9" height="9" style="transform:translate(20%,0)"/>'), "translate(20%,0) is not understood"),
+        (
+            page('<g style="translate: 3px 0"><circle r="3"/></g>'),
+            "its translate '3px 0' is not supported; write it as a",
+        ),
+        (page('<rect width="9" height="9" style="rotate:9deg"/>'), "its rotate '9deg' is not supported; write it as a"),
+        (
+            page("<style>g{zoom:2}</style><g><circle r='3'/></g>"),
+            "its zoom '2' is not supported; write it as a transform",
+        ),
+        (page("<circle r='3' systemLanguage='de'/>"), "its systemLanguage 'de' is not supported; keep what is to be"),
+        (
+            page("", 'viewBox="0 0 9 9" style="background: red"'),
+            "<svg>: its background 'red' is not supported; draw a rectangle behind",
+        ),
         (page('<rect width="9" height="1e400"/>'), ":1:61: <rect>: item 2.2 must be a finite number, at most 1e+15"),
         (page('<g transform="skewX(90)">\n<rect width="9" height="9"/></g>'), ":2:1: <rect>: item 2 must be a number"),
         (
@@ -309,7 +323,7 @@ def test_a_qr_code_that_segno_drew_is_the_chart(tmp_path):
             "draws more than 100000 elements",
         ),
     ],
-    ids=range(37),
+    ids=range(42),
 )
 def test_what_cannot_be_shown_is_named_with_its_element_and_line(tmp_path, text, message):
     file = tmp_path / "drawing.svg"

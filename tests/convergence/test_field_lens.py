@@ -433,6 +433,8 @@ def test_colours_of_a_wide_frame_keep_the_tolerance_across_tiles():
 
 REFUSED = {
     "more waves": ({"waves": [[[51.0, 0, 0]] * 4]}, "waves: must be numbers from -50 to 50"),
+    "texts": ({"waves": [[["0.1"], [0.1]]]}, "waves: must be a table of numbers"),
+    "truths": ({"waves": [[[True], [0.1]]]}, "waves: must be a table of numbers"),
     "ragged": ({"waves": [[[0.1], [0.1, 0.2]]]}, "waves: must be a table of numbers whose rows are equally long"),
     "shape": (
         {"waves": [[[0.0, 0, 0]] * 3]},

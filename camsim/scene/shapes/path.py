@@ -22,6 +22,8 @@ Segment = tuple[Any, ...]
 NUMBERS: Mapping[str, int] = {"move": 2, "line": 2, "quadratic": 4, "cubic": 6, "arc": 7, "close": 0}
 """How many follow each word; the last two are where it ends, those of an arc are in the order of SVG."""
 
+_FLAGS = 4, 5  # of an arc's numbers: whether it is the long one, and which way round it goes
+
 
 def segments(given: Sequence[Any]) -> tuple[Segment, ...]:
     """Return a path's segments in one form; raises InvalidValueError that says which one is wrong."""
@@ -48,6 +50,9 @@ def _segment(index: int, given: Any) -> Segment:
     for place, number in enumerate(kept[1:]):
         if not abs(number) <= LARGEST:
             raise Misfit(f"a finite number, at most {LARGEST:g}", number, item=f"{index}.{place + 1}")
+    for place in _FLAGS if word == "arc" else ():
+        if kept[place] not in (0.0, 1.0):
+            raise Misfit("0 or 1, as the flags of an arc are", kept[place], item=f"{index}.{place}")
     return kept
 
 

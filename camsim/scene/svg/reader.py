@@ -27,7 +27,7 @@ from camsim.scene.svg.outline import (
 )
 from camsim.scene.svg.parts import dot, path, placed
 from camsim.scene.svg.size import MOST_USES, too_large
-from camsim.scene.svg.style import GEOMETRY, INHERITED, OWN, PLAIN, Rule, rules_of, styled
+from camsim.scene.svg.style import CHANGES, GEOMETRY, INHERITED, OWN, PLAIN, Rule, rules_of, styled
 from camsim.scene.svg.view import View, view_of
 from camsim.scene.svg.xml import Element, read_elements
 from camsim.spectra.curve import Spectrum
@@ -39,6 +39,7 @@ _UNSEEN = (
     *("defs", "title", "desc", "metadata", "style", "clipPath", "symbol", "linearGradient", "radialGradient"),
     *("pattern", "mask", "filter", "marker", "font", "view", "cursor", "color-profile"),
 )
+_CONDITIONS = "systemLanguage", "requiredExtensions"  # whether an element is seen at all
 _WAYS_OUT = {
     "text": "letters are not supported; turn them into paths (Inkscape: Path > Object to Path)",
     "image": "pictures in a drawing are not supported; a scene takes them beside it",
@@ -48,6 +49,9 @@ _WAYS_OUT = {
     "opacity": "paint it in the colour that this makes",
     "mask": "use a clip-path",
     "transform-origin": "write the transform as about the origin",
+    **dict.fromkeys(("translate", "rotate", "scale", "zoom"), "write it as a transform"),
+    **dict.fromkeys(("background", "background-color", "background-image"), "draw a rectangle behind all"),
+    **dict.fromkeys(_CONDITIONS, "keep what is to be seen"),
     **dict.fromkeys(GEOMETRY, "say it by an attribute, not in a style"),
 }
 
@@ -266,6 +270,13 @@ class Reader:
             said["transform-origin"] = style["transform-origin"]
         if element.tag in (*SHAPES, "use"):
             said |= {key: style[key] for key in GEOMETRY if key in style}
+        # A background is that of the whole drawing; nothing else in one has any.
+        said |= {
+            key: style[key]
+            for key in CHANGES
+            if key in style and (element is self.root or not key.startswith("background"))
+        }
+        said |= {key: element.attributes[key] for key in _CONDITIONS if key in element.attributes}
         for key, value in said.items():
             self.refuse(element, f"its {key} {value[:40]!r} is not supported; {_WAYS_OUT.get(key, 'remove it')}")
         return not said

@@ -48,6 +48,13 @@ OWN = {
 }
 # What a style says of where outlines lie is refused: attributes say it.
 GEOMETRY = ("x", "y", "width", "height", "cx", "cy", "r", "rx", "ry", "d", "points")
+# What a style says of where and how large things are drawn, or of what lies behind them, and what changes nothing.
+CHANGES = {
+    **dict.fromkeys(("translate", "rotate", "scale", "offset-path"), ("none",)),
+    "zoom": ("1", "100%", "normal"),
+    "clip": ("auto",),
+    **dict.fromkeys(("background", "background-color", "background-image"), ("none", "transparent")),
+}
 # Of these only the initial value is understood.
 PLAIN = ("marker", "marker-start", "marker-mid", "marker-end", "mask", "filter", "mix-blend-mode")
 
@@ -133,4 +140,5 @@ def styled(element: Element, above: Mapping[str, str], rules: Sequence[Rule]) ->
     for key, value in own.items():
         if key in found:
             found[key] = above.get(key, found[key]) if value == "inherit" else value
-    return found | {key: own[key] for key in GEOMETRY if key in own}
+    changes = {key: own[key] for key, nothing in CHANGES.items() if own.get(key, nothing[0]) not in nothing}
+    return found | {key: own[key] for key in GEOMETRY if key in own} | changes
