@@ -10,12 +10,11 @@ from __future__ import annotations
 
 import functools
 import math
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from camsim.arrays import C128, F64, I64
-from camsim.scene.away import Away
 from camsim.scene.curves import ARC, CUBIC, Curves
 
 HALVINGS = 40
@@ -29,6 +28,22 @@ STRAIGHT_SINE = 5e-8  # half the turn of an arc that is a straight line as far a
 FAR_PART = 0.5  # of what is allowed, for all that is far away
 TOO_FLAT = 1600.0  # times what is allowed: what is so far off for its centre's being so far away is no arc but lines,
 STRAIGHT = 80.0  # and these need be no nearer than so: a tenth of the tolerance, for what numbers hardly know
+
+
+class Away(Protocol):
+    """How much less closely curves need be followed the farther away they are."""
+
+    def reached_by(self, curves: Curves) -> bool:
+        """Return whether any of curves comes out of what is near."""
+        ...
+
+    def much_of(self, curves: Curves) -> float:
+        """Return how much of curves is far away: what is allowed is shared by it."""
+        ...
+
+    def enough(self, begin: C128, finish: C128, allowed: float) -> F64:
+        """Return how far off it may be at the most what curves have between places (n,), 0 where they are near."""
+        ...
 
 
 class Fineness(NamedTuple):
@@ -87,12 +102,11 @@ def arcs_of(curves: Curves, fine: Fineness, *, cut: bool = False, least: float =
         if cut:
             good &= off * length <= OF_CUT * fine.allowed * fine.longest**2
         good &= gained <= np.maximum(0.25 * fine.allowed * fine.longest**2 * (some.t1 - some.t0), rounding * length)
-        # All of what lies between, of whichever sign: of a line spread's peak, and far away of each octave as much.
+        # All of what lies between, of whichever sign.
         good |= off <= 0.5 * fine.allowed * fine.longest
         if away is not None:
-            distance = away.distance(0.5 * (some.begin + some.finish), 0.5 * length)
-            enough = np.maximum(of_far / away.loudness(distance), rounding)
-            good |= (distance > 0.0) & (length <= distance) & (off <= enough)
+            enough = away.enough(some.begin, some.finish, of_far)
+            good |= (enough > 0.0) & (off <= np.maximum(enough, rounding))
         known = np.maximum(TOO_FLAT * fine.allowed * fine.longest, 4.0 * rounding)
         straight = ~pairs.bend_rad.any(axis=1)
         turn = np.abs(np.angle(some.into * some.out.conj()))

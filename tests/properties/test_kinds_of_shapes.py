@@ -440,7 +440,7 @@ def test_flags_of_an_arc_are_0_or_1(place, flag):
 
 def test_what_is_masked_is_no_number():
     masked = np.ma.masked_greater([0.1, 0.2, 0.9], 0.5)
-    with pytest.raises(InvalidValueError, match="finite number|must be a number"):
+    with pytest.raises(InvalidValueError, match=r"finite number|must be a number"):
         camsim.Curve([400.0, 500.0, 600.0], masked)
     with pytest.raises(InvalidValueError, match="masked"):
         camsim.measure.Plane(name="Y", samples=np.ma.masked_greater(np.eye(64), 0.5))

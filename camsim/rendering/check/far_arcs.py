@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from camsim.arrays import F64, I64
+from camsim.rendering.check.from_afar import FromAfar
 from camsim.scene.arcs import FAR_PART, Fineness
-from camsim.scene.away import Away
 
 MOST_TURN = 0.25  # radians of a side
 NEARER = 2.0  # times its radius and distance: a side's square, which then comes nearer by a quarter of that
@@ -31,7 +31,7 @@ def far_apart(arcs: F64, fine: Fineness) -> Arcs:
     """Return arcs (n, 5) with those that are long and far away in pieces, and which each was."""
     whole = Arcs(np.column_stack([arcs, np.zeros(len(arcs))]), np.arange(len(arcs)))
     away = fine.away
-    if away is None or not len(arcs):
+    if not isinstance(away, FromAfar) or not len(arcs):
         return whole
     pieces, owner = _cut(arcs, away)
     x, y, radius, begin, turn = pieces.T
@@ -57,7 +57,7 @@ def far_apart(arcs: F64, fine: Fineness) -> Arcs:
     )
 
 
-def _cut(arcs: F64, away: Away) -> tuple[F64, I64]:
+def _cut(arcs: F64, away: FromAfar) -> tuple[F64, I64]:
     """Return arcs in pieces (m, 5) where they pass from one octave of distance into another, and whose each is."""
     x, y, radius, begin, turn = arcs.T
     to = away.centre - x - 1j * y

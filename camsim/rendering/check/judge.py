@@ -11,12 +11,12 @@ from camsim.arrays import F64, I64, U8, kinds_of
 from camsim.kept import cached_property
 from camsim.optics import RoundLens
 from camsim.rendering.budget import DIFFERENCE_CHECK_PART, ErrorBudget
-from camsim.rendering.check.away import away_of
 from camsim.rendering.check.bent import bent
 from camsim.rendering.check.beside import Beside
 from camsim.rendering.check.checks import Found, Transforms
 from camsim.rendering.check.fitting import Either, Fitting, Windows
 from camsim.rendering.check.framed import Framed
+from camsim.rendering.check.from_afar import FromAfar, from_afar
 from camsim.rendering.check.integrals import Integrals
 from camsim.rendering.check.listener import Listener
 from camsim.rendering.check.overlap import Overlapping, followed
@@ -30,7 +30,6 @@ from camsim.rendering.engine import FEWEST_CHECKED, Plan
 from camsim.rendering.hearing import Listening
 from camsim.rendering.job import Job
 from camsim.scene.arcs import Fineness
-from camsim.scene.away import Away
 
 WINDOW = 3  # photosites along a side, for lenses that are not round
 OF_WINDOW = [2, 4, 7]  # of these, where each is integrated too: the middle one, and one of every other row
@@ -83,8 +82,8 @@ class Judge:
         return felt_nm if felt_nm.size else self.job.wavelength_nm
 
     @cached_property
-    def _away(self) -> Away | None:
-        return away_of(self.job, self._felt_nm)
+    def _away(self) -> FromAfar | None:
+        return from_afar(self.job, self._felt_nm)
 
     @cached_property
     def base(self) -> F64:
