@@ -30,10 +30,10 @@ def check_own(stage: OpticalStage, key: str) -> None:
     fields: Any = stage
     if key == "lens" and "f_number" not in {field.name for field in dataclasses.fields(fields)}:
         raise refused(key, f"{name}.f_number must be a field; a magnification changes it")
-    check_transfer(stage, key, np.array([_WAVELENGTH_NM]), _HIGHEST_PER_UM)
+    check_transfer(stage, key, np.array([_WAVELENGTH_NM]))
 
 
-def check_transfer(stage: OpticalStage, key: str, wavelength_nm: F64, highest_per_um: float) -> None:
+def check_transfer(stage: OpticalStage, key: str, wavelength_nm: F64, highest_per_um: float = _HIGHEST_PER_UM) -> None:
     """Refuse a stage of one's own whose transfer no stage can have, at some of these wavelengths.
 
     highest_per_um : frequencies are looked at up to there

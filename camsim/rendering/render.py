@@ -239,8 +239,11 @@ def _check(system: OpticalSystem, grid: Grid, wavelength_nm: F64, tolerance: flo
     for w in (wavelength_nm.min(), wavelength_nm.max()):
         if not (math.isfinite(w) and w > 0):
             raise InvalidValueError(f"{float(w)!r} is not a wavelength; give nm above 0", key="wavelength_nm")
+    own = [(stage, getattr(stage, "place", "optics")) for stage in system.stages]
+    for stage, key in own:
+        check_transfer(stage, key, wavelength_nm[:1])  # before it is asked how far it passes anything
     highest_per_um = float(np.max(system.highest_per_um(wavelength_nm)))
-    for stage in system.stages:
-        check_transfer(stage, getattr(stage, "place", "optics"), wavelength_nm, highest_per_um)
+    for stage, key in own:
+        check_transfer(stage, key, wavelength_nm, highest_per_um)
     if method not in rules.METHODS:
         check_scales(system, grid, wavelength_nm)

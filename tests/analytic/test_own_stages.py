@@ -346,6 +346,17 @@ def test_what_is_no_optical_stage_is_refused(changes, message):
         camera_with().replace(**changes)
 
 
+@pytest.mark.parametrize(
+    ("transfer", "message"),
+    [(lambda x, y: None, r"Odd.otf gives shape \(\)"), (lambda x, y: {}[0], r"Odd.otf\(.*\) failed: KeyError")],
+)
+def test_a_lens_of_ones_own_is_looked_at_before_it_is_asked_how_far_it_passes_anything(transfer, message):
+    lens, photosite = Odd(transfer), camsim.SquarePhotosite(side_um=4.0)
+    grid = camsim.Grid(rows=4, cols=4, pitch_um=4.0)
+    with pytest.raises(InvalidValueError, match=message):
+        camsim.render(camsim.Scene(background=0.2), [lens, photosite], grid, wavelength_nm=550.0)
+
+
 def test_the_page_names_what_is_there():
     page = Path(__file__).parents[2] / "docs" / "howto" / "own-noise.md"
     named = set(re.findall(r"context\.(\w+)", page.read_text(encoding="utf-8")))
