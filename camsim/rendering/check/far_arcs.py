@@ -17,6 +17,7 @@ from camsim.scene.arcs import FAR_PART, Fineness
 
 MOST_TURN = 0.25  # radians of a side
 NEARER = 2.0  # times its radius and distance: a side's square, which then comes nearer by a quarter of that
+NOTHING = 1e-300
 LONGER = 1.0  # shortest waves: sides have to be longer than this for an arc to be cut
 
 
@@ -60,27 +61,39 @@ def far_apart(arcs: F64, fine: Fineness) -> Arcs:
 def _cut(arcs: F64, away: FromAfar) -> tuple[F64, I64]:
     """Return arcs in pieces (m, 5) where they pass from one octave of distance into another, and whose each is."""
     x, y, radius, begin, turn = arcs.T
-    to = away.centre - x - 1j * y
-    gap, half = np.abs(to), 0.5 * turn * radius
-    middle = radius * np.exp(1j * (begin + 0.5 * turn)) - to
-    # What is small beside its distance is in one octave or two.
-    long = np.abs(middle) - away.radius - half < 2.0 * half
-    octaves = away.radius + away.near * 2.0 ** np.arange(len(away.light))
-    below, above = octaves - (radius - gap)[:, None], octaves + (radius - gap)[:, None]
-    crosses = long[:, None] & (below > 0.0) & (above > 0.0) & (octaves < (radius + gap)[:, None])
-    # 2 sin² φ/2 = 1 − cos φ, of the triangle of both centres and where the circles cross.
-    sine = np.sqrt(np.where(crosses, below * above, 0.0) / np.maximum(4.0 * radius * gap, 1e-300)[:, None])
-    off = 2.0 * np.arcsin(np.minimum(sine, 1.0))
-    towards = np.angle(to)[:, None]
-    at = (np.concatenate([towards - off, towards + off], axis=1) - begin[:, None]) % math.tau
-    at = np.where(np.concatenate([crosses, crosses], axis=1) & (at > 0.0) & (at < turn[:, None]), at, np.inf)
-    at = np.sort(at, axis=1)
+    half = 0.5 * turn * radius
+    middle = np.abs(x + 1j * y + radius * np.exp(1j * (begin + 0.5 * turn)) - away.centre)
+    # What is all near, or small beside its distance, is in one octave or two.
+    long = (middle + half > away.radius + away.near) & (middle - away.radius - half < 2.0 * half)
+    owner = np.flatnonzero(long)
+    at = _crossings(arcs[owner], away)
     cuts = np.isfinite(at)
-    owner = np.repeat(np.arange(len(arcs)), cuts.sum(axis=1) + 1)
-    first = np.concatenate([[True], np.diff(owner) != 0])
+    pieces_each = np.ones(len(arcs), np.int64)
+    pieces_each[owner] += cuts.sum(axis=1)
+    owner = np.repeat(np.arange(len(arcs)), pieces_each)
+    first = np.append(True, np.diff(owner) != 0)[: len(owner)]
     last = np.append(first[1:], True)
     low, high = np.zeros(len(owner)), turn[owner]
     low[~first], high[~last] = at[cuts], at[cuts]
     pieces = arcs[owner]
     pieces[:, 3], pieces[:, 4] = begin[owner] + low, high - low
     return pieces, owner
+
+
+def _crossings(arcs: F64, away: FromAfar) -> F64:
+    """Return how far arcs (n, 5) have turned where they pass from one octave of distance into another (n, most),
+    infinite for none.
+
+    Of the triangle of both centres and where two circles cross, 2 sin² φ/2 = 1 − cos φ.
+    """
+    x, y, radius, begin, turn = arcs.T
+    to = away.centre - x - 1j * y
+    gap = np.abs(to)
+    octaves = away.radius + away.near * 2.0 ** np.arange(len(away.light))
+    below, above = octaves - (radius - gap)[:, None], octaves + (radius - gap)[:, None]
+    crosses = (below > 0.0) & (above > 0.0) & (octaves < (radius + gap)[:, None])
+    sine = np.sqrt(np.where(crosses, below * above, 0.0) / np.maximum(4.0 * radius * gap, NOTHING)[:, None])
+    off, towards = 2.0 * np.arcsin(np.minimum(sine, 1.0)), np.angle(to)[:, None]
+    at = (np.concatenate([towards - off, towards + off], axis=1) - begin[:, None]) % math.tau
+    within = np.concatenate([crosses, crosses], axis=1) & (at > 0.0) & (at < turn[:, None])
+    return np.sort(np.where(within, at, np.inf), axis=1)
