@@ -20,6 +20,7 @@ from camsim.scene import PointSource, Scene
 from camsim.scene.primitives import flattened
 from camsim.scene.raster import Field
 from camsim.sensor.exposure import Exposure
+from camsim.spectra.curve import Curve
 from camsim.spectra.light import Light
 from camsim.words import both, percent
 
@@ -32,6 +33,7 @@ _SEEN_DN = 0.5
 _MUCH_CLIPPED = 0.05
 # Sheets give PRNU in per cent, mostly about 1, and K in codes per electron: a slip is off by far more than these.
 _MUCH_PRNU, _MANY_TIMES = 0.1, 2.0
+_LOOKED_AT = 100  # shapes whose tables are looked at
 # An error of a hundredth of the noise makes it 5e-5 larger; a thousandth is far finer.
 _ENOUGH, _FAR_FINER = 1e-2, 1e-3
 _WORTH_SECONDS, _WORTH_WAITING = 1.0, 20.0
@@ -62,6 +64,7 @@ def notes_before(setting: Setting, choice: Choice) -> Iterator[str]:
     yield from _of_own_stages(setting.camera)
     yield from _of_the_optics(setting.camera)
     yield from _of_one_line(setting.camera, setting.light)
+    yield from _of_tables_beside_the_light(setting)
     yield from _of_glare(setting)
     yield from _of_the_converter(setting.camera, setting.exposure.iso)
     yield from _of_prnu(setting.camera)
@@ -139,6 +142,24 @@ def _of_one_line(camera: Body, light: Light) -> Iterator[str]:
             f"a colour sensor in light of one line at {light.line_nm:g} nm: every surface has one colour, and channels "
             f"get {shares} of the most; light={{illuminant: D65, illuminance_lux: 2000}} shows colours"
         )
+
+
+def _of_tables_beside_the_light(setting: Setting) -> Iterator[str]:
+    low_nm, high_nm = setting.light.ends_nm
+    transmission = getattr(setting.camera.lens, "transmission", 1.0)
+    some = Scene(background=setting.scene.background, shapes=setting.scene.shapes[:_LOOKED_AT])
+    held = [("a reflectance", one) for one in some.spectra] + [("the lens's transmission", transmission)]
+    for what, curve in held:
+        if not isinstance(curve, Curve) or curve.outside == "zero":
+            continue
+        begin_nm, end_nm = curve.wavelength_nm[0], curve.wavelength_nm[-1]
+        if begin_nm > high_nm or end_nm < low_nm:
+            value = curve.values[0 if begin_nm > high_nm else -1]
+            yield (
+                f"{what} is known from {begin_nm:g} to {end_nm:g} nm, and this light has nothing there, but from "
+                f"{low_nm:g} to {high_nm:g} nm: it is taken for {value:g} all over; tables are in nm, 4000 Å are 400"
+            )
+            return
 
 
 def _of_no_light(light: Light) -> Iterator[str]:

@@ -99,11 +99,11 @@ class Adc:
         >>> adc.white_level_dn(200.0, full_well_e=30_000.0), adc.white_level_dn(200.0, full_well_e=40_000.0)
         (3128, 4095)
         """
-        headroom_dn = self.largest_dn - self.black_level_dn
         if full_well_e is None:
             return self.largest_dn
-        well_dn = full_well_e / self.electrons_per_dn_at(iso)
-        return self.black_level_dn + max(1, round(min(well_dn, float(headroom_dn))))
+        # Rounded as codes are, black and all: half a code is rounded to an even one.
+        full_dn = self.black_level_dn + full_well_e / self.electrons_per_dn_at(iso)
+        return max(self.black_level_dn + 1, round(min(full_dn, float(self.largest_dn))))
 
     def saturation_e(self, iso: float, full_well_e: float | None = None) -> float:
         """Return the electrons from black to white at an ISO setting."""

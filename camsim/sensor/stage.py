@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
@@ -15,6 +16,8 @@ from camsim.sensor import streams
 
 OWN_STREAMS = 1000
 """Streams from here on are free for stages of one's own; those below are camsim's."""
+
+_NORMAL = 0.25  # the largest standard deviation of normal gains: four of them above 0
 
 S = TypeVar("S")
 
@@ -185,8 +188,15 @@ def add_normals(electrons: F64, sigma_e: float, normals: F32) -> F64:
 
 
 def gains(fraction: float, normals: F32) -> F64:
-    """Return 1 + fraction · normals, nowhere below 0."""
-    own = fraction * normals.astype(np.float64)
+    """Return gains of mean 1 and standard deviation ``fraction``, nowhere below 0: as normals are, and large ones
+    log-normal, of which a normal one would be cut at 0, and its mean higher than 1."""
+    own = normals.astype(np.float64)
+    if fraction > _NORMAL:
+        variance = math.log1p(fraction**2)
+        own *= math.sqrt(variance)
+        own -= 0.5 * variance
+        return np.exp(own, out=own)
+    own *= fraction
     own += 1.0
     raised: F64 = np.maximum(own, 0.0, out=own)
     return raised

@@ -6,7 +6,7 @@ import dataclasses
 import hashlib
 import json
 import pickle
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +26,7 @@ _MOST_FAULTS = 20
 def captures_of(study: Study[V], products: Sequence[Product], report: Progress) -> list[tuple[Point, Capture]]:
     """Return every point with its capture; raises ConfigError with what is wrong with any of them."""
     model, faults, scenes, found = study.model, _Faults(), dict[bytes, Scene](), []
+    seeds = set[int]()
     for point in study.points():
         report("read", point.index / study.count)
         capture = _loaded(study, point, products, faults)
@@ -34,13 +35,22 @@ def captures_of(study: Study[V], products: Sequence[Product], report: Progress) 
                 break
             continue
         seed = capture.seed
-        if "noise.seed" not in (*model.set, *dict(point.settings)):
+        if not _says_its_seed({**model.set, **dict(point.settings)}):
             seed = (seed + point.index + model.seed * MOST_POINTS) % 2**63  # noise of its own
+            while seed in seeds:  # of another scene, whose own seed is less
+                seed = (seed + study.count) % 2**63
+        seeds.add(seed)
         # Captures of one scene hold it once, whatever its size.
         scene = scenes.setdefault(hashlib.sha256(pickle.dumps(capture.scene)).digest(), capture.scene)
         found.append((point, dataclasses.replace(capture, scene=scene, seed=seed)))
     faults.say()
     return found
+
+
+def _says_its_seed(settings: Mapping[str, Any]) -> bool:
+    """Return whether a study sets the noise's seed, by its own key or in a table."""
+    noise = settings.get("noise")
+    return "noise.seed" in settings or (isinstance(noise, Mapping) and "seed" in noise)
 
 
 def judge_values(study: Study[V], products: Sequence[Product]) -> list[Capture]:

@@ -86,6 +86,11 @@ def test_draws_are_functions_of_seed_key_and_index_and_have_their_distributions(
         ({"vary": {A: {"iso": 3}}}, "iso: unknown key"),
         ({"vary": {A: [1, 2], B: [1]}, "combine": "zip"}, "zip takes lists of one length, and exposure.iso has 2"),
         ({"vary": {A: [1]}, "set": {A: 2}}, "exposure.iso is set and varied"),
+        (
+            {"vary": {A: [1], "exposure": [{"iso": 100, "time_s": 0.1}]}},
+            "vary: exposure.iso is lost, as exposure comes after it and replaces all of it",
+        ),
+        ({"vary": {"lens": [{}]}, "set": {"lens.f_number": 2}}, "set: lens.f_number is lost, as lens comes after it"),
         ({"draws": 3}, "draws: nothing in vary is drawn"),
         ({"vary": {A: {"linear": [1, 2, 100000]}, B: {"linear": [1, 2, 1000]}}}, "makes 100000000 frames"),
         ({"files": "{nothing}.dng"}, "no field {nothing}; there are index, frame, scene"),

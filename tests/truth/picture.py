@@ -446,7 +446,7 @@ def _arc_arc(side, other):
             polynomial = polynomial[1:-1]
         if abs(polynomial[0]) <= 1e-30 * size:
             return  # about one centre
-        for z in mpmath.polyroots(polynomial, maxsteps=500, extraprec=400):
+        for z in mpmath.polyroots(polynomial[::-1], maxsteps=500, extraprec=400, asc=True):
             if abs(abs(z) - 1) < 1e-10:
                 yield ((float(mpmath.arg(z)) - side.first) % (2.0 * math.pi)) / side.turn
 

@@ -83,6 +83,12 @@ class Varying(Table):
         for key in vary:
             if key in same:
                 yield "set", f"{key} is set and varied; leave it out in one of the two"
+        together = [*same, *([] if table.get("combine") == "sequential" else vary)]
+        for place, key in enumerate(together):
+            lost = next((one for one in map(str, together[:place]) if one.startswith(f"{key}.")), None)
+            if lost is not None:
+                where = "set" if lost in same else "vary"
+                yield where, f"{lost} is lost, as {key} comes after it and replaces all of it; say {lost} in there"
         drawn = any(isinstance(values, Mapping) and set(DRAWN) & set(values) for values in vary.values())
         if isinstance(table.get("draws"), int) and table["draws"] > 1 and not drawn:
             yield "draws", f"nothing in vary is drawn; give a key one of {', '.join(DRAWN)}"

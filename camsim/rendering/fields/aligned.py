@@ -34,6 +34,7 @@ from camsim.rendering.modes import mixed
 COLUMNS = 64  # of frequencies at a time
 ROWS = 64  # of photosites at a time
 CURVES_OFF = 1e-3  # of the tolerance: what polynomials of the transfer may be wrong by, and planes that are left out
+NO_LIGHT = 1e-300  # of a Gaussian a hundred spots away
 CURVE_POINTS = 8
 
 
@@ -99,7 +100,7 @@ class Aligned:
         """Return each channel's transfers, and how planes are mixed for them; None: as they are."""
         allowed, curves = CURVES_OFF * self.tolerance, self.curves.of(self.tile, self.density[:, present])
         # The pattern at r turns by 2πr over a cycle/pitch: Chebyshev's 8 points leave 2·(πrw/2)⁸/8! on cells of w.
-        light = min(1.0, self.kernel.light(0.5 * self.tile.outer[0]))
+        light = min(1.0, max(self.kernel.light(0.5 * self.tile.outer[0]), NO_LIGHT))
         phase = (0.5 * math.factorial(CURVE_POINTS) * allowed / light) ** (1.0 / CURVE_POINTS)
         width = 2.0 * min(phase, 2.0) / (math.pi * self.tile.outer[0])
         count = math.ceil(self.tile.cut / width)

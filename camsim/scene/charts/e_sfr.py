@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from camsim.scene.charts.chart import Card, Place, chart
+from camsim.scene.charts.chart import Card, Place, chart, refused
 from camsim.scene.primitives import Shape
 from camsim.scene.shapes import Sector
 from camsim.spectra.curve import Reflectance, Spectrum
@@ -43,6 +43,11 @@ def e_sfr(
     >>> len(e_sfr(height_um=1000.0).shapes)
     49
     """
+    for key, fraction in (("darkest", darkest), ("lightest", lightest)):
+        if fraction <= 0.0:
+            raise refused(e_sfr, key, "is 0, whose density has no end; give a fraction above 0")
+    if aspect < 1.0:
+        raise refused(e_sfr, "aspect", f"is {aspect:g}, too narrow: its squares would lie over one another; at least 1")
     card = Card(centre_um)
     width_um = aspect * height_um
     yield card.rectangle(width_um, height_um, (0.0, 0.0), light)
@@ -55,7 +60,7 @@ def e_sfr(
         yield card.rectangle(side, side, at_um, dark, _SLANT_DEG)
     for at_um in ((0.0, 0.0), *corners) if stars else ():
         yield from _star(card, radius, at_um, dark)
-    for index, density in enumerate(np.linspace(-np.log10(max(darkest, 1e-4)), -np.log10(max(lightest, 1e-4)), _STEPS)):
+    for index, density in enumerate(np.linspace(-np.log10(darkest), -np.log10(lightest), _STEPS)):
         angle = 2.0 * np.pi * (index + 0.5) / _STEPS
         at_um = (0.24 * height_um * float(np.sin(angle)), -0.24 * height_um * float(np.cos(angle)))
         yield card.rectangle(0.055 * height_um, 0.055 * height_um, at_um, float(10.0**-density))

@@ -34,7 +34,7 @@ class Prnu(ElectronicStage):
         judge(self)
 
     def apply(self, electrons: F64, context: Context) -> F64:
-        """Multiply the mean charge by each photosite's gain; one below 0 counts as 0."""
+        """Multiply the mean charge by each photosite's gain."""
         return electrons * gains(self.fraction, context.normals(self.stream, electrons.shape))
 
     def draws(self, shape: tuple[int, int], context: Context) -> int:
