@@ -17,7 +17,7 @@ class DarkCurrent(ElectronicStage):
     """Charge that gathers without light, on the mean; its shot noise comes with the light's.
 
     e_per_s       : electrons per second and photosite, the mean of all
-    nonuniformity : standard deviation of its photosites (DCNU), a fraction of the mean
+    nonuniformity : standard deviation of its photosites (DCNU), a fraction of the mean; log-normal above 0.25
     at_c          : temperature at which ``e_per_s`` holds, °C
     doubling_c    : warming that doubles it, °C
 
