@@ -327,6 +327,27 @@ def test_charts_draw_what_they_are_told_or_say_why_not():
 
 
 @pytest.mark.parametrize(
+    ("chart", "given", "other", "value"),
+    [
+        ("step_wedge", {"width_um": 90, "height_um": 30, "densities": [0.1, 0.4]}, "scale", "log"),
+        ("step_wedge", {"width_um": 90, "height_um": 30, "densities": [0.1, 0.4]}, "steps", 5),
+        (
+            "dead_leaves",
+            {"width_um": 9, "height_um": 9, "least_radius_um": 1, "largest_radius_um": 2, "discs": 9, "palette": [0.8]},
+            "greys",
+            4,
+        ),
+        ("points", {"radius_um": 1, "positions_um": [(0, 0)]}, "seed", 3),
+    ],
+)
+def test_parameters_that_do_nothing_beside_another_are_refused(chart, given, other, value):
+    drawn = getattr(camsim.charts, chart)
+    drawn(**given)
+    with pytest.raises(InvalidValueError, match=rf"{chart}\.{other}: does nothing beside '\w+'; leave one of them out"):
+        drawn(**given, **{other: value})
+
+
+@pytest.mark.parametrize(
     ("key", "what"),
     [("scene.background.reflectance", "a reflectance"), ("lens.transmission", "the lens's transmission")],
 )

@@ -8,7 +8,7 @@ import re
 import typing
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Annotated, Any, Literal, ParamSpec, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, Literal, ParamSpec, TypeAlias, TypeVar
 
 import numpy as np
 from annotated_types import Ge, Le
@@ -29,6 +29,7 @@ MOST_SHAPES = 1_000_000
 Many: TypeAlias = Annotated[int, Ge(1), Le(100_000)]
 
 _P = ParamSpec("_P")
+_R = TypeVar("_R")
 _COMMON = {
     "centre_um": "of the chart, from the optical axis",
     "rotate_deg": "of the chart about its centre, clockwise as displayed, degrees",
@@ -77,6 +78,10 @@ class Chart(Shape):
             raise InvalidValueError(in_brief(error), stage=draw.__name__) from None
         given.apply_defaults()
         kept = {key: check(value, kinds[key], key, draw.__name__) for key, value in given.arguments.items()}
+        for key, others in INSTEAD.get(draw.__name__, {}).items():
+            for other in others if kept[key] is not None else ():
+                if kept[other] != inspect.signature(draw).parameters[other].default:
+                    raise refused(draw, other, f"does nothing beside {key!r}; leave one of them out")
         shapes = tuple(draw(**kept))
         depth, pieces = count_pieces(shapes)
         for key, value in (("parameters", kept), ("shapes", shapes), ("depth", depth), ("pieces", pieces)):
@@ -93,6 +98,20 @@ class Chart(Shape):
 
 KNOWN: dict[str, Callable[..., Iterable[Shape]]] = {}
 """The functions that yield the shapes of each chart, by the names that files use."""
+
+
+INSTEAD: dict[str, Mapping[str, tuple[str, ...]]] = {}
+"""Of each chart's function, parameters that others do nothing beside."""
+
+
+def instead(**others: tuple[str, ...]) -> Callable[[Callable[_P, _R]], Callable[_P, _R]]:
+    """Say of a chart's function which parameters have no meaning where another is given: then they are refused."""
+
+    def said(draw: Callable[_P, _R]) -> Callable[_P, _R]:
+        INSTEAD[draw.__name__] = others
+        return draw
+
+    return said
 
 
 def chart(draw: Callable[_P, Iterable[Shape]]) -> Callable[_P, Chart]:

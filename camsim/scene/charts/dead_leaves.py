@@ -9,7 +9,7 @@ from typing import Annotated
 import numpy as np
 from annotated_types import Ge, Le, MinLen
 
-from camsim.scene.charts.chart import Many, chart, counted, refused
+from camsim.scene.charts.chart import Many, chart, counted, instead, refused
 from camsim.scene.primitives import Shape
 from camsim.scene.shapes import Disc
 from camsim.spectra.curve import Reflectance
@@ -17,6 +17,7 @@ from camsim.typed import Fraction, Point, Positive, Seed, Several
 
 
 @chart
+@instead(palette=("darkest", "lightest", "greys"))
 def dead_leaves(
     *,
     width_um: Positive,

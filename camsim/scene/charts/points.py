@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 from annotated_types import Ge, Le
 
-from camsim.scene.charts.chart import Card, Many, chart, refused
+from camsim.scene.charts.chart import Card, Many, chart, instead, refused
 from camsim.scene.primitives import Shape
 from camsim.spectra.curve import Reflectance
 from camsim.typed import Point, Positive, Seed, Several
@@ -19,6 +19,7 @@ Magnitude = Annotated[float, Ge(-30), Le(30)]
 
 
 @chart
+@instead(positions_um=("width_um", "height_um", "brightest", "faintest", "seed"))
 def points(
     *,
     radius_um: Positive,

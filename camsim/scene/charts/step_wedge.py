@@ -8,13 +8,14 @@ from typing import Annotated, Literal
 import numpy as np
 from annotated_types import Ge, Le, MinLen
 
-from camsim.scene.charts.chart import Card, chart, counted, refused
+from camsim.scene.charts.chart import Card, chart, counted, instead, refused
 from camsim.scene.primitives import Shape
 from camsim.spectra.curve import Reflectance
 from camsim.typed import Fraction, Point, Positive, Several
 
 
 @chart
+@instead(densities=("steps", "scale", "darkest", "lightest"))
 def step_wedge(
     *,
     width_um: Positive,
@@ -40,8 +41,6 @@ def step_wedge(
     [0.01, 0.1, 1.0]
     """
     if densities is not None:
-        if steps is not None:
-            raise refused(step_wedge, "steps", "given together with 'densities', which say how many there are")
         levels = 10.0 ** -np.array(densities)
     else:
         count = 12 if steps is None else steps
