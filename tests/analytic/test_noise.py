@@ -178,7 +178,7 @@ def test_extremes_are_right_or_cut(mean_e: float, full_well_e: float | None) -> 
 
 
 def test_a_wild_pattern_never_makes_light_negative() -> None:
-    assert flat(100.0, shot_noise=None, prnu=Prnu(1.0)).min() == 0.0
+    assert flat(100.0, shot_noise=None, prnu=Prnu(1.0)).min() > 0.0
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
