@@ -67,7 +67,7 @@ def draw(seed, number):
         _add_symmetry(np.random.default_rng([seed, number, 7]), system)
     if number % 16 == 2 and seed in LARGE and lens["kind"] in LENSES:
         own = np.random.default_rng([seed, number, 10])
-        curves = large_curves(own, rows, cols, system["tolerance"])
+        curves = large_curves(own, rows, cols, lens["blur"], system["tolerance"])
         _painted(own, curves, spectral)
         system["shapes"] = [*curves, *system["shapes"]] if own.random() < 0.3 else curves
     if number % 16 == 10 and seed >= FAR:

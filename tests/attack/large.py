@@ -8,16 +8,16 @@ import numpy as np
 
 LARGE = range(5200, 20_300_000)  # seeds that draw them: dates too
 LARGER = 0.5, 6.0  # powers of ten of the frame
-KNOWN = 3e14  # pitches for each of the tolerance: of larger ones numbers do not know the rims to a part of it
+KNOWN = 3e13  # blurs for each of the tolerance: corners of larger ones lie on too coarse a grid (2⁻⁴⁶ of them) for it
 FLAT = 0.5, 4.0  # powers of ten, of which an ellipse's axes differ
 KINDS = "disc", "ellipse", "ring", "sector"
 LENSES = "airy", "annular", "gaussian", "curve"  # whose far light all truths know
 
 
-def large_curves(rng, rows, cols, tolerance):
+def large_curves(rng, rows, cols, blur, tolerance):
     """Return one to three of them."""
-    largest = math.log10(KNOWN * tolerance / max(rows, cols, 4))
-    sizes = LARGER[0], min(LARGER[1], largest)
+    largest = math.log10(KNOWN * min(blur, 1.0) * tolerance / max(rows, cols, 4))
+    sizes = LARGER[0], min(LARGER[1], max(largest, 2.0 * LARGER[0]))
     kinds = [str(rng.choice(KINDS, p=[0.35, 0.35, 0.15, 0.15])) for _ in range(_count(rng))]
     return [_through(rng, kind, rows, cols, sizes) for kind in kinds]
 
