@@ -39,11 +39,9 @@ def airy(blur):
     return camsim.Airy(f_number=blur * PITCH / 0.55)
 
 
-def disc(radius, off=0.0, angle=0.0, **more):
+def disc(radius, off=0.0, angle=0.0):
     out = np.array([np.cos(angle), np.sin(angle)])
-    return camsim.Disc(
-        radius_um=radius * PITCH, centre_um=tuple((off - radius) * out * PITCH), reflectance=0.02, **more
-    )
+    return camsim.Disc(radius_um=radius * PITCH, centre_um=tuple((off - radius) * out * PITCH), reflectance=0.02)
 
 
 def ellipse(radii, centre, rotate_deg, reflectance=0.9):

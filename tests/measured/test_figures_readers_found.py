@@ -321,6 +321,8 @@ def test_gradients_behind_a_gaussian_of_any_size(sigma_um):
 def test_charts_draw_what_they_are_told_or_say_why_not():
     with pytest.raises(InvalidValueError, match="darkest: is 0, whose density has no end"):
         camsim.charts.e_sfr(height_um=1000.0, darkest=0.0)
+    with pytest.raises(InvalidValueError, match="lightest: is 0, whose density has no end"):
+        camsim.charts.step_wedge(width_um=90.0, height_um=30.0, scale="log", lightest=0.0)
     with pytest.raises(InvalidValueError, match=r"aspect: is 0\.75, too narrow"):
         camsim.charts.e_sfr(height_um=1000.0, aspect=0.75)
     assert camsim.charts.e_sfr(height_um=1000.0, darkest=1e-6).shapes[-20].reflectance == pytest.approx(1e-6)

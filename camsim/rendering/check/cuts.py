@@ -31,14 +31,23 @@ def share_of(o: Outlines, e: int, x: float, y: float, slack: float) -> float:
     return angle / turn
 
 
+@kernel(forceinline=True)
+def _out_of(o: Outlines, e: int, x: float, y: float) -> tuple[float, float, float]:
+    """Return how far a place lies out of a part's circle or to the right of its line, and the way there."""
+    if o.turn_rad[e] == 0.0:
+        length = math.hypot(o.dx[e], o.dy[e])
+        out = ((x - o.x[e]) * o.dy[e] - (y - o.y[e]) * o.dx[e]) / length
+        return out, o.dy[e] / length, -o.dx[e] / length
+    gap = math.hypot(x - o.x[e], y - o.y[e])
+    if gap == 0.0:
+        return -o.dx[e], 1.0, 0.0
+    return gap - o.dx[e], (x - o.x[e]) / gap, (y - o.y[e]) / gap
+
+
 @kernel()
 def off_of(o: Outlines, e: int, x: float, y: float) -> float:
     """Return how far a place lies off a part's line or circle."""
-    if o.turn_rad[e] == 0.0:
-        off: float = abs((x - o.x[e]) * o.dy[e] - (y - o.y[e]) * o.dx[e]) / math.hypot(o.dx[e], o.dy[e])
-    else:
-        off = abs(math.hypot(x - o.x[e], y - o.y[e]) - o.dx[e])
-    return off
+    return abs(_out_of(o, e, x, y)[0])
 
 
 @kernel(forceinline=True)
@@ -67,19 +76,6 @@ def _add(o: Outlines, e: int, x: float, y: float, same: float, out: F64, count: 
             out[count] = t
             return count + 1
     return count
-
-
-@kernel()
-def _out_of(o: Outlines, e: int, x: float, y: float) -> tuple[float, float, float]:
-    """Return how far a place lies out of a part's circle or to the right of its line, and the way there."""
-    if o.turn_rad[e] == 0.0:
-        length = math.hypot(o.dx[e], o.dy[e])
-        right_x, right_y = o.dy[e] / length, -o.dx[e] / length
-        return (x - o.x[e]) * right_x + (y - o.y[e]) * right_y, right_x, right_y
-    gap = math.hypot(x - o.x[e], y - o.y[e])
-    if gap == 0.0:
-        return -o.dx[e], 1.0, 0.0
-    return gap - o.dx[e], (x - o.x[e]) / gap, (y - o.y[e]) / gap
 
 
 @kernel()

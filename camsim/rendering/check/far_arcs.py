@@ -7,7 +7,6 @@ for their number where s = F·(R/light)^⅓.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
@@ -21,16 +20,13 @@ NOTHING = 1e-300
 LONGER = 1.0  # shortest waves: sides have to be longer than this for an arc to be cut
 
 
-class Arcs(NamedTuple):
-    """Arcs (n, 6): centre (x, y), radius, begin and turn of each, and how long its sides are; 0: as short as near."""
+def far_apart(arcs: F64, fine: Fineness) -> tuple[F64, I64]:
+    """Return arcs with those that are long and far away in pieces, and which each was.
 
-    arcs: F64
-    owner: I64
-
-
-def far_apart(arcs: F64, fine: Fineness) -> Arcs:
-    """Return arcs (n, 5) with those that are long and far away in pieces, and which each was."""
-    whole = Arcs(np.column_stack([arcs, np.zeros(len(arcs))]), np.arange(len(arcs)))
+    arcs    : (n, 5) centre (x, y), radius, begin and turn of each
+    returns : (m, 6), the last how long its sides are, 0: as short as near
+    """
+    whole = np.column_stack([arcs, np.zeros(len(arcs))]), np.arange(len(arcs))
     away = fine.away
     if not isinstance(away, FromAfar) or not len(arcs):
         return whole
@@ -52,8 +48,8 @@ def far_apart(arcs: F64, fine: Fineness) -> Arcs:
     used = np.bincount(owner, sides)[owner] > 0.0
     rest = np.ones(len(arcs), bool)
     rest[owner[used]] = False
-    return Arcs(
-        np.concatenate([whole.arcs[rest], np.column_stack([pieces, sides])[used]]),
+    return (
+        np.concatenate([whole[0][rest], np.column_stack([pieces, sides])[used]]),
         np.concatenate([np.flatnonzero(rest), owner[used]]),
     )
 

@@ -48,12 +48,12 @@ class Rows(NamedTuple):
             owner = np.repeat(np.arange(len(count)), count)
             number = np.arange(begin[-1]) - begin[owner]
             rank = np.minimum(owners.part[owner] + number * parts[owner] // count[owner], len(fill) - 1)
-            low = np.where(parts[owner] > 0, sorted_y[rank], np.inf) if len(fill) else np.full(len(owner), np.inf)
+            low = np.where(parts[owner] > 0, sorted_y[rank], np.inf)
             one, two = _rows_of(begin, low, fill, low_y), _rows_of(begin, low, fill, high_y)
             times = two - one + 1
             # Tall parts lie in many rows: then there are fewer.
             much = np.bincount(fill, times, len(parts)) / (PARTS_A_ROW * np.maximum(parts, 1))
-            if (much <= 1.0).all() or (count[much > 1.0] == 1).all():
+            if (much <= 1.0).all():  # as in one row they are
                 break
             count = np.maximum(np.where(much > 1.0, count / np.maximum(2.0, much), count), 1).astype(np.int64)
         part = np.repeat(np.arange(len(fill)), times)

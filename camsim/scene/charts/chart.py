@@ -72,15 +72,16 @@ class Chart(Shape):
         for key in self.parameters:
             if key not in kinds:
                 raise UnknownNameError("parameter", key, kinds, stage=draw.__name__)
+        signature = inspect.signature(draw)
         try:
-            given = inspect.signature(draw).bind(**self.parameters)
+            given = signature.bind(**self.parameters)
         except TypeError as error:  # one is missing
             raise InvalidValueError(in_brief(error), stage=draw.__name__) from None
         given.apply_defaults()
         kept = {key: check(value, kinds[key], key, draw.__name__) for key, value in given.arguments.items()}
         for key, others in INSTEAD.get(draw.__name__, {}).items():
             for other in others if kept[key] is not None else ():
-                if kept[other] != inspect.signature(draw).parameters[other].default:
+                if kept[other] != signature.parameters[other].default:
                     raise refused(draw, other, f"does nothing beside {key!r}; leave one of them out")
         shapes = tuple(draw(**kept))
         depth, pieces = count_pieces(shapes)
@@ -150,6 +151,13 @@ def meanings(draw: Callable[..., Any]) -> dict[str, str]:
 def refused(draw: Callable[..., Any], key: str, message: str) -> InvalidValueError:
     """Return the error of a chart about one of its parameters."""
     return InvalidValueError(message, key=key, stage=draw.__name__)
+
+
+def with_densities(draw: Callable[..., Any], **fractions: float) -> None:
+    """Refuse reflectances of no density: 0."""
+    for key, fraction in fractions.items():
+        if fraction <= 0.0:
+            raise refused(draw, key, "is 0, whose density has no end; give a fraction above 0")
 
 
 def counted(draw: Callable[..., Any], key: str, shapes: float) -> None:

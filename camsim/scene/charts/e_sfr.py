@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from camsim.scene.charts.chart import Card, Place, chart, refused
+from camsim.scene.charts.chart import Card, Place, chart, refused, with_densities
 from camsim.scene.primitives import Shape
 from camsim.scene.shapes import Sector
 from camsim.spectra.curve import Reflectance, Spectrum
@@ -43,9 +43,7 @@ def e_sfr(
     >>> len(e_sfr(height_um=1000.0).shapes)
     49
     """
-    for key, fraction in (("darkest", darkest), ("lightest", lightest)):
-        if fraction <= 0.0:
-            raise refused(e_sfr, key, "is 0, whose density has no end; give a fraction above 0")
+    with_densities(e_sfr, darkest=darkest, lightest=lightest)
     if aspect < 1.0:
         raise refused(e_sfr, "aspect", f"is {aspect:g}, too narrow: its squares would lie over one another; at least 1")
     card = Card(centre_um)

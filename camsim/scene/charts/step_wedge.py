@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 import numpy as np
 from annotated_types import Ge, Le, MinLen
 
-from camsim.scene.charts.chart import Card, chart, counted, instead, refused
+from camsim.scene.charts.chart import Card, chart, counted, instead, with_densities
 from camsim.scene.primitives import Shape
 from camsim.spectra.curve import Reflectance
 from camsim.typed import Fraction, Point, Positive, Several
@@ -44,8 +44,8 @@ def step_wedge(
         levels = 10.0 ** -np.array(densities)
     else:
         count = 12 if steps is None else steps
-        if scale == "log" and darkest <= 0.0:
-            raise refused(step_wedge, "darkest", "is 0, whose density has no end; give a fraction above 0")
+        if scale == "log":
+            with_densities(step_wedge, darkest=darkest, lightest=lightest)
         levels = (np.geomspace if scale == "log" else np.linspace)(darkest, lightest, count)
     counted(step_wedge, "steps", len(levels))
     card = Card(centre_um, rotate_deg)
