@@ -13,6 +13,7 @@ from camsim.arrays import F32
 from camsim.errors import InvalidValueError
 
 BLOCK_ROWS = 64
+_AT_ONCE = 1 << 18  # normals, as many as stay in a cache
 
 
 def generator(seed: int, stream: int, *, block: int, frame_number: int = 0) -> np.random.Generator:
@@ -47,14 +48,21 @@ def fixed_normals(serial: int, stream: int, *, rows: int, cols: int, origin: tup
     while row < stop_row:
         block, skipped = divmod(row, BLOCK_ROWS)
         stop = min((block + 1) * BLOCK_ROWS, stop_row)
-        # A block's numbers come row by row, so the rows below the window need not be drawn.
-        drawn = generator(serial, stream, block=block).standard_normal(
-            (stop - block * BLOCK_ROWS, frame_cols), dtype=np.float32
-        )
-        inside = drawn[skipped:, left:stop_col]
-        normals[row - first_row : stop - first_row, left - first_col : stop_col - first_col] = inside
+        # A block's numbers come row by row: those before the window are drawn too, those behind it are not.
+        drawing = generator(serial, stream, block=block)
+        _pass_over(drawing, skipped * frame_cols + left)
+        for inside in normals[row - first_row : stop - first_row, left - first_col : stop_col - first_col]:
+            drawing.standard_normal(out=inside, dtype=np.float32)
+            _pass_over(drawing, frame_cols - inside.size)
         row = stop
     return normals
+
+
+def _pass_over(drawing: np.random.Generator, count: int) -> None:
+    """Draw normals that nobody asks for, a part at a time: how wide a frame is, memory need not know."""
+    while count > 0:
+        drawing.standard_normal(min(count, _AT_ONCE), dtype=np.float32)
+        count -= _AT_ONCE
 
 
 def fixed_count(rows: int, *, first_row: int, frame_cols: int) -> int:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import tracemalloc
 from typing import Any
 
 import numpy as np
@@ -176,3 +177,16 @@ def test_rows_columns_and_blocks_know_nothing_of_one_another() -> None:
         means = noise.mean(axis=axis)
         # As many independent means as there are lines: their variance is a χ².
         assert abs(np.var(means) * noise.size / count - 1.0) < STATISTICAL * np.sqrt(2.0 / count)
+
+
+def test_a_windows_fixed_pattern_takes_no_memory_for_the_frames_width() -> None:
+    """A record that says 2³¹ columns asked for half a terabyte, whatever the window."""
+    tracemalloc.start()
+    try:
+        normals = fixed_normals(3, Prnu.stream, rows=2, cols=4, origin=(1, 3_000_000), frame_cols=6_000_000)
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    of_frame = generator(3, Prnu.stream, block=0).standard_normal((3, 6_000_000), dtype=np.float32)
+    np.testing.assert_array_equal(normals, of_frame[1:, 3_000_000:3_000_004])
+    assert peak < 4e6, peak
