@@ -19,7 +19,7 @@ Magnitude = Annotated[float, Ge(-30), Le(30)]
 
 
 @chart
-@instead(positions_um=("width_um", "height_um", "brightest", "faintest", "seed"))
+@instead(positions_um=("width_um", "height_um", "brightest", "faintest", "seed"), stars=("magnitudes",))
 def points(
     *,
     radius_um: Positive,
@@ -56,10 +56,8 @@ def points(
     if stars is not None:
         if width_um is None or height_um is None:
             raise refused(points, "width_um" if width_um is None else "height_um", "missing; stars need a field")
-        if magnitudes is not None or faintest < brightest:
-            key = "faintest" if magnitudes is None else "magnitudes"
-            why = "is below 'brightest'" if magnitudes is None else "stars draw their own; leave them out"
-            raise refused(points, key, why)
+        if faintest < brightest:
+            raise refused(points, "faintest", "is below 'brightest'")
         random = np.random.Generator(np.random.Philox(seed))
         positions_um = (random.random((stars, 2)) - 0.5) * (width_um, height_um)
         # The share of stars brighter than m goes as 10^(0.6·m).
