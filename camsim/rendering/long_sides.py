@@ -104,8 +104,9 @@ class LongSides:
             return anywhere
         gap = self._gap(place) - 0.5 * length
         far = self.factor * np.cbrt(radius / np.maximum(self._light(gap), NO_LIGHT))
-        # No corner is moved into the frame, however little light comes from where it was.
-        far = np.minimum(far, np.sqrt(12.0 * radius * NEARER * np.maximum(gap, 0.0)))
+        # No corner is moved into the frame, however little light comes from where it was; a straight line's stay.
+        outside = gap > 0.0
+        far = np.minimum(far, np.sqrt(12.0 * NEARER * np.where(outside, radius, 0.0) * np.where(outside, gap, 0.0)))
         longer: F64 = np.maximum(anywhere, far)
         return longer
 

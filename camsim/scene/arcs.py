@@ -25,6 +25,7 @@ OF_CUT = 12.0  # times what is allowed: half of a pair gives or takes a third of
 ROUNDING = 1e-15  # of the largest coordinate: so far off places may be, and areas by that times their length
 LONGER, MUCH_LONGER, SECANTS = 1.1, 2.0, 3  # times, for the sake of areas: what is tried first, the most, and how often
 STRAIGHT_SINE = 5e-8  # half the turn of an arc that is a straight line as far as numbers go
+NOWHERE = 1e100  # off, pitches: far from any arc, and still a number to multiply with 0
 FAR_PART = 0.5  # of what is allowed, for all that is far away
 TOO_FLAT = 1600.0  # times what is allowed: what is so far off for its centre's being so far away is no arc but lines,
 STRAIGHT = 80.0  # and these need be no nearer than so: a tenth of the tolerance, for what numbers hardly know
@@ -292,6 +293,7 @@ def _fit(curves: Curves, stretches: _Stretches, pairs: Arcs) -> tuple[F64, F64, 
         place, _ = _places(curves, stretches.owner, t0 + share * (t1 - t0))
         of_each = (_distance(place, pairs.start[:, k], pairs.end[:, k], pairs.bend_rad[:, k]) for k in (0, 1))
         off = np.maximum(off, np.minimum(*of_each))
+    off = np.minimum(off, NOWHERE)
     bend = np.abs(np.angle(stretches.into * stretches.out.conj())) + np.abs(pairs.bend_rad).max(axis=1)
     return off, bend, np.abs(stretches.finish - stretches.begin), np.abs(_areas(pairs) - stretches.areas)
 

@@ -112,3 +112,30 @@ def test_a_strip_along_a_half_planes_line(width_um):
     shapes = [camsim.HalfPlane(reflectance=0.5), strip]
     found = render(shapes, camsim.Airy(f_number=4.0), 1e-6, size=6, pitch_um=2.0)
     assert found.error_estimate <= 1e-6
+
+
+RETRACTED = {
+    "both handles": ("cubic", -6.0, -4.0, 8.0, -3.0, 8.0, -3.0),
+    "one handle": ("quadratic", -6.0, -4.0, 8.0, -3.0),
+    "the other": ("quadratic", 8.0, -3.0, 8.0, -3.0),
+    "unevenly": ("quadratic", -2.5, -3.75, 8.0, -3.0),
+    "beyond its end": ("quadratic", 15.0, -2.5, 8.0, -3.0),
+}
+
+
+@pytest.mark.parametrize("method", ["boundary", "fourier"])
+@pytest.mark.parametrize("segment", RETRACTED.values(), ids=RETRACTED)
+def test_straight_sides_that_are_given_as_curves(segment, method):
+    """Beside a curve that bends their infinite radius was multiplied by 0: a crash, now and then a dead process.
+
+    A curve that turns back beyond its end goes there and back, and shows nothing of that.
+    """
+    disc = camsim.Disc(radius_um=3.0, centre_um=(-8.0, 5.0), reflectance=0.9)
+
+    def image(side):
+        path = camsim.Path(segments_um=[("move", -6.0, -4.0), side, ("line", 1.0, 6.0), ("close",)], reflectance=0.9)
+        return render([disc, path], camsim.Airy(f_number=8.0), 1e-6, method=method, size=6, pitch_um=4.0)
+
+    curved, straight = image(segment), image(("line", 8.0, -3.0))
+    assert np.abs(curved.image - straight.image).max() <= 2e-7
+    assert curved.error_estimate <= 1e-6
