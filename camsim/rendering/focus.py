@@ -17,9 +17,7 @@ from camsim.arrays import F64, I64
 from camsim.kernels import kernel, shared
 from camsim.rendering.edge_boxes import GROUP, EdgeBoxes, groups_about
 from camsim.rendering.edges import Edges
-from camsim.rendering.grid import Grid
 
-NEARLY_PARALLEL = 1e-11  # sine of the angle between two edges that touch no circle together
 CIRCLES_AT_ONCE = 16
 ROW, OCTAVE = 1 << 28, 1 << 56  # cells that a row may have, and an octave: a cell's number counts row after row
 SAME = 0.05  # radii by which foci differ that are taken for one: a quarter of their zones
@@ -40,40 +38,6 @@ class Foci(NamedTuple):
 
 
 NO_FOCI = Foci(np.empty((0, 2)), np.empty(0), np.empty(0))
-
-
-def circles(edges: Edges, *, grid: Grid, nearest: float) -> tuple[F64, F64]:
-    """Return centres (n, 2) and radii (n,) of the circles of radius ``nearest`` or more that edges touch in a row.
-
-    edges : in chains; of the circles those whose centre the grid sees
-
-    Every three edges in a row touch one circle. Where the direction turns by α and β at the middle one's ends, its
-    length is ρ·(tan α/2 + tan β/2). Of a round outline each of them brings it up again.
-    """
-    first, middle, last = edges.threes
-    normal, length = normals(edges), edges.length
-    alpha, beta = _half_tangent(normal[first], normal[middle]), _half_tangent(normal[middle], normal[last])
-    turns = np.minimum(np.abs(alpha), np.abs(beta)) > 0.5 * NEARLY_PARALLEL
-    both = alpha + beta
-    regular = turns & (np.abs(both) > NEARLY_PARALLEL)
-    middle, alpha, both = middle[regular], alpha[regular], both[regular]
-    signed = length[middle] / both
-    seen = np.abs(signed) >= nearest
-    middle, alpha, signed = middle[seen], alpha[seen], signed[seen]
-    n = normal[middle]
-    along = np.stack([n[:, 1], -n[:, 0]], axis=1)
-    centre = edges.start[middle] + signed[:, None] * (n + alpha[:, None] * along)
-    radius = np.abs(signed)
-    seen = _outside(centre, grid) <= ZONE * radius
-    return centre[seen], radius[seen]
-
-
-def _half_tangent(before: F64, after: F64) -> F64:
-    """Return the tangents (n,) of half the angles by which normals turn from one edge to the next."""
-    sine = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
-    cosine = before[:, 0] * after[:, 0] + before[:, 1] * after[:, 1]
-    tangent: F64 = sine / np.maximum(1.0 + cosine, np.finfo(float).tiny)
-    return tangent
 
 
 def foci(centre: F64, radius: F64, edges: Edges, blur: float, passed: F64) -> Foci:
@@ -207,12 +171,3 @@ def _touching(begin: int, end: int, centre: F64, radius: F64, tree: EdgeBoxes, f
 def normals(edges: Edges) -> F64:
     """Return unit normals (n, 2)."""
     return np.stack([-edges.along[:, 1], edges.along[:, 0]], axis=1)
-
-
-def _outside(points: F64, grid: Grid) -> F64:
-    """Return how far points (n, 2) lie outside the grid's outermost photosites."""
-    low = np.array(grid.first_centre)
-    high = low + np.array([grid.cols - 1, grid.rows - 1])
-    gap = np.maximum(np.maximum(low - points, points - high), 0.0)
-    distance: F64 = np.hypot(gap[:, 0], gap[:, 1])
-    return distance

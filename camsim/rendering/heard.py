@@ -13,9 +13,10 @@ import numpy as np
 
 from camsim.arrays import F64, kinds_of
 from camsim.rendering.budget import ErrorBudget
+from camsim.rendering.circles import circles, in_step
 from camsim.rendering.edges import Edges
 from camsim.rendering.falling import falls_to
-from camsim.rendering.focus import NO_FOCI, ZONE, Foci, circles, distinct, foci, normals
+from camsim.rendering.focus import NO_FOCI, ZONE, Foci, distinct, foci, normals
 from camsim.rendering.footprint import BEYOND, Footprint
 from camsim.rendering.grid import Grid
 from camsim.rendering.quiet import Waves
@@ -85,23 +86,30 @@ def _loud_foci(waves: Waves, edges: Edges, grid: Grid, quiet_end: float, allowed
     """Return the round outlines whose rings from beyond ``quiet_end`` meet in the frame, louder than is allowed."""
     if not waves.pattern.rings or not len(edges):
         return NO_FOCI
-    centre, radius = circles(edges, grid=grid, nearest=quiet_end / (1.0 + ZONE))
+    blur = float(waves.blur.min())
+    centre, radius = circles(edges, grid=grid, nearest=quiet_end / (1.0 + ZONE), blur=blur)
     if not radius.size:
         return NO_FOCI
     beyond = 1.01 * float(radius.max())  # no circle asks
     if radius.size > FEW_CIRCLES:
-        nearest = float(radius.min())
-        loud = radius < waves.quiet_distance(allowed, front="focus", least=nearest, within=beyond)
+        nearest, most = float(radius.min()), in_step(centre, radius, np.ones(radius.size), blur)[0]
+        loud = radius < waves.quiet_distance(allowed / float(most.max()), front="focus", least=nearest, within=beyond)
         centre, radius = centre[loud], radius[loud]
-    found = foci(centre, radius, edges, float(waves.blur.min()), waves.passed(normals(edges)))
-    hundredths = np.ceil(100.0 * found.share)
+    found = foci(centre, radius, edges, blur, waves.passed(normals(edges)))
+    share, whose = in_step(found.centre, found.radius, found.share, blur)
+    # In hundredths, of more than one turn in tenths: few questions.
+    share = np.where(share > 1.0, np.ceil(10.0 * share) / 10.0, np.ceil(100.0 * share) / 100.0)
     until = np.zeros_like(found.radius)
-    for share in np.unique(hundredths[hundredths > 0.0]):
-        whose = hundredths == share
-        until[whose] = waves.quiet_distance(
-            allowed / (0.01 * float(share)), front="focus", least=float(found.radius[whose].min()), within=beyond
+    for part in np.unique(share[share > 0.0]):
+        own = share == part
+        until[own] = waves.quiet_distance(
+            allowed / float(part), front="focus", least=float(found.radius[own].min()), within=beyond
         )
-    return distinct(found.some(found.radius < until))
+    # Of circles about one centre all are heard that are no larger than a loud one.
+    farthest = np.zeros(whose.max(initial=-1) + 1)
+    loud = found.radius < until
+    np.maximum.at(farthest, whose[loud], found.radius[loud])
+    return distinct(found.some(found.radius <= farthest[whose]))
 
 
 def smooth_corners(edges: Edges, short: float, widest: float = math.inf) -> bool:

@@ -19,7 +19,7 @@ from camsim.rendering.budget import CLOSED_PART, ErrorBudget
 from camsim.rendering.edges import Edges
 from camsim.rendering.footprint import Footprint, pattern_of
 from camsim.rendering.grid import Grid
-from camsim.rendering.heard import Heard, heard
+from camsim.rendering.heard import Heard, followed, heard
 from camsim.rendering.prune import LeftOut, equal_sides, far_outlines
 from camsim.rendering.quiet import Waves
 from camsim.rendering.spectral import Signals, blur_of, different, fuse
@@ -55,6 +55,7 @@ class Job:
                    and ``unknown`` says why
     split        : the lens as a round one, moved, and the rest, where it is that
     bending      : how the lens bends edges (those here are bent already); None where it does not
+    rings_until  : of a difference: as far as this it is followed, as rings meet in step that the round part's tell of
     """
 
     scene: Scene
@@ -74,6 +75,7 @@ class Job:
     unknown: str
     tolerance: float
     bending: Bending | None = None
+    rings_until: float = 0.0
 
     @classmethod
     def of(
@@ -162,8 +164,9 @@ class Job:
         """Return the same of other edges."""
         return dataclasses.replace(self, **_paired(edges))
 
+    @cached_property
     def round_part(self) -> Job:
-        """Return the round part of a split lens: its pattern is moved, and so are the edges, the other way seen."""
+        """The round part of a split lens: its pattern is moved, and so are the edges, the other way seen."""
         assert self.split is not None
         return dataclasses.replace(
             self.moved(self.split.moved_um),
@@ -190,6 +193,7 @@ class Job:
             system=dataclasses.replace(self.system, lens=self.split.rest),
             split=None,
             tolerance=(1.0 - CLOSED_PART) * self.tolerance,
+            rings_until=followed(self.round_part.heard.foci),
         )
 
     @property

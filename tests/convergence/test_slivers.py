@@ -62,11 +62,11 @@ def test_chords_and_slivers_show_what_short_sides_do(tolerance, f_number, pitch_
     straight = straightened(job, slivers.allowed)
     assert len(straight.points) > 2
     assert len(straight.edges) < 0.7 * len(job.edges)
-    fine = dataclasses.replace(job, tolerance=max(0.02 * tolerance, 2.0 * job.round_part().finest))
+    fine = dataclasses.replace(job, tolerance=max(0.02 * tolerance, 2.0 * job.round_part.finest))
     for channel in range(len(RESPONSE)):
         letters = np.full((SIZE, SIZE), channel, np.uint8)
         short, long = (
-            np.concatenate(list(BOUNDARY.plan(own.round_part()).bands(letters, lambda done: None)))
+            np.concatenate(list(BOUNDARY.plan(own.round_part).bands(letters, lambda done: None)))
             for own in (fine, fine.with_edges(straight.edges))
         )
         own = np.zeros((SIZE, SIZE))

@@ -123,7 +123,7 @@ class AberratedPlan:
 
     def of(self, job: Job) -> AberratedPlan:
         """Return the same settings and wavelengths for other edges."""
-        closed, rest = job.round_part(), _about_its_move(job)
+        closed, rest = job.round_part, _about_its_move(job)
         short = self.short
         if short is not None and rest is not None:
             short = dataclasses.replace(short, job=rest, nodes=rest.nodes_like(short.nodes))
@@ -158,7 +158,7 @@ class Aberrated:
         assert job.split is not None
         assert job.footprint is not None
         check_tolerance(job.tolerance, job.split.core.pattern(), CLOSED_PART)
-        closed, rest_job = Boundary().plan(job.round_part()), _about_its_move(job)
+        closed, rest_job = Boundary().plan(job.round_part), _about_its_move(job)
         rest = job.split.rest
         if rest is None or rest_job is None or not len(rest_job.edges):
             return AberratedPlan(job=job, closed=closed, short=None)

@@ -80,7 +80,7 @@ def settings_of(job: Job, rest: Difference, extent: float, times: float) -> Sett
     def reach_of(lines: float) -> float:
         return max(rest.reach_um(allowed / lines, nm, rings) for nm in ends_nm) / pitch_um
 
-    reach = min(sighted(job.edges, reach_of), job.span)
+    reach = min(max(sighted(job.edges, reach_of), job.rings_until), job.span)
     beyond = max(float(rest.light_beyond(np.array(reach * pitch_um), nm, rings)) for nm in ends_nm)
     margin, sharpness = taper_margin(min(max(budget.allowed("hem") / (HEARD * beyond), 1e-14), 1.0))
     grain = max(FINEST_GRAIN, round(0.125 * (reach + extent)))

@@ -64,7 +64,7 @@ class FieldPlan:
         budget = ErrorBudget(job.tolerance)
         between, slivers = budget.allowed("between places"), budget.allowed("slivers")
         straight = straightened(parts, slivers)
-        closed = BOUNDARY.plan(parts.with_edges(straight.edges).round_part())
+        closed = BOUNDARY.plan(parts.with_edges(straight.edges).round_part)
         return cls(
             job=job,
             closed=closed,

@@ -93,6 +93,7 @@ class FourierPlan:
             system=job.system,
             pitch_um=job.grid.pitch_um,
             tolerance=job.tolerance,
+            rings_until=job.rings_until,
             hearing=self.listening.sides,
             quiet=None if until is None else functools.cache(functools.partial(until, job)),
             undivided=self.undivided,
@@ -181,7 +182,7 @@ class FourierPlan:
 
     def of(self, job: Job) -> FourierPlan:
         """Return the same wavelengths for other edges."""
-        job, own = as_in(job, self.way).job, [job.round_part(), job.difference_part()] if self.parts else []
+        job, own = as_in(job, self.way).job, [job.round_part, job.difference_part()] if self.parts else []
         parts = tuple(part.of(one) for part, one in zip(self.parts, own, strict=False) if one is not None)
         return dataclasses.replace(self, job=job, nodes=job.nodes_like(self.nodes), parts=parts)
 
@@ -239,7 +240,7 @@ class Fourier:
         fine = min(CLOSED_PART, 1.0 - CLOSED_PART) * job.tolerance < FINEST
         if as_whole or job.split is None or not len(job.edges) or fine:
             return whole
-        own, likes = (job.round_part(), job.difference_part()), (None, None) if like is None else (*like.parts, None)
+        own, likes = (job.round_part, job.difference_part()), (None, None) if like is None else (*like.parts, None)
         pairs = zip(own, likes, strict=False)
         parts = tuple(self._planned(one, listening, as_that) for one, as_that in pairs if one is not None)
         apart = dataclasses.replace(whole, parts=parts)

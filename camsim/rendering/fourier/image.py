@@ -69,6 +69,7 @@ class FourierImage:
     tolerance     : largest error, in the unit of ``density``;  memory_limit_bytes: what the plan keeps below if it can
     shell         : part of a pattern, by distance; None: all of it;  islands: how many of these edges are one of
     whole         : of which this is a shell, or an island;  undivided: it has none, as long as it fits the memory
+    rings_until   : a difference's pattern is taken as far, see ``Job``
     over_rectangle : a round pattern is taken over a rectangle, not as a curve
     hearing       : what tells which sides are heard far off;  quiet: from where on rings are within their shares
     """
@@ -81,6 +82,7 @@ class FourierImage:
     pitch_um: float
     tolerance: float
     memory_limit_bytes: float = MEMORY_LIMIT_BYTES
+    rings_until: float = 0.0
     shell: Shell | None = None
     hearing: Hearing = Loudness.of
     quiet: Callable[[], float] | None = None
@@ -195,7 +197,7 @@ class FourierImage:
         known = kernel_of(self.system, self.lit[0], self.pitch_um, self.tolerance, over_rectangle=self.over_rectangle)
         if known.round and known.tapered and not isinstance(self.system.lens, KnowsTail):  # its transfer is overlaps
             known = with_band(known, self.system, self.lit[0], *self._kinds, self.tolerance)
-        return known
+        return dataclasses.replace(known, reach=max(known.reach, self.rings_until))
 
     @cached_property
     def footprint(self) -> F64:

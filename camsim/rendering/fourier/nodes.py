@@ -32,9 +32,8 @@ def nodes_of(job: Job) -> Nodes:
     blur, span, allowed = job.blur, job.span, job.budget.allowed("rings")
     own_phase = wavefront_phase(job.system, job.signals.wavelength_nm)
     if isinstance(job.system.lens, KnowsTail):
-        span = min(
-            span, kernel_of(job.system, job.signals.wavelength_nm[[0, -1]], job.grid.pitch_um, job.tolerance).reach
-        )
+        known = kernel_of(job.system, job.signals.wavelength_nm[[0, -1]], job.grid.pitch_um, job.tolerance)
+        span = min(span, max(known.reach, job.rings_until))
     pattern, footprint = job.pattern or AIRY, job.hearing
     waves = job.waves(pattern, footprint)
     spread = 2.0 * math.pi * float(1.0 / blur.min() - 1.0 / blur.max())
