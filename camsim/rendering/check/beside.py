@@ -51,7 +51,7 @@ class Beside:
         lost, rings = self.budget.allowed("reach"), system.ring_share(nm)
         reach_um = max(self.lens.reach_um(lost, own, rings) for own in (float(nm.min()), float(nm.max())))
         extent_um = system.extent_um
-        return (reach_um + extent_um) / self.job.grid.pitch_um
+        return max(reach_um / self.job.grid.pitch_um, self.job.rings_until) + extent_um / self.job.grid.pitch_um
 
     def alone(self, points: F64) -> bool:
         """Return whether points (n, 2) see whole straight lines, if anything."""

@@ -16,13 +16,14 @@ from camsim.quadrature import gauss_error, gauss_legendre
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.check.along import SHORT, Rules
 from camsim.rendering.check.listener import Listener
+from camsim.rendering.check.meeting import MOST_PLACES, heard_until, meeting_places
 from camsim.rendering.check.parts import parts_seen
 from camsim.rendering.check.pattern import WINDOW, Table, loudness, muffled, table_of, table_seconds
 from camsim.rendering.check.points import Asked, Tables, light_at_points, rules_of
 from camsim.rendering.check.records import Parts
 from camsim.rendering.check.scenery import Pieces
 from camsim.rendering.check.wavelengths import condensed, condensed_to
-from camsim.rendering.check.whereabouts import Whereabouts, together
+from camsim.rendering.check.whereabouts import Whereabouts
 from camsim.rendering.check.zones import FAR_PART, Rule, Zones, zones_of
 
 NEAREST = 12.0  # blurs: where the search for silence begins
@@ -32,7 +33,6 @@ FARTHER = 1.4  # times, at each step of it
 GRATINGS = 128  # frequencies that pass, of which the rule over a photosite follows the worst
 NOTHING = 1e-300  # that passes
 LOUD_FALLS = 2.0  # the power of the distance that rings of ends fall with: where to look for silence first
-FALLS = 1.5  # at least this power of the distance is what swings lost with
 NODE_SECONDS, PIECE_SECONDS, POINT_SECONDS = 4e-9, 5e-8, 1e-4  # of one core, measured
 PASSED_SECONDS = 3e-9  # of a piece that lies in another zone
 BLOCK_SECONDS = 1e-3  # of a block of nodes: to hand one on takes a tenth of it
@@ -128,12 +128,23 @@ class Integrals:
         radius = float(radii[k]) if k < steps else max(radius, everything)
         return min(radius, max(everything, NEAREST * blur)) + self._extent
 
-    @property
+    @cached_property
     def farthest(self) -> float:
         """The farthest that E is taken from its table, wherever a photosite lies."""
         x0, y0, x1, y1 = self.corners
         ends = [[x0, y0], [x0, y1], [x1, y0], [x1, y1]]
-        return float(self._radii(np.concatenate([self.where.listeners, ends])).max())
+        meeting = meeting_places(self.pieces.outlines, self.corners, beyond=self.radius)[:MOST_PLACES]
+        return float(self._radii(np.concatenate([self.where.listeners, ends, meeting])).max())
+
+    def meets_until(self, allowed: float) -> float:
+        """Return how far rings are heard that meet in step somewhere; 0: nowhere louder than allowed."""
+        base = NEAREST * float(self._blur.max())
+        places = meeting_places(self.pieces.outlines, self.corners, beyond=base)[:MOST_PLACES]
+        if not len(places):
+            return 0.0
+        swing = self._swing_at(base)
+        until = heard_until(places, self.where, base=base, swing=swing, blur=self._blur, allowed=allowed)
+        return float(until.max()) if until.max() > base else 0.0
 
     @cached_property
     def table_seconds(self) -> float:
@@ -252,29 +263,8 @@ class Integrals:
 
     def _radii(self, points: F64) -> F64:
         """Return how far E is taken from its table for points (n, 2): farther where rings meet in one."""
-        o, blur, base = self.pieces.outlines, float(self._blur.max()), self.radius
         allowed = self.budget.allowed("meeting")
-        radii: F64 = np.full(len(points), base)
-        large, first = np.flatnonzero((o.turn_rad > 0.0) & (o.dx > base)), 0
-        for places in self.where.some_of(points):
-            own = radii[first : first + len(places)]
-            first += len(places)
-            if large.size:
-                gap = np.hypot(o.x[large] - places[:, :1], o.y[large] - places[:, 1:])
-                about = gap < 0.3 * o.dx[large]
-                if about.any():
-                    loud = self._swing * (base / o.dx[large]) ** FALLS * o.turn_rad[large] / math.tau > allowed
-                    farthest = np.where(about & loud, o.dx[large] + gap, base - blur).max(axis=1)
-                    np.maximum(own, farthest + blur, out=own)
-            h, beside = self.where.feet(places)
-            far = beside & (np.abs(h) > base)
-            for k in np.flatnonzero(np.count_nonzero(far, axis=1) > 2).tolist():
-                distance = np.abs(h[k, far[k]])
-                length = np.minimum(self.where.length[far[k]], np.sqrt(blur * distance))
-                share = together(distance, length / distance / math.tau, 0.5 * blur)
-                loud = self._swing * (base / distance) ** FALLS * share > allowed
-                own[k] = max(own[k], float(distance[loud].max(initial=base)) + blur)
-        return radii
+        return heard_until(points, self.where, base=self.radius, swing=self._swing, blur=self._blur, allowed=allowed)
 
     @cached_property
     def _swing(self) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 from typing import TypeAlias
 
@@ -37,6 +38,9 @@ JUST_BEYOND = 1.03  # times the distance where a difference is cut off
 DEAR_SECONDS = 0.05  # for one photosite and the table: then windows are asked what they take
 ASKING_SECONDS = 5e-5  # of that for every piece of outline: 0.4 ms, and eight photosites are looked at or more
 OF_RINGS = 0.5  # of what a window may be wrong by: what integrals may be that end where its rings are dropped
+OF_MEETING = (
+    0.1  # of the tolerance: louder rings that meet in step are followed, of the difference as of the round part
+)
 FAR_SHARE, FAR_SECONDS = 0.5, 0.3  # of the image's time, or so much, for one photosite far away
 
 
@@ -222,8 +226,11 @@ class Judge:
 
     @cached_property
     def _difference(self) -> Job | None:
-        """What there is besides the round part."""
-        return None if self.job.split is None or not self.integrates else self.job.difference_part()
+        """What there is besides the round part, followed as far as the check hears rings that meet in step."""
+        rest = None if self.job.split is None or not self.integrates else self.job.difference_part()
+        if rest is None:
+            return None
+        return dataclasses.replace(rest, rings_until=self.integrals.meets_until(OF_MEETING * self.job.tolerance))
 
     @property
     def _of_windows(self) -> ErrorBudget:

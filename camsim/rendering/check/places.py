@@ -6,8 +6,9 @@ import math
 
 import numpy as np
 
-from camsim.arrays import F64, I64, kinds_of
+from camsim.arrays import F64, I64
 from camsim.quadrature import GOLDEN
+from camsim.rendering.check.meeting import meeting_places
 from camsim.rendering.check.records import Outlines
 from camsim.rendering.engine import Marks
 from camsim.rendering.grid import Grid
@@ -32,7 +33,7 @@ def hardest_photosites(outlines: Outlines, grid: Grid, marks: Marks, *, count: i
     """
     photosites = grid.rows * grid.cols
     count = min(count, photosites)
-    ends, middles = _ends(outlines), (_middles(outlines, grid), _leaving(outlines, grid))
+    ends, middles = _ends(outlines), (meeting_places(outlines, _corners(grid)), _leaving(outlines, grid))
     spots: dict[tuple[int, int], None] = {}
     for turn in range(2 * count):
         if len(spots) >= count:
@@ -50,7 +51,8 @@ def hardest_photosites(outlines: Outlines, grid: Grid, marks: Marks, *, count: i
 def windows(outlines: Outlines, grid: Grid, size: int, beside: float = 0.0) -> tuple[I64, I64]:
     """Return rows and columns of small windows, one after the other: about a corner, and about the middle of a part.
 
-    beside : where that is above 0 there is one so far from that middle too, towards the middle of the frame
+    beside : where that is above 0 there is one so far from that middle too, towards the middle of the frame, and one
+             where rings meet from farther away, if they do
     """
     x0, y0 = grid.first_centre
     middle = np.array([x0 + 0.5 * (grid.cols - 1), y0 + 0.5 * (grid.rows - 1)])
@@ -61,7 +63,8 @@ def windows(outlines: Outlines, grid: Grid, size: int, beside: float = 0.0) -> t
     if beside > 0.0:
         aside = _across((end - start)[nearest[1]])
         side = 1.0 if aside @ (middle - places[1]) >= 0.0 else -1.0
-        places = np.concatenate([places, [places[1] + side * beside * aside]])
+        meeting = meeting_places(outlines, _corners(grid), beyond=beside)[:1]
+        places = np.concatenate([places, [places[1] + side * beside * aside], meeting])
     tall, wide = min(size, grid.rows), min(size, grid.cols)
     row = np.clip(np.round(places[:, 1] - y0) - tall // 2, 0, grid.rows - tall).astype(np.int64)
     col = np.clip(np.round(places[:, 0] - x0) - wide // 2, 0, grid.cols - wide).astype(np.int64)
@@ -78,6 +81,12 @@ def farthest(outlines: Outlines, grid: Grid) -> tuple[I64, I64]:
     away = [float(np.hypot(ends[:, 0] - x0 - col, ends[:, 1] - y0 - row).max()) for row, col in corners.tolist()]
     own: I64 = corners[int(np.argmax(away))].astype(np.int64)
     return own[:1], own[1:]
+
+
+def _corners(grid: Grid) -> F64:
+    """Return low x, low y, high x and high y of the outermost photosites."""
+    x0, y0 = grid.first_centre
+    return np.array([x0, y0, x0 + grid.cols - 1.0, y0 + grid.rows - 1.0])
 
 
 def _ends(o: Outlines) -> tuple[F64, F64]:
@@ -107,18 +116,6 @@ def _across(along: F64) -> F64:
 
 def _nearest(position: float, count: int) -> int:
     return int(min(max(round(position), 0), count - 1))
-
-
-def _middles(o: Outlines, grid: Grid) -> F64:
-    """Return the middles (n, 2) of round parts that lie in the frame, those of the most of a turn first."""
-    bent = np.flatnonzero(o.turn_rad)
-    low = np.array(grid.first_centre) - 0.5
-    found, index = kinds_of(np.round(o.x[bent] + 1j * o.y[bent], 9))
-    places = found.view(np.float64).reshape(-1, 2)
-    turn = np.bincount(index, o.turn_rad[bent], len(places))
-    seen = np.all((places >= low) & (places <= low + np.array([grid.cols, grid.rows])), axis=1)
-    middles: F64 = places[seen][np.argsort(-turn[seen], kind="stable")]
-    return middles
 
 
 def _leaving(o: Outlines, grid: Grid) -> F64:

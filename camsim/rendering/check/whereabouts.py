@@ -141,10 +141,3 @@ class Whereabouts:
             beyond = np.cumsum(summed.reshape(len(places), -1)[:, ::-1], axis=1)[:, -2::-1]
             most = np.maximum(most, (radii / radii[0]) ** 5 * beyond.max(axis=0))
         return most
-
-
-def together(distance: F64, share: F64, thick: float) -> F64:
-    """Return for each distance the shares (n,) of all that lie in its shell of a thickness."""
-    _, index = kinds_of(np.floor(distance / thick))
-    summed = np.bincount(index, weights=share)
-    return np.asarray(summed[index], np.float64)
