@@ -95,6 +95,8 @@ def _loud_foci(waves: Waves, edges: Edges, grid: Grid, quiet_end: float, allowed
         nearest, most = float(radius.min()), in_step(centre, radius, np.ones(radius.size), blur)[0]
         loud = radius < waves.quiet_distance(allowed / float(most.max()), front="focus", least=nearest, within=beyond)
         centre, radius = centre[loud], radius[loud]
+        if not radius.size:
+            return NO_FOCI
     found = foci(centre, radius, edges, blur, waves.passed(normals(edges)))
     share, whose = in_step(found.centre, found.radius, found.share, blur)
     # In hundredths, of more than one turn in tenths: few questions.

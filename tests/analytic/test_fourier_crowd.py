@@ -9,8 +9,8 @@ import shapely
 import camsim
 from camsim.optics import OpticalSystem
 from camsim.rendering import render_channels
-from camsim.rendering.edges import Edges, corners_of
 from camsim.rendering.circles import circles
+from camsim.rendering.edges import Edges, corners_of
 from camsim.rendering.fourier.blocks import Place
 from camsim.rendering.fourier.clamped import clamped, netted
 from camsim.rendering.fourier.density import Density

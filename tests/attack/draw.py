@@ -15,6 +15,7 @@ from tests.attack.far import FAR, add_far
 from tests.attack.field_lenses import add_field_lens
 from tests.attack.fields import add_fields
 from tests.attack.large import LARGE, LENSES, large_curves
+from tests.attack.meeting import MEETING, meeting
 from tests.attack.terms import SINGLES, single
 from tests.examples import tile_centres
 
@@ -70,6 +71,12 @@ def draw(seed, number):
         curves = large_curves(own, rows, cols, lens["blur"], system["tolerance"])
         _painted(own, curves, spectral)
         system["shapes"] = [*curves, *system["shapes"]] if own.random() < 0.3 else curves
+    if number % 16 == 6 and seed in MEETING:
+        own = np.random.default_rng([seed, number, 11])
+        about = meeting(own, rows, cols, lens["blur"], lambda rng: _surface(rng, spectral))
+        system["shapes"] = [*about, *system["shapes"]] if own.random() < 0.2 else about
+        if own.random() < 0.5:
+            system |= {"photosite": {"kind": "point"}, "olpf": None}  # nothing dulls the rings
     if number % 16 == 10 and seed >= FAR:
         add_far(np.random.default_rng([seed, number, 9]), system, lambda rng: _surface(rng, spectral))
     if seed >= SINGLES and system["lens"]["kind"] == "wavefront" and "far" not in system:
