@@ -33,6 +33,7 @@ class Plane:
     first, step  : row and column of samples[0, 0] in the image, and the distance between samples, both (rows, cols)
     black, white : signal of no light, and the signal from which on it is clipped (None: never)
     lowest       : the smallest number that can be stored (None: no limit); many of them are clipped shadows
+    holds_dark   : whether the charge that gathers without light is in it, as in codes and electrons with noise
     """
 
     name: str
@@ -42,6 +43,7 @@ class Plane:
     black: float = 0.0
     white: float | None = None
     lowest: float | None = None
+    holds_dark: bool = False
 
     def __post_init__(self) -> None:
         if np.ma.is_masked(self.samples):
@@ -190,6 +192,7 @@ def mosaic_planes(
     black: float | Sequence[Sequence[float]] | F64 = 0.0,
     white: float | None = None,
     lowest: float | None = None,
+    holds_dark: bool = False,
 ) -> tuple[Plane, ...]:
     """Split a mosaic into the lattices of its filters, without interpolation.
 
@@ -221,6 +224,7 @@ def mosaic_planes(
             black=float(levels[row % levels.shape[0], col % levels.shape[1]]),
             white=white,
             lowest=lowest,
+            holds_dark=holds_dark,
         )
         for row in range(rows)
         for col in range(cols)
