@@ -206,7 +206,7 @@ def mosaic_planes(
     """
     if not pattern or not pattern[0] or len({len(row) for row in pattern}) != 1:
         raise InvalidValueError(f"{tuple(pattern)[:4]}; give one letter for each, in rows of one length", key="filters")
-    names = _names(pattern)
+    names = channel_names(pattern)
     levels = np.atleast_2d(np.asarray(black, np.float64))
     rows, cols = (math.lcm(*sizes) for sizes in zip((len(pattern), len(pattern[0])), levels.shape, strict=True))
     if max(rows, cols) > _LONGEST_PERIOD or rows > samples.shape[0] or cols > samples.shape[1]:
@@ -232,12 +232,12 @@ def mosaic_planes(
     return tuple(sorted(planes, key=lambda plane: ("RGB".find(plane.name[0]) % 99, plane.name)))
 
 
-def _names(pattern: Sequence[str]) -> list[list[str]]:
+def channel_names(pattern: Sequence[str]) -> list[list[str]]:
     """Return the channel of every place: its letter, numbered where a Bayer-like array has it twice.
 
-    >>> _names(("BG", "GR"))
+    >>> channel_names(("BG", "GR"))
     [['B', 'G2'], ['G1', 'R']]
-    >>> _names(("RGGR", "GBBG", "GBBG", "RGGR"))[0]
+    >>> channel_names(("RGGR", "GBBG", "GBBG", "RGGR"))[0]
     ['R', 'G1', 'G1', 'R']
     """
     letters = np.array([list(row) for row in pattern])

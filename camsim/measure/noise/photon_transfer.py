@@ -12,6 +12,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from camsim.arrays import F64, U16
 from camsim.errors import InvalidValueError
@@ -21,6 +22,8 @@ LEAST_NOISE_DN = 0.5
 """Below this the rounding of codes is no longer noise of 1/12 DN² (EMVA 1288: σ_y,dark ≥ 0.49 DN)."""
 
 # EMVA 1288 R4.0: the gain from 0 to 70 % of saturation, linearity from 5 to 95 %.
+LEAST_LEVELS = 3
+"""Within the range of linearity; any two lie on a line."""
 _GAIN_UPTO, _LINEAR_FROM, _LINEAR_UPTO = 0.7, 0.05, 0.95
 
 
@@ -165,6 +168,23 @@ def photon_transfer(
     )
 
 
+def within_linearity(signal: F64, saturation: float) -> npt.NDArray[np.bool_]:
+    """Return which levels (n,) tell the linearity: 5 to 95 % of saturation."""
+    inside: npt.NDArray[np.bool_] = (signal >= _LINEAR_FROM * saturation) & (signal <= _LINEAR_UPTO * saturation)
+    return inside
+
+
+def off_the_line(exposure: F64, signal: F64) -> float:
+    """Return the mean absolute deviation from the line whose relative deviations are least, a fraction.
+
+    >>> off_the_line(np.array([1.0, 2.0, 3.0]), np.array([10.0, 18.0, 26.0]))
+    0.0
+    """
+    line = np.stack([np.ones_like(exposure), exposure], axis=1)
+    fitted = line @ np.linalg.lstsq(line / signal[:, None], np.ones_like(signal), rcond=None)[0]
+    return float(np.mean(np.abs(signal / fitted - 1.0)))
+
+
 def _why_no_noise(dark: Stack) -> str:
     if dark.clipped_low > 1e-4:
         return f"black is clipped: {percent(dark.clipped_low)} of dark codes are 0"
@@ -219,21 +239,13 @@ def _prnu(flats: Sequence[tuple[float, Stack]], dark: Stack, clipped: Stack) -> 
 
 
 def _linearity(flats: Sequence[tuple[float, Stack]], dark: Stack, clipped: Stack) -> Estimate:
-    """Return the mean absolute deviation from a straight line whose relative deviations are least, a fraction."""
-    full_dn = clipped.mean_dn - dark.mean_dn
-    used = [
-        (exposure, level)
-        for exposure, level in flats
-        if _LINEAR_FROM * full_dn <= level.mean_dn - dark.mean_dn <= _LINEAR_UPTO * full_dn
-    ]
-    if len(used) < 3:
-        return Estimate(math.nan, math.nan, f"{len(used)} levels lie within 5 to 95 % of saturation")
-    exposure = np.array([e for e, _ in used])
-    signal = np.array([level.mean_dn - dark.mean_dn for _, level in used])
-    line = np.stack([np.ones_like(exposure), exposure], axis=1)
-    fitted = line @ np.linalg.lstsq(line / signal[:, None], np.ones_like(signal), rcond=None)[0]
-    errors = [math.hypot(level.mean_sigma_dn, dark.mean_sigma_dn) for _, level in used]
-    return Estimate(float(np.mean(np.abs(signal / fitted - 1.0))), float(np.mean(np.array(errors) / signal)))
+    exposure = np.array([exposure for exposure, _ in flats])
+    signal = np.array([level.mean_dn - dark.mean_dn for _, level in flats])
+    error = np.array([math.hypot(level.mean_sigma_dn, dark.mean_sigma_dn) for _, level in flats])
+    used = within_linearity(signal, clipped.mean_dn - dark.mean_dn)
+    if np.count_nonzero(used) < LEAST_LEVELS:
+        return Estimate(math.nan, math.nan, f"{np.count_nonzero(used)} levels lie within 5 to 95 % of saturation")
+    return Estimate(off_the_line(exposure[used], signal[used]), float(np.mean(error[used] / signal[used])))
 
 
 def _over(value_dn: float, sigma_dn: float, gain_dn_per_e: Estimate) -> Estimate:

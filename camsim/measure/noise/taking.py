@@ -77,14 +77,14 @@ def frames_of(
         raise UnsupportedError("has no photon noise: nothing tells its gain", stage=camera.name)
     ready = _bench_camera(camera, side)
     iso = ready.adc.base_iso if iso is None else iso
-    per_watt = ready.diffuser_electrons(_light(1.0), TIME_S)
+    per_watt = ready.diffuser_electrons(even_light(1.0), TIME_S)
     brightest = ready.charge_at_e(1.0, iso) / float(per_watt.max())
 
     def taken(level: float, time_s: float, group: int, count: int) -> list[Frame]:
         flat = Capture(
             camera=ready,
             scene=Scene(background=1.0 if level else 0.0),
-            light=_light(brightest * (level or 1.0)),
+            light=even_light(brightest * (level or 1.0)),
             exposure=Exposure(time_s=time_s, iso=iso, temperature_c=temperature_c),
             seed=seed,
             frame_number=group * _APART,  # no two frames alike
@@ -112,5 +112,6 @@ def _bench_camera(camera: Camera, side: int) -> Camera:
     return camera.replace(rows=side, cols=side, olpf=None, defects=defects)
 
 
-def _light(watts: float) -> Light:
+def even_light(watts: float) -> Light:
+    """Return the light of flats as it falls on the sensor, W/m²."""
     return Light("E", irradiance_w_per_m2=watts, at="sensor")
