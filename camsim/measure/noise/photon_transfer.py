@@ -21,6 +21,9 @@ from camsim.words import percent
 LEAST_NOISE_DN = 0.5
 """Below this the rounding of codes is no longer noise of 1/12 DN² (EMVA 1288: σ_y,dark ≥ 0.49 DN)."""
 
+SURE = 4.0
+"""Standard errors: what is larger is no chance (one of 30 000)."""
+
 # EMVA 1288 R4.0: the gain from 0 to 70 % of saturation, linearity from 5 to 95 %.
 LEAST_LEVELS = 3
 """Within the range of linearity; any two lie on a line."""
@@ -145,8 +148,9 @@ def photon_transfer(
     largest_dn : the converter's last code
     """
     reason = _why_no_noise(dark)
-    if reason:
-        nothing = Estimate(math.nan, math.nan, reason)
+    gain_dn_per_e = Estimate(math.nan, math.nan, reason) if reason else _gain(flats, dark, clipped)
+    if not gain_dn_per_e.measurable:
+        nothing = gain_dn_per_e
         return PhotonTransfer(
             gain_dn_per_e=nothing,
             read_noise_e=nothing,
@@ -156,7 +160,6 @@ def photon_transfer(
             prnu=nothing,
             linearity_error=_linearity(flats, dark, clipped),
         )
-    gain_dn_per_e = _gain(flats, dark, clipped)
     return PhotonTransfer(
         gain_dn_per_e=gain_dn_per_e,
         read_noise_e=_read_noise(darks[0][1], gain_dn_per_e),
@@ -198,12 +201,17 @@ def _gain(flats: Sequence[tuple[float, Stack]], dark: Stack, clipped: Stack) -> 
     """Regress variance on signal through the origin, 0 to 70 % of saturation, each level by its own error."""
     most_dn = _GAIN_UPTO * (clipped.mean_dn - dark.mean_dn)
     levels = [level for _, level in flats if level.mean_dn - dark.mean_dn <= most_dn]
+    if not levels:
+        return Estimate(math.nan, math.nan, "no flat lies within 70 % of saturation")
     signal = np.array([level.mean_dn - dark.mean_dn for level in levels])
     variance = np.array([level.variance_dn2 - dark.variance_dn2 for level in levels])
     error = np.array([math.hypot(level.variance_sigma_dn2, dark.variance_sigma_dn2) for level in levels])
     weight = 1.0 / error**2
     information = float(np.sum(weight * signal**2))
-    return Estimate(float(np.sum(weight * signal * variance)) / information, 1.0 / math.sqrt(information))
+    gain, sigma = float(np.sum(weight * signal * variance)) / information, 1.0 / math.sqrt(information)
+    if not gain > SURE * sigma:
+        return Estimate(math.nan, math.nan, "variance does not grow with the signal, as photon noise does")
+    return Estimate(gain, sigma)
 
 
 def _read_noise(dark: Stack, gain_dn_per_e: Estimate) -> Estimate:
