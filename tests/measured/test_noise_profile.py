@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 
 import pytest
 from tolerances import STATISTICAL
@@ -49,6 +50,9 @@ def camera_of(sensor, *, offsets=((0,),), **changes):
         ("dsnu_e", "d40-like", 400.0, {"offsets": ((0, 6, 12, 20),)}),
         ("dsnu_e", "x-trans-376", None, {"offsets": ((0, 6), (12, 20))}),
         ("dsnu_e", "mono-345", None, {"offsets": ((0, 6), (12, 20))}),
+        ("prnu", "d40-like", None, {"nonlinearity": BENT, "prnu": camsim.Prnu(0.02)}),
+        ("prnu", "d40-like", 400.0, {"nonlinearity": BENT, "prnu": camsim.Prnu(0.02), "full_well": None}),
+        ("prnu", "mono-345", None, {"nonlinearity": camsim.ResponseTable((0, 3000, 10_700), (0, 3000, 7000))}),
         ("prnu", "d40-like", None, {"crosstalk": LOPSIDED, "prnu": camsim.Prnu(0.05)}),
         ("prnu", "x-trans-376", None, {"crosstalk": LOPSIDED, "prnu": camsim.Prnu(0.02)}),
     ],
@@ -70,6 +74,13 @@ def test_linearity_by_hand(iso, dual_gain, by_hand):
     dual = None if dual_gain is None else camsim.DualGain(from_iso=100.0, capacity_e=dual_gain)
     camera = camera_of("d40-like", nonlinearity=BENT, dual_gain=dual, dark_current=None)
     assert expected_of(camera, "G1", iso=iso)["linearity_error"] == pytest.approx(by_hand, rel=1e-4)
+
+
+def test_a_blind_channel_has_no_flats():
+    told = expected_of(camera_of("d40-like", filters=(0.0,), nonlinearity=BENT), "B")
+    assert math.isnan(told["prnu"])
+    assert math.isnan(told["linearity_error"])
+    assert told["gain_dn_per_e"] == pytest.approx(0.1)
 
 
 def test_greens_of_a_lopsided_crosstalk_are_told_apart():

@@ -180,8 +180,8 @@ def within_linearity(signal: F64, saturation: float) -> npt.NDArray[np.bool_]:
 def off_the_line(exposure: F64, signal: F64) -> float:
     """Return the mean absolute deviation from the line whose relative deviations are least, a fraction.
 
-    >>> off_the_line(np.array([1.0, 2.0, 3.0]), np.array([10.0, 18.0, 26.0]))
-    0.0
+    >>> round(off_the_line(np.array([1.0, 2.0, 3.0]), np.array([1.0, 2.1, 3.0])), 4)
+    0.0199
     """
     line = np.stack([np.ones_like(exposure), exposure], axis=1)
     fitted = line @ np.linalg.lstsq(line / signal[:, None], np.ones_like(signal), rcond=None)[0]

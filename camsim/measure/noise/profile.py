@@ -13,6 +13,9 @@ from camsim.measure.noise.photon_transfer import LEAST_LEVELS, off_the_line, wit
 from camsim.measure.noise.taking import DARK_TIMES_S, LEVELS, TIME_S, even_light
 from camsim.measure.picture import channel_names
 
+_STEP = 1e-4
+"""Of a charge: over which the read-out's slope is taken."""
+
 
 def expected_of(
     camera: Camera, channel: str, *, iso: float | None = None, temperature_c: float | None = None
@@ -28,14 +31,15 @@ def expected_of(
     dcnu_e = dark_e_per_s * dark.nonuniformity * TIME_S if dark else 0.0
     gain = camera.adc.electrons_per_dn_at(iso)
     offsets = (camera.dsnu.sigma_e if camera.dsnu else 0.0, camera.column_noise.sigma_e if camera.column_noise else 0.0)
+    linearity_error, steeper = _bend(camera, channel, iso, temperature_c)
     return {
         "gain_dn_per_e": 1.0 / gain,
         "read_noise_e": math.sqrt(camera.dark_noise_e(iso) ** 2 + dark_e_per_s * DARK_TIMES_S[0]),
         "full_well_e": camera.well_as_read_e(iso) or math.nan,
         "dark_current_e_per_s": dark_e_per_s,
         "dsnu_e": math.hypot(*offsets, dcnu_e, _spread_e(camera, channel, iso)),
-        "prnu": _pattern(camera, channel),
-        "linearity_error": _bend(camera, channel, iso, temperature_c),
+        "prnu": _pattern(camera, channel) * steeper,
+        "linearity_error": linearity_error,
     }
 
 
@@ -72,19 +76,34 @@ def _pattern(camera: Camera, channel: str) -> float:
     """PRNU as a flat shows it: crosstalk mixes gains that know nothing of one another, and light of other colours."""
     fraction = camera.prnu.fraction if camera.prnu else 0.0
     lit_e, squares_e2 = (each[_places(camera, channel, camera.cfa.period)] for each in _flat_e(camera))
+    if not lit_e.mean() > 0.0:
+        return math.nan
     return float(math.sqrt(fraction**2 * squares_e2.mean() + lit_e.var()) / lit_e.mean())
 
 
-def _bend(camera: Camera, channel: str, iso: float, temperature_c: float | None) -> float:
-    """Return the linearity error of the profile's response itself, at the flats' levels; NaN where few tell it."""
+def _bend(camera: Camera, channel: str, iso: float, temperature_c: float | None) -> tuple[float, float]:
+    """Return what the profile's response does to a channel's flats.
+
+    The linearity error, and by how much patterns of the charge are larger in the signal, relative to it, where PRNU is
+    told: in the flat nearest to half of saturation. NaN where the channel sees nothing, or few levels tell it.
+    """
     if camera.nonlinearity is None:
-        return 0.0
-    per_watt = camera.diffuser_electrons(even_light(1.0), TIME_S)
-    share = float(_flat_e(camera)[0][_places(camera, channel, camera.cfa.period)].mean() / per_watt.max())
-    charge_e: F64 = np.array((0.0, *LEVELS)) * share * camera.charge_at_e(1.0, iso)
-    saturation_e = camera.adc.saturation_e(iso, camera.well_as_read_e(iso))
+        return 0.0, 1.0
+    own_e = float(_flat_e(camera)[0][_places(camera, channel, camera.cfa.period)].mean())
+    end_e = camera.adc.saturation_e(iso, camera.well_as_read_e(iso))
     dark_e = camera.dark_e(TIME_S, temperature_c)
-    read_e = np.minimum(camera.nonlinearity.response(charge_e + dark_e), saturation_e)
-    signal_e = read_e[1:] - read_e[0]
-    used = within_linearity(signal_e, saturation_e - float(read_e[0]))
-    return off_the_line(charge_e[1:][used], signal_e[used]) if np.count_nonzero(used) >= LEAST_LEVELS else math.nan
+    black_e = float(camera.nonlinearity.response(np.array([dark_e]))[0])
+    if not own_e > 0.0 or black_e >= end_e:
+        return math.nan, math.nan
+    most_e = float(camera.diffuser_electrons(even_light(1.0), TIME_S).max())
+    charge_e: F64 = np.array(LEVELS) * (own_e / most_e) * camera.charge_at_e(1.0, iso)
+    low_e, read_e, high_e = (
+        camera.nonlinearity.response(dark_e + step * charge_e) for step in (1.0 - _STEP, 1.0, 1.0 + _STEP)
+    )
+    signal_e = np.minimum(read_e, end_e) - black_e
+    half = int(np.argmin(np.abs(signal_e - 0.5 * (end_e - black_e))))
+    steeper = float((high_e[half] - low_e[half]) / (2.0 * _STEP * signal_e[half]))
+    used = within_linearity(signal_e, end_e - black_e)
+    if np.count_nonzero(used) < LEAST_LEVELS:
+        return math.nan, steeper
+    return off_the_line(charge_e[used], signal_e[used]), steeper
