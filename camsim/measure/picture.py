@@ -33,6 +33,7 @@ class Plane:
     first, step  : row and column of samples[0, 0] in the image, and the distance between samples, both (rows, cols)
     black, white : signal of no light, and the signal from which on it is clipped (None: never)
     lowest       : the smallest number that can be stored (None: no limit); many of them are clipped shadows
+    holds_dark   : whether the charge that gathers without light is in it, as in codes and electrons with noise
     """
 
     name: str
@@ -42,6 +43,7 @@ class Plane:
     black: float = 0.0
     white: float | None = None
     lowest: float | None = None
+    holds_dark: bool = False
 
     def __post_init__(self) -> None:
         if np.ma.is_masked(self.samples):
@@ -190,6 +192,7 @@ def mosaic_planes(
     black: float | Sequence[Sequence[float]] | F64 = 0.0,
     white: float | None = None,
     lowest: float | None = None,
+    holds_dark: bool = False,
 ) -> tuple[Plane, ...]:
     """Split a mosaic into the lattices of its filters, without interpolation.
 
@@ -203,7 +206,7 @@ def mosaic_planes(
     """
     if not pattern or not pattern[0] or len({len(row) for row in pattern}) != 1:
         raise InvalidValueError(f"{tuple(pattern)[:4]}; give one letter for each, in rows of one length", key="filters")
-    names = _names(pattern)
+    names = channel_names(pattern)
     levels = np.atleast_2d(np.asarray(black, np.float64))
     rows, cols = (math.lcm(*sizes) for sizes in zip((len(pattern), len(pattern[0])), levels.shape, strict=True))
     if max(rows, cols) > _LONGEST_PERIOD or rows > samples.shape[0] or cols > samples.shape[1]:
@@ -221,6 +224,7 @@ def mosaic_planes(
             black=float(levels[row % levels.shape[0], col % levels.shape[1]]),
             white=white,
             lowest=lowest,
+            holds_dark=holds_dark,
         )
         for row in range(rows)
         for col in range(cols)
@@ -228,12 +232,12 @@ def mosaic_planes(
     return tuple(sorted(planes, key=lambda plane: ("RGB".find(plane.name[0]) % 99, plane.name)))
 
 
-def _names(pattern: Sequence[str]) -> list[list[str]]:
+def channel_names(pattern: Sequence[str]) -> list[list[str]]:
     """Return the channel of every place: its letter, numbered where a Bayer-like array has it twice.
 
-    >>> _names(("BG", "GR"))
+    >>> channel_names(("BG", "GR"))
     [['B', 'G2'], ['G1', 'R']]
-    >>> _names(("RGGR", "GBBG", "GBBG", "RGGR"))[0]
+    >>> channel_names(("RGGR", "GBBG", "GBBG", "RGGR"))[0]
     ['R', 'G1', 'G1', 'R']
     """
     letters = np.array([list(row) for row in pattern])

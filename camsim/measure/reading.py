@@ -59,9 +59,10 @@ def picture_of_frame(frame: Frame, product: str = "mosaic") -> Picture:
             black=frame.black_level_dn + np.asarray(frame.black_offsets_dn, np.float64),
             white=frame.white_level_dn,
             lowest=0.0,
+            holds_dark=True,
         )
     elif product in ("electrons", "mean_electrons"):
-        planes = mosaic_planes(getattr(frame, product), frame.cfa_pattern)
+        planes = mosaic_planes(getattr(frame, product), frame.cfa_pattern, holds_dark=product == "electrons")
     else:
         raise InvalidValueError(f"{product!r}; give mosaic, electrons, mean_electrons or truth", key="product")
     return Picture(
@@ -212,14 +213,14 @@ def _unfiltered(planes: tuple[Plane, ...], source: _Source) -> tuple[Plane, ...]
 
 
 def _levels(image: npt.NDArray[Any], source: _Source, product: str | None) -> dict[str, Any]:
-    """Return black, white and the lowest code; electrons and floating-point numbers have none."""
+    """Return black, white, the lowest code and whether dark charge is in it; electrons have none of the levels."""
     record = source.record
     if record is not None and product == "mosaic":
         black = record.black_level_dn + np.asarray(record.black_offsets_dn, np.float64)
-        return {"black": black, "white": float(record.white_level_dn), "lowest": 0.0}
+        return {"black": black, "white": float(record.white_level_dn), "lowest": 0.0, "holds_dark": True}
     if np.issubdtype(image.dtype, np.integer):
-        return {"white": float(np.iinfo(image.dtype).max), "lowest": 0.0}
-    return {}
+        return {"white": float(np.iinfo(image.dtype).max), "lowest": 0.0, "holds_dark": record is None}
+    return {"holds_dark": product == "electrons"}
 
 
 def _linear(image: npt.NDArray[Any], gamma: Gamma, *, encoded: bool, why: str) -> tuple[npt.NDArray[Any], bool]:
@@ -280,7 +281,7 @@ def _read_tiff(source: _Source) -> Picture:
 def _read_dng(source: _Source) -> Picture:
     """Read the main image of a DNG: its mosaic, or linear planes."""
     raw = read_raw(source.file, source.size)
-    levels = {"white": raw.white, "lowest": 0.0}
+    levels: dict[str, Any] = {"white": raw.white, "lowest": 0.0, "holds_dark": source.product != "truth"}
     if raw.image.ndim == 3:
         planes = _planes(raw.image, None, **levels)
         if raw.black.size == len(planes):
@@ -315,7 +316,8 @@ def _read_exr(source: _Source) -> Picture:
     here = layers[chosen]
     first = next(iter(here.values()))
     if source.product == "electrons" or (len(here) == 1 and source.cfa is not None):
-        return _picture(source, mosaic_planes(first, _pattern(source)), first.shape)
+        planes = mosaic_planes(first, _pattern(source), holds_dark=source.product == "electrons" and chosen == "noisy")
+        return _picture(source, planes, first.shape)
     order = [n for n in "RGB" if n in here] + [n for n in here if n not in ("R", "G", "B", "A")]
     planes = tuple(Plane(name=name, samples=here[name]) for name in order)
     return _picture(source, _unfiltered(planes, source), first.shape)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
 
 import numpy as np
@@ -10,7 +11,7 @@ from tolerances import STATISTICAL
 
 import camsim
 from camsim.capturing import load_camera
-from camsim.errors import CamsimError
+from camsim.errors import CamsimError, UnsupportedError
 from camsim.measure.noise import Group, Shots, expected_of, measure_noise, read_shots, take_shots, write_shots
 from camsim.measure.noise.measuring import _healthy
 from camsim.measure.noise.taking import frames_of
@@ -174,3 +175,81 @@ def test_what_a_folder_must_hold(folder, tmp_path, change, sentence):
 def test_an_empty_folder(tmp_path):
     with pytest.raises(CamsimError, match=r"index\.csv' is missing; it says what each frame is"):
         read_shots(tmp_path)
+
+
+def made(levels, *, dark=0.0, long_dark=5.0, exposures=(1, 2, 3, 4, 5), noise=True, clipped=None):
+    """Shots of a sensor of 0.5 DN per electron: electrons of flats and darks, Poisson or of read noise alone."""
+    rng = np.random.default_rng(5)
+
+    def group(kind, exposure, time_s, mean_e):
+        charge = rng.poisson(mean_e, (2, 40, 40)) if noise else np.full((2, 40, 40), float(mean_e))
+        codes = np.rint(0.5 * charge + rng.normal(100.0, 2.0, charge.shape))
+        return Group(kind=kind, exposure=exposure, time_s=time_s, codes=[c.astype(np.uint16) for c in codes])
+
+    flats = [group("flat", e, 0.01, level) for e, level in zip(exposures, levels, strict=True)]
+    full = [] if clipped is None else [group("clipped", 50.0, 0.01, clipped)]
+    darks = [group("dark", 0.0, 0.01, dark), group("dark", 0.0, 1.0, long_dark)]
+    index = np.zeros((40, 40), np.uint8)
+    return Shots(name="mine", channels=("Y",), channel_index=index, groups=(*flats, *full, *darks))
+
+
+@pytest.mark.parametrize(
+    ("shots", "sentence"),
+    [
+        ({"levels": [0] * 5}, r"the flat at exposure 5 and 0\.01 s, -?0\.\d+ DN over its dark, shows no light in Y"),
+        ({"levels": [0] * 5, "dark": 3000, "long_dark": 3000}, r"-1[45]\d\d DN over its dark, .*are not swapped"),
+        ({"levels": [0] * 5, "clipped": 9000}, r"the flat at exposure 5 and .* shows no light in Y"),
+        ({"levels": [1000, 2000, 3000, 4000, 5000], "clipped": 0}, r"clipped flat at exposure 50 .* shows no light"),
+        ({"levels": [1000, 2000, 0, 4000, 5000]}, r"exposure 3 and .* is darker in Y than the flat at exposure 2 "),
+        ({"levels": [5000, 4000, 3000, 2000, 1000]}, r"exposure 2 and .* is darker in Y than the flat at exposure 1 "),
+        ({"levels": [1000, 2000, 3000, 4000, 5000], "clipped": 3000}, r"the clipped flat .* is darker in Y than "),
+    ],
+)  # fmt: skip
+def test_flats_show_light_and_more_of_it(shots, sentence):
+    """With the cap on the gain was −6 DN/e⁻, and darks for flats ended in a traceback."""
+    with pytest.raises(UnsupportedError, match=f"^mine: .*{sentence}"):
+        measure_noise(made(**shots))
+
+
+def test_faint_flats_and_full_ones_are_let_through():
+    """One that lies below its dark by chance, and flats of one saturation."""
+    shots = made([0.0, 1000, 2000, 3000, 4000, 6000, 5990], exposures=(0.001, 1, 2, 3, 4, 6, 7), dark=0.1)
+    gain = measure_noise(shots).channels[0].transfer.gain_dn_per_e
+    assert abs(gain.value - 0.5) < STATISTICAL * gain.sigma
+
+
+@pytest.mark.parametrize(
+    ("shots", "reason"),
+    [
+        ({"levels": [1000, 2000, 3000, 4000, 5000], "noise": False}, "variance does not grow with the signal"),
+        ({"levels": [5000, 5000, 5001, 5001, 5002]}, "no flat lies within 70 % of saturation"),
+    ],
+)
+def test_what_tells_no_gain_is_not_measurable(shots, reason):
+    """Frames that a program has averaged; a well that every flat fills, which ended in a traceback."""
+    (channel,) = measure_noise(made(**shots)).channels
+    told = channel.figures()
+    for name in ("gain_dn_per_e", "read_noise_e", "dark_current_e_per_s", "saturation_e", "dynamic_range_db"):
+        assert told[name].why_not.startswith(reason), name
+    assert channel.as_dict()["figures"]["gain_dn_per_e"]["value"] is None
+    xml_of(channel)
+
+
+def blind(camera, *channels):
+    dark = camsim.Curve((400.0, 700.0), (0.0, 0.0))
+    curves = [(c, dark if c in channels else curve) for c, curve in camera.quantum_efficiency.curves]
+    return camera.replace(quantum_efficiency=dataclasses.replace(camera.quantum_efficiency, curves=curves))
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        (lambda camera: blind(camera, "B"), r"^D40-like, 4\.88 µm: B sees nothing of even light \(E\)"),
+        (lambda camera: camera.replace(filters=(0.0,)), r"^D40-like, 4\.88 µm: R, G and B see nothing of even light"),
+        (lambda camera: camera.replace(defects=camsim.Defects(dead_fraction=1.0)), r"shows no light in R"),
+    ],
+)
+def test_channels_that_see_nothing(camera, change, sentence):
+    """It was an irradiance of infinite watts, which nobody had asked for, and a traceback."""
+    with pytest.raises(UnsupportedError, match=sentence):
+        measure_noise(take_shots(change(camera), side=32, frames=2))

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from camsim.arrays import F64, U8
 from camsim.errors import UnsupportedError
 from camsim.measure.noise.photon_transfer import (
+    SURE,
     Estimate,
     PhotonTransfer,
     Stack,
@@ -25,6 +26,8 @@ from camsim.measure.noise.shots import Group, Shots
 _LEAST_FLATS, _LEAST_DARKS, _LEAST_FRAMES = 4, 2, 2
 _SAME_TIME = 1e-3
 _DEFECT = 8.0
+_DARKER = 0.05
+"""Of a flat's signal: less is the slack of a saturation that is not quite even, which linearity leaves out as well."""
 _ONE_CODE_DN = 1.0
 """Nearer than this no photosite is told from what rounding does where the noise is small."""
 
@@ -56,6 +59,7 @@ def measure_noise(shots: Shots, *, expected: Mapping[str, dict[str, float]] | No
         reference = _at(darks_of, flats[0].time_s)
         levels = [(g.exposure, _brought(reduced(g), _at(darks_of, g.time_s), reference)) for g in flats]
         full = _brought(reduced(clipped), _at(darks_of, clipped.time_s), reference)
+        _refuse_unlit(shots.name, name, [*zip(flats, [s for _, s in levels], strict=True), (clipped, full)], reference)
         found = photon_transfer(flats=levels, dark=reference, darks=darks_of, clipped=full, largest_dn=end_dn)
         threshold_e, saturation_e, snr_max_db, dynamic_range_db = _range(found, full, reference)
         signal = np.array([level.mean_dn - reference.mean_dn for _, level in levels])
@@ -117,6 +121,35 @@ def _refuse(shots: Shots) -> None:
         raise UnsupportedError(
             f"has {full} of {len(flats)} flats clipped by the converter; expose them less", stage=shots.name
         )
+
+
+def _refuse_unlit(name: str, channel: str, flats: list[tuple[Group, Stack]], dark: Stack) -> None:
+    """Refuse flats that show no light, or less of it the more they are said to have.
+
+    flats : the least exposure first, clipped ones last
+    """
+
+    def told(group: Group, signal: float) -> str:
+        what = "flat" if group.kind == "flat" else f"{group.kind} flat"
+        return f"the {what} at exposure {group.exposure:g} and {group.time_s:g} s, {signal:.4g} DN over its dark"
+
+    signals = [level.mean_dn - dark.mean_dn for _, level in flats]
+    errors = [math.hypot(level.mean_sigma_dn, dark.mean_sigma_dn) for _, level in flats]
+    # Faint ones may lie below their dark by chance; the last two are to show light.
+    for (group, _), signal, error in list(zip(flats, signals, errors, strict=True))[-2:]:
+        if not signal > SURE * error:
+            raise UnsupportedError(
+                f"{told(group, signal)}, shows no light in {channel}: see that no cap was on, and that flats and "
+                "darks are not swapped",
+                stage=name,
+            )
+    for k, (group, _) in enumerate(flats[1:], start=1):
+        if signals[k - 1] - signals[k] > max(SURE * math.hypot(errors[k - 1], errors[k]), _DARKER * signals[k - 1]):
+            raise UnsupportedError(
+                f"{told(group, signals[k])}, is darker in {channel} than {told(flats[k - 1][0], signals[k - 1])}: see "
+                "that nothing covered it, and that each has its own exposure",
+                stage=name,
+            )
 
 
 def _end_of_converter(clipped: Group) -> int:

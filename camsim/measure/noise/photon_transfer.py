@@ -12,6 +12,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from camsim.arrays import F64, U16
 from camsim.errors import InvalidValueError
@@ -20,7 +21,12 @@ from camsim.words import percent
 LEAST_NOISE_DN = 0.5
 """Below this the rounding of codes is no longer noise of 1/12 DN² (EMVA 1288: σ_y,dark ≥ 0.49 DN)."""
 
+SURE = 4.0
+"""Standard errors: what is larger is no chance (one of 30 000)."""
+
 # EMVA 1288 R4.0: the gain from 0 to 70 % of saturation, linearity from 5 to 95 %.
+LEAST_LEVELS = 3
+"""Within the range of linearity; any two lie on a line."""
 _GAIN_UPTO, _LINEAR_FROM, _LINEAR_UPTO = 0.7, 0.05, 0.95
 
 
@@ -142,8 +148,9 @@ def photon_transfer(
     largest_dn : the converter's last code
     """
     reason = _why_no_noise(dark)
-    if reason:
-        nothing = Estimate(math.nan, math.nan, reason)
+    gain_dn_per_e = Estimate(math.nan, math.nan, reason) if reason else _gain(flats, dark, clipped)
+    if not gain_dn_per_e.measurable:
+        nothing = gain_dn_per_e
         return PhotonTransfer(
             gain_dn_per_e=nothing,
             read_noise_e=nothing,
@@ -153,7 +160,6 @@ def photon_transfer(
             prnu=nothing,
             linearity_error=_linearity(flats, dark, clipped),
         )
-    gain_dn_per_e = _gain(flats, dark, clipped)
     return PhotonTransfer(
         gain_dn_per_e=gain_dn_per_e,
         read_noise_e=_read_noise(darks[0][1], gain_dn_per_e),
@@ -163,6 +169,23 @@ def photon_transfer(
         prnu=_prnu(flats, dark, clipped),
         linearity_error=_linearity(flats, dark, clipped),
     )
+
+
+def within_linearity(signal: F64, saturation: float) -> npt.NDArray[np.bool_]:
+    """Return which levels (n,) tell the linearity: 5 to 95 % of saturation."""
+    inside: npt.NDArray[np.bool_] = (signal >= _LINEAR_FROM * saturation) & (signal <= _LINEAR_UPTO * saturation)
+    return inside
+
+
+def off_the_line(exposure: F64, signal: F64) -> float:
+    """Return the mean absolute deviation from the line whose relative deviations are least, a fraction.
+
+    >>> round(off_the_line(np.array([1.0, 2.0, 3.0]), np.array([1.0, 2.1, 3.0])), 4)
+    0.0199
+    """
+    line = np.stack([np.ones_like(exposure), exposure], axis=1)
+    fitted = line @ np.linalg.lstsq(line / signal[:, None], np.ones_like(signal), rcond=None)[0]
+    return float(np.mean(np.abs(signal / fitted - 1.0)))
 
 
 def _why_no_noise(dark: Stack) -> str:
@@ -178,12 +201,17 @@ def _gain(flats: Sequence[tuple[float, Stack]], dark: Stack, clipped: Stack) -> 
     """Regress variance on signal through the origin, 0 to 70 % of saturation, each level by its own error."""
     most_dn = _GAIN_UPTO * (clipped.mean_dn - dark.mean_dn)
     levels = [level for _, level in flats if level.mean_dn - dark.mean_dn <= most_dn]
+    if not levels:
+        return Estimate(math.nan, math.nan, "no flat lies within 70 % of saturation")
     signal = np.array([level.mean_dn - dark.mean_dn for level in levels])
     variance = np.array([level.variance_dn2 - dark.variance_dn2 for level in levels])
     error = np.array([math.hypot(level.variance_sigma_dn2, dark.variance_sigma_dn2) for level in levels])
     weight = 1.0 / error**2
     information = float(np.sum(weight * signal**2))
-    return Estimate(float(np.sum(weight * signal * variance)) / information, 1.0 / math.sqrt(information))
+    gain, sigma = float(np.sum(weight * signal * variance)) / information, 1.0 / math.sqrt(information)
+    if not gain > SURE * sigma:
+        return Estimate(math.nan, math.nan, "variance does not grow with the signal, as photon noise does")
+    return Estimate(gain, sigma)
 
 
 def _read_noise(dark: Stack, gain_dn_per_e: Estimate) -> Estimate:
@@ -219,21 +247,13 @@ def _prnu(flats: Sequence[tuple[float, Stack]], dark: Stack, clipped: Stack) -> 
 
 
 def _linearity(flats: Sequence[tuple[float, Stack]], dark: Stack, clipped: Stack) -> Estimate:
-    """Return the mean absolute deviation from a straight line whose relative deviations are least, a fraction."""
-    full_dn = clipped.mean_dn - dark.mean_dn
-    used = [
-        (exposure, level)
-        for exposure, level in flats
-        if _LINEAR_FROM * full_dn <= level.mean_dn - dark.mean_dn <= _LINEAR_UPTO * full_dn
-    ]
-    if len(used) < 3:
-        return Estimate(math.nan, math.nan, f"{len(used)} levels lie within 5 to 95 % of saturation")
-    exposure = np.array([e for e, _ in used])
-    signal = np.array([level.mean_dn - dark.mean_dn for _, level in used])
-    line = np.stack([np.ones_like(exposure), exposure], axis=1)
-    fitted = line @ np.linalg.lstsq(line / signal[:, None], np.ones_like(signal), rcond=None)[0]
-    errors = [math.hypot(level.mean_sigma_dn, dark.mean_sigma_dn) for _, level in used]
-    return Estimate(float(np.mean(np.abs(signal / fitted - 1.0))), float(np.mean(np.array(errors) / signal)))
+    exposure = np.array([exposure for exposure, _ in flats])
+    signal = np.array([level.mean_dn - dark.mean_dn for _, level in flats])
+    error = np.array([math.hypot(level.mean_sigma_dn, dark.mean_sigma_dn) for _, level in flats])
+    used = within_linearity(signal, clipped.mean_dn - dark.mean_dn)
+    if np.count_nonzero(used) < LEAST_LEVELS:
+        return Estimate(math.nan, math.nan, f"{np.count_nonzero(used)} levels lie within 5 to 95 % of saturation")
+    return Estimate(off_the_line(exposure[used], signal[used]), float(np.mean(error[used] / signal[used])))
 
 
 def _over(value_dn: float, sigma_dn: float, gain_dn_per_e: Estimate) -> Estimate:

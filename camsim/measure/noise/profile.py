@@ -5,11 +5,16 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import numpy.typing as npt
 
 from camsim.arrays import F64
 from camsim.camera import Camera
-from camsim.measure.noise.taking import DARK_TIMES_S, LEVELS, TIME_S
-from camsim.spectra.light import Light
+from camsim.measure.noise.photon_transfer import LEAST_LEVELS, off_the_line, within_linearity
+from camsim.measure.noise.taking import DARK_TIMES_S, LEVELS, TIME_S, even_light
+from camsim.measure.picture import channel_names
+
+_STEP = 1e-4
+"""Of a charge: over which the read-out's slope is taken."""
 
 
 def expected_of(
@@ -17,51 +22,88 @@ def expected_of(
 ) -> dict[str, float]:
     """Return the figures of ``PhotonTransfer`` by sums of a profile's numbers; NaN where it has none.
 
-    channel : G1 and G2 are G
+    channel : as measured, the greens of a Bayer array apart: G1 in the rows of red, G2; G is both together
     iso, temperature_c : as the frames were taken
     """
-    letter = channel if channel in camera.cfa.channels else channel.rstrip("0123456789")
     iso = camera.adc.base_iso if iso is None else iso
     dark = camera.dark_current
     dark_e_per_s = dark.e_per_s * dark.warming(temperature_c) if dark else 0.0
     dcnu_e = dark_e_per_s * dark.nonuniformity * TIME_S if dark else 0.0
     gain = camera.adc.electrons_per_dn_at(iso)
     offsets = (camera.dsnu.sigma_e if camera.dsnu else 0.0, camera.column_noise.sigma_e if camera.column_noise else 0.0)
+    linearity_error, steeper = _bend(camera, channel, iso, temperature_c)
     return {
         "gain_dn_per_e": 1.0 / gain,
         "read_noise_e": math.sqrt(camera.dark_noise_e(iso) ** 2 + dark_e_per_s * DARK_TIMES_S[0]),
         "full_well_e": camera.well_as_read_e(iso) or math.nan,
         "dark_current_e_per_s": dark_e_per_s,
-        "dsnu_e": math.hypot(*offsets, dcnu_e, float(np.std(np.array(camera.adc.black_offsets_dn))) * gain),
-        "prnu": _pattern(camera, letter),
-        "linearity_error": _bend(camera),
+        "dsnu_e": math.hypot(*offsets, dcnu_e, _spread_e(camera, channel, iso)),
+        "prnu": _pattern(camera, channel) * steeper,
+        "linearity_error": linearity_error,
     }
 
 
-def _pattern(camera: Camera, letter: str) -> float:
+def _places(camera: Camera, channel: str, period: tuple[int, int]) -> npt.NDArray[np.bool_]:
+    """Return which photosites of a period are a channel's: G1's, or both greens' where it is G."""
+    names = channel_names(list(camera.cfa.pattern))
+    own = np.array([[channel in (name, name.rstrip("0123456789")) for name in row] for row in names])
+    return np.tile(own, (period[0] // own.shape[0], period[1] // own.shape[1]))
+
+
+def _spread_e(camera: Camera, channel: str, iso: float) -> float:
+    """Black offsets of a channel's own photosites as a standard deviation; those of others are not seen."""
+    table = np.array(camera.adc.black_offsets_dn, np.float64)
+    rows, cols = (math.lcm(*sizes) for sizes in zip(table.shape, camera.cfa.period, strict=True))
+    offsets = np.tile(table, (rows // table.shape[0], cols // table.shape[1]))
+    return float(offsets[_places(camera, channel, (rows, cols))].std()) * camera.adc.electrons_per_dn_at(iso)
+
+
+def _flat_e(camera: Camera) -> tuple[F64, F64]:
+    """Return what a flat of 1 W/m² gives the photosites of a period, and the sum of the squares of its parts.
+
+    Crosstalk mixes the light of other colours in.
+    """
+    own_e = camera.replace(crosstalk=None).diffuser_electrons(even_light(1.0), TIME_S)
+    lit_e: F64 = own_e[camera.cfa.channel_index(*camera.cfa.period)]
+    if camera.crosstalk is None:
+        return lit_e, lit_e**2
+    kernel = np.array(camera.crosstalk.kernel, np.float64)
+    parts = [share * np.roll(lit_e, (i - 1, j - 1), axis=(0, 1)) for (i, j), share in np.ndenumerate(kernel)]
+    return np.sum(parts, axis=0), np.sum(np.square(parts), axis=0)
+
+
+def _pattern(camera: Camera, channel: str) -> float:
     """PRNU as a flat shows it: crosstalk mixes gains that know nothing of one another, and light of other colours."""
     fraction = camera.prnu.fraction if camera.prnu else 0.0
-    if camera.crosstalk is None:
-        return fraction
-    light = Light("E", irradiance_w_per_m2=1.0, at="sensor")
-    signal_e = dict(zip(camera.cfa.channels, camera.diffuser_electrons(light, TIME_S).tolist(), strict=True))
-    pattern = np.tile(np.array([[signal_e[c] for c in row] for row in camera.cfa.pattern]), (3, 3))
-    mixed, squares = np.zeros_like(pattern), np.zeros_like(pattern)
-    for i, row in enumerate(camera.crosstalk.kernel):
-        for j, share in enumerate(row):
-            part = share * np.roll(pattern, (i - 1, j - 1), axis=(0, 1))
-            mixed += part
-            squares += part**2
-    here = np.tile(np.array([list(row) for row in camera.cfa.pattern]) == letter, (3, 3))
-    return float(math.sqrt(fraction**2 * squares[here].mean() + mixed[here].var()) / mixed[here].mean())
+    lit_e, squares_e2 = (each[_places(camera, channel, camera.cfa.period)] for each in _flat_e(camera))
+    if not lit_e.mean() > 0.0:
+        return math.nan
+    return float(math.sqrt(fraction**2 * squares_e2.mean() + lit_e.var()) / lit_e.mean())
 
 
-def _bend(camera: Camera) -> float:
-    """Return the linearity error of the profile's response itself."""
+def _bend(camera: Camera, channel: str, iso: float, temperature_c: float | None) -> tuple[float, float]:
+    """Return what the profile's response does to a channel's flats.
+
+    The linearity error, and by how much patterns of the charge are larger in the signal, relative to it, where PRNU is
+    told: in the flat nearest to half of saturation. NaN where the channel sees nothing, or few levels tell it.
+    """
     if camera.nonlinearity is None:
-        return 0.0
-    well = camera.full_well.capacity_e if camera.full_well else 0.0
-    exposure: F64 = np.array([level for level in LEVELS if 0.05 <= level <= 0.95]) * well
-    signal = camera.nonlinearity.response(exposure)
-    line = np.polynomial.Polynomial.fit(exposure, signal, 1, w=1.0 / signal)
-    return float(np.mean(np.abs(signal / line(exposure) - 1.0)))
+        return 0.0, 1.0
+    own_e = float(_flat_e(camera)[0][_places(camera, channel, camera.cfa.period)].mean())
+    end_e = camera.adc.saturation_e(iso, camera.well_as_read_e(iso))
+    dark_e = camera.dark_e(TIME_S, temperature_c)
+    black_e = float(camera.nonlinearity.response(np.array([dark_e]))[0])
+    if not own_e > 0.0 or black_e >= end_e:
+        return math.nan, math.nan
+    most_e = float(camera.diffuser_electrons(even_light(1.0), TIME_S).max())
+    charge_e: F64 = np.array(LEVELS) * (own_e / most_e) * camera.charge_at_e(1.0, iso)
+    low_e, read_e, high_e = (
+        camera.nonlinearity.response(dark_e + step * charge_e) for step in (1.0 - _STEP, 1.0, 1.0 + _STEP)
+    )
+    signal_e = np.minimum(read_e, end_e) - black_e
+    half = int(np.argmin(np.abs(signal_e - 0.5 * (end_e - black_e))))
+    steeper = float((high_e[half] - low_e[half]) / (2.0 * _STEP * signal_e[half]))
+    used = within_linearity(signal_e, end_e - black_e)
+    if np.count_nonzero(used) < LEAST_LEVELS:
+        return math.nan, steeper
+    return off_the_line(charge_e[used], signal_e[used]), steeper

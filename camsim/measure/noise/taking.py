@@ -16,11 +16,15 @@ from camsim.measure.picture import mosaic_planes
 from camsim.scene import Scene
 from camsim.sensor.exposure import Exposure
 from camsim.spectra.light import Light
+from camsim.words import both
 
 TIME_S = 0.01
 DARK_TIMES_S = (0.001, 3.0, 10.0, 20.0, 30.0)
 LEVELS = (0.04, 0.08, 0.15, 0.22, 0.3, 0.38, 0.46, 0.54, 0.62, 0.7, 0.8, 0.9)
 """Of saturation, in the channel that responds most."""
+
+_FAINTEST = 1e-6
+"""Of the channel that responds most: where that one is full this one has no electron."""
 
 _APART = 1_000_000
 _Key = tuple[Kind, float, float]
@@ -77,14 +81,21 @@ def frames_of(
         raise UnsupportedError("has no photon noise: nothing tells its gain", stage=camera.name)
     ready = _bench_camera(camera, side)
     iso = ready.adc.base_iso if iso is None else iso
-    per_watt = ready.diffuser_electrons(_light(1.0), TIME_S)
+    per_watt = ready.diffuser_electrons(even_light(1.0), TIME_S)
+    faint = [c for c, e in zip(ready.cfa.channels, per_watt, strict=True) if not e > _FAINTEST * per_watt.max()]
+    if faint:
+        raise UnsupportedError(
+            f"{both(faint)} {'sees' if len(faint) == 1 else 'see'} nothing of even light (E): flats tell nothing of "
+            "it; give a quantum efficiency above 0 in the visible",
+            stage=camera.name,
+        )
     brightest = ready.charge_at_e(1.0, iso) / float(per_watt.max())
 
     def taken(level: float, time_s: float, group: int, count: int) -> list[Frame]:
         flat = Capture(
             camera=ready,
             scene=Scene(background=1.0 if level else 0.0),
-            light=_light(brightest * (level or 1.0)),
+            light=even_light(brightest * (level or 1.0)),
             exposure=Exposure(time_s=time_s, iso=iso, temperature_c=temperature_c),
             seed=seed,
             frame_number=group * _APART,  # no two frames alike
@@ -112,5 +123,6 @@ def _bench_camera(camera: Camera, side: int) -> Camera:
     return camera.replace(rows=side, cols=side, olpf=None, defects=defects)
 
 
-def _light(watts: float) -> Light:
+def even_light(watts: float) -> Light:
+    """Return the light of flats as it falls on the sensor, W/m²."""
     return Light("E", irradiance_w_per_m2=watts, at="sensor")

@@ -14,6 +14,9 @@ from camsim.measure.full_frame import NYQUIST_OF_SENSOR_CYCLES_PER_PIXEL, FullFr
 
 Method: TypeAlias = Literal["star", "texture"]
 
+_MOST_ERROR = 1.0
+"""As large as an MTF may be: a point of this standard error tells nothing."""
+
 _NEAR = 0.2
 _LEAST_NEAR = 4
 _FINE = 2001
@@ -105,8 +108,13 @@ def half_of(frequency: F64, mtf: F64, error: F64) -> tuple[float, float]:
     return float(first + found), float(sigma)
 
 
-def curve(channel: str, frequency: F64, mtf: F64, error: F64, nyquist: float, theory: F64 | None) -> TargetMtf:
-    """Return a channel's curve with its MTF50 and that of the theory."""
+def curve(channel: str, frequency: F64, mtf: F64, error: F64, nyquist: float, theory: F64 | None) -> TargetMtf | None:
+    """Return a channel's curve with its MTF50 and that of the theory; None where noise leaves no point of it."""
+    told = np.isfinite(mtf) & (error < _MOST_ERROR)
+    if not told.any():
+        return None
+    frequency, mtf, error = frequency[told], mtf[told], error[told]
+    theory = None if theory is None else theory[told]
     half, half_error = half_of(frequency, mtf, error)
     return TargetMtf(
         channel=channel,

@@ -13,6 +13,7 @@ from camsim.errors import UnsupportedError
 from camsim.exposing import Capture
 from camsim.measure.lens_places import refuse_distortion
 from camsim.measure.picture import Channel, Picture, Plane
+from camsim.measure.target.dark import dark_e
 from camsim.measure.target.result import TargetMtf, TargetReport, curve
 from camsim.measure.theory import CameraOtf
 from camsim.scene.charts import Chart
@@ -50,7 +51,7 @@ def measure_star(picture: Picture, capture: Capture) -> TargetReport:
             channels.append(found)
     if not channels:
         raise UnsupportedError(
-            "the star shows no ring that a channel can follow; give it fewer cycles or a larger radius",
+            "the star shows no ring that a channel can follow; give it fewer cycles, a larger radius or more light",
             stage=picture.name,
         )
     return TargetReport(file=picture.name, method="star", full_frame=picture.full_frame, channels=tuple(channels))
@@ -69,10 +70,8 @@ def _channel(
     # Evenly spread frequencies, each of a ring about its radius.
     frequency = np.linspace(per_radius / radii[1], per_radius / radii[0], _RINGS)
     rings = np.array([_ring(radius, phase, signal, per_radius / f) for f in frequency.tolist()])
-    known = np.isfinite(rings).all(axis=1)
     # The cosine is largest in the middle of dark sectors.
-    frequency, mtf = frequency[known], -rings[known, 0] / (FUNDAMENTAL * contrast)
-    error = rings[known, 1] / (FUNDAMENTAL * abs(contrast))
+    mtf, error = -rings[:, 0] / (FUNDAMENTAL * contrast), rings[:, 1] / (FUNDAMENTAL * abs(contrast))
     theory = CameraOtf.of(capture).over_directions(
         frequency, channel=channel.name, dark=star["dark"], bright=light, place_um=star["centre_um"]
     )
@@ -82,7 +81,7 @@ def _channel(
 def surface_contrast(plane: Plane, capture: Capture, dark: Spectrum, light: Spectrum) -> float | None:
     """Return what two surfaces give a plane's channel, difference over sum; None where they look alike to it.
 
-    What lies under both is in the sum: veiling glare, and in codes the dark current.
+    What lies under both is in the sum: veiling glare, and the dark charge where the plane holds it.
     """
     camera, channel = capture.camera, plane.name
     letter = channel if channel in camera.cfa.channels else channel.rstrip("0123456789")
@@ -91,7 +90,7 @@ def surface_contrast(plane: Plane, capture: Capture, dark: Spectrum, light: Spec
     samples, k = camera.samples(capture.light, (dark, light)), camera.cfa.channels.index(letter)
     response_e = capture.time_s * camera.image_per_reflectance(samples)[k]
     low, high = (float(np.sum(response_e * spectrum_at(s, samples.wavelength_nm))) for s in (dark, light))
-    under = float(capture.veil_e[k]) + (0.0 if plane.white is None else capture.dark_e)
+    under = float(capture.veil_e[k]) + dark_e(plane, capture)
     return (high - low) / (high + low + 2.0 * under) if abs(high - low) > _LEAST_CONTRAST * (high + low) else None
 
 

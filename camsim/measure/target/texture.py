@@ -12,7 +12,7 @@ divided out.
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -20,12 +20,15 @@ import numpy as np
 from camsim.arrays import F64
 from camsim.errors import UnsupportedError
 from camsim.exposing import Capture
+from camsim.lit import Window
 from camsim.measure.lens_places import refuse_distortion
 from camsim.measure.picture import Picture, Plane
+from camsim.measure.target.dark import dark_signal
 from camsim.measure.target.result import TargetMtf, TargetReport, curve
 from camsim.measure.theory import CameraOtf
 from camsim.optics import Gaussian, SquarePhotosite
 from camsim.window import Region
+from camsim.words import percent
 
 _FINER = 4
 _SIGMA_PX = 0.12
@@ -43,7 +46,7 @@ def measure_texture(picture: Picture, capture: Capture) -> TargetReport:
     """Measure how much of its scene's structure a picture has kept, in every channel, the mean over all directions.
 
     Of large pictures the middle, 400 photosites a side. The theory is that of a grey texture. Raises
-    UnsupportedError for a picture that is small, or a scene without structure.
+    UnsupportedError for a picture that is small, and where the scene has no structure or noise hides it.
     """
     if min(picture.shape) < _LEAST:
         raise UnsupportedError(
@@ -54,23 +57,49 @@ def measure_texture(picture: Picture, capture: Capture) -> TargetReport:
     size = [min(n, _LARGEST) // _WHOLE * _WHOLE for n in picture.shape]
     first = [(n - s) // 2 // _WHOLE * _WHOLE for n, s in zip(picture.shape, size, strict=True)]
     reference = sharp(capture, (first[0], first[1]), (size[0], size[1]))
-    channels = []
+    lattices = []
     for plane_group in picture.select("all"):
         letter = plane_group.name
         index = letter if letter in reference else letter.rstrip("0123456789")
         if index in reference and len(plane_group.planes) == 1:
-            channels.append(
-                _channel(plane_group.planes[0], reference[index], (first[0], first[1]), (size[0], size[1]), capture)
-            )
-    if not channels:
+            lattices.append((plane_group.planes[0], reference[index]))
+    if not lattices:
         raise UnsupportedError(
             "no channel lies on one even lattice; textures are measured in Bayer arrays and mono", stage=picture.name
         )
-    return TargetReport(file=picture.name, method="texture", full_frame=picture.full_frame, channels=tuple(channels))
+    structured = [(plane, own) for plane, own in lattices if own.contrast > _tolerance(capture)]
+    if not structured:
+        most = max(own.contrast for _, own in lattices)
+        raise UnsupportedError(
+            f"the scene has no structure to measure: its contrast here is {percent(most)} fall-off apart, and its "
+            f"rendering is accurate to {percent(_tolerance(capture))}; show a texture such as dead-leaves",
+            stage=capture.scene_name,
+        )
+    found = [_channel(plane, own.light, (first[0], first[1]), (size[0], size[1]), capture) for plane, own in structured]
+    channels = tuple(channel for channel in found if channel is not None)
+    if not channels:
+        raise UnsupportedError("noise hides the scene's structure; give it more light", stage=picture.name)
+    return TargetReport(file=picture.name, method="texture", full_frame=picture.full_frame, channels=channels)
 
 
-def sharp(capture: Capture, first: tuple[int, int], size: tuple[int, int]) -> dict[str, F64]:
-    """Return the scene by channel, (4·rows, 4·cols), through a blur of 0.12 px and squares of a quarter pixel."""
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Sharp:
+    """What the scene gives a channel at every place.
+
+    light    : (4·rows, 4·cols), with fall-off
+    contrast : standard deviation over mean without fall-off, which is smooth and which no blur of the lens changes
+    """
+
+    light: F64
+    contrast: float
+
+
+def _tolerance(capture: Capture) -> float:
+    return max(_TOLERANCE, capture.tolerance)
+
+
+def sharp(capture: Capture, first: tuple[int, int], size: tuple[int, int]) -> dict[str, Sharp]:
+    """Return the scene by channel, through a blur of 0.12 px and squares of a quarter pixel."""
     camera, grid = capture.camera, capture.grid
     frame, pitch_um = grid.frame or (grid.rows, grid.cols), camera.pitch_um / _FINER
     fine = camera.replace(
@@ -82,18 +111,31 @@ def sharp(capture: Capture, first: tuple[int, int], size: tuple[int, int]) -> di
         photosite=SquarePhotosite(side_um=pitch_um),
         extra_optics=(),
         crosstalk=None,
+        falloff=None,
     )
     row, col = grid.origin[0] + first[0], grid.origin[1] + first[1]
     region = Region(_FINER * size[0], _FINER * size[1], (_FINER * row, _FINER * col))
-    finer = replace(capture, camera=fine, region=region, tolerance=max(_TOLERANCE, capture.tolerance), method="auto")
+    finer = replace(capture, camera=fine, region=region, tolerance=_tolerance(capture), method="auto")
     truth = finer.frame(products=("truth",)).truth
     assert truth is not None
-    return {name: truth[..., k].astype(np.float64) for k, name in enumerate(camera.cfa.channels)}
+    shading = Window(
+        camera=fine.replace(lens=camera.lens, falloff=camera.falloff),
+        grid=finer.grid,
+        on_sensor=capture.light.at == "sensor",
+    )
+    falloff = shading.falloff(finer.grid) if shading.falls_off else 1.0
+    found = {}
+    for k, name in enumerate(camera.cfa.channels):
+        even = truth[..., k].astype(np.float64)
+        mean = float(even.mean())
+        found[name] = Sharp(light=even * falloff, contrast=float(even.std()) / mean if mean > 0.0 else 0.0)
+    return found
 
 
 def _channel(
     plane: Plane, reference: F64, first: tuple[int, int], size: tuple[int, int], capture: Capture
-) -> TargetMtf:
+) -> TargetMtf | None:
+    """Return the curve of a channel; None where noise hides it."""
     begin = [(-(f - p)) % s for f, p, s in zip(first, plane.first, plane.step, strict=True)]
     where = tuple(
         slice((f + b - p) // s, (f + b - p) // s + n // s)
@@ -111,8 +153,10 @@ def _channel(
     true = np.roll(true, (-(rows // 2), -(cols // 2)), axis=(0, 1))
     radius = np.hypot(fy, fx)
     true = true / (np.exp(-2.0 * (np.pi * _SIGMA_PX * radius) ** 2) * np.sinc(fx / _FINER) * np.sinc(fy / _FINER))
-    # Levels differ by exposure to codes: the mean, which every blur keeps, tells the factor.
-    scale = float(np.mean(stored - plane.black)) / float(np.mean(reference))
+    # Levels differ by exposure to codes: the mean of the light, which every blur keeps, tells the factor.
+    scale = (float(np.mean(stored - plane.black)) - dark_signal(plane, capture)) / float(np.mean(reference))
+    if not scale > 0.0:
+        return None
     true = true * scale
     nyquist = 0.5 / max(plane.step)
     count = min(_MOST_RINGS, int(min(size) * nyquist) // 2)
@@ -123,7 +167,7 @@ def _channel(
         s, m = true[ring], seen[ring]
         power = float(np.sum(np.abs(s) ** 2))
         if not power > 0.0:
-            raise UnsupportedError("the scene has no structure to measure", stage=capture.scene_name)
+            continue
         kept = float(np.sum((m * np.conj(s)).real)) / power
         rest = (m - kept * s) * np.conj(s)
         frequency.append(float(np.sum(radius[ring] * np.abs(s) ** 2)) / power)

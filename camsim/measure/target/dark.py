@@ -1,0 +1,17 @@
+"""What a chart's picture holds without light: charge that no surface of the scene has given."""
+
+from __future__ import annotations
+
+from camsim.exposing import Capture
+from camsim.measure.picture import Plane
+
+
+def dark_e(plane: Plane, capture: Capture) -> float:
+    """Return the dark charge within a plane's samples, the mean of all photosites."""
+    return capture.dark_e if plane.holds_dark else 0.0
+
+
+def dark_signal(plane: Plane, capture: Capture) -> float:
+    """Return the same in the plane's own unit: codes, which have a white level, or electrons."""
+    per_unit = 1.0 if plane.white is None else capture.camera.adc.electrons_per_dn_at(capture.exposure.iso)
+    return dark_e(plane, capture) / per_unit
