@@ -114,6 +114,10 @@ class Body(Electronics):
         if outside := [place[:2] for place in listed if place[0] >= self.rows or place[1] >= self.cols]:
             places = ", ".join(f"({row}, {col})" for row, col in outside[:3])
             raise refusal(self, "defects", f"no photosite {places} in a frame of {self.rows} × {self.cols}")
+        well, high = self.full_well, self.dual_gain
+        if well and high and high.capacity_e and high.capacity_e > well.capacity_e:
+            message = f"holds {high.capacity_e:g} e⁻, and the full well is {well.capacity_e:g} e⁻"
+            raise refusal(self, "dual_gain", f"{message}; a high conversion gain holds less, give it no more")
         widest_um = 2.0 * max(self.photosite.half_extent_um)
         if widest_um > self.pitch_um * (1.0 + 1e-9):
             overlap = f"is {widest_um:g} µm wide; photosites may not overlap, and the pitch is {self.pitch_um:g} µm"
