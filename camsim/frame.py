@@ -13,6 +13,7 @@ from camsim import notebook
 from camsim.arrays import F32, F64, U8, U16
 from camsim.errors import InvalidValueError, UnknownNameError
 from camsim.sensor.colour_matrix import ColourResponse
+from camsim.typed import LARGEST_FRAME_NUMBER, Whole
 from camsim.words import shown
 
 if TYPE_CHECKING:
@@ -54,6 +55,20 @@ def check_products(products: Collection[str], *, streamed: bool = False) -> None
     if streamed and not set(products) <= set(STREAMED):
         said = f"{', '.join(products)}; row by row there are {' and '.join(STREAMED)}"
         raise InvalidValueError(said, key="products")
+
+
+def frame_numbers(first: int, count: Whole) -> range:
+    """Return the numbers of several frames; refuses more than there are, since no file could be captured again.
+
+    >>> list(frame_numbers(3, 2))
+    [3, 4]
+    """
+    if first + count - 1 > LARGEST_FRAME_NUMBER:
+        message = (
+            f"{first}, and {count} frames from there on; {LARGEST_FRAME_NUMBER} is the last, begin at a smaller one"
+        )
+        raise InvalidValueError(message, key="frame_number", stage="Capture")
+    return range(first, first + count)
 
 
 @dataclass(frozen=True, kw_only=True)
