@@ -35,7 +35,6 @@ from camsim.sensor.chain import random_numbers, record
 from camsim.sensor.colour_matrix import MatrixOf
 from camsim.sensor.exposure import Exposure
 from camsim.sensor.stage import Context, ElectronicStage
-from camsim.sensor.stages.shot_noise import ShotNoise
 from camsim.sensor.streams import BLOCK_ROWS
 from camsim.spectra.light import Light, LightSamples
 from camsim.typed import FrameNumber, Number, Positive, Seed, Several, Truth, Whole, judge, refusal
@@ -366,7 +365,7 @@ class Capture:
             white_level_dn=self.white_level_dn,
             electrons_per_dn=camera.adc.electrons_per_dn_at(exposure.iso),
             white_e=camera.charge_at_e(1.0, exposure.iso) if camera.nonlinearity is not None else None,
-            shot_noise=any(isinstance(stage, ShotNoise) for stage in self.electronics),
+            shot_e2_per_e=camera.shot_e2_per_e(exposure.iso) if self.noise else 0.0,
             read_noise_e=camera.dark_noise_e(exposure.iso) if self.noise else 0.0,
             camera_name=camera.name,
             serial=camera.serial,

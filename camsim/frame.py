@@ -156,7 +156,8 @@ class Frame:
     black_offsets_dn    added to the black level, repeated from the window's own (0,0); usually 0 everywhere
     electrons_per_dn    at the ISO that was used
     white_e             mean electrons at which white clips, of a read-out that is not linear; None: as white_level_dn
-    shot_noise          whether photons were drawn
+    shot_e2_per_e       variance of shot noise per electron of signal as read, at 18 % of black..white: 1 of a
+                        read-out that is linear; 0 without that noise
     read_noise_e        all temporal noise of the read-out, one standard deviation
     frame_number        which of several exposures of one scene
     spectral            the scene's radiance per wavelength; None unless asked for
@@ -185,7 +186,7 @@ class Frame:
     white_level_dn: int
     electrons_per_dn: float
     white_e: float | None = None
-    shot_noise: bool = True
+    shot_e2_per_e: float = 1.0
     read_noise_e: float
     camera_name: str
     serial: int

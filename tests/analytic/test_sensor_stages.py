@@ -10,7 +10,7 @@ import scipy.signal
 import scipy.stats
 from electronics import EVERY as EXAMPLES
 from electronics import KERNEL, LAWS, recorded
-from tolerances import PROBABILITY
+from tolerances import PROBABILITY, STATISTICAL
 
 import camsim
 from camsim import (
@@ -34,6 +34,7 @@ from camsim import (
     RowNoise,
 )
 from camsim.errors import InvalidValueError
+from camsim.sensor.cfa import Cfa
 from camsim.sensor.chain import mixed
 from camsim.sensor.falloff import falloff_at, working_f_number
 
@@ -315,3 +316,19 @@ def test_a_measured_falloff_is_held_beyond_its_table() -> None:
 def test_an_impossible_stage_is_refused(make: Any, message: str) -> None:
     with pytest.raises(InvalidValueError, match=message):
         make()
+
+
+@pytest.mark.parametrize("cfa", [Cfa.named("mono"), Cfa.bayer("GRBG"), Cfa.named("x-trans")])
+@pytest.mark.parametrize("kernel", [KERNEL, ((0, 0, 0), (0, 1, 0), (0, 0, 0)), ((0.1, 0, 0), (0, 0.5, 0.3), (0, 0, 0))])
+def test_crosstalk_averages_gains(cfa: Cfa, kernel: tuple[tuple[float, ...], ...]) -> None:
+    """Photosite by photosite: what random gains add to flat light, of which neighbours have more or less."""
+    rows, sigma = 602, 0.05
+    own_e = np.array([200.0, 1000.0, 500.0])[: len(cfa.channels)]
+    level = own_e[cfa.channel_index(rows, rows, (-1, -1))]
+    gains = np.random.default_rng(5).normal(0.0, sigma, level.shape)
+    mixes, index = Crosstalk(kernel), cfa.channel_index(rows - 2, rows - 2, (0, 0))
+    mean, off = mixes.spread(level), mixes.spread(level * gains)
+    for channel, left in enumerate(mixes.left_of_pattern(cfa, own_e)):
+        here = index == channel
+        found = np.sqrt(np.mean(off[here] ** 2)) / mean[here].mean() / sigma
+        assert found == pytest.approx(left, rel=STATISTICAL * 2.2 * np.sqrt(0.5 / np.count_nonzero(here)))
