@@ -144,6 +144,11 @@ class Body(Electronics):
         return working_f_number(self.lens.f_number, self.magnification)
 
     @property
+    def opening(self) -> float:
+        """Area of the lens's pupil over that of a circle of diameter f/N: so much of the light passes."""
+        return self.lens.opening if isinstance(self.lens, KnowsOpening) else 1.0
+
+    @property
     def optics(self) -> OpticalSystem:
         """Lens (at its working f-number), blurs of one's own, OLPF and photosite as one."""
         lens = dataclasses.replace(self.lens, f_number=self.working_f_number) if self.magnification else self.lens
@@ -193,7 +198,7 @@ class Body(Electronics):
             quantum_efficiency=self.quantum_efficiency.select(self.cfa.channels),
             photosite_area_um2=self.photosite.area_um2,
             time_s=time_s,
-            opening=self.lens.opening if isinstance(self.lens, KnowsOpening) else 1.0,
+            opening=self.opening,
         )
 
     def diffuser_electrons(self, light: Light, time_s: float) -> F64:
