@@ -44,6 +44,9 @@ Photosite: TypeAlias = Annotated[PhotositeShape, Called("a photosite", "such as 
 Blur: TypeAlias = Annotated[OpticalStage, Called("a stage with otf(fx_per_um, fy_per_um, wavelength_nm)")]
 Olpf: TypeAlias = Annotated[LowPass, Called("an OLPF", "such as FourSpotOlpf(split_um=…)")]
 
+MID_GREY = 0.18
+"""Share of black..white that half-tones lie about: a grey card's where white just clips."""
+
 
 class Changes(ElectronicChanges, total=False):
     """What ``replace`` may exchange: the fields of ``Body``."""
@@ -114,6 +117,10 @@ class Body(Electronics):
         if outside := [place[:2] for place in listed if place[0] >= self.rows or place[1] >= self.cols]:
             places = ", ".join(f"({row}, {col})" for row, col in outside[:3])
             raise refusal(self, "defects", f"no photosite {places} in a frame of {self.rows} × {self.cols}")
+        well, high = self.full_well, self.dual_gain
+        if well and high and high.capacity_e and high.capacity_e > well.capacity_e:
+            message = f"holds {high.capacity_e:g} e⁻, and the full well is {well.capacity_e:g} e⁻"
+            raise refusal(self, "dual_gain", f"{message}; a high conversion gain holds less, give it no more")
         widest_um = 2.0 * max(self.photosite.half_extent_um)
         if widest_um > self.pitch_um * (1.0 + 1e-9):
             overlap = f"is {widest_um:g} µm wide; photosites may not overlap, and the pitch is {self.pitch_um:g} µm"
@@ -135,6 +142,11 @@ class Body(Electronics):
     def working_f_number(self) -> float:
         """The f-number as the sensor sees it, N·(1 + m)."""
         return working_f_number(self.lens.f_number, self.magnification)
+
+    @property
+    def opening(self) -> float:
+        """Area of the lens's pupil over that of a circle of diameter f/N: so much of the light passes."""
+        return self.lens.opening if isinstance(self.lens, KnowsOpening) else 1.0
 
     @property
     def optics(self) -> OpticalSystem:
@@ -186,13 +198,24 @@ class Body(Electronics):
             quantum_efficiency=self.quantum_efficiency.select(self.cfa.channels),
             photosite_area_um2=self.photosite.area_um2,
             time_s=time_s,
-            opening=self.lens.opening if isinstance(self.lens, KnowsOpening) else 1.0,
+            opening=self.opening,
         )
 
     def diffuser_electrons(self, light: Light, time_s: float) -> F64:
         """Return (channels,) mean electrons of a perfect diffuser on the optical axis, after crosstalk."""
-        own_e: F64 = self.electrons_per_reflectance(self.samples(light), time_s).sum(axis=1)
+        return self.after_crosstalk(self.electrons_per_reflectance(self.samples(light), time_s).sum(axis=1))
+
+    def after_crosstalk(self, own_e: F64) -> F64:
+        """Return (channels,) mean electrons on flat light, of what each channel's photosites get of it."""
         return own_e if self.crosstalk is None else self.crosstalk.mixing(self.cfa) @ own_e
+
+    @property
+    def prnu_on_grey(self) -> float:
+        """PRNU as frames show it where all channels are alike: crosstalk averages gains."""
+        if self.prnu is None or self.crosstalk is None:
+            return 0.0 if self.prnu is None else self.prnu.fraction
+        even = np.ones(len(self.cfa.channels))
+        return self.prnu.fraction * float(self.crosstalk.left_of_pattern(self.cfa, even)[0])
 
     def colour_response(self, light: Light, matrix: MatrixOf = "standard") -> ColourResponse:
         """Return how the channels see light, the capture's and others, for white balance and colour matrices."""
@@ -255,6 +278,21 @@ class Body(Electronics):
         """Return the charge whose code lies at a share of black..white; at 1 white clips."""
         signal_e = share * self.adc.saturation_e(iso, self.well_as_read_e(iso))
         return signal_e if self.nonlinearity is None else charge_e(self.nonlinearity, signal_e)
+
+    def shot_e2_per_e(self, iso: float) -> float:
+        """Return the variance of shot noise per electron of signal, both as read at mid-grey; 1 where nothing bends.
+
+        A charge q scatters by √q, and a read-out that bends has r(q ± √q) for it: half of their distance is the
+        noise as read, its square over r(q) what is returned. It falls with q where the response does; mid-grey is
+        where most of a picture lies, and there it holds.
+        """
+        if self.shot_noise is None or self.nonlinearity is None:
+            return float(self.shot_noise is not None)
+        charge_e = self.charge_at_e(MID_GREY, iso)
+        low_e, signal_e, high_e = self.nonlinearity.response(
+            charge_e + math.sqrt(charge_e) * np.array([-1.0, 0.0, 1.0])
+        )
+        return float((0.5 * (high_e - low_e)) ** 2 / signal_e)
 
     def exposure_time_s(self, light: Light, exposure: Exposure) -> float:
         """Return the exposure time; "auto" puts the most responsive channel's white at 80 % of black..white."""

@@ -15,7 +15,7 @@ from camsim.arrays import F64, U16
 from camsim.body import Body
 from camsim.description import OF_A_FRAME, OWN_STAGES, describe
 from camsim.errors import InvalidValueError
-from camsim.frame import Frame, Products, Report, check_products
+from camsim.frame import Frame, Products, Report, check_products, frame_numbers
 from camsim.kept import cached_property
 from camsim.lit import Lit, Window
 from camsim.marks import Called
@@ -35,10 +35,9 @@ from camsim.sensor.chain import random_numbers, record
 from camsim.sensor.colour_matrix import MatrixOf
 from camsim.sensor.exposure import Exposure
 from camsim.sensor.stage import Context, ElectronicStage
-from camsim.sensor.stages.shot_noise import ShotNoise
 from camsim.sensor.streams import BLOCK_ROWS
 from camsim.spectra.light import Light, LightSamples
-from camsim.typed import Number, Positive, Seed, Several, Truth, Whole, judge, refusal
+from camsim.typed import FrameNumber, Number, Positive, Seed, Several, Truth, Whole, judge, refusal
 from camsim.window import Region
 from camsim.words import brief
 
@@ -69,7 +68,7 @@ class Capture:
     light: Annotated[Light, Called("a Light", "such as Light('D55', illuminance_lux=1000)")]
     exposure: Annotated[Exposure, Called("an Exposure", "such as Exposure(time_s=0.01, iso=200)")]
     seed: Seed = 0
-    frame_number: Annotated[int, Ge(0), Le(2**31 - 1)] = 0
+    frame_number: FrameNumber = 0
     region: Region | None = None
     tolerance: Annotated[float, Ge(1e-11), Le(1e-2)] = 1e-6
     method: Method = "auto"
@@ -226,9 +225,9 @@ class Capture:
         optical_image : of a capture with the same ``optical_key``; None renders it
         """
         check_products(products)
+        numbers = frame_numbers(self.frame_number, count)
         rows, cols = self.grid.rows, self.grid.cols
-        needed = needed_bytes(rows, cols, len(self.camera.cfa.channels), products)
-        if message := too_large(rows, cols, needed):
+        if message := too_large(rows, cols, needed_bytes(rows, cols, len(self.camera.cfa.channels), products)):
             raise refusal(self, "region", f"{message}; expose a smaller region")
         clock = Clock()
         cube = self._cube(products)
@@ -240,7 +239,7 @@ class Capture:
         planes = None if rendering.planes is None else self._exposed(rendering.planes, own=own)
         truth = self.window.truth(planes, self.veil_e, lit.shown_e)
         clock.lap("render")
-        for frame_number in range(self.frame_number, self.frame_number + count):
+        for frame_number in numbers:
             signals = self._signals()
             recorded_e, codes = self._recorded(lit, frame_number, clock, signals)
             yield self._frame(
@@ -366,7 +365,7 @@ class Capture:
             white_level_dn=self.white_level_dn,
             electrons_per_dn=camera.adc.electrons_per_dn_at(exposure.iso),
             white_e=camera.charge_at_e(1.0, exposure.iso) if camera.nonlinearity is not None else None,
-            shot_noise=any(isinstance(stage, ShotNoise) for stage in self.electronics),
+            shot_e2_per_e=camera.shot_e2_per_e(exposure.iso) if self.noise else 0.0,
             read_noise_e=camera.dark_noise_e(exposure.iso) if self.noise else 0.0,
             camera_name=camera.name,
             serial=camera.serial,

@@ -13,6 +13,7 @@ from camsim import notebook
 from camsim.arrays import F32, F64, U8, U16
 from camsim.errors import InvalidValueError, UnknownNameError
 from camsim.sensor.colour_matrix import ColourResponse
+from camsim.typed import LARGEST_FRAME_NUMBER, Whole
 from camsim.words import shown
 
 if TYPE_CHECKING:
@@ -54,6 +55,20 @@ def check_products(products: Collection[str], *, streamed: bool = False) -> None
     if streamed and not set(products) <= set(STREAMED):
         said = f"{', '.join(products)}; row by row there are {' and '.join(STREAMED)}"
         raise InvalidValueError(said, key="products")
+
+
+def frame_numbers(first: int, count: Whole) -> range:
+    """Return the numbers of several frames; refuses more than there are, since no file could be captured again.
+
+    >>> list(frame_numbers(3, 2))
+    [3, 4]
+    """
+    if first + count - 1 > LARGEST_FRAME_NUMBER:
+        message = (
+            f"{first}, and {count} frames from there on; {LARGEST_FRAME_NUMBER} is the last, begin at a smaller one"
+        )
+        raise InvalidValueError(message, key="frame_number", stage="Capture")
+    return range(first, first + count)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -141,7 +156,8 @@ class Frame:
     black_offsets_dn    added to the black level, repeated from the window's own (0,0); usually 0 everywhere
     electrons_per_dn    at the ISO that was used
     white_e             mean electrons at which white clips, of a read-out that is not linear; None: as white_level_dn
-    shot_noise          whether photons were drawn
+    shot_e2_per_e       variance of shot noise per electron of signal as read, at 18 % of black..white: 1 of a
+                        read-out that is linear; 0 without that noise
     read_noise_e        all temporal noise of the read-out, one standard deviation
     frame_number        which of several exposures of one scene
     spectral            the scene's radiance per wavelength; None unless asked for
@@ -170,7 +186,7 @@ class Frame:
     white_level_dn: int
     electrons_per_dn: float
     white_e: float | None = None
-    shot_noise: bool = True
+    shot_e2_per_e: float = 1.0
     read_noise_e: float
     camera_name: str
     serial: int

@@ -43,7 +43,9 @@ Seconds: TypeAlias = Annotated[float, Ge(SHORTEST_S), Le(LONGEST_S)]
 Count: TypeAlias = Annotated[int, Ge(1)]
 Index: TypeAlias = Annotated[int, Ge(0)]
 Iso: TypeAlias = Annotated[float, Ge(1e-3), Le(1e9)]
-Seed: TypeAlias = Annotated[int, Ge(0), Le(2**63 - 1)]
+LARGEST_SEED, LARGEST_FRAME_NUMBER = 2**63 - 1, 2**31 - 1
+Seed: TypeAlias = Annotated[int, Ge(0), Le(LARGEST_SEED)]
+FrameNumber: TypeAlias = Annotated[int, Ge(0), Le(LARGEST_FRAME_NUMBER)]
 
 
 def text_of_path(given: Any) -> Any:

@@ -141,8 +141,7 @@ def _of_camera(capture: Capture) -> Iterator[Decision]:
     from camsim.words import brief
 
     camera = capture.camera
-    if camera.falloff is None:
-        yield Decision(topic="fall-off", decision="left out", reason="the lens has none: even light")
+    yield _of_falloff(capture)
     yield _of_glare(capture)
     if camera.crosstalk is None:
         yield Decision(
@@ -157,6 +156,28 @@ def _of_camera(capture: Capture) -> Iterator[Decision]:
             decision=f"{capture.random_numbers} random numbers",
             reason=f"{' → '.join(stages)}" if stages else "no stage draws any",
         )
+
+
+def _of_falloff(capture: Capture) -> Decision:
+    from camsim.optics.protocols import Illuminates
+    from camsim.rendering.engine import Decision
+    from camsim.window import rows_of
+    from camsim.words import brief
+
+    window, falloff = capture.window, capture.camera.falloff
+    if window.on_sensor:
+        reason = "the light is given as it falls on the sensor, where no lens dims it"
+        return Decision(topic="fall-off", decision="left out", reason=reason)
+    if not window.falls_off:
+        return Decision(topic="fall-off", decision="left out", reason="the lens has none: even light")
+    first_and_last = [window.falloff(rows_of(capture.grid, row, 1)) for row in (0, capture.grid.rows - 1)]
+    dimmest = min(float(row[0, end]) for row in first_and_last for end in (0, -1))
+    own = ["the lens's own"] if isinstance(capture.camera.lens, Illuminates) else []
+    return Decision(
+        topic="fall-off",
+        decision=f"{dimmest:.4g} of the axis's light in the window's dimmest corner",
+        reason=" and ".join([*own, *([] if falloff is None else [brief(falloff)])]),
+    )
 
 
 def _of_glare(capture: Capture) -> Decision:

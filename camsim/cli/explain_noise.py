@@ -22,8 +22,8 @@ def noise_budget(capture: Capture, signal_e: F64) -> dict[str, F64]:
     """Return the standard deviation in electrons that each source adds at a signal of so many electrons.
 
     Of a frame: what changes from exposure to exposure and what is fixed alike. Their squares add to the frame's, up to
-    where the well or the converter ends. Stages that are no noise of their own (crosstalk, blooming, non-linearity,
-    defects) are left out.
+    where the well or the converter ends. Crosstalk averages PRNU; other stages that are no noise (blooming,
+    non-linearity, defects) are left out.
     """
     camera, even = capture.camera, np.ones_like(signal_e)
     electrons_per_dn = camera.adc.electrons_per_dn_at(capture.exposure.iso)
@@ -37,11 +37,19 @@ def noise_budget(capture: Capture, signal_e: F64) -> dict[str, F64]:
         elif dark is not None and stage is dark:
             found["dark current's unevenness"] = dark.nonuniformity * dark_e * even
         elif stage is camera.prnu:
-            found[name] = getattr(stage, "fraction") * signal_e  # noqa: B009 (a stage says no type)
+            found[name] = camera.prnu_on_grey * signal_e
         elif constant := stage.dark_noise_e(electrons_per_dn) or getattr(stage, "sigma_e", 0.0):
             found[name] = constant * even
     found["rounding"] = electrons_per_dn / math.sqrt(12.0) * even
     return {name: values for name, values in found.items() if np.any(values > 0.0)}
+
+
+def background_e(capture: Capture) -> F64:
+    """Return (channels,) the mean electrons of photosites on the axis that see nothing but the background."""
+    camera, samples = capture.camera, capture.samples
+    background = spectrum_at(capture.scene.background, samples.wavelength_nm)
+    image_e_per_j_m2 = (camera.image_per_reflectance(samples) * background).sum(axis=1)
+    return camera.after_crosstalk(capture.radiant_exposure_j_per_m2 * image_e_per_j_m2 + capture.veil_e)
 
 
 def _in_words(name: str) -> str:
@@ -64,10 +72,7 @@ def draw_noise(figure: Any, capture: Capture) -> None:
     axes.axvline(saturation_e, color="grey", lw=0.9, ls=":")
     words = {"ha": "right", "va": "top", "rotation": 90, "fontsize": 8}
     axes.annotate("white ", (saturation_e, 1.0), xycoords=("data", "axes fraction"), **words)
-    samples = camera.samples(capture.light, [capture.scene.background])
-    background = spectrum_at(capture.scene.background, samples.wavelength_nm)
-    own_e = (camera.electrons_per_reflectance(samples, capture.time_s) * background).sum(axis=1)
-    for name, electrons in zip(camera.cfa.channels, own_e, strict=True):
+    for name, electrons in zip(camera.cfa.channels, background_e(capture), strict=True):
         if electrons >= 1.0:
             axes.axvline(electrons, color=colour_of_channel(name), lw=1.0, ls="--", label=f"{name} of the background")
     best = float(np.max(signal_e / total_e))

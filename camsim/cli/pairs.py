@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import dataclasses
 import io
+import itertools
 import json
 import sys
 from collections.abc import Iterator, Sequence
@@ -23,6 +24,7 @@ from camsim.frame import Frame
 from camsim.optical_image import OpticalImage
 from camsim.sensor.cfa import Cfa
 from camsim.sensor.colour_matrix import as_shot_neutral
+from camsim.typed import LARGEST_SEED, LONGEST_S, SHORTEST_S
 from camsim.window import Region
 
 USUAL_LEVELS = (1.0, 0.25, 0.0625)
@@ -43,6 +45,15 @@ class _Variant:
     name: str
     capture: Capture
     origin: tuple[int, int]
+
+
+@dataclass(frozen=True, slots=True)
+class Pair:
+    """What is to be taken with noise and without: a variant at a level of light."""
+
+    variant: _Variant
+    level: float
+    noisy: Capture
 
 
 def parse_levels(text: str | None) -> tuple[float, ...]:
@@ -74,17 +85,39 @@ def check_folder(path: str, *, force: bool) -> Path:
     return folder
 
 
+def plan_pairs(capture: Capture, levels: Sequence[float]) -> list[Pair]:
+    """Return all pairs; raises InvalidValueError where one of them cannot be taken, before any is."""
+    wanted = [(variant, level) for variant in _variants(capture) for level in levels]
+    if capture.seed + len(wanted) - 1 > LARGEST_SEED:
+        message = (
+            f"each of {len(wanted)} pairs has a seed of its own, from {capture.seed} on, and 2^63 − 1 is the largest"
+        )
+        raise InvalidValueError(f"{message}; begin at a smaller one", key="--pairs")
+    return [
+        Pair(variant, level, _at_level(variant.capture, level, seed=capture.seed + number))
+        for number, (variant, level) in enumerate(wanted)
+    ]
+
+
+def _at_level(capture: Capture, level: float, *, seed: int) -> Capture:
+    time_s = capture.time_s * level
+    if not SHORTEST_S <= time_s <= LONGEST_S:
+        message = f"{level:g} of {capture.time_s:g} s is {time_s:g} s, outside {SHORTEST_S:g} … {LONGEST_S:g}"
+        raise InvalidValueError(f"{message}; give another level, or another exposure.time_s", key="--levels")
+    exposure = dataclasses.replace(capture.exposure, time_s=time_s)
+    return dataclasses.replace(capture, exposure=exposure, noise=True, seed=seed)
+
+
 def write_pairs(
-    capture: Capture, folder: Path, levels: Sequence[float], *, compress: bool, quiet: bool, progress: Progress
+    capture: Capture, pairs: Sequence[Pair], folder: Path, *, compress: bool, quiet: bool, progress: Progress
 ) -> None:
-    """Write noisy and clean mosaics (.dng) and the truth (.exr) of every variant and level, an index and a page."""
+    """Write noisy and clean mosaics (.dng) and the truth (.exr) of every pair, an index and a page."""
     rows: list[dict[str, Any]] = []
-    variants = list(_variants(capture))
-    for variant in variants:
+    for variant, its_pairs in itertools.groupby(pairs, key=lambda pair: pair.variant):
         seen = variant.capture.optical_image(products=("mosaic", "truth"))
-        for level in levels:
-            progress("pairs", len(rows) / (len(variants) * len(levels)))
-            rows.append(_write_pair(variant, seen, level, folder, number=len(rows), compress=compress))
+        for pair in its_pairs:
+            progress("pairs", len(rows) / len(pairs))
+            rows.append(_write_pair(pair, seen, folder, number=len(rows), compress=compress))
             if not quiet:
                 print(f"{rows[-1]['noisy']}, {rows[-1]['clean']}, {rows[-1]['truth']}", file=sys.stderr)
     table = io.StringIO(newline="")
@@ -139,14 +172,10 @@ def _letters(cfa: Cfa, origin: tuple[int, int]) -> str:
     return letters if len(letters) <= _MOST_LETTERS else f"cfa-{len(rows)}x{len(rows[0])}"
 
 
-def _write_pair(
-    variant: _Variant, seen: OpticalImage, level: float, folder: Path, *, number: int, compress: bool
-) -> dict[str, Any]:
-    capture = variant.capture
-    exposure = dataclasses.replace(capture.exposure, time_s=capture.time_s * level)
-    noisy = dataclasses.replace(capture, exposure=exposure, noise=True, seed=capture.seed + number)
+def _write_pair(pair: Pair, seen: OpticalImage, folder: Path, *, number: int, compress: bool) -> dict[str, Any]:
+    noisy = pair.noisy
     frame = next(noisy.frames(optical_image=seen))
-    stem = f"{number:03d}-{variant.name}-x{level:g}"
+    stem = f"{number:03d}-{pair.variant.name}-x{pair.level:g}"
     clean = next(dataclasses.replace(noisy, noise=False).frames(products=("mosaic", "truth"), optical_image=seen))
     # What raw developers would misread goes into a plain TIFF.
     suffix = ".tiff" if odd_cfa(frame.cfa_pattern) else ".dng"
@@ -154,18 +183,18 @@ def _write_pair(
     save(frame, folder / names["noisy"], force=True, compress=compress)
     save(clean, folder / names["clean"], force=True, compress=compress)
     save(clean, folder / names["truth"], product="truth", force=True)
-    return {**names, **_figures(variant, frame, level)}
+    return {**names, **_figures(pair, frame)}
 
 
-def _figures(variant: _Variant, frame: Frame, level: float) -> dict[str, Any]:
+def _figures(pair: Pair, frame: Frame) -> dict[str, Any]:
     said = record(frame, "mosaic")
     return {
         "cfa": "/".join(frame.cfa_pattern),
-        "origin_row": variant.origin[0],
-        "origin_col": variant.origin[1],
+        "origin_row": pair.variant.origin[0],
+        "origin_col": pair.variant.origin[1],
         "rows": frame.shape[0],
         "cols": frame.shape[1],
-        "level": level,
+        "level": pair.level,
         "time_s": frame.time_s,
         "iso": frame.iso,
         "seed": frame.seed,

@@ -193,7 +193,7 @@ def _figures_of_scene(located: Located, search: SensorSearch) -> list[Row]:
     white = ", ".join(f"{c} {e:.5g}" for c, e in zip(camera.cfa.channels, electrons, strict=True))
     on_sensor = ""
     if light.at == "scene" and light.illuminance_lux is not None:
-        lux = light.illuminance_lux / (4.0 * camera.working_f_number**2)
+        lux = camera.opening * light.illuminance_lux / (4.0 * camera.working_f_number**2)
         on_sensor = f", {lux:.4g} lx on the sensor from white through a clear lens"
     return [
         ("camera", camera.name),

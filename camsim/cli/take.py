@@ -109,7 +109,7 @@ def take_pairs(request: Request) -> None:
     if request.outputs or request.frames != 1 or request.as_json:
         raise InvalidValueError("names its files itself; leave out -o, --frames and --json", key="--pairs")
     from camsim.capturing import load
-    from camsim.cli.pairs import check_folder, parse_levels, write_pairs
+    from camsim.cli.pairs import check_folder, parse_levels, plan_pairs, write_pairs
 
     levels = parse_levels(request.levels)
     if request.compress:
@@ -124,11 +124,12 @@ def take_pairs(request: Request) -> None:
         products=("mosaic", "truth"),
         sensors=request.sensors,
     )
+    pairs = plan_pairs(ready, levels)
     folder = check_folder(request.pairs, force=request.force)
     gc.freeze()
     gc.enable()
     with Bar(shown=not request.quiet) as bar:
-        write_pairs(ready, folder, levels, compress=request.compress, quiet=request.quiet, progress=bar.update)
+        write_pairs(ready, pairs, folder, compress=request.compress, quiet=request.quiet, progress=bar.update)
 
 
 def odd_cfa_of(pattern: tuple[str, ...], outputs: Iterable[Output], *, allowed: bool) -> str | None:

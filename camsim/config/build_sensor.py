@@ -50,7 +50,7 @@ def camera(sensor: SensorDocument, lens: Lens | None) -> Camera | None:
             **charge,
             **readout,
         ),
-        keys={"defects": ("charge", "defects")},
+        keys={"defects": ("charge", "defects"), "dual_gain": ("readout", "dual_gain")},
     )
 
 

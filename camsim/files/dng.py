@@ -124,9 +124,10 @@ def noise_profile(frame: Frame) -> tuple[float, float]:
     """Return S and O: the variance of x is S·x + O, for x = (code − black)/(white − black) in 0..1.
 
     Shot noise, if there is any, has the variance of its electrons; O holds the read noise and the rounding's 1/12 DN².
+    Where the read-out bends, the variance is a curve of x that no S follows: S is right at 18 % of black..white.
     """
     span_dn = frame.white_level_dn - frame.black_level_dn
-    shot = 1 / (frame.electrons_per_dn * span_dn) if frame.shot_noise else 0.0
+    shot = frame.shot_e2_per_e / (frame.electrons_per_dn * span_dn)
     floor_dn2 = (frame.read_noise_e / frame.electrons_per_dn) ** 2 + 1 / 12
     return shot, floor_dn2 / span_dn**2
 

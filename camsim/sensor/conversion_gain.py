@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from camsim.typed import NonNegative, Number, Positive, judge
+from camsim.typed import NonNegative, Number, Positive, judge, refusal
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,3 +34,6 @@ class DualGain:
 
     def __post_init__(self) -> None:
         judge(self)
+        if self.capacity_e is None and self.read_noise_e is None:
+            message = "neither full well nor read noise is given for this mode, which then is the other's; give one"
+            raise refusal(self, "from_iso", message)

@@ -50,10 +50,11 @@ def fixed_normals(serial: int, stream: int, *, rows: int, cols: int, origin: tup
         stop = min((block + 1) * BLOCK_ROWS, stop_row)
         # A block's numbers come row by row: those before the window are drawn too, those behind it are not.
         drawing = generator(serial, stream, block=block)
-        _pass_over(drawing, skipped * frame_cols + left)
+        _pass_over(drawing, skipped * frame_cols)
         for inside in normals[row - first_row : stop - first_row, left - first_col : stop_col - first_col]:
+            _pass_over(drawing, left)
             drawing.standard_normal(out=inside, dtype=np.float32)
-            _pass_over(drawing, frame_cols - inside.size)
+            _pass_over(drawing, frame_cols - left - inside.size)
         row = stop
     return normals
 

@@ -20,10 +20,8 @@ from camsim.files.atomic import replacing
 from camsim.frame import Frame, Product
 from camsim.sensor.colour_matrix import as_shot_neutral, fit
 from camsim.sensor.stages.column_noise import ColumnNoise
-from camsim.sensor.stages.crosstalk import Crosstalk
 from camsim.sensor.stages.dark_current import DarkCurrent
 from camsim.sensor.stages.dsnu import Dsnu
-from camsim.sensor.stages.prnu import Prnu
 from camsim.sensor.stages.shot_noise import ShotNoise
 from camsim.sweeping.manifest import BETWEEN_NOTES, DONE, FAILED, Results, Row, sha256_of
 from camsim.sweeping.work import FAILURES, Shared, refuse_other_software, said
@@ -141,21 +139,16 @@ def noise_model(frame: Frame, capture: Capture) -> dict[str, Any]:
     of what a code is off that has the mean shot_dn · (m + dark_dn) + read_dn2 + (prnu · m)² + dsnu_dn². The first two
     terms are new in every exposure, the others belong to the sensor. Rounding is in read_dn2, 1/12 DN² at every ISO:
     the gain acts before the converter. dsnu_dn are all offsets that stay: DSNU, columns, the dark current's own.
-    Crosstalk mixes gains that know nothing of one another: prnu is what it leaves of them on an even grey.
+    Crosstalk mixes gains that know nothing of one another: prnu is what it leaves of them on an even grey. No term
+    knows of non-linearity, for m is before it; a DNG's NoiseProfile is of codes, and has its slope at mid-grey.
     """
     gain, acting, dark_e = frame.electrons_per_dn, capture.electronics, capture.dark_e
-    prnu, mixes = 0.0, 1.0
     offsets_e = [0.0]
     for stage in acting:
         if isinstance(stage, DarkCurrent):
             offsets_e.append(stage.nonuniformity * dark_e)
-        elif isinstance(stage, Crosstalk):
-            kernel = np.array(stage.kernel)
-            mixes = float(np.sqrt(np.sum(kernel**2)) / np.sum(kernel))
         elif isinstance(stage, Dsnu | ColumnNoise):
             offsets_e.append(stage.sigma_e)
-        elif isinstance(stage, Prnu):
-            prnu = stage.fraction
     read_e = math.hypot(*(stage.dark_noise_e(gain) for stage in acting))
     told = {
         "cfa": "/".join(frame.cfa_pattern),
@@ -167,7 +160,7 @@ def noise_model(frame: Frame, capture: Capture) -> dict[str, Any]:
         "shot_dn": 1.0 / gain if any(isinstance(stage, ShotNoise) for stage in acting) else 0.0,
         "read_dn2": (read_e / gain) ** 2 + 1.0 / 12.0,
         "dark_dn": dark_e / gain,
-        "prnu": mixes * prnu,
+        "prnu": capture.camera.prnu_on_grey if capture.noise else 0.0,
         "dsnu_dn": math.hypot(*offsets_e) / gain,
         "serial": capture.camera.serial,
         "iso": frame.iso,

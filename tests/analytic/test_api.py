@@ -13,7 +13,7 @@ import pytest
 from PIL import Image
 
 import camsim
-from camsim.errors import UnknownNameError
+from camsim.errors import InvalidValueError, UnknownNameError
 from camsim.files.png import picture
 from camsim.files.preview import develop
 
@@ -158,3 +158,11 @@ def test_every_name_of_the_stub_is_there() -> None:
         thing: Any = getattr(camsim, name)
         assert thing is not None
     assert inspect.ismodule(camsim.measure)
+
+
+def test_frames_end_where_their_numbers_do() -> None:
+    """No file of a later one could be captured again."""
+    last = camsim.load("flat-field", overrides=["region={rows: 2, cols: 2}", f"noise.frame_number={2**31 - 2}"])
+    assert [frame.frame_number for frame in last.frames(2)] == [2**31 - 2, 2**31 - 1]
+    with pytest.raises(InvalidValueError, match=r"^Capture.frame_number: 2147483646, and 3 frames"):
+        next(last.frames(3))

@@ -55,6 +55,10 @@ CONSTRUCTS = {
     'paint-order="stroke"/>',
     "line, and a dot of a line": '<line x1="4" y1="6" x2="34" y2="16" stroke="black" stroke-width="4"/>'
     '<path d="M20 30h0" stroke="black" stroke-width="9" stroke-linecap="round"/>',
+    "lines of no length": '<g fill="none" stroke="black" stroke-width="7"><path d="M8 8h0M9 20zM30 8h6" '
+    'stroke-linecap="round"/><path d="M20 9a5 5 0 0 1 0 0zM9 34" stroke-linecap="square"/><path d="M20 20h0" '
+    'stroke-linecap="square" transform="rotate(30 20 20)"/><path d="M31 20h0"/><path d="M31 31h0" '
+    'stroke-linecap="round" stroke-dasharray="3 2"/><path d="M9 25h9v-2zz" stroke-linecap="square"/></g>',
     "dashes of an open line": '<path d="M2 8 L30 8 A10 10 0 0 1 30 28 L4 36" fill="none" stroke="black" '
     'stroke-width="4" stroke-dasharray="7 3 2" stroke-dashoffset="2.5"/>',
     "dashes round a corner and a start": '<rect x="6" y="6" width="28" height="24" fill="none" stroke="black" '

@@ -10,7 +10,7 @@ import scipy.signal
 import scipy.stats
 from electronics import EVERY as EXAMPLES
 from electronics import KERNEL, LAWS, recorded
-from tolerances import PROBABILITY
+from tolerances import PROBABILITY, STATISTICAL
 
 import camsim
 from camsim import (
@@ -34,6 +34,7 @@ from camsim import (
     RowNoise,
 )
 from camsim.errors import InvalidValueError
+from camsim.sensor.cfa import Cfa
 from camsim.sensor.chain import mixed
 from camsim.sensor.falloff import falloff_at, working_f_number
 
@@ -282,7 +283,9 @@ def test_a_measured_falloff_is_held_beyond_its_table() -> None:
         ),
         (lambda: Crosstalk(((0, 0, 0), (0, 1.005, 0), (0, 0, 0))), "^Crosstalk.kernel: item 1.1 .* not 1.005"),
         (lambda: Blooming(2.0), "Blooming.spill: .*; a fraction: 2 % is 0.02"),
-        (lambda: Defects(hot_fraction=0.7, dead_fraction=0.7), "more than 1 together"),
+        (lambda: Defects(hot_fraction=0.7, hot_e_per_s=1.0, dead_fraction=0.7), "more than 1 together"),
+        (lambda: Defects(hot_fraction=0.1), "^Defects.hot_fraction: does nothing without hot_e_per_s; give that too"),
+        (lambda: Defects(hot_e_per_s=9.0), "^Defects.hot_e_per_s: does nothing without hot_fraction; give that too"),
         (lambda: Defects(dead=((-1, 0),)), "item 0.0 must be a whole number of 0 or more, not -1"),
         (lambda: PolynomialResponse((-0.6,), 1e4), "the response falls at"),
         (lambda: PolynomialResponse((), 1e4), "one or more"),
@@ -299,7 +302,8 @@ def test_a_measured_falloff_is_held_beyond_its_table() -> None:
         (lambda: DarkCurrent(1.0, doubling_c=0.0), "doubling_c: .* not 0.0"),
         (lambda: DarkCurrent(1.0, nonuniformity=30.0), "30 % is 0.3"),
         (lambda: FlickerRows(1.0, 3.0), "FlickerRows.exponent: must be a number from 0 to 2, not 3.0"),
-        (lambda: DualGain(from_iso=0.0), "from_iso: .* not 0.0"),
+        (lambda: DualGain(from_iso=0.0, read_noise_e=1.0), "from_iso: .* not 0.0"),
+        (lambda: DualGain(from_iso=100.0), "from_iso: neither full well nor read noise is given for this mode"),
         (lambda: Cos4Falloff(exit_pupil_mm=0.0), "must be a number above 0"),
         (lambda: RadialFalloff(radius_mm=(1.0, 2.0), values=(1.0, 0.5)), "must begin at 0"),
         (lambda: RadialFalloff(radius_mm=(0.0, 1.0, 2.0), values=(1.0, 0.5)), "2 for 3 of radius_mm; give two or more"),
@@ -312,3 +316,19 @@ def test_a_measured_falloff_is_held_beyond_its_table() -> None:
 def test_an_impossible_stage_is_refused(make: Any, message: str) -> None:
     with pytest.raises(InvalidValueError, match=message):
         make()
+
+
+@pytest.mark.parametrize("cfa", [Cfa.named("mono"), Cfa.bayer("GRBG"), Cfa.named("x-trans")])
+@pytest.mark.parametrize("kernel", [KERNEL, ((0, 0, 0), (0, 1, 0), (0, 0, 0)), ((0.1, 0, 0), (0, 0.5, 0.3), (0, 0, 0))])
+def test_crosstalk_averages_gains(cfa: Cfa, kernel: tuple[tuple[float, ...], ...]) -> None:
+    """Photosite by photosite: what random gains add to flat light, of which neighbours have more or less."""
+    rows, sigma = 602, 0.05
+    own_e = np.array([200.0, 1000.0, 500.0])[: len(cfa.channels)]
+    level = own_e[cfa.channel_index(rows, rows, (-1, -1))]
+    gains = np.random.default_rng(5).normal(0.0, sigma, level.shape)
+    mixes, index = Crosstalk(kernel), cfa.channel_index(rows - 2, rows - 2, (0, 0))
+    mean, off = mixes.spread(level), mixes.spread(level * gains)
+    for channel, left in enumerate(mixes.left_of_pattern(cfa, own_e)):
+        here = index == channel
+        found = np.sqrt(np.mean(off[here] ** 2)) / mean[here].mean() / sigma
+        assert found == pytest.approx(left, rel=STATISTICAL * 2.2 * np.sqrt(0.5 / np.count_nonzero(here)))

@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from camsim import capture
+
 from .conftest import FULL_DISK
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
@@ -42,6 +44,41 @@ def test_what_is_switched_off_is_left_out(camsim: Run) -> None:
     assert told["noise"] == ["no random number: noise is switched off"]
     assert told["channels"] == ["all 3 everywhere: the truth is to be written"]
     assert told["colour matrix"] == ["none: no DNG and no preview is written"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ([], "left out: the lens has none: even light"),
+        (["light.at=sensor"], "left out: the light is given as it falls on the sensor, where no lens dims it"),
+        # 40 rows and 60 columns of 5 µm: corners 0.5 · √(195² + 295²) µm from the axis.
+        (
+            ["lens={kind: airy, f_number: 8, falloff: {kind: radial, radius_mm: [0, 0.17681], values: [1, 0.5]}}"],
+            "0.5 of the axis's light in the window's dimmest corner: RadialFalloff(radius_mm=(0.0, 0.17681), "
+            "values=(1.0, 0.5))",
+        ),
+        (
+            ["lens={kind: field, file: perfect, falloff: {kind: radial, radius_mm: [0, 0.17681], values: [1, 0.5]}}"],
+            "0.5 of the axis's light in the window's dimmest corner: the lens's own and RadialFalloff("
+            "radius_mm=(0.0, 0.17681), values=(1.0, 0.5))",
+        ),
+    ],
+)
+def test_fall_off_is_told(camsim: Run, changes: list[str], said: str) -> None:
+    window = ("sensor.frame={rows: 40, cols: 60, pitch_um: 5.0}", "region=null")
+    options = [word for change in (*window, *changes) for word in ("--set", change)]
+    assert decisions_of(camsim, "small.yaml", *options)["fall-off"] == [said]
+
+
+def test_a_field_lens_dims(camsim: Run) -> None:
+    """As its frames have it: a flat's corner over its middle, of a lens that was said to be even."""
+    (said,) = decisions_of(camsim, "field-lens")["fall-off"]
+    told, words = said.split(" ", 1)
+    assert words == "of the axis's light in the window's dimmest corner: the lens's own"
+    window = ["region={rows: 2, cols: 2, origin: [200, 200]}", "region={rows: 2, cols: 2, origin: [1023, 1223]}"]
+    flat = ["scene.shapes=[]", "render.tolerance=1e-3", "exposure.time_s=1e-3"]
+    corner, middle = (capture("field-lens", overrides=[*flat, place]).mean_electrons[0, 0] for place in window)
+    assert float(told) == pytest.approx(corner / middle, abs=1e-4)
 
 
 def test_the_engine_follows_the_tolerance_and_the_word(camsim: Run) -> None:

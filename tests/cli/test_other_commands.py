@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 from collections.abc import Callable
@@ -10,6 +11,8 @@ from pathlib import Path
 
 import pytest
 import yaml
+
+from camsim.capturing import load
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
 
@@ -116,6 +119,25 @@ def test_show_a_scene_and_files_of_ones_own(camsim: Run) -> None:
     done = camsim("show", "d40")
     assert done.returncode == 2
     assert done.stderr.startswith("unknown sensor, scene or lens 'd40'")
+
+
+@pytest.mark.parametrize(
+    "lens",
+    [
+        "{kind: airy, f_number: 4, magnification: 0.5}",
+        "{kind: annular-airy, f_number: 4, obstruction: 0.8}",
+        "{kind: wavefront, f_number: 4, pupil: {shape: bladed, blades: 5}}",
+    ],
+)
+def test_lux_on_the_sensor_are_those_that_expose_alike(camsim: Run, folder: Path, lens: str) -> None:
+    """Given there instead, they make the same electrons; an obstruction took none."""
+    scene = (folder / "small.yaml").read_text(encoding="utf-8").replace("{kind: airy, f_number: 8}", lens)
+    (folder / "own.yaml").write_text(scene, encoding="utf-8")
+    (lux,) = re.findall(r"([\d.]+) lx on the sensor from white", camsim("show", "own.yaml").stdout)
+    given = f"light={{line_nm: 550, illuminance_lux: {lux}, at: sensor}}"
+    there, here = (load(folder / "own.yaml", overrides=change) for change in ([], [given]))
+    electrons = [each.camera.diffuser_electrons(each.light, each.time_s) for each in (there, here)]
+    assert electrons[0] == pytest.approx(electrons[1], rel=1e-3)
 
 
 def test_a_terminal_without_these_letters_still_shows(camsim: Run) -> None:

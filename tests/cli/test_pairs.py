@@ -109,3 +109,32 @@ def test_mistakes(camsim: Run, options: tuple[str, ...], message: str) -> None:
     assert refused.returncode == 2
     assert refused.stderr.startswith(message)
     assert refused.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (
+            ("--set", f"noise.seed={2**63 - 2}", "--levels", "1"),
+            f"--pairs: each of 7 pairs has a seed of its own, from {2**63 - 2} on, and 2^63 − 1 is the largest; "
+            "begin at a smaller one\n",
+        ),
+        (
+            ("--set", "exposure.time_s=1e-8", "--levels", "1,0.01"),
+            "--levels: 0.01 of 1e-08 s is 1e-10 s, outside 1e-09 … 1e+09; give another level, "
+            "or another exposure.time_s\n",
+        ),
+    ],
+)
+def test_what_a_later_pair_would_refuse_is_told_before_the_first(
+    folder: Path, camsim: Run, options: tuple[str, ...], message: str
+) -> None:
+    refused = camsim("capture", "small.yaml", "--pairs", "out", *options)
+    assert (refused.returncode, refused.stderr) == (2, message)
+    assert not (folder / "out").exists()
+
+
+def test_the_largest_seed_is_the_last_pairs(folder: Path, camsim: Run) -> None:
+    small = ("--set", "region={rows: 2, cols: 2}", "--set", f"noise.seed={2**63 - 7}")
+    assert camsim("capture", "small.yaml", "--pairs", "out", "--levels", "1", *small).returncode == 0
+    assert rows_of(folder / "out")[-1]["seed"] == 2**63 - 1

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import io
 import re
 from pathlib import Path
@@ -16,7 +17,7 @@ from typer.testing import CliRunner
 import camsim
 from camsim.capturing import load
 from camsim.cli.app import app
-from camsim.cli.explain_noise import noise_budget
+from camsim.cli.explain_noise import background_e, noise_budget
 from camsim.cli.explain_plot import nyquists
 from camsim.errors import CamsimError
 from camsim.measure import CameraOtf, read_picture
@@ -174,6 +175,7 @@ def test_the_noise_budget_is_the_noise() -> None:
     ready = load("small.yaml", overrides=[*scene, *mono, *noisy, *more])
     frame = ready.frame()
     signal_e = float(frame.mean_electrons.mean())
+    assert background_e(ready) == pytest.approx([signal_e], rel=1e-6)
     budget = noise_budget(ready, np.array([signal_e]))
     assert set(budget) >= {"photons", "Prnu", "dark current", "dark current's unevenness", "ReadNoise", "rounding"}
     expected = float(np.sqrt(sum(values[0] ** 2 for values in budget.values())))
@@ -182,3 +184,39 @@ def test_the_noise_budget_is_the_noise() -> None:
     assert abs(found / expected - 1.0) < STATISTICAL * 0.5 * (
         np.sqrt(2.0 / frame.mosaic.size) + 0.05 * np.sqrt(2.0 / 200)
     )
+
+
+@pytest.mark.parametrize(
+    "kernel",
+    [
+        "null",
+        "[[0.05, 0.1, 0.05], [0.1, 0.4, 0.1], [0.05, 0.1, 0.05]]",
+        "[[0, 0, 0], [0, 0.5, 0.3], [0, 0, 0.1]]",
+    ],
+)
+def test_crosstalk_averages_prnu(kernel: str) -> None:
+    """A budget of 118 e⁻ where frames scatter by 68."""
+    stages = ["sensor.charge.prnu=0.05", f"sensor.charge.crosstalk={kernel}", "lens.veiling_glare=0.2"]
+    small = ["region={rows: 200, cols: 200}", "render.tolerance=1e-3", "exposure={time_s: 0.01, iso: 100}"]
+    ready = load("flat-field", sensor="mono-345", overrides=[*small, *stages])
+    frame = ready.frame()
+    signal_e = frame.mean_electrons.mean()
+    assert background_e(ready) == pytest.approx([signal_e], rel=2e-3)
+    expected = np.sqrt(sum(values[0] ** 2 for values in noise_budget(ready, np.array([signal_e])).values()))
+    found = (frame.mosaic * frame.electrons_per_dn).std()
+    # What neighbours share makes the scatter's own scatter √Σρ² larger than that of as many alone: 2.2 at the most.
+    assert abs(found / expected - 1.0) < STATISTICAL * 2.2 * np.sqrt(0.5 / frame.mosaic.size)
+    alone = noise_budget(load("flat-field", sensor="mono-345", overrides=[*small, stages[0]]), np.array([signal_e]))
+    assert kernel == "null" or found < 0.8 * alone["Prnu"][0]
+
+
+@pytest.mark.parametrize("kernel", [None, ((0.02, 0.1, 0), (0.05, 0.7, 0.04), (0, 0.03, 0.01))])
+def test_the_background_is_where_the_frame_has_it(kernel: tuple[tuple[float, ...], ...] | None) -> None:
+    """Of each channel, after crosstalk and with the veil: its line lay at the light before both."""
+    small = ["region={rows: 8, cols: 8}", "render.tolerance=1e-4", "lens.veiling_glare=0.1", "noise.enabled=false"]
+    edge = load("knife-edge", sensor="d40-like", overrides=small)
+    mixes, scene = kernel and camsim.Crosstalk(kernel), dataclasses.replace(edge.scene, shapes=())
+    ready = dataclasses.replace(edge, camera=edge.camera.replace(crosstalk=mixes), scene=scene)
+    frame = ready.frame()
+    seen = [frame.mean_electrons[frame.channel_index == k].mean() for k in range(3)]
+    assert background_e(ready) == pytest.approx(seen, rel=1e-3)

@@ -96,6 +96,41 @@ FAULTS = {
             "(temperature at which dark_current_e_per_s holds, °C)"
         ],
     ),
+    "a dark current's temperature without one": (
+        "dark_current_e_per_s: 1.5",
+        "dark_current_at_c: 60, dcnu: 0.2, dark_current_doubles_every_c: 6, defects: {hot_fraction: 0, hot_e_per_s: 9}",
+        [
+            f"my.yaml:12:{column}: charge.{key}: does nothing without dark_current_e_per_s; "
+            "give that too, 0 where only hot photosites gather charge"
+            for column, key in ((30, "dark_current_at_c"), (53, "dcnu"), (64, "dark_current_doubles_every_c"))
+        ],
+    ),
+    "hot photosites without heat": (
+        "dsnu_e: 0.5",
+        "defects: {hot_fraction: 0.01}",
+        ["my.yaml:12:93: charge.defects.hot_fraction: does nothing without hot_e_per_s; give that too"],
+    ),
+    "heat of no photosites": (
+        "dsnu_e: 0.5",
+        "defects: {hot_e_per_s: 90, dead_fraction: 0.01}",
+        ["my.yaml:12:92: charge.defects.hot_e_per_s: does nothing without hot_fraction; give that too"],
+    ),
+    "a second gain that is the first": (
+        "read_noise_e: 3.0",
+        "read_noise_e: 3.0, dual_gain: {from_iso: 100}",
+        [
+            "my.yaml:13:126: readout.dual_gain.from_iso: neither full well nor read noise is given for this mode, "
+            "which then is the other's; give one"
+        ],
+    ),
+    "a high gain that holds more": (
+        "read_noise_e: 3.0",
+        "read_noise_e: 3.0, dual_gain: {from_iso: 400, full_well_e: 20001}",
+        [
+            "my.yaml:13:115: readout.dual_gain: holds 20001 e⁻, and the full well is 20000 e⁻; "
+            "a high conversion gain holds less, give it no more"
+        ],
+    ),
     "17 bits": (
         "bit_depth: 12",
         "bit_depth: 17",
@@ -135,3 +170,10 @@ def test_a_fault_in_a_sensor(
         load("good.yaml")
     assert str(caught.value).splitlines() == expected
     places_hold(caught.value)
+
+
+def test_none_given_is_not_left_out(edited: Callable[..., None]) -> None:
+    """A study that goes down to 0 is no contradiction."""
+    given = "dark_current_e_per_s: 0, dcnu: 0.1, defects: {hot_fraction: 0, hot_e_per_s: 90}"
+    edited("dark_current_e_per_s: 1.5", given, sensor=True)
+    assert load("good.yaml").camera.defects is not None

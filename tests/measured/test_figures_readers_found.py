@@ -109,6 +109,30 @@ def test_no_photon_noise_is_told_where_there_is_none():
     assert noise_profile(exposed(camera(shot_noise=None), noise=True))[0] == 0.0
 
 
+@pytest.mark.parametrize(
+    "bends",
+    [
+        None,
+        camsim.PolynomialResponse((0.5,), 10_700.0),
+        camsim.PolynomialResponse((-0.4,), 10_700.0),
+        camsim.ResponseTable((0, 500, 10_700), (0, 500, 7000)),
+    ],
+)
+@pytest.mark.parametrize("iso", [100, 800])
+def test_the_noise_profile_of_a_bent_read_out_holds_at_mid_grey(bends, iso):
+    """Scatter of a flat's frames, fixed patterns away: what the file said was 0.89 … 1.35 times the σ."""
+    own = camera(nonlinearity=bends, prnu=None, dsnu=None, dark_current=None)
+    linear = exposed(own, exposure=camsim.Exposure(time_s="auto", iso=iso))
+    charge_e = own.charge_at_e(0.18, iso)
+    at_grey = camsim.Exposure(time_s=linear.time_s * charge_e / linear.mean_electrons.mean(), iso=iso)
+    frame = exposed(own, exposure=at_grey, size=400, noise=True)
+    x = (frame.mosaic - 64.0) / (frame.white_level_dn - 64.0)
+    assert x.mean() == pytest.approx(0.18, rel=2e-3)
+    slope, floor = noise_profile(frame)
+    # The variance of n values has a relative standard deviation of sqrt(2/n).
+    assert x.var() == pytest.approx(slope * x.mean() + floor, rel=STATISTICAL * math.sqrt(2.0 / x.size))
+
+
 def test_defects_lie_in_the_frame():
     with pytest.raises(InvalidValueError, match=r"Camera.defects: no photosite \(5000, 7\) in a frame of 2048 × 2448"):
         camera(defects=camsim.Defects(hot=[(5000, 7, 3.0)]))

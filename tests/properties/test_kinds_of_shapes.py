@@ -85,6 +85,24 @@ SHAPES = {
         camsim.Line(segments_um=[("move", 0, 0), ("line", 9, 0)], width_um=2, cap="round", reflectance=0.2),
         18 + math.pi,
     ),
+    "no length and round ends": (
+        camsim.Line(
+            segments_um=[("move", 3, 1), ("line", 3, 1), ("move", 9, 1), ("close",), ("move", 20, 20)],
+            width_um=2,
+            cap="round",
+            reflectance=0.2,
+        ),
+        2 * math.pi,
+    ),
+    "no length and square ends": (  # one over a line's: outlines wind alike
+        camsim.Line(
+            segments_um=[("move", 3, 1), ("arc", 5, 5, 0, 1, 1, 3, 1), ("move", 9, 1), ("close",), ("line", 14, 1)],
+            width_um=3,
+            cap="square",
+            reflectance=0.2,
+        ),
+        3 * 3 + 8 * 3,
+    ),
     "a bent line": (
         camsim.Line(
             segments_um=[("move", 8, 0), ("arc", 8, 8, 0, 0, 1, 0, 8)], width_um=4, cap="square", reflectance=0.2
@@ -445,3 +463,25 @@ def test_what_is_masked_is_no_number():
     with pytest.raises(InvalidValueError, match="masked"):
         camsim.measure.Plane(name="Y", samples=np.ma.masked_greater(np.eye(64), 0.5))
     assert camsim.Curve([400.0, 500.0, 600.0], np.ma.array([0.1, 0.2, 0.3])).values == (0.1, 0.2, 0.3)
+
+
+@pytest.mark.parametrize(
+    ("segments", "how"),
+    [
+        ([("move", 1, 2), ("line", 1, 2)], {"cap": "butt"}),
+        ([("move", 1, 2)], {"cap": "round"}),
+        ([("move", 1, 2), ("line", 1, 2)], {"cap": "square", "dashes_um": [1]}),
+    ],
+)
+def test_a_line_of_nothing(segments, how):
+    """As in SVG: nothing is drawn, no end is seen, or there is no place for a dash."""
+    assert camsim.Line(segments_um=segments, width_um=2, reflectance=0.2, **how).pieces == 0
+
+
+def test_a_closed_line_that_is_closed_again_has_no_ends():
+    segments = [("move", 0, 0), ("line", 9, 0), ("line", 0, 9), ("close",)]
+    once, twice = (
+        camsim.Line(segments_um=each, width_um=2, cap="square", join="bevel", reflectance=0.2).pieces
+        for each in (segments, [*segments, ("close",)])
+    )
+    assert once == twice

@@ -39,9 +39,9 @@ class HotPhotosite(Table):
 class Defects(Table):
     """Hot and dead photosites."""
 
-    hot_fraction: float = Field(default=0.0, ge=0, le=1, description="share of photosites that are hot")
-    hot_e_per_s: float = Field(
-        default=0.0, ge=0, description="their mean dark current (distributed exponentially), electrons per second"
+    hot_fraction: float | None = Field(default=None, ge=0, le=1, description="share of photosites that are hot")
+    hot_e_per_s: float | None = Field(
+        default=None, ge=0, description="their mean dark current (distributed exponentially), electrons per second"
     )
     dead_fraction: float = Field(default=0.0, ge=0, le=1, description="share of photosites that see no light")
     hot: list[HotPhotosite] = Field(default=[], description="hot ones by place, besides those drawn")
@@ -137,7 +137,12 @@ class Charge(Table):
 
     @classmethod
     def contradictions(cls, table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-        """Charge spills over a full well only."""
+        """Charge spills over a full well only, and a dark current's particulars are nothing without it."""
+        if table.get("dark_current_e_per_s") is None:
+            for key in ("dark_current_at_c", "dark_current_doubles_every_c", "dcnu"):
+                if table.get(key) is not None:
+                    way_out = "give that too, 0 where only hot photosites gather charge"
+                    yield key, f"does nothing without dark_current_e_per_s; {way_out}"
         if table.get("blooming") is not None and table.get("full_well_e") is None:
             yield "blooming", "there is no full_well_e that charge could spill over; give one"
 

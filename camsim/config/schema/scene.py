@@ -13,7 +13,7 @@ from camsim.config.schema.base import LightTable, Name, Reflectance, Table, by_f
 from camsim.config.schema.lens import Lens
 from camsim.config.schema.shapes import Placed
 from camsim.marks import Called
-from camsim.typed import Iso, Positive, Seconds
+from camsim.typed import FrameNumber, Iso, Positive, Seconds, Seed
 
 
 class Light(Table):
@@ -131,9 +131,9 @@ class Noise(Table):
     """The noise of this capture; the fixed patterns belong to the sensor."""
 
     enabled: bool = Field(default=True, description="false records the mean signal")
-    seed: int = Field(default=0, ge=0, le=2**63 - 1, description="same seed, same noise")
-    frame_number: int = Field(
-        default=0, ge=0, le=2**31 - 1, description="another exposure of the scene: same patterns, fresh noise"
+    seed: Seed = Field(default=0, description="same seed, same noise")
+    frame_number: FrameNumber = Field(
+        default=0, description="another exposure of the scene: same patterns, fresh noise"
     )
 
 

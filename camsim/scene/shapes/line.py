@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
 import numpy as np
 from annotated_types import Ge, Le
@@ -21,6 +21,9 @@ Cap = Literal["butt", "round", "square"]
 Join = Literal["miter", "round", "bevel"]
 MiterLimit = Annotated[float, Ge(1), Le(1e6)]
 
+Outline: TypeAlias = tuple[tuple[float, float], list[Way], bool]
+"""Where one begins, its pieces (none where it has no length), and whether it is closed."""
+
 FOLLOWED = 1e-7  # of its width: how closely a bent line's middle is followed by arcs
 NO_WAVE = 1e-3  # of that distance: so short that nothing but distance counts
 MOST_DASHES = 200_000
@@ -33,7 +36,8 @@ class Line(Drawn):
 
     segments_um : as of a Path; each outline may be open, and is closed by ("close",)
     width_um    : half of it on either side
-    cap         : of open ends: cut off square, a half disc, or half a width longer
+    cap         : of open ends: cut off square, a half disc, or half a width longer; what has no length is its caps
+                  alone: nothing, a disc, or an upright square
     join        : of corners: sides drawn on until they meet, a disc, or cut off
     miter_limit : a miter longer than so many widths is cut off, as in SVG
     dashes_um   : lengths of dash, gap, dash … along each outline, again and again; of odd number twice over, as in SVG
@@ -71,31 +75,51 @@ class Line(Drawn):
     def __post_init__(self) -> None:
         judge(self)
         pen = Pen()
-        for ways, closed in self._drawn():
-            _Stroke(self, ways, closed).draw(pen)
+        for start, ways, closed in self._drawn():
+            if ways:
+                _Stroke(self, ways, closed).draw(pen)
+            else:
+                self._dot(pen, start)
         self._keep(pen, "a line")
 
-    def _drawn(self) -> Iterator[tuple[list[Way], bool]]:
-        """Yield the pieces of each outline, or of its dashes, and whether it is closed."""
+    def _drawn(self) -> Iterator[Outline]:
+        """Yield each outline, or its dashes: one of no length has none, as in SVG."""
         pattern = tuple(self.dashes_um) * (1 + len(self.dashes_um) % 2)
         if sum(pattern) == 0.0:  # as in SVG
             yield from _parts(self.segments_um, self.width_um)
             return
         left = float(MOST_DASHES)
-        for ways, closed in _parts(self.segments_um, self.width_um):
+        for start, ways, closed in _parts(self.segments_um, self.width_um):
             left -= sum(way.length for way in ways) / sum(pattern) * (len(pattern) // 2)
             if not left >= 0.0:
                 raise refusal(self, "dashes_um", f"makes more than {MOST_DASHES} dashes; give longer ones")
             if ways:
-                yield from dashes_of(ways, closed, pattern, self.dash_offset_um, DOT * self.width_um)
+                for dash in dashes_of(ways, closed, pattern, self.dash_offset_um, DOT * self.width_um):
+                    yield start, *dash
+
+    def _dot(self, pen: Pen, at: tuple[float, float]) -> None:
+        """Draw the ends of an outline of no length, which runs to the right."""
+        (x, y), half = at, 0.5 * self.width_um
+        if self.cap == "butt":
+            return
+        pen.move(x - half, y - half if self.cap == "square" else y)
+        if self.cap == "square":
+            for right, down in ((1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)):
+                pen.line(x + right * half, y + down * half)
+        else:
+            for side in (1.0, -1.0):
+                pen.arc(half, half, 0.0, False, True, x + side * half, y)
+        pen.close()
 
 
-def _parts(segments: Iterable[Any], width_um: float) -> Iterator[tuple[list[Way], bool]]:
-    """Yield the pieces of each outline, and whether it is closed."""
+def _parts(segments: Iterable[Any], width_um: float) -> Iterator[Outline]:
+    """Yield each outline in which something is drawn, be it of no length."""
     groups: list[tuple[list[tuple[Any, ...]], bool]] = []
     for segment in segments:
         if segment[0] == "move" or not groups:
             groups.append(([], False))
+        elif groups[-1][1] and segment[0] == "close":
+            continue
         elif groups[-1][1]:  # goes on where the closed one began
             groups.append(([("move", *groups[-1][0][0][1:])], False))
         if segment[0] == "close":
@@ -103,6 +127,8 @@ def _parts(segments: Iterable[Any], width_um: float) -> Iterator[tuple[list[Way]
         else:
             groups[-1][0].append(segment)
     for drawn, closed in groups:
+        if len(drawn) == 1 and not closed:
+            continue
         pen = Pen()
         for word, *numbers in drawn:
             getattr(pen, word)(*numbers)
@@ -110,7 +136,7 @@ def _parts(segments: Iterable[Any], width_um: float) -> Iterator[tuple[list[Way]
         more = 0 if closed or pen.place == pen.start else 1
         curves = pen.curves()
         ways = _ways(curves, width_um)
-        yield (ways[: len(ways) - more], closed)
+        yield pen.start, ways[: len(ways) - more], closed
 
 
 def _ways(curves: Curves, width_um: float) -> list[Way]:
@@ -139,8 +165,6 @@ class _Stroke:
 
     def draw(self, pen: Pen) -> None:
         """Draw it: where it covers itself it is wound about twice."""
-        if not self.ways:
-            return
         back = [way.back() for way in reversed(self.ways)]
         if self.closed:
             for ways in (self.ways, back):

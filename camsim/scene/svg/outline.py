@@ -220,24 +220,6 @@ def _rectangle(x: float, y: float, wide: float, high: float, radii: tuple[float,
     ]
 
 
-def dots(segments: Sequence[Segment]) -> list[tuple[float, float]]:
-    """Return where a path draws lines of no length: only their ends are seen.
-
-    >>> dots([("move", 1.0, 2.0), ("line", 1.0, 2.0), ("move", 0.0, 0.0), ("line", 3.0, 0.0), ("move", 5.0, 5.0)])
-    [(1.0, 2.0)]
-    """
-    parts: list[list[Segment]] = []
-    for segment in segments:
-        if segment[0] == "move" or not parts:
-            parts.append([])
-        parts[-1].append(segment)
-    return [
-        (part[0][1], part[0][2])
-        for part in parts
-        if len(part) > 1 and len({segment[-2:] for segment in part if segment[0] != "close"}) == 1
-    ]
-
-
 def dashes_of(style: Mapping[str, str], diagonal: float) -> tuple[list[float], float]:
     """Return the lengths of a stroke's dashes and gaps, none where it is whole, and where in them it begins."""
     said = style["stroke-dasharray"]

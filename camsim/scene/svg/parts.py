@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from camsim.scene.primitives import FillRule
-from camsim.scene.shapes import Disc, Group, Path, Rectangle
+from camsim.scene.shapes import Group, Path
 from camsim.scene.svg.outline import IDENTITY, Matrix, Segment
 from camsim.spectra.curve import Spectrum
 
@@ -21,10 +21,3 @@ def path(segments: Sequence[Segment], rule: str, reflectance: Spectrum, matrix: 
 def placed(shape: Any, matrix: Matrix) -> Any:
     """Return a shape under a transform."""
     return shape if matrix == IDENTITY else Group(shapes=[shape], matrix=matrix)
-
-
-def dot(at: tuple[float, float], width: float, cap: str, colour: Spectrum) -> Any:
-    """Return what the ends of a line of no length draw."""
-    if cap == "round":
-        return Disc(radius_um=0.5 * width, centre_um=at, reflectance=colour)
-    return Rectangle(width_um=width, height_um=width, centre_um=at, reflectance=colour)

@@ -17,7 +17,6 @@ from camsim.scene.svg.outline import (
     Matrix,
     Segment,
     dashes_of,
-    dots,
     flattens,
     length,
     matrix_of,
@@ -25,7 +24,7 @@ from camsim.scene.svg.outline import (
     segments_of,
     times,
 )
-from camsim.scene.svg.parts import dot, path, placed
+from camsim.scene.svg.parts import path, placed
 from camsim.scene.svg.size import MOST_USES, too_large
 from camsim.scene.svg.style import CHANGES, GEOMETRY, INHERITED, OWN, PLAIN, Rule, rules_of, styled
 from camsim.scene.svg.view import View, view_of
@@ -200,8 +199,8 @@ class Reader:
         if element.tag != "line" and (fill := self._paint(element, style, "fill")) is not None:
             painted.append(self._tried(element, lambda: path(segments, style["fill-rule"], fill, matrix)))
         if (stroke := self._paint(element, style, "stroke")) is not None:
-            for shape in self._stroked(element, segments, style, stroke):
-                painted.append(self._tried(element, functools.partial(placed, shape, matrix)))
+            line = self._stroked(element, segments, style, stroke)
+            painted += [] if line is None else [self._tried(element, lambda: placed(line, matrix))]
         if None in painted:
             return
         order = style["paint-order"].split()
@@ -210,18 +209,18 @@ class Reader:
 
     def _stroked(
         self, element: Element, segments: Sequence[Segment], style: Mapping[str, str], colour: Spectrum
-    ) -> list[Any]:
+    ) -> Line | None:
         diagonal = math.hypot(*self.view.whole) / math.sqrt(2.0)
         width = self._tried(element, lambda: length(style["stroke-width"], diagonal))
         limit = self._tried(element, lambda: numbers(style["stroke-miterlimit"]))
         dashes = self._tried(element, lambda: dashes_of(style, diagonal))
         if not width or not limit or width <= 0.0 or dashes is None:
-            return []
+            return None
         if any(dashes[0]) and "pathLength" in element.attributes:
             self.refuse(element, "has dashes in shares of a pathLength; give their lengths in user units")
-            return []
+            return None
         cap, join = style["stroke-linecap"], style["stroke-linejoin"]
-        line = self._tried(
+        return self._tried(
             element,
             lambda: Line(
                 segments_um=segments,
@@ -234,7 +233,6 @@ class Reader:
                 reflectance=colour,
             ),
         )
-        return [] if line is None else [line, *(dot(at, width, cap, colour) for at in dots(segments) if cap != "butt")]
 
     def _paint(self, element: Element, style: Mapping[str, str], key: str) -> Spectrum | None:
         """Return the reflectance of a fill or a stroke; None where there is none."""

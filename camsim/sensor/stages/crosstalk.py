@@ -76,6 +76,20 @@ class Crosstalk(ElectronicStage):
         mixing: F64 = np.einsum("ij,kijc->kc", np.array(self.kernel), _senders(cfa))
         return mixing
 
+    def left_of_pattern(self, cfa: Cfa, own_e: F64) -> F64:
+        """Return (channels,) what is left of gains that know nothing of one another (PRNU), on flat light.
+
+        A photosite holds parts of nine: their means add, and of what they are off the squares. Relative to the mean.
+
+        own_e : (channels,) what each channel's photosites get before they give any away, in any unit
+
+        >>> Crosstalk(((0, 0, 0), (0, 0.8, 0.2), (0, 0, 0))).left_of_pattern(Cfa.named("mono"), np.ones(1)).round(4)
+        array([0.8246])
+        """
+        squares = np.einsum("ij,kijc,c->k", np.array(self.kernel) ** 2, _senders(cfa), own_e**2)
+        left: F64 = np.sqrt(squares) / (self.mixing(cfa) @ own_e)
+        return left
+
     def seen_by(self, channel: int, planes: F64, cfa: Cfa) -> F64:
         """Return (rows, cols) mean charge that a photosite of ``channel`` would collect at every place.
 

@@ -25,7 +25,7 @@ class Defects(ElectronicStage):
     """Hot photosites (with a dark current of their own) and dead ones (blind), by share and by list.
 
     hot_fraction  : share of all photosites that are hot, drawn from the sensor's serial number
-    hot_e_per_s   : their mean dark current; it is distributed exponentially
+    hot_e_per_s   : their mean dark current; it is distributed exponentially (both are given, or neither)
     dead_fraction : share that sees no light
     hot           : (row, col, e_per_s) of the full frame, besides those drawn
     dead          : (row, col) of the full frame, besides those drawn
@@ -38,8 +38,8 @@ class Defects(ElectronicStage):
     phases: ClassVar = (Phase.LIGHT, Phase.CHARGE)
     stream: ClassVar = 10
 
-    hot_fraction: Fraction = 0.0
-    hot_e_per_s: NonNegative = 0.0
+    hot_fraction: Fraction | None = None
+    hot_e_per_s: NonNegative | None = None
     dead_fraction: Fraction = 0.0
     hot: Annotated[Several[tuple[Index, Index, NonNegative]], Called("a list of (row, col, e_per_s)")] = ()
     dead: Annotated[Several[tuple[Index, Index]], Called("a list of (row, col)")] = ()
@@ -49,8 +49,8 @@ class Defects(ElectronicStage):
         def __init__(
             self,
             *,
-            hot_fraction: Number = 0.0,
-            hot_e_per_s: Number = 0.0,
+            hot_fraction: Number | None = None,
+            hot_e_per_s: Number | None = None,
             dead_fraction: Number = 0.0,
             hot: Several[tuple[Whole, Whole, Number]] = (),
             dead: Several[tuple[Whole, Whole]] = (),
@@ -60,7 +60,10 @@ class Defects(ElectronicStage):
 
     def __post_init__(self) -> None:
         judge(self)
-        if self.hot_fraction + self.dead_fraction > 1.0:
+        for key, other in (("hot_fraction", "hot_e_per_s"), ("hot_e_per_s", "hot_fraction")):
+            if getattr(self, key) is not None and getattr(self, other) is None:
+                raise refusal(self, key, f"does nothing without {other}; give that too")
+        if self.hot_fraction is not None and self.hot_fraction + self.dead_fraction > 1.0:
             message = f"{self.dead_fraction} and a hot_fraction of {self.hot_fraction} are more than 1 together"
             raise refusal(self, "dead_fraction", message)
 
@@ -104,11 +107,11 @@ class Defects(ElectronicStage):
         """Return (row, col, e_per_s) and (row, col) of a block of rows: how many, then where, then how hot."""
         rng = streams.generator(serial, self.stream, block=block)
         photosites = BLOCK_ROWS * frame_cols
-        hot_count = int(rng.binomial(photosites, self.hot_fraction))
+        hot_count = int(rng.binomial(photosites, self.hot_fraction or 0.0))
         dead_count = min(int(rng.binomial(photosites, self.dead_fraction)), photosites - hot_count)
         index = rng.choice(photosites, hot_count + dead_count, replace=False)
         places = np.stack([block * BLOCK_ROWS + index // frame_cols, index % frame_cols], axis=1)
-        current = rng.exponential(1.0, hot_count) * self.hot_e_per_s
+        current = rng.exponential(1.0, hot_count) * (self.hot_e_per_s or 0.0)
         return np.column_stack([places[:hot_count], current]), places[hot_count:]
 
 
