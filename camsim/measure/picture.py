@@ -232,6 +232,16 @@ def mosaic_planes(
     return tuple(sorted(planes, key=lambda plane: ("RGB".find(plane.name[0]) % 99, plane.name)))
 
 
+def places_of(channel: str, pattern: Sequence[str]) -> npt.NDArray[np.bool_]:
+    """Return which places (rows, cols) of a pattern are a channel's: G1's, or both greens' where it is G.
+
+    >>> places_of("G1", ("RG", "GB")).tolist()
+    [[False, True], [False, False]]
+    """
+    names = channel_names(pattern)
+    return np.array([[channel in (name, name.rstrip("0123456789")) for name in row] for row in names])
+
+
 def channel_names(pattern: Sequence[str]) -> list[list[str]]:
     """Return the channel of every place: its letter, numbered where a Bayer-like array has it twice.
 

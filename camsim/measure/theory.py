@@ -12,6 +12,7 @@ from camsim.body import Body
 from camsim.exposing import Capture
 from camsim.measure.geometry import EdgeLine
 from camsim.measure.lens_places import scene_place_um, system_at
+from camsim.measure.neighbours import neighbours, spread_otf
 from camsim.optics.protocols import Varies
 from camsim.quadrature import gauss_legendre
 from camsim.scene import Scene
@@ -29,7 +30,7 @@ _NODES = 40
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CameraOtf:
-    """Lens, OLPF and photosite of a camera, for the light and the surfaces of a scene.
+    """Lens, OLPF, photosite and crosstalk of a camera, for the light and the surfaces of a scene.
 
     At each wavelength the OTFs are multiplied; the wavelengths are weighted by what the edge gives the channel: light ×
     (bright − dark reflectance) × the lens's transmission × quantum efficiency × λ/hc.
@@ -52,7 +53,8 @@ class CameraOtf:
     @property
     def stages(self) -> tuple[str, ...]:
         """What the curve is the product of."""
-        return "lens", *(("OLPF",) if self.camera.olpf is not None else ()), "photosite"
+        has = (("OLPF", self.camera.olpf), ("photosite", self.camera.photosite), ("crosstalk", self.camera.crosstalk))
+        return "lens", *(name for name, stage in has if stage is not None)
 
     def along_normal(self, frequency_cycles_per_pixel: F64, *, channel: str, line: EdgeLine) -> F64 | None:
         """Transfer function across the edge; None for a channel that the camera does not have."""
@@ -92,27 +94,33 @@ class CameraOtf:
 
         place_um : of the sensor, from the optical axis, where the lens is asked
         """
-        channels = self.camera.cfa.channels
-        letter = channel if channel in channels else channel.rstrip("0123456789")
-        if letter not in channels:
+        shares = neighbours(self.camera, channel)
+        if shares is None:
             return None
         samples = self.camera.samples(self.light, (dark, bright))
-        response = self.camera.image_per_reflectance(samples)[channels.index(letter)]
         difference = spectrum_at(bright, samples.wavelength_nm) - spectrum_at(dark, samples.wavelength_nm)
-        wavelength_nm, weight = lumped(samples.wavelength_nm, response * difference)
-        wavelength_nm, weight = wavelength_nm[weight != 0.0], weight[weight != 0.0]
-        if weight.sum() == 0.0:
+        heard = shares.any(axis=(0, 1))
+        response = self.camera.image_per_reflectance(samples)[heard] * difference
+        wavelength_nm, weight = lumped(samples.wavelength_nm, response)
+        lit = weight.any(axis=0)
+        wavelength_nm, weight = wavelength_nm[lit], weight[:, lit]
+        total = float(shares.sum(axis=(0, 1))[heard] @ weight.sum(axis=1))
+        if total == 0.0:
             return None
-        if isinstance(self.camera.lens, Varies) and weight.size > _NODES:
+        if isinstance(self.camera.lens, Varies) and wavelength_nm.size > _NODES:
             # Its transfer takes half a second at each wavelength, and varies slowly with it.
             x, w = gauss_legendre(_NODES)
             low, high = wavelength_nm[0], wavelength_nm[-1]
             nodes_nm = 0.5 * (low + high) + 0.5 * (high - low) * x
-            wavelength_nm, weight = nodes_nm, np.einsum("n,nj->j", weight, lagrange(wavelength_nm, nodes_nm, x, w))
+            wavelength_nm, weight = nodes_nm, np.einsum("cn,nj->cj", weight, lagrange(wavelength_nm, nodes_nm, x, w))
+        spread = spread_otf(shares[..., heard], fx, fy)
         fx, fy = fx / self.camera.pitch_um, fy / self.camera.pitch_um
         system = system_at(self.camera, *place_um)
-        lens = sum(part * system.point_otf(fx, fy, nm) for nm, part in zip(wavelength_nm.tolist(), weight, strict=True))
-        otf: F64 = lens * system.footprint_otf(fx, fy) / weight.sum()
+        lens = sum(
+            np.einsum("c,c...->...", part, spread) * system.point_otf(fx, fy, nm)
+            for nm, part in zip(wavelength_nm.tolist(), weight.T, strict=True)
+        )
+        otf: F64 = lens * system.footprint_otf(fx, fy) / total
         return otf
 
     def _place_um(self, line: EdgeLine, distance_pixel: float) -> tuple[float, float]:

@@ -18,7 +18,10 @@ from camsim.rendering.spectral import different
 
 Front: TypeAlias = Literal["end", "line", "focus"]
 NEAREST = 5.0  # blurs: where the search for quiet begins
-STEP, AT_ONCE = 0.25, 32  # blurs from one place of the search to the next, and places that are looked at together
+STEP, AT_ONCE = (
+    0.25,
+    32,
+)  # blurs from one place of the search to the next, at most, and places that are looked at together
 DULL = 3.0  # what many wavelengths leave is not the leading term alone: measured up to twice it at 6 λN
 
 
@@ -52,14 +55,15 @@ class Waves:
         farthest = min(falls_to(allowed, loudest_in_step, powers), within)
         if shortest == longest or farthest <= NEAREST * longest:
             return farthest
-        count = math.ceil((farthest + longest - NEAREST * longest) / (STEP * longest))
+        step = self._step
+        count = math.ceil((farthest + longest - NEAREST * longest) / (step * longest))
         # The last loud place is asked for: wavelengths that fall silent do so not long before those in step would.
-        nearest = max(0, math.floor((least / longest - NEAREST) / (STEP * AT_ONCE)))
+        nearest = max(0, math.floor((least / longest - NEAREST) / (step * AT_ONCE)))
         for block in range((count - 1) // AT_ONCE, nearest - 1, -1):
             loudest = np.sum([amplitude * self._left(u, power, block) for u, amplitude, power in rings], axis=0)
             loud = np.flatnonzero(loudest[: count - block * AT_ONCE] > allowed)
             if loud.size:
-                return longest * (NEAREST + STEP * min(block * AT_ONCE + int(loud[-1]) + 1, count - 1))
+                return longest * (NEAREST + step * min(block * AT_ONCE + int(loud[-1]) + 1, count - 1))
         return NEAREST * longest
 
     def passed(self, normals: F64) -> F64:
@@ -92,13 +96,24 @@ class Waves:
     def _left(self, u: float, power: float, block: int) -> F64:
         """Return what the wavelengths' sum leaves of a ring of amplitude 1 at distances, of the loudest weight set."""
         if (u, power, block) not in self._heard:
-            distance = float(self.blur.max()) * (NEAREST + STEP * np.arange(block * AT_ONCE, (block + 1.0) * AT_ONCE))
+            distance = float(self.blur.max()) * (
+                NEAREST + self._step * np.arange(block * AT_ONCE, (block + 1.0) * AT_ONCE)
+            )
             wave, phasors = _turns(distance, u / self.blur), self._phasors(u, power).T
             # Phasors are real: as complex ones they would be multiplied twice.
             real, imaginary = (product(part, phasors) for part in (wave.real, wave.imag))
             heard = np.sqrt((real**2 + imaginary**2).max(axis=1))
             self._heard[u, power, block] = DULL * heard * distance**-power
         return self._heard[u, power, block]
+
+    @cached_property
+    def _step(self) -> float:
+        """Longest blurs from one place of the search to the next: a quarter of the fastest beat, too.
+
+        Wavelengths of 1 : 5 are in step, or out of it, at every quarter of the longest.
+        """
+        beats = float(self.blur.max() / self.blur.min()) - 1.0
+        return STEP / max(1.0, beats)
 
     @cached_property
     def different(self) -> F64:

@@ -5,6 +5,8 @@ import pytest
 from scipy.special import erf
 
 import camsim
+from camsim.optics import OpticalSystem
+from camsim.rendering import render_channels
 from camsim.scene import stretches
 
 PITCH_UM = 5.0
@@ -139,3 +141,50 @@ def test_straight_sides_that_are_given_as_curves(segment, method):
     curved, straight = image(segment), image(("line", 8.0, -3.0))
     assert np.abs(curved.image - straight.image).max() <= 2e-7
     assert curved.error_estimate <= 1e-6
+
+
+@pytest.mark.parametrize("tolerance", [1e-8, 1e-9, 1e-10])
+@pytest.mark.parametrize("long_nm", [2000.0, 3600.0, 1200.0])
+def test_wavelengths_that_are_in_step_every_quarter(long_nm, tolerance):
+    """1 : 5 and 1 : 9: at each place of the search for quiet one took the other away; 135 times the tolerance off."""
+
+    def mixed(short, long):
+        near = (399.0, 401.0, long_nm - 1.0, long_nm + 1.0)
+        return camsim.Curve(near, (short, short, long, long), outside="hold")
+
+    half = camsim.Rectangle(width_um=1200.0, height_um=2400.0, centre_um=(600.0, 0.0), reflectance=mixed(1.0, 0.0))
+    scene = camsim.Scene(background=mixed(0.0, 1.0), shapes=[half])
+    system = OpticalSystem.of([camsim.Airy(f_number=4e3 / long_nm), camsim.SquarePhotosite(side_um=0.0)])
+    grid = camsim.Grid(rows=1, cols=40, pitch_um=4.0)
+    response = np.array([[(long_nm / 400.0) ** 2.5, 1.0]])
+
+    def image(allowed, method):
+        return render_channels(
+            scene, system, grid, response=response / response.sum(), wavelength_nm=np.array([400.0, long_nm]),
+            channel=np.zeros((1, 40), np.uint8), tolerance=allowed, method=method,
+        )  # fmt: skip
+
+    found = image(tolerance, "boundary")
+    assert np.abs(found.image - image(3e-11, "fourier").image).max() <= 0.5 * tolerance
+    assert found.error_estimate <= tolerance
+
+
+@pytest.mark.parametrize("tolerance", [1e-9, 1e-11])
+@pytest.mark.parametrize("side_um", [4e-6, 1e-6, 1e-7, 4e-8, 1e-9])
+def test_photosites_too_small_to_be_told_from_points(side_um, tolerance):
+    """A slope was the difference of its two sides' interpolants, over the side: 3700 times the tolerance off."""
+    corners = [(-12.8, -8.4), (8.4, -4.2), (-6.4, 12.8)]
+
+    def image(side):
+        return camsim.render(
+            camsim.Scene(background=0.0, shapes=[camsim.Polygon(points_um=corners, reflectance=1.0)]),
+            [camsim.Airy(f_number=5.0), camsim.SquarePhotosite(side_um=side)],
+            camsim.Grid(rows=5, cols=5, pitch_um=4.0),
+            wavelength_nm=550.0,
+            tolerance=tolerance,
+            method="boundary",
+        )
+
+    found = image(side_um)
+    assert np.abs(found.image - image(0.0).image).max() <= 0.5 * tolerance  # apart by (π·side/λN)²/6, 3e-12 or less
+    assert found.error_estimate <= tolerance

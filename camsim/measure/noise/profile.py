@@ -11,7 +11,7 @@ from camsim.arrays import F64
 from camsim.camera import Camera
 from camsim.measure.noise.photon_transfer import LEAST_LEVELS, off_the_line, within_linearity
 from camsim.measure.noise.taking import DARK_TIMES_S, LEVELS, TIME_S, even_light
-from camsim.measure.picture import channel_names
+from camsim.measure.picture import places_of
 
 _STEP = 1e-4
 """Of a charge: over which the read-out's slope is taken."""
@@ -44,9 +44,8 @@ def expected_of(
 
 
 def _places(camera: Camera, channel: str, period: tuple[int, int]) -> npt.NDArray[np.bool_]:
-    """Return which photosites of a period are a channel's: G1's, or both greens' where it is G."""
-    names = channel_names(list(camera.cfa.pattern))
-    own = np.array([[channel in (name, name.rstrip("0123456789")) for name in row] for row in names])
+    """Return which photosites of a period, of whole patterns, are a channel's."""
+    own = places_of(channel, list(camera.cfa.pattern))
     return np.tile(own, (period[0] // own.shape[0], period[1] // own.shape[1]))
 
 

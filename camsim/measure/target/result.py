@@ -29,7 +29,7 @@ class TargetMtf:
     frequency_cycles_per_pixel : (n,);  mtf, mtf_error: (n,) and its standard error
     mtf50_cycles_per_pixel, mtf50_error : where it falls to 50 %; NaN where it does not within the curve
     nyquist_cycles_per_pixel   : of the channel's own lattice; the sensor's is 0.5
-    theory, theory_mtf50_cycles_per_pixel : of lens, OLPF and photosite; None where it is not known
+    theory, theory_mtf50_cycles_per_pixel : of lens, OLPF, photosite and crosstalk; None where it is not known
     """
 
     channel: str

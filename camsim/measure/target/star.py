@@ -12,6 +12,7 @@ from camsim.arrays import F64
 from camsim.errors import UnsupportedError
 from camsim.exposing import Capture
 from camsim.measure.lens_places import refuse_distortion
+from camsim.measure.neighbours import neighbours
 from camsim.measure.picture import Channel, Picture, Plane
 from camsim.measure.target.dark import dark_e
 from camsim.measure.target.result import TargetMtf, TargetReport, curve
@@ -81,16 +82,17 @@ def _channel(
 def surface_contrast(plane: Plane, capture: Capture, dark: Spectrum, light: Spectrum) -> float | None:
     """Return what two surfaces give a plane's channel, difference over sum; None where they look alike to it.
 
-    What lies under both is in the sum: veiling glare, and the dark charge where the plane holds it.
+    What crosstalk brings in counts. What lies under both is in the sum: veiling glare, and the dark charge where the
+    plane holds it.
     """
     camera, channel = capture.camera, plane.name
-    letter = channel if channel in camera.cfa.channels else channel.rstrip("0123456789")
-    if letter not in camera.cfa.channels:
+    shares = neighbours(camera, channel)
+    if shares is None:
         return None
-    samples, k = camera.samples(capture.light, (dark, light)), camera.cfa.channels.index(letter)
-    response_e = capture.time_s * camera.image_per_reflectance(samples)[k]
+    samples, held = camera.samples(capture.light, (dark, light)), shares.sum(axis=(0, 1))
+    response_e = capture.time_s * np.einsum("c,cn->n", held, camera.image_per_reflectance(samples))
     low, high = (float(np.sum(response_e * spectrum_at(s, samples.wavelength_nm))) for s in (dark, light))
-    under = float(capture.veil_e[k]) + dark_e(plane, capture)
+    under = float(held @ capture.veil_e) + dark_e(plane, capture)
     return (high - low) / (high + low + 2.0 * under) if abs(high - low) > _LEAST_CONTRAST * (high + low) else None
 
 

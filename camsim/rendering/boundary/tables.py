@@ -25,6 +25,7 @@ AT_ONCE = 16  # weight sets: where a radius falls is worked out once for so many
 WORTH_A_THREAD = 10_000  # numbers of a table: a few tenths of a millisecond
 LONG = 100  # taps: from here on an average runs
 FIELD_ORDER = 8  # points per axis of the look-up in the field table (potential.eight_points)
+NARROW = 1e-2  # steps: below, the difference of a side's ends loses digits; Gauss' two slopes are right to 1e-13
 _GAUSS_X, _GAUSS_W = gauss_legendre(8)
 _NODES = np.arange(ORDER) + 1.0 - ORDER // 2
 _OTHERS = ~np.eye(ORDER, dtype=bool)  # of each node all but itself
@@ -184,12 +185,13 @@ def _average_taps(side: float, shifts: F64) -> F64:
 
 
 def _slope_taps(side: float, shifts: F64) -> F64:
-    """Filter for the derivative (per step) of that average: between the two sides of the box, a point's own."""
+    """Filter for the derivative (per step) of that average: between the box's two sides, or at two points in it."""
     reach = math.ceil(0.5 * side + float(np.abs(shifts).max())) + ORDER // 2 + 1
     taps = np.zeros(2 * reach + 1)
     for shift in shifts:
-        if side == 0.0:
-            _add_slope(taps, reach, shift)
+        if side <= NARROW:
+            for at in (-0.5, 0.5):
+                _add_slope(taps, reach, shift + at * side / math.sqrt(3.0), 0.5)
             continue
         _add_points(taps, reach, shift + 0.5 * side * np.array([1.0, -1.0]), np.array([1.0, -1.0]) / side)
     taps /= shifts.size
@@ -207,12 +209,14 @@ def _add_points(taps: F64, reach: int, positions: F64, amounts: F64) -> None:
             taps[first + k] += amount * weights[k]
 
 
-def _add_slope(taps: F64, reach: int, position: float) -> None:
-    """Add the interpolant's derivative: of a Lagrange polynomial, each of its factors in turn."""
+def _add_slope(taps: F64, reach: int, position: float, amount: float) -> None:
+    """Add so much of the interpolant's derivative: of a Lagrange polynomial, each of its factors in turn."""
     cell = math.floor(position)
     first = reach + cell + 1 - ORDER // 2
     products = np.where(_LEFT_OUT, 1.0, position - cell - _NODES).prod(axis=2)
-    taps[first : first + ORDER] += SCALE * np.array([math.fsum(row) for row in products[_OTHERS].reshape(ORDER, -1)])
+    taps[first : first + ORDER] += (
+        amount * SCALE * np.array([math.fsum(row) for row in products[_OTHERS].reshape(ORDER, -1)])
+    )
 
 
 def edge_responses(
