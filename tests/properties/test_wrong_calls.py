@@ -62,7 +62,7 @@ STAGES: tuple[Any, ...] = (
     camsim.RectangularPhotosite(width_um=2.0, height_um=2.0),
     camsim.RoundedPhotosite(width_um=2.0, height_um=2.0, radius_um=0.5),
     camsim.Cos4Falloff(exit_pupil_mm=50.0), camsim.RadialFalloff(radius_mm=(0.0, 1.0), values=(1.0, 0.5)),
-    camsim.DualGain(from_iso=800.0),
+    camsim.DualGain(from_iso=800.0, read_noise_e=1.0),
     camsim.FieldLens(f_number=4.0, wavelength_nm=[550.0], zernike=[4], waves=[[[0.0], [0.1]]], height_um=[0.0, 5e3]),
     *{type(law.stage): law.stage for law in LAWS.values() if dataclasses.fields(law.stage)}.values(),
 )  # fmt: skip
