@@ -13,6 +13,7 @@ from camsim.rendering.grid import Grid
 NEARLY_PARALLEL = 1e-11  # sine of the angle between two edges that touch no circle together
 ALIKE = 16  # edges at the most from one part of a pattern, as of a wheel's spokes, to the same of its next part
 FAR_APART = 1e-6  # of three normals: what their triangle's area is at least, or rounding tells the circle
+AGAIN = 1e-6  # radii by which a circle differs from the one before that is it again
 SAME_CIRCLE = 0.125  # blurs by which circles differ that are taken for one
 SAME_CENTRE = 0.5  # blurs: the cells within which centres are taken for one
 NEXT = 0.3  # blurs by which radii differ of circles whose rings may all be in step: a half wave, from side to side
@@ -89,11 +90,13 @@ def _touched(
 ) -> int:
     """Write centres and radii of circles, as many as there is room for; return how many there are.
 
-    A line n·x = h is a radius r from a centre c where n·c = h ± r: with one sign for three edges that are alike.
+    A line n·x = h is a radius r from a centre c where n·c = h ± r: with one sign for three edges that are alike. What
+    edge after edge touches, as those of a round outline do, is written once.
     """
     count, edges = 0, length.size
-    for step in range(1, ALIKE + 1):
-        for one in range(edges - 2 * step):
+    last_x, last_y, last_radius = 0.0, 0.0, 0.0
+    for one in range(edges - 4):
+        for step in range(2, min(ALIKE, (edges - 1 - one) // 2) + 1):
             two, three = one + step, one + 2 * step
             ax, ay = normal[two, 0] - normal[one, 0], normal[two, 1] - normal[one, 1]
             bx, by = normal[three, 0] - normal[two, 0], normal[three, 1] - normal[two, 1]
@@ -114,8 +117,10 @@ def _touched(
                 foot = along[edge, 0] * (x - start[edge, 0]) + along[edge, 1] * (y - start[edge, 1])
                 if foot < 0.0 or foot > length[edge]:
                     facing = False
-            if not facing:
+            known = max(abs(last_x - x), abs(last_y - y), abs(last_radius - radius)) <= AGAIN * radius
+            if known or not facing:
                 continue
+            last_x, last_y, last_radius = x, y, radius
             if count < found.shape[0]:
                 found[count, 0], found[count, 1], found[count, 2] = x, y, radius
             count += 1
