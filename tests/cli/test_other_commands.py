@@ -153,6 +153,13 @@ def test_validate(camsim: Run, folder: Path) -> None:
     assert (done.returncode, done.stderr) == (0, "")
     assert [line.split(": ")[0] for line in done.stdout.splitlines()] == good
 
+    # Without a sensor a window may have any shape.
+    text = (folder / "small.yaml").read_text(encoding="utf-8")
+    tall = text.replace("rows: 16, cols: 20", "rows: 40, cols: 8").replace("sensor: d40-like\n", "")
+    tall = tall.replace("unit: pixel", "unit: um")
+    (folder / "tall.yaml").write_text(tall, encoding="utf-8")
+    assert camsim("validate", "tall.yaml").stdout == "tall.yaml: a scene, no faults\n"
+
     (folder / "a.yaml").write_text("camsim: sensor/1\nname: A\n")
     (folder / "b.yaml").write_text("camsim: 'scene/1\n")
     done = camsim("validate", "a.yaml", "small.yaml", "b.yaml", "c.yaml")

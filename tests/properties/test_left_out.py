@@ -166,10 +166,13 @@ def test_edges_that_no_channel_sees_are_dropped_and_weigh_nothing():
     assert worst(pruned.image, joined.image) <= METHOD * TOLERANCE * 3
 
 
-def test_the_bound_is_one(rng):
+@pytest.mark.parametrize("quarters", range(4))
+def test_the_bound_is_one(rng, quarters):
     """The light of a far square at photosites, by the largest value that its whole could have: its own density."""
+    turn = np.linalg.matrix_power(np.array([[0.0, 1.0], [-1.0, 0.0]]), quarters)
     for distance in (20.0, 100.0, 400.0):
-        square = np.array([(0.0, 0.0), (8.0, 0.0), (8.0, 8.0), (0.0, 8.0)]) + np.array([distance, rng.uniform(-20, 20)])
+        corners = np.array([(0.0, -4.0), (8.0, -4.0), (8.0, 4.0), (0.0, 4.0)])
+        square = (corners + np.array([distance, rng.uniform(-20, 20)])) @ turn
         image = rendered([(square, 1.0)], OPTICS["f/8"], prune=False, tolerance=1e-8).image
         light = (image - 0.3) / 0.7
         following = np.roll(square, -1, axis=0)
