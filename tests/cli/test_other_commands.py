@@ -153,12 +153,12 @@ def test_validate(camsim: Run, folder: Path) -> None:
     assert (done.returncode, done.stderr) == (0, "")
     assert [line.split(": ")[0] for line in done.stdout.splitlines()] == good
 
-    # Without a sensor a window may have any shape.
+    # Where no sensor is known a window may have any shape: one fault, not two.
     text = (folder / "small.yaml").read_text(encoding="utf-8")
     tall = text.replace("rows: 16, cols: 20", "rows: 40, cols: 8").replace("sensor: d40-like\n", "")
-    tall = tall.replace("unit: pixel", "unit: um")
     (folder / "tall.yaml").write_text(tall, encoding="utf-8")
-    assert camsim("validate", "tall.yaml").stdout == "tall.yaml: a scene, no faults\n"
+    (fault,) = camsim("validate", "tall.yaml").stderr.splitlines()
+    assert fault.startswith("tall.yaml:1:1: sensor: missing; ")
 
     (folder / "a.yaml").write_text("camsim: sensor/1\nname: A\n")
     (folder / "b.yaml").write_text("camsim: 'scene/1\n")
