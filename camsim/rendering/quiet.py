@@ -18,10 +18,7 @@ from camsim.rendering.spectral import different
 
 Front: TypeAlias = Literal["end", "line", "focus"]
 NEAREST = 5.0  # blurs: where the search for quiet begins
-STEP, AT_ONCE = (
-    0.25,
-    32,
-)  # blurs from one place of the search to the next, at most, and places that are looked at together
+STEP, AT_ONCE = 0.25, 32  # blurs from one place of the search to the next at most, and places looked at together
 DULL = 3.0  # what many wavelengths leave is not the leading term alone: measured up to twice it at 6 λN
 
 
