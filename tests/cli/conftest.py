@@ -5,6 +5,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -33,11 +34,11 @@ noise: {enabled: true, seed: 1}
 FULL_DISK = """\
 import resource
 import camsim.files.atomic as atomic
-write_whole = atomic.write_whole
-def limited(*arguments):
+replacing = atomic.replacing
+def limited(path):
     resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
-    write_whole(*arguments)
-atomic.write_whole = limited"""
+    return replacing(path)
+atomic.replacing = limited"""
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
 
@@ -49,27 +50,39 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
+def run_camsim(
+    folder: Path,
+    *arguments: str,
+    code: str = "",
+    env: Mapping[str, str] | None = None,
+    before: Callable[[], None] | None = None,
+) -> subprocess.CompletedProcess[str]:
+    """Start ``camsim`` in a process of its own, as a user does, after lines of Python that change something in it.
+
+    before : what the process does before it becomes ``camsim``
+    """
+    environment = {**os.environ, **(env or {})}
+    if before is None and forked.can_run(environment):
+        return forked.run(arguments, folder, environment, before=code, timeout_s=600)
+    start = [sys.executable, "-c", f"{code}\nfrom camsim.cli import main\nmain()"] if code else [COMMAND]
+    return subprocess.run(
+        [*start, *arguments],
+        cwd=folder,
+        env=environment,
+        preexec_fn=before,
+        capture_output=True,
+        encoding="utf-8",
+        timeout=600,
+        check=False,
+    )
+
+
 @pytest.fixture
 def camsim(folder: Path) -> Run:
-    """Start ``camsim`` in a process of its own, as a user does."""
+    """Start ``camsim`` in the folder; a traceback is nothing that it may say."""
 
-    def run(
-        *arguments: str, env: Mapping[str, str] | None = None, before: Callable[[], None] | None = None
-    ) -> subprocess.CompletedProcess[str]:
-        environment = {**os.environ, **(env or {})}
-        if before is None and forked.can_run(environment):
-            done = forked.run(arguments, folder, timeout_s=600)
-        else:
-            done = subprocess.run(
-                [COMMAND, *arguments],
-                cwd=folder,
-                env=environment,
-                preexec_fn=before,
-                capture_output=True,
-                encoding="utf-8",
-                timeout=600,
-                check=False,
-            )
+    def run(*arguments: str, **how: Any) -> subprocess.CompletedProcess[str]:
+        done = run_camsim(folder, *arguments, **how)
         assert "Traceback" not in done.stderr, done.stderr
         return done
 
@@ -81,14 +94,6 @@ def patched(folder: Path) -> Run:
     """Start ``camsim`` after a line of Python has changed something in it."""
 
     def run(code: str, *arguments: str) -> subprocess.CompletedProcess[str]:
-        start = f"{code}\nfrom camsim.cli import main\nmain()"
-        return subprocess.run(
-            [sys.executable, "-c", start, *arguments],
-            cwd=folder,
-            capture_output=True,
-            encoding="utf-8",
-            timeout=600,
-            check=False,
-        )
+        return run_camsim(folder, *arguments, code=code)
 
     return run

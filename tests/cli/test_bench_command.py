@@ -8,8 +8,9 @@ import time
 
 import pytest
 
-from tests.cli.conftest import COMMAND, SCENE
 from tests.pages import assert_numbers_are_from
+
+from .conftest import COMMAND, SCENE, run_camsim
 
 FEW = ("--methods", "auto,boundary", "--tolerances", "1e-3,1e-6")
 
@@ -19,8 +20,7 @@ def small(tmp_path_factory):
     """One small bench: its folder, what it said and its lines."""
     folder = tmp_path_factory.mktemp("bench")
     (folder / "small.yaml").write_text(SCENE, encoding="utf-8")
-    command = [COMMAND, "bench", "small.yaml", *FEW]
-    done = subprocess.run(command, cwd=folder, capture_output=True, encoding="utf-8", timeout=600, check=False)
+    done = run_camsim(folder, "bench", "small.yaml", *FEW)
     assert done.returncode == 0, done.stderr
     texts = (folder / "small-bench" / "bench.jsonl").read_text(encoding="utf-8").splitlines()
     return folder / "small-bench", done.stdout, [json.loads(text) for text in texts]

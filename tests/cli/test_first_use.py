@@ -9,6 +9,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+from .conftest import Run
+
 CODE = """
 import sys
 from camsim.kernels.dispatch import _Kernel
@@ -49,3 +51,9 @@ def test_a_capture_takes_nothing_that_was_not_compiled_ahead(tmp_path: Path) -> 
     warm = subprocess.run([sys.executable, "-c", NEXT], check=True, capture_output=True, text=True, cwd=tmp_path)
     assert set(warm.stdout.split()) & NOT_NEEDED == set()
     assert (tmp_path / "slanted-edge.dng").exists()
+
+
+def test_commands_of_other_tests_begin_with_all_of_it(patched: Run) -> None:
+    """A variable that a library sets made each begin anew: imports were half of the time of all these tests."""
+    code = "import sys; assert {'numba', 'scipy.linalg', 'camsim.measure'} <= sys.modules.keys()"
+    assert patched(code, "--version").returncode == 0

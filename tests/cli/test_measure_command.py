@@ -3,12 +3,11 @@
 import csv
 import json
 import shutil
-import subprocess
 
 import pytest
 from tolerances import STATISTICAL
 
-from .conftest import COMMAND, FULL_DISK
+from .conftest import FULL_DISK, run_camsim
 
 EDGE = """\
 camsim: scene/1
@@ -33,7 +32,7 @@ def files(tmp_path_factory):
     (there / "edge.yaml").write_text(EDGE, encoding="utf-8")
     outputs = ("edge.dng", "edge.tiff", "edge.png:mosaic", "look.png:preview", "edge.exr:truth", "edge.npy")
     arguments = [a for o in outputs for a in ("-o", o)]
-    subprocess.run([COMMAND, "capture", "edge.yaml", "-q", *arguments], cwd=there, check=True, timeout=600)
+    run_camsim(there, "capture", "edge.yaml", "-q", *arguments).check_returncode()
     return there
 
 
@@ -126,12 +125,7 @@ def test_mistakes_get_one_sentence(captured, arguments, said):
 
 
 def test_without_matplotlib_a_plot_says_what_to_install(captured, patched):
-    hide = (
-        "import importlib.util as u\n"
-        "real = u.find_spec\n"
-        "u.find_spec = lambda name, *rest: None if name == 'matplotlib' else real(name, *rest)"
-    )
-    done = patched(hide, "measure", "mtf", "edge.dng", "--plot", "a.png")
+    done = patched("import sys; sys.modules['matplotlib'] = None", "measure", "mtf", "edge.dng", "--plot", "a.png")
     assert done.returncode == 2
     assert "camsim-spectral[plot]" in done.stderr
 
