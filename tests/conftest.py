@@ -1,5 +1,7 @@
 """What all tests share; that this file is here also makes the modules beside it importable (truth, examples, …)."""
 
+import gc
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,12 @@ import pytest
 def pytest_ignore_collect(collection_path):
     """No doctests in files like this one: there are several of the name, and no two can be imported as modules."""
     return True if collection_path.name == "conftest.py" else None
+
+
+def pytest_collection_finish():
+    """What collecting made stays to the end: a look for garbage through it takes a second."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture
