@@ -64,7 +64,7 @@ def bench_scene(
     and noise. Errors are relative to full scale, the larger of a perfect diffuser and the brightest surface.
 
     >>> from camsim.window import Region
-    >>> found = bench_scene("slanted-edge", methods=("boundary",), tolerances=(1e-3,), region=Region(rows=4, cols=4))
+    >>> found = bench_scene("paper-square", methods=("boundary",), tolerances=(1e-3,), region=Region(rows=4, cols=4))
     >>> [point.label for point in found.points]
     ['boundary 1e-3']
     """

@@ -1,9 +1,11 @@
 """The house over its syntax trees: who imports whom, who may know which library, how long a file is."""
 
 import ast
+import functools
 import graphlib
 import subprocess
 import sys
+from dataclasses import dataclass, field
 from pathlib import Path
 
 PACKAGE = Path(__file__).parents[2] / "camsim"
@@ -101,16 +103,56 @@ def module_of(path):
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
 
-def imports(path):
-    """Every module that a file imports, also inside functions."""
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom):
-            assert node.level == 0, f"{path}: relative import"
-            yield node.module
-            if node.module == "camsim":
-                yield from (f"camsim.{alias.name}" for alias in node.names)
+@dataclass(frozen=True)
+class Read:
+    """What one file says of others, read once for all tests.
+
+    imports    : every module that it imports, also inside functions
+    members    : module.name of each name that it imports from a module
+    attributes : what it asks of ``camsim`` after ``import camsim``
+    calls      : (line, what is called by its name, whether only where the file is a script)
+    kernels    : (name, all names within) of each compiled function
+    objects    : what it calls its imports from modules of objects
+    """
+
+    imports: list[str] = field(default_factory=list)
+    members: list[str] = field(default_factory=list)
+    attributes: list[str] = field(default_factory=list)
+    calls: list[tuple[int, str, bool]] = field(default_factory=list)
+    kernels: list[tuple[str, set[str]]] = field(default_factory=list)
+    objects: set[str] = field(default_factory=set)
+
+
+@functools.cache
+def read(path):
+    found = Read()
+    for statement in ast.parse(path.read_text(encoding="utf-8")).body:
+        script = isinstance(statement, ast.If) and "__main__" in ast.unparse(statement.test)
+        for node in ast.walk(statement):
+            if isinstance(node, ast.Import):
+                found.imports.extend(alias.name for alias in node.names)
+            elif isinstance(node, ast.ImportFrom):
+                assert node.level == 0, f"{path}: relative import"
+                found.imports.append(node.module)
+                found.members.extend(f"{node.module}.{alias.name}" for alias in node.names)
+                if node.module == "camsim":
+                    found.imports.extend(f"camsim.{alias.name}" for alias in node.names)
+                if within(node.module, OBJECTS):
+                    found.objects.update(alias.asname or alias.name for alias in node.names)
+            elif isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "camsim":
+                found.attributes.append(node.attr)
+            elif isinstance(node, ast.Call):
+                found.calls.append((node.lineno, dotted(node.func), script))
+            elif isinstance(node, ast.FunctionDef) and any("kernel(" in ast.unparse(m) for m in node.decorator_list):
+                found.kernels.append((node.name, {name.id for name in ast.walk(node) if isinstance(name, ast.Name)}))
+    return found
+
+
+def dotted(node):
+    """Return a name such as ``sys.exit``, nothing for what is no name."""
+    if isinstance(node, ast.Attribute):
+        return f"{dotted(node.value)}.{node.attr}"
+    return node.id if isinstance(node, ast.Name) else ""
 
 
 def layer(module):
@@ -132,7 +174,7 @@ def test_lower_never_imports_upper():
         f"{module_of(path)} imports {imported}"
         for path in SOURCES
         if module_of(path) != "camsim"
-        for imported in imports(path)
+        for imported in read(path).imports
         if imported.startswith("camsim.")
         and layer(imported) > layer(module_of(path))
         and (module_of(path), imported) not in EXCEPTIONS
@@ -156,18 +198,14 @@ def _imported_modules():
     modules = {module_of(path): path for path in SOURCES}
     graph = {}
     for module, path in modules.items():
-        found = set()
-        tree = ast.parse(path.read_text(encoding="utf-8"))
-        for imported in imports(path):
-            name = imported.removeprefix("camsim.")
-            found.add(home.get(name, imported))
-        for node in ast.walk(tree):
-            if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "camsim":
-                found.add(home.get(node.attr, f"camsim.{node.attr}"))
-            if isinstance(node, ast.ImportFrom):
-                found |= {f"{node.module}.{alias.name}" for alias in node.names}
-            if isinstance(node, ast.Call) and ast.unparse(node.func) in ("importlib.import_module", "__import__"):
-                raise AssertionError(f"{module}: {ast.unparse(node)}: what a string names cannot be followed")
+        said = read(path)
+        found = {home.get(imported.removeprefix("camsim."), imported) for imported in said.imports}
+        found |= {home.get(name, f"camsim.{name}") for name in said.attributes}
+        found |= set(said.members)
+        for line, called, _ in said.calls:
+            assert called not in ("importlib.import_module", "__import__"), (
+                f"{module}:{line}: {called}: what a string names cannot be followed"
+            )
         graph[module] = (found & set(modules)) - {module, "camsim"}
     return graph
 
@@ -190,7 +228,7 @@ def test_benchmarks_and_tests_are_not_imported():
     assert not [
         f"{module_of(path)} imports {imported}"
         for path in SOURCES
-        for imported in imports(path)
+        for imported in read(path).imports
         if imported.split(".")[0] in ("bench", "tests")
     ]
 
@@ -210,14 +248,14 @@ def test_libraries_stay_in_their_rooms():
     wrong = [
         f"{module_of(path)} imports {imported}"
         for path in SOURCES
-        for imported in imports(path)
+        for imported in read(path).imports
         if not within(module_of(path), LIBRARIES.get(imported.split(".")[0], ("camsim",)))
     ]
     assert not wrong
 
 
 def test_colour_science_stays_with_spectra_and_colour():
-    users = {module_of(path) for path in SOURCES if "camsim.spectra.colour_science" in imports(path)}
+    users = {module_of(path) for path in SOURCES if "camsim.spectra.colour_science" in read(path).imports}
     assert users
     assert all(within(user, COLOUR_DATA) for user in users), users
 
@@ -225,13 +263,11 @@ def test_colour_science_stays_with_spectra_and_colour():
 def test_only_the_command_line_prints_or_exits():
     speech = {"print", "input", "exit", "quit", "sys.exit", "os._exit"}
     wrong = [
-        f"{path.relative_to(PACKAGE)}:{node.lineno}: {ast.unparse(node.func)}"
+        f"{path.relative_to(PACKAGE)}:{line}: {called}"
         for path in SOURCES
         if not within(module_of(path), SPEAKS)
-        for statement in ast.parse(path.read_text(encoding="utf-8")).body
-        if not (isinstance(statement, ast.If) and "__main__" in ast.unparse(statement.test))
-        for node in ast.walk(statement)
-        if isinstance(node, ast.Call) and ast.unparse(node.func) in speech
+        for line, called, script in read(path).calls
+        if called in speech and not script
     ]
     assert not wrong
 
@@ -240,18 +276,9 @@ def test_kernels_know_arrays_only():
     """A compiled function names nothing of a scene, an optical stage or a sensor: arrays in, arrays out."""
     kernels, wrong = 0, []
     for path in SOURCES:
-        tree = ast.parse(path.read_text(encoding="utf-8"))
-        objects = set()
-        for node in ast.walk(tree):
-            if isinstance(node, ast.ImportFrom) and within(node.module, OBJECTS):
-                objects |= {alias.asname or alias.name for alias in node.names}
-        for node in ast.walk(tree):
-            if isinstance(node, ast.FunctionDef) and any(
-                "kernel(" in ast.unparse(mark) for mark in node.decorator_list
-            ):
-                kernels += 1
-                named = {name.id for name in ast.walk(node) if isinstance(name, ast.Name)}
-                wrong += [f"{module_of(path)}.{node.name}: {name}" for name in named & objects]
+        for name, named in read(path).kernels:
+            kernels += 1
+            wrong += [f"{module_of(path)}.{name}: {one}" for one in named & read(path).objects]
     assert kernels > 40
     assert not wrong
 

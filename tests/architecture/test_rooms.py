@@ -2,6 +2,7 @@
 
 import ast
 import textwrap
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -63,6 +64,11 @@ class Functions:
                     for inner in node.body:
                         if isinstance(inner, ast.FunctionDef):
                             self.found[module, f"{node.name}.{inner.name}"] = inner
+        within = {key: list(ast.walk(node)) for key, node in self.found.items()}
+        self.calls = {key: [node for node in nodes if isinstance(node, ast.Call)] for key, nodes in within.items()}
+        self.uses = {
+            key: Counter(node.id for node in nodes if isinstance(node, ast.Name)) for key, nodes in within.items()
+        }
 
     def called(self, key, call):
         """The function that a call is of, None for one that is not among these."""
@@ -78,9 +84,8 @@ class Functions:
 
     def handed_on(self, key, parameter):
         """Where a parameter goes that is used for nothing but to be handed on: (function, parameter), else None."""
-        node = self.found[key]
         targets, counted = set(), 0
-        for call in (n for n in ast.walk(node) if isinstance(n, ast.Call)):
+        for call in self.calls[key]:
             other = self.called(key, call)
             for place, value in [*enumerate(call.args), *((k.arg, k.value) for k in call.keywords)]:
                 if not (isinstance(value, ast.Name) and value.id == parameter):
@@ -93,8 +98,7 @@ class Functions:
                     return None
                 targets.add((other, names[place] if isinstance(place, int) else place))
                 counted += 1
-        uses = sum(isinstance(n, ast.Name) and n.id == parameter for n in ast.walk(node))
-        return targets.pop() if counted == uses and len(targets) == 1 else None
+        return targets.pop() if counted == self.uses[key][parameter] and len(targets) == 1 else None
 
     def carried(self, key, parameter):
         """The road of a parameter: this function and all that it is handed on to."""

@@ -113,7 +113,7 @@ def test_what_a_method_cannot_is_said_once(camsim):
 def test_ctrl_c_keeps_what_was_measured(folder):
     # What runs in a shell's background inherits that Ctrl-C is ignored.
     process = subprocess.Popen(
-        [COMMAND, "bench", "slanted-edge", "-o", "out"],
+        [COMMAND, "bench", "paper-square", "-o", "out"],
         cwd=folder,
         text=True,
         stdout=-1,

@@ -7,6 +7,7 @@ import errno
 import json
 import os
 import pickle
+import resource
 import stat
 import subprocess
 import sys
@@ -52,32 +53,18 @@ def test_a_kill_leaves_the_old_or_the_new_file(tmp_path: Path, make_frame: Calla
 def test_a_file_cut_short_by_the_system_is_said_and_leaves_the_old_one(
     tmp_path: Path, frame: Frame, suffix: str
 ) -> None:
-    pickled = tmp_path / "frame.pickle"
-    pickled.write_bytes(pickle.dumps(dataclasses.replace(frame, spectral=None)))
     folder = tmp_path / "out"
     folder.mkdir()
     target = folder / f"a{suffix}"
     target.write_text("old")
-    script = """
-import pickle, resource, sys
-from pathlib import Path
-from camsim.errors import OutputError
-from camsim.files import save
-frame = pickle.loads(Path(sys.argv[1]).read_bytes())
-resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
-try:
-    save(frame, sys.argv[2], force=True)
-except OutputError as error:
-    sys.exit(str(error))
-"""
-    ran = subprocess.run(
-        [sys.executable, "-c", script, pickled, target],
-        capture_output=True,
-        text=True,
-        check=False,
-        env={**os.environ, "PYTHONPATH": str(HERE.parents[1])},
-    )
-    assert ran.stderr == f"cannot write {str(target)!r}: the file would be larger than the system allows\n"
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, before[1]))
+    try:
+        with pytest.raises(OutputError) as caught:
+            save(dataclasses.replace(frame, spectral=None), target, force=True)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert str(caught.value) == f"cannot write {str(target)!r}: the file would be larger than the system allows"
     assert [path.name for path in folder.iterdir()] == [target.name]
     assert target.read_text() == "old"
 
