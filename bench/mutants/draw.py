@@ -178,7 +178,6 @@ def _names_in(function: ast.AST) -> set[str]:
 def _changes(node: ast.expr, parent: ast.AST, known: set[str], line: str) -> Iterator[tuple[str, int, int, str]]:
     """Yield kind, first and last byte, and the text that goes there; ``known``: names that mean something there."""
     start, end = node.col_offset, node.end_col_offset or 0
-    text = ast.unparse(node)
     if isinstance(node, ast.BinOp) and type(node.op) in _OPERATOR and not _is_text(node):
         sign = _OPERATOR[type(node.op)]
         at = (node.left.end_col_offset or 0) + _between(node.left, node.right, line).index(sign)
@@ -208,7 +207,7 @@ def _changes(node: ast.expr, parent: ast.AST, known: set[str], line: str) -> Ite
     elif isinstance(node, ast.Constant):
         yield from _other_constant(node, parent, start, end)
     elif isinstance(node, ast.Name | ast.Attribute) and isinstance(node.ctx, ast.Load):
-        word = text.rsplit(".", 1)[-1]
+        word = node.attr if isinstance(node, ast.Attribute) else node.id
         for other in _other_axis(word) & (known | _ALWAYS_KNOWN):
             yield "axes swapped", end - len(word.encode()), end, other
     elif isinstance(node, ast.Dict):
@@ -216,7 +215,7 @@ def _changes(node: ast.expr, parent: ast.AST, known: set[str], line: str) -> Ite
             yield from _exchanged(a, b, line)
     elif isinstance(node, ast.Tuple | ast.List) and isinstance(node.ctx, ast.Load) and len(node.elts) > 1:
         yield from _exchanged(node.elts[0], node.elts[1], line)
-    elif isinstance(node, ast.Call) and len(node.args) > 1 and text[:11] != "isinstance(":
+    elif isinstance(node, ast.Call) and len(node.args) > 1 and not _is_isinstance(node.func):
         yield from _exchanged(node.args[0], node.args[1], line)
     elif isinstance(node, ast.Subscript) and isinstance(node.ctx, ast.Load) and isinstance(node.slice, ast.Constant):
         at = node.slice
@@ -226,6 +225,10 @@ def _changes(node: ast.expr, parent: ast.AST, known: set[str], line: str) -> Ite
         yield "condition negated", start, end, f"not ({line.encode()[start:end].decode()})"
     if isinstance(parent, ast.comprehension) and node in parent.ifs:
         yield "condition negated", start, end, f"not ({line.encode()[start:end].decode()})"
+
+
+def _is_isinstance(node: ast.expr) -> bool:
+    return isinstance(node, ast.Name) and node.id == "isinstance"
 
 
 def _other_constant(node: ast.Constant, parent: ast.AST, start: int, end: int) -> Iterator[tuple[str, int, int, str]]:
