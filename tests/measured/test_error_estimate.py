@@ -20,6 +20,7 @@ from camsim.rendering.boundary import engine as boundary_engine
 from camsim.rendering.boundary import image as boundary_image
 from camsim.rendering.boundary import tables
 from camsim.rendering.check.pupils import Otherwise
+from camsim.rendering.fields import job as field_job
 from camsim.rendering.fourier import apart, lens_curves, loudness
 from camsim.rendering.fourier import image as fourier_image
 from camsim.rendering.fourier import lens as fourier_lens
@@ -586,4 +587,24 @@ def test_sides_that_are_taken_for_silent_are_seen(monkeypatch, lens, photosite):
     corrupted = camsim.render(scene, [lens, photosite], grid, **how)
     assert honest.error_estimate <= 1e-10
     assert worst(corrupted.image, honest.image) > 1e-7
+    assert corrupted.error_estimate > 0.9 * worst(corrupted.image, honest.image)
+
+
+@pytest.mark.parametrize(("rows", "cols"), [(1, 1), (9, 7)])
+def test_rings_of_a_picture_that_are_taken_for_silent_are_seen(monkeypatch, rows, cols):
+    """Rings a wave apart about the middle; how far those of an aberrated lens are in step the check finds out itself."""
+    lens, grid = (
+        camsim.Wavefront(f_number=1.0 / 0.55, zernike_waves={8: 0.05}),
+        camsim.Grid(rows=rows, cols=cols, pitch_um=1.0),
+    )
+    place = (np.arange(480) - 239.5) / 4.0
+    apart = np.hypot(place[:, None], place)
+    rings = ((np.floor(2.0 * apart) % 2 == 0) & (apart > 30.0) & (apart < 60.0)).astype(float)
+    scene = camsim.Scene(background=0.0, shapes=[camsim.Picture(planes=rings[None], width_um=120.0)])
+    how = {"wavelength_nm": 550.0, "tolerance": 1e-4}
+    honest = camsim.render(scene, [lens, POINT], grid, **how)
+    monkeypatch.setattr(field_job, "in_step_until", lambda *given, nearest, **how: nearest)
+    corrupted = camsim.render(scene, [lens, POINT], grid, **how)
+    assert honest.error_estimate <= 1e-5
+    assert worst(corrupted.image, honest.image) > 2e-4
     assert corrupted.error_estimate > 0.9 * worst(corrupted.image, honest.image)

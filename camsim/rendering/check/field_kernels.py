@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camsim.arrays import F64
+from camsim.arrays import C128, F64
 from camsim.kernels import kernel
 
 
@@ -41,6 +41,13 @@ class Far(NamedTuple):
     table: F64
     first_log: float
     per_log: float
+
+
+class Waves(NamedTuple):
+    """r³ times the rings' light in the middles of cells, (cells, planes, channels), so many cells a pitch."""
+
+    table: C128
+    per_pitch: float
 
 
 @kernel()
@@ -150,6 +157,62 @@ def middles_light(patches: Patches, point: F64, far: Far, radius: float) -> F64:
     for r in range(rows):
         total += sums[r]
     return total
+
+
+@kernel()
+def _about(x: float, y: float, waves: Waves, shells: tuple[float, float], out: C128) -> tuple[int, int, int, float]:
+    """Return cell, shell (negative: nearer than the first, or beyond the last) and sector of a place, and 1/r³."""
+    _, count, sectors = out.shape
+    r = math.hypot(x, y)
+    place = (math.log(r) - shells[0]) * shells[1] if r > 0.0 else -1.0
+    sector = int((math.atan2(y, x) / math.tau + 1.0) * sectors) % sectors
+    shell = math.floor(place) if place < count else -1
+    return min(int(r * waves.per_pitch), len(waves.table) - 1), shell, sector, r**-3.0
+
+
+@kernel(allocates=True)
+def rings_of_patches(
+    patches: Patches, point: F64, waves: Waves, frequency: float, shells: tuple[float, float], out: C128
+) -> None:
+    """Add to (channels, shells, sectors): the rings of whole patches, by distance and direction.
+
+    frequency : of the rings, which a patch averages over its sides, cycles/pitch
+    shells    : log of where the first one begins, and how many there are to a step of log r
+    """
+    values, whole, degree, corner, axes = patches
+    rows, cols = whole.shape
+    half = np.empty(4)
+    _spline(degree, 0.5, half)
+    for r in range(rows):
+        for c in range(cols):
+            x = corner[0] + (c + 0.5) * axes[0, 0] + (r + 0.5) * axes[1, 0] - point[0]
+            y = corner[1] + (c + 0.5) * axes[0, 1] + (r + 0.5) * axes[1, 1] - point[1]
+            cell, shell, sector, light = _about(x, y, waves, shells, out)
+            if shell < 0 or not whole[r, c]:
+                continue
+            per_side = math.pi * frequency / math.hypot(x, y)
+            across = per_side * (x * axes[0, 0] + y * axes[0, 1])
+            down = per_side * (x * axes[1, 0] + y * axes[1, 1])
+            for turn in (across, down):
+                light *= math.sin(turn) / turn if turn != 0.0 else 1.0
+            for p in range(len(values)):
+                value = 0.0
+                for i in range(degree + 1):
+                    for j in range(degree + 1):
+                        value += half[i] * half[j] * values[p, r + i, c + j]
+                for k in range(len(out)):
+                    out[k, shell, sector] += light * value * waves.table[cell, p, k]
+
+
+@kernel()
+def rings_of_points(places: F64, lit: F64, point: F64, waves: Waves, shells: tuple[float, float], out: C128) -> None:
+    """Add the rings of points (n, 2) of light (planes, n)."""
+    for q in range(len(places)):
+        cell, shell, sector, light = _about(places[q, 0] - point[0], places[q, 1] - point[1], waves, shells, out)
+        if shell >= 0:
+            for p in range(len(lit)):
+                for k in range(len(out)):
+                    out[k, shell, sector] += light * lit[p, q] * waves.table[cell, p, k]
 
 
 @kernel(allocates=True)

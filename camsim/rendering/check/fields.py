@@ -48,6 +48,7 @@ class DirectSums:
     seen          : of every picture, see there
     density       : (planes, channels, n) of all their planes;  wavelength_nm: (n,)
     allowed       : what a sum may be wrong by;  moved: (2,) where the pattern's centre lies, pitches
+    until         : as far as rings are heard in step, pitches
     """
 
     seen: tuple[Seen, ...]
@@ -57,6 +58,7 @@ class DirectSums:
     grid: Grid
     allowed: float
     moved: F64
+    until: float = 0.0
 
     @staticmethod
     def can(system: OpticalSystem) -> bool:
@@ -121,7 +123,7 @@ class DirectSums:
             if heard_here * min(1.0, float(np.abs(sums).max())) <= self.allowed:
                 break
             radius *= FARTHER
-        return min(radius, self._farthest) + extent
+        return min(max(radius, self.until), self._farthest) + extent
 
     @cached_property
     def zones(self) -> list[tuple[float, tuple[float, float]]]:

@@ -14,26 +14,23 @@ from camsim.arrays import F64, I64, U8
 from camsim.kept import cached_property
 from camsim.optics.difference import Split
 from camsim.optics.protocols import OpticalStage
-from camsim.quadrature import GOLDEN, gauss_error
-from camsim.rendering.budget import DIFFERENCE_CHECK_PART
+from camsim.quadrature import GOLDEN
+from camsim.rendering.budget import DIFFERENCE_CHECK_PART, ErrorBudget
 from camsim.rendering.check.checks import Found
-from camsim.rendering.check.crossings import Bounds, bounds_of, crossed
+from camsim.rendering.check.crossings import crossed
 from camsim.rendering.check.fields import DirectSums
 from camsim.rendering.check.fitting import Fitting, Windows
-from camsim.rendering.check.gradient_samples import Cells, SeenGradient
 from camsim.rendering.check.judge import Judge
 from camsim.rendering.check.places import SHARE_OF_TIME
-from camsim.rendering.check.point_samples import SeenPoints, seen_points
 from camsim.rendering.check.pupils import summed_otherwise
-from camsim.rendering.check.scene_samples import LARGEST, Seen
-from camsim.rendering.check.wavelengths import condensed, densities
+from camsim.rendering.check.ring_sums import RingSums
+from camsim.rendering.check.seen_fields import SeenFields, Summed
+from camsim.rendering.check.wavelengths import condensed
 from camsim.rendering.engine import Plan
 from camsim.rendering.grid import Grid
-from camsim.scene import Picture, PointSource, Scene
+from camsim.scene import Picture, Scene
 from camsim.scene.gradients import Gradient
-from camsim.scene.raster import Field, axes_of, flat_of
-from camsim.spectra.component import Component
-from camsim.spectra.curve import Spectrum
+from camsim.scene.raster import axes_of
 
 FEWEST, MOST = 2, 24
 CROSSED = 3  # more photosites where outlines lie in front of pictures
@@ -51,7 +48,7 @@ class Fields(Protocol):
 
     def windows(self, tolerance: float) -> Windows: ...  # noqa: D102 (renders windows of the pictures)
 
-    def difference(self, tolerance: float) -> Windows | None: ...  # noqa: D102 (the same behind the rest alone)
+    def difference(self, tolerance: float, rings_until: float) -> Windows | None: ...  # noqa: D102 (behind the rest)
 
     def behind(self, lens: OpticalStage) -> Fields: ...  # noqa: D102 (the same behind another lens)
 
@@ -69,35 +66,16 @@ class PictureJudge:
     fields: Fields
 
     @cached_property
-    def _highest(self) -> float:
-        """The highest frequency that passes the lens, cycles/pitch."""
-        job = self.edges.job
-        seen_nm = job.wavelength_nm[np.any(job.response != 0.0, axis=0)]
-        if not seen_nm.size:
-            seen_nm = job.wavelength_nm[:1]
-        return job.system.highest_per_um(seen_nm) * job.grid.pitch_um
-
-    @cached_property
-    def _bounds(self) -> dict[int, Bounds | None]:
-        """What bounds what is seen of every field, by its number among the shapes; None for all of a picture."""
-        job = self.edges.job
-        pitch_um, allowed = job.grid.pitch_um, job.budget.of_check.tolerance
-        return {
-            number: bounds_of(self.scene, number, pitch_um, 1.0 / (self._highest + _cycles(shape, pitch_um)), allowed)
-            for number, shape in enumerate(self.scene.shapes)
-            if isinstance(shape, Picture | Gradient)
-        }
+    def _seen(self) -> SeenFields:
+        """What there is to see."""
+        job, split = self.edges.job, self.fields.split
+        system = job.system if split is None else dataclasses.replace(job.system, lens=split.core)
+        return SeenFields(job=job, scene=self.scene, system=system)
 
     @property
     def sees(self) -> bool:
         """Whether anything of pictures, gradients and points is to be seen."""
-        return bool(self._points) or any(bounds is None or len(bounds.start) for bounds in self._bounds.values())
-
-    @cached_property
-    def _points(self) -> list[PointSource]:
-        """Points that nothing covers, the brightest first."""
-        seen = seen_points(self.scene, self.edges.job.grid.pitch_um)
-        return sorted(seen, key=lambda point: -(point.photosites or 0.0))
+        return self._seen.visible
 
     @cached_property
     def _moved(self) -> F64:
@@ -106,59 +84,39 @@ class PictureJudge:
         return np.zeros(2) if split is None else np.array(split.moved_um) / self.edges.job.grid.pitch_um
 
     @cached_property
-    def _sums(self) -> DirectSums | None:
-        """What sums photosites behind a round lens, or behind the round part of one."""
-        job, system = self.edges.job, self.edges.job.system
-        if self.fields.split is not None:
-            system = dataclasses.replace(system, lens=self.fields.split.core)
-        if not DirectSums.can(system):
-            return None
-        allowed = job.budget.of_check.tolerance
-        background = self.scene.background
-        pictures: list[Seen] = []
-        spectra: list[Spectrum | Component] = []
-        for number, shape in enumerate(self.scene.shapes):
-            if isinstance(shape, Picture | Gradient):
-                pictures.append(self._seen(number, shape, allowed))
-                spectra.extend(shape.spectra)
-                if pictures[-1].ones:
-                    spectra.append(Component.less(background))
-        colours: list[Spectrum] = list(dict.fromkeys(point.reflectance for point in self._points))
-        wavelength_nm, density = densities(
-            [*spectra, *colours] or [0.0], job.response, job.wavelength_nm, full=job.signals.scale
-        )
-        if self._points:
-            pictures.append(SeenPoints.of(self._points, colours, job.grid.pitch_um))
-            allowed /= max(1.0, pictures[-1].loud)
-        blur = system.blurs_um(wavelength_nm) / job.grid.pitch_um
-        sums = functools.partial(
-            DirectSums, seen=tuple(pictures), system=system, grid=job.grid, allowed=allowed, moved=self._moved
-        )
-        radius = sums(density=density, wavelength_nm=wavelength_nm).radius
-        phase = 2.0 * math.pi * radius * float(1.0 / blur.min() - 1.0 / blur.max())
-        nodes, moved = condensed(wavelength_nm, density, phase=phase, allowed=allowed)
-        return sums(density=moved, wavelength_nm=nodes)
+    def _middles(self) -> F64:
+        """The photosites (n, 2) nearest to the middles of pictures, moved and not: rings may be about these."""
+        grid, fields = self.edges.job.grid, [one for one in self.scene.shapes if isinstance(one, Picture | Gradient)]
+        middles = np.array([one.centre_um for one in fields], float).reshape(-1, 2)[: MOST // 2] / grid.pitch_um
+        rows, cols = _nearest(np.concatenate([middles, middles + self._moved]), grid)
+        return np.unique(np.stack([cols, rows], axis=1) + np.array(grid.first_centre), axis=0)
 
-    def _seen(self, number: int, shape: Field, allowed: float) -> Seen:
-        """Return what is seen of a picture or gradient."""
-        assert isinstance(shape, Picture | Gradient)
-        highest, bounds = self._highest, self._bounds[number]
-        pitch_um, background = self.edges.job.grid.pitch_um, self.scene.background
-        grey = background if isinstance(background, float | int) else None
-        flat = None if grey is None else flat_of(shape.spectra)
-        less = np.zeros(len(shape.spectra)) if flat is None or grey is None else grey * flat
-        outline = None if bounds is None else (bounds.start, bounds.end)
-        raster = Cells.over(shape, pitch_um) if isinstance(shape, Gradient) else shape
-        phase = math.pi * (highest + _cycles(shape, pitch_um)) * min(raster.step_um / pitch_um, LARGEST)
-        order = 3
-        while order < 60 and gauss_error(order, phase) > math.log(max(allowed, 1e-12)):
-            order += 1
-        if isinstance(shape, Gradient):
-            return SeenGradient(
-                picture=raster, less=less, ones=flat is None, outline=outline, pitch_um=pitch_um, order=order + 1,
-                gradient=shape, highest=highest, allowed=allowed,
-            )  # fmt: skip
-        return Seen(picture=raster, less=less, ones=flat is None, outline=outline, pitch_um=pitch_um, order=order + 1)
+    @cached_property
+    def _summed(self) -> Summed:
+        """What sums are of."""
+        return self._seen.summed()
+
+    @cached_property
+    def _rings(self) -> RingSums:
+        """What is heard in the middles of pictures."""
+        seen, pitch_um = self._summed, self.edges.job.grid.pitch_um
+        return RingSums.at(self._middles - self._moved, seen, pitch_um, least=seen.allowed)
+
+    @cached_property
+    def _sums(self) -> DirectSums | None:
+        """What sums photosites, None where nothing does."""
+        if not DirectSums.can(self._seen.system):
+            return None
+        seen, grid = self._summed, self.edges.job.grid
+        blur = seen.system.blurs_um(seen.wavelength_nm) / grid.pitch_um
+        sums = functools.partial(
+            DirectSums, seen=seen.pictures, system=seen.system, grid=grid, allowed=seen.allowed, moved=self._moved,
+            until=self._rings.until(seen.allowed),
+        )  # fmt: skip
+        radius = sums(density=seen.density, wavelength_nm=seen.wavelength_nm).radius
+        phase = 2.0 * math.pi * radius * float(1.0 / blur.min() - 1.0 / blur.max())
+        nodes, moved = condensed(seen.wavelength_nm, seen.density, phase=phase, allowed=seen.allowed)
+        return sums(density=moved, wavelength_nm=nodes)
 
     @cached_property
     def _transformed(self) -> Fields:
@@ -171,14 +129,16 @@ class PictureJudge:
         finest = self.edges.transforms.finest
         if self._sums is not None:
             wanted, coarsest = max(DIFFERENCE_CHECK_PART * self.fields.tolerance, finest), self.fields.tolerance
-            if self._transformed.difference(coarsest) is None:
+            if self._transformed.difference(coarsest, 0.0) is None:
                 return None
             return Fitting(self._difference, wanted=wanted, coarsest=coarsest)
         wanted = max(self.edges.job.budget.of_check.tolerance, finest)
         return Fitting(self._transformed.windows, wanted=wanted, coarsest=self.fields.tolerance)
 
     def _difference(self, tolerance: float) -> Windows:
-        found = self._transformed.difference(tolerance)
+        # A wavefront turns the rings of two sides against one another by half a turn at the most.
+        allowed = ErrorBudget(tolerance).allowed("cut") / 2.0
+        found = self._transformed.difference(tolerance, self._rings.until(allowed))
         assert found is not None
         return found
 
@@ -210,19 +170,20 @@ class PictureJudge:
     @property
     def _fewest(self) -> int:
         """How many photosites are looked at whatever it takes."""
-        return FEWEST + len(self._crossed(CROSSED))
+        return FEWEST + len(self._middles) + len(self._crossed(CROSSED))
 
     def _places(self, count: int) -> tuple[I64, I64]:
         """Return photosites where outlines lie in front of pictures, at their corners and middles, and anywhere."""
         grid = self.edges.job.grid
         x0, y0 = grid.first_centre
         in_front = self._crossed(count)
-        corners = [np.array(point.centre_um) / grid.pitch_um + self._moved for point in self._points[:count]]
+        corners = list(self._middles)
+        corners += [np.array(point.centre_um) / grid.pitch_um + self._moved for point in self._seen.points[:count]]
         for shape in self.scene.shapes:
             if isinstance(shape, Picture | Gradient):
                 middle = np.array(shape.centre_um) / grid.pitch_um + self._moved
                 half = np.array(shape.half_um) / grid.pitch_um
-                for across, down in ((-1, -1), (0, 0), (1, 1), (1, -1), (-1, 1)):
+                for across, down in ((-1, -1), (1, 1), (1, -1), (-1, 1)):
                     corners.append(middle + np.einsum("a,ax->x", half * [across, down], axes_of(shape.rotate_deg)))
         spots: dict[tuple[int, int], None] = {}
         turn = 0
@@ -240,7 +201,7 @@ class PictureJudge:
     def _crossed(self, count: int) -> F64:
         """Return places (n, 2) where outlines lie in front of pictures, the hardest first."""
         fields = [shape for shape in self.scene.shapes if isinstance(shape, Picture | Gradient)]
-        found = crossed(zip(fields, self._bounds.values(), strict=True), self.edges.job.grid, count)
+        found = crossed(zip(fields, self._seen.bounds.values(), strict=True), self.edges.job.grid, count)
         return found + self._moved
 
     def seconds(self, plan: Plan) -> float:
@@ -261,7 +222,8 @@ class PictureJudge:
         if self._sums is not None:
             value, together = value + self._sums.values(rows, cols, sets), 1
             # Of a large picture it holds a copy, for which there is no room while a sensor records.
-            self.__dict__.pop("_sums")
+            for kept in ("_sums", "_summed"):
+                self.__dict__.pop(kept)
         if windows is None:
             return value
         x0, y0 = self.edges.job.grid.first_centre
@@ -275,11 +237,6 @@ class PictureJudge:
             channel[places] = sets[..., part]
             value[..., part] += windows.rendered((x0 + col, y0 + row), channel)[places]
         return value
-
-
-def _cycles(field: Field, pitch_um: float) -> float:
-    """Return the most cycles/pitch of a gradient; a picture is told by its samples."""
-    return field.cycles_per_um * pitch_um if isinstance(field, Gradient) else 0.0
 
 
 def _windows_of(places: tuple[I64, I64], rows: int, cols: int) -> tuple[I64, I64]:

@@ -19,7 +19,7 @@ from camsim.arrays import F64, U8
 from camsim.kept import cached_property
 from camsim.optics import OpticalSystem
 from camsim.optics.protocols import KnowsEnergy, KnowsTail, Round
-from camsim.rendering.budget import ErrorBudget, Source
+from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.edges import Edges
 from camsim.rendering.engine import MEMORY_LIMIT_BYTES, Cost
 from camsim.rendering.fast_length import fast_length
@@ -52,6 +52,7 @@ class FieldImage:
     density       : (planes, channels, j) what each plane of each layer gives each channel at each wavelength
     wavelength_nm : (j,)
     tolerance     : largest error, in the unit of ``density``
+    rings_until   : a difference's pattern is taken as far, pitches, as its rings are heard in step
     """
 
     layers: Sequence[Layer | PointLayer]
@@ -60,6 +61,7 @@ class FieldImage:
     system: OpticalSystem
     pitch_um: float
     tolerance: float
+    rings_until: float = 0.0
     memory_limit_bytes: float = MEMORY_LIMIT_BYTES
 
     def rendered(
@@ -100,11 +102,8 @@ class FieldImage:
             band[part] += self._window(at, low, high, tile, reach, here[part])
             progress((done + 1) / len(parts))
             if col + cols == shape[1]:
-                if shells:
-                    beyond = np.zeros(here.shape)
-                    for shell in shells:
-                        shell.add(row, here, beyond)
-                    band += beyond
+                for shell in shells:
+                    shell.add(row, here, band)
                 yield band
 
     def _window(self, at: tuple[float, float], low: F64, high: F64, tile: Tile, reach: Reach, channel: U8) -> F64:
@@ -134,26 +133,28 @@ class FieldImage:
         reach, side, cost = self._planned(origin, shape)
         return cost, sum(tile.points for _, tile, _ in self._tiles(origin, shape, side, reach))
 
+    def sight(self, origin: tuple[float, float], shape: tuple[int, int]) -> tuple[float, float]:
+        """Return how far the pattern reaches, and how far apart a window's photosites and the pictures may lie."""
+        return self._kernel.reach, float(np.hypot(*self._extent(origin, shape)))
+
     def reach(self, origin: tuple[float, float], shape: tuple[int, int]) -> Reach:
         """Return how the pattern is parted for a window."""
-        if (origin, shape) not in self._reaches:
-            self._reaches[origin, shape] = self._reach(origin, shape)
+        if (origin, shape) in self._reaches:
+            return self._reaches[origin, shape]
+        quiet: Callable[[float], float] | None = None
+        budget, lens = ErrorBudget(self.tolerance), self.system.lens
+        if self._kernel.round and isinstance(lens, KnowsEnergy) and not self.system.more:
+            quiet = functools.partial(
+                quiet_distance, self.layers, self.system, self.wavelength_nm, self.density, self.pitch_um,
+                self._kernel, self._footprint, allowed=0.5 * budget.allowed("reach"),
+            )  # fmt: skip
+        hem = budget.allowed("hem" if isinstance(lens, KnowsTail) else "taper")
+        self._reaches[origin, shape] = parted(self._kernel, self._extent(origin, shape), shape, hem, quiet)
         return self._reaches[origin, shape]
 
     @cached_property
     def _reaches(self) -> dict[tuple[tuple[float, float], tuple[int, int]], Reach]:
         return {}
-
-    def _reach(self, origin: tuple[float, float], shape: tuple[int, int]) -> Reach:
-        extent = self._extent(origin, shape)
-        quiet: Callable[[float], float] | None = None
-        if self._kernel.round and isinstance(self.system.lens, KnowsEnergy) and not self.system.more:
-            quiet = functools.partial(
-                quiet_distance, self.layers, self.system, self.wavelength_nm, self.density, self.pitch_um,
-                self._kernel, self._footprint, allowed=0.5 * ErrorBudget(self.tolerance).allowed("reach"),
-            )  # fmt: skip
-        hem: Source = "hem" if isinstance(self.system.lens, KnowsTail) else "taper"
-        return parted(self._kernel, extent, shape, ErrorBudget(self.tolerance).allowed(hem), quiet)
 
     @cached_property
     def _precision(self) -> float:
@@ -162,7 +163,8 @@ class FieldImage:
     @cached_property
     def _kernel(self) -> Kernel:
         kernel = self._optics(range(len(self.layers))).kernel
-        return for_pictures(kernel, self.system, self.wavelength_nm, self.pitch_um, ErrorBudget(self.tolerance))
+        budget = ErrorBudget(self.tolerance)
+        return for_pictures(kernel, self.system, self.wavelength_nm, self.pitch_um, budget, self.rings_until)
 
     def _optics(self, layers: Sequence[int]) -> FourierImage:
         """Return what multiplies some layers' planes by lens and photosite: they stand for regions on no background.

@@ -15,6 +15,7 @@ from camsim.optics.protocols import OpticalStage
 from camsim.rendering.budget import CLOSED_PART, ErrorBudget
 from camsim.rendering.fields.gradient import sampled
 from camsim.rendering.fields.image import FieldImage
+from camsim.rendering.fields.in_step import FarRings, in_step_until
 from camsim.rendering.fields.layer import Layer, Rings
 from camsim.rendering.fields.parts import FieldImages, Part
 from camsim.rendering.fields.points import PointLayer, layer_of, seen_of
@@ -108,36 +109,59 @@ class FieldJob:
         """Return what renders them, wavelengths fused as far as each part's pattern reaches, to a tolerance."""
         tolerance = self.tolerance if tolerance is None else tolerance
         if self.split is None:
-            return FieldImages(parts=[Part(self._fused(self.system, tolerance), (0.0, 0.0))])
+            return FieldImages(parts=[Part(self._fused(self._of(self.system, tolerance)), (0.0, 0.0))])
         split, pitch_um = self.split, self.grid.pitch_um
         round_part = tolerance if split.rest is None else max(CLOSED_PART * tolerance, FINEST)
         moved = split.moved_um[0] / pitch_um, split.moved_um[1] / pitch_um
-        parts = [Part(self._fused(dataclasses.replace(self.system, lens=split.core), round_part), moved)]
+        core = dataclasses.replace(self.system, lens=split.core)
+        parts = [Part(self._fused(self._of(core, round_part)), moved)]
         if split.rest is not None:
-            parts.append(self._difference(split.rest, max(tolerance - round_part, FINEST)))
+            rest = self._behind(split.rest, max(tolerance - round_part, FINEST))
+            orders = tuple(order for order, *_ in split.core.pattern().rings)
+            parts.append(self._difference(rest, self._in_step_until(rest, orders)))
         return FieldImages(parts=parts)
 
     def windows(self, tolerance: float) -> FieldImage | FieldImages:
         """Return what renders windows at another tolerance: of a lens in one part, every wavelength on its own."""
         return self._of(self.system, tolerance) if self.split is None else self.fused(tolerance)
 
-    def difference(self, tolerance: float) -> FieldImages | None:
-        """Return what renders windows of what the lens has besides a round one; None where there is nothing."""
+    def difference(self, tolerance: float, rings_until: float) -> FieldImages | None:
+        """Return what renders windows of what the lens has besides a round one; None where there is nothing.
+
+        rings_until : as in ``FieldImage``
+        """
         if self.split is None or self.split.rest is None:
             return None
-        return FieldImages(parts=[self._difference(self.split.rest, tolerance)])
+        return FieldImages(parts=[self._difference(self._behind(self.split.rest, tolerance), rings_until)])
 
-    def _difference(self, rest: Difference, tolerance: float) -> Part:
-        return Part(self._fused(dataclasses.replace(self.system, lens=rest), tolerance), (0.0, 0.0))
+    def _difference(self, image: FieldImage, rings_until: float) -> Part:
+        return Part(self._fused(dataclasses.replace(image, rings_until=rings_until)), (0.0, 0.0))
 
-    def _fused(self, system: OpticalSystem, tolerance: float) -> FieldImage:
-        grid, image = self.grid, self._of(system, tolerance)
+    def _behind(self, rest: Difference, tolerance: float) -> FieldImage:
+        return self._of(dataclasses.replace(self.system, lens=rest), tolerance)
+
+    def _in_step_until(self, image: FieldImage, orders: tuple[float, ...]) -> float:
+        """Return how far a difference's rings are heard in step, pitches; ``orders``: their frequencies times λN."""
+        rings = FarRings(
+            system=image.system,
+            orders=orders,
+            wavelength_nm=self.wavelength_nm,
+            density=self.density,
+            pitch_um=self.grid.pitch_um,
+        )
+        nearest, within = image.sight(self.grid.first_centre, (self.grid.rows, self.grid.cols))
+        allowed = ErrorBudget(image.tolerance).allowed("cut")
+        return in_step_until(self.layers, rings, self.grid, nearest=nearest, within=within, allowed=allowed)
+
+    def _fused(self, image: FieldImage) -> FieldImage:
+        """Return the same of as many wavelengths as its pattern's reach asks for."""
+        grid, system = self.grid, image.system
         outer = max(image.reach(grid.first_centre, (grid.rows, grid.cols)).outer)
         blur = blur_of(system, self.wavelength_nm, grid.pitch_um)
         phase = 2.0 * math.pi * outer * float(1.0 / blur.min() - 1.0 / blur.max())
         phase += wavefront_phase(system, self.wavelength_nm)
         signals = Signals(wavelength_nm=self.wavelength_nm, density=self.density, scale=np.ones(len(self.density[0])))
-        nodes, density = fuse(signals, phase=phase, allowed=ErrorBudget(tolerance).allowed("wavelengths"))
+        nodes, density = fuse(signals, phase=phase, allowed=ErrorBudget(image.tolerance).allowed("wavelengths"))
         return dataclasses.replace(image, wavelength_nm=nodes, density=density)
 
     def _of(self, system: OpticalSystem, tolerance: float) -> FieldImage:

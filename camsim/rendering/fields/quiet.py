@@ -32,9 +32,12 @@ OF_AN_EDGE = 5.0
 
 
 def for_pictures(
-    kernel: Kernel, system: OpticalSystem, wavelength_nm: F64, pitch_um: float, budget: ErrorBudget
+    kernel: Kernel, system: OpticalSystem, wavelength_nm: F64, pitch_um: float, budget: ErrorBudget, rings_until: float
 ) -> Kernel:
-    """Return what is known of a lens, for pictures: of one that tells what edges hear of its light they hear more."""
+    """Return what is known of a lens, for pictures: of one that tells what edges hear of its light they hear more.
+
+    rings_until : as in ``FieldImage``
+    """
     lens = system.lens
     if not isinstance(lens, KnowsTail):
         return kernel
@@ -42,7 +45,7 @@ def for_pictures(
     ends_nm = {float(wavelength_nm.min()), float(wavelength_nm.max())}
     return dataclasses.replace(
         kernel,
-        reach=max(lens.reach_um(lost, nm, heard) for nm in ends_nm) / pitch_um,
+        reach=max(rings_until, max(lens.reach_um(lost, nm, heard) for nm in ends_nm) / pitch_um),
         light=lambda distance: min(1.0, OF_AN_EDGE * kernel.light(distance)),
     )
 
@@ -140,12 +143,12 @@ def quiet_distance(
     sides = sum(layer.sides for layer in layers)
     pointed = [layer.loud for layer in layers if isinstance(layer, PointLayer)]
     ends_nm = float(wavelength_nm.min()), float(wavelength_nm.max())
-    heard = max(_heard(layers, system, pitch_um, pitch_um / system.blur_um(nm)) for nm in ends_nm)
+    heard = max(heard_by(layers, system, pitch_um, pitch_um / system.blur_um(nm)) for nm in ends_nm)
     blur = system.blurs_um(wavelength_nm) / pitch_um
     longest = float(blur.max())
     # What is heard of the pattern's own, the fastest, is in ``heard``.
     rings = [
-        (ring, _heard(layers, system, pitch_um, ring.f) if ring.f * longest < 1.0 else 0.0)
+        (ring, heard_by(layers, system, pitch_um, ring.f) if ring.f * longest < 1.0 else 0.0)
         for ring in swings(system, longest)
     ]
     sharpness = taper_margin(min(allowed, 1.0))[1]
@@ -165,7 +168,7 @@ def quiet_distance(
     return distance
 
 
-def _heard(layers: Sequence[Layer | PointLayer], system: OpticalSystem, pitch_um: float, f: float) -> float:
+def heard_by(layers: Sequence[Layer | PointLayer], system: OpticalSystem, pitch_um: float, f: float) -> float:
     """Return what samples and footprint leave of a ring of f cycles/pitch, in the mean over directions, at the most."""
     angle = 2.0 * np.pi * (np.arange(DIRECTIONS) + 0.5) / DIRECTIONS
     kx, ky = f * np.cos(angle), f * np.sin(angle)
