@@ -592,11 +592,9 @@ def test_sides_that_are_taken_for_silent_are_seen(monkeypatch, lens, photosite):
 
 @pytest.mark.parametrize(("rows", "cols"), [(1, 1), (9, 7)])
 def test_rings_of_a_picture_that_are_taken_for_silent_are_seen(monkeypatch, rows, cols):
-    """Rings a wave apart about the middle; how far those of an aberrated lens are in step the check finds out itself."""
-    lens, grid = (
-        camsim.Wavefront(f_number=1.0 / 0.55, zernike_waves={8: 0.05}),
-        camsim.Grid(rows=rows, cols=cols, pitch_um=1.0),
-    )
+    """Rings a wave apart: how far those of an aberrated lens are in step with them the check finds out itself."""
+    lens = camsim.Wavefront(f_number=1.0 / 0.55, zernike_waves={8: 0.05})
+    grid = camsim.Grid(rows=rows, cols=cols, pitch_um=1.0)
     place = (np.arange(480) - 239.5) / 4.0
     apart = np.hypot(place[:, None], place)
     rings = ((np.floor(2.0 * apart) % 2 == 0) & (apart > 30.0) & (apart < 60.0)).astype(float)
