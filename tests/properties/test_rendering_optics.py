@@ -174,10 +174,10 @@ def test_a_few_wavelengths_add_up(rng):
 
 
 def test_a_whole_spectrum_adds_up():
-    """31 wavelengths, two of them far brighter than the rest, fused into fewer nodes: the same as one by one."""
-    wavelength_nm = np.arange(400.0, 701.0, 10.0)
+    """61 wavelengths, two of them far brighter than the rest, fused into fewer nodes: the same as one by one."""
+    wavelength_nm = np.arange(400.0, 701.0, 5.0)
     smooth = np.exp(-(((wavelength_nm - 560.0) / 70.0) ** 2))
-    lines = np.where(np.isin(wavelength_nm, (440.0, 540.0)), 40.0, 0.2)
+    lines = np.where(np.isin(wavelength_nm, (435.0, 545.0)), 40.0, 0.2)
     response = np.stack([smooth, lines])
     channel = np.array([[0, 1, 0, 1], [1, 0, 1, 0]], np.uint8).repeat(3, axis=0)
     rendering = channels_rendered(coloured(), wavelength_nm, response, channel)
