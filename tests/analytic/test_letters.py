@@ -83,7 +83,7 @@ def test_letters_that_meet_are_those_drawn_as_paths(group):
                 ],
             ),
             [camsim.Airy(f_number=5.6), camsim.SquarePhotosite(side_um=4.88)],
-            camsim.Grid(rows=12, cols=16, pitch_um=4.88),
+            camsim.Grid(rows=8, cols=14, pitch_um=4.88),
             wavelength_nm=550.0,
             tolerance=tolerance,
             method="boundary",

@@ -153,8 +153,7 @@ def test_a_window_beside_a_picture_is_that_of_the_frame(origin):
     assert worst(part, whole[rows, cols]) <= 2e-6
 
 
-@pytest.mark.parametrize("tolerance", [1e-4, 1e-7])
-def test_a_chart_of_shapes_is_a_picture_of_squares_under_shapes(tolerance):
+def test_a_chart_of_shapes_is_a_picture_of_squares_under_shapes():
     """The same behind a disc and a polygon, over another shape: what lies in front hides it exactly."""
     planes = np.random.default_rng(3).random((5, 7))
     under = camsim.Rectangle(width_um=90.0, height_um=14.0, centre_um=(0.0, 12.0), reflectance=0.9)
@@ -164,9 +163,10 @@ def test_a_chart_of_shapes_is_a_picture_of_squares_under_shapes(tolerance):
     ]
     picture = camsim.Picture(planes=planes, width_um=63.0, centre_um=(2.0, -1.0), rotate_deg=23.0)
     drawn = tiles(planes, 9.0, np.array([2.0, -1.0]), 23.0)
-    shown = rendered(under, picture, *above, tolerance=tolerance, background=0.3, method="fourier")
     right = rendered(under, *drawn, *above, tolerance=1e-8, background=0.3, method="fourier")
-    assert worst(shown, right) <= tolerance
+    for tolerance in (1e-4, 1e-7):
+        shown = rendered(under, picture, *above, tolerance=tolerance, background=0.3, method="fourier")
+        assert worst(shown, right) <= tolerance
 
 
 @pytest.mark.parametrize("interpolation", INTERPOLATIONS)

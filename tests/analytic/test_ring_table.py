@@ -83,7 +83,9 @@ class Rings:
             swings = np.zeros_like(r)
             for blur, weight in zip(self.blur, self.weights[pair, channel], strict=True):
                 u = np.pi * r / blur
-                swings += weight * 0.5 * (special.hankel1(0, u) ** 2 + special.hankel1(1, u) ** 2).real
+                swings += (
+                    weight * 0.5 * (special.j0(u) ** 2 - special.y0(u) ** 2 + special.j1(u) ** 2 - special.y1(u) ** 2)
+                )
             across = -(d @ np.array([-ty, tx])) * -swings / (2.0 * np.pi * r**2)
             found.append(0.5 * (s2 - s1) * w @ across @ self.shares)
         return np.array(found)
@@ -116,7 +118,7 @@ RED = camsim.Curve((450.0, 700.0), (0.05, 0.9), outside="hold")
 GREYS_AND_RED = [(0.4, 1.0, 0.9), (2.0, 0.6, RED), (35.0, 0.7, 0.4)]
 
 
-def planned(lens, olpf, radius, tolerance, waves, side=8):
+def planned(lens, olpf, radius, tolerance, waves, side=5):
     """Discs of three colours in two channels; jumps of greys are one another's multiples."""
     wavelength = np.linspace(500.0, 600.0, waves)
     discs = [
@@ -137,7 +139,7 @@ def planned(lens, olpf, radius, tolerance, waves, side=8):
     ).plan
 
 
-def image_of(plan, side=8):
+def image_of(plan, side=5):
     channel = np.indices((side, side)).sum(axis=0).astype(np.uint8) % 2
     return np.concatenate(list(plan.bands(channel, lambda done: None)))
 

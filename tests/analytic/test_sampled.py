@@ -62,10 +62,10 @@ def test_strips_equal_the_error_function_and_the_boundary_engine():
 
 @pytest.mark.parametrize("lens", [camsim.Gaussian(sigma_um=1.0), camsim.Airy(f_number=3.0)], ids=["gaussian", "airy"])
 def test_importance_converges_and_reports_its_error(lens):
-    errors = []
+    errors, optics = [], [lens, BOX, camsim.FourSpotOlpf(split_um=0.75)]
+    exact = rendered(optics, "boundary").image
     for samples in (121, 2025, 40_401):
-        rendering = rendered([lens, BOX, camsim.FourSpotOlpf(split_um=0.75)], "importance", samples)
-        exact = rendered([lens, BOX, camsim.FourSpotOlpf(split_um=0.75)], "boundary").image
+        rendering = rendered(optics, "importance", samples)
         errors.append(np.sqrt(np.mean((rendering.image - exact) ** 2)))
         assert 0.0 < rendering.error_estimate <= np.abs(rendering.image - exact).max() + 1e-6
     assert errors[1] < 0.5 * errors[0]

@@ -83,9 +83,15 @@ def test_aberrations_move_spikes_and_widen_them(pupil, waves):
     assert np.abs(image - exact).max() <= 0.1 * 3e-4
 
 
-@pytest.mark.parametrize("tolerance", [1e-2, 1e-3])
-@pytest.mark.parametrize("waves", [{4: 1.2}, {4: -2.0}, {11: 0.6}, {1: 2.0, 7: 0.7}], ids=str)
-@pytest.mark.parametrize("pupil", ["square", "6"])
+@pytest.mark.parametrize(
+    ("pupil", "waves", "tolerance"),
+    [
+        (("square", "6")[(k + more) % 2], waves, tolerance)  # every pair of the three
+        for k, waves in enumerate([{4: 1.2}, {4: -2.0}, {11: 0.6}, {1: 2.0, 7: 0.7}])
+        for more, tolerance in enumerate((1e-2, 1e-3))
+    ],
+    ids=str,
+)
 def test_within_the_spot_that_a_wavefront_makes_there_is_no_spike(pupil, waves, tolerance):
     """888 times the tolerance: a taper began where a side's light was moved to, and 1/(s − moved)² has a pole there."""
     along_spikes = 0
@@ -154,7 +160,7 @@ def test_all_wavelengths_at_once():
 
 
 @pytest.mark.parametrize(
-    ("towards_deg", "tolerance"), [(0.0, 1e-3), (25.0, 1e-3), (45.0, 1e-4), (0.0, 1e-5), (25.0, 1e-5), (25.0, 1e-6)]
+    ("towards_deg", "tolerance"), [(0.0, 1e-3), (25.0, 1e-3), (45.0, 1e-4), (0.0, 1e-5), (25.0, 1e-6)]
 )
 def test_a_knife_edge_that_leaves_every_frame(towards_deg, tolerance):
     """Refused before: a period as long as the half-plane, 10 km."""
@@ -183,8 +189,10 @@ def test_a_knife_edge_that_leaves_every_frame(towards_deg, tolerance):
     assert found.error_estimate <= tolerance
 
 
-@pytest.mark.parametrize("f_number", [2.8, 5.6, 16.0])
-@pytest.mark.parametrize("pupil", PUPILS)
+@pytest.mark.parametrize(
+    ("pupil", "f_number"),
+    [(p, n) for i, p in enumerate(PUPILS) for k, n in enumerate((2.8, 5.6, 16.0)) if (i + k) % 2 == 0],
+)
 def test_everyday_frames_are_not_refused(pupil, f_number):
     """446 × 446 within 2 GB, in front of a half-plane, and of a chart ten frames wide: 10¹³ and 49 GB before."""
     lens = Wavefront(f_number=f_number, pupil=PUPILS[pupil], zernike_waves={8: 0.1})

@@ -369,8 +369,14 @@ class Truth:
 
     def at(self, row, col, channel=0, *, target):
         """Light of one photosite, relative to full scale, and its error."""
-        value, error = self.boundary(channel, target).values([[self.x[col], self.y[row]]])
-        return float(self.base[channel] / self.scale[channel] + value[0]), float(error[0])
+        value, error = self.these([row], [col], channel, target=target)
+        return float(value[0]), float(error[0])
+
+    def these(self, rows, cols, channel=0, *, target):
+        """Light of some photosites, relative to full scale, and the error of each."""
+        points = np.stack([self.x[cols], self.y[rows]], axis=1)
+        value, error = self.boundary(channel, target).values(points)
+        return self.base[channel] / self.scale[channel] + value, error
 
     def boundary(self, channel, target):
         """Truth of single photosites in one channel, relative to its scale."""

@@ -1,6 +1,7 @@
 """Aberrated lenses as a round one, moved, and a short difference: the tolerance is kept, by sums over other pupils."""
 
 import dataclasses
+import functools
 from itertools import pairwise
 
 import numpy as np
@@ -53,6 +54,18 @@ def test_every_tolerance_is_kept_everywhere(name, lattice, monkeypatch):
     if lattice:
         on_a_lattice(monkeypatch)
     zernike_waves, obstruction, pitch_um = SYSTEMS[name]
+    values = exactly(name)
+    for tolerance in (1e-2, 1e-3, 1e-4, 1e-5, 1e-6):
+        found = rendered(lens_of(zernike_waves, obstruction), pitch_um, tolerance)
+        off = np.abs(found.image - 1.0 - values).max()
+        assert off <= tolerance
+        assert found.error_estimate <= tolerance
+
+
+@functools.cache
+def exactly(name):
+    """What 12 × 12 photosites see less than the background."""
+    zernike_waves, obstruction, pitch_um = SYSTEMS[name]
     own = {
         "pupil": {"shape": "circular", "obstruction": obstruction},
         "zernike_waves": list(zernike_waves.items()),
@@ -67,11 +80,7 @@ def test_every_tolerance_is_kept_everywhere(name, lattice, monkeypatch):
     at = np.arange(12) - 5.5
     values, error = truth.values(at, at)
     assert error < 1e-10
-    for tolerance in (1e-2, 1e-3, 1e-4, 1e-5, 1e-6):
-        found = rendered(lens_of(zernike_waves, obstruction), pitch_um, tolerance)
-        off = np.abs(found.image - 1.0 - values).max()
-        assert off <= tolerance
-        assert found.error_estimate <= tolerance
+    return values
 
 
 @pytest.mark.parametrize("name", list(SYSTEMS))

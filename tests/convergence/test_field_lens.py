@@ -192,8 +192,8 @@ def test_the_check_is_no_coarser_than_what_it_judges(monkeypatch):
 
 
 def test_daylight_behind_bayer_filters_is_what_sums_over_every_wavelength_are():
-    """Six wavelengths, path differences that change with them, three channels: each photosite by its own pupils."""
-    nm, tolerance = np.linspace(440.0, 650.0, 6), 1e-4
+    """Four wavelengths, path differences that change with them, three channels: each photosite by its own pupils."""
+    nm, tolerance = np.linspace(440.0, 650.0, 4), 1e-4
     daylight = illuminant("D55").at(nm)
     peaks = np.exp(-np.square((nm - np.array([[600.0], [540.0], [465.0]])) / 40.0))
     response = daylight * peaks / (daylight * peaks).sum(axis=1, keepdims=True)
@@ -541,6 +541,7 @@ def test_places_that_take_too_much_memory_are_refused_when_they_are_planned(monk
 def test_few_photosites_are_rendered_one_by_one():
     """Each with a pattern of its own, by another road than one image of all: as it is asked for, or takes less."""
     system = draw(841, 45)
+    system["grid"] |= {"cols": 2}
     asked = {"tolerance": system["tolerance"], "method": "auto"}
     alone, together = (systems.choice(system, **asked | more) for more in ({}, {"method": "boundary"}))
     assert (alone.method, together.method) == ("fourier", "boundary")
@@ -621,7 +622,6 @@ def test_an_image_that_takes_too_much_memory_is_refused_when_it_is_planned(monke
     ("seed", "number"),
     [
         (1301, 2013),  # 88 CPU seconds, and refused for its memory
-        (973, 829),  # 57, likewise
         (1401, 669),  # 23
     ],
 )
@@ -777,7 +777,7 @@ def test_a_single_term_of_high_order(zernike, many_waves, tolerance, size):
 
 
 def test_wavefronts_that_no_nodes_follow_are_refused_by_one_engine_and_not_by_the_other(monkeypatch):
-    rows = [[40.0 * height_um / RADIUS_UM] for height_um in HEIGHTS_UM]
+    rows = [[25.0 * height_um / RADIUS_UM] for height_um in HEIGHTS_UM]
     lens, grid = revolved(zernike=[8], waves=[rows]), window(size=2)
     scene = polygon(OUTLINE_UM + middle_um(grid))
     asked, auto = (rendered(lens, scene, grid, 1e-3, **more) for more in ({"method": "boundary"}, {}))

@@ -1,5 +1,7 @@
 """Systems that were once wrong, most of them unseen by the estimate, each with its neighbours (docs/attack.md)."""
 
+import itertools
+
 import numpy as np
 import pytest
 from examples import tile_centres
@@ -28,13 +30,14 @@ PHOTOSITES = {"point": POINT, "square": SQUARE, "rectangle": {"kind": "rectangle
 OLPFS = {"plate": (0.75, 0.0), "plate down": (0.0, 0.75), "four": (0.75, 0.75), "unequal": (1.0, 0.4)}
 
 
-def keeps(system, tolerance, method="auto"):
+def keeps(system, *tolerances, method="auto"):
     """Render and judge every photosite."""
-    rendering = systems.rendered(system, tolerance=tolerance, method=method)
     exact, unsure = systems.Truth(system).everywhere()
-    assert unsure < 0.1 * tolerance
-    assert np.abs(rendering.image - exact).max() <= tolerance
-    assert rendering.error_estimate <= tolerance
+    for tolerance in tolerances:
+        rendering = systems.rendered(system, tolerance=tolerance, method=method)
+        assert unsure < 0.1 * tolerance
+        assert np.abs(rendering.image - exact).max() <= tolerance
+        assert rendering.error_estimate <= tolerance
 
 
 @pytest.mark.parametrize("photosite", PHOTOSITES)
@@ -44,9 +47,9 @@ def test_photosites_straight_off_edges_and_corners(photosite, olpf, rotate_deg):
     """2.7e-4 off at 1e-8: sides on photosites' centres, spots beside them; odd and even frames, both alignments."""
     across, down = OLPFS[olpf]
     spots = {"split": across, "split_y": down, "rotate_deg": rotate_deg}
-    for rows, cols in ((13, 13), (12, 13)):
-        system = system_of([RECTANGLE], 0.7, photosite=PHOTOSITES[photosite], olpf=spots, rows=rows, cols=cols)
-        keeps(system | {"pitch_um": 1.0}, 1e-8, "boundary")
+    rows = 12 + (list(PHOTOSITES).index(photosite) + list(OLPFS).index(olpf) + (rotate_deg == 45.0)) % 2
+    system = system_of([RECTANGLE], 0.7, photosite=PHOTOSITES[photosite], olpf=spots, rows=rows, cols=13)
+    keeps(system | {"pitch_um": 1.0}, 1e-8, method="boundary")
 
 
 @pytest.mark.parametrize("sigma", [0.5, 3.0, 6.0, 27.0])
@@ -56,8 +59,7 @@ def test_photosites_straight_off_edges_and_corners(photosite, olpf, rotate_deg):
 def test_gaussians_larger_than_the_frame(sigma, photosite):
     """1e-3 off by the Fourier engine at any tolerance: its taper took all light for that of an Airy pattern's rings."""
     system = system_of([RECTANGLE], sigma, photosite=photosite, rows=3, cols=4)
-    for tolerance in (1e-3, 1e-6, 1e-9):
-        keeps(system | {"lens": {"kind": "gaussian", "blur": sigma}}, tolerance, "fourier")
+    keeps(system | {"lens": {"kind": "gaussian", "blur": sigma}}, 1e-3, 1e-6, 1e-9, method="fourier")
 
 
 def wavefront(blur, pupil, waves=()):
@@ -65,8 +67,10 @@ def wavefront(blur, pupil, waves=()):
     return {"kind": "wavefront", "blur": blur, "pupil": opening, "zernike_waves": waves, "defocus_waves": 0.0}
 
 
-@pytest.mark.parametrize("waves", [[[22, 0.1]], [[24, 0.08], [27, -0.05]], [[40, 0.05]], [[38, 0.03], [44, 0.05]]])
-@pytest.mark.parametrize("rotate_deg", [0.0, 30.0])
+@pytest.mark.parametrize(
+    ("waves", "rotate_deg"),
+    [([[22, 0.1]], 30.0), ([[24, 0.08], [27, -0.05]], 0.0), ([[40, 0.05]], 0.0), ([[38, 0.03], [44, 0.05]], 30.0)],
+)
 def test_high_orders_in_the_corners_of_a_square_pupil(waves, rotate_deg):
     """Up to 700 times the tolerance: beyond the unit circle order 8 grows as r⁸, 16 in the corners."""
     system = system_of([RECTANGLE], 0.8, rows=5, cols=5)
@@ -97,11 +101,10 @@ STAR = [[-1.0, -1.0], [0.0, -0.3], [1.0, -1.0], [0.3, 0.0], [1.0, 1.0], [0.0, 0.
 def test_outlines_far_outside_under_a_transfer_that_swings(points):
     """5.6e-5 off at 6e-10: where the encircled energy comes back to 1 an outline was dropped, at any tolerance."""
     at = np.arange(4.0, 16.0, 0.75)
-    for tolerance in (1e-5, 1e-9):
-        for x in at:
-            shape = {"kind": "polygon", "points": [[a + x, b + 0.3 * x] for a, b in points], "reflectance": 1.0}
-            system = system_of([shape], 1.06, photosite=SQUARE, rows=2, cols=2)
-            keeps(system | {"lens": BUMP}, tolerance, "fourier")
+    for x in at:
+        shape = {"kind": "polygon", "points": [[a + x, b + 0.3 * x] for a, b in points], "reflectance": 1.0}
+        system = system_of([shape], 1.06, photosite=SQUARE, rows=2, cols=2)
+        keeps(system | {"lens": BUMP}, 1e-5, 1e-9, method="fourier")
 
 
 DISCS_THAT_TOUCH = {
@@ -144,7 +147,7 @@ def test_photosites_at_exactly_the_distance_from_which_edges_are_far(turn_rad):
         method="boundary",
     )
     assert planned.plan.marks.near == 5.0
-    keeps(system, 1e-4, "boundary")
+    keeps(system, 1e-4, method="boundary")
 
 
 ELLIPSE = {"kind": "ellipse", "centre": [0.5, -0.8], "radii": [0.8, 0.4], "rotate_deg": 105.0, "reflectance": 0.0}
@@ -156,8 +159,7 @@ SLIVER = {"kind": "ellipse", "centre": [1.06, -0.04], "radii": [0.59, 0.015], "r
 def test_ellipses_beside_circles_and_cut_ones(shapes):
     """1e-10 … 3e-8 off at any tolerance: sides of an ellipse crowded at its end, or long ones beside a cut."""
     system = system_of(shapes, 0.23, photosite=POINT, rows=3, cols=4)
-    for tolerance in (1e-6, 1e-9):
-        keeps(system, tolerance, "fourier")
+    keeps(system, 1e-6, 1e-9, method="fourier")
 
 
 def test_small_circles_far_outside():
@@ -173,8 +175,7 @@ def test_gaussians_narrower_than_the_footprint(sigma):
     square, plate = {"kind": "square", "side": 0.674}, {"split": 0.0, "split_y": 0.75, "rotate_deg": 90.0}
     shape = {"kind": "rectangle", "width": 0.5, "height": 1.0, "centre": [0.25, 0.5], "rotate_deg": 0.0}
     system = system_of([shape | {"reflectance": 0.88}], sigma, photosite=square, olpf=plate, rows=3, cols=4)
-    for tolerance in (1e-2, 1e-3):
-        keeps(system | {"lens": {"kind": "gaussian", "blur": sigma}}, tolerance, "boundary")
+    keeps(system | {"lens": {"kind": "gaussian", "blur": sigma}}, 1e-2, 1e-3, method="boundary")
 
 
 @pytest.mark.parametrize("turn_deg", [90.0, 250.0])
@@ -182,8 +183,7 @@ def test_arcs_that_turn_the_other_way(turn_deg):
     """300 times the tolerance was met: an inner arc, whose corners come backwards, had lost them all."""
     sector = {"kind": "sector", "centre": [-0.5, -1.0], "radius": 2.5, "inner": 1.9, "from_deg": 38.0}
     system = system_of([sector | {"turn_deg": turn_deg, "reflectance": 0.2}], 0.47, rows=4, cols=3)
-    for tolerance in (1e-4, 1e-7):
-        keeps(system, tolerance)
+    keeps(system, 1e-4, 1e-7)
 
 
 @pytest.mark.parametrize("blur", [1.0, 10.3])
@@ -192,8 +192,7 @@ def test_a_disc_behind_a_transfer_that_makes_its_middle_dark(blur):
     curve = {"kind": "curve", "frequency": [0.0, 0.3, 0.4, 0.8, 1.0], "values": [1.0, 0.55, 0.1, -0.4, 0.0]}
     disc = {"kind": "disc", "radius": 2.7, "centre": [1.7, 1.74], "reflectance": 0.4}
     system = system_of([disc], blur, photosite=POINT, rows=1, cols=2) | {"lens": curve | {"blur": blur}}
-    for tolerance in (1e-8, 3e-11):
-        keeps(system, tolerance, "fourier")
+    keeps(system, 1e-8, 3e-11, method="fourier")
 
 
 def test_a_huge_rectangle_behind_a_thin_ellipse():
@@ -209,12 +208,19 @@ def test_a_disc_within_a_wide_gaussian(tolerance):
     """1.8 of the tolerance was met: rules for short sides followed high frequencies, and lost to low ones alike."""
     disc = {"kind": "disc", "radius": 4.3, "centre": [2.7, -0.6], "reflectance": 0.2}
     system = system_of([disc], 6.3, photosite=POINT, rows=8, cols=2) | {"lens": {"kind": "gaussian", "blur": 6.3}}
-    keeps(system, tolerance, "boundary")
+    keeps(system, tolerance, method="boundary")
 
 
-@pytest.mark.parametrize("size", [400.0, 4e4])
-@pytest.mark.parametrize("lens", [{"kind": "airy", "blur": 0.3}, {"kind": "annular", "blur": 0.5, "obstruction": 0.4}])
-@pytest.mark.parametrize("photosite", ["rounded", "polygon"])
+FAR_LENSES = {
+    "airy": {"kind": "airy", "blur": 0.3},
+    "annular": {"kind": "annular", "blur": 0.5, "obstruction": 0.4},
+}
+
+
+@pytest.mark.parametrize(
+    ("size", "lens", "photosite"),
+    [(400.0, "airy", "polygon"), (4e4, "airy", "rounded"), (400.0, "annular", "rounded"), (4e4, "annular", "polygon")],
+)
 def test_scenery_far_away_of_photosites_of_any_shape(size, lens, photosite):
     """Minutes for four photosites: one lattice, fine enough for the pattern's middle, as far as the scene went."""
     shapes = {
@@ -223,7 +229,7 @@ def test_scenery_far_away_of_photosites_of_any_shape(size, lens, photosite):
     }
     corner = [[0.4, 0.3], [size, 0.1 * size], [0.8 * size, size], [-0.3 * size, 0.9 * size]]
     quad = {"kind": "polygon", "points": corner, "reflectance": 0.0}
-    system = system_of([quad], 1.0, photosite=shapes[photosite], rows=3, cols=2) | {"lens": lens}
+    system = system_of([quad], 1.0, photosite=shapes[photosite], rows=3, cols=2) | {"lens": FAR_LENSES[lens]}
     truth = systems.Truth(system)
     places = np.stack(np.meshgrid(truth.x, truth.y), axis=-1).reshape(-1, 2)[[0, 3, 5]]
     exact, unsure = truth.boundary(0, 1e-9).values(places)
@@ -242,9 +248,9 @@ def test_a_thin_ellipse_within_a_blur(radii, blur):
     leaves where the next one is longer was looked at only where an outline is cut."""
     ellipse = {"kind": "ellipse", "centre": [0.4, 0.0], "radii": radii, "rotate_deg": 0.0, "reflectance": 0.2}
     system = system_of([ellipse], blur, photosite=POINT, rows=7, cols=25)
+    exact, unsure = systems.Truth(system).everywhere()
     for tolerance in (1e-3, 1e-4, 3e-5):
         rendering = systems.rendered(system, tolerance=tolerance, method="boundary")
-        exact, unsure = systems.Truth(system).everywhere()
         assert unsure < 0.01 * tolerance
         assert np.abs(rendering.image - exact).max() <= 0.35 * tolerance
 
@@ -258,11 +264,10 @@ def test_an_edge_that_only_the_outermost_photosites_see(turned, sign):
         size, centre = size[::-1], centre[::-1]
     shape = RECTANGLE | {"width": size[0], "height": size[1], "centre": list(centre)}
     system = system_of([shape], 0.02, photosite=POINT, rows=4, cols=4) | {"pitch_um": 1.0}
-    rendering, truth = systems.rendered(system, tolerance=1e-3, method="boundary"), systems.Truth(system)
-    for row, col in np.ndindex(4, 4):
-        exact, unsure = truth.at(row, col, target=1e-6)
-        assert unsure < 1e-4
-        assert abs(rendering.image[row, col] - exact) <= 1e-3
+    rendering, (rows, cols) = systems.rendered(system, tolerance=1e-3, method="boundary"), np.indices((4, 4))
+    exact, unsure = systems.Truth(system).these(rows.ravel(), cols.ravel(), target=1e-6)
+    assert unsure.max() < 1e-4
+    assert np.abs(rendering.image.ravel() - exact).max() <= 1e-3
 
 
 @pytest.mark.parametrize(("radius", "blur", "tolerance"), [(300.0, 0.3, 1e-4), (60.0, 0.1, 1e-5)])
@@ -369,7 +374,7 @@ def test_a_rim_cut_where_its_sides_change(tolerance):
     system = system_of(shapes, 3.0373047123140213, photosite=square, olpf=olpf, rows=30, cols=18)
     system["grid"] |= {"origin": [0, 16], "frame": [47, 45]}
     system["background"] = 0.16
-    keeps(system, tolerance, "boundary")
+    keeps(system, tolerance, method="boundary")
 
 
 @pytest.mark.parametrize(("obstruction", "tolerance"), [(0.05, 3.6e-3), (0.05, 4e-4), (0.1, 4e-3), (0.6, 2e-3)])
@@ -379,7 +384,7 @@ def test_where_rings_meet_nearer_than_their_series_hold(obstruction, tolerance):
     other = RECTANGLE | {"width": 3.0, "height": 2.0, "centre": [9.0, -3.0], "reflectance": 1.0}
     system = system_of([ring, other], 0.43, photosite={"kind": "square", "side": 0.5}, rows=6, cols=11)
     system |= {"lens": {"kind": "annular", "blur": 0.43, "obstruction": obstruction}, "background": 0.18}
-    keeps(system, tolerance, "boundary")
+    keeps(system, tolerance, method="boundary")
 
 
 def test_a_wavefront_that_spots_gather_from_farther_than_the_scene_is():
@@ -387,7 +392,7 @@ def test_a_wavefront_that_spots_gather_from_farther_than_the_scene_is():
     disc = {"kind": "disc", "radius": 0.24, "centre": [-0.15, -1.63], "reflectance": 0.05}
     spots = {"split": 0.5, "split_y": 1.424, "rotate_deg": 0.0}
     system = system_of([disc], 0.0725, photosite={"kind": "square", "side": 0.75}, olpf=spots, rows=1, cols=2)
-    keeps(system | {"lens": wavefront(0.0725, {"obstruction": 0.876}, [[24, 0.02]])}, 1e-10, "boundary")
+    keeps(system | {"lens": wavefront(0.0725, {"obstruction": 0.876}, [[24, 0.02]])}, 1e-10, method="boundary")
 
 
 def test_colours_that_spots_gather_from_farther_than_the_scene_is():
@@ -470,7 +475,7 @@ def test_fields_that_meet_at_their_corners(blur, tolerance):
         for i in range(8)
         for j in range(i % 2, 8, 2)
     ]
-    keeps(system_of(squares, blur, rows=48, cols=48), tolerance, "boundary")
+    keeps(system_of(squares, blur, rows=48, cols=48), tolerance, method="boundary")
 
 
 def test_a_check_that_hardly_fits_the_memory_has_a_price():
@@ -491,9 +496,7 @@ def test_windows_are_taken_where_a_check_s_table_is_dear():
     assert 0.0 < 3.0 * judge.seconds(choice.plan) < judge.integrals.table_seconds
 
 
-@pytest.mark.parametrize(
-    ("obstruction", "blur", "tolerance"), [(0.05, 0.037, 8e-7), (0.03, 0.037, 8e-7), (0.1, 0.1, 1e-5)]
-)
+@pytest.mark.parametrize(("obstruction", "blur", "tolerance"), [(0.05, 0.037, 8e-7), (0.1, 0.1, 1e-5)])
 def test_a_small_hole_s_slow_rings(obstruction, blur, tolerance):
     """1.8 times the tolerance: powers of a small hole's disc were taken for all of it from 3.5 of its own blurs on."""
     points = [[-7.4353, -12.229], [2.9706, 0.99515], [-13.6848, -1.4045], [-5.8243, -4.0826]]
@@ -535,25 +538,36 @@ def test_slow_rings_go_as_far_off_the_real_axis_as_they_are_long(obstruction, ol
     lens = {"kind": "annular", "blur": 0.0532, "obstruction": obstruction}
     spots = {} if olpf is None else {"olpf": olpf}
     system = system_of([TURNED | {"reflectance": 1.0}], 0.0532, photosite=SQUARE, rows=5, cols=2, **spots)
-    keeps(system | {"lens": lens, "pitch_um": 1.0}, 5e-8, "boundary")
+    keeps(system | {"lens": lens, "pitch_um": 1.0}, 5e-8, method="boundary")
 
 
-@pytest.mark.parametrize("tolerance", [4e-5, 1.3e-6, 1e-8])
-@pytest.mark.parametrize("blur", [0.0357, 0.2])
+SLOW = {
+    "annular 0.9": {"kind": "annular", "obstruction": 0.9},
+    "annular 0.6": {"kind": "annular", "obstruction": 0.6},
+    "curve": {"kind": "curve"} | KNEES,
+}
+
+
 @pytest.mark.parametrize(
-    "lens",
+    ("lens", "blur", "tolerance"),
     [
-        {"kind": "annular", "obstruction": 0.9},
-        {"kind": "annular", "obstruction": 0.6},
-        {"kind": "curve"} | KNEES,
+        ("annular 0.9", 0.0357, 4e-5),
+        ("annular 0.9", 0.2, 1.3e-6),
+        ("annular 0.9", 0.0357, 1e-8),
+        ("annular 0.6", 0.2, 4e-5),
+        ("annular 0.6", 0.0357, 1.3e-6),
+        ("annular 0.6", 0.2, 1e-8),
+        ("curve", 0.2, 4e-5),
+        ("curve", 0.2, 1.3e-6),
+        ("curve", 0.0357, 1.3e-6),
+        ("curve", 0.0357, 1e-8),
     ],
-    ids=["annular 0.9", "annular 0.6", "curve"],
 )
 def test_tapers_are_wide_enough_for_slow_rings(lens, blur, tolerance):
     """2.6 times the tolerance (942:3334), 1.2 (941:1723): the energy of what lies all about swings where it is cut."""
     shape = FAR_CORNER | {"reflectance": 0.2}
     system = system_of([shape], blur, photosite={"kind": "square", "side": 0.75}, rows=3, cols=4)
-    system = system | {"lens": lens | {"blur": blur}, "pitch_um": 1.0}
+    system = system | {"lens": SLOW[lens] | {"blur": blur}, "pitch_um": 1.0}
     fourier, boundary = (systems.rendered(system, tolerance=t, method=m) for t, m in
                          ((tolerance, "fourier"), (0.1 * max(tolerance, 1e-6), "boundary")))  # fmt: skip
     assert np.abs(fourier.image - boundary.image).max() <= tolerance
@@ -585,10 +599,11 @@ def test_sides_that_grow_from_where_an_outline_is_cut(shape, over, most):
     assert len(systems.choice(system, tolerance=1e-10, method="boundary").plan.job.edges) < most
 
 
-@pytest.mark.parametrize("method", ["boundary", "fourier"])
-@pytest.mark.parametrize("towards_deg", [0.0, 10.0])
-@pytest.mark.parametrize("index", [4, 8, 9, 20, 54, 104], ids=lambda j: f"Z{j}")
-def test_edges_that_go_straight_on_from_a_photosite(index, towards_deg, method):
+@pytest.mark.parametrize(
+    ("index", "towards_deg"),
+    [(4, 0.0), (8, 10.0), (9, 0.0), (20, 10.0), (54, 0.0), (54, 10.0), (104, 0.0)],
+)
+def test_edges_that_go_straight_on_from_a_photosite(index, towards_deg):
     """3.1 times the tolerance (Z54, Z104, boundary), 1.4 times unseen (Z104, fourier): odd aberrations throw the rim's
     light to one side of an edge along it, and the reach knew edges from the side only."""
     lambda_n, side, distance = 0.6, 1.0, 0.15
@@ -598,7 +613,7 @@ def test_edges_that_go_straight_on_from_a_photosite(index, towards_deg, method):
     plane = camsim.HalfPlane(through_um=through, towards_deg=towards_deg, reflectance=1.0)
     exact = knife_edge(lambda x, y: 0.1 * zernike(index, x, y), lambda_n, distance, towards_deg, side)
     scene, grid = camsim.Scene(background=0.0, shapes=[plane]), camsim.Grid(rows=1, cols=1, pitch_um=1.0)
-    for tolerance in (1e-3, 1e-6):
+    for tolerance, method in itertools.product((1e-3, 1e-6), ("boundary", "fourier")):
         found = camsim.render(
             scene, [lens, SquarePhotosite(side_um=side)], grid, wavelength_nm=550.0, tolerance=tolerance, method=method
         )
@@ -615,13 +630,13 @@ def test_what_no_check_fits_is_refused_before_it_is_rendered():
     assert systems.choice(system, tolerance=system["tolerance"], method="auto").cost.memory_bytes < 0.5e9
 
 
-@pytest.mark.parametrize("index", [20, 104])
+@pytest.mark.parametrize("index", [20, 54])
 def test_stars_about_a_photosite(index):
     """A division by zero: its sectors' sides are seen edge on, with what rounding leaves of their distance.
 
     As many sectors as the aberration has leaves: all of them see what the rim throws along their sides.
     """
-    leaves = {20: 5, 104: 13}[index]
+    leaves = {20: 5, 54: 9}[index]
     lens = Wavefront(f_number=1.2 / 0.55, zernike_waves={index: 0.1})
     angle = np.pi * np.arange(2 * leaves) / leaves
     ends = 1500.0 * np.stack([np.cos(angle), np.sin(angle)], axis=1)

@@ -38,10 +38,10 @@ def random_case(rng):
     return system | {"background": 0.0, "pitch_um": 1.0}
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(4))
 def test_random_cases(seed):
     rng = np.random.default_rng(seed)
-    for _ in range(60):
+    for _ in range(50):
         system = random_case(rng)
         expected, unsure = systems.Truth(system).at(0, 0, target=1e-8)
         assert unsure < 2e-8

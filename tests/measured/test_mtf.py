@@ -53,7 +53,8 @@ def test_a_capture_without_noise_shows_its_optics(sensor, f_number, olpf):
     camera = camsim.Camera.from_yaml(sensor, lens=camsim.Airy(f_number=f_number))
     camera = camera.replace(olpf=camsim.FourSpotOlpf(split_um=0.75 * camera.pitch_um) if olpf else None)
     region = camsim.Region(rows=64, cols=64)
-    for angle in (2.0, -11.0, 43.0, 97.0):
+    # Each angle is met by both sensors, all f-numbers, with the OLPF and without.
+    for angle in ((2.0, 43.0), (-11.0, 97.0))[((sensor == "d40-like") + olpf + (f_number == 8.0)) % 2]:
         far, turn = 1e5, math.radians(angle)
         plane = camsim.Rectangle(
             width_um=far,

@@ -13,7 +13,7 @@ import camsim
 from camsim.capturing import load_camera
 from camsim.measure.noise.photon_transfer import LEAST_NOISE_DN, photon_transfer, stack
 
-SIDE, FRAMES, TIME_S = 450, 16, 0.01
+SIDE, FRAMES, TIME_S = 360, 16, 0.01
 LEVELS = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
 
 

@@ -26,6 +26,8 @@ PHOTOSITES = {
     "square": camsim.SquarePhotosite(side_um=PITCH_UM),
     "rectangle": camsim.RectangularPhotosite(width_um=PITCH_UM, height_um=0.5 * PITCH_UM),
 }
+# Above its middle, which what is below repeats turned by half a turn.
+HALF = grid_of(21, 41, frame=(41, 41))
 # λN of 0.3 and 1 pitches: of the second the radii of a coarse plan are whole pitches.
 LENSES = {"f/2.4": camsim.Airy(f_number=2.4), "f/8": camsim.Airy(f_number=8.0)}
 
@@ -46,7 +48,7 @@ def image(optics, tolerance, corner, angle_deg, shift_um):
             ],
         ),
         optics,
-        grid_of(41, 41),
+        HALF,
         wavelength_nm=WAVELENGTH_NM,
         method="boundary",
         tolerance=tolerance,
@@ -56,9 +58,15 @@ def image(optics, tolerance, corner, angle_deg, shift_um):
 @pytest.mark.parametrize(("olpf", "photosite"), list(itertools.product(OLPFS, PHOTOSITES)))
 @pytest.mark.parametrize("tolerance", [1e-4, 1e-7])
 def test_an_image_moves_with_its_scene(olpf, photosite, tolerance):
+    """Every second case of all: no two that differ in one thing only."""
     stages = [stage for stage in (OLPFS[olpf], PHOTOSITES[photosite]) if stage is not None]
-    for lens, corner, angle_deg in itertools.product(LENSES.values(), (0.0, 0.5), (0.0, 90.0, 45.0)):
-        aligned, moved = (image([lens, *stages], tolerance, corner, angle_deg, by) for by in (0.0, SHIFT_UM))
+    own = list(OLPFS).index(olpf) + list(PHOTOSITES).index(photosite) + (tolerance < 1e-5)
+    way = SHIFT_UM * (-1.0) ** list(OLPFS).index(olpf)
+    for lens, corner, turn in itertools.product(range(2), range(2), range(3)):
+        if (own + lens + corner + turn) % 2:
+            continue
+        optics = [list(LENSES.values())[lens], *stages]
+        aligned, moved = (image(optics, tolerance, 0.5 * corner, 45.0 * turn, by) for by in (0.0, way))
         assert worst(aligned, moved) < tolerance
 
 

@@ -11,6 +11,7 @@ is found by computing everything twice, with other panels, borders, tables and a
 
 from __future__ import annotations
 
+import functools
 import math
 
 import numba as nb
@@ -18,6 +19,7 @@ import numpy as np
 
 from tests.truth import photosites
 from tests.truth.beziers import Bezier
+from tests.truth.pupils import gauss
 
 CELLS = 12  # of a table, per shortest wavelength on the sensor
 DEGREE = 9
@@ -103,7 +105,7 @@ class BoundaryTruth:
             border, normal = photosites.border(self.photosite, density / self.length)
             normal = np.tile(normal, (len(d), 1)) / (photosites.area(self.photosite) * len(d))
             border = (d[:, None] + border).reshape(-1, 2)
-        x, w = np.polynomial.legendre.leggauss(NODES)
+        x, w = gauss(NODES)
         total = np.zeros(len(points))
         for piece, kind in zip(self.pieces, self.kind_of, strict=True):
             straight, begin, stop, height = _frame(points, piece)
@@ -121,7 +123,7 @@ class BoundaryTruth:
         t, coefficients, rising, at_nodes, powers, more_powers = _bases()
         r = (np.arange(count)[:, None] + 0.5 * (1.0 + t)) * step
         near = 4
-        u, w = np.polynomial.legendre.leggauss(24)
+        u, w = gauss(24)
         u, w = 0.5 * (1.0 + u), 0.5 * w
         at_near = r[:near, :, None] * u
         rings = np.zeros((len(self.rows), *r.shape))
@@ -148,6 +150,7 @@ class BoundaryTruth:
         return np.array(fields), np.array(potentials)
 
 
+@functools.cache
 def _bases():
     """Chebyshev nodes on −1 … 1 and what makes of values there coefficients, integrals from −1, values and powers."""
     order = DEGREE + 1

@@ -71,10 +71,10 @@ class FarTruth:
             raise pupils.TooLarge
         kx, ky = fft.fftfreq(count, 1.0 / count) / period, np.arange(count // 2 + 1) / period
         box = [self._boxed(piece, middle, 0.5 * period) for piece in self.pieces]
-        rows, kind_of = np.unique(self.jumps, axis=0, return_inverse=True)
+        rows, kind_of, times = waves.alike(self.jumps)
         total = np.zeros((ky.size, kx.size), complex)
         for row, transfer in enumerate(self._transfers(rows, outer, period, count, spare)):
-            own = [part for parts, kind in zip(box, kind_of.ravel(), strict=True) if kind == row for part in parts]
+            own = [(p, t) for parts, k, t in zip(box, kind_of, times, strict=True) if k == row for p in parts]
             total += waves._scene(own, kx, ky, 24) * transfer
         return waves.seen_at(x, y, total, kx, ky, self.photosite, self.olpf)
 

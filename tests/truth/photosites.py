@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 
 import numpy as np
@@ -126,6 +127,7 @@ def olpf_transfer(olpf, kx, ky):
     return (down @ across).real / len(places)
 
 
+@functools.cache
 def _gauss(order):
     """Gauss–Legendre nodes and weights on 0 … 1."""
     x, w = np.polynomial.legendre.leggauss(order)

@@ -240,7 +240,7 @@ def seen(shapes, point):
 
 def pieces(shapes):
     """All pieces of outline with different shapes on their two sides."""
-    shapes = [_ready(shape) for shape in shapes]
+    shapes = [ready(shape) for shape in shapes]
     sides, alike = [], []  # with the shape of each, and of which others it is known that they do not cut it
     for k, shape in enumerate(shapes):
         for n, part in enumerate([shape, *shape.get("clips", ())]):
@@ -276,10 +276,10 @@ def pieces(shapes):
     return found
 
 
-def _ready(shape):
+def ready(shape):
     """A shape with the sides of its paths, which take a while to be made."""
     own = shape | {"sides": outline(shape)} if shape["kind"] == "path" else shape
-    return own | {"clips": [_ready(clip) for clip in shape["clips"]]} if "clips" in shape else own
+    return own | {"clips": [ready(clip) for clip in shape["clips"]]} if "clips" in shape else own
 
 
 def _piece(side, t, u, left, right):

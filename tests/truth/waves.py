@@ -39,8 +39,7 @@ class WaveTruth:
         self.lights = lights
         weights = np.array([own for *_, own in lights], float).reshape(-1, len(lenses))
         jumps = np.concatenate([np.asarray(jumps, float).reshape(-1, len(lenses)), weights])
-        self.rows, kind_of = np.unique(jumps, axis=0, return_inverse=True)
-        self.kind_of = kind_of.ravel()
+        self.rows, self.kind_of, self.times = alike(jumps)
         self.cutoff = max(lens.cutoff for lens in lenses)
 
     def values(self, x, y):
@@ -85,12 +84,14 @@ class WaveTruth:
         kx, ky = fft.fftfreq(count, 1.0 / count) / period, np.arange(count // 2 + 1) / period
         transfers = self._transfers(kx, ky, period, count, inner, outer, taper, spare)
         total = np.zeros((ky.size, kx.size), complex)
+        kinds, times = np.split(self.kind_of, [len(self.pieces)]), np.split(self.times, [len(self.pieces)])
         for row in range(len(self.rows)):
-            own = [p for p, k in zip(self.pieces, self.kind_of[: len(self.pieces)], strict=True) if k == row]
+            own = [(p, t) for p, t, k in zip(self.pieces, times[0], kinds[0], strict=True) if k == row]
             seen = _scene(own, kx, ky, (24, 20)[way])
-            for (*ways, _), kind in zip(self.lights, self.kind_of[len(self.pieces) :], strict=True):
+            for (*ways, _), t, kind in zip(self.lights, times[1], kinds[1], strict=True):
                 if kind == row:
-                    seen += _points(*ways[way], kx, ky)
+                    places, light = ways[way]
+                    seen += _points(places, t * light, kx, ky)
             total += seen * transfers[row]
         return seen_at(x, y, total, kx, ky, self.photosite, self.olpf)
 
@@ -118,6 +119,14 @@ class WaveTruth:
             np.add.at(folded, (place[:, None], place[None]), own)
             found.append(fft.rfft2(folded.T).T)
         return found
+
+
+def alike(jumps):
+    """Return rows, which row each of jumps (n, wavelengths) is a multiple of, and how many times it."""
+    most = np.take_along_axis(jumps, np.argmax(np.abs(jumps), axis=1)[:, None], axis=1)
+    times = np.where(most == 0.0, 1.0, most)
+    rows, kind_of = np.unique(jumps / times, axis=0, return_inverse=True)
+    return rows, kind_of.ravel(), times.ravel()
 
 
 def seen_at(x, y, total, kx, ky, photosite, olpf):
@@ -261,25 +270,24 @@ def _box(piece):
 
 
 def _scene(own, kx, ky, order):
-    """∫ exp(−2πi k·y) over what lies left of the pieces, (ky, kx): a part of a closed outline each."""
+    """∫ exp(−2πi k·y) over what lies left of the pieces, (ky, kx), each so many times: parts of closed outlines."""
     total = np.zeros((ky.size, kx.size), complex)
-    bent = [isinstance(p, Mapped) or not p.straight for p in own]
-    straight = [p for p, is_bent in zip(own, bent, strict=True) if not is_bent]
+    straight = [(p, t) for p, t in own if not isinstance(p, Mapped) and p.straight]
     if straight:
-        a, b = np.array([p.start for p in straight]), np.array([p.end for p in straight])
-        _straight(a, b, kx, ky, total)
-    at_zero = sum(0.5 * (p.start[0] * p.end[1] - p.end[0] * p.start[1]) for p in straight)
+        a, b = (np.array([getattr(p, end) for p, _ in straight]) for end in ("start", "end"))
+        _straight(a, b, np.array([t for _, t in straight]), kx, ky, total)
+    at_zero = sum(0.5 * t * (p.start[0] * p.end[1] - p.end[0] * p.start[1]) for p, t in straight)
     highest = math.hypot(float(np.abs(kx).max()), float(ky.max()))
-    for p, is_bent in zip(own, bent, strict=True):
-        if not is_bent:
-            continue
-        places, steps = _nodes(p, highest, order)
+    bent = [(_nodes(p, highest, order), t) for p, t in own if isinstance(p, Mapped) or not p.straight]
+    if bent:
+        places = np.concatenate([at for (at, _), _ in bent])
+        steps = np.concatenate([t * along for (_, along), t in bent])
         # n ds is the step turned by a quarter: to its right.
-        (px, py), nx, ny = places.T, steps[:, 1], -steps[:, 0]
-        at_zero += 0.5 * float(np.sum(px * nx + py * ny))
-        down, across = np.exp(-2j * np.pi * np.outer(ky, py)), np.exp(-2j * np.pi * np.outer(px, kx))
+        normal = np.stack([steps[:, 1], -steps[:, 0]], axis=1)
+        at_zero += 0.5 * float(np.sum(places * normal))
         # ∫ exp(−2πi k·y) dA = ∮ i/(2π|k|²) (k·n) exp(−2πi k·y) ds
-        total += ((down * nx) @ across) * kx + ((down * ny) @ across) * ky[:, None]
+        total += _points(places, normal[:, 0], kx, ky) * kx
+        total += _points(places, normal[:, 1], kx, ky) * ky[:, None]
     square = kx**2 + ky[:, None] ** 2
     square[0, 0] = 1.0
     total *= 1j / (2.0 * np.pi * square)
@@ -297,12 +305,12 @@ def _points(places, light, kx, ky):
 
 
 @nb.njit(cache=True)
-def _straight(a, b, kx, ky, total):
-    """Add (k·n)·∫ exp(−2πi k·y) ds of straight pieces, n to the right of their direction."""
+def _straight(a, b, times, kx, ky, total):
+    """Add (k·n)·∫ exp(−2πi k·y) ds of straight pieces, each so many times, n to the right of their direction."""
     for p in range(len(a)):
         ex, ey = b[p, 0] - a[p, 0], b[p, 1] - a[p, 1]
         mx, my = 0.5 * (a[p, 0] + b[p, 0]), 0.5 * (a[p, 1] + b[p, 1])
-        across = np.exp(-2j * np.pi * mx * kx)
+        across = times[p] * np.exp(-2j * np.pi * mx * kx)
         for i in range(ky.size):
             down = np.exp(-2j * np.pi * my * ky[i])
             for j in range(kx.size):
