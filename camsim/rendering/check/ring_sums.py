@@ -12,6 +12,7 @@ from camsim.optics import OpticalSystem
 from camsim.rendering.check.field_kernels import Patches, Waves, rings_of_patches, rings_of_points
 from camsim.rendering.check.seen_fields import Summed
 
+FARTHEST = 4096.0  # λN: as far out as samples, of 10⁸, may lie in rings
 SHELLS = 1.1  # times as far, from one to the next
 SECTORS = 16  # within which what a wavefront does to rings does not turn
 CELLS, AT_ONCE = 12.0, 4096  # of a wave, in which rings are looked up; of them made at once
@@ -31,7 +32,8 @@ class RingSums(NamedTuple):
         if not len(points):
             return cls(np.zeros(1), np.zeros(0))
         blur = summed.system.blurs_um(summed.wavelength_nm) / pitch_um
-        waves = _waves(summed.density, blur, max(one.farthest(points) for one in summed.pictures))
+        within = min(max(one.farthest(points) for one in summed.pictures), FARTHEST * float(blur.max()))
+        waves = _waves(summed.density, blur, within)
         passed = _passed(summed.system, blur, pitch_um)
         first, step = float(blur.max()), math.log(SHELLS)
         farthest = max(_heard_until(waves, float(passed.mean()), least), SHELLS * first)

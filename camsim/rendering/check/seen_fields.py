@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from camsim.arrays import F64
+from camsim.errors import InvalidValueError
 from camsim.kept import cached_property
 from camsim.optics import OpticalSystem
 from camsim.quadrature import gauss_error
@@ -23,6 +24,8 @@ from camsim.scene.gradients import Gradient
 from camsim.scene.raster import Field, flat_of
 from camsim.spectra.component import Component
 from camsim.spectra.curve import Spectrum
+
+MOST_PIECES = 125_000_000  # a gigabyte
 
 
 class Summed(NamedTuple):
@@ -118,7 +121,16 @@ class SeenFields:
                 picture=raster, less=less, ones=flat is None, outline=outline, pitch_um=pitch_um, order=order + 1,
                 gradient=shape, highest=highest, allowed=allowed,
             )  # fmt: skip
-        return Seen(picture=raster, less=less, ones=flat is None, outline=outline, pitch_um=pitch_um, order=order + 1)
+        seen = Seen(picture=raster, less=less, ones=flat is None, outline=outline, pitch_um=pitch_um, order=order + 1)
+        if seen.parts > 1 and (pieces := seen.planes * math.prod(seen.shape)) > MOST_PIECES:
+            rows, cols = raster.shape
+            size = f"{rows} × {cols} samples, each {raster.step_um / pitch_um:.3g} photosites wide"
+            raise InvalidValueError(
+                f"a picture of {size}, is checked in {pieces:.2g} pieces of a few photosites, and the most is "
+                f"{MOST_PIECES:.3g}; crop it to what lies near the frame",
+                key="shapes",
+            )
+        return seen
 
 
 def _cycles(field: Field, pitch_um: float) -> float:

@@ -36,7 +36,9 @@ BESIDE = 4.0  # over the shell's radius: how far from f frequencies are heard
 PER_RING = 4.0  # nodes along the radius, of the fastest
 FINER = 16  # frequencies of a shell's transform, than it has nodes along the radius
 OF_A_WAVE = 1.0 / math.pi  # of the light where rings are bright: what black and white rings send in step
-SHORT = 20.0  # λN, as far as which a pattern may always be taken
+SHORT, FARTHEST = 20.0, 4096.0  # λN: as far as which a pattern may always be taken; as rings of 10⁸ samples may lie
+ASKED = 4096  # radii at which it is asked how loud rings may be
+MOST = 100_000_000  # samples that are listened to
 LITTLE_MORE = 1.3  # times as far, which is no reason to listen
 
 
@@ -73,10 +75,6 @@ class FarRings:
         light: F64 = 2.0 * math.pi * np.array(heard) / np.sqrt(r / self.blur[:, None]) / self.blur[:, None] ** 2
         return light
 
-    def radii(self, first: float, last: float) -> F64:
-        """Return radii (n,) from one to another, some to each ring."""
-        return np.arange(first, last, 1.0 / (PER_RING * self.frequencies[1]))
-
     def waves(self, r: F64) -> C128:
         """Return (j, n) the rings at all wavelengths."""
         turns = 2j * math.pi * r / self.blur[:, None]
@@ -84,10 +82,13 @@ class FarRings:
         return waves
 
     def at_most(self, layers: Sequence[Layer], r: F64) -> F64:
-        """Return (n,) what pictures hear of rings beyond radii, if they are in step with all wavelengths'."""
+        """Return (n,) what pictures hear of rings beyond radii, if they are in step with all wavelengths'.
+
+        r : evenly apart in log r, some of all radii
+        """
         passed = max(heard_by(layers, self.system, self.pitch_um, f) for f in self.frequencies)
-        ring = np.abs(self.density @ self.waves(r)).sum(axis=0).max(axis=0)
-        heard: F64 = OF_A_WAVE * passed * np.cumsum((2.0 * math.pi * r * ring)[::-1])[::-1] * (r[1] - r[0])
+        ring = 2.0 * math.pi * r**2 * np.abs(self.density @ self.waves(r)).sum(axis=0).max(axis=0)
+        heard: F64 = OF_A_WAVE * passed * np.cumsum(ring[::-1])[::-1] * math.log(r[1] / r[0])
         return heard
 
     def shells(self, nearest: float, count: int) -> tuple[F64, C64]:
@@ -96,7 +97,7 @@ class FarRings:
         Shell n is loudest at ``nearest``·2ⁿ, ends where the next but one begins, and all together are 1 from there on.
         """
         low, high = self.frequencies
-        r = self.radii(0.5 * nearest, nearest * 2.0**count)
+        r = np.arange(0.5 * nearest, nearest * 2.0**count, 1.0 / (PER_RING * high))
         place = np.log2(r / nearest) - np.arange(count)[:, None]
         hems = np.where(np.abs(place) < 1.0, np.cos(0.5 * math.pi * place) ** 2, 0.0)
         waves = np.sqrt(r) * self.waves(r)
@@ -119,34 +120,38 @@ def in_step_until(
     """
     planes = np.split(rings.density, np.cumsum([layer.planes for layer in layers])[:-1])
     pictures = [(layer, own) for layer, own in zip(layers, planes, strict=True) if isinstance(layer, Layer)]
-    nearest = max(nearest, SHORT * float(rings.blur.min()))
+    blur = rings.blur
+    nearest, within = max(nearest, SHORT * float(blur.min())), min(within, FARTHEST * float(blur.max()))
     if not pictures or within < LITTLE_MORE * nearest:
         return min(nearest, within)
-    r = rings.radii(nearest, within)
+    r = np.geomspace(nearest, within, ASKED)
     loud = np.flatnonzero(rings.at_most([layer for layer, _ in pictures], r) > allowed)
     if not loud.size:
         return nearest
     farthest = float(r[min(loud[-1] + 1, r.size - 1)])
-    if farthest <= LITTLE_MORE * nearest:
+    windows = [_near(layer, grid, farthest) for layer, _ in pictures]
+    samples = sum(len(own) * len(rows) * len(cols) for (_, own), (rows, cols) in zip(pictures, windows, strict=True))
+    if farthest <= LITTLE_MORE * nearest or samples > MOST:
         return farthest
     heard = np.zeros(math.ceil(math.log2(farthest / nearest)) + 1)
-    for layer, own in pictures:
-        seen = _near(layer, grid, farthest)
-        if seen.size:
-            heard += _heard(layer, seen, dataclasses.replace(rings, density=own), nearest, heard.size)
+    for (layer, own), window in zip(pictures, windows, strict=True):
+        if all(window):
+            heard += _heard(layer, window, dataclasses.replace(rings, density=own), nearest, heard.size)
     loud = np.flatnonzero(np.cumsum(heard[::-1])[::-1] > allowed)
     return min(nearest * 2.0 ** (int(loud[-1]) + 1), farthest) if loud.size else nearest
 
 
-def _near(layer: Layer, grid: Grid, distance: float) -> F64:
-    """Return the samples (planes, rows, cols) that are seen, or in part, as near as that to the frame."""
+def _near(layer: Layer, grid: Grid, distance: float) -> tuple[range, range]:
+    """Return rows and columns of the samples that lie as near as that to the frame."""
     low = np.array(grid.first_centre) - distance
     high = low + np.array([grid.cols, grid.rows]) - 1.0 + 2.0 * distance
     box = layer.samples_at(np.array([low, (low[0], high[1]), high, (high[0], low[1])]))
     (left, top), (right, bottom) = np.floor(box.min(axis=0)).astype(int), np.ceil(box.max(axis=0)).astype(int)
-    rows, cols = range(max(top, 0), min(bottom, layer.shape[0])), range(max(left, 0), min(right, layer.shape[1]))
-    if not rows or not cols:
-        return np.empty((layer.planes, 0, 0))
+    return range(max(top, 0), min(bottom, layer.shape[0])), range(max(left, 0), min(right, layer.shape[1]))
+
+
+def _seen(layer: Layer, rows: range, cols: range) -> F64:
+    """Return samples (planes, rows, cols), 0 where nothing is seen of them."""
     seen = layer.coefficients(rows, cols)
     if layer.outline is not None:
         start, end = (side - [cols.start, rows.start] for side in layer.outline)
@@ -168,9 +173,10 @@ class _Sector(NamedTuple):
     transfer: C128
 
 
-def _heard(layer: Layer, seen: F64, rings: FarRings, nearest: float, shells: int) -> F64:
-    """Return how much samples hear of every shell, anywhere."""
+def _heard(layer: Layer, window: tuple[range, range], rings: FarRings, nearest: float, shells: int) -> F64:
+    """Return how much rows and columns of samples hear of every shell, anywhere."""
     k, transforms = rings.shells(nearest, shells)
+    seen = _seen(layer, *window)
     count = np.array([fast_length(side, real=False) for side in seen.shape[:0:-1]])  # along u and v
     apart = 1.0 / (count * layer.step)
     box, sectors = _sectors(layer, rings, k, count, apart)
