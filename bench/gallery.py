@@ -40,7 +40,7 @@ def take(name: str) -> float:
     """Write the picture of a scene; return how long it took."""
     began = time.perf_counter()
     frame = camsim.capture(name, overrides=window_of(name), products=("mosaic", "preview"))
-    camsim.save(frame, PICTURES / f"{name}.png")
+    camsim.save(frame, PICTURES / f"{name}.png", force=True)
     return time.perf_counter() - began
 
 
