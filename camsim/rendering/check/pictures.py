@@ -99,8 +99,7 @@ class PictureJudge:
     @cached_property
     def _rings(self) -> RingSums:
         """What is heard in the middles of pictures."""
-        seen, pitch_um = self._summed, self.edges.job.grid.pitch_um
-        return RingSums.at(self._middles - self._moved, seen, pitch_um, least=seen.allowed)
+        return RingSums.at(self._middles - self._moved, self._summed, self.edges.job.grid.pitch_um)
 
     @cached_property
     def _sums(self) -> DirectSums | None:

@@ -27,8 +27,8 @@ class RingSums(NamedTuple):
     beyond: F64
 
     @classmethod
-    def at(cls, points: F64, summed: Summed, pitch_um: float, *, least: float) -> RingSums:
-        """Sum rings at points (n, 2); ``least``: what is too little to be heard, even if all is in step."""
+    def at(cls, points: F64, summed: Summed, pitch_um: float) -> RingSums:
+        """Sum rings at points (n, 2), as far as all that lie beyond, in step, would be more than is allowed."""
         if not len(points):
             return cls(np.zeros(1), np.zeros(0))
         blur = summed.system.blurs_um(summed.wavelength_nm) / pitch_um
@@ -36,7 +36,7 @@ class RingSums(NamedTuple):
         waves = _waves(summed.density, blur, within)
         passed = _passed(summed.system, blur, pitch_um)
         first, step = float(blur.max()), math.log(SHELLS)
-        farthest = max(_heard_until(waves, float(passed.mean()), least), SHELLS * first)
+        farthest = max(_heard_until(waves, float(passed.mean()), summed.allowed), SHELLS * first)
         count = math.ceil(math.log(farthest / first) / step)
         sums = np.zeros((len(points), summed.density.shape[1], count, SECTORS), complex)
         planes = 0
@@ -69,11 +69,11 @@ def _waves(density: F64, blur: F64, farthest: float) -> Waves:
     return Waves(table, per_pitch)
 
 
-def _heard_until(waves: Waves, passed: float, least: float) -> float:
-    """Return the distance beyond which no more is heard of rings whose bright halves all are in step."""
+def _heard_until(waves: Waves, passed: float, allowed: float) -> float:
+    """Return the distance beyond which no more is heard even of rings whose bright halves all are in step."""
     r = (np.arange(len(waves.table)) + 0.5) / waves.per_pitch
     ring = 2.0 * passed * np.abs(waves.table).sum(axis=1).max(axis=1) / r**2
-    loud = np.flatnonzero(np.cumsum(ring[::-1])[::-1] / waves.per_pitch > least)
+    loud = np.flatnonzero(np.cumsum(ring[::-1])[::-1] / waves.per_pitch > allowed)
     return float(r[loud[-1]]) if loud.size else 0.0
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.optics import OpticalSystem
-from camsim.optics.difference import Difference, Split
+from camsim.optics.difference import Split
 from camsim.optics.protocols import OpticalStage
 from camsim.rendering.budget import CLOSED_PART, ErrorBudget
 from camsim.rendering.fields.gradient import sampled
@@ -109,21 +109,20 @@ class FieldJob:
         """Return what renders them, wavelengths fused as far as each part's pattern reaches, to a tolerance."""
         tolerance = self.tolerance if tolerance is None else tolerance
         if self.split is None:
-            return FieldImages(parts=[Part(self._fused(self._of(self.system, tolerance)), (0.0, 0.0))])
+            return FieldImages(parts=[Part(self._fused(self._of(self.system.lens, tolerance)), (0.0, 0.0))])
         split, pitch_um = self.split, self.grid.pitch_um
         round_part = tolerance if split.rest is None else max(CLOSED_PART * tolerance, FINEST)
         moved = split.moved_um[0] / pitch_um, split.moved_um[1] / pitch_um
-        core = dataclasses.replace(self.system, lens=split.core)
-        parts = [Part(self._fused(self._of(core, round_part)), moved)]
+        parts = [Part(self._fused(self._of(split.core, round_part)), moved)]
         if split.rest is not None:
-            rest = self._behind(split.rest, max(tolerance - round_part, FINEST))
+            rest = self._of(split.rest, max(tolerance - round_part, FINEST))
             orders = tuple(order for order, *_ in split.core.pattern().rings)
             parts.append(self._difference(rest, self._in_step_until(rest, orders)))
         return FieldImages(parts=parts)
 
     def windows(self, tolerance: float) -> FieldImage | FieldImages:
         """Return what renders windows at another tolerance: of a lens in one part, every wavelength on its own."""
-        return self._of(self.system, tolerance) if self.split is None else self.fused(tolerance)
+        return self._of(self.system.lens, tolerance) if self.split is None else self.fused(tolerance)
 
     def difference(self, tolerance: float, rings_until: float) -> FieldImages | None:
         """Return what renders windows of what the lens has besides a round one; None where there is nothing.
@@ -132,13 +131,10 @@ class FieldJob:
         """
         if self.split is None or self.split.rest is None:
             return None
-        return FieldImages(parts=[self._difference(self._behind(self.split.rest, tolerance), rings_until)])
+        return FieldImages(parts=[self._difference(self._of(self.split.rest, tolerance), rings_until)])
 
     def _difference(self, image: FieldImage, rings_until: float) -> Part:
         return Part(self._fused(dataclasses.replace(image, rings_until=rings_until)), (0.0, 0.0))
-
-    def _behind(self, rest: Difference, tolerance: float) -> FieldImage:
-        return self._of(dataclasses.replace(self.system, lens=rest), tolerance)
 
     def _in_step_until(self, image: FieldImage, orders: tuple[float, ...]) -> float:
         """Return how far a difference's rings are heard in step, pitches; ``orders``: their frequencies times λN."""
@@ -164,13 +160,13 @@ class FieldJob:
         nodes, density = fuse(signals, phase=phase, allowed=ErrorBudget(image.tolerance).allowed("wavelengths"))
         return dataclasses.replace(image, wavelength_nm=nodes, density=density)
 
-    def _of(self, system: OpticalSystem, tolerance: float) -> FieldImage:
-        """Return what renders them behind a system, every wavelength on its own."""
+    def _of(self, lens: OpticalStage, tolerance: float) -> FieldImage:
+        """Return what renders them behind a lens, every wavelength on its own."""
         return FieldImage(
             layers=self.layers,
             density=self.density,
             wavelength_nm=self.wavelength_nm,
-            system=system,
+            system=dataclasses.replace(self.system, lens=lens),
             pitch_um=self.grid.pitch_um,
             tolerance=tolerance,
         )
