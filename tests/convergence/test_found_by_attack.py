@@ -485,6 +485,12 @@ def test_a_check_that_hardly_fits_the_memory_has_a_price():
     assert 5.0 < cost.seconds < 500.0
 
 
+def test_a_circle_is_heard_by_no_more_photosites_than_there_are():
+    """151 s expected of three photosites that take 0.4: all of the zone about a circle's centre was counted (6001:262)."""
+    system = draw(6001, 262)
+    assert systems.choice(system, tolerance=system["tolerance"], method="boundary").cost.seconds < 2.0
+
+
 def test_windows_are_taken_where_a_check_s_table_is_dear():
     """A point at 1.8e-11: 24 600 blurs of an Airy pattern were tabulated for it, 5 s of 6, of which 0.01 were expected
     (1903:640)."""

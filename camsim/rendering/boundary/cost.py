@@ -100,7 +100,8 @@ def boundary_counts(
     rings = ring_counts(
         edges, grid, settings, footprint, in_foci=in_foci, sets=sets, tones=tones * wavelengths, parts=parts
     )
-    collected = len(start) * (roots + 12.0 * levels) * settings.tile_nodes**2
+    order = min(settings.tile_nodes, root) if root == settings.leaf else settings.tile_nodes
+    collected = len(start) * (roots + 12.0 * levels) * order**2
     rows = settings.near / settings.field_step
     taps = 2.0 * footprint.extent / settings.field_step
     # A long average runs: it takes as many terms as a slope, a Lagrange rule at either side of every spot.

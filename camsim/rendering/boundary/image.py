@@ -81,14 +81,20 @@ def numbers(settings: Settings, footprint: Footprint, shape: tuple[int, int]) ->
 
 @functools.lru_cache(maxsize=16)
 def _interpolated(count: int, root: int, leaf: int) -> tuple[F64, F64, F64]:
-    """Return a tile's nodes, and the matrices from them to those of its quarters and to photosites; read-only."""
-    nodes = chebyshev(count)
-    to_children = np.stack([interpolation(nodes, 0.5 * nodes - 0.5), interpolation(nodes, 0.5 * nodes + 0.5)])
-    levels = int(math.log2(root // leaf)) + 1
-    to_photosites = np.zeros((levels, count, root))
-    for level in range(levels):
-        size = root >> level
-        to_photosites[level, :, :size] = interpolation(nodes, (2.0 * np.arange(size) + 1.0) / size - 1.0).T
+    """Return a tile's nodes, and the matrices from them to those of its quarters and to photosites; read-only.
+
+    A tile of no more photosites than nodes that is not quartered has them for nodes: nothing is interpolated.
+    """
+    if root == leaf <= count:
+        nodes = (2.0 * np.arange(leaf) + 1.0) / leaf - 1.0
+        to_children, to_photosites = np.empty((2, leaf, leaf)), np.eye(leaf)[None]
+    else:
+        nodes = chebyshev(count)
+        to_children = np.stack([interpolation(nodes, 0.5 * nodes - 0.5), interpolation(nodes, 0.5 * nodes + 0.5)])
+        to_photosites = np.zeros((int(math.log2(root // leaf)) + 1, count, root))
+        for level, own in enumerate(to_photosites):
+            size = root >> level
+            own[:, :size] = interpolation(nodes, (2.0 * np.arange(size) + 1.0) / size - 1.0).T
     for array in (nodes, to_children, to_photosites):
         array.flags.writeable = False
     return nodes, to_children, to_photosites

@@ -117,7 +117,8 @@ def ring_counts(
         if len(radius):
             first, picked = in_foci
             summed = np.concatenate([np.zeros((1, 3)), np.cumsum(of_each[picked], axis=0)])[first]
-            found += np.where(radius <= until, beyond(radius, near), 0.0) @ np.diff(summed, axis=0)
+            about = np.minimum(beyond(radius, near), grid.rows * grid.cols)
+            found += np.where(radius <= until, about, 0.0) @ np.diff(summed, axis=0)
         return found
 
     ends = edges.start, edges.end

@@ -38,6 +38,7 @@ OF_PIECES = 16.0  # times what is allowed: as much as a bound for pieces may be 
 OF_DIPOLES = 0.1  # of what is allowed: panels along edges were seen to take 0.15 of it
 COARSEST_FIELD, COARSEST_RESPONSE = 0.3, 0.15  # steps, blurs: as far as these first terms hold (to a tenth)
 RINGS_FROM = 60.0  # blurs of integration that cost more than an end's rings, per wavelength and tone
+LARGEST_LEAF = 16  # photosites along the smallest tiles; a smaller frame is one
 TABLE_BYTES = 3e8  # of the field: larger ones cost more than rings whatever these cost
 
 
@@ -50,6 +51,7 @@ class Settings:
     reach, quiet_line : a line's response is looked up within ``reach``; beyond, its rings count until ``quiet_line``
     (without rings both pairs are equal: near and reach are themselves quiet)
     foci              : about these centres rings are followed as far as the outline that they come from
+    leaf              : photosites along the smallest tiles;  tile_nodes: that any tile collects on
     """
 
     tolerance: float
@@ -65,8 +67,8 @@ class Settings:
     piece_nodes: tuple[int, ...]
     tile_nodes: int
     foci: Foci
+    leaf: int
     separation: float = SEPARATION
-    leaf: int = 16
 
     @property
     def shortest(self) -> float:
@@ -115,6 +117,7 @@ def plan_boundary(job: Job, pattern: Pattern, footprint: Footprint) -> Settings:
         piece_nodes=_piece_nodes(pattern, budget.allowed("panels"), panel_nodes),
         tile_nodes=_tile_nodes(budget.allowed("tiles")),
         foci=loud,
+        leaf=min(LARGEST_LEAF, max(job.grid.rows, job.grid.cols)),
     )
 
 

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.polynomial.legendre import legvander
 
 from camsim.arrays import F64, I64
 from camsim.quadrature import gauss_legendre
 
 NEXT_TO = 1e-9  # of a patch: an outline this near to a side may be on it
+ENOUGH = 4.0  # times as many nodes as hold the same light, from which they are gathered
+AT_ONCE = 1 << 16  # of them
 
 
 def crossing(a: F64, b: F64, y: float | F64) -> F64:
@@ -66,6 +69,33 @@ def in_patch(a: F64, b: F64, order: int) -> tuple[F64, F64]:
         places.append(np.stack([x, y], axis=-1).reshape(-1, 2))
         weights.append((((high - low) * wy * length)[..., None] * wx).ravel())
     return np.concatenate(places), np.concatenate(weights)
+
+
+def gathered_from(order: int) -> float:
+    """Return the number of nodes from which ``gathered`` makes them fewer."""
+    return ENOUGH * (2 * order) ** 2
+
+
+def gathered(nodes: F64, light: F64, order: int) -> tuple[F64, F64]:
+    """Return fewer nodes (m, 2) on the square 0 … 1 with light (planes, m) that does the same, or those given.
+
+    An outline of thousands of sides has that many bands. What the light (planes, n) at nodes is summed against is as
+    smooth as Gauss rules of an order follow, and so the polynomial through twice as many places along either side: its
+    Legendre coefficients are the places' sums, whose weights are the light's own moments.
+    """
+    if len(nodes) <= gathered_from(order):
+        return nodes, light
+    degree = 2 * order - 1
+    moments = np.zeros((len(light), degree + 1, degree + 1))
+    for first in range(0, len(nodes), AT_ONCE):
+        some = slice(first, first + AT_ONCE)
+        along, down = (legvander(2.0 * nodes[some, axis] - 1.0, degree) for axis in (0, 1))
+        for plane, own in zip(moments, light[:, some], strict=True):
+            plane += (along * own[:, None]).T @ down
+    x, w = _rule(2 * order)
+    series = legvander(2.0 * x - 1.0, degree) * (2.0 * np.arange(degree + 1) + 1.0) * w[:, None]
+    weights = np.einsum("ia,pab,jb->pij", series, moments, series, optimize=True)
+    return np.stack(np.meshgrid(x, x, indexing="ij"), axis=-1).reshape(-1, 2), weights.reshape(len(light), -1)
 
 
 def _beside(a: F64, b: F64) -> tuple[F64, F64]:

@@ -15,7 +15,7 @@ import scipy
 
 from camsim.arrays import F64, I64
 from camsim.kept import cached_property
-from camsim.rendering.check.patch_nodes import NEXT_TO, crossing, in_patch
+from camsim.rendering.check.patch_nodes import ENOUGH, NEXT_TO, crossing, gathered, gathered_from, in_patch
 from camsim.scene.raster import DEGREES, Raster
 
 Segments = tuple[F64, F64]
@@ -174,8 +174,9 @@ class Seen:
         places, lights = [np.empty((0, 2))], [np.empty((self.planes, 0))]
         for row, col, nodes, weights in self._nodes_in(np.argwhere(self._states[1])):
             if weights.size:
+                nodes, light = gathered(nodes, self._field(row, col, nodes) * weights, self.order)
                 places.append(nodes + np.array([col, row]))
-                lights.append(self._field(row, col, nodes) * weights)
+                lights.append(light)
         placed = self.corner + self.step * np.einsum("na,ax->nx", np.concatenate(places), self.axes)
         return placed, np.concatenate(lights, axis=1)
 
@@ -201,9 +202,11 @@ class Seen:
     @cached_property
     def _each_part(self) -> float:
         """How many points a patch has that is cut, of some: outlines of many sides cut it into many bands."""
+        most = gathered_from(self.order)
         patches = np.argwhere(self._states[1])
         some = patches[:: max(1, len(patches) // COUNTED)]
-        return sum(weights.size for *_, weights in self._nodes_in(some)) / max(1, len(some))
+        counts = [weights.size for *_, weights in self._nodes_in(some)]
+        return sum(count if count <= most else most / ENOUGH for count in counts) / max(1, len(some))
 
     def farthest(self, points: F64) -> float:
         """Return the largest distance of a photosite from the picture's first patch and its last."""
