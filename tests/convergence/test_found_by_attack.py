@@ -486,7 +486,7 @@ def test_a_check_that_hardly_fits_the_memory_has_a_price():
 
 
 def test_a_circle_is_heard_by_no_more_photosites_than_there_are():
-    """151 s expected of three photosites that take 0.4: all of the zone about a circle's centre was counted (6001:262)."""
+    """151 s expected of three photosites that take 0.4: all of the zone about a centre was counted (6001:262)."""
     system = draw(6001, 262)
     assert systems.choice(system, tolerance=system["tolerance"], method="boundary").cost.seconds < 2.0
 
