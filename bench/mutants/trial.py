@@ -84,6 +84,9 @@ class Selection:
         wanted = {test for line in lines for test in self._by_line[line]}
         if not wanted:  # of an expression over several lines some are never told
             wanted = {test for path, n in lines for k in range(n - 6, n + 7) for test in self._by_line[path, k]}
+        if not wanted:  # what runs while a module is imported is told of no test
+            paths = {path for path, _ in lines}
+            wanted = {test for (path, _), tests in self._by_line.items() if path in paths for test in tests}
         files: dict[str, list[str]] = defaultdict(list)
         took_s = 0.0
         for test in sorted(wanted, key=lambda test: (-self._killers[mutant.path][_function(test)], self._lines[test])):

@@ -33,14 +33,7 @@ class Near(NamedTuple):
     signal: F64
 
 
-class Direction(NamedTuple):
-    """The standard error of the edge's direction, and the turn at which the photosites fit better (0: none)."""
-
-    error_rad: float
-    better_rad: float
-
-
-def direction(
+def direction_error_rad(
     near: Near,
     line: EdgeLine,
     model: Model,
@@ -50,8 +43,8 @@ def direction(
     variance: float,
     most: float,
     linear_rad: float,
-) -> Direction:
-    """Return what is known of the direction of a line that was fitted.
+) -> float:
+    """Return the standard error of the direction of a line that was fitted.
 
     smooth     : the model whose slope told the direction;  rise: of the edge
     variance   : of a photosite, the mean;  most: the largest
@@ -60,8 +53,9 @@ def direction(
     Three things are missing from that. A variance from few photosites is itself uncertain (Student's t). The slope is
     an estimate, whose noise looks like information about the direction (``_of_noise``). And of few photosites the sum
     of squares is no parabola about its least: turned by many standard errors they may fit nearly as well, or better.
-    So the line is turned, all else fitted anew, and whatever raises the sum of squares by less than 4² variances must
-    lie within four standard errors.
+    So the line is turned, all else fitted anew, and whatever raises the least sum of squares by less than 4² variances
+    must lie within four standard errors. (Fitted again from where it is least, figures were no better: of 3000 small
+    edges four ended otherwise, two of them no longer refused and then wrong by more than three standard errors.)
     """
     d, s = line.across_and_along(near.x, near.y)
     beside = np.abs(d) <= 1.25 * model.half_width
@@ -70,15 +64,14 @@ def direction(
     few = float(scipy.stats.t.isf(scipy.stats.norm.sf(_SURE), freedom)) / _SURE
     error = few * linear_rad * _of_noise(d, s, near.signal, model, smooth, rise, variance)
     if d.size > _FEW or not 0.0 < error < math.inf:
-        return Direction(error, 0.0)
+        return error
     turns = np.linspace(-_FARTHEST, _FARTHEST, 2 * _STEPS + 1) * error
     squares = np.array([_squares(near, line, model, float(turn)) for turn in turns])
-    best = int(np.argmin(squares))
-    better = float(turns[best]) if squares[best] < squares[_STEPS] - most and abs(best - _STEPS) > 1 else 0.0
+    least = float(squares.min())
     for sure in (0.5 * _SURE, _SURE):
-        likely = np.abs(turns[squares - squares[best] < (few * sure) ** 2 * most])
+        likely = np.abs(turns[squares - least < (few * sure) ** 2 * most])
         error = max(error, float(likely.max()) / sure)
-    return Direction(error, better)
+    return error
 
 
 def _of_noise(d: F64, s: F64, signal: F64, model: Model, smooth: Model, rise: float, variance: float) -> float:

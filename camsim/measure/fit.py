@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from camsim.arrays import F64
 from camsim.errors import UnsupportedError
 from camsim.measure import spline
-from camsim.measure.direction import Near, direction
+from camsim.measure.direction import Near, direction_error_rad
 from camsim.measure.geometry import EdgeLine, longest_gap
 from camsim.measure.locate import Guess
 from camsim.measure.picture import Channel, Samples
@@ -25,7 +25,6 @@ _OUTLIER = 8.0
 _NOISY = 0.01
 _GAPS_PER_KNOT = 0.75
 _MOST_BEYOND = 100_000
-_MOST_STARTS = 2
 _MOST_TURN_RAD = math.radians(1.0)
 
 
@@ -40,7 +39,6 @@ class EdgeFit:
     noise        : the same on the dark and on the bright side, away from the edge
     gap_pixel    : longest stretch across the edge without a photosite
     turn_rad     : what the last fit would still turn the edge by, a fraction of its error turn_error_rad
-    better_rad   : turn at which the photosites fit better; 0: this is the best
     left_out     : photosites that were far from the fit (defects)
     """
 
@@ -57,7 +55,6 @@ class EdgeFit:
     photosites: int
     turn_rad: float
     turn_error_rad: float
-    better_rad: float
 
 
 def fit_edge(samples: Samples, channel: Channel, guess: Guess, *, reach: float, what: str) -> EdgeFit:
@@ -66,11 +63,6 @@ def fit_edge(samples: Samples, channel: Channel, guess: Guess, *, reach: float, 
     reach : how far the region goes from the edge, the nearer side
     """
     fit = _fit(samples, channel, guess, reach=reach, what=what)
-    for _ in range(_MOST_STARTS):
-        if not fit.better_rad:
-            break
-        start = replace(guess, line=fit.line.moved(0.0, math.tan(fit.better_rad), 0.0))
-        fit = _fit(samples, channel, start, reach=reach, what=what)
     if not fit.turn_error_rad < _MOST_TURN_RAD:
         raise UnsupportedError(
             f"noise hides the edge's direction ({fit.line.angle_deg:.2f}° might be wrong by degrees); take a longer "
@@ -154,7 +146,7 @@ def _fit(samples: Samples, channel: Channel, guess: Guess, *, reach: float, what
     covariance = inverse @ spline.scatter(d, s, slope, own, model) @ inverse
     n = model.columns
     # For what is flatter than the final fit the profile is too sharp.
-    told = direction(
+    turn_error_rad = direction_error_rad(
         Near(x=xn, y=yn, signal=vn),
         line,
         model,
@@ -168,7 +160,7 @@ def _fit(samples: Samples, channel: Channel, guess: Guess, *, reach: float, what
         line=line,
         model=model,
         coefficients=coefficients,
-        covariance=_with_turn(covariance, n + TURN, told.error_rad * model.scale),
+        covariance=_with_turn(covariance, n + TURN, turn_error_rad * model.scale),
         dark=guess.dark,
         scale=scale,
         residual_rms=math.sqrt(variance),
@@ -177,8 +169,7 @@ def _fit(samples: Samples, channel: Channel, guess: Guess, *, reach: float, what
         left_out=left_out,
         photosites=int(d.size),
         turn_rad=float(coefficients[n + TURN]) / model.scale,
-        turn_error_rad=told.error_rad,
-        better_rad=told.better_rad,
+        turn_error_rad=turn_error_rad,
     )
 
 

@@ -71,8 +71,6 @@ def _arranged(
 
 def _contrast(scene: Scene, primitives: Sequence[Primitive], seen_nm: F64) -> float:
     """Return the most that two surfaces differ by at a wavelength that carries signal."""
-    if not seen_nm.size:
-        return 0.0
     low = high = spectrum_at(scene.background, seen_nm)
     for spectrum in dict.fromkeys(one.reflectance for one in primitives):
         there = spectrum_at(spectrum, seen_nm)

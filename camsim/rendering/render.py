@@ -28,6 +28,7 @@ from camsim.rendering.outlines import arranged
 from camsim.rendering.paper import rules
 from camsim.rendering.running import Rendering, Report, Take, carry_out
 from camsim.rendering.scales import check_scales
+from camsim.rendering.spectral import carrying
 from camsim.scene import Scene
 from camsim.scene.arrange import Arrangement
 from camsim.spectra.curve import LIGHT_NM
@@ -190,7 +191,7 @@ def plan_render(
     edges = scene.framed(scene.background)
     share = edges_share(scene)
     if arrangement is None:
-        seen_nm = wavelength_nm[np.any(response != 0.0, axis=0)]
+        seen_nm = wavelength_nm[carrying(response)]
         budget = ErrorBudget(share * tolerance)
         arrangement = arranged(edges, system, grid, seen_nm, budget, textured=edges is not scene)
     if isinstance(system.lens, Varies):

@@ -49,10 +49,19 @@ class Signals:
         return cls(wavelength_nm=nodes, density=density / scale[:, None], scale=scale)
 
 
+def carrying(response: F64) -> np.ndarray:
+    """Return at which wavelengths (n,) any channel of (channels, n) sees light: at one at least.
+
+    Light that no channel sees is an image too: a black one.
+    """
+    carries: np.ndarray = np.any(response != 0.0, axis=0)
+    carries[0] |= not carries.any()
+    return carries
+
+
 def multiplied(spectra: Sequence[Spectrum | Component], response: F64, wavelength_nm: F64) -> tuple[F64, F64]:
     """Return wavelengths (m,) that carry signal, lumped, and what each spectrum gives there: (spectra, channels, m)."""
-    carries = np.any(response != 0.0, axis=0)
-    carries[0] |= not carries.any()  # light that no channel sees is an image too: a black one
+    carries = carrying(response)
     wavelength_nm, response = wavelength_nm[carries], response[:, carries]
     parts = []
     for here in whole_nanometres(wavelength_nm):

@@ -19,7 +19,7 @@ from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.fields.share import edges_share
 from camsim.rendering.grid import Grid
 from camsim.rendering.outlines import arranged
-from camsim.rendering.spectral import Signals
+from camsim.rendering.spectral import Signals, carrying
 from camsim.scene import Rectangle, Scene
 from camsim.scene.outlines import Outlines
 from camsim.scene.primitives import flattened
@@ -65,7 +65,7 @@ def _mean(scene: Scene, frame: Grid, response: F64, wavelength_nm: F64, toleranc
     system = OpticalSystem(lens=Gaussian(sigma_um=pitch_um), photosite=SquarePhotosite(side_um=pitch_um))
     scene = _cropped(scene, frame)
     edges, share = scene.framed(scene.background), edges_share(scene)
-    seen_nm = wavelength_nm[np.any(response != 0.0, axis=0)]
+    seen_nm = wavelength_nm[carrying(response)]
     found = arranged(edges, system, frame, seen_nm, ErrorBudget(share * tolerance), textured=edges is not scene)
     signals = Signals.of(found, response, wavelength_nm)
     start, end = found.start_um / pitch_um, found.end_um / pitch_um

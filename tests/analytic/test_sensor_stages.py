@@ -120,6 +120,8 @@ def test_hot_and_dead_photosites() -> None:
     # They are the sensor's: the same in every frame, hotter when it is warm.
     again = recorded(light, defects=defects, dark_current=DarkCurrent(0.0), temperature_c=32.0, **(QUIET | {"seed": 8}))
     np.testing.assert_allclose(again[hot] - 100.0, 2.0 * (out[hot] - 100.0), rtol=1e-12)
+    # Where none is hot there are none that could not be dead.
+    assert not recorded(light, defects=Defects(dead_fraction=1.0), **QUIET).any()
 
 
 def bloomed_one_by_one(electrons: Any, capacity_e: float, spill: float) -> Any:

@@ -32,6 +32,13 @@ def test_what_is_not_refused_is_right():
     assert measured > 24
 
 
+def test_a_direction_that_fits_better_is_not_taken():
+    """Turned by two standard errors they fitted better, and the rise was 4.4 of its own off."""
+    samples, first, (rows, cols), _ = drawn_edge(np.random.default_rng(1324))
+    with pytest.raises(UnsupportedError, match="hides the edge's direction"):
+        measure_edge(Plane(name="R", samples=samples, step=(2, 2), first=first), Roi(0, 0, rows, cols))
+
+
 def test_errors_are_as_large_as_what_they_tell_and_not_much_larger():
     """40 noises upon one edge of 12 × 12 samples: the figures scatter as their errors say."""
     rng, off = np.random.default_rng(3), []

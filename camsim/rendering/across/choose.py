@@ -23,6 +23,7 @@ from camsim.rendering.budget import PLACES_PART, ErrorBudget
 from camsim.rendering.grid import Grid
 from camsim.rendering.job import Job
 from camsim.rendering.paper import rules
+from camsim.rendering.spectral import carrying
 from camsim.scene import Scene
 from camsim.scene.arrange import Arrangement
 
@@ -51,7 +52,7 @@ def choose_across(
             f"{method} renders one pattern for all of the frame; use boundary, fourier or auto", key="method"
         )
     signal = np.abs(response).sum(axis=0)
-    seen_nm = wavelength_nm[signal > 0.0] if signal.any() else wavelength_nm[:1]
+    seen_nm = wavelength_nm[carrying(response)]
     if wrong := lens.lacks(seen_nm, _corners_um(grid)):
         raise UnsupportedError(f"the lens {wrong}", key="lens")
     budget = ErrorBudget(tolerance)

@@ -19,6 +19,7 @@ from camsim.rendering.check.point_samples import SeenPoints, seen_points
 from camsim.rendering.check.scene_samples import LARGEST, Seen
 from camsim.rendering.check.wavelengths import densities
 from camsim.rendering.job import Job
+from camsim.rendering.spectral import carrying
 from camsim.scene import Picture, PointSource, Scene
 from camsim.scene.gradients import Gradient
 from camsim.scene.raster import Field, flat_of
@@ -53,9 +54,7 @@ class SeenFields:
     def _highest(self) -> float:
         """The highest frequency that passes the lens, cycles/pitch."""
         job = self.job
-        seen_nm = job.wavelength_nm[np.any(job.response != 0.0, axis=0)]
-        if not seen_nm.size:
-            seen_nm = job.wavelength_nm[:1]
+        seen_nm = job.wavelength_nm[carrying(job.response)]
         return job.system.highest_per_um(seen_nm) * job.grid.pitch_um
 
     @cached_property

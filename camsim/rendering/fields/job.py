@@ -22,7 +22,7 @@ from camsim.rendering.fields.points import PointLayer, layer_of, seen_of
 from camsim.rendering.fourier.task import FINEST
 from camsim.rendering.grid import Grid
 from camsim.rendering.outlines import arranged
-from camsim.rendering.spectral import Signals, blur_of, fuse, multiplied, wavefront_phase
+from camsim.rendering.spectral import Signals, blur_of, carrying, fuse, multiplied, wavefront_phase
 from camsim.scene import Picture, PointSource, Scene
 from camsim.scene.gradients import Gradient
 from camsim.scene.raster import Field, Raster
@@ -64,8 +64,7 @@ class FieldJob:
         tolerance: float,
     ) -> FieldJob:
         """Find what is seen of every picture and point; ``scale``: (channels,) of the edges' signals."""
-        seen_nm = wavelength_nm[np.any(response != 0.0, axis=0)]
-        seen_nm = seen_nm if seen_nm.size else wavelength_nm[:1]
+        seen_nm = wavelength_nm[carrying(response)]
         layers: list[Layer | PointLayer] = []
         spectra: list[Spectrum | Component] = []
         for number, shape in enumerate(scene.shapes):
