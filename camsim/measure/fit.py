@@ -100,7 +100,10 @@ def _fit(samples: Samples, channel: Channel, guess: Guess, *, reach: float, what
     chosen = _near(x, y, line, 2.5 * half_width)
     xn, yn, vn = x[chosen], y[chosen], v[chosen]
     d = line.across_and_along(xn, yn)[0]
-    density = np.count_nonzero(np.abs(d) < half_width) / (2.0 * half_width)
+    count = np.count_nonzero(np.abs(d) < half_width)
+    if not count:  # it has moved beyond all photosites
+        raise _no_edge(what)
+    density = count / (2.0 * half_width)
     gap = longest_gap(d, min(half_width, 2.0 * pitch))
     spacing = max(FINEST_SPACING, rise / 16.0, SAMPLES_PER_KNOT / density, _GAPS_PER_KNOT * gap)
     spacing = min(spacing, COARSEST_SPACING)
@@ -173,6 +176,12 @@ def _fit(samples: Samples, channel: Channel, guess: Guess, *, reach: float, what
     )
 
 
+def _no_edge(what: str) -> UnsupportedError:
+    return UnsupportedError(
+        "no single straight edge fits; choose a region that one edge crosses from side to side", stage=what
+    )
+
+
 def _with_turn(covariance: F64, turn: int, error: float) -> F64:
     """Return the covariance if the coefficient ``turn`` has another standard error: all others go along with it."""
     variance = float(covariance[turn, turn])
@@ -228,9 +237,7 @@ def _settle(
         middle, rise = _middle_and_rise(straight, model)
         moved = line.moved(middle, turn, bend)
         if not (abs(turn) < 0.5 and abs(bend) * length < 0.5 and abs(middle) < 2.0 * half_width):
-            raise UnsupportedError(
-                "no single straight edge fits; choose a region that one edge crosses from side to side", stage=what
-            )
+            raise _no_edge(what)
         settled = max(abs(turn), abs(bend) * length) * length < 1e-4 and abs(middle) < 1e-2
         line = moved
         if settled:

@@ -68,6 +68,15 @@ def test_a_region_without_one_edge_is_refused(name, noise):
     assert "\n" not in str(caught.value)
 
 
+def test_an_edge_that_leaves_its_region_is_refused():
+    """Where the first fit moved it no photosite was near: a division by zero (found by mutating files)."""
+    y, x = np.mgrid[:29, :36]
+    samples = noisy(np.where(x - 0.05 * y > 25.92, 1.0, 0.0), sigma=0.05, seed=34)
+    samples[7:] = 1.37
+    with pytest.raises(UnsupportedError, match="no single straight edge fits"):
+        measure_edge(Plane(name="R", samples=samples, step=(2, 2)), Roi(0, 0, 72, 58))
+
+
 def test_noise_alone_is_no_edge():
     with pytest.raises(UnsupportedError, match="no edge"):
         measure_edge(Plane(name="Y", samples=noisy(np.full((64, 64), 0.5), 0.05)), WHOLE)
