@@ -101,7 +101,7 @@ def _fit(samples: Samples, channel: Channel, guess: Guess, *, reach: float, what
     xn, yn, vn = x[chosen], y[chosen], v[chosen]
     d = line.across_and_along(xn, yn)[0]
     count = np.count_nonzero(np.abs(d) < half_width)
-    if not count:  # it has moved beyond all photosites
+    if not count:  # all of them lie farther off, of an edge that is sharper than was thought
         raise _no_edge(what)
     density = count / (2.0 * half_width)
     gap = longest_gap(d, min(half_width, 2.0 * pitch))
@@ -240,6 +240,8 @@ def _settle(
             raise _no_edge(what)
         settled = max(abs(turn), abs(bend) * length) * length < 1e-4 and abs(middle) < 1e-2
         line = moved
+        if not _near(x, y, line, half_width).any():  # it has left its region
+            raise _no_edge(what)
         if settled:
             break
     return line, rise, (model, straight)
