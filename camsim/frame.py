@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 import numpy as np
 
 from camsim import notebook
-from camsim.arrays import F32, F64, U8, U16
+from camsim.arrays import F32, F64, I64, U8, U16
 from camsim.errors import InvalidValueError, UnknownNameError
 from camsim.sensor.colour_matrix import ColourResponse
 from camsim.typed import LARGEST_FRAME_NUMBER, Whole
@@ -154,6 +154,7 @@ class Frame:
     channels            names such as ("R", "G", "B") or ("Y",)
     cfa_pattern         letters of the window's own (0,0) (0,1) … , one string per row, such as ("RG", "GB")
     black_offsets_dn    added to the black level, repeated from the window's own (0,0); usually 0 everywhere
+    white_level_dn      code at which a photosite without an offset is full; ``white_levels_dn``: of each offset
     electrons_per_dn    at the ISO that was used
     white_e             mean electrons at which white clips, of a read-out that is not linear; None: as white_level_dn
     shot_e2_per_e       variance of shot noise per electron of signal as read, at 18 % of black..white: 1 of a
@@ -207,6 +208,12 @@ class Frame:
     def shape(self) -> tuple[int, int]:
         """(rows, cols) of the window, whether or not its photosites are held."""
         return self.passed_rows + self.mosaic.shape[0], self.mosaic.shape[1]
+
+    @property
+    def white_levels_dn(self) -> I64:
+        """Codes at which photosites are full, one for each of ``black_offsets_dn``: it moves them too."""
+        levels_dn: I64 = np.minimum(self.white_level_dn + np.array(self.black_offsets_dn), (1 << self.bit_depth) - 1)
+        return levels_dn
 
     @property
     def clips_at_e(self) -> float:

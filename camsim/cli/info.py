@@ -6,10 +6,12 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
+from camsim.arrays import I64
 from camsim.config.yaml_text import yaml_text
 from camsim.description import OWN_STAGES
 from camsim.files.reading import Held, read_file
-from camsim.files.record import Record
 from camsim.memory import readable
 
 _MOST_SHOWN = 100
@@ -46,6 +48,7 @@ def json_of_file(path: str) -> str:
 
 def _figures(held: Held) -> list[tuple[str, str]]:
     record = held.record
+    black_dn = record.black_level_dn + np.array(record.black_offsets_dn)
     channels, pattern = _printable(", ".join(record.channels)), _printable(" / ".join(record.cfa_pattern))
     error, own = record.error_estimate, record.description.get(OWN_STAGES)
     alone = f"no, it was taken with stages of someone's own: {_printable(', '.join(map(str, own)))}" if own else "yes"
@@ -54,7 +57,7 @@ def _figures(held: Held) -> list[tuple[str, str]]:
         ("product", f"{held.product}, {held.rows} × {held.cols}"),
         ("camera", _printable(record.camera)),
         ("channels", f"{channels}; colour filters {pattern}"),
-        ("levels", f"black {_black(record)} DN, white {record.white_level_dn} DN"),
+        ("levels", f"black {_levels(black_dn)} DN, white {_levels(record.white_levels_dn)} DN"),
         ("gain", f"{record.electrons_per_dn:.6g} e⁻ per DN"),
         ("seed", str(record.seed)),
         ("error", "unknown" if error is None else f"{error:.2g} of a perfect diffuser"),
@@ -128,9 +131,8 @@ def _word(value: Any) -> str:
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
-def _black(record: Record) -> str:
-    levels = [[str(record.black_level_dn + offset) for offset in row] for row in record.black_offsets_dn]
-    return _printable(" / ".join(", ".join(row) for row in levels))
+def _levels(levels_dn: I64) -> str:
+    return _printable(" / ".join(", ".join(map(str, row)) for row in levels_dn.tolist()))
 
 
 def _printable(text: str) -> str:

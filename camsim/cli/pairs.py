@@ -155,10 +155,11 @@ def _variants(capture: Capture) -> Iterator[_Variant]:
         return dataclasses.replace(capture, camera=camera.replace(cfa=cfa), region=window)
 
     if "".join(camera.cfa.pattern) in _PHASES and period == (2, 2):
-        for phase in _PHASES:
-            yield _Variant(phase, windowed(Cfa.bayer(phase), (row, col)), (row, col))
+        arrays = tuple(Cfa.bayer(phase) for phase in _PHASES)
     else:
-        yield _Variant(_letters(camera.cfa, (row, col)), windowed(camera.cfa, (row, col)), (row, col))
+        arrays = (camera.cfa,)
+    for cfa in arrays:  # named after what the window shows of it
+        yield _Variant(_letters(cfa, (row, col)), windowed(cfa, (row, col)), (row, col))
     for down, right in _OFFSETS:
         origin = row + down, col + right
         shift = "-".join(("from", *(("row1",) if down else ()), *(("col1",) if right else ())))
@@ -202,6 +203,7 @@ def _figures(pair: Pair, frame: Frame) -> dict[str, Any]:
         "black_offsets_dn": [list(row) for row in frame.black_offsets_dn],
         "white_level_dn": frame.white_level_dn,
         "electrons_per_dn": frame.electrons_per_dn,
+        "clips_at_e": frame.clips_at_e,
         **_neutral(frame),
         "description_sha256": said["description_sha256"],
     }

@@ -22,8 +22,12 @@ _COLUMNS = {
     "seed": ("–", "of the noise"),
     "black_level_dn": ("DN", "code of no light"),
     "black_offsets_dn": ("DN", "added to it: rows of a rectangle that repeats from the top left photosite on"),
-    "white_level_dn": ("DN", "code at which a photosite is full"),
+    "white_level_dn": (
+        "DN",
+        "code at which a photosite is full; black_offsets_dn are added to it, as far as there are codes",
+    ),
     "electrons_per_dn": ("e⁻/DN", "electrons = (code − black_level_dn − black_offsets_dn) · electrons_per_dn"),
+    "clips_at_e": ("e⁻", "mean electrons at which a photosite is full"),
     "description_sha256": ("–", "of all stages and parameters, as the files carry them"),
 }
 
@@ -33,7 +37,8 @@ _NOTES = """\
   sensor's own array has that phase there. Without, the array itself is exchanged and the scene lies still.
 * LEVEL is the light relative to the scene's exposure: x0.25 is two stops less.
 * All three are on one grid: photosite (row, col) of the mosaic is pixel (row, col) of the truth.
-* Where the truth's own channel is above (white_level_dn − black_level_dn) · electrons_per_dn the mosaic is clipped."""
+* Where the truth's own channel is above clips_at_e the mosaic is clipped."""
+_BENT = "; as read: the read-out is not linear, and the light's are others"
 
 
 def readme(capture: Capture, columns: Iterable[str]) -> str:
@@ -60,5 +65,6 @@ def readme(capture: Capture, columns: Iterable[str]) -> str:
         unit, meaning = _COLUMNS.get(
             name, ("–", f"white balance: what a perfect diffuser gives {channel}, the largest 1")
         )
-        lines.append(f"| `{name}` | {unit} | {meaning} |")
+        bent = _BENT if name == "electrons_per_dn" and camera.nonlinearity is not None else ""
+        lines.append(f"| `{name}` | {unit} | {meaning}{bent} |")
     return "\n".join(lines) + "\n"

@@ -67,7 +67,7 @@ class MosaicWriter:
             photometric=LINEAR_RAW if is_mono(frame) else CFA,
             samples=1,
             black_dn=tuple(tuple(frame.black_level_dn + offset for offset in row) for row in frame.black_offsets_dn),
-            white_dn=frame.white_level_dn,
+            white_dn=int(frame.white_levels_dn.min()),  # of one for all: where the first are full
             noise=noise_profile(frame),
         )
 

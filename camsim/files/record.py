@@ -9,6 +9,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Any
 
+import numpy as np
+
+from camsim.arrays import I64
 from camsim.errors import CamsimError, InputError, InvalidValueError
 from camsim.files.describe import RECORD_FORMAT, checksum
 from camsim.frame import check_products
@@ -16,6 +19,9 @@ from camsim.typed import hints, judge
 
 LONGEST_RECORD = 16 << 20
 """Bytes of JSON. A scene file has at most as many."""
+
+_LARGEST_CODE = 65_535
+"""Of 16 bits: no converter has more."""
 
 _MOST_LISTS, _MOST_VALUES = 1 << 19, 1 << 21
 """Half a million corners. Parsed, lists and numbers take twenty times the memory of their text."""
@@ -52,8 +58,18 @@ class Record:
             raise InvalidValueError("give one letter for each filter, in rows of one length", key="cfa_pattern")
         if len({len(row) for row in (*self.black_offsets_dn, ())} - {0}) != 1:
             raise InvalidValueError("give rows of one length", key="black_offsets_dn")
+        codes = self.black_level_dn, self.white_level_dn, *(offset for row in self.black_offsets_dn for offset in row)
+        if max(map(abs, codes)) > _LARGEST_CODE:
+            raise InvalidValueError(f"codes end at {_LARGEST_CODE}", key="white_level_dn")
         if self.white_level_dn <= self.black_level_dn or self.electrons_per_dn <= 0.0:
             raise InvalidValueError("must be above black_level_dn, and electrons_per_dn above 0", key="white_level_dn")
+
+    @property
+    def white_levels_dn(self) -> I64:
+        """Codes at which photosites are full, one for each of ``black_offsets_dn``; where bits may end, the lower."""
+        largest_dn = (1 << self.white_level_dn.bit_length()) - 1
+        levels_dn: I64 = np.minimum(self.white_level_dn + np.array(self.black_offsets_dn), largest_dn)
+        return levels_dn
 
     def as_dict(self) -> dict[str, Any]:
         """Return the record as it was written."""

@@ -190,14 +190,14 @@ def mosaic_planes(
     pattern: Sequence[str],
     *,
     black: float | Sequence[Sequence[float]] | F64 = 0.0,
-    white: float | None = None,
+    white: float | npt.NDArray[Any] | None = None,
     lowest: float | None = None,
     holds_dark: bool = False,
 ) -> tuple[Plane, ...]:
     """Split a mosaic into the lattices of its filters, without interpolation.
 
     samples : (rows, cols);  pattern: letters of its own (0,0) (0,1) …, one string per row, such as ("RG", "GB")
-    black   : one level, or a rectangle of levels that is repeated from (0, 0)
+    black   : one level, or a rectangle of levels that is repeated from (0, 0);  white: likewise, of the same size
 
     The two greens of a Bayer array are measured apart, because crosstalk makes them differ.
 
@@ -208,6 +208,7 @@ def mosaic_planes(
         raise InvalidValueError(f"{tuple(pattern)[:4]}; give one letter for each, in rows of one length", key="filters")
     names = channel_names(pattern)
     levels = np.atleast_2d(np.asarray(black, np.float64))
+    whites = None if white is None else np.broadcast_to(np.asarray(white, np.float64), levels.shape)
     rows, cols = (math.lcm(*sizes) for sizes in zip((len(pattern), len(pattern[0])), levels.shape, strict=True))
     if max(rows, cols) > _LONGEST_PERIOD or rows > samples.shape[0] or cols > samples.shape[1]:
         raise InvalidValueError(
@@ -222,7 +223,7 @@ def mosaic_planes(
             first=(row, col),
             step=(rows, cols),
             black=float(levels[row % levels.shape[0], col % levels.shape[1]]),
-            white=white,
+            white=None if whites is None else float(whites[row % levels.shape[0], col % levels.shape[1]]),
             lowest=lowest,
             holds_dark=holds_dark,
         )

@@ -57,7 +57,7 @@ def picture_of_frame(frame: Frame, product: str = "mosaic") -> Picture:
             frame.mosaic,
             frame.cfa_pattern,
             black=frame.black_level_dn + np.asarray(frame.black_offsets_dn, np.float64),
-            white=frame.white_level_dn,
+            white=frame.white_levels_dn,
             lowest=0.0,
             holds_dark=True,
         )
@@ -217,7 +217,7 @@ def _levels(image: npt.NDArray[Any], source: _Source, product: str | None) -> di
     record = source.record
     if record is not None and product == "mosaic":
         black = record.black_level_dn + np.asarray(record.black_offsets_dn, np.float64)
-        return {"black": black, "white": float(record.white_level_dn), "lowest": 0.0, "holds_dark": True}
+        return {"black": black, "white": record.white_levels_dn, "lowest": 0.0, "holds_dark": True}
     if np.issubdtype(image.dtype, np.integer):
         return {"white": float(np.iinfo(image.dtype).max), "lowest": 0.0, "holds_dark": record is None}
     return {"holds_dark": product == "electrons"}

@@ -83,7 +83,7 @@ class Light:
     irradiance_w_per_m2 : instead, W/m² over the whole spectrum
     luminance_cd_per_m2 : instead, of a perfect diffuser in the scene, cd/m² (its illuminance is π times that)
     at                  : where the level holds: on the "scene", or on the "sensor" behind the lens for a reflectance
-                          of 1 (then f-number, magnification and transmission of the lens dim nothing)
+                          of 1 (then f-number, magnification and transmission of the lens dim nothing; filters do)
 
     >>> Light("D55", illuminance_lux=5000.0).ends_nm
     (300.0, 830.0)

@@ -85,6 +85,17 @@ def test_a_shifted_window_sees_the_same_scene(folder: Path, camsim: Run) -> None
     np.testing.assert_allclose(still[1:, 1:], shifted[:-1, :-1], atol=2e-4 * still.max())
 
 
+def test_names_say_what_a_window_at_an_odd_place_shows(folder: Path, camsim: Run) -> None:
+    """The array was named that begins at the frame's own corner: BG/GR of the window was called RGGB."""
+    odd = "region.origin=[901, 1203]"
+    done = camsim("capture", "small.yaml", "--pairs", "out", "--levels", "1", "--set", odd, "-q")
+    assert done.returncode == 0, done.stderr
+    rows = rows_of(folder / "out")
+    assert {str(row["cfa"]) for row in rows[:4]} == {"RG/GB", "GR/BG", "GB/RG", "BG/GR"}
+    for row in rows:
+        assert str(row["noisy"])[4:8] == str(row["cfa"]).replace("/", "")
+
+
 def test_a_pair_can_be_captured_again(folder: Path, camsim: Run) -> None:
     assert camsim("capture", "small.yaml", "--pairs", "out", "--levels", "0.5", "-q").returncode == 0
     for path in (folder / "out").glob("005*noisy.dng"):

@@ -11,7 +11,7 @@ from tolerances import STATISTICAL
 
 import camsim
 from camsim.capturing import load_camera
-from camsim.measure.noise.photon_transfer import LEAST_NOISE_DN, photon_transfer, stack
+from camsim.measure.noise.photon_transfer import LEAST_NOISE_DN, Estimate, _dark_current, photon_transfer, stack
 
 SIDE, FRAMES, TIME_S = 360, 16, 0.01
 LEVELS = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
@@ -133,3 +133,23 @@ def test_rows_and_columns_are_no_independent_numbers(rng: np.random.Generator) -
     assert 0.7 < stated / np.std(variance) < 1.4
     pattern = np.array([s.pattern_dn2 for s in stacks])
     assert np.abs(np.mean(pattern)) < 0.5
+
+
+@pytest.mark.parametrize(("rows_dn", "walk_dn"), [(0.0, 0.0), (4.0, 0.0), (0.0, 1.0)])
+def test_a_dark_current_is_as_sure_as_rows_are(rng: np.random.Generator, rows_dn: float, walk_dn: float) -> None:
+    """Weighed by what three frames' means scatter its error was half of what it is, with row noise (or a walk)."""
+    whole, gain, off = np.ones((40, 40), dtype=bool), Estimate(1.0, 1e-9), []
+    for _ in range(60):
+        darks = []
+        for time_s in (0.001, 3.0, 10.0, 30.0):
+            frames = [
+                rng.poisson(5.0 * time_s, (40, 40))
+                + rng.normal(500.0, 3.0, (40, 40))
+                + rng.normal(0.0, rows_dn, (40, 1))
+                + np.cumsum(rng.normal(0.0, walk_dn, (40, 1)), axis=0)
+                for _ in range(3)
+            ]
+            darks.append((time_s, stack([np.rint(f).astype(np.uint16) for f in frames], whole, largest_dn=4095)))
+        found = _dark_current(darks, gain)
+        off.append((found.value - 5.0) / found.sigma)
+    assert 0.65 < np.sqrt(np.mean(np.square(off))) < 1.4

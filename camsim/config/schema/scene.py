@@ -37,7 +37,8 @@ class Light(Table):
         default=None, gt=0, description="instead: luminance of a perfect diffuser in the scene, cd/m²"
     )
     at: Literal["scene", "sensor"] = Field(
-        default="scene", description="where the level holds; on the sensor: behind the lens, for a reflectance of 1"
+        default="scene",
+        description="where the level holds; on the sensor: behind the lens, before filters, for a reflectance of 1",
     )
 
     @classmethod

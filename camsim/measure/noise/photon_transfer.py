@@ -49,6 +49,8 @@ class Stack:
     """What is kept of several frames taken alike, over the photosites of one channel.
 
     mean_dn, mean_sigma_dn : mean code and the standard deviation of its estimate
+    row_sigma_dn : the same as rows tell it, of which there are many;  excess_dn2: how much more the variance of
+                   frames' means is than that: of few frames by chance, and less than none as often
     variance_dn2, variance_sigma_dn2 : temporal variance of a photosite, likewise
     pattern_dn2, pattern_sigma_dn2   : spatial variance of what stays, likewise
     clipped_low, clipped_high : fractions of codes at the converter's ends
@@ -56,6 +58,8 @@ class Stack:
 
     mean_dn: float
     mean_sigma_dn: float
+    row_sigma_dn: float
+    excess_dn2: float
     variance_dn2: float
     variance_sigma_dn2: float
     pattern_dn2: float
@@ -95,13 +99,15 @@ def stack(frames: Iterable[U16], channel: np.ndarray, *, largest_dn: int) -> Sta
     not taken for many independent numbers.
     """
     total, squares, count = np.zeros(channel.shape), np.zeros(channel.shape), 0
-    means, low, high = [], 0, 0
+    means, rows_means, low, high = [], [], 0, 0
+    in_row = channel.sum(axis=1)
     for frame in frames:
         codes = frame.astype(np.float64)
         total += codes
         squares += codes * codes
         seen = frame[channel]
         means.append(float(seen.mean()))
+        rows_means.append(np.where(channel, codes, 0.0).sum(axis=1)[in_row > 0] / in_row[in_row > 0])
         low += int(np.count_nonzero(seen == 0))
         high += int(np.count_nonzero(seen == largest_dn))
         count += 1
@@ -111,6 +117,9 @@ def stack(frames: Iterable[U16], channel: np.ndarray, *, largest_dn: int) -> Sta
     mean = total / count
     variance = (squares - count * mean * mean) / (count - 1)
     temporal = float(variance[channel].mean())
+    between = float(np.var(means, ddof=1)) / count
+    # Rows that a frame's read-out moves as a whole are so many numbers, whatever the frames are.
+    by_rows = max(temporal / photosites, float(np.var(rows_means, axis=0, ddof=1).mean()) / len(rows_means[0])) / count
     average = mean[channel]
     spatial = float(average.var(ddof=1))
     pattern = spatial - temporal / count
@@ -121,7 +130,9 @@ def stack(frames: Iterable[U16], channel: np.ndarray, *, largest_dn: int) -> Sta
     )
     return Stack(
         mean_dn=float(np.mean(means)),
-        mean_sigma_dn=math.sqrt(max(temporal / photosites, float(np.var(means, ddof=1))) / count),
+        mean_sigma_dn=math.sqrt(max(by_rows, between)),
+        row_sigma_dn=math.sqrt(by_rows),
+        excess_dn2=between - by_rows,
         variance_dn2=temporal,
         variance_sigma_dn2=max(_error_by_rows(variance, channel), temporal * math.sqrt(2.0 / (count - 1) / photosites)),
         pattern_dn2=pattern,
@@ -229,7 +240,9 @@ def _full_well(clipped: Stack, dark: Stack, gain_dn_per_e: Estimate, largest_dn:
 def _dark_current(darks: Sequence[tuple[float, Stack]], gain_dn_per_e: Estimate) -> Estimate:
     time_s = np.array([time for time, _ in darks])
     mean = np.array([level.mean_dn for _, level in darks])
-    weight = np.array([level.mean_sigma_dn for _, level in darks]) ** -2.0
+    # Weighed by what a few frames' means scatter, those that agree by chance would count for the others.
+    excess_dn2 = max(0.0, float(np.mean([level.excess_dn2 for _, level in darks])))
+    weight = 1.0 / (np.array([level.row_sigma_dn for _, level in darks]) ** 2 + excess_dn2)
     centre = np.sum(weight * time_s) / np.sum(weight)
     information = float(np.sum(weight * (time_s - centre) ** 2))
     slope = float(np.sum(weight * (time_s - centre) * mean)) / information
