@@ -54,12 +54,22 @@ def frame_header(data: bytes) -> FrameHeader:
 
 
 def profile(data: bytes) -> bytes:
-    """Return the first part of the ICC profile (APP2 markers before the frame), empty for none."""
+    """Return the first part of the ICC profile, empty for none."""
+    return _noted(data, 0xE2, b"ICC_PROFILE\0")[2:]
+
+
+def exif(data: bytes) -> bytes:
+    """Return what the camera noted (EXIF), empty for nothing."""
+    return _noted(data, 0xE1, b"Exif\0\0")
+
+
+def _noted(data: bytes, marker: int, name: bytes) -> bytes:
+    """Return what follows the name in the first segment of a marker (APPn, before the frame) that has it."""
     at = 2
     while at + 4 <= len(data) and data[at] == 0xFF and data[at + 1] not in _FRAMES and data[at + 1] != 0xDA:
         length = int.from_bytes(data[at + 2 : at + 4])
-        if data[at + 1] == 0xE2 and data[at + 4 : at + 16] == b"ICC_PROFILE\0":
-            return data[at + 18 : at + 2 + length]
+        if data[at + 1] == marker and data[at + 4 : at + 4 + len(name)] == name:
+            return data[at + 4 + len(name) : at + 2 + length]
         at += 1 if data[at + 1] == 0xFF else 2 + length
     return b""
 

@@ -53,7 +53,8 @@ def _version_5(path: Path) -> Variables:
     listed = scipy.io.whosmat(str(path))[:_MOST_VARIABLES]
 
     def reading(name: str) -> Callable[[], npt.NDArray[Any]]:
-        return lambda: np.asarray(scipy.io.loadmat(str(path), variable_names=[name])[name])
+        # mat_dtype: MATLAB stores doubles that are whole as bytes, and they are doubles all the same.
+        return lambda: np.asarray(scipy.io.loadmat(str(path), variable_names=[name], mat_dtype=True)[name])
 
     return {name: (tuple(shape), reading(name)) for name, shape, kind in listed if kind in _BYTES or kind[-1:] == "8"}
 

@@ -37,6 +37,8 @@ def read_picture(
 ) -> Picture:
     """Read a picture: PNG, JPEG, TIFF, EXR, NPY, NPZ, ENVI or MATLAB; colours or spectra.
 
+    Photographs come upright (the orientation of EXIF and TIFF). Colours in whole numbers are uint8 or uint16.
+
     encoding      : of colours: "srgb" (whole numbers, where the file says nothing else), "linear" (all others), or an
                     exponent such as 2.2
     scale         : what every number is multiplied by; of colours in whole numbers the largest there may be is 1
@@ -93,19 +95,25 @@ def _colours(read: Read, encoding: Encoding | float | None, scale: float, placed
             f"its colours are those of the profile {read.profile[:60]!r}; convert it to sRGB, or give encoding: srgb "
             "to take its numbers for sRGB's"
         )
+    whole = samples.dtype.kind in "ui"
+    if whole and not (samples.dtype.kind == "u" and samples.dtype.itemsize <= 2):
+        raise InputError(
+            f"its samples are {samples.dtype.name}, and nobody knows which of them is white; give uint8 or uint16 "
+            "(in numpy .astype(np.uint8): white is 255), or floats from 0 to 1"
+        )
     if encoding is None:
-        encoding = (read.gamma or "srgb") if read.encoded else "linear"
+        encoding = (read.gamma or "srgb") if whole else "linear"
     if not (encoding in ("srgb", "linear") or (isinstance(encoding, float | int) and 0.1 <= encoding <= 10.0)):
         raise InvalidValueError(
             f"must be 'srgb', 'linear' or an exponent from 0.1 to 10, not {encoding!r}", key="encoding"
         )
-    if samples.dtype.kind == "u" and samples.dtype.itemsize <= 2:
+    if whole:
         # Every number that there may be, once: a large picture takes no memory but its own.
-        largest = np.iinfo(samples.dtype).max
-        decoded = _decoded(np.arange(largest + 1) / largest, encoding, scale)
+        each = np.arange(np.iinfo(samples.dtype).max + 1)
+        white = each[-1] if read.bits is None else (1 << read.bits) - 1
+        decoded = _decoded(each / white, encoding, scale)
         return Picture.of_rgb(_fractions(decoded[samples]), **placed)
-    whole = samples.dtype.kind in "ui"
-    values = samples / np.float64(np.iinfo(samples.dtype).max) if whole else np.asarray(samples, np.float64)
+    values = np.asarray(samples, np.float64)
     _refuse_strange(values)
     return Picture.of_rgb(_fractions(_decoded(values, encoding, scale)), **placed)
 

@@ -20,7 +20,8 @@ from camsim.files.envi_reader import read_cube
 from camsim.files.icc import profile_name
 from camsim.files.limits import refuse_many
 from camsim.files.matlab_reader import read_variables
-from camsim.files.tiff_image import read_image
+from camsim.files.orientation import orientation_in, orientation_in_exif, upright
+from camsim.files.tiff_image import bits_per_sample, read_image
 from camsim.files.tiff_reader import read_directory
 
 _COLOUR_PROFILE_TAG = 34675
@@ -34,17 +35,17 @@ _WAVELENGTHS = ("wavelength_nm", "wavelengths", "wavelength", "wavelengths_nm", 
 class Read:
     """What a file holds.
 
-    samples       : (rows, cols), or (rows, cols, n) colours or bands; whole numbers as they are stored
+    samples       : (rows, cols), or (rows, cols, n) colours or bands, upright; whole numbers as they are stored
     wavelength_nm : of bands; None for colours, or where the file does not say
-    encoded       : whether whole numbers follow sRGB's curve rather than light;  gamma: an exponent that the file names
+    gamma         : an exponent that the file names;  bits: of whole numbers, where they are fewer than their type's
     profile       : name of the colour profile, empty for none
     emissive      : whether bands are radiances
     """
 
     samples: npt.NDArray[Any]
     wavelength_nm: F64 | None = None
-    encoded: bool = False
     gamma: float | None = None
+    bits: int | None = None
     profile: str = ""
     emissive: bool = False
 
@@ -91,7 +92,7 @@ def _png(path: Path, file: BinaryIO, size: int) -> Read:
     # 0.45455 is what writers of sRGB give besides.
     gamma = None if named is None or abs(named - 2.2) < 0.01 else named
     profile = profile_name(header.profile) or (header.space if colours == 3 else "")
-    return Read(_opaque(image, colours), encoded=True, gamma=gamma, profile=profile)
+    return Read(upright(_opaque(image, colours), orientation_in_exif(header.exif)), gamma=gamma, profile=profile)
 
 
 def _jpeg(path: Path, file: BinaryIO, size: int) -> Read:
@@ -100,7 +101,8 @@ def _jpeg(path: Path, file: BinaryIO, size: int) -> Read:
     components = jpeg_reader.frame_header(data).components
     if components not in (1, 3):
         raise InputError(f"it has {components} colours (CMYK, for printing); convert it to sRGB first")
-    return Read(jpeg_reader.read_pixels(file, size), encoded=True, profile=profile_name(jpeg_reader.profile(data)))
+    image = upright(jpeg_reader.read_pixels(file, size), orientation_in_exif(jpeg_reader.exif(data)))
+    return Read(image, profile=profile_name(jpeg_reader.profile(data)))
 
 
 def _tiff(path: Path, file: BinaryIO, size: int) -> Read:
@@ -109,7 +111,8 @@ def _tiff(path: Path, file: BinaryIO, size: int) -> Read:
     if image.ndim == 3 and image.shape[2] in (2, 4):
         image = _opaque(image, image.shape[2] - 1)
     profile = directory.bytes_of(_COLOUR_PROFILE_TAG, 1 << 24) if _COLOUR_PROFILE_TAG in directory.entries else b""
-    return Read(image, encoded=image.dtype.kind in "ui", profile=profile_name(profile))
+    bits = bits_per_sample(directory)
+    return Read(upright(image, orientation_in(directory)), bits=bits, profile=profile_name(profile))
 
 
 def _exr(path: Path, file: BinaryIO, size: int) -> Read:
@@ -133,8 +136,7 @@ def _exr(path: Path, file: BinaryIO, size: int) -> Read:
 
 
 def _npy(path: Path, file: BinaryIO, size: int) -> Read:
-    image = npy_reader.read_array(file, size)
-    return Read(image, encoded=False)
+    return Read(npy_reader.read_array(file, size))
 
 
 def _npz(path: Path, file: BinaryIO, size: int) -> Read:

@@ -36,7 +36,7 @@ class Header:
     text     : camsim's, None when there is none
     gamma    : that the pixels were encoded with, 1 where nothing is said
     coloured : whether a colour space is named;  profile: the ICC profile;  space: another than sRGB's, in words
-    see_through : whether one colour is to be transparent
+    see_through : whether one colour is to be transparent;  exif: what a camera noted
     image    : offset and length of the chunks that Pillow is to see: the header's and the pixels'
     """
 
@@ -51,6 +51,7 @@ class Header:
     profile: bytes = b""
     space: str = ""
     see_through: bool = False
+    exif: bytes = b""
 
 
 def read_header(file: BinaryIO, size: int, most: int) -> Header:
@@ -63,7 +64,7 @@ def read_header(file: BinaryIO, size: int, most: int) -> Header:
         raise InputError("it is no PNG")
     head: bytes | None = None
     text, gamma, coloured, profile = None, 1.0, False, b""
-    code_points, primaries, see_through = b"", b"", False
+    code_points, primaries, see_through, exif = b"", b"", False, b""
     image: list[tuple[int, int]] = []
     for _ in range(_MOST_CHUNKS):
         at = file.tell()
@@ -75,12 +76,12 @@ def read_header(file: BinaryIO, size: int, most: int) -> Header:
         if kind == b"IEND":
             space = _space(code_points, b"" if coloured else primaries)
             header = _header(head, text, gamma, coloured, image)
-            return replace(header, profile=profile, space=space, see_through=see_through)
+            return replace(header, profile=profile, space=space, see_through=see_through, exif=exif)
         see_through |= kind == b"tRNS"
-        if kind not in (b"IHDR", b"IDAT", b"zTXt", b"gAMA", b"sRGB", b"iCCP", b"cICP", b"cHRM"):
+        if kind not in (b"IHDR", b"IDAT", b"zTXt", b"gAMA", b"sRGB", b"iCCP", b"cICP", b"cHRM", b"eXIf"):
             file.seek(length + 4, 1)
             continue
-        content = _checked(file, kind, length, most if kind in (b"zTXt", b"iCCP") else _LONGEST_OTHER)
+        content = _checked(file, kind, length, most if kind in (b"zTXt", b"iCCP", b"eXIf") else _LONGEST_OTHER)
         if kind == b"IHDR":
             if head is not None:
                 raise InputError("it has two headers (IHDR), and which of them counts nobody can say")
@@ -93,6 +94,8 @@ def read_header(file: BinaryIO, size: int, most: int) -> Header:
             code_points = content
         elif kind == b"cHRM":
             primaries = content
+        elif kind == b"eXIf":
+            exif = content
         elif kind in (b"sRGB", b"iCCP"):
             coloured = True
             profile = _profile(content, most) if kind == b"iCCP" else profile

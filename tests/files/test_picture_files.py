@@ -15,7 +15,7 @@ import numpy as np
 import OpenEXR
 import pytest
 import tifffile
-from PIL import Image, ImageCms
+from PIL import Image, ImageCms, ImageOps
 from scipy import io as scipy_io
 
 import camsim
@@ -59,6 +59,14 @@ def test_encoded_colours(tmp_path: Path, samples: np.ndarray, top: int, kind: st
     np.testing.assert_allclose(planes_of(path, encoding=1.8), (samples / top) ** 1.8, rtol=0, atol=1e-12)
 
 
+def test_the_largest_of_twelve_bits_is_white(tmp_path: Path) -> None:
+    codes = np.array([[0, 1024, 2048, 4095]] * 2, np.uint16)
+    packed = imagecodecs.packints_encode(codes, 12)
+    how = {"shape": codes.shape, "dtype": np.uint16, "bitspersample": 12, "photometric": "minisblack"}
+    tifffile.imwrite(tmp_path / "a.tiff", iter([packed]), **how)
+    np.testing.assert_allclose(planes_of(tmp_path / "a.tiff")[..., 0], linear(codes / 4095), rtol=0, atol=1e-12)
+
+
 def test_jpeg_and_grey(tmp_path: Path) -> None:
     Image.fromarray(RGB).resize((64, 48)).save(tmp_path / "a.jpg", quality=100, subsampling=0)
     with Image.open(tmp_path / "a.jpg") as image:
@@ -70,6 +78,36 @@ def test_jpeg_and_grey(tmp_path: Path) -> None:
     np.testing.assert_allclose(picture.planes[0], linear(RGB[..., 0] / 255), rtol=0, atol=1e-12)
     Image.fromarray(np.full((8, 8), 77, np.uint8)).save(tmp_path / "grey.jpg", quality=100)
     np.testing.assert_allclose(planes_of(tmp_path / "grey.jpg"), linear(np.array(77 / 255)), rtol=0, atol=0.01)
+
+
+@pytest.mark.parametrize("kind", ["png", "jpg", "tiff"])
+def test_photographs_come_upright(tmp_path: Path, kind: str) -> None:
+    """All orientations, and numbers that are none (as stored), as Pillow turns the stored samples."""
+    path = tmp_path / f"a.{kind}"
+    for noted in (None, *range(10)):
+        if kind == "tiff":  # tifffile's samples: Pillow turns those of a TIFF as it loads them
+            extra = [] if noted is None else [(274, "H", 1, noted, True)]
+            tifffile.imwrite(path, RGB, photometric="rgb", extratags=extra)
+            stored = Image.fromarray(tifffile.imread(path))
+        else:
+            exif = Image.Exif()
+            exif.update({} if noted is None else {274: noted})
+            Image.fromarray(RGB).save(path, exif=exif, **({"quality": 100} if kind == "jpg" else {}))
+            with Image.open(path) as image:
+                stored = Image.fromarray(np.asarray(image))
+        stored.getexif()[274] = noted or 1
+        expected = linear(np.asarray(ImageOps.exif_transpose(stored)) / 255)
+        np.testing.assert_allclose(planes_of(path), expected, rtol=0, atol=1e-12, err_msg=str(noted))
+
+
+def test_damaged_notes_leave_a_photograph_as_it_is_stored(tmp_path: Path) -> None:
+    for exif in (
+        b"Exif\0\0",
+        b"Exif\0\0MM\0*\xff\xff\xff\xff",
+        b"Exif\0\0II*\0\x08\0\0\0\x01\0\x12\x01\x03\0" + b"\xff" * 12,
+    ):
+        Image.fromarray(RGB).save(tmp_path / "a.png", exif=exif)
+        np.testing.assert_allclose(planes_of(tmp_path / "a.png"), linear(RGB / 255), rtol=0, atol=1e-12)
 
 
 def test_gamma_of_a_png_is_noticed(tmp_path: Path) -> None:
@@ -157,6 +195,21 @@ def test_matlab_of_both_versions(tmp_path: Path) -> None:
         file["bands"] = WAVELENGTH_NM[:, None]
     for name in ("five.mat", "hdf.mat"):
         np.testing.assert_allclose(cube_of(tmp_path / name), CUBE, rtol=0, atol=2e-6)
+    scipy_io.savemat(tmp_path / "rgb.mat", {"rgb": RGB})
+    np.testing.assert_allclose(planes_of(tmp_path / "rgb.mat"), linear(RGB / 255), rtol=0, atol=1e-12)
+
+
+def test_matlabs_doubles_are_light_however_they_are_stored(tmp_path: Path) -> None:
+    """MATLAB stores doubles that are whole as bytes (MAT-File Format, "Data Compression"): here a mask of 0 and 1."""
+    mask = RGB[..., 0] > 100
+
+    def element(kind: int, content: bytes) -> bytes:
+        return struct.pack("<2I", kind, len(content)) + content + bytes(-len(content) % 8)
+
+    flags, dimensions = element(6, struct.pack("<2I", 6, 0)), element(5, struct.pack("<2i", ROWS, COLS))
+    matrix = flags + dimensions + element(1, b"mask") + element(2, mask.astype(np.uint8).tobytes("F"))
+    (tmp_path / "a.mat").write_bytes(b"MATLAB 5.0".ljust(124) + struct.pack("<H2s", 0x100, b"IM") + element(14, matrix))
+    np.testing.assert_array_equal(planes_of(tmp_path / "a.mat")[..., 0], mask)
 
 
 def test_numpys_own(tmp_path: Path) -> None:
@@ -166,6 +219,11 @@ def test_numpys_own(tmp_path: Path) -> None:
     np.testing.assert_allclose(cube_of(tmp_path / "cube.npz"), CUBE, rtol=0, atol=2e-6)
     np.save(tmp_path / "rgb.npy", RGB / 255)
     np.testing.assert_array_equal(planes_of(tmp_path / "rgb.npy"), RGB / 255)
+    np.savez(tmp_path / "rgb.npz", rgb=RGB)
+    np.save(tmp_path / "rgb.npy", DEEP.astype(">u2"))
+    for name, samples in (("rgb.npz", RGB / 255), ("rgb.npy", DEEP / 65535)):
+        np.testing.assert_allclose(planes_of(tmp_path / name), linear(samples), rtol=0, atol=1e-12)
+        np.testing.assert_allclose(planes_of(tmp_path / name, encoding="linear"), samples, rtol=0, atol=1e-12)
 
 
 def test_radiances_become_reflectances_in_their_light(tmp_path: Path) -> None:
@@ -263,6 +321,9 @@ REFUSED: list[tuple[str, Callable[[Path], Path], str]] = [
     ("cube without wavelengths", saved("a.npy", CUBE), "it has 4 bands and says no wavelengths; give wavelength_nm"),
     ("NaN", saved("a.npy", np.where(RGB > 100, np.nan, 0.5)), "its sample ["),
     ("negative", saved("a.npy", np.full((4, 4), -0.5)), "scale: makes samples from -0.5 to -0.5, and no reflectance"),
+    ("int64", saved("a.npy", RGB.astype(np.int64)), "its samples are int64, and nobody knows which of them is white"),
+    ("int16", saved("a.npy", RGB.astype(">i2")), "its samples are int16, and nobody knows which of them is white"),
+    ("uint32", saved("a.npy", RGB.astype(np.uint32)), "its samples are uint32, and nobody knows which of them is"),
     ("complex", saved("a.npy", np.ones((4, 4), complex)), "its array holds no plain numbers"),
     ("CMYK", saved("a.jpg", Image.fromarray(RGB).convert("CMYK")), "it has 4 colours (CMYK, for printing)"),
     ("CMYK TIFF", saved("a.tiff", Image.fromarray(RGB).convert("CMYK")), "its samples mean something else than light"),
