@@ -17,7 +17,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import ClassVar, NamedTuple, Protocol
 
 import numpy as np
@@ -58,6 +58,7 @@ class Difference:
     lens        : the whole;  core: the round part;  obstruction: of both, 0 … 1
     moved_um    : where the core's pattern has its centre
     scale       : times as far as need be: the reach, and from where on the rim's light is taken for the pattern
+    off_um      : how far from the move distances are counted; 0: about it
     """
 
     place: ClassVar[str] = "lens"
@@ -67,6 +68,12 @@ class Difference:
     obstruction: float
     moved_um: tuple[float, float]
     scale: float = 1.0
+    off_um: float = 0.0
+
+    @property
+    def about_axis(self) -> Difference:
+        """The same with distances counted about the axis, where its pattern is moved and nothing else is."""
+        return replace(self, off_um=math.hypot(*self.moved_um))
 
     def blur_um(self, wavelength_nm: float) -> float:
         """The length of the pattern without aberrations, µm: λN."""
@@ -122,7 +129,7 @@ class Difference:
         rings : what is left of the rings by what else stands in the light's way
         """
         rim = _rim_of(self, wavelength_nm)
-        x = np.asarray(distance_um, float) / self.blur_um(wavelength_nm)
+        x = (np.asarray(distance_um, float) - self.off_um) / self.blur_um(wavelength_nm)
         nearest = max(RAYS * rim.inside_waves + BEYOND_RAYS, 0.5)
         far = np.maximum(x, nearest)[..., None, None]
         tail = np.abs(np.sum(rim.share / (far - 2.0 * rim.slope_waves), axis=-1) - 1.0 / far[..., 0]).max(axis=-1)
@@ -145,7 +152,7 @@ class Difference:
         Behind an obstruction the two rims make slower ones, which nothing else need stop: of f times the frequency
         a line hears f^(−3/2) times as much, of the inner rim's amplitude √ε.
         """
-        x = np.maximum(np.asarray(distance_um, float) / self.blur_um(wavelength_nm), 0.5)
+        x = np.maximum((np.asarray(distance_um, float) - self.off_um) / self.blur_um(wavelength_nm), 0.5)
         swing, hole = self._swing(_rim_of(self, wavelength_nm), x, rings), self.obstruction
         if hole:
             times = hole**-0.5 + 2.0 * hole**0.5 * sum((0.5 * (1.0 + sign * hole)) ** -1.5 for sign in (1.0, -1.0))
@@ -221,7 +228,7 @@ def _reach_um(rest: Difference, lost_fraction: float, wavelength_nm: float, ring
 def _known(rest: Difference, allowed: float, wavelength_nm: float) -> tuple[float, int]:
     """Try distances one after the other, from as near as the rim may have the light to itself."""
     blur_um = rest.blur_um(wavelength_nm)
-    r = blur_um * (RAYS * _rim_of(rest, wavelength_nm).inside_waves + BEYOND_RAYS)
+    r = blur_um * (RAYS * _rim_of(rest, wavelength_nm).inside_waves + BEYOND_RAYS) + rest.off_um
     while r < FARTHEST * blur_um:
         coarse, fine = (
             rest._between_rings(np.array([r]), wavelength_nm, MOST_ROUND, rule)[0] for rule in (COARSE, FINE)

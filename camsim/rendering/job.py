@@ -190,7 +190,7 @@ class Job:
         return dataclasses.replace(
             self,
             base=np.zeros_like(self.base),
-            system=dataclasses.replace(self.system, lens=self.split.rest),
+            system=dataclasses.replace(self.system, lens=self.split.rest.about_axis),
             split=None,
             tolerance=(1.0 - CLOSED_PART) * self.tolerance,
             rings_until=followed(self.round_part.heard.foci),

@@ -114,7 +114,7 @@ class FieldJob:
         moved = split.moved_um[0] / pitch_um, split.moved_um[1] / pitch_um
         parts = [Part(self._fused(self._of(split.core, round_part)), moved)]
         if split.rest is not None:
-            rest = self._of(split.rest, max(tolerance - round_part, FINEST))
+            rest = self._of(split.rest.about_axis, max(tolerance - round_part, FINEST))
             orders = tuple(order for order, *_ in split.core.pattern().rings)
             parts.append(self._difference(rest, self._in_step_until(rest, orders)))
         return FieldImages(parts=parts)
@@ -130,7 +130,7 @@ class FieldJob:
         """
         if self.split is None or self.split.rest is None:
             return None
-        return FieldImages(parts=[self._difference(self._of(self.split.rest, tolerance), rings_until)])
+        return FieldImages(parts=[self._difference(self._of(self.split.rest.about_axis, tolerance), rings_until)])
 
     def _difference(self, image: FieldImage, rings_until: float) -> Part:
         return Part(self._fused(dataclasses.replace(image, rings_until=rings_until)), (0.0, 0.0))
