@@ -95,6 +95,18 @@ def test_libraw_reads_black_levels_that_differ(tmp_path: Path, make_frame: Calla
         assert raw.black_level_per_channel == [128, 130, 131, 127]
 
 
+@pytest.mark.parametrize(
+    ("offsets", "white"), [(((0, 2), (-1, 3)), 4022), (((30,),), 4053), (((90, 100),), 4095), (((-40,),), 3983)]
+)
+def test_white_is_where_the_first_photosites_are_full(
+    tmp_path: Path, make_frame: Callable[..., Frame], offsets: tuple[tuple[int, ...], ...], white: int
+) -> None:
+    """Offsets move it as they move black: 4023 without one, and no code above 4095."""
+    save(make_frame(black_offsets_dn=offsets), tmp_path / "a.dng")
+    with rawpy.imread(str(tmp_path / "a.dng")) as raw:
+        assert raw.white_level == white
+
+
 def test_a_window_carries_the_black_levels_of_its_place(tmp_path: Path) -> None:
     camera = camsim.Camera.from_yaml("d40-like", lens=camsim.Airy(f_number=8.0))
     adc = dataclasses.replace(camera.adc, black_offsets_dn=((0, 2), (-1, 3)))
