@@ -7,31 +7,27 @@ import os
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import takewhile
 from pathlib import Path
 from typing import NoReturn, TypeAlias
 
 from camsim.errors import InputError, InvalidValueError, did_you_mean
+from camsim.spectra import csv_header
 
 Column: TypeAlias = str | int
 
 MAX_BYTES = 16 * 2**20
-LEAST_NM = 50.0
-"""No light that a camera sees is shorter: a table of smaller numbers has another unit."""
+LEAST_NM, MOST_NM = 50.0, 20_000.0
+"""No light that a camera sees is shorter, or longer: a table of such numbers has another unit."""
 
 _NUMBER = re.compile(r"[-+]?(\d+([.,]\d*)?|[.,]\d+)([eE][-+]?\d+)?")
 _BEGINS = re.compile(r"\s*\"?[-+]?[.,]?\d")
 _UNIT = re.compile(r"\s*[\[(/].*$")
 _BETWEEN = re.compile(r"[\W_]+")
 _COMMENT = re.compile(r"\s*(#|//)\s*")
-_WAVELENGTH = re.compile(r"wave|lambda|λ|wl\b|(?<![a-z])[nuµμ]m(?![a-z])", re.IGNORECASE)
-# Checked in this order: "cm-1" ends like a metre, "µm" too.
-_UNITS = (
-    (r"cm\s*(\^?-1|⁻¹)|1/cm|(?<![a-z])(thz|ev)(?![a-z])", None),
-    (r"(?<![a-z])[uµμ]m(?![a-z])|micron|micromet", 1000.0),
-    (r"(?<![a-z])nm(?![a-z])|nanomet", 1.0),
-    (r"å|angstr", 0.1),
-    (r"[\[(]\s*m\s*[\])]", 1e9),
-)
+_THOUSANDS = re.compile(r"[1-9][.,]\d{3}")
+_APART = (";", "\t", ",", r"\s{2,}", r"(?<![/\s])\s+(?![\[(/\s])")
+"""What names may be separated by: last, spaces that lead to no unit."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,8 +46,9 @@ def read_points(
 
     Cells are separated by semicolons, tabs, commas or spaces; a decimal comma is read where commas separate nothing,
     lines that begin with # or // are left out, empty cells are no points, and the order of the rows is free. The header
-    may name nm (what is meant without a unit), µm, Å or m, and % for values of a hundred times the fraction. Raises
-    InputError or InvalidValueError (about the column) with one sentence.
+    may name nm (what is meant without a unit), µm, Å or m, and % for values of a hundred times the fraction; a comment
+    is one where it names the wavelengths, directly above the numbers. Raises InputError or InvalidValueError (about the
+    column) with one sentence.
     """
     return _Table(os.fspath(path), shown or os.fspath(path)).points(column)
 
@@ -66,24 +63,52 @@ class _Table:
         if first is None:
             raise InputError(f"{self.shown}: no line begins with a number; give a row for each wavelength")
         self.separator = _separator(lines[first])
-        above = [_Row(k + 1, self._cells(_COMMENT.sub("", line))) for k, line in enumerate(lines[:first])]
-        plain = [row for row in above if not _COMMENT.match(lines[row.line - 1])]
-        width = len(self._cells(lines[first])) if self.separator == " " else None
-        self.header = _header(plain, width) or _header(above[-1:], width)
-        self.about = " ".join(lines[:first]) if not self.header else ""
         self.rows = [
             _Row(first + k + 1, self._cells(line))
             for k, line in enumerate(lines[first:])
             if line.strip(" \t\r,;") and not _COMMENT.match(line)
         ]
+        self.header, self.remarks = self._above(lines[:first])
         self._mark = ""
+
+    def _above(self, lines: Sequence[str]) -> tuple[list[_Row], Sequence[str]]:
+        """Return the rows of the header, and the lines above the numbers where no header names units.
+
+        A comment directly above the numbers is a header where it names the wavelengths; other words that are as many as
+        the columns are names only.
+        """
+        widest = max(len(row.cells) for row in self.rows)
+        above = [_Row(k + 1, self._names(line, widest)) for k, line in enumerate(lines) if re.search(r"\w|%", line)]
+        plain = [row for row in above if not _COMMENT.match(lines[row.line - 1])]
+        header = _header(plain, len(self.rows[0].cells) if self.separator == " " else None)
+        below = above[above.index(plain[-1]) + 1 :] if header else above
+        named = [row for row in below[-1:] if len(row.cells) == widest and csv_header.is_header(row.cells)]
+        if named:
+            named += takewhile(lambda row: csv_header.columns_called(row.cells), below[-2::-1])
+        if header or named:
+            return [*header, *named[::-1]], ()
+        return [row for row in above[-1:] if len(row.cells) == widest > 1], lines
+
+    def _names(self, line: str, width: int) -> Sequence[str]:
+        """Return the cells of a line above the numbers; names may be separated otherwise than those."""
+        bare = _COMMENT.sub("", line, count=1)
+        own = self._cells(bare)
+        if len(own) == width and self.separator != " ":
+            return own
+        for mark in _APART if self.separator == " " else _APART[:-1]:
+            cells = [cell.strip() for cell in re.split(mark, bare.strip())]
+            if len(cells) == width > 1 and csv_header.is_header(cells):
+                return cells
+        return own
 
     def points(self, column: Column | None) -> tuple[list[float], list[float]]:
         """Return wavelengths and values of a column."""
-        place = next((k for k, text in enumerate(self._texts()) if _WAVELENGTH.search(text)), 0)
+        place = self._place()
         chosen = self._chosen(column, place)
         points: dict[float, tuple[float, int]] = {}
-        to_nm, to_value = self._scale_nm(place), 0.01 if "%" in self._text_of(chosen) else 1.0
+        to_nm, to_value = self._scale_nm(place), self._scale_of(chosen)
+        if to_value is None:
+            self._judge_signs(chosen)
         for row in self.rows:
             if self.header and len(row.cells) > len(self.header[0].cells):
                 self._refuse(
@@ -91,7 +116,7 @@ class _Table:
                     f"{len(row.cells)} cells, and the header has {len(self.header[0].cells)}; of numbers with decimal "
                     "commas separate the cells by semicolons",
                 )
-            value = self._number(row, chosen)
+            value = self._number(row, chosen, "%")
             wavelength_nm = self._number(row, place)
             if wavelength_nm is None:
                 self._refuse(row, "no wavelength; begin remarks with #")
@@ -103,9 +128,39 @@ class _Table:
             if wavelength_nm in points:
                 first = points[wavelength_nm][1]
                 self._refuse(row, f"{wavelength_nm:g} nm is there twice, first on line {first}; keep one")
-            points[wavelength_nm] = _rounded(value * to_value), row.line
+            scale = 0.01 if row.cells[chosen].endswith("%") else to_value or 1.0
+            points[wavelength_nm] = _rounded(value * scale), row.line
+        self._judge_thousands(chosen)
         self._judge(sorted(points), chosen)
         return sorted(points), [points[nm][0] for nm in sorted(points)]
+
+    def _place(self) -> int:
+        """Return the column of the wavelengths."""
+        if self.remarks:
+            return 0
+        called = csv_header.columns_called(self._texts())
+        if len(called) > 1:
+            names = " and ".join(f"{self._name(k)} ({k + 1})" for k in called[:2])
+            raise InputError(f"{self.shown}: {names} are columns of wavelengths; keep one, and the columns it is of")
+        return csv_header.wavelengths_at(self._texts()) or 0
+
+    def _judge_signs(self, chosen: int) -> None:
+        """Refuse a column with a % in some cells only: the others may be per cent or not."""
+        rows = [row for row in self.rows if chosen < len(row.cells) and row.cells[chosen].strip("0., ")]
+        signed = [row.cells[chosen].endswith("%") for row in rows]
+        if any(signed) and not all(signed):
+            row = rows[signed.index(False)]
+            self._refuse(row, f"{row.cells[chosen][:40]!r} has no %, and other cells have; give all of them one")
+
+    def _judge_thousands(self, chosen: int) -> None:
+        """Refuse 900 beside 1,000: with a mark between thousands the one would be 900 times the other."""
+        cells = [(row, row.cells[chosen]) for row in self.rows if chosen < len(row.cells)]
+        marked = [(row, cell) for row, cell in cells if "," in cell or "." in cell]
+        whole = any(cell.isdecimal() and int(cell) >= 100 for _, cell in cells)
+        if whole and marked and all(_THOUSANDS.fullmatch(cell) for _, cell in marked):
+            row, cell = marked[0]
+            number = re.sub("[.,]", "", cell)
+            self._refuse(row, f"{cell!r} may be {number}; write no mark between thousands, and 100.0 for 100 otherwise")
 
     def _judge(self, wavelength_nm: Sequence[float], chosen: int) -> None:
         if len(wavelength_nm) < 2:
@@ -115,10 +170,15 @@ class _Table:
                 f"{self.shown}: wavelengths from {wavelength_nm[0]:g} to {wavelength_nm[-1]:g} nm are no light; name "
                 "their unit in the header, such as wavelength_um"
             )
+        if wavelength_nm[0] > MOST_NM:
+            raise InputError(
+                f"{self.shown}: wavelengths from {wavelength_nm[0]:g} to {wavelength_nm[-1]:g} nm are no light; give "
+                "nm, or name their unit in the header"
+            )
 
     def _cells(self, line: str) -> Sequence[str]:
         if self.separator == " ":
-            return line.split()
+            return re.sub(r"(?<=\d)\s+%", "%", line).split()
         cells = next(csv.reader([line], delimiter=self.separator, skipinitialspace=True), [])
         while cells and not cells[-1].strip():
             cells.pop()
@@ -128,10 +188,6 @@ class _Table:
         """Return what stands above each column, in all rows of the header."""
         width = len(self.header[0].cells) if self.header else 0
         return [" ".join(row.cells[k] for row in self.header if k < len(row.cells)) for k in range(width)]
-
-    def _text_of(self, place: int) -> str:
-        texts = self._texts()
-        return texts[place] if place < len(texts) else self.about
 
     def _name(self, place: int) -> str:
         return repr(self.header[0].cells[place]) if self.header else str(place + 1)
@@ -180,19 +236,48 @@ class _Table:
 
     def _scale_nm(self, place: int) -> float:
         """Return what the wavelengths are to be multiplied by."""
-        text = self._text_of(place).lower()
-        for pattern, scale in _UNITS:
-            if re.search(pattern, text):
-                if scale is None:
-                    raise InputError(f"{self.shown}: {text.strip()!r} is no wavelength; give nm or µm")
-                return scale
-        return 1.0
+        text = "".join(self._texts()[place : place + 1])
+        scales = csv_header.scales_nm(text)
+        if self.remarks:
+            text, scales = "wavelengths", csv_header.said_nm(" ".join(self.remarks))
+        for line, remark in enumerate(self.remarks, 1):
+            if word := csv_header.wavenumbers(remark):
+                raise InputError(f"{self.shown}, line {line}: {word!r} is no wavelength; give nm or µm")
+        if None in scales:
+            raise InputError(f"{self.shown}: {text.strip()!r} is no wavelength; give nm or µm")
+        if len(scales) > 1:
+            raise InputError(f"{self.shown}: {text.strip()!r} in two units; name one, such as wavelength_um")
+        return next((scale for scale in scales if scale), 1.0)
 
-    def _number(self, row: _Row, place: int) -> float | None:
+    def _scale_of(self, chosen: int) -> float | None:
+        """Return what the values are to be multiplied by; None where nothing above them says so."""
+        for line, remark in enumerate(self.remarks, 1):
+            if unit := csv_header.unclear(remark):
+                raise InputError(
+                    f"{self.shown}, line {line}: {unit!r} stands in no header, and may be the numbers' or not; give "
+                    "each column a name, as in '# wavelength_nm, T / %', or leave it out"
+                )
+        if self.remarks or not self.header:
+            return None
+        text = self._texts()[chosen]
+        scales = csv_header.scales_of(text)
+        if None in scales:
+            raise InputError(f"{self.shown}: {text!r} is a logarithm; give fractions or per cent")
+        if len(scales) > 1:
+            raise InputError(f"{self.shown}: {text!r} in two units; name one, such as [%]")
+        if not scales and any(csv_header.ends_per_cent(r.cells[chosen]) for r in self.header if chosen < len(r.cells)):
+            raise InputError(
+                f"{self.shown}: {text!r} may be of per cent or not; write [%] where it is, else leave the % out, and "
+                "begin remarks with #"
+            )
+        return next((scale for scale in scales if scale), None)
+
+    def _number(self, row: _Row, place: int, sign: str = "") -> float | None:
+        """Return the number of a cell without the sign that may follow it; None of an empty one."""
         text = row.cells[place] if place < len(row.cells) else ""
         if not text:
             return None
-        bare = text.removesuffix("%").rstrip()
+        bare = text.removesuffix(sign).rstrip()
         if not _NUMBER.fullmatch(bare):
             way_out = "leave a cell empty where nothing was measured, and begin remarks with #"
             if "," in bare and "." in bare:
@@ -203,8 +288,7 @@ class _Table:
                 if self._mark not in ("", mark):
                     self._refuse(row, f"{text!r}, where numbers above have a '{self._mark}'; use one decimal mark")
                 self._mark = mark
-        value = float(bare.replace(",", "."))
-        return value / 100.0 if bare != text else value
+        return float(bare.replace(",", "."))
 
     def _refuse(self, row: _Row, what: str) -> NoReturn:
         raise InputError(f"{self.shown}, line {row.line}: {what}")
