@@ -84,8 +84,8 @@ def _of_the_camera(capture: Capture, space: Space, progress: Progress | None) ->
 
 
 def _of_the_eye(capture: Capture, space: Space, progress: Progress | None) -> TruthImage:
-    camera, grid = capture.camera, capture.grid
-    samples = capture.light.samples(capture.scene.spectra, observer())
+    camera, grid, scene = capture.camera, capture.grid, capture.lit_scene
+    samples = capture.light.samples(scene.spectra, observer())
     seen = np.array([curve.at(samples.wavelength_nm) for curve in observer()])
     response = seen * samples.irradiance_w_per_m2_nm * samples.weight_nm
     white = response.sum(axis=1)
@@ -95,7 +95,7 @@ def _of_the_eye(capture: Capture, space: Space, progress: Progress | None) -> Tr
         )
     response, white = response / white[1], white / white[1]
     rendering = render_channels(
-        capture.scene,
+        scene,
         camera.optics,
         grid,
         response=camera.veil.spared(response, samples.wavelength_nm),
@@ -109,7 +109,7 @@ def _of_the_eye(capture: Capture, space: Space, progress: Progress | None) -> Tr
     )
     assert rendering.planes is not None
     assert rendering.planes_error is not None
-    veil = camera.veil.light(capture.scene, response, samples.wavelength_nm, capture.tolerance)
+    veil = camera.veil.light(scene, response, samples.wavelength_nm, capture.tolerance)
     xyz = rendering.planes + veil[:, None, None]
     if capture.window.falls_off:
         xyz = xyz * capture.window.falloff(grid)
