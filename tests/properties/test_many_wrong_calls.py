@@ -11,6 +11,7 @@ import shapely
 
 import camsim
 from camsim.errors import CamsimError
+from camsim.measure import noise
 
 A = np.array([400.0, 700.0])
 FLAT = camsim.Curve(A, (1.0, 1.0), outside="hold")
