@@ -50,7 +50,7 @@ def expected_of(
 
 def _names(camera: Camera) -> set[str]:
     """Return the names of channels, together and apart."""
-    return {*camera.cfa.channels, *(name for row in channel_names(camera.cfa.pattern) for name in row)}
+    return {*camera.cfa.channels, *(name for row in channel_names(list(camera.cfa.pattern)) for name in row)}
 
 
 def _places(camera: Camera, channel: str, period: tuple[int, int]) -> npt.NDArray[np.bool_]:

@@ -14,11 +14,13 @@ from __future__ import annotations
 import numpy as np
 
 from camsim.arrays import F32, F64
-from camsim.errors import UnknownNameError, UnsupportedError
+from camsim.errors import UnsupportedError
 from camsim.exposing import Capture, Progress
+from camsim.measure.given import check_given
 from camsim.measure.truth.image import SPACES, Space, TruthImage
 from camsim.rendering.render import render_channels
 from camsim.sensor.colour_matrix import adaptation, as_shot_neutral, fit_white, observer
+from camsim.typed import known_name
 
 XYZ_TO_SRGB = np.array(
     [
@@ -37,8 +39,8 @@ def truth_in(capture: Capture, space: Space, *, progress: Progress | None = None
 
     Raises UnknownNameError for another space, UnsupportedError for colours of a light that the eye does not see.
     """
-    if space not in SPACES:
-        raise UnknownNameError("space", space, SPACES, key="space")
+    check_given(capture=capture)
+    known_name("space", space, SPACES, "space")
     if space in CAMERA_SPACES:
         return _of_the_camera(capture, space, progress)
     return _of_the_eye(capture, space, progress)
