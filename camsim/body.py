@@ -303,6 +303,7 @@ class Body(Electronics):
 
     def grid(self, region: Region | None = None) -> Grid:
         """Return the photosites of a window, None for all of the frame."""
+        check(region, Region | None, "region")
         return grid_of(region, frame=(self.rows, self.cols), period=self.cfa.period, pitch_um=self.pitch_um)
 
     def electronics(self, iso: float, *, noise: bool = True) -> tuple[ElectronicStage, ...]:

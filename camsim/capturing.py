@@ -20,7 +20,7 @@ from camsim.config.sensor_search import SensorSearch
 from camsim.config.tree import MOST_FAULTS
 from camsim.errors import CamsimError, ConfigError, Fault, InvalidValueError
 from camsim.exposing import Capture, Progress
-from camsim.frame import Frame, Products
+from camsim.frame import Frame, Products, check_products
 from camsim.marks import Before, Called
 from camsim.optics import FieldLens, Lens
 from camsim.typed import Seed, Whole, check, text_of_path
@@ -97,6 +97,7 @@ def load(
     changes, faults = _parsed(overrides)
     seed = _collected(faults, lambda: _seed(seed))
     path = check(scene, _PATH, "scene")
+    check_products(products)
     located = _collected(faults, lambda: library.locate("scene", path))
     judged = located and _collected(faults, lambda: _read(located, changes, schema.SceneFile))
     if not located or not judged:

@@ -37,7 +37,7 @@ from camsim.sensor.exposure import Exposure
 from camsim.sensor.stage import Context, ElectronicStage
 from camsim.sensor.streams import BLOCK_ROWS
 from camsim.spectra.light import Light, LightSamples
-from camsim.typed import FrameNumber, Number, Positive, Seed, Several, Truth, Whole, judge, refusal
+from camsim.typed import FrameNumber, Number, Positive, Seed, Several, Truth, Whole, check, judge, refusal
 from camsim.window import Region
 from camsim.words import brief
 
@@ -267,6 +267,7 @@ class Capture:
         Blooming runs over the whole window, so that with it the window is held all the same.
         """
         check_products(products, streamed=True)
+        check(take, Callable[[U16], None], "take")
         clock = Clock()
         choice, cube = self.plan(), self._cube(products)
         clock.lap("light")

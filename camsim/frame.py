@@ -11,9 +11,9 @@ import numpy as np
 
 from camsim import notebook
 from camsim.arrays import F32, F64, I64, U8, U16
-from camsim.errors import InvalidValueError, UnknownNameError
+from camsim.errors import InvalidValueError
 from camsim.sensor.colour_matrix import ColourResponse
-from camsim.typed import LARGEST_FRAME_NUMBER, Whole
+from camsim.typed import LARGEST_FRAME_NUMBER, Count, Whole, check, known_name
 from camsim.words import shown
 
 if TYPE_CHECKING:
@@ -46,8 +46,7 @@ def check_products(products: Collection[str], *, streamed: bool = False) -> None
     if not isinstance(products, Collection):
         raise InvalidValueError(f"must be a list of names, not {shown(products)}", key="products")
     for product in (products,) if isinstance(products, str) else products:
-        if product not in PRODUCTS:
-            raise UnknownNameError("product", product, PRODUCTS, key="products")
+        known_name("product", product, PRODUCTS, "products")
     if isinstance(products, str):
         raise InvalidValueError(
             f"{products!r} is one name; give several in a tuple, such as ({products!r},)", key="products"
@@ -58,11 +57,12 @@ def check_products(products: Collection[str], *, streamed: bool = False) -> None
 
 
 def frame_numbers(first: int, count: Whole) -> range:
-    """Return the numbers of several frames; refuses more than there are, since no file could be captured again.
+    """Return the numbers of one frame or several; refuses more than there are, since no file could be captured again.
 
     >>> list(frame_numbers(3, 2))
     [3, 4]
     """
+    check(count, Count, "count", "Capture.frames")
     if first + count - 1 > LARGEST_FRAME_NUMBER:
         message = (
             f"{first}, and {count} frames from there on; {LARGEST_FRAME_NUMBER} is the last, begin at a smaller one"

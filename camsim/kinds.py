@@ -46,6 +46,8 @@ def kind_of(declared: Any) -> Kind:
 def _simple(declared: Any, origin: Any, members: tuple[Any, ...]) -> Kind:
     if origin is Literal:
         return _word(members)
+    if origin is Callable:
+        return _checked("a function", callable)
     if declared is bool:
         return _checked("true or false", lambda value: isinstance(value, bool | np.bool_), made=bool)
     if declared is str:

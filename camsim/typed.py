@@ -12,17 +12,18 @@ import functools
 import inspect
 import os
 import typing
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 from annotated_types import Ge, Gt, Le
 
-from camsim.errors import InvalidValueError
+from camsim.errors import InvalidValueError, UnknownNameError
 from camsim.kind import Kind
 from camsim.kinds import kind_of
 from camsim.marks import Before, Called
+from camsim.words import either, shown
 
 Number: TypeAlias = float | np.floating[Any] | np.integer[Any]
 Whole: TypeAlias = int | np.integer[Any]
@@ -111,6 +112,21 @@ def check(value: Any, kind: Any, key: str, stage: str = "") -> Any:
         return kind_of(kind).take(value)
     except InvalidValueError as error:
         raise InvalidValueError(error.message, key=key, stage=stage) from None
+
+
+def known_name(kind: str, name: Any, known: Collection[str], key: str = "") -> str:
+    """Return a name of a short list; raises UnknownNameError for another, InvalidValueError for what is no text.
+
+    >>> known_name("method", None, ["boundary", "fourier"])
+    Traceback (most recent call last):
+        ...
+    camsim.errors.InvalidValueError: method: must be 'boundary' or 'fourier', not None
+    """
+    if not isinstance(name, str):
+        raise InvalidValueError(f"must be {either([repr(word) for word in known])}, not {shown(name)}", key=key or kind)
+    if name not in known:
+        raise UnknownNameError(kind, name, known, key=key)
+    return name
 
 
 def spelled_out(keywords: type) -> Callable[[F], F]:

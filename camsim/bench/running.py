@@ -20,6 +20,7 @@ from camsim.bench.window import busiest
 from camsim.bench.words import findings
 from camsim.errors import CamsimError
 from camsim.rendering import Rendering
+from camsim.typed import NonNegative, check
 from camsim.window import Region
 
 if TYPE_CHECKING:
@@ -72,6 +73,9 @@ def bench_scene(
 
     capture = load(scene, sensor=sensor, overrides=overrides, sensors=sensors)
     wanted = default_tolerances(capture.tolerance) if tolerances is None else tolerances
+    check(longest_s, NonNegative, "longest_s")
+    check(take, Take | None, "take")
+    check(progress, Progress | None, "progress")
     settings = settings_of(methods, wanted, samples)
     where, chosen = _window(capture, region, whole=whole)
     subject = Subject.of(capture, where)

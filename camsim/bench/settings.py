@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import Any, TypeVar
 
-from camsim.errors import InvalidValueError, UnknownNameError
+from camsim.errors import InvalidValueError
+from camsim.typed import check, known_name
 
 EXACT = ("boundary", "fourier")
 ASKED = ("auto", *EXACT)
@@ -52,13 +53,12 @@ def power(value: float) -> str:
 
 def settings_of(methods: Sequence[str], tolerances: Sequence[float], samples: Sequence[int]) -> list[Setting]:
     """Return every setting, each once, in the order of the methods; raises CamsimError what cannot be asked for."""
-    for method in methods:
-        if method not in METHODS:
-            raise UnknownNameError("method", method, METHODS)
-    for tolerance in tolerances:
+    for method in check(methods, tuple[Any, ...], "methods"):
+        known_name("method", method, METHODS)
+    for tolerance in check(tolerances, tuple[float, ...], "tolerances"):
         if not 0.0 < tolerance < 1.0 or not math.isfinite(tolerance):
             raise InvalidValueError(f"{tolerance!r} is no error to keep below; give 1e-2 … 1e-11", key="tolerances")
-    for count in samples:
+    for count in check(samples, tuple[int, ...], "samples"):
         if count < 1:
             raise InvalidValueError(f"{count!r} are none; give 1 or more", key="samples")
     found: list[Setting] = []

@@ -14,12 +14,11 @@ from camsim.cli.measured import Outputs
 from camsim.cli.tables import check_text_file, print_table
 from camsim.errors import ConfigError, InvalidValueError, OutputError
 from camsim.files.atomic import write_whole
-from camsim.typed import check
+from camsim.typed import Iso, Seed, check
 
 if TYPE_CHECKING:
     from camsim.measure.noise import NoiseReport
 
-_LEAST_SIDE, _LARGEST_SIDE = 32, 4000
 _WORDS = {
     "gain_dn_per_e": "gain",
     "read_noise_e": "read noise",
@@ -54,15 +53,19 @@ class NoiseRequest:
 
 def measure(request: NoiseRequest) -> None:
     """Measure, print and write; raises CamsimError with one sentence."""
+    from camsim.measure.noise.taking import Frames, Side
+
     if (request.folder is None) == (request.sensor is None):
         raise InvalidValueError("give a folder of flats and darks, or --sensor NAME, which takes them", key="FOLDER")
     given = {"--set": request.changes, "--iso": request.iso, "--seed": request.seed, "--keep": request.keep}
-    if request.folder is not None and any(idle := [name for name, value in given.items() if value]):
+    if request.folder is not None and (idle := [name for name, value in given.items() if value not in (None, ())]):
         raise InvalidValueError("the frames of a folder are taken; this belongs to --sensor", key=idle[0])
-    if not _LEAST_SIDE <= request.side <= _LARGEST_SIDE:
-        raise InvalidValueError(f"{request.side}; must be from {_LEAST_SIDE} to {_LARGEST_SIDE}", key="--side")
-    if not 2 <= request.frames <= 1000:
-        raise InvalidValueError(f"{request.frames}; must be from 2 to 1000", key="--frames")
+    check(request.side, Side, "--side")
+    check(request.frames, Frames, "--frames")
+    if request.iso is not None:
+        check(request.iso, Iso, "--iso")
+    if request.seed is not None:
+        check(request.seed, Seed, "--seed")
     request.outputs.check({"--xml": request.xml})
     if request.xml is not None:
         if Path(request.xml).suffix.lower() != ".xml":
@@ -125,7 +128,6 @@ def _apart(texts: Sequence[str]) -> tuple[list[str], dict[str, Any]]:
     """Return the changes of the sensor, and what the others say of the bench: any that it has no use for is refused."""
     from camsim.config import overrides
     from camsim.sensor.exposure import Exposure
-    from camsim.typed import Seed
 
     kinds = get_type_hints(Exposure, include_extras=True)
     known = {

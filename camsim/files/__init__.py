@@ -76,6 +76,7 @@ def save(
     """
     check(frame, Frame, "frame")
     path = check(path, FilePath, "path")
+    check(product, str | None, "product")
     chosen = check_output(path, product)
     _refuse_what_exists(path, force=force)
     if (chosen == "truth" and frame.truth is None) or (chosen == "spectral" and frame.spectral is None):

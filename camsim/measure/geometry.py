@@ -13,6 +13,7 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError
+from camsim.typed import judge
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +39,9 @@ class Roi:
                 f"{text!r}; give row,col,rows,cols in whole pixels, such as 100,200,64,64", key="roi"
             ) from None
         return cls(row, col, rows, cols)
+
+    def __post_init__(self) -> None:
+        judge(self)
 
     def check_inside(self, shape: tuple[int, int]) -> None:
         """Refuse a region that reaches beyond an image of (rows, cols)."""

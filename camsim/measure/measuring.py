@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Annotated
 
 from camsim.errors import UnsupportedError
-from camsim.marks import Called
 from camsim.measure.find import find_edges
 from camsim.measure.geometry import Roi
+from camsim.measure.given import check_given
 from camsim.measure.mtf import TheoreticalOtf, measure_edge
 from camsim.measure.picture import Picture
 from camsim.measure.result import EdgeMtf, MtfReport
 from camsim.typed import check
-
-_PICTURE = Annotated[Picture, Called("a Picture", "read_picture of a file or picture_of_frame of a Frame is one")]
 
 
 def measure_mtf(
@@ -42,7 +39,8 @@ def measure_mtf(
     >>> [round(edge.figures.mtf50_cycles_per_pixel, 1) for edge in report.edges]
     [0.3]
     """
-    check(picture, _PICTURE, "picture")
+    check_given(picture=picture)
+    check(rois, tuple[Roi, ...], "rois")
     channels = picture.select(channel)
     given = bool(rois)
     for roi in rois:

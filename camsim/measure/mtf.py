@@ -19,6 +19,7 @@ from camsim.measure.locate import locate
 from camsim.measure.picture import LARGEST_SIGNAL, Channel, Plane, Samples
 from camsim.measure.result import EdgeMtf, Figures, Theory
 from camsim.measure.spline import TAIL
+from camsim.typed import check
 from camsim.words import percent
 
 HIGHEST_CYCLES_PER_PIXEL, FREQUENCIES = 1.0, 201
@@ -58,6 +59,9 @@ def measure_edge(
     >>> round(edge.figures.angle_deg), edge.mtf.shape == edge.frequency_cycles_per_pixel.shape
     (4, True)
     """
+    check(channel, Plane | Channel, "channel")
+    check(roi, Roi, "roi")
+    check(theory, TheoreticalOtf | None, "theory")
     if isinstance(channel, Plane):
         channel = Channel((channel,))
     what = f"{what}roi {roi}, channel {channel.name}"

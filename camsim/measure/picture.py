@@ -16,6 +16,7 @@ from camsim.arrays import F64
 from camsim.errors import InvalidValueError, UnknownNameError
 from camsim.measure.full_frame import FullFrame
 from camsim.measure.geometry import Roi
+from camsim.typed import check
 
 LARGEST_SIGNAL = 1e30
 """More than light, electrons or codes ever are; the eighth power of it is still a number."""
@@ -179,7 +180,7 @@ class Picture:
     def select(self, channel: str) -> tuple[Channel, ...]:
         """Return the channel of that name; ``all`` gives every one."""
         names = list(dict.fromkeys(plane.name for plane in self.planes))
-        if channel not in ("all", *names):
+        if check(channel, str, "channel") not in ("all", *names):
             raise UnknownNameError("channel", channel, ["all", *names])
         chosen = names if channel == "all" else [channel]
         return tuple(Channel(tuple(plane for plane in self.planes if plane.name == name)) for name in chosen)

@@ -24,9 +24,11 @@ from camsim.files.tiff_image import read_image
 from camsim.files.tiff_reader import DNG_VERSION, read_directory
 from camsim.frame import Frame
 from camsim.measure.dng import read_raw
+from camsim.measure.given import check_given
 from camsim.measure.picture import Picture, Plane, mosaic_planes
 from camsim.sensor.cfa import BAYER, PATTERNS
 from camsim.spectra.rgb import linear_of_srgb
+from camsim.typed import FilePath, check
 
 _NAMES = {1: ("Y",), 2: ("Y", "A"), 3: ("R", "G", "B"), 4: ("R", "G", "B", "A")}
 _CFA_TAG, _COLOUR_PROFILE_TAG = 33422, 34675
@@ -48,6 +50,7 @@ def picture_of_frame(frame: Frame, product: str = "mosaic") -> Picture:
     >>> [plane.name for plane in picture_of_frame(frame).planes]
     ['R', 'G1', 'G2', 'B']
     """
+    check_given(frame=frame)
     if product == "truth":
         if frame.truth is None:
             raise InvalidValueError("holds no truth; ask for products=('truth',) when exposing", key="frame")
@@ -93,6 +96,7 @@ def read_picture(
     >>> [plane.name for plane in picture.planes]
     ['R', 'G1', 'G2', 'B']
     """
+    path = check(path, FilePath, "path")
     shown = repr(str(path))
     suffix = Path(path).suffix
     with opened(path) as (file, size):

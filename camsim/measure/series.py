@@ -9,6 +9,7 @@ from typing import Any, TypeAlias
 
 from camsim.errors import InvalidValueError, UnknownNameError, UnsupportedError
 from camsim.measure.result import MtfReport
+from camsim.typed import check
 
 Value: TypeAlias = float | str | bool | None
 
@@ -58,6 +59,8 @@ def mtf_series(reports: Sequence[MtfReport], *, by: str | None = None) -> MtfSer
     >>> import camsim
     >>> mtf_series([camsim.measure.measure_mtf(name) for name in ("f4.dng", "f8.dng")], by="f_number")  # doctest: +SKIP
     """
+    check(reports, tuple[MtfReport, ...], "reports")
+    check(by, str | None, "by")
     if by is None:
         return MtfSeries(by=None, values=_names([report.file for report in reports]), reports=tuple(reports))
     trees = []

@@ -6,7 +6,7 @@ import contextlib
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from camsim.errors import UnknownNameError, UnsupportedError
+from camsim.errors import UnsupportedError
 from camsim.kept import cached_property
 from camsim.kernels.threads import meanwhile
 from camsim.rendering.boundary.engine import Boundary, BoundaryPlan
@@ -18,6 +18,7 @@ from camsim.rendering.hearing import Listening
 from camsim.rendering.job import Job
 from camsim.rendering.paper import rules
 from camsim.rendering.paper.engine import Paper
+from camsim.typed import known_name
 
 if TYPE_CHECKING:
     from camsim.rendering.aberrated.engine import AberratedPlan
@@ -104,8 +105,7 @@ class Choice:
 
 def check_method(method: str) -> None:
     """Refuse the name of a method that does not exist."""
-    if method not in NAMES:
-        raise UnknownNameError("method", method, NAMES)
+    known_name("method", method, NAMES)
 
 
 def choose(method: str, job: Job, samples: int | None = None) -> Choice:

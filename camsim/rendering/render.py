@@ -75,6 +75,8 @@ def render(
     check_method(method)
     check(scene, Scene, "scene")
     check(grid, Grid, "grid")
+    for key, truth in (("strict", strict), ("prune", prune)):
+        check(truth, bool, key)
     counted: int | None = check(samples, int | None, "samples")
     allowed: float = check(tolerance, float, "tolerance")
     each_nm = np.atleast_1d(np.asarray(check(wavelength_nm, _WAVELENGTHS, "wavelength_nm"), np.float64))

@@ -17,6 +17,7 @@ from camsim.rendering.check.checks import Found
 from camsim.rendering.engine import Plan, Progress, share
 from camsim.rendering.work import Work
 from camsim.repeated import Channels, multiply
+from camsim.typed import check
 
 TAKEN_PHOTOSITES = 2_000_000
 Report = Callable[[str, float], None]
@@ -78,6 +79,8 @@ def carry_out(
     progress: Report | None = None,
 ) -> Rendering:
     """Render every photosite in its own channel; arguments as in ``render_channels``."""
+    check(take, Take | None, "take")
+    check(progress, Report | None, "progress")
     begin = time.perf_counter()
     plan, judge, job = choice.plan, choice.judge, choice.plan.job
     plans = [plan] if prune or not len(job.left_out.edges) else [plan, _rest(choice)]

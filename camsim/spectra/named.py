@@ -17,6 +17,7 @@ from camsim.errors import UnknownNameError
 from camsim.spectra.colour_science import colour_science
 from camsim.spectra.curve import Curve
 from camsim.spectra.kept import kept
+from camsim.typed import check
 
 # The 24 patches of ISO 17321-1 go by their bare names; the other charts by "chart/patch". Ohta's chart holds
 # the same numbers as ISO 17321-1, so it is left out.
@@ -38,7 +39,6 @@ def reflectance_names() -> tuple[str, ...]:
     return tuple(_reflecting())
 
 
-@functools.cache
 def reflectance(name: str) -> Curve:
     """Return a reflectance by name: "dark skin", "white 9.5", "BabelColor Average/cyan", "PMC/Banana" …
 
@@ -47,6 +47,11 @@ def reflectance(name: str) -> Curve:
     >>> reflectance("white 9.5").wavelength_nm[0], reflectance("white 9.5").values[0]
     (380.0, 0.153)
     """
+    return _reflectance(check(name, str, "name"))
+
+
+@functools.cache
+def _reflectance(name: str) -> Curve:
     return _curve(_find("reflectance", name, _reflecting()), name, "hold")
 
 

@@ -29,7 +29,7 @@ from camsim.sweeping.samples import Crop, Source, products_of
 from camsim.sweeping.shards import CAPTURES, SPLITS, Shard, read_sample
 from camsim.sweeping.shards import made as shards_made
 from camsim.sweeping.study import Point, Study, StudyOrFile, read_dataset
-from camsim.typed import FilePath, check
+from camsim.typed import FilePath, Index, check
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -77,7 +77,7 @@ def dataset(
     (2, 2, 3)
     """
     began_s = time.perf_counter()
-    report = progress or (lambda stage, fraction: None)
+    report = check(progress, Progress | None, "progress") or (lambda stage, fraction: None)
     place = Path(check(folder, FilePath, "folder"))
     engine, read = engines.engine_of(workers, scheduler), read_dataset(study)
     captures = captures_of(read, products_of(tuple(read.model.hold)), report)
@@ -138,7 +138,7 @@ def read_pair(folder: str | os.PathLike[str], index: int) -> tuple[dict[str, F32
     path = Path(check(folder, FilePath, "folder")) / PARQUET
     if not path.is_file():
         raise InputError(f"{str(folder)!r} holds no data set: there is no manifest.parquet")
-    found = parquet.read_table(path, filters=[("index", "==", index)]).to_pylist()
+    found = parquet.read_table(path, filters=[("index", "==", check(index, Index, "index"))]).to_pylist()
     if not found or "key" not in found[0]:
         raise InputError(f"{str(folder)!r} has no sample {index}")
     arrays, about = read_sample(Path(folder), found[0])

@@ -19,6 +19,7 @@ from camsim.errors import CamsimError, InvalidValueError
 from camsim.files.describe import software
 from camsim.kernels import use_one_thread
 from camsim.sweeping.manifest import Results
+from camsim.typed import check
 
 
 class Task(Protocol):
@@ -47,6 +48,8 @@ _THREADS = ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL
 
 def engine_of(workers: int | None, scheduler: str | None) -> Engine:
     """Return the engine that a user asks for: a cluster, this process (0), or so many."""
+    check(workers, int | None, "workers")
+    check(scheduler, str | None, "scheduler")
     if scheduler is not None:
         if workers is not None:
             raise InvalidValueError("are the scheduler's; leave one of the two out", key="workers")

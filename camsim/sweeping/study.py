@@ -16,6 +16,7 @@ from camsim.config.judged import Judged
 from camsim.config.tree import Document
 from camsim.config.yaml_text import yaml_text
 from camsim.errors import CamsimError, ConfigError, Fault, UnknownNameError
+from camsim.sweeping.mapping import plain
 from camsim.sweeping.names import Template
 from camsim.sweeping.values import drawn, is_drawn, listed
 from camsim.typed import FilePath, check
@@ -115,7 +116,7 @@ def read_dataset(dataset: StudyOrFile) -> Study[schema.DatasetFile]:
 
 def _judged(given: StudyOrFile, model: type[V], kind: str) -> tuple[Judged[V], str]:
     if isinstance(given, Mapping):
-        text = yaml_text({"camsim": f"{kind}/1", **given})
+        text = yaml_text({"camsim": f"{kind}/1", **plain(given, kind)})
         return Judged.of(yaml_source.parse(text.encode(), kind, Path()), model), kind
     file = check(given, FilePath, kind)
     return Judged.of(yaml_source.read(Path(file), file), model), Path(file).stem

@@ -73,7 +73,7 @@ def sweep(
     (2, [200.0, 800.0])
     """
     began_s = time.perf_counter()
-    report = progress or (lambda stage, fraction: None)
+    report = check(progress, Progress | None, "progress") or (lambda stage, fraction: None)
     engine, place = engines.engine_of(workers, scheduler), Path(check(folder, FilePath, "folder"))
     read, files = read_study(study)
     items = items_of(read, files, report)

@@ -118,6 +118,7 @@ def test_a_lens_that_one_engine_renders_is_judged_by_that_one_at_its_finest(scen
 
 GRATING = "{kind: sine-grating, width: 12, height: 5, period: 6, low: 0.1, high: 0.7}"
 SQUARE = "{kind: rectangle, width: 4, height: 4, reflectance: 0.1}"
+POINT = "{kind: point-source, electrons: 500}"
 
 
 def test_what_both_engines_render_the_same_way_is_no_truth_of_another(scene):
@@ -132,7 +133,7 @@ def test_what_both_engines_render_the_same_way_is_no_truth_of_another(scene):
     sentences = " ".join(finding.sentence for finding in found.findings)
     assert "Both engines render this window the same way: fourier is judged by itself" in sentences
     assert " from itself at 1e-11; " in sentences
-    few["overrides"] = ["scene.shapes=" + f"[{GRATING}, {SQUARE}]"]
+    few["overrides"] = ["scene.shapes=" + f"[{GRATING}, {SQUARE}, {POINT}]"]
     found = bench_scene(scene, methods=("boundary", "fourier"), tolerances=(1e-3,), **few)
     assert [truth.shared for truth in found.truths] == ["pictures, gradients and points"] * 2
     assert not any(p.by_itself for p in found.points)

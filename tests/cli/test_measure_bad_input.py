@@ -117,6 +117,18 @@ def test_folders_of_flats_and_darks(here, index, sentence):
         (("colour", "good.npy", "--picture", "out.jpg"), "the picture is a .png"),
         (("noise",), "give a folder of flats and darks"),
         (("noise", "frames", "--iso", "400"), "--iso: the frames of a folder are taken"),
+        (("noise", "frames", "--seed", "0"), "--seed: the frames of a folder are taken"),
+        *(
+            (("noise", "--sensor", "mono-345", "--side", "40", "--frames", "2", *words), sentence)
+            for words, sentence in (
+                (("--iso", "0"), "--iso: must be a number from 0.001 to 1e+09, not 0.0"),
+                (("--iso", "-5"), "--iso: must be a number from 0.001 to 1e+09, not -5.0"),
+                (("--iso", "nan"), "--iso: must be a finite number from 0.001 to 1e+09, not nan"),
+                (("--iso", "1e400"), "--iso: must be a finite number from 0.001 to 1e+09, not inf"),
+                (("--seed", "-1"), "--seed: must be a whole number from 0 to 2^63 − 1, not -1"),
+                (("--frames", "1"), "--frames: must be a whole number from 2 to 1000, not 1"),
+            )
+        ),
         (("noise", "--sensor", "mono-345", "--set", "exposure.time_s=1"), "--set exposure.time_s: a photon transfer"),
         (("noise", "--sensor", "mono-345", "--set", "exposure.iso=no"), "--set exposure.iso: must be a number"),
         (("truth", "flat-field", "-o", "out.doc"), "out.doc"),

@@ -160,7 +160,7 @@ def test_noise_of_a_sensor(folder, camsim):
     assert "<svg" in (folder / "n.svg").read_text(encoding="utf-8")
     for arguments, sentence in (
         ((), "give a folder of flats and darks, or --sensor"),
-        (("--sensor", "mono-345", "--side", "4"), "must be from 32 to 4000"),
+        (("--sensor", "mono-345", "--side", "4"), "--side: must be a whole number from 32 to 4000, not 4"),
         (("gone",), "is no folder of flats and darks"),
     ):
         refused = camsim("measure", "noise", *arguments)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -66,6 +68,18 @@ def test_codes_are_the_truth_but_for_noise_dark_current_and_rounding():
         here = frame.channel_index == k
         noise = np.sqrt(frame.mean_electrons[here].mean() + 100.0) / (frame.electrons_per_dn * span * neutral[k])
         assert abs(codes[here].mean() - own[here].mean()) < 5 * noise / np.sqrt(here.sum())
+
+
+@pytest.mark.parametrize("surface", [1.0, camsim.reflectance("orange")])
+def test_points_given_in_electrons_have_the_colours_of_their_light(surface):
+    lens, electrons = camsim.Gaussian(sigma_um=2.0), 30_000.0
+    even = flat(surface, lens=lens)
+    one = even.frame(products=("truth",)).truth[4, 4].max()  # of a photosite full of that surface
+    point = camsim.PointSource(electrons=electrons, reflectance=surface)
+    dark = dataclasses.replace(even, scene=camsim.Scene(background=0.0, shapes=[point]))
+    for space in ("xyz", "srgb"):
+        expected = truth_in(even, space).image[4, 4] * electrons / one
+        np.testing.assert_allclose(truth_in(dark, space).image.sum(axis=(0, 1)), expected, rtol=1e-4)
 
 
 def test_mono_cameras_have_colours_too():

@@ -1,4 +1,4 @@
-"""A hundred and fifty wrong calls: each is refused where it is made, by its argument's name, with what is allowed."""
+"""Two hundred and fifty wrong calls: each is refused where it is made, by its argument's name, with what is allowed."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import shapely
 
 import camsim
 from camsim.errors import CamsimError
+from camsim.measure import colour, demosaic, distortion, noise, target, truth
 
 A = np.array([400.0, 700.0])
 FLAT = camsim.Curve(A, (1.0, 1.0), outside="hold")
@@ -31,6 +32,15 @@ CAMERA = camsim.Camera(
     quantum_efficiency=camsim.QuantumEfficiency([("Y", FLAT)], per="photon", peak=0.5),
     adc=ADC,
 )
+MEASURING = {"colour": colour, "demosaic": demosaic, "distortion": distortion, "target": target} | {
+    "noise": noise,
+    "truth": truth,
+}
+CAPTURE = camsim.Capture(
+    camera=CAMERA, scene=SCENE, light=LIGHT, exposure=EXPOSURE, region=camsim.Region(rows=4, cols=4), tolerance=1e-2
+)
+FRAME = CAPTURE.frame()
+PICTURE = camsim.measure.picture_of_frame(FRAME)
 SHAPELY = shapely.box(0, 0, 1, 1)
 
 
@@ -47,11 +57,11 @@ CALLS = [tuple(part.strip() for part in line.split("|", 1)) for line in WRONG.sp
 
 
 def test_there_are_enough_different_ones() -> None:
-    assert len({call for call, _ in CALLS}) == len(CALLS) >= 120
+    assert len({call for call, _ in CALLS}) == len(CALLS) >= 250
 
 
 @pytest.mark.parametrize(("call", "message"), CALLS, ids=[call for call, _ in CALLS])
 def test_it_is_refused_by_its_arguments_name(call: str, message: str) -> None:
     with pytest.raises(CamsimError) as refused:
-        eval(call, globals())
+        eval(call, globals() | MEASURING)
     assert str(refused.value).startswith(message)

@@ -1,9 +1,13 @@
 """What a study asks for: its points, its names, and what is wrong with it."""
 
+from datetime import datetime
+from pathlib import Path
+
+import numpy as np
 import pytest
 
 from camsim.errors import ConfigError
-from camsim.sweeping import read_study
+from camsim.sweeping import read_dataset, read_study
 
 
 def study(**keys):
@@ -37,6 +41,38 @@ def test_ranges():
 
 def test_ranges_of_whole_numbers_are_whole():
     assert [type(own[A]) for own in settings(vary={A: {"linear": [1, 5, 3]}})] == [int] * 3
+
+
+@pytest.mark.parametrize(
+    ("given", "values"),
+    [
+        (np.linspace(200, 400, 3), [200.0, 300.0, 400.0]),
+        (np.array([200, 400], np.uint16), [200, 400]),
+        ([np.float64(200.5), np.int64(400), np.float32(0.5)], [200.5, 400, 0.5]),
+        (range(200, 500, 100), [200, 300, 400]),
+        ({"linear": np.array([1, 5, 3])}, [1, 3, 5]),
+        ({"log": (np.float64(100), 1600, np.int8(3))}, [100, 400, 1600]),
+    ],
+)
+def test_numbers_and_arrays_of_numpy_are_what_they_hold(given, values):
+    found = [own[A] for own in settings(vary={A: given})]
+    assert (found, [type(value) for value in found]) == (values, [type(value) for value in values])
+
+
+def test_what_else_python_has_is_what_a_file_would_say():
+    twice = [np.int64(4), 5]  # in two places: no alias
+    same = {"noise.seed": np.int64(7), "render.strict": np.True_, "exposure.datetime": datetime(2026, 1, 31)}
+    found = study(scene=Path(__file__).parents[2] / "scenes" / "flat-field.yaml", set=same, vary={A: twice, B: twice})
+    assert found.model.set == {"noise.seed": 7, "render.strict": True, "exposure.datetime": "2026-01-31 00:00:00"}
+    assert [dict(point.settings) for point in found.points()][-1] == {A: 5, B: 5}
+
+
+@pytest.mark.parametrize("read", [read_study, read_dataset])
+def test_nothing_is_its_own_part(read):
+    keys = {"scene": "flat-field"}
+    keys["set"] = keys
+    with pytest.raises(ConfigError, match="nested more than 64 deep"):
+        read(keys)
 
 
 def test_scenes_are_outermost_and_without_vary_there_is_one_capture_each():

@@ -17,6 +17,7 @@ from camsim.measure.colour.result import ColourReport, PatchColour, WhiteBalance
 from camsim.measure.demosaic.artefacts import delta_e_2000
 from camsim.measure.demosaic.develop import lab
 from camsim.measure.demosaic.subject import CHANNELS
+from camsim.measure.given import check_given
 from camsim.measure.picture import Picture
 from camsim.measure.truth.spaces import balanced, full_scale_e, neutral_of
 from camsim.sensor.colour_matrix import fit_for_development
@@ -34,6 +35,7 @@ def measure_colour(picture: Picture, capture: Capture) -> ColourReport:
     Raises UnsupportedError in one sentence for a camera without R, G and B, for a picture of another size, and for a
     scene without patches.
     """
+    check_given(picture=picture, capture=capture)
     camera = capture.camera
     if sorted(camera.cfa.channels) != sorted(CHANNELS):
         raise UnsupportedError(

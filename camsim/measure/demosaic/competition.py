@@ -12,6 +12,8 @@ from camsim.frame import Frame
 from camsim.measure.demosaic.methods import Method
 from camsim.measure.demosaic.subject import Subject
 from camsim.measure.demosaic.verdict import Verdict, judge
+from camsim.measure.given import check_given
+from camsim.typed import check
 
 Seen = Callable[[Verdict, F32], None]
 
@@ -49,6 +51,8 @@ def compete(
     seen: Seen | None = None,
 ) -> Ranking:
     """Run methods on a frame and rank them; ``seen`` is given each verdict with its picture."""
+    check_given(frame=frame)
+    check(subject, Subject, "subject")
     verdicts, why = [], list(left_out)
     for method in entries:
         try:
@@ -64,6 +68,7 @@ def compete(
 
 def ranked(subject: Subject, verdicts: Iterable[Verdict], left_out: Iterable[str] = ()) -> Ranking:
     """Return verdicts in order."""
+    check(subject, Subject, "subject")
     return Ranking(
         subject=subject.name,
         rows=subject.shape[0],

@@ -21,6 +21,7 @@ from camsim.errors import CamsimError, UnsupportedError, in_brief
 from camsim.files import save
 from camsim.files.preview import demosaic
 from camsim.frame import Frame
+from camsim.measure.given import check_given
 from camsim.sensor.cfa import BAYER, PATTERNS
 from camsim.sensor.colour_matrix import as_shot_neutral
 
@@ -59,6 +60,7 @@ def signal(frame: Frame) -> F32:
 
 def methods(frame: Frame) -> tuple[list[Method], list[str]]:
     """Return the published methods that fit a frame's filters, and a sentence for each group that is left out."""
+    check_given(frame=frame)
     found = [Method("camsim: bilinear", _bilinear)]
     why: list[str] = []
     for group in (_by_colour_demosaicing, _by_libraw):

@@ -13,7 +13,9 @@ from camsim.errors import InvalidValueError, UnsupportedError, in_brief
 from camsim.files import save
 from camsim.frame import Frame
 from camsim.measure.demosaic.subject import planes_of
+from camsim.measure.given import check_given
 from camsim.measure.reading import Gamma, read_picture
+from camsim.typed import check
 
 LONGEST_S = 600
 RESULTS = (".tiff", ".tif", ".png", ".exr", ".npy")
@@ -45,7 +47,8 @@ def run_program(template: str, frame: Frame, *, suffix: str = ".tiff", gamma: Ga
 
     template : its words, with {in} (a DNG), {tiff} or {npy} (the codes alone) and {out} in place of files
     """
-    check_command(template, suffix)
+    check_command(check(template, str, "template"), suffix)
+    check_given(frame=frame)
     with TemporaryDirectory() as folder:
         places = {name: str(Path(folder) / file) for name, file in _PLACES.items()}
         for name, file in places.items():

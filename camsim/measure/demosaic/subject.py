@@ -12,6 +12,7 @@ import scipy
 from camsim.arrays import F32, F64, U8
 from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.exposing import Capture
+from camsim.measure.given import check_given
 from camsim.measure.picture import Picture
 from camsim.measure.truth.spaces import XYZ_TO_SRGB, balanced, full_scale_e, neutral_of
 from camsim.sensor.cfa import Cfa
@@ -67,6 +68,7 @@ def subject_of_capture(capture: Capture, truth_e: F32, *, border: int = BORDER) 
 
     Raises UnsupportedError for a camera without the channels R, G and B, or without a colour matrix.
     """
+    check_given(capture=capture, truth_e=truth_e)
     camera, name = capture.camera, capture.scene_name
     channels = camera.cfa.channels
     if sorted(channels) != sorted(CHANNELS):
@@ -105,6 +107,7 @@ def subject_of_picture(
 
     Raises UnsupportedError where its numbers show that this is not so, and for filters other than R, G and B.
     """
+    check_given(picture=picture)
     truth = planes_of(picture)
     if cfa is not None and set("".join(cfa)) != set(CHANNELS):
         raise InvalidValueError(f"{'/'.join(cfa)}; demosaicing is judged in R, G and B", key="cfa")

@@ -17,6 +17,8 @@ from camsim.measure.demosaic.phases import order_fault
 from camsim.measure.demosaic.scaling import Fault, scaled
 from camsim.measure.demosaic.similarity import ms_ssim, psnr_db, ssim
 from camsim.measure.demosaic.subject import CHANNELS, Subject
+from camsim.measure.given import check_given
+from camsim.typed import check
 
 _ROUNDING = 2e-6
 """Of the largest value: what 32-bit numbers cannot tell apart once they were scaled."""
@@ -71,6 +73,8 @@ def judge(found: F32, subject: Subject, *, method: str, scale: float | None = No
     found : (rows, cols, 3) linear
     scale : its number for a perfect diffuser, balanced; None: found by comparison, with what may be wrong about it
     """
+    check_given(found=found)
+    check(subject, Subject, "subject")
     if found.shape != subject.truth.shape:
         raise InvalidValueError(
             f"{found.shape[0]} × {found.shape[1]} pixels, and the truth has {subject.shape[0]} × {subject.shape[1]}; "

@@ -23,6 +23,7 @@ from camsim.measure.distortion.result import (
 )
 from camsim.measure.distortion.theory import expected_um
 from camsim.measure.geometry import Roi
+from camsim.measure.given import check_given
 from camsim.measure.picture import Channel, Picture
 
 _LEAST_MARKS = 4
@@ -36,6 +37,7 @@ def measure_distortion(picture: Picture, capture: Capture, *, progress: Progress
     A mark is looked for within half a dot's spacing, or 0.7 of a square, of where the capture's lens puts it. Raises
     UnsupportedError for a scene without a dot grid or a checkerboard, and where fewer than four marks are found.
     """
+    check_given(picture=picture, capture=capture)
     marks = marks_of(capture.scene)
     if marks is None:
         raise UnsupportedError("the scene has no chart dot-grid or checkerboard", stage=picture.name)

@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Annotated
 
 import numpy as np
 import numpy.typing as npt
 
 from camsim.arrays import F64, U8
 from camsim.errors import UnsupportedError
+from camsim.marks import Called
 from camsim.measure.noise.photon_transfer import (
     SURE,
     Estimate,
@@ -22,6 +24,7 @@ from camsim.measure.noise.photon_transfer import (
 )
 from camsim.measure.noise.result import ChannelNoise, NoiseReport, Spectrogram
 from camsim.measure.noise.shots import Group, Shots
+from camsim.typed import check
 
 _LEAST_FLATS, _LEAST_DARKS, _LEAST_FRAMES = 4, 2, 2
 _SAME_TIME = 1e-3
@@ -31,6 +34,7 @@ _DARKER = 0.05
 _ONE_CODE_DN = 1.0
 """Nearer than this no photosite is told from what rounding does where the noise is small."""
 
+_SHOTS = Annotated[Shots, Called("Shots", "take_shots of a camera or read_shots of a folder gives them")]
 Chosen = npt.NDArray[np.bool_]
 
 
@@ -41,6 +45,7 @@ def measure_noise(shots: Shots, *, expected: Mapping[str, dict[str, float]] | No
 
     Raises UnsupportedError in one sentence when the frames cannot give them.
     """
+    check(shots, _SHOTS, "shots")
     _refuse(shots)
     flats, darks, index = shots.of("flat"), shots.of("dark"), shots.channel_index
     clipped = (shots.of("clipped") or flats)[-1]

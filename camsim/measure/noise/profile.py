@@ -9,9 +9,11 @@ import numpy.typing as npt
 
 from camsim.arrays import F64
 from camsim.camera import Camera
+from camsim.errors import UnknownNameError
 from camsim.measure.noise.photon_transfer import LEAST_LEVELS, off_the_line, within_linearity
-from camsim.measure.noise.taking import DARK_TIMES_S, LEVELS, TIME_S, even_light
-from camsim.measure.picture import places_of
+from camsim.measure.noise.taking import DARK_TIMES_S, LEVELS, TIME_S, even_light, exposure_of
+from camsim.measure.picture import channel_names, places_of
+from camsim.typed import check
 
 _STEP = 1e-4
 """Of a charge: over which the read-out's slope is taken."""
@@ -25,8 +27,11 @@ def expected_of(
     channel : as measured, the greens of a Bayer array apart: G1 in the rows of red, G2; G is both together
     iso, temperature_c : as the frames were taken
     """
-    iso = camera.adc.base_iso if iso is None else iso
-    dark = camera.dark_current
+    check(camera, Camera, "camera")
+    if not places_of(check(channel, str, "channel"), list(camera.cfa.pattern)).any():
+        raise UnknownNameError("channel", channel, _names(camera), key="channel")
+    exposure = exposure_of(camera, iso=iso, temperature_c=temperature_c)
+    iso, temperature_c, dark = exposure.iso, exposure.temperature_c, camera.dark_current
     dark_e_per_s = dark.e_per_s * dark.warming(temperature_c) if dark else 0.0
     dcnu_e = dark_e_per_s * dark.nonuniformity * TIME_S if dark else 0.0
     gain = camera.adc.electrons_per_dn_at(iso)
@@ -41,6 +46,11 @@ def expected_of(
         "prnu": _pattern(camera, channel) * steeper,
         "linearity_error": linearity_error,
     }
+
+
+def _names(camera: Camera) -> set[str]:
+    """Return the names of channels, together and apart."""
+    return {*camera.cfa.channels, *(name for row in channel_names(list(camera.cfa.pattern)) for name in row)}
 
 
 def _places(camera: Camera, channel: str, period: tuple[int, int]) -> npt.NDArray[np.bool_]:

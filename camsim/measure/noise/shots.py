@@ -19,6 +19,7 @@ from camsim.files.atomic import write_whole
 from camsim.frame import Frame
 from camsim.measure.picture import Picture
 from camsim.measure.reading import read_picture
+from camsim.typed import FilePath, check
 
 Kind: TypeAlias = Literal["flat", "dark", "clipped"]
 
@@ -66,7 +67,7 @@ def read_shots(folder: str | Path) -> Shots:
 
     Raises InputError in one sentence for what is missing or does not belong together.
     """
-    place = Path(folder)
+    place = Path(check(folder, FilePath, "folder"))
     if not place.is_dir():
         raise InputError(f"{str(folder)!r} is no folder of flats and darks")
     rows = list(_index(place / INDEX))
@@ -96,7 +97,8 @@ def write_shots(folder: str | Path, frames: Mapping[tuple[Kind, float, float], S
     """Write frames as DNG, or TIFF where that is no array for raw programs, with their index."""
     from camsim.files.dng_tags import odd_cfa
 
-    place = Path(folder)
+    place = Path(check(folder, FilePath, "folder"))
+    check(frames, Mapping, "frames")
     try:
         place.mkdir(parents=True, exist_ok=True)
         if any(place.iterdir()):

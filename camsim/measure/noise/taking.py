@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterator, Sequence
+from typing import Annotated, TypeAlias
 
 import numpy as np
+from annotated_types import Ge, Le
 
 from camsim.camera import Camera
 from camsim.errors import UnsupportedError
@@ -16,6 +18,7 @@ from camsim.measure.picture import mosaic_planes
 from camsim.scene import Scene
 from camsim.sensor.exposure import Exposure
 from camsim.spectra.light import Light
+from camsim.typed import check
 from camsim.words import both
 
 TIME_S = 0.01
@@ -27,6 +30,8 @@ _FAINTEST = 1e-6
 """Of the channel that responds most: where that one is full this one has no electron."""
 
 _APART = 1_000_000
+Side: TypeAlias = Annotated[int, Ge(32), Le(4000)]
+Frames: TypeAlias = Annotated[int, Ge(2), Le(1000)]
 _Key = tuple[Kind, float, float]
 
 
@@ -41,16 +46,16 @@ def take_shots(
 ) -> Shots:
     """Take flats at 12 levels and darks from 1 ms to 30 s of a window of ``side`` squared photosites.
 
-    frames : of each level; two show the noise, more tell fixed patterns from it
+    side   : 32 … 4000
+    frames : of each level, 2 … 1000; two show the noise, more tell fixed patterns from it
     iso    : the sensor's base ISO when None
     temperature_c : of the sensor; None: the one that its dark current is given for
     seed   : of the temporal noise; fixed patterns are the sensor's own
     """
-    ready = _bench_camera(camera, side)
     taken = frames_of(camera, side=side, frames=frames, iso=iso, temperature_c=temperature_c, seed=seed)
     groups = {key: list(each) for key, each in taken}
     # The two greens of a Bayer array apart, as everywhere in measuring.
-    planes = mosaic_planes(np.zeros((side, side)), list(ready.cfa.pattern))
+    planes = mosaic_planes(np.zeros((side, side)), list(camera.cfa.pattern))
     channels = tuple(dict.fromkeys(plane.name for plane in planes))
     index = np.zeros((side, side), np.uint8)
     for plane in planes:
@@ -77,10 +82,13 @@ def frames_of(
     seed: int = 0,
 ) -> Iterator[tuple[_Key, Sequence[Frame]]]:
     """Yield the frames of every group: kind, exposure (of saturation) and time, and what was taken."""
+    check(camera, Camera, "camera")
+    check(side, Side, "side")
+    check(frames, Frames, "frames")
+    exposure = exposure_of(camera, iso=iso, temperature_c=temperature_c)
     if camera.shot_noise is None:
         raise UnsupportedError("has no photon noise: nothing tells its gain", stage=camera.name)
     ready = _bench_camera(camera, side)
-    iso = ready.adc.base_iso if iso is None else iso
     per_watt = ready.diffuser_electrons(even_light(1.0), TIME_S)
     faint = [c for c, e in zip(ready.cfa.channels, per_watt, strict=True) if not e > _FAINTEST * per_watt.max()]
     if faint:
@@ -89,14 +97,14 @@ def frames_of(
             "it; give a quantum efficiency above 0 in the visible",
             stage=camera.name,
         )
-    brightest = ready.charge_at_e(1.0, iso) / float(per_watt.max())
+    brightest = ready.charge_at_e(1.0, exposure.iso) / float(per_watt.max())
 
     def taken(level: float, time_s: float, group: int, count: int) -> list[Frame]:
         flat = Capture(
             camera=ready,
             scene=Scene(background=1.0 if level else 0.0),
             light=even_light(brightest * (level or 1.0)),
-            exposure=Exposure(time_s=time_s, iso=iso, temperature_c=temperature_c),
+            exposure=dataclasses.replace(exposure, time_s=time_s),
             seed=seed,
             frame_number=group * _APART,  # no two frames alike
             tolerance=1e-2,
@@ -111,6 +119,11 @@ def frames_of(
         yield ("dark", 0.0, time_s), taken(0.0, time_s, 10 + number, frames)
     full = 4.0 * float(per_watt.max() / per_watt.min())
     yield ("clipped", full, TIME_S), taken(full, TIME_S, 2, 2)
+
+
+def exposure_of(camera: Camera, *, iso: float | None, temperature_c: float | None) -> Exposure:
+    """Return the exposure of flats, at the base ISO when ``iso`` is None."""
+    return Exposure(time_s=TIME_S, iso=camera.adc.base_iso if iso is None else iso, temperature_c=temperature_c)
 
 
 def _bench_camera(camera: Camera, side: int) -> Camera:

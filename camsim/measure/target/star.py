@@ -11,6 +11,7 @@ import numpy as np
 from camsim.arrays import F64
 from camsim.errors import UnsupportedError
 from camsim.exposing import Capture
+from camsim.measure.given import check_given
 from camsim.measure.lens_places import refuse_distortion
 from camsim.measure.neighbours import neighbours
 from camsim.measure.picture import Channel, Picture, Plane
@@ -37,6 +38,7 @@ def measure_star(picture: Picture, capture: Capture) -> TargetReport:
     along the radius, so that a ring may be wide. Contrast is fundamental over mean, against what the two surfaces
     give the channel; exposure does not matter. Raises UnsupportedError for a scene without a star.
     """
+    check_given(picture=picture, capture=capture)
     stars = [shape for shape in capture.scene.shapes if isinstance(shape, Chart) and shape.name == "siemens-star"]
     if not stars:
         raise UnsupportedError(

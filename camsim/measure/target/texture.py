@@ -21,6 +21,7 @@ from camsim.arrays import F64
 from camsim.errors import UnsupportedError
 from camsim.exposing import Capture
 from camsim.lit import Window
+from camsim.measure.given import check_given
 from camsim.measure.lens_places import refuse_distortion
 from camsim.measure.picture import Picture, Plane
 from camsim.measure.target.dark import dark_signal
@@ -48,6 +49,7 @@ def measure_texture(picture: Picture, capture: Capture) -> TargetReport:
     Of large pictures the middle, 400 photosites a side. The theory is that of a grey texture. Raises
     UnsupportedError for a picture that is small, and where the scene has no structure or noise hides it.
     """
+    check_given(picture=picture, capture=capture)
     if min(picture.shape) < _LEAST:
         raise UnsupportedError(
             f"{picture.shape[0]} × {picture.shape[1]} photosites are too few for a texture; give {_LEAST} a side",

@@ -14,11 +14,13 @@ from __future__ import annotations
 import numpy as np
 
 from camsim.arrays import F32, F64
-from camsim.errors import UnknownNameError, UnsupportedError
+from camsim.errors import UnsupportedError
 from camsim.exposing import Capture, Progress
+from camsim.measure.given import check_given
 from camsim.measure.truth.image import SPACES, Space, TruthImage
 from camsim.rendering.render import render_channels
 from camsim.sensor.colour_matrix import adaptation, as_shot_neutral, fit_white, observer
+from camsim.typed import known_name
 
 XYZ_TO_SRGB = np.array(
     [
@@ -37,8 +39,8 @@ def truth_in(capture: Capture, space: Space, *, progress: Progress | None = None
 
     Raises UnknownNameError for another space, UnsupportedError for colours of a light that the eye does not see.
     """
-    if space not in SPACES:
-        raise UnknownNameError("space", space, SPACES, key="space")
+    check_given(capture=capture)
+    known_name("space", space, SPACES, "space")
     if space in CAMERA_SPACES:
         return _of_the_camera(capture, space, progress)
     return _of_the_eye(capture, space, progress)
@@ -84,8 +86,8 @@ def _of_the_camera(capture: Capture, space: Space, progress: Progress | None) ->
 
 
 def _of_the_eye(capture: Capture, space: Space, progress: Progress | None) -> TruthImage:
-    camera, grid = capture.camera, capture.grid
-    samples = capture.light.samples(capture.scene.spectra, observer())
+    camera, grid, scene = capture.camera, capture.grid, capture.lit_scene
+    samples = capture.light.samples(scene.spectra, observer())
     seen = np.array([curve.at(samples.wavelength_nm) for curve in observer()])
     response = seen * samples.irradiance_w_per_m2_nm * samples.weight_nm
     white = response.sum(axis=1)
@@ -95,7 +97,7 @@ def _of_the_eye(capture: Capture, space: Space, progress: Progress | None) -> Tr
         )
     response, white = response / white[1], white / white[1]
     rendering = render_channels(
-        capture.scene,
+        scene,
         camera.optics,
         grid,
         response=camera.veil.spared(response, samples.wavelength_nm),
@@ -109,7 +111,7 @@ def _of_the_eye(capture: Capture, space: Space, progress: Progress | None) -> Tr
     )
     assert rendering.planes is not None
     assert rendering.planes_error is not None
-    veil = camera.veil.light(capture.scene, response, samples.wavelength_nm, capture.tolerance)
+    veil = camera.veil.light(scene, response, samples.wavelength_nm, capture.tolerance)
     xyz = rendering.planes + veil[:, None, None]
     if capture.window.falls_off:
         xyz = xyz * capture.window.falloff(grid)

@@ -92,7 +92,7 @@ def read_svg(
         raise InvalidValueError(message, key="width_um", stage="read_svg")
     size = (width_um, "width_um") if height_um is None else (height_um, "height_um")
     kept_um: float = check(size[0], Positive, size[1], "read_svg")
-    kept = check(dict(palette or {}), Mapping[str, Reflectance], "palette", "read_svg")
+    kept = check({} if palette is None else palette, Mapping[str, Reflectance], "palette", "read_svg")
     x, y = check(centre_um, Point, "centre_um", "read_svg")
     angle = math.radians(check(rotate_deg, float, "rotate_deg", "read_svg"))
     from camsim.scene.svg.reader import Reader  # and a parser of XML, which most scenes do without

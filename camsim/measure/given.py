@@ -1,0 +1,33 @@
+"""What the functions of measuring are given, judged in words that say where to get one."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import numpy as np
+
+from camsim.exposing import Capture
+from camsim.frame import Frame
+from camsim.marks import Called
+from camsim.measure.picture import Picture
+from camsim.typed import check
+
+_KINDS = {
+    "picture": Annotated[Picture, Called("a Picture", "read_picture of a file or picture_of_frame of a Frame is one")],
+    "capture": Annotated[Capture, Called("a Capture", "camsim.load of a scene gives one")],
+    "frame": Annotated[Frame, Called("a Frame", "camsim.capture of a scene gives one")],
+    "found": (_ARRAY := Annotated[np.ndarray, Called("an array")]),
+    "truth_e": _ARRAY,
+}
+
+
+def check_given(**given: Any) -> None:
+    """Refuse what is not of the kind that its name says.
+
+    >>> check_given(capture="slanted-edge")
+    Traceback (most recent call last):
+        ...
+    camsim.errors.InvalidValueError: capture: must be a Capture, not 'slanted-edge'; camsim.load of a scene gives one
+    """
+    for name, value in given.items():
+        check(value, _KINDS[name], name)
