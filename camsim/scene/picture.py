@@ -70,7 +70,7 @@ class Picture(Raster, Field):
 
     def __post_init__(self) -> None:
         judge(self)
-        planes = np.asarray(self.planes)
+        planes = _all_given(self.planes, self, "planes")
         if planes.dtype.kind not in "fui":
             raise refusal(self, "planes", f"must be numbers, not {planes.dtype}")
         planes = np.array(planes, np.float32 if planes.dtype == np.float32 else np.float64, order="C")
@@ -102,6 +102,10 @@ class Picture(Raster, Field):
                     f"must be from 0 to 1, fractions of the light that come back, not {low if low < 0 else high:g}; "
                     "divide by the value that is to be a perfect diffuser's",
                 )
+            if (bright := _brightest(planes, spectra)) > 1.0 + len(planes) * _ROUNDING:
+                raise refusal(
+                    self, "planes", f"add up to a reflectance of {bright:.4g} with their spectra; the most is 1"
+                )
         content = hashlib.sha256(np.ascontiguousarray(planes).data)
         for spectrum in spectra:
             nodes = _nodes(spectrum)
@@ -125,7 +129,7 @@ class Picture(Raster, Field):
         Three planes with the spectra of Mallett & Yuksel (2019): smooth, from 0 to 1, of exactly that colour under D65,
         and flat where a sample is grey. The rest is as of the class.
         """
-        samples = np.asarray(rgb)
+        samples = _all_given(rgb, _OfRgb(), "rgb")
         spectra: Sequence[Spectrum] = (1.0,)
         if samples.ndim != 2 and (samples.ndim != 3 or samples.shape[2] != 3):
             raise refusal(_OfRgb(), "rgb", f"must be (rows, cols, 3), not an array of shape {samples.shape}")
@@ -166,7 +170,8 @@ class Picture(Raster, Field):
         tolerance : how far any sample may lie from the cube at any wavelength: it becomes as few planes as keep it
                     (principal components); 0 keeps every band
         """
-        planes, components = planes_of_cube(np.asarray(cube), np.asarray(wavelength_nm, float), error=tolerance)
+        samples = _all_given(cube, _OfCube(), "cube")
+        planes, components = planes_of_cube(samples, np.asarray(wavelength_nm, float), error=tolerance)
         return cls(
             planes=planes,
             spectra=components,
@@ -217,7 +222,27 @@ class _OfRgb:
     """Names ``Picture.of_rgb`` in messages."""
 
 
-_OfRgb.__name__ = "Picture.of_rgb"
+class _OfCube:
+    """Names ``Picture.of_cube``."""
+
+
+_OfRgb.__name__, _OfCube.__name__ = "Picture.of_rgb", "Picture.of_cube"
+
+
+def _all_given(samples: ArrayLike, where: object, key: str) -> NDArray[Any]:
+    """Return samples as an array; what is masked in one is no number."""
+    if np.ma.is_masked(samples):
+        raise refusal(where, key, "has masked samples; fill them (in numpy .filled(0.5)), or give a smaller picture")
+    return np.asarray(samples)
+
+
+def _brightest(planes: F64, spectra: Sequence[Spectrum]) -> float:
+    """Return the largest reflectance of any sample at any of the spectra's wavelengths, or 1 where none is above."""
+    nodes = np.unique(np.concatenate([_nodes(spectrum) for spectrum in spectra]))
+    values = np.stack([spectrum_at(spectrum, nodes) for spectrum in spectra])
+    # Most are seen to be below without a look at every sample.
+    bright = planes.max(axis=(1, 2)) @ values > 1.0 + _ROUNDING
+    return max((float(np.einsum("p,prc->rc", own, planes).max()) for own in values[:, bright].T), default=1.0)
 
 
 def _first(wrong: NDArray[np.bool_]) -> str:
