@@ -265,7 +265,9 @@ class _Table:
             raise InputError(f"{self.shown}: {text!r} is a logarithm; give fractions or per cent")
         if len(scales) > 1:
             raise InputError(f"{self.shown}: {text!r} in two units; name one, such as [%]")
-        if not scales and any(csv_header.ends_per_cent(r.cells[chosen]) for r in self.header if chosen < len(r.cells)):
+        if not scales and any(
+            csv_header.may_be_per_cent(r.cells[chosen]) for r in self.header if chosen < len(r.cells)
+        ):
             raise InputError(
                 f"{self.shown}: {text!r} may be of per cent or not; write [%] where it is, else leave the % out, and "
                 "begin remarks with #"
