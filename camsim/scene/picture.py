@@ -102,10 +102,6 @@ class Picture(Raster, Field):
                     f"must be from 0 to 1, fractions of the light that come back, not {low if low < 0 else high:g}; "
                     "divide by the value that is to be a perfect diffuser's",
                 )
-            if (bright := _brightest(planes, spectra)) > 1.0 + len(planes) * _ROUNDING:
-                raise refusal(
-                    self, "planes", f"add up to a reflectance of {bright:.4g} with their spectra; the most is 1"
-                )
         content = hashlib.sha256(np.ascontiguousarray(planes).data)
         for spectrum in spectra:
             nodes = _nodes(spectrum)
@@ -234,15 +230,6 @@ def _all_given(samples: ArrayLike, where: object, key: str) -> NDArray[Any]:
     if np.ma.is_masked(samples):
         raise refusal(where, key, "has masked samples; fill them (in numpy .filled(0.5)), or give a smaller picture")
     return np.asarray(samples)
-
-
-def _brightest(planes: F64, spectra: Sequence[Spectrum]) -> float:
-    """Return the largest reflectance of any sample at any of the spectra's wavelengths, or 1 where none is above."""
-    nodes = np.unique(np.concatenate([_nodes(spectrum) for spectrum in spectra]))
-    values = np.stack([spectrum_at(spectrum, nodes) for spectrum in spectra])
-    # Most are seen to be below without a look at every sample.
-    bright = planes.max(axis=(1, 2)) @ values > 1.0 + _ROUNDING
-    return max((float(np.einsum("p,prc->rc", own, planes).max()) for own in values[:, bright].T), default=1.0)
 
 
 def _first(wrong: NDArray[np.bool_]) -> str:

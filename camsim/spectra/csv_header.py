@@ -14,21 +14,25 @@ _BARE_ANGSTROM = r"[\[(/]\s*aa?\s*(?:[\])]|$)"
 # From the surest on: what is called a wavelength or a unit alone, what speaks of waves, what has a unit of length.
 _CALLED = re.compile(rf"[\W_]*(?:{_WAVE}(?:[\W_]*(?:{_LENGTH}|aa?|m))?|{_LENGTH})[\W_]*")
 _OF_WAVES = re.compile(rf"wave(?![\W_]*num)|lambda|λ|wellenl|{_BEGIN}wl{_END}")
-_OF_LENGTH = re.compile(rf"{_BEGIN}(?<!\S/){_LENGTH}(?!{_INVERSE})(?![\w²³^])")
+_OF_LENGTH = re.compile(rf"{_BEGIN}{_LENGTH}(?!{_INVERSE})(?![\w²³^])")
+# W/m²/nm, W/(m² nm), photons/nm: densities, and no lengths.
+_PER_LENGTH = re.compile(
+    rf"(?:[\d²]\s*[/·*]?|(?:\)|{_BEGIN}(?:m?w|j|photons?|electrons?|counts?))\s*/)\s*{_LENGTH}{_END}"
+)
 # "wavelengths in µm", also among other words.
 _SAID = re.compile(rf"{_WAVE}[\W_]*(?:(?:are|is|given|in)[\W_]+)*{_LENGTH}{_END}")
 
 # A number before it makes a unit one of what was measured, not of the column: "QE at 25 µm pitch".
 _PER_CENT = r"(?<![\w.,])\d+(?:[.,]\d+)?\s*[%‰]"
 _QUANTITY = re.compile(rf"{_PER_CENT}|(?<![\w.,])\d+(?:[.,]\d+)?[\s-]*(?:{_LENGTH}|cm{_INVERSE}|m?ev){_END}")
-_ENDS_PER_CENT = re.compile(rf"{_PER_CENT}\s*$")
+_MAY_BE_PER_CENT = re.compile(rf"{_PER_CENT}\s*[)\]]?\s*$|(?<![\w.,])100\s*%")
 
 _WAVENUMBERS = rf"wave[\W_]*num\w*|wellenzahl\w*|1\s*/\s*(?:[cmnuµμ]?m|λ|lambda|wave\w*){_END}|[cmnuµμ]m{_INVERSE}"
 _NM = (
     (_WAVENUMBERS, None),
     (rf"{_BEGIN}[uµμ]m{_END}|micron|micromet", 1000.0),
     (rf"{_BEGIN}nm{_END}|nanomet", 1.0),
-    (rf"å|angstr|{_BARE_ANGSTROM}", 0.1),
+    (rf"{_BEGIN}å{_END}|angstr|{_BARE_ANGSTROM}", 0.1),
     (r"[\[(]\s*m\s*[\])]", 1e9),
 )
 _NO_WAVELENGTH = rf"frequen|frequenz|{_BEGIN}energ|{_BEGIN}[kmgtp]?(?:hz|ev){_END}"
@@ -50,7 +54,7 @@ def wavelengths_at(names: Sequence[str]) -> int | None:
         return called[0]
     for pattern in (_OF_WAVES, _OF_LENGTH):
         for place, name in enumerate(names):
-            if pattern.search(_bare(name)):
+            if pattern.search(_PER_LENGTH.sub(" ", _bare(name))):
                 return place
     return None
 
@@ -76,9 +80,9 @@ def scales_of(name: str) -> set[float | None]:
     return _found(_FRACTIONS, _bare(name))
 
 
-def ends_per_cent(name: str) -> bool:
-    """Whether a name ends with a number of per cent, and may mean either: "Filter 2 %", "humidity 45 %"."""
-    return bool(_ENDS_PER_CENT.search(name))
+def may_be_per_cent(name: str) -> bool:
+    """Whether a name may be of per cent or say so of another thing: "Filter 2 %", "T (0-100 %)"."""
+    return bool(_MAY_BE_PER_CENT.search(name))
 
 
 def said_nm(remarks: str) -> set[float | None]:

@@ -155,11 +155,11 @@ class _Table:
     def _judge_thousands(self, chosen: int) -> None:
         """Refuse 900 beside 1,000: with a mark between thousands the one would be 900 times the other."""
         cells = [(row, row.cells[chosen]) for row in self.rows if chosen < len(row.cells)]
-        marked = [(row, cell) for row, cell in cells if "," in cell or "." in cell]
+        marked = [(row, cell) for row, cell in cells if "," in cell]
         whole = any(cell.isdecimal() and int(cell) >= 100 for _, cell in cells)
         if whole and marked and all(_THOUSANDS.fullmatch(cell) for _, cell in marked):
             row, cell = marked[0]
-            number = re.sub("[.,]", "", cell)
+            number = cell.replace(",", "")
             self._refuse(row, f"{cell!r} may be {number}; write no mark between thousands, and 100.0 for 100 otherwise")
 
     def _judge(self, wavelength_nm: Sequence[float], chosen: int) -> None:
@@ -265,7 +265,9 @@ class _Table:
             raise InputError(f"{self.shown}: {text!r} is a logarithm; give fractions or per cent")
         if len(scales) > 1:
             raise InputError(f"{self.shown}: {text!r} in two units; name one, such as [%]")
-        if not scales and any(csv_header.ends_per_cent(r.cells[chosen]) for r in self.header if chosen < len(r.cells)):
+        if not scales and any(
+            csv_header.may_be_per_cent(r.cells[chosen]) for r in self.header if chosen < len(r.cells)
+        ):
             raise InputError(
                 f"{self.shown}: {text!r} may be of per cent or not; write [%] where it is, else leave the % out, and "
                 "begin remarks with #"

@@ -62,6 +62,7 @@ FILES: dict[str, tuple[str | bytes, str | int | None]] = {
     "a length before their unit": ("QE;pitch um;nm\n.1;5;400\n.35;5;550.5\n.2;5;700\n", "QE"),
     "of a length": ("x,photons/nm\n400,0.1\n550.5,0.35\n700,0.2\n", None),
     "of a length, before": ("W/m2/nm,Wavelength (nm)\n0.1,400\n0.35,550.5\n0.2,700\n", None),
+    "of a length and an area, before": ("W/(m² nm);våglängd/nm\n0.1;400\n0.35;550.5\n0.2;700\n", None),
     "wavenumbers too": ("wavenumber,wavelength,T\n25000,400,.1\n18165,550.5,.35\n14286,700,.2\n", "T"),
     "ångströms as A": ("wavelength (A),T\n4000,.1\n5505,.35\n7000,.2\n", None),
     "ångströms in a remark": ("# wavelengths are given in Å\n4000 .1\n5505 .35\n7000 .2\n", None),
@@ -140,6 +141,7 @@ REFUSED: dict[str, tuple[str | bytes, str | int | None, str]] = {
         "'nm' (1) and 'nm' (3) are columns of wavelengths; keep one, and the columns it is of",
     ),
     "per cent of what": ("nm,Filter 2 %\n400,.5\n700,.6\n", None, "'Filter 2 %' may be of per cent or not; write [%]"),
+    "per cent of a range": ("nm,T (0-100 %)\n400,.5\n700,.6\n", None, "'T (0-100 %)' may be of per cent or not; write"),
     "per cent in a remark": (
         "# by me\n# T in %\n400 .5\n700 .6\n",
         None,
