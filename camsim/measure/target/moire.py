@@ -105,7 +105,7 @@ def _rim(capture: Capture, plate: Mapping[str, Any]) -> tuple[float, float]:
 def _why_none(lattices: list[Plane], capture: Capture, plate: Mapping[str, Any]) -> str:
     """A ghost lies at R/q, with q line pairs per sample of its lattice at the rim R, and is fitted within 0.2·R/q."""
     if not lattices:
-        return "no channel lies on one even lattice, which alone has one sampling frequency"
+        return "no channel lies on one even lattice of one black level, which alone has one sampling frequency"
     radius, rim_per_pixel = _rim(capture, plate)
     step, name = max(lattices[0].step), lattices[0].name
     least_place = step * math.sqrt(_LEAST_PHOTOSITES / math.pi) / _NEAR

@@ -67,7 +67,8 @@ def measure_texture(picture: Picture, capture: Capture) -> TargetReport:
             lattices.append((plane_group.planes[0], reference[index]))
     if not lattices:
         raise UnsupportedError(
-            "no channel lies on one even lattice; textures are measured in Bayer arrays and mono", stage=picture.name
+            "no channel lies on one even lattice of one black level; textures are measured in Bayer arrays and mono",
+            stage=picture.name,
         )
     structured = [(plane, own) for plane, own in lattices if own.contrast > _tolerance(capture)]
     if not structured:
