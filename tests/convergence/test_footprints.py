@@ -1,4 +1,4 @@
-"""Lopsided photosites, turned and single plates, obstructed lenses, curves: edges against Fourier transforms."""
+"""Lopsided photosites, plates turned, single and wide, obstructed lenses, curves: edges against Fourier transforms."""
 
 import numpy as np
 import pytest
@@ -48,6 +48,35 @@ def test_splits_of_many_digits(split_um):
     optics = [camsim.Airy(f_number=5.0), camsim.FourSpotOlpf(split_um=split_um), camsim.SquarePhotosite(side_um=0.0)]
     exact = rendered(optics, 1e-11, "fourier").image
     assert np.abs(rendered(optics, 1.5e-11, "boundary").image - exact).max() <= 1.5e-11
+
+
+def fields(x_um, y_um):
+    """What is summed point by point, somewhat off the middle."""
+    return {
+        "picture": camsim.Picture(
+            planes=np.random.default_rng(4).random((5, 7)), width_um=70.0, centre_um=(20.0 + x_um, 10.0 + y_um)
+        ),
+        "gradient": camsim.RadialGradient(radius_um=10.0, centre_um=(5.0 + x_um, 3.0 + y_um)),
+        "point": camsim.PointSource(photosites=3.0, centre_um=(13.0 + x_um, y_um - 7.0)),
+    }
+
+
+@pytest.mark.parametrize("kind", list(fields(0.0, 0.0)))
+@pytest.mark.parametrize("waves", [{4: 0.0}, {8: 0.1, 4: 0.05}], ids=["round", "coma"])
+@pytest.mark.parametrize(("plates", "split"), [("two", 75.0), ("four", 25.0), ("four", 11.3)])
+def test_spots_far_apart(kind, waves, plates, split):
+    """Of right images the estimate was up to 13 000: they are the mean of those at every spot."""
+    olpf = (camsim.TwoSpotOlpf if plates == "two" else camsim.FourSpotOlpf)(split_um=4.0 * split)
+    lens, photosite = camsim.Wavefront(f_number=8.0, zernike_waves=waves), camsim.SquarePhotosite(side_um=3.7)
+
+    def seen(optics, at, tolerance):
+        scene = camsim.Scene(background=0.4, shapes=[fields(*at)[kind]])
+        return camsim.render(scene, optics, GRID, wavelength_nm=550.0, tolerance=tolerance)
+
+    mean = np.mean([seen([lens, photosite], at, 1e-6).image for at in olpf.spots_um().tolist()], axis=0)
+    found = seen([lens, olpf, photosite], (0.0, 0.0), 1e-4)
+    assert np.abs(found.image - mean).max() <= 1e-5
+    assert found.error_estimate <= 1e-5
 
 
 @pytest.mark.parametrize("f_number", [1.4, 8.0, 22.0])

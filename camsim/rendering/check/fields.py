@@ -1,7 +1,8 @@
 """Photosites of a picture computed again, by sums over its samples in the plane of the sensor.
 
 Nothing is transformed: the pattern's irradiance is taken at nodes over every sample's square and over the photosite.
-Beyond a distance its rings are averaged, and a square is its middle.
+Beyond a distance its rings are averaged, and a square is its middle. A photosite behind an OLPF is the mean of several,
+one at each spot, however far apart these are.
 """
 
 from __future__ import annotations
@@ -41,6 +42,12 @@ NODE_SECONDS = 6e-9  # of one core, measured
 FAR_SECONDS = 8e-9
 
 
+def at_spots(points: F64, spots: F64) -> F64:
+    """Return points (n, 2) moved by every spot (k, 2), those of one point after the other (n·k, 2)."""
+    moved: F64 = (points[:, None] + spots).reshape(-1, 2)
+    return moved
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class DirectSums:
     """What sums.
@@ -73,16 +80,24 @@ class DirectSums:
         lengths = self.system.blurs_um(self.wavelength_nm) / self.grid.pitch_um
         return float(lengths.min()), float(lengths.max())
 
-    def footprint(self, more: float = 1.0) -> tuple[F64, F64]:
-        """Nodes (m, 2) and weights (m,) over photosite and spots; ``more`` may be wrong by so many times more."""
+    @cached_property
+    def _sides(self) -> tuple[float, float]:
+        """A photosite's width and height, pitches."""
         photosite = self.system.photosite
         assert isinstance(photosite, Rectangular)
-        axes = [self._rule(side / self.grid.pitch_um, more) for side in photosite.sides_um]
-        (x, wx), (y, wy) = axes
-        square = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
-        spots = self.system.spots_um() / self.grid.pitch_um
-        nodes = (spots[:, None] + square).reshape(-1, 2)
-        return nodes, np.tile(np.outer(wx, wy).ravel() / len(spots), len(spots))
+        width, height = photosite.sides_um
+        return width / self.grid.pitch_um, height / self.grid.pitch_um
+
+    @cached_property
+    def _spots(self) -> F64:
+        """Where (n, 2) a photosite's images by the OLPF lie from it, pitches."""
+        spots: F64 = self.system.spots_um() / self.grid.pitch_um
+        return spots
+
+    def footprint(self, more: float = 1.0) -> tuple[F64, F64]:
+        """Nodes (m, 2) and weights (m,) over a photosite; ``more`` may be wrong by so many times more."""
+        (x, wx), (y, wy) = (self._rule(side, more) for side in self._sides)
+        return np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2), np.outer(wx, wy).ravel()
 
     def _rule(self, side: float, more: float = 1.0) -> tuple[F64, F64]:
         """Return a Gauss rule over a length, the weights adding up to 1, that follows the shortest wave."""
@@ -98,7 +113,7 @@ class DirectSums:
         """The largest distance of a photosite from anything that is seen, pitches."""
         x0, y0 = np.array(self.grid.first_centre) - self.moved
         x1, y1 = x0 + self.grid.cols - 1.0, y0 + self.grid.rows - 1.0
-        corners = np.array([(x0, y0), (x1, y0), (x1, y1), (x0, y1)])
+        corners = at_spots(np.array([(x0, y0), (x1, y0), (x1, y1), (x0, y1)]), self._spots)
         return max(seen.farthest(corners) for seen in self.seen)
 
     @cached_property
@@ -111,7 +126,7 @@ class DirectSums:
         blur = self._blur[1]
         heard = blur / math.pi**3 * max(largest, 1.0) * math.sqrt(0.5 * math.pi)
         fall = min(1.0, (blur / math.pi) ** 2)  # of the footprint's own mean over a ring, on most of it
-        radius, extent = max(6.0 * blur, 8.0), float(np.abs(self.footprint()[0]).max()) + 1.5 * min(largest, LARGEST)
+        radius, extent = max(6.0 * blur, 8.0), 0.5 * max(self._sides) + 1.5 * min(largest, LARGEST)
         lengths = self.system.blurs_um(self.wavelength_nm) / self.grid.pitch_um
         # A point is heard by what is beside its own ring only, and all of it in step.
         lit = RINGS * blur / math.pi**3 * min(1.0, sum(seen.loud for seen in self.seen))
@@ -128,7 +143,7 @@ class DirectSums:
     @cached_property
     def zones(self) -> list[tuple[float, tuple[float, float]]]:
         """How many times more rules may be wrong by, from where to where: the pattern falls with distance³."""
-        extent = float(np.abs(self.footprint()[0]).max()) + LARGEST
+        extent = 0.5 * max(self._sides) + LARGEST
         edges = [0.0]
         while edges[-1] < self.radius:
             edges.append(ZONES * edges[-1] if len(edges) > 1 else 2.0 * extent + 2.0 * self._blur[1])
@@ -147,7 +162,7 @@ class DirectSums:
                 total += patches * inner * NODE_SECONDS * seen.planes
             total += seen.shape[0] * seen.shape[1] * FAR_SECONDS
             total += seen.points_near(self.radius) * nodes * NODE_SECONDS * seen.planes
-        return total
+        return total * len(self._spots)
 
     def values(self, rows: I64, cols: I64, sets: U8) -> F64:
         """Return what pictures add at photosites, each in its channel of ``sets`` (..., photosites)."""
@@ -169,6 +184,7 @@ class DirectSums:
     def _of(self, seen: Seen, density: F64, points: F64) -> F64:
         """Return (channels, points) of one picture."""
         channels = density.shape[1]
+        points = at_spots(points, self._spots)
         near, far = self._table(density), self._averaged(density, seen.farthest(points))
         zones = [(Rule(*self.footprint(more)), self._inner(seen, more), bounds) for more, bounds in self.zones]
         patches = Patches(seen.values, seen.whole, seen.degree, seen.corner, seen.axes * seen.step)
@@ -188,7 +204,8 @@ class DirectSums:
                     out[:, k] += far_points_light(places, light, point, far, self.radius)
 
         shared(len(points), work)
-        return out * seen.step**2
+        mean: F64 = out.reshape(channels, -1, len(self._spots)).mean(axis=2) * seen.step**2
+        return mean
 
     def _inner(self, seen: Seen, more: float) -> Rule:
         """Return the rule over a patch's side, −1/2 … 1/2."""
@@ -196,12 +213,13 @@ class DirectSums:
         return Rule(nodes / seen.step, weights)
 
     def _table(self, density: F64) -> Near:
-        """Return the pattern of every plane and channel out to the radius, per square pitch."""
+        """Return the pattern of every plane and channel, per square pitch, out to the farthest node of what is near."""
         lens, pitch_um = self.system.lens, self.grid.pitch_um
         assert isinstance(lens, Round)
         cells = 2.0 * math.pi * (5e-3 / (LOOK_UP * max(self.allowed, SMALLEST))) ** (1.0 / 6.0)
         per_pitch = max(cells, 24.0) / self._blur[0]
-        count = math.ceil((self.radius + 2.0) * per_pitch) + 2
+        reach = self.radius + 0.5 * math.hypot(*self._sides) + LARGEST
+        count = math.ceil(reach * per_pitch) + 2
         radius = (np.arange(-2, count + 3)) / per_pitch
         values = np.zeros((*density.shape[:2], radius.size))
         for j, nm in enumerate(self.wavelength_nm.tolist()):

@@ -10,6 +10,7 @@ import numpy as np
 from camsim.arrays import F64
 from camsim.optics import OpticalSystem
 from camsim.rendering.check.field_kernels import Patches, Waves, rings_of_patches, rings_of_points
+from camsim.rendering.check.fields import at_spots
 from camsim.rendering.check.seen_fields import Summed
 
 FARTHEST = 4096.0  # λN: as far out as samples, of 10⁸, may lie in rings
@@ -32,22 +33,26 @@ class RingSums(NamedTuple):
         if not len(points):
             return cls(np.zeros(1), np.zeros(0))
         blur = summed.system.blurs_um(summed.wavelength_nm) / pitch_um
-        within = min(max(one.farthest(points) for one in summed.pictures), FARTHEST * float(blur.max()))
+        spots = summed.system.spots_um() / pitch_um
+        images = at_spots(points, spots)
+        within = min(max(one.farthest(images) for one in summed.pictures), FARTHEST * float(blur.max()))
         waves = _waves(summed.density, blur, within)
         passed = _passed(summed.system, blur, pitch_um)
         first, step = float(blur.max()), math.log(SHELLS)
         farthest = max(_heard_until(waves, float(passed.mean()), summed.allowed), SHELLS * first)
         count = math.ceil(math.log(farthest / first) / step)
-        sums = np.zeros((len(points), summed.density.shape[1], count, SECTORS), complex)
+        sums = np.zeros((len(images), summed.density.shape[1], count, SECTORS), complex)
         planes = 0
         for one in summed.pictures:
             own = waves._replace(table=waves.table[:, planes : planes + one.planes] * one.step**2)
             planes += one.planes
             patches = Patches(one.values, one.whole, one.degree, one.corner, one.axes * one.step)
-            places, lit = one.lit_near(points, [(ROUGHLY, (0.0, farthest))])
-            for point, out in zip(points, sums, strict=True):
+            places, lit = one.lit_near(images, [(ROUGHLY, (0.0, farthest))])
+            for point, out in zip(images, sums, strict=True):
                 rings_of_patches(patches, point, own, 1.0 / first, (math.log(first), 1.0 / step), out)
                 rings_of_points(places, lit, point, own, (math.log(first), 1.0 / step), out)
+        # What one spot hears of rings another may take away.
+        sums = sums.reshape(len(points), len(spots), *sums.shape[1:]).mean(axis=1)
         heard = passed * np.abs(np.cumsum(sums[:, :, ::-1], axis=2)[:, :, ::-1])
         begins: F64 = first * SHELLS ** np.arange(count + 1.0)
         return cls(begins, heard.sum(axis=3).max(axis=(0, 1)))
@@ -78,8 +83,8 @@ def _heard_until(waves: Waves, passed: float, allowed: float) -> float:
 
 
 def _passed(system: OpticalSystem, blur: F64, pitch_um: float) -> F64:
-    """Return (sectors,) how much of the rings passes OLPF and photosite, at the most."""
+    """Return (sectors,) how much of the rings passes a photosite, at the most."""
     turn = 2.0 * math.pi * (np.arange(SECTORS)[:, None] + np.linspace(0.0, 1.0, PASSED)) / SECTORS
     f = 1.0 / (np.array([blur.min(), blur.max()])[:, None, None] * pitch_um)
-    passed: F64 = np.abs(system.footprint_otf(f * np.cos(turn), f * np.sin(turn))).max(axis=(0, 2))
+    passed: F64 = np.abs(system.photosite.otf(f * np.cos(turn), f * np.sin(turn), 0.0)).max(axis=(0, 2))
     return passed
