@@ -13,7 +13,7 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError
-from camsim.typed import judge
+from camsim.typed import check, judge
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +33,7 @@ class Roi:
     def parse(cls, text: str) -> Roi:
         """Read ``row,col,rows,cols``."""
         try:
-            row, col, rows, cols = (int(part) for part in text.split(","))
+            row, col, rows, cols = (int(part) for part in check(text, str, "roi").split(","))
         except ValueError:
             raise InvalidValueError(
                 f"{text!r}; give row,col,rows,cols in whole pixels, such as 100,200,64,64", key="roi"

@@ -12,11 +12,13 @@ from camsim.marks import Called
 from camsim.measure.picture import Picture
 from camsim.typed import check
 
+_ARRAY = Annotated[np.ndarray, Called("an array")]
 _KINDS = {
     "picture": Annotated[Picture, Called("a Picture", "read_picture of a file or picture_of_frame of a Frame is one")],
     "capture": Annotated[Capture, Called("a Capture", "camsim.load of a scene gives one")],
     "frame": Annotated[Frame, Called("a Frame", "camsim.capture of a scene gives one")],
-    "found": (_ARRAY := Annotated[np.ndarray, Called("an array")]),
+    "electrons": _ARRAY,
+    "found": _ARRAY,
     "truth_e": _ARRAY,
 }
 

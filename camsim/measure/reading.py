@@ -97,6 +97,9 @@ def read_picture(
     ['R', 'G1', 'G2', 'B']
     """
     path = check(path, FilePath, "path")
+    check(gamma, Gamma, "gamma")
+    check(cfa, str | None, "cfa")
+    check(layer, str | None, "layer")
     shown = repr(str(path))
     suffix = Path(path).suffix
     with opened(path) as (file, size):

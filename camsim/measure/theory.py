@@ -11,6 +11,7 @@ from camsim.arrays import F64
 from camsim.body import Body
 from camsim.exposing import Capture
 from camsim.measure.geometry import EdgeLine
+from camsim.measure.given import check_given
 from camsim.measure.lens_places import scene_place_um, system_at
 from camsim.measure.neighbours import neighbours, spread_otf
 from camsim.optics.protocols import Varies
@@ -48,6 +49,7 @@ class CameraOtf:
     @classmethod
     def of(cls, capture: Capture) -> CameraOtf:
         """Take what a picture was taken with."""
+        check_given(capture=capture)
         return cls(camera=capture.camera, scene=capture.scene, light=capture.light, region=capture.region)
 
     @property

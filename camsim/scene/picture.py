@@ -17,7 +17,7 @@ from camsim.spectra.component import Component
 from camsim.spectra.curve import Curve, Spectrum, spectrum_at
 from camsim.spectra.pca import planes_of_cube
 from camsim.spectra.rgb import rgb_basis
-from camsim.typed import Number, Place, Point, Positive, Several, judge, refusal
+from camsim.typed import Number, Place, Point, Positive, Several, check, judge, refusal
 
 MOST_PLANES = 64
 _ROUNDING = 1e-6  # of samples of reflectance in single precision
@@ -167,7 +167,8 @@ class Picture(Raster, Field):
                     (principal components); 0 keeps every band
         """
         samples = _all_given(cube, _OfCube(), "cube")
-        planes, components = planes_of_cube(samples, np.asarray(wavelength_nm, float), error=tolerance)
+        kept_nm = np.asarray(check(wavelength_nm, tuple[float, ...], "wavelength_nm", "Picture.of_cube"), float)
+        planes, components = planes_of_cube(samples, kept_nm, error=tolerance)
         return cls(
             planes=planes,
             spectra=components,

@@ -88,7 +88,7 @@ class Cfa:
     @classmethod
     def named(cls, name: str) -> Cfa:
         """Return an array that goes by a name: x-trans, rgbw, ryyb, cygm, mono."""
-        if name not in PATTERNS:
+        if check(name, str, "name", "Cfa") not in PATTERNS:
             raise UnknownNameError("cfa", name, PATTERNS, key="name", stage="Cfa")
         return cls(PATTERNS[name])
 

@@ -85,7 +85,7 @@ def sensitivities(name: str) -> dict[str, Curve]:
     >>> sorted(sensitivities("Nikon 5100 (NPL)"))
     ['B', 'G', 'R']
     """
-    channels = _find("sensitivity", name, _responses())
+    channels = _find("sensitivity", check(name, str, "name"), _responses())
     return {letter: _curve(table, f"{name} {letter}", "zero") for letter, table in channels.items()}
 
 

@@ -30,6 +30,8 @@ def planes_of_cube(
             f"{wavelength_nm.size} wavelengths",
             key="cube",
         )
+    if cube.dtype.kind not in "biuf":
+        raise InvalidValueError(f"must hold numbers, not {cube.dtype}", key="cube")
     bands = cube.shape[2]
     if bands > MOST_BANDS:
         raise InvalidValueError(f"{bands} bands; at most {MOST_BANDS} are taken", key="cube")

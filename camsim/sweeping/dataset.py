@@ -10,9 +10,10 @@ import shutil
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+from annotated_types import Ge, Le
 
 from camsim.arrays import F32
 from camsim.config import schema
@@ -29,7 +30,10 @@ from camsim.sweeping.samples import Crop, Source, products_of
 from camsim.sweeping.shards import CAPTURES, SPLITS, Shard, read_sample
 from camsim.sweeping.shards import made as shards_made
 from camsim.sweeping.study import Point, Study, StudyOrFile, read_dataset
-from camsim.typed import FilePath, Index, check
+from camsim.typed import FilePath, check
+
+_INDEX = Annotated[int, Ge(0), Le(2**63 - 1)]
+"""Of a sample: what a table's column holds."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -138,7 +142,7 @@ def read_pair(folder: str | os.PathLike[str], index: int) -> tuple[dict[str, F32
     path = Path(check(folder, FilePath, "folder")) / PARQUET
     if not path.is_file():
         raise InputError(f"{str(folder)!r} holds no data set: there is no manifest.parquet")
-    found = parquet.read_table(path, filters=[("index", "==", check(index, Index, "index"))]).to_pylist()
+    found = parquet.read_table(path, filters=[("index", "==", check(index, _INDEX, "index"))]).to_pylist()
     if not found or "key" not in found[0]:
         raise InputError(f"{str(folder)!r} has no sample {index}")
     arrays, about = read_sample(Path(folder), found[0])

@@ -63,6 +63,13 @@ def test_no_scene_is_in_two_splits_and_none_is_empty(made):
     assert count == [2, 1, 1]
 
 
+@pytest.mark.parametrize("index", ["1", None, 1.0, True, -1, 2**63])
+def test_samples_are_read_by_their_number(made, index):
+    with pytest.raises(CamsimError, match=r"index: must be a whole number from 0 to 2\^63 − 1, not"):
+        read_pair(made.folder, index)
+    assert read_pair(made.folder, np.int64(7))[1]["key"] == "00000007"
+
+
 def test_the_card_says_whose_the_sources_are(made):
     assert "* Greys: nobody's." in (made.folder / "README.md").read_text(encoding="utf-8")
     assert "Greys: nobody's." in json.loads((made.folder / "croissant.json").read_text(encoding="utf-8"))["creditText"]

@@ -17,6 +17,7 @@ from camsim.measure.picture import Picture
 from camsim.measure.truth.spaces import XYZ_TO_SRGB, balanced, full_scale_e, neutral_of
 from camsim.sensor.cfa import Cfa
 from camsim.sensor.colour_matrix import XYZ_D50, adaptation, fit_for_development, fit_white
+from camsim.typed import check
 
 CHANNELS = ("R", "G", "B")
 BORDER = 8
@@ -159,6 +160,7 @@ def planes_of(picture: Picture) -> F32:
 
 def inside(shape: tuple[int, ...], border: int, name: str) -> Used:
     """Return (rows, cols) true but for a border; raises UnsupportedError when little is left."""
+    check(border, int, "border")
     if border < 0 or min(shape[:2]) - 2 * border < _LEAST:
         raise UnsupportedError(
             f"{shape[0]} × {shape[1]} photosites less a border of {border} leave too few; {_LEAST} a side are needed",

@@ -53,6 +53,7 @@ def balanced(electrons: F32, capture: Capture) -> F32:
     perfect diffuser, the largest 1. Codes D less their black level in place of E/g give the same but for noise, dark
     current and rounding, and end at 1/n_k.
     """
+    check_given(capture=capture, electrons=electrons)
     white_e: F32 = (full_scale_e(capture) * neutral_of(capture)).astype(np.float32)
     scaled: F32 = electrons / white_e
     return scaled
