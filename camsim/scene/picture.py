@@ -167,7 +167,7 @@ class Picture(Raster, Field):
                     (principal components); 0 keeps every band
         """
         samples = _all_given(cube, _OfCube(), "cube")
-        kept_nm = np.asarray(check(wavelength_nm, tuple[float, ...], "wavelength_nm", "Picture.of_cube"), float)
+        kept_nm = np.asarray(check(wavelength_nm, tuple[float, ...], "wavelength_nm", "Picture"), float)
         planes, components = planes_of_cube(samples, kept_nm, error=tolerance)
         return cls(
             planes=planes,
