@@ -82,6 +82,56 @@ def test_what_covers_a_point_hides_it_and_what_lies_under_it_does_not():
     assert worst(through, seen) <= 3e-6
 
 
+TILTED = camsim.Group(
+    shapes=[camsim.Ellipse(radius_x_um=20.0, radius_y_um=6.0, reflectance=0.3)], turn_deg=30.0, move_um=(3.0, -2.0)
+)
+LEAF = camsim.Path(segments_um=[("move", -20, 0), ("cubic", -9, 30, 14, 25, 20, 0), ("close",)], reflectance=0.3)
+LENS = camsim.Group(shapes=[camsim.Rectangle(width_um=90.0, height_um=90.0, reflectance=0.3)], clip=LEAF)
+
+
+def on_an_ellipse(part):
+    """Where it is and which way is out."""
+    angle, turn = 2.0 * np.pi * part, np.exp(1j * np.pi / 6.0)
+    out = turn * complex(np.cos(angle) / 20.0, np.sin(angle) / 6.0)
+    return complex(3.0, -2.0) + turn * complex(20.0 * np.cos(angle), 6.0 * np.sin(angle)), out / abs(out)
+
+
+def on_a_curve(t):
+    """The same of a cubic that bends over what it encloses."""
+    ends = np.array([-20.0, -9.0 + 30.0j, 14.0 + 25.0j, 20.0])
+    along = 1j * np.dot(np.diff(ends), [(1.0 - t) ** 2, 2.0 * t * (1.0 - t), t * t])
+    place = np.dot(ends, [(1.0 - t) ** 3, 3.0 * t * (1.0 - t) ** 2, 3.0 * t * t * (1.0 - t), t**3])
+    return place, along / abs(along)
+
+
+def on_a_circle(part):
+    """The same of a circle."""
+    out = np.exp(2j * np.pi * part)
+    return 20.0 * out, out
+
+
+COVERS = {
+    "disc": (camsim.Disc(radius_um=20.0, reflectance=0.3), on_a_circle),
+    "ellipse": (TILTED, on_an_ellipse),
+    "curve": (LEAF, on_a_curve),
+    "clip": (LENS, on_a_curve),
+}
+
+
+@pytest.mark.parametrize("kind", list(COVERS))
+@pytest.mark.parametrize(("off_um", "tolerance"), [(1e-3, 1e-2), (1e-4, 1e-4), (1e-9, 1e-2)])
+def test_a_point_beside_a_rim_is_hidden_by_the_shape_itself(kind, off_um, tolerance):
+    """By chords it was shown inside a rim, or hidden outside; where the check saw none that was a traceback."""
+    shape, rim = COVERS[kind]
+    alone = rendered([shape], camsim.Airy(f_number=16.0), tolerance)
+    for part in (0.07, 0.175, 0.32, 0.53, 0.7, 0.94):
+        for side in (-1.0, 1.0):
+            place, out = rim(part)
+            at = (place + side * off_um * out) / PITCH_UM
+            added = rendered([point(at.real, at.imag, 3.0), shape], camsim.Airy(f_number=16.0), tolerance) - alone
+            assert abs(added).max() > 0.05 if side > 0.0 else abs(added).max() <= 2.0 * tolerance
+
+
 def test_a_point_behind_any_lens_is_what_a_small_square_of_as_much_light_is():
     """A square of 0.02 pitches is off by 0.02²/24 of the pattern's second derivative."""
     lens = camsim.Wavefront(
@@ -134,6 +184,9 @@ def test_the_check_sees_a_point_that_was_moved_or_lost(monkeypatch):
     monkeypatch.setattr(job, "layer_of", layer_of)
     monkeypatch.setattr(job, "seen_of", lambda *given: seen_of(*given)[1:])
     assert error() > 1e-4
+    scene = camsim.Scene(background=0.1, shapes=[spot, camsim.Disc(radius_um=9.0, reflectance=0.1)])
+    monkeypatch.setattr(job, "seen_of", lambda _: [spot])
+    assert error() > 0.1
 
 
 def test_a_file_and_its_twin(tmp_path: Path, monkeypatch):

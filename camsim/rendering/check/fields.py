@@ -153,7 +153,7 @@ class DirectSums:
     @cached_property
     def seconds_each(self) -> float:
         """What one photosite is expected to take."""
-        total = 0.0
+        total = NODE_SECONDS
         for seen in self.seen:
             nodes = len(self.footprint()[1])
             for more, (low, high) in self.zones:

@@ -28,7 +28,7 @@ from camsim.rendering.check.seen_fields import SeenFields, Summed
 from camsim.rendering.check.wavelengths import condensed
 from camsim.rendering.engine import Plan
 from camsim.rendering.grid import Grid
-from camsim.scene import Picture, Scene
+from camsim.scene import Picture, PointSource, Scene
 from camsim.scene.gradients import Gradient
 from camsim.scene.raster import axes_of
 
@@ -112,6 +112,8 @@ class PictureJudge:
             DirectSums, seen=seen.pictures, system=seen.system, grid=grid, allowed=seen.allowed, moved=self._moved,
             until=self._rings.until(seen.allowed),
         )  # fmt: skip
+        if not seen.pictures:
+            return sums(density=seen.density, wavelength_nm=seen.wavelength_nm)
         radius = sums(density=seen.density, wavelength_nm=seen.wavelength_nm).radius
         phase = 2.0 * math.pi * radius * float(1.0 / blur.min() - 1.0 / blur.max())
         nodes, moved = condensed(seen.wavelength_nm, seen.density, phase=phase, allowed=seen.allowed)
@@ -184,6 +186,10 @@ class PictureJudge:
                 half = np.array(shape.half_um) / grid.pitch_um
                 for across, down in ((-1, -1), (1, 1), (1, -1), (-1, 1)):
                     corners.append(middle + np.einsum("a,ax->x", half * [across, down], axes_of(shape.rotate_deg)))
+        # What shows a point that lies under a shape is wrong.
+        seen = set(self._seen.points)
+        under = [one for one in self.scene.shapes if isinstance(one, PointSource) and one not in seen]
+        corners += [np.array(point.centre_um) / grid.pitch_um + self._moved for point in under[:count]]
         spots: dict[tuple[int, int], None] = {}
         turn = 0
         while len(spots) < min(count, grid.rows * grid.cols):

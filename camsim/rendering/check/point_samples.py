@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -12,12 +11,10 @@ import scipy
 from camsim.arrays import F64
 from camsim.kept import cached_property
 from camsim.rendering.check.scene_samples import Seen, Zone
-from camsim.rendering.check.scenery import pieces_of
-from camsim.scene import PointSource, Rectangle, Scene
+from camsim.rendering.check.whether_covered import hidden
+from camsim.scene import PointSource, Scene, flattened
 from camsim.scene.raster import Interpolation, Raster
-from camsim.spectra.curve import Curve, Spectrum
-
-SPOT = 1e-4  # pitches: a square that stands for a point where it is asked whether it is seen
+from camsim.spectra.curve import Spectrum
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -76,30 +73,12 @@ class SeenPoints(Seen):
         return float(np.hypot(*(points[:, None] - self.at[None]).transpose(2, 0, 1)).max())
 
 
-def seen_points(scene: Scene, pitch_um: float) -> list[PointSource]:
-    """Return the points of a scene that nothing covers: a small square in the place of each is to be seen."""
-    found: list[PointSource] = []
-    numbers = [number for number, shape in enumerate(scene.shapes) if isinstance(shape, PointSource)]
-    own, beyond = (Curve((400.0, 700.0), ends, name="points", outside="hold") for ends in ((0.25, 0.75), (0.75, 0.25)))
-    for _, together in itertools.groupby(enumerate(numbers), lambda one: one[1] - one[0]):
-        mine = [number for _, number in together]
-        points = [shape for shape in scene.shapes[mine[0] : mine[-1] + 1] if isinstance(shape, PointSource)]
-        side_um = SPOT * pitch_um
-        spots = [
-            Rectangle(width_um=side_um, height_um=side_um, centre_um=point.centre_um, reflectance=own)
-            for point in points
-        ]
-        covered = Scene(background=beyond, shapes=[*spots, *scene.shapes[mine[-1] + 1 :]]).framed(0.5)
-        pieces, spectra = pieces_of(covered, pitch_um)
-        if own not in spectra:
-            continue
-        which = spectra.index(own)
-        about = np.flatnonzero((pieces.left == which) | (pieces.right == which))
-        if not about.size:
-            continue
-        o = pieces.outlines
-        tree = scipy.spatial.cKDTree(np.stack([o.x[about], o.y[about]], axis=1))
-        at = np.array([point.centre_um for point in points], float) / pitch_um
-        apart, _ = tree.query(at)
-        found += [point for point, gap in zip(points, np.asarray(apart).tolist(), strict=True) if gap < 2.0 * SPOT]
-    return found
+def seen_points(scene: Scene) -> list[PointSource]:
+    """Return the points of a scene that nothing covers that is painted later."""
+    points = [(number, shape) for number, shape in enumerate(scene.shapes) if isinstance(shape, PointSource)]
+    of_each = [flattened([shape]) for shape in scene.framed(0.5).shapes] if points else []
+    begins = np.concatenate([[0], np.cumsum([len(own) for own in of_each], dtype=np.int64)])
+    at = np.array([complex(*point.centre_um) for _, point in points], np.complex128)
+    after = begins[np.array([number for number, _ in points], np.int64)]
+    unseen = hidden(at, after, [one for own in of_each for one in own])
+    return [point for (_, point), never in zip(points, unseen.tolist(), strict=True) if not never]

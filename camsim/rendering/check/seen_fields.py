@@ -76,7 +76,7 @@ class SeenFields:
     @cached_property
     def points(self) -> list[PointSource]:
         """Points that nothing covers, the brightest first."""
-        seen = seen_points(self.scene, self.job.grid.pitch_um)
+        seen = seen_points(self.scene)
         return sorted(seen, key=lambda point: -(point.photosites or 0.0))
 
     def summed(self) -> Summed:

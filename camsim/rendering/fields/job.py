@@ -79,7 +79,7 @@ class FieldJob:
             spectra.extend(raster.spectra)
             if layer.ones:
                 spectra.append(Component.less(scene.background))
-        points = seen_of(scene, system, grid, seen_nm, ErrorBudget(tolerance))
+        points = seen_of(scene)
         colours = list(dict.fromkeys(one.reflectance for one in points))
         nodes, density = multiplied([*spectra, *colours] or [0.0], response, wavelength_nm)
         if points:

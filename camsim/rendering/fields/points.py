@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
@@ -11,13 +10,10 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError
-from camsim.optics import OpticalSystem
-from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.fields.light import Samples
-from camsim.rendering.grid import Grid
-from camsim.rendering.outlines import arranged
-from camsim.scene import PointSource, Scene
-from camsim.spectra.curve import Curve, Spectrum
+from camsim.scene import PointSource, Primitive, Scene, flattened
+from camsim.scene.covering import covered
+from camsim.spectra.curve import Spectrum
 
 _STEP = 1e-6  # pitches: of squares that no pattern tells from points
 
@@ -97,37 +93,19 @@ class PointLayer:
         )
 
 
-def seen_of(scene: Scene, system: OpticalSystem, grid: Grid, seen_nm: F64, budget: ErrorBudget) -> list[PointSource]:
+def seen_of(scene: Scene) -> list[PointSource]:
     """Return the points that no later shape covers."""
-    found: list[PointSource] = []
-    for same, shapes in itertools.groupby(enumerate(scene.shapes), lambda one: isinstance(one[1], PointSource)):
-        if not same:
-            continue
-        together = [(number, shape) for number, shape in shapes if isinstance(shape, PointSource)]
-        later = [one for one in scene.shapes[together[-1][0] + 1 :] if not isinstance(one, PointSource)]
-        covered = np.zeros(len(together), bool)
-        if later:
-            # Beyond all of them is a colour that nothing else has.
-            beyond = Curve((400.0, 700.0), (0.25, 0.75), name="what no shape covers", outside="hold")
-            covering = Scene(background=beyond, shapes=later).framed(0.5)
-            edges = arranged(covering, system, grid, seen_nm, budget, textured=True)
-            rim = (edges.left == 0) != (edges.right == 0)
-            at_um = np.array([shape.centre_um for _, shape in together], float)
-            covered = _within(at_um, edges.start_um[rim], edges.end_um[rim])
-        found += [shape for (_, shape), hidden in zip(together, covered.tolist(), strict=True) if not hidden]
-    return found
-
-
-def _within(places: F64, start: F64, end: F64) -> np.ndarray:
-    """Return which places (n, 2) lie within outlines: an odd number of them is crossed on the way to the right."""
-    odd = np.zeros(len(places), bool)
-    low, high = np.minimum(start[:, 1], end[:, 1]), np.maximum(start[:, 1], end[:, 1])
-    for k, (x, y) in enumerate(places.tolist()):
-        here = np.flatnonzero((low <= y) & (y < high))
-        a, b = start[here], end[here]
-        crossing = a[:, 0] + (y - a[:, 1]) * (b[:, 0] - a[:, 0]) / (b[:, 1] - a[:, 1])
-        odd[k] = np.count_nonzero(crossing > x) % 2 == 1
-    return odd
+    points = [(number, shape) for number, shape in enumerate(scene.shapes) if isinstance(shape, PointSource)]
+    if not points:
+        return []
+    primitives: list[Primitive] = []
+    before: list[int] = []
+    for shape in scene.framed(0.5).shapes:
+        before.append(len(primitives))
+        primitives += flattened([shape])
+    at_um = np.array([point.centre_um for _, point in points], float)
+    hidden = covered(at_um, np.array([before[number] for number, _ in points]), primitives)
+    return [point for (_, point), under in zip(points, hidden.tolist(), strict=True) if not under]
 
 
 def layer_of(points: Sequence[PointSource], pitch_um: float, colours: Sequence[Spectrum]) -> PointLayer:
