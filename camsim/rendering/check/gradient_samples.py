@@ -179,8 +179,10 @@ class SeenGradient(Seen):
             some = whole[first : first + together]
             at = (some[:, None] + t).reshape(-1, 2)
             yield self._placed(at), self._at(at) * np.tile(weights, len(some))
+        # Of a cell one rule does for all distances: photosites ask for the same ones.
+        of_parts = self.order if blocks.side == 1 else order + 1
         for k in np.flatnonzero(blocks.cut).tolist():
-            yield self._part(blocks, k, order + 1)
+            yield self._part(blocks, k, of_parts)
 
     def _part(self, blocks: Blocks, k: int, order: int) -> tuple[F64, F64]:
         """Return those of what outlines leave of a block."""
