@@ -30,7 +30,7 @@ class Bounds(NamedTuple):
     in_front: np.ndarray
 
 
-def bounds_of(scene: Scene, number: int, pitch_um: float, longest: float, allowed: float) -> Bounds | None:
+def bounds_of(scene: Scene, number: int, pitch_um: float, fine: Fineness) -> Bounds | None:
     """Return what bounds what is seen of a field, by the painter's rule; None for all of a picture."""
     field, later = scene.shapes[number], scene.shapes[number + 1 :]
     if not later and isinstance(field, Picture):
@@ -42,7 +42,7 @@ def bounds_of(scene: Scene, number: int, pitch_um: float, longest: float, allowe
     )
     covered = Scene(background=beyond, shapes=[field.frame(own), *later]).framed(0.5)
     pieces, spectra = pieces_of(covered, pitch_um)
-    edges = polygons(pieces, Fineness(longest, allowed), textured=isinstance(field, Picture))
+    edges = polygons(pieces, fine, textured=isinstance(field, Picture))
     which = spectra.index(own)
     mine = (edges.left == which) | (edges.right == which)
     other = np.where(edges.left == which, edges.right, edges.left)[mine]

@@ -35,6 +35,8 @@ def far_apart(arcs: F64, fine: Fineness) -> tuple[F64, I64]:
     middle = x + 1j * y + radius * np.exp(1j * (begin + 0.5 * turn))
     alone = np.bincount(owner)[owner] == 1
     distance = away.distance(middle, np.where(alone, 0.5 * turn * radius, 0.0))
+    # A circle about the frame, or a long part of one, is nowhere nearer than its rim.
+    distance = np.maximum(distance, np.abs(np.abs(x + 1j * y - away.centre) - radius) - away.radius)
     light = away.light_from(distance)
     far = np.isfinite(light)
     shape = np.cbrt(radius[far] / light[far])

@@ -39,7 +39,7 @@ ZONES = 2.0  # times as far, from one zone to the next: rules may be wrong by mo
 FARTHER, LISTENED = 1.3, 64  # steps of the radius, and places where rings are listened to
 RINGS = 4.0  # times an Airy pattern's, that those of others may have
 NODE_SECONDS = 6e-9  # of one core, measured
-FAR_SECONDS = 8e-9
+FAR_SECONDS, PLACE_SECONDS = 8e-9, 1e-7
 
 
 def at_spots(points: F64, spots: F64) -> F64:
@@ -155,13 +155,15 @@ class DirectSums:
         """What one photosite is expected to take."""
         total = NODE_SECONDS
         for seen in self.seen:
-            nodes = len(self.footprint()[1])
             for more, (low, high) in self.zones:
-                patches = min(math.pi * (high**2 - low**2) / seen.step**2, seen.shape[0] * seen.shape[1])
+                patches = min(math.pi * (high**2 - low**2) / seen.step**2, seen.whole.size)
                 inner = len(self._rule(seen.step, more)[0]) ** 2 * len(self.footprint(more)[1])
                 total += patches * inner * NODE_SECONDS * seen.planes
-            total += seen.shape[0] * seen.shape[1] * FAR_SECONDS
-            total += seen.points_near(self.radius) * nodes * NODE_SECONDS * seen.planes
+            total += seen.whole.size * FAR_SECONDS
+            *near, far = seen.points_near(self.zones).tolist()
+            for count, (more, _) in zip(near, self.zones, strict=True):
+                total += count * (PLACE_SECONDS + len(self.footprint(more)[1]) * NODE_SECONDS * seen.planes)
+            total += far * (PLACE_SECONDS + FAR_SECONDS * seen.planes)
         return total * len(self._spots)
 
     def values(self, rows: I64, cols: I64, sets: U8) -> F64:
@@ -188,7 +190,6 @@ class DirectSums:
         near, far = self._table(density), self._averaged(density, seen.farthest(points))
         zones = [(Rule(*self.footprint(more)), self._inner(seen, more), bounds) for more, bounds in self.zones]
         patches = Patches(seen.values, seen.whole, seen.degree, seen.corner, seen.axes * seen.step)
-        places, light = seen.lit_near(points, self.zones)
         out = np.zeros((channels, len(points)))
 
         def work(begin: int, end: int) -> None:
@@ -196,11 +197,11 @@ class DirectSums:
                 point = points[k]
                 for footprint, inner, bounds in zones:
                     out[:, k] += lattice_light(patches, point, footprint, inner, near, bounds)
-                    if places.size:
+                out[:, k] += middles_light(patches, point, far, self.radius)
+                for places, light in seen.lit_near(point, self.zones):
+                    for footprint, _, bounds in zones:
                         from_here = (bounds[0] if bounds[0] > 0.0 else -1.0, bounds[1])
                         out[:, k] += points_light(places, light, point, footprint, near, from_here)
-                out[:, k] += middles_light(patches, point, far, self.radius)
-                if places.size:
                     out[:, k] += far_points_light(places, light, point, far, self.radius)
 
         shared(len(points), work)

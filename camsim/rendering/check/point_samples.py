@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -60,13 +60,15 @@ class SeenPoints(Seen):
         near = scipy.spatial.cKDTree(self.at).query_ball_point(self.at, 1.0)
         return float(max(np.hypot(each[mine].sum(), np.linalg.norm(each)) for mine in near))
 
-    def lit_near(self, points: F64, zones: Sequence[Zone]) -> tuple[F64, F64]:
-        """Return all of them."""
-        return self.at, np.ascontiguousarray(self.light)
+    def lit_near(self, point: F64, zones: Sequence[Zone], *, beyond: bool = True) -> Iterator[tuple[F64, F64]]:
+        """Yield all of them."""
+        yield self.at, np.ascontiguousarray(self.light)
 
-    def points_near(self, radius: float) -> float:
-        """Return how many there are: all are asked how far they are."""
-        return float(len(self.at))
+    def points_near(self, zones: Sequence[Zone]) -> F64:
+        """Return (zones + 1,) how many there are, as if all were near."""
+        counts = np.zeros(len(zones) + 1)
+        counts[0] = len(self.at)
+        return counts
 
     def farthest(self, points: F64) -> float:
         """Return the largest distance of a photosite from a point."""

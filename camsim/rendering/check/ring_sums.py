@@ -42,15 +42,19 @@ class RingSums(NamedTuple):
         farthest = max(_heard_until(waves, float(passed.mean()), summed.allowed), SHELLS * first)
         count = math.ceil(math.log(farthest / first) / step)
         sums = np.zeros((len(images), summed.density.shape[1], count, SECTORS), complex)
+        in_step = (
+            2.0 * float(passed.max() * np.abs(summed.density).sum(axis=(0, 2)).max()) * float(blur.max()) / math.pi**3
+        )
         planes = 0
         for one in summed.pictures:
             own = waves._replace(table=waves.table[:, planes : planes + one.planes] * one.step**2)
             planes += one.planes
             patches = Patches(one.values, one.whole, one.degree, one.corner, one.axes * one.step)
-            places, lit = one.lit_near(images, [(ROUGHLY, (0.0, farthest))])
+            until = one.in_step_until(images, float(blur.max()), in_step / summed.allowed, SHELLS * farthest)
             for point, out in zip(images, sums, strict=True):
                 rings_of_patches(patches, point, own, 1.0 / first, (math.log(first), 1.0 / step), out)
-                rings_of_points(places, lit, point, own, (math.log(first), 1.0 / step), out)
+                for places, lit in one.lit_near(point, [(ROUGHLY, (0.0, until))], beyond=False):
+                    rings_of_points(places, lit, point, own, (math.log(first), 1.0 / step), out)
         # What one spot hears of rings another may take away.
         sums = sums.reshape(len(points), len(spots), *sums.shape[1:]).mean(axis=1)
         heard = passed * np.abs(np.cumsum(sums[:, :, ::-1], axis=2)[:, :, ::-1])

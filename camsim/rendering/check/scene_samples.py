@@ -180,12 +180,22 @@ class Seen:
         placed = self.corner + self.step * np.einsum("na,ax->nx", np.concatenate(places), self.axes)
         return placed, np.concatenate(lights, axis=1)
 
-    def lit_near(self, points: F64, zones: Sequence[Zone]) -> tuple[F64, F64]:
-        """Return where the light of parts of patches lies (m, 2), and how much it is (planes, m), of a patch's area 1.
+    def lit_near(self, point: F64, zones: Sequence[Zone], *, beyond: bool = True) -> Iterator[tuple[F64, F64]]:
+        """Yield where the light of parts of patches lies (m, 2), and how much it is (planes, m), of a patch's area 1.
 
-        points, zones : about which it is to be summed, and how exactly at which distance; here it is the same for all
+        point, zones : about which it is to be summed, and how exactly at which distance; here it is the same for all
+        beyond       : whether what lies beyond the last zone is wanted
         """
-        return self._parts
+        if self._parts[0].size:
+            yield self._parts
+
+    def in_step_until(self, points: F64, longest: float, most: float, farthest: float) -> float:
+        """Return how far off its rings may be heard in places (n, 2); samples may be in step anywhere.
+
+        longest : of the rings' waves;  most: times what a ring's light, all of it in step, is of what is allowed, times
+                  r³;  farthest: where all are heard no more
+        """
+        return farthest
 
     def _field(self, row: int, col: int, places: F64) -> F64:
         """Return (planes, n) the field on a patch at places 0 … 1."""
@@ -195,9 +205,12 @@ class Seen:
         field: F64 = np.einsum("pij,ni,nj->pn", own, down, across)
         return field
 
-    def points_near(self, radius: float) -> float:
-        """Return about how many points lie within a radius of a photosite, and are asked how far they are."""
-        return self._each_part * min(float(np.count_nonzero(self._states[1])), 4.0 * radius / self.step)
+    def points_near(self, zones: Sequence[Zone]) -> F64:
+        """Return (zones + 1,) about how many points lie in each zone about a photosite, and beyond."""
+        cut = float(np.count_nonzero(self._states[1]))
+        passed = np.minimum(4.0 * np.array([low for _, (low, _) in zones] + [zones[-1][1][1]]) / self.step, cut)
+        counts: F64 = self._each_part * np.diff(passed, append=cut)
+        return counts
 
     @cached_property
     def _each_part(self) -> float:

@@ -14,13 +14,15 @@ from camsim.kept import cached_property
 from camsim.optics import OpticalSystem
 from camsim.quadrature import gauss_error
 from camsim.rendering.check.crossings import Bounds, bounds_of
-from camsim.rendering.check.gradient_samples import Cells, SeenGradient
+from camsim.rendering.check.from_afar import FromAfar, from_afar
+from camsim.rendering.check.gradient_samples import Cell, SeenGradient
 from camsim.rendering.check.point_samples import SeenPoints, seen_points
 from camsim.rendering.check.scene_samples import LARGEST, Seen
 from camsim.rendering.check.wavelengths import densities
 from camsim.rendering.job import Job
 from camsim.rendering.spectral import carrying
 from camsim.scene import Picture, PointSource, Scene
+from camsim.scene.arcs import Fineness
 from camsim.scene.gradients import Gradient
 from camsim.scene.raster import Field, flat_of
 from camsim.spectra.component import Component
@@ -57,13 +59,22 @@ class SeenFields:
         seen_nm = job.wavelength_nm[carrying(job.response)]
         return job.system.highest_per_um(seen_nm) * job.grid.pitch_um
 
+    def _fine(self, field: Field) -> Fineness:
+        """Return how closely a field's outlines are followed: a gradient's the less, the farther away they are."""
+        job, away = self.job, self._away if isinstance(field, Gradient) else None
+        longest = 1.0 / (self._highest + _cycles(field, job.grid.pitch_um))
+        return Fineness(longest, job.budget.of_check.tolerance, away)
+
+    @cached_property
+    def _away(self) -> FromAfar | None:
+        """How loud far places are."""
+        return from_afar(self.job, self.job.wavelength_nm)
+
     @cached_property
     def bounds(self) -> dict[int, Bounds | None]:
         """What bounds what is seen of every field, by its number among the shapes; None for all of a picture."""
-        job = self.job
-        pitch_um, allowed = job.grid.pitch_um, job.budget.of_check.tolerance
         return {
-            number: bounds_of(self.scene, number, pitch_um, 1.0 / (self._highest + _cycles(shape, pitch_um)), allowed)
+            number: bounds_of(self.scene, number, self.job.grid.pitch_um, self._fine(shape))
             for number, shape in enumerate(self.scene.shapes)
             if isinstance(shape, Picture | Gradient)
         }
@@ -110,7 +121,7 @@ class SeenFields:
         flat = None if grey is None else flat_of(shape.spectra)
         less = np.zeros(len(shape.spectra)) if flat is None or grey is None else grey * flat
         outline = None if bounds is None else (bounds.start, bounds.end)
-        raster = Cells.over(shape, pitch_um) if isinstance(shape, Gradient) else shape
+        raster = Cell.of(shape, pitch_um) if isinstance(shape, Gradient) else shape
         phase = math.pi * (highest + _cycles(shape, pitch_um)) * min(raster.step_um / pitch_um, LARGEST)
         order = 3
         while order < 60 and gauss_error(order, phase) > math.log(max(allowed, 1e-12)):
