@@ -305,7 +305,7 @@ def test_the_check_looks_where_what_an_outline_cuts_changes_most(turn_deg, step_
     falls = np.array([0.0, 0.0, 1.0, 0.6, 0.3, 0.0, 0.0, 0.0])
     picture = camsim.Picture(planes=np.tile(falls, (6, 1)), width_um=32.0, rotate_deg=turn_deg)
     cover = camsim.Rectangle(width_um=100.0, height_um=20.0, centre_um=(0.0, 15.0), reflectance=0.5)
-    bounds = bounds_of(camsim.Scene(background=0.2, shapes=[picture, cover]), 0, 1.0, 0.5, 1e-6)
+    bounds = bounds_of(camsim.Scene(background=0.2, shapes=[picture, cover]), 0, 1.0, Fineness(0.5, 1e-6))
     places = crossed([(picture, bounds)], camsim.Grid(rows=30, cols=40, pitch_um=1.0), 20)
     assert np.abs(places[:, 0] - step_um).max() <= 2.0
     assert places[:, 1] == pytest.approx(5.0)  # the cover's side
@@ -315,7 +315,7 @@ def test_what_is_seen_of_a_gradient_has_few_sides():
     """Its field is as smooth across cells as within them: none counts at once. It was cut into 37 000."""
     gradient = camsim.RadialGradient(radius_um=30.0)
     cover = camsim.Disc(radius_um=20.0, centre_um=(20.0, 0.0), reflectance=0.5)
-    bounds = bounds_of(camsim.Scene(background=0.2, shapes=[gradient, cover]), 0, 1.0, 0.5, 1e-10)
+    bounds = bounds_of(camsim.Scene(background=0.2, shapes=[gradient, cover]), 0, 1.0, Fineness(0.5, 1e-10))
     assert 200 < np.count_nonzero(bounds.in_front) < 10_000
 
 
