@@ -12,6 +12,7 @@ import numpy as np
 from camsim import notebook
 from camsim.arrays import F32, F64, I64, U8, U16
 from camsim.errors import InvalidValueError
+from camsim.sensor.adc import full_codes
 from camsim.sensor.colour_matrix import ColourResponse
 from camsim.typed import LARGEST_FRAME_NUMBER, Count, Whole, check, known_name
 from camsim.words import shown
@@ -212,8 +213,7 @@ class Frame:
     @property
     def white_levels_dn(self) -> I64:
         """Codes at which photosites are full, one for each of ``black_offsets_dn``: it moves them too."""
-        levels_dn: I64 = np.minimum(self.white_level_dn + np.array(self.black_offsets_dn), (1 << self.bit_depth) - 1)
-        return levels_dn
+        return full_codes(self.white_level_dn, self.black_offsets_dn, (1 << self.bit_depth) - 1)
 
     @property
     def clips_at_e(self) -> float:

@@ -11,6 +11,7 @@ from camsim.body import Body
 from camsim.frame import ChannelSignal
 from camsim.lit import Lit
 from camsim.rendering import Rendering
+from camsim.sensor.adc import full_codes
 from camsim.spectra.light import Light
 
 
@@ -58,7 +59,7 @@ class Signals:
         """Take in some rows, as they were lit, and their codes."""
         row, col = self._origin
         offsets_dn = self._adc.offsets_dn((mosaic.shape[0], mosaic.shape[1]), (row + lit.rows_before, col))
-        white_dn = np.minimum(self._white_level_dn + offsets_dn, self._adc.largest_dn)
+        white_dn = full_codes(self._white_level_dn, offsets_dn, self._adc.largest_dn)
         clipped = (mosaic >= white_dn) | (lit.shown_e >= self._full_e)
         for k in range(len(self._channels)):
             here = lit.channel == k

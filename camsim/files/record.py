@@ -9,12 +9,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Any
 
-import numpy as np
-
 from camsim.arrays import I64
 from camsim.errors import CamsimError, InputError, InvalidValueError
 from camsim.files.describe import RECORD_FORMAT, checksum
 from camsim.frame import check_products
+from camsim.sensor.adc import full_codes
 from camsim.typed import hints, judge
 
 LONGEST_RECORD = 16 << 20
@@ -67,9 +66,7 @@ class Record:
     @property
     def white_levels_dn(self) -> I64:
         """Codes at which photosites are full, one for each of ``black_offsets_dn``; where bits may end, the lower."""
-        largest_dn = (1 << self.white_level_dn.bit_length()) - 1
-        levels_dn: I64 = np.minimum(self.white_level_dn + np.array(self.black_offsets_dn), largest_dn)
-        return levels_dn
+        return full_codes(self.white_level_dn, self.black_offsets_dn, (1 << self.white_level_dn.bit_length()) - 1)
 
     def as_dict(self) -> dict[str, Any]:
         """Return the record as it was written."""

@@ -7,10 +7,21 @@ from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 from annotated_types import Ge, Le
+from numpy.typing import ArrayLike
 
 from camsim.arrays import F64, I64, U16
 from camsim.typed import Index, Number, Positive, Several, Whole, judge, refusal
 from camsim.words import brief
+
+
+def full_codes(white_level_dn: int, offsets_dn: ArrayLike, largest_dn: int) -> I64:
+    """Return the codes at which photosites with such black offsets are full: offsets move white as they move black.
+
+    >>> full_codes(4000, [[0, -12], [5, 200]], 4095).tolist()
+    [[4000, 3988], [4005, 4095]]
+    """
+    codes: I64 = np.minimum(white_level_dn + np.asarray(offsets_dn), largest_dn)
+    return codes
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

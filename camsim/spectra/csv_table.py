@@ -25,7 +25,7 @@ _BEGINS = re.compile(r"\s*\"?[-+]?[.,]?\d")
 _UNIT = re.compile(r"\s*[\[(/].*$")
 _BETWEEN = re.compile(r"[\W_]+")
 _COMMENT = re.compile(r"\s*(#|//)\s*")
-_THOUSANDS = re.compile(r"[1-9][.,]\d{3}")
+_THOUSANDS = re.compile(r"[1-9],\d{3}")
 _APART = (";", "\t", ",", r"\s{2,}", r"(?<![/\s])\s+(?![\[(/\s])")
 """What names may be separated by: last, spaces that lead to no unit."""
 

@@ -16,7 +16,7 @@ from camsim.arrays import F64, I64
 from camsim.kept import cached_property
 from camsim.quadrature import gauss_error, gauss_legendre
 from camsim.rendering.check.blocks import Blocks, walk
-from camsim.rendering.check.patch_nodes import ENOUGH, gathered, gathered_from, in_patch
+from camsim.rendering.check.patch_nodes import count_gathered, gathered, in_patch
 from camsim.rendering.check.scene_samples import COUNTED, Seen, Zone
 from camsim.scene.gradients import Gradient
 from camsim.scene.raster import Interpolation, Raster
@@ -229,8 +229,7 @@ class SeenGradient(Seen):
         middles = 0.5 * (start + end)[:: max(1, len(start) // COUNTED)]
         blocks = Blocks.of(self._sides, 1, np.floor(middles).astype(np.int64))
         counts = [in_patch(*blocks.outlines(self._sides, k), self.order)[1].size for k in range(len(middles))]
-        most = gathered_from(self.order)
-        return sum(count if count <= most else most / ENOUGH for count in counts) / max(1, len(middles))
+        return sum(count_gathered(count, self.order) for count in counts) / max(1, len(middles))
 
     def farthest(self, points: F64) -> float:
         """Return the largest distance of a photosite from a corner of its cells."""

@@ -30,6 +30,7 @@ from camsim.rendering.check.wavelengths import densities, widest
 from camsim.rendering.engine import FEWEST_CHECKED, Plan
 from camsim.rendering.hearing import Listening
 from camsim.rendering.job import Job
+from camsim.rendering.spectral import carrying
 from camsim.scene.arcs import Fineness
 
 WINDOW = 3  # photosites along a side, for lenses that are not round
@@ -82,8 +83,8 @@ class Judge:
     @cached_property
     def _felt_nm(self) -> F64:
         """The wavelengths without those of a light that the sensor does not see."""
-        felt_nm = self.job.wavelength_nm[self.job.response.any(axis=0)]
-        return felt_nm if felt_nm.size else self.job.wavelength_nm
+        felt_nm: F64 = self.job.wavelength_nm[carrying(self.job.response)]
+        return felt_nm
 
     @cached_property
     def _away(self) -> FromAfar | None:

@@ -76,6 +76,12 @@ def gathered_from(order: int) -> float:
     return ENOUGH * (2 * order) ** 2
 
 
+def count_gathered(count: int, order: int) -> float:
+    """Return about how many nodes ``gathered`` leaves of so many."""
+    most = gathered_from(order)
+    return count if count <= most else most / ENOUGH
+
+
 def gathered(nodes: F64, light: F64, order: int) -> tuple[F64, F64]:
     """Return fewer nodes (m, 2) on the square 0 … 1 with light (planes, m) that does the same, or those given.
 

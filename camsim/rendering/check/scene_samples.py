@@ -15,7 +15,7 @@ import scipy
 
 from camsim.arrays import F64, I64
 from camsim.kept import cached_property
-from camsim.rendering.check.patch_nodes import ENOUGH, NEXT_TO, crossing, gathered, gathered_from, in_patch
+from camsim.rendering.check.patch_nodes import NEXT_TO, count_gathered, crossing, gathered, in_patch
 from camsim.scene.raster import DEGREES, Raster
 
 Segments = tuple[F64, F64]
@@ -215,11 +215,10 @@ class Seen:
     @cached_property
     def _each_part(self) -> float:
         """How many points a patch has that is cut, of some: outlines of many sides cut it into many bands."""
-        most = gathered_from(self.order)
         patches = np.argwhere(self._states[1])
         some = patches[:: max(1, len(patches) // COUNTED)]
-        counts = [weights.size for *_, weights in self._nodes_in(some)]
-        return sum(count if count <= most else most / ENOUGH for count in counts) / max(1, len(some))
+        counts = [count_gathered(weights.size, self.order) for *_, weights in self._nodes_in(some)]
+        return sum(counts) / max(1, len(some))
 
     def farthest(self, points: F64) -> float:
         """Return the largest distance of a photosite from the picture's first patch and its last."""
