@@ -16,6 +16,7 @@ from tests.attack.field_lenses import add_field_lens
 from tests.attack.fields import add_fields
 from tests.attack.large import LARGE, LENSES, large_curves
 from tests.attack.meeting import MEETING, meeting
+from tests.attack.moved import add_large_field, add_tilt, add_wide_olpf, are_drawn
 from tests.attack.terms import SINGLES, single
 from tests.examples import tile_centres
 
@@ -81,6 +82,12 @@ def draw(seed, number):
         add_far(np.random.default_rng([seed, number, 9]), system, lambda rng: _surface(rng, spectral))
     if seed >= SINGLES and system["lens"]["kind"] == "wavefront" and "far" not in system:
         _single_out(np.random.default_rng([seed, number, 8]), system["lens"])
+    if number % 4 == 0 and are_drawn(seed):
+        own = np.random.default_rng([seed, number, 12])
+        add = (add_tilt, add_wide_olpf, add_large_field)[own.integers(3)]
+        if add is add_tilt and lens["kind"] != "wavefront":
+            system["lens"] = {"kind": "wavefront", "blur": lens["blur"]} | _wavefront(own)
+        add(own, system, lambda rng: _surface(rng, spectral), lambda rng, size: _curves(rng, size, spectral))
     return system
 
 

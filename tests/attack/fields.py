@@ -16,6 +16,19 @@ def add_fields(rng, system, paint, curves):
 
     paint, curves : what draws a surface, and a list of curved shapes
     """
+    limit(rng, system)
+    grid = system["grid"]
+    size = max(grid["rows"], grid["cols"], 4)
+    shapes = system["shapes"][:3]
+    between = int(rng.integers(0, len(shapes) + 1))
+    shapes = [*shapes[:between], _field(rng, size, paint), *shapes[between:]]
+    if rng.random() < 0.3:
+        shapes.insert(int(rng.integers(0, len(shapes) + 1)), _field(rng, size, paint))
+    system["shapes"] = shapes + (curves(rng, size) if rng.random() < 0.6 else [])
+
+
+def limit(rng, system):
+    """Keep a system within what truths of fields take a moment for."""
     lens = system["lens"]
     lens["blur"] = float(np.clip(lens["blur"], *BLUR))
     if lens["kind"] == "curve":  # its pattern is an integral at every distance
@@ -25,13 +38,6 @@ def add_fields(rng, system, paint, curves):
     grid = system["grid"]
     grid["rows"], grid["cols"] = min(grid["rows"], MOST), min(grid["cols"], MOST)
     system["tolerance"] = float(10.0 ** rng.uniform(-COARSEST, -2.0))
-    size = max(grid["rows"], grid["cols"], 4)
-    shapes = system["shapes"][:3]
-    between = int(rng.integers(0, len(shapes) + 1))
-    shapes = [*shapes[:between], _field(rng, size, paint), *shapes[between:]]
-    if rng.random() < 0.3:
-        shapes.insert(int(rng.integers(0, len(shapes) + 1)), _field(rng, size, paint))
-    system["shapes"] = shapes + (curves(rng, size) if rng.random() < 0.6 else [])
 
 
 def _field(rng, size, paint):

@@ -12,6 +12,7 @@ from camsim.optics import OpticalSystem
 from camsim.rendering import render_channels
 from camsim.rendering.render import plan_render
 from tests.attack.draw import REFERENCE_NM
+from tests.attack.moved import moved
 from tests.truth import field_lens, fields, groups, picture, round_lenses, waves
 from tests.truth.boundary import BoundaryTruth
 from tests.truth.far import FarTruth
@@ -20,10 +21,11 @@ FIELD_LENSES = ("field", "field grid")
 
 
 def scene(system):
-    p = system["pitch_um"]
-    return camsim.Scene(
-        background=_surface(system["background"]), shapes=[_shape(shape, p) for shape in system["shapes"]]
-    )
+    p, shapes = system["pitch_um"], system["shapes"]
+    if tilt := system["lens"].get("tilt_waves"):
+        # W = 2ax moves the image by 2λN ∂W/∂x.
+        shapes = [moved(shape, [-4.0 * a * system["lens"]["blur"] for a in tilt]) for shape in shapes]
+    return camsim.Scene(background=_surface(system["background"]), shapes=[_shape(shape, p) for shape in shapes])
 
 
 def _shape(shape, p):
@@ -161,9 +163,11 @@ def _lens(lens, p):
         return _field_lens(lens, p, f_number)
     if kind == "measured":
         return camsim.MeasuredPsf(irradiance=tuple(map(tuple, lens["irradiance"])), spacing_um=0.5 * blur_um)
+    across, down = lens.get("tilt_waves", (0.0, 0.0))
+    tilt = tuple((j, c) for j, c in ((1, down), (2, across)) if c)
     return camsim.Wavefront(
         f_number=f_number,
-        zernike_waves=tuple((j, c) for j, c in lens["zernike_waves"]),
+        zernike_waves=(*tilt, *((j, c) for j, c in lens["zernike_waves"])),
         reference_nm=REFERENCE_NM,
         defocus_um=_defocus_um(lens, p),
         pupil=camsim.Pupil(**lens["pupil"]),

@@ -1,0 +1,116 @@
+"""Systems of three kinds that others seldom are: turned lenses, wide low-pass filters, fields far larger than frames.
+
+A tilt of the wavefront moves the image and does nothing else, whatever other terms there are: the scene is moved the
+other way, and the truth, which knows of neither, stays what it was.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from tests.attack.fields import add_fields, limit
+
+SEEDS, DATES = range(7000, 1_000_000), range(20_261_208, 20_300_000)  # seeds that draw them: dates too, from then on
+FIELD_SHARE = 0.5  # of the systems of each kind
+WAVES = -1.0, 1.69  # powers of ten of a tilt's: 50 are what a lens may have of one term
+SPLIT = math.log10(1.5), math.log10(15.0)  # powers of ten of pitches
+LARGER = 0.3, 3.0  # powers of ten of the frame
+CYCLES = 150.0  # of the finest wave that a lens passes, along a large field: its truth has as many nodes, squared
+
+
+def are_drawn(seed):
+    return seed in SEEDS or seed in DATES
+
+
+def add_tilt(rng, system, paint, curves):
+    """Turn a wavefront, one with a term or two more, by up to 49 waves either way, and move the scene against it."""
+    _add_fields(rng, system, paint, curves)
+    lens = system["lens"]
+    if not lens["zernike_waves"]:
+        index, strength = int(rng.integers(3, 15)), float(rng.choice([0.02, 0.1, 0.3, 1.0]))
+        lens["zernike_waves"] = [[index, strength * float(rng.normal())]]
+    lens["zernike_waves"] = [term for term in lens["zernike_waves"] if term[0] > 2]
+    angle, waves = 2.0 * math.pi * float(rng.random()), 10.0 ** float(rng.uniform(*WAVES))
+    along = [(1.0, 0.0), (0.0, -1.0), (math.cos(angle), math.sin(angle))][rng.integers(3)]
+    lens["tilt_waves"] = [waves * along[0], waves * along[1]]
+
+
+def add_wide_olpf(rng, system, paint, curves):
+    """Give a system spots that lie up to 15 pitches apart, either way or both."""
+    _add_fields(rng, system, paint, curves)
+    split, other = (float(10.0 ** rng.uniform(*SPLIT)) for _ in range(2))
+    if rng.random() < 0.3:
+        split = max(round(2.0 * split), 3) / 2.0
+    kind = str(rng.choice(["four", "unequal", "plate"]))
+    other = {"four": split, "unequal": other, "plate": 0.0}[kind]
+    turn = float(rng.choice([0.0, 45.0, rng.uniform(0.0, 180.0)]))
+    system["olpf"] = {"split": split, "split_y": other, "rotate_deg": turn}
+
+
+def add_large_field(rng, system, paint, curves):
+    """Give a system a gradient, a grating or a picture that reaches far beyond its frame, behind shapes or alone."""
+    limit(rng, system)
+    size = max(system["grid"]["rows"], system["grid"]["cols"], 4)
+    largest = min(size * 10.0 ** float(rng.uniform(*LARGER)), CYCLES * system["lens"]["blur"])
+    if largest <= size:
+        return
+    shapes = system["shapes"][: int(rng.integers(0, 3))] if rng.random() < 0.5 else []
+    system["shapes"] = [_large(rng, size, largest, paint), *shapes]
+    if rng.random() < 0.3:
+        system["shapes"] += curves(rng, size)
+
+
+def _add_fields(rng, system, paint, curves):
+    if rng.random() < FIELD_SHARE:
+        add_fields(rng, system, paint, curves)
+
+
+def _large(rng, size, largest, paint):
+    middle = rng.uniform(-0.5, 0.5, 2) * largest * float(rng.choice([0.0, 0.5, 1.0]))
+    placed = {"centre": middle.tolist(), "rotate_deg": float(rng.choice([0.0, 90.0, 45.0, rng.uniform(0.0, 360.0)]))}
+    kind = str(rng.choice(["rings", "picture", "linear-gradient", "radial-gradient", "sine-grating"]))
+    if kind in ("rings", "picture"):
+        count = int(rng.integers(2, 12))
+        samples = rng.random((count, count))
+        if kind == "rings":
+            # About a photosite, rings of one step: they come there in step.
+            place = np.arange(count) + 0.5 - 0.5 * count
+            away = np.hypot(place, place[:, None]) * float(rng.uniform(0.3, 1.0))
+            samples, placed["centre"] = 0.5 + 0.5 * np.cos(2.0 * math.pi * away), np.round(middle / size).tolist()
+        interpolation = str(rng.choice(["squares", "linear", "cubic"]))
+        own = {"samples": samples.tolist(), "step": largest / count, "interpolation": interpolation}
+        return {"kind": "picture", **placed, **own, "reflectance": paint(rng)}
+    low, high = rng.random(2).tolist()
+    if kind == "radial-gradient":
+        return {"kind": kind, **placed, "rotate_deg": 0.0, "radius": 0.5 * largest, "low": low, "high": high}
+    own = {"width": largest, "height": largest * float(rng.uniform(0.1, 1.0)), "low": low, "high": high}
+    if kind == "sine-grating":
+        own["period"] = float(max(0.4, largest / rng.integers(1, 40)))
+    return {"kind": kind, **placed, **own}
+
+
+def moved(shape, by):
+    """A shape of a system as it is when it is moved ``by`` (x, y); groups and repeats with all that is in them."""
+    if shape["kind"] == "group":
+        return shape | {"move": _sum(shape["move"], by)}
+    own = dict(shape)
+    if "centre" in own:
+        own["centre"] = _sum(own["centre"], by)
+    if "shapes" in own:
+        own["shapes"] = [moved(each, by) for each in own["shapes"]]
+    if "points" in own:
+        own["points"] = [_sum(point, by) for point in own["points"]]
+    if "holes" in own:
+        own["holes"] = [[_sum(point, by) for point in hole] for hole in own["holes"]]
+    if "outlines" in own:
+        own["outlines"] = [
+            [_sum(start, by), *([_sum(point, by) for point in segment] for segment in segments)]
+            for start, *segments in own["outlines"]
+        ]
+    return own
+
+
+def _sum(place, by):
+    return [place[0] + by[0], place[1] + by[1]]
