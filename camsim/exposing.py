@@ -29,7 +29,7 @@ from camsim.rendering.auto import Choice
 from camsim.rendering.cube import MOST_PLANES, SpectralCube, radiance_cube
 from camsim.rendering.render import plan_render
 from camsim.rendering.running import carry_out
-from camsim.reporting import Clock, Signals, accuracy_notes, wavelengths
+from camsim.reporting import Clock, Signals, accuracy_notes, rounding_notes, wavelengths
 from camsim.scene import Scene
 from camsim.sensor.chain import random_numbers, record
 from camsim.sensor.colour_matrix import MatrixOf
@@ -180,14 +180,10 @@ class Capture:
     def plan(self) -> Choice:
         """Decide how the scene is rendered, in electrons per J/m², and render nothing."""
         return plan_render(
-            self.lit_scene,
-            self.camera.optics,
-            self.window.wide,
-            response=self.camera.image_per_reflectance(self.samples),
-            wavelength_nm=self.samples.wavelength_nm,
-            tolerance=self.tolerance,
-            method=self.method,
-        )
+            self.lit_scene, self.camera.optics, self.window.wide,
+            response=self.camera.image_per_reflectance(self.samples), wavelength_nm=self.samples.wavelength_nm,
+            tolerance=self.tolerance, method=self.method,
+        )  # fmt: skip
 
     def notes(self, choice: Choice, products: Products = ("mosaic",)) -> tuple[str, ...]:
         """Return what may surprise in the picture, as far as it is known before; ``choice``: of ``plan``."""
@@ -207,9 +203,12 @@ class Capture:
 
     def optical_image(self, *, products: Products = ("mosaic",), progress: Progress | None = None) -> OpticalImage:
         """Render what the lens throws on the photosites, for captures that differ in nothing that comes before."""
+        choice, rendering = self._seen(products, progress)
+        return OpticalImage(choice=choice, rendering=rendering, key=self.optical_key)
+
+    def _seen(self, products: Products, progress: Progress | None) -> tuple[Choice, Rendering]:
         choice, channels, truth = self.plan(), self.window.channels_of_all(), "truth" in products
-        rendering = carry_out(choice, channels, every_channel=truth, strict=self.strict, progress=progress)
-        return OpticalImage(choice=choice, rendering=rendering)
+        return choice, carry_out(choice, channels, every_channel=truth, strict=self.strict, progress=progress)
 
     def frames(
         self,
@@ -222,9 +221,11 @@ class Capture:
         """Take pictures of one scene, rendered once, with frame numbers from ``frame_number`` on.
 
         A frame's seconds are its own: those of light and rendering are the first one's.
-        optical_image : of a capture with the same ``optical_key``; None renders it
+        optical_image : of a capture with the same ``optical_key``, any other is refused; None renders it
         """
         check_products(products)
+        if given := check(optical_image, OpticalImage | None, "optical_image"):
+            given.refuse_for(self.optical_key, every_channel="truth" in products)
         numbers = frame_numbers(self.frame_number, count)
         rows, cols = self.grid.rows, self.grid.cols
         if message := too_large(rows, cols, needed_bytes(rows, cols, len(self.camera.cfa.channels), products)):
@@ -232,26 +233,22 @@ class Capture:
         clock = Clock()
         cube = self._cube(products)
         clock.lap("light")
-        seen = optical_image or self.optical_image(products=products, progress=progress)
-        rendering, notes = seen.rendering, self.notes(seen.choice, products)
-        own = optical_image is None  # and may be overwritten: a large frame needs no second copy
+        choice, rendering = (given.choice, given.rendering) if given else self._seen(products, progress)
+        own = given is None  # and may be overwritten: a large frame needs no second copy
         lit = self.window.lit(self._exposed(rendering.image, own=own), self.veil_e, 0)
         planes = None if rendering.planes is None else self._exposed(rendering.planes, own=own)
         truth = self.window.truth(planes, self.veil_e, lit.shown_e)
+        diffuser_e = self.camera.diffuser_electrons(self.light, self.time_s)
+        notes = *self.notes(choice, products), *rounding_notes(truth, diffuser_e, self.tolerance)
         clock.lap("render")
         for frame_number in numbers:
             signals = self._signals()
             recorded_e, codes = self._recorded(lit, frame_number, clock, signals)
             yield self._frame(
-                mosaic=codes,
-                electrons=recorded_e,
-                mean_electrons=lit.shown_e,
-                truth=truth,
-                channel_index=lit.channel,
-                spectral=cube,
-                frame_number=frame_number,
+                mosaic=codes, electrons=recorded_e, mean_electrons=lit.shown_e, truth=truth, spectral=cube,
+                channel_index=lit.channel, frame_number=frame_number,
                 report=self._report(rendering, clock, signals, notes),
-            )
+            )  # fmt: skip
             clock = Clock()
 
     def rows(

@@ -6,7 +6,7 @@ import time
 
 import numpy as np
 
-from camsim.arrays import U16
+from camsim.arrays import F32, F64, U16
 from camsim.body import Body
 from camsim.frame import ChannelSignal
 from camsim.lit import Lit
@@ -37,6 +37,20 @@ def accuracy_notes(rendering: Rendering) -> tuple[str, ...]:
     return (
         f"warning: the error found, {worst:.2g}, is above the tolerance of {rendering.tolerance:g}; "
         "render: {strict: true} or --strict makes that a failure",
+    )
+
+
+def rounding_notes(truth: F32 | None, diffuser_e: F64, tolerance: float) -> tuple[str, ...]:
+    """Return a warning when single precision holds a truth (rows, cols, channels) less finely than was asked for."""
+    if truth is None or not truth.size:
+        return ()
+    lit = diffuser_e > 0.0
+    rounded = truth.max(axis=(0, 1))[lit] * (0.5 * np.finfo(np.float32).eps) / diffuser_e[lit]
+    if (worst := float(rounded.max(initial=0.0))) <= tolerance:
+        return ()
+    return (
+        f"warning: truth is in single precision, which rounds its brightest electrons by up to {worst:.2g} of a "
+        f"perfect diffuser's; tolerance is {tolerance:g}; mean_electrons holds every digit",
     )
 
 

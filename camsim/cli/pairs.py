@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import dataclasses
 import io
-import itertools
 import json
 import sys
 from collections.abc import Iterator, Sequence
@@ -24,6 +23,7 @@ from camsim.frame import Frame
 from camsim.optical_image import OpticalImage
 from camsim.sensor.cfa import Cfa
 from camsim.sensor.colour_matrix import as_shot_neutral
+from camsim.sweeping.work import Shared
 from camsim.typed import LARGEST_SEED, LONGEST_S, SHORTEST_S
 from camsim.window import Region
 
@@ -113,13 +113,13 @@ def write_pairs(
 ) -> None:
     """Write noisy and clean mosaics (.dng) and the truth (.exr) of every pair, an index and a page."""
     rows: list[dict[str, Any]] = []
-    for variant, its_pairs in itertools.groupby(pairs, key=lambda pair: pair.variant):
-        seen = variant.capture.optical_image(products=("mosaic", "truth"))
-        for pair in its_pairs:
-            progress("pairs", len(rows) / len(pairs))
-            rows.append(_write_pair(pair, seen, folder, number=len(rows), compress=compress))
-            if not quiet:
-                print(f"{rows[-1]['noisy']}, {rows[-1]['clean']}, {rows[-1]['truth']}", file=sys.stderr)
+    shared = Shared()  # by all levels of a variant, unless points of light are brighter at one
+    for pair in pairs:
+        progress("pairs", len(rows) / len(pairs))
+        seen = shared.of(pair.noisy, frozenset({"mosaic", "truth"}))
+        rows.append(_write_pair(pair, seen, folder, number=len(rows), compress=compress))
+        if not quiet:
+            print(f"{rows[-1]['noisy']}, {rows[-1]['clean']}, {rows[-1]['truth']}", file=sys.stderr)
     table = io.StringIO(newline="")
     writer = csv.DictWriter(table, fieldnames=list(rows[0]), lineterminator="\n")
     writer.writeheader()

@@ -21,6 +21,7 @@ from camsim.optics.zernike import LARGEST_INDEX, orders
 from camsim.spectra.curve import NumberOrCurve, Transmission, Wavelength
 from camsim.typed import Fraction, NonNegative, Number, Positive, Several, Whole, judge, refusal
 
+POWERS_HOLD = 2.0  # times the last height: so far at most a distortion's polynomial is followed
 FOLD_POINTS = 1024  # along a radius, where a distortion that folds is looked for
 TILT, DEFOCUS = 2, 4  # OSA indices
 BEYOND = 1.0 + 1e-9  # of a radius: rounding of a corner's
@@ -42,8 +43,10 @@ class FieldLens:
                     are ``Wavefront``'s
     height_um     : from the axis, the first 0, increasing; to the rim of the image circle
     x_um, y_um    : of places, increasing
-    distortion    : (heights,) what would fall at a height without it falls at height·(1 + distortion)
-    distortion_powers : in its place: k₁, k₂ … of k₁·u² + k₂·u⁴ + …, u the height over the last one
+    distortion    : (heights,) what would fall at a height without it falls at height·(1 + distortion); beyond the last
+                    height straight on, as steeply as there
+    distortion_powers : in its place: k₁, k₂ … of k₁·u² + k₂·u⁴ + …, u the height over the last one; beyond it until
+                    what falls moves half as fast as there, at most to u = 2, and from there straight on
     lateral_colour_um : (w, heights) how much farther from the axis light of a wavelength falls, µm
     relative_illumination : (heights,) light over that on the axis, fractions, the first 1
     focus_um      : focus shift of sensor against lens, as ``Wavefront.defocus_um``
@@ -343,21 +346,29 @@ def _even(heights: Any, values: F64, m: int = 0) -> Callable[..., F64]:
 
 
 def _radially(lens: FieldLens, ideal_um: F64) -> F64:
-    """Return where heights fall; beyond the last one straight on, as steeply as there."""
-    moved, slope = _moved(lens)
-    inside = np.minimum(ideal_um, lens.height_um[-1])
+    """Return where heights fall; from the last that is told on straight on, as steeply as there."""
+    moved, last_um, slope = _moved(lens)
+    inside = np.minimum(ideal_um, last_um)
     fallen: F64 = moved(inside) + slope * (ideal_um - inside)
     return fallen
 
 
 @functools.lru_cache(maxsize=64)
-def _moved(lens: FieldLens) -> tuple[Callable[[F64], F64], float]:
-    """Return where heights up to the last fall, and the slope of that there."""
+def _moved(lens: FieldLens) -> tuple[Callable[[F64], F64], float, float]:
+    """Return where heights fall up to one, this height, and the slope of that there.
+
+    A table ends where it ends. A polynomial goes on, for what a barrel draws into the frame comes from beyond it: until
+    it is half as steep as at the last height, for farther out it folds, or to twice that, for farther out it may be
+    anything.
+    """
     last = lens.height_um[-1]
     if lens.distortion:
         fraction = _even(lens.height_um, np.array(lens.distortion))
         steeper = float(fraction(last, 1)) if len(lens.height_um) > 1 else 0.0
-        return lambda h: h * (1.0 + fraction(h)), 1.0 + lens.distortion[-1] + last * steeper
-    powers = lens.distortion_powers
-    slope = 1.0 + sum((2 * n + 1) * k for n, k in enumerate(powers, 1))
-    return lambda h: h * (1.0 + np.polyval([*reversed(powers), 0.0], (h / last) ** 2)), slope
+        return lambda h: h * (1.0 + fraction(h)), last, 1.0 + lens.distortion[-1] + last * steeper
+    powers = (1.0, *lens.distortion_powers)
+    slope = np.polynomial.Polynomial([(2 * n + 1) * k for n, k in enumerate(powers)])  # of u²
+    half = (slope - 0.5 * slope(1.0)).roots()
+    ends = half.real[np.isreal(half) & (half.real > 1.0)]
+    square = float(ends.min(initial=POWERS_HOLD**2))
+    return lambda h: h * np.polyval(powers[::-1], (h / last) ** 2), last * math.sqrt(square), float(slope(square))

@@ -189,9 +189,10 @@ class Picture(Raster, Field):
     def reflectance(self) -> Spectrum:
         """Its mean over all samples: what it is where only outlines are looked at."""
         means = self.planes.mean(axis=(1, 2), dtype=np.float64)
-        if self.spectra == (1.0,):
-            return float(np.clip(means[0], 0.0, 1.0))
-        nodes = np.unique(np.concatenate([_nodes(spectrum) for spectrum in self.spectra]))
+        if all(isinstance(spectrum, float | int) for spectrum in self.spectra):
+            return float(np.clip(means @ np.array(self.spectra, float), 0.0, 1.0))
+        bent = [spectrum for spectrum in self.spectra if not isinstance(spectrum, float | int)]
+        nodes = np.unique(np.concatenate([_nodes(spectrum) for spectrum in bent]))
         total = np.einsum("p,pn->n", means, np.stack([spectrum_at(spectrum, nodes) for spectrum in self.spectra]))
         return Curve(tuple(nodes.tolist()), tuple(np.clip(total, 0.0, 1.0).tolist()), outside="hold")
 

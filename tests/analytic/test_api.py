@@ -166,3 +166,37 @@ def test_frames_end_where_their_numbers_do() -> None:
     assert [frame.frame_number for frame in last.frames(2)] == [2**31 - 2, 2**31 - 1]
     with pytest.raises(InvalidValueError, match=r"^Capture.frame_number: 2147483646, and 3 frames"):
         next(last.frames(3))
+
+
+def test_an_optical_image_is_for_captures_that_share_it() -> None:
+    small = ["region={rows: 6, cols: 5}", "render.tolerance=1e-3"]
+    one = camsim.load("slanted-edge", overrides=small)
+    seen = one.optical_image()
+    darker = camsim.load("slanted-edge", overrides=[*small, "exposure.time_s=0.001", "noise.enabled=false"])
+    np.testing.assert_array_equal(next(darker.frames(optical_image=seen)).mosaic, darker.frame().mosaic)
+    longer = dataclasses.replace(one.exposure, time_s=2.0 * one.time_s)
+    star = dataclasses.replace(one, scene=camsim.Scene(background=0.0, shapes=[camsim.PointSource(electrons=1e3)]))
+    for mine, other in (
+        (seen, dataclasses.replace(one, tolerance=1e-4)),
+        (seen, dataclasses.replace(one, region=camsim.Region(rows=6, cols=6))),
+        (star.optical_image(), dataclasses.replace(star, exposure=longer)),
+    ):
+        with pytest.raises(InvalidValueError, match=r"^optical_image: belongs to a capture of another optical key"):
+            next(other.frames(optical_image=mine))
+    with pytest.raises(InvalidValueError, match=r"^optical_image: was rendered without every channel"):
+        next(one.frames(products=("truth",), optical_image=seen))
+    with pytest.raises(InvalidValueError, match=r"^optical_image: must be an OpticalImage or None, not 3"):
+        next(one.frames(optical_image=3))  # type: ignore[arg-type]
+
+
+def test_truth_in_single_precision_says_what_it_rounds() -> None:
+    """A star of 1e6 electrons before a diffuser of one: what is stored is 0.03 of the diffuser off, not 1e-4."""
+    dim = ["region={rows: 6, cols: 5}", "light.illuminance_lux=1", "exposure.time_s=0.001"]
+    capture = camsim.load("flat-field", sensor="d40-like", overrides=[*dim, "noise.enabled=false"])
+    star = camsim.Scene(background=0.0, shapes=[camsim.PointSource(electrons=1e6)])
+    capture = dataclasses.replace(capture, scene=star, tolerance=1e-4)
+    notes = capture.frame(products=("truth",)).report.notes
+    assert any("truth is in single precision" in note for note in notes)
+    assert not any("single precision" in note for note in capture.frame().report.notes)
+    with pytest.raises(InvalidValueError, match=r"beside a point of light takes .* or for a fainter point$"):
+        dataclasses.replace(capture, tolerance=1e-8).frame()

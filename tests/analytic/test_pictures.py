@@ -113,6 +113,21 @@ def test_one_flat_colour_is_a_rectangle(interpolation, tolerance):
     assert worst(image, right) <= tolerance
 
 
+@pytest.mark.parametrize("spectra", [(0.5,), (0.5, 0.25), (0.5, camsim.Curve((400.0, 700.0), (0.25, 0.25)))])
+def test_numbers_are_spectra(spectra):
+    """A camera refused them for the wavelengths 1 and 2 nm, which nobody gave."""
+    picture = camsim.Picture(planes=np.full((len(spectra), 2, 3), 0.4), spectra=spectra, width_um=6000.0)
+    grey = 0.4 * (0.5 + 0.25 * (len(spectra) - 1))
+    capture = camsim.load(
+        "flat-field", overrides=["region={rows: 2, cols: 2}", "render.tolerance=1e-4", "noise.enabled=false"]
+    )
+    frames = [
+        dataclasses.replace(capture, scene=camsim.Scene(background=grey, shapes=shapes)).frame()
+        for shapes in ((), (picture,))
+    ]
+    np.testing.assert_allclose(*(frame.mean_electrons for frame in frames), rtol=1e-3)
+
+
 def test_a_picture_is_seen_through_holes():
     """A ring, and in its hole another one: islands within holes within islands."""
     rings = [

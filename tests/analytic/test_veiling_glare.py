@@ -11,6 +11,7 @@ from tolerances import METHOD, ROUNDING
 import camsim
 from camsim.measure.truth import truth_in
 from camsim.rendering.veil import Veil
+from camsim.sensor.colour_matrix import observer
 
 PITCH_UM, ROWS, COLS = 5.0, 60, 80
 FRAME = camsim.Grid(rows=ROWS, cols=COLS, pitch_um=PITCH_UM)
@@ -202,6 +203,29 @@ def test_every_truth_has_it():
     )
     eye = truth_in(capture, "xyz")
     np.testing.assert_allclose(eye.image[..., 1], 0.1 * WHITE_SHARE, atol=METHOD * TOLERANCE)
+
+
+@pytest.mark.parametrize("light", [camsim.Light(line_nm=550.0, width_nm=1.0, illuminance_lux=100.0), LIGHT])
+@pytest.mark.parametrize(
+    ("wavelength_nm", "values"),
+    [((300.0, 549.6, 549.601, 1100.0), (0.0, 0.0, 0.5, 0.5)),
+     ((300.0, 549.99, 550.0, 550.3, 550.31, 1100.0), (0.02, 0.02, 0.5, 0.5, 0.02, 0.02))],
+)  # fmt: skip
+def test_the_eyes_truth_follows_its_steps(light, wavelength_nm, values):
+    """Light was looked at where the eye and the scene bend: a band of 0.3 nm between two such places was missed."""
+    glare = camsim.Curve(wavelength_nm, values, outside="hold")
+    flat = {"lens": camsim.Gaussian(f_number=8.0, sigma_um=1.0), "rows": ROWS}
+    capture = camsim.Capture(
+        camera=camera_of(glare, **flat), scene=ON_WHITE, light=light, exposure=EXPOSURE, tolerance=TOLERANCE,
+        noise=False, region=camsim.Region(rows=2, cols=2),
+    )  # fmt: skip
+    low_nm, high_nm = light.ends_nm
+    nm = np.unique(np.concatenate([np.arange(low_nm, high_nm, 0.002), wavelength_nm]))
+    nm = nm[(nm >= low_nm) & (nm <= high_nm)]
+    lit = light.irradiance_at(nm) * observer()[1].at(nm)
+    share = np.trapezoid(lit * np.interp(nm, wavelength_nm, values), nm) / np.trapezoid(lit, nm)
+    image = truth_in(capture, "xyz").image
+    np.testing.assert_allclose(image[..., 1], share * WHITE_SHARE, atol=1e-5)
 
 
 def test_a_sweep_has_it(tmp_path):

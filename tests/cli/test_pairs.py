@@ -96,6 +96,31 @@ def test_names_say_what_a_window_at_an_odd_place_shows(folder: Path, camsim: Run
         assert str(row["noisy"])[4:8] == str(row["cfa"]).replace("/", "")
 
 
+STAR = """
+camsim: scene/1
+sensor: d40-like
+lens: {kind: gaussian, f_number: 4, sigma_um: 4}
+light: {illuminant: D55, illuminance_lux: 1}
+exposure: {time_s: 0.04, iso: 200}
+region: {rows: 25, cols: 25, origin: [988, 1492]}
+scene:
+  unit: pixel
+  background: {reflectance: 0.0}
+  shapes: [{kind: point-source, electrons: 20000, centre: [0.5, 0.5]}]
+render: {tolerance: 1.0e-4}
+"""
+
+
+def test_a_points_electrons_are_the_same_at_every_level(folder: Path, camsim: Run) -> None:
+    """All levels had the image of the first, in which the point was as bright as that exposure makes it."""
+    (folder / "star.yaml").write_text(STAR, encoding="utf-8")
+    done = camsim("capture", "star.yaml", "--pairs", "out", "--levels", "1,0.25,4", "-q")
+    assert done.returncode == 0, done.stderr
+    for row in rows_of(folder / "out")[:3]:
+        collected = truth_of(folder / "out" / str(row["truth"])).sum(axis=(0, 1))
+        assert collected.max() == pytest.approx(20000.0, rel=1e-3), row["level"]
+
+
 def test_a_pair_can_be_captured_again(folder: Path, camsim: Run) -> None:
     assert camsim("capture", "small.yaml", "--pairs", "out", "--levels", "0.5", "-q").returncode == 0
     for path in (folder / "out").glob("005*noisy.dng"):

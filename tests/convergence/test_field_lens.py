@@ -13,6 +13,7 @@ import camsim
 from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.optics import FieldLens, OpticalSystem, Wavefront
 from camsim.rendering.across import band_image, bands, choose, on_tiles, places
+from camsim.rendering.across.bending import undistorted
 from camsim.rendering.across.lattice import ASKED, lattice_for
 from camsim.rendering.across.panels import panels
 from camsim.rendering.render import plan_render, render_channels
@@ -63,8 +64,11 @@ def test_tables_of_few_heights_follow_what_they_were_taken_from() -> None:
     np.testing.assert_allclose(fallen_um, at_um * (1.0 - 0.05 * (at_um / RADIUS_UM) ** 2), atol=1.0)
 
 
-@pytest.mark.parametrize("powers", [(-0.1, -0.1), (0.07,), None])
-def test_beyond_the_last_height_scenery_falls_straight_on(powers) -> None:
+@pytest.mark.parametrize(
+    ("powers", "told"),
+    [((-0.1, -0.1), math.sqrt(math.sqrt(1.89) - 0.3)), ((0.07,), 2.0), ((-0.08,), math.sqrt(0.62 / 0.24)), (None, 1.0)],
+)  # 1 − 0.3u² − 0.5u⁴ is 0.1, half of what it is at 1; 1 − 0.24u² is 0.38
+def test_beyond_what_is_told_scenery_falls_straight_on(powers, told) -> None:
     """As steeply as distortion ends: it was a secant of the last thousandth, 0.05 pitches off at a third farther out,
     which engine and check share: 2.4e-3 at 4e-5, unseen."""
     last = 500.0
@@ -79,11 +83,13 @@ def test_beyond_the_last_height_scenery_falls_straight_on(powers) -> None:
         **own,
     )
     share = [-0.08] if powers is None else powers  # a spline through a parabola is that parabola
-    ends, slope = 1.0 + sum(share), 1.0 + sum((2 * n + 1) * k for n, k in enumerate(share, 1))
-    at_um = np.array([last, 1.001 * last, 1.37 * last, 40.0 * last])
-    fallen_um = lens.distorted(np.stack([0.6 * at_um, -0.8 * at_um], axis=1))
-    wanted = ends * last + slope * (at_um - last)
-    np.testing.assert_allclose(fallen_um, np.outer(wanted, [0.6, -0.8]), rtol=1e-12)
+    u = np.array([1.0, 1.001, 1.03, 1.37, 1.9, 40.0])
+    fallen_um = lens.distorted(np.stack([0.6 * u * last, -0.8 * u * last], axis=1))
+    inside = np.minimum(u, told)
+    ends = inside * (1.0 + sum(k * inside ** (2 * n) for n, k in enumerate(share, 1)))
+    slope = 1.0 + sum((2 * n + 1) * k * told ** (2 * n) for n, k in enumerate(share, 1))
+    wanted = ends + slope * (u - inside)
+    np.testing.assert_allclose(fallen_um, last * np.outer(wanted, [0.6, -0.8]), rtol=1e-12)
 
 
 def test_terms_go_on_to_the_first_frequency_at_which_they_are_nothing() -> None:
@@ -307,6 +313,38 @@ def test_distortion_moves_dots_by_what_it_says():
             plain = camsim.Disc(radius_um=6.0, centre_um=tuple(there_um), reflectance=0.0)
             same = 1.0 - rendered(camsim.Airy(f_number=N), camsim.Scene(background=1.0, shapes=[plain]), grid).image
             assert np.abs(centroid(dark) - centroid(same)).max() <= 1e-3
+
+
+def test_a_barrel_draws_in_what_lies_beyond_its_last_height():
+    """A polynomial was left along its tangent at the last height: 0.9 µm off at 1 mm, 0.02 of white."""
+    lens = revolved(distortion_powers=(-0.08,), zernike=[4], waves=[[[0.0]] * len(HEIGHTS_UM)])
+    ideal_um = 1.06 * RADIUS_UM
+    there_um = ideal_um * (1.0 - 0.08 * 1.06**2)
+    grid = window((SIDE // 2 - 4, int(there_um / PITCH_UM) + SIDE // 2 - 4), 8)
+    corners_um = np.array(
+        [(ideal_um, -300.0), (ideal_um + 3000.0, -300.0), (ideal_um + 3000.0, 300.0), (ideal_um, 300.0)]
+    )
+    side_um = np.linspace(corners_um[3], corners_um[0], 400)
+    side_um *= 1.0 - 0.08 * np.sum(side_um**2, axis=1, keepdims=True) / RADIUS_UM**2
+    right_um = [*side_um, (there_um + 3000.0, -280.0), (there_um + 3000.0, 280.0)]
+    bent = rendered(lens, polygon(corners_um), grid, 1e-4).image
+    right = rendered(camsim.Airy(f_number=N), polygon(np.array(right_um)), grid, 1e-5).image
+    assert np.ptp(right) > 0.7
+    assert np.abs(bent - right).max() <= 2e-4
+
+
+@pytest.mark.parametrize("powers", [(-0.08,), (-0.3,), (0.05, -0.2), (0.1,)])
+def test_what_falls_at_a_windows_corner_lies_in_the_window_before_distortion(powers):
+    lens = revolved(distortion_powers=powers, zernike=[4], waves=[[[0.0]] * len(HEIGHTS_UM)])
+    grid = window((int(SIDE / 2 + 0.85 * RADIUS_UM / PITCH_UM), SIDE // 2 - 40), 30)
+    before = undistorted(grid, lens)
+    y_um = (grid.first_centre[1] + np.array([0, grid.rows - 1])) * PITCH_UM
+    heights_um = np.linspace(0.0, 20.0 * RADIUS_UM, 200_001)
+    falls_um = lens.distorted(np.stack([heights_um, 0.0 * heights_um], axis=1))[:, 0]
+    lies_um = np.interp(y_um, falls_um, heights_um)
+    first_um = before.first_centre[1] * PITCH_UM
+    assert first_um <= lies_um.min()
+    assert lies_um.max() <= first_um + (before.rows - 1) * PITCH_UM
 
 
 def test_long_edges_are_bent_as_the_lens_says():

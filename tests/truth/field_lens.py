@@ -8,10 +8,11 @@ Nothing of camsim is imported. Lengths in pitches.
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 
 import numpy as np
-from scipy import interpolate
+from scipy import interpolate, optimize
 
 from tests.truth import waves
 
@@ -98,10 +99,10 @@ def fallen(piece, lens, place):
 
 
 def falls(lens, height):
-    """Where what would fall at heights falls, and how fast that moves with them; beyond the last straight on."""
+    """Where what would fall at heights falls, and how fast that moves with them; beyond what is told straight on."""
     height = np.asarray(height, float)
     last = lens["heights"][-1]
-    inside = np.minimum(height, last)
+    inside = np.minimum(height, last * _told(tuple(lens.get("distortion_powers") or ())))
     if lens.get("distortion"):
         own = _both_sides(lens["heights"], np.array(lens["distortion"]), 0)
         share, slope = own(inside), own.derivative()(inside)
@@ -113,6 +114,20 @@ def falls(lens, height):
         return height, np.ones_like(height)
     slope = 1.0 + share + inside * slope
     return inside * (1.0 + share) + slope * (height - inside), slope
+
+
+@functools.cache
+def _told(powers):
+    """How many heights far a polynomial is followed: until it is half as steep as at the last, to 2 at most."""
+    if not powers:
+        return 1.0
+
+    def steep(u):
+        return 1.0 + sum((2 * n + 1) * k * u ** (2 * n) for n, k in enumerate(powers, 1))
+
+    u = np.linspace(1.0, 2.0, 100_001)
+    flat = np.flatnonzero(steep(u) <= 0.5 * steep(1.0))
+    return 2.0 if not flat.size else optimize.brentq(lambda v: steep(v) - 0.5 * steep(1.0), 1.0, u[flat[0]], xtol=1e-15)
 
 
 def _distorted(lens, origin, places, steps):

@@ -23,6 +23,7 @@ from camsim.rendering.grid import Grid
 
 TAIL = math.pi**3 / 2.0  # an Airy pattern's line spread is 1/(TAIL·x²), x in λN; 1.3 at its middle
 PEAK = 1.3
+STEP, MOST_STEPS = 1.02, 500  # times, along a radius, in the search for what falls at a corner: to 2e4 times as far
 MORE = 2.0  # times what a corner moves by: polynomials may go up and down on the way there
 FULL = 24.0  # λN from the window within which a line spread may be as high as in its middle
 MOST_HALVINGS = 40
@@ -30,11 +31,20 @@ QUARTERS = np.array([0.25, 0.5, 0.75])
 
 
 def undistorted(grid: Grid, lens: Varies) -> Grid:
-    """Return a window that holds all that falls into a window, and some more: nothing moves farther than corners do."""
+    """Return a window that holds all that falls into a window, and some more.
+
+    Nothing moves farther than what falls at its corners does, and what lies there; of a barrel the former.
+    """
     first = np.array(grid.first_centre) * grid.pitch_um
     size = np.array([grid.cols - 1, grid.rows - 1]) * grid.pitch_um
     corners = np.array([first + size * share for share in ((0, 0), (0, 1), (1, 0), (1, 1))])
-    moved = np.hypot(*(lens.distorted(corners) - corners).T).max()
+    away, times = np.hypot(*corners.T), np.ones(4)
+    for _ in range(MOST_STEPS):
+        short = np.hypot(*lens.distorted(times[:, None] * corners).T) < away
+        if not short.any():
+            break
+        times[short] *= STEP
+    moved = max(np.hypot(*(lens.distorted(corners) - corners).T).max(), ((times - 1.0) * away).max())
     more, frame = math.ceil(MORE * moved / grid.pitch_um) + 1, grid.frame or (grid.rows, grid.cols)
     row, col = grid.origin
     return Grid(

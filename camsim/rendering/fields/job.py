@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from camsim.arrays import F64
+from camsim.errors import InvalidValueError
 from camsim.optics import OpticalSystem
 from camsim.optics.difference import Split
 from camsim.optics.protocols import OpticalStage
@@ -87,7 +88,7 @@ class FieldJob:
             layers.append(lit)
             # Of light beyond R a photosite before a diffuser gets all, one beside a point 1/2πR² of it: with this much
             # room a hundredth of what is allowed was left, with point photosites and λN of 0.1 pitches 0.13.
-            tolerance = tolerance / max(1.0, lit.loud / POINT_ROOM)
+            tolerance = _beside_points(tolerance, max(1.0, lit.loud / POINT_ROOM))
         nodes, density = _without_tails(nodes, density / scale[:, None], TAILS * tolerance)
         return cls(
             layers=tuple(layers),
@@ -169,6 +170,17 @@ class FieldJob:
             pitch_um=self.grid.pitch_um,
             tolerance=tolerance,
         )
+
+
+def _beside_points(tolerance: float, brighter: float) -> float:
+    """Return what light far from points may be off by; raises InvalidValueError where nothing renders to that."""
+    if tolerance / brighter < FINEST:
+        message = (
+            f"{tolerance:g} of a diffuser beside a point of light takes {tolerance / brighter:.2g} of the point's own, "
+            f"and {FINEST:g} is the finest; ask for {FINEST * brighter:.1g} or more, or for a fainter point"
+        )
+        raise InvalidValueError(message, key="tolerance")
+    return tolerance / brighter
 
 
 def _without_tails(wavelength_nm: F64, density: F64, allowed: float) -> tuple[F64, F64]:
