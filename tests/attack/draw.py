@@ -21,6 +21,7 @@ from tests.attack.terms import SINGLES, single
 from tests.examples import tile_centres
 
 REFERENCE_NM = 550.0
+WAVELENGTHS = 4  # at most, behind wavefronts
 PITCHES_UM = (1.0, 4.0, 4.88, 2.4)  # two of them keep multiples of a quarter exact
 
 
@@ -87,6 +88,8 @@ def draw(seed, number):
         add = (add_tilt, add_wide_olpf, add_large_field)[own.integers(3)]
         if add is add_tilt and lens["kind"] != "wavefront":
             system["lens"] = {"kind": "wavefront", "blur": lens["blur"]} | _wavefront(own)
+            system["wavelength_nm"] = system["wavelength_nm"][:WAVELENGTHS]
+            system["response"] = [row[:WAVELENGTHS] for row in system["response"]]
         add(own, system, lambda rng: _surface(rng, spectral), lambda rng, size: _curves(rng, size, spectral))
     return system
 
@@ -256,7 +259,7 @@ def _spectrum(rng, lens):
         return [REFERENCE_NM if rng.random() < 0.5 else float(rng.uniform(380.0, 900.0))], [[1.0]], [0, 0, 0, 0]
     count = int(rng.choice([2, 3, 5, 12, 31], p=[0.3, 0.25, 0.2, 0.15, 0.1]))
     if lens["kind"] == "wavefront":
-        count = min(count, 4)
+        count = min(count, WAVELENGTHS)
     width = float(rng.choice([2.0, 30.0, 300.0]))
     nm = (
         np.sort(550.0 + width * (rng.random(count) - 0.5))
