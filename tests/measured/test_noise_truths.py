@@ -18,7 +18,10 @@ NONE_FULL = r"the brightest flats, at exposure 9000, do not fill the channel"
 
 @dataclass(frozen=True)
 class Sensor:
-    """Charge of photons, a well, offsets, a gain of codes, and a last code; ``drift`` is the lamp's, of its light."""
+    """Charge of photons, a well, offsets, a gain of codes, and a last code; ``drift`` is the lamp's, of its light.
+
+    Light falls off by ``uneven`` of its middle to each side, as behind a lens.
+    """
 
     gain: float = 0.5
     read_e: float = 5.0
@@ -29,6 +32,7 @@ class Sensor:
     last_dn: int = 65535
     dark_e_per_s: float = 20.0
     drift: float = 0.0
+    uneven: float = 0.0
     side: int = 64
     bayer: bool = False
 
@@ -36,7 +40,8 @@ class Sensor:
         shape = (self.side, self.side)
         index = np.add.outer(np.arange(self.side) % 2, np.arange(self.side) % 2).astype(np.uint8) * self.bayer
         response = np.array([0.4, 1.0, 0.5])[index] if self.bayer else 1.0
-        light = response * (1.0 + self.prnu * rng.normal(size=shape))
+        off = np.linspace(-1.0, 1.0, self.side) ** 2
+        light = response * (1.0 - self.uneven * (off[:, None] + off)) * (1.0 + self.prnu * rng.normal(size=shape))
 
         def shot(exposure, time_s):
             mean_e = exposure * (1.0 + self.drift * rng.normal()) * light + self.dark_e_per_s * time_s
@@ -151,14 +156,15 @@ def test_two_darks_that_are_not_full_are_needed(rng):
     [
         Sensor(well_e=8000, drift=0.01, prnu=0.01),
         Sensor(well_e=8000, drift=0.002, frame_e=3.0),
+        Sensor(well_e=40_000, gain=0.2, drift=0.02, uneven=0.1),
         Sensor(well_e=3000, gain=0.8, read_e=4.0, row_e=20.0),
         Sensor(well_e=1000, gain=2.0, read_e=40.0),
     ],
 )
 def test_figures_know_their_errors(sensor):
-    """A lamp that drifts by 1 % made the gain 17 % too large (110 errors); all levels share what their dark is off.
+    """A lamp that drifts by 1 % made the gain 17 % too large (110 errors), all levels share what their dark is off.
 
-    What rows have in common is noise of the dark, what the frame has is not.
+    What rows have in common is noise of the dark, what the frame has is not; nor what the lamp scales of uneven light.
     """
     well_e = sensor.well_e
     truth = {
@@ -181,7 +187,7 @@ def test_patterns_that_chance_hides_have_a_limit():
             told = channel.as_dict()["figures"]
             for name, true in (("prnu", prnu), ("dsnu_e", 0.0)):
                 assert told[name]["value"] is None
-                assert "chance hides it" in told[name]["not_measurable"]
+                assert "noise gives as much by chance" in told[name]["not_measurable"]
                 assert told[name]["at_most"] > true
             assert told["prnu"]["at_most"] < 0.02
 

@@ -61,6 +61,6 @@ def root_over(squared_dn2: float, errors_dn2: tuple[float, float], gain_dn_per_e
         root_dn = math.sqrt(squared_dn2)
         return over(root_dn, 0.5 * sigma_dn2 / root_dn, gain_dn_per_e)
     return no_figure(
-        f"chance hides it: its square is within {SURE:g} standard errors of 0; more frames tell more than a limit",
+        f"noise gives as much by chance (the square is within {SURE:g} standard errors of 0); more frames tell more",
         at_most=math.sqrt(max(squared_dn2, 0.0) + SURE * chance_dn2) / gain_dn_per_e.value,
     )

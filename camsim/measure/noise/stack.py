@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from camsim.arrays import F64, I64
 from camsim.errors import InvalidValueError
+from camsim.measure.noise.estimate import SURE
 
 Codes: TypeAlias = npt.NDArray[np.unsignedinteger[Any]]
 Chosen: TypeAlias = npt.NDArray[np.bool_]
@@ -21,6 +22,7 @@ Chosen: TypeAlias = npt.NDArray[np.bool_]
 class Stack:
     """What is kept of several frames taken alike, over the photosites of one channel.
 
+    frames : of how many
     mean_dn, mean_sigma_dn : mean code and the standard deviation of its estimate
     row_sigma_dn : the same as rows tell it, of which there are many;  excess_dn2: how much more the variance of
                    frames' means is than that: of few frames by chance, and less than none as often
@@ -31,6 +33,7 @@ class Stack:
     largest_dn, at_end : the largest code, and the fraction of codes that are heaped on it; 0 where they thin out to it
     """
 
+    frames: int
     mean_dn: float
     mean_sigma_dn: float
     row_sigma_dn: float
@@ -65,8 +68,12 @@ class Level:
 
     @property
     def added_dn2(self) -> float:
-        """What light adds to the temporal variance."""
-        return self.light.variance_dn2 - self.dark.variance_dn2
+        """What light adds to the temporal variance; the lamp's drift scales what is uneven of it, which is no noise."""
+        added_dn2 = self.light.variance_dn2 - self.dark.variance_dn2
+        if self.signal_dn > SURE * self.signal_sigma_dn:
+            drift = self.light.frames * max(self.light.excess_dn2, 0.0) / self.signal_dn**2
+            added_dn2 -= drift * max(self.light.pattern_dn2 - self.dark.pattern_dn2, 0.0)
+        return added_dn2
 
     @property
     def added_sigma_dn2(self) -> float:
@@ -120,6 +127,7 @@ def stack(frames: Sequence[Codes], channel: Chosen) -> Stack:
         + (temporal_sigma / count) ** 2
     )
     return Stack(
+        frames=count,
         mean_dn=float(np.mean(means)),
         mean_sigma_dn=math.sqrt(max(by_rows, between)),
         row_sigma_dn=math.sqrt(by_rows),
