@@ -36,7 +36,11 @@ def failures(channel: ChannelNoise) -> list[str]:
     found = []
     for name, tolerance in TOLERANCES.items():
         estimate, expected = channel.figures()[name], (channel.expected or {})[name]
-        if not estimate.measurable or math.isnan(expected):
+        if math.isnan(expected):
+            continue
+        if expected > estimate.at_most:
+            found.append(f"{channel.channel} {name}: {expected:.6g} → at most {estimate.at_most:.2g}")
+        if not estimate.measurable:
             continue
         relative = tolerance if name == "linearity_error" else tolerance * expected
         if abs(estimate.value - expected) > max(relative, 4.0 * estimate.sigma):

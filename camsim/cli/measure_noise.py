@@ -167,7 +167,8 @@ def _print(report: NoiseReport) -> None:
         row = [_WORDS.get(name, name.replace("_", " ")), unit]
         for channel in report.channels:
             estimate = channel.figures()[name]
-            row.append(with_error(estimate.value, estimate.sigma) if estimate.measurable else "–")
+            limit = f"≤ {estimate.at_most:.2g}" if math.isfinite(estimate.at_most) else "–"
+            row.append(with_error(estimate.value, estimate.sigma) if estimate.measurable else limit)
             if not estimate.measurable:
                 figures, channels = reasons.setdefault(estimate.why_not, ({}, {}))
                 figures[row[0]] = channels[channel.channel] = None

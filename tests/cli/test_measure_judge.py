@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 import sys
 from dataclasses import replace
 
@@ -152,10 +153,13 @@ def test_truth_of_a_file_in_another_space(rings, camsim):
 
 def test_noise_of_a_sensor(folder, camsim):
     done = camsim(
-        "measure", "noise", "--sensor", "mono-345", "--side", "40", "--frames", "3", "--csv", "n.csv", "--plot", "n.svg"
-    )
+        "measure", "noise", "--sensor", "mono-345", "--side", "40", "--frames", "3", "--csv", "n.csv",
+        "--plot", "n.svg", "--set", "sensor.charge.dsnu_e=0",
+    )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert "dynamic range" in done.stdout
+    assert re.search(r"\nDSNU +e⁻ +≤ 0\.\d", done.stdout)
+    assert "\nDSNU of Y is not measurable: noise gives as much by chance" in done.stdout
     assert len((folder / "n.csv").read_text().splitlines()) == 13
     assert "<svg" in (folder / "n.svg").read_text(encoding="utf-8")
     for arguments, sentence in (

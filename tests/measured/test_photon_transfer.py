@@ -11,7 +11,10 @@ from tolerances import STATISTICAL
 
 import camsim
 from camsim.capturing import load_camera
-from camsim.measure.noise.photon_transfer import LEAST_NOISE_DN, Estimate, _dark_current, photon_transfer, stack
+from camsim.measure.noise.estimate import Estimate
+from camsim.measure.noise.fullness import LEAST_NOISE_DN
+from camsim.measure.noise.photon_transfer import _dark_current, photon_transfer
+from camsim.measure.noise.stack import Level, stack
 
 SIDE, FRAMES, TIME_S = 360, 16, 0.01
 LEVELS = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
@@ -36,17 +39,16 @@ def codes_of(
 
 
 def measured(camera: camsim.Camera) -> Any:
-    largest_dn, whole = camera.adc.largest_dn, np.ones((camera.rows, camera.cols), dtype=bool)
+    whole = np.ones((camera.rows, camera.cols), dtype=bool)
+    dark = stack(codes_of(camera, 0.0, seed=50), whole)
 
-    def reduced(codes: list[Any]) -> Any:
-        return stack(codes, whole, largest_dn=largest_dn)
+    def lit(level: float, **taken: int) -> Level:
+        return Level(exposure=level, light=stack(codes_of(camera, level, **taken), whole), dark=dark)
 
     return photon_transfer(
-        flats=[(level, reduced(codes_of(camera, level, seed=n))) for n, level in enumerate(LEVELS)],
-        dark=reduced(codes_of(camera, 0.0, seed=50)),
-        darks=[(t, reduced(codes_of(camera, 0.0, seed=60, time_s=t))) for t in (0.001, 5.0, 15.0, 30.0)],
-        clipped=reduced(codes_of(camera, 3.0, seed=70, count=2)),
-        largest_dn=largest_dn,
+        flats=[lit(level, seed=n) for n, level in enumerate(LEVELS)],
+        darks=[(t, stack(codes_of(camera, 0.0, seed=60, time_s=t), whole)) for t in (0.001, 5.0, 15.0, 30.0)],
+        brightest=lit(3.0, seed=70, count=2),
     )
 
 
@@ -114,7 +116,7 @@ def test_a_strip_of_few_columns_has_lines_too(rng: np.random.Generator, cols: in
     stacks = []
     for _ in range(300):
         codes = np.rint(np.broadcast_to(rng.normal(5000.0, 300.0, lines), channel.shape)).astype(np.uint16)
-        stacks.append(stack([codes, codes], channel, largest_dn=65535))
+        stacks.append(stack([codes, codes], channel))
     scatter = np.std([s.pattern_dn2 for s in stacks])
     stated = np.mean([s.pattern_sigma_dn2 for s in stacks])
     assert 0.75 < stated / scatter < 1.4
@@ -126,7 +128,7 @@ def test_rows_and_columns_are_no_independent_numbers(rng: np.random.Generator) -
     stacks = []
     for _ in range(60):
         frames = [rng.normal(500.0, 3.0, (40, 50)) + rng.normal(0.0, 6.0, (40, 1)) for _ in range(8)]
-        stacks.append(stack([np.rint(f).astype(np.uint16) for f in frames], channel, largest_dn=4095))
+        stacks.append(stack([np.rint(f).astype(np.uint16) for f in frames], channel))
     variance = np.array([s.variance_dn2 for s in stacks])
     assert np.mean(variance) == pytest.approx(9.0 + 36.0 + 1 / 12, rel=0.05)
     stated = np.mean([s.variance_sigma_dn2 for s in stacks])
@@ -149,7 +151,7 @@ def test_a_dark_current_is_as_sure_as_rows_are(rng: np.random.Generator, rows_dn
                 + np.cumsum(rng.normal(0.0, walk_dn, (40, 1)), axis=0)
                 for _ in range(3)
             ]
-            darks.append((time_s, stack([np.rint(f).astype(np.uint16) for f in frames], whole, largest_dn=4095)))
-        found = _dark_current(darks, gain)
+            darks.append((time_s, stack([np.rint(f).astype(np.uint16) for f in frames], whole)))
+        found = _dark_current(darks, gain, of=4)
         off.append((found.value - 5.0) / found.sigma)
     assert 0.65 < np.sqrt(np.mean(np.square(off))) < 1.4

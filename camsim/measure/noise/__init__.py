@@ -1,7 +1,8 @@
 """Noise after EMVA 1288: flats and darks in, figures with their errors out."""
 
+from camsim.measure.noise.estimate import Estimate
 from camsim.measure.noise.measuring import measure_noise
-from camsim.measure.noise.photon_transfer import Estimate, PhotonTransfer
+from camsim.measure.noise.photon_transfer import PhotonTransfer
 from camsim.measure.noise.profile import expected_of
 from camsim.measure.noise.result import ChannelNoise, NoiseReport
 from camsim.measure.noise.shots import Group, Shots, read_shots, write_shots

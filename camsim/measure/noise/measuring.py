@@ -4,26 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Annotated
 
 import numpy as np
-import numpy.typing as npt
 
 from camsim.arrays import F64, U8
 from camsim.errors import UnsupportedError
 from camsim.marks import Called
-from camsim.measure.noise.photon_transfer import (
-    SURE,
-    Estimate,
-    PhotonTransfer,
-    Stack,
-    photon_transfer,
-    sensitivity_threshold_e,
-    stack,
-)
+from camsim.measure.noise.estimate import SURE, Estimate, no_figure
+from camsim.measure.noise.fullness import saturation
+from camsim.measure.noise.photon_transfer import PhotonTransfer, photon_transfer, sensitivity_threshold_e
 from camsim.measure.noise.result import ChannelNoise, NoiseReport, Spectrogram
 from camsim.measure.noise.shots import Group, Shots
+from camsim.measure.noise.stack import Chosen, Level, Stack, stack
 from camsim.typed import check
 
 _LEAST_FLATS, _LEAST_DARKS, _LEAST_FRAMES = 4, 2, 2
@@ -34,8 +27,9 @@ _DARKER = 0.05
 _ONE_CODE_DN = 1.0
 """Nearer than this no photosite is told from what rounding does where the noise is small."""
 
+_DECIBELS = 20.0 / math.log(10.0)
+
 _SHOTS = Annotated[Shots, Called("Shots", "take_shots of a camera or read_shots of a folder gives them")]
-Chosen = npt.NDArray[np.bool_]
 
 
 def measure_noise(shots: Shots, *, expected: Mapping[str, dict[str, float]] | None = None) -> NoiseReport:
@@ -48,27 +42,24 @@ def measure_noise(shots: Shots, *, expected: Mapping[str, dict[str, float]] | No
     check(shots, _SHOTS, "shots")
     _refuse(shots)
     flats, darks, index = shots.of("flat"), shots.of("dark"), shots.channel_index
-    clipped = (shots.of("clipped") or flats)[-1]
-    end_dn = _end_of_converter(clipped)
+    brightest = (shots.of("clipped") or flats)[-1]
     half = flats[len(flats) // 2]
-    good = _healthy(_longest(darks), index) & _healthy(half, index)
+    good = _healthy(_longest(darks, brightest, index), index) & _healthy(half, index)
     channels = []
     for number, name in enumerate(shots.channels):
         here = (index == number) & good
-
-        def reduced(group: Group, here: Chosen = here) -> Stack:
-            return stack(group.codes, here, largest_dn=end_dn)
-
-        darks_of = [(group.time_s, reduced(group)) for group in darks]
+        darks_of = [(group.time_s, stack(group.codes, here)) for group in darks]
+        levels = [
+            Level(exposure=g.exposure, light=stack(g.codes, here), dark=_at(darks_of, g.time_s))
+            for g in (flats if brightest is flats[-1] else (*flats, brightest))
+        ]
+        seen, full = levels[: len(flats)], levels[-1]
+        _refuse_unlit(shots.name, name, [*zip((*flats, brightest), (*seen, full), strict=True)])
+        found = photon_transfer(flats=seen, darks=darks_of, brightest=full)
+        threshold_e, saturation_e, snr_max_db, dynamic_range_db = _range(found, full)
+        signal = np.array([level.signal_dn for level in seen])
         # Every flat has the dark of its own time; what that differs from the first flat's is taken off.
-        reference = _at(darks_of, flats[0].time_s)
-        levels = [(g.exposure, _brought(reduced(g), _at(darks_of, g.time_s), reference)) for g in flats]
-        full = _brought(reduced(clipped), _at(darks_of, clipped.time_s), reference)
-        _refuse_unlit(shots.name, name, [*zip(flats, [s for _, s in levels], strict=True), (clipped, full)], reference)
-        found = photon_transfer(flats=levels, dark=reference, darks=darks_of, clipped=full, largest_dn=end_dn)
-        threshold_e, saturation_e, snr_max_db, dynamic_range_db = _range(found, full, reference)
-        signal = np.array([level.mean_dn - reference.mean_dn for _, level in levels])
-        noise = np.sqrt(np.maximum([level.variance_dn2 for _, level in levels], 1e-12))
+        added = np.array([level.added_dn2 for level in seen])
         channels.append(
             ChannelNoise(
                 channel=name,
@@ -79,10 +70,10 @@ def measure_noise(shots: Shots, *, expected: Mapping[str, dict[str, float]] | No
                 saturation_e=saturation_e,
                 snr_max_db=snr_max_db,
                 dynamic_range_db=dynamic_range_db,
-                exposure=np.array([exposure for exposure, _ in levels]),
+                exposure=np.array([level.exposure for level in seen]),
                 signal_dn=signal,
-                variance_dn2=np.array([level.variance_dn2 - reference.variance_dn2 for _, level in levels]),
-                snr=signal / noise,
+                variance_dn2=added,
+                snr=signal / np.sqrt(np.maximum(added + seen[0].dark.variance_dn2, 1e-12)),
                 dark=_spectrogram(_nearest_dark(darks, flats[0].time_s), index == number, good),
                 flat=_spectrogram(half, index == number, good),
                 expected=None if expected is None else dict(expected[name]),
@@ -121,25 +112,24 @@ def _refuse(shots: Shots) -> None:
                 stage=shots.name,
             )
     # The brightest one may be full: it tells saturation.
-    full = sum(_end_of_converter(group) == max(int(codes.max()) for codes in group.codes) for group in flats)
+    full = sum(_ended(group) for group in flats)
     if len(flats) - full < _LEAST_FLATS - 1:
         raise UnsupportedError(
             f"has {full} of {len(flats)} flats clipped by the converter; expose them less", stage=shots.name
         )
 
 
-def _refuse_unlit(name: str, channel: str, flats: list[tuple[Group, Stack]], dark: Stack) -> None:
+def _refuse_unlit(name: str, channel: str, flats: list[tuple[Group, Level]]) -> None:
     """Refuse flats that show no light, or less of it the more they are said to have.
 
-    flats : the least exposure first, clipped ones last
+    flats : the least exposure first, the brightest one last
     """
 
     def told(group: Group, signal: float) -> str:
         what = "flat" if group.kind == "flat" else f"{group.kind} flat"
         return f"the {what} at exposure {group.exposure:g} and {group.time_s:g} s, {signal:.4g} DN over its dark"
 
-    signals = [level.mean_dn - dark.mean_dn for _, level in flats]
-    errors = [math.hypot(level.mean_sigma_dn, dark.mean_sigma_dn) for _, level in flats]
+    signals, errors = [level.signal_dn for _, level in flats], [level.signal_sigma_dn for _, level in flats]
     # Faint ones may lie below their dark by chance; the last two are to show light.
     for (group, _), signal, error in list(zip(flats, signals, errors, strict=True))[-2:]:
         if not signal > SURE * error:
@@ -157,15 +147,21 @@ def _refuse_unlit(name: str, channel: str, flats: list[tuple[Group, Stack]], dar
             )
 
 
-def _end_of_converter(clipped: Group) -> int:
-    """Return the code at which the converter ends: the one that most have; beyond all where the well ends first."""
-    largest = int(max(int(codes.max()) for codes in clipped.codes))
-    at_end = float(np.mean([np.mean(codes == largest) for codes in clipped.codes]))
-    return largest if at_end > 0.5 else largest + 1
+def _ended(flat: Group) -> bool:
+    """Whether the converter ends the most of a flat."""
+    largest = max(int(codes.max()) for codes in flat.codes)
+    return float(np.mean([np.mean(codes == largest) for codes in flat.codes])) > 0.5
 
 
-def _longest(darks: tuple[Group, ...]) -> Group:
-    return max(darks, key=lambda group: group.time_s)
+def _longest(darks: tuple[Group, ...], brightest: Group, index: U8) -> Group:
+    """Return the longest dark that is nearer to the shortest one than to the brightest flat: full ones hide defects."""
+
+    def charge(group: Group) -> F64:
+        return np.array([np.median(group.codes[0][index == k]) for k in np.unique(index)], np.float64)
+
+    ordered = sorted(darks, key=lambda group: group.time_s)
+    half = 0.5 * (charge(ordered[0]) + charge(brightest))
+    return next((group for group in reversed(ordered) if np.all(charge(group) < half)), ordered[0])
 
 
 def _nearest_dark(darks: tuple[Group, ...], time_s: float) -> Group:
@@ -174,18 +170,6 @@ def _nearest_dark(darks: tuple[Group, ...], time_s: float) -> Group:
 
 def _at(darks: list[tuple[float, Stack]], time_s: float) -> Stack:
     return min(darks, key=lambda dark: abs(dark[0] - time_s))[1]
-
-
-def _brought(flat: Stack, own: Stack, reference: Stack) -> Stack:
-    """Return a flat as if its dark had been another."""
-    if own is reference:
-        return flat
-    return replace(
-        flat,
-        mean_dn=flat.mean_dn - own.mean_dn + reference.mean_dn,
-        variance_dn2=flat.variance_dn2 - own.variance_dn2 + reference.variance_dn2,
-        pattern_dn2=flat.pattern_dn2 - own.pattern_dn2 + reference.pattern_dn2,
-    )
 
 
 def _healthy(group: Group, index: U8) -> Chosen:
@@ -199,24 +183,29 @@ def _healthy(group: Group, index: U8) -> Chosen:
     return good
 
 
-def _range(found: PhotonTransfer, full: Stack, dark: Stack) -> tuple[Estimate, Estimate, Estimate, Estimate]:
+def _range(found: PhotonTransfer, full: Level) -> tuple[Estimate, Estimate, Estimate, Estimate]:
     """Return sensitivity threshold, saturation, SNR there and dynamic range."""
-    gain, read = found.gain_dn_per_e, found.read_noise_e
-    if not gain.measurable:
-        nothing = Estimate(math.nan, math.nan, gain.why_not)
-        return nothing, nothing, nothing, nothing
-    saturation = (full.mean_dn - dark.mean_dn) / gain.value
-    share = math.hypot(gain.sigma / gain.value, full.mean_sigma_dn / (full.mean_dn - dark.mean_dn))
-    decibels = 20.0 / math.log(10.0)
+    gain, read, reach = found.gain_dn_per_e, found.read_noise_e, saturation(full, found.gain_dn_per_e)
+    if not read.measurable:
+        return no_figure(read.why_not), reach, _snr_max(reach), no_figure(read.why_not)
     rounding_e = math.sqrt(1.0 / 12.0) / gain.value
-    least = sensitivity_threshold_e(math.hypot(read.value, rounding_e))
-    least_sigma = math.hypot(read.sigma * read.value, rounding_e**2 * gain.sigma / gain.value) / (least - 0.5)
-    return (
-        Estimate(least, least_sigma),
-        Estimate(saturation, saturation * share),
-        Estimate(10.0 * math.log10(saturation), 0.5 * decibels * share),
-        Estimate(20.0 * math.log10(saturation / least), decibels * math.hypot(share, least_sigma / least)),
-    )
+    noise_e2 = read.value**2 + rounding_e**2
+    least = sensitivity_threshold_e(math.sqrt(noise_e2))
+    # What is counted in electrons has the gain's error, and shares it: of a range hardly any is left.
+    by_gain = gain.sigma / gain.value
+    by_read = read.value**2 * math.sqrt(max((read.sigma / read.value) ** 2 - by_gain**2, 0.0)) / (least - 0.5)
+    threshold = Estimate(least, math.hypot(by_read, noise_e2 * by_gain / (least - 0.5)))
+    if not reach.measurable:
+        return threshold, reach, reach, reach
+    by_reach = math.sqrt(max((reach.sigma / reach.value) ** 2 - by_gain**2, 0.0))
+    share = math.hypot(by_reach, by_read / least, by_gain * (1.0 - noise_e2 / (least * (least - 0.5))))
+    return threshold, reach, _snr_max(reach), Estimate(20.0 * math.log10(reach.value / least), _DECIBELS * share)
+
+
+def _snr_max(reach: Estimate) -> Estimate:
+    if not reach.measurable:
+        return reach
+    return Estimate(10.0 * math.log10(reach.value), 0.5 * _DECIBELS * reach.sigma / reach.value)
 
 
 def _spectrogram(group: Group, channel: Chosen, good: Chosen) -> Spectrogram:

@@ -40,12 +40,22 @@ def expected_of(
     return {
         "gain_dn_per_e": 1.0 / gain,
         "read_noise_e": math.sqrt(camera.dark_noise_e(iso) ** 2 + dark_e_per_s * DARK_TIMES_S[0]),
-        "full_well_e": camera.well_as_read_e(iso) or math.nan,
+        "full_well_e": _light_of_well_e(camera, iso, temperature_c),
         "dark_current_e_per_s": dark_e_per_s,
         "dsnu_e": math.hypot(*offsets, dcnu_e, _spread_e(camera, channel, iso)),
         "prnu": _pattern(camera, channel) * steeper,
         "linearity_error": linearity_error,
     }
+
+
+def _light_of_well_e(camera: Camera, iso: float, temperature_c: float | None) -> float:
+    """Return what light adds to the dark until the well is full, as flats show it: the dark has its own part."""
+    well_e = camera.well_as_read_e(iso)
+    return math.nan if well_e is None else well_e - _as_read_e(camera, camera.dark_e(TIME_S, temperature_c))
+
+
+def _as_read_e(camera: Camera, charge_e: float) -> float:
+    return charge_e if camera.nonlinearity is None else float(camera.nonlinearity.response(np.array([charge_e]))[0])
 
 
 def _names(camera: Camera) -> set[str]:
@@ -101,7 +111,7 @@ def _bend(camera: Camera, channel: str, iso: float, temperature_c: float | None)
     own_e = float(_flat_e(camera)[0][_places(camera, channel, camera.cfa.period)].mean())
     end_e = camera.adc.saturation_e(iso, camera.well_as_read_e(iso))
     dark_e = camera.dark_e(TIME_S, temperature_c)
-    black_e = float(camera.nonlinearity.response(np.array([dark_e]))[0])
+    black_e = _as_read_e(camera, dark_e)
     if not own_e > 0.0 or black_e >= end_e:
         return math.nan, math.nan
     most_e = float(camera.diffuser_electrons(even_light(1.0), TIME_S).max())

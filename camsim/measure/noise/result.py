@@ -7,7 +7,8 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 from camsim.arrays import F64
-from camsim.measure.noise.photon_transfer import Estimate, PhotonTransfer
+from camsim.measure.noise.estimate import Estimate
+from camsim.measure.noise.photon_transfer import PhotonTransfer
 
 UNITS = {
     "gain_dn_per_e": "DN/e⁻",
@@ -44,7 +45,7 @@ class ChannelNoise:
 
     transfer         : gain, read noise, full well, dark current, DSNU, PRNU, linearity
     sensitivity_threshold_e : the signal that is as large as its noise, √(σ_d² + σ_q²/K² + ¼) + ½; σ_q² = 1/12 DN²
-    saturation_e     : the largest signal that was seen, whether the well or the converter ends it
+    saturation_e     : the signal of flats that are full, whether the well or the converter ends it
     snr_max_db       : √saturation_e, by photon noise alone
     dynamic_range_db : saturation over the sensitivity threshold
     exposure, signal_dn, variance_dn2, snr : (n,) of the flats, above dark; snr: signal over temporal noise
@@ -88,6 +89,8 @@ class ChannelNoise:
                 told |= {"value": estimate.value, "standard_error": estimate.sigma}
             else:
                 told |= {"value": None, "not_measurable": estimate.why_not}
+                if math.isfinite(estimate.at_most):
+                    told["at_most"] = estimate.at_most
             expected = (self.expected or {}).get(name, math.nan)
             if math.isfinite(expected):
                 told["expected"] = expected

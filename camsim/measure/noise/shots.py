@@ -12,11 +12,12 @@ from typing import Literal, TypeAlias, get_args
 
 import numpy as np
 
-from camsim.arrays import U8, U16
+from camsim.arrays import U8
 from camsim.errors import InputError, OutputError, UnsupportedError
 from camsim.files import save
 from camsim.files.atomic import write_whole
 from camsim.frame import Frame
+from camsim.measure.noise.stack import Codes
 from camsim.measure.picture import Picture
 from camsim.measure.reading import read_picture
 from camsim.typed import FilePath, check
@@ -41,7 +42,7 @@ class Group:
     kind: Kind
     exposure: float
     time_s: float
-    codes: Sequence[U16]
+    codes: Sequence[Codes]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -72,7 +73,7 @@ def read_shots(folder: str | Path) -> Shots:
         raise InputError(f"{str(folder)!r} is no folder of flats and darks")
     rows = list(_index(place / INDEX))
     keys = dict.fromkeys((kind, exposure, time_s) for _, kind, exposure, time_s in rows)
-    found: dict[tuple[Kind, float, float], list[U16]] = {key: [] for key in keys}
+    found: dict[tuple[Kind, float, float], list[Codes]] = {key: [] for key in keys}
     first: tuple[tuple[str, ...], U8] | None = None
     for name, kind, exposure, time_s in rows:
         channels, index, codes = _codes(read_picture(place / name))
@@ -147,14 +148,16 @@ def _index(path: Path) -> Iterator[tuple[str, Kind, float, float]]:
         yield name, kind, exposure, time_s
 
 
-def _codes(picture: Picture) -> tuple[tuple[str, ...], U8, U16]:
+def _codes(picture: Picture) -> tuple[tuple[str, ...], U8, Codes]:
     """Return channels, (rows, cols) of their numbers, and the codes of a mosaic."""
     channels = tuple(dict.fromkeys(plane.name for plane in picture.planes))
-    index, codes = np.zeros(picture.shape, np.uint8), np.zeros(picture.shape, np.uint16)
+    if any(plane.samples.dtype.kind != "u" for plane in picture.planes):
+        raise UnsupportedError("holds no codes, and noise is measured in the converter's own", stage=picture.name)
+    # As wide as the file has them: programs that add frames up write 32 bits.
+    wide = np.result_type(*(plane.samples.dtype for plane in picture.planes))
+    index, codes = np.zeros(picture.shape, np.uint8), np.zeros(picture.shape, wide)
     covered = 0
     for plane in picture.planes:
-        if plane.samples.dtype.kind != "u":
-            raise UnsupportedError("holds no codes, and noise is measured in the converter's own", stage=picture.name)
         where = slice(plane.first[0], None, plane.step[0]), slice(plane.first[1], None, plane.step[1])
         index[where], codes[where] = channels.index(plane.name), plane.samples
         covered += plane.samples.size

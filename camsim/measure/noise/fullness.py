@@ -1,0 +1,72 @@
+"""Whether photosites are full, of each channel for itself, and what ends their signal: the well or the converter.
+
+What is full at the well has no photon noise: each photosite holds as much as it can. What the converter ends is heaped
+on its last code. Flats that are neither are merely the brightest that were taken.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from camsim.measure.noise.estimate import SURE, Estimate, no_figure, over
+from camsim.measure.noise.stack import Level, Stack
+
+LEAST_NOISE_DN = 0.5
+"""Below this the rounding of codes is no longer noise of 1/12 DN² (EMVA 1288: σ_y,dark ≥ 0.49 DN)."""
+
+_FULL = 0.9
+"""Of the codes at the converter's end, or of the photon noise gone: so the mean is less than a tenth of it too low."""
+_HEAPED, _NOISE_LEFT = 0.05, 0.7
+"""Of the codes at the end; of the photon noise where the brightest photosites begin to be full."""
+
+
+def saturation(brightest: Level, gain_dn_per_e: Estimate) -> Estimate:
+    """Return the signal of a channel that is full, whatever ends it, in electrons."""
+    if not gain_dn_per_e.measurable:
+        return gain_dn_per_e
+    photon_dn2 = gain_dn_per_e.value * brightest.signal_dn
+    slack = SURE * brightest.added_sigma_dn2 / photon_dn2
+    if not _at_converter(brightest.light):
+        if slack > 0.5 * _FULL:
+            return no_figure("noise hides whether the brightest flats are full; take more frames of them")
+        if brightest.added_dn2 / photon_dn2 > 1.0 - _FULL + slack:
+            return no_figure(
+                f"the brightest flats, at exposure {brightest.exposure:g}, do not fill the channel; take clipped ones "
+                "of more light"
+            )
+    return over(brightest.signal_dn, brightest.signal_sigma_dn, gain_dn_per_e)
+
+
+def full_well(brightest: Level, gain_dn_per_e: Estimate) -> Estimate:
+    """Return the signal of a channel whose wells are full, in electrons."""
+    light, dark = brightest.light, brightest.dark
+    if gain_dn_per_e.measurable and (light.at_end > _HEAPED or _at_converter(light)):
+        reach_e = (light.largest_dn - dark.mean_dn) / gain_dn_per_e.value
+        return no_figure(f"the converter ends at {reach_e:.0f} e⁻, before the well is full")
+    return saturation(brightest, gain_dn_per_e)
+
+
+def not_full(
+    darks: Sequence[tuple[float, Stack]], brightest: Level, gain_dn_per_e: Estimate
+) -> list[tuple[float, Stack]]:
+    """Return the darks of which hardly a photosite is full: the mean of others tells no charge."""
+    shortest = darks[0][1]
+    if saturation(brightest, gain_dn_per_e).measurable:
+        end_dn = brightest.light.mean_dn
+
+        def sound(dark: Stack) -> bool:
+            return dark.mean_dn + SURE * math.sqrt(dark.variance_dn2 + max(dark.pattern_dn2, 0.0)) < end_dn
+    else:
+
+        def sound(dark: Stack) -> bool:
+            charge = Level(exposure=0.0, light=dark, dark=shortest)
+            least_dn2 = _NOISE_LEFT * gain_dn_per_e.value * charge.signal_dn - SURE * charge.added_sigma_dn2
+            return dark.at_end <= _HEAPED and charge.added_dn2 >= least_dn2
+
+    return [(time_s, dark) for time_s, dark in darks if sound(dark)]
+
+
+def _at_converter(light: Stack) -> bool:
+    """Whether the converter ends the signal: all on one code, or next to it, without the noise that reading adds."""
+    return light.at_end >= _FULL or light.variance_dn2 < LEAST_NOISE_DN**2
