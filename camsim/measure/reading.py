@@ -149,6 +149,8 @@ class _Source:
 
 
 def _picture(source: _Source, planes: Sequence[Plane], shape: Sequence[int]) -> Picture:
+    if source.record is not None:
+        source.record.check_size(shape[0], shape[1])
     description = None if source.record is None else source.record.description
     camera = {} if description is None else description.get("camera")
     pitch_um = camera.get("pitch_um") if isinstance(camera, dict) else None
