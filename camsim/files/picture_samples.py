@@ -16,6 +16,7 @@ from camsim.errors import InputError, InvalidValueError
 from camsim.files import exr_reader, jpeg_reader, npy_reader, npz_reader, png_reader
 from camsim.files.envi_reader import SUFFIXES as ENVI_SUFFIXES
 from camsim.files.envi_reader import read_cube
+from camsim.files.exif import colours_noted, in_exif
 from camsim.files.full_scale import largest_sample, opaque, refuse_transparent
 from camsim.files.icc import profile_name
 from camsim.files.limits import refuse_many
@@ -79,7 +80,8 @@ def _png(path: Path, file: BinaryIO, size: int, layer: str | None) -> Read:
     named = None if header.coloured or abs(header.gamma - 1.0) < 1e-4 else 1.0 / header.gamma
     # 0.45455 is what writers of sRGB give besides.
     gamma = None if named is None or abs(named - 2.2) < 0.01 else named
-    profile = profile_name(header.profile) or (header.space if image.ndim == 3 else "")
+    noted = "" if header.coloured else in_exif(header.exif, colours_noted, "")
+    profile = profile_name(header.profile) or ((header.space or noted) if image.ndim == 3 else "")
     return Read(upright(image, orientation_in_exif(header.exif)), gamma=gamma, profile=profile)
 
 
@@ -87,8 +89,9 @@ def _jpeg(path: Path, file: BinaryIO, size: int, layer: str | None) -> Read:
     pixels = jpeg_reader.read_pixels(file, size)
     file.seek(0)
     data = file.read(size)
-    image = upright(pixels, orientation_in_exif(jpeg_reader.exif(data)))
-    return Read(image, profile=profile_name(jpeg_reader.profile(data)))
+    exif = jpeg_reader.exif(data)
+    profile = profile_name(jpeg_reader.profile(data)) or (in_exif(exif, colours_noted, "") if pixels.ndim == 3 else "")
+    return Read(upright(pixels, orientation_in_exif(exif)), profile=profile)
 
 
 def _tiff(path: Path, file: BinaryIO, size: int, layer: str | None) -> Read:
@@ -98,8 +101,11 @@ def _tiff(path: Path, file: BinaryIO, size: int, layer: str | None) -> Read:
     image = opaque(stored, largest_sample(stored.dtype, bits))
     noted = directory.bytes_of(_COLOUR_PROFILE_TAG, 1 << 24) if _COLOUR_PROFILE_TAG in directory.entries else b""
     x_y = (*directory.values(_PRIMARIES_TAG), *directory.values(_WHITE_POINT_TAG))
-    space = other_than_srgb(x_y, "PrimaryChromaticities") if image.ndim == 3 and len(x_y) == 8 else ""
-    return Read(upright(image, orientation_in(directory)), bits=bits, profile=profile_name(noted) or space)
+    profile = profile_name(noted)
+    if image.ndim == 3 and not profile:
+        space = other_than_srgb(x_y, "PrimaryChromaticities") if len(x_y) == 8 else ""
+        profile = space or colours_noted(directory)
+    return Read(upright(image, orientation_in(directory)), bits=bits, profile=profile)
 
 
 def _exr(path: Path, file: BinaryIO, size: int, layer: str | None) -> Read:

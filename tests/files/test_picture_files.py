@@ -103,11 +103,43 @@ def test_photographs_come_upright(tmp_path: Path, kind: str) -> None:
         np.testing.assert_allclose(planes_of(path), expected, rtol=0, atol=1e-12, err_msg=str(noted))
 
 
+def exif_of(index: bytes) -> bytes:
+    """A camera's notes (EXIF 2.32, 4.6.3): a directory that points at one that points at the rules' letters."""
+    head = b"MM\0*\0\0\0\x08"
+    one = b"\0\1" + struct.pack(">HHII", 34665, 4, 1, 26) + bytes(4)
+    two = b"\0\1" + struct.pack(">HHII", 40965, 4, 1, 44) + bytes(4)
+    return b"Exif\0\0" + head + one + two + b"\0\1" + struct.pack(">HHI4s", 1, 2, 4, index) + bytes(4)
+
+
+@pytest.mark.parametrize("kind", ["png", "jpg", "tiff"])
+def test_adobe_rgb_is_noticed_without_its_profile(tmp_path: Path, kind: str) -> None:
+    """Cameras name the rules of their files: R98 of sRGB, R03 of Adobe RGB (DCF 2.0)."""
+    path = tmp_path / f"a.{kind}"
+    for index in (b"R98\0", b"R03\0"):
+        if kind == "tiff":
+            exif = Image.Exif()
+            exif.load(exif_of(index))
+            exif.get_ifd(34665)[40965] = {1: index.decode().rstrip("\0")}
+            Image.fromarray(RGB).save(path, exif=exif)
+        else:
+            Image.fromarray(RGB).save(path, exif=exif_of(index))
+        if index == b"R98\0":
+            assert planes_of(path).shape == (ROWS, COLS, 3)
+            continue
+        with pytest.raises(InputError, match="those of the profile 'Adobe RGB, by EXIF'; convert it to sRGB, or give"):
+            planes_of(path)
+        assert planes_of(path, encoding="srgb").shape == (ROWS, COLS, 3)
+    Image.fromarray(RGB[..., 0]).save(path, **({} if kind == "tiff" else {"exif": exif_of(b"R03\0")}))
+    assert planes_of(path).shape == (ROWS, COLS, 1)
+
+
 def test_damaged_notes_leave_a_photograph_as_it_is_stored(tmp_path: Path) -> None:
     for exif in (
         b"Exif\0\0",
         b"Exif\0\0MM\0*\xff\xff\xff\xff",
         b"Exif\0\0II*\0\x08\0\0\0\x01\0\x12\x01\x03\0" + b"\xff" * 12,
+        exif_of(b"R03\0")[:-9],
+        exif_of(b"R03\0")[:40],
     ):
         Image.fromarray(RGB).save(tmp_path / "a.png", exif=exif)
         np.testing.assert_allclose(planes_of(tmp_path / "a.png"), linear(RGB / 255), rtol=0, atol=1e-12)
