@@ -19,7 +19,7 @@ from camsim.words import both
 _RESULTS = ("Frame", "Rendering", "Report", "Context")
 """Public too, but what comes out and never what goes in."""
 
-_HOW_READ = ("encoding", "scale", "wavelength_nm", "tolerance")
+_HOW_READ = ("encoding", "scale", "wavelength_nm", "tolerance", "layer")
 _PLACED = ("width_um", "centre_um", "rotate_deg", "interpolation")
 """What a picture's description says of its file, and of its place."""
 

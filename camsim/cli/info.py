@@ -41,6 +41,7 @@ def json_of_file(path: str) -> str:
         "rows": held.rows,
         "cols": held.cols,
         "bytes": held.size_bytes,
+        "fits_record": held.fits,
         **held.record.as_dict(),
     }
     return json.dumps(tree, indent=2, ensure_ascii=False)
@@ -52,6 +53,11 @@ def _figures(held: Held) -> list[tuple[str, str]]:
     channels, pattern = _printable(", ".join(record.channels)), _printable(" / ".join(record.cfa_pattern))
     error, own = record.error_estimate, record.description.get(OWN_STAGES)
     alone = f"no, it was taken with stages of someone's own: {_printable(', '.join(map(str, own)))}" if own else "yes"
+    whole = "whole: it fits its checksum"
+    if not held.fits:
+        described = " × ".join(map(str, record.size or ()))
+        alone = f"no, its record describes {described} photosites"
+        whole = f"{whole}, but is not of this image: another program cut or scaled it"
     return [
         ("file", f"{held.path} ({held.form}, {readable(held.size_bytes)})"),
         ("product", f"{held.product}, {held.rows} × {held.cols}"),
@@ -63,7 +69,7 @@ def _figures(held: Held) -> list[tuple[str, str]]:
         ("error", "unknown" if error is None else f"{error:.2g} of a perfect diffuser"),
         ("written by", _printable(record.software)),
         ("reproducible", alone),
-        ("record", "whole: it fits its checksum"),
+        ("record", whole),
     ]
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from camsim.cli.tables import print_table
-from camsim.errors import UnknownNameError
+from camsim.errors import InputError, UnknownNameError
 from camsim.files.planes import check_planes_file, write_planes
 
 if TYPE_CHECKING:
@@ -87,4 +87,9 @@ def _capture(request: TruthRequest) -> Capture:
     from camsim.files.reading import read_file
     from camsim.revive import revive_capture
 
-    return revive_capture(read_file(request.source).description)
+    held = read_file(request.source)
+    try:
+        held.record.check_size(held.rows, held.cols)
+        return revive_capture(held.description)
+    except InputError as error:
+        raise InputError(f"cannot take {request.source!r} again: {error}") from None

@@ -77,13 +77,8 @@ def _capture_of(held: Held) -> Capture:
     """Return the capture that a file describes; it must give an image of the file's size."""
     from camsim.revive import revive_capture
 
-    capture = revive_capture(held.description, held.path.parent)
-    grid = capture.grid
-    if (grid.rows, grid.cols) != (held.rows, held.cols):
-        raise InputError(
-            f"its record describes {grid.rows} × {grid.cols} photosites and its image has {held.rows} × {held.cols}"
-        )
-    return capture
+    held.record.check_size(held.rows, held.cols)
+    return revive_capture(held.description, held.path.parent)
 
 
 def _refuse_what_does_not_fit(capture: Capture, products: Products, *, held: bool) -> None:

@@ -27,6 +27,7 @@ def _read(table: schema.Picture, folder: Path, unit_um: float) -> Picture:
         scale=table.scale,
         wavelength_nm=table.wavelength_nm,
         tolerance=table.tolerance,
+        layer=table.layer,
         width_um=table.width * unit_um,
         centre_um=(table.centre[0] * unit_um, table.centre[1] * unit_um),
         rotate_deg=table.rotate_deg,

@@ -18,6 +18,7 @@ import numpy.typing as npt
 
 from camsim.errors import InputError, in_brief
 from camsim.files.limits import refuse_bomb
+from camsim.files.which_image import split_channel
 
 MAGIC = struct.pack("<i", 20000630)
 
@@ -50,6 +51,11 @@ class Header:
         kind, value = self.attributes.get(name, ("", b""))
         return value.decode("utf-8", "replace") if kind == "string" else None
 
+    def primaries(self) -> tuple[float, ...]:
+        """Return x and y of red, green, blue and white; none where nothing is said."""
+        kind, value = self.attributes.get("chromaticities", ("", b""))
+        return struct.unpack("<8f", value) if kind == "chromaticities" and len(value) == 32 else ()
+
     def size(self) -> tuple[int, int]:
         """Return rows and columns."""
         kind, value = self.attributes.get("dataWindow", ("", b""))
@@ -69,8 +75,12 @@ def read_header(file: BinaryIO, size: int, most: int) -> Header:
     return _attributes(file, size, most)
 
 
-def read_pixels(path: Path, file: BinaryIO, size: int) -> Mapping[str, npt.NDArray[Any]]:
-    """Return all channels of the first part by name, (rows, cols) each."""
+def read_layers(path: Path, file: BinaryIO, size: int) -> Mapping[str, Mapping[str, npt.NDArray[Any]]]:
+    """Return all channels, (rows, cols) each, by layer and name.
+
+    The first part's layers have their own names, and channels without a layer the empty one: programs that know of one
+    part see only these. Those of other parts have the part's name before theirs.
+    """
     file.seek(0)
     begin = file.read(8).ljust(8, b"\0")
     if not begin.startswith(MAGIC):
@@ -88,10 +98,23 @@ def read_pixels(path: Path, file: BinaryIO, size: int) -> Mapping[str, npt.NDArr
 
     try:
         with _without_its_words():
-            channels = OpenEXR.File(str(path), separate_channels=True).channels()
-        return {name: np.asarray(channel.pixels) for name, channel in channels.items()}
+            parts = [
+                (part.name() if index else "", {name: np.asarray(each.pixels) for name, each in part.channels.items()})
+                for index, part in enumerate(OpenEXR.File(str(path), separate_channels=True).parts)
+            ]
     except (RuntimeError, ValueError, IndexError, OverflowError) as error:  # what pybind11 makes of C++'s
         raise InputError(f"it is cut short or damaged ({in_brief(error)})") from None
+    layers: dict[str, dict[str, npt.NDArray[Any]]] = {}
+    for part, channels in parts:
+        of_part: dict[str, dict[str, npt.NDArray[Any]]] = {}
+        for name, pixels in channels.items():
+            layer, channel = split_channel(name)
+            whole = layer if layer == part else ".".join(filter(None, (part, layer)))
+            of_part.setdefault(whole, {})[channel] = pixels
+        if twice := layers.keys() & of_part.keys():
+            raise InputError(f"two of its layers are called {min(twice)[:40]!r}")
+        layers |= of_part
+    return layers
 
 
 @contextlib.contextmanager

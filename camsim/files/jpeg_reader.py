@@ -80,6 +80,8 @@ def read_pixels(file: BinaryIO, size: int) -> npt.NDArray[Any]:
 
     file.seek(0)
     frame = frame_header(file.read(size))
+    if frame.components not in (1, 3):
+        raise InputError(f"it has {frame.components} colours (CMYK, for printing); convert it to sRGB first")
     refuse_bomb(frame.rows * frame.cols * frame.components, size)
     file.seek(0)
     try:

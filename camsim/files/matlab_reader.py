@@ -13,6 +13,7 @@ import scipy
 
 from camsim.errors import InputError, in_brief
 from camsim.files.limits import refuse_bomb, refuse_many
+from camsim.files.which_image import image_array
 
 HDF5 = b"\x89HDF\r\n\x1a\n"
 _MOST_VARIABLES = 1000
@@ -22,10 +23,10 @@ Variables = Mapping[str, tuple[tuple[int, ...], Callable[[], npt.NDArray[Any]]]]
 """By name: shape, and what reads the numbers."""
 
 
-def read_variables(path: Path, begin: bytes, size: int) -> dict[str, npt.NDArray[Any]]:
+def read_variables(path: Path, begin: bytes, size: int, asked: str | None = None) -> dict[str, npt.NDArray[Any]]:
     """Return a file's largest array of three dimensions (or two), and all that are no more than a list of numbers.
 
-    begin : the file's first 520 bytes
+    begin : the file's first 520 bytes;  asked: the array to return in place of the largest
     """
     # MATLAB puts 512 bytes of its own before HDF5.
     try:
@@ -34,14 +35,12 @@ def read_variables(path: Path, begin: bytes, size: int) -> dict[str, npt.NDArray
         raise
     except Exception as error:  # whatever SciPy and h5py make of damaged bytes
         raise InputError(f"it is cut short or damaged ({in_brief(error)})") from None
-    deep = {name: shape for name, (shape, _) in found.items() if len(shape) == 3}
-    flat = {name: shape for name, (shape, _) in found.items() if len(shape) == 2 and min(shape) > 1}
-    if not deep and not flat:
-        raise InputError("it holds no array of (rows, cols, bands)")
-    largest = max((deep or flat).items(), key=lambda item: math.prod(item[1]))[0]
-    wanted = [largest, *(name for name, (shape, _) in found.items() if math.prod(shape) in range(1, 4097))]
-    refuse_bomb(8 * math.prod(found[largest][0]), size)
-    refuse_many(math.prod(found[largest][0]))
+    # All that MATLAB has is a matrix: one of a single row or column is a list.
+    images = {name: shape for name, (shape, _) in found.items() if len(shape) != 2 or min(shape) > 1}
+    chosen = image_array(images, asked)
+    wanted = [chosen, *(name for name, (shape, _) in found.items() if math.prod(shape) in range(1, 4097))]
+    refuse_bomb(8 * math.prod(found[chosen][0]), size)
+    refuse_many(math.prod(found[chosen][0]))
     try:
         return {name: found[name][1]() for name in dict.fromkeys(wanted)}
     except Exception as error:

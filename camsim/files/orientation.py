@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import io
 from typing import Any
 
 import numpy.typing as npt
 
-from camsim.errors import InputError
-from camsim.files.tiff_reader import Directory, read_directory
+from camsim.files.exif import in_exif
+from camsim.files.tiff_reader import Directory
 
-EXIF = b"Exif\0\0"
 _ORIENTATION = 274
 
 
@@ -20,11 +18,7 @@ def orientation_in_exif(exif: bytes) -> int:
     >>> orientation_in_exif(b"MM\\0*" + bytes([0, 0, 0, 8, 0, 1, 1, 18, 0, 3, 0, 0, 0, 1, 0, 6, *bytes(6)]))
     6
     """
-    block = exif.removeprefix(EXIF)
-    try:
-        return orientation_in(read_directory(io.BytesIO(block), len(block)))
-    except InputError:  # notes that are damaged are no reason to refuse the picture
-        return 1
+    return in_exif(exif, orientation_in, 1)
 
 
 def orientation_in(directory: Directory) -> int:

@@ -30,6 +30,7 @@ def read_picture(
     light: Light | None = None,
     wavelength_nm: Several[Number] | None = None,
     tolerance: Number = TOLERANCE,
+    layer: str | None = None,
     width_um: Number,
     centre_um: Place = (0.0, 0.0),
     rotate_deg: Number = 0.0,
@@ -45,6 +46,7 @@ def read_picture(
     light         : of a cube of radiances in W·m⁻²·sr⁻¹·nm⁻¹: a diffuser's in it is a reflectance of 1
     wavelength_nm : of the bands of a cube whose file does not say them
     tolerance     : how far a cube's planes may lie from it, see ``Picture.of_cube``
+    layer         : of an EXR that holds several images ("": its channels without a layer); an array of NPZ or MATLAB
 
     The rest is as of ``Picture``.
     Raises InputError or InvalidValueError in one sentence.
@@ -61,10 +63,11 @@ def read_picture(
     path = check(path, FilePath, "path")
     factor: float = check(scale, Positive, "scale")
     allowed: float = check(tolerance, NonNegative, "tolerance")
+    check(layer, str | None, "layer")
     bands: list[float] | None = None if wavelength_nm is None else np.asarray(wavelength_nm, np.float64).tolist()
-    how = {"encoding": encoding, "scale": factor, "wavelength_nm": bands, "tolerance": allowed}
+    how: dict[str, Any] = {"encoding": encoding, "scale": factor, "wavelength_nm": bands, "tolerance": allowed}
+    how |= {} if layer is None else {"layer": layer}
     with opened(path) as (file, size):
-        read = read_samples(Path(path), file, size)
         placed: dict[str, Any] = {
             "width_um": width_um,
             "centre_um": centre_um,
@@ -74,6 +77,7 @@ def read_picture(
             "read": None if light is not None else how,
         }
         try:
+            read = read_samples(Path(path), file, size, layer)
             if read.wavelength_nm is not None or bands is not None:
                 return _cube(read, bands, factor, light, allowed, placed)
             return _colours(read, encoding, factor, placed)
@@ -90,12 +94,12 @@ def _colours(read: Read, encoding: Encoding | float | None, scale: float, placed
             f"it has {samples.shape[2]} bands and says no wavelengths; give wavelength_nm, one for each band, "
             "or a picture of 3 colours"
         )
+    whole = samples.dtype.kind in "ui"
     if encoding is None and read.profile and "srgb" not in read.profile.lower():
         raise InputError(
-            f"its colours are those of the profile {read.profile[:60]!r}; convert it to sRGB, or give encoding: srgb "
-            "to take its numbers for sRGB's"
+            f"its colours are those of the profile {read.profile[:60]!r}; convert it to sRGB, or give encoding: "
+            f"{'srgb' if whole else 'linear'} to take its numbers for sRGB's"
         )
-    whole = samples.dtype.kind in "ui"
     if whole and not (samples.dtype.kind == "u" and samples.dtype.itemsize <= 2):
         raise InputError(
             f"its samples are {samples.dtype.name}, and nobody knows which of them is white; give uint8 or uint16 "

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from camsim.errors import InputError, in_brief
 from camsim.files.limits import refuse_bomb
+from camsim.files.primaries import other_than_srgb
 
 MAGIC = b"\x89PNG\r\n\x1a\n"
 
@@ -25,8 +26,6 @@ _MOST_CHUNKS = 1 << 16
 _LONGEST_OTHER = 64
 _GAMMA_UNIT = 1e-5
 _SRGB_CODES = b"\x01\x0d"  # primaries of BT.709, sRGB's curve
-_SRGB_PRIMARIES = (0.3127, 0.3290, 0.64, 0.33, 0.30, 0.60, 0.15, 0.06)
-_SAME_PRIMARY = 5e-3
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,10 +104,14 @@ def read_header(file: BinaryIO, size: int, most: int) -> Header:
 
 
 def read_pixels(file: BinaryIO, size: int, header: Header) -> npt.NDArray[Any]:
-    """Return the pixels, (rows, cols) or (rows, cols, channels), of 8 or 16 bits."""
+    """Return the pixels, (rows, cols) or (rows, cols, channels), of 8 or 16 bits; fewer bits fill 8."""
     if header.colour == _PALETTE:
         raise InputError("it is an image of a colour palette, which cannot be measured")
+    if header.see_through:
+        raise InputError("one of its colours is transparent (tRNS), and nobody knows what is behind; flatten it first")
     channels = _CHANNELS[header.colour]
+    if header.bits == 16 and channels > 1:
+        return _deep_channels(file, size, header)
     refuse_bomb(header.rows * header.cols * channels * max(1, header.bits // 8), size)
     from PIL import PngImagePlugin
 
@@ -123,12 +126,14 @@ def read_pixels(file: BinaryIO, size: int, header: Header) -> npt.NDArray[Any]:
             image = np.asarray(opened)
     except (OSError, SyntaxError, ValueError) as error:
         raise InputError(f"its pixels are damaged ({in_brief(error)})") from None
+    if image.dtype == np.bool_:
+        return image.astype(np.uint8) * np.uint8(255)
     # Pillow's 16-bit grey may come with 32 bits.
-    return image.astype(np.uint16) if header.bits == 16 and channels == 1 else image
+    return image.astype(np.uint16) if header.bits == 16 else image
 
 
-def read_deep_colours(file: BinaryIO, size: int, header: Header) -> npt.NDArray[Any]:
-    """Return the pixels of 16-bit colours, (rows, cols, channels): Pillow would make 8 bits of them."""
+def _deep_channels(file: BinaryIO, size: int, header: Header) -> npt.NDArray[Any]:
+    """Return the pixels of 16-bit colours, or grey with alpha, (rows, cols, channels): Pillow makes 8 bits of them."""
     try:
         import imagecodecs
     except ImportError:
@@ -148,11 +153,8 @@ def _space(code_points: bytes, primaries: bytes) -> str:
     """Return the colour space that chunks cICP (ITU-T H.273) or cHRM name, in words; empty for sRGB's, or none."""
     if code_points and code_points[:2] != _SRGB_CODES:
         return f"cICP {' '.join(map(str, code_points[:4]))}"
-    if len(primaries) == 32:
-        x_y = [value * 1e-5 for value in struct.unpack(">8I", primaries)]
-        if max(abs(own - its) for own, its in zip(x_y, _SRGB_PRIMARIES, strict=True)) > _SAME_PRIMARY:
-            return "cHRM, other primaries or another white"
-    return ""
+    x_y = [value * 1e-5 for value in struct.unpack(">8I", primaries)] if len(primaries) == 32 else []
+    return other_than_srgb([*x_y[2:], *x_y[:2]], "cHRM")
 
 
 def _profile(content: bytes, most: int) -> bytes:

@@ -47,6 +47,11 @@ class Held:
     record: Record
 
     @property
+    def fits(self) -> bool:
+        """Whether the image has the rows and columns that its record describes, as far as that says them."""
+        return self.record.size in (None, (self.rows, self.cols))
+
+    @property
     def product(self) -> str:
         """Which of the frame's products it is."""
         return self.record.product
@@ -129,14 +134,23 @@ def _tiff(file: BinaryIO, size: int) -> _Found:
     directory = tiff_reader.read_directory(file, size)
     is_dng = tiff_reader.DNG_VERSION in directory.entries
     text = (_dng_text if is_dng else _tiff_text)(directory)
-    rows, cols = directory.number(tiff_reader.IMAGE_LENGTH), directory.number(tiff_reader.IMAGE_WIDTH)
+    main = _main_image(file, size, directory) if is_dng else directory
+    rows, cols = main.number(tiff_reader.IMAGE_LENGTH), main.number(tiff_reader.IMAGE_WIDTH)
     if text is not None:
         # Other people's tags may be as they like, of ours none is cut off.
         directory.refuse_truncated()
     if not is_dng:
         return _Found("TIFF", ".tiff", rows, cols, text)
-    compressed = directory.number(tiff_reader.COMPRESSION) == tiff_reader.LOSSLESS_JPEG
+    compressed = main.number(tiff_reader.COMPRESSION) == tiff_reader.LOSSLESS_JPEG
     return _Found("DNG", ".dng", rows, cols, text, compressed=compressed)
+
+
+def _main_image(file: BinaryIO, size: int, first: tiff_reader.Directory) -> tiff_reader.Directory:
+    """Return the directory of a DNG's main image: another program may have put a preview before it."""
+    if first.number(tiff_reader.SUBFILE_TYPE, 0) == 0:
+        return first
+    every = tiff_reader.read_directories(file, size)
+    return next((each for each in every if each.number(tiff_reader.SUBFILE_TYPE, 0) == 0), first)
 
 
 def _dng_text(directory: tiff_reader.Directory) -> str | None:

@@ -68,6 +68,22 @@ class Record:
         """Codes at which photosites are full, one for each of ``black_offsets_dn``; where bits may end, the lower."""
         return full_codes(self.white_level_dn, self.black_offsets_dn, (1 << self.white_level_dn.bit_length()) - 1)
 
+    @property
+    def size(self) -> tuple[int, int] | None:
+        """Rows and columns of the picture that it was written beside; None where the description does not say them."""
+        told = self.description.get("region") or self.description.get("camera")
+        rows, cols = (told.get(side) if isinstance(told, Mapping) else None for side in ("rows", "cols"))
+        return (rows, cols) if isinstance(rows, int) and isinstance(cols, int) else None
+
+    def check_size(self, rows: int, cols: int) -> None:
+        """Raise InputError where a picture of other rows and columns is beside it: of which part, nobody knows."""
+        if self.size not in (None, (rows, cols)):
+            described = " × ".join(map(str, self.size or ()))
+            raise InputError(
+                f"its record describes {described} photosites and its image has {rows} × {cols}: another program cut "
+                "or scaled it and kept the record; give the file that camsim wrote, or save the image without it"
+            )
+
     def as_dict(self) -> dict[str, Any]:
         """Return the record as it was written."""
         return {field.name: getattr(self, field.name) for field in fields(self)}

@@ -133,6 +133,11 @@ class Directory:
             raise InputError(f"its tag {number} holds a fraction over zero")
         return tuple(a / b for a, b in zip(found[::2], found[1::2], strict=True))
 
+    def below(self, number: int) -> Directory | None:
+        """Return the directory that a tag points at; None where it is not there."""
+        at = self.number(number, 0)
+        return _directory(self.file, self.size, self.form, at) if at else None
+
     def pieces(self) -> tuple[tuple[int, ...], tuple[int, ...]]:
         """Return offsets and sizes of the image's strips or tiles; none of them ends beyond the file."""
         kinds = (STRIP_OFFSETS, STRIP_BYTE_COUNTS), (TILE_OFFSETS, TILE_BYTE_COUNTS)

@@ -10,12 +10,17 @@ import numpy.typing as npt
 
 from camsim.arrays import F64
 from camsim.errors import InputError
+from camsim.files.full_scale import largest_sample
 from camsim.files.tiff_image import LINEAR_RAW, MOSAIC, bits_per_sample, photometric, read_image
 from camsim.files.tiff_reader import SUBFILE_TYPE, Directory, read_directories
 
 _CFA_REPEAT, _CFA_PATTERN = 33421, 33422
-_LINEARIZATION, _BLACK_REPEAT, _BLACK, _WHITE, _ACTIVE_AREA = 50712, 50713, 50714, 50717, 50829
+_LAYOUT, _LINEARIZATION, _WHITE, _ACTIVE_AREA = 50711, 50712, 50717, 50829
+_BLACK_REPEAT, _BLACK, _BLACK_OF_COLS, _BLACK_OF_ROWS = 50713, 50714, 50715, 50716
 """Tags of the DNG specification 1.7."""
+
+_RECTANGULAR = 1
+"""Of CFALayout: the others shift every second row or column by half a photosite."""
 
 _LETTERS = "RGBCMYW"
 _LARGEST_REPEAT = 16
@@ -27,12 +32,14 @@ class Raw:
 
     pattern : letters of its filters, one string per row; None for linear raw, which has none
     black   : a rectangle of levels that is repeated, or one for each sample
+    white   : from which on it is clipped, for each sample;  lowest: the smallest number that can be stored
     """
 
     image: npt.NDArray[Any]
     pattern: tuple[str, ...] | None
     black: F64
-    white: float
+    white: tuple[float, ...]
+    lowest: float
 
 
 def read_raw(file: BinaryIO, size: int) -> Raw:
@@ -51,12 +58,18 @@ def read_raw(file: BinaryIO, size: int) -> Raw:
     area = here.numbers(_ACTIVE_AREA) or (0, 0, *image.shape[:2])
     if len(area) != 4 or not (area[0] < area[2] <= image.shape[0] and area[1] < area[3] <= image.shape[1]):
         raise InputError(f"its active area {area[:4]} does not lie within its image of {image.shape[:2]} pixels")
-    white = here.values(_WHITE) or (2.0 ** bits_per_sample(here) - 1.0,)
+    image = image[area[0] : area[2], area[1] : area[3]]
+    samples = image.shape[2] if image.ndim == 3 else 1
+    white, black, offsets = _white(here, image.dtype, samples), _black(here, samples), _offsets(here, image.shape)
+    if image.ndim == 3:
+        offsets, black = offsets + _repeated(black - black[0, 0], image.shape), black[:1, :1]
+    image, white, lowest = _without(offsets, image, white)
     return Raw(
-        image=image[area[0] : area[2], area[1] : area[3]],
+        image=image,
         pattern=_pattern(here) if photometric(here) == MOSAIC else None,
-        black=_black(here, image.shape[2] if image.ndim == 3 else 1),
-        white=white[0],
+        black=black[:, :, 0] if image.ndim == 2 else black[0, 0],
+        white=white,
+        lowest=lowest,
     )
 
 
@@ -69,7 +82,55 @@ def _linearised(image: npt.NDArray[Any], table: tuple[int, ...]) -> npt.NDArray[
     return light
 
 
+def _white(directory: Directory, dtype: np.dtype[Any], samples: int) -> tuple[float, ...]:
+    """Return the level of each sample from which on it is clipped."""
+    said = directory.values(_WHITE) or (largest_sample(dtype, bits_per_sample(directory)),)
+    levels = said[:1] * samples if samples == 1 or len(said) == 1 else said
+    if len(levels) != samples:
+        raise InputError(f"it has {len(levels)} white levels for {samples} samples")
+    return levels
+
+
+def _offsets(directory: Directory, shape: tuple[int, ...]) -> F64:
+    """Return how far black lies above its level in each column and row, to be broadcast with an image."""
+    offsets = np.zeros((1,) * len(shape))
+    for number, axis, what in ((_BLACK_OF_COLS, 1, "columns"), (_BLACK_OF_ROWS, 0, "rows")):
+        each = directory.values(number)
+        if len(each) not in (0, shape[axis]):
+            raise InputError(f"it has black levels of {len(each)} {what}, and its active area has {shape[axis]}")
+        if each:
+            offsets = offsets + np.expand_dims(each, tuple(k for k in range(len(shape)) if k != axis))
+    return offsets
+
+
+def _repeated(levels: F64, shape: tuple[int, ...]) -> F64:
+    """Return a rectangle of levels (rows, cols, samples) repeated over an image."""
+    rows, cols = (np.arange(size) % period for size, period in zip(shape[:2], levels.shape[:2], strict=True))
+    repeated: F64 = levels[rows[:, None], cols]
+    return repeated
+
+
+def _without(
+    offsets: F64, image: npt.NDArray[Any], white: tuple[float, ...]
+) -> tuple[npt.NDArray[Any], tuple[float, ...], float]:
+    """Return an image whose black lies at one level, and the levels at which its samples are full, and empty.
+
+    Full and empty ones go to where those of all columns and rows are known by one level.
+    """
+    if not offsets.any():
+        return image, white, 0.0
+    full, most, least = np.array(white), np.array(white) - offsets.min(), -float(offsets.max())
+    level = np.where(image >= full, most, np.where(image <= 0, least, image - offsets))
+    return level, tuple(most.tolist()), least
+
+
 def _pattern(directory: Directory) -> tuple[str, ...]:
+    layout = directory.number(_LAYOUT, _RECTANGULAR)
+    if layout != _RECTANGULAR:
+        raise InputError(
+            f"every second row or column of its photosites is shifted by half of one (CFALayout {layout}), and only "
+            "rectangular arrays are measured"
+        )
     rows, cols = _repeat(directory, _CFA_REPEAT, (2, 2))
     codes = directory.bytes_of(_CFA_PATTERN, _LARGEST_REPEAT**2) or bytes((0, 1, 1, 2))
     if len(codes) != rows * cols or max(codes) >= len(_LETTERS):
@@ -80,12 +141,12 @@ def _pattern(directory: Directory) -> tuple[str, ...]:
 
 
 def _black(directory: Directory, samples: int) -> F64:
-    """Return the black levels, a rectangle that is repeated from the active area's corner."""
+    """Return the black levels (rows, cols, samples), a rectangle that is repeated from the active area's corner."""
     rows, cols = _repeat(directory, _BLACK_REPEAT, (1, 1))
     levels = directory.values(_BLACK) or (0.0,) * (rows * cols * samples)
     if len(levels) != rows * cols * samples:
         raise InputError(f"it has {len(levels)} black levels for {rows} × {cols} places of {samples} samples")
-    black: F64 = np.array(levels, np.float64).reshape(rows, cols * samples)
+    black: F64 = np.array(levels, np.float64).reshape(rows, cols, samples)
     return black
 
 

@@ -6,6 +6,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
+from camsim.errors import UnsupportedError
 from camsim.exposing import Capture
 from camsim.frame import Frame
 from camsim.marks import Called
@@ -24,7 +25,7 @@ _KINDS = {
 
 
 def check_given(**given: Any) -> None:
-    """Refuse what is not of the kind that its name says.
+    """Refuse what is not of the kind that its name says, and a picture of another size than its capture gives.
 
     >>> check_given(capture="slanted-edge")
     Traceback (most recent call last):
@@ -33,3 +34,10 @@ def check_given(**given: Any) -> None:
     """
     for name, value in given.items():
         check(value, _KINDS[name], name)
+    if {"picture", "capture"} <= given.keys():
+        picture, grid = given["picture"], given["capture"].grid
+        if picture.shape != (grid.rows, grid.cols):
+            raise UnsupportedError(
+                f"it has {picture.shape[0]} × {picture.shape[1]} photosites and its capture {grid.rows} × {grid.cols}",
+                stage=picture.name,
+            )

@@ -7,7 +7,7 @@ Read are DNG (compressed ones with the package imagecodecs), TIFF, PNG, EXR, NPY
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -18,10 +18,12 @@ import numpy.typing as npt
 from camsim.arrays import F64
 from camsim.errors import InputError, InvalidValueError
 from camsim.files import exr_reader, jpeg_reader, npy_reader, npz_reader, png_reader
+from camsim.files.full_scale import largest_sample, opaque, refuse_transparent
 from camsim.files.reading import opened, read_record
 from camsim.files.record import LONGEST_RECORD, Record
-from camsim.files.tiff_image import read_image
+from camsim.files.tiff_image import bits_per_sample, read_image
 from camsim.files.tiff_reader import DNG_VERSION, read_directory
+from camsim.files.which_image import image_array, image_layer
 from camsim.frame import Frame
 from camsim.measure.dng import read_raw
 from camsim.measure.given import check_given
@@ -30,7 +32,7 @@ from camsim.sensor.cfa import BAYER, PATTERNS
 from camsim.spectra.rgb import linear_of_srgb
 from camsim.typed import FilePath, check
 
-_NAMES = {1: ("Y",), 2: ("Y", "A"), 3: ("R", "G", "B"), 4: ("R", "G", "B", "A")}
+_NAMES = {1: ("Y",), 3: ("R", "G", "B")}
 _CFA_TAG, _COLOUR_PROFILE_TAG = 33422, 34675
 
 _MOST_PLANES = 64
@@ -147,6 +149,8 @@ class _Source:
 
 
 def _picture(source: _Source, planes: Sequence[Plane], shape: Sequence[int]) -> Picture:
+    if source.record is not None:
+        source.record.check_size(shape[0], shape[1])
     description = None if source.record is None else source.record.description
     camera = {} if description is None else description.get("camera")
     pitch_um = camera.get("pitch_um") if isinstance(camera, dict) else None
@@ -192,7 +196,7 @@ def filter_rows(cfa: str) -> tuple[str, ...]:
 
 
 def _planes(image: npt.NDArray[Any], names: Sequence[str] | None, **levels: Any) -> tuple[Plane, ...]:
-    """Return planes of (rows, cols) or (rows, cols, n); an alpha channel is left out."""
+    """Return planes of (rows, cols) or (rows, cols, n)."""
     if image.ndim == 2:
         image = image[:, :, None]
     if image.ndim != 3 or not image.size or image.shape[2] > _MOST_PLANES:
@@ -202,7 +206,7 @@ def _planes(image: npt.NDArray[Any], names: Sequence[str] | None, **levels: Any)
     names = names or _NAMES.get(image.shape[2]) or tuple(f"C{k + 1}" for k in range(image.shape[2]))
     if len(names) != image.shape[2]:
         raise InputError(f"its record names {len(names)} channels and its image has {image.shape[2]}")
-    return tuple(Plane(name=name, samples=image[:, :, k], **levels) for k, name in enumerate(names) if name != "A")
+    return tuple(Plane(name=name, samples=image[:, :, k], **levels) for k, name in enumerate(names))
 
 
 def _grey_or_planes(image: npt.NDArray[Any], source: _Source, product: str | None, **levels: Any) -> tuple[Plane, ...]:
@@ -219,18 +223,25 @@ def _unfiltered(planes: tuple[Plane, ...], source: _Source) -> tuple[Plane, ...]
     return planes
 
 
-def _levels(image: npt.NDArray[Any], source: _Source, product: str | None) -> dict[str, Any]:
+def _shown(image: npt.NDArray[Any], source: _Source, largest: float) -> npt.NDArray[Any]:
+    """Return the image without an alpha channel that hides nothing; files of ours have none."""
+    return opaque(image, largest) if source.record is None else image
+
+
+def _levels(image: npt.NDArray[Any], source: _Source, product: str | None, largest: float) -> dict[str, Any]:
     """Return black, white, the lowest code and whether dark charge is in it; electrons have none of the levels."""
     record = source.record
     if record is not None and product == "mosaic":
         black = record.black_level_dn + np.asarray(record.black_offsets_dn, np.float64)
         return {"black": black, "white": record.white_levels_dn, "lowest": 0.0, "holds_dark": True}
     if np.issubdtype(image.dtype, np.integer):
-        return {"white": float(np.iinfo(image.dtype).max), "lowest": 0.0, "holds_dark": record is None}
+        return {"white": largest, "lowest": 0.0, "holds_dark": record is None}
     return {"holds_dark": product == "electrons"}
 
 
-def _linear(image: npt.NDArray[Any], gamma: Gamma, *, encoded: bool, why: str) -> tuple[npt.NDArray[Any], bool]:
+def _linear(
+    image: npt.NDArray[Any], gamma: Gamma, largest: float, *, encoded: bool, why: str
+) -> tuple[npt.NDArray[Any], bool]:
     """Undo an encoding; refuse data that is probably encoded when nobody says how. Return whether it was changed."""
     if gamma is None:
         if encoded:
@@ -239,10 +250,9 @@ def _linear(image: npt.NDArray[Any], gamma: Gamma, *, encoded: bool, why: str) -
                 "file, or undo the encoding with --gamma srgb or --gamma 2.2 (--gamma 1 if the numbers are linear)"
             )
         return image, False
-    top = float(np.iinfo(image.dtype).max) if np.issubdtype(image.dtype, np.integer) else 1.0
     if gamma == 1.0:
         return image, False
-    return decode(image.astype(np.float64) / top, gamma), True
+    return decode(image.astype(np.float64) / largest, gamma), True
 
 
 def decode(encoded: F64, gamma: float | str) -> F64:
@@ -272,77 +282,76 @@ def _read_tiff(source: _Source) -> Picture:
         return _read_dng(source)
     if _CFA_TAG in first.entries and source.path.suffix.lower() == ".dng":
         raise InputError("it is not a DNG; convert it to uncompressed DNG")
-    image = read_image(first)
-    eight = image.dtype.itemsize == 1
+    bits = bits_per_sample(first)
+    stored = read_image(first)
+    largest, eight = largest_sample(stored.dtype, bits), bits == 8
     image, changed = _linear(
-        image,
+        _shown(stored, source, largest),
         source.gamma,
+        largest,
         encoded=source.record is None and (eight or _COLOUR_PROFILE_TAG in first.entries),
         why="it has 8 bits" if eight else "it has a colour profile",
     )
     product = source.product
-    planes = _grey_or_planes(image, source, product, **_after(_levels(image, source, product), changed))
+    planes = _grey_or_planes(image, source, product, **_after(_levels(image, source, product, largest), changed))
     return _picture(source, planes, image.shape)
 
 
 def _read_dng(source: _Source) -> Picture:
     """Read the main image of a DNG: its mosaic, or linear planes."""
     raw = read_raw(source.file, source.size)
-    levels: dict[str, Any] = {"white": raw.white, "lowest": 0.0, "holds_dark": source.product != "truth"}
+    holds_dark = source.product != "truth"
     if raw.image.ndim == 3:
-        planes = _planes(raw.image, None, **levels)
-        if raw.black.size == len(planes):
-            planes = tuple(replace(p, black=float(b)) for p, b in zip(planes, raw.black.flat, strict=True))
+        levels = zip(raw.black.flat, raw.white, strict=True)
+        planes = tuple(
+            replace(plane, black=float(black), white=white, lowest=raw.lowest, holds_dark=holds_dark)
+            for plane, (black, white) in zip(_planes(raw.image, None), levels, strict=True)
+        )
         return _picture(source, _unfiltered(planes, source), raw.image.shape)
     pattern = _pattern(replace(source, record=None), raw.pattern)
-    return _picture(source, mosaic_planes(raw.image, pattern, black=raw.black, **levels), raw.image.shape)
+    planes = mosaic_planes(
+        raw.image, pattern, black=raw.black, white=raw.white[0], lowest=raw.lowest, holds_dark=holds_dark
+    )
+    return _picture(source, planes, raw.image.shape)
 
 
 def _read_png(source: _Source) -> Picture:
     header = png_reader.read_header(source.file, source.size, LONGEST_RECORD)
-    image = png_reader.read_pixels(source.file, source.size, header)
-    eight, product = image.dtype.itemsize == 1, source.product
+    stored = png_reader.read_pixels(source.file, source.size, header)
+    largest, product = largest_sample(stored.dtype), source.product
     image, changed = _linear(
-        image,
+        _shown(stored, source, largest),
         source.gamma,
-        encoded=product != "mosaic" and (eight or abs(header.gamma - 1.0) > 0.01 or header.coloured),
-        why="it has 8 bits" if eight else "it names a colour space",
+        largest,
+        encoded=product != "mosaic" and (header.bits <= 8 or abs(header.gamma - 1.0) > 0.01 or header.coloured),
+        why=f"it has {header.bits} bits a sample" if header.bits <= 8 else "it names a colour space",
     )
-    planes = _grey_or_planes(image, source, product, **_after(_levels(image, source, product), changed))
+    planes = _grey_or_planes(image, source, product, **_after(_levels(image, source, product, largest), changed))
     return _picture(source, planes, image.shape)
 
 
 def _read_exr(source: _Source) -> Picture:
-    layers: dict[str, dict[str, npt.NDArray[Any]]] = {}
-    for name, pixels in exr_reader.read_pixels(source.path, source.file, source.size).items():
-        folder, _, last = name.rpartition(".")
-        layers.setdefault(folder, {})[last] = pixels
-    chosen = source.layer if source.layer is not None else "noisy" if "noisy" in layers else next(iter(layers))
-    if chosen not in layers:
-        raise InvalidValueError(f"{chosen!r} is not in it; {_layers(layers)}", key="layer")
+    layers = exr_reader.read_layers(source.path, source.file, source.size)
+    own = "noisy" if source.product == "electrons" else None
+    chosen = image_layer(layers, own if source.layer is None else source.layer)
     here = layers[chosen]
-    first = next(iter(here.values()))
-    if source.product == "electrons" or (len(here) == 1 and source.cfa is not None):
-        planes = mosaic_planes(first, _pattern(source), holds_dark=source.product == "electrons" and chosen == "noisy")
-        return _picture(source, planes, first.shape)
-    order = [n for n in "RGB" if n in here] + [n for n in here if n not in ("R", "G", "B", "A")]
-    planes = tuple(Plane(name=name, samples=here[name]) for name in order)
-    return _picture(source, _unfiltered(planes, source), first.shape)
-
-
-def _layers(layers: Mapping[str, Mapping[str, object]]) -> str:
-    """Say which layers an EXR has; its channels need not be in any."""
-    names = [repr(name) for name in layers if name]
-    bare = f"channels without a layer, {', '.join(layers[''])}" if "" in layers else ""
-    if not names:
-        return f"it has {bare}: leave the layer out"
-    return f"there are {', '.join(names)}" + (f" and {bare}, which '' means" if bare else "")
+    if "A" in here:
+        refuse_transparent(here["A"], 1.0)
+    names = [n for n in "RGB" if n in here] + [n for n in here if n not in ("R", "G", "B", "A")]
+    if source.product == "electrons" or (len(names) == 1 and source.cfa is not None):
+        dark = source.product == "electrons" and chosen == "noisy"
+        planes = mosaic_planes(here[names[0]], _pattern(source), holds_dark=dark)
+    else:
+        planes = _unfiltered(tuple(Plane(name=name, samples=here[name]) for name in names), source)
+    return _picture(source, planes, here[names[0]].shape)
 
 
 def _read_npy(source: _Source) -> Picture:
-    image = _light(npy_reader.read_array(source.file, source.size))
-    image, changed = _linear(image, source.gamma, encoded=image.dtype == np.uint8, why="it has 8 bits")
-    planes = _grey_or_planes(image, source, None, **_after(_levels(image, source, None), changed))
+    stored = _light(npy_reader.read_array(source.file, source.size))
+    largest = largest_sample(stored.dtype)
+    shown = _shown(stored, source, largest)
+    image, changed = _linear(shown, source.gamma, largest, encoded=stored.dtype == np.uint8, why="it has 8 bits")
+    planes = _grey_or_planes(image, source, None, **_after(_levels(image, source, None, largest), changed))
     return _picture(source, planes, image.shape)
 
 
@@ -358,18 +367,20 @@ def _read_npz(source: _Source) -> Picture:
         names = archive.arrays
         if not names:
             raise InputError("it holds no array")
-        chosen = source.layer or ("mosaic" if "mosaic" in names else names[0])
-        if chosen not in names:
-            raise InvalidValueError(f"{chosen!r} is not in it; there are {', '.join(names)}", key="layer")
-        image = _light(archive.array(chosen))
-    planes = _grey_or_planes(image, source, chosen, **_levels(image, source, chosen))
+        own = "mosaic" if "mosaic" in names else None
+        chosen = image_array({name: archive.header(name).shape for name in names}, source.layer or own)
+        stored = _light(archive.array(chosen))
+    largest = largest_sample(stored.dtype)
+    image = _shown(stored, source, largest)
+    planes = _grey_or_planes(image, source, chosen, **_levels(image, source, chosen, largest))
     return _picture(source, planes, image.shape)
 
 
 def _read_jpeg(source: _Source) -> Picture:
-    image = jpeg_reader.read_pixels(source.file, source.size)
-    image, changed = _linear(image, source.gamma, encoded=True, why="it is a JPEG")
-    return _picture(source, _planes(image, None, **_after(_levels(image, source, None), changed)), image.shape)
+    stored = jpeg_reader.read_pixels(source.file, source.size)
+    largest = largest_sample(stored.dtype)
+    image, changed = _linear(stored, source.gamma, largest, encoded=True, why="it is a JPEG")
+    return _picture(source, _planes(image, None, **_after(_levels(image, source, None, largest), changed)), image.shape)
 
 
 _READERS = {

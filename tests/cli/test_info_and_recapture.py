@@ -7,7 +7,10 @@ import subprocess
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
+import tifffile
 import yaml
+from PIL import Image, PngImagePlugin
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
 FILES = ("a.dng", "a.exr", "e.exr:electrons", "a.tiff", "a.png", "m.png:mosaic")
@@ -92,3 +95,30 @@ def test_a_compressed_dng_is_compressed_again(folder: Path, camsim: Run) -> None
     assert needless.returncode == 2
     assert "--compress is for DNG and none is written" in needless.stderr
     assert not (folder / "a.tiff").exists()
+
+
+def test_what_another_program_cut_is_not_what_the_record_describes(folder: Path, camsim: Run) -> None:
+    """A star three columns off its record had an MTF below 0 in place of 0.86, and filters began with the wrong one."""
+    take(camsim, "a.tiff", "m.png:mosaic")
+    with tifffile.TiffFile(folder / "a.tiff") as tiff:
+        codes, record = tiff.asarray(), tiff.pages[0].tags[270].value
+    for name, cut in (("cut.tiff", codes[1:, 3:]), ("turned.tiff", np.rot90(codes).copy())):
+        tifffile.imwrite(folder / name, cut, description=record, metadata=None, photometric="minisblack")
+    with Image.open(folder / "m.png") as image:
+        text = PngImagePlugin.PngInfo()
+        text.add_text("camsim", image.text["camsim"], zip=True)
+        image.crop((0, 0, 20, 15)).save(folder / "cut.png", pnginfo=text)
+    for name, size in (("cut.tiff", "15 × 17"), ("turned.tiff", "20 × 16"), ("cut.png", "15 × 20")):
+        said = camsim("info", name).stdout
+        assert "reproducible  no, its record describes 16 × 20 photosites\n" in said
+        assert "but is not of this image" in said
+        assert json.loads(camsim("info", name, "--json").stdout)["fits_record"] is False
+        others = ("star", "texture", "moire", "colour", "distortion", "truth") if name == "cut.tiff" else ()
+        for command in ("mtf", *others):
+            refused = camsim("measure", command, name, *(("-o", "t.exr") if command == "truth" else ()))
+            assert refused.returncode == 2
+            assert f"its record describes 16 × 20 photosites and its image has {size}: another" in refused.stderr
+            assert f"'{name}'" in refused.stderr
+        assert f"its image has {size}" in camsim("recapture", name).stderr
+    whole = json.loads(camsim("info", "a.tiff", "--json").stdout)
+    assert whole["fits_record"] is True

@@ -34,6 +34,7 @@ def desk(tmp_path, monkeypatch):
     square = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1 1"><rect width="1" height="1"/></svg>'
     Path("drawing.svg").write_text(square, encoding="utf-8")
     np.save("cube.npy", np.full((4, 6, 3), 0.4))
+    np.savez("passes.npz", image=np.full((4, 6, 3), 0.4), normals=np.zeros((4, 6, 3)))
     np.save("psf.npy", np.outer(np.hanning(9), np.hanning(9)))
     np.save("otf.npy", np.outer(np.bartlett(9), np.bartlett(9)))
     Path("measured").mkdir()

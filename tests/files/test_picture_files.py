@@ -19,7 +19,10 @@ from PIL import Image, ImageCms, ImageOps
 from scipy import io as scipy_io
 
 import camsim
+import camsim.measure
+from camsim.description import describe
 from camsim.errors import CamsimError, InputError
+from camsim.revive import revive
 
 ROWS, COLS = 5, 7
 RGB = np.random.default_rng(3).integers(0, 256, (ROWS, COLS, 3)).astype(np.uint8)
@@ -100,11 +103,43 @@ def test_photographs_come_upright(tmp_path: Path, kind: str) -> None:
         np.testing.assert_allclose(planes_of(path), expected, rtol=0, atol=1e-12, err_msg=str(noted))
 
 
+def exif_of(index: bytes) -> bytes:
+    """A camera's notes (EXIF 2.32, 4.6.3): a directory that points at one that points at the rules' letters."""
+    head = b"MM\0*\0\0\0\x08"
+    one = b"\0\1" + struct.pack(">HHII", 34665, 4, 1, 26) + bytes(4)
+    two = b"\0\1" + struct.pack(">HHII", 40965, 4, 1, 44) + bytes(4)
+    return b"Exif\0\0" + head + one + two + b"\0\1" + struct.pack(">HHI4s", 1, 2, 4, index) + bytes(4)
+
+
+@pytest.mark.parametrize("kind", ["png", "jpg", "tiff"])
+def test_adobe_rgb_is_noticed_without_its_profile(tmp_path: Path, kind: str) -> None:
+    """Cameras name the rules of their files: R98 of sRGB, R03 of Adobe RGB (DCF 2.0)."""
+    path = tmp_path / f"a.{kind}"
+    for index in (b"R98\0", b"R03\0"):
+        if kind == "tiff":
+            exif = Image.Exif()
+            exif.load(exif_of(index))
+            exif.get_ifd(34665)[40965] = {1: index.decode().rstrip("\0")}
+            Image.fromarray(RGB).save(path, exif=exif)
+        else:
+            Image.fromarray(RGB).save(path, exif=exif_of(index))
+        if index == b"R98\0":
+            assert planes_of(path).shape == (ROWS, COLS, 3)
+            continue
+        with pytest.raises(InputError, match="those of the profile 'Adobe RGB, by EXIF'; convert it to sRGB, or give"):
+            planes_of(path)
+        assert planes_of(path, encoding="srgb").shape == (ROWS, COLS, 3)
+    Image.fromarray(RGB[..., 0]).save(path, **({} if kind == "tiff" else {"exif": exif_of(b"R03\0")}))
+    assert planes_of(path).shape == (ROWS, COLS, 1)
+
+
 def test_damaged_notes_leave_a_photograph_as_it_is_stored(tmp_path: Path) -> None:
     for exif in (
         b"Exif\0\0",
         b"Exif\0\0MM\0*\xff\xff\xff\xff",
         b"Exif\0\0II*\0\x08\0\0\0\x01\0\x12\x01\x03\0" + b"\xff" * 12,
+        exif_of(b"R03\0")[:-9],
+        exif_of(b"R03\0")[:40],
     ):
         Image.fromarray(RGB).save(tmp_path / "a.png", exif=exif)
         np.testing.assert_allclose(planes_of(tmp_path / "a.png"), linear(RGB / 255), rtol=0, atol=1e-12)
@@ -158,7 +193,58 @@ def test_exr_is_linear(tmp_path: Path) -> None:
         planes_of(tmp_path / "b.exr")
 
 
-@pytest.mark.parametrize("name", ["T.{:.6f}nm", "S0.{:.6f}nm", "w{:.0f}nm", "{:.0f}nm"])
+RED, DIM = np.full((ROWS, COLS), 0.8, np.float32), np.full((ROWS, COLS), 0.1, np.float32)
+
+
+def exr(path: Path, *parts: dict[str, np.ndarray], **header: Any) -> Path:
+    """Write layers by name, each of R, G and B, or of the channels behind a colon, as parts of an EXR."""
+    made = []
+    for number, layers in enumerate(parts):
+        channels = {}
+        for said, plane in layers.items():
+            layer, _, letters = said.partition(":")
+            channels |= {f"{layer}.{each}".removeprefix("."): plane for each in letters.split() or "RGB"}
+        made.append(OpenEXR.Part({"name": f"part{number}", "type": OpenEXR.scanlineimage, **header}, channels))
+    with OpenEXR.File(made) as file:
+        file.write(str(path))
+    return path
+
+
+@pytest.mark.parametrize(
+    ("parts", "layer"),
+    [
+        ([{"": RED, "specular": DIM}], None),
+        ([{"": RED, "Albedo": DIM, "N:X Y Z": DIM, ":Z": DIM, "fog:R G B A": DIM}], None),
+        ([{"ViewLayer.Combined": RED, "ViewLayer.Noisy Image": DIM, "ViewLayer.Depth:Z": DIM}], None),
+        ([{"N:X Y Z": DIM, "beauty": RED}], None),
+        ([{":Y": RED, "left:Y": DIM}], None),
+        ([{"left": DIM, "right": RED}], "right"),
+        ([{"": DIM, "specular": RED}], "specular"),
+        ([{"": RED, "specular": DIM}], ""),
+        ([{"": RED}, {"": DIM}], None),
+        ([{":Z": DIM}, {"": RED, "N:X Y Z": DIM}], None),
+        ([{"": DIM}, {"": RED}], "part1"),
+    ],
+)
+def test_of_an_exr_with_layers_the_image_is_read(tmp_path: Path, parts: list[Any], layer: str | None) -> None:
+    """``specular`` beside the image, and Blender's ``Noisy Image``, were read for it (0.1 for 0.8)."""
+    path = exr(tmp_path / "a.exr", *parts)
+    np.testing.assert_array_equal(planes_of(path, layer=layer), RED[0, 0])
+    measured = camsim.measure.read_picture(path, layer=layer)
+    assert {float(plane.samples[0, 0]) for plane in measured.planes if plane.name in "RGBY"} == {float(RED[0, 0])}
+
+
+def test_another_image_comes_back_by_its_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of two images in an EXR, NPZ or MATLAB file; a picture's description says which of them it shows."""
+    path = exr(tmp_path / "a.exr", {"left": DIM, "right": RED})
+    picture = camsim.read_picture(path, width_um=9.0, layer="right")
+    assert revive(describe(picture), tmp_path).sha256 == picture.sha256
+    for name, write in (("a.npz", np.savez), ("a.mat", lambda path, **arrays: scipy_io.savemat(path, arrays))):
+        write(tmp_path / name, Other=RGB / 510, image=RGB / 255)
+        np.testing.assert_array_equal(planes_of(tmp_path / name, layer="image"), RGB / 255)
+
+
+@pytest.mark.parametrize("name", ["T.{:.6f}nm", "S0.{:.6f}nm", "w{:.0f}nm", "{:.1f}nm", "left.{:.0f}nm"])
 def test_spectral_exr(tmp_path: Path, name: str) -> None:
     names = [name.format(nm) for nm in WAVELENGTH_NM]
     if name.startswith(("T", "S0")):
@@ -190,10 +276,12 @@ def test_matlab_of_both_versions(tmp_path: Path) -> None:
     scipy_io.savemat(
         tmp_path / "five.mat", {"cube": CUBE, "wavelengths": WAVELENGTH_NM, "note": "x"}, do_compression=True
     )
+    others = {"illumination_wavelength": np.arange(1.0, 5.0), "owl": np.arange(4.0)}
+    scipy_io.savemat(tmp_path / "six.mat", {"cube": CUBE, **others, "wavelength": WAVELENGTH_NM})
     with h5py.File(tmp_path / "hdf.mat", "w", userblock_size=512) as file:
         file["rad"] = CUBE.T  # as MATLAB writes it: columns first
         file["bands"] = WAVELENGTH_NM[:, None]
-    for name in ("five.mat", "hdf.mat"):
+    for name in ("five.mat", "six.mat", "hdf.mat"):
         np.testing.assert_allclose(cube_of(tmp_path / name), CUBE, rtol=0, atol=2e-6)
     scipy_io.savemat(tmp_path / "rgb.mat", {"rgb": RGB})
     np.testing.assert_allclose(planes_of(tmp_path / "rgb.mat"), linear(RGB / 255), rtol=0, atol=1e-12)
@@ -277,6 +365,23 @@ def primaries(*x_y: float) -> bytes:
     return b"cHRM" + struct.pack(">8I", *(round(1e5 * value) for value in x_y))
 
 
+def exr_with(*parts: dict[str, np.ndarray], **header: Any) -> Callable[[Path], Path]:
+    return lambda folder: exr(folder / "a.exr", *parts, **header)
+
+
+def tiff_of_adobe(folder: Path) -> Path:
+    red_green_blue, white = (64, 100, 33, 100, 21, 100, 71, 100, 15, 100, 6, 100), (3127, 10000, 3290, 10000)
+    extra = [(319, "2I", 6, red_green_blue, True), (318, "2I", 2, white, True)]
+    tifffile.imwrite(folder / "a.tiff", DEEP, photometric="rgb", extratags=extra)
+    return folder / "a.tiff"
+
+
+def arrays_of_one_size(folder: Path) -> Path:
+    np.savez(folder / "a.npz", clean=RGB / 255, noisy=RGB / 510)
+    return folder / "a.npz"
+
+
+ACES = (0.713, 0.293, 0.165, 0.83, 0.128, 0.044, 0.32168, 0.33767)
 SRGB = primaries(0.3127, 0.329, 0.64, 0.33, 0.3, 0.6, 0.15, 0.06)
 ADOBE = primaries(0.3127, 0.329, 0.64, 0.33, 0.21, 0.71, 0.15, 0.06)
 
@@ -330,6 +435,15 @@ REFUSED: list[tuple[str, Callable[[Path], Path], str]] = [
     ("one colour's alpha", png_with(b"tRNS" + bytes(6)), "one of its colours is transparent (tRNS)"),
     ("BT.2020", png_with(b"cICP\x09\x10\x00\x01"), "its colours are those of the profile 'cICP 9 16 0 1'; convert it"),
     ("other primaries", png_with(ADOBE), "its colours are those of the profile 'cHRM, other primaries"),
+    ("EXR of ACEScg", exr_with({"": RED}, chromaticities=ACES), "'chromaticities, other primaries or another white'; "
+     "convert it to sRGB, or give encoding: linear"),
+    ("TIFF of Adobe RGB", tiff_of_adobe, "'PrimaryChromaticities, other primaries"),
+    ("left and right", exr_with({"left": RED, "right": DIM}), "it holds several images, 'left', 'right', and nobody"),
+    ("two Combined", exr_with({"A.Combined": RED, "B.Combined": DIM}), "several images, 'A.Combined', 'B.Combined'"),
+    ("only normals", exr_with({"N:X Y Z": RED}), "its channels are X, Y, Z; R, G, B, or Y"),
+    ("no image", exr_with({"N:X Y Z": RED, "u:V": RED}), "none of its layers has R, G and B, or Y; there are 'N', 'u'"),
+    ("EXR's alpha", exr_with({"": RED, ":A": DIM}), "it is transparent in places (alpha)"),
+    ("two arrays", arrays_of_one_size, "it holds several arrays of one size, 'clean', 'noisy', and nobody knows"),
     ("alpha", saved("a.png", with_alpha(200)), "it is transparent in places (alpha)"),
     ("palette", saved("a.png", Image.fromarray(RGB).convert("P")), "it is an image of a colour palette"),
     ("JPEG cut short", truncated("a.jpg", Image.fromarray(RGB)), "its JPEG is damaged"),
@@ -353,6 +467,17 @@ def test_what_cannot_be_read_is_one_sentence(tmp_path: Path, make: Callable[[Pat
 def test_alpha_that_hides_nothing_is_no_matter(tmp_path: Path) -> None:
     with_alpha(255).save(tmp_path / "a.png")
     np.testing.assert_allclose(planes_of(tmp_path / "a.png"), linear(RGB / 255), rtol=0, atol=1e-12)
+    grey = np.dstack([DEEP[..., 0], np.full((ROWS, COLS), 65535, np.uint16)])
+    (tmp_path / "a.png").write_bytes(imagecodecs.png_encode(grey))
+    np.testing.assert_allclose(planes_of(tmp_path / "a.png")[..., 0], linear(DEEP[..., 0] / 65535), rtol=0, atol=1e-12)
+
+
+def test_a_layer_of_a_file_that_has_none_is_refused(tmp_path: Path) -> None:
+    with_alpha(255).save(tmp_path / "a.png")
+    with pytest.raises(CamsimError, match=r"a\.png': layer: a \.png has none; leave it out"):
+        planes_of(tmp_path / "a.png", layer="left")
+    with pytest.raises(CamsimError, match=r"'up' is not in it; there are 'left', 'right'"):
+        planes_of(exr(tmp_path / "a.exr", {"left": RED, "right": DIM}), layer="up")
 
 
 @pytest.mark.parametrize(

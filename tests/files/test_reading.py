@@ -50,9 +50,23 @@ def test_a_file_says_what_it_is(tmp_path: Path, frame: Frame, name: str, product
     assert (held.form, held.product, held.rows, held.cols) == (form, product, 48, 66)
     assert held.size_bytes == (tmp_path / name).stat().st_size
     assert held.description == frame.description
+    assert held.fits
     assert held.record.seed == frame.seed
     assert held.has_truth == (product in ("truth", "frame"))
     assert held.record.error_estimate == (4.5e-7 if product == "truth" else 3.2e-7)
+
+
+def test_a_dng_that_another_program_gave_a_preview_has_the_size_of_its_raw_image(tmp_path: Path, frame: Frame) -> None:
+    save(frame, tmp_path / "a.dng")
+    with tifffile.TiffFile(tmp_path / "a.dng") as tiff:
+        tags, codes = tiff.pages[0].tags, tiff.asarray()
+        said = [(number, "B", tags[number].count, bytes(tags[number].value), True) for number in (700, 50706)]
+    with tifffile.TiffWriter(tmp_path / "b.dng") as tiff:
+        small = np.zeros((16, 22, 3), np.uint8)
+        tiff.write(small, subfiletype=1, subifds=1, photometric="rgb", extratags=said, metadata=None)
+        tiff.write(codes, subfiletype=0, photometric=32803, metadata=None)
+    held = read_file(tmp_path / "b.dng")
+    assert (held.rows, held.cols, held.fits) == (48, 66, True)
 
 
 def test_every_byte_cut_off_is_noticed(tmp_path: Path, frame: Frame) -> None:

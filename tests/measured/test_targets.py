@@ -12,6 +12,8 @@ import camsim
 from camsim.errors import UnsupportedError
 from camsim.measure import Picture, Plane, picture_of_frame, read_picture
 from camsim.measure.acutance import acutance
+from camsim.measure.colour import measure_colour
+from camsim.measure.distortion import measure_distortion
 from camsim.measure.lens_places import refuse_distortion
 from camsim.measure.target import measure_moire, measure_star, measure_texture
 
@@ -114,6 +116,23 @@ def test_acutance_is_the_integral_over_what_the_eye_sees():
 
     seen = integrate.quad(lambda nu: csf(nu) * math.exp(-5.0 * nu / per_degree), 0.0, per_degree, epsrel=1e-10)[0]
     assert got == pytest.approx(seen / integrate.quad(csf, 0.0, 300.0, epsrel=1e-10)[0], rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("measure", "scene"),
+    [
+        (measure_star, "siemens-star"),
+        (measure_texture, "dead-leaves"),
+        (measure_moire, "zone-plate"),
+        (measure_distortion, "dot-grid"),
+        (measure_colour, "colorchecker"),
+    ],
+)
+def test_a_picture_of_another_size_than_its_capture_is_refused(measure, scene):
+    capture = camsim.load(scene, overrides=["region={rows: 120, cols: 120}"])
+    picture = Picture(name="cut.dng", shape=(120, 118), planes=(Plane(name="Y", samples=np.zeros((120, 118))),))
+    with pytest.raises(UnsupportedError, match=r"cut\.dng: it has 120 × 118 photosites and its capture 120 × 120"):
+        measure(picture, capture)
 
 
 @pytest.mark.parametrize(

@@ -36,6 +36,9 @@ class Picture(Table):
     tolerance: float = Field(
         default=1e-4, ge=0, le=1, description="how far a cube's planes may lie from it; 0 keeps every band"
     )
+    layer: str | None = Field(
+        default=None, description="of an EXR that holds several images; an array of an NPZ or MATLAB file"
+    )
 
 
 class PointSource(Table):

@@ -41,12 +41,6 @@ def measure_colour(picture: Picture, capture: Capture) -> ColourReport:
         raise UnsupportedError(
             f"the camera has the channels {', '.join(camera.cfa.channels)}; colours need R, G and B", stage=picture.name
         )
-    size = capture.grid.rows, capture.grid.cols
-    if picture.shape != size:
-        raise UnsupportedError(
-            f"{picture.shape[0]} × {picture.shape[1]} photosites, and what it says of itself has {size[0]} × {size[1]}",
-            stage=picture.name,
-        )
     areas, small = patch_areas(capture)
     if not areas:
         raise UnsupportedError(

@@ -1,0 +1,36 @@
+"""What a camera noted of a photograph (EXIF 2.32): a TIFF without an image, whose notes may be damaged."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable
+from typing import TypeVar
+
+from camsim.errors import InputError
+from camsim.files.tiff_reader import Directory, read_directory
+
+_PREFIX = b"Exif\0\0"
+_CAMERAS, _INTEROPERABILITY, _INDEX = 34665, 40965, 1
+_ADOBES = b"R03"
+
+T = TypeVar("T")
+
+
+def in_exif(exif: bytes, read: Callable[[Directory], T], otherwise: T) -> T:
+    """Return what is read in a block of EXIF; damaged notes are no reason to refuse a picture."""
+    block = exif.removeprefix(_PREFIX)
+    try:
+        return read(read_directory(io.BytesIO(block), len(block)))
+    except InputError:
+        return otherwise
+
+
+def colours_noted(directory: Directory) -> str:
+    """Return the colour space that a camera noted besides sRGB: DCF's optional one, which often has no profile."""
+    try:
+        notes = directory.below(_CAMERAS)
+        rules = None if notes is None else notes.below(_INTEROPERABILITY)
+        adobes = rules is not None and rules.bytes_of(_INDEX, 8).rstrip(b"\0") == _ADOBES
+    except InputError:
+        return ""
+    return "Adobe RGB, by EXIF" if adobes else ""

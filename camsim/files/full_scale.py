@@ -1,0 +1,41 @@
+"""What the samples of a file can hold: the largest of whole numbers, and whether an alpha channel hides anything."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from camsim.errors import InputError
+
+
+def largest_sample(dtype: np.dtype[Any], bits: int | None = None) -> float:
+    """Return the largest number that samples can have: of whole ones of ``bits``, or of their type; 1 of others.
+
+    >>> largest_sample(np.dtype("u2"), 12), largest_sample(np.dtype("u1")), largest_sample(np.dtype("f4"))
+    (4095.0, 255.0, 1.0)
+    """
+    if dtype.kind not in "ui":
+        return 1.0
+    return float(np.iinfo(dtype).max) if bits is None else float((1 << bits - (dtype.kind == "i")) - 1)
+
+
+def opaque(image: npt.NDArray[Any], largest: float) -> npt.NDArray[Any]:
+    """Return an image, (rows, cols) or (rows, cols, colours), without an alpha channel that hides nothing.
+
+    Raises InputError for one that hides something.
+
+    >>> opaque(np.array([[[0.3, 1.0]]]), 1.0)
+    array([[0.3]])
+    """
+    if image.ndim != 3 or image.shape[2] not in (2, 4):
+        return image
+    refuse_transparent(image[..., -1], largest)
+    return image[..., 0] if image.shape[2] == 2 else image[..., :-1]
+
+
+def refuse_transparent(alpha: npt.NDArray[Any], largest: float) -> None:
+    """Raise InputError where an alpha channel is less than full anywhere."""
+    if not (alpha >= largest).all():
+        raise InputError("it is transparent in places (alpha), and nobody knows what lies behind; flatten it first")
