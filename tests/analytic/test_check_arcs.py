@@ -6,7 +6,8 @@ import pytest
 
 import camsim
 from camsim.quadrature import gauss_legendre
-from camsim.rendering.check.along import SHORT, Energy, Rules, add_bezier, add_round_piece, add_straight
+from camsim.rendering.check.along import SHORT, Energy, Rules, add_bezier, add_straight
+from camsim.rendering.check.along_arcs import add_round_piece
 from camsim.rendering.check.beziers import between
 from camsim.rendering.check.outlines import outlines_of
 from camsim.rendering.check.parts import parts_seen

@@ -36,7 +36,7 @@ LOUD_FALLS = 2.0  # the power of the distance that rings of ends fall with: wher
 NODE_SECONDS, PIECE_SECONDS, POINT_SECONDS = 4e-9, 5e-8, 1e-4  # of one core, measured
 PASSED_SECONDS = 3e-9  # of a piece that lies in another zone
 BLOCK_SECONDS = 1e-3  # of a block of nodes: to hand one on takes a tenth of it
-ROUND = 5.0  # times as long for a node on a round piece: a sine and a cosine
+ROUND = 2.7  # times as long for a node on a round piece: where it lies
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -19,9 +19,9 @@ from camsim.rendering.check.along import (
     Memory,
     Rules,
     add_bezier,
-    add_round_piece,
     add_straight,
 )
+from camsim.rendering.check.along_arcs import add_round_piece
 from camsim.rendering.check.records import Outlines, Parts
 
 MOST_NODES = 64
@@ -76,7 +76,7 @@ def light_at_points(asked: Asked, o: Outlines, parts: Parts, tables: Tables, rul
 
 def memory_for(pieces: int, nodes: int, channels: int) -> Memory:
     """Return what one thread writes on its way, for so many pieces, nodes of a rule, and channels."""
-    within = np.empty(nodes, np.int32), np.empty(nodes)
+    within = np.empty(nodes, np.int32), np.empty(nodes), np.empty(nodes)
     return Memory(np.empty(pieces, np.int64), np.empty(CUTS), *within, np.zeros(channels), np.zeros(channels))
 
 
