@@ -96,12 +96,12 @@ def _covariances(solving: F64, where: Used, left: F64) -> list[F64]:
     return [np.einsum("an,bn->ab", part, part) for part in parts]
 
 
-def _told(shift: F64, gain: float, covariances: list[F64]) -> bool:
-    """Return whether a shift is known well, or is beyond chance, by each of the covariances of (gain · shift, gain)."""
+def _told(shift: F64, scale: float, covariances: list[F64]) -> bool:
+    """Return whether a shift is known well, or beyond chance, by each of the covariances of (scale · shift, scale)."""
     for covariance in covariances:
-        if not gain > _SURE * float(np.sqrt(covariance[-1, -1])):
+        if not scale > _SURE * float(np.sqrt(covariance[-1, -1])):
             return False
-        chance = _SURE**2 * covariance[:-1, :-1] / gain**2
+        chance = _SURE**2 * covariance[:-1, :-1] / scale**2
         beyond = float(np.linalg.eigvalsh(np.outer(shift, shift) - chance)[-1]) > 0.0
         if not beyond and float(np.sqrt(np.trace(chance))) > SHIFTED_PX:
             return False

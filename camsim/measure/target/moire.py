@@ -28,6 +28,7 @@ from camsim.exposing import Capture
 from camsim.measure.given import check_given
 from camsim.measure.lens_places import refuse_distortion
 from camsim.measure.picture import Picture, Plane
+from camsim.measure.straight import straightened
 from camsim.measure.target.star import FUNDAMENTAL, surface_contrast
 from camsim.measure.theory import CameraOtf
 from camsim.scene.charts import Chart
@@ -93,6 +94,7 @@ def measure_moire(picture: Picture, capture: Capture) -> MoireReport:
     Raises UnsupportedError for a scene without a zone plate, and for one whose rings are coarser than all lattices.
     """
     check_given(picture=picture, capture=capture)
+    picture = straightened(picture, capture)
     plates = [shape for shape in capture.scene.shapes if isinstance(shape, Chart) and shape.name == "zone-plate"]
     if not plates:
         raise UnsupportedError("the scene has no chart zone-plate", stage=picture.name)

@@ -15,6 +15,7 @@ from camsim.measure.given import check_given
 from camsim.measure.lens_places import refuse_distortion
 from camsim.measure.neighbours import neighbours
 from camsim.measure.picture import Channel, Picture, Plane
+from camsim.measure.straight import straightened
 from camsim.measure.target.dark import dark_e
 from camsim.measure.target.result import TargetMtf, TargetReport, curve
 from camsim.measure.theory import CameraOtf
@@ -39,6 +40,7 @@ def measure_star(picture: Picture, capture: Capture) -> TargetReport:
     give the channel; exposure does not matter. Raises UnsupportedError for a scene without a star.
     """
     check_given(picture=picture, capture=capture)
+    picture = straightened(picture, capture)
     stars = [shape for shape in capture.scene.shapes if isinstance(shape, Chart) and shape.name == "siemens-star"]
     if not stars:
         raise UnsupportedError(
