@@ -69,7 +69,7 @@ def test_outer_rings_are_right_too(changes):
         "siemens-star", overrides=["noise.enabled=false", "render.tolerance=1e-3", *size, *changes], sensor="mono-345"
     )
     (grey,) = measure_star(picture_of_frame(capture.frame()), capture).channels
-    assert np.abs(grey.mtf - grey.theory)[:12].max() < 0.0017
+    assert np.abs(grey.mtf - grey.theory)[:12].max() < 0.0025
 
 
 @pytest.mark.parametrize(
