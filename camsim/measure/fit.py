@@ -15,6 +15,7 @@ from camsim.measure.geometry import EdgeLine, longest_gap
 from camsim.measure.locate import Guess
 from camsim.measure.picture import Channel, Samples
 from camsim.measure.sampling import refuse_gap
+from camsim.measure.shared import shared_scatter
 from camsim.measure.solve import solve
 from camsim.measure.spline import BEND, TURN, Model
 from camsim.measure.variance import variances
@@ -140,13 +141,17 @@ def _fit(samples: Samples, channel: Channel, guess: Guess, *, reach: float, what
             break
     left_out = int(np.count_nonzero(~keep))
     d, s, slope, v, r = d[keep], s[keep], slope[keep], v[keep], r[keep]
+    x, y = x[enough][keep], y[enough][keep]
     free = max(1, d.size - coefficients.size)
     variance = float(r @ r) / free
     away = min(2.0 + rise, 0.5 * half_width)
     noise = tuple(float(np.std(r[side])) if np.count_nonzero(side) > 1 else 0.0 for side in (d < -away, d > away))
     leverage = spline.leverages(d, s, slope, model, inverse)
     own = variances(d, v - r, r, leverage, away=away, rise=rise)
-    covariance = inverse @ spline.scatter(d, s, slope, own, model) @ inverse
+    thrown = spline.scatter(d, s, slope, own, model)
+    for place in (x, y):
+        thrown += shared_scatter(place, (d, s, slope), r, own, model, inverse)
+    covariance = inverse @ thrown @ inverse
     n = model.columns
     # For what is flatter than the final fit the profile is too sharp.
     turn_error_rad = direction_error_rad(

@@ -156,6 +156,18 @@ def scatter(d: F64, s: F64, slope: F64, variance: F64, model: Model) -> F64:
 
 
 @kernel(allocates=True)
+def group_sums(d: F64, s: F64, slope: F64, weight: F64, group: np.ndarray, groups: int, model: Model) -> F64:
+    """Return the sum of weight·row over the photosites of each group, (n, groups)."""
+    out = np.zeros((model.columns + EXTRAS, groups))
+    index, value = np.empty(_NONZERO, np.int64), np.empty(_NONZERO)
+    for j in range(d.size):
+        count = _row(d[j], s[j], slope[j], model, index, value)
+        for a in range(count):
+            out[index[a], group[j]] += weight[j] * value[a]
+    return out
+
+
+@kernel(allocates=True)
 def _rows(d: F64, model: Model) -> F64:
     index, value = np.empty(_NONZERO, np.int64), np.empty(_NONZERO)
     rows = np.zeros((d.size, model.columns + EXTRAS))

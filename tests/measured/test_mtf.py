@@ -220,6 +220,25 @@ def test_standard_errors_are_true(rng, size, step, angle, mtf50):
     assert values[:, 4].mean() == pytest.approx(100, rel=0.02)
 
 
+@pytest.mark.parametrize(("angle", "lines"), [(95, "rows"), (-4, "columns")])
+def test_noise_that_rows_or_columns_share_is_in_the_errors(rng, angle, lines):
+    """An edge along them: of independent photosites the contrast's error would be a fifth, the angle's a third."""
+    image = gaussian_edge(64, 64, angle, 0.8)
+    off = []
+    for _ in range(48):
+        shared = rng.normal(0.0, 0.012, (64, 1))
+        edge = measured(image + rng.normal(0.0, 0.012, image.shape) + (shared if lines == "rows" else shared.T))
+        figures, error = edge.figures, edge.standard_error
+        f = edge.frequency_cycles_per_pixel
+        told = (f > 0.02) & (f < 0.3)
+        curve = (edge.mtf - gaussian_mtf(f, 0.8))[told] / edge.mtf_error[told]
+        turned = figures.angle_deg - ((angle + 45) % 90 - 45)
+        pulls = [(figures.contrast - 0.8) / error.contrast, turned / error.angle_deg]
+        off.append([*pulls, math.sqrt(np.mean(curve**2))])
+    assert np.all(np.sqrt(np.mean(np.square(off), axis=0)) < 1.5)
+    assert np.sqrt(np.mean(np.square(off), axis=0))[0] > 0.6
+
+
 def test_a_step_of_several_greys_is_found_everywhere(rng):
     """Edges found on their own: all twelve sides of three turned squares, none of the frame's border."""
     image = np.full((420, 900), 0.8)
