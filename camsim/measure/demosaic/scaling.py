@@ -184,8 +184,8 @@ def _gamma(true: F64, seen: F64) -> list[Fault]:
     return [Fault("wrong gamma", f"its numbers go as the {p:.2f}th power of light{like}; {way_out}")]
 
 
-def _black(offset: F64, error: F64, gain: F64) -> list[Fault]:
-    held = np.maximum(gain, 1e-30)
+def _black(offset: F64, error: F64, slope: F64) -> list[Fault]:
+    held = np.maximum(slope, 1e-30)
     off, chance = (float(np.median(part / held)) for part in (offset, _SURE * error))
     if not math.isfinite(off) or abs(off) <= max(_OFFSET_OFF, chance):
         return []
