@@ -6,6 +6,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
+from camsim.errors import UnsupportedError
 from camsim.exposing import Capture
 from camsim.frame import Frame
 from camsim.marks import Called
@@ -33,3 +34,13 @@ def check_given(**given: Any) -> None:
     """
     for name, value in given.items():
         check(value, _KINDS[name], name)
+
+
+def check_size(picture: Picture, capture: Capture) -> None:
+    """Refuse a picture of another size than the capture that it is said to be of: nothing would lie where it says."""
+    size = capture.grid.rows, capture.grid.cols
+    if picture.shape != size:
+        raise UnsupportedError(
+            f"{picture.shape[0]} × {picture.shape[1]} photosites, and what it says of itself has {size[0]} × {size[1]}",
+            stage=picture.name,
+        )

@@ -12,6 +12,7 @@ import camsim
 from camsim.errors import UnsupportedError
 from camsim.measure import Picture, Plane, picture_of_frame, read_picture
 from camsim.measure.acutance import acutance
+from camsim.measure.distortion import measure_distortion
 from camsim.measure.lens_places import refuse_distortion
 from camsim.measure.target import measure_moire, measure_star, measure_texture
 
@@ -159,6 +160,15 @@ def test_acutance_is_the_integral_over_what_the_eye_sees():
 
     seen = integrate.quad(lambda nu: csf(nu) * math.exp(-5.0 * nu / per_degree), 0.0, per_degree, epsrel=1e-10)[0]
     assert got == pytest.approx(seen / integrate.quad(csf, 0.0, 300.0, epsrel=1e-10)[0], rel=1e-4)
+
+
+@pytest.mark.parametrize("measure", [measure_star, measure_texture, measure_moire, measure_distortion])
+def test_a_picture_of_another_size_is_refused(measure):
+    """Cut by hand it does not say where it lies: all radii and places would be others."""
+    capture = camsim.load("siemens-star", overrides=["region={rows: 48, cols: 48}"])
+    cut = Picture(name="cut", shape=(32, 48), planes=(Plane(name="Y", samples=np.ones((32, 48))),))
+    with pytest.raises(UnsupportedError, match="cut: 32 × 48 photosites, and what it says of itself has 48 × 48"):
+        measure(cut, capture)
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,7 @@ from camsim.measure.colour.result import ColourReport, PatchColour, WhiteBalance
 from camsim.measure.demosaic.artefacts import delta_e_2000
 from camsim.measure.demosaic.develop import lab
 from camsim.measure.demosaic.subject import CHANNELS
-from camsim.measure.given import check_given
+from camsim.measure.given import check_given, check_size
 from camsim.measure.picture import Picture
 from camsim.measure.truth.spaces import balanced, full_scale_e, neutral_of
 from camsim.sensor.colour_matrix import fit_for_development
@@ -41,12 +41,7 @@ def measure_colour(picture: Picture, capture: Capture) -> ColourReport:
         raise UnsupportedError(
             f"the camera has the channels {', '.join(camera.cfa.channels)}; colours need R, G and B", stage=picture.name
         )
-    size = capture.grid.rows, capture.grid.cols
-    if picture.shape != size:
-        raise UnsupportedError(
-            f"{picture.shape[0]} × {picture.shape[1]} photosites, and what it says of itself has {size[0]} × {size[1]}",
-            stage=picture.name,
-        )
+    check_size(picture, capture)
     areas, small = patch_areas(capture)
     if not areas:
         raise UnsupportedError(

@@ -24,7 +24,7 @@ from camsim.measure.distortion.result import (
 )
 from camsim.measure.distortion.theory import expected_um
 from camsim.measure.geometry import Roi
-from camsim.measure.given import check_given
+from camsim.measure.given import check_given, check_size
 from camsim.measure.picture import Channel, Picture
 from camsim.measure.straight import straightened
 
@@ -40,6 +40,7 @@ def measure_distortion(picture: Picture, capture: Capture, *, progress: Progress
     UnsupportedError for a scene without a dot grid or a checkerboard, and where fewer than four marks are found.
     """
     check_given(picture=picture, capture=capture)
+    check_size(picture, capture)
     picture = straightened(picture, capture)
     marks = marks_of(capture.scene)
     if marks is None:

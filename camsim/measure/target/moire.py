@@ -25,7 +25,7 @@ import numpy as np
 from camsim.arrays import F64
 from camsim.errors import UnsupportedError
 from camsim.exposing import Capture
-from camsim.measure.given import check_given
+from camsim.measure.given import check_given, check_size
 from camsim.measure.lens_places import refuse_distortion
 from camsim.measure.picture import Picture, Plane
 from camsim.measure.straight import straightened
@@ -94,6 +94,7 @@ def measure_moire(picture: Picture, capture: Capture) -> MoireReport:
     Raises UnsupportedError for a scene without a zone plate, and for one whose rings are coarser than all lattices.
     """
     check_given(picture=picture, capture=capture)
+    check_size(picture, capture)
     picture = straightened(picture, capture)
     plates = [shape for shape in capture.scene.shapes if isinstance(shape, Chart) and shape.name == "zone-plate"]
     if not plates:

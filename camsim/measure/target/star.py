@@ -12,7 +12,7 @@ from camsim.arrays import F64
 from camsim.errors import UnsupportedError
 from camsim.exposing import Capture
 from camsim.lit import Window
-from camsim.measure.given import check_given
+from camsim.measure.given import check_given, check_size
 from camsim.measure.lens_places import refuse_distortion
 from camsim.measure.neighbours import neighbours
 from camsim.measure.picture import Channel, Picture, Plane
@@ -41,6 +41,7 @@ def measure_star(picture: Picture, capture: Capture) -> TargetReport:
     give the channel; exposure does not matter. Raises UnsupportedError for a scene without a star.
     """
     check_given(picture=picture, capture=capture)
+    check_size(picture, capture)
     picture = straightened(picture, capture)
     stars = [shape for shape in capture.scene.shapes if isinstance(shape, Chart) and shape.name == "siemens-star"]
     if not stars:

@@ -21,7 +21,7 @@ from camsim.arrays import F64
 from camsim.errors import UnsupportedError
 from camsim.exposing import Capture
 from camsim.lit import Window
-from camsim.measure.given import check_given
+from camsim.measure.given import check_given, check_size
 from camsim.measure.lens_places import refuse_distortion
 from camsim.measure.picture import Picture, Plane
 from camsim.measure.straight import straightened
@@ -51,6 +51,7 @@ def measure_texture(picture: Picture, capture: Capture) -> TargetReport:
     UnsupportedError for a picture that is small, and where the scene has no structure or noise hides it.
     """
     check_given(picture=picture, capture=capture)
+    check_size(picture, capture)
     picture = straightened(picture, capture)
     if min(picture.shape) < _LEAST:
         raise UnsupportedError(
