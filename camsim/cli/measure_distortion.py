@@ -5,12 +5,13 @@ from __future__ import annotations
 import functools
 from typing import TYPE_CHECKING
 
+from camsim.cli.measure_mtf_table import with_error
 from camsim.cli.measured import Outputs, picture_and_capture
 from camsim.cli.progress import Bar
 from camsim.cli.tables import print_table
 
 if TYPE_CHECKING:
-    from camsim.measure.distortion import Displacement, DistortionReport
+    from camsim.measure.distortion import ChannelDistortion, Displacement, DistortionReport
 
 _COLUMNS = (
     "channel", "x_pixel", "y_pixel", "dx_pixel", "dy_pixel", "error_pixel", "theory_dx_pixel", "theory_dy_pixel",
@@ -42,17 +43,28 @@ def _draw(report: DistortionReport, file: str) -> bytes:
 def _print(report: DistortionReport) -> None:
     rows = []
     for c in report.channels:
-        rows.append((c.channel, str(len(c.marks)), *_figures(c), f"{c.off_theory_rms_pixel:.4f}"))
-        rows.append(("theory", "", *_figures(c.theory), ""))
+        rows.append((c.channel, str(len(c.marks)), *_with_errors(c), *_rest(c), f"{c.off_theory_rms_pixel:.4f}"))
+        rows.append(("theory", "", *_figures(c.theory), *_rest(c.theory), ""))
     print_table(f"{report.file}: {report.kind}, against the scene's places", _HEADS, rows)
     for sentence in report.left_out:
         print(f"left out: {sentence}")
 
 
+def _with_errors(found: ChannelDistortion) -> tuple[str, ...]:
+    """Return the polynomial's figures with as many digits as their standard errors leave them."""
+    error = found.standard_error
+    names = ("shift_x_pixel", "shift_y_pixel", "scale", "k1", "k2")
+    told = (with_error(getattr(found, name), getattr(error, name)) for name in names)
+    return *told, f"{with_error(100.0 * found.largest_distortion, 100.0 * error.largest_distortion)} %"
+
+
 def _figures(found: Displacement) -> tuple[str, ...]:
-    lateral = (found.lateral_rms_pixel, found.lateral_largest_pixel)
     return (
         f"{found.shift_x_pixel:+.4f}", f"{found.shift_y_pixel:+.4f}", f"{found.scale:.6f}", f"{found.k1:+.4g}",
-        f"{found.k2:+.4g}", f"{100.0 * found.largest_distortion:+.3f} %", f"{found.rms_pixel:.4f}",
-        *("reference" if value is None else f"{value:.4f}" for value in lateral),
+        f"{found.k2:+.4g}", f"{100.0 * found.largest_distortion:+.3f} %",
     )  # fmt: skip
+
+
+def _rest(found: Displacement) -> tuple[str, ...]:
+    lateral = (found.lateral_rms_pixel, found.lateral_largest_pixel)
+    return f"{found.rms_pixel:.4f}", *("reference" if value is None else f"{value:.4f}" for value in lateral)

@@ -83,7 +83,11 @@ def _of_noise(d: F64, s: F64, signal: F64, model: Model, smooth: Model, rise: fl
     noise, whose share of the squares is known and taken off, and stands for the true one.
     """
     coarse = Model.of(
-        half_width=model.half_width, spacing=max(smooth.spacing, _COARSE * rise), dark=model.dark, scale=model.scale
+        half_width=model.half_width,
+        spacing=max(smooth.spacing, _COARSE * rise),
+        dark=model.dark,
+        scale=model.scale,
+        rise=rise,
     )
     noisy, true = (_Slope.of(d, s, signal, model, shape) for shape in (smooth, coarse))
     told = true.information - (variance * true.noise(d, s) if d.size <= _FEW else 0.0)

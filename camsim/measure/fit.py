@@ -15,8 +15,9 @@ from camsim.measure.geometry import EdgeLine, longest_gap
 from camsim.measure.locate import Guess
 from camsim.measure.picture import Channel, Samples
 from camsim.measure.sampling import refuse_gap
+from camsim.measure.shared import shared_scatter
 from camsim.measure.solve import solve
-from camsim.measure.spline import BEND, TURN, Model
+from camsim.measure.spline import BEND, TAIL, TURN, Model
 from camsim.measure.variance import variances
 
 FINEST_SPACING, COARSEST_SPACING = 0.08, 1.0
@@ -24,6 +25,8 @@ SAMPLES_PER_KNOT = 1.5
 _OUTLIER = 8.0
 _NOISY = 0.01
 _GAPS_PER_KNOT = 0.75
+_MOST_TURNS, _SAME_DARK = 5, 1e-4
+_LEAST_STEP = 0.1  # of what the sides' medians differ by
 _MOST_BEYOND = 100_000
 _MOST_TURN_RAD = math.radians(1.0)
 
@@ -110,7 +113,7 @@ def _fit(samples: Samples, channel: Channel, guess: Guess, *, reach: float, what
     # Where the edge lies is told by its slope: with noise a smooth one does best, without noise the true one.
     smoother = max(spacing, 0.3 * rise)
     line, rise, smooth = _settle(xn, yn, vn, line, half_width, smoother, dark, length, passes=6, what=what)
-    scatter = _scatter_near(xn, yn, vn, line, half_width, spacing, dark, length)
+    scatter = _scatter_near(xn, yn, vn, line, half_width, spacing, dark, length, rise)
     noisy = min(1.0, scatter / _NOISY)
     finer = max(spacing, smoother * noisy)
     # Knots that only noise needs are left out: six on the rise of an edge show all of it.
@@ -125,8 +128,15 @@ def _fit(samples: Samples, channel: Channel, guess: Guess, *, reach: float, what
     along = s[np.abs(d) <= channel.period_pixel]
     refuse_gap(gap, line, length, float(np.ptp(along)) + channel.period_pixel if along.size else 0.0, channel, what)
     slope = spline.slopes(d, *smooth)
-    model = Model.of(half_width=half_width, spacing=spacing, dark=dark, scale=0.5 * length)
+    model = Model.of(half_width=half_width, spacing=spacing, dark=dark, scale=0.5 * length, rise=rise)
     coefficients, inverse = solve(d, s, slope, v, model)
+    # Under a gradient the sides' medians are not their levels at the edge.
+    for _ in range(_MOST_TURNS):
+        at_edge = _dark_at_edge(dark, coefficients, model)
+        if abs(at_edge - model.dark) < _SAME_DARK:
+            break
+        model = model._replace(dark=at_edge)
+        coefficients, inverse = solve(d, s, slope, v, model)
     r = spline.residuals(d, s, slope, v, model, coefficients)
     keep = _ordinary(d, r, half_width)
     for _ in range(5):
@@ -140,13 +150,17 @@ def _fit(samples: Samples, channel: Channel, guess: Guess, *, reach: float, what
             break
     left_out = int(np.count_nonzero(~keep))
     d, s, slope, v, r = d[keep], s[keep], slope[keep], v[keep], r[keep]
+    x, y = x[enough][keep], y[enough][keep]
     free = max(1, d.size - coefficients.size)
     variance = float(r @ r) / free
     away = min(2.0 + rise, 0.5 * half_width)
     noise = tuple(float(np.std(r[side])) if np.count_nonzero(side) > 1 else 0.0 for side in (d < -away, d > away))
     leverage = spline.leverages(d, s, slope, model, inverse)
     own = variances(d, v - r, r, leverage, away=away, rise=rise)
-    covariance = inverse @ spline.scatter(d, s, slope, own, model) @ inverse
+    thrown = spline.scatter(d, s, slope, own, model)
+    for place in (x, y):
+        thrown += shared_scatter(place, (d, s, slope), r, own, model, inverse)
+    covariance = inverse @ thrown @ inverse
     n = model.columns
     # For what is flatter than the final fit the profile is too sharp.
     turn_error_rad = direction_error_rad(
@@ -192,6 +206,14 @@ def _with_turn(covariance: F64, turn: int, error: float) -> F64:
     return more
 
 
+def _dark_at_edge(dark: float, coefficients: F64, model: Model) -> float:
+    """Return the dark side's signal at the edge in units of the step there, by a fit; as it was where that has none."""
+    low, high = (float(coefficients[k]) for k in (0, model.columns - 1))
+    tail = 0.5 * math.pi * float(coefficients[model.columns + TAIL])
+    step = high - low + 2.0 * tail
+    return (dark + low - tail) / step if step > _LEAST_STEP else model.dark
+
+
 def _near(x: F64, y: F64, line: EdgeLine, distance: float) -> np.ndarray:
     """Return which photosites are near the edge: only they know where it is."""
     near: np.ndarray = np.abs(line.across_and_along(x, y)[0]) <= distance
@@ -225,12 +247,14 @@ def _settle(
 ) -> tuple[EdgeLine, float, tuple[Model, F64]]:
     """Move the edge to where the model fits best; return it with its 10–90 % rise and the last fit."""
     rise = 1.0
-    model = Model.of(half_width=half_width, spacing=spacing, dark=dark, scale=0.5 * length)
+    model = Model.of(half_width=half_width, spacing=spacing, dark=dark, scale=0.5 * length, rise=rise)
     for _ in range(passes):
+        model = model._replace(rise=rise)
         d, s = line.across_and_along(x, y)
         near = np.abs(d) <= 1.25 * half_width
         dn, sn, vn = d[near], s[near], v[near]
         straight, _ = solve(dn, sn, np.zeros(dn.size), vn, model, tail=False)
+        model = model._replace(dark=_dark_at_edge(dark, straight, model))
         full, _ = solve(dn, sn, spline.slopes(dn, model, straight), vn, model, tail=False)
         n = model.columns
         turn, bend = full[n + TURN] / model.scale, full[n + BEND] / model.scale**2
@@ -248,13 +272,13 @@ def _settle(
 
 
 def _scatter_near(
-    x: F64, y: F64, v: F64, line: EdgeLine, half_width: float, spacing: float, dark: float, length: float
+    x: F64, y: F64, v: F64, line: EdgeLine, half_width: float, spacing: float, dark: float, length: float, rise: float
 ) -> float:
     """Return how far photosites near the edge scatter about a fit that can follow it."""
     d, s = line.across_and_along(x, y)
     near = np.abs(d) <= 1.25 * half_width
     d, s, v = d[near], s[near], v[near]
-    model = Model.of(half_width=half_width, spacing=spacing, dark=dark, scale=0.5 * length)
+    model = Model.of(half_width=half_width, spacing=spacing, dark=dark, scale=0.5 * length, rise=rise)
     flat = np.zeros(d.size)
     coefficients, _ = solve(d, s, flat, v, model, tail=False)
     r = spline.residuals(d, s, flat, v, model, coefficients)

@@ -4,7 +4,7 @@ Across the edge (d, pixels) the model is
 
     ESF(d) = Σ_k c_k·B_k(d)          cubic B-splines of spacing h on −D … D, constant beyond
            + tail·atan(d)             line spread 1/(1 + d²): diffraction's 1/d² beyond D
-           + across·level(d)·d        shading: the light changes in proportion to d …
+           + across·level(d)·d        shading: the light changes in proportion to d, more so on the bright side …
            + along·level(d)·s         … and to the place s along the edge
            − ESF′(d)·(turn·s + bend·s²)   what a small error of the edge's direction and curvature does
 
@@ -25,6 +25,9 @@ TAIL, ACROSS, ALONG, TURN, BEND = range(5)
 EXTRAS = 5
 _NONZERO = 4 + EXTRAS
 
+_ERF_OF_RISE = 1.8123876
+"""2·erf⁻¹(0.8): an error function that rises from 10 to 90 % over 1."""
+
 
 class Model(NamedTuple):
     """What the kernels need to know of the model; lengths in pixels, signals in units of the step.
@@ -32,6 +35,7 @@ class Model(NamedTuple):
     half_width : D;  spacing: h;  columns: number of spline coefficients
     dark       : signal of the dark side, for what shading changes
     scale      : length that ``across``, ``turn`` and ``bend`` are counted in
+    rise       : of the edge, 10 to 90 %, for the level of the light between its sides
     slope      : (columns + EXTRAS,) coefficients of the last fit, whose derivative multiplies turn and bend
     """
 
@@ -40,13 +44,14 @@ class Model(NamedTuple):
     columns: int
     dark: float
     scale: float
+    rise: float
 
     @classmethod
-    def of(cls, *, half_width: float, spacing: float, dark: float, scale: float) -> Model:
+    def of(cls, *, half_width: float, spacing: float, dark: float, scale: float, rise: float) -> Model:
         """Return a model whose knots lie symmetrically about the edge."""
         intervals = 2 * max(3, math.ceil(half_width / spacing))
         columns = intervals - 1
-        return cls(0.5 * intervals * spacing, spacing, columns, dark, scale)
+        return cls(0.5 * intervals * spacing, spacing, columns, dark, scale, rise)
 
 
 @kernel(forceinline=True)
@@ -82,7 +87,7 @@ def _row(d: float, s: float, slope: float, model: Model, index: np.ndarray, valu
                 index[count], value[count] = column, b[k]
                 count += 1
     turn = math.atan(d)
-    level = model.dark + 0.5 + turn / math.pi
+    level = model.dark + 0.5 + 0.5 * math.erf(_ERF_OF_RISE * d / model.rise)
     along = s / model.scale
     for k, entry in enumerate((turn, level * d / model.scale, level * along, -slope * along, -slope * along * along)):
         index[count + k], value[count + k] = n + k, entry
@@ -153,6 +158,18 @@ def scatter(d: F64, s: F64, slope: F64, variance: F64, model: Model) -> F64:
         for b in range(a):
             matrix[a, b] = matrix[b, a]
     return matrix
+
+
+@kernel(allocates=True)
+def group_sums(d: F64, s: F64, slope: F64, weight: F64, group: np.ndarray, groups: int, model: Model) -> F64:
+    """Return the sum of weight·row over the photosites of each group, (n, groups)."""
+    out = np.zeros((model.columns + EXTRAS, groups))
+    index, value = np.empty(_NONZERO, np.int64), np.empty(_NONZERO)
+    for j in range(d.size):
+        count = _row(d[j], s[j], slope[j], model, index, value)
+        for a in range(count):
+            out[index[a], group[j]] += weight[j] * value[a]
+    return out
 
 
 @kernel(allocates=True)

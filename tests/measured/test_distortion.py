@@ -12,6 +12,7 @@ from camsim.errors import UnsupportedError
 from camsim.measure import Picture, Plane, picture_of_frame
 from camsim.measure.distortion import measure_distortion
 from camsim.measure.distortion.marks import Marks, locate_mark
+from camsim.measure.distortion.result import radial_fit
 from camsim.measure.picture import mosaic_planes
 from tests.colour_data import aligned
 
@@ -90,6 +91,24 @@ def test_a_mark_is_as_sure_as_it_is_said(rng):
     np.testing.assert_allclose(found[:, :2].mean(axis=0), (0.2, -0.3), atol=0.02)
 
 
+def test_the_polynomial_is_as_sure_as_it_is_said(rng):
+    """Its stated errors are the scatter over noise; of marks at one distance k1 and k2 are not told apart."""
+    places = np.stack(np.meshgrid(np.arange(-3, 4) * 20.0, np.arange(-2, 3) * 20.0), axis=-1).reshape(-1, 2)
+    truth, solved, said = np.array([0.2, -0.1, 1e-3, -0.03, 0.01]), [], []
+    r2 = np.sum(places**2, axis=1) / HALF**2
+    moves = places * (truth[2] + truth[3] * r2 + truth[4] * r2**2)[:, None] + truth[:2]
+    for _ in range(200):
+        found, _, covariance = radial_fit(places, moves + rng.normal(0.0, 0.02, moves.shape), HALF)
+        solved.append(found)
+        said.append(np.diag(covariance))
+    pulls = (np.array(solved) - truth) / np.sqrt(said)
+    np.testing.assert_allclose(np.sqrt(np.mean(pulls**2, axis=0)), 1.0, atol=0.2)
+    turn = np.arange(12) * math.pi / 6.0
+    ring = 30.0 * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    _, _, covariance = radial_fit(ring, ring * 0.01, HALF)
+    assert np.isfinite(np.diag(covariance)).tolist() == [True, True, False, False, False]
+
+
 @pytest.mark.parametrize("kind", ["dot-grid", "checkerboard"])
 def test_marks_are_found_where_a_known_law_has_put_them(kind):
     chart = {
@@ -111,6 +130,9 @@ def test_marks_are_found_where_a_known_law_has_put_them(kind):
         assert channel.scale == pytest.approx(scale, abs=5e-4)
         assert channel.largest_distortion == pytest.approx(k1 * r2 + k2 * r2**2, abs=5e-4)
         assert (channel.shift_x_pixel, channel.shift_y_pixel) == pytest.approx(SHIFT, abs=5e-3)
+        error = channel.standard_error
+        assert abs(channel.k1 - k1) < 4.0 * error.k1
+        assert error.largest_distortion < 5e-4
     red = report.channels[0]
     radii = [mark.radius_pixel for mark in red.marks]
     assert red.lateral_largest_pixel == pytest.approx(1e-3 * max(radii), abs=0.02)

@@ -189,6 +189,19 @@ def test_shading_does_not_count_as_blur(direction):
     assert mtf50 == pytest.approx(gaussian_limit(0.5, 0.8), rel=2e-3)
 
 
+@pytest.mark.parametrize(("along_x", "along_y"), [(0.0024, -0.0032), (-0.003, 0.003), (0.003, 0.0)])
+def test_steep_lamps_do_not_blur_either(along_x, along_y):
+    """Light that doubles over the region: what the sides have at the edge is not what they have in their middles."""
+    sigma, middle = 1.5, np.arange(96) - 47.5
+    image = gaussian_edge(96, 96, -23.6, sigma, dark=1.0 / 3.0, bright=1.0, shift_px=0.0)
+    edge = measured(image * (1.0 + along_x * middle + along_y * middle[:, None]), size=96)
+    figures = edge.figures
+    assert figures.mtf50_cycles_per_pixel == pytest.approx(gaussian_limit(0.5, sigma), rel=1e-3)
+    assert figures.rise_10_90_pixel == pytest.approx(2.5631031311 * sigma, rel=2e-3)
+    assert figures.contrast == pytest.approx(0.5, abs=5e-4)
+    assert figures.angle_deg == pytest.approx(-23.6, abs=0.02)
+
+
 def test_defects_are_left_out(rng):
     image = gaussian_edge(64, 64, 5, 0.8) + rng.normal(0, 0.002, (64, 64))
     clean = measured(image).figures.mtf50_cycles_per_pixel
@@ -218,6 +231,25 @@ def test_standard_errors_are_true(rng, size, step, angle, mtf50):
     assert np.all(np.abs(ratio - 1.0) < 0.2), ratio
     assert abs(values[:, 0].mean() - mtf50) < STATISTICAL * spread[0] / math.sqrt(len(values))
     assert values[:, 4].mean() == pytest.approx(100, rel=0.02)
+
+
+@pytest.mark.parametrize(("angle", "lines"), [(95, "rows"), (-4, "columns")])
+def test_noise_that_rows_or_columns_share_is_in_the_errors(rng, angle, lines):
+    """An edge along them: of independent photosites the contrast's error would be a fifth, the angle's a third."""
+    image = gaussian_edge(64, 64, angle, 0.8)
+    off = []
+    for _ in range(48):
+        shared = rng.normal(0.0, 0.012, (64, 1))
+        edge = measured(image + rng.normal(0.0, 0.012, image.shape) + (shared if lines == "rows" else shared.T))
+        figures, error = edge.figures, edge.standard_error
+        f = edge.frequency_cycles_per_pixel
+        told = (f > 0.02) & (f < 0.3)
+        curve = (edge.mtf - gaussian_mtf(f, 0.8))[told] / edge.mtf_error[told]
+        turned = figures.angle_deg - ((angle + 45) % 90 - 45)
+        pulls = [(figures.contrast - 0.8) / error.contrast, turned / error.angle_deg]
+        off.append([*pulls, math.sqrt(np.mean(curve**2))])
+    assert np.all(np.sqrt(np.mean(np.square(off), axis=0)) < 1.5)
+    assert np.sqrt(np.mean(np.square(off), axis=0))[0] > 0.6
 
 
 def test_a_step_of_several_greys_is_found_everywhere(rng):

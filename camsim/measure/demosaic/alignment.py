@@ -15,39 +15,94 @@ _BLUR, _STEPS, _LARGEST, _EDGE = 1.5, 8, 1024, 12
 _DIGITS = 4
 """After the point: the last step is smaller than that."""
 
+_SURE = 5.0
+"""Standard errors from 0, within which a shift may be chance."""
+
+_WEAK = 1e-3
+"""Of what is known of the direction that is known best: along edges that all go one way nothing is."""
+
+_TOGETHER = 5
+"""Photosites a side whose errors go together: a method takes each from its neighbours."""
+
 
 def best_shift(found: F32, subject: Subject) -> tuple[float, float]:
     """Return (x, y) in pixels by which the result lies to the right of and below the truth; 0 where nothing tells it.
 
-    A blur hides what demosaicing does to single photosites; gain and offset are free.
+    A blur hides what demosaicing does to single photosites; gain and offset are free. A result is the truth moved,
+    as far as noise and the method's own errors let that be known: what they might do by chance is told by what is
+    left, and ground that is all but even tells no shift.
     """
     rows, cols = (slice(max(0, (size - _LARGEST) // 2), (size + _LARGEST) // 2) for size in subject.shape)
-    wanted, blurred = (
-        scipy.ndimage.gaussian_filter(image[rows, cols].sum(axis=2, dtype=np.float64), _BLUR)
-        for image in (subject.truth, found)
-    )
+    wanted, seen = (image[rows, cols].sum(axis=2, dtype=np.float64) for image in (subject.truth, found))
+    smooth, blurred = (scipy.ndimage.gaussian_filter(image, _BLUR) for image in (wanted, seen))
     inner = slice(_EDGE, -_EDGE), slice(_EDGE, -_EDGE)
-    used = subject.used[rows, cols][inner]
+    where = np.zeros(wanted.shape, bool)
+    where[inner] = subject.used[rows, cols][inner]
+    slopes = np.stack([-np.asarray(np.gradient(smooth, axis=axis))[where] for axis in (0, 1)], axis=1)
+    level = np.stack([smooth[where], np.ones(len(slopes))], axis=1)
+    inverse = _inverse(slopes, level)
+    if inverse is None:
+        return 0.0, 0.0
+    known, ways = np.linalg.eigh(np.linalg.inv(inverse[:2, :2]))
+    ways = ways[:, known > _WEAK * known[-1]]
+    slopes = np.einsum("ni,ij->nj", slopes, ways)
+    inverse = _inverse(slopes, level)
+    if inverse is None:
+        return 0.0, 0.0
+    solving = np.einsum("ij,nj->in", inverse, np.concatenate([slopes, level], axis=1))
     shift = np.zeros(2)
     for _ in range(_STEPS):
-        moved = scipy.ndimage.shift(blurred, shift, order=3, mode="nearest")[inner]
-        system = _system(moved, used)
-        target = wanted[inner][used]
-        matrix, right = np.einsum("ni,nj->ij", system, system), np.einsum("ni,n->i", system, target)
-        if np.linalg.cond(matrix) > 1e14:
+        solved = np.einsum("in,n->i", solving, _moved(blurred, shift)[where])
+        gain, offset = solved[-2:]
+        if not abs(gain) > 1e-6:
             return 0.0, 0.0
-        solved = np.linalg.solve(matrix, right)
-        if not abs(solved[2]) > 1e-6:
-            return 0.0, 0.0
-        step = np.clip(solved[:2] / solved[2], -1.0, 1.0)
+        step = np.clip(np.einsum("ij,j->i", ways, solved[:-2]) / gain, -1.0, 1.0)
         shift += step
         if np.abs(step).max() < 10.0**-_DIGITS:
             break
-    down, right = (round(-float(way), _DIGITS) + 0.0 for way in shift)
+    left = _moved(seen, shift) - gain * wanted - offset
+    if not _told(np.einsum("ij,i->j", ways, shift), float(gain), _covariances(solving[:-1], where, left)):
+        return 0.0, 0.0
+    down, right = (round(float(way), _DIGITS) + 0.0 for way in shift)
     return right, down
 
 
-def _system(moved: F64, used: Used) -> F64:
-    slopes = [-np.asarray(np.gradient(moved, axis=axis))[used] for axis in (0, 1)]
-    columns: F64 = np.stack([*slopes, moved[used], np.ones(slopes[0].size)], axis=1)
-    return columns
+def _inverse(slopes: F64, level: F64) -> F64 | None:
+    """Return the inverse of the normal equations; None where they tell nothing."""
+    system = np.concatenate([slopes, level], axis=1)
+    matrix = np.einsum("ni,nj->ij", system, system)
+    return None if np.linalg.cond(matrix) > 1e14 else np.linalg.inv(matrix)
+
+
+def _moved(image: F64, shift: F64) -> F64:
+    """Return a picture moved back by a shift."""
+    moved: F64 = scipy.ndimage.shift(image, -shift, order=3, mode="nearest")
+    return moved
+
+
+def _covariances(solving: F64, where: Used, left: F64) -> list[F64]:
+    """Return the covariance of solutions three times: of errors that go together about a place, in rows, in columns.
+
+    solving : (n, photosites) what the solutions take of the blurred picture at each;  left: of the sharp one
+    """
+    pulls = []
+    for row in solving:
+        weight = np.zeros(left.shape)
+        weight[where] = row
+        # The blur is its own transpose: so much each photosite pulls.
+        pulls.append(scipy.ndimage.gaussian_filter(weight, _BLUR, mode="constant") * left)
+    near = [_TOGETHER * scipy.ndimage.uniform_filter(pull, _TOGETHER, mode="constant") for pull in pulls]
+    parts = [np.stack(near).reshape(len(near), -1), *(np.stack([p.sum(axis=axis) for p in pulls]) for axis in (1, 0))]
+    return [np.einsum("an,bn->ab", part, part) for part in parts]
+
+
+def _told(shift: F64, scale: float, covariances: list[F64]) -> bool:
+    """Return whether a shift is known well, or beyond chance, by each of the covariances of (scale · shift, scale)."""
+    for covariance in covariances:
+        if not scale > _SURE * float(np.sqrt(covariance[-1, -1])):
+            return False
+        chance = _SURE**2 * covariance[:-1, :-1] / scale**2
+        beyond = float(np.linalg.eigvalsh(np.outer(shift, shift) - chance)[-1]) > 0.0
+        if not beyond and float(np.sqrt(np.trace(chance))) > SHIFTED_PX:
+            return False
+    return True

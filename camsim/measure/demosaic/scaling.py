@@ -21,6 +21,19 @@ _MOST_SAMPLES, _LEAST_SAMPLES = 200_000, 200
 _WINDOW, _EVEN = 7, 0.03
 _LEAST_SPREAD = 0.02
 
+_SURE = 4.0
+"""Standard errors, within which a fault may be noise."""
+
+_USUAL_OFFSET = 0.002
+"""Of a diffuser's level: the black level of a result without fault may be off by a few times as much."""
+
+_TOGETHER = 10.0
+"""Photosites whose noise goes together, of red and blue: a method makes theirs from every fourth or fifth."""
+
+
+Places = tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]
+"""Rows and columns of photosites."""
+
 
 @dataclass(frozen=True, slots=True)
 class Fault:
@@ -53,7 +66,13 @@ def scaled(found: F32, subject: Subject) -> Scaled:
     true, seen = (
         (image[smooth] if even else image[subject.used]).astype(np.float64) for image in (subject.truth, found)
     )
-    offset, gain = _lines(true, seen) if even else (np.zeros(3), seen.mean(axis=0) / true.mean(axis=0))
+    rows, cols = smooth if even else np.nonzero(subject.used)
+    places = rows, cols
+    offset, gain = _lines(true, seen) if even else _levels(true, seen)
+    offset_error, gain_error = _errors(true, seen, (offset, gain), places)
+    faults = (_gamma(true, seen) or _black(offset, offset_error, gain)) if even else []
+    if not faults:
+        gain, gain_error = _without_fault(true, seen, (offset, offset_error), places)
     largest = float(np.max(np.abs(gain))) or 1.0
     shares = np.maximum(gain, 1e-6 * largest)
     unlike = [float(np.abs(np.log(shares / model / np.median(shares / model))).max()) for model in _models(subject)]
@@ -66,8 +85,9 @@ def scaled(found: F32, subject: Subject) -> Scaled:
         return Scaled(image=found, scale=1.0, balanced=balanced, faults=(_NO_LIKENESS,))
     white: F32 = (level * model).astype(np.float32)
     image: F32 = found / white
-    faults = (_gamma(true, seen) or _black(offset / np.maximum(gain, 1e-30))) if even else []
-    if not faults and min(unlike) > _BALANCE_OFF:
+    # Its own channel's error and that of the one it is held against.
+    chance = _SURE * math.sqrt(2.0) * float((gain_error / shares).max())
+    if not faults and min(unlike) > max(_BALANCE_OFF, chance):
         factors = shares / model / float((shares / model)[1])
         told = ", ".join(f"{name} {factor:.3g}" for name, factor in zip(CHANNELS, factors, strict=True))
         faults.append(Fault("wrong white balance", f"against green the channels are off by {told}"))
@@ -81,7 +101,7 @@ def _models(subject: Subject) -> tuple[F64, F64]:
     return np.ones(3), subject.neutral / subject.neutral[1]
 
 
-def _smooth(subject: Subject) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
+def _smooth(subject: Subject) -> Places:
     """Return the rows and columns where the truth is as good as even all around: there no method can go wrong."""
     brightness = subject.truth.mean(axis=2)
     reach = scipy.ndimage.maximum_filter(brightness, _WINDOW) - scipy.ndimage.minimum_filter(brightness, _WINDOW)
@@ -90,18 +110,54 @@ def _smooth(subject: Subject) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp
     return rows[::every], cols[::every]
 
 
+def _levels(true: F64, seen: F64) -> tuple[F64, F64]:
+    """Return offset and gain of each channel, through the origin."""
+    return np.zeros(3), seen.mean(axis=0) / true.mean(axis=0)
+
+
 def _lines(true: F64, seen: F64) -> tuple[F64, F64]:
     """Return offset and gain of each channel; where there is next to one level only it goes through the origin."""
-    offset, gain = np.zeros(3), np.zeros(3)
+    offset, gain = _levels(true, seen)
     for k in range(3):
         t, r = true[:, k], seen[:, k]
         centred = t - t.mean()
         if float(np.std(t)) < _LEAST_SPREAD:
-            gain[k] = float(r.mean() / t.mean())
             continue
         gain[k] = float(np.mean(centred * r) / np.mean(centred * centred))
         offset[k] = float(r.mean() - gain[k] * t.mean())
     return offset, gain
+
+
+def _errors(true: F64, seen: F64, line: tuple[F64, F64], places: Places) -> tuple[F64, F64]:
+    """Return the standard errors of offset and gain of each channel; of a line through the origin that of the gain."""
+    errors = np.zeros((2, 3))
+    for k, (offset, gain) in enumerate(zip(*line, strict=True)):
+        t = true[:, k]
+        left, mean = seen[:, k] - offset - gain * t, float(t.mean())
+        if offset == 0.0:
+            errors[1, k] = _scatter(left / (t.size * mean), places)
+            continue
+        centred = t - mean
+        of_gain = centred * left / float(np.sum(centred * centred))
+        errors[:, k] = _scatter(left / t.size - mean * of_gain, places), _scatter(of_gain, places)
+    return errors[0], errors[1]
+
+
+def _scatter(pull: F64, places: Places) -> float:
+    """Return the standard error of a sum of photosites' pulls: their noise goes together about a place, or in lines."""
+    lines = (float(np.sum(np.bincount(place, pull) ** 2)) for place in places)
+    return math.sqrt(max(_TOGETHER * float(np.sum(pull * pull)), *lines))
+
+
+def _without_fault(true: F64, seen: F64, offset: tuple[F64, F64], places: Places) -> tuple[F64, F64]:
+    """Return gains and their standard errors where black is right but for a little: what is known of it counts."""
+    zero, level = _levels(true, seen)
+    _, error = _errors(true, seen, (zero, level), places)
+    usual = (_USUAL_OFFSET * np.abs(level)) ** 2
+    variance = np.where(offset[0] == 0.0, 0.0, offset[1] ** 2 * usual / (offset[1] ** 2 + usual + 1e-300))
+    share = usual / (offset[1] ** 2 + usual + 1e-300)
+    mean = true.mean(axis=0)
+    return level - share * offset[0] / mean, np.sqrt(error**2 + variance / mean**2)
 
 
 def _gamma(true: F64, seen: F64) -> list[Fault]:
@@ -128,8 +184,9 @@ def _gamma(true: F64, seen: F64) -> list[Fault]:
     return [Fault("wrong gamma", f"its numbers go as the {p:.2f}th power of light{like}; {way_out}")]
 
 
-def _black(level: F64) -> list[Fault]:
-    off = float(np.median(level))
-    if not math.isfinite(off) or abs(off) <= _OFFSET_OFF:
+def _black(offset: F64, error: F64, slope: F64) -> list[Fault]:
+    held = np.maximum(slope, 1e-30)
+    off, chance = (float(np.median(part / held)) for part in (offset, _SURE * error))
+    if not math.isfinite(off) or abs(off) <= max(_OFFSET_OFF, chance):
         return []
     return [Fault("wrong black level", f"black has {off:+.1%} of a diffuser's level; subtract the black level")]

@@ -1,6 +1,19 @@
 """Distortion and lateral colour: where marks of a chart are seen, against where the scene has them."""
 
 from camsim.measure.distortion.measuring import measure_distortion
-from camsim.measure.distortion.result import ChannelDistortion, Displacement, DistortionReport, MarkPlace
+from camsim.measure.distortion.result import (
+    ChannelDistortion,
+    Displacement,
+    DisplacementError,
+    DistortionReport,
+    MarkPlace,
+)
 
-__all__ = ["ChannelDistortion", "Displacement", "DistortionReport", "MarkPlace", "measure_distortion"]
+__all__ = [
+    "ChannelDistortion",
+    "Displacement",
+    "DisplacementError",
+    "DistortionReport",
+    "MarkPlace",
+    "measure_distortion",
+]

@@ -16,6 +16,7 @@ from camsim.measure.distortion.marks import Marks, locate_mark, marks_of
 from camsim.measure.distortion.result import (
     ChannelDistortion,
     Displacement,
+    DisplacementError,
     DistortionReport,
     MarkPlace,
     half_diagonal_pixel,
@@ -25,6 +26,7 @@ from camsim.measure.distortion.theory import expected_um
 from camsim.measure.geometry import Roi
 from camsim.measure.given import check_given
 from camsim.measure.picture import Channel, Picture
+from camsim.measure.straight import straightened
 
 _LEAST_MARKS = 4
 
@@ -38,6 +40,7 @@ def measure_distortion(picture: Picture, capture: Capture, *, progress: Progress
     UnsupportedError for a scene without a dot grid or a checkerboard, and where fewer than four marks are found.
     """
     check_given(picture=picture, capture=capture)
+    picture = straightened(picture, capture)
     marks = marks_of(capture.scene)
     if marks is None:
         raise UnsupportedError("the scene has no chart dot-grid or checkerboard", stage=picture.name)
@@ -124,11 +127,12 @@ def _places(
 def _channel(name: str, found: dict[str, dict[int, MarkPlace]], reference: str, picture: Picture) -> ChannelDistortion:
     marks = found[name]
     half = half_diagonal_pixel(picture.full_frame)
-    measured, theory = (_displacement(found, name, reference, kind, half) for kind in ("", "theory_"))
+    (measured, error), (theory, _) = (_displacement(found, name, reference, kind, half) for kind in ("", "theory_"))
     off = [m.dx_pixel - m.theory_dx_pixel + 1j * (m.dy_pixel - m.theory_dy_pixel) for m in marks.values()]
     return ChannelDistortion(
         channel=name,
         marks=tuple(marks.values()),
+        standard_error=error,
         theory=theory,
         off_theory_rms_pixel=float(np.sqrt(np.mean(np.abs(off) ** 2))),
         **{each.name: getattr(measured, each.name) for each in fields(measured)},
@@ -137,19 +141,26 @@ def _channel(name: str, found: dict[str, dict[int, MarkPlace]], reference: str, 
 
 def _displacement(
     found: dict[str, dict[int, MarkPlace]], name: str, reference: str, kind: str, half: float
-) -> Displacement:
-    """Return the figures of a channel, as measured or by theory."""
+) -> tuple[Displacement, DisplacementError]:
+    """Return the figures of a channel, as measured or by theory, and their standard errors."""
 
     def move(mark: MarkPlace) -> tuple[float, float]:
         return getattr(mark, f"{kind}dx_pixel"), getattr(mark, f"{kind}dy_pixel")
 
     marks = list(found[name].values())
     places = np.array([(mark.x_pixel, mark.y_pixel) for mark in marks])
-    (shift_x, shift_y, scale, k1, k2), left = radial_fit(places, np.array([move(mark) for mark in marks]), half)
+    fitted, left, covariance = radial_fit(places, np.array([move(mark) for mark in marks]), half)
+    shift_x, shift_y, scale, k1, k2 = fitted
     farthest = max(mark.radius_pixel for mark in marks) / half
     away = [math.dist(move(found[name][n]), move(found[reference][n])) for n in found[name] if n in found[reference]]
     lateral = None if name == reference or not away else np.array(away)
-    return Displacement(
+    powers = np.array([farthest**2, farthest**4])
+    errors = [*np.sqrt(np.diag(covariance)), math.sqrt(max(float(powers @ covariance[3:, 3:] @ powers), 0.0))]
+    names = (each.name for each in fields(DisplacementError))
+    error = DisplacementError(
+        **{name: float(each) if math.isfinite(each) else math.nan for name, each in zip(names, errors, strict=True)}
+    )
+    displacement = Displacement(
         shift_x_pixel=float(shift_x),
         shift_y_pixel=float(shift_y),
         scale=1.0 + float(scale),
@@ -160,3 +171,4 @@ def _displacement(
         lateral_rms_pixel=None if lateral is None else float(np.sqrt(np.mean(lateral**2))),
         lateral_largest_pixel=None if lateral is None else float(lateral.max()),
     )
+    return displacement, error

@@ -11,6 +11,9 @@ import numpy as np
 from camsim.arrays import F64
 from camsim.measure.full_frame import FullFrame
 
+_UNTOLD = 1e-9
+"""Of what the marks tell best: what they tell less well is not told."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MarkPlace:
@@ -77,15 +80,29 @@ class Displacement:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class DisplacementError:
+    """Standard errors of the polynomial's figures, by what it leaves; NaN where the marks do not tell a figure."""
+
+    shift_x_pixel: float
+    shift_y_pixel: float
+    scale: float
+    k1: float
+    k2: float
+    largest_distortion: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class ChannelDistortion(Displacement):
     """What is measured in one channel.
 
+    standard_error       : of the figures of the polynomial
     theory               : the same figures of the same marks, by the lens that the picture was taken with
     off_theory_rms_pixel : distance of the marks to where that puts them
     """
 
     channel: str
     marks: tuple[MarkPlace, ...]
+    standard_error: DisplacementError
     theory: Displacement
     off_theory_rms_pixel: float
 
@@ -114,7 +131,7 @@ class DistortionReport:
             "pitch_um": self.full_frame.pitch_um,
             "half_diagonal_pixel": half_diagonal_pixel(self.full_frame),
             "reference": self.reference,
-            "channels": [asdict(channel) for channel in self.channels],
+            "channels": [_plain(asdict(channel)) for channel in self.channels],
             "left_out": list(self.left_out),
         }
 
@@ -124,8 +141,17 @@ def half_diagonal_pixel(frame: FullFrame) -> float:
     return 0.5 * math.hypot(frame.rows, frame.cols)
 
 
-def radial_fit(places: F64, moves: F64, half_diagonal: float) -> tuple[F64, F64]:
-    """Return shift x, shift y, scale − 1, k1, k2 of displacements (n, 2) by least squares, and what is left (n, 2)."""
+def _plain(tree: dict[str, Any]) -> dict[str, Any]:
+    """Return the tree with None for errors that are not known, which JSON has no number for."""
+    errors = {key: value if math.isfinite(value) else None for key, value in tree["standard_error"].items()}
+    return tree | {"standard_error": errors}
+
+
+def radial_fit(places: F64, moves: F64, half_diagonal: float) -> tuple[F64, F64, F64]:
+    """Return shift x, shift y, scale − 1, k1, k2 of displacements (n, 2) by least squares, and what is left (n, 2).
+
+    Last their covariance (5, 5), by what is left; infinite where the marks tell nothing.
+    """
     x, y, dx, dy = *places.T, *moves.T
     r2 = (x * x + y * y) / half_diagonal**2
     one, none = np.ones_like(x), np.zeros_like(x)
@@ -135,7 +161,15 @@ def radial_fit(places: F64, moves: F64, half_diagonal: float) -> tuple[F64, F64]
             np.stack([none, one, y, y * r2, y * r2**2], axis=1),
         ]
     )
+    move = np.concatenate([dx, dy])
+    u, sizes, ways = np.linalg.svd(system, full_matrices=False)
     # Marks that all lie near the axis tell no powers: those stay 0.
-    solved = np.linalg.lstsq(system, np.concatenate([dx, dy]), rcond=1e-9)[0]
-    left = np.concatenate([dx, dy]) - np.einsum("ni,i->n", system, solved)
-    return solved, left.reshape(2, -1).T
+    told = sizes > _UNTOLD * sizes[0]
+    inverse = np.where(told, 1.0 / np.where(told, sizes, 1.0), 0.0)
+    solved = np.einsum("ji,j,nj,n->i", ways, inverse, u, move, optimize=True)
+    left = move - np.einsum("ni,i->n", system, solved)
+    freedom = max(move.size - int(np.count_nonzero(told)), 1)
+    covariance = float(left @ left) / freedom * np.einsum("ji,j,jk->ik", ways, inverse**2, ways)
+    untold = np.abs(ways[~told]).max(axis=0, initial=0.0) > _UNTOLD
+    covariance[np.ix_(untold, untold)] = math.inf
+    return solved, left.reshape(2, -1).T, covariance

@@ -6,6 +6,11 @@ channel's sampling frequency f_s along an axis, sampled rings look like the midd
     cos(π·k·|p|²)  at photosites of the lattice  =  cos(π·k·|p − p_s|² + φ),  p_s = f_s/k,
 
 with the transfer function at f_s as its contrast. That is what an optical low-pass filter is for.
+
+Nowhere but in the middle of the ghost is it the transfer at f_s: at p it is T(k·p), which a low-pass filter changes
+along and across. It is fitted as a polynomial. What that costs in noise is saved by φ, which the lattice tells: of a
+symmetric transfer only the cosine is heard, and a quarter period aside what the rings' change over a blur adds,
+k·∇²T/4π, which the polynomial tells too.
 """
 
 from __future__ import annotations
@@ -23,12 +28,19 @@ from camsim.exposing import Capture
 from camsim.measure.given import check_given
 from camsim.measure.lens_places import refuse_distortion
 from camsim.measure.picture import Picture, Plane
+from camsim.measure.straight import straightened
 from camsim.measure.target.star import FUNDAMENTAL, surface_contrast
 from camsim.measure.theory import CameraOtf
 from camsim.scene.charts import Chart
 
 _NEAR = 0.2
 """Of the sampling frequency: how fine a ghost's rings may be where it is fitted."""
+
+_DEGREE, _HIGHER, _ASIDE, _HARD = 3, 4, 1, 2
+"""Of polynomials in frequency: the ghost's cosine, the one that tells what that leaves, its sine, third harmonics."""
+
+_ALIKE = 3.0
+"""Standard errors that a ghost may be out of step with its lattice by."""
 
 _LEAST_PHOTOSITES = 100
 _ROUNDED = 1.0 + 1e-9
@@ -40,7 +52,8 @@ class Ghost:
 
     fx_cycles_per_pixel, fy_cycles_per_pixel : the sampling frequency that makes it
     x_pixel, y_pixel : where it lies, from the middle of the plate
-    contrast  : of its rings, over that of the plate's own rings in the scene;  contrast_error: its standard error
+    contrast  : of its rings, over that of the plate's own rings in the scene
+    contrast_error : its standard error: of the picture's noise, and of what the transfer's polynomial does not follow
     theory    : absolute value of the transfer function at that frequency
     """
 
@@ -81,6 +94,7 @@ def measure_moire(picture: Picture, capture: Capture) -> MoireReport:
     Raises UnsupportedError for a scene without a zone plate, and for one whose rings are coarser than all lattices.
     """
     check_given(picture=picture, capture=capture)
+    picture = straightened(picture, capture)
     plates = [shape for shape in capture.scene.shapes if isinstance(shape, Chart) and shape.name == "zone-plate"]
     if not plates:
         raise UnsupportedError("the scene has no chart zone-plate", stage=picture.name)
@@ -116,10 +130,58 @@ def _why_none(lattices: list[Plane], capture: Capture, plate: Mapping[str, Any])
     return f"{has}; ghosts can be fitted from {least:.3g} to {most:.3g}, where the picture shows all of the plate"
 
 
-def _least_squares(basis: F64, signal: F64) -> tuple[F64, F64]:
-    """Return coefficients, and the inverse of their normal equations."""
-    inverse = np.linalg.inv(np.einsum("ni,nj->ij", basis, basis))
-    return np.einsum("ij,nj,n->i", inverse, basis, signal), inverse
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Near:
+    """The photosites about a ghost.
+
+    along, across : by how much the frequency is finer than the sampling one and beside it, of what is fitted
+    turn          : the phase of the rings from the middle of the ghost;  signal: above black
+    aside         : what k·∇²T/4π is of the sum of both second coefficients
+    """
+
+    along: F64
+    across: F64
+    turn: F64
+    signal: F64
+    aside: float
+
+    def rings(self, phase: float, degree: int) -> tuple[F64, F64, float]:
+        """Return cosine and sine of the ghost, their covariance, and the mean, of rings that begin at a phase."""
+        wave = self.turn + phase
+        cosine, sine = self._polynomial(degree), self._polynomial(_ASIDE)
+        columns = [np.ones((1, wave.size)), cosine * np.cos(wave), sine * np.sin(wave)]
+        # The third harmonic of hard rings has a ghost of its own, in step as well.
+        columns += [self._polynomial(_HARD) * np.cos(3.0 * wave), np.sin(3.0 * wave)[None]]
+        basis = np.concatenate(columns).T
+        inverse = np.linalg.inv(np.einsum("ni,nj->ij", basis, basis))
+        fitted = np.einsum("ij,nj,n->i", inverse, basis, self.signal)
+        rest = self.signal - np.einsum("ni,i->n", basis, fitted)
+        variance = float(np.einsum("n,n->", rest, rest)) / (rest.size - fitted.size)
+        pick = np.zeros((2, fitted.size))
+        pick[0, 1] = pick[1, 1 + len(cosine)] = 1.0
+        # The squares come fourth and sixth.
+        pick[1, [4, 6]] = -self.aside
+        covariance = variance * np.einsum("ai,ij,bj->ab", pick, inverse, pick)
+        return np.einsum("ai,i->a", pick, fitted), covariance, float(fitted[0])
+
+    def _polynomial(self, degree: int) -> F64:
+        """Return the powers of along and across up to a degree, the lower ones first."""
+        powers = [self.along ** (n - j) * self.across**j for n in range(degree + 1) for j in range(n + 1)]
+        return np.stack(powers)
+
+    def contrast(self, phase: float) -> tuple[float, float]:
+        """Return the ghost's contrast with its standard error.
+
+        phase : of the rings in the middle by the lattice; a lopsided pattern may have another
+        """
+        ghost, covariance, _ = self.rings(phase, _DEGREE)
+        if abs(ghost[1]) > _ALIKE * math.sqrt(covariance[1, 1]):
+            phase += math.atan2(-ghost[1], ghost[0])
+        ghost, covariance, mean = self.rings(phase, _DEGREE)
+        finer, more, _ = self.rings(phase, _HIGHER)
+        # Nested fits differ by chance with the difference of their variances.
+        left = max(float(finer[0] - ghost[0]) ** 2 - max(float(more[0, 0] - covariance[0, 0]), 0.0), 0.0)
+        return math.hypot(*ghost) / mean, math.sqrt(float(covariance[0, 0]) + left) / mean
 
 
 def _ghosts(plane: Plane, capture: Capture, plate: Mapping[str, Any]) -> Iterator[Ghost]:
@@ -146,32 +208,28 @@ def _ghosts(plane: Plane, capture: Capture, plate: Mapping[str, Any]) -> Iterato
         whole = whole and y.min() <= at[1] - reach and y.max() >= at[1] + reach
         if math.hypot(*at) + reach > rim * _ROUNDED or not whole or np.count_nonzero(near) < _LEAST_PHOTOSITES:
             continue
-        phase = np.pi * k * distance[near] ** 2
-        # Two harmonics of hard rings, and how the first one's contrast changes with the frequency.
-        finer = (x[near] * at[0] + y[near] * at[1]) * k / frequency - frequency / k
-        waves = np.stack([np.cos(phase), np.sin(phase)])
-        third = np.stack([np.cos(3.0 * phase), np.sin(3.0 * phase)])
-        basis = np.concatenate([np.ones((1, phase.size)), waves, waves * finer, third]).T
-        signal = plane.samples[near].astype(np.float64) - plane.black
-        fitted, inverse = _least_squares(basis, signal)
-        if np.hypot(*fitted[1:3]) < np.hypot(*fitted[3:5]) * np.abs(finer).max():
-            # Where the transfer goes through 0, as of a photosite as wide as the pitch, how it bends is heard.
-            basis = np.concatenate([basis, (waves * finer**2).T], axis=1)
-            fitted, inverse = _least_squares(basis, signal)
-        rest = signal - np.einsum("ni,i->n", basis, fitted)
-        variance = float(np.einsum("n,n->", rest, rest)) / (signal.size - basis.shape[1])
-        sigma = math.sqrt(0.5 * variance * float(inverse[1, 1] + inverse[2, 2]))
+        along = (x[near] * at[0] + y[near] * at[1]) * k / frequency - frequency / k
+        across = (y[near] * at[0] - x[near] * at[1]) * k / frequency
+        photosites = _Near(
+            along=along / reach,
+            across=across / reach,
+            turn=np.pi * k * distance[near] ** 2,
+            signal=plane.samples[near].astype(np.float64) - plane.black,
+            aside=k / (2.0 * math.pi * (_NEAR * frequency) ** 2),
+        )
+        begins = 2.0 * math.pi * (ghost[0] * x[0, 0] + ghost[1] * y[0, 0]) - math.pi * k * (at[0] ** 2 + at[1] ** 2)
+        found, error = photosites.contrast(begins)
         place_um = (x0 + at[0]) * pitch_um, (y0 + at[1]) * pitch_um
         frequencies = np.array([ghost[0]]), np.array([ghost[1]])
         otf = theory.at(*frequencies, plane.name, plate["dark"], plate["light"], place_um=place_um)
-        one = abs(contrast) * FUNDAMENTAL * float(fitted[0])
+        one = abs(contrast) * FUNDAMENTAL
         yield Ghost(
             channel=plane.name,
             fx_cycles_per_pixel=ghost[0],
             fy_cycles_per_pixel=ghost[1],
             x_pixel=at[0],
             y_pixel=at[1],
-            contrast=math.hypot(fitted[1], fitted[2]) / one,
-            contrast_error=sigma / one,
+            contrast=found / one,
+            contrast_error=error / one,
             theory=math.nan if otf is None else float(np.abs(otf[0])),
         )

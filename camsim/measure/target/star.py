@@ -11,10 +11,12 @@ import numpy as np
 from camsim.arrays import F64
 from camsim.errors import UnsupportedError
 from camsim.exposing import Capture
+from camsim.lit import Window
 from camsim.measure.given import check_given
 from camsim.measure.lens_places import refuse_distortion
 from camsim.measure.neighbours import neighbours
 from camsim.measure.picture import Channel, Picture, Plane
+from camsim.measure.straight import straightened
 from camsim.measure.target.dark import dark_e
 from camsim.measure.target.result import TargetMtf, TargetReport, curve
 from camsim.measure.theory import CameraOtf
@@ -24,7 +26,7 @@ from camsim.spectra.curve import Spectrum, spectrum_at
 _HALF_RING_PX = 1.5
 _RIM_PX = 6.0
 _RINGS = 40
-_HARMONICS = (1, 3)
+_HARMONICS, _FINER = (1, 3), (5, 7)
 _LEAST_PHOTOSITES = 30
 _LEAST_CONTRAST, _CLIPPED = 1e-3, 0.002
 FUNDAMENTAL = 4.0 / math.pi
@@ -39,6 +41,7 @@ def measure_star(picture: Picture, capture: Capture) -> TargetReport:
     give the channel; exposure does not matter. Raises UnsupportedError for a scene without a star.
     """
     check_given(picture=picture, capture=capture)
+    picture = straightened(picture, capture)
     stars = [shape for shape in capture.scene.shapes if isinstance(shape, Chart) and shape.name == "siemens-star"]
     if not stars:
         raise UnsupportedError(
@@ -68,13 +71,18 @@ def _channel(
     radii = _radii(channel, picture, capture, star)
     if contrast is None or not radii[1] > radii[0] + 2.0 * _HALF_RING_PX:
         return None
-    radius, phase, signal = _polar(channel, picture, capture, star)
+    radius, phase, signal, falloff = _polar(channel, picture, capture, star)
     per_radius = int(star["cycles"]) / (2.0 * math.pi)
     # Evenly spread frequencies, each of a ring about its radius.
     frequency = np.linspace(per_radius / radii[1], per_radius / radii[0], _RINGS)
-    rings = np.array([_ring(radius, phase, signal, per_radius / f) for f in frequency.tolist()])
+    rings = np.array([_ring(radius, phase, signal, falloff, per_radius / f, f) for f in frequency.tolist()])
+    seen = np.isfinite(rings[:, 0])
+    if not seen.any():
+        return None
+    # Light from beyond the rim is in the outer rings' own means, and in no contrast.
+    mean = float(np.median(rings[seen, 2] / rings[seen, 3])) * rings[:, 3]
     # The cosine is largest in the middle of dark sectors.
-    mtf, error = -rings[:, 0] / (FUNDAMENTAL * contrast), rings[:, 1] / (FUNDAMENTAL * abs(contrast))
+    mtf, error = -rings[:, 0] / (mean * FUNDAMENTAL * contrast), rings[:, 1] / (mean * FUNDAMENTAL * abs(contrast))
     theory = CameraOtf.of(capture).over_directions(
         frequency, channel=channel.name, dark=star["dark"], bright=light, place_um=star["centre_um"]
     )
@@ -110,7 +118,9 @@ def _radii(channel: Channel, picture: Picture, capture: Capture, star: Mapping[s
 
 
 def _polar(channel: Channel, picture: Picture, capture: Capture, star: Mapping[str, Any]) -> F64:
-    """Return (3, n): radius in pixels, phase of the sectors and signal of every photosite of a channel."""
+    """Return (4, n): radius in pixels, phase of the sectors, signal and fall-off of every photosite of a channel."""
+    shading = Window(camera=capture.camera, grid=capture.grid, on_sensor=capture.light.at == "sensor")
+    falloff = np.broadcast_to(shading.falloff(capture.grid) if shading.falls_off else 1.0, picture.shape)
     left, top = capture.grid.first_centre
     x0, y0 = (centre_um / capture.camera.pitch_um for centre_um in star["centre_um"])
     parts = []
@@ -123,23 +133,30 @@ def _polar(channel: Channel, picture: Picture, capture: Capture, star: Mapping[s
         )
         x, y = np.meshgrid(left + cols - x0, top + rows - y0)
         phase = int(star["cycles"]) * (np.arctan2(y, x) - math.radians(star["rotate_deg"]))
-        parts.append(np.stack([np.hypot(x, y), phase, plane.samples - plane.black]).reshape(3, -1))
+        parts.append(
+            np.stack([np.hypot(x, y), phase, plane.samples - plane.black, falloff[np.ix_(rows, cols)]]).reshape(4, -1)
+        )
     return np.concatenate(parts, axis=1)
 
 
-def _ring(radius: F64, phase: F64, signal: F64, middle: float) -> tuple[float, float]:
-    """Return fundamental over mean of a ring, in phase with the sectors, and its standard error; NaN where few lie."""
+def _ring(
+    radius: F64, phase: F64, signal: F64, falloff: F64, middle: float, frequency: float
+) -> tuple[float, float, float, float]:
+    """Return fundamental of a ring, in phase with the sectors, its standard error, mean and fall-off; NaN of few."""
     chosen = np.abs(radius - middle) < _HALF_RING_PX
     r, turn, values = radius[chosen] - middle, phase[chosen], signal[chosen]
     if values.size < _LEAST_PHOTOSITES:
-        return math.nan, math.nan
+        return math.nan, math.nan, math.nan, math.nan
     waves = [of(k * turn) for k in _HARMONICS for of in (np.cos, np.sin)]
     columns = [np.ones_like(r), *waves, r, *(wave * r for wave in waves), *(wave * r**2 for wave in waves)]
+    # Of hard sectors these meet the lattice where they look as coarse as the fundamental.
+    columns += [np.cos(k * turn) for k in _FINER if k * frequency < 1.0]
     basis = np.stack(columns, axis=1)
     inverse = np.linalg.pinv(np.einsum("ni,nj->ij", basis, basis))
     fitted = np.einsum("ij,nj,n->i", inverse, basis, values)
     rest = values - np.einsum("ni,i->n", basis, fitted)
     variance = float(np.einsum("n,n->", rest, rest)) / max(1, values.size - basis.shape[1])
     if not fitted[0] > 0.0:
-        return math.nan, math.nan
-    return float(fitted[1] / fitted[0]), math.sqrt(max(variance * inverse[1, 1], 0.0)) / float(fitted[0])
+        return math.nan, math.nan, math.nan, math.nan
+    error = math.sqrt(max(variance * inverse[1, 1], 0.0))
+    return float(fitted[1]), error, float(fitted[0]), float(falloff[chosen].mean())

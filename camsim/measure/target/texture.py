@@ -24,6 +24,7 @@ from camsim.lit import Window
 from camsim.measure.given import check_given
 from camsim.measure.lens_places import refuse_distortion
 from camsim.measure.picture import Picture, Plane
+from camsim.measure.straight import straightened
 from camsim.measure.target.dark import dark_signal
 from camsim.measure.target.result import TargetMtf, TargetReport, curve
 from camsim.measure.theory import CameraOtf
@@ -50,6 +51,7 @@ def measure_texture(picture: Picture, capture: Capture) -> TargetReport:
     UnsupportedError for a picture that is small, and where the scene has no structure or noise hides it.
     """
     check_given(picture=picture, capture=capture)
+    picture = straightened(picture, capture)
     if min(picture.shape) < _LEAST:
         raise UnsupportedError(
             f"{picture.shape[0]} × {picture.shape[1]} photosites are too few for a texture; give {_LEAST} a side",

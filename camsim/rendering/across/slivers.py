@@ -78,24 +78,30 @@ class SliverImage:
         return weights[own], alike.ravel(), times
 
     def _laid(self) -> Slivers:
-        """Return the chords and their nodes."""
+        """Return the chords and their nodes: of each what lies within its reach of the window."""
         _, alike, times = self._tabled
         apart = min(APART, TURN / _cut(self.job))
         longest, extent = float(self.job.blur.max()), self.job.extent
-        frames, nodes, blocks = [], [], []
+        grid, frames, nodes, blocks = self.job.grid, [], [], []
+        sides = np.array([grid.cols - 1, grid.rows - 1])
+        corners = np.array(grid.first_centre) + sides * np.array([[0, 0], [0, 1], [1, 0], [1, 1]])
         for own, pair in zip(self.points, self.pair, strict=True):
             along, height = heights(own)
-            length, (tx, ty) = along[-1], (own[-1] - own[0]) / along[-1]
+            tx, ty = (own[-1] - own[0]) / along[-1]
+            off = math.sqrt(2.0 * LINES * float(np.abs(height).max()) * longest / (TAIL * self.allowed))
+            seen = np.einsum("ni,i->n", corners - own[0], (tx, ty))
+            # A half-plane's side is 10⁹ pitches long.
+            begin, end = max(0.0, seen.min() - extent - off), min(along[-1], seen.max() + extent + off)
+            length = max(end - begin, 0.0)
             count = max(2 * GREGORY.size, math.ceil(length / apart))
-            t = length * np.arange(count + 1) / count
+            t = begin + length * np.arange(count + 1) / count
             h = np.interp(t, along, height)
             rule = np.ones(count + 1)
             rule[: GREGORY.size], rule[-GREGORY.size :] = GREGORY, GREGORY[::-1]
             # What lies between has the spectrum to the right in place of the one to the left.
             light = -float(times[pair]) * length / count * rule * h
             x, y = own[0, 0] + t * tx - 0.5 * h * ty, own[0, 1] + t * ty + 0.5 * h * tx
-            off = math.sqrt(2.0 * LINES * float(np.abs(height).max()) * longest / (TAIL * self.allowed))
-            frames.append([*own[0], tx, ty, length, extent + off])
+            frames.append([own[0, 0] + begin * tx, own[0, 1] + begin * ty, tx, ty, length, extent + off])
             nodes.append(np.stack([x, y, light]))
             starts = np.arange(0, count + 1, BLOCK)
             many = np.diff(np.append(starts, count + 1))

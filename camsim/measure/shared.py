@@ -1,0 +1,42 @@
+"""Noise that the photosites of a row, or of a column, share: what it adds to the scatter of a fit's right-hand side."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from camsim.arrays import F64
+from camsim.measure import spline
+from camsim.measure.spline import Model
+
+
+def shared_scatter(place: F64, rows: tuple[F64, F64, F64], r: F64, own: F64, model: Model, inverse: F64) -> F64:
+    """Return what the noise shared by photosites of one place adds to the sum of variance·row·rowᵀ.
+
+    place : row, or column, of each photosite;  rows: its distance, place along the edge and slope, as the fit has them
+    r     : its residual;  own: its variance, as if all were independent
+
+    Of independent photosites the sums of residuals over places have squares of a known sum, V their variances and
+    H what the fit takes of them, Z which photosite lies where:
+
+        E Σ_j (Σ_i∈j r_i)² = tr Zᵀ(1 − H)V(1 − H)Z;
+
+    what is found beyond is the shared noise's, σ² (‖Zᵀ(1 − H)Z‖² − tr Zᵀ(1 − H)Z): own has it in it already. An edge
+    along the rows follows them, and leaves little of it.
+    """
+    values, group = np.unique(place, return_inverse=True)
+    sums = spline.group_sums(*rows, np.ones(r.size), group, values.size, model)
+    weighted = spline.group_sums(*rows, own, group, values.size, model)
+    count = np.bincount(group, minlength=values.size)
+    taken = np.einsum("aj,ab,bj->j", sums, inverse, sums, optimize=True)
+    free = float(r.size - taken.sum())
+    outer = sums @ sums.T
+    gram = outer @ inverse
+    square = float(np.sum(count**2) - 2.0 * np.sum(count * taken) + np.einsum("ab,ba->", gram, gram))
+    if not square > 2.0 * free:
+        return np.zeros_like(inverse)
+    spread = inverse @ spline.scatter(*rows, own, model) @ inverse
+    independent = float(np.sum(own) - 2.0 * np.einsum("aj,ab,bj->", sums, inverse, weighted, optimize=True))
+    independent += float(np.einsum("ab,ab->", spread, outer))
+    found = float(np.sum(np.bincount(group, r, minlength=values.size) ** 2))
+    more: F64 = max((found - independent) / (square - free), 0.0) * outer
+    return more
