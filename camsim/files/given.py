@@ -260,7 +260,9 @@ def _colour(channels: tuple[str, ...], colour_matrix: ArrayLike | None, as_shot_
             f"must be {count} numbers from {_FAINTEST_NEUTRAL:g} to {_STRONGEST_NEUTRAL:g}, one for each of {names}",
             key="as_shot_neutral",
         )
-    fitted = ColourFit(neutral=daylight, white_xyz=white_xyz, camera_to_xyz=np.linalg.pinv(matrix))
+    fitted = ColourFit(
+        neutral=daylight, white_xyz=white_xyz, camera_to_xyz=np.linalg.pinv(matrix), xyz_to_camera=matrix
+    )
     return Colour(fits=[(D65, matrix, fitted.forward)], neutral=neutral / neutral.max())
 
 

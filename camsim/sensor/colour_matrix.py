@@ -87,17 +87,13 @@ class ColourFit:
     neutral         (channels,) response to the perfect diffuser, the largest 1
     white_xyz       (3,) the perfect diffuser's XYZ, Y = 1
     camera_to_xyz   (3, channels) takes ``neutral`` to ``white_xyz``
+    xyz_to_camera   (channels, 3) the way back: DNG's ColorMatrix. White gives ``neutral``, whose largest is 1
     """
 
     neutral: F64
     white_xyz: F64
     camera_to_xyz: F64
-
-    @property
-    def xyz_to_camera(self) -> F64:
-        """(channels, 3): DNG's ColorMatrix. White gives ``neutral``, whose largest is 1."""
-        matrix: F64 = np.asarray(np.linalg.pinv(self.camera_to_xyz), dtype=np.float64)
-        return matrix
+    xyz_to_camera: F64
 
     @property
     def forward(self) -> F64:
@@ -111,7 +107,8 @@ class ColourFit:
     def seen_under(self, white_xyz: F64) -> ColourFit:
         """Return the same relation with XYZ adapted (Bradford) to another white, as if the light had been that."""
         to_xyz: F64 = adaptation(self.white_xyz, white_xyz) @ self.camera_to_xyz
-        return ColourFit(neutral=self.neutral, white_xyz=white_xyz, camera_to_xyz=to_xyz)
+        to_camera: F64 = self.xyz_to_camera @ adaptation(white_xyz, self.white_xyz)
+        return ColourFit(neutral=self.neutral, white_xyz=white_xyz, camera_to_xyz=to_xyz, xyz_to_camera=to_camera)
 
 
 def adaptation(from_xyz: F64, to_xyz: F64) -> F64:
@@ -214,13 +211,36 @@ def _fit(response: ColourResponse, light: Light, under: str, way_out: str) -> Co
             f"so no colour matrix exists; {way_out}",
             key="colour_matrix",
         )
-    inverse = np.linalg.inv(camera.T @ camera)
-    free = inverse @ camera.T @ xyz
-    # Lagrange multipliers, one each for X, Y and Z, move the free fit to where white is exact.
-    missing = white_xyz - neutral @ free
-    towards = inverse @ neutral
-    matrix: F64 = (free + np.outer(towards, missing / (neutral @ towards))).T
-    return ColourFit(neutral=neutral, white_xyz=white_xyz, camera_to_xyz=matrix)
+    to_xyz = _least_squares(camera, xyz, neutral, white_xyz)
+    return ColourFit(
+        neutral=neutral, white_xyz=white_xyz, camera_to_xyz=to_xyz,
+        xyz_to_camera=_back(to_xyz, camera, xyz, neutral, white_xyz),
+    )  # fmt: skip
+
+
+def _back(to_xyz: F64, camera: F64, xyz: F64, neutral: F64, white_xyz: F64) -> F64:
+    """Return what of XYZ (3,) makes channels (n,): what ``to_xyz`` undoes, and what of more than three it does not see.
+
+    The smallest such matrix, the pseudo-inverse, misses white by all that four channels hold besides XYZ.
+    """
+    back: F64 = np.asarray(np.linalg.pinv(to_xyz), np.float64)
+    unseen = np.linalg.svd(to_xyz)[2][len(to_xyz) :].T
+    if not unseen.size:
+        return back
+    besides = _least_squares(xyz, (camera - xyz @ back.T) @ unseen, white_xyz, (neutral - back @ white_xyz) @ unseen)
+    matrix: F64 = back + unseen @ besides
+    return matrix
+
+
+def _least_squares(given: F64, wanted: F64, white: F64, becomes: F64) -> F64:
+    """Return (m, n) what takes rows of ``given`` (r, n) nearest to ``wanted`` (r, m), and white to what it becomes."""
+    inverse = np.linalg.inv(given.T @ given)
+    free = inverse @ given.T @ wanted
+    # Lagrange multipliers, one for each of m, move the free fit to where white is exact.
+    missing = becomes - white @ free
+    towards = inverse @ white
+    matrix: F64 = (free + np.outer(towards, missing / (white @ towards))).T
+    return matrix
 
 
 @functools.cache

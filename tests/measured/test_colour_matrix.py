@@ -6,6 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from scipy import linalg
 
 from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.sensor.colour_matrix import XYZ_D50, ColourResponse, adaptation, as_shot_neutral, fit
@@ -90,6 +91,33 @@ def test_four_channels_have_matrices_too() -> None:
     assert found.xyz_to_camera.shape == (4, 3)
     assert found.forward.shape == (3, 4)
     np.testing.assert_allclose(found.camera_to_xyz @ found.neutral, found.white_xyz, rtol=1e-9)
+    # The pseudo-inverse gave a channel −0.03 … −0.37 of white that has 0.38 … 1 of it.
+    np.testing.assert_allclose(found.xyz_to_camera @ found.white_xyz, found.neutral, rtol=1e-9)
+    np.testing.assert_allclose(found.camera_to_xyz @ found.xyz_to_camera, np.eye(3), atol=1e-9)
+    other = found.seen_under(XYZ_D50)
+    np.testing.assert_allclose(other.xyz_to_camera @ XYZ_D50, found.neutral, rtol=1e-9)
+
+
+def test_what_four_channels_hold_besides_xyz_is_the_nearest_to_surfaces() -> None:
+    """Residuals of camera values of the surfaces, summed here: no change that keeps white and the inverse is nearer."""
+    colour = colour_science()
+    surfaces = colour.characterisation.read_training_data_rawtoaces_v1().values.T
+    power = colour.SDS_ILLUMINANTS["D65"].copy().align(colour.SpectralShape(380, 780, 5)).values
+    curves = np.vstack([nikon(), nikon().sum(axis=0) ** 0.5])
+    camera = (surfaces * power) @ curves.T / (curves @ power).max()
+    seen = (surfaces * power) @ eye().T / (eye()[1] @ power)
+    found = fit(response(curves), "D65")
+    unseen = linalg.null_space(found.camera_to_xyz)[:, 0]
+
+    def misfit(matrix: np.ndarray) -> float:
+        return float(((seen @ matrix.T - camera) ** 2).sum())
+
+    rng = np.random.default_rng(0)
+    best = misfit(found.xyz_to_camera)
+    for _ in range(50):
+        change = rng.normal(0.0, 0.02, 3)
+        change -= change @ found.white_xyz / (found.white_xyz @ found.white_xyz) * found.white_xyz
+        assert misfit(found.xyz_to_camera + np.outer(unseen, change)) > best
 
 
 def test_neutral_is_the_response_to_the_light() -> None:
