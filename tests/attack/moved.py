@@ -18,6 +18,8 @@ WAVES = -1.0, 1.69  # powers of ten of a tilt's: 50 are what a lens may have of 
 SPLIT = math.log10(1.5), math.log10(15.0)  # powers of ten of pitches
 LARGER = 0.3, 3.0  # powers of ten of the frame
 CYCLES = 150.0  # of the finest wave that a lens passes, along a large field: its truth has as many nodes, squared
+CYCLES_AT_ONCE = 40.0  # likewise of a lens that is not round: its truth has four times as many frequencies, squared
+ROUND = "airy", "annular", "gaussian"
 
 
 def are_drawn(seed):
@@ -53,7 +55,8 @@ def add_large_field(rng, system, paint, curves):
     """Give a system a gradient, a grating or a picture that reaches far beyond its frame, behind shapes or alone."""
     limit(rng, system)
     size = max(system["grid"]["rows"], system["grid"]["cols"], 4)
-    largest = min(size * 10.0 ** float(rng.uniform(*LARGER)), CYCLES * system["lens"]["blur"])
+    cycles = CYCLES if system["lens"]["kind"] in ROUND else CYCLES_AT_ONCE
+    largest = min(size * 10.0 ** float(rng.uniform(*LARGER)), cycles * system["lens"]["blur"])
     if largest <= size:
         return
     shapes = system["shapes"][: int(rng.integers(0, 3))] if rng.random() < 0.5 else []
