@@ -50,7 +50,7 @@ class Method:
 def signal(frame: Frame) -> F32:
     """Return (rows, cols) codes less their black level, white-balanced; 1 where white clips."""
     rows, cols = frame.mosaic.shape
-    black = frame.black_level_dn + np.asarray(frame.black_offsets_dn, np.float64)
+    black = frame.black_levels_dn
     black = np.tile(black, (-(-rows // black.shape[0]), -(-cols // black.shape[1])))[:rows, :cols]
     span_dn = frame.white_level_dn - frame.black_level_dn
     light = (frame.mosaic - black) / span_dn / as_shot_neutral(frame.colour)[frame.channel_index]
