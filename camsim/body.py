@@ -185,6 +185,11 @@ class Body(Electronics):
         passes = ([spectrum] for spectrum in (self.lens.transmission, self.veiling_glare, *self.filters))
         return light.samples(surfaces, *passes, efficiencies)
 
+    def dimmed_by(self, light: Light) -> tuple[tuple[str, Spectrum], ...]:
+        """Return what a light passes on its way to the photosites, named: no lens where it is given on the sensor."""
+        lens = () if light.at == "sensor" else (("lens", self.lens.transmission),)
+        return *lens, *((f"filter {number}", spectrum) for number, spectrum in enumerate(self.filters, 1))
+
     def electrons_per_reflectance(self, samples: LightSamples, time_s: float) -> F64:
         """Return (channels, n) mean electrons of a perfect diffuser at every wavelength, on the optical axis.
 
@@ -206,7 +211,7 @@ class Body(Electronics):
         return self.after_crosstalk(self.electrons_per_reflectance(self.samples(light), time_s).sum(axis=1))
 
     def after_crosstalk(self, own_e: F64) -> F64:
-        """Return (channels,) mean electrons on flat light, of what each channel's photosites get of it."""
+        """Return (channels, …) mean electrons on flat light, of what each channel's photosites get of it."""
         return own_e if self.crosstalk is None else self.crosstalk.mixing(self.cfa) @ own_e
 
     @property
@@ -221,7 +226,7 @@ class Body(Electronics):
         """Return how the channels see light, the capture's and others, for white balance and colour matrices."""
         return ColourResponse(
             quantum_efficiency=self.quantum_efficiency.select(self.cfa.channels),
-            passes=tuple(self.filters) if light.at == "sensor" else (self.lens.transmission, *self.filters),
+            passes=tuple(passes for _, passes in self.dimmed_by(light)),
             crosstalk=None if self.crosstalk is None else tuple(map(tuple, self.crosstalk.mixing(self.cfa).tolist())),
             light=light,
             matrix=matrix,

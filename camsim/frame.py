@@ -155,7 +155,8 @@ class Frame:
     channels            names such as ("R", "G", "B") or ("Y",)
     cfa_pattern         letters of the window's own (0,0) (0,1) … , one string per row, such as ("RG", "GB")
     black_offsets_dn    added to the black level, repeated from the window's own (0,0); usually 0 everywhere
-    white_level_dn      code at which a photosite without an offset is full; ``white_levels_dn``: of each offset
+    white_level_dn      code at which a photosite without an offset is full; ``white_levels_dn``: of each offset,
+                        as ``black_levels_dn``
     electrons_per_dn    at the ISO that was used
     white_e             mean electrons at which white clips, of a read-out that is not linear; None: as white_level_dn
     shot_e2_per_e       variance of shot noise per electron of signal as read, at 18 % of black..white: 1 of a
@@ -209,6 +210,12 @@ class Frame:
     def shape(self) -> tuple[int, int]:
         """(rows, cols) of the window, whether or not its photosites are held."""
         return self.passed_rows + self.mosaic.shape[0], self.mosaic.shape[1]
+
+    @property
+    def black_levels_dn(self) -> I64:
+        """Codes of no light, one for each of ``black_offsets_dn``."""
+        levels: I64 = self.black_level_dn + np.array(self.black_offsets_dn)
+        return levels
 
     @property
     def white_levels_dn(self) -> I64:

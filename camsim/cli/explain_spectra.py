@@ -27,21 +27,22 @@ def nodes_nm(capture: Capture, curves: Iterable[Spectrum], ends_nm: tuple[float,
 
 
 def draw_efficiency(figure: Any, capture: Capture) -> None:
-    """Draw electrons per photon of each channel, bare and behind all that the light passes."""
+    """Draw electrons per photon of each channel, bare and with all that happens to light and charge on their way."""
     camera = capture.camera
     efficiency = camera.quantum_efficiency.select(camera.cfa.channels)
     curves = [curve for _, curve in efficiency.curves]
-    passes = (camera.lens.transmission, *camera.filters)
+    passes = [spectrum for _, spectrum in camera.dimmed_by(capture.light)]
     ends = min(c.wavelength_nm[0] for c in curves), max(c.wavelength_nm[-1] for c in curves)
     at_nm = nodes_nm(capture, (*curves, *passes), ends)
-    through = np.prod([spectrum_at(part, at_nm) for part in passes], axis=0)
+    through = np.prod([np.ones_like(at_nm), *(spectrum_at(part, at_nm) for part in passes)], axis=0)
+    bare = efficiency.at(at_nm)
+    changed = _changed(capture, dimmed=bool(np.any(through < 1.0)))
     axes = figure.subplots()
-    for name, values in zip(camera.cfa.channels, efficiency.at(at_nm), strict=True):
+    for name, values, seen in zip(camera.cfa.channels, bare, camera.after_crosstalk(bare * through), strict=True):
         colour = colour_of_channel(name)
         axes.plot(at_nm, values, color=colour, lw=1.6, label=name)
-        if np.any(through < 1.0):
-            label = f"{name}, behind {'filters and lens' if camera.filters else 'the lens'}"
-            axes.plot(at_nm, values * through, color=colour, lw=1.0, ls="--", label=label)
+        if changed:
+            axes.plot(at_nm, seen, color=colour, lw=1.0, ls="--", label=f"{name}, {changed}")
     low_nm, high_nm = capture.light.ends_nm
     shone = f"the light, {capture.light.name}"
     if high_nm > low_nm:
@@ -54,18 +55,25 @@ def draw_efficiency(figure: Any, capture: Capture) -> None:
     axes.set_title(f"{camera.name}: quantum efficiency")
 
 
+def _changed(capture: Capture, *, dimmed: bool) -> str:
+    """Say what a channel's efficiency is seen through; nothing where frames have it as it is."""
+    parts = ["filters"] * bool(capture.camera.filters) + ["the lens"] * (capture.light.at != "sensor")
+    behind = [f"behind {' and '.join(parts)}"] * dimmed
+    return ", ".join([*behind, *["after crosstalk"] * (capture.camera.crosstalk is not None)])
+
+
 def draw_spectra(figure: Any, capture: Capture) -> None:
-    """Draw the light, what surfaces return and lens and filters pass, and what each channel collects of white."""
+    """Draw the light, what surfaces return and what dims it, and what each channel's photosites hold of white."""
     camera, light = capture.camera, capture.light
     surfaces = dict.fromkeys(capture.scene.spectra)
-    passes = (camera.lens.transmission, *camera.filters)
+    passes = camera.dimmed_by(light)
     low_nm, high_nm = light.ends_nm
     one_line = light.is_one_line
     ends = (low_nm - 50.0, high_nm + 50.0) if one_line else (low_nm, high_nm)
-    at_nm = nodes_nm(capture, (*surfaces, *passes), ends)
+    at_nm = nodes_nm(capture, (*surfaces, *(spectrum for _, spectrum in passes)), ends)
     top, middle, below = figure.subplots(3, 1, sharex=True)
     samples = camera.samples(light, surfaces)
-    white = camera.electrons_per_reflectance(samples, capture.time_s)
+    white = camera.after_crosstalk(camera.electrons_per_reflectance(samples, capture.time_s))
     if one_line:
         top.vlines(low_nm, 0.0, light.irradiance_at(np.array([low_nm])), color="goldenrod", lw=2.0)
     else:
@@ -73,8 +81,7 @@ def draw_spectra(figure: Any, capture: Capture) -> None:
     for surface in list(surfaces)[:_MOST_SURFACES]:
         name = (surface.name or "a table") if isinstance(surface, Curve) else f"{surface:g}"
         middle.plot(at_nm, spectrum_at(surface, at_nm), lw=1.2, label=f"surface, {name}")
-    for number, part in enumerate(passes):
-        name = "lens" if number == 0 else f"filter {number}"
+    for name, part in passes:
         middle.plot(at_nm, spectrum_at(part, at_nm), lw=1.2, ls="--", label=f"{name}, transmission")
     for name, electrons in zip(camera.cfa.channels, white, strict=True):
         colour = colour_of_channel(name)

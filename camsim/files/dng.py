@@ -6,6 +6,7 @@ same file of anyone's array.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import BinaryIO
 
@@ -66,8 +67,8 @@ class MosaicWriter:
             product="mosaic",
             photometric=LINEAR_RAW if is_mono(frame) else CFA,
             samples=1,
-            black_dn=tuple(tuple(frame.black_level_dn + offset for offset in row) for row in frame.black_offsets_dn),
-            white_dn=int(frame.white_levels_dn.min()),  # of one for all: where the first are full
+            black_dn=frame.black_levels_dn.tolist(),
+            white_dn=_white_dn(frame),
             noise=noise_profile(frame),
         )
 
@@ -121,15 +122,31 @@ def is_mono(frame: Frame) -> bool:
 
 
 def noise_profile(frame: Frame) -> tuple[float, float]:
-    """Return S and O: the variance of x is S·x + O, for x = (code − black)/(white − black) in 0..1.
+    """Return S and O: the variance of x is S·x + O, for x = (code − black)/span in 0..1.
 
-    Shot noise, if there is any, has the variance of its electrons; O holds the read noise and the rounding's 1/12 DN².
-    Where the read-out bends, the variance is a curve of x that no S follows: S is right at 18 % of black..white.
+    The span is the file's own: of black levels that differ the largest is what DNG takes from the white level, for all
+    photosites (specification 1.4, chapter 5). Shot noise, if there is any, has the variance of its electrons; O holds
+    the read noise and the rounding's 1/12 DN². Where the read-out bends, the variance is a curve of x that no S
+    follows: S is right at 18 % of the camera's black..white.
     """
-    span_dn = frame.white_level_dn - frame.black_level_dn
+    span_dn = _white_dn(frame) - int(frame.black_levels_dn.max())
     shot = frame.shot_e2_per_e / (frame.electrons_per_dn * span_dn)
     floor_dn2 = (frame.read_noise_e / frame.electrons_per_dn) ** 2 + 1 / 12
     return shot, floor_dn2 / span_dn**2
+
+
+def _white_dn(frame: Frame) -> int:
+    """Return the one white level that a DNG has: where the first photosites are full.
+
+    Raises OutputError where others are not even black there: black..white would be empty.
+    """
+    white_dn, black_dn = int(frame.white_levels_dn.min()), int(frame.black_levels_dn.max())
+    if white_dn <= black_dn:
+        raise OutputError(
+            f"a DNG has one white level, and {white_dn} DN, where the first photosites are full, is not above the "
+            f"black level {black_dn} of others; write a .tiff, .exr or .npy instead"
+        )
+    return white_dn
 
 
 def _finish(
@@ -139,7 +156,7 @@ def _finish(
     product: str,
     photometric: int,
     samples: int,
-    black_dn: tuple[tuple[int, ...], ...],
+    black_dn: Sequence[Sequence[int]],
     white_dn: int,
     noise: tuple[float, float] | None,
 ) -> None:

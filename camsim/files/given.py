@@ -105,7 +105,8 @@ def develop(
 ) -> U8:
     """Return an array of codes developed simply, to be looked at: (rows, cols, 3) 8-bit sRGB, (rows, cols) for mono.
 
-    Arguments as of ``write_dng``. Black level, white balance, bilinear demosaicing, matrix, sRGB's curve.
+    Arguments as of ``write_dng``. Black level, white balance, bilinear demosaicing, matrix, sRGB's curve. Of black
+    levels that differ the largest tells where white is, for all photosites, as in a DNG: what clips there is white.
 
     >>> develop(np.full((4, 4), 1023), white_level_dn=1023)[0, 0].tolist()
     [255, 255, 255]
@@ -117,7 +118,7 @@ def develop(
         given.cfa.channel_index(*given.codes.shape),
         len(given.cfa.channels),
         black_dn=given.black_dn,
-        span_dn=given.white_dn - float(given.black_dn.flat[0]),
+        span_dn=given.white_dn - float(given.black_dn.max()),
         balance=None if colour is None else Balance(neutral=colour.neutral, forward=colour.fits[0][2]),
     )
 

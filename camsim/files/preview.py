@@ -38,19 +38,20 @@ class Balance:
 
 
 def develop(frame: Frame) -> U8:
-    """Return (rows, cols, 3) 8-bit sRGB, or (rows, cols) grey for mono; white is the sensor's white level.
+    """Return (rows, cols, 3) 8-bit sRGB, or (rows, cols) grey for mono; white is where the sensor's first are full.
 
     Black level, as-shot white balance, bilinear demosaicing, the D65 forward matrix (or the scene's own) and the
     sRGB curve. No brightness is added: an underexposed capture looks dark. All channels are clipped at the
     balanced white, so that what is clipped looks white and not coloured. A camera without a colour matrix gives grey.
     """
-    black_dn = frame.black_level_dn + np.array(frame.black_offsets_dn)
+    black_dn = frame.black_levels_dn
     balance = None
     if len(frame.channels) > 1:
         with contextlib.suppress(CamsimError):
             forward = fit_for_development(frame.colour).forward
             balance = Balance(neutral=as_shot_neutral(frame.colour), forward=forward)
-    span_dn = frame.white_level_dn - frame.black_level_dn
+    # Black offsets leave some less than others where codes end: at the least of them all are clipped.
+    span_dn = float((frame.white_levels_dn - black_dn).min())
     channels = len(frame.channels)
     return developed(frame.mosaic, frame.channel_index, channels, black_dn=black_dn, span_dn=span_dn, balance=balance)
 

@@ -61,7 +61,7 @@ def picture_of_frame(frame: Frame, product: str = "mosaic") -> Picture:
         planes = mosaic_planes(
             frame.mosaic,
             frame.cfa_pattern,
-            black=frame.black_level_dn + np.asarray(frame.black_offsets_dn, np.float64),
+            black=np.asarray(frame.black_levels_dn, np.float64),
             white=frame.white_levels_dn,
             lowest=0.0,
             holds_dark=True,

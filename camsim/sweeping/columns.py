@@ -13,6 +13,7 @@ from camsim.exposing import Capture
 from camsim.frame import Frame
 from camsim.measure import CameraOtf, measure_mtf, picture_of_frame
 from camsim.measure.target.moire import measure_moire
+from camsim.sensor.adc import full_codes
 
 _OF_A_MEDIAN = math.sqrt(math.pi / 2.0)
 _CLEAR = 5.0  # standard deviations from either end of the codes
@@ -60,15 +61,20 @@ def _noise(frame: Frame, capture: Capture) -> Columns:
     Of photosites whose mean lies so far from both ends of the codes that noise takes none there: which these are no
     noise decides. Fixed patterns count as noise: one frame cannot tell them.
     """
-    gain, bends = frame.electrons_per_dn, capture.camera.nonlinearity
-    black = frame.black_level_dn + capture.camera.adc.offsets_dn(frame.shape, capture.grid.origin)
+    gain, bends, adc = frame.electrons_per_dn, capture.camera.nonlinearity, capture.camera.adc
+    offsets_dn = adc.offsets_dn(frame.shape, capture.grid.origin)
+    black = frame.black_level_dn + offsets_dn
+    # Black offsets leave some photosites less room where codes end.
+    room_dn = full_codes(frame.white_level_dn, offsets_dn, adc.largest_dn) - black
+    rooms, which = np.unique(room_dn / (frame.white_level_dn - frame.black_level_dn), return_inverse=True)
+    full_e = np.array([capture.camera.charge_at_e(float(share), frame.iso) for share in rooms])[which]
     charge = frame.mean_electrons + capture.dark_e
     signal = charge if bends is None else bends.response(charge)
     off = (frame.mosaic.astype(float) - black) * gain - signal
     even_e = math.hypot(frame.read_noise_e, *(getattr(stage, "sigma_e", 0.0) for stage in capture.electronics))
     uneven = capture.camera.prnu.fraction if capture.camera.prnu else 0.0
     clear = _CLEAR * np.sqrt(charge + even_e**2 + np.square(uneven * charge)) + gain
-    whole = (charge + clear < capture.camera.charge_at_e(1.0, frame.iso)) & (black * gain + signal > clear)
+    whole = (charge + clear < full_e.reshape(frame.shape)) & (black * gain + signal > clear)
     columns: dict[str, Any] = {}
     said: list[str] = []
     for number, name in enumerate(frame.channels):

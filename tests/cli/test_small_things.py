@@ -19,6 +19,7 @@ from camsim.capturing import load
 from camsim.cli.app import app
 from camsim.cli.explain_noise import background_e, noise_budget
 from camsim.cli.explain_plot import nyquists
+from camsim.cli.explain_spectra import draw_efficiency, draw_spectra
 from camsim.errors import CamsimError
 from camsim.measure import CameraOtf, read_picture
 from camsim.sensor.cfa import Cfa
@@ -220,3 +221,33 @@ def test_the_background_is_where_the_frame_has_it(kernel: tuple[tuple[float, ...
     frame = ready.frame()
     seen = [frame.mean_electrons[frame.channel_index == k].mean() for k in range(3)]
     assert background_e(ready) == pytest.approx(seen, rel=1e-3)
+
+
+@pytest.mark.parametrize("kernel", [None, ((0.02, 0.1, 0), (0.05, 0.7, 0.04), (0, 0.03, 0.01))])
+@pytest.mark.parametrize("at", ["sensor", "scene"])
+def test_spectra_and_efficiencies_are_those_of_the_frame(kernel: tuple[tuple[float, ...], ...] | None, at: str) -> None:
+    """Crosstalk was left out of both (4011 for 4478 e⁻), and a lens drawn before light that is on the sensor."""
+    from matplotlib.figure import Figure
+
+    bright = ["scene.background.reflectance=1", "exposure={time_s: 0.01, iso: 100}", "noise.enabled=false"]
+    small = ["region={rows: 8, cols: 8}", "render.tolerance=1e-4", "lens.transmission=0.8"]
+    line = f"light={{line_nm: 530, irradiance_w_per_m2: 0.01, at: {at}}}"
+    ready = load("flat-field", sensor="d40-like", overrides=[*bright, *small, line])
+    ready = dataclasses.replace(
+        ready, camera=ready.camera.replace(filters=(0.5,), crosstalk=kernel and camsim.Crosstalk(kernel))
+    )
+    frame = ready.frame()
+    seen = [frame.mean_electrons[frame.channel_index == k].mean() for k in range(3)]
+    spectra, efficiency = Figure(), Figure()
+    draw_spectra(spectra, ready)
+    draw_efficiency(efficiency, ready)
+    passes, white = ([text.get_text() for text in axes.get_legend().get_texts()] for axes in spectra.axes[1:])
+    assert [float(re.findall(r"[\d.]+", label)[0]) for label in white] == pytest.approx(seen, rel=1e-3)
+    lens = ["lens, transmission"] if at == "scene" else []
+    assert passes == ["surface, 1", *lens, "filter 1, transmission"]
+    lines = [line for line in efficiency.axes[0].get_lines() if "," in line.get_label()][:3]
+    heights = [np.interp(530.0, line.get_xdata(), line.get_ydata()) for line in lines]
+    photons = 0.01 * 0.01 * ready.camera.photosite.area_um2 * 1e-12 * 530e-9 / (6.62607015e-34 * 299792458.0)
+    # Behind an aplanatic lens at N, a diffuser's E is 1/4N² of what falls on it.
+    photons /= 1.0 if at == "sensor" else 4.0 * 8.0**2
+    assert heights == pytest.approx([e / photons for e in seen], rel=1e-3)

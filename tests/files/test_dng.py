@@ -225,15 +225,29 @@ def test_libraw_takes_white_balance_and_matrix_from_the_file(tmp_path: Path, fra
 
 
 @pytest.mark.parametrize("level_e", [200.0, 5000.0, 30000.0])
-def test_noise_profile_is_the_variance_of_a_flat_field(frame: Frame, level_e: float) -> None:
+@pytest.mark.parametrize("offsets", [((0,),), ((0, 600), (-60, 30))])
+def test_noise_profile_is_the_variance_of_a_flat_field(
+    tmp_path: Path, make_frame: Callable[..., Frame], level_e: float, offsets: tuple[tuple[int, ...], ...]
+) -> None:
+    """On the scale of DNG 1.4, chapter 5, by the file's own tags: one span for all, from the largest black level."""
+    frame = make_frame(black_offsets_dn=offsets)
+    save(frame, tmp_path / "a.dng")
+    tags = tags_of(tmp_path / "a.dng")
     rng = np.random.default_rng(3)
     photosites = 400_000
     electrons = rng.poisson(level_e, photosites) + rng.normal(0, frame.read_noise_e, photosites)
-    codes = np.rint(frame.black_level_dn + electrons / frame.electrons_per_dn)
-    x = (codes - frame.black_level_dn) / (frame.white_level_dn - frame.black_level_dn)
-    shot, floor = noise_profile(frame)
+    black_dn = np.resize(128 + np.array(offsets), photosites)
+    codes = np.rint(black_dn + electrons / frame.electrons_per_dn)
+    x = (codes - black_dn) / (tags[50717] - fractions(tags[50714]).max())
+    shot, floor = tags[51041][:2]
     # The variance of n values has a relative standard deviation of sqrt(2/n).
     assert x.var() == pytest.approx(shot * x.mean() + floor, rel=STATISTICAL * np.sqrt(2 / photosites))
+
+
+def test_a_white_level_below_others_black_is_refused(tmp_path: Path, make_frame: Callable[..., Frame]) -> None:
+    with pytest.raises(OutputError, match=r"340 DN, where the first .* full, is not above the black level 728"):
+        save(make_frame(black_offsets_dn=((0, 600), (-60, 30)), white_level_dn=400), tmp_path / "a.dng")
+    assert not [*tmp_path.iterdir()]
 
 
 def test_noise_profile_is_written_for_every_plane(tmp_path: Path, frame: Frame, mono_frame: Frame) -> None:

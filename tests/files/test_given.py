@@ -60,6 +60,15 @@ def test_an_array_develops_as_the_capture_that_it_came_from(tmp_path: Path, make
     assert np.abs(developed[0] - developed[1]).max() < 2e-4
 
 
+@pytest.mark.parametrize("blacks", [[[0, 1000], [1000, 0]], [[1000, 0], [0, 1000]], [[0, 200], [200, 200]]])
+def test_black_levels_that_differ_leave_grey_grey_and_white_white(blacks: list[list[int]]) -> None:
+    """Whichever comes first; of the largest is the span, as in DNG: 0.25 of it is code 137 of sRGB."""
+    levels = np.tile(blacks, (8, 8))
+    for codes, expected in ((np.full((16, 16), 4095), 255), (levels + (4095 - levels.max()) // 4, 137)):
+        pixels = camsim.develop(codes, black_level_dn=blacks, white_level_dn=4095)
+        assert np.unique(pixels).tolist() == [expected]
+
+
 def test_an_array_of_srgb_is_seen_as_it_is(tmp_path: Path) -> None:
     """Without a matrix the channels are linear sRGB's: LibRaw gives the flat colour back."""
     colour = np.array([0.7, 0.4, 0.2])

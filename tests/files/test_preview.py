@@ -89,10 +89,12 @@ def test_grey_is_grey_and_white_is_white(frame: Frame) -> None:
         assert np.abs(pixels - expected).max() <= 1
 
 
-def test_clipped_photosites_are_white_and_blacks_black(frame: Frame) -> None:
+@pytest.mark.parametrize("offsets", [((0,),), ((0, 1000), (1000, 0)), ((1000, 0), (0, 1000)), ((-90, 20), (30, 200))])
+def test_clipped_photosites_are_white_and_blacks_black(frame: Frame, offsets: tuple[tuple[int, ...], ...]) -> None:
     white = np.full_like(frame.mosaic, 4095)
+    frame = dataclasses.replace(frame, black_offsets_dn=offsets)
     assert develop(dataclasses.replace(frame, mosaic=white)).min() == 255
-    black = np.full_like(frame.mosaic, 120)
+    black = np.full_like(frame.mosaic, 128 + np.min(offsets))
     assert develop(dataclasses.replace(frame, mosaic=black)).max() == 0
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import warnings
 
@@ -169,6 +170,30 @@ def test_the_four_phases_have_the_same_verdict():
         image = np.moveaxis(demosaic(balanced_signal(frame), frame.channel_index, 3), 0, 2)
         found.append(judge(image, subject, method=phase, scale=subject.level)[0].cpsnr_db)
     assert np.ptp(found) < 0.05
+
+
+def with_black_offsets(offsets):
+    """The picture and its frame of a camera with black offsets."""
+    capture = judged.capture()
+    adc = dataclasses.replace(capture.camera.adc, black_offsets_dn=offsets)
+    capture = dataclasses.replace(capture, camera=capture.camera.replace(adc=adc))
+    return capture, capture.frame(products=("mosaic", "truth"))
+
+
+def test_black_offsets_change_no_level():
+    """Together they move LibRaw's black, and not the white where codes end: it was 3 % too bright."""
+    _, frame = with_black_offsets(((100, 130), (120, 100)))
+    own, others = (next(m for m in methods(f)[0] if m.name == "LibRaw: linear").run(f) for f in (judged.frame(), frame))
+    # Codes are rounded, and LibRaw's scale as well.
+    assert others.mean() == pytest.approx(own.mean(), rel=5e-4)
+
+
+def test_photosites_that_black_offsets_let_clip_are_not_judged():
+    capture, frame = with_black_offsets(((0, 2000), (0, 0)))
+    used = subject_of_capture(capture, frame.truth).used
+    assert (frame.mosaic == 4095).any()
+    assert used.any()
+    assert frame.mosaic[used].max() < 4095
 
 
 def test_what_cannot_be_judged(subject, ahd):

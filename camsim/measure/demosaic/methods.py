@@ -50,7 +50,7 @@ class Method:
 def signal(frame: Frame) -> F32:
     """Return (rows, cols) codes less their black level, white-balanced; 1 where white clips."""
     rows, cols = frame.mosaic.shape
-    black = frame.black_level_dn + np.asarray(frame.black_offsets_dn, np.float64)
+    black = frame.black_levels_dn
     black = np.tile(black, (-(-rows // black.shape[0]), -(-cols // black.shape[1])))[:rows, :cols]
     span_dn = frame.white_level_dn - frame.black_level_dn
     light = (frame.mosaic - black) / span_dn / as_shot_neutral(frame.colour)[frame.channel_index]
@@ -153,7 +153,10 @@ def _developed_by_libraw(frame: Frame, algorithm: str, *, stage: str) -> F32:
             raise UnsupportedError(f"gave up: {in_brief(error)}", stage=stage) from None
     if image.shape[:2] != frame.shape:
         raise UnsupportedError(f"gave {image.shape[:2]} pixels of {frame.shape}", stage=stage)
-    scaled: F32 = image.astype(np.float32) / np.float32(65535.0)
+    # Its 1 is the file's white, and black for it the least of the levels: black offsets may move them together.
+    own_dn = int(frame.white_levels_dn.min() - frame.black_levels_dn.min())
+    share = own_dn / (frame.white_level_dn - frame.black_level_dn)
+    scaled: F32 = image.astype(np.float32) * np.float32(share / 65535.0)
     return scaled
 
 

@@ -14,7 +14,8 @@ from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.exposing import Capture
 from camsim.measure.given import check_given
 from camsim.measure.picture import Picture
-from camsim.measure.truth.spaces import XYZ_TO_SRGB, balanced, full_scale_e, neutral_of
+from camsim.measure.truth.spaces import XYZ_TO_SRGB, balanced, neutral_of
+from camsim.sensor.adc import full_codes
 from camsim.sensor.cfa import Cfa
 from camsim.sensor.colour_matrix import XYZ_D50, adaptation, fit_for_development, fit_white
 from camsim.typed import check
@@ -83,7 +84,7 @@ def subject_of_capture(capture: Capture, truth_e: F32, *, border: int = BORDER) 
     diffuser_e = camera.diffuser_electrons(capture.light, capture.time_s).astype(np.float32)
     # Balanced, a diffuser has one level in all channels.
     level = float(balanced(diffuser_e, capture)[order[1]])
-    clipped = np.any(truth_e >= full_scale_e(capture), axis=2)
+    clipped = np.any(truth_e >= _first_full_e(capture), axis=2)
     used = inside(shape, border, name) & ~scipy.ndimage.binary_dilation(clipped, iterations=_BESIDE_CLIPPED)
     if not used.any():
         raise UnsupportedError("nothing is left to judge, all is clipped or border; expose less", stage=name)
@@ -97,6 +98,14 @@ def subject_of_capture(capture: Capture, truth_e: F32, *, border: int = BORDER) 
         level=level,
         clipped=int(np.count_nonzero(clipped)),
     )
+
+
+def _first_full_e(capture: Capture) -> float:
+    """Return the electrons at which the first photosites clip: black offsets leave some less where codes end."""
+    adc, white_dn = capture.camera.adc, capture.white_level_dn
+    offsets_dn = np.array(adc.black_offsets_dn)
+    span_dn = full_codes(white_dn, offsets_dn, adc.largest_dn) - offsets_dn - adc.black_level_dn
+    return capture.camera.charge_at_e(float(span_dn.min()) / (white_dn - adc.black_level_dn), capture.exposure.iso)
 
 
 def subject_of_picture(
