@@ -10,6 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
+from scipy.interpolate import CubicSpline
 
 from camsim.arrays import F64
 from camsim.errors import InputError
@@ -20,8 +22,14 @@ HEIGHTS = 13  # along the radius
 TERMS = 36  # OSA/ANSI 0 to 35: order 7
 POWERS = 6  # of the square of the height, in a distortion
 RINGS = 15  # of rays over the pupil
-RIM_RAYS = 96  # whose directions bound the cone of light
+LIT_RAYS = 4000  # that light is counted by, of equal areas of the pupil
+GOLDEN = math.pi * (3.0 - math.sqrt(5.0))  # angle from each to the next, which leaves no place of the pupil out
+LIT_STEP = 2e-4  # of the field, over which the sky is compared with where it falls
+BRIGHTER = 1e-3  # of the axis's light, above which light off the axis is refused and not taken for rounding
 SMALLEST_WAVES = 5e-5  # of a coefficient that is kept anywhere
+UNITS_MM = {"MM": 1.0, "CM": 10.0, "IN": 25.4, "METER": 1000.0}  # as Zemax writes them
+FIELDS = {"1": "object heights", "2": "paraxial image heights", "3": "real image heights", "4": "theodolite angles"}
+ENCODINGS = ("utf-16", "utf-8", "iso-8859-1")  # in optiland's order
 ABSENT = "lens import needs optiland, which is not installed; pip install 'camsim-spectral[lens]'"
 
 
@@ -33,13 +41,69 @@ def import_zemax(file: Path, *, middle_nm: float = 550.0) -> str:
         raise InputError(ABSENT) from None
     if not file.is_file():
         raise InputError(f"no such file: {str(file)!r}")
+    unit_mm = _unit_mm(file)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             optic = load_zemax_file(str(file))
+            _judge(optic, file.name)
+            if unit_mm != 1.0:
+                _scale(optic, unit_mm, file.name)
             return lens_file(optic, name=file.stem, source=f"traced from {file.name} by optiland", middle_nm=middle_nm)
+    except InputError:
+        raise
     except Exception as error:
         raise InputError(f"optiland cannot trace {file.name!r}: {error}; it takes sequential .zmx files") from error
+
+
+def _unit_mm(file: Path) -> float:
+    """Return the lens unit, mm; raises InputError where it, or what fields are given by, is not taken.
+
+    optiland does not read the unit, and traces any field as if it were an angle.
+    """
+    operands = _operands(file)
+    unit = (operands.get("UNIT") or ["MM"])[0].upper()
+    if unit not in UNITS_MM:
+        raise InputError(f"{file.name!r} has lengths in {unit!r}; save it in one of {', '.join(UNITS_MM)} (UNIT)")
+    kind = (operands.get("FTYP") or ["0"])[0]
+    if kind != "0":
+        raise InputError(
+            f"{file.name!r} has fields by {FIELDS.get(kind, 'another kind')} (FTYP {kind}); "
+            "lenses are traced by the angle: save it with fields as angles (FTYP 0, YFLN in degrees)"
+        )
+    return UNITS_MM[unit]
+
+
+def _operands(file: Path) -> dict[str, list[str]]:
+    """Return what stands behind each operand of a Zemax file, the last time that it stands there."""
+    content = file.read_bytes()
+    for encoding in ENCODINGS:
+        try:
+            lines = [line.split() for line in content.decode(encoding).splitlines()]
+        except UnicodeError:
+            continue
+        operands = {words[0]: words[1:] for words in lines if words}
+        if "SURF" in operands:
+            return operands
+    return {}
+
+
+def _judge(optic: Any, name: str) -> None:
+    if not optic.object_surface.is_infinite:
+        raise InputError(
+            f"{name!r} has its object at a finite distance; lens files are of a scene far away: "
+            "save it with the object at infinity (DISZ INFINITY of SURF 0), in focus there"
+        )
+    if not float(optic.fields.max_field) > 0.0:
+        raise InputError(f"{name!r} has no field but the axis; give it the largest one, an angle (YFLN in degrees)")
+
+
+def _scale(optic: Any, unit_mm: float, name: str) -> None:
+    """Make lengths mm of a lens in other units."""
+    focal = float(optic.paraxial.f2())
+    optic.updater.scale_system(unit_mm)
+    if not math.isclose(float(optic.paraxial.f2()), unit_mm * focal, rel_tol=1e-9):
+        raise InputError(f"{name!r} has surfaces that cannot be scaled to mm; save it in mm (UNIT MM)")
 
 
 def lens_file(optic: Any, *, name: str, source: str, comment: str = "", middle_nm: float = 550.0) -> str:
@@ -54,9 +118,15 @@ def lens_file(optic: Any, *, name: str, source: str, comment: str = "", middle_n
     chief_mm = np.array([[_chief(optic, h, nm) for h in shares] for nm in WAVELENGTHS_NM])
     middle_mm = np.array([_chief(optic, h, middle_nm) for h in shares])
     side = math.copysign(1.0, middle_mm[-1])
+    light = _light(optic, shares, np.abs(middle_mm), middle_nm)
+    if light.max() > 1.0 + BRIGHTER:
+        brightest = int(light.argmax())
+        raise InputError(
+            f"{name!r} gives {light[brightest]:.4g} of the axis's light {full_deg * shares[brightest]:.4g}° from it, "
+            "and relative_illumination is at most 1; give it a smaller field"
+        )
     waves = np.array([[_zernike(optic, side * h, nm) for h in shares] for nm in WAVELENGTHS_NM])
     indices = [j for j in range(1, TERMS) if orders(j)[1] >= 0 and np.abs(waves[:, :, j]).max() > SMALLEST_WAVES]
-    cone = np.array([_cone(optic, h, middle_nm) for h in shares])
     middle_um, lateral_um = 1e3 * np.abs(middle_mm), 1e3 * (side * chief_mm - np.abs(middle_mm))
     # Distortion is told of ideal heights, all else of heights in the image: a polynomial in the square lies between.
     square = (ideal_mm / ideal_mm[-1]) ** 2
@@ -74,7 +144,7 @@ def lens_file(optic: Any, *, name: str, source: str, comment: str = "", middle_n
         ("height_um", _rounded(middle_um, 3)),
         ("zernike", indices),
         ("distortion", _rounded(distortion, 7)),
-        ("relative_illumination", _rounded(np.minimum(cone / cone[0], 1.0), 5)),
+        ("relative_illumination", _rounded(np.minimum(light, 1.0), 5)),
     ]
     lines = [f"# {comment or name}.", "camsim: lens/1", f"name: {json.dumps(name)}", f"source: {json.dumps(source)}"]
     lines.append(f"f_number: {round(f_number, 4)}")
@@ -115,13 +185,40 @@ def _zernike(optic: Any, share: float, wavelength_nm: float) -> F64:
     return -np.array(fitted.coeffs, float)
 
 
-def _cone(optic: Any, share: float, wavelength_nm: float) -> float:
-    """Return the area in direction cosines of the light that falls on the image: its irradiance, of an even scene."""
-    angle = 2.0 * np.pi * np.arange(RIM_RAYS) / RIM_RAYS
-    field = np.full(RIM_RAYS, float(share))
-    rays = optic.trace_generic(field, 0.0 * field, np.cos(angle), np.sin(angle), wavelength_nm / 1e3)
-    along, across = np.asarray(rays.L), np.asarray(rays.M)
-    return 0.5 * abs(float(np.sum(along * np.roll(across, -1) - np.roll(along, -1) * across)))
+def _light(optic: Any, shares: F64, height_mm: F64, wavelength_nm: float) -> F64:
+    """Return the irradiance of an even sky at heights on the flat sensor, over that on the axis.
+
+    What comes from a ring of the sky, cos θ·dΩ for each part of the pupil that is open there, falls into a ring of the
+    sensor, however sharp it is there: its light's middle is followed, which coma takes away from the chief ray.
+    """
+    full = math.radians(float(optic.fields.max_field))
+    places, light = np.empty_like(shares), np.empty_like(shares)
+    for k, share in enumerate(shares):
+        inner, outer = max(share - LIT_STEP, 0.0), min(share + LIT_STEP, 1.0)
+        traced = [_lit(optic, near, wavelength_nm) for near in (inner, share, outer)]
+        passes = np.all([own for own, _ in traced], axis=0)
+        if not passes.any():
+            raise InputError(f"no light passes {math.degrees(full * share):.4g}° from the axis; give a smaller field")
+        from_mm, places[k], to_mm = (abs(x[passes].mean()) for _, x in traced)
+        sky = math.sin(full * outer) ** 2 - math.sin(full * inner) ** 2
+        light[k] = passes.mean() * sky / (to_mm**2 - from_mm**2)
+    mirrored = np.concatenate([-places[:0:-1], places]), np.concatenate([light[:0:-1], light])
+    shown: F64 = CubicSpline(*mirrored)(height_mm)
+    relative: F64 = shown / shown[0]
+    return relative
+
+
+def _lit(optic: Any, share: float, wavelength_nm: float) -> tuple[npt.NDArray[np.bool_], F64]:
+    """Return which of the rays all over the pupil pass, and x of where they fall in the image, mm."""
+    number = np.arange(LIT_RAYS // 2)
+    radius, angle = np.sqrt((number + 0.5) / number.size), GOLDEN * number
+    # Each with its opposite: what is out of focus has its middle where it is.
+    along, across = np.outer([1.0, -1.0], radius * np.cos(angle)), np.outer([1.0, -1.0], radius * np.sin(angle))
+    rays = optic.trace_generic(
+        np.full(along.size, share), np.zeros(along.size), along.ravel(), across.ravel(), wavelength_nm / 1e3
+    )
+    x = np.asarray(rays.x, float)
+    return np.isfinite(x) & (np.asarray(rays.i) > 0.0), x
 
 
 def surfaces(optic: Any, prescription: Sequence[tuple[Any, ...]]) -> None:

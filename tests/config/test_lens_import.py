@@ -12,33 +12,44 @@ import pytest
 
 import camsim
 from camsim.config import lens_import
+from camsim.errors import InputError
 
 FOCAL_MM, F_NUMBER, FULL_DEG = 50.0, 4.0, 20.0
 IDEAL_MM = FOCAL_MM * math.tan(math.radians(FULL_DEG))
 
 
-def height_mm(share: float) -> float:
+def height_mm(share: Any, barrel: float = 0.04) -> Any:
     """Where the chief ray falls: 4 % less far at the rim than without distortion."""
-    ideal = FOCAL_MM * math.tan(math.radians(share * FULL_DEG))
-    return ideal * (1.0 - 0.04 * (ideal / IDEAL_MM) ** 2)
-
-
-def light(share: Any) -> Any:
-    """The light at a field angle: by the pupil's aberrations more than on the axis before it falls."""
-    return 1.0 + 0.2 * share**2 - 0.5 * share**4
+    ideal = FOCAL_MM * np.tan(np.radians(share * FULL_DEG))
+    return ideal * (1.0 - barrel * (ideal / IDEAL_MM) ** 2)
 
 
 class Rays:
-    """What optiland's ``Optic`` is asked, of a lens with coma, lateral colour and vignetting."""
+    """What optiland's ``Optic`` is asked, of a lens with coma, lateral colour, vignetting and a sensor out of focus."""
 
     paraxial = SimpleNamespace(FNO=lambda: F_NUMBER, f2=lambda: FOCAL_MM)
     fields = SimpleNamespace(max_field=FULL_DEG)
+    barrel = 0.04
 
-    @staticmethod
-    def trace_generic(hx: Any, hy: Any, px: Any, py: Any, wavelength_um: float) -> Any:
-        centre = np.array([height_mm(float(h)) for h in np.atleast_1d(hx)]) * (1.0 + 2e-3 * (wavelength_um - 0.55))
-        slope = np.sqrt(light(hx)) / (2.0 * F_NUMBER)
-        return SimpleNamespace(x=centre + 0.3 * (3 * px**2 + py**2), L=0.1 * hx + slope * px, M=slope * py)
+    def trace_generic(self, hx: Any, hy: Any, px: Any, py: Any, wavelength_um: float) -> Any:
+        centre = height_mm(hx, self.barrel) * (1.0 + 2e-3 * (wavelength_um - 0.55))
+        x = centre + 0.05 * hx * (3 * px**2 + py**2) + 0.1 * px
+        y = 0.1 * hx * px * py + 0.1 * py
+        return SimpleNamespace(x=x, y=y, i=np.where(np.hypot(px - 0.6 * hx, py) < 1.2, 1.0, 0.0))
+
+
+def counted(inner_mm: float, outer_mm: float) -> float:
+    """The light of an even sky that falls into a ring of the sensor, ray by ray, over the ring's area."""
+    draws = np.random.default_rng(5)
+    low, high = max(0.0, inner_mm - 0.4) / 19.0, min((outer_mm + 0.4) / 17.4, 1.0)  # shares that can fall there
+    share = low + (high - low) * (np.arange(400_000) + draws.random(400_000)) / 400_000
+    radius, angle = np.sqrt(draws.random(share.size)), 2.0 * np.pi * draws.random(share.size)
+    rays = Rays().trace_generic(share, 0.0, radius * np.cos(angle), radius * np.sin(angle), 0.55)
+    fallen = np.hypot(rays.x, rays.y)
+    theta = np.radians(share * FULL_DEG)
+    of_sky = 2.0 * np.pi * np.sin(theta) * np.cos(theta) * math.radians(FULL_DEG) * (high - low) / share.size
+    ring = (fallen >= inner_mm) & (fallen < outer_mm) & (rays.i > 0.0)
+    return float(of_sky[ring].sum()) / (math.pi * (outer_mm**2 - inner_mm**2))
 
 
 def waves(share: float) -> dict[int, float]:
@@ -60,7 +71,11 @@ def test_what_rays_tell_stands_in_the_lens(tmp_path: Path, monkeypatch: pytest.M
     shares = np.linspace(0.0, 1.0, lens_import.HEIGHTS)
     assert lens.f_number == F_NUMBER
     np.testing.assert_allclose(lens.height_um, [1e3 * height_mm(share) for share in shares], atol=6e-4)
-    np.testing.assert_allclose(lens.relative_illumination, np.minimum(light(shares), 1.0), atol=6e-6)
+    on_axis = counted(0.0, 1.0)
+    for k in (3, 6, 9, 11):
+        middle_mm = float(height_mm(shares[k]))
+        right = counted(middle_mm - 0.4, middle_mm + 0.4) / on_axis
+        assert lens.relative_illumination[k] == pytest.approx(right, rel=0.01)
     assert lens.zernike == (4, 5, 8)
     at_650 = [[waves(share)[k] * 550.0 / 650.0 for k in (4, 5, 8)] for share in shares]
     np.testing.assert_allclose(lens.waves[lens.wavelength_nm.index(650.0)], at_650, atol=6e-6)
@@ -71,3 +86,11 @@ def test_what_rays_tell_stands_in_the_lens(tmp_path: Path, monkeypatch: pytest.M
         ideal_um = 1e3 * FOCAL_MM * math.tan(math.radians(share * FULL_DEG))
         fallen_um = lens.distorted(np.array([[0.6 * ideal_um, 0.8 * ideal_um]]))
         assert math.hypot(*fallen_um[0]) == pytest.approx(1e3 * height_mm(share), abs=0.5)
+
+
+def test_light_that_grows_off_the_axis_is_refused() -> None:
+    """Behind a strong barrel: what would fall into a ring is drawn into a smaller one."""
+    barrel = Rays()
+    barrel.barrel = 0.2
+    with pytest.raises(InputError, match=r"^'made' gives 1\.\d+ of the axis's light .*; give it a smaller field$"):
+        lens_import.lens_file(barrel, name="made", source="a law")
