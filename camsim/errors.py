@@ -108,8 +108,14 @@ def in_brief(error: BaseException | str, most: int = 120) -> str:
 
 
 def did_you_mean(name: str, known: Iterable[str], shown: int = 12) -> str:
-    """Return the tail of a message about an unknown name: the likely one, and the list when it is short."""
-    names = list(known)
+    """Return the tail of a message about an unknown name: the likely one, and the list when it is short.
+
+    Names may be a stranger's, as members of an archive are: of any length and with any letters.
+
+    >>> did_you_mean("mosaic.npy", ["record.json", "q\\n\\tr"])
+    ' (known: record.json, q r)'
+    """
+    names = [in_brief(name) for name in known]
     near = nearest(name, names)
     text = f"; did you mean {' or '.join(repr(n) for n in near)}?" if near else ";" if names else ""
     if names and len(names) <= shown:

@@ -57,6 +57,7 @@ DIMENSIONLESS = {
     "neutral": "relative",
     "white_xyz": "relative",
     "camera_to_xyz": "a matrix",
+    "xyz_to_camera": "a matrix",
     "normals": "standard normals",
     "uniforms": "0..1",
     "magnification": "image over scene",
