@@ -103,6 +103,18 @@ def gauss_error(order: int, phase: float) -> float:
     )
 
 
+def gauss_order(phase: float, allowed: float, *, least: int = 3, most: int | None = None) -> int:
+    """Return the order of a Gauss rule that integrates cos(phase·x) over −1 … 1 to ``allowed``; ``most`` at the most.
+
+    >>> gauss_order(math.pi, 1e-6), gauss_order(math.pi, 1e-6, most=4)
+    (7, 4)
+    """
+    order = least
+    while order != most and gauss_error(order, phase) > math.log(allowed):
+        order += 1
+    return order
+
+
 @functools.cache
 def gauss_phases(allowed: float, most: int) -> F64:
     """Return (most,) phases for which cos(phase·x) over −1 … 1 is integrated to ``allowed`` by 1, 2 … nodes."""

@@ -276,6 +276,15 @@ def _after(levels: dict[str, Any], changed: bool) -> dict[str, Any]:
     return {"white": 1.0} if changed else levels
 
 
+def _of_stored(
+    source: _Source, stored: npt.NDArray[Any], product: str | None, *, largest: float, encoded: bool, why: str
+) -> Picture:
+    """Return the picture of samples as a file holds them, (rows, cols) or (rows, cols, n), made linear."""
+    image, changed = _linear(_shown(stored, source, largest), source.gamma, largest, encoded=encoded, why=why)
+    planes = _grey_or_planes(image, source, product, **_after(_levels(image, source, product, largest), changed))
+    return _picture(source, planes, image.shape)
+
+
 def _read_tiff(source: _Source) -> Picture:
     first = read_directory(source.file, source.size)
     if DNG_VERSION in first.entries:
@@ -284,17 +293,14 @@ def _read_tiff(source: _Source) -> Picture:
         raise InputError("it is not a DNG; convert it to uncompressed DNG")
     bits = bits_per_sample(first)
     stored = read_image(first)
-    largest, eight = largest_sample(stored.dtype, bits), bits == 8
-    image, changed = _linear(
-        _shown(stored, source, largest),
-        source.gamma,
-        largest,
-        encoded=source.record is None and (eight or _COLOUR_PROFILE_TAG in first.entries),
-        why="it has 8 bits" if eight else "it has a colour profile",
+    return _of_stored(
+        source,
+        stored,
+        source.product,
+        largest=largest_sample(stored.dtype, bits),
+        encoded=source.record is None and (bits == 8 or _COLOUR_PROFILE_TAG in first.entries),
+        why="it has 8 bits" if bits == 8 else "it has a colour profile",
     )
-    product = source.product
-    planes = _grey_or_planes(image, source, product, **_after(_levels(image, source, product, largest), changed))
-    return _picture(source, planes, image.shape)
 
 
 def _read_dng(source: _Source) -> Picture:
@@ -318,16 +324,15 @@ def _read_dng(source: _Source) -> Picture:
 def _read_png(source: _Source) -> Picture:
     header = png_reader.read_header(source.file, source.size, LONGEST_RECORD)
     stored = png_reader.read_pixels(source.file, source.size, header)
-    largest, product = largest_sample(stored.dtype), source.product
-    image, changed = _linear(
-        _shown(stored, source, largest),
-        source.gamma,
-        largest,
-        encoded=product != "mosaic" and (header.bits <= 8 or abs(header.gamma - 1.0) > 0.01 or header.coloured),
-        why=f"it has {header.bits} bits a sample" if header.bits <= 8 else "it names a colour space",
+    few = header.bits <= 8
+    return _of_stored(
+        source,
+        stored,
+        source.product,
+        largest=largest_sample(stored.dtype),
+        encoded=source.product != "mosaic" and (few or abs(header.gamma - 1.0) > 0.01 or header.coloured),
+        why=f"it has {header.bits} bits a sample" if few else "it names a colour space",
     )
-    planes = _grey_or_planes(image, source, product, **_after(_levels(image, source, product, largest), changed))
-    return _picture(source, planes, image.shape)
 
 
 def _read_exr(source: _Source) -> Picture:
@@ -348,11 +353,8 @@ def _read_exr(source: _Source) -> Picture:
 
 def _read_npy(source: _Source) -> Picture:
     stored = _light(npy_reader.read_array(source.file, source.size))
-    largest = largest_sample(stored.dtype)
-    shown = _shown(stored, source, largest)
-    image, changed = _linear(shown, source.gamma, largest, encoded=stored.dtype == np.uint8, why="it has 8 bits")
-    planes = _grey_or_planes(image, source, None, **_after(_levels(image, source, None, largest), changed))
-    return _picture(source, planes, image.shape)
+    eight, largest = stored.dtype == np.uint8, largest_sample(stored.dtype)
+    return _of_stored(source, stored, None, largest=largest, encoded=eight, why="it has 8 bits")
 
 
 def _light(image: npt.NDArray[Any]) -> npt.NDArray[Any]:

@@ -14,7 +14,7 @@ from camsim.kept import cached_property
 from camsim.optics import OpticalStage, OpticalSystem, RoundLens
 from camsim.optics.pattern import Pattern
 from camsim.optics.protocols import Rectangular
-from camsim.quadrature import gauss_error, gauss_legendre
+from camsim.quadrature import gauss_legendre
 from camsim.rendering.envelope import Envelope
 
 BEYOND = (8, 10, 12, 14, 16)  # powers of the harmonic moments that the far form leaves out
@@ -193,14 +193,6 @@ def _distinct(offsets: F64) -> F64:
     values = np.sort(offsets)
     groups = np.split(values, np.flatnonzero(np.diff(values) > _SAME * np.abs(values).max()) + 1)
     return np.array([group.mean() for group in groups])
-
-
-def rule_order(phase: float, allowed: float) -> int:
-    """Return the order of a Gauss rule that integrates cos(phase·x) over −1 … 1 to ``allowed``."""
-    order = 3
-    while gauss_error(order, phase) > math.log(allowed):
-        order += 1
-    return order
 
 
 def footprint_rule(width: float, height: float, spots: F64, order: int) -> tuple[F64, F64]:

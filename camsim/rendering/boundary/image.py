@@ -10,7 +10,7 @@ import numpy as np
 
 from camsim.arrays import C128, F64, I64, kinds_of
 from camsim.optics.pattern import Pattern
-from camsim.quadrature import chebyshev, gauss_rules, interpolation
+from camsim.quadrature import chebyshev, gauss_order, gauss_rules, interpolation
 from camsim.rendering.boundary.crowd import gather
 from camsim.rendering.boundary.far import far_moments
 from camsim.rendering.boundary.records import Numbers, TabledEdges, Tables
@@ -22,7 +22,7 @@ from camsim.rendering.boundary.tiles import render_edges
 from camsim.rendering.boundary.zones import Zones, add_rings_in_zones
 from camsim.rendering.edges import Edges, shares_within
 from camsim.rendering.focus import ZONE
-from camsim.rendering.footprint import Footprint, footprint_rule, rule_order
+from camsim.rendering.footprint import Footprint, footprint_rule
 from camsim.rendering.grid import Grid
 from camsim.rendering.job import Job, Nodes
 from camsim.rendering.spectral import multiples
@@ -201,7 +201,7 @@ def _rings(pattern: Pattern, blur: F64, footprint: Footprint, nearest: float) ->
 
 def rings_order(footprint: Footprint, shortest: float) -> int:
     """Return the order of the rule over the footprint by which amplitudes are made; shortest: blur, pitches."""
-    return rule_order(math.pi * footprint.side / shortest, RINGS_TO)
+    return gauss_order(math.pi * footprint.side / shortest, RINGS_TO)
 
 
 def inside_length(edges: Edges, grid: Grid, margin: float) -> F64:

@@ -54,13 +54,13 @@ def _add_panel(
         c, s = math.cos(centre), math.sin(centre)
         _add_slight(_Slight(dx + big * c, dy + big * s, c, s, big, half), times, inside, energy, g, memory)
         return
-    times *= half * big
     for q in range(g.shape[1]):
         angle = centre + half * g[0, q]
         c, s = math.cos(angle), math.sin(angle)
         rx, ry = dx + big * c, dy + big * s
-        r = math.sqrt(rx * rx + ry * ry)
-        add_value(r, times * g[1, q] * (rx * c + ry * s), inside, energy, memory.piece)
+        memory.within[q] = math.sqrt(rx * rx + ry * ry)
+        memory.times[q] = times * half * big * g[1, q] * (rx * c + ry * s)
+    _add_nodes(g.shape[1], inside, energy, memory)
 
 
 @kernel()
@@ -77,11 +77,17 @@ def _add_slight(panel: _Slight, times: float, inside: bool, energy: Energy, g: F
         rx, ry = mx + big * more_c, my + big * more_s
         within[q] = math.sqrt(rx * rx + ry * ry)
         gain[q] = times * half * big * g[1, q] * (rx * (c + more_c) + ry * (s + more_s))
-    if not inside:
-        for q in range(g.shape[1]):
-            add_value(within[q], gain[q], False, energy, memory.piece)
+    _add_nodes(g.shape[1], inside, energy, memory)
+
+
+@kernel(forceinline=True)
+def _add_nodes(count: int, inside: bool, energy: Energy, memory: Memory) -> None:
+    """Add a panel's nodes, from the table or of its smooth powers."""
+    if inside:
+        look_up(count, energy, memory)
         return
-    look_up(g.shape[1], energy, memory)
+    for q in range(count):
+        add_value(memory.within[q], memory.times[q], False, energy, memory.piece)
 
 
 @kernel()

@@ -18,7 +18,7 @@ from camsim.kept import cached_property
 from camsim.kernels import shared
 from camsim.optics import OpticalSystem
 from camsim.optics.protocols import KnowsEnergy, Rectangular, Round
-from camsim.quadrature import gauss_error, gauss_legendre
+from camsim.quadrature import gauss_legendre, gauss_order
 from camsim.quintics import quintic_cells
 from camsim.rendering.check.field_kernels import (
     Far,
@@ -101,10 +101,8 @@ class DirectSums:
 
     def _rule(self, side: float, more: float = 1.0) -> tuple[F64, F64]:
         """Return a Gauss rule over a length, the weights adding up to 1, that follows the shortest wave."""
-        order = 1 if side == 0.0 else 2
-        allowed = math.log(min(max(self.allowed, SMALLEST) * more, COARSEST))
-        while side and gauss_error(order, math.pi * side / self._blur[0]) > allowed:
-            order += 1
+        allowed = min(max(self.allowed, SMALLEST) * more, COARSEST)
+        order = gauss_order(math.pi * side / self._blur[0], allowed, least=2) if side else 1
         x, w = gauss_legendre(order)
         return 0.5 * side * x, 0.5 * w
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from camsim.arrays import F64, I64
 from camsim.kept import cached_property
-from camsim.quadrature import gauss_error, gauss_legendre
+from camsim.quadrature import gauss_legendre, gauss_order
 from camsim.rendering.check.blocks import Blocks, walk
 from camsim.rendering.check.patch_nodes import count_gathered, gathered, in_patch
 from camsim.rendering.check.scene_samples import COUNTED, Seen, Zone
@@ -85,10 +85,7 @@ class SeenGradient(Seen):
     def _nodes(self, side: int, highest: float, allowed: float) -> int:
         """Return the order of a rule on a block of some side, for waves of the lens and the gradient."""
         phase = math.pi * side * (highest + self.gradient.cycles_per_um * self.pitch_um)
-        order = 2
-        while order < MOST_NODES and gauss_error(order, phase) > math.log(allowed):
-            order += 1
-        return order
+        return gauss_order(phase, allowed, least=2, most=MOST_NODES)
 
     def _orders(self, zones: Sequence[Zone]) -> I64:
         """Return (zones + 1, levels): orders of rules on blocks of sides 1, 2, 4 …; 0 where they save nothing.

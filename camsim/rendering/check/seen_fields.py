@@ -12,7 +12,7 @@ from camsim.arrays import F64
 from camsim.errors import InvalidValueError
 from camsim.kept import cached_property
 from camsim.optics import OpticalSystem
-from camsim.quadrature import gauss_error
+from camsim.quadrature import gauss_order
 from camsim.rendering.check.crossings import Bounds, bounds_of
 from camsim.rendering.check.from_afar import FromAfar, from_afar
 from camsim.rendering.check.gradient_samples import Cell, SeenGradient
@@ -123,9 +123,7 @@ class SeenFields:
         outline = None if bounds is None else (bounds.start, bounds.end)
         raster = Cell.of(shape, pitch_um) if isinstance(shape, Gradient) else shape
         phase = math.pi * (highest + _cycles(shape, pitch_um)) * min(raster.step_um / pitch_um, LARGEST)
-        order = 3
-        while order < 60 and gauss_error(order, phase) > math.log(max(allowed, 1e-12)):
-            order += 1
+        order = gauss_order(phase, max(allowed, 1e-12), most=60)
         if isinstance(shape, Gradient):
             return SeenGradient(
                 picture=raster, less=less, ones=flat is None, outline=outline, pitch_um=pitch_um, order=order + 1,
