@@ -28,7 +28,19 @@ LIT_STEP = 2e-4  # of the field, over which the sky is compared with where it fa
 BRIGHTER = 1e-3  # of the axis's light, above which light off the axis is refused and not taken for rounding
 SMALLEST_WAVES = 5e-5  # of a coefficient that is kept anywhere
 UNITS_MM = {"MM": 1.0, "CM": 10.0, "IN": 25.4, "METER": 1000.0}  # as Zemax writes them
+SAME = 1e-7  # of the focal length: rays that fall as near to their twins are of a system of revolution
 FIELDS = {"1": "object heights", "2": "paraxial image heights", "3": "real image heights", "4": "theodolite angles"}
+RIMS = {
+    "OBSC": "an obstruction",
+    "SQAP": "a rectangular aperture",
+    "SQOB": "a rectangular obstruction",
+    "ELAP": "an elliptical aperture",
+    "ELOB": "an elliptical obstruction",
+    "SPID": "a spider",
+    "USAP": "an aperture by points",
+    "USOB": "an obstruction by points",
+}  # that a surface may have, and that optiland passes over
+VIGNETTING = ("VDXN", "VDYN", "VCXN", "VCYN")  # factors of each field, by its number
 ENCODINGS = ("utf-16", "utf-8", "iso-8859-1")  # in optiland's order
 ABSENT = "lens import needs optiland, which is not installed; pip install 'camsim-spectral[lens]'"
 
@@ -41,11 +53,14 @@ def import_zemax(file: Path, *, middle_nm: float = 550.0) -> str:
         raise InputError(ABSENT) from None
     if not file.is_file():
         raise InputError(f"no such file: {str(file)!r}")
-    unit_mm = _unit_mm(file)
+    lines = _lines(file)
+    unit_mm = _unit_mm(lines, file.name)
+    _judge_rims(lines, file.name)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             optic = load_zemax_file(str(file))
+            _open_stop(optic, lines)
             _judge(optic, file.name)
             if unit_mm != 1.0:
                 _scale(optic, unit_mm, file.name)
@@ -56,36 +71,67 @@ def import_zemax(file: Path, *, middle_nm: float = 550.0) -> str:
         raise InputError(f"optiland cannot trace {file.name!r}: {error}; it takes sequential .zmx files") from error
 
 
-def _unit_mm(file: Path) -> float:
-    """Return the lens unit, mm; raises InputError where it, or what fields are given by, is not taken.
-
-    optiland does not read the unit, and traces any field as if it were an angle.
-    """
-    operands = _operands(file)
-    unit = (operands.get("UNIT") or ["MM"])[0].upper()
-    if unit not in UNITS_MM:
-        raise InputError(f"{file.name!r} has lengths in {unit!r}; save it in one of {', '.join(UNITS_MM)} (UNIT)")
-    kind = (operands.get("FTYP") or ["0"])[0]
-    if kind != "0":
-        raise InputError(
-            f"{file.name!r} has fields by {FIELDS.get(kind, 'another kind')} (FTYP {kind}); "
-            "lenses are traced by the angle: save it with fields as angles (FTYP 0, YFLN in degrees)"
-        )
-    return UNITS_MM[unit]
-
-
-def _operands(file: Path) -> dict[str, list[str]]:
-    """Return what stands behind each operand of a Zemax file, the last time that it stands there."""
+def _lines(file: Path) -> list[list[str]]:
+    """Return the words of each line of a Zemax file that has any."""
     content = file.read_bytes()
     for encoding in ENCODINGS:
         try:
             lines = [line.split() for line in content.decode(encoding).splitlines()]
         except UnicodeError:
             continue
-        operands = {words[0]: words[1:] for words in lines if words}
-        if "SURF" in operands:
-            return operands
-    return {}
+        if any(words and words[0] == "SURF" for words in lines):
+            return [words for words in lines if words]
+    return []
+
+
+def _unit_mm(lines: list[list[str]], name: str) -> float:
+    """Return the lens unit, mm; raises InputError where it, or what fields are given by, is not taken.
+
+    optiland does not read the unit, and traces any field as if it were an angle.
+    """
+    operands = {words[0]: words[1:] for words in lines}
+    unit = (operands.get("UNIT") or ["MM"])[0].upper()
+    if unit not in UNITS_MM:
+        raise InputError(f"{name!r} has lengths in {unit!r}; save it in one of {', '.join(UNITS_MM)} (UNIT)")
+    kind = (operands.get("FTYP") or ["0"])[0]
+    if kind != "0":
+        raise InputError(
+            f"{name!r} has fields by {FIELDS.get(kind, 'another kind')} (FTYP {kind}); "
+            "lenses are traced by the angle: save it with fields as angles (FTYP 0, YFLN in degrees)"
+        )
+    return UNITS_MM[unit]
+
+
+def _judge_rims(lines: list[list[str]], name: str) -> None:
+    """Raise InputError where the pupil is cut by what optiland does not know, or by factors in place of rims."""
+    for operand, *values in lines:
+        if operand in RIMS:
+            raise InputError(
+                f"{name!r} has {RIMS[operand]} ({operand}), and rays are stopped by circles alone; "
+                "save it with circular apertures that are open in the middle (CLAP 0 RADIUS), or none"
+            )
+        if operand in VIGNETTING and any(float(value) != 0.0 for value in values):
+            raise InputError(
+                f"{name!r} has vignetting factors ({operand}), which are of its own fields and of no other; "
+                "clear them and give the surfaces that cut light their apertures (CLAP 0 RADIUS)"
+            )
+
+
+def _open_stop(optic: Any, lines: list[list[str]]) -> None:
+    """Open a stop that the pupil floats by as wide as the file says.
+
+    DIAM is half of a diameter, which optiland takes for the whole one.
+    """
+    if optic.aperture.ap_type != "float_by_stop_size":
+        return
+    surfaces: list[dict[str, list[str]]] = []
+    for operand, *values in lines:
+        if operand == "SURF":
+            surfaces.append({})
+        elif surfaces:
+            surfaces[-1][operand] = values
+    half = next(float(surface["DIAM"][0]) for surface in surfaces if "STOP" in surface and "DIAM" in surface)
+    optic.set_aperture("float_by_stop_size", 2.0 * half)
 
 
 def _judge(optic: Any, name: str) -> None:
@@ -96,6 +142,34 @@ def _judge(optic: Any, name: str) -> None:
         )
     if not float(optic.fields.max_field) > 0.0:
         raise InputError(f"{name!r} has no field but the axis; give it the largest one, an angle (YFLN in degrees)")
+    _judge_round(optic, name)
+    passes, _ = _lit(optic, 0.0, optic.primary_wavelength * 1e3)
+    if not passes.all():
+        raise InputError(
+            f"{name!r} has apertures that stop {100.0 * (1.0 - passes.mean()):.2g} % of the axis's light, so its pupil "
+            "is not the circle of its f-number; open them, or give it a smaller entrance pupil (ENPD)"
+        )
+
+
+def _judge_round(optic: Any, name: str) -> None:
+    """Raise InputError where rays that are turned about the axis do not fall where the others do, turned."""
+    along, across = np.array([0.0, 0.7, 0.0, -0.4]), np.array([0.0, 0.0, 0.7, 0.5])
+    fallen = []
+    for x, y in ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0)):
+        rays = optic.trace_generic(
+            np.full(along.size, 0.7 * x),
+            np.full(along.size, 0.7 * y),
+            x * along - y * across,
+            y * along + x * across,
+            optic.primary_wavelength,
+        )
+        # Turned back, to where the field lies along x.
+        fallen.append(complex(x, -y) * (np.asarray(rays.x) + 1j * np.asarray(rays.y)))
+    if max(np.nanmax(np.abs(own - fallen[0])) for own in fallen[1:]) > SAME * abs(float(optic.paraxial.f2())):
+        raise InputError(
+            f"{name!r} has rays that fall elsewhere when they are turned about the axis; lens files are of systems "
+            "that are the same all round: leave out tilts, decentres and toroids"
+        )
 
 
 def _scale(optic: Any, unit_mm: float, name: str) -> None:
@@ -111,7 +185,7 @@ def lens_file(optic: Any, *, name: str, source: str, comment: str = "", middle_n
 
     The field runs along +x to the optic's largest; heights are those of the middle wavelength's chief ray.
     """
-    f_number, focal_mm = float(optic.paraxial.FNO()), float(optic.paraxial.f2())
+    f_number, focal_mm = (np.ravel(value).item() for value in (optic.paraxial.FNO(), optic.paraxial.f2()))
     full_deg = float(optic.fields.max_field)
     shares = np.linspace(0.0, 1.0, HEIGHTS)
     ideal_mm = np.abs(focal_mm) * np.tan(np.radians(full_deg * shares))

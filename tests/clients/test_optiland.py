@@ -156,12 +156,14 @@ def in_unit(unit, mm):
 
 
 @pytest.mark.filterwarnings("ignore")
-def test_the_unit_of_a_zemax_file_counts(tmp_path, monkeypatch):
-    """One singlet told in four units, and in none, is one lens."""
+def test_one_lens_told_in_many_ways(tmp_path, monkeypatch):
+    """One singlet told in four units, in none, and by its stop, is one lens."""
     monkeypatch.setattr(lens_import, "WAVELENGTHS_NM", (550.0,))
     prescription, tables = tmp_path / "singlet.zmx", []
     told = [(in_unit(unit, mm), "utf-8") for unit, mm in (("MM", 1.0), ("CM", 10.0), ("METER", 1000.0))]
     told += [(in_unit("IN", 25.4), "utf-16"), (SINGLET.replace("UNIT MM", "NOTE"), "utf-8")]
+    # A stop that the pupil floats by: as Zemax writes it, by half of its diameter.
+    told += [(SINGLET.replace("ENPD 10.0", "FLOA").replace("  STOP\n", '  STOP\n  DIAM 5.0 1 0 0 1 ""\n'), "utf-8")]
     for text, encoding in told:
         prescription.write_text(text, encoding=encoding)
         tables.append(yaml.safe_load(import_zemax(prescription)))
@@ -172,6 +174,7 @@ def test_the_unit_of_a_zemax_file_counts(tmp_path, monkeypatch):
         np.testing.assert_allclose(np.array(table["waves"], float), np.array(tables[0]["waves"], float), atol=2e-5)
 
 
+ROUND = r"rays that fall elsewhere when they are turned about the axis; .*leave out tilts, decentres and toroids"
 REFUSED = {
     "feet": ("UNIT MM", "UNIT FEET", r"lengths in 'FEET'; save it in one of MM, CM, IN, METER"),
     "object heights": ("FTYP 0", "FTYP 1", r"fields by object heights \(FTYP 1\); .*fields as angles \(FTYP 0"),
@@ -179,6 +182,13 @@ REFUSED = {
     "real image heights": ("FTYP 0", "FTYP 3", r"fields by real image heights \(FTYP 3\); .*angles"),
     "near": ("DISZ INFINITY", "DISZ 1000", r"object at a finite distance; .*object at infinity \(DISZ INFINITY"),
     "axis": ("YFLN 0 5", "YFLN 0 0", r"no field but the axis; give it the largest one"),
+    "hole": ("  STOP\n", "  STOP\n  OBSC 0 2 0\n", r"an obstruction \(OBSC\), .*circular apertures"),
+    "rectangle": ("  STOP\n", "  STOP\n  SQAP 2 5\n", r"a rectangular aperture \(SQAP\), .*circular apertures"),
+    "factors": ("WAVM 1", "VCXN 0 0\nVCYN 0 0.3\nWAVM 1", r"vignetting factors \(VCYN\), .*clear them"),
+    "stopped": ("  STOP\n", "  STOP\n  CLAP 0 4 0\n", r"apertures that stop 36 % of the axis's light, .*open them"),
+    "toroid": ("CURV -0.01", "TYPE TOROIDAL\n  PARM 2 -90\n  CURV -0.01", ROUND),
+    "tilt": ("SURF 2\n", "SURF 2\n  TYPE COORDBRK\n  DISZ 0\n  PARM 3 1.0\nSURF 3\n", ROUND),
+    "decentre": ("SURF 2\n", "SURF 2\n  TYPE COORDBRK\n  DISZ 0\n  PARM 1 0.1\nSURF 3\n", ROUND),
 }
 
 
