@@ -24,7 +24,7 @@ from camsim.files.matlab_reader import read_variables
 from camsim.files.orientation import orientation_in, orientation_in_exif, upright
 from camsim.files.primaries import other_than_srgb
 from camsim.files.tiff_image import bits_per_sample, read_image
-from camsim.files.tiff_reader import read_directory
+from camsim.files.tiff_reader import read_image_directory
 from camsim.files.which_image import has_grey, image_array, image_layer, nanometres
 
 _COLOUR_PROFILE_TAG, _WHITE_POINT_TAG, _PRIMARIES_TAG = 34675, 318, 319
@@ -95,7 +95,7 @@ def _jpeg(path: Path, file: BinaryIO, size: int, layer: str | None) -> Read:
 
 
 def _tiff(path: Path, file: BinaryIO, size: int, layer: str | None) -> Read:
-    directory = read_directory(file, size)
+    directory = read_image_directory(file, size)
     bits = bits_per_sample(directory)
     stored = read_image(directory)
     image = opaque(stored, largest_sample(stored.dtype, bits))

@@ -20,6 +20,8 @@ TILE_OFFSETS, TILE_BYTE_COUNTS = 324, 325
 SUB_DIRECTORIES = 330
 XMP, DNG_VERSION = 700, 50706
 
+_REDUCED, _MASK = 1, 4  # bits of the subfile's type
+
 MAGICS = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 
 _CODES = {
@@ -165,6 +167,25 @@ def read_directory(file: BinaryIO, size: int) -> Directory:
     """Read the first directory."""
     form, at = _begin(file)
     return _directory(file, size, form, at)
+
+
+def read_image_directory(file: BinaryIO, size: int) -> Directory:
+    """Read the directory of the image, the largest of the file; raises InputError where several are as large.
+
+    Those that are reduced or masks are left out, as far as they say so.
+    """
+    form, at = _begin(file)
+    pages, seen = [_directory(file, size, form, at)], {at}
+    while following := pages[-1].following:
+        pages.append(_directory(file, size, form, _fresh(following, seen)))
+    images = [page for page in pages if not page.number(SUBFILE_TYPE, 0) & (_REDUCED | _MASK)] or pages[:1]
+    pixels = [page.number(IMAGE_LENGTH, 0) * page.number(IMAGE_WIDTH, 0) for page in images]
+    if pixels.count(max(pixels)) > 1:
+        raise InputError(
+            f"it holds {pixels.count(max(pixels))} pages of one size, and nobody knows which is meant; "
+            "save one as a file of its own"
+        )
+    return images[pixels.index(max(pixels))]
 
 
 def read_directories(file: BinaryIO, size: int) -> Iterator[Directory]:

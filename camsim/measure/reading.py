@@ -22,7 +22,7 @@ from camsim.files.full_scale import largest_sample, opaque, refuse_transparent
 from camsim.files.reading import opened, read_record
 from camsim.files.record import LONGEST_RECORD, Record
 from camsim.files.tiff_image import bits_per_sample, read_image
-from camsim.files.tiff_reader import DNG_VERSION, read_directory
+from camsim.files.tiff_reader import DNG_VERSION, read_directory, read_image_directory
 from camsim.files.which_image import image_array, image_layer
 from camsim.frame import Frame
 from camsim.measure.dng import read_raw
@@ -291,14 +291,15 @@ def _read_tiff(source: _Source) -> Picture:
         return _read_dng(source)
     if _CFA_TAG in first.entries and source.path.suffix.lower() == ".dng":
         raise InputError("it is not a DNG; convert it to uncompressed DNG")
-    bits = bits_per_sample(first)
-    stored = read_image(first)
+    directory = read_image_directory(source.file, source.size)
+    bits = bits_per_sample(directory)
+    stored = read_image(directory)
     return _of_stored(
         source,
         stored,
         source.product,
         largest=largest_sample(stored.dtype, bits),
-        encoded=source.record is None and (bits == 8 or _COLOUR_PROFILE_TAG in first.entries),
+        encoded=source.record is None and (bits == 8 or _COLOUR_PROFILE_TAG in directory.entries),
         why="it has 8 bits" if bits == 8 else "it has a colour profile",
     )
 

@@ -208,3 +208,19 @@ def test_the_largest_number_of_packed_bits_is_white(tmp_path, bits):
     tifffile.imwrite(tmp_path / "b.tiff", encoded, **how)
     (plane,) = read_picture(tmp_path / "b.tiff", gamma=2.2).planes
     np.testing.assert_allclose(plane.samples, EDGE, rtol=0, atol=2.0 / most)
+
+
+def test_the_image_of_a_tiff_is_its_largest_page(tmp_path):
+    """A thumbnail that does not say that it is one was measured, and the first of many frames."""
+    image = np.rint(50000 * EDGE).astype(np.uint16)
+    pages = [(image[::4, ::4], 0), (image, 0), (np.tile(image, (2, 2)), 1), (image[::2, ::2], 1)]
+    how = {"photometric": "minisblack", "metadata": None}
+    for name, written in (("a.tiff", pages), ("b.tiff", [*pages, (image, 0)])):
+        with tifffile.TiffWriter(tmp_path / name) as tiff:
+            for page, kind in written:
+                tiff.write(page, subfiletype=kind, **how)
+    (plane,) = read_picture(tmp_path / "a.tiff").planes
+    np.testing.assert_array_equal(plane.samples, image)
+    for read in (read_picture, lambda path: camsim.read_picture(path, width_um=1.0, encoding="linear")):
+        with pytest.raises(CamsimError, match=r"it holds 2 pages of one size, and nobody knows which is meant"):
+            read(tmp_path / "b.tiff")
