@@ -84,6 +84,17 @@ def _lens(capture: Capture, channel: int, fx: F64, fy: F64) -> Any:
     return sum(s * system.point_otf(fx, fy, float(w)) for w, s in zip(wavelength_nm, shares, strict=True))
 
 
+def _system(capture: Capture, channel: int, fx: F64, fy: F64, lens: Any) -> Any:
+    """Return the transfer of all stages up to the electrons; ``lens`` is the lens's own in the channel's own light."""
+    camera = capture.camera
+    if camera.crosstalk is None:
+        return lens * camera.optics.footprint_otf(fx, fy)
+    from camsim.measure.theory import CameraOtf
+
+    pitch_um = camera.pitch_um
+    return CameraOtf.of(capture).at(fx * pitch_um, fy * pitch_um, camera.cfa.channels[channel], 0.0, 1.0)
+
+
 def _draw_mtf(figure: Any, capture: Capture) -> None:
     camera, system = capture.camera, capture.camera.optics
     axes = figure.subplots()
@@ -95,15 +106,16 @@ def _draw_mtf(figure: Any, capture: Capture) -> None:
     axes.plot(f, aperture, color="grey", lw=1.0, ls=":", label="photosite")
     if system.olpf is not None:
         axes.plot(f, np.abs(system.olpf.otf(per_um, zero, 0.0)), color="grey", lw=1.0, ls="--", label="OLPF")
-    footprint, slanted = system.footprint_otf(per_um, zero), per_um * np.sqrt(0.5)
+    slanted, crosstalk = per_um * np.sqrt(0.5), "" if camera.crosstalk is None else " with crosstalk"
     for k, name in enumerate(camera.cfa.channels):
         if not shares_of(capture, k)[0].size:
             continue
         colour = colour_of_channel(name)
         lens = _lens(capture, k, per_um, zero)
         axes.plot(f, np.abs(lens), color=colour, lw=0.9, alpha=0.6, label=f"lens, {name}")
-        axes.plot(f, np.abs(lens * footprint), color=colour, lw=2.0, label=f"system, {name}")
-        diagonal = _lens(capture, k, slanted, slanted) * system.footprint_otf(slanted, slanted)
+        along = _system(capture, k, per_um, zero, lens)
+        axes.plot(f, np.abs(along), color=colour, lw=2.0, label=f"system, {name}{crosstalk}")
+        diagonal = _system(capture, k, slanted, slanted, _lens(capture, k, slanted, slanted))
         axes.plot(f, np.abs(diagonal), color=colour, lw=1.2, ls="-.", label=f"system, {name}, 45°")
     for nyquist, names in nyquists(camera.cfa).items():
         colour = colour_of_channel(names[0]) if len(names) == 1 else "black"
@@ -158,7 +170,9 @@ def _draw_psf(figure: Any, capture: Capture) -> None:
     # A photosite's transfer never ends; a little blur keeps what the samples cut off from ringing.
     blur = np.exp(-2.0 * np.pi**2 * (1.2 * step * camera.pitch_um) ** 2 * (fx**2 + fy**2))
     footprint = system.footprint_otf(fx, fy)
-    parts = {f"lens, {name}": lens, FOOTPRINT: footprint * blur, f"system, {name}": lens * footprint}
+    crosstalk = "" if camera.crosstalk is None else " with crosstalk"
+    whole = _system(capture, channel, fx, fy, lens)
+    parts = {f"lens, {name}": lens, FOOTPRINT: footprint * blur, f"system, {name}{crosstalk}": whole}
     half = round(PITCHES / step)
     patterns = {title: _pattern(otf, half) for title, otf in parts.items()}
     pictures, slices = figure.subplots(2, 3, height_ratios=[3, 2])

@@ -166,6 +166,23 @@ def test_pictures_say_what_their_axes_are() -> None:
     assert not any("OLPF" in text for text in written)
 
 
+def test_what_is_drawn_of_the_system_has_its_crosstalk() -> None:
+    """Along x a photosite's own light, what its left neighbour sends, and what those above send."""
+    from matplotlib.figure import Figure
+
+    from camsim.cli import explain_plot
+
+    figure = Figure()
+    curve = "{curves: {Y: {wavelength_nm: [400, 800], values: [1, 1]}}, per: photon, peak: 0.5}"
+    changes = ["sensor.cfa={kind: mono}", f"sensor.quantum_efficiency={curve}", "lens={kind: airy, f_number: 4}"]
+    kernel = "sensor.charge.crosstalk=[[0, 0.1, 0], [0, 0.5, 0], [0, 0, 0.2]]"
+    explain_plot._draw_mtf(figure, load("small.yaml", overrides=[*MONO, *changes, kernel]))
+    lines = {line.get_label(): line for line in figure.axes[0].lines}
+    f, whole = np.array(lines["system, Y with crosstalk"].get_data())
+    bare = lines["lens, Y"].get_ydata() * lines["photosite"].get_ydata()
+    np.testing.assert_allclose(whole, bare * np.abs(0.6 + 0.2 * np.exp(-2j * np.pi * f)) / 0.8, rtol=0, atol=1e-3)
+
+
 def test_the_noise_budget_is_the_noise() -> None:
     """The squares of all sources add to what a frame of an even surface really spreads by."""
     scene = ["scene.shapes=[]", "region={rows: 200, cols: 200}", "sensor.cfa={kind: mono}"]
