@@ -67,11 +67,13 @@ dist-check: $(READY)  ## build the wheel and the sdist, install each where nothi
 	$(BIN)/python bench/dist_check.py $(TESTS)
 
 attack: $(READY)  ## random systems against independent truths, ten minutes; SEED=… COUNT=… draws others (docs/attack.md)
-	NUMBA_NUM_THREADS=1 OMP_NUM_THREADS=1 $(BIN)/python -m tests.attack --seconds 600 \
+	NUMBA_NUM_THREADS=1 OMP_NUM_THREADS=1 $(BIN)/python -m tests.attack --seconds 540 \
 	  $(if $(SEED),--seed $(SEED)) $(if $(COUNT),--count $(COUNT))
+	NUMBA_NUM_THREADS=1 $(BIN)/python -m tests.attack.captures --seconds 60 $(if $(SEED),--seed $(SEED))
 
 attack-quick: $(READY)  ## the first few dozen of today's
 	NUMBA_NUM_THREADS=1 OMP_NUM_THREADS=1 $(BIN)/python -m tests.attack --quick --count 60 --seconds 60
+	NUMBA_NUM_THREADS=1 $(BIN)/python -m tests.attack.captures --count 40 --seconds 40
 
 mutants: $(READY)  ## one line of camsim changed at a time: do the tests notice? (docs/mutants.md; an hour or two, goes on where it was)
 	NUMBA_NUM_THREADS=1 $(BIN)/python bench/mutants
