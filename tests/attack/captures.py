@@ -364,10 +364,11 @@ def main(arguments=None):
         found, words = judged(seed, number, eye)
         print(found, words)
         return int(bool(words))
-    begin, wrong, refused, worst, number = time.perf_counter(), 0, 0, {}, options.first
+    begin, wrong, refused, count, worst = time.perf_counter(), 0, 0, 0, {}
     for number in range(options.first, options.first + options.count):
         if time.perf_counter() - begin > options.seconds:
             break
+        count += 1
         try:
             found, words = judged(options.seed, number, eye)
         except camsim.CamsimError as error:
@@ -380,7 +381,7 @@ def main(arguments=None):
         wrong += bool(words)
         if words:
             print(f"{options.seed}:{number} {'; '.join(words)}", flush=True)
-    print(f"{number - options.first} captures, {refused} refused, {wrong} wrong; worst: {worst}")
+    print(f"{count} captures, {refused} refused, {wrong} wrong; worst: {worst}")
     return int(wrong > 0)
 
 
