@@ -2,15 +2,10 @@
 
 import pytest
 
-from tests.attack.captures import judged, observer
-
-
-@pytest.fixture(scope="module")
-def eye():
-    return observer()
+from tests.attack.captures import judged
 
 
 @pytest.mark.parametrize("number", range(24))
-def test_a_capture_is_what_its_files_ask_for(number, eye):
-    _, words = judged(0, number, eye)
+def test_a_capture_is_what_its_files_ask_for(number):
+    _, words = judged(0, number)
     assert not words

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import datetime
+import functools
 import math
 import sys
 import tempfile
@@ -45,8 +46,7 @@ def draw(seed, number):
     rng = np.random.default_rng([seed, number])
     noisy = number % 3 == 2
     scene, sensor = _scene(rng, noisy), _sensor(rng, noisy)
-    if not noisy:
-        _place(rng, scene, sensor)
+    (_expose if noisy else _place)(rng, scene, sensor)
     return scene, sensor
 
 
@@ -260,19 +260,42 @@ def _place(rng, scene, sensor):
         shape["centre"] = [own * each for own in shape["centre"]]
 
 
-def judged(seed, number, eye):
+@functools.cache
+def observer():
+    """The photopic observer of 1924: (nm, values)."""
+    told = colour.SDS_LEFS["CIE 1924 Photopic Standard Observer"]
+    return told.wavelengths, told.values
+
+
+def _expose(rng, scene, sensor):
+    """As long as gives the brightest channel some of what codes hold."""
+    wanted_e = float(10.0 ** rng.uniform(-2.5, -0.05)) * MOST_DN * gain_e(scene, sensor)
+    per_s = _signal(scene, sensor).max() / scene["exposure"]["time_s"]
+    scene["exposure"]["time_s"] = float(np.clip(wanted_e / max(per_s, 1e-300), 1e-8, 1e4))
+
+
+def _signal(scene, sensor):
+    """Electrons of light of each channel, of an even surface."""
+    letters, _ = filters_of(sensor["cfa"])
+    nm, photons = photons_per_um2(scene, sensor, observer())
+    surface = curve(scene["scene"]["background"]["reflectance"], nm)
+    per_um2 = efficiencies(sensor["quantum_efficiency"], letters, nm) @ (photons * surface)
+    return per_um2 * math.prod(photosite_um(sensor)) * scene["exposure"]["time_s"]
+
+
+def judged(seed, number):
     """What is wrong with a capture, in words; nothing where nothing is."""
     scene, sensor = draw(seed, number)
     with tempfile.TemporaryDirectory() as folder:
         for name, told in (("scene.yaml", scene), ("sensor.yaml", sensor)):
             (Path(folder) / name).write_text(yaml.safe_dump(told, sort_keys=False), encoding="utf-8")
         capture = camsim.load(Path(folder) / "scene.yaml")
-    return (_noise if scene["noise"]["enabled"] else _numbers)(scene, sensor, capture, eye)
+    return (_noise if scene["noise"]["enabled"] else _numbers)(scene, sensor, capture)
 
 
-def _numbers(scene, sensor, capture, eye):
+def _numbers(scene, sensor, capture):
     """Every photosite's electrons, truth and code, as shares of what is allowed."""
-    right = captured(scene, sensor, eye)
+    right = captured(scene, sensor, observer())
     frame = capture.frame(products=("mosaic", "truth"))
     brightest = max(right.diffuser.max(), sys.float_info.min)
     allowed = capture.tolerance * right.diffuser + OWN * brightest
@@ -288,13 +311,10 @@ def _numbers(scene, sensor, capture, eye):
     return found, [f"{name} {value:.3g} × what is allowed" for name, value in found.items() if value > 1.0]
 
 
-def _noise(scene, sensor, capture, eye):
+def _noise(scene, sensor, capture):
     """Means and variances of two frames of an even surface, as deviations from what they should be."""
     letters, places = filters_of(sensor["cfa"])
-    nm, photons = photons_per_um2(scene, sensor, eye)
-    surface = curve(scene["scene"]["background"]["reflectance"], nm)
-    signal = efficiencies(sensor["quantum_efficiency"], letters, nm) @ (photons * surface)
-    signal = signal * math.prod(photosite_um(sensor)) * scene["exposure"]["time_s"]
+    signal = _signal(scene, sensor)
     if (signal.max() + dark_e(scene, sensor)) / gain_e(scene, sensor) > MOST_DN:
         return {}, []
     frames = [frame.mosaic.astype(float) for frame in capture.frames(2)]
@@ -342,12 +362,6 @@ def _deviations(pair, level, scene, sensor):
     }
 
 
-def observer():
-    """The photopic observer of 1924: (nm, values)."""
-    told = colour.SDS_LEFS["CIE 1924 Photopic Standard Observer"]
-    return told.wavelengths, told.values
-
-
 def main(arguments=None):
     """Run; returns the exit code."""
     parser = argparse.ArgumentParser(prog="python -m tests.attack.captures", description=__doc__)
@@ -357,11 +371,10 @@ def main(arguments=None):
     parser.add_argument("--seconds", type=float, default=math.inf, help="stop after so long, whatever the count")
     parser.add_argument("--case", metavar="SEED:NUMBER", help="judge this one and print its files")
     options = parser.parse_args(arguments)
-    eye = observer()
     if options.case:
         seed, number = map(int, options.case.split(":"))
         print("\n---\n".join(yaml.safe_dump(own, sort_keys=False) for own in draw(seed, number)))
-        found, words = judged(seed, number, eye)
+        found, words = judged(seed, number)
         print(found, words)
         return int(bool(words))
     begin, wrong, refused, count, worst = time.perf_counter(), 0, 0, 0, {}
@@ -370,7 +383,7 @@ def main(arguments=None):
             break
         count += 1
         try:
-            found, words = judged(options.seed, number, eye)
+            found, words = judged(options.seed, number)
         except camsim.CamsimError as error:
             refused += 1
             print(f"{options.seed}:{number} refused: {error}")
