@@ -9,6 +9,7 @@ import numpy as np
 from camsim.arrays import C128, F64
 from camsim.body import Body
 from camsim.measure.picture import places_of
+from camsim.sensor.stages.crosstalk import senders
 
 
 def neighbours(camera: Body, channel: str) -> F64 | None:
@@ -20,15 +21,9 @@ def neighbours(camera: Body, channel: str) -> F64 | None:
     own = places_of(channel, list(camera.cfa.pattern))
     if not own.any():
         return None
-    index = camera.cfa.channel_index(*camera.cfa.period)
-    kernel = np.zeros((3, 3)) if camera.crosstalk is None else np.array(camera.crosstalk.kernel, np.float64)
-    if camera.crosstalk is None:
-        kernel[1, 1] = 1.0
-    shares = np.zeros((3, 3, len(camera.cfa.channels)))
-    for i, j in np.ndindex(3, 3):
-        sent = np.roll(index, (i - 1, j - 1), axis=(0, 1))[own]
-        shares[i, j] = kernel[i, j] * np.bincount(sent, minlength=shares.shape[2]) / sent.size
-    return shares
+    alone = ((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 0.0))
+    kernel = np.array(alone if camera.crosstalk is None else camera.crosstalk.kernel, np.float64)
+    return kernel[..., None] * senders(camera.cfa, own)
 
 
 def spread_otf(shares: F64, fx: F64, fy: F64) -> F64 | C128:

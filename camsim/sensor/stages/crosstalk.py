@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
 import numpy as np
+import numpy.typing as npt
 
 from camsim.arrays import F64
 from camsim.marks import Called
@@ -73,7 +74,7 @@ class Crosstalk(ElectronicStage):
         >>> Crosstalk(((0, 0.01, 0), (0.01, 0.96, 0.01), (0, 0.01, 0))).mixing(Cfa.bayer("RGGB")).round(2).tolist()
         [[0.96, 0.04, 0.0], [0.02, 0.96, 0.02], [0.0, 0.04, 0.96]]
         """
-        mixing: F64 = np.einsum("ij,kijc->kc", np.array(self.kernel), _senders(cfa))
+        mixing: F64 = np.einsum("ij,kijc->kc", np.array(self.kernel), _of_channels(cfa))
         return mixing
 
     def left_of_pattern(self, cfa: Cfa, own_e: F64) -> F64:
@@ -86,7 +87,7 @@ class Crosstalk(ElectronicStage):
         >>> Crosstalk(((0, 0, 0), (0, 0.8, 0.2), (0, 0, 0))).left_of_pattern(Cfa.named("mono"), np.ones(1)).round(4)
         array([0.8246])
         """
-        squares = np.einsum("ij,kijc,c->k", np.array(self.kernel) ** 2, _senders(cfa), own_e**2)
+        squares = np.einsum("ij,kijc,c->k", np.array(self.kernel) ** 2, _of_channels(cfa), own_e**2)
         left: F64 = np.sqrt(squares) / (self.mixing(cfa) @ own_e)
         return left
 
@@ -99,19 +100,26 @@ class Crosstalk(ElectronicStage):
         """
         rows, cols = planes.shape[1] - 2, planes.shape[2] - 2
         seen = np.zeros((rows, cols))
-        for (i, j, sender), share in np.ndenumerate(_senders(cfa)[channel]):
+        for (i, j, sender), share in np.ndenumerate(senders(cfa, cfa.channel_index(*cfa.period) == channel)):
             if share * self.kernel[i][j]:
                 seen += share * self.kernel[i][j] * planes[sender, 2 - i : 2 - i + rows, 2 - j : 2 - j + cols]
         return seen
 
 
-def _senders(cfa: Cfa) -> F64:
-    """Return (channels, 3, 3, channels): how often what reaches a channel's photosites by kernel[i][j] is of which."""
+def senders(cfa: Cfa, own: npt.NDArray[np.bool_]) -> F64:
+    """Return (3, 3, channels): how often what reaches some photosites by kernel[i][j] is of which channel.
+
+    own : (rows, cols) which of a period they are
+    """
     index, count = cfa.channel_index(*cfa.period), len(cfa.channels)
-    shares = np.empty((count, 3, 3, count))
+    shares = np.empty((3, 3, count))
     for i, j in np.ndindex(3, 3):
-        sent = np.roll(index, (i - 1, j - 1), axis=(0, 1))
-        for channel in range(count):
-            shares[channel, i, j] = np.bincount(sent[index == channel], minlength=count)
-    shares /= shares.sum(axis=-1, keepdims=True)
+        sent = np.roll(index, (i - 1, j - 1), axis=(0, 1))[own]
+        shares[i, j] = np.bincount(sent, minlength=count) / sent.size
     return shares
+
+
+def _of_channels(cfa: Cfa) -> F64:
+    """Return (channels, 3, 3, channels): the same of each channel's photosites."""
+    index = cfa.channel_index(*cfa.period)
+    return np.stack([senders(cfa, index == channel) for channel in range(len(cfa.channels))])
