@@ -73,11 +73,13 @@ def _fraction(rng, top=1.0):
 
 
 def _light(rng):
-    kind = rng.integers(3)
+    kind = rng.integers(4)
     if kind == 0:
         light = {"blackbody_k": float(rng.uniform(1500.0, 12000.0))}
     elif kind == 1:
         light = {"line_nm": float(rng.uniform(430.0, 670.0)), "width_nm": float(10.0 ** rng.uniform(-1.0, 1.3))}
+    elif kind == 2:
+        light = {"illuminant": str(rng.choice(["A", "D55", "D65", "E"]))}
     else:
         table = _curve(rng)
         light = {"table": {key: table[key] for key in ("wavelength_nm", "values")}}
@@ -93,7 +95,7 @@ def _light(rng):
 
 def _scene(rng, noisy):
     lens = {"f_number": float(rng.uniform(1.2, 11.0)), "transmission": _fraction(rng)}
-    kind = str(rng.choice(["airy", "annular-airy", "gaussian", "elliptical-gaussian"]))
+    kind = str(rng.choice(["airy", "annular-airy", "gaussian", "elliptical-gaussian", "wavefront"]))
     lens["kind"] = kind
     if rng.random() < 0.4:
         lens["magnification"] = float(rng.uniform(0.0, 1.5))
@@ -110,6 +112,11 @@ def _scene(rng, noisy):
             if rng.random() < 0.5
             else {"kind": "radial", "radius_mm": [0.0, *radius.tolist()], "values": [1.0, 0.9, 0.6, 0.5]}
         )
+    if kind == "wavefront":
+        lens["pupil"] = {"shape": str(rng.choice(["circular", "square", "bladed"])), "rotate_deg": 20.0}
+        lens["pupil"] |= {"obstruction": float(rng.uniform(0.0, 0.4)), "blades": int(rng.integers(3, 9))}
+        if lens["pupil"]["shape"] != "bladed":
+            del lens["pupil"]["blades"]
     if kind in ("gaussian", "elliptical-gaussian"):
         lens |= {"sigma_um": 2.0} if kind == "gaussian" else {"sigma_um": 2.0, "sigma_across_um": 2.0}
     exposure = {"time_s": float(10.0 ** rng.uniform(-4.0, 0.0)), "iso": float(rng.choice([50, 100, 320, 1600]))}
@@ -235,6 +242,8 @@ def _place(rng, scene, sensor):
     scene["region"] = {"rows": rows, "cols": cols, "origin": origin}
     x, y = origin[1] + 0.5 * (cols - frame["cols"]), origin[0] + 0.5 * (rows - frame["rows"])
     pitch_um, shapes = frame["pitch_um"], scene["scene"]["shapes"]
+    if lens["kind"] == "wavefront":
+        return  # of an even surface only its opening tells
     stripes = lens["kind"] in ("airy", "annular-airy")
     if stripes:
         lens["f_number"] = max(0.8, float(rng.uniform(0.3, 2.0)) * pitch_um / 0.55)
@@ -315,7 +324,8 @@ def _noise(scene, sensor, capture):
     """Means and variances of two frames of an even surface, as deviations from what they should be."""
     letters, places = filters_of(sensor["cfa"])
     signal = _signal(scene, sensor)
-    if (signal.max() + dark_e(scene, sensor)) / gain_e(scene, sensor) > MOST_DN:
+    most_e = signal.max() + dark_e(scene, sensor) * (1.0 + 5.0 * sensor["charge"].get("dcnu", 0.0))
+    if most_e / gain_e(scene, sensor) > MOST_DN:
         return {}, []
     frames = [frame.mosaic.astype(float) for frame in capture.frames(2)]
     seen = capture.frame()
@@ -346,9 +356,9 @@ def _deviations(pair, level, scene, sensor):
     high, wide = one.shape
     plain = [own - own.mean(1, keepdims=True) - own.mean(0) + own.mean() for own in pair]
     free = (high - 1) * (wide - 1)
-    # Poisson's fourth moment, and a long tail of the dark currents.
-    skew = 1.0 + 1.0 / max(level + dark, 1.0)
-    tails = skew + 8.0 * charge.get("dcnu", 0.0)
+    # Poisson's fourth moment, and variances that are as unequal as the dark currents.
+    uneven = charge.get("dcnu", 0.0) * dark / max(level + dark, 1.0)
+    skew = 1.0 + 1.0 / max(level + dark, 1.0) + uneven**2
     mean = readout["black_level_dn"] + (level + dark) / gain
     of_mean = math.sqrt((0.5 * white + fixed) / one.size + 0.5 * row / high + column / wide)
     of_rows, of_columns = row + white / wide, column + (fixed + 0.5 * white) / high
@@ -356,7 +366,7 @@ def _deviations(pair, level, scene, sensor):
         "mean": (0.5 * (one + two).mean() - mean) / of_mean,
         "temporal": (0.5 * ((plain[0] - plain[1]) ** 2).sum() / free / white - 1.0) / math.sqrt(2.0 * skew / free),
         "fixed": ((plain[0] * plain[1]).sum() / free - fixed)
-        / math.sqrt(((white + fixed) ** 2 + tails * fixed**2) / free),
+        / math.sqrt(((white + fixed) ** 2 + skew * fixed**2) / free),
         "rows": (0.5 * (one - two).mean(1).var(ddof=1) / of_rows - 1.0) / math.sqrt(2.0 / (high - 1)),
         "columns": ((0.5 * (one + two)).mean(0).var(ddof=1) / of_columns - 1.0) / math.sqrt(2.0 / (wide - 1)),
     }

@@ -10,9 +10,12 @@ import math
 from dataclasses import dataclass
 from itertools import pairwise
 
+import colour
 import numpy as np
 import scipy.constants
 from scipy.special import ndtr
+
+from tests.truth.electrons import whole_table
 
 NODES, PANEL_NM = 8, 8.0
 FREQUENCIES = 24  # nodes for each cycle of a stripe's farthest edge, and as many at the least
@@ -113,11 +116,20 @@ def photons_per_um2(scene, sensor, eye):
     if light.get("at", "scene") == "scene":
         working = lens["f_number"] * (1.0 + lens.get("magnification", 0.0))
         power *= curve(lens.get("transmission", 1.0), nm) / (4.0 * working**2)
-        power *= 1.0 - lens.get("obstruction", 0.0) ** 2
+        power *= opening(lens)
     for own in filters:
         power *= curve(own, nm, outside="zero")
     joules = scipy.constants.h * scipy.constants.c / (nm * 1e-9)
     return nm, power / joules * 1e-12
+
+
+def opening(lens):
+    """The pupil's area over that of the circle of the f-number: a square is round it, an iris within."""
+    pupil = lens.get("pupil", {})
+    blades = pupil.get("blades", 0)
+    areas = {"circular": math.pi, "square": 4.0, "bladed": 0.5 * blades * math.sin(math.tau / max(blades, 1))}
+    hole = pupil.get("obstruction", lens.get("obstruction", 0.0))
+    return areas[pupil.get("shape", "circular")] / math.pi - hole**2
 
 
 def _shape(light):
@@ -130,7 +142,11 @@ def _shape(light):
     if "blackbody_k" in light:
         second = scipy.constants.h * scipy.constants.c / scipy.constants.k / light["blackbody_k"]
         return lambda nm: nm**-5.0 / np.expm1(second / (nm * 1e-9)), 300.0, 1100.0, []
-    table = light["table"]
+    if "illuminant" in light:
+        nm, values = whole_table(colour, light["illuminant"])
+        table = {"wavelength_nm": nm.tolist(), "values": values}
+    else:
+        table = light["table"]
     return (
         lambda nm: curve(table, nm, "zero"),
         table["wavelength_nm"][0],

@@ -4,8 +4,9 @@ import numpy as np
 import scipy.constants
 import scipy.interpolate
 
-# CIE 15: daylight from these chromaticities; A by Planck's law at 2848 K with the second constant of its time.
-DAYLIGHT_XY = {"D55": (0.33243, 0.34744), "D65": (0.31272, 0.32903)}
+# CIE 15: A by Planck's law at 2848 K with the second constant of its time; daylight's tables go by temperatures that
+# are as much higher as that constant has become since. D65 beyond 780 nm by ISO 11664-2's table: 63.8434, 64.3040 ….
+DAYLIGHT_K = {name: nominal * 1.4388 / 1.4380 for name, nominal in (("D55", 5500.0), ("D65", 6500.0))}
 
 
 def whole_table(colour, light):
@@ -16,8 +17,10 @@ def whole_table(colour, light):
         more_nm = np.arange(nm[-1] + 5.0, 1101.0, 5.0)
         planck = more_nm**-5.0 / np.expm1(1.435e7 / 2848 / more_nm)
         more = power[-1] * planck / (nm[-1] ** -5.0 / np.expm1(1.435e7 / 2848 / nm[-1]))
-    elif light in DAYLIGHT_XY:
-        daylight = colour.sd_CIE_illuminant_D_series(np.array(DAYLIGHT_XY[light]))
+    elif light in DAYLIGHT_K:
+        t = DAYLIGHT_K[light]
+        x = 0.244063 + 0.09911e3 / t + 2.9678e6 / t**2 - 4.6070e9 / t**3
+        daylight = colour.sd_CIE_illuminant_D_series(np.array([x, -3.0 * x**2 + 2.870 * x - 0.275]))
         beyond = daylight.wavelengths > nm[-1]
         more_nm, more = daylight.wavelengths[beyond], daylight.values[beyond]
     else:
@@ -32,9 +35,9 @@ def electrons(colour, light, efficiency, reflectance, *, lux, f_number, area_um2
     nm = (table_nm[:-1, None] + (x + 1) * np.diff(table_nm)[:, None] / 2).ravel()
     weight = (w * np.diff(table_nm)[:, None] / 2).ravel()
     eye = colour.SDS_LEFS["CIE 1924 Photopic Standard Observer"]
-    seen = scipy.interpolate.PchipInterpolator(eye.wavelengths, eye.values, extrapolate=False)(nm)
+    seen = np.interp(nm, eye.wavelengths, eye.values, left=0.0, right=0.0)  # CIE S 010: straight between nanometres
     power = scipy.interpolate.make_interp_spline(table_nm, table, k=1)(nm)
-    power *= lux / (683.0 * np.nansum(weight * power * seen))
+    power *= lux / (683.002 * (weight * power * seen).sum())
     joules_per_photon = scipy.constants.h * scipy.constants.c / (nm * 1e-9)
     per_m2 = reflectance(nm) * power / (4 * f_number**2) / joules_per_photon
     return efficiency(nm) @ (weight * per_m2) * (area_um2 * 1e-12 * time_s)
