@@ -37,10 +37,6 @@ class Point:
     scene: str
     settings: tuple[tuple[str, Any], ...]
 
-    def overrides(self, same: Mapping[str, Any]) -> tuple[str, ...]:
-        """Return it and the keys that are the ``same`` everywhere, as ``camsim capture --set`` takes them."""
-        return tuple(f"{key}={json.dumps(value)}" for key, value in (*same.items(), *self.settings))
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Study(Generic[V]):
@@ -74,6 +70,21 @@ class Study(Generic[V]):
             return fault
         part = "vary" if key in self.model.vary else "set"
         return self.document.fault((part, key), fault.message)
+
+    @property
+    def sensor(self) -> str | None:
+        """The sensor instead of the scenes' own."""
+        return None if self.model.sensor is None else self._beside(self.model.sensor)
+
+    def overrides(self, point: Point) -> tuple[str, ...]:
+        """Return a capture's keys as ``camsim capture --set`` takes them, after those that are the same everywhere."""
+        given = (*self.model.set.items(), *point.settings)
+        return tuple(f"{key}={_in_yaml(self._beside(value) if key == 'sensor' else value)}" for key, value in given)
+
+    def _beside(self, sensor: Any) -> Any:
+        """Return a file of the study's folder by its path; what else may name a sensor as it is."""
+        beside = self.document.folder / sensor if isinstance(sensor, str) else None
+        return os.fspath(beside) if beside is not None and beside.is_file() else sensor
 
     def points(self) -> Iterator[Point]:
         """Yield its captures in the order of their indices; scenes outermost, draws innermost."""
@@ -112,6 +123,12 @@ def read_study(study: StudyOrFile) -> tuple[Study[schema.StudyFile], tuple[Templ
 def read_dataset(dataset: StudyOrFile) -> Study[schema.DatasetFile]:
     """Read what a data set is made of, a file or its keys as a mapping. Raises ConfigError with every fault."""
     return _found(*_judged(dataset, schema.DatasetFile, "dataset"))
+
+
+def _in_yaml(value: Any) -> str:
+    """Return a value as JSON, with YAML's escapes: it knows no pairs of them for what lies beyond 2^16."""
+    text = json.dumps(value, ensure_ascii=False)
+    return "".join(letter if letter.isascii() else f"\\U{ord(letter):08X}" for letter in text)
 
 
 def _judged(given: StudyOrFile, model: type[V], kind: str) -> tuple[Judged[V], str]:

@@ -110,10 +110,13 @@ def items_of(study: Study[schema.StudyFile], files: Sequence[Template], report: 
     for point, capture in captures_of(study, tuple(template.product for template in files), report):
         item = _item(study, files, point, capture)
         for name in (name for frame in item.files for name, _ in frame):
-            if (other := names.setdefault(name, point.index)) != point.index:
-                raise InvalidValueError(
-                    f"captures {other} and {point.index} both make {name!r}; add {{index}} to the name", key="files"
-                )
+            other = names.get(name)
+            if other == point.index:
+                raise InvalidValueError(f"capture {other} makes {name!r} twice; give each file a name", key="files")
+            if other is not None:
+                message = f"captures {other} and {point.index} both make {name!r}; add {{index}} to the name"
+                raise InvalidValueError(message, key="files")
+            names[name] = point.index
         items.append(item)
     return items
 
