@@ -25,7 +25,6 @@ from camsim.sweeping.captures import Progress, captures_of, identity_of, judge_v
 from camsim.sweeping.card import write_card
 from camsim.sweeping.folder import alone, completed
 from camsim.sweeping.manifest import HIDDEN, PARQUET, Row
-from camsim.sweeping.names import columns_of
 from camsim.sweeping.samples import Crop, Source, products_of
 from camsim.sweeping.shards import CAPTURES, SPLITS, Shard, read_sample, remove_others
 from camsim.sweeping.shards import made as shards_made
@@ -180,10 +179,7 @@ def shards_of(study: Study[schema.DatasetFile], captures: list[tuple[Point, Capt
 def _source(
     study: Study[schema.DatasetFile], point: Point, capture: Capture, split: str, hold: tuple[str, ...]
 ) -> Source:
-    crops, settings = study.model.crops, dict(point.settings)
-    told = {"capture": point.index, "scene": Path(point.scene).stem}
-    for key in study.model.vary:
-        told |= columns_of(key, settings.get(key))
+    crops, told = study.model.crops, {"capture": point.index, **study.told(point)}
     first = point.index * crops.each
     cut = tuple(_crop(study, capture, index) for index in range(first, first + crops.each))
     places = [(crop.index, crop.shard, crop.row, crop.col) for crop in cut]

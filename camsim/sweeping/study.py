@@ -17,7 +17,7 @@ from camsim.config.tree import Document
 from camsim.config.yaml_text import yaml_text
 from camsim.errors import CamsimError, ConfigError, Fault, UnknownNameError
 from camsim.sweeping.mapping import plain
-from camsim.sweeping.names import Template
+from camsim.sweeping.names import Template, columns_of, field_of
 from camsim.sweeping.values import drawn, is_drawn, listed
 from camsim.typed import FilePath, check
 
@@ -75,6 +75,20 @@ class Study(Generic[V]):
     def sensor(self) -> str | None:
         """The sensor instead of the scenes' own."""
         return None if self.model.sensor is None else self._beside(self.model.sensor)
+
+    def told(self, point: Point) -> dict[str, Any]:
+        """Return what tables say of a capture: its scene, and the keys that vary; none where it is not varied there.
+
+        A scene has its file's name, and its folder's too where another one is called so.
+        """
+        path, here = Path(point.scene).with_suffix(""), self.document.folder
+        alone = len({scene for scene in self.scenes if Path(scene).stem == path.name}) == 1
+        whole = path.relative_to(here) if path.is_relative_to(here) else path
+        scene = path.name if alone else whole.as_posix()
+        told: dict[str, Any] = dict.fromkeys(("scene", *map(field_of, self.model.vary))) | {"scene": scene}
+        for key, value in point.settings:
+            told |= columns_of(key, value)
+        return told
 
     def overrides(self, point: Point) -> tuple[str, ...]:
         """Return a capture's keys as ``camsim capture --set`` takes them, after those that are the same everywhere."""

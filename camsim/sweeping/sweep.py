@@ -17,7 +17,7 @@ from camsim.sweeping.batches import batches
 from camsim.sweeping.captures import Progress, captures_of, identity_of, judge_values
 from camsim.sweeping.folder import alone, completed
 from camsim.sweeping.manifest import Row
-from camsim.sweeping.names import Template, columns_of, field_of
+from camsim.sweeping.names import Template, field_of
 from camsim.sweeping.study import Point, Study, StudyOrFile, read_study
 from camsim.sweeping.work import Item, Task
 from camsim.typed import FilePath, check
@@ -131,13 +131,10 @@ def _item(study: Study[schema.StudyFile], templates: Sequence[Template], point: 
         )
         for k in range(frames)
     )
-    told = {"index": point.index, "scene": stem}
-    for key in study.model.vary:
-        told |= columns_of(key, settings.get(key))
     return Item(
         identity=identity_of(capture, files, study.model.measure),
         capture=capture,
-        told=told,
+        told={"index": point.index, **study.told(point)},
         files=files,
         measure=tuple(study.model.measure),
     )

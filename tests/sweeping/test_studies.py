@@ -169,6 +169,23 @@ def test_listed_keys_of_which_one_holds_the_other_vary_one_after_another():
     assert found == [{A: 400}, {"exposure": {"iso": 100}}]
 
 
+def test_tables_tell_scenes_apart_and_what_each_capture_was_given(tmp_path):
+    for folder in ("day", "night"):
+        (tmp_path / folder).mkdir()
+        text = library.shipped("scene")["flat-field"].read_text(encoding="utf-8")
+        (tmp_path / folder / "street.yaml").write_text(text, encoding="utf-8")
+    file = tmp_path / "study.yaml"
+    file.write_text(
+        "camsim: study/1\nscene: [day/street.yaml, night/street.yaml, slanted-edge]\ncombine: sequential\n"
+        "vary: {exposure: [{time_s: 1, iso: 300}], exposure.iso: [400]}\n",
+        encoding="utf-8",
+    )
+    read, _ = read_study(file)
+    told = [read.told(point) for point in read.points()]
+    assert [row["scene"] for row in told[::2]] == ["day/street", "night/street", "slanted-edge"]
+    assert [row["exposure_iso"] for row in told[:2]] == [300, 400]
+
+
 def test_files_of_a_study_lie_beside_it(tmp_path, monkeypatch):
     """Its sensors as its scenes, wherever it is taken from; the folder that one stands in comes after."""
     sensor = Path(library.shipped("sensor")["mono-345"]).read_text(encoding="utf-8")
