@@ -44,7 +44,8 @@ def in_range(limits: Iterable[Any]) -> str:
     below = next((f"{limit.lt:g}" for limit in limits if isinstance(limit, Lt)), None)
     most: Any = next((limit.le for limit in limits if isinstance(limit, Le)), None)
     if least is not None and most is not None:
-        return f" from {least:g} to {'2^63 − 1' if most == 2**63 - 1 else format(most, 'g')}"
+        lowest = "−2^63" if least == -(2**63) else format(least, "g")
+        return f" from {lowest} to {'2^63 − 1' if most == 2**63 - 1 else format(most, 'g')}"
     lower = f"above {above}" if above is not None else f"of {least:g} or more" if least is not None else ""
     upper = f"below {below}" if below is not None else f"at most {most:g}" if most is not None else ""
     return "".join(f" {part}" for part in (" and ".join(p for p in (lower, upper) if p),) if part)

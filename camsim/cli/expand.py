@@ -10,20 +10,18 @@ from typing import Any
 from camsim.spectra.curve import Curve
 from camsim.words import kebab
 
+_IN_ITS_FILE = ("planes", "spectra", "source", "read")
+"""Of a picture: what its file holds, and how that is read."""
+
 
 def expanded(name: str, sensors: Sequence[str] = ()) -> Iterator[str]:
     """Return the lines of a scene's ``scene`` table with nothing in it but ordinary shapes."""
     from camsim.capturing import load
 
     scene = load(name, sensors=sensors).scene
-    yield from (
-        "scene:",
-        "  unit: um",
-        f"  background: {{reflectance: {_text(_plain(scene.background))}}}",
-        "  shapes:",
-    )
-    for shape in _ordinary(scene.shapes):
-        yield f"    - {_text(shape)}"
+    yield from ("scene:", "  unit: um", f"  background: {{reflectance: {_text(_plain(scene.background))}}}")
+    shapes = [f"    - {_text(shape)}" for shape in _ordinary(scene.shapes)]
+    yield from ("  shapes:", *shapes) if shapes else ()
 
 
 def _ordinary(shapes: Iterable[Any]) -> Iterator[dict[str, Any]]:
@@ -38,10 +36,14 @@ def _ordinary(shapes: Iterable[Any]) -> Iterator[dict[str, Any]]:
 
 
 def _table(shape: Any) -> dict[str, Any]:
+    from camsim.scene import Picture
+
     table: dict[str, Any] = {"kind": kebab(type(shape))}
+    if isinstance(shape, Picture):
+        table |= {"file": shape.source, **(shape.read or {})}
     for field in dataclasses.fields(shape):
         value = getattr(shape, field.name)
-        if not field.init or value == field.default:
+        if field.name in _IN_ITS_FILE or not field.init or value == field.default:
             continue
         key = field.name.removesuffix("_um")
         if key == "shapes":

@@ -110,7 +110,7 @@ def _with(content: Any, key: str | int, new: Node | None) -> tuple[Node, ...] | 
 
 
 def _index(key: str, items: tuple[Node, ...], override: Override, done: KeyPath) -> int:
-    if key.isdecimal() and int(key) < len(items):
+    if key in map(str, range(len(items))):
         return int(key)
     there = f"there are 0 to {len(items) - 1}" if items else "the list is empty"
     raise _error(override, f"no item {key} in {dotted(done)}; {there}")

@@ -7,7 +7,6 @@ import hashlib
 import json
 import math
 import unicodedata
-from datetime import datetime
 from typing import Any
 
 import numpy as np
@@ -85,7 +84,7 @@ def error_text(frame: Frame, product: str) -> str:
 
 def exif_datetime(frame: Frame) -> str:
     """Return the exposure's date as EXIF writes it, ``2000:01:01 00:00:00``."""
-    return datetime.fromisoformat(frame.datetime).strftime("%Y:%m:%d %H:%M:%S")
+    return frame.datetime.replace("-", ":")
 
 
 def ascii_text(text: str) -> str:

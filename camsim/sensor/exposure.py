@@ -54,10 +54,12 @@ class Exposure:
     def __post_init__(self) -> None:
         judge(self)
         try:
-            datetime.strptime(self.datetime, "%Y-%m-%d %H:%M:%S")
+            right = str(datetime.strptime(self.datetime, "%Y-%m-%d %H:%M:%S")) == self.datetime  # with all its digits
         except ValueError:
+            right = False
+        if not right:
             message = f"must be a date and time such as '2000-01-31 23:59:59', not {self.datetime!r}"
-            raise refusal(self, "datetime", message) from None
+            raise refusal(self, "datetime", message)
 
 
 def sensor_irradiance_w_per_m2_nm(

@@ -97,9 +97,8 @@ class _Faults:
 
 def _loaded(study: Study[V], point: Point, products: Sequence[Product], faults: _Faults) -> Capture | None:
     faults.tried[point.scene] = None
-    overrides = point.overrides(study.model.set)
     try:
-        return load(point.scene, sensor=study.model.sensor, overrides=overrides, products=tuple(products))
+        return load(point.scene, sensor=study.sensor, overrides=study.overrides(point), products=tuple(products))
     except ConfigError as error:
         for fault in error.faults:
             faults.add(study.fault(fault), point.scene)

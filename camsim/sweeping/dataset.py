@@ -25,9 +25,8 @@ from camsim.sweeping.captures import Progress, captures_of, identity_of, judge_v
 from camsim.sweeping.card import write_card
 from camsim.sweeping.folder import alone, completed
 from camsim.sweeping.manifest import HIDDEN, PARQUET, Row
-from camsim.sweeping.names import columns_of
 from camsim.sweeping.samples import Crop, Source, products_of
-from camsim.sweeping.shards import CAPTURES, SPLITS, Shard, read_sample
+from camsim.sweeping.shards import CAPTURES, SPLITS, Shard, read_sample, remove_others
 from camsim.sweeping.shards import made as shards_made
 from camsim.sweeping.study import Point, Study, StudyOrFile, read_dataset
 from camsim.typed import FilePath, check
@@ -94,11 +93,14 @@ def dataset(
             lambda there: shards_made([s for s in shards if s.identity not in there], size, place, engine, report),
             lambda stage, fraction: None,
         )
+        removed = 0
         if not done.failed:
             shutil.rmtree(place / HIDDEN / CAPTURES, ignore_errors=True)
+            removed = remove_others(place, done.rows)
         pictures = any(isinstance(shape, Raster) for _, capture in captures for shape in capture.scene.shapes)
         write_card(place, read, done.rows, pictures=pictures)
     unstated = "scenes show pictures, and nobody says whose they are and under which licence: key sources"
+    others = f"{removed} files of shards that this data set has no more were removed"
     return Made(
         folder=place,
         rows=done.rows,
@@ -106,7 +108,7 @@ def dataset(
         found=done.found,
         failed=done.failed,
         seconds=time.perf_counter() - began_s,
-        notes=(unstated,) if pictures and not read.model.sources else (),
+        notes=(*((unstated,) if pictures and not read.model.sources else ()), *((others,) if removed else ())),
     )
 
 
@@ -157,7 +159,7 @@ def shards_of(study: Study[schema.DatasetFile], captures: list[tuple[Point, Capt
     """Return a shard for each range of indices; a capture whose samples lie in two is in both."""
     ranges: dict[int, list[Source]] = {}
     hold = tuple(dict.fromkeys(study.model.hold))
-    for (point, capture), split in zip(captures, _splits(study, [capture for _, capture in captures]), strict=True):
+    for (point, capture), split in zip(captures, _splits(study, captures), strict=True):
         source = _source(study, point, capture, split, hold)
         for number in dict.fromkeys(crop.shard for crop in source.crops):
             ranges.setdefault(number, []).append(source)
@@ -177,10 +179,7 @@ def shards_of(study: Study[schema.DatasetFile], captures: list[tuple[Point, Capt
 def _source(
     study: Study[schema.DatasetFile], point: Point, capture: Capture, split: str, hold: tuple[str, ...]
 ) -> Source:
-    crops, settings = study.model.crops, dict(point.settings)
-    told = {"capture": point.index, "scene": Path(point.scene).stem}
-    for key in study.model.vary:
-        told |= columns_of(key, settings.get(key))
+    crops, told = study.model.crops, {"capture": point.index, **study.told(point)}
     first = point.index * crops.each
     cut = tuple(_crop(study, capture, index) for index in range(first, first + crops.each))
     places = [(crop.index, crop.shard, crop.row, crop.col) for crop in cut]
@@ -212,12 +211,12 @@ def _crop(study: Study[schema.DatasetFile], capture: Capture, index: int) -> Cro
     return Crop(index=index, shard=index // study.model.samples_per_shard, row=row, col=col)
 
 
-def _splits(study: Study[schema.DatasetFile], captures: list[Capture]) -> list[str]:
-    """Return each capture's split: what shows the same scene is in one, whatever lens, light or noise.
+def _splits(study: Study[schema.DatasetFile], captures: list[tuple[Point, Capture]]) -> list[str]:
+    """Return each capture's split: what shows the same scene is in one, whatever sensor, lens, light or noise.
 
     The scenes are put in the order of their checksums, which is as good as drawn, and dealt out by share.
     """
-    content = [hashlib.sha256(pickle.dumps(capture.scene)).digest() for capture in captures]
+    content = _scenes_shown(captures)
     scenes = sorted(set(content))
     shares = [getattr(study.model.splits, name) for name in SPLITS]
     wanted = sum(share > 0.0 for share in shares)
@@ -237,3 +236,24 @@ def _splits(study: Study[schema.DatasetFile], captures: list[Capture]) -> list[s
     dealt = [name for name, count in zip(SPLITS, counts, strict=True) for _ in range(count)]
     split_of = dict(zip(scenes, dealt, strict=True))
     return [split_of[own] for own in content]
+
+
+def _scenes_shown(captures: list[tuple[Point, Capture]]) -> list[bytes]:
+    """Return the checksum of the scene that each capture shows, the least where it is the same in other lengths.
+
+    A scene in photosites or frames has other lengths on every sensor, and shows the same.
+    """
+    content = [hashlib.sha256(pickle.dumps(capture.scene)).digest() for _, capture in captures]
+    same = {own: own for own in content}
+    first: dict[str, bytes] = {}
+
+    def least(own: bytes) -> bytes:
+        while same[own] != own:
+            own = same[own]
+        return own
+
+    for (point, _), own in zip(captures, content, strict=True):
+        said = [setting for setting in point.settings if setting[0].split(".")[0] == "scene"]
+        one, other = sorted((least(own), least(first.setdefault(json.dumps([point.scene, said]), own))))
+        same[other] = one
+    return [least(own) for own in content]

@@ -52,7 +52,7 @@ class Template:
         width = len(str(frames - 1))
         many = f"-{frame:0{width}d}" if frames > 1 else ""
         try:
-            return self.text.format(index=index, frame=frame, scene=scene, frame_if_many=many, **values)
+            return self.text.format(**values | {"index": index, "frame": frame, "scene": scene, "frame_if_many": many})
         except (ValueError, TypeError) as error:
             raise InvalidValueError(f"{self.text!r}: {error}", key="files") from None
 

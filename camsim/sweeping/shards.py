@@ -7,6 +7,7 @@ import functools
 import itertools
 import json
 import os
+import re
 import tarfile
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -27,6 +28,8 @@ from camsim.sweeping.work import FAILURES, said
 
 SPLITS = ("train", "val", "test")
 PARTS = ("noisy", "clean", "truth")
+_SHARD = re.compile(rf"({'|'.join(SPLITS)})-\d{{5,}}(\.tar|\.jsonl|-({'|'.join(PARTS)})\.npy)?")
+_SAMPLE = re.compile(rf"\d{{8,}}\.(json|({'|'.join(PARTS)})\.npy)")
 CAPTURES = "captures"
 """The hidden folder of what is cut and not packed yet."""
 
@@ -181,6 +184,26 @@ _FORMS: Mapping[str, Callable[[Path, int], contextlib.AbstractContextManager[Wri
     "npy": _into_npy,
     "files": _into_files,
 }
+
+
+def remove_others(folder: Path, rows: Iterable[Row]) -> int:
+    """Remove files of shards that none of these rows is in, and return how many.
+
+    They are of an earlier making: whoever reads all shards of a split would have samples that are in another one now.
+    """
+    own = {file for row in rows for file in (row["file"], *row.get("also", ()))}
+    removed = 0
+    for path in sorted(folder.iterdir()):
+        if not _SHARD.fullmatch(path.name) or path.is_symlink():
+            continue
+        held = [file for file in path.iterdir() if _SAMPLE.fullmatch(file.name)] if path.is_dir() else [path]
+        for file in held:
+            if file.relative_to(folder).as_posix() not in own:
+                file.unlink()
+                removed += 1
+        if path.is_dir() and not any(path.iterdir()):
+            path.rmdir()
+    return removed
 
 
 def read_sample(folder: Path, row: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:

@@ -17,7 +17,7 @@ from camsim.config.tree import Document
 from camsim.config.yaml_text import yaml_text
 from camsim.errors import CamsimError, ConfigError, Fault, UnknownNameError
 from camsim.sweeping.mapping import plain
-from camsim.sweeping.names import Template
+from camsim.sweeping.names import Template, columns_of, field_of
 from camsim.sweeping.values import drawn, is_drawn, listed
 from camsim.typed import FilePath, check
 
@@ -36,10 +36,6 @@ class Point:
     index: int
     scene: str
     settings: tuple[tuple[str, Any], ...]
-
-    def overrides(self, same: Mapping[str, Any]) -> tuple[str, ...]:
-        """Return it and the keys that are the ``same`` everywhere, as ``camsim capture --set`` takes them."""
-        return tuple(f"{key}={json.dumps(value)}" for key, value in (*same.items(), *self.settings))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -74,6 +70,35 @@ class Study(Generic[V]):
             return fault
         part = "vary" if key in self.model.vary else "set"
         return self.document.fault((part, key), fault.message)
+
+    @property
+    def sensor(self) -> str | None:
+        """The sensor instead of the scenes' own."""
+        return None if self.model.sensor is None else self._beside(self.model.sensor)
+
+    def told(self, point: Point) -> dict[str, Any]:
+        """Return what tables say of a capture: its scene, and the keys that vary; none where it is not varied there.
+
+        A scene has its file's name, and its folder's too where another one is called so.
+        """
+        path, here = Path(point.scene).with_suffix(""), self.document.folder
+        alone = len({scene for scene in self.scenes if Path(scene).stem == path.name}) == 1
+        whole = path.relative_to(here) if path.is_relative_to(here) else path
+        scene = path.name if alone else whole.as_posix()
+        told: dict[str, Any] = dict.fromkeys(("scene", *map(field_of, self.model.vary))) | {"scene": scene}
+        for key, value in point.settings:
+            told |= columns_of(key, value)
+        return told
+
+    def overrides(self, point: Point) -> tuple[str, ...]:
+        """Return a capture's keys as ``camsim capture --set`` takes them, after those that are the same everywhere."""
+        given = (*self.model.set.items(), *point.settings)
+        return tuple(f"{key}={_in_yaml(self._beside(value) if key == 'sensor' else value)}" for key, value in given)
+
+    def _beside(self, sensor: Any) -> Any:
+        """Return a file of the study's folder by its path; what else may name a sensor as it is."""
+        beside = self.document.folder / sensor if isinstance(sensor, str) else None
+        return os.fspath(beside) if beside is not None and beside.is_file() else sensor
 
     def points(self) -> Iterator[Point]:
         """Yield its captures in the order of their indices; scenes outermost, draws innermost."""
@@ -112,6 +137,12 @@ def read_study(study: StudyOrFile) -> tuple[Study[schema.StudyFile], tuple[Templ
 def read_dataset(dataset: StudyOrFile) -> Study[schema.DatasetFile]:
     """Read what a data set is made of, a file or its keys as a mapping. Raises ConfigError with every fault."""
     return _found(*_judged(dataset, schema.DatasetFile, "dataset"))
+
+
+def _in_yaml(value: Any) -> str:
+    """Return a value as JSON, with YAML's escapes: it knows no pairs of them for what lies beyond 2^16."""
+    text = json.dumps(value, ensure_ascii=False)
+    return "".join(letter if letter.isascii() else f"\\U{ord(letter):08X}" for letter in text)
 
 
 def _judged(given: StudyOrFile, model: type[V], kind: str) -> tuple[Judged[V], str]:

@@ -17,7 +17,7 @@ from camsim.sweeping.batches import batches
 from camsim.sweeping.captures import Progress, captures_of, identity_of, judge_values
 from camsim.sweeping.folder import alone, completed
 from camsim.sweeping.manifest import Row
-from camsim.sweeping.names import Template, columns_of, field_of
+from camsim.sweeping.names import Template, field_of
 from camsim.sweeping.study import Point, Study, StudyOrFile, read_study
 from camsim.sweeping.work import Item, Task
 from camsim.typed import FilePath, check
@@ -110,10 +110,13 @@ def items_of(study: Study[schema.StudyFile], files: Sequence[Template], report: 
     for point, capture in captures_of(study, tuple(template.product for template in files), report):
         item = _item(study, files, point, capture)
         for name in (name for frame in item.files for name, _ in frame):
-            if (other := names.setdefault(name, point.index)) != point.index:
-                raise InvalidValueError(
-                    f"captures {other} and {point.index} both make {name!r}; add {{index}} to the name", key="files"
-                )
+            other = names.get(name)
+            if other == point.index:
+                raise InvalidValueError(f"capture {other} makes {name!r} twice; give each file a name", key="files")
+            if other is not None:
+                message = f"captures {other} and {point.index} both make {name!r}; add {{index}} to the name"
+                raise InvalidValueError(message, key="files")
+            names[name] = point.index
         items.append(item)
     return items
 
@@ -128,13 +131,10 @@ def _item(study: Study[schema.StudyFile], templates: Sequence[Template], point: 
         )
         for k in range(frames)
     )
-    told = {"index": point.index, "scene": stem}
-    for key in study.model.vary:
-        told |= columns_of(key, settings.get(key))
     return Item(
         identity=identity_of(capture, files, study.model.measure),
         capture=capture,
-        told=told,
+        told={"index": point.index, **study.told(point)},
         files=files,
         measure=tuple(study.model.measure),
     )

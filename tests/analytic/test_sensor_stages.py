@@ -218,6 +218,13 @@ def test_flicker_rows_have_their_spectrum(exponent: float) -> None:
     assert slope == pytest.approx(-exponent, abs=0.1)
 
 
+def test_a_row_alone_flickers_too() -> None:
+    """A window of one row, or two, has the noise that a frame's rows have."""
+    for rows in (1, 2):
+        frames = np.stack([FlickerRows(2.0).offsets_e(rows, np.random.default_rng(k)) for k in range(4000)])
+        assert np.mean(frames**2) == pytest.approx(4.0, rel=SIGMA * np.sqrt(2 / 4000))
+
+
 def test_noise_after_the_gain_is_the_same_in_data_numbers() -> None:
     for electrons_per_dn in (0.5, 8.0):
         out = recorded(np.zeros((400, 300)), output_noise=OutputNoise(1.5), electrons_per_dn=electrons_per_dn, **QUIET)

@@ -85,6 +85,14 @@ FAULTS = {
             "not '2001-02-30 00:00:00' (what files carry as their date)"
         ],
     ),
+    "a date without all its digits": (
+        "iso: 200",
+        "iso: 200, datetime: 2001-2-3 4:05:06",
+        [
+            "scene.yaml:5:46: exposure.datetime: must be a date and time such as '2000-01-31 23:59:59', "
+            "not '2001-2-3 4:05:06'"
+        ],
+    ),
     "negative light": (
         "illuminance_lux: 5000",
         "illuminance_lux: -1",

@@ -113,6 +113,7 @@ def test_a_sensor_that_is_set_is_found_from_here(folder: Path, monkeypatch: pyte
         ("region={rows: 1, rows: 2}", "--set region: rows: given twice; keep one"),
         ("exposure.iso.x=1", "--set exposure.iso.x: exposure.iso is 200, which has no 'x' inside"),
         ("scene.shapes.3=null", "--set scene.shapes.3: no item 3 in scene.shapes; there are 0 to 2"),
+        ("scene.shapes.00.radius=1", "--set scene.shapes.00.radius: no item 00 in scene.shapes; there are 0 to 2"),
         ("scene.shapes.last.radius=1",
          "--set scene.shapes.last.radius: no item last in scene.shapes; there are 0 to 2"),
         ("lens=null",

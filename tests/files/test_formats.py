@@ -75,16 +75,16 @@ def test_exr_attributes_say_what_it_is(tmp_path: Path, frame: Frame) -> None:
     assert record["error_estimate"] == 4.5e-7
 
 
-@pytest.mark.parametrize("suffix", [".tiff", ".tif", ".TIF"])
-def test_tiff_holds_the_codes(tmp_path: Path, frame: Frame, suffix: str) -> None:
+@pytest.mark.parametrize(("suffix", "year"), [(".tiff", "2021"), (".tif", "0099"), (".TIF", "2021")])
+def test_tiff_holds_the_codes(tmp_path: Path, frame: Frame, suffix: str, year: str) -> None:
     path = tmp_path / f"a{suffix}"
-    save(frame, path)
+    save(dataclasses.replace(frame, datetime=f"{year}-03-04 05:06:07"), path)
     with tifffile.TiffFile(path) as file:
         (page,) = file.pages
         np.testing.assert_array_equal(page.asarray(), frame.mosaic)
         assert page.dtype == np.uint16
         assert page.photometric == tifffile.PHOTOMETRIC.MINISBLACK
-        assert page.tags["DateTime"].value == "2021:03:04 05:06:07"
+        assert page.tags["DateTime"].value == f"{year}:03:04 05:06:07"
         assert json.loads(page.description)["description"] == frame.description
 
 

@@ -9,7 +9,9 @@ import pytest
 
 import camsim
 from camsim.errors import CamsimError, ConfigError, InputError, OutputError
-from camsim.sweeping import check_dataset, dataset, forecast_dataset, read_pair, samples, shards
+from camsim.sweeping import check_dataset, dataset, forecast_dataset, read_dataset, read_pair, samples, shards
+from camsim.sweeping.captures import captures_of
+from camsim.sweeping.dataset import shards_of
 
 MADE_OF = {
     "scene": ["slanted-edge", "flat-field", "grey-steps", "checkerboard"],
@@ -61,6 +63,32 @@ def test_no_scene_is_in_two_splits_and_none_is_empty(made):
     assert all(len(own) == 1 for own in splits.values())
     count = [sum(own == {name} for own in splits.values()) for name in ("train", "val", "test")]
     assert count == [2, 1, 1]
+
+
+def test_a_scene_in_photosites_is_the_same_on_every_pitch():
+    """In µm it is another one on each: dealt out one by one, scenes would be in two splits."""
+    read = read_dataset({**MADE_OF, "vary": {"sensor.frame.pitch_um": [4, 5, 6]}})
+    captures = captures_of(read, ("mosaic",), lambda stage, fraction: None)
+    sources = {source.identity: source for shard in shards_of(read, captures) for source in shard.sources}
+    splits = {}
+    for source in sources.values():
+        splits.setdefault(source.told["scene"], set()).add(source.split)
+    assert sorted(split for (split,) in splits.values()) == ["test", "train", "train", "val"]
+
+
+def test_shards_of_an_earlier_making_go(tmp_path):
+    """Whoever reads all shards of a split would else have samples of another one."""
+    made_of = {**MADE_OF, "hold": ["noisy"]}
+    dataset({**made_of, "shards": "files", "samples_per_shard": 5}, tmp_path, workers=0)
+    (tmp_path / "train-notes.txt").write_text("one's own")
+    for form, splits in (("files", {"train": 1, "val": 0, "test": 0}), ("npy", MADE_OF["splits"])):
+        made = dataset({**made_of, "shards": form, "splits": splits}, tmp_path, workers=0)
+        there = {p.relative_to(tmp_path).as_posix() for p in tmp_path.glob("*-0*") if p.is_file()}
+        there |= {p.relative_to(tmp_path).as_posix() for p in tmp_path.glob("*-0*/*")}
+        assert there == {file for row in made.rows for file in (row["file"], *row["also"])}
+        assert "files of shards that this data set has no more were removed" in made.notes[0]
+    assert not [path for path in tmp_path.glob("*-0*") if path.is_dir()]
+    assert (tmp_path / "train-notes.txt").exists()
 
 
 @pytest.mark.parametrize("index", ["1", None, 1.0, True, -1, 2**63])

@@ -6,8 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from camsim.config import library
 from camsim.errors import ConfigError
 from camsim.sweeping import read_dataset, read_study
+from camsim.sweeping.captures import captures_of
 
 
 def study(**keys):
@@ -127,6 +129,21 @@ def test_draws_are_functions_of_seed_key_and_index_and_have_their_distributions(
             "vary: exposure.iso is lost, as exposure comes after it and replaces all of it",
         ),
         ({"vary": {"lens": [{}]}, "set": {"lens.f_number": 2}}, "set: lens.f_number is lost, as lens comes after it"),
+        (
+            {"vary": {"lens": [{}], A: [1]}, "set": {"lens.f_number": 2}, "combine": "sequential"},
+            "set: lens.f_number is lost, as lens comes after it",
+        ),
+        (
+            {"vary": {A: {"choice": [400]}, "exposure": [{}]}, "combine": "sequential"},
+            "vary: exposure.iso is lost, as exposure comes after it",
+        ),
+        ({"sensor": "mono-345", "vary": {"sensor": ["d40-like"]}}, "sensor: given here and in vary, which would have"),
+        ({"sensor": "mono-345", "set": {"sensor": "d40-like"}}, "sensor: given here and in set, which would have"),
+        ({"vary": {A: [1], A + " ": [2]}}, "vary: 'exposure.iso ' has spaces beside it"),
+        ({"vary": {A: {"normal": [300, -1]}}}, "normal: scatters by -1; a standard deviation is 0 or more"),
+        ({"vary": {A: {"integers": [0, 2**63]}}}, "integers.1: must be a whole number from −2^63 to 2^63 − 1, not"),
+        ({"vary": {A: {"uniform": [-1e308, 1e308]}}}, "uniform: is wider than numbers are"),
+        ({"vary": {A: {"uniform": [1, "a"]}}}, "uniform.1: must be a number, not 'a'"),
         ({"draws": 3}, "draws: nothing in vary is drawn"),
         ({"vary": {A: {"linear": [1, 2, 100000]}, B: {"linear": [1, 2, 1000]}}}, "makes 100000000 frames"),
         ({"files": "{nothing}.dng"}, "no field {nothing}; there are index, frame, scene"),
@@ -145,3 +162,48 @@ def test_what_is_wrong_is_said_in_its_place(keys, why):
     with pytest.raises(ConfigError) as caught:
         study(**keys)
     assert why in str(caught.value)
+
+
+def test_listed_keys_of_which_one_holds_the_other_vary_one_after_another():
+    found = settings(vary={A: [400], "exposure": [{"iso": 100}]}, combine="sequential")
+    assert found == [{A: 400}, {"exposure": {"iso": 100}}]
+
+
+def test_tables_tell_scenes_apart_and_what_each_capture_was_given(tmp_path):
+    for folder in ("day", "night"):
+        (tmp_path / folder).mkdir()
+        text = library.shipped("scene")["flat-field"].read_text(encoding="utf-8")
+        (tmp_path / folder / "street.yaml").write_text(text, encoding="utf-8")
+    file = tmp_path / "study.yaml"
+    file.write_text(
+        "camsim: study/1\nscene: [day/street.yaml, night/street.yaml, slanted-edge]\ncombine: sequential\n"
+        "vary: {exposure: [{time_s: 1, iso: 300}], exposure.iso: [400]}\n",
+        encoding="utf-8",
+    )
+    read, _ = read_study(file)
+    told = [read.told(point) for point in read.points()]
+    assert [row["scene"] for row in told[::2]] == ["day/street", "night/street", "slanted-edge"]
+    assert [row["exposure_iso"] for row in told[:2]] == [300, 400]
+
+
+def test_files_of_a_study_lie_beside_it(tmp_path, monkeypatch):
+    """Its sensors as its scenes, wherever it is taken from; the folder that one stands in comes after."""
+    sensor = Path(library.shipped("sensor")["mono-345"]).read_text(encoding="utf-8")
+    for place, serial in (("study", 5), ("here", 6)):
+        (tmp_path / place).mkdir()
+        text = sensor.replace("serial: 345", f"serial: {serial}")
+        (tmp_path / place / "chip.yaml").write_text(text, encoding="utf-8")
+    monkeypatch.chdir(tmp_path / "here")
+    region = "set: {region: {rows: 2, cols: 2}}\n"
+    for keys in ("sensor: chip.yaml\n", "vary: {sensor: [chip.yaml]}\n"):
+        (tmp_path / "study" / "study.yaml").write_text(f"camsim: study/1\nscene: slanted-edge\n{keys}{region}")
+        read, _ = read_study(tmp_path / "study" / "study.yaml")
+        ((_, capture),) = captures_of(read, ("mosaic",), lambda stage, fraction: None)
+        assert capture.camera.serial == 5
+
+
+def test_any_letter_of_a_text_is_taken():
+    code = {"kind": "chart", "name": "qr", "text": "µ\u2028 \N{GRINNING FACE} \\ud83d", "width": 9}
+    read = study(set={"scene.shapes": [code], "region": {"rows": 2, "cols": 2}})
+    ((_, capture),) = captures_of(read, ("mosaic",), lambda stage, fraction: None)
+    assert capture.scene.shapes[0].parameters["text"] == code["text"]

@@ -177,6 +177,8 @@ def test_mistakes_are_found_before_anything_is_taken(tmp_path):
     assert "vary.lens.f_numbr: unknown key; did you mean 'f_number'?" in str(caught.value)
     with pytest.raises(CamsimError, match=r"captures 0 and 1 both make 'a.dng'; add \{index\} to the name"):
         camsim.sweep({**SMALL, "vary": {"exposure.iso": [1, 2]}, "files": "a.dng"}, out, workers=0)
+    with pytest.raises(CamsimError, match=r"capture 0 makes 'a0\.exr' twice; give each file a name"):
+        camsim.sweep({**SMALL, "files": ["a{index}.exr:truth", "a{index}.exr:electrons"]}, out, workers=0)
     with pytest.raises(CamsimError, match="give 0"):
         camsim.sweep(STUDY, out, workers=-1)
     assert not out.exists()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, Literal, TypeAlias
 
@@ -13,7 +14,8 @@ from camsim.typed import Fraction
 
 Range: TypeAlias = Annotated[tuple[float, float, Annotated[int, Field(ge=1)]], Called("[first, last, how many]")]
 Pair: TypeAlias = Annotated[tuple[float, float], Called("a pair of numbers")]
-Wholes: TypeAlias = Annotated[tuple[int, int], Called("a pair of whole numbers")]
+Whole: TypeAlias = Annotated[int, Field(ge=-(2**63), le=2**63 - 1)]
+Wholes: TypeAlias = Annotated[tuple[Whole, Whole], Called("a pair of whole numbers")]
 
 SPREAD = ("linear", "log")
 DRAWN = ("uniform", "log_uniform", "normal", "integers", "choice")
@@ -43,10 +45,16 @@ class Values(Table):
             ends = table.get(key)
             if isinstance(ends, list | tuple) and any(isinstance(v, int | float) and v <= 0.0 for v in ends[:2]):
                 yield key, "has no logarithm; give ends above 0"
-        for key in ("uniform", "log_uniform", "integers"):
-            ends = table.get(key)
-            if isinstance(ends, list | tuple) and len(ends) == 2 and ends[0] > ends[1]:
-                yield key, f"begins above its end; give [{ends[1]:g}, {ends[0]:g}]"
+        for key in ("uniform", "log_uniform", "integers", "normal"):
+            pair = table.get(key)
+            if not isinstance(pair, list | tuple) or [type(v) in (int, float) for v in pair] != [True, True]:
+                continue
+            if key == "normal" and pair[1] < 0.0:
+                yield key, f"scatters by {pair[1]:g}; a standard deviation is 0 or more"
+            elif key != "normal" and pair[0] > pair[1]:
+                yield key, f"begins above its end; give [{pair[1]:g}, {pair[0]:g}]"
+            elif key == "uniform" and not math.isfinite(pair[1] - pair[0]):
+                yield key, f"is wider than numbers are; give ends nearer than {pair[0]:g} and {pair[1]:g}"
 
 
 Varied: TypeAlias = Annotated[
@@ -63,7 +71,9 @@ class Varying(Table):
 
     name: Name | None = Field(default=None, description="what reports call it; the file's name when left out")
     scene: Names = Field(description="a scene (camsim list scenes, or a file in this study's folder), or a list")
-    sensor: Name | None = Field(default=None, description="a sensor instead of the scenes' own")
+    sensor: Name | None = Field(
+        default=None, description="a sensor instead of the scenes' own; a file lies in this study's folder"
+    )
     set: dict[Key, Any] = Field(default={}, description="keys that are the same in every capture, as of --set")
     vary: dict[Key, Varied] = Field(default={}, description="keys with their values: a list, or a rule")
     combine: Literal["product", "zip", "sequential"] = Field(
@@ -77,19 +87,28 @@ class Varying(Table):
 
     @classmethod
     def contradictions(cls, table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-        """What is drawn varies; nothing is both set and varied."""
+        """What is drawn varies; nothing is given in two places of which one would win."""
         vary, same = table.get("vary"), table.get("set")
         vary, same = (part if isinstance(part, Mapping) else {} for part in (vary, same))
+        for part, keys in (("set", same), ("vary", vary)):
+            if spaced := next((key for key in keys if key != key.strip()), None):
+                yield part, f"{spaced!r} has spaces beside it; leave them out"
         for key in vary:
             if key in same:
                 yield "set", f"{key} is set and varied; leave it out in one of the two"
-        together = [*same, *([] if table.get("combine") == "sequential" else vary)]
+        if table.get("sensor") is not None and "sensor" in (*same, *vary):
+            where = "set" if "sensor" in same else "vary"
+            yield "sensor", f"given here and in {where}, which would have no effect; leave it out in one of the two"
+        drawn = {key for key, values in vary.items() if isinstance(values, Mapping) and set(DRAWN) & set(values)}
+        # One after another, those that are listed never meet.
+        alone = set(vary) - drawn if table.get("combine") == "sequential" else set[Any]()
+        together = [*same, *vary]
         for place, key in enumerate(together):
-            lost = next((one for one in map(str, together[:place]) if one.startswith(f"{key}.")), None)
+            before = (one for one in together[:place] if not {one, key} <= alone)
+            lost = next((one for one in map(str, before) if one.startswith(f"{key}.")), None)
             if lost is not None:
                 where = "set" if lost in same else "vary"
                 yield where, f"{lost} is lost, as {key} comes after it and replaces all of it; say {lost} in there"
-        drawn = any(isinstance(values, Mapping) and set(DRAWN) & set(values) for values in vary.values())
         if isinstance(table.get("draws"), int) and table["draws"] > 1 and not drawn:
             yield "draws", f"nothing in vary is drawn; give a key one of {', '.join(DRAWN)}"
 

@@ -45,8 +45,6 @@ class FlickerRows(ElectronicStage):
         White normals are shaped in the frequency domain of twice the frame (so that the last row knows nothing of
         the first) from one cycle per 2·rows up to Nyquist, and scaled to the expected variance.
         """
-        if rows < 2:
-            return np.zeros(rows)
         frequency = np.fft.rfftfreq(2 * rows)
         amplitude = np.zeros_like(frequency)
         amplitude[1:] = frequency[1:] ** (-0.5 * self.exponent)
@@ -66,8 +64,8 @@ class FlickerRows(ElectronicStage):
         return self.over(context).apply(electrons, context)
 
     def draws(self, shape: tuple[int, int], context: Context) -> int:
-        """Return two normals for each row; a single row has no spectrum."""
-        return 2 * shape[0] if shape[0] > 1 else 0
+        """Return two normals for each row."""
+        return 2 * shape[0]
 
     def dark_noise_e(self, electrons_per_dn: float) -> float:
         """Return its standard deviation."""
