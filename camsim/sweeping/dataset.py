@@ -24,7 +24,7 @@ from camsim.sweeping import engines
 from camsim.sweeping.captures import Progress, captures_of, identity_of, judge_values
 from camsim.sweeping.card import write_card
 from camsim.sweeping.folder import alone, completed
-from camsim.sweeping.manifest import HIDDEN, PARQUET, Row
+from camsim.sweeping.manifest import HIDDEN, PARQUET, Journal, Row
 from camsim.sweeping.samples import Crop, Source, products_of
 from camsim.sweeping.shards import CAPTURES, SPLITS, Shard, read_sample, remove_others
 from camsim.sweeping.shards import made as shards_made
@@ -87,6 +87,7 @@ def dataset(
     shards = shards_of(read, captures)
     size = read.model.crops.rows, read.model.crops.cols
     with alone(place):
+        made_before = Journal(place).path.exists()
         done = completed(
             place,
             [shard.identity for shard in shards],
@@ -96,7 +97,8 @@ def dataset(
         removed = 0
         if not done.failed:
             shutil.rmtree(place / HIDDEN / CAPTURES, ignore_errors=True)
-            removed = remove_others(place, done.rows)
+            # Only of a folder that was a data set's: in another one such files are somebody's.
+            removed = remove_others(place, done.rows) if made_before else 0
         pictures = any(isinstance(shape, Raster) for _, capture in captures for shape in capture.scene.shapes)
         write_card(place, read, done.rows, pictures=pictures)
     unstated = "scenes show pictures, and nobody says whose they are and under which licence: key sources"

@@ -77,9 +77,12 @@ def test_a_scene_in_photosites_is_the_same_on_every_pitch():
 
 
 def test_shards_of_an_earlier_making_go(tmp_path):
-    """Whoever reads all shards of a split would else have samples of another one."""
+    """Whoever reads all shards of a split would else have samples of another one; in a folder that was none's they
+    are somebody's."""
     made_of = {**MADE_OF, "hold": ["noisy"]}
+    (tmp_path / "train-00099.tar").write_text("somebody's")
     dataset({**made_of, "shards": "files", "samples_per_shard": 5}, tmp_path, workers=0)
+    (tmp_path / "train-00099.tar").unlink()
     (tmp_path / "train-notes.txt").write_text("one's own")
     for form, splits in (("files", {"train": 1, "val": 0, "test": 0}), ("npy", MADE_OF["splits"])):
         made = dataset({**made_of, "shards": form, "splits": splits}, tmp_path, workers=0)
