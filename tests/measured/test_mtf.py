@@ -1,9 +1,11 @@
 """The MTF measured on edges whose MTF is known: in closed form, and from the optics of a capture."""
 
 import math
+import re
 
 import numpy as np
 import pytest
+import scipy
 from edges import gaussian_edge, gaussian_limit, gaussian_mtf, gaussian_sigma
 from tolerances import STATISTICAL
 
@@ -178,6 +180,26 @@ def test_a_bent_edge_is_followed():
     straight, bent = (measured(gaussian_edge(64, 64, 5, sigma, bend=bend)) for bend in (0.0, 1e-3))
     assert bent.curvature_per_pixel == pytest.approx(1e-3, rel=0.01)
     assert bent.figures.mtf50_cycles_per_pixel == pytest.approx(straight.figures.mtf50_cycles_per_pixel, rel=1e-3)
+
+
+def test_a_wide_edge_has_a_note_of_what_aberrations_may_do():
+    """By transfers of pupils MTF50 is low by 3 to 13 % of that share (the table of docs/mtf.md)."""
+    plane_y = Plane(name="Y", samples=gaussian_edge(64, 64, 7, 3.0))
+    whole, plain = (measure_edge(plane_y, Roi(0, 0, 64, 64), tail=tail) for tail in (True, False))
+    (note,) = whole.notes
+    assert re.search(r"rises over 2[3-5] % .* up to 3\.\d % too low", note)
+    assert plain.notes == measured(gaussian_edge(64, 64, 7, 2.0)).notes == ()
+
+
+@pytest.mark.parametrize("radius", [100.0, 200.0])
+def test_a_disc_tells_the_same_as_a_straight_edge(radius):
+    """A Gaussian's light within a disc is Rice's distribution; the rim is an arc, and no parabola."""
+    sigma, turn = 1.0, math.radians(20.0)
+    y, x = np.mgrid[:64, :64] + 0.5 - 32.0
+    far = np.hypot(x + radius * math.cos(turn), y + radius * math.sin(turn))
+    edge = measured(0.9 - 0.8 * scipy.stats.ncx2.cdf((radius / sigma) ** 2, 2, (far / sigma) ** 2))
+    assert edge.figures.mtf50_cycles_per_pixel == pytest.approx(gaussian_limit(0.5, sigma), rel=3e-4)
+    assert edge.curvature_per_pixel == pytest.approx(-1.0 / radius, rel=0.01)
 
 
 @pytest.mark.parametrize("direction", ["across", "along"])
