@@ -11,6 +11,7 @@ import numpy as np
 from camsim.arrays import C128, F64
 from camsim.body import Body
 from camsim.exposing import Capture
+from camsim.measure.full_frame import NYQUIST_OF_SENSOR_CYCLES_PER_PIXEL
 from camsim.measure.geometry import EdgeLine
 from camsim.measure.given import check_given
 from camsim.measure.lens_places import scene_place_um, system_at
@@ -26,7 +27,7 @@ from camsim.window import Region
 
 _BESIDE_PIXEL = 3.0
 _DIRECTIONS = 36
-_FEW_DIRECTIONS, _FEW_FREQUENCIES = 12, 16
+_FEW_DIRECTIONS, _FEW_FREQUENCIES = 6, 8
 _NEAR_ZERO = 1e-4  # cycles per pixel: where the phase tells the middle of the light
 _SEARCHED_PIXEL = np.linspace(-2.0, 2.0, 17)
 _NEWTON_STEPS = 8
@@ -66,7 +67,8 @@ class CameraOtf:
     def along_normal(self, frequency_cycles_per_pixel: F64, *, channel: str, line: EdgeLine) -> F64 | None:
         """Transfer function across the edge; None for a channel that the camera does not have."""
         place_um = self._place_um(line, 0.0)
-        sides = [self._surface(self._place_um(line, side)) for side in (-_BESIDE_PIXEL, _BESIDE_PIXEL)]
+        moved = self._moved_pixel(channel, line, place_um)
+        sides = [self._surface(self._place_um(line, side - moved)) for side in (-_BESIDE_PIXEL, _BESIDE_PIXEL)]
         fx, fy = (frequency_cycles_per_pixel * part for part in (math.cos(line.normal_rad), math.sin(line.normal_rad)))
         otf = self.at(fx, fy, channel, sides[0], sides[1], place_um=place_um)
         # Of a lopsided pattern the phase says where the edge seems to be, not how sharp it is.
@@ -167,6 +169,14 @@ class CameraOtf:
         )
         otf: F64 = lens * system.footprint_otf(fx, fy) / total
         return otf
+
+    def _moved_pixel(self, channel: str, line: EdgeLine, place_um: tuple[float, float]) -> float:
+        """Return how far towards its bright side an edge is seen; a lens that changes tells where the scene falls."""
+        if isinstance(self.camera.lens, Varies):
+            return 0.0
+        half = NYQUIST_OF_SENSOR_CYCLES_PER_PIXEL
+        x, y = self.shift_pixel(half, channel=channel, dark=0.0, bright=1.0, place_um=place_um)
+        return x * math.cos(line.normal_rad) + y * math.sin(line.normal_rad)
 
     def _place_um(self, line: EdgeLine, distance_pixel: float) -> tuple[float, float]:
         """Return the place on the sensor at a distance from the edge's point, along its normal."""

@@ -118,6 +118,23 @@ def test_the_theory_of_an_oblique_edge_has_each_axis_own_part(normal_deg):
     np.testing.assert_allclose(got, expected, atol=1e-9)
 
 
+def test_a_picture_that_a_tilt_has_moved_has_the_theory_of_its_edge():
+    """2.6 px to the right, and 5.1, where both of its sides were looked for on one."""
+    camera = camsim.Camera.from_yaml("mono-345", lens=camsim.Airy(f_number=8.0))
+    light = camsim.Light(line_nm=550.0, illuminance_lux=5000)
+    dark = camsim.Rectangle(width_um=2e3, height_um=2e3, centre_um=(-1e3, 0.0), reflectance=0.05)
+    scene, f = camsim.Scene(background=0.9, shapes=[dark]), np.array([0.1, 0.25, 0.4])
+    seen = []
+    for waves in (0.0, 0.5, 1.0):
+        # 2·cos θ·r waves: the slope over the radius is twice the coefficient, and 2Nλ of it is the way.
+        tilted = camera.replace(lens=camsim.Wavefront(f_number=8.0, zernike_waves=[(2, waves)]))
+        moved_pixel = 2.0 * 8.0 * 0.55 * 2.0 * waves / camera.pitch_um
+        line = EdgeLine(x_pixel=0.5 * camera.cols + moved_pixel, y_pixel=0.5 * camera.rows, normal_rad=0.0)
+        seen.append(CameraOtf(camera=tilted, scene=scene, light=light).along_normal(f, channel="Y", line=line))
+    np.testing.assert_allclose(seen[1], seen[0], atol=1e-6)
+    np.testing.assert_allclose(seen[2], seen[0], atol=1e-6)
+
+
 @pytest.mark.parametrize("sides", [(), (-1,), (1,), (-1, 1)])
 @pytest.mark.parametrize("normal_deg", [20.0, -110.0])
 def test_the_surfaces_of_an_edge_are_looked_up_three_pixels_beside_it(sides, normal_deg):
