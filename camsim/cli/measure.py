@@ -45,7 +45,8 @@ def measure(request: MtfRequest) -> None:
     measured = [_measured(file, rois, request) for file in request.files]
     series = mtf_series([report for report, _, _ in measured], by=request.by)
     _check_unit(series.reports, unit, request.unit)
-    stages = next((theory.stages for _, theory, _ in measured if theory is not None), ())
+    of_each = {theory.stages for _, theory, _ in measured if theory is not None}
+    stages = of_each.pop() if len(of_each) == 1 else ()
     request.outputs.write(*curves_of(series), functools.partial(_draw, series, unit, stages))
     if request.map is not None:
         from camsim.cli.plot_mtf_map import draw_map

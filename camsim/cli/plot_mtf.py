@@ -18,7 +18,7 @@ _DASHES = {"R": ":", "G": "-", "G1": "-", "G2": "-.", "B": "--"}
 def draw(series: MtfSeries, file: str, unit: Unit, stages: Sequence[str] = ()) -> bytes:
     """Return measured curves, theory and their difference, in the format of the file's suffix.
 
-    stages : what the theory is the product of
+    stages : what the theory is the product of, where that is the same in all files
     """
     from camsim.measure.full_frame import UNITS
 
@@ -43,7 +43,8 @@ def draw(series: MtfSeries, file: str, unit: Unit, stages: Sequence[str] = ()) -
             factor = report.full_frame.per_unit(unit)
             _curve(top, below, edge, factor, style)
             if edge.theory is not None:
-                told = None if "theory" in seen else f"theory: {' · '.join(stages)}"
+                named = f"theory: {' · '.join(stages)}" if stages else "theory"
+                told = None if "theory" in seen else named
                 f = factor * edge.frequency_cycles_per_pixel
                 top.plot(f, edge.theory.mtf, color=colour if several else "black", lw=1.0, ls=(0, (2, 2)), label=told)
                 seen.add("theory")

@@ -41,6 +41,7 @@ def draw_map(report: MtfReport, file: str, unit: Unit) -> bytes:
         )
     every = np.concatenate([points[:, 3] for points in shown.values()])
     limits = {"vmin": float(every.min()), "vmax": float(every.max())}
+    half_size = _half_size(report)
     figure = new_figure(10.0, 3.4 * len(channels) + 2.4)
     rows = figure.subplots(len(channels) + 1, 2, squeeze=False, height_ratios=[3.4] * len(channels) + [2.4])
     mark: Any = None
@@ -49,8 +50,6 @@ def draw_map(report: MtfReport, file: str, unit: Unit) -> bytes:
             drawn = shown.get((channel, direction))
             if drawn is not None:
                 mark = _map(axes, drawn, limits)
-            left, top = -frame.axis_x_pixel, -frame.axis_y_pixel
-            half_size = max(abs(left), 1.0), max(abs(top), 1.0)
             axes.set(xlim=(-half_size[0], half_size[0]), ylim=(half_size[1], -half_size[1]), aspect="equal")
             axes.plot([0], [0], "+", color="grey")
             axes.set_title(f"{channel}, {direction}: {0 if drawn is None else len(drawn)} edges", fontsize=9)
@@ -58,6 +57,14 @@ def draw_map(report: MtfReport, file: str, unit: Unit) -> bytes:
     _course(rows[-1], shown, f"MTF50, {unit}")
     figure.suptitle(f"{report.file}: MTF50 over the frame, pixels from the optical axis")
     return bytes_of(figure, file)
+
+
+def _half_size(report: MtfReport) -> tuple[float, float]:
+    """Return how far a map reaches from the axis along x and y: a window may lie on either side of it, or about it."""
+    x, y = report.full_frame.axis_x_pixel, report.full_frame.axis_y_pixel
+    regions = [edge.roi for edge in report.edges]
+    right, bottom = (max(ends) for ends in zip(*((r.col + r.cols, r.row + r.rows) for r in regions), strict=True))
+    return max(abs(x), right - x), max(abs(y), bottom - y)
 
 
 def _map(axes: Any, points: Any, limits: dict[str, float]) -> Any:
@@ -78,7 +85,8 @@ def _course(row: Any, shown: dict[tuple[str, str], Any], label: str) -> None:
                 order = np.argsort(points[:, 2])
                 colour = colour_of_channel(channel)
                 axes.plot(points[order, 2], points[order, 3], "o", ms=4, color=colour, label=channel)
-                axes.plot(points[order, 2], points[order, 4], "--", lw=1.0, color=colour)
+                axes.plot(points[order, 2], points[order, 4], "--", marker="_", lw=1.0, color=colour)
         axes.set(xlabel="pixels from the optical axis; dashed: theory", ylabel=label, title=direction)
         axes.grid(alpha=0.3)
-        axes.legend(fontsize=7)
+        if any(own == direction for _, own in shown):
+            axes.legend(fontsize=7)

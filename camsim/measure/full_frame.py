@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
 from camsim.errors import CamsimError
+from camsim.typed import known_name
 from camsim.window import Region, grid_of
 
 Unit: TypeAlias = Literal["cycles/px", "lp/mm", "lw/ph"]
@@ -69,6 +70,7 @@ class FullFrame:
         >>> [0.25 * frame.per_unit(unit) for unit in UNITS]
         [0.25, 50.0, 1000.0]
         """
+        known_name("unit", unit, UNITS)
         if unit == "lp/mm":
             return math.nan if self.pitch_um is None else 1e3 / self.pitch_um
         return 2.0 * self.rows if unit == "lw/ph" else 1.0

@@ -65,7 +65,7 @@ class Roi:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EdgeLine:
-    """A straight or slightly curved edge.
+    """An edge that is straight, or an arc of a circle.
 
     x_pixel, y_pixel    : a point on it
     normal_rad          : direction from dark to bright, clockwise as displayed from the x axis
@@ -92,8 +92,11 @@ class EdgeLine:
         dx, dy = x_pixel - self.x_pixel, y_pixel - self.y_pixel
         along: F64 = cos * dy - sin * dx
         across: F64 = cos * dx + sin * dy
-        if self.curvature_per_pixel:
-            across -= 0.5 * self.curvature_per_pixel * along**2
+        bend = self.curvature_per_pixel
+        if bend:
+            # From a circle about (1/bend, 0), written so that no digits cancel where it is nearly a line.
+            twice = 2.0 * across - bend * (across**2 + along**2)
+            across = twice / (1.0 + np.sqrt(np.maximum(1.0 - bend * twice, 0.0)))
         return across, along
 
     def moved(self, across: float, turn: float, bend: float) -> EdgeLine:

@@ -15,6 +15,7 @@ from camsim.arrays import F64
 from camsim.body import Body
 from camsim.errors import UnsupportedError
 from camsim.exposing import Capture
+from camsim.measure.neighbours import neighbours
 from camsim.optics import OpticalSystem
 from camsim.optics.protocols import Varies
 from camsim.spectra.curve import Spectrum, spectrum_at
@@ -25,6 +26,9 @@ _STAYS_PIXEL = 0.1
 _WAVELENGTHS = 9
 _NEAR_ZERO = 1e-3
 """Of the cut-off: where a transfer's phase is asked."""
+
+_STEPS = np.array([-1.0, 0.0, 1.0])
+"""To the photosites that crosstalk comes from: down, or to the right, is where their light is moved."""
 
 
 def system_at(camera: Body, x_um: float, y_um: float) -> OpticalSystem:
@@ -50,33 +54,46 @@ def scene_place_um(camera: Body, points_um: F64) -> F64:
     return found
 
 
-def middles_um(capture: Capture, places_um: F64, surfaces: tuple[Spectrum, Spectrum]) -> dict[str, F64]:
-    """Return how far (n, 2) from places of the sensor each channel sees the middle of the light of their patterns.
+def middles_um(
+    capture: Capture, places_um: F64, surfaces: tuple[Spectrum, Spectrum], channels: Sequence[str] | None = None
+) -> dict[str, F64]:
+    """Return how far (n, 2) from places of the sensor each channel sees the middle of the light that falls there.
 
     surfaces : what meets at the edges that are looked at; their difference weighs the wavelengths
+    channels : a picture's, G1 and G2 apart, of which those that the camera has are told; None: the camera's
+
+    A lopsided pattern moves it, and so do a lopsided photosite and what crosstalk brings from one side.
     """
     camera = capture.camera
     samples = camera.samples(capture.light, surfaces)
     dark, light = (spectrum_at(surface, samples.wavelength_nm) for surface in surfaces)
     weight = camera.image_per_reflectance(samples) * np.abs(light - dark)
     seen = samples.wavelength_nm[weight.max(axis=0) > 0.0]
+    names = camera.cfa.channels if channels is None else channels
+    shares = {name: own for name in names if (own := neighbours(camera, name)) is not None}
     if not seen.size:
-        return dict.fromkeys(camera.cfa.channels, np.zeros_like(places_um))
+        return {name: np.zeros_like(places_um) for name in shares}
     nm = np.unique(np.linspace(float(seen.min()), float(seen.max()), _WAVELENGTHS))
     places = places_um if isinstance(camera.lens, Varies) else np.zeros((1, 2))
     centres = np.array([[_middle_um(camera, place, float(each)) for each in nm] for place in places.tolist()])
     share = np.array([np.interp(samples.wavelength_nm, nm, row) for row in np.eye(nm.size)])  # (wavelengths, samples)
+    # Of each of the camera's channels, times the light that it gets.
+    own = np.einsum("kn,cn,mkx->cmx", share, weight, centres)
+    down, right = np.meshgrid(_STEPS, _STEPS, indexing="ij")
+    from_um = camera.pitch_um * np.stack([right, down])
     found = {}
-    for name, own in zip(camera.cfa.channels, weight, strict=True):
-        part = np.einsum("kn,n->k", share, own) / max(float(own.sum()), 1e-300)
-        found[name] = np.broadcast_to(np.einsum("k,mkx->mx", part, centres), places_um.shape)
+    for name, part in shares.items():
+        held = np.einsum("ijc,c->ij", part, weight.sum(axis=1))
+        moved = np.einsum("ijc,cmx->mx", part, own) + np.einsum("ij,xij->x", held, from_um)
+        found[name] = np.broadcast_to(moved / max(float(held.sum()), 1e-300), places_um.shape)
     return found
 
 
 def _middle_um(camera: Body, place_um: Sequence[float], wavelength_nm: float) -> list[float]:
     system = system_at(camera, *place_um)
     f = _NEAR_ZERO * system.cutoff_per_um(wavelength_nm)
-    otf = system.point_otf(np.array([f, 0.0]), np.array([0.0, f]), wavelength_nm)
+    fx, fy = np.array([f, 0.0]), np.array([0.0, f])
+    otf = system.point_otf(fx, fy, wavelength_nm) * system.footprint_otf(fx, fy)
     middle: list[float] = (-np.imag(otf) / (2.0 * np.pi * f)).tolist()
     return middle
 

@@ -27,6 +27,10 @@ _CLIPPED = 0.002
 _BELOW_BLACK = 0.1  # of the step
 _PILED_UP = 0.02  # of a side's photosites
 _NOISY, _NOISY_PART = 0.45, 3e-4  # codes, and of the step where there are none
+_WIDE, _MOST_LOW = 0.2, 0.13
+"""A rise, of what a region has beside an edge, above which it counts what aberrations throw far; MTF50's share then."""
+
+_WIDEST = 0.6  # of what a region has beside an edge: rises that are longer have no levels to end at
 
 
 class TheoreticalOtf(Protocol):
@@ -61,9 +65,11 @@ def measure_edge(
     """
     check(channel, Plane | Channel, "channel")
     check(roi, Roi, "roi")
+    check(tail, bool, "tail")
     check(theory, TheoreticalOtf | None, "theory")
     if isinstance(channel, Plane):
         channel = Channel((channel,))
+    roi.check_inside(channel.reach)
     what = f"{what}roi {roi}, channel {channel.name}"
     samples = channel.inside(roi)
     _refuse_clipped(samples.stored, channel.planes[0], what)
@@ -85,6 +91,7 @@ def measure_edge(
     with _blas().limit(limits=1, user_api="blas"):
         fit = fit_edge(samples, channel, guess, reach=min(widths), what=what)
         _refuse_several(fit, what)
+        _refuse_wide(fit, min(widths), what)
         _refuse_piled_up(samples, fit, roi, what)
         return _result(fit, channel, roi, tail=tail, theory=theory)
 
@@ -125,6 +132,12 @@ def _result(fit: EdgeFit, channel: Channel, roi: Roi, *, tail: bool, theory: The
     known = 2.0 * dark + step > 0.0 and dark > -_BELOW_BLACK * step
     if not known:
         notes.append("the dark side lies below black, so contrast is not known")
+    wide = fit.model.rise / min(reach)
+    if tail and wide > _WIDE:
+        notes.append(
+            f"the edge rises over {percent(wide)} of what the region has beside it: behind coma or spherical "
+            f"aberration MTF50 may be up to {percent(_MOST_LOW * wide)} too low, in a larger region by less"
+        )
     if fit.left_out:
         notes.append(f"{fit.left_out} photosites far from the fit were left out (defects)")
     if fit.gap_pixel > 0.25:
@@ -257,6 +270,17 @@ def _refuse_piled_up(samples: Samples, fit: EdgeFit, roi: Roi, what: str) -> Non
         raise UnsupportedError(
             f"{percent(largest)} of the bright side is one number, {values[-1]:g}, and none is larger, though the dark "
             "side is noisy: highlights are clipped there; expose less",
+            stage=what,
+        )
+
+
+def _refuse_wide(fit: EdgeFit, reach: float, what: str) -> None:
+    """Raise UnsupportedError when the edge has not come to its two levels where the region ends."""
+    rise = fit.model.rise
+    if rise > _WIDEST * reach:
+        raise UnsupportedError(
+            f"the edge rises from 10 to 90 % over {rise:.0f} px or more, and the region reaches only {reach:.0f} px "
+            f"beyond it; take {math.ceil(2.0 * rise)} px or more on either side",
             stage=what,
         )
 

@@ -6,20 +6,24 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Any
+from typing import Annotated, Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 import scipy
+from annotated_types import Ge, Le
 
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError, UnknownNameError
+from camsim.marks import Called
 from camsim.measure.full_frame import FullFrame
 from camsim.measure.geometry import Roi
-from camsim.typed import check
+from camsim.typed import Count, Index, Positive, check
 
 LARGEST_SIGNAL = 1e30
 """More than light, electrons or codes ever are; the eighth power of it is still a number."""
+
+_Level: TypeAlias = Annotated[float, Ge(-LARGEST_SIGNAL), Le(LARGEST_SIGNAL)]
 
 _LONGEST_PERIOD = 24
 """Photosites: black levels every 8 rows under X-Trans."""
@@ -47,14 +51,18 @@ class Plane:
     holds_dark: bool = False
 
     def __post_init__(self) -> None:
-        if np.ma.is_masked(self.samples):
-            raise InvalidValueError("has masked samples; give all, or a smaller region", key="samples", stage=self.name)
+        check(self.name, str, "name")
+        _check_samples(self.samples, self.name)
+        check(self.first, tuple[Index, Index], "first", self.name)
+        check(self.step, tuple[Count, Count], "step", self.name)
         for key in ("black", "white", "lowest"):
-            level = getattr(self, key)
-            if level is not None and not abs(level) <= LARGEST_SIGNAL:
-                raise InvalidValueError(
-                    f"{level:g}; must be a number up to {LARGEST_SIGNAL:g}", key=key, stage=self.name
-                )
+            check(getattr(self, key), _Level | None, key, self.name)
+
+    @property
+    def reach(self) -> tuple[int, int]:
+        """Rows and columns of an image that ends where its next samples would lie."""
+        rows, cols = (f + s * n for f, s, n in zip(self.first, self.step, self.samples.shape, strict=True))
+        return rows, cols
 
     def cut(self, roi: Roi) -> tuple[npt.NDArray[Any], F64, F64]:
         """Return the samples (n, m) in a region, and their centres: x (m,) and y (n,) in pixels of the image."""
@@ -68,6 +76,19 @@ class Plane:
         y = self.first[0] + 0.5 + self.step[0] * (max(rows.start, 0) + np.arange(inside.shape[0], dtype=np.float64))
         x = self.first[1] + 0.5 + self.step[1] * (max(cols.start, 0) + np.arange(inside.shape[1], dtype=np.float64))
         return inside, x, y
+
+
+def _check_samples(samples: Any, name: str) -> None:
+    """Refuse what is no image of numbers; of three axes nobody knows which are rows and columns."""
+    check(samples, Annotated[np.ndarray, Called("an array")], "samples", name)
+    if samples.dtype.kind not in "iuf" or samples.ndim != 2:
+        raise InvalidValueError(
+            f"an array of shape {samples.shape} of {samples.dtype}; give (rows, cols) of whole or real numbers",
+            key="samples",
+            stage=name,
+        )
+    if np.ma.is_masked(samples):
+        raise InvalidValueError("has masked samples; give all, or a smaller region", key="samples", stage=name)
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,6 +111,12 @@ class Channel:
     def name(self) -> str:
         """What its planes are called."""
         return self.planes[0].name
+
+    @property
+    def reach(self) -> tuple[int, int]:
+        """Rows and columns of an image that ends where the next samples of its planes would lie."""
+        rows, cols = (max(sizes) for sizes in zip(*(plane.reach for plane in self.planes), strict=True))
+        return rows, cols
 
     @property
     def pitch_pixel(self) -> float:
@@ -172,6 +199,29 @@ class Picture:
     pitch_um: float | None = None
     description: Mapping[str, Any] | None = field(default=None, repr=False)
 
+    def __post_init__(self) -> None:
+        check(self.shape, tuple[Count, Count], "shape", self.name)
+        check(self.planes, tuple[Plane, ...], "planes", self.name)
+        check(self.pitch_um, Positive | None, "pitch_um", self.name)
+        for plane in self.planes:
+            lattice = zip(self.shape, plane.first, plane.step, strict=True)
+            rows, cols = (max(-(-(size - first) // step), 0) for size, first, step in lattice)
+            if plane.samples.shape != (rows, cols):
+                has = " × ".join(map(str, plane.samples.shape))
+                raise InvalidValueError(
+                    f"{plane.name} has {has} samples, and a picture of {self.shape[0]} rows and {self.shape[1]} "
+                    f"columns {rows} × {cols} at its places; give shape as (rows, cols)",
+                    key="planes",
+                    stage=self.name,
+                )
+        places = [(p.name, *(f % s for f, s in zip(p.first, p.step, strict=True))) for p in self.planes]
+        if len(set(places)) < len(places):
+            raise InvalidValueError(
+                "two of one name hold the same photosites; give each channel a name of its own",
+                key="planes",
+                stage=self.name,
+            )
+
     @property
     def full_frame(self) -> FullFrame:
         """The camera's whole frame, as far as the file says it."""
@@ -205,11 +255,14 @@ def mosaic_planes(
     >>> [(plane.name, plane.first) for plane in mosaic_planes(np.zeros((4, 4)), ("GR", "BG"))]
     [('R', (0, 1)), ('G1', (0, 0)), ('G2', (1, 1)), ('B', (1, 0))]
     """
-    if not pattern or not pattern[0] or len({len(row) for row in pattern}) != 1:
-        raise InvalidValueError(f"{tuple(pattern)[:4]}; give one letter for each, in rows of one length", key="filters")
+    _check_samples(samples, "mosaic")
+    if isinstance(pattern, str) or not pattern or not pattern[0] or len({len(row) for row in pattern}) != 1:
+        given = repr(pattern) if isinstance(pattern, str) else tuple(pattern)[:4]
+        raise InvalidValueError(
+            f"{given}; give one letter for each, in rows of one length, such as ('RG', 'GB')", key="filters"
+        )
     names = channel_names(pattern)
-    levels = np.atleast_2d(np.asarray(black, np.float64))
-    whites = None if white is None else np.broadcast_to(np.asarray(white, np.float64), levels.shape)
+    levels, whites = _levels(black, white)
     rows, cols = (math.lcm(*sizes) for sizes in zip((len(pattern), len(pattern[0])), levels.shape, strict=True))
     if max(rows, cols) > _LONGEST_PERIOD or rows > samples.shape[0] or cols > samples.shape[1]:
         raise InvalidValueError(
@@ -232,6 +285,22 @@ def mosaic_planes(
         for col in range(cols)
     ]
     return tuple(sorted(planes, key=lambda plane: ("RGB".find(plane.name[0]) % 99, plane.name)))
+
+
+def _levels(black: Any, white: Any) -> tuple[F64, F64 | None]:
+    """Return rectangles of black levels, and of white ones as large; of each there is one, or rows of them."""
+    levels, whites = np.asarray(black, np.float64), None if white is None else np.asarray(white, np.float64)
+    for key, given in (("black", levels), ("white", whites)):
+        if given is not None and given.ndim != 2 and given.size > 1:
+            raise InvalidValueError(
+                f"a list of {given.size}; give one level, or rows of levels as the filters have rows", key=key
+            )
+    levels = np.atleast_2d(levels)
+    if whites is None:
+        return levels, None
+    if whites.size > 1 and whites.shape != levels.shape:
+        raise InvalidValueError(f"{whites.shape} levels, and black has {levels.shape}; give as many", key="white")
+    return levels, np.broadcast_to(whites, levels.shape)
 
 
 def places_of(channel: str, pattern: Sequence[str]) -> npt.NDArray[np.bool_]:

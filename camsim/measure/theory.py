@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from camsim.arrays import F64
+from camsim.arrays import C128, F64
 from camsim.body import Body
 from camsim.exposing import Capture
+from camsim.measure.full_frame import NYQUIST_OF_SENSOR_CYCLES_PER_PIXEL
 from camsim.measure.geometry import EdgeLine
 from camsim.measure.given import check_given
 from camsim.measure.lens_places import scene_place_um, system_at
@@ -25,6 +27,10 @@ from camsim.window import Region
 
 _BESIDE_PIXEL = 3.0
 _DIRECTIONS = 36
+_FEW_DIRECTIONS, _FEW_FREQUENCIES = 6, 8
+_NEAR_ZERO = 1e-4  # cycles per pixel: where the phase tells the middle of the light
+_SEARCHED_PIXEL = np.linspace(-2.0, 2.0, 17)
+_NEWTON_STEPS = 8
 _NODES = 40
 """Wavelengths of a lens that changes over the frame."""
 
@@ -61,7 +67,8 @@ class CameraOtf:
     def along_normal(self, frequency_cycles_per_pixel: F64, *, channel: str, line: EdgeLine) -> F64 | None:
         """Transfer function across the edge; None for a channel that the camera does not have."""
         place_um = self._place_um(line, 0.0)
-        sides = [self._surface(self._place_um(line, side)) for side in (-_BESIDE_PIXEL, _BESIDE_PIXEL)]
+        moved = self._moved_pixel(channel, line, place_um)
+        sides = [self._surface(self._place_um(line, side - moved)) for side in (-_BESIDE_PIXEL, _BESIDE_PIXEL)]
         fx, fy = (frequency_cycles_per_pixel * part for part in (math.cos(line.normal_rad), math.sin(line.normal_rad)))
         otf = self.at(fx, fy, channel, sides[0], sides[1], place_um=place_um)
         # Of a lopsided pattern the phase says where the edge seems to be, not how sharp it is.
@@ -75,12 +82,50 @@ class CameraOtf:
         dark: Spectrum,
         bright: Spectrum,
         place_um: tuple[float, float] = (0.0, 0.0),
+        about_pixel: tuple[float, float] = (0.0, 0.0),
     ) -> F64 | None:
-        """Mean over all directions of the transfer function of a contrast between two surfaces; None as above."""
-        turn = np.pi * (np.arange(_DIRECTIONS) + 0.5) / _DIRECTIONS
-        fx, fy = (np.outer(part, frequency_cycles_per_pixel) for part in (np.cos(turn), np.sin(turn)))
+        """Mean over all directions of the transfer function of a contrast between two surfaces; None as above.
+
+        about_pixel : from where the scene has it, where the picture is taken to lie
+        """
+        fx, fy = _all_round(frequency_cycles_per_pixel, _DIRECTIONS)
         otf = self.at(fx, fy, channel, dark, bright, place_um=place_um)
-        return None if otf is None else np.real(otf).mean(axis=0)
+        return None if otf is None else np.real(_moved(otf, fx, fy, about_pixel)).mean(axis=0)
+
+    def shift_pixel(
+        self,
+        highest_cycles_per_pixel: float,
+        *,
+        channel: str,
+        dark: Spectrum,
+        bright: Spectrum,
+        place_um: tuple[float, float] = (0.0, 0.0),
+    ) -> tuple[float, float]:
+        """Return how far to the right of the scene, and below it, a channel has its picture.
+
+        A tilted wavefront, lateral colour, a lopsided photosite or crosstalk move it, which is no blur. It lies where
+        its transfer function is as real as it can be: where the mean of the real part is largest, weighed by its own
+        power. (Of coma that is not the middle of its light, about which the transfer is less real.)
+        """
+        f = highest_cycles_per_pixel * (np.arange(_FEW_FREQUENCIES) + 1.0) / _FEW_FREQUENCIES
+        fx, fy = _all_round(f, _FEW_DIRECTIONS)
+        near = np.array([_NEAR_ZERO, 0.0])
+        fx, fy = (np.concatenate([axis, each.ravel()]) for axis, each in ((near, fx), (near[::-1], fy)))
+        otf = self.at(fx, fy, channel, dark, bright, place_um=place_um)
+        if otf is None or not np.iscomplexobj(otf):
+            return 0.0, 0.0
+        middle = -np.angle(otf[:2]) / (2.0 * np.pi * _NEAR_ZERO)
+        fx, fy, otf = fx[2:], fy[2:], otf[2:] * np.abs(otf[2:]) ** 2
+        from_middle = np.stack(np.meshgrid(_SEARCHED_PIXEL, _SEARCHED_PIXEL), axis=-1).reshape(-1, 2)
+        tried = np.concatenate([from_middle + middle, from_middle])
+        real = [float(np.sum(np.real(_moved(otf, fx, fy, each)))) for each in tried]
+        shift = tried[int(np.argmax(real))]
+        turns = 2.0 * np.pi * np.stack([fx, fy])
+        for _ in range(_NEWTON_STEPS):
+            moved = _moved(otf, fx, fy, shift)
+            bend = np.einsum("in,jn,n->ij", turns, turns, np.real(moved))
+            shift = shift - np.linalg.solve(bend, np.einsum("in,n->i", turns, np.imag(moved)))
+        return float(shift[0]), float(shift[1])
 
     def at(
         self,
@@ -125,6 +170,14 @@ class CameraOtf:
         otf: F64 = lens * system.footprint_otf(fx, fy) / total
         return otf
 
+    def _moved_pixel(self, channel: str, line: EdgeLine, place_um: tuple[float, float]) -> float:
+        """Return how far towards its bright side an edge is seen; a lens that changes tells where the scene falls."""
+        if isinstance(self.camera.lens, Varies):
+            return 0.0
+        half = NYQUIST_OF_SENSOR_CYCLES_PER_PIXEL
+        x, y = self.shift_pixel(half, channel=channel, dark=0.0, bright=1.0, place_um=place_um)
+        return x * math.cos(line.normal_rad) + y * math.sin(line.normal_rad)
+
     def _place_um(self, line: EdgeLine, distance_pixel: float) -> tuple[float, float]:
         """Return the place on the sensor at a distance from the edge's point, along its normal."""
         left, top = self.camera.grid(self.region).first_centre
@@ -136,3 +189,16 @@ class CameraOtf:
         """Return the surface that falls on a place of the sensor."""
         x_um, y_um = scene_place_um(self.camera, np.array([place_um]))[0].tolist()
         return surface_at(self.scene, x_um, y_um)
+
+
+def _all_round(frequency: F64, directions: int) -> tuple[F64, F64]:
+    """Return frequencies (directions, n) along x and y, evenly over half a turn."""
+    turn = np.pi * (np.arange(directions) + 0.5) / directions
+    fx, fy = (np.outer(part, frequency) for part in (np.cos(turn), np.sin(turn)))
+    return fx, fy
+
+
+def _moved(otf: F64 | C128, fx: F64, fy: F64, shift_pixel: Sequence[float] | F64) -> F64 | C128:
+    """Return the transfer function of a picture that is moved back by a shift."""
+    x, y = shift_pixel
+    return otf if x == y == 0.0 else otf * np.exp(2j * np.pi * (fx * x + fy * y))

@@ -98,6 +98,17 @@ def test_a_wrong_white_balance_is_measured():
     assert report.white_balance.chroma > right.white_balance.chroma + 1.0
 
 
+def test_a_bent_read_out_changes_no_colour():
+    """A knee from a fifth of full scale on, by which ΔE2000 was 19: mean electrons come before it."""
+    knee = "sensor.charge.nonlinearity={kind: table, electrons_in: [0, 8000, 40000], electrons_out: [0, 8000, 16000]}"
+    capture = captured("noise.enabled=false", knee)
+    frame = capture.frame()
+    mosaic, before = (measure_colour(picture_of_frame(frame, each), capture) for each in ("mosaic", "mean_electrons"))
+    for seen, true in zip(mosaic.patches, before.patches, strict=True):
+        assert seen.lab == pytest.approx(true.lab, abs=0.3)  # codes are whole
+    assert mosaic.delta_e_mean < 3.0
+
+
 def test_halves_show_what_is_measured_and_what_should_be():
     capture = captured("noise.enabled=false")
     picture = picture_of_frame(capture.frame(), "electrons")

@@ -157,6 +157,24 @@ def test_a_capture_without_distortion_has_none(kind):
         assert channel.scale == pytest.approx(1.0, abs=3e-4)
 
 
+@pytest.mark.parametrize("change", ["crosstalk", "photosite"])
+def test_theory_knows_what_else_moves_a_picture(change):
+    """Half of the charge goes to the right, half below that; or a photosite is a triangle beside its middle."""
+    chart = "{kind: chart, name: dot-grid, spacing: 28, radius: 8, rows: 3, cols: 5}"
+    capture = captured(chart, "mono-345", "noise.enabled=false", "render.tolerance=1e-3")
+    pitch_um = capture.camera.pitch_um
+    if change == "crosstalk":
+        stage, right, down = camsim.Crosstalk(kernel=((0, 0, 0), (0, 0, 0.5), (0, 0, 0.5))), 1.0, 0.5
+    else:
+        half = 0.5 * pitch_um
+        stage = camsim.PolygonPhotosite(points_um=((-half, -half), (half, -half), (-half, half)))
+        right = down = 1.0 / 6.0  # its own middle is so far above on the left
+    moved = dataclasses.replace(capture, camera=capture.camera.replace(**{change: stage}))
+    (grey,) = measure_distortion(picture_of_frame(moved.frame(), "mean_electrons"), moved).channels
+    assert (grey.theory.shift_x_pixel, grey.theory.shift_y_pixel) == pytest.approx((right, down), abs=1e-3)
+    assert grey.off_theory_rms_pixel < 0.01
+
+
 def test_a_field_lens_has_its_own_law_beside_what_is_seen():
     """Barrel distortion of 3 px in the corners and lateral colour; dots drawn where these put them, not by the lens."""
     lens = camsim.FieldLens(

@@ -1,9 +1,11 @@
 """The MTF measured on edges whose MTF is known: in closed form, and from the optics of a capture."""
 
 import math
+import re
 
 import numpy as np
 import pytest
+import scipy
 from edges import gaussian_edge, gaussian_limit, gaussian_mtf, gaussian_sigma
 from tolerances import STATISTICAL
 
@@ -116,6 +118,23 @@ def test_the_theory_of_an_oblique_edge_has_each_axis_own_part(normal_deg):
     np.testing.assert_allclose(got, expected, atol=1e-9)
 
 
+def test_a_picture_that_a_tilt_has_moved_has_the_theory_of_its_edge():
+    """2.6 px to the right, and 5.1, where both of its sides were looked for on one."""
+    camera = camsim.Camera.from_yaml("mono-345", lens=camsim.Airy(f_number=8.0))
+    light = camsim.Light(line_nm=550.0, illuminance_lux=5000)
+    dark = camsim.Rectangle(width_um=2e3, height_um=2e3, centre_um=(-1e3, 0.0), reflectance=0.05)
+    scene, f = camsim.Scene(background=0.9, shapes=[dark]), np.array([0.1, 0.25, 0.4])
+    seen = []
+    for waves in (0.0, 0.5, 1.0):
+        # 2·cos θ·r waves: the slope over the radius is twice the coefficient, and 2Nλ of it is the way.
+        tilted = camera.replace(lens=camsim.Wavefront(f_number=8.0, zernike_waves=[(2, waves)]))
+        moved_pixel = 2.0 * 8.0 * 0.55 * 2.0 * waves / camera.pitch_um
+        line = EdgeLine(x_pixel=0.5 * camera.cols + moved_pixel, y_pixel=0.5 * camera.rows, normal_rad=0.0)
+        seen.append(CameraOtf(camera=tilted, scene=scene, light=light).along_normal(f, channel="Y", line=line))
+    np.testing.assert_allclose(seen[1], seen[0], atol=1e-6)
+    np.testing.assert_allclose(seen[2], seen[0], atol=1e-6)
+
+
 @pytest.mark.parametrize("sides", [(), (-1,), (1,), (-1, 1)])
 @pytest.mark.parametrize("normal_deg", [20.0, -110.0])
 def test_the_surfaces_of_an_edge_are_looked_up_three_pixels_beside_it(sides, normal_deg):
@@ -178,6 +197,26 @@ def test_a_bent_edge_is_followed():
     straight, bent = (measured(gaussian_edge(64, 64, 5, sigma, bend=bend)) for bend in (0.0, 1e-3))
     assert bent.curvature_per_pixel == pytest.approx(1e-3, rel=0.01)
     assert bent.figures.mtf50_cycles_per_pixel == pytest.approx(straight.figures.mtf50_cycles_per_pixel, rel=1e-3)
+
+
+def test_a_wide_edge_has_a_note_of_what_aberrations_may_do():
+    """By transfers of pupils MTF50 is low by 3 to 13 % of that share (the table of docs/mtf.md)."""
+    plane_y = Plane(name="Y", samples=gaussian_edge(64, 64, 7, 3.0))
+    whole, plain = (measure_edge(plane_y, Roi(0, 0, 64, 64), tail=tail) for tail in (True, False))
+    (note,) = whole.notes
+    assert re.search(r"rises over 2[3-5] % .* up to 3\.\d % too low", note)
+    assert plain.notes == measured(gaussian_edge(64, 64, 7, 2.0)).notes == ()
+
+
+@pytest.mark.parametrize("radius", [100.0, 200.0])
+def test_a_disc_tells_the_same_as_a_straight_edge(radius):
+    """A Gaussian's light within a disc is Rice's distribution; the rim is an arc, and no parabola."""
+    sigma, turn = 1.0, math.radians(20.0)
+    y, x = np.mgrid[:64, :64] + 0.5 - 32.0
+    far = np.hypot(x + radius * math.cos(turn), y + radius * math.sin(turn))
+    edge = measured(0.9 - 0.8 * scipy.stats.ncx2.cdf((radius / sigma) ** 2, 2, (far / sigma) ** 2))
+    assert edge.figures.mtf50_cycles_per_pixel == pytest.approx(gaussian_limit(0.5, sigma), rel=3e-4)
+    assert edge.curvature_per_pixel == pytest.approx(-1.0 / radius, rel=0.01)
 
 
 @pytest.mark.parametrize("direction", ["across", "along"])

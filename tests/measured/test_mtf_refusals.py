@@ -12,8 +12,9 @@ from PIL import Image
 
 import camsim
 from camsim.errors import CamsimError, InputError, InvalidValueError, UnsupportedError
-from camsim.measure import Picture, Plane, Roi, measure_edge, measure_mtf, read_picture
-from camsim.measure.picture import Channel
+from camsim.measure import FullFrame, Picture, Plane, Roi, measure_edge, measure_mtf, read_picture
+from camsim.measure.acutance import acutance
+from camsim.measure.picture import Channel, mosaic_planes
 from camsim.measure.reading import picture_of_frame
 from camsim.measure.sampling import refuse_gap
 
@@ -53,6 +54,10 @@ REFUSED = {
     "little contrast": (gaussian_edge(64, 64, 5, 0.8, dark=0.5, bright=0.53), "contrast .* under 5 %"),
     "highlights": (np.minimum(gaussian_edge(64, 64, 5, 0.8), 0.8), "clipped highlights.*expose less"),
     "no number": (np.where(np.eye(64) > 0, np.nan, gaussian_edge(64, 64, 5, 0.8)), "no numbers"),
+    "wider than the region": (
+        gaussian_edge(64, 64, 7, 12.0),
+        r"over 2\d px or more, .* only 32 px .* take 5\d px or more",
+    ),
     "edge at the border": (gaussian_edge(64, 64, 5, 0.8, shift_px=31), "side|beyond the edge|contrast"),
 }
 
@@ -76,7 +81,7 @@ def test_an_edge_that_leaves_its_region_is_refused():
     samples = noisy(np.where(x - 0.05 * y > 25.92, 1.0, 0.0), sigma=0.05, seed=34)
     samples[7:] = 1.37
     with pytest.raises(UnsupportedError, match="no single straight edge fits"):
-        measure_edge(Plane(name="R", samples=samples, step=(2, 2)), Roi(0, 0, 72, 58))
+        measure_edge(Plane(name="R", samples=samples, step=(2, 2)), Roi(0, 0, 58, 58))
 
 
 def test_noise_alone_is_no_edge():
@@ -214,3 +219,52 @@ def test_an_edge_turned_as_far_as_is_said_has_its_phases(length, step):
     with pytest.raises(UnsupportedError, match=r"turn the edge to (\d+)° or more") as caught:
         refuse(0.0)
     refuse(float(re.search(r"to (\d+)°", str(caught.value)).group(1)))
+
+
+EDGE = gaussian_edge(64, 96, 7, 0.8)
+PLANE = Plane(name="Y", samples=EDGE)
+RISING = np.linspace(0.0, 1.0, 11)
+MISTAKEN = {
+    "rows and columns": (lambda: Picture(name="x", shape=(96, 64), planes=(PLANE,)), r"64 × 96 samples.*96 × 64"),
+    "another size": (lambda: Picture(name="x", shape=(64, 95), planes=(PLANE,)), "64 × 95 at its places"),
+    "a lattice that is whole": (
+        lambda: Picture(name="x", shape=(64, 96), planes=(Plane(name="R", samples=EDGE, step=(2, 2)),)),
+        "32 × 48 at its places",
+    ),
+    "one colour twice": (lambda: Picture(name="x", shape=(64, 96), planes=(PLANE, PLANE)), "same photosites"),
+    "a pitch below 0": (lambda: Picture(name="x", shape=(64, 96), planes=(PLANE,), pitch_um=-4.0), "above 0"),
+    "colours in a plane": (lambda: Plane(name="Y", samples=np.zeros((9, 9, 3))), r"\(9, 9, 3\).*give \(rows, cols\)"),
+    "no light": (lambda: Plane(name="Y", samples=EDGE > 0.5), "of bool"),
+    "two parts of a number": (lambda: Plane(name="Y", samples=EDGE + 0j), "of complex128"),
+    "a list": (lambda: Plane(name="Y", samples=[[1.0]]), "must be an array"),
+    "no step": (lambda: Plane(name="Y", samples=EDGE, step=(0, 1)), "step.*1 or more"),
+    "before the image": (lambda: Plane(name="Y", samples=EDGE, first=(-1, 0)), "first.*0 or more"),
+    "several blacks": (lambda: Plane(name="Y", samples=EDGE, black=np.zeros(4)), "black: must be a number"),
+    "filters as a text": (lambda: mosaic_planes(EDGE, "RGGB"), r"'RGGB'; .* such as \('RG', 'GB'\)"),
+    "blacks in a row": (lambda: mosaic_planes(EDGE, ("RG", "GB"), black=[0, 1, 2, 3]), "black: a list of 4"),
+    "whites in a row": (lambda: mosaic_planes(EDGE, ("RG", "GB"), white=[1, 1, 2, 3]), "white: a list of 4"),
+    "beyond the image": (lambda: measure_edge(PLANE, Roi(0, 0, 200, 96)), "reaches beyond the image of 64 rows"),
+    "before it": (lambda: measure_edge(PLANE, Roi(-8, 0, 64, 96)), "begins outside the image"),
+    "a word for no": (lambda: measure_edge(PLANE, Roi(0, 0, 64, 96), tail="no"), "tail: must be true or false"),
+    "a unit of its own": (lambda: FullFrame.of(None, (64, 96)).per_unit("cycles/mm"), "unknown unit 'cycles/mm'"),
+    "frequencies that fall": (
+        lambda: acutance(RISING[::-1], RISING, rows=64, distance_picture_heights=2.0),
+        "must increase from 0",
+    ),
+    "an MTF in per cent": (
+        lambda: acutance(RISING, 100.0 - RISING, rows=64, distance_picture_heights=2.0),
+        "100 at frequency 0",
+    ),
+    "MTFs of other frequencies": (
+        lambda: acutance(RISING, np.ones(10), rows=64, distance_picture_heights=2.0),
+        "one for each",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", MISTAKEN)
+def test_what_a_caller_may_mistake_is_refused(name):
+    """Each of these was measured as if it were right, or ended in an exception of numpy's."""
+    wrong, message = MISTAKEN[name]
+    with pytest.raises(CamsimError, match=message):
+        wrong()

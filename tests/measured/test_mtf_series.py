@@ -1,11 +1,13 @@
 """The MTF of several files side by side, in the units that people use, and over the frame."""
 
+import dataclasses
 import math
 
 import numpy as np
 import pytest
 from edges import gaussian_edge, gaussian_limit
 
+from camsim.cli import plot_mtf_map
 from camsim.errors import InvalidValueError, UnknownNameError, UnsupportedError
 from camsim.measure import FullFrame, Picture, Plane, Roi, measure_mtf, mtf_series
 
@@ -80,3 +82,17 @@ def test_sagittal_and_tangential_edges_around_the_axis():
         place = told.place(edge)
         assert (edge.roi, place.direction) == (roi, direction)
         assert edge.figures.mtf50_cycles_per_pixel == pytest.approx(gaussian_limit(0.5, sigma), rel=2e-3)
+
+
+@pytest.mark.parametrize("origin", [(10, 20), (300, 500), (10, 500), (168, 268)])
+def test_a_map_shows_its_edges_wherever_the_window_lies(origin, monkeypatch):
+    """Right of the axis and below it a map ended before its first edge."""
+    monkeypatch.setattr(plot_mtf_map, "bytes_of", lambda figure, file: figure)
+    told = report(description(8, origin=origin))
+    place = dataclasses.replace(told.place(told.edges[0]), direction="sagittal")
+    monkeypatch.setattr(type(told), "place", lambda report, edge: place)
+    axes = plot_mtf_map.draw_map(told, "map.png", "cycles/px").axes[0]
+    (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
+    assert left < place.x_pixel < right
+    assert top < place.y_pixel < bottom
+    assert (left, top) == (-right, -bottom)

@@ -94,6 +94,24 @@ def test_a_bent_read_out_is_made_straight(measure, scene, chart):
     np.testing.assert_allclose(*tells, atol=1e-4)
 
 
+@pytest.mark.parametrize("measure", [measure_star, measure_texture])
+def test_a_picture_that_has_moved_is_no_softer(measure):
+    """All charge goes to the photosite below on the right. The star's MTF was negative, the leaves' half as wide."""
+    if measure is measure_star:
+        capture = replace(star(), noise=False)
+    else:
+        changes = [LEAVES, "region={rows: 72, cols: 72}", "lens.f_number=11", "render.tolerance=1e-3"]
+        capture = camsim.load("dead-leaves", overrides=[*changes, "noise.enabled=false"])
+    one_off = camsim.Crosstalk(kernel=((0, 0, 0), (0, 0, 0), (0, 0, 1)))
+    moved = replace(capture, camera=capture.camera.replace(crosstalk=one_off))
+    there, here = (measure(picture_of_frame(each.frame(), "mean_electrons"), each) for each in (moved, capture))
+    (off,), (grey,) = there.channels, here.channels
+    assert off.theory_mtf50_cycles_per_pixel == pytest.approx(grey.theory_mtf50_cycles_per_pixel, rel=2e-3)
+    assert off.mtf50_cycles_per_pixel == pytest.approx(grey.theory_mtf50_cycles_per_pixel, rel=0.02)
+    same = np.interp(off.frequency_cycles_per_pixel, grey.frequency_cycles_per_pixel, grey.theory)
+    assert np.abs(off.mtf - same)[off.frequency_cycles_per_pixel < 0.4].max() < 0.03
+
+
 def test_dead_leaves_tell_the_mtf_by_their_own_truth():
     """In noise too, which a power spectrum would count as sharpness."""
     changes = [LEAVES, "region={rows: 72, cols: 72}", "lens.f_number=11", "render.tolerance=1e-3"]

@@ -19,6 +19,7 @@ from camsim.measure.demosaic.develop import lab
 from camsim.measure.demosaic.subject import CHANNELS
 from camsim.measure.given import check_given
 from camsim.measure.picture import Picture
+from camsim.measure.straight import straightened
 from camsim.measure.truth.spaces import balanced, full_scale_e, neutral_of
 from camsim.sensor.colour_matrix import fit_for_development
 
@@ -36,6 +37,7 @@ def measure_colour(picture: Picture, capture: Capture) -> ColourReport:
     scene without patches.
     """
     check_given(picture=picture, capture=capture)
+    picture = straightened(picture, capture)
     camera = capture.camera
     if sorted(camera.cfa.channels) != sorted(CHANNELS):
         raise UnsupportedError(
@@ -78,8 +80,10 @@ def measure_colour(picture: Picture, capture: Capture) -> ColourReport:
 
 
 def linear_light(picture: Picture, capture: Capture) -> F32:
-    """Return (rows, cols, 3) balanced light, 1 for a perfect diffuser; NaN where a channel has no photosite."""
-    adc = capture.camera.adc
+    """Return (rows, cols, 3) balanced light, 1 for a perfect diffuser; NaN where a channel has no photosite.
+
+    picture : ``straightened``, so that codes are in proportion to charge
+    """
     order = [capture.camera.cfa.channels.index(letter) for letter in CHANNELS]
     diffuser_e = capture.camera.diffuser_electrons(capture.light, capture.time_s).astype(np.float32)
     level = float(balanced(diffuser_e, capture)[order[1]])
@@ -90,10 +94,18 @@ def linear_light(picture: Picture, capture: Capture) -> F32:
             continue
         k = CHANNELS.index(plane.name[0])
         # Codes have a white level, electrons have none.
-        span = full_scale_e(capture) if plane.white is None else capture.white_level_dn - adc.black_level_dn
+        span = full_scale_e(capture) if plane.white is None else _span_dn(capture)
         where = slice(plane.first[0], None, plane.step[0]), slice(plane.first[1], None, plane.step[1])
         light[(*where, k)] = (plane.samples - plane.black) / (span * neutral[k] * level)
     return light
+
+
+def _span_dn(capture: Capture) -> float:
+    """Return codes from black to where white clips, of a read-out that was made straight if it bends."""
+    adc = capture.camera.adc
+    if capture.camera.nonlinearity is None:
+        return float(capture.white_level_dn - adc.black_level_dn)
+    return full_scale_e(capture) / adc.electrons_per_dn_at(capture.exposure.iso)
 
 
 def developed_light(light: F32) -> F32:

@@ -13,6 +13,7 @@ from camsim.measure.colour.result import ColourReport
 from camsim.measure.demosaic.develop import developed
 from camsim.measure.demosaic.subject import CHANNELS
 from camsim.measure.picture import Picture
+from camsim.measure.straight import straightened
 from camsim.sensor.colour_matrix import XYZ_D50, fit_for_development
 
 
@@ -21,7 +22,7 @@ def halves(picture: Picture, capture: Capture, report: ColourReport) -> U8:
     camera = capture.camera
     order = [camera.cfa.channels.index(letter) for letter in CHANNELS]
     to_xyz = fit_for_development(camera.colour_response(capture.light, capture.colour_matrix)).forward[:, order]
-    shown = developed(developed_light(linear_light(picture, capture)), to_xyz)
+    shown = developed(developed_light(linear_light(straightened(picture, capture), capture)), to_xyz)
     measured = {patch.name for patch in report.patches}
     areas = [area for area in patch_areas(capture)[0] if area.name in measured]
     reference = reference_xyz(capture, [area.reflectance for area in areas])

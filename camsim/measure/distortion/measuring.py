@@ -44,17 +44,18 @@ def measure_distortion(picture: Picture, capture: Capture, *, progress: Progress
     marks = marks_of(capture.scene)
     if marks is None:
         raise UnsupportedError("the scene has no chart dot-grid or checkerboard", stage=picture.name)
-    expected = expected_um(capture, marks)
+    channels = picture.select("all")
+    expected = expected_um(capture, marks, [channel.name for channel in channels])
     found: dict[str, dict[int, MarkPlace]] = {}
     left_out = []
-    channels = picture.select("all")
     for done, channel in enumerate(channels):
-        letter = channel.name if channel.name in expected else channel.name.rstrip("0123456789")
-        if letter not in expected:
+        if channel.name not in expected:
             left_out.append(f"{channel.name}: the camera has no such channel")
             continue
         tell = functools.partial(_tell, progress, done, len(channels))
-        placed, missed = _places(channel, picture, capture, marks, expected[letter] / capture.camera.pitch_um, tell)
+        placed, missed = _places(
+            channel, picture, capture, marks, expected[channel.name] / capture.camera.pitch_um, tell
+        )
         if len(placed) < _LEAST_MARKS:
             left_out.append(f"{channel.name}: {len(placed)} marks found; {_LEAST_MARKS} are the least")
             continue

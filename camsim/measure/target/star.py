@@ -68,10 +68,17 @@ def _channel(
 ) -> TargetMtf | None:
     """Return the curve of a channel; None where it cannot follow a ring, or the surfaces look alike to it."""
     contrast = surface_contrast(channel.planes[0], capture, star["dark"], light)
-    radii = _radii(channel, picture, capture, star)
+    whole = CameraOtf.of(capture)
+    sides = {"dark": star["dark"], "bright": light}
+    seen_as: dict[str, Any] = {"channel": channel.name, **sides, "place_um": star["centre_um"]}
+    shift = whole.shift_pixel(channel.nyquist_cycles_per_pixel, **seen_as)
+    left, top = capture.grid.first_centre
+    x, y = (centre_um / capture.camera.pitch_um for centre_um in star["centre_um"])
+    middle = x + shift[0] - left, y + shift[1] - top
+    radii = _radii(channel, picture, capture, star, middle)
     if contrast is None or not radii[1] > radii[0] + 2.0 * _HALF_RING_PX:
         return None
-    radius, phase, signal, falloff = _polar(channel, picture, capture, star)
+    radius, phase, signal, falloff = _polar(channel, picture, capture, star, middle)
     per_radius = int(star["cycles"]) / (2.0 * math.pi)
     # Evenly spread frequencies, each of a ring about its radius.
     frequency = np.linspace(per_radius / radii[1], per_radius / radii[0], _RINGS)
@@ -83,9 +90,7 @@ def _channel(
     mean = float(np.median(rings[seen, 2] / rings[seen, 3])) * rings[:, 3]
     # The cosine is largest in the middle of dark sectors.
     mtf, error = -rings[:, 0] / (mean * FUNDAMENTAL * contrast), rings[:, 1] / (mean * FUNDAMENTAL * abs(contrast))
-    theory = CameraOtf.of(capture).over_directions(
-        frequency, channel=channel.name, dark=star["dark"], bright=light, place_um=star["centre_um"]
-    )
+    theory = whole.over_directions(frequency, **seen_as, about_pixel=shift)
     return curve(channel.name, frequency, mtf, error, channel.nyquist_cycles_per_pixel, theory)
 
 
@@ -106,23 +111,23 @@ def surface_contrast(plane: Plane, capture: Capture, dark: Spectrum, light: Spec
     return (high - low) / (high + low + 2.0 * under) if abs(high - low) > _LEAST_CONTRAST * (high + low) else None
 
 
-def _radii(channel: Channel, picture: Picture, capture: Capture, star: Mapping[str, Any]) -> tuple[float, float]:
+def _radii(
+    channel: Channel, picture: Picture, capture: Capture, star: Mapping[str, Any], middle: tuple[float, float]
+) -> tuple[float, float]:
     """Return the innermost and outermost radius, pixels, whose ring is whole and within the channel's Nyquist."""
-    left, top = capture.grid.first_centre
-    pitch_um = capture.camera.pitch_um
-    x, y = (star["centre_um"][0] / pitch_um - left, star["centre_um"][1] / pitch_um - top)
+    (x, y), pitch_um = middle, capture.camera.pitch_um
     whole = min(x, y, picture.shape[1] - 1 - x, picture.shape[0] - 1 - y) - _HALF_RING_PX
     finest = int(star["cycles"]) / (2.0 * math.pi * channel.nyquist_cycles_per_pixel)
     inner = max(star["inner_radius_um"] / pitch_um + _RIM_PX, finest, 2.0 * _HALF_RING_PX)
     return inner, min(star["radius_um"] / pitch_um - _RIM_PX, whole)
 
 
-def _polar(channel: Channel, picture: Picture, capture: Capture, star: Mapping[str, Any]) -> F64:
+def _polar(
+    channel: Channel, picture: Picture, capture: Capture, star: Mapping[str, Any], middle: tuple[float, float]
+) -> F64:
     """Return (4, n): radius in pixels, phase of the sectors, signal and fall-off of every photosite of a channel."""
     shading = Window(camera=capture.camera, grid=capture.grid, on_sensor=capture.light.at == "sensor")
     falloff = np.broadcast_to(shading.falloff(capture.grid) if shading.falls_off else 1.0, picture.shape)
-    left, top = capture.grid.first_centre
-    x0, y0 = (centre_um / capture.camera.pitch_um for centre_um in star["centre_um"])
     parts = []
     for plane in channel.planes:
         if plane.white is not None and float(np.mean(plane.samples >= plane.white)) > _CLIPPED:
@@ -131,7 +136,7 @@ def _polar(channel: Channel, picture: Picture, capture: Capture, star: Mapping[s
             first + step * np.arange(n)
             for first, step, n in zip(plane.first, plane.step, plane.samples.shape, strict=True)
         )
-        x, y = np.meshgrid(left + cols - x0, top + rows - y0)
+        x, y = np.meshgrid(cols - middle[0], rows - middle[1])
         phase = int(star["cycles"]) * (np.arctan2(y, x) - math.radians(star["rotate_deg"]))
         parts.append(
             np.stack([np.hypot(x, y), phase, plane.samples - plane.black, falloff[np.ix_(rows, cols)]]).reshape(4, -1)

@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -164,6 +165,13 @@ def _channel(
         return None
     true = true * scale
     nyquist = 0.5 / max(plane.step)
+    left, top = capture.grid.first_centre
+    middle = (left + first[1] + 0.5 * (size[1] - 1), top + first[0] + 0.5 * (size[0] - 1))
+    place_um = middle[0] * capture.camera.pitch_um, middle[1] * capture.camera.pitch_um
+    whole = CameraOtf.of(capture)
+    seen_as: dict[str, Any] = {"channel": plane.name, "dark": 0.0, "bright": 1.0, "place_um": place_um}
+    shift = whole.shift_pixel(nyquist, **seen_as)
+    seen = seen * np.exp(2j * np.pi * (fx * shift[0] + fy * shift[1]))
     count = min(_MOST_RINGS, int(min(size) * nyquist) // 2)
     edges = np.linspace(0.0, nyquist, count + 1)[1:]
     frequency, mtf, error = [], [], []
@@ -180,10 +188,7 @@ def _channel(
         # Each frequency is there twice, f and −f.
         error.append(math.sqrt(2.0 * _HANN_SPREAD * float(np.sum(rest.real**2))) / power)
     f = np.array(frequency)
-    left, top = capture.grid.first_centre
-    middle = (left + first[1] + 0.5 * (size[1] - 1), top + first[0] + 0.5 * (size[0] - 1))
-    place_um = middle[0] * capture.camera.pitch_um, middle[1] * capture.camera.pitch_um
-    theory = CameraOtf.of(capture).over_directions(f, channel=plane.name, dark=0.0, bright=1.0, place_um=place_um)
+    theory = whole.over_directions(f, **seen_as, about_pixel=shift)
     return curve(plane.name, f, np.array(mtf), np.array(error), nyquist, theory)
 
 
