@@ -49,6 +49,8 @@ CONSTRUCTS = {
     "stroke, bevelled and square": '<path d="M8 30 L20 8 L32 30" fill="none" stroke="black" stroke-width="7" '
     'stroke-linecap="square" stroke-linejoin="bevel"/>',
     "stroke of a curve": '<path d="M4 30 C4 -10 36 50 36 8" fill="none" stroke="#808080" stroke-width="5"/>',
+    "strokes of curves that turn back": '<g fill="none" stroke="black" stroke-width="5"><path d="M4 20C28 4 4 4 28 '
+    '20"/><path d="M4 34Q46 34 22 34" stroke-linejoin="bevel"/></g>',
     "stroke of a shape, stretched": '<ellipse cx="10" cy="20" rx="6" ry="12" transform="scale(2 1)" fill="#808080" '
     'stroke="black" stroke-width="3"/>',
     "stroke before fill": '<circle cx="20" cy="20" r="12" fill="#808080" stroke="black" stroke-width="8" '

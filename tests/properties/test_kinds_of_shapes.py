@@ -153,6 +153,12 @@ SHAPES = {
         ),
         RING,
     ),
+    "line along a curve that turns back": (  # where (1 − t)·32 = t·18: after 32²/50, with half a disc
+        camsim.Line(
+            segments_um=[("move", 0, 0), ("quadratic", 32, 0, 14, 0)], width_um=4, join="bevel", reflectance=0.2
+        ),
+        4 * 32**2 / 50 + 2 * math.pi,
+    ),
     "matrix": (
         camsim.Group(shapes=[camsim.Disc(radius_um=7, reflectance=0.2)], matrix=(1.5, 0.2, -0.7, 1, 9, 9)),
         CIRCLE * (1.5 * 1 + 0.2 * 0.7),
