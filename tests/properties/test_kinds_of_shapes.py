@@ -153,6 +153,15 @@ SHAPES = {
         ),
         RING,
     ),
+    "dash over a piece shorter than rounding": (
+        camsim.Line(
+            segments_um=[("move", -10, 0), ("line", -1e-17, 0), ("line", 0, 0), ("line", 5, 0)],
+            width_um=2,
+            dashes_um=[12, 100],
+            reflectance=0.2,
+        ),
+        24.0,
+    ),
     "line along a curve that turns back": (  # where (1 − t)·32 = t·18: after 32²/50, with half a disc
         camsim.Line(
             segments_um=[("move", 0, 0), ("quadratic", 32, 0, 14, 0)], width_um=4, join="bevel", reflectance=0.2

@@ -111,6 +111,8 @@ def _between(ways: Sequence[Way], until: Sequence[float], begin: float, end: flo
         if until[number] >= end:
             break
         size = until[number + 1] - until[number]
+        if size == 0.0:  # so short that it is lost in the sum
+            continue
         low, high = max(0.0, (begin - until[number]) / size), min(1.0, (end - until[number]) / size)
         if (way := ways[number].part(low, high)).start != way.end:
             found.append(way)
