@@ -111,6 +111,26 @@ class Curves(NamedTuple):
         return np.concatenate([low, high], axis=1)
 
     @property
+    def extent(self) -> F64:
+        """The box (4,) about all of them, exactly: low x, low y, high x, high y."""
+        p, places = self.points, [self.points[:, 0]]
+        arc, cubic = self.kind == ARC, self.kind == CUBIC
+        a, b, c = np.diff(p, axis=1).transpose(1, 2, 0)  # of cubics, edges (2, n) between control points
+        with np.errstate(divide="ignore", invalid="ignore"):
+            # Where neither x nor y changes: on ellipses at two opposite angles, on cubics at a square's roots.
+            half = np.abs(b - a) + np.sqrt((b - a) ** 2 - a * (a - 2.0 * b + c))
+            half = -np.where(b >= a, half, -half)
+            bends = half / (a - 2.0 * b + c), a / half
+            for axis in (0, 1):
+                phi = np.arctan2(p[:, 2, axis], p[:, 1, axis])
+                for number in (0, 1):
+                    turned = np.mod(np.sign(self.turn_rad) * (phi + number * math.pi), math.tau)
+                    t = np.where(arc, turned / np.abs(self.turn_rad), np.where(cubic, bends[number][axis], 0.0))
+                    places.append(self.at(np.clip(np.nan_to_num(t), 0.0, 1.0)))
+        every = np.concatenate([*places, p[:, 3]])
+        return np.concatenate([every.min(axis=0, initial=math.inf), every.max(axis=0, initial=-math.inf)])
+
+    @property
     def loop(self) -> I64:
         """Which loop each belongs to (n,)."""
         return np.repeat(np.arange(len(self.first) - 1), np.diff(self.first))

@@ -111,7 +111,7 @@ def _sure(overlay: Callable[[float | None], Any], area: float, polygons: Sequenc
     best, off = None, math.inf
     for bits in (None, *GRID_BITS):
         try:
-            found = overlay(None if bits is None else math.ldexp(1.0, size - bits))
+            found = _filled(overlay(None if bits is None else math.ldexp(1.0, size - bits)))
         except shapely.errors.GEOSException as error:  # labels that contradict one another, rings too fine to be closed
             failed = error
             continue
@@ -122,6 +122,16 @@ def _sure(overlay: Callable[[float | None], Any], area: float, polygons: Sequenc
     if best is None:
         raise failed
     return best
+
+
+def _filled(geometry: Any) -> Any:
+    """Return what of an overlay has an area: the lines along which areas met, and slivers that a grid has made lines,
+    cannot be laid over others on a grid."""
+    import shapely
+
+    if geometry.geom_type != "GeometryCollection":
+        return geometry
+    return shapely.MultiPolygon([part for part in shapely.get_parts(geometry) if part.geom_type == "Polygon"])
 
 
 def rings_of(geometry: Any) -> list[F64]:

@@ -134,6 +134,10 @@ def test_every_parameter_is_documented_and_judged(name):
         (lambda: camsim.charts.bars(lp_per_mm=[]), "at least 1"),
         (lambda: camsim.charts.checkerboard(side_um=1, rows=10**5, cols=10**5), "makes 5e.09 shapes; .* at most"),
         (lambda: camsim.charts.lens_grid(width_um=10, height_um=10, side_um=1), "17 blocks of 1 do not fit into 10"),
+        (  # neighbours 2 apart, one of them turned by 45°: its corners reach 1.4 and more
+            lambda: camsim.charts.lens_grid(width_um=10, height_um=10, cols=5, rows=5, side_um=2),
+            "lens_grid.side_um: blocks of 2 lie over one another, turned as they are",
+        ),
         (lambda: camsim.charts.siemens_star(radius_um=5, inner_radius_um=5), "is 5; it must be below 5"),
         (lambda: camsim.charts.zone_plate(radius_um=1e6, rim_period_um=1e-3), "makes 1e.09 shapes"),
         (lambda: camsim.charts.step_wedge(width_um=1, height_um=1, scale="log", darkest=0), "density has no end"),

@@ -49,6 +49,8 @@ CONSTRUCTS = {
     "stroke, bevelled and square": '<path d="M8 30 L20 8 L32 30" fill="none" stroke="black" stroke-width="7" '
     'stroke-linecap="square" stroke-linejoin="bevel"/>',
     "stroke of a curve": '<path d="M4 30 C4 -10 36 50 36 8" fill="none" stroke="#808080" stroke-width="5"/>',
+    "strokes of curves that turn back": '<g fill="none" stroke="black" stroke-width="5"><path d="M4 20C28 4 4 4 28 '
+    '20"/><path d="M4 34Q46 34 22 34" stroke-linejoin="bevel"/></g>',
     "stroke of a shape, stretched": '<ellipse cx="10" cy="20" rx="6" ry="12" transform="scale(2 1)" fill="#808080" '
     'stroke="black" stroke-width="3"/>',
     "stroke before fill": '<circle cx="20" cy="20" r="12" fill="#808080" stroke="black" stroke-width="8" '
@@ -78,6 +80,8 @@ CONSTRUCTS = {
     "clip path without parts": '<clipPath id="k"/><rect width="9" height="9"/><circle r="40" clip-path="url(#k)"/>',
     "clip path with the rule of what it lies in": '<g clip-rule="evenodd"><clipPath id="k"><path d="M2 2H38V38H2Z '
     'M9 9H30V30H9Z"/></clipPath></g><rect width="40" height="40" clip-path="url(#k)"/>',
+    "clip path of a use that lies elsewhere": '<clipPath id="k"><rect width="9" height="20"/></clipPath><defs><rect '
+    'id="a" width="20" height="12"/></defs><use href="#a" x="14" y="10" clip-path="url(#k)"/>',
     "flattened": '<rect width="9" height="9"/><g transform="scale(0 2)"><rect width="30" height="30"/></g>',
     "an id given twice": '<defs><rect id="a" width="9" height="9"/><rect id="a" width="30" height="30"/></defs>'
     '<use href="#a" transform="none"/>',
@@ -88,6 +92,12 @@ CONSTRUCTS = {
     "hidden parts": '<g display="none"><rect width="40" height="40"/></g><rect width="9" height="9" '
     'visibility="hidden"/><rect x="20" y="20" width="12" height="12" opacity="1"/><rect width="5" height="5" '
     'fill-opacity="0"/>',
+    "properties of which nothing is said": '<g opacity="" fill-opacity=""><path d="M6 34 L20 6 L34 34" fill="none" '
+    'stroke="black" stroke-width="6" stroke-miterlimit="" style="visibility:;"/></g>',
+    "back to what it is at first": '<g visibility="hidden" fill="none"><rect width="20" height="9" style="fill:black;'
+    'visibility:initial"/></g><rect y="20" width="9" height="9" style="display:none !IMPORTANT"/>',
+    "a limit of mitres below 1": '<path d="M6 34 L20 6 L34 34" fill="none" stroke="black" stroke-width="6" '
+    'stroke-miterlimit=".5"/>',
     "units and percentages": '<rect x="10%" y="2mm" width="50%" height="10pt"/>',
     "beyond the page": '<circle cx="0" cy="40" r="25"/><rect x="30" y="-20" width="40" height="30"/>',
 }
@@ -171,6 +181,32 @@ def test_percentages_are_of_user_units(tmp_path):
 
 
 @pytest.mark.parametrize(
+    ("said", "plain"),
+    [
+        ('fill-rule="EvenOdd"', 'fill-rule="evenodd"'),
+        ('style="fill-rule:unset"', 'fill-rule="evenodd"'),
+        ('style="fill-rule:initial"', 'fill-rule="nonzero"'),
+        ('style="display:NONE"', 'visibility="HIDDEN"'),
+        ('style="fill:unset"', 'fill="#808080"'),
+        ('fill="None" stroke="black" stroke-linejoin="Round"', 'fill="none" stroke="black" stroke-linejoin="round"'),
+        ('clip-path="url(#styled)"', 'clip-path="url(#plain)"'),
+    ],
+)
+def test_words_of_css_in_any_case_and_for_what_is_above(tmp_path, said, plain):
+    """CSS Cascade 4, 7.3: unset is what is above, of what is inherited. The plain ones look as resvg shows them."""
+    file, looks = tmp_path / "drawing.svg", []
+    clips = '<rect width="20" height="20"/></clipPath>'
+    before = f'<clipPath id="styled" style="transform:translate(9px,9px)">{clips}'
+    before += f'<clipPath id="plain" transform="translate(9 9)">{clips}'
+    for given in (said, plain):
+        inside = f'<path d="M2 2H38V38H2Z M10 10H30V30H10Z" {given}/><rect width="3" height="3"/>'
+        file.write_text(page(f'{before}<g fill="#808080" fill-rule="evenodd">{inside}</g>'))
+        looks.append(seen(file))
+    np.testing.assert_allclose(*looks, atol=1e-12)
+    assert np.abs(looks[1] - shown(file)).max() < 0.02 or "HIDDEN" in plain
+
+
+@pytest.mark.parametrize(
     ("styled", "plain"),
     [
         ("rotate(0.1turn)", "rotate(36)"),
@@ -210,6 +246,27 @@ def test_fills_become_reflectances_by_palette_or_by_their_colour(tmp_path):
     ours, blue = flattened([read_svg(file, width_um=40.0, palette={"#f00": 0.25})])
     assert ours.reflectance == 0.25
     assert blue.reflectance == camsim.scene.svg.colours.reflectance((0x33, 0x66, 0x99))
+
+
+def test_what_has_no_namespace_is_no_part_of_a_drawing_that_has_one(tmp_path):
+    file = tmp_path / "drawing.svg"
+    for head, counts in (("", 1), ('xmlns="http://www.w3.org/2000/svg"', 0)):
+        file.write_text(f'<svg {head} viewBox="0 0 9 9"><rect xmlns="" width="5" height="5"/></svg>')
+        assert len(flattened([read_svg(file, width_um=40.0)])) == counts
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("rgb(12.5%,50.196078%,100%)", (32, 128, 255)),  # as cairo writes them
+        ("rgb(300, -5, 127.6)", (255, 0, 128)),
+        ("hsl(480deg 200% 25%)", (0, 128, 0)),
+        ("hsl(0,0%,150%)", (255, 255, 255)),
+    ],
+)
+def test_colours_beyond_what_there_is_are_clipped(text, expected):
+    """CSS Color 4, 4 and 15.1."""
+    assert camsim.scene.svg.colours.rgb(text) == expected
 
 
 def test_icons_that_others_drew():
@@ -269,6 +326,62 @@ def test_a_qr_code_that_segno_drew_is_the_chart(tmp_path):
         (page('<path d="M0 0 L1"/>'), "the path data 'M0 0 L1' … are cut short or damaged"),
         (page('<path d="M0 0 L1 $"/>'), "the path data hold '$'"),
         (page('<g transform="twist(3)"/>'), "the transform twist(3) is not understood"),
+        (page('<g transform="rotate(9deg)"/>'), "rotate(9deg) is not understood; in a style angles and lengths have"),
+        (page('<g style="transform:rotate(9)"/>'), "rotate(9) is not understood; in a style angles and lengths have"),
+        (page('<g transform="translate(5,,3)"/>'), "the transform translate(5,,3) is not understood"),
+        (page('<g transform="scale(1e400)"/>'), "the transform scale(1e400) is not understood"),
+        (page('<path d="M0 0,,9 9"/>'), "the path data hold ',,', a comma that parts no numbers"),
+        (page('<path d="M0 0 L,9 9"/>'), "the path data hold 'L,'"),
+        (page('<path d="M0 0 L9e 9"/>'), "the path data hold 'e'"),
+        (page('<polygon points=",1 1 9 9 3 3"/>'), "has a comma that parts no numbers: ','"),
+        (page("", 'viewBox="0 0 9 9" transform="rotate(9)"'), "<svg>: its transform 'rotate(9)' is not supported"),
+        (page("", 'viewBox="0 0 9 9" clip-path="url(#k)"'), "<svg>: its clip-path 'url(#k)' is not supported"),
+        (page("", 'viewBox="0 0 9 9" style="border:1px solid"'), "<svg>: its border '1px solid' is not supported"),
+        (
+            page("", 'viewBox="0 0 9 9" preserveAspectRatio="slice"'),
+            "its preserveAspectRatio 'slice' is not understood",
+        ),
+        (page('<circle r="3" fill-rule="odd"/>'), "its fill-rule 'odd' is not supported"),
+        (page('<circle r="3" visibility="no"/>'), "its visibility 'no' is not supported"),
+        (page('<circle r="3" paint-order="stroke over"/>'), "its paint-order 'stroke over' is not supported"),
+        (page('<circle r="3" opacity="0 1"/>'), "'0 1' must be one number, or a percentage"),
+        (page('<circle r="3" stroke="red" stroke-width="-3"/>'), "its stroke-width '-3' is below 0"),
+        (page('<circle r="3" fill="hsv(0,0%,50%)"/>'), "'hsv(0,0%,50%)' is no colour"),
+        (page('<circle r="3"><set attributeName="fill" to="red"/></circle>'), "<set>: movements are not shown"),
+        (page("<style>circle{-webkit-mask:url(#m)}</style><circle r='3'/>"), "its -webkit-mask 'url(#m)' is not supp"),
+        (page("<style>.1a{fill:red}</style>"), "the selector '.1a' is not understood"),
+        (page('<style xmlns="http://www.w3.org/1999/xhtml">circle{fill:red}</style>'), "holds a <style> of HTML"),
+        (
+            page('<circle r="3" style="transform-box:fill-box;transform:rotate(9deg)"/>'),
+            "its transform-box 'fill-box' is not supported",
+        ),
+        (
+            page('<symbol id="s" x="3"><circle r="3"/></symbol><use href="#s"/>'),
+            "<symbol>: has a place of its own; give x and y to its <use>",
+        ),
+        (
+            page('<symbol id="s"><circle r="3"/></symbol><use href="#s" width="-3"/>'),
+            "<symbol>: is shown with the width '-3'",
+        ),
+        (
+            page('<symbol id="s"><circle r="3"/></symbol><use href="#s" width="auto"/>'),
+            "<symbol>: 'auto' is no length",
+        ),
+        *(
+            (
+                page(
+                    f'<clipPath id="k" {of}><circle r="3" {own}/></clipPath><g clip-path="url(#k)"><circle r="3"/></g>'
+                ),
+                said,
+            )
+            for of, own, said in (
+                ('style="clip-path:url(#j)"', "", "<clipPath>: is not supported: give it"),
+                ('transform="scale(2)" transform-origin="3 3"', "", "<clipPath>: its transform-origin '3 3' is not"),
+                ("", 'style="r:5px"', "<circle>: its r '5px' is not supported"),
+                ("", 'style="translate:5px"', "<circle>: its translate '5px' is not supported"),
+                ("", 'systemLanguage="de"', "<circle>: its systemLanguage 'de' is not supported"),
+            )
+        ),
         (page('<use href="other.svg#a"/>'), "refers to 'other.svg#a', outside this file"),
         (page('<use href="#a"/>'), "refers to '#a', which is not there"),
         (page('<g id="a"><use href="#a"/></g>'), "uses itself by way of '#a'"),
@@ -327,7 +440,7 @@ def test_a_qr_code_that_segno_drew_is_the_chart(tmp_path):
             "draws more than 100000 elements",
         ),
     ],
-    ids=range(42),
+    ids=range(73),
 )
 def test_what_cannot_be_shown_is_named_with_its_element_and_line(tmp_path, text, message):
     file = tmp_path / "drawing.svg"

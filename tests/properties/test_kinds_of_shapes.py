@@ -153,6 +153,21 @@ SHAPES = {
         ),
         RING,
     ),
+    "dash over a piece shorter than rounding": (
+        camsim.Line(
+            segments_um=[("move", -10, 0), ("line", -1e-17, 0), ("line", 0, 0), ("line", 5, 0)],
+            width_um=2,
+            dashes_um=[12, 100],
+            reflectance=0.2,
+        ),
+        24.0,
+    ),
+    "line along a curve that turns back": (  # where (1 − t)·32 = t·18: after 32²/50, with half a disc
+        camsim.Line(
+            segments_um=[("move", 0, 0), ("quadratic", 32, 0, 14, 0)], width_um=4, join="bevel", reflectance=0.2
+        ),
+        4 * 32**2 / 50 + 2 * math.pi,
+    ),
     "matrix": (
         camsim.Group(shapes=[camsim.Disc(radius_um=7, reflectance=0.2)], matrix=(1.5, 0.2, -0.7, 1, 9, 9)),
         CIRCLE * (1.5 * 1 + 0.2 * 0.7),
@@ -177,6 +192,43 @@ SHAPES = {
         RING,
     ),
 }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("shape", "box"),
+    [
+        (camsim.Sector(radius_um=10, turn_deg=90, centre_um=(40, 0), reflectance=0.2), (40, 0, 50, 10)),
+        (camsim.Sector(radius_um=10, from_deg=-60, turn_deg=120, reflectance=0.2), (0, -(75**0.5), 10, 75**0.5)),
+        (
+            camsim.Path(segments_um=[("move", 40, 0), ("cubic", 40, 20, 60, 20, 60, 0)], reflectance=0.2),
+            (40, 0, 60, 15),
+        ),
+        (
+            camsim.Path(segments_um=[("move", 0, 0), ("cubic", 0, 40, 40, -40, 40, 0)], reflectance=0.2),
+            (0, -20 / 3**0.5, 40, 20 / 3**0.5),
+        ),
+        (
+            camsim.Path(segments_um=[("move", 3, 4), ("arc", 5, 5, 0, 1, 0, -3, 4), ("close",)], reflectance=0.2),
+            (-5, -5, 5, 4),
+        ),
+        (
+            camsim.Group(
+                shapes=[camsim.Rectangle(width_um=9, height_um=9, reflectance=0.2)],
+                clip=camsim.Rectangle(width_um=50, height_um=2, centre_um=(20, 4), reflectance=0.2),
+            ),
+            (-4.5, 3, 4.5, 4.5),
+        ),
+    ],
+    ids=["sector", "sector to both sides", "cubic", "cubic with two bends", "arc", "clipped"],
+)
+def test_upright_copies_stand_about_the_centre(shape, box):
+    """Of two copies about a point, one lies as far from it as the other, whatever their outlines are made of."""
+    centre = np.array([7.0, -3.0])
+    ring = camsim.RepeatOnRing(shapes=[shape], count=2, centre_um=centre, upright=True)
+    copies = (np.concatenate([layer[0].curves.points[:, 0] for layer in copy.layers]) for copy in ring.primitives())
+    first, second = copies
+    middle = 0.5 * np.add(box[:2], box[2:])
+    np.testing.assert_allclose(second - first, np.broadcast_to(2.0 * (centre - middle), first.shape), atol=1e-12)
 
 
 def signed(start, end):

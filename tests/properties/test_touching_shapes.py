@@ -7,7 +7,8 @@ from examples import tiles
 
 import camsim
 from camsim.scene.arrange import arrange
-from camsim.scene.overlap import common_area
+from camsim.scene.overlap import areas_within, common_area, edges_of
+from camsim.scene.regions import common
 
 
 def drawn_tiles(rng, angle_deg):
@@ -43,6 +44,10 @@ def test_what_areas_have_in_common():
         )
         if one.is_valid and two.is_valid:
             assert abs(common_area(one, two) - one.intersection(two).area) < 1e-11
+            low, high = np.sort(rng.uniform(998.0, 1002.0, (2, 2)), axis=0)
+            within = areas_within([edges_of(area) for area in (one, two)], low, high)
+            box = shapely.box(*low, *high)
+            np.testing.assert_allclose(within, [one.intersection(box).area, two.intersection(box).area], atol=1e-9)
     square = shapely.box(0.0, 0.0, 2.0, 2.0)
     assert common_area(square, shapely.box(2.0, -1.0, 3.0, 4.0)) == 0.0
     assert common_area(square, square) == 4.0
@@ -59,6 +64,41 @@ def test_common_area_of_outlines_of_many_sides():
     half = 0.5 * apart * np.hypot(1.0, 0.3)
     lens = 2.0 * (np.arccos(half) - half * np.sqrt(1.0 - half**2))
     assert abs(common_area(one, two) - lens) < 1e-9  # sides lie inside of circles: π³·2/3 over the count squared
+
+
+@pytest.mark.parametrize(
+    ("corners", "box"),
+    [
+        # GEOS cut this to a box 1 % larger, through two of whose corners its sides pass, and lost 5 of 10 µm².
+        ([(-48, -12), (-10, -12), (-8, -10), (12, -15), (19, -1)], (-9.0, -11.0, -4.0, -8.0)),
+        # Of this sliver it left a ring of two corners, and gave up.
+        (
+            [
+                *((59.39187706941625, -8.495043293329392), (28.086494876565133, -39.598809207157224)),
+                (45.23928724845758, -22.55648608785451),
+            ],
+            (0.4681849149732568, -55.60181508502674, 37.34381508502674, -19.77690423115159),
+        ),
+    ],
+)
+def test_a_shape_of_many_corners_hides_all_that_it_covers(corners, box):
+    low, high = np.array(box[:2]), np.array(box[2:])
+    size = (high - low) - 0.02 * (high - low).max() / 1.02
+    below = camsim.Rectangle(width_um=size[0], height_um=size[1], centre_um=0.5 * (low + high), reflectance=0.5)
+    many = [shapely.Polygon([(200 + 9 * k, 0), (205 + 9 * k, 0), (200 + 9 * k, 5)]) for k in range(20)]
+    over = shapely.MultiPolygon([shapely.Polygon(corners), *many])
+    seen = arrange(camsim.Scene(background=0.0, shapes=[below, camsim.Path.of(over, reflectance=1.0)]))
+    area = 0.5 * (seen.start_um[:, 0] * seen.end_um[:, 1] - seen.start_um[:, 1] * seen.end_um[:, 0])
+    surface = np.array(seen.spectra, float)
+    light = over.area + 0.5 * shapely.Polygon(below.corners_um).difference(over).area
+    assert abs(area @ (surface[seen.left] - surface[seen.right]) - light) < 1e-9
+
+
+def test_of_areas_that_meet_along_a_side_no_line_is_left():
+    """A clip over one arm of a U that ends at the other's side: on a grid nothing can be cut out of area and line."""
+    arms = shapely.Polygon([(0, 0), (30, 0), (30, 30), (20, 30), (20, 10), (10, 10), (10, 30), (0, 30)])
+    both = common(arms, shapely.box(5, 15, 20, 30))
+    assert shapely.difference(both, shapely.box(0, 0, 7, 20), grid_size=1e-9).area == 65.0
 
 
 def test_shapes_that_only_touch_keep_their_very_numbers(monkeypatch):

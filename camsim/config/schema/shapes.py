@@ -220,7 +220,9 @@ class RepeatOnRing(Table):
     shapes: list[Shape] = Field(description="what is repeated; later ones cover earlier ones")
     count: int = Field(ge=1, description="copies")
     centre: Point = Field(default=(0.0, 0.0), description="of the ring, in the scene's unit")
-    upright: bool = Field(default=False, description="copies keep their direction, and are only moved along")
+    upright: bool = Field(
+        default=False, description="copies keep their direction; the middle of the box about them goes round"
+    )
 
 
 _Kinds: TypeAlias = (

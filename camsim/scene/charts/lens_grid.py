@@ -9,6 +9,7 @@ import numpy as np
 
 from camsim.scene.charts.chart import Card, Many, chart, counted, refused
 from camsim.scene.primitives import Shape
+from camsim.scene.shapes import Polygon, Rectangle
 from camsim.spectra.curve import Reflectance
 from camsim.typed import Point, Positive
 
@@ -38,6 +39,8 @@ def lens_grid(
     >>> len(lens_grid(width_um=6000.0, height_um=4000.0).shapes)
     187
     """
+    import shapely
+
     counted(lens_grid, "rows", rows * cols)
     side = 0.04 * width_um if side_um is None else side_um
     for key, whole, count in (("width_um", width_um, cols), ("height_um", height_um, rows)):
@@ -48,18 +51,26 @@ def lens_grid(
         c, s = abs(math.cos(math.radians(rotate_deg))), abs(math.sin(math.radians(rotate_deg)))
         room = (c * width_um + s * height_um, c * height_um + s * width_um)
         yield Card(centre_um).rectangle(*room, (0.0, 0.0), light)
+    blocks: list[Polygon | Rectangle] = []
     for y in _centres(height_um - side, rows):
         for x in _centres(width_um - side, cols):
             radius = math.hypot(x, y)
             if radius < side:
-                yield card.rectangle(side, side, (x, y), dark)
+                blocks.append(card.rectangle(side, side, (x, y), dark))
                 continue
             # Inner and outer side across the ray through the block's centre, the others along rays.
             along, across = np.array([x, y]) / radius, np.array([-y, x]) / radius
             inner, outer = radius - 0.5 * side, radius + 0.5 * side
             spread = 0.5 * side / radius
             corners = [r * (along + s * spread * across) for r, s in ((inner, -1), (outer, -1), (outer, 1), (inner, 1))]
-            yield card.polygon(corners, dark)
+            blocks.append(card.polygon(corners, dark))
+    outlines = shapely.polygons(
+        np.array([block.points_um if isinstance(block, Polygon) else block.corners_um for block in blocks])
+    )
+    if len(shapely.STRtree(outlines).query(outlines, predicate="overlaps")[0]):
+        message = f"blocks of {side:g} lie over one another, turned as they are; give smaller ones, or fewer"
+        raise refused(lens_grid, "side_um" if side_um is not None else "cols", message)
+    yield from blocks
 
 
 def _centres(extent_um: float, count: int) -> list[float]:

@@ -135,7 +135,7 @@ class RepeatOnGrid(Shape):
 class RepeatOnRing(Shape):
     """Shapes repeated on a ring: copies, evenly turned about a centre, the first as it is given.
 
-    upright : copies keep their direction and are only moved along
+    upright : copies keep their direction: the middle of the box about them goes round, and they are moved with it
 
     >>> from camsim.scene import Disc
     >>> RepeatOnRing(shapes=[Disc(radius_um=5.0, centre_um=(40.0, 0.0), reflectance=0.1)], count=6).count
@@ -173,10 +173,18 @@ class RepeatOnRing(Shape):
 
     @staticmethod
     def _middle(own: list[Primitive]) -> F64:
-        """The middle of the box about what is repeated."""
-        boxes = np.concatenate([np.zeros((0, 4)), *(fill.curves.boxes for one in own for fill in one.fills)])
-        middle: F64 = 0.5 * (boxes[:, :2].min(axis=0, initial=np.inf) + boxes[:, 2:].max(axis=0, initial=-np.inf))
-        return middle if len(boxes) else np.zeros(2)
+        """The middle of the box about what is repeated, of what is clipped about what boxes have in common."""
+        boxes = np.empty((0, 4))
+        for one in own:
+            layers = [np.array([fill.curves.extent for fill in layer]) for layer in one.layers]
+            around = [np.concatenate([layer[:, :2].min(axis=0), layer[:, 2:].max(axis=0)]) for layer in layers]
+            low, high = np.max(around, axis=0)[:2], np.min(around, axis=0)[2:]
+            if (low <= high).all():
+                boxes = np.vstack([boxes, np.concatenate([low, high])])
+        if not len(boxes):
+            return np.zeros(2)
+        middle: F64 = 0.5 * (boxes[:, :2].min(axis=0) + boxes[:, 2:].max(axis=0))
+        return middle
 
 
 def _turn(degrees: float) -> F64:

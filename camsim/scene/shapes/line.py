@@ -38,7 +38,7 @@ class Line(Drawn):
     width_um    : half of it on either side
     cap         : of open ends: cut off square, a half disc, or half a width longer; what has no length is its caps
                   alone: nothing, a disc, or an upright square
-    join        : of corners: sides drawn on until they meet, a disc, or cut off
+    join        : of corners: sides drawn on until they meet, a disc, or cut off; where a curve turns back it is a disc
     miter_limit : a miter longer than so many widths is cut off, as in SVG
     dashes_um   : lengths of dash, gap, dash … along each outline, again and again; of odd number twice over, as in SVG
     dash_offset_um : where in this pattern each outline begins
@@ -147,13 +147,16 @@ def _ways(curves: Curves, width_um: float) -> list[Way]:
         # Followed to a distance, whatever waves pass.
         arcs = arcs_of(curves.some(bent), Fineness(NO_WAVE * fine, 2.0 / NO_WAVE))
     ways: list[Way] = []
+    place = 0
     for number in range(len(curves.kind)):
+        place += 1  # a step of two: another curve begins
         if curves.kind[number] == STRAIGHT:
             x, y = curves.points[number, [0, 3]].T
-            ways.append(Way(complex(x[0], y[0]), complex(x[1], y[1]), 0.0))
+            ways.append(Way(complex(x[0], y[0]), complex(x[1], y[1]), 0.0, place := place + 1))
         elif arcs is not None:
             for k in np.flatnonzero(bent[arcs.owner] == number):
-                ways.append(Way(complex(arcs.start[k]), complex(arcs.end[k]), float(arcs.bend_rad[k])))
+                one = Way(complex(arcs.start[k]), complex(arcs.end[k]), float(arcs.bend_rad[k]), place := place + 1)
+                ways.append(one)
     return ways
 
 
@@ -209,7 +212,7 @@ class _Stroke:
             # The inner side: by the corner itself, so that nothing is wound about the wrong way.
             pen.line(*_xy(after.start))
             pen.line(*_xy(there))
-        elif self.line.join == "round":
+        elif self.line.join == "round" or after.place == before.place + 1:  # a curve has no corners, however it bends
             pen.arc(self.half, self.half, 0.0, False, True, *_xy(there))
         else:
             longer = 1.0 / max(math.cos(0.5 * turn), 1e-9)

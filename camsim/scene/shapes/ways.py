@@ -12,11 +12,15 @@ DOT = 1e-9  # of a line's width: a dash of no length, which has a direction all 
 
 
 class Way(NamedTuple):
-    """A piece of the middle of a line: straight, or an arc that bends by ``bend_rad``."""
+    """A piece of the middle of a line: straight, or an arc that bends by ``bend_rad``.
+
+    place : one more than that of the piece before, where both follow one curve
+    """
 
     start: complex
     end: complex
     bend_rad: float
+    place: int = 0
 
     @property
     def out(self) -> complex:
@@ -40,7 +44,7 @@ class Way(NamedTuple):
 
     def back(self) -> Way:
         """Return it the other way."""
-        return Way(self.end, self.start, -self.bend_rad)
+        return Way(self.end, self.start, -self.bend_rad, -self.place)
 
     def at(self, t: float) -> complex:
         """Return the place at a share of its length; its ends by their very numbers."""
@@ -53,7 +57,7 @@ class Way(NamedTuple):
 
     def part(self, t0: float, t1: float) -> Way:
         """Return what lies between two shares."""
-        return Way(self.at(t0), self.at(t1), self.bend_rad * (t1 - t0))
+        return Way(self.at(t0), self.at(t1), self.bend_rad * (t1 - t0), self.place)
 
 
 def turn(angle: float) -> complex:
@@ -107,6 +111,8 @@ def _between(ways: Sequence[Way], until: Sequence[float], begin: float, end: flo
         if until[number] >= end:
             break
         size = until[number + 1] - until[number]
+        if size == 0.0:  # so short that it is lost in the sum
+            continue
         low, high = max(0.0, (begin - until[number]) / size), min(1.0, (end - until[number]) / size)
         if (way := ways[number].part(low, high)).start != way.end:
             found.append(way)

@@ -42,9 +42,29 @@ def numbers(text: str) -> list[float]:
     >>> numbers("0,0 1-2.5e1")
     [0.0, 0.0, 1.0, -25.0]
     """
-    if re.sub(rf"{NUMBER}|[\s,]", "", text):
+    if re.sub(rf"{NUMBER}|[\s,]", "", text, flags=re.ASCII):
         raise InvalidValueError(f"{text[:40]!r} holds something that is no number")
+    if comma := _stray_comma(text):
+        raise InvalidValueError(f"{text[:40]!r} has a comma that parts no numbers: {comma!r}")
     return [float(number) for number in re.findall(NUMBER, text)]
+
+
+def share(text: str) -> float:
+    """Return a number or a percentage, such as how opaque something is.
+
+    >>> share("0.5"), share("50%")
+    (0.5, 0.5)
+    """
+    match = re.fullmatch(rf"({NUMBER})(%?)", text.strip())
+    if match is None:
+        raise InvalidValueError(f"{text[:40]!r} must be one number, or a percentage")
+    return float(match[1]) * (0.01 if match[2] else 1.0)
+
+
+def _stray_comma(text: str) -> str:
+    """Return a comma with which other programs stop reading, and what stands before it; empty where there is none."""
+    found = re.search(r"(?:^|[,A-DF-Za-df-z])\s*,", text)
+    return found[0].strip() if found else ""
 
 
 def times(one: Matrix, two: Matrix) -> Matrix:
@@ -54,8 +74,10 @@ def times(one: Matrix, two: Matrix) -> Matrix:
     return a * p + c * q, b * p + d * q, a * r + c * s, b * r + d * s, a * t + c * u + e, b * t + d * u + f
 
 
-def matrix_of(text: str) -> Matrix:
-    """Return the matrix of a transform attribute.
+def matrix_of(text: str, *, styled: bool = False) -> Matrix:
+    """Return the matrix of a transform attribute, or of what a style says.
+
+    styled : angles and lengths have units, which they have not in an attribute: others pass over what has it otherwise
 
     >>> matrix_of("translate(5) scale(2, 3)")
     (2.0, 0.0, 0.0, 3.0, 5.0, 0.0)
@@ -67,20 +89,25 @@ def matrix_of(text: str) -> Matrix:
         raise InvalidValueError(f"the transform {text[:60]!r} is not understood")
     for name, inside in re.findall(r"(\w+)\s*\(([^()]*)\)", text):
         given = re.findall(rf"({NUMBER})([a-zA-Z%]*)", inside)
-        known = [(unit, _of_transform(name, k)) for k, (_, unit) in enumerate(given)]
-        strange = re.sub(rf"{NUMBER}[a-zA-Z%]*|[\s,]", "", inside) or any(unit not in units for unit, units in known)
-        if strange or len(given) not in _OF_TRANSFORM.get(name, ()):
-            raise InvalidValueError(f"the transform {name}({inside[:40]}) is not understood")
-        values = [float(number) * units[unit] for (number, _), (unit, units) in zip(given, known, strict=True)]
+        values = [
+            float(number) * _of_transform(name, k, styled).get(unit, 0.0 if float(number) == 0.0 else math.nan)
+            for k, (number, unit) in enumerate(given)
+        ]
+        strange = re.sub(rf"{NUMBER}[a-zA-Z%]*|[\s,]", "", inside) or re.search(r"(?:^|,)\s*,|,\s*$", inside)
+        if strange or len(given) not in _OF_TRANSFORM.get(name, ()) or not all(map(math.isfinite, values)):
+            units = "; in a style angles and lengths have units, as 20deg and 3px, in an attribute they have none"
+            why = units if any(map(math.isnan, values)) else ""
+            raise InvalidValueError(f"the transform {name}({inside[:40]}) is not understood{why}")
         found = times(found, _transform(name, values))
     return found
 
 
-def _of_transform(name: str, place: int) -> Mapping[str, float]:
+def _of_transform(name: str, place: int, styled: bool) -> Mapping[str, float]:
     """Return the units that a number of a transform may have."""
-    if name in ("matrix", "scale"):
+    if name in ("matrix", "scale") or not styled:
         return {"": 1.0}
-    return _UNITS if name == "translate" or place > 0 else _ANGLES
+    units = _UNITS if name == "translate" or place > 0 else _ANGLES
+    return {unit: size for unit, size in units.items() if unit}
 
 
 def flattens(matrix: Matrix) -> bool:
@@ -151,8 +178,10 @@ def path_segments(data: str) -> list[Segment]:
     """
     from fontTools.svgLib.path.parser import parse_path
 
-    if strange := re.search(r"[^\sMmZzLlHhVvCcSsQqTtAaEe\d.,+-]", data):
+    if strange := re.search(r"[^\sMmZzLlHhVvCcSsQqTtAaEe\d.,+-]|[Ee](?![-+]?\d)", data, flags=re.ASCII):
         raise InvalidValueError(f"the path data hold {strange[0]!r}")
+    if comma := _stray_comma(data):
+        raise InvalidValueError(f"the path data hold {comma!r}, a comma that parts no numbers")
     # fontTools knows neither leading zeros (but of an arc, where 01 may be two flags) nor lines between flags.
     plain = re.sub(r"\s+", " ", data)
     parts = re.split(r"([Aa][^A-DF-Za-df-z]*)", plain)

@@ -20,13 +20,13 @@ from camsim.scene.svg.outline import (
     flattens,
     length,
     matrix_of,
-    numbers,
     segments_of,
+    share,
     times,
 )
 from camsim.scene.svg.parts import path, placed
 from camsim.scene.svg.size import MOST_USES, too_large
-from camsim.scene.svg.style import CHANGES, GEOMETRY, INHERITED, OWN, PLAIN, Rule, rules_of, styled
+from camsim.scene.svg.style import CHANGES, GEOMETRY, INHERITED, OF_PAGE, OWN, PLAIN, Rule, rules_of, strange, styled
 from camsim.scene.svg.view import View, view_of
 from camsim.scene.svg.xml import Element, read_elements
 from camsim.spectra.curve import Spectrum
@@ -39,6 +39,7 @@ _UNSEEN = (
     *("pattern", "mask", "filter", "marker", "font", "view", "cursor", "color-profile"),
 )
 _CONDITIONS = "systemLanguage", "requiredExtensions"  # whether an element is seen at all
+_MOVEMENTS = "animate", "animateTransform", "animateMotion", "set"
 _WAYS_OUT = {
     "text": "letters are not supported; turn them into paths (Inkscape: Path > Object to Path)",
     "image": "pictures in a drawing are not supported; a scene takes them beside it",
@@ -49,7 +50,9 @@ _WAYS_OUT = {
     "mask": "use a clip-path",
     "transform-origin": "write the transform as about the origin",
     **dict.fromkeys(("translate", "rotate", "scale", "zoom"), "write it as a transform"),
+    **dict.fromkeys(("transform", "clip-path"), "give it to a group of all that is in the page"),
     **dict.fromkeys(("background", "background-color", "background-image"), "draw a rectangle behind all"),
+    **dict.fromkeys(_MOVEMENTS, "movements are not shown; save the drawing as it looks"),
     **dict.fromkeys(_CONDITIONS, "keep what is to be seen"),
     **dict.fromkeys(GEOMETRY, "say it by an attribute, not in a style"),
 }
@@ -117,7 +120,7 @@ class Reader:
         style = styled(element, above, self.rules)
         if style["display"] == "none" or not self._understood(element, style):
             return
-        moved = self._tried(element, lambda: matrix_of(style["transform"]))
+        moved = self._moved(element, style)
         if moved is None:
             return
         matrix = times(matrix, moved)
@@ -164,19 +167,28 @@ class Reader:
         elif identity in used:
             self.refuse(element, f"uses itself by way of {link[:60]!r}")
         else:
-            given = element.attributes
-            x = self._tried(element, lambda: length(given.get("x", "0"), self.view.whole[0]))
-            y = self._tried(element, lambda: length(given.get("y", "0"), self.view.whole[1]))
-            if x is not None and y is not None:
-                there = times(matrix, (1.0, 0.0, 0.0, 1.0, x, y))
-                drawn = list(self._painted(self.known[identity], there, style, (*used, identity)))
-                yield from (
-                    drawn if self.known[identity].tag != "symbol" else self._within(identity, drawn, there, given)
-                )
+            found = self.known[identity]
+            drawn = list(self._painted(found, matrix, style, (*used, identity)))
+            yield from drawn if found.tag != "symbol" else self._within(found, drawn, matrix, element.attributes)
 
-    def _within(self, identity: str, drawn: list[Any], matrix: Matrix, given: Mapping[str, str]) -> Iterator[Any]:
+    def _moved(self, element: Element, style: Mapping[str, str]) -> Matrix | None:
+        """Return how an element lies in what is around it; x and y of a <use> are part of that, and move its clip."""
+        said, given = style["transform"], element.attributes
+
+        def make() -> Matrix:
+            matrix = matrix_of(said, styled=said != given.get("transform", "").strip())
+            if element.tag != "use":
+                return matrix
+            x, y = (length(given.get(key, "0"), whole) for key, whole in zip("xy", self.view.whole, strict=True))
+            return times(matrix, (1.0, 0.0, 0.0, 1.0, x, y))
+
+        return self._tried(element, make)
+
+    def _within(self, symbol: Element, drawn: list[Any], matrix: Matrix, given: Mapping[str, str]) -> Iterator[Any]:
         """Yield what of a symbol is seen: what lies in its own view, unless it may be seen beyond."""
-        symbol = self.known[identity]
+        if any(symbol.attributes.get(key, "0") not in ("0", "0px") for key in "xy"):  # few programs go by these
+            self.refuse(symbol, "has a place of its own; give x and y to its <use>")
+            return
         style = styled(symbol, {}, self.rules)
         if not drawn or style["overflow"] in ("visible", "auto"):
             yield from drawn
@@ -184,8 +196,16 @@ class Reader:
         if style["transform"]:  # some turn its view with it, some do not
             self.refuse(symbol, "has a transform of its own, and shows no more than its view; transform its <use>")
             return
-        sizes = zip(("width", "height"), self.view.whole, strict=True)
-        wide, high = (length(given.get(key, symbol.attributes.get(key, "100%")), whole) for key, whole in sizes)
+        sizes: list[float] = []
+        for key, whole in zip(("width", "height"), self.view.whole, strict=True):
+            said = given.get(key, symbol.attributes.get(key, "100%"))
+            size = self._tried(symbol, functools.partial(length, said, whole))
+            if size is not None and size < 0.0:
+                self.refuse(symbol, f"is shown with the {key} {said[:40]!r}; give one of 0 or more")
+            if size is None or size < 0.0:
+                return
+            sizes.append(size)
+        wide, high = sizes
         corners = [("move", 0.0, 0.0), ("line", wide, 0.0), ("line", wide, high), ("line", 0.0, high), ("close",)]
         yield Group(shapes=drawn, clip=path(corners, "nonzero", 0.0, matrix))
 
@@ -212,9 +232,12 @@ class Reader:
     ) -> Line | None:
         diagonal = math.hypot(*self.view.whole) / math.sqrt(2.0)
         width = self._tried(element, lambda: length(style["stroke-width"], diagonal))
-        limit = self._tried(element, lambda: numbers(style["stroke-miterlimit"]))
+        limit = self._tried(element, lambda: share(style["stroke-miterlimit"]))
         dashes = self._tried(element, lambda: dashes_of(style, diagonal))
-        if not width or not limit or width <= 0.0 or dashes is None:
+        if not width or limit is None or dashes is None:
+            return None
+        if width < 0.0:  # some draw none, some one as wide as if nothing were said
+            self.refuse(element, f"its stroke-width {style['stroke-width'][:40]!r} is below 0; give one of 0 or more")
             return None
         if any(dashes[0]) and "pathLength" in element.attributes:
             self.refuse(element, "has dashes in shares of a pathLength; give their lengths in user units")
@@ -227,7 +250,7 @@ class Reader:
                 width_um=width,
                 cap=cap,  # type: ignore[arg-type]  # judged there
                 join=join,  # type: ignore[arg-type]
-                miter_limit=limit[0] if limit[0] >= 1.0 else 4.0,  # less is an error, which SVG lets pass
+                miter_limit=max(limit, 1.0) if limit >= 0.0 else 4.0,  # below 0 is an error, which SVG lets pass
                 dashes_um=dashes[0],
                 dash_offset_um=dashes[1],
                 reflectance=colour,
@@ -237,14 +260,14 @@ class Reader:
     def _paint(self, element: Element, style: Mapping[str, str], key: str) -> Spectrum | None:
         """Return the reflectance of a fill or a stroke; None where there is none."""
         said = style["color"] if style[key].lower() == "currentcolor" else style[key]
-        alpha = self._tried(element, lambda: numbers(style[f"{key}-opacity"].replace("%", "e-2")))
-        if said == "none" or not alpha or alpha[0] <= 0.0 or said.lower() == "transparent":
+        alpha = self._tried(element, lambda: share(style[f"{key}-opacity"]))
+        if said == "none" or alpha is None or alpha <= 0.0 or said.lower() == "transparent":
             return None
         if said.startswith("url("):
             self.refuse(element, f"its {key} {said[:40]!r} is a gradient or a pattern; give it one colour")
             return None
-        if alpha[0] < 1.0:
-            self.refuse(element, f"its {key} is {100 * alpha[0]:g} % opaque; paint it in the colour that this makes")
+        if alpha < 1.0:
+            self.refuse(element, f"its {key} is {100 * alpha:g} % opaque; paint it in the colour that this makes")
             return None
         found = self._tried(element, lambda: colours.rgb_and_alpha(said))
         if found is None or found[1] == 0.0:
@@ -256,28 +279,39 @@ class Reader:
 
     def _understood(self, element: Element, style: Mapping[str, str]) -> bool:
         """Return whether an element is to be painted, and refuse what of its style is not understood."""
-        opacity = self._tried(element, lambda: numbers(style["opacity"].replace("%", "e-2")))
-        if not opacity or opacity[0] <= 0.0:
+        opacity = self._tried(element, lambda: share(style["opacity"]))
+        if opacity is None or opacity <= 0.0:
             return False
         said = {key: style[key] for key in PLAIN if style[key] not in (INHERITED.get(key), OWN.get(key), "fill")}
-        if opacity[0] < 1.0:
+        if opacity < 1.0:
             said["opacity"] = style["opacity"]
         if style["stroke"] != "none":
             said |= {key: style[key] for key in ("vector-effect",) if style[key] != "none"}
+        if element is self.root:  # some take these for the page's, some for those of what is in it
+            said |= {key: style[key] for key in ("transform", "clip-path") if style[key] not in ("", "none")}
+            said |= {key: style[key] for key in OF_PAGE if key in style}
+        return self._lies_plainly(element, style, said)
+
+    def _lies_plainly(self, element: Element, style: Mapping[str, str], said: Mapping[str, str]) -> bool:
+        """Return whether all is understood of where an element lies and whether it is seen; refuse the rest.
+
+        said : what else is to be refused
+        """
+        found = dict(said)
         if style["transform"] and style["transform-origin"].replace("px", "") not in ("", "0", "0 0"):
-            said["transform-origin"] = style["transform-origin"]
+            found["transform-origin"] = style["transform-origin"]
+        if style["transform"] and style["transform-box"] != "view-box":
+            found["transform-box"] = style["transform-box"]
         if element.tag in (*SHAPES, "use"):
-            said |= {key: style[key] for key in GEOMETRY if key in style}
-        # A background is that of the whole drawing; nothing else in one has any.
-        said |= {
-            key: style[key]
-            for key in CHANGES
-            if key in style and (element is self.root or not key.startswith("background"))
-        }
-        said |= {key: element.attributes[key] for key in _CONDITIONS if key in element.attributes}
-        for key, value in said.items():
+            found |= {key: style[key] for key in GEOMETRY if key in style}
+        found |= strange(style) | {key: style[key] for key in CHANGES if key in style}
+        found |= {key: element.attributes[key] for key in _CONDITIONS if key in element.attributes}
+        for key, value in found.items():
             self.refuse(element, f"its {key} {value[:40]!r} is not supported; {_WAYS_OUT.get(key, 'remove it')}")
-        return not said
+        moving = [child for child in element.children if child.tag in _MOVEMENTS]
+        for child in moving:
+            self.refuse(child, _WAYS_OUT[child.tag])
+        return not found and not moving
 
     def _clip(self, element: Element, said: str, matrix: Matrix) -> Any:
         """Return the shapes of a clip path as one."""
@@ -285,12 +319,13 @@ class Reader:
         if clip is None or clip.tag != "clipPath":
             self.refuse(element, f"its clip-path {said[:40]!r} is not there")
             return None
-        if clip.attributes.get("clipPathUnits", "userSpaceOnUse") != "userSpaceOnUse" or "clip-path" in clip.attributes:
+        above = self._style_of(clip)
+        if clip.attributes.get("clipPathUnits", "userSpaceOnUse") != "userSpaceOnUse" or above["clip-path"] != "none":
             self.refuse(clip, "is not supported: give it clipPathUnits userSpaceOnUse and no clip of its own")
             return None
-        own = self._tried(clip, lambda: matrix_of(clip.attributes.get("transform", "")))
+        if not self._lies_plainly(clip, above, {}) or (own := self._moved(clip, above)) is None:
+            return None
         shapes: list[Any] = []
-        above = self._style_of(clip)
         for child in clip.children:
             if child.tag in _UNSEEN:
                 continue
@@ -299,18 +334,18 @@ class Reader:
             if drawn.tag not in SHAPES or {"x", "y"} & set(child.attributes if link else ()):
                 self.refuse(child, "is not supported in a <clipPath>; draw it with paths")
                 continue
-            styles = [styled(child, above, self.rules)]
-            styles.append(styled(drawn, styles[0], self.rules) if link else styles[0])
-            if any(style["clip-path"] != "none" for style in styles):
-                self.refuse(child, "is clipped itself, in a <clipPath>; draw what is left of it")
+            there, seen, style = times(matrix, own), True, above
+            for element in (child, drawn) if link else (child,):
+                style = styled(element, style, self.rules)
+                if style["clip-path"] != "none":
+                    self.refuse(child, "is clipped itself, in a <clipPath>; draw what is left of it")
+                moved = self._moved(element, style) if self._lies_plainly(element, style, {}) else None
+                seen = seen and moved is not None and style["display"] != "none"
+                there = times(there, moved or IDENTITY)
+            if not seen or style["visibility"] != "visible" or flattens(there):
                 continue
-            if styles[1]["visibility"] != "visible" or any(style["display"] == "none" for style in styles):
-                continue
-            turns = " ".join(style["transform"] for style in (styles if link else styles[:1]))
-            moved = self._tried(child, functools.partial(matrix_of, turns))
-            segments = self._tried(drawn, functools.partial(segments_of, drawn, self.view.whole))
-            if own and moved and segments and not flattens(there := times(times(matrix, own), moved)):
-                shapes.append(self._tried(drawn, functools.partial(path, segments, styles[1]["clip-rule"], 0.0, there)))
+            if segments := self._tried(drawn, functools.partial(segments_of, drawn, self.view.whole)):
+                shapes.append(self._tried(drawn, functools.partial(path, segments, style["clip-rule"], 0.0, there)))
         return None if None in shapes else Group(shapes=shapes)
 
     def _style_of(self, element: Element) -> dict[str, str]:

@@ -11,6 +11,7 @@ from camsim.scene.svg.xml import Element
 Refuse = Callable[[Element, str], None]
 
 _RULE = r"([^{}]+)\{([^{}]*)\}"
+_NAME = r"(?!-?\d)[\w-]+"
 
 # Properties that matter to what is painted, with their initial values; those that children take over.
 INHERITED = {
@@ -44,16 +45,39 @@ OWN = {
     "vector-effect": "none",
     "transform": "",
     "transform-origin": "",
+    "transform-box": "view-box",
     "overflow": "",
 }
+# Properties that are one of a few words, in any case, and what they may be.
+WORDS = {
+    **dict.fromkeys(("fill-rule", "clip-rule"), ("nonzero", "evenodd")),
+    "visibility": ("visible", "hidden", "collapse"),
+    "display": (
+        *("none", "inline", "block", "inline-block", "list-item", "flow-root", "flex", "inline-flex", "grid"),
+        *("inline-grid", "table", "inline-table", "table-row-group", "table-header-group", "table-footer-group"),
+        *("table-row", "table-column-group", "table-column", "table-cell", "table-caption", "compact", "marker"),
+    ),
+}
+_IN_ANY_CASE = (*WORDS, "stroke-linecap", "stroke-linejoin", "paint-order", "overflow", "transform-box")
+_AS_UNSET = ("unset", "revert", "revert-layer")
+_PAINTED = ("fill", "stroke", "markers")
 # What a style says of where outlines lie is refused: attributes say it.
 GEOMETRY = ("x", "y", "width", "height", "cx", "cy", "r", "rx", "ry", "d", "points")
-# What a style says of where and how large things are drawn, or of what lies behind them, and what changes nothing.
+# What a style says of where, how large and whether things are drawn, and what of it changes nothing.
 CHANGES = {
-    **dict.fromkeys(("translate", "rotate", "scale", "offset-path"), ("none",)),
+    **dict.fromkeys(("translate", "rotate", "scale", "offset-path", "mask-image"), ("none",)),
+    **dict.fromkeys(
+        (f"-webkit-{key}" for key in ("transform", "clip-path", "mask", "mask-image", "filter")), ("none",)
+    ),
     "zoom": ("1", "100%", "normal"),
     "clip": ("auto",),
+    "content-visibility": ("visible", "auto"),
+    "all": (),
+}
+# What only a page has, behind and around what is drawn.
+OF_PAGE = {
     **dict.fromkeys(("background", "background-color", "background-image"), ("none", "transparent")),
+    **dict.fromkeys(("border", "outline", "padding"), ("none", "0", "0px")),
 }
 # Of these only the initial value is understood.
 PLAIN = ("marker", "marker-start", "marker-mid", "marker-end", "mask", "filter", "mix-blend-mode")
@@ -104,7 +128,7 @@ def rules_of(root: Element, refuse: Refuse) -> list[Rule]:
             refuse(element, f"its rules are cut short or nested at {rest[:40]!r}; close every brace that is opened")
         for selectors, says in re.findall(_RULE, text):
             for selector in selectors.split(","):
-                match = re.fullmatch(r"(\*|[\w-]+)?(?:\.([\w-]+))?(?:#([\w-]+))?", selector.strip())
+                match = re.fullmatch(rf"(\*|[\w-]+)?(?:\.({_NAME}))?(?:#({_NAME}))?", selector.strip())
                 if match is None or not selector.strip():
                     refuse(element, f"the selector {selector.strip()[:40]!r} is not understood; use a class or an id")
                     continue
@@ -123,22 +147,43 @@ def declared(text: str) -> tuple[dict[str, str], dict[str, str]]:
     insists: dict[str, str] = {}
     for part in re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL).split(";"):
         key, colon, value = part.partition(":")
-        plain = re.sub(r"\s*!\s*important\s*$", "", value.strip())
-        if colon:
+        plain = re.sub(r"\s*!\s*important\s*$", "", value.strip(), flags=re.IGNORECASE)
+        if colon and plain:  # nothing is no value of any
             (says if plain == value.strip() else insists)[key.strip().lower()] = plain
     return says, insists
 
 
 def styled(element: Element, above: Mapping[str, str], rules: Sequence[Rule]) -> dict[str, str]:
     """Return an element's properties: its own, else those of what it lies in, else the initial ones."""
-    own = {key: value.strip() for key, value in element.attributes.items() if key in INHERITED or key in OWN}
+    known = INHERITED | OWN
+    own = {key: value.strip() for key, value in element.attributes.items() if key in known and value.strip()}
     says, insists = declared(element.attributes.get("style", ""))
     suiting = [rule for rule in rules if rule.suits(element)]
     for said in (*(rule.says for rule in suiting), says, *(rule.insists for rule in suiting), insists):
         own |= said
     found = {key: above.get(key, initial) for key, initial in INHERITED.items()} | OWN
     for key, value in own.items():
-        if key in found:
-            found[key] = above.get(key, found[key]) if value == "inherit" else value
-    changes = {key: own[key] for key, nothing in CHANGES.items() if own.get(key, nothing[0]) not in nothing}
+        word = value.lower()
+        if key not in known:
+            continue
+        if word == "inherit" or (word in _AS_UNSET and key in INHERITED):
+            found[key] = above.get(key, known[key])
+        elif word == "initial" or word in _AS_UNSET:
+            found[key] = known[key]
+        else:
+            found[key] = word if key in _IN_ANY_CASE or word == "none" else value
+    changes = {key: own[key] for key, nothing in (CHANGES | OF_PAGE).items() if key in own and own[key] not in nothing}
     return found | {key: own[key] for key in GEOMETRY if key in own} | changes
+
+
+def strange(style: Mapping[str, str]) -> dict[str, str]:
+    """Return the properties whose words are none that they may have.
+
+    >>> strange({"fill-rule": "odd", "visibility": "hidden", "paint-order": "stroke fill"})
+    {'fill-rule': 'odd'}
+    """
+    found = {key: style[key] for key, words in WORDS.items() if key in style and style[key] not in words}
+    order = style.get("paint-order", "normal").split()
+    if order != ["normal"] and (len(set(order)) < len(order) or not {*order} <= {*_PAINTED}):
+        found["paint-order"] = style["paint-order"]
+    return found

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import NamedTuple
 
 from camsim.errors import InvalidValueError
@@ -9,6 +10,7 @@ from camsim.scene.svg.outline import Matrix, length, numbers
 from camsim.scene.svg.xml import Element
 
 _SHARES = {"Min": 0.0, "Mid": 0.5, "Max": 1.0}
+_FIT = r"\s*(?:(none)|x(Min|Mid|Max)Y(Min|Mid|Max))(?:\s+(meet|slice))?\s*"
 
 
 class View(NamedTuple):
@@ -48,10 +50,16 @@ def view_of(root: Element) -> View:
     height = sizes[1] if sizes[1] is not None else box[3] * (width / box[2])
     if not (width > 0.0 and height > 0.0):
         raise InvalidValueError("its width and height must be above 0")
-    fit = root.attributes.get("preserveAspectRatio", "xMidYMid meet").split()
+    said = root.attributes.get("preserveAspectRatio", "").strip() or "xMidYMid"
+    fit = re.fullmatch(_FIT, said)
+    if fit is None:
+        raise InvalidValueError(
+            f"its preserveAspectRatio {said[:40]!r} is not understood; give one such as xMinYMid slice"
+        )
+    stretched, across, down, how = fit.groups()
     x, y = width / box[2], height / box[3]
-    if fit[0] != "none":
-        x = y = max(x, y) if fit[-1] == "slice" else min(x, y)
-    left = _SHARES.get(fit[0][1:4], 0.5) * (width - x * box[2]) - x * box[0]
-    top = _SHARES.get(fit[0][5:8], 0.5) * (height - y * box[3]) - y * box[1]
+    if not stretched:
+        x = y = max(x, y) if how == "slice" else min(x, y)
+    left = _SHARES.get(across, 0.5) * (width - x * box[2]) - x * box[0]
+    top = _SHARES.get(down, 0.5) * (height - y * box[3]) - y * box[1]
     return View(width, height, (x, 0.0, 0.0, y, left, top), (box[2], box[3]))

@@ -12,6 +12,7 @@ from camsim.errors import ConfigError, Fault, InputError, in_brief
 MOST_BYTES = 16_000_000
 MOST_DEPTH = 100
 SVG = "http://www.w3.org/2000/svg"
+_HTML = "http://www.w3.org/1999/xhtml"
 _HREF = "http://www.w3.org/1999/xlink href"
 
 
@@ -67,6 +68,7 @@ class _Reader:
     def __init__(self, name: str) -> None:
         self.name, self.root = name, None
         self.open: list[Element | None] = []
+        self.spaces: tuple[str, ...] = (SVG,)  # where the first element has one, what has none is no part of it
         self.parser = expat.ParserCreate(namespace_separator=" ")
         self.parser.buffer_text = True
         self.parser.StartElementHandler = self.start
@@ -82,7 +84,11 @@ class _Reader:
         if len(self.open) >= MOST_DEPTH:
             self.refuse(f"elements lie more than {MOST_DEPTH} deep in one another; ungroup some")
         space, _, bare = tag.rpartition(" ")
-        if space not in ("", SVG) or (self.open and self.open[-1] is None):
+        if space == _HTML and bare in ("style", "link"):  # those hold in a drawing too
+            self.refuse(f"holds a <{bare}> of HTML; give fills and strokes to the elements themselves")
+        if not self.open:
+            self.spaces = ("", SVG) if space == "" else (SVG,)
+        if space not in self.spaces or (self.open and self.open[-1] is None):
             self.open.append(None)
             return
         own = {key: value for key, value in attributes.items() if " " not in key}
