@@ -41,6 +41,7 @@ def measure_mtf(
     """
     check_given(picture=picture)
     check(rois, tuple[Roi, ...], "rois")
+    check(tail, bool, "tail")
     channels = picture.select(channel)
     given = bool(rois)
     for roi in rois:

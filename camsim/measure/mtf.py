@@ -61,6 +61,7 @@ def measure_edge(
     """
     check(channel, Plane | Channel, "channel")
     check(roi, Roi, "roi")
+    check(tail, bool, "tail")
     check(theory, TheoreticalOtf | None, "theory")
     if isinstance(channel, Plane):
         channel = Channel((channel,))

@@ -16,10 +16,13 @@ from camsim.arrays import F64
 from camsim.errors import InvalidValueError, UnknownNameError
 from camsim.measure.full_frame import FullFrame
 from camsim.measure.geometry import Roi
-from camsim.typed import check
+from camsim.typed import Count, Index, Positive, check
+from camsim.words import shown
 
 LARGEST_SIGNAL = 1e30
 """More than light, electrons or codes ever are; the eighth power of it is still a number."""
+
+_NUMBER = int | float | np.integer | np.floating
 
 _LONGEST_PERIOD = 24
 """Photosites: black levels every 8 rows under X-Trans."""
@@ -49,12 +52,35 @@ class Plane:
     def __post_init__(self) -> None:
         if np.ma.is_masked(self.samples):
             raise InvalidValueError("has masked samples; give all, or a smaller region", key="samples", stage=self.name)
+        samples = np.asarray(self.samples)
+        if samples.ndim != 2 or samples.dtype.kind not in "fiu":
+            given = f"{samples.dtype} of shape {samples.shape}"
+            raise InvalidValueError(f"must be (n, m) real numbers, not {given}", key="samples", stage=self.name)
+        kept: dict[str, Any] = {
+            "samples": samples,
+            "first": check(self.first, tuple[Index, Index], "first", self.name),
+            "step": check(self.step, tuple[Count, Count], "step", self.name),
+        }
         for key in ("black", "white", "lowest"):
-            level = getattr(self, key)
-            if level is not None and not abs(level) <= LARGEST_SIGNAL:
-                raise InvalidValueError(
-                    f"{level:g}; must be a number up to {LARGEST_SIGNAL:g}", key=key, stage=self.name
-                )
+            level: Any = getattr(self, key)
+            if level is None and key != "black":
+                continue
+            if not isinstance(level, _NUMBER) or isinstance(level, bool) or not abs(level) <= LARGEST_SIGNAL:
+                message = f"{shown(level)}; must be a number up to {LARGEST_SIGNAL:g}"
+                raise InvalidValueError(message, key=key, stage=self.name)
+            kept[key] = float(level)  # of which unsigned codes can be taken off
+        for key, value in kept.items():
+            object.__setattr__(self, key, value)
+
+    def check_inside(self, shape: tuple[int, int]) -> None:
+        """Refuse a lattice that is not that of a picture of (rows, cols), from end to end."""
+        for what, first, step, count, size in zip(
+            ("rows", "columns"), self.first, self.step, self.samples.shape, shape, strict=True
+        ):
+            if count != len(range(first, size, step)) or first >= step:
+                lattice = f"has {count} {what} of samples, every {step} from {first} on"
+                message = f"{lattice}, and the picture's shape is {shape[0]} rows × {shape[1]} columns"
+                raise InvalidValueError(message, key="samples", stage=self.name)
 
     def cut(self, roi: Roi) -> tuple[npt.NDArray[Any], F64, F64]:
         """Return the samples (n, m) in a region, and their centres: x (m,) and y (n,) in pixels of the image."""
@@ -171,6 +197,15 @@ class Picture:
     planes: tuple[Plane, ...]
     pitch_um: float | None = None
     description: Mapping[str, Any] | None = field(default=None, repr=False)
+
+    def __post_init__(self) -> None:
+        planes = check(self.planes, tuple[Plane, ...], "planes", "Picture")
+        shape = check(self.shape, tuple[Count, Count], "shape", "Picture")
+        pitch_um = check(self.pitch_um, Positive | None, "pitch_um", "Picture")
+        for plane in planes:
+            plane.check_inside(shape)
+        for key, value in (("planes", planes), ("shape", shape), ("pitch_um", pitch_um)):
+            object.__setattr__(self, key, value)
 
     @property
     def full_frame(self) -> FullFrame:

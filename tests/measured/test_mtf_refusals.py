@@ -153,6 +153,45 @@ def test_true_and_false_are_no_light(tmp_path):
         read_picture(file)
 
 
+@pytest.mark.parametrize(
+    ("made", "message"),
+    [
+        (lambda: Plane(name="Y", samples=np.ones((4, 4)) + 0j), "Y.samples: must be .* not complex128 of shape"),
+        (lambda: Plane(name="Y", samples=np.ones((4, 4, 3))), r"Y.samples: must be .* of shape \(4, 4, 3\)"),
+        (lambda: Plane(name="Y", samples=[[True, False]]), "Y.samples: must be .* not bool"),
+        (lambda: Plane(name="Y", samples=np.ones((4, 4)), step=(0, 1)), "Y.step: item 0 must be a whole number of 1"),
+        (lambda: Plane(name="Y", samples=np.ones((4, 4)), first=(0, -1)), "Y.first: item 1 must be a whole number of"),
+        (lambda: Plane(name="Y", samples=np.ones((4, 4)), black="64"), "Y.black: '64'; must be a number up to"),
+        (
+            lambda: one_plane((60, 80), (80, 60)),
+            "Y.samples: has 60 rows of samples, every 1 from 0 on, .* 80 rows × 60",
+        ),
+        (lambda: one_plane((80, 80), (40, 40)), "Y.samples: has 80 rows of samples"),
+        (lambda: one_plane((80, 80), (80, 80), pitch_um=-3.45), "Picture.pitch_um: must be a number above 0 or None"),
+        (lambda: one_plane((80, 80), (80.0, 80.0)), "Picture.shape: item 0 must be a whole number"),
+        (lambda: measure_mtf(one_plane((80, 80), (80, 80)), tail="no"), "tail: must be true or false, not 'no'"),
+    ],
+)
+def test_a_picture_of_ones_own_is_judged(made, message):
+    """Tracebacks, lp/mm below 0, or the corner of an image that was measured for all of it."""
+    with pytest.raises(InvalidValueError, match=message):
+        made()
+
+
+def one_plane(size, shape, **facts):
+    return Picture(name="x", shape=shape, planes=[Plane(name="Y", samples=np.zeros(size))], **facts)
+
+
+def test_black_is_taken_off_whole_numbers():
+    """Of uint16 and a black level of 100 the codes below it were 65 526."""
+    planes = tuple(
+        Plane(name="Y", samples=np.full((2, 1), 90, np.uint16), first=(0, col), step=(1, 2), black=100)
+        for col in (0, 1)
+    )
+    signal, _, _ = Channel(planes).on_a_lattice(Roi(0, 0, 2, 2))
+    np.testing.assert_allclose(signal, -10.0)
+
+
 def test_too_few_rows():
     with pytest.raises(UnsupportedError, match="too few"):
         measure_edge(Plane(name="Y", samples=gaussian_edge(6, 64, 5, 0.8)), Roi(0, 0, 6, 64))
