@@ -62,13 +62,14 @@ class Plane:
             "step": check(self.step, tuple[Count, Count], "step", self.name),
         }
         for key in ("black", "white", "lowest"):
-            level: Any = getattr(self, key)
+            level = getattr(self, key)
             if level is None and key != "black":
                 continue
-            if not isinstance(level, _NUMBER) or isinstance(level, bool) or not abs(level) <= LARGEST_SIGNAL:
+            number = math.nan if isinstance(level, bool) or not isinstance(level, _NUMBER) else float(level)
+            if not abs(number) <= LARGEST_SIGNAL:
                 message = f"{shown(level)}; must be a number up to {LARGEST_SIGNAL:g}"
                 raise InvalidValueError(message, key=key, stage=self.name)
-            kept[key] = float(level)  # of which unsigned codes can be taken off
+            kept[key] = number  # which can be taken off unsigned codes
         for key, value in kept.items():
             object.__setattr__(self, key, value)
 

@@ -52,6 +52,7 @@ class Context:
     rows_before      : of the window, above these electrons
     margin           : photosites beyond the window on each side of these electrons, for what neighbours give
     phase            : in which the stage is asked to act
+    shape            : (rows, cols) of these electrons; None where there are none yet (``over``, ``draws``)
     stages           : all that act
     asking           : the stage that is asked to act; one of one's own draws from the streams that it has declared
 
@@ -75,6 +76,7 @@ class Context:
     rows_before: int = 0
     margin: int = 0
     phase: Phase = Phase.READ
+    shape: tuple[int, int] | None = None
     stages: tuple[ElectronicStage, ...] = ()
     asking: ElectronicStage | None = None
 
@@ -88,7 +90,7 @@ class Context:
         return next((stage for stage in self.stages if isinstance(stage, kind)), None)
 
     def generator(self, stream: int) -> np.random.Generator:
-        """Return the generator of a temporal stage for these rows."""
+        """Return the generator of a temporal stage for these rows, at its beginning: ask once, and draw all of it."""
         self._check_declared(stream, temporal=True)
         block = self.rows_before // streams.BLOCK_ROWS
         return streams.generator(self.seed, stream, block=block, frame_number=self.frame_number)
@@ -101,10 +103,23 @@ class Context:
     def normals(self, stream: int, shape: tuple[int, ...]) -> F32:
         """Return the (rows, cols) standard normals of a fixed pattern that belong to these photosites."""
         self._check_declared(stream, temporal=False)
+        if self.shape not in (None, tuple(shape)) and is_own(self.asking):
+            asked = f"{type(self.asking).__name__} asks for normals of shape {tuple(shape)} for {self.shape} photosites"
+            way_out = "there is one for each photosite; context.column_normals gives one for each column"
+            raise refused("extra_stages", f"{asked}; {way_out}")
         rows, cols = shape
         return streams.fixed_normals(
             self.serial, stream, rows=rows, cols=cols, origin=self.first, frame_cols=self.frame_cols
         )
+
+    def column_normals(self, stream: int, cols: int) -> F32:
+        """Return the (cols,) standard normals of a fixed pattern that belong to these photosites' columns."""
+        self._check_declared(stream, temporal=False)
+        origin = 0, self.first[1]
+        one_row = streams.fixed_normals(
+            self.serial, stream, rows=1, cols=cols, origin=origin, frame_cols=self.frame_cols
+        )
+        return one_row.ravel()
 
     def normals_drawn(self, rows: int) -> int:
         """Return how many numbers ``normals`` draws for so many rows, a block at a time as the chain does."""

@@ -212,6 +212,21 @@ def test_several_streams_and_the_exposure():
         camera_with(still).expose(GREY, **SMALL)
 
 
+def test_a_pattern_of_columns_goes_on_through_all_rows():
+    """Normals of one row began anew with each block of 64 rows, whatever row it was."""
+    stage = own(apply=lambda self, e, context: e + context.column_normals(1001, e.shape[1]), stream=1001)
+    still = camera_with(stage, read_noise=None, full_well=None)
+    for origin in ((0, 0), (150, 40)):
+        frame = still.expose(GREY, **HOW | {"region": camsim.Region(rows=130, cols=90, origin=origin)})
+        added = frame.electrons - frame.mean_electrons
+        drawn = np.random.Generator(np.random.Philox(np.random.SeedSequence([still.serial, 1001, 0, 0])))
+        columns = drawn.standard_normal(300, np.float32)[origin[1] : origin[1] + 90]
+        np.testing.assert_allclose(added, np.tile(columns, (130, 1)), atol=1e-9)
+    one_row = own(apply=lambda self, e, context: e + context.normals(1001, (1, e.shape[1])), stream=1001)
+    with pytest.raises(InvalidValueError, match=r"Own asks for normals of shape \(1, 90\) for \(64, 90\) photosites"):
+        camera_with(one_row).expose(GREY, **HOW)
+
+
 @dataclass(frozen=True)
 class Neighbourly(camsim.ElectronicStage):
     name: ClassVar = "neighbourly"
