@@ -15,7 +15,7 @@ from camsim.arrays import F64
 from camsim.errors import UnknownNameError
 from camsim.marks import Called
 from camsim.optics import Lens, LowPass, OpticalStage, OpticalSystem, PhotositeShape
-from camsim.optics.own import check_extent, check_own, settled
+from camsim.optics.own import check_blur, check_extent, check_own, settled
 from camsim.optics.protocols import KnowsOpening
 from camsim.own import is_own
 from camsim.rendering import Grid
@@ -109,6 +109,7 @@ class Body(Electronics):
             check_own(getattr(self, key), key)
         for blur in self.extra_optics:
             check_own(blur, "extra_optics")
+            check_blur(blur)
         check(self.lens.f_number, FNumber, "f_number", type(self.lens).__name__)
         if is_own(self.lens):
             farthest_um = 0.5 * self.pitch_um * math.hypot(self.rows, self.cols)

@@ -10,7 +10,7 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.errors import CamsimError, InvalidValueError
-from camsim.optics.protocols import Illuminates, KnowsOpening, OpticalStage, PhotositeShape
+from camsim.optics.protocols import Illuminates, KnowsOpening, OpticalStage, PhotositeShape, Varies
 from camsim.own import check_described, is_own, refused
 from camsim.quadrature import GOLDEN
 from camsim.spectra.curve import Transmission
@@ -37,6 +37,16 @@ def check_own(stage: OpticalStage, key: str) -> None:
     if key == "lens" and "f_number" not in {field.name for field in dataclasses.fields(fields)}:
         raise refused(key, f"{name}.f_number must be a field; a magnification changes it")
     check_transfer(stage, key, np.array([_WAVELENGTH_NM]))
+
+
+def check_blur(stage: OpticalStage) -> None:
+    """Refuse as a blur besides the lens what does more, or has it asked for, than its transfer at one place says."""
+    name = type(stage).__name__
+    if isinstance(stage, Varies):
+        raise refused("extra_optics", f"{name} changes over the frame, which only a lens can; give it as lens")
+    if getattr(stage, "transmission", 1.0) != 1.0:
+        message = f"{name}.transmission takes no light from a blur besides the lens; leave it 1, and give a filter"
+        raise refused("extra_optics", message)
 
 
 def check_extent(photosite: PhotositeShape) -> None:

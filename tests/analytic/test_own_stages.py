@@ -343,6 +343,11 @@ def Odd(transfer):
         ({"olpf": Motion(length_um=1.0)}, "Camera.olpf: must be an OLPF or None, not a Motion"),
         ({"photosite": Motion(length_um=1.0)}, "Camera.photosite: must be a photosite, not a Motion"),
         ({"extra_optics": Motion(length_um=1.0)}, "Camera.extra_optics: must be a list, not a Motion"),
+        (
+            {"extra_optics": [camsim.Gaussian(sigma_um=1.0, transmission=0.5)]},
+            "Gaussian.transmission takes no light from a blur besides the lens; leave it 1, and give a filter",
+        ),
+        ({"extra_optics": [camsim.read_lens("mobile")]}, "FieldLens changes over the frame, which only a lens can"),
         ({"extra_optics": [object()]}, "Camera.extra_optics: item 0 must be a stage with otf"),
         ({"extra_optics": [Odd(lambda x, y: 2.0 + 0 * x)]}, "Odd.otf is 2 at frequency 0; it must be 1"),
         ({"extra_optics": [Odd(lambda x, y: 1.0)]}, r"Odd.otf gives shape \(\) for frequencies of shape \(67,\)"),
