@@ -26,6 +26,7 @@ from camsim.optics.protocols import (
     OnLattice,
     Rectangular,
     Round,
+    RoundLens,
     Separable,
 )
 from camsim.optics.system import OpticalSystem
@@ -125,7 +126,7 @@ class _Told:
             top = system.cutoff_per_um(nm)
             if isinstance(self.stage, Round | KnowsEnergy):
                 self._check_round(otf, top, nm)
-            if isinstance(self.stage, KnowsEnergy) and isinstance(self.stage, KnowsBlur):
+            if isinstance(self.stage, RoundLens):
                 self._check_pattern(otf, nm)
             if isinstance(self.stage, OnLattice):
                 self._check_lattice(top, nm)
@@ -175,8 +176,11 @@ class _Told:
 
     def _check_pattern(self, otf: Transfer, nm: float) -> None:
         """Refuse a pattern for the boundary engine that is not that of the transfer and of the encircled energy."""
-        if not hasattr(self.stage, "pattern"):
-            return
+        try:
+            hash(self.stage)
+        except TypeError as error:
+            message = f"{self.name} has a pattern, and tables are kept by such a lens, which has no hash ({error})"
+            raise refused(self.key, f"{message}; give its fields tuples in place of lists and tables") from error
         pattern, blur_um = self.called("pattern"), self.number("blur_um", nm)
         if not isinstance(pattern, Pattern):
             self.refuse(f".pattern() gives a {type(pattern).__name__}; give a camsim.optics.pattern.Pattern")

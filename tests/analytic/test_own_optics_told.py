@@ -107,6 +107,16 @@ def test_a_lens_that_contradicts_its_transfer_is_refused(facts, message):
         rendered([changed(Whole, **facts), SQUARE])
 
 
+def test_a_lens_with_a_pattern_is_hashed():
+    @dataclass(frozen=True)
+    class Listed(Whole):
+        powers: Any
+
+    assert rendered([Listed((1.0, 2.0)), SQUARE]).method == "boundary"
+    with pytest.raises(InvalidValueError, match=r"which has no hash .unhashable type: 'list'.; give its fields tuples"):
+        rendered([Listed([1.0, 2.0]), SQUARE])
+
+
 def test_a_pattern_on_a_lattice_has_rows_first():
     lens = changed(Lens, point_spread_on=lambda s, x, y, nm, precision: np.zeros((x.size, y.size)))
     with pytest.raises(
