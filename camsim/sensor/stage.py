@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import Any, ClassVar, Protocol, TypeVar, runtime_checkable
 
@@ -55,6 +55,7 @@ class Context:
     shape            : (rows, cols) of these electrons; None where there are none yet (``over``, ``draws``)
     stages           : all that act
     asking           : the stage that is asked to act; one of one's own draws from the streams that it has declared
+    begun            : streams of these rows that it has begun to draw from
 
     >>> context = Context(time_s=0.01, seed=1, serial=1, origin=(0, 0), frame_cols=8, rows_in_all=4)
     >>> context.first
@@ -79,6 +80,7 @@ class Context:
     shape: tuple[int, int] | None = None
     stages: tuple[ElectronicStage, ...] = ()
     asking: ElectronicStage | None = None
+    begun: set[int] = field(default_factory=set, repr=False, compare=False)
 
     @property
     def first(self) -> tuple[int, int]:
@@ -135,9 +137,14 @@ class Context:
             way_out = f"stream: ClassVar = {stream}" if stage.stream is None else "each that it draws from"
             message = f"{name} draws from stream {stream}, and its stream is {stage.stream}; declare {way_out}"
             raise refused("extra_stages", message)
+        if temporal and stream in self.begun:
+            again = "it begins anew, with the same numbers; draw from one generator, or declare another stream"
+            raise refused("extra_stages", f"{name} asks for the generator of stream {stream} twice; {again}")
         if temporal and not stage.temporal:
             way_out = "declare temporal: ClassVar = True, or take context.normals for a pattern of the sensor"
             raise refused("extra_stages", f"{name} draws anew in each frame, and its temporal is False; {way_out}")
+        if temporal:
+            self.begun.add(stream)
 
 
 @runtime_checkable

@@ -207,6 +207,21 @@ def test_several_streams_and_the_exposure():
     stage = own(apply=apply, stream=(1001, 1002), temporal=True)
     one, two = (camera_with(stage).expose(GREY, **SMALL, frame_number=n).electrons - 100.0 for n in (0, 1))
     assert abs(np.corrcoef(one.ravel(), two.ravel())[0, 1] - 0.5) < STATISTICAL * 0.75 / np.sqrt(one.size)
+    twice = own(
+        apply=lambda self, e, context: e + context.generator(1001).normal() + context.generator(1001).normal(),
+        stream=1001,
+        temporal=True,
+    )
+    with pytest.raises(InvalidValueError, match="Own asks for the generator of stream 1001 twice; it begins anew"):
+        camera_with(twice).expose(GREY, **SMALL)
+    both = own(
+        apply=lambda self, e, context: e,
+        over=lambda self, context: (context.frame_generator(1001), self)[1],
+        stream=1001,
+        temporal=True,
+        phases=(camsim.Phase.CHARGE, camsim.Phase.READ),
+    )
+    assert camera_with(both).expose(GREY, **SMALL).shape == (12, 10)  # once in each of its phases
     still = own(apply=apply, stream=(1001, 1002))
     with pytest.raises(InvalidValueError, match="Own draws anew in each frame, and its temporal is False"):
         camera_with(still).expose(GREY, **SMALL)
