@@ -215,6 +215,11 @@ class _Told:
         waves = np.exp(-2j * np.pi * (np.outer(fx, spots[:, 0]) + np.outer(fy, spots[:, 1]))).mean(axis=1)
         way_out = "they are offsets from the middle, in µm: a split is the full distance of two"
         self.compare("spots_um()", fx, fy, otf, waves, way_out)
+        alone = np.abs(spots[:, None] + spots).max(axis=2).min(axis=1)
+        if alone.max() > _ROUNDING * np.abs(spots).max():
+            spot = tuple(spots[alone.argmax()].tolist())
+            message = f".spots_um() has one at {spot} and none opposite it, which engines and check take to be there"
+            self.refuse(f"{message}; give such a filter as a blur besides the lens (extra_optics), by its otf alone")
 
     def check_photosite(self, each_nm: list[float], highest_per_um: float) -> None:
         """Refuse a photosite whose sides, extent or area are not those of its transfer."""

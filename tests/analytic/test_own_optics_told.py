@@ -140,6 +140,42 @@ def test_an_olpf_that_contradicts_its_transfer_is_refused(facts, message):
         rendered([AIRY, changed(Olpf, **facts), SQUARE])
 
 
+def olpf_of(spots):
+    """An OLPF of one's own with these spots."""
+
+    def otf(self, fx_per_um, fy_per_um, wavelength_nm):
+        return np.mean([np.exp(-2j * np.pi * (fx_per_um * x + fy_per_um * y)) for x, y in spots], axis=0)
+
+    return changed(Olpf, spots_um=lambda self: np.array(spots, float), otf=otf)
+
+
+@pytest.mark.parametrize("method", ["boundary", "fourier"])
+def test_one_plate_of_ones_own(method):
+    """By fourier it ended in a division by zero: it does not reach up or down at all."""
+    own = rendered([AIRY, olpf_of([(-1.5, 0.0), (1.5, 0.0)]), SQUARE], method=method)
+    theirs = rendered([AIRY, camsim.TwoSpotOlpf(split_um=3.0), SQUARE], method=method)
+    assert np.abs(own.image - theirs.image).max() <= 1e-4
+
+
+@pytest.mark.parametrize("spots", [[(1.0, 0.0)], [(-1.0, -1.0), (1.0, -1.0), (0.0, 2.0)]])
+def test_spots_without_an_opposite_are_a_blur_besides_the_lens(spots):
+    """As an OLPF they were 0.14 of full scale off by boundary, and the check called right images wrong."""
+    with pytest.raises(InvalidValueError, match="and none opposite it, which engines and check take to be there"):
+        rendered([AIRY, olpf_of(spots), SQUARE])
+    blur = type("Blur", (), {"otf": type(olpf_of(spots)).otf})()
+    found = camsim.render(
+        camsim.Scene(background=0.0, shapes=[camsim.Disc(radius_um=3.0, reflectance=1.0)]),
+        [camsim.Gaussian(sigma_um=1.0), blur, camsim.SquarePhotosite(side_um=1.0)],
+        camsim.Grid(rows=25, cols=25, pitch_um=1.0),
+        wavelength_nm=550.0,
+        tolerance=1e-4,
+    )
+    assert found.error_estimate <= 1e-4
+    x = np.arange(-12.0, 13.0)
+    centre = [(found.image * axis).sum() / found.image.sum() for axis in (x[None, :], x[:, None])]
+    np.testing.assert_allclose(centre, np.mean(spots, axis=0), atol=1e-2)
+
+
 @pytest.mark.parametrize(
     ("facts", "message"),
     [
