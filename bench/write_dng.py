@@ -30,8 +30,11 @@ def frame_of(rows: int, cols: int) -> camsim.Frame:
         exposure=camsim.Exposure(time_s=0.01, iso=200.0),
         region=camsim.Region(rows=400, cols=400),
     )
-    mosaic = np.tile(frame.mosaic, (rows // 400 + 1, cols // 400 + 1))[:rows, :cols].copy()
-    return dataclasses.replace(frame, mosaic=mosaic)
+    whole = {
+        name: np.tile(getattr(frame, name), (rows // 400 + 1, cols // 400 + 1))[:rows, :cols].copy()
+        for name in ("mosaic", "mean_electrons", "electrons", "channel_index")
+    }
+    return dataclasses.replace(frame, **whole)
 
 
 def plainly(path: Path, content: memoryview) -> float:

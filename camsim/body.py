@@ -15,8 +15,9 @@ from camsim.arrays import F64
 from camsim.errors import UnknownNameError
 from camsim.marks import Called
 from camsim.optics import Lens, LowPass, OpticalStage, OpticalSystem, PhotositeShape
-from camsim.optics.own import check_own
+from camsim.optics.own import check_blur, check_extent, check_own, settled
 from camsim.optics.protocols import KnowsOpening
+from camsim.own import is_own
 from camsim.rendering import Grid
 from camsim.rendering.veil import Veil
 from camsim.scene import Scene
@@ -108,7 +109,11 @@ class Body(Electronics):
             check_own(getattr(self, key), key)
         for blur in self.extra_optics:
             check_own(blur, "extra_optics")
+            check_blur(blur)
         check(self.lens.f_number, FNumber, "f_number", type(self.lens).__name__)
+        if is_own(self.lens):
+            farthest_um = 0.5 * self.pitch_um * math.hypot(self.rows, self.cols)
+            object.__setattr__(self, "lens", settled(self.lens, farthest_um))
         known = self.quantum_efficiency.channels
         if missing := [letter for letter in self.cfa.channels if letter not in known]:
             message = f"no curve for {', '.join(missing)} of the cfa; there are {', '.join(known)}"
@@ -121,6 +126,8 @@ class Body(Electronics):
         if well and high and high.capacity_e and high.capacity_e > well.capacity_e:
             message = f"holds {high.capacity_e:g} e⁻, and the full well is {well.capacity_e:g} e⁻"
             raise refusal(self, "dual_gain", f"{message}; a high conversion gain holds less, give it no more")
+        if is_own(self.photosite):
+            check_extent(self.photosite)
         widest_um = 2.0 * max(self.photosite.half_extent_um)
         if widest_um > self.pitch_um * (1.0 + 1e-9):
             overlap = f"is {widest_um:g} µm wide; photosites may not overlap, and the pitch is {self.pitch_um:g} µm"

@@ -16,7 +16,7 @@ from camsim.body import Body
 from camsim.description import OF_A_FRAME, OWN_STAGES, describe
 from camsim.errors import InvalidValueError
 from camsim.frame import Frame, Products, Report, check_products, frame_numbers
-from camsim.kept import cached_property
+from camsim.kept import Keeps, cached_property
 from camsim.lit import Lit, Window
 from camsim.marks import Called
 from camsim.memory import needed_bytes, too_large
@@ -46,7 +46,7 @@ Method: TypeAlias = Literal["auto", "boundary", "fourier"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Capture:
+class Capture(Keeps):
     """Everything that makes a picture, and the road from scene to codes.
 
     camera, scene, light, exposure : what takes the picture, and of what
@@ -63,7 +63,7 @@ class Capture:
     [(4, 6), (4, 6)]
     """
 
-    camera: Body
+    camera: Annotated[Body, Called("a Camera", "Camera.from_yaml of a sensor makes one")]
     scene: Scene
     light: Annotated[Light, Called("a Light", "such as Light('D55', illuminance_lux=1000)")]
     exposure: Annotated[Exposure, Called("an Exposure", "such as Exposure(time_s=0.01, iso=200)")]

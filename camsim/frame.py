@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from camsim import notebook
 from camsim.arrays import F32, F64, I64, U8, U16
@@ -34,6 +35,8 @@ PRODUCTS: Mapping[Product, str] = {
     "frame": "mosaic, electrons and, when captured, truth, with the record, as numpy arrays",
 }
 """What a capture can be asked for, and a file can hold."""
+
+LARGEST_CODE = 65535
 
 STREAMED = ("mosaic", "spectral")
 """Products that a capture can give while it holds no photosites."""
@@ -70,6 +73,33 @@ def frame_numbers(first: int, count: Whole) -> range:
         )
         raise InvalidValueError(message, key="frame_number", stage="Capture")
     return range(first, first + count)
+
+
+def codes_of(mosaic: ArrayLike, stage: str = "") -> U16:
+    """Return codes (rows, cols) as files hold them; numbers that would be cut off or wrapped are refused."""
+    if np.ma.is_masked(mosaic):
+        message = "has masked photosites; fill them, in numpy by .filled(…)"
+        raise InvalidValueError(message, key="mosaic", stage=stage)
+    codes = np.asarray(mosaic)
+    if codes.ndim != 2:
+        raise InvalidValueError(
+            f"must be (rows, cols), one code for each photosite, not an array of shape {codes.shape}",
+            key="mosaic",
+            stage=stage,
+        )
+    if codes.dtype.kind not in "ui":
+        raise InvalidValueError(
+            f"must be whole numbers, not {codes.dtype}; scale to data numbers first: "
+            "np.rint(black + signal * (white - black)).astype(np.uint16)",
+            key="mosaic",
+            stage=stage,
+        )
+    if codes.size and codes.dtype != np.uint16:
+        low, high = int(codes.min()), int(codes.max())
+        if low < 0 or high > LARGEST_CODE:
+            message = f"codes must be 0 to {LARGEST_CODE}, not {low if low < 0 else high}"
+            raise InvalidValueError(message, key="mosaic", stage=stage)
+    return codes.astype(np.uint16, copy=False)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -205,6 +235,20 @@ class Frame:
     colour: ColourResponse
     description: Mapping[str, Any]
     report: Report
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "mosaic", codes_of(self.mosaic, "Frame"))
+        if self.passed_rows:
+            return
+        size = self.mosaic.shape
+        sizes = {"mean_electrons": size, "electrons": size, "channel_index": size}
+        if self.truth is not None:
+            sizes["truth"] = (*size, len(self.channels))
+        for key, wanted in sizes.items():
+            array = getattr(self, key)
+            if not isinstance(array, np.ndarray) or array.shape != wanted or array.dtype.kind not in "fiu":
+                message = f"must be numbers of shape {wanted}, as the mosaic has photosites, not {shown(array)}"
+                raise InvalidValueError(message, key=key, stage="Frame")
 
     @property
     def shape(self) -> tuple[int, int]:

@@ -13,6 +13,17 @@ from typing import Any, Self, TypeVar, overload
 
 Kept = TypeVar("Kept")
 
+_MAKING = " is being made"
+
+
+class Keeps:
+    """What keeps such properties, and may be pickled or copied while another thread works one out."""
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what it holds, without the locks of what is being made."""
+        held = self.__dict__.copy()  # one step
+        return {name: value for name, value in held.items() if not name.endswith(_MAKING)}
+
 
 class cached_property(functools.cached_property[Kept]):
     """A method that is called once, when its value is first asked for.
@@ -40,7 +51,7 @@ class cached_property(functools.cached_property[Kept]):
             return self
         kept, name = instance.__dict__, self.attrname
         assert name is not None
-        making = f"{name} is being made"
+        making = f"{name}{_MAKING}"
         with kept.setdefault(making, threading.RLock()):  # one step: of two threads' locks one is taken by both
             try:
                 if name not in kept:

@@ -19,12 +19,12 @@ from camsim.files.dng_image import Image, LosslessTiles, Strip
 from camsim.files.dng_tags import CFA, D65, LINEAR_RAW, Colour, Said, odd_cfa
 from camsim.files.preview import Balance, developed
 from camsim.files.tiff_ifd import Tag, directories, refuse_over_4_gib, undefined
+from camsim.frame import LARGEST_CODE, codes_of
 from camsim.sensor.cfa import BAYER, PATTERNS, Cfa
 from camsim.sensor.colour_matrix import ColourFit, fit_white
 from camsim.typed import FilePath, check
 from camsim.words import shown
 
-_LARGEST_CODE = 65535
 _LARGEST_PERIOD = 16  # of black levels: what readers of ours take
 _FAINTEST_NEUTRAL, _STRONGEST_NEUTRAL = 1e-3, 1e3
 _LEAST_RANK = 1e-6
@@ -143,10 +143,13 @@ class _Given:
         colour_matrix: ArrayLike | None,
         as_shot_neutral: ArrayLike | None,
     ) -> _Given:
-        codes, array = _codes(mosaic), _filters(cfa)
+        codes, array = codes_of(mosaic), _filters(cfa)
+        if not codes.size:
+            message = f"must be (rows, cols), one code for each photosite, not an array of shape {codes.shape}"
+            raise InvalidValueError(message, key="mosaic")
         white_dn = check(white_level_dn, int, "white_level_dn")
-        if not 1 <= white_dn <= _LARGEST_CODE:
-            raise InvalidValueError(f"must be 1 to {_LARGEST_CODE}, not {white_dn}", key="white_level_dn")
+        if not 1 <= white_dn <= LARGEST_CODE:
+            raise InvalidValueError(f"must be 1 to {LARGEST_CODE}, not {white_dn}", key="white_level_dn")
         black_dn = np.atleast_2d(_numbers(black_level_dn, "black_level_dn"))
         if black_dn.ndim != 2 or not 1 <= min(black_dn.shape) <= max(black_dn.shape) <= _LARGEST_PERIOD:
             raise InvalidValueError(
@@ -194,24 +197,6 @@ class _Given:
                 "colour": None if colour is None else [colour.fits[0][1], colour.neutral],
             }
         )
-
-
-def _codes(mosaic: ArrayLike) -> U16:
-    codes = np.asarray(mosaic)
-    if codes.ndim != 2 or not codes.size:
-        raise InvalidValueError(
-            f"must be (rows, cols), one code for each photosite, not an array of shape {codes.shape}", key="mosaic"
-        )
-    if codes.dtype.kind not in "ui":
-        raise InvalidValueError(
-            f"must be whole numbers, not {codes.dtype}; scale to data numbers first: "
-            "np.rint(black + signal * (white - black)).astype(np.uint16)",
-            key="mosaic",
-        )
-    if not 0 <= (low := int(codes.min())) <= (high := int(codes.max())) <= _LARGEST_CODE:
-        worst = low if low < 0 else high
-        raise InvalidValueError(f"codes must be 0 to {_LARGEST_CODE}, not {worst}", key="mosaic")
-    return codes.astype(np.uint16, copy=False)
 
 
 def _filters(cfa: ArrayOfFilters) -> Cfa:
@@ -269,9 +254,12 @@ def _colour(channels: tuple[str, ...], colour_matrix: ArrayLike | None, as_shot_
 
 def _numbers(values: Any, key: str) -> F64:
     try:
-        numbers = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise InvalidValueError(f"must be numbers, not {shown(values)}", key=key) from None
+        given = np.asarray(values)
+    except ValueError:  # rows of several lengths
+        given = np.array("")
+    if given.dtype.kind not in "fiu" or np.ma.is_masked(values):
+        raise InvalidValueError(f"must be numbers, not {shown(values)}", key=key)
+    numbers = given.astype(np.float64)
     if not np.isfinite(numbers).all():
         raise InvalidValueError("must be finite numbers", key=key)
     return numbers

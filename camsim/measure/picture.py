@@ -6,24 +6,23 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Annotated, Any, TypeAlias
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import scipy
-from annotated_types import Ge, Le
 
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError, UnknownNameError
-from camsim.marks import Called
 from camsim.measure.full_frame import FullFrame
 from camsim.measure.geometry import Roi
 from camsim.typed import Count, Index, Positive, check
+from camsim.words import shown
 
 LARGEST_SIGNAL = 1e30
 """More than light, electrons or codes ever are; the eighth power of it is still a number."""
 
-_Level: TypeAlias = Annotated[float, Ge(-LARGEST_SIGNAL), Le(LARGEST_SIGNAL)]
+_NUMBER = int | float | np.integer | np.floating
 
 _LONGEST_PERIOD = 24
 """Photosites: black levels every 8 rows under X-Trans."""
@@ -51,12 +50,33 @@ class Plane:
     holds_dark: bool = False
 
     def __post_init__(self) -> None:
-        check(self.name, str, "name")
-        _check_samples(self.samples, self.name)
-        check(self.first, tuple[Index, Index], "first", self.name)
-        check(self.step, tuple[Count, Count], "step", self.name)
+        check(self.name, str, "Plane.name")
+        kept: dict[str, Any] = {
+            "samples": _numbers(self.samples, self.name),
+            "first": check(self.first, tuple[Index, Index], "first", self.name),
+            "step": check(self.step, tuple[Count, Count], "step", self.name),
+        }
         for key in ("black", "white", "lowest"):
-            check(getattr(self, key), _Level | None, key, self.name)
+            level = getattr(self, key)
+            if level is None and key != "black":
+                continue
+            number = math.nan if isinstance(level, bool) or not isinstance(level, _NUMBER) else float(level)
+            if not abs(number) <= LARGEST_SIGNAL:
+                message = f"{shown(level)}; must be a number up to {LARGEST_SIGNAL:g}"
+                raise InvalidValueError(message, key=key, stage=self.name)
+            kept[key] = number  # which can be taken off unsigned codes
+        for key, value in kept.items():
+            object.__setattr__(self, key, value)
+
+    def check_inside(self, shape: tuple[int, int]) -> None:
+        """Refuse a lattice that is not that of a picture of (rows, cols), from end to end."""
+        for what, first, step, count, size in zip(
+            ("rows", "columns"), self.first, self.step, self.samples.shape, shape, strict=True
+        ):
+            if count != len(range(first, size, step)) or first >= step:
+                lattice = f"has {count} {what} of samples, every {step} from {first} on"
+                message = f"{lattice}, and the picture's shape is {shape[0]} rows × {shape[1]} columns"
+                raise InvalidValueError(message, key="samples", stage=self.name)
 
     @property
     def reach(self) -> tuple[int, int]:
@@ -78,17 +98,15 @@ class Plane:
         return inside, x, y
 
 
-def _check_samples(samples: Any, name: str) -> None:
-    """Refuse what is no image of numbers; of three axes nobody knows which are rows and columns."""
-    check(samples, Annotated[np.ndarray, Called("an array")], "samples", name)
-    if samples.dtype.kind not in "iuf" or samples.ndim != 2:
-        raise InvalidValueError(
-            f"an array of shape {samples.shape} of {samples.dtype}; give (rows, cols) of whole or real numbers",
-            key="samples",
-            stage=name,
-        )
+def _numbers(samples: Any, name: str) -> npt.NDArray[Any]:
+    """Return an image of numbers as an array; of three axes nobody knows which are rows and columns."""
     if np.ma.is_masked(samples):
         raise InvalidValueError("has masked samples; give all, or a smaller region", key="samples", stage=name)
+    array = np.asarray(samples)
+    if array.ndim != 2 or array.dtype.kind not in "fiu":
+        given = f"{array.dtype} of shape {array.shape}"
+        raise InvalidValueError(f"must be (n, m) real numbers, not {given}", key="samples", stage=name)
+    return array
 
 
 @dataclass(frozen=True, slots=True)
@@ -200,27 +218,20 @@ class Picture:
     description: Mapping[str, Any] | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
-        check(self.shape, tuple[Count, Count], "shape", self.name)
-        check(self.planes, tuple[Plane, ...], "planes", self.name)
-        check(self.pitch_um, Positive | None, "pitch_um", self.name)
-        for plane in self.planes:
-            lattice = zip(self.shape, plane.first, plane.step, strict=True)
-            rows, cols = (max(-(-(size - first) // step), 0) for size, first, step in lattice)
-            if plane.samples.shape != (rows, cols):
-                has = " × ".join(map(str, plane.samples.shape))
-                raise InvalidValueError(
-                    f"{plane.name} has {has} samples, and a picture of {self.shape[0]} rows and {self.shape[1]} "
-                    f"columns {rows} × {cols} at its places; give shape as (rows, cols)",
-                    key="planes",
-                    stage=self.name,
-                )
-        places = [(p.name, *(f % s for f, s in zip(p.first, p.step, strict=True))) for p in self.planes]
+        planes = check(self.planes, tuple[Plane, ...], "planes", "Picture")
+        shape = check(self.shape, tuple[Count, Count], "shape", "Picture")
+        pitch_um = check(self.pitch_um, Positive | None, "pitch_um", "Picture")
+        for plane in planes:
+            plane.check_inside(shape)
+        places = [(p.name, *(f % s for f, s in zip(p.first, p.step, strict=True))) for p in planes]
         if len(set(places)) < len(places):
             raise InvalidValueError(
                 "two of one name hold the same photosites; give each channel a name of its own",
                 key="planes",
                 stage=self.name,
             )
+        for key, value in (("planes", planes), ("shape", shape), ("pitch_um", pitch_um)):
+            object.__setattr__(self, key, value)
 
     @property
     def full_frame(self) -> FullFrame:
@@ -255,7 +266,7 @@ def mosaic_planes(
     >>> [(plane.name, plane.first) for plane in mosaic_planes(np.zeros((4, 4)), ("GR", "BG"))]
     [('R', (0, 1)), ('G1', (0, 0)), ('G2', (1, 1)), ('B', (1, 0))]
     """
-    _check_samples(samples, "mosaic")
+    samples = _numbers(samples, "mosaic")
     if isinstance(pattern, str) or not pattern or not pattern[0] or len({len(row) for row in pattern}) != 1:
         given = repr(pattern) if isinstance(pattern, str) else tuple(pattern)[:4]
         raise InvalidValueError(

@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
 from camsim.arrays import C128, F64
 from camsim.body import Body
 from camsim.exposing import Capture
+from camsim.marks import Called
 from camsim.measure.full_frame import NYQUIST_OF_SENSOR_CYCLES_PER_PIXEL
 from camsim.measure.geometry import EdgeLine
 from camsim.measure.given import check_given
@@ -20,9 +22,10 @@ from camsim.optics.protocols import Varies
 from camsim.quadrature import gauss_legendre
 from camsim.scene import Scene
 from camsim.scene.outlines import surface_at
-from camsim.spectra.curve import Spectrum, spectrum_at
+from camsim.spectra.curve import Reflectance, Spectrum, spectrum_at
 from camsim.spectra.integral import lagrange, lumped
 from camsim.spectra.light import Light
+from camsim.typed import check, judge
 from camsim.window import Region
 
 _BESIDE_PIXEL = 3.0
@@ -47,10 +50,14 @@ class CameraOtf:
     Of a lens that changes over the frame it is that of a place: of an edge's middle.
     """
 
-    camera: Body
+    camera: Annotated[Body, Called("a Camera", "Camera.from_yaml of a sensor makes one")]
     scene: Scene
     light: Light
     region: Region | None = None
+
+    def __post_init__(self) -> None:
+        judge(self)
+        object.__setattr__(self, "camera", self.camera.with_ends(self.light))
 
     @classmethod
     def of(cls, capture: Capture) -> CameraOtf:
@@ -144,6 +151,7 @@ class CameraOtf:
         shares = neighbours(self.camera, channel)
         if shares is None:
             return None
+        dark, bright = (check(s, Reflectance, key, "CameraOtf") for key, s in (("dark", dark), ("bright", bright)))
         samples = self.camera.samples(self.light, (dark, bright))
         difference = spectrum_at(bright, samples.wavelength_nm) - spectrum_at(dark, samples.wavelength_nm)
         heard = shares.any(axis=(0, 1))

@@ -136,6 +136,7 @@ def _spots_um(splits_um: tuple[float, float], rotate_deg: float) -> F64:
 
 def _otf(splits_um: tuple[float, float], rotate_deg: float, fx_per_um: F64, fy_per_um: F64) -> F64:
     c, s = cosine_and_sine(rotate_deg)
-    along, across = fx_per_um * c + fy_per_um * s, fy_per_um * c - fx_per_um * s
+    fx, fy = np.asarray(fx_per_um), np.asarray(fy_per_um)
+    along, across = fx * c + fy * s, fy * c - fx * s
     otf: F64 = np.cos(np.pi * splits_um[0] * along) * np.cos(np.pi * splits_um[1] * across)
     return otf

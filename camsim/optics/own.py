@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 import dataclasses
+import types
 from typing import Any
 
 import numpy as np
 
 from camsim.arrays import F64
-from camsim.errors import CamsimError
-from camsim.optics.protocols import OpticalStage
+from camsim.errors import CamsimError, InvalidValueError
+from camsim.optics.protocols import Illuminates, KnowsOpening, OpticalStage, PhotositeShape, Varies
 from camsim.own import check_described, is_own, refused
 from camsim.quadrature import GOLDEN
+from camsim.spectra.curve import Transmission
+from camsim.typed import NonNegative, Positive, check
+from camsim.words import both, shown
 
 _WAVELENGTH_NM, _HIGHEST_PER_UM, _ROUNDING = 550.0, 0.4, 1e-9
 _PLACES, _COLOURS = 32, 32  # frequencies in half of the plane, and wavelengths, that are looked at
+_BESIDES = {"opening", "illumination"}  # which no other fact of a lens follows from
+_NAMED = 4  # of them in a message
 _NEAR, _FALLS = 1e-6, 0.01  # of the highest frequency, at which a transfer has not fallen by so much
 
 
@@ -33,6 +39,61 @@ def check_own(stage: OpticalStage, key: str) -> None:
     check_transfer(stage, key, np.array([_WAVELENGTH_NM]))
 
 
+def check_blur(stage: OpticalStage) -> None:
+    """Refuse as a blur besides the lens what does more, or has it asked for, than its transfer at one place says."""
+    name = type(stage).__name__
+    if isinstance(stage, Varies):
+        raise refused("extra_optics", f"{name} changes over the frame, which only a lens can; give it as lens")
+    if getattr(stage, "transmission", 1.0) != 1.0:
+        message = f"{name}.transmission takes no light from a blur besides the lens; leave it 1, and give a filter"
+        raise refused("extra_optics", message)
+
+
+def check_extent(photosite: PhotositeShape) -> None:
+    """Refuse a photosite of one's own whose area or extent is no length, or less than nothing."""
+    name = type(photosite).__name__
+    area_um2 = check(photosite.area_um2, NonNegative, "area_um2", name)
+    half_um = check(photosite.half_extent_um, tuple[NonNegative, NonNegative], "half_extent_um", name)
+    if area_um2 > 4.0 * half_um[0] * half_um[1] * (1.0 + _ROUNDING):
+        message = f"{area_um2:g} µm², and what reaches {half_um[0]:g} × {half_um[1]:g} µm from its centre has less"
+        raise InvalidValueError(message, key="area_um2", stage=name)
+
+
+def settled(lens: Any, farthest_um: float) -> Any:
+    """Return a lens of one's own as a camera keeps it: what it does to the light is judged as of camsim's lenses.
+
+    farthest_um : from the axis, that the frame reaches
+    """
+    name = type(lens).__name__
+    if isinstance(lens, KnowsOpening):
+        check(lens.opening, Positive, "opening", name)
+    if isinstance(lens, Illuminates):
+        _check_illumination(lens, farthest_um)
+    kept = check(lens.transmission, Transmission, "transmission", name)
+    if kept is lens.transmission:
+        return lens
+    if "transmission" in {field.name for field in dataclasses.fields(lens) if field.init}:
+        return dataclasses.replace(lens, transmission=kept)
+    if isinstance(lens.transmission, int):
+        return lens
+    message = "is no field, so that it cannot be kept as " + ("a float" if isinstance(kept, float) else "a held curve")
+    raise InvalidValueError(f"{message}; give it so", key="transmission", stage=name)
+
+
+def _check_illumination(lens: Illuminates, farthest_um: float) -> None:
+    radius_um = farthest_um * np.linspace(0.0, 1.0, 6).reshape(2, 3)
+    light: Any = lens.illumination(radius_um)
+    if not isinstance(light, np.ndarray) or light.shape != radius_um.shape or light.dtype.kind not in "fiu":
+        message = f"gives {shown(light)} for distances of shape {radius_um.shape}; give an array of as many numbers"
+    elif not (np.isfinite(light).all() and light.min() >= 0.0):
+        message = f"is not finite, or below 0, somewhere between the axis and {farthest_um:g} µm from it"
+    elif abs(light[0, 0] - 1.0) > _ROUNDING:
+        message = f"is {light[0, 0]:g} on the axis; it is relative to that, 1 there; light that is lost is transmission"
+    else:
+        return
+    raise InvalidValueError(message, key="illumination", stage=type(lens).__name__)
+
+
 def check_transfer(stage: OpticalStage, key: str, wavelength_nm: F64, highest_per_um: float = _HIGHEST_PER_UM) -> None:
     """Refuse a stage of one's own whose transfer no stage can have, at some of these wavelengths.
 
@@ -40,23 +101,58 @@ def check_transfer(stage: OpticalStage, key: str, wavelength_nm: F64, highest_pe
     """
     if not is_own(stage):
         return
+    _check_inherited(stage, key)
     some = np.unique(np.linspace(0, wavelength_nm.size - 1, _COLOURS).round().astype(int))
     for nm in wavelength_nm[some].tolist():
         _check_at(stage, key, nm, highest_per_um)
 
 
-def _check_at(stage: OpticalStage, key: str, wavelength_nm: float, highest_per_um: float) -> None:
-    name = type(stage).__name__
-    # None, next to none, and evenly over half of a disc, each with its opposite.
+def _check_inherited(stage: OpticalStage, key: str) -> None:
+    """Refuse a stage that gives one of camsim's another transfer, say, and keeps what else goes with the former one."""
+    classes = [kind for kind in type(stage).__mro__ if kind is not object and not getattr(kind, "_is_protocol", False)]
+    own = {name for kind in classes if not _of_camsim(kind) for name in vars(kind)}
+    theirs = [kind for kind in classes if _of_camsim(kind)]
+    verbs = {
+        name: kind.__name__
+        for kind in theirs
+        for name, member in vars(kind).items()
+        if not name.startswith("_") and isinstance(member, types.FunctionType | property)
+    }
+    changed, kept = sorted(own & verbs.keys() - _BESIDES), sorted(verbs.keys() - own - _BESIDES)
+    kept = kept if len(kept) <= _NAMED else [*kept[:_NAMED], "more"]
+    if changed and kept:
+        name, base = type(stage).__name__, theirs[0].__name__
+        message = f"{name} has its own {both(changed)}, and {both(kept)} of the {base} that it inherits from"
+        raise refused(key, f"{message}; write a dataclass that holds one instead, and says only what it knows")
+
+
+def _of_camsim(kind: type) -> bool:
+    return kind.__module__.partition(".")[0] == "camsim"
+
+
+def disc_of_frequencies(highest_per_um: float) -> tuple[F64, F64]:
+    """Return none, next to none, and some evenly over a disc, each with its opposite after it, cycles/µm."""
     size = np.append(_NEAR, np.sqrt((np.arange(_PLACES) + 0.5) / _PLACES)) * highest_per_um
     angle = np.pi * (GOLDEN * np.arange(_PLACES + 1) % 1.0)
     half = np.stack([size * np.cos(angle), size * np.sin(angle)])
     fx, fy = np.concatenate([np.zeros((2, 1)), np.stack([half, -half], axis=2).reshape(2, -1)], axis=1)
+    return fx, fy
+
+
+def _check_at(stage: OpticalStage, key: str, wavelength_nm: float, highest_per_um: float) -> None:
+    name = type(stage).__name__
+    fx, fy = disc_of_frequencies(highest_per_um)
+    given = fx.view(), fy.view()
+    for part in given:
+        part.flags.writeable = False
     try:
-        otf: Any = np.asarray(stage.otf(fx.copy(), fy.copy(), wavelength_nm))
+        otf: Any = np.asarray(stage.otf(*given, wavelength_nm))
     except CamsimError:
         raise
     except Exception as error:
+        if "read-only" in str(error):
+            message = f"{name}.otf writes into the frequencies that it is given; work on others, such as fx_per_um * …"
+            raise refused(key, message) from error
         raise refused(key, f"{name}.otf(fx_per_um, fy_per_um, wavelength_nm) failed: {error!r}") from error
     if otf.shape != fx.shape:
         raise refused(key, f"{name}.otf gives shape {otf.shape} for frequencies of shape {fx.shape}; give as many")

@@ -65,7 +65,7 @@ class SquarePhotosite:
 
     def otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float) -> F64:
         """Transfer function sinc(w·fx)·sinc(w·fy), the same at every wavelength."""
-        otf: F64 = np.sinc(self.side_um * fx_per_um) * np.sinc(self.side_um * fy_per_um)
+        otf: F64 = np.sinc(np.multiply(self.side_um, fx_per_um)) * np.sinc(np.multiply(self.side_um, fy_per_um))
         return otf
 
 
@@ -107,7 +107,7 @@ class RectangularPhotosite:
 
     def otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float) -> F64:
         """Transfer function sinc(w·fx)·sinc(h·fy), the same at every wavelength."""
-        otf: F64 = np.sinc(self.width_um * fx_per_um) * np.sinc(self.height_um * fy_per_um)
+        otf: F64 = np.sinc(np.multiply(self.width_um, fx_per_um)) * np.sinc(np.multiply(self.height_um, fy_per_um))
         return otf
 
 

@@ -1,7 +1,6 @@
 """What an optical stage is, and what else one may know: a stage of the user's own needs ``otf`` and no more.
 
-The second half are abilities. A lens that has one is quicker, or more exact, and it is used wherever it is there:
-nothing asks what kind of lens it is.
+The second half are abilities. A lens that has one is quicker, or more exact; nothing asks what kind of lens it is.
 """
 
 from __future__ import annotations
@@ -12,6 +11,7 @@ from typing import Any, ClassVar, Protocol, TypeAlias, runtime_checkable
 from camsim.arrays import F64
 from camsim.optics.pattern import Pattern
 from camsim.optics.spikes import Spike
+from camsim.own import is_own
 from camsim.spectra.curve import Spectrum
 
 Span: TypeAlias = tuple[float, float]  # from where to where along an axis
@@ -20,11 +20,11 @@ _ANSWERS: dict[tuple[type, type], bool] = {}
 
 
 class _Asked(type(Protocol)):  # type: ignore[misc]
-    """Answers whether a stage has an ability once for every class: a protocol looks through all of it every time."""
+    """Answers once for every class of camsim's, as a protocol looks through all of it; each of one's own is asked."""
 
     def __instancecheck__(cls, instance: object) -> bool:
         key = cls, type(instance)
-        if key not in _ANSWERS:
+        if key not in _ANSWERS or is_own(instance):
             _ANSWERS[key] = super().__instancecheck__(instance)
         return _ANSWERS[key]
 

@@ -19,6 +19,7 @@ from camsim.memory import too_large
 from camsim.optics import OpticalStage, OpticalSystem
 from camsim.optics.own import check_transfer
 from camsim.optics.protocols import Varies
+from camsim.optics.told import check_lengths, check_told
 from camsim.rendering.auto import IMAGE_BYTES, Choice, check_method, choose
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.fields.share import edges_share
@@ -245,8 +246,10 @@ def _check(system: OpticalSystem, grid: Grid, wavelength_nm: F64, tolerance: flo
     own = [(stage, getattr(stage, "place", "optics")) for stage in system.stages]
     for stage, key in own:
         check_transfer(stage, key, wavelength_nm[:1])  # before it is asked how far it passes anything
+    check_lengths(system, wavelength_nm)
     highest_per_um = float(np.max(system.highest_per_um(wavelength_nm)))
     for stage, key in own:
         check_transfer(stage, key, wavelength_nm, highest_per_um)
+    check_told(system, wavelength_nm, tolerance)
     if method not in rules.METHODS:
         check_scales(system, grid, wavelength_nm)

@@ -5,22 +5,33 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from camsim.arrays import F64
+from camsim.marks import After, Before, Called
 from camsim.scene.raster import Field, Interpolation, Raster
 from camsim.scene.shapes import Rectangle
 from camsim.spectra.component import Component
 from camsim.spectra.curve import Curve, Spectrum, spectrum_at
 from camsim.spectra.pca import planes_of_cube
 from camsim.spectra.rgb import rgb_basis
-from camsim.typed import Number, Place, Point, Positive, Several, check, judge, refusal
+from camsim.typed import Fraction, Number, Place, Point, Positive, Several, check, judge, refusal
 
 MOST_PLANES = 64
 _ROUNDING = 1e-6  # of samples of reflectance in single precision
+_AT_ONCE = 1 << 14  # samples whose sums are looked at
+
+_OneSpectrum: TypeAlias = Annotated[
+    Fraction | Annotated[Curve, After(lambda curve: curve.going_on("hold"))] | Component,
+    Called("a number from 0 to 1 or a Curve"),
+]
+_Spectra: TypeAlias = Annotated[
+    tuple[_OneSpectrum, ...],
+    Before(lambda given: given if isinstance(given, Sequence | np.ndarray) else (given,)),
+]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -28,7 +39,8 @@ class Picture(Raster, Field):
     """A rectangle of samples in front of the camera, as it falls on the sensor.
 
     planes        : (planes, rows, cols) or (rows, cols) numbers, row 0 at the top
-    spectra       : of every plane: the reflectance at a sample is the sum of plane × spectrum, from 0 to 1
+    spectra       : of every plane: the reflectance at a sample is the sum of plane × spectrum, from 0 to 1. Curves go
+                    on beyond their tables as they end, unless they say otherwise
     width_um      : of the whole picture; its height follows, for every sample stands for a square
     centre_um     : of the picture
     rotate_deg    : clockwise as displayed
@@ -77,17 +89,11 @@ class Picture(Raster, Field):
         planes = planes[None] if planes.ndim == 2 else planes
         if planes.ndim != 3 or not planes.size:
             raise refusal(self, "planes", f"must be (planes, rows, cols), not an array of shape {planes.shape}")
-        several = isinstance(self.spectra, Sequence) and not isinstance(self.spectra, str | bytes)
-        spectra = tuple(self.spectra) if several else (self.spectra,)
+        spectra: tuple[Spectrum | Component, ...] = check(self.spectra, _Spectra, "spectra", "Picture")
         if len(spectra) != len(planes) or len(planes) > MOST_PLANES:
             raise refusal(
                 self, "spectra", f"{len(spectra)} for {len(planes)} planes; one each, at most {MOST_PLANES} of them"
             )
-        for spectrum in spectra:
-            if not isinstance(spectrum, float | int | Curve | Component):
-                raise refusal(self, "spectra", f"must be numbers or curves, not {type(spectrum).__name__}")
-            if isinstance(spectrum, float | int) and not 0.0 <= spectrum <= 1.0:
-                raise refusal(self, "spectra", f"a number must be from 0 to 1, not {spectrum:g}")
         if not np.isfinite(planes).all():
             raise refusal(self, "planes", f"{_first(~np.isfinite(planes))} is not a finite number")
         planes.flags.writeable = False
@@ -102,6 +108,11 @@ class Picture(Raster, Field):
                     f"must be from 0 to 1, fractions of the light that come back, not {low if low < 0 else high:g}; "
                     "divide by the value that is to be a perfect diffuser's",
                 )
+            nodes, values = _tabulated(spectra)
+            if (most := _brightest(planes, values)).max() > 1.0 + _ROUNDING:
+                where = f"at {nodes[most.argmax()]:g} nm " if nodes.size > 1 else ""
+                message = f"{where}the sum of planes × spectra comes to {most.max():g}; a reflectance is from 0 to 1"
+                raise refusal(self, "spectra", message)
         content = hashlib.sha256(np.ascontiguousarray(planes).data)
         for spectrum in spectra:
             nodes = _nodes(spectrum)
@@ -189,12 +200,11 @@ class Picture(Raster, Field):
     def reflectance(self) -> Spectrum:
         """Its mean over all samples: what it is where only outlines are looked at."""
         means = self.planes.mean(axis=(1, 2), dtype=np.float64)
-        if all(isinstance(spectrum, float | int) for spectrum in self.spectra):
-            return float(np.clip(means @ np.array(self.spectra, float), 0.0, 1.0))
-        bent = [spectrum for spectrum in self.spectra if not isinstance(spectrum, float | int)]
-        nodes = np.unique(np.concatenate([_nodes(spectrum) for spectrum in bent]))
-        total = np.einsum("p,pn->n", means, np.stack([spectrum_at(spectrum, nodes) for spectrum in self.spectra]))
-        return Curve(tuple(nodes.tolist()), tuple(np.clip(total, 0.0, 1.0).tolist()), outside="hold")
+        nodes, values = _tabulated(self.spectra)
+        total = np.clip(np.einsum("p,pn->n", means, values), 0.0, 1.0)
+        if nodes.size == 1:
+            return float(total[0])
+        return Curve(tuple(nodes.tolist()), tuple(total.tolist()), outside="hold")
 
     def frame(self, reflectance: Spectrum) -> Rectangle:
         """Return the picture's rectangle in one colour."""
@@ -210,6 +220,25 @@ class Picture(Raster, Field):
     def surfaces(self) -> tuple[Spectrum, ...]:
         """Curves that bend where the planes' spectra do."""
         return tuple(s.size if isinstance(s, Component) else s for s in self.spectra)
+
+
+def _tabulated(spectra: Sequence[Spectrum | Component]) -> tuple[F64, F64]:
+    """Return the wavelengths (n,) where any of the spectra bends, nm, and all of them there (spectra, n)."""
+    bent = [_nodes(spectrum) for spectrum in spectra if not isinstance(spectrum, float | int)]
+    nodes = np.unique(np.concatenate(bent)) if bent else np.ones(1)
+    return nodes, np.stack([spectrum_at(spectrum, nodes) for spectrum in spectra])
+
+
+def _brightest(planes: NDArray[np.floating], values: F64) -> F64:
+    """Return (n,) the largest Σ plane × spectrum of all samples, or a bound that no wavelength's exceeds 1 by."""
+    bound: F64 = np.einsum("p,pn->n", planes.max(axis=(1, 2)).astype(np.float64), values)
+    if bound.max() <= 1.0 + _ROUNDING:
+        return bound
+    samples, most = planes.reshape(len(planes), -1), np.zeros(values.shape[1])
+    for first in range(0, samples.shape[1], _AT_ONCE):
+        sums = np.einsum("pn,ps->ns", values, samples[:, first : first + _AT_ONCE], optimize=True)
+        np.maximum(most, sums.max(axis=1), out=most)
+    return most
 
 
 def _nodes(spectrum: Spectrum | Component) -> F64:

@@ -90,7 +90,9 @@ def _in_blocks(electrons: F64, acts: Sequence[Act], context: Context, threads: i
     margin = sum(stage.margin for stage, _ in acts)
     rows, cols = electrons.shape[0] - 2 * margin, electrons.shape[1] - 2 * margin
     after = electrons if ours and not margin else np.empty((rows, cols))
-    acting = [(stage.over(dataclasses.replace(context, asking=stage)), stage, phase) for stage, phase in acts]
+    acting = [
+        (stage.over(dataclasses.replace(context, asking=stage, begun=set())), stage, phase) for stage, phase in acts
+    ]
 
     def work(block: int) -> None:
         first = block * BLOCK_ROWS

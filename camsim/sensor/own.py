@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from typing import Annotated, Any
 
@@ -86,6 +87,7 @@ def acted(stage: ElectronicStage, electrons: F64, context: Context) -> F64:
     name = f"{type(stage).__name__}.apply"
     given = electrons.view()
     given.flags.writeable = False
+    context = dataclasses.replace(context, shape=(electrons.shape[0], electrons.shape[1]), begun=set())
     try:
         after: Any = stage.apply(given, context)
     except ValueError as error:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import Any, ClassVar, Protocol, TypeVar, runtime_checkable
 
@@ -52,8 +52,10 @@ class Context:
     rows_before      : of the window, above these electrons
     margin           : photosites beyond the window on each side of these electrons, for what neighbours give
     phase            : in which the stage is asked to act
+    shape            : (rows, cols) of these electrons; None where there are none yet (``over``, ``draws``)
     stages           : all that act
     asking           : the stage that is asked to act; one of one's own draws from the streams that it has declared
+    begun            : streams of these rows that it has begun to draw from
 
     >>> context = Context(time_s=0.01, seed=1, serial=1, origin=(0, 0), frame_cols=8, rows_in_all=4)
     >>> context.first
@@ -75,8 +77,10 @@ class Context:
     rows_before: int = 0
     margin: int = 0
     phase: Phase = Phase.READ
+    shape: tuple[int, int] | None = None
     stages: tuple[ElectronicStage, ...] = ()
     asking: ElectronicStage | None = None
+    begun: set[int] = field(default_factory=set, repr=False, compare=False)
 
     @property
     def first(self) -> tuple[int, int]:
@@ -88,7 +92,7 @@ class Context:
         return next((stage for stage in self.stages if isinstance(stage, kind)), None)
 
     def generator(self, stream: int) -> np.random.Generator:
-        """Return the generator of a temporal stage for these rows."""
+        """Return the generator of a temporal stage for these rows, at its beginning: ask once, and draw all of it."""
         self._check_declared(stream, temporal=True)
         block = self.rows_before // streams.BLOCK_ROWS
         return streams.generator(self.seed, stream, block=block, frame_number=self.frame_number)
@@ -101,10 +105,23 @@ class Context:
     def normals(self, stream: int, shape: tuple[int, ...]) -> F32:
         """Return the (rows, cols) standard normals of a fixed pattern that belong to these photosites."""
         self._check_declared(stream, temporal=False)
+        if self.shape not in (None, tuple(shape)) and is_own(self.asking):
+            asked = f"{type(self.asking).__name__} asks for normals of shape {tuple(shape)} for {self.shape} photosites"
+            way_out = "there is one for each photosite; context.column_normals gives one for each column"
+            raise refused("extra_stages", f"{asked}; {way_out}")
         rows, cols = shape
         return streams.fixed_normals(
             self.serial, stream, rows=rows, cols=cols, origin=self.first, frame_cols=self.frame_cols
         )
+
+    def column_normals(self, stream: int, cols: int) -> F32:
+        """Return the (cols,) standard normals of a fixed pattern that belong to these photosites' columns."""
+        self._check_declared(stream, temporal=False)
+        origin = 0, self.first[1]
+        one_row = streams.fixed_normals(
+            self.serial, stream, rows=1, cols=cols, origin=origin, frame_cols=self.frame_cols
+        )
+        return one_row.ravel()
 
     def normals_drawn(self, rows: int) -> int:
         """Return how many numbers ``normals`` draws for so many rows, a block at a time as the chain does."""
@@ -120,9 +137,14 @@ class Context:
             way_out = f"stream: ClassVar = {stream}" if stage.stream is None else "each that it draws from"
             message = f"{name} draws from stream {stream}, and its stream is {stage.stream}; declare {way_out}"
             raise refused("extra_stages", message)
+        if temporal and stream in self.begun:
+            again = "it begins anew, with the same numbers; draw from one generator, or declare another stream"
+            raise refused("extra_stages", f"{name} asks for the generator of stream {stream} twice; {again}")
         if temporal and not stage.temporal:
             way_out = "declare temporal: ClassVar = True, or take context.normals for a pattern of the sensor"
             raise refused("extra_stages", f"{name} draws anew in each frame, and its temporal is False; {way_out}")
+        if temporal:
+            self.begun.add(stream)
 
 
 @runtime_checkable

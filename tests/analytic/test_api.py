@@ -58,6 +58,29 @@ def test_a_notebooks_picture_has_a_readable_size(size: tuple[int, int]) -> None:
     assert shown.shape[0] / shown.shape[1] == pytest.approx(size[0] / size[1], rel=0.01)
 
 
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda f: {"mosaic": f.mosaic + 0.5}, "Frame.mosaic: must be whole numbers, not float64"),
+        (lambda f: {"mosaic": f.mosaic.astype(int) - 5000}, "Frame.mosaic: codes must be 0 to 65535, not -"),
+        (lambda f: {"mosaic": f.mosaic.T}, r"Frame.mean_electrons: must be numbers of shape \(16, 12\)"),
+        (
+            lambda f: {"truth": np.zeros((3, 12, 16), np.float32)},
+            r"Frame.truth: must be numbers of shape \(12, 16, 3\)",
+        ),
+        (lambda f: {"electrons": f.electrons.astype(str)}, "Frame.electrons: must be numbers"),
+    ],
+)
+def test_what_is_put_into_a_frame_is_a_frame(frame: camsim.Frame, change: Any, message: str) -> None:
+    """DNGs cut off what is behind the point, wrapped −5 to 65 531, and were of another size than their record says."""
+    with pytest.raises(InvalidValueError, match=message):
+        dataclasses.replace(frame, **change(frame))
+    for same in (frame.mosaic.astype(">u2"), frame.mosaic.tolist()):
+        kept = dataclasses.replace(frame, mosaic=same).mosaic
+        assert kept.dtype == np.uint16
+        np.testing.assert_array_equal(kept, frame.mosaic)
+
+
 def test_a_frame_in_a_notebook(frame: camsim.Frame) -> None:
     png = frame._repr_png_()
     assert png is not None

@@ -207,9 +207,39 @@ def test_several_streams_and_the_exposure():
     stage = own(apply=apply, stream=(1001, 1002), temporal=True)
     one, two = (camera_with(stage).expose(GREY, **SMALL, frame_number=n).electrons - 100.0 for n in (0, 1))
     assert abs(np.corrcoef(one.ravel(), two.ravel())[0, 1] - 0.5) < STATISTICAL * 0.75 / np.sqrt(one.size)
+    twice = own(
+        apply=lambda self, e, context: e + context.generator(1001).normal() + context.generator(1001).normal(),
+        stream=1001,
+        temporal=True,
+    )
+    with pytest.raises(InvalidValueError, match="Own asks for the generator of stream 1001 twice; it begins anew"):
+        camera_with(twice).expose(GREY, **SMALL)
+    both = own(
+        apply=lambda self, e, context: e,
+        over=lambda self, context: (context.frame_generator(1001), self)[1],
+        stream=1001,
+        temporal=True,
+        phases=(camsim.Phase.CHARGE, camsim.Phase.READ),
+    )
+    assert camera_with(both).expose(GREY, **SMALL).shape == (12, 10)  # once in each of its phases
     still = own(apply=apply, stream=(1001, 1002))
     with pytest.raises(InvalidValueError, match="Own draws anew in each frame, and its temporal is False"):
         camera_with(still).expose(GREY, **SMALL)
+
+
+def test_a_pattern_of_columns_goes_on_through_all_rows():
+    """Normals of one row began anew with each block of 64 rows, whatever row it was."""
+    stage = own(apply=lambda self, e, context: e + context.column_normals(1001, e.shape[1]), stream=1001)
+    still = camera_with(stage, read_noise=None, full_well=None)
+    for origin in ((0, 0), (150, 40)):
+        frame = still.expose(GREY, **HOW | {"region": camsim.Region(rows=130, cols=90, origin=origin)})
+        added = frame.electrons - frame.mean_electrons
+        drawn = np.random.Generator(np.random.Philox(np.random.SeedSequence([still.serial, 1001, 0, 0])))
+        columns = drawn.standard_normal(300, np.float32)[origin[1] : origin[1] + 90]
+        np.testing.assert_allclose(added, np.tile(columns, (130, 1)), atol=1e-9)
+    one_row = own(apply=lambda self, e, context: e + context.normals(1001, (1, e.shape[1])), stream=1001)
+    with pytest.raises(InvalidValueError, match=r"Own asks for normals of shape \(1, 90\) for \(64, 90\) photosites"):
+        camera_with(one_row).expose(GREY, **HOW)
 
 
 @dataclass(frozen=True)
@@ -328,6 +358,11 @@ def Odd(transfer):
         ({"olpf": Motion(length_um=1.0)}, "Camera.olpf: must be an OLPF or None, not a Motion"),
         ({"photosite": Motion(length_um=1.0)}, "Camera.photosite: must be a photosite, not a Motion"),
         ({"extra_optics": Motion(length_um=1.0)}, "Camera.extra_optics: must be a list, not a Motion"),
+        (
+            {"extra_optics": [camsim.Gaussian(sigma_um=1.0, transmission=0.5)]},
+            "Gaussian.transmission takes no light from a blur besides the lens; leave it 1, and give a filter",
+        ),
+        ({"extra_optics": [camsim.read_lens("mobile")]}, "FieldLens changes over the frame, which only a lens can"),
         ({"extra_optics": [object()]}, "Camera.extra_optics: item 0 must be a stage with otf"),
         ({"extra_optics": [Odd(lambda x, y: 2.0 + 0 * x)]}, "Odd.otf is 2 at frequency 0; it must be 1"),
         ({"extra_optics": [Odd(lambda x, y: 1.0)]}, r"Odd.otf gives shape \(\) for frequencies of shape \(67,\)"),

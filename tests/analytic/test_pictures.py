@@ -113,9 +113,17 @@ def test_one_flat_colour_is_a_rectangle(interpolation, tolerance):
     assert worst(image, right) <= tolerance
 
 
-@pytest.mark.parametrize("spectra", [(0.5,), (0.5, 0.25), (0.5, camsim.Curve((400.0, 700.0), (0.25, 0.25)))])
+@pytest.mark.parametrize(
+    "spectra",
+    [
+        (0.5,),
+        (np.float32(0.5), 0.25),
+        (0.5, camsim.Curve((400.0, 700.0), (0.25, 0.25))),
+        (0.5, camsim.Curve((540.0, 560.0), (0.25, 0.25))),
+    ],
+)
 def test_numbers_are_spectra(spectra):
-    """A camera refused them for the wavelengths 1 and 2 nm, which nobody gave."""
+    """A camera refused them for wavelengths that nobody gave; a curve was dark beyond its table, as no surface is."""
     picture = camsim.Picture(planes=np.full((len(spectra), 2, 3), 0.4), spectra=spectra, width_um=6000.0)
     grey = 0.4 * (0.5 + 0.25 * (len(spectra) - 1))
     capture = camsim.load(
@@ -428,7 +436,7 @@ def test_a_large_frame_has_tiles_whose_rows_fit_as_well():
 @pytest.mark.parametrize("width_um", [1e5, 1e7, 1e12])
 def test_a_picture_far_larger_than_the_frame_is_refused_in_a_sentence(width_um):
     """Its check took 29 s and 3 GB, or a traceback: 431 GB could not be had."""
-    picture = camsim.Picture(planes=np.ones((3, 40, 60)), width_um=width_um, spectra=(0.3, 0.5, 0.7))
+    picture = camsim.Picture(planes=np.ones((3, 40, 60)), width_um=width_um, spectra=(0.3, 0.5, 0.2))
     grid = camsim.Grid(rows=2, cols=2, pitch_um=4.0)
     with pytest.raises(camsim.CamsimError, match="crop it to what lies near the frame"):
         camsim.render(
@@ -445,10 +453,19 @@ def test_a_picture_far_larger_than_the_frame_is_refused_in_a_sentence(width_um):
     [
         (lambda: camsim.Picture(planes=np.ma.masked_greater([[0.1, 0.9]], 0.5), width_um=3.0), "masked samples"),
         (lambda: camsim.Picture.of_rgb(np.ma.masked_greater(np.ones((2, 2, 3)), 0.5), width_um=3.0), "masked samples"),
+        (
+            lambda: camsim.Picture(planes=[[[0.1, 0.9]], [[0.2, 0.6]]], spectra=(1, 0.5), width_um=3.0),
+            "comes to 1.2; a",
+        ),
+        (
+            lambda: camsim.Picture(planes=[[0.1, 0.7]], spectra=Curve((400, 500, 600), (1, 2, 1)), width_um=3.0),
+            "at 500 nm the sum of planes × spectra comes to 1.4",
+        ),
+        (lambda: camsim.Picture(planes=[[0.1]], spectra=True, width_um=3.0), "a number from 0 to 1 or a Curve, not T"),
         (lambda: camsim.Picture.of_cube(np.ones((2, 2, 3)), [0.45, 0.55, 0.65], width_um=3.0), "give nm: 0.4 µm are"),
     ],
 )
 def test_what_would_be_rendered_otherwise_than_meant_is_refused(made, why):
-    """The hidden numbers, and the last band for all of the light."""
+    """The hidden numbers, more light than there is, and the last band for all of the light."""
     with pytest.raises(camsim.CamsimError, match=why):
         made()

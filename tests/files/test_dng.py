@@ -388,7 +388,8 @@ def test_white_and_complementary_filters_have_their_codes(tmp_path: Path, frame:
     colour = dataclasses.replace(
         frame.colour, quantum_efficiency=dataclasses.replace(given, curves=(*given.curves, ("W", white)))
     )
-    four = dataclasses.replace(frame, channels=("R", "G", "B", "W"), cfa_pattern=("RG", "WB"), colour=colour)
+    letters = {"channels": ("R", "G", "B", "W"), "cfa_pattern": ("RG", "WB")}
+    four = dataclasses.replace(frame, **letters, colour=colour, truth=None)
     save(four, tmp_path / "a.dng", allow_odd_cfa=True)
     tags = tags_of(tmp_path / "a.dng")
     assert list(bytes(tags[33422])) == [0, 1, 6, 2]
@@ -419,6 +420,7 @@ def test_a_period_beyond_a_byte_cannot_be_written(long: int, said: str) -> None:
 
 def test_more_than_4_gib_is_refused(tmp_path: Path, frame: Frame) -> None:
     # One row repeated by a stride of zero: 8 GB that take no memory.
-    huge = np.lib.stride_tricks.as_strided(frame.mosaic, (60000, 66 * 1000), (0, 0))
+    arrays = {name: getattr(frame, name) for name in ("mosaic", "mean_electrons", "electrons", "channel_index")}
+    huge = {name: np.lib.stride_tricks.as_strided(array, (60000, 66 * 1000), (0, 0)) for name, array in arrays.items()}
     with pytest.raises(OutputError, match="a TIFF or DNG file holds 4 GiB at most"):
-        save(dataclasses.replace(frame, mosaic=huge), tmp_path / "a.dng")
+        save(dataclasses.replace(frame, **huge, truth=None), tmp_path / "a.dng")

@@ -10,6 +10,7 @@ from edges import gaussian_edge, gaussian_limit, gaussian_mtf, gaussian_sigma
 from tolerances import STATISTICAL
 
 import camsim
+from camsim.errors import InvalidValueError
 from camsim.measure import CameraOtf, EdgeLine, Picture, Plane, Roi, measure_edge, measure_mtf, picture_of_frame
 from camsim.measure.crossings import limit
 from camsim.measure.find import find_edges
@@ -96,6 +97,21 @@ def test_the_theory_is_the_product_of_transfers_in_green_light():
     flat = CameraOtf(camera=camera, scene=scene, light=light)
     assert flat.along_normal(f, channel="G1", line=line) is None
     assert theory.along_normal(f, channel="Y", line=line) is None
+
+
+def test_the_theory_of_ones_own_is_judged():
+    """A surface given as a curve was dark beyond its table; a scene's file was a traceback later."""
+    camera = camsim.Camera.from_yaml("mono-345", lens=camsim.Airy(f_number=8.0))
+    scene, light = camsim.Scene(background=0.9), camsim.Light("D55", illuminance_lux=500.0)
+    theory, fx, fy = CameraOtf(camera=camera, scene=scene, light=light), np.array([0.1, 0.4]), np.zeros(2)
+    green = camsim.Curve((540.0, 560.0), (0.8, 0.8))
+    np.testing.assert_allclose(theory.at(fx, fy, "Y", 0.0, green), theory.at(fx, fy, "Y", 0.0, 0.8), rtol=1e-9)
+    with pytest.raises(InvalidValueError, match=r"CameraOtf.scene: must be a Scene, not 'edge'"):
+        CameraOtf(camera=camera, scene="edge", light=light)
+    with pytest.raises(InvalidValueError, match=r"CameraOtf.camera: must be a Camera, not 'mono-345'; Cam"):
+        CameraOtf(camera="mono-345", scene=scene, light=light)
+    with pytest.raises(InvalidValueError, match=r"CameraOtf.dark: must be a number from 0 to 1"):
+        theory.at(fx, fy, "Y", -0.1, green)
 
 
 @pytest.mark.parametrize("normal_deg", [0.0, 30.0, 90.0, -120.0])

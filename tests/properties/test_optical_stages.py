@@ -105,6 +105,13 @@ def test_elementwise_on_any_shape(stage, frequencies):
         assert complex(otf(stage, fx[i], fy[i])) == pytest.approx(whole[i], abs=ROUNDING)
 
 
+@pytest.mark.parametrize("name", OPTICAL_STAGES | LOPSIDED_STAGES)
+def test_lists_are_frequencies_too(name):
+    """OLPFs and rectangular photosites ended in “can't multiply sequence”."""
+    stage, fx, fy = ALL_STAGES[name], [0.0, 0.05], [0.02, -0.03]
+    np.testing.assert_array_equal(stage.otf(fx, fy, WAVELENGTH_NM), otf(stage, fx, fy))
+
+
 @pytest.mark.parametrize(
     "name", [name for name in ALL_STAGES if not name.startswith("measured")]
 )  # between samples waves may dip

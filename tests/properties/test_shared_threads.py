@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 import multiprocessing
+import pickle
 import threading
 from concurrent.futures import ThreadPoolExecutor
 
@@ -10,7 +12,7 @@ import numba as nb
 import numpy as np
 import pytest
 
-from camsim.kept import cached_property
+from camsim.kept import Keeps, cached_property
 from camsim.kernels import ahead, shared
 from camsim.kernels.threads import _helpers
 
@@ -105,7 +107,7 @@ def test_a_forked_process_has_helpers_of_its_own() -> None:
     child.join()
 
 
-class Made:
+class Made(Keeps):
     """Something with a property that two threads are to be in at once, or never."""
 
     def __init__(self, together: threading.Barrier | None = None) -> None:
@@ -132,6 +134,17 @@ def test_a_property_of_one_instance_is_made_once() -> None:
         with ThreadPoolExecutor(4) as pool:
             assert list(pool.map(lambda _, m=made, b=begin: b.wait(10.0) * 0 + m.value, range(4))) == [1] * 4
         assert set(vars(made)) == {"together", "times", "value"}
+
+
+def test_a_copy_while_a_property_is_made_has_no_lock() -> None:
+    """Captures that one thread took and another one pickled, for other processes, ended in a TypeError."""
+
+    class Copied(Keeps):
+        @cached_property
+        def value(self) -> dict[str, object]:
+            return dict(vars(copy.deepcopy(self)), pickled=pickle.dumps(self.__getstate__()))
+
+    assert set(Copied().value) == {"pickled"}
 
 
 def test_a_property_that_fails_is_made_when_it_is_asked_for_again() -> None:

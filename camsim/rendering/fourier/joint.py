@@ -66,8 +66,9 @@ def _nodes(frequency: F64, reach: float) -> tuple[F64, F64 | None]:
     if frequency.size < 2:
         return frequency, None
     step = float(frequency[-1] - frequency[0]) / (frequency.size - 1)
-    count = min(frequency.size, int(PHASE / (math.pi * reach * step)) + 1)
-    phase = math.pi * reach * step * (count - 1)
+    turns = math.pi * reach * step
+    count = int(min(frequency.size, PHASE / turns + 1.0)) if turns else frequency.size
+    phase = turns * (count - 1)
     order = math.ceil(phase + 10.0 * math.cbrt(phase) + 6.0)
     if order >= count:
         return frequency, None
