@@ -70,6 +70,12 @@ def test_the_largest_of_twelve_bits_is_white(tmp_path: Path) -> None:
     np.testing.assert_allclose(planes_of(tmp_path / "a.tiff")[..., 0], linear(codes / 4095), rtol=0, atol=1e-12)
 
 
+def test_one_bit_is_black_or_white(tmp_path: Path) -> None:
+    mask = RGB[..., 0] > 100
+    Image.fromarray(mask).save(tmp_path / "a.png")
+    np.testing.assert_array_equal(planes_of(tmp_path / "a.png")[..., 0], mask.astype(float))
+
+
 def test_jpeg_and_grey(tmp_path: Path) -> None:
     Image.fromarray(RGB).resize((64, 48)).save(tmp_path / "a.jpg", quality=100, subsampling=0)
     with Image.open(tmp_path / "a.jpg") as image:
