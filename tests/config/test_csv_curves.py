@@ -68,7 +68,7 @@ FILES: dict[str, tuple[str | bytes, str | int | None]] = {
     "ångströms in a remark": ("# wavelengths are given in Å\n4000 .1\n5505 .35\n7000 .2\n", None),
     "units in a comment below the names": ("wavelength,R\n# um,%\n.4,10\n.5505,35\n.7,20\n", "R"),
     "remarks, names and units in comments": (
-        "# Sony\n# 2020\n# Lab\n# wavelength,R\n# um,%\n.4,10\n.5505,35\n.7,20\n",
+        "#a\n#b\n#c\n# wavelength,R\n# um,%\n.4,10\n.5505,35\n.7,20\n",
         "R",
     ),
     "names and units in comments": ("# Dr. No, 5 %\n# wavelength,R\n# um,%\n# --\n.4,10\n.5505,35\n.7,20\n", "R"),
