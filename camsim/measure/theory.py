@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -34,6 +35,7 @@ _FEW_DIRECTIONS, _FEW_FREQUENCIES = 6, 8
 _NEAR_ZERO = 1e-4  # cycles per pixel: where the phase tells the middle of the light
 _SEARCHED_PIXEL = np.linspace(-2.0, 2.0, 17)
 _NEWTON_STEPS = 8
+_NOTHING = 1e-30  # of the cube of a transfer
 _NODES = 40
 """Wavelengths of a lens that changes over the frame."""
 
@@ -74,7 +76,11 @@ class CameraOtf:
     def along_normal(self, frequency_cycles_per_pixel: F64, *, channel: str, line: EdgeLine) -> F64 | None:
         """Transfer function across the edge; None for a channel that the camera does not have."""
         place_um = self._place_um(line, 0.0)
-        moved = self._moved_pixel(channel, line, place_um)
+        moved = 0.0
+        if not isinstance(self.camera.lens, Varies):  # one that does tells where the scene falls
+            seen = functools.partial(self.at, channel=channel, dark=0.0, bright=1.0, place_um=place_um)
+            x, y = _shift_pixel(seen, NYQUIST_OF_SENSOR_CYCLES_PER_PIXEL)
+            moved = x * math.cos(line.normal_rad) + y * math.sin(line.normal_rad)
         sides = [self._surface(self._place_um(line, side - moved)) for side in (-_BESIDE_PIXEL, _BESIDE_PIXEL)]
         fx, fy = (frequency_cycles_per_pixel * part for part in (math.cos(line.normal_rad), math.sin(line.normal_rad)))
         otf = self.at(fx, fy, channel, sides[0], sides[1], place_um=place_um)
@@ -114,25 +120,8 @@ class CameraOtf:
         its transfer function is as real as it can be: where the mean of the real part is largest, weighed by its own
         power. (Of coma that is not the middle of its light, about which the transfer is less real.)
         """
-        f = highest_cycles_per_pixel * (np.arange(_FEW_FREQUENCIES) + 1.0) / _FEW_FREQUENCIES
-        fx, fy = _all_round(f, _FEW_DIRECTIONS)
-        near = np.array([_NEAR_ZERO, 0.0])
-        fx, fy = (np.concatenate([axis, each.ravel()]) for axis, each in ((near, fx), (near[::-1], fy)))
-        otf = self.at(fx, fy, channel, dark, bright, place_um=place_um)
-        if otf is None or not np.iscomplexobj(otf):
-            return 0.0, 0.0
-        middle = -np.angle(otf[:2]) / (2.0 * np.pi * _NEAR_ZERO)
-        fx, fy, otf = fx[2:], fy[2:], otf[2:] * np.abs(otf[2:]) ** 2
-        from_middle = np.stack(np.meshgrid(_SEARCHED_PIXEL, _SEARCHED_PIXEL), axis=-1).reshape(-1, 2)
-        tried = np.concatenate([from_middle + middle, from_middle])
-        real = [float(np.sum(np.real(_moved(otf, fx, fy, each)))) for each in tried]
-        shift = tried[int(np.argmax(real))]
-        turns = 2.0 * np.pi * np.stack([fx, fy])
-        for _ in range(_NEWTON_STEPS):
-            moved = _moved(otf, fx, fy, shift)
-            bend = np.einsum("in,jn,n->ij", turns, turns, np.real(moved))
-            shift = shift - np.linalg.solve(bend, np.einsum("in,n->i", turns, np.imag(moved)))
-        return float(shift[0]), float(shift[1])
+        seen = functools.partial(self.at, channel=channel, dark=dark, bright=bright, place_um=place_um)
+        return _shift_pixel(seen, highest_cycles_per_pixel)
 
     def at(
         self,
@@ -178,14 +167,6 @@ class CameraOtf:
         otf: F64 = lens * system.footprint_otf(fx, fy) / total
         return otf
 
-    def _moved_pixel(self, channel: str, line: EdgeLine, place_um: tuple[float, float]) -> float:
-        """Return how far towards its bright side an edge is seen; a lens that changes tells where the scene falls."""
-        if isinstance(self.camera.lens, Varies):
-            return 0.0
-        half = NYQUIST_OF_SENSOR_CYCLES_PER_PIXEL
-        x, y = self.shift_pixel(half, channel=channel, dark=0.0, bright=1.0, place_um=place_um)
-        return x * math.cos(line.normal_rad) + y * math.sin(line.normal_rad)
-
     def _place_um(self, line: EdgeLine, distance_pixel: float) -> tuple[float, float]:
         """Return the place on the sensor at a distance from the edge's point, along its normal."""
         left, top = self.camera.grid(self.region).first_centre
@@ -204,6 +185,34 @@ def _all_round(frequency: F64, directions: int) -> tuple[F64, F64]:
     turn = np.pi * (np.arange(directions) + 0.5) / directions
     fx, fy = (np.outer(part, frequency) for part in (np.cos(turn), np.sin(turn)))
     return fx, fy
+
+
+def _shift_pixel(seen: Callable[[F64, F64], F64 | C128 | None], highest_cycles_per_pixel: float) -> tuple[float, float]:
+    """Return where a transfer function is as real as it can be; see ``CameraOtf.shift_pixel``."""
+    f = highest_cycles_per_pixel * (np.arange(_FEW_FREQUENCIES) + 1.0) / _FEW_FREQUENCIES
+    fx, fy = _all_round(f, _FEW_DIRECTIONS)
+    near = np.array([_NEAR_ZERO, 0.0])
+    fx, fy = (np.concatenate([axis, each.ravel()]) for axis, each in ((near, fx), (near[::-1], fy)))
+    otf = seen(fx, fy)
+    if otf is None or not np.iscomplexobj(otf):
+        return 0.0, 0.0
+    middle = -np.angle(otf[:2]) / (2.0 * np.pi * _NEAR_ZERO)
+    fx, fy, otf = fx[2:], fy[2:], otf[2:] * np.abs(otf[2:]) ** 2
+    if not np.abs(otf).max() > _NOTHING:  # so wide a blur that nothing passes there
+        return float(middle[0]), float(middle[1])
+
+    def reality(shift: F64) -> float:
+        return float(np.sum(np.real(_moved(otf, fx, fy, shift))))
+
+    from_middle = np.stack(np.meshgrid(_SEARCHED_PIXEL, _SEARCHED_PIXEL), axis=-1).reshape(-1, 2)
+    begin = max(np.concatenate([from_middle + middle, from_middle]), key=reality)
+    turns, shift = 2.0 * np.pi * np.stack([fx, fy]), begin
+    for _ in range(_NEWTON_STEPS):
+        moved = _moved(otf, fx, fy, shift)
+        bend = np.einsum("in,jn,n->ij", turns, turns, np.real(moved))
+        shift = shift - np.linalg.lstsq(bend, np.einsum("in,n->i", turns, np.imag(moved)), rcond=None)[0]
+    x, y = shift if reality(shift) >= reality(begin) else begin
+    return float(x), float(y)
 
 
 def _moved(otf: F64 | C128, fx: F64, fy: F64, shift_pixel: Sequence[float] | F64) -> F64 | C128:
