@@ -27,7 +27,7 @@ _CLIPPED = 0.002
 _BELOW_BLACK = 0.1  # of the step
 _PILED_UP = 0.02  # of a side's photosites
 _NOISY, _NOISY_PART = 0.45, 3e-4  # codes, and of the step where there are none
-_WIDE, _MOST_LOW = 0.2, 0.13
+_WIDE, _MOST_LOW = 0.1, 0.13
 """A rise, of what a region has beside an edge, above which it counts what aberrations throw far; MTF50's share then."""
 
 _WIDEST = 0.6  # of what a region has beside an edge: rises that are longer have no levels to end at
