@@ -114,7 +114,7 @@ def _scene(rng, noisy):
         )
     if kind == "wavefront":
         lens["pupil"] = {"shape": str(rng.choice(["circular", "square", "bladed"])), "rotate_deg": 20.0}
-        lens["pupil"] |= {"obstruction": float(rng.uniform(0.0, 0.4)), "blades": int(rng.integers(3, 9))}
+        lens["pupil"] |= {"obstruction": float(rng.uniform(0.01, 0.4)), "blades": int(rng.integers(3, 9))}
         if lens["pupil"]["shape"] != "bladed":
             del lens["pupil"]["blades"]
     if kind in ("gaussian", "elliptical-gaussian"):

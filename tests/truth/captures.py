@@ -267,9 +267,13 @@ def _stripes(lens, nm, xs, covered, x, width):
     edges = [(at, rise) for at, rise in zip(xs, rises, strict=True) if rise]
     cut = 1.0 / (nm * 1e-3 * working)
     far = max(abs(x[:, None] - [at for at, _ in edges]).max(), width) + width
+    hole = lens.get("obstruction", 0.0)
     node, weight = np.polynomial.legendre.leggauss(FREQUENCIES + math.ceil(FREQUENCIES / 4 * far * cut.max()))
-    u, weight = 0.5 * (node + 1.0), 0.5 * weight
-    kept = transfer(u, lens.get("obstruction", 0.0)) * weight / (math.pi * u)
+    # Where overlaps of rim and hole begin and end the transfer bends.
+    ends = np.unique([0.0, hole, 0.5 * (1.0 - hole), 0.5 * (1.0 + hole), 1.0])
+    middle, half = 0.5 * (ends[1:] + ends[:-1])[:, None], 0.5 * np.diff(ends)[:, None]
+    u, weight = (middle + half * node).ravel(), (half * weight).ravel()
+    kept = transfer(u, hole) * weight / (math.pi * u)
     seen = np.zeros((len(nm), len(x)))
     for at, sign in edges:
         phase = 2.0 * math.pi * cut[:, None, None] * (x - at)[:, None] * u

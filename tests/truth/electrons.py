@@ -16,7 +16,7 @@ def whole_table(colour, light):
     if light == "A":
         more_nm = np.arange(nm[-1] + 5.0, 1101.0, 5.0)
         planck = more_nm**-5.0 / np.expm1(1.435e7 / 2848 / more_nm)
-        more = power[-1] * planck / (nm[-1] ** -5.0 / np.expm1(1.435e7 / 2848 / nm[-1]))
+        more = 100.0 * planck / (560.0**-5.0 / np.expm1(1.435e7 / 2848 / 560.0))
     elif light in DAYLIGHT_K:
         t = DAYLIGHT_K[light]
         x = 0.244063 + 0.09911e3 / t + 2.9678e6 / t**2 - 4.6070e9 / t**3
