@@ -95,6 +95,11 @@ def _system(capture: Capture, channel: int, fx: F64, fy: F64, lens: Any) -> Any:
     return CameraOtf.of(capture).at(fx * pitch_um, fy * pitch_um, camera.cfa.channels[channel], 0.0, 1.0)
 
 
+def _with_crosstalk(capture: Capture) -> str:
+    """Say of the system what else than lens, OLPF and photosite is in it."""
+    return "" if capture.camera.crosstalk is None else " with crosstalk"
+
+
 def _draw_mtf(figure: Any, capture: Capture) -> None:
     camera, system = capture.camera, capture.camera.optics
     axes = figure.subplots()
@@ -106,7 +111,7 @@ def _draw_mtf(figure: Any, capture: Capture) -> None:
     axes.plot(f, aperture, color="grey", lw=1.0, ls=":", label="photosite")
     if system.olpf is not None:
         axes.plot(f, np.abs(system.olpf.otf(per_um, zero, 0.0)), color="grey", lw=1.0, ls="--", label="OLPF")
-    slanted, crosstalk = per_um * np.sqrt(0.5), "" if camera.crosstalk is None else " with crosstalk"
+    slanted, crosstalk = per_um * np.sqrt(0.5), _with_crosstalk(capture)
     for k, name in enumerate(camera.cfa.channels):
         if not shares_of(capture, k)[0].size:
             continue
@@ -170,9 +175,8 @@ def _draw_psf(figure: Any, capture: Capture) -> None:
     # A photosite's transfer never ends; a little blur keeps what the samples cut off from ringing.
     blur = np.exp(-2.0 * np.pi**2 * (1.2 * step * camera.pitch_um) ** 2 * (fx**2 + fy**2))
     footprint = system.footprint_otf(fx, fy)
-    crosstalk = "" if camera.crosstalk is None else " with crosstalk"
     whole = _system(capture, channel, fx, fy, lens)
-    parts = {f"lens, {name}": lens, FOOTPRINT: footprint * blur, f"system, {name}{crosstalk}": whole}
+    parts = {f"lens, {name}": lens, FOOTPRINT: footprint * blur, f"system, {name}{_with_crosstalk(capture)}": whole}
     half = round(PITCHES / step)
     patterns = {title: _pattern(otf, half) for title, otf in parts.items()}
     pictures, slices = figure.subplots(2, 3, height_ratios=[3, 2])

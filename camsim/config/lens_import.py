@@ -55,8 +55,8 @@ def import_zemax(file: Path, *, middle_nm: float = 550.0) -> str:
         raise InputError(f"no such file: {str(file)!r}")
     lines = _lines(file)
     unit_mm = _unit_mm(lines, file.name)
-    _judge_rims(lines, file.name)
     try:
+        _judge_rims(lines, file.name)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             optic = load_zemax_file(str(file))

@@ -174,10 +174,7 @@ def read_image_directory(file: BinaryIO, size: int) -> Directory:
 
     Those that are reduced or masks are left out, as far as they say so.
     """
-    form, at = _begin(file)
-    pages, seen = [_directory(file, size, form, at)], {at}
-    while following := pages[-1].following:
-        pages.append(_directory(file, size, form, _fresh(following, seen)))
+    pages = list(_pages(file, size, set())) or [read_directory(file, size)]
     images = [page for page in pages if not page.number(SUBFILE_TYPE, 0) & (_REDUCED | _MASK)] or pages[:1]
     pixels = [page.number(IMAGE_LENGTH, 0) * page.number(IMAGE_WIDTH, 0) for page in images]
     if pixels.count(max(pixels)) > 1:
@@ -190,14 +187,20 @@ def read_image_directory(file: BinaryIO, size: int) -> Directory:
 
 def read_directories(file: BinaryIO, size: int) -> Iterator[Directory]:
     """Yield all directories, each with those below it behind it."""
-    form, at = _begin(file)
     seen: set[int] = set()
+    for page in _pages(file, size, seen):
+        yield page
+        for below in page.numbers(SUB_DIRECTORIES):
+            yield _directory(file, size, page.form, _fresh(below, seen))
+
+
+def _pages(file: BinaryIO, size: int, seen: set[int]) -> Iterator[Directory]:
+    """Yield the directories that follow one another; ``seen``: where those lie that were read, these too."""
+    form, at = _begin(file)
     while at:
-        here = _directory(file, size, form, _fresh(at, seen))
-        yield here
-        for below in here.numbers(SUB_DIRECTORIES):
-            yield _directory(file, size, form, _fresh(below, seen))
-        at = here.following
+        page = _directory(file, size, form, _fresh(at, seen))
+        yield page
+        at = page.following
 
 
 def _fresh(at: int, seen: set[int]) -> int:

@@ -23,16 +23,7 @@ import numpy as np
 import yaml
 
 import camsim
-from tests.truth.captures import (
-    captured,
-    curve,
-    dark_e,
-    efficiencies,
-    filters_of,
-    gain_e,
-    photons_per_um2,
-    photosite_um,
-)
+from tests.truth.captures import captured, curve, dark_e, diffuser_e, filters_of, gain_e
 
 TALL = 1e7  # pitches, of stripes that have no ends
 SINGLE = 1.2e-7  # rounding of the truth's numbers
@@ -285,11 +276,8 @@ def _expose(rng, scene, sensor):
 
 def _signal(scene, sensor):
     """Electrons of light of each channel, of an even surface."""
-    letters, _ = filters_of(sensor["cfa"])
-    nm, photons = photons_per_um2(scene, sensor, observer())
-    surface = curve(scene["scene"]["background"]["reflectance"], nm)
-    per_um2 = efficiencies(sensor["quantum_efficiency"], letters, nm) @ (photons * surface)
-    return per_um2 * math.prod(photosite_um(sensor)) * scene["exposure"]["time_s"]
+    nm, white = diffuser_e(scene, sensor, observer())
+    return white @ curve(scene["scene"]["background"]["reflectance"], nm)
 
 
 def judged(seed, number):

@@ -50,10 +50,7 @@ def curve(given, nm, outside="hold"):
 def captured(scene, sensor, eye):
     """The truth of a capture; ``eye``: (nm, values) of the photopic observer."""
     letters, places = filters_of(sensor["cfa"])
-    nm, photons = photons_per_um2(scene, sensor, eye)
-    efficiency = efficiencies(sensor["quantum_efficiency"], letters, nm)
-    area_um2 = float(np.prod(photosite_um(sensor)))
-    white = efficiency * photons * area_um2 * scene["exposure"]["time_s"]
+    nm, white = diffuser_e(scene, sensor, eye)
     lens, frame, region = scene["lens"], sensor["frame"], scene["region"]
     top, left = region["origin"]
     y, x = (
@@ -92,6 +89,14 @@ def photosite_um(sensor):
         return own["width_um"], own["height_um"]
     side_um = pitch_um * math.sqrt(own.get("fill_factor", 1.0))
     return side_um, side_um
+
+
+def diffuser_e(scene, sensor, eye):
+    """Wavelengths (n,) and electrons (channels, n) of a perfect diffuser, the shares of an integral."""
+    letters, _ = filters_of(sensor["cfa"])
+    nm, photons = photons_per_um2(scene, sensor, eye)
+    efficiency = efficiencies(sensor["quantum_efficiency"], letters, nm)
+    return nm, efficiency * photons * math.prod(photosite_um(sensor)) * scene["exposure"]["time_s"]
 
 
 def photons_per_um2(scene, sensor, eye):
