@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camsim.arrays import F64, I64
+from camsim.arrays import C128, F64, I64
 from camsim.errors import UnsupportedError
 from camsim.quadrature import even_count, even_rule
 
@@ -20,6 +20,7 @@ PER_RADIAN = 0.17  # nodes that a wave takes, of all that it turns from end to e
 SPARE, GROWTH = 28, 1.25  # besides: of a wave alone 23
 SLOW_RAD, FAST_RAD = 6.0, 400.0  # waves with which the wavefront's integrals settle, by as many nodes as each takes
 SETTLED = 1e-12
+TURN = 0.9  # of a whole turn between two nodes, where integrals settle at the very earliest
 ROUNDING = 2.0**-52  # of a phase, relative: a tenth of that was seen in the coefficients
 
 
@@ -71,18 +72,18 @@ def nodes_of(turned_rad: F64 | float, spare: I64 | float) -> I64:
     return nodes
 
 
-def spare_nodes(waves: Callable[[F64], F64], length: F64, most: float) -> I64:
+def spare_nodes(waves: Callable[[F64, I64], F64], length: F64, most: float) -> I64:
     """Return how many nodes a wavefront takes along lines besides those of waves, for each of some sets of lines.
 
-    waves   : path differences (sets, lines, n), waves, at places 0 … 1 along each line
+    waves   : path differences (sets, lines, n), waves, at places 0 … 1 along each line of some sets, given by number
     length  : (sets,) of the lines, in about half diameters: what places are rounded to shows in steep phases
     returns : (sets,) up to ``most``, 0 where it takes more
     """
 
-    def integrals(spare: float) -> tuple[F64, F64]:
-        """Return those of each set with so many nodes to spare, and what rounding hides of them."""
+    def integrals(spare: float, some: I64) -> tuple[C128, F64, F64]:
+        """Return those of sets with so many nodes to spare, what rounding hides of them, and what they take at least."""
         rules = [(turn_rad, *from_0(int(nodes_of(turn_rad, spare)))) for turn_rad in (SLOW_RAD, FAST_RAD)]
-        phase = 2.0 * np.pi * waves(np.concatenate([t for _, t, _ in rules]))
+        phase = 2.0 * np.pi * waves(np.concatenate([t for _, t, _ in rules]), some)
         factor, first, found = np.exp(1j * phase), 0, []
         for turn_rad, t, weights in rules:
             own, first = factor[..., first : first + t.size] * weights, first + t.size
@@ -90,17 +91,25 @@ def spare_nodes(waves: Callable[[F64], F64], length: F64, most: float) -> I64:
             found += [np.einsum("sln,n->sl", own, np.exp(sign * 1j * turn_rad * t)) for sign in (1.0, -1.0)]
         # The corners of a square are 2^(n/2) times as far off as its rim: what 1000 radians are rounded to shows, and
         # what their places are.
-        steepest = np.abs(np.diff(phase[..., : rules[0][1].size]) / np.diff(rules[0][1])).max(axis=(1, 2)) / length
+        count, t, _ = rules[0][1].size, *rules[0][1:]
+        step = np.abs(np.diff(phase[..., :count]))
+        steepest = (step / np.diff(t)).max(axis=(1, 2)) / length[some]
         hidden = np.maximum(SETTLED, ROUNDING * (np.abs(phase).max(axis=(1, 2)) + steepest))
-        return np.stack(found, axis=-1).reshape(len(phase), -1), hidden
+        # A phase that turns once from one node to the next is no other than one that does not turn.
+        least = TURN * count * step.max(axis=(1, 2)) / (2.0 * np.pi) - PER_RADIAN * SLOW_RAD
+        return np.stack(found, axis=-1).reshape(len(phase), -1), hidden, least
 
-    spare, (before, _) = float(SPARE), integrals(SPARE)
-    enough = np.zeros(len(before), np.int64)
-    while (spare := GROWTH * spare) <= most and not enough.all():
-        values, hidden = integrals(spare)
-        settled = np.abs(values - before).max(axis=1) <= hidden
-        enough[settled & (enough == 0)] = math.ceil(spare)
-        before = values
+    enough, least, spare = np.zeros(len(length), np.int64), np.zeros(len(length)), float(SPARE)
+    left, before = np.arange(len(length)), np.full((len(length), 1), np.nan, complex)
+    while left.size and spare <= most:
+        some = left[least[left] <= GROWTH * spare]  # what takes more than the next try gives is not tried now
+        if some.size:
+            values, hidden, least[some] = integrals(spare, some)
+            enough[some[np.abs(values - before[some]).max(axis=1) <= hidden]] = math.ceil(spare)
+            before = np.full((len(length), values.shape[1]), np.nan, complex)
+            before[some] = values
+        left = left[(enough[left] == 0) & (least[left] <= most)]
+        spare *= GROWTH
     return enough
 
 

@@ -165,12 +165,12 @@ def panels_of(lens: OverPupil, wavelength_nm: float, patches: tuple[Patch, ...])
     line, done = LINES[:, None], []
     while which.size:
 
-        def waves(u: F64, t: F64, which: I64 = which, begin: F64 = begin, size: F64 = size) -> F64:
-            x, y, _ = _at(patches, which, begin, size, np.arange(len(which)), u, t)
+        def waves(u: F64, t: F64, some: I64, which: I64 = which, begin: F64 = begin, size: F64 = size) -> F64:
+            x, y, _ = _at(patches, which, begin, size, some, u, t)
             return lens.waves(x, y, wavelength_nm)
 
-        along_u = spare_nodes(lambda u: waves(u, line), size[:, 0], MOST_SPARE)
-        along_t = spare_nodes(lambda t: waves(line, t), size[:, 1], MOST_SPARE)
+        along_u = spare_nodes(lambda u, some: waves(u, line, some), size[:, 0], MOST_SPARE)
+        along_t = spare_nodes(lambda t, some: waves(line, t, some), size[:, 1], MOST_SPARE)
         spare = np.stack([along_u, along_t], axis=1)
         whole = (spare > 0).all(axis=1)
         done.append((which[whole], begin[whole], size[whole], spare[whole]))

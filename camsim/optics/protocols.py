@@ -50,7 +50,6 @@ class OpticalStage(Protocol):
 
         Real or complex, OTF(−f) the conjugate of OTF(f), 1 at zero.
         """
-        ...
 
 
 class Lens(OpticalStage, Protocol):
@@ -83,7 +82,6 @@ class LowPass(OpticalStage, _Ability, Protocol):
 
     def spots_um(self) -> F64:
         """Offsets (n, 2) of the images, equal in light, µm."""
-        ...
 
 
 @runtime_checkable
@@ -93,12 +91,10 @@ class KnowsSplits(LowPass, Protocol):
     @property
     def splits_um(self) -> tuple[float, float]:
         """The distances between neighbouring images along x and y before they are turned, µm; 0: one plate."""
-        ...
 
     @property
     def rotate_deg(self) -> float:
         """The turn, clockwise as displayed."""
-        ...
 
 
 @runtime_checkable
@@ -113,12 +109,10 @@ class PhotositeShape(OpticalStage, _Ability, Protocol):
     @property
     def area_um2(self) -> float:
         """Light-collecting area, µm²."""
-        ...
 
     @property
     def half_extent_um(self) -> tuple[float, float]:
         """How far it reaches from its centre along x and y, µm."""
-        ...
 
 
 @runtime_checkable
@@ -128,7 +122,6 @@ class Rectangular(_Ability, Protocol):
     @property
     def sides_um(self) -> tuple[float, float]:
         """Width and height, µm."""
-        ...
 
 
 @runtime_checkable
@@ -138,7 +131,6 @@ class Separable(_Ability, Protocol):
     @property
     def separable(self) -> bool:
         """Whether it is."""
-        ...
 
 
 @runtime_checkable
@@ -147,7 +139,6 @@ class KnowsBlur(_Ability, Protocol):
 
     def blur_um(self, wavelength_nm: float) -> float:
         """The length, µm."""
-        ...
 
 
 @runtime_checkable
@@ -156,7 +147,6 @@ class KnowsCutoff(_Ability, Protocol):
 
     def cutoff_per_um(self, wavelength_nm: float) -> float:
         """The frequency beyond which nothing passes, cycles/µm."""
-        ...
 
 
 @runtime_checkable
@@ -165,7 +155,6 @@ class KnowsBands(_Ability, Protocol):
 
     def bands_per_um(self, wavelength_nm: float) -> tuple[float, float]:
         """The frequencies along x and along y beyond which nothing passes, whatever the other, cycles/µm."""
-        ...
 
 
 @runtime_checkable
@@ -183,7 +172,6 @@ class KnowsReach(_Ability, Protocol):
 
     def reach_um(self, lost_fraction: float, wavelength_nm: float) -> float:
         """Return a radius that holds all of the light but so much, µm."""
-        ...
 
 
 @runtime_checkable
@@ -193,7 +181,6 @@ class Fading(_Ability, Protocol):
     @property
     def fades(self) -> bool:
         """Whether it is."""
-        ...
 
 
 @runtime_checkable
@@ -203,7 +190,6 @@ class KnowsWavelengths(_Ability, Protocol):
     @property
     def chromatic(self) -> bool:
         """Whether they differ."""
-        ...
 
 
 @runtime_checkable
@@ -212,7 +198,6 @@ class KnowsEnergy(_Ability, Protocol):
 
     def encircled_energy(self, r_um: F64, wavelength_nm: float) -> F64:
         """Fraction of the light within ``r_um`` of the centre."""
-        ...
 
 
 @runtime_checkable
@@ -221,7 +206,6 @@ class Round(_Ability, Protocol):
 
     def point_spread(self, r_um: F64, wavelength_nm: float) -> F64:
         """Irradiance at ``r_um`` from a point of unit power, 1/µm²."""
-        ...
 
 
 @runtime_checkable
@@ -230,7 +214,6 @@ class OnLattice(_Ability, Protocol):
 
     def point_spread_on(self, x_um: F64, y_um: F64, wavelength_nm: float, precision: float) -> F64:
         """Irradiance (y, x) per µm² of unit power, to a precision relative to its largest amplitude."""
-        ...
 
 
 @runtime_checkable
@@ -244,7 +227,6 @@ class InRows(_Ability, Protocol):
 
         Rows are a slice of all of them, from top to bottom; the irradiance is the caller's from then on.
         """
-        ...
 
 
 @runtime_checkable
@@ -253,7 +235,6 @@ class KnowsNodes(_Ability, Protocol):
 
     def pupil_nodes(self, wavelength_nm: float) -> Callable[[Span, Span], float]:
         """Return what tells the number from where to where along x and along y in µm."""
-        ...
 
 
 @runtime_checkable
@@ -262,7 +243,6 @@ class KnowsLine(_Ability, Protocol):
 
     def line_nodes(self, r_um: float, wavelength_nm: float) -> float:
         """Return the number out to a radius."""
-        ...
 
 
 @runtime_checkable
@@ -271,7 +251,6 @@ class KnowsSize(_Ability, Protocol):
 
     def otf_size(self, frequency_per_um: F64, direction: tuple[float, float], wavelength_nm: float) -> F64:
         """Return the size at frequencies along a unit vector."""
-        ...
 
 
 @runtime_checkable
@@ -280,11 +259,9 @@ class KnowsTail(_Ability, Protocol):
 
     def light_beyond(self, distance_um: F64, wavelength_nm: float, rings: float = 1.0) -> F64:
         """Return the most that a straight edge of contrast 1 shows at distances and beyond; rings: what is left of."""
-        ...
 
     def reach_um(self, lost_fraction: float, wavelength_nm: float, rings: float = 1.0) -> float:
         """Return a distance beyond which it is at most that, µm."""
-        ...
 
 
 @runtime_checkable
@@ -303,18 +280,15 @@ class KnowsRim(_Ability, Protocol):
 
     def rings_beyond(self, distance_um: F64, wavelength_nm: float, rings: float) -> F64:
         """Return how much of ``KnowsTail.light_beyond`` is rings."""
-        ...
 
     def rim_known(self, allowed: float, wavelength_nm: float) -> tuple[float, int]:
         """Return from where on the light between them is known but for so much in all, µm, and in how many directions.
 
         inf: nowhere.
         """
-        ...
 
     def rim_light(self, distance_um: F64, wavelength_nm: float, directions: int) -> F64:
         """Return that light, 1/µm², at distances (n,) and in so many even directions from x on."""
-        ...
 
 
 @runtime_checkable
@@ -323,7 +297,14 @@ class KnowsWaves(_Ability, Protocol):
 
     def waves_turned(self, low_nm: float, high_nm: float) -> float:
         """Return by how many waves the path difference turns between two wavelengths, over the pupil."""
-        ...
+
+
+@runtime_checkable
+class Tilts(_Ability, Protocol):
+    """A lens that may move its pattern, the same way at every wavelength, and be one that does not besides."""
+
+    def without_tilt(self) -> tuple[OpticalStage, tuple[float, float]]:
+        """Return the lens that does not, and by how much along x and y this one moves its pattern, µm."""
 
 
 @runtime_checkable
@@ -332,7 +313,6 @@ class Splits(_Ability, Protocol):
 
     def split(self) -> Any:
         """Return a ``difference.Split``, None where it is not."""
-        ...
 
 
 @runtime_checkable
@@ -341,7 +321,6 @@ class KnowsSpikes(_Ability, Protocol):
 
     def spikes(self, wavelength_nm: float) -> tuple[Spike, ...]:
         """Return them; none where that is not all of its far light."""
-        ...
 
 
 @runtime_checkable
@@ -350,7 +329,6 @@ class Illuminates(_Ability, Protocol):
 
     def illumination(self, radius_um: F64) -> F64:
         """Return the light at distances from the axis, relative to that on the axis."""
-        ...
 
 
 class Placed(OpticalStage, Protocol):
@@ -358,7 +336,6 @@ class Placed(OpticalStage, Protocol):
 
     def waves(self, x: F64, y: F64, wavelength_nm: float) -> F64:
         """Return the path difference in waves at (x, y), in units of the pupil's radius."""
-        ...
 
 
 @runtime_checkable
@@ -368,19 +345,15 @@ class Varies(_Ability, Protocol):
     @property
     def distorts(self) -> bool:
         """Whether it moves anything."""
-        ...
 
     def at(self, x_um: float, y_um: float) -> Placed:
         """Return the lens that a photosite at a place sees through."""
-        ...
 
     def distorted(self, points_um: F64) -> F64:
         """Return where points (n, 2) of the scene, as it would fall on the sensor without distortion, fall."""
-        ...
 
     def lacks(self, wavelength_nm: F64, corners_um: F64) -> str:
         """Return why the lens cannot take a frame with these corners (n, 2) in light of wavelengths, "" if it can."""
-        ...
 
 
 @runtime_checkable
@@ -393,8 +366,6 @@ class RoundLens(OpticalStage, KnowsBlur, KnowsEnergy, Protocol):
 
     def pattern(self) -> Pattern:
         """Return the pattern in units of the blur."""
-        ...
 
     def __hash__(self) -> int:
         """Equal lenses have equal hashes: tables are kept by them."""
-        ...

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from camsim.arrays import F64
+from camsim.arrays import F64, I64
 from camsim.optics.follow import ROUNDING, Turns, from_0, nodes_before, nodes_of, not_followed, spare_nodes
 from camsim.optics.panels import OverPupil, PanelRule, joined, panels_of
 from camsim.optics.pupil import Pupil
@@ -147,7 +147,7 @@ def _spare(lens: OverPupil, wavelength_nm: float) -> int:
     """Return how many nodes the wavefront takes besides waves along radii."""
     inner, angle = lens.pupil.obstruction, 2.0 * np.pi * RAYS.reshape(1, -1, 1)
 
-    def waves(t: F64) -> F64:
+    def waves(t: F64, _: I64) -> F64:
         radius = inner + t * (1.0 - inner)
         return lens.waves(radius * np.cos(angle), radius * np.sin(angle), wavelength_nm)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -22,7 +22,9 @@ from camsim.optics.protocols import (
     OpticalStage,
     PhotositeShape,
     Splits,
+    Tilts,
 )
+from camsim.own import is_own
 from camsim.typed import check
 
 PLACES: dict[str, type] = {"lens": object, "olpf": LowPass, "photosite": PhotositeShape}
@@ -147,6 +149,16 @@ class OpticalSystem:
         """The same at many wavelengths."""
         blur_um = self.lens.blur_um if isinstance(self.lens, KnowsBlur) else self.blur_um
         return np.array([blur_um(w) for w in wavelength_nm.tolist()], float)
+
+    def without_tilt(self) -> tuple[OpticalSystem, tuple[float, float]]:
+        """Return the system behind a lens that moves no pattern, and by how much its own does, along x and y, µm.
+
+        A lens of one's own does what its ``otf`` says, whatever it inherits.
+        """
+        if is_own(self.lens) or not isinstance(self.lens, Tilts):
+            return self, (0.0, 0.0)
+        lens, moved_um = self.lens.without_tilt()
+        return (replace(self, lens=lens), moved_um) if any(moved_um) else (self, moved_um)
 
     def split(self) -> Split | None:
         """Return the lens as a round one, moved, and what it has besides; None where it is not that."""

@@ -98,6 +98,18 @@ class Wavefront(OfPupil):
         index, coefficients = tuple(j for j, _ in self._pairs), [ratio * own for _, own in self._pairs]
         return defocus + zernike_sum(index, coefficients, x, y) if index else defocus
 
+    def without_tilt(self) -> tuple[Wavefront, tuple[float, float]]:
+        """Return the lens without its planes, and how far these move its pattern along x and y, µm.
+
+        c waves of a plane, 2c·x, are c·4·λ_ref·N: a length, the same at every wavelength.
+        """
+        down, across = (sum(c for index, c in self._pairs if index == plane) for plane in (PLANE - 1, PLANE))
+        if not (across or down):
+            return self, (0.0, 0.0)
+        bent = tuple((index, c) for index, c in self._pairs if not 0 < index <= PLANE)
+        each_um = 4.0 * self.blur_um(self.reference_nm)
+        return replace(self, zernike_waves=bent), (each_um * across, each_um * down)
+
     def split(self) -> Split | None:
         """Return the lens as a round one, moved, and what is left: of round pupils.
 

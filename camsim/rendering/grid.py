@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, ClassVar
 
 from camsim.typed import Count, Number, Positive, Whole, judge
 
@@ -26,6 +26,7 @@ class Grid:
     pitch_um: Positive
     origin: tuple[int, int] = (0, 0)
     frame: tuple[Count, Count] | None = None
+    moved_um: ClassVar[tuple[float, float]] = (0.0, 0.0)
 
     if TYPE_CHECKING:
 
@@ -46,4 +47,17 @@ class Grid:
     def first_centre(self) -> tuple[float, float]:
         """Return x, y of photosite (0, 0) of the window, in pitches from the optical axis."""
         rows, cols = self.frame or (self.rows, self.cols)
-        return self.origin[1] + 0.5 - 0.5 * cols, self.origin[0] + 0.5 - 0.5 * rows
+        x, y = (length_um / self.pitch_um for length_um in self.moved_um)
+        return self.origin[1] + 0.5 - 0.5 * cols - x, self.origin[0] + 0.5 - 0.5 * rows - y
+
+    def behind(self, moved_um: tuple[float, float]) -> Grid:
+        """Return photosites that see through a pattern what these see through it where it is moved along x and y."""
+        own = {field.name: getattr(self, field.name) for field in fields(Grid)}
+        return _MovedGrid(**own, moved_um=moved_um) if any(moved_um) else self
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _MovedGrid(Grid):
+    """Photosites by what they see: each lies against the way in which the lens moves its pattern."""
+
+    moved_um: tuple[float, float]

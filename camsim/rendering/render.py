@@ -89,6 +89,7 @@ def render(
     system = OpticalSystem.of(optics)
     _check(system, grid, each_nm, allowed, method)
     _refuse_too_many(grid, len(each_nm))
+    system, grid = _level(system, grid)
     channel = np.zeros((grid.rows, grid.cols), np.uint8)
     framed, budget = scene.framed(scene.background), ErrorBudget(edges_share(scene) * allowed)
     arrangement = arranged(framed, system, grid, each_nm, budget, textured=framed is not scene)
@@ -191,6 +192,7 @@ def plan_render(
     _check(system, grid, wavelength_nm, tolerance, method)
     if not np.isfinite(response).all():
         raise InvalidValueError("not all of it is finite; give less light, or a shorter exposure", key="response")
+    system, grid = _level(system, grid)
     edges = scene.framed(scene.background)
     share = edges_share(scene)
     if arrangement is None:
@@ -228,6 +230,15 @@ def plan_render(
         edges, system, grid, response=response, wavelength_nm=wavelength_nm, tolerance=tolerance, method=method,
         samples=samples,
     )  # fmt: skip
+
+
+def _level(system: OpticalSystem, grid: Grid) -> tuple[OpticalSystem, Grid]:
+    """Return the system without what only moves its pattern, and photosites that see through it what those see.
+
+    A pattern p(x − d) shows a photosite at x what p shows one at x − d.
+    """
+    level, moved_um = system.without_tilt()
+    return level, grid.behind(moved_um)
 
 
 def _refuse_too_many(grid: Grid, images: int) -> None:

@@ -1,5 +1,6 @@
 """Lenses with aberrations against closed forms, integrals derived otherwise, and brute force over the pupil."""
 
+import dataclasses
 import math
 from itertools import pairwise, product
 
@@ -311,12 +312,30 @@ def test_small_aberrations_lower_the_peak_as_marechal_says(index):
         assert peak / (math.pi / 4 / LAMBDA_N**2) == pytest.approx(lens.strehl(NM), abs=1e-10)
 
 
-def test_tilt_moves_the_image_without_changing_it(frequencies):
+class Straight(Wavefront):
+    """A lens that inherits a tilt and has none."""
+
+    def otf(self, fx_per_um, fy_per_um, wavelength_nm):
+        return Wavefront(f_number=self.f_number).otf(fx_per_um, fy_per_um, wavelength_nm)
+
+
+@pytest.mark.parametrize("pupil", [Pupil(), Pupil(shape="square", rotate_deg=20.0)], ids=["circle", "square"])
+@pytest.mark.parametrize("others", [(), ((0, 0.7), (8, 0.1))], ids=["alone", "and coma"])
+def test_tilt_moves_the_image_without_changing_it(frequencies, pupil, others):
     fx, fy = frequencies
-    lens = Wavefront(f_number=N, zernike_waves=((2, 0.3), (1, -0.2)), reference_nm=NM)
+    lens = Wavefront(f_number=N, zernike_waves=((2, 0.3), *others, (1, -0.2)), reference_nm=NM, pupil=pupil)
+    level, moved_um = lens.without_tilt()
     right_um, down_um = 4 * 0.3 * LAMBDA_N, -4 * 0.2 * LAMBDA_N
-    expected = Wavefront(f_number=N).otf(fx, fy, NM) * np.exp(-2j * np.pi * (fx * right_um + fy * down_um))
-    np.testing.assert_allclose(lens.otf(fx, fy, NM), expected, rtol=0, atol=1e-11)
+    assert level == dataclasses.replace(lens, zernike_waves=others)
+    assert moved_um == pytest.approx((right_um, down_um), rel=1e-12)
+    for nm in (NM, 0.7 * NM):
+        expected = level.otf(fx, fy, nm) * np.exp(-2j * np.pi * (fx * right_um + fy * down_um))
+        np.testing.assert_allclose(lens.otf(fx, fy, nm), expected, rtol=0, atol=1e-11)
+
+
+def test_a_lens_of_ones_own_tilts_as_its_transfer_says():
+    system = OpticalSystem(lens=Straight(f_number=N, zernike_waves=((2, 0.3),)))
+    assert system.without_tilt() == (system, (0.0, 0.0))
 
 
 def by_fft(lens, size=1024, across=128):

@@ -117,6 +117,17 @@ def test_a_plane_wavefront_is_the_round_lens_moved():
     assert tilted.work.frequencies == 0
 
 
+def test_a_tilt_is_worth_no_lattice():
+    """All that it moves is seen by other photosites: nothing is made from where the pattern went to the axis."""
+    square = dataclasses.replace(lens_of({12: 0.1}), pupil=Pupil(shape="square"))
+    tilted = dataclasses.replace(square, zernike_waves={2: 40.0, 12: 0.1})
+    away = OUTLINE - 4.0 * LAMBDA_N / 4.0 * np.array([40.0, 0.0])
+    one = rendered(tilted, 4.0, 1e-8, method="fourier", outline=away)
+    other = rendered(square, 4.0, 1e-8, method="fourier")
+    assert np.abs(one.image - other.image).max() <= 2e-8
+    assert one.work.frequencies == other.work.frequencies
+
+
 @pytest.mark.parametrize("name", ["defocus and coma", "three leaves and a hole"])
 def test_what_lies_beyond_is_less_than_the_bound(name):
     """The response of a straight edge by overlaps of the pupil, less that of the round part."""
