@@ -170,6 +170,7 @@ def test_the_range_is_as_sure_as_saturation_and_read_noise_are(folder):
         (lambda text: re.sub(r"(?m)^.*,flat,.*\n", "", text), r"0 levels of light; 4 flats"),
         (lambda text: re.sub(r"(?m)^.*,dark,0.0,0.01\n", "", text), r"flats of 0.01 s and no dark of that time"),
         (lambda text: text.replace("000-flat-00.dng", "../flat.dng"), "must be a file in this folder"),
+        (lambda text: text.replace("\n003-", "\n./000-flat-01.dng,flat,1,1\n003-", 1), "is named in line 3 already"),
         (lambda text: text.replace("000-flat-00.dng", "gone.dng"), "there is no such file"),
     ],
 )
@@ -227,11 +228,23 @@ def test_faint_flats_and_full_ones_are_let_through():
     assert abs(gain.value - 0.5) < STATISTICAL * gain.sigma
 
 
-def test_copies_of_a_frame_are_no_noise():
+@pytest.mark.parametrize("kind", ["flat", "dark"])
+def test_copies_of_a_frame_are_refused(kind):
+    """Each frame twice: of three and their copies the gain was four fifths, by fifty of its errors."""
     shots = made([1000, 2000, 3000, 4000, 5000])
-    groups = [dataclasses.replace(g, codes=[g.codes[0]] * 2) if g.kind == "flat" else g for g in shots.groups]
-    (channel,) = measure_noise(dataclasses.replace(shots, groups=tuple(groups))).channels
-    assert channel.transfer.gain_dn_per_e.why_not.startswith("variance does not grow with the signal")
+    twice = [dataclasses.replace(g, codes=[*g.codes, g.codes[0].copy()]) if g.kind == kind else g for g in shots.groups]
+    with pytest.raises(UnsupportedError, match=f"^mine: has 3 frames of kind {kind} at .*of which 2 differ: copies"):
+        measure_noise(dataclasses.replace(shots, groups=tuple(twice)))
+
+
+def test_frames_that_rounding_or_the_converter_makes_alike_are_no_copies():
+    shots = made([1000, 2000, 3000, 4000, 5000, 200_000], exposures=(1, 2, 3, 4, 5, 200))
+    ended = [np.full_like(codes, 4095) for codes in shots.groups[5].codes]
+    quiet = [dataclasses.replace(g, codes=[np.full((40, 40), 100)] * 2) for g in shots.groups if g.kind == "dark"]
+    full = dataclasses.replace(shots.groups[5], codes=ended)
+    measure_noise(dataclasses.replace(shots, groups=(*shots.groups[:5], full, *shots.groups[6:])))
+    (channel,) = measure_noise(dataclasses.replace(shots, groups=(*shots.groups[:6], *quiet))).channels
+    assert channel.transfer.gain_dn_per_e.why_not.startswith("the dark noise of 0 DN is under 0.5 DN")
 
 
 @pytest.mark.parametrize(

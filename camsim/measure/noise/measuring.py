@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 from collections.abc import Mapping
 from typing import Annotated
@@ -12,7 +13,7 @@ from camsim.arrays import F64, U8
 from camsim.errors import UnsupportedError
 from camsim.marks import Called
 from camsim.measure.noise.estimate import SURE, Estimate, no_figure
-from camsim.measure.noise.fullness import saturation
+from camsim.measure.noise.fullness import LEAST_NOISE_DN, saturation
 from camsim.measure.noise.photon_transfer import PhotonTransfer, photon_transfer, sensitivity_threshold_e
 from camsim.measure.noise.result import ChannelNoise, NoiseReport, Spectrogram
 from camsim.measure.noise.shots import Group, Shots
@@ -117,6 +118,30 @@ def _refuse(shots: Shots) -> None:
         raise UnsupportedError(
             f"has {full} of {len(flats)} flats clipped by the converter; expose them less", stage=shots.name
         )
+    _refuse_copies(shots)
+
+
+def _refuse_copies(shots: Shots) -> None:
+    """Refuse a frame that is there twice: it shows no noise, and the group's would be told too small.
+
+    Where even the shortest dark scatters over codes no two frames are alike, unless the converter ends them.
+    """
+    if _scatter_dn(min(shots.of("dark"), key=lambda dark: dark.time_s)) < LEAST_NOISE_DN:
+        return
+    for group in shots.groups:
+        different = {hashlib.blake2b(np.ascontiguousarray(codes)).digest() for codes in group.codes}
+        if len(different) < len(group.codes) and not _ended(group):
+            raise UnsupportedError(
+                f"has {len(group.codes)} frames of kind {group.kind} at exposure {group.exposure:g} and "
+                f"{group.time_s:g} s, of which {len(different)} differ: copies show no noise; give each frame once",
+                stage=shots.name,
+            )
+
+
+def _scatter_dn(group: Group) -> float:
+    """Return the standard deviation of what differs between the first frame and another, the most of all of them."""
+    first = group.codes[0].astype(np.float64)
+    return max(float(np.std(codes - first)) for codes in group.codes[1:]) / math.sqrt(2.0)
 
 
 def _refuse_unlit(name: str, channel: str, flats: list[tuple[Group, Level]]) -> None:

@@ -131,6 +131,7 @@ def _index(path: Path) -> Iterator[tuple[str, Kind, float, float]]:
     if len(lines) > _MOST_FRAMES:
         raise InputError(f"{str(path)!r} names {len(lines)} frames; {_MOST_FRAMES} are the most")
     kinds: dict[str, Kind] = {kind: kind for kind in get_args(Kind)}
+    named: dict[Path, int] = {}
     for number, line in enumerate(lines, start=2):
         place = f"{str(path)!r}, line {number}"
         kind = kinds.get((line["kind"] or "").strip())
@@ -145,6 +146,8 @@ def _index(path: Path) -> Iterator[tuple[str, Kind, float, float]]:
         name = (line["file"] or "").strip()
         if not name or Path(name).is_absolute() or ".." in Path(name).parts:
             raise InputError(f"{place}: {name!r} must be a file in this folder")
+        if (first := named.setdefault(Path(name), number)) < number:
+            raise InputError(f"{place}: {name!r} is named in line {first} already, and is one frame; name each once")
         yield name, kind, exposure, time_s
 
 
