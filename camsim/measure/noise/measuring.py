@@ -129,7 +129,7 @@ def _refuse_copies(shots: Shots) -> None:
     if _scatter_dn(min(shots.of("dark"), key=lambda dark: dark.time_s)) < LEAST_NOISE_DN:
         return
     for group in shots.groups:
-        different = {hashlib.blake2b(np.ascontiguousarray(codes)).digest() for codes in group.codes}
+        different = {hashlib.blake2b(np.ascontiguousarray(codes).data).digest() for codes in group.codes}
         if len(different) < len(group.codes) and not _ended(group):
             raise UnsupportedError(
                 f"has {len(group.codes)} frames of kind {group.kind} at exposure {group.exposure:g} and "
