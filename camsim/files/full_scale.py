@@ -24,12 +24,12 @@ def largest_sample(dtype: np.dtype[Any], bits: int | None = None) -> float:
 def opaque(image: npt.NDArray[Any], largest: float) -> npt.NDArray[Any]:
     """Return an image, (rows, cols) or (rows, cols, colours), without an alpha channel that hides nothing.
 
-    Raises InputError for one that hides something.
+    Raises InputError for one that hides something. What goes beyond 1 is a colour more, such as white's electrons.
 
     >>> opaque(np.array([[[0.3, 1.0]]]), 1.0)
     array([[0.3]])
     """
-    if image.ndim != 3 or image.shape[2] not in (2, 4):
+    if image.ndim != 3 or image.shape[2] not in (2, 4) or (image[..., -1] > largest).any():
         return image
     refuse_transparent(image[..., -1], largest)
     return image[..., 0] if image.shape[2] == 2 else image[..., :-1]

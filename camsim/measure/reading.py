@@ -341,9 +341,9 @@ def _read_exr(source: _Source) -> Picture:
     own = "noisy" if source.product == "electrons" else None
     chosen = image_layer(layers, own if source.layer is None else source.layer)
     here = layers[chosen]
-    if "A" in here:
+    if alpha := {"A"}.intersection(here if source.record is None else ()):  # in files of ours it is a filter
         refuse_transparent(here["A"], 1.0)
-    names = [n for n in "RGB" if n in here] + [n for n in here if n not in ("R", "G", "B", "A")]
+    names = [n for n in "RGB" if n in here] + [n for n in here if n not in {"R", "G", "B", *alpha}]
     if source.product == "electrons" or (len(names) == 1 and source.cfa is not None):
         dark = source.product == "electrons" and chosen == "noisy"
         planes = mosaic_planes(here[names[0]], _pattern(source), holds_dark=dark)

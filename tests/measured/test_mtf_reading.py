@@ -195,6 +195,23 @@ def test_what_alpha_hides_is_not_measured(tmp_path, name):
             read_picture(tmp_path / name)
 
 
+@pytest.mark.parametrize("letters", ["RGBW", "RGBA"])
+def test_no_filter_is_taken_for_alpha(tmp_path, letters):
+    """The fourth of the truth's channels was left out where it had an electron or more everywhere."""
+    sensor = f"cfa: {{kind: letters, pattern: [{letters[:2]}, {letters[2:]}]}}"
+    even = "{wavelength_nm: [380, 780], values: [1, 1], outside: zero}"
+    curves = f"quantum_efficiency: {{per: photon, peak: 0.5, curves: {{{', '.join(f'{c}: {even}' for c in letters)}}}}}"
+    changes = [f"sensor.{change.replace(': ', '=', 1)}" for change in (sensor, curves)]
+    frame = camsim.capture("flat-field", overrides=[*changes, "region={rows: 4, cols: 4}"], products=("truth",))
+    assert frame.truth.min() > 1000.0
+    for name, names in (("t.exr", list(letters)), ("t.npy", ["C1", "C2", "C3", "C4"])):
+        frame.save(tmp_path / name, product="truth")
+        picture = read_picture(tmp_path / name)
+        assert [plane.name for plane in picture.planes] == names
+        for k, plane in enumerate(picture.planes):
+            np.testing.assert_array_equal(plane.samples, frame.truth[..., k])
+
+
 @pytest.mark.parametrize("bits", [10, 12, 14])
 def test_the_largest_number_of_packed_bits_is_white(tmp_path, bits):
     """Clipped, it had MTF50 0.2217 for 0.18, and --gamma took it for nearly black."""
