@@ -18,6 +18,20 @@ C128: TypeAlias = npt.NDArray[np.complex128]
 Scalar = TypeVar("Scalar", bound=np.generic)
 
 
+def shared(*arrays: npt.NDArray[Any] | None) -> None:
+    """Let nobody write into arrays that others read as well.
+
+    >>> light = np.ones(3)
+    >>> shared(light)
+    >>> light *= 2.0
+    Traceback (most recent call last):
+    ValueError: output array is read-only
+    """
+    for array in arrays:
+        if array is not None:
+            array.flags.writeable = False
+
+
 def same_rows(array: F64) -> tuple[I64, I64]:
     """Return the first row of each kind, and the kind of every row (n, m): rows are the same by all their bits.
 

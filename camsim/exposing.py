@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 import numpy as np
 from annotated_types import Ge, Le
 
-from camsim.arrays import F64, U16
+from camsim.arrays import F64, U16, shared
 from camsim.body import Body
 from camsim.description import OF_A_FRAME, OWN_STAGES, describe
 from camsim.errors import InvalidValueError
@@ -220,7 +220,8 @@ class Capture(Keeps):
     ) -> Iterator[Frame]:
         """Take pictures of one scene, rendered once, with frame numbers from ``frame_number`` on.
 
-        A frame's seconds are its own: those of light and rendering are the first one's.
+        A frame's seconds are its own: those of light and rendering are the first one's. What several have in common
+        (``mean_electrons``, ``truth``, ``channel_index``) can be read, and not written into: copy it.
         optical_image : of a capture with the same ``optical_key``, any other is refused; None renders it
         """
         check_products(products)
@@ -238,6 +239,8 @@ class Capture(Keeps):
         lit = self.window.lit(self._exposed(rendering.image, own=own), self.veil_e, 0)
         planes = None if rendering.planes is None else self._exposed(rendering.planes, own=own)
         truth = self.window.truth(planes, self.veil_e, lit.shown_e)
+        if count > 1:  # what is changed in one frame would be the next one's light
+            shared(lit.mean_e, lit.shown_e, lit.channel, truth)
         diffuser_e = self.camera.diffuser_electrons(self.light, self.time_s)
         notes = *self.notes(choice, products), *rounding_notes(truth, diffuser_e, self.tolerance)
         clock.lap("render")

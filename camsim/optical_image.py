@@ -8,6 +8,7 @@ import pickle
 from dataclasses import dataclass
 from typing import Any
 
+from camsim.arrays import shared
 from camsim.errors import InvalidValueError
 from camsim.rendering import Rendering
 from camsim.rendering.auto import Choice
@@ -20,6 +21,9 @@ class OpticalImage:
     choice: Choice
     rendering: Rendering
     key: str
+
+    def __post_init__(self) -> None:
+        shared(self.rendering.image, self.rendering.planes)
 
     def refuse_for(self, key: str, *, every_channel: bool) -> None:
         """Raise InvalidValueError where a capture with this key has another optical image, or asks for more."""

@@ -191,6 +191,22 @@ def test_frames_end_where_their_numbers_do() -> None:
         next(last.frames(3))
 
 
+def test_what_frames_have_in_common_is_not_written_into() -> None:
+    """Light that was scaled in one frame was the next one's: codes of 128 for 201. A frame alone is its owner's."""
+    capture = camsim.load("flat-field", overrides=["region={rows: 4, cols: 4}"])
+    for frame in capture.frames(2, products=("truth",)):
+        for name in ("mean_electrons", "truth", "channel_index"):
+            with pytest.raises(ValueError, match="read-only"):
+                getattr(frame, name)[0] = 0
+        frame.electrons[0] = frame.mosaic[0] = 0  # its own
+    alone = capture.frame()
+    alone.mean_electrons[0] = 0.0
+    seen = capture.optical_image()
+    with pytest.raises(ValueError, match="read-only"):
+        seen.rendering.image[0] = 0.0
+    assert next(capture.frames(optical_image=seen)).mean_electrons.min() > 0.0
+
+
 def test_an_optical_image_is_for_captures_that_share_it() -> None:
     small = ["region={rows: 6, cols: 5}", "render.tolerance=1e-3"]
     one = camsim.load("slanted-edge", overrides=small)
