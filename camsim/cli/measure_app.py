@@ -276,6 +276,10 @@ def measure_noise(
     keep: Annotated[
         str | None, typer.Option("--keep", metavar="DIR", help="Write the frames of --sensor and their index here.")
     ] = None,
+    cfa: Annotated[
+        str | None,
+        typer.Option("--cfa", metavar="RGGB", help="The filter array of files that do not say it; mono for none."),
+    ] = None,
     as_json: AsJson = False,
     csv: CsvFile = None,
     plot: PlotFile = None,
@@ -300,6 +304,7 @@ def measure_noise(
             iso=iso,
             seed=seed,
             keep=keep,
+            cfa=cfa,
             xml=xml,
             outputs=Outputs(as_json=as_json, csv=csv, plot=plot, force=force),
         )

@@ -47,6 +47,7 @@ class NoiseRequest:
     iso: float | None
     seed: int | None
     keep: str | None
+    cfa: str | None
     xml: str | None
     outputs: Outputs
 
@@ -60,6 +61,8 @@ def measure(request: NoiseRequest) -> None:
     given = {"--set": request.changes, "--iso": request.iso, "--seed": request.seed, "--keep": request.keep}
     if request.folder is not None and (idle := [name for name, value in given.items() if value not in (None, ())]):
         raise InvalidValueError("the frames of a folder are taken; this belongs to --sensor", key=idle[0])
+    if request.sensor is not None and request.cfa is not None:
+        raise InvalidValueError("belongs to a folder; a sensor says its own (--set sensor.cfa=…)", key="--cfa")
     check(request.side, Side, "--side")
     check(request.frames, Frames, "--frames")
     if request.iso is not None:
@@ -106,7 +109,7 @@ def _report(request: NoiseRequest) -> NoiseReport:
     from camsim.measure.noise import expected_of, measure_noise, read_shots, take_shots, write_shots
 
     if request.folder is not None:
-        return measure_noise(read_shots(request.folder))
+        return measure_noise(read_shots(request.folder, cfa=request.cfa))
     from camsim.capturing import load_camera
     from camsim.measure.noise.taking import frames_of
     from camsim.optics import Airy

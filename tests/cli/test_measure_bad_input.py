@@ -82,7 +82,7 @@ def test_files_that_cannot_be_measured_are_refused_by_name(here, command):
         (None, "index.csv' is missing"),
         ("", "needs the columns"),
         ("a.npy,flat,1,0.01", "has 1 levels of light"),
-        ("a.npy,flat,1,0.01\na.npy,flat,2,0.01\na.npy,dark,0,0.01", "levels of light"),
+        ("a.npy,flat,1,0.01\na.npy,dark,0,0.01", "'a.npy' is named in line 2 already"),
         ("gone.npy,flat,1,0.01", "gone.npy"),
         ("a.npy,grey,1,0.01", "is no kind"),
         ("a.npy,flat,bright,0.01", "must be numbers"),

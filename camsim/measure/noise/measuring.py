@@ -124,11 +124,12 @@ def _refuse(shots: Shots) -> None:
 def _refuse_copies(shots: Shots) -> None:
     """Refuse a frame that is there twice: it shows no noise, and the group's would be told too small.
 
-    Where even the shortest dark scatters over codes no two frames are alike, unless the converter ends them.
+    Where even the shortest dark scatters over codes no two frames are alike, unless they are full.
     """
-    if _scatter_dn(min(shots.of("dark"), key=lambda dark: dark.time_s)) < LEAST_NOISE_DN:
+    darks = shots.of("dark")
+    if _scatter_dn(min(darks, key=lambda dark: dark.time_s)) < LEAST_NOISE_DN:
         return
-    for group in shots.groups:
+    for group in (*shots.of("flat")[:-1], *darks):
         different = {hashlib.blake2b(np.ascontiguousarray(codes).data).digest() for codes in group.codes}
         if len(different) < len(group.codes) and not _ended(group):
             raise UnsupportedError(

@@ -17,16 +17,22 @@ from camsim.errors import InputError, OutputError, UnsupportedError
 from camsim.files import save
 from camsim.files.atomic import write_whole
 from camsim.frame import Frame
+from camsim.measure.noise.estimate import SURE
 from camsim.measure.noise.stack import Codes
 from camsim.measure.picture import Picture
 from camsim.measure.reading import read_picture
 from camsim.typed import FilePath, check
+from camsim.words import percent
 
 Kind: TypeAlias = Literal["flat", "dark", "clipped"]
 
 INDEX = "index.csv"
 HEADS = ("file", "kind", "exposure", "time_s")
 _MOST_FRAMES = 10_000
+_PERIODS = (2, 3, 4)
+_ORDINALS = {2: "second", 3: "third", 4: "fourth"}
+_FILTERED = 0.05
+"""Of the signal: lattices of photosites without filters are not so far from one another."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -63,8 +69,10 @@ class Shots:
         return tuple(sorted(found, key=lambda group: (group.exposure, group.time_s)))
 
 
-def read_shots(folder: str | Path) -> Shots:
+def read_shots(folder: str | Path, *, cfa: str | None = None) -> Shots:
     """Read a folder of raw frames whose ``index.csv`` says what each is: file, kind, exposure, time_s.
+
+    cfa : the colour filter array of files that do not say it, such as RGGB; mono if there is none
 
     Raises InputError in one sentence for what is missing or does not belong together.
     """
@@ -76,7 +84,7 @@ def read_shots(folder: str | Path) -> Shots:
     found: dict[tuple[Kind, float, float], list[Codes]] = {key: [] for key in keys}
     first: tuple[tuple[str, ...], U8] | None = None
     for name, kind, exposure, time_s in rows:
-        channels, index, codes = _codes(read_picture(place / name))
+        channels, index, codes = _codes(read_picture(place / name, cfa=cfa))
         if first is None:
             first = channels, index
         if index.shape != first[1].shape or channels != first[0] or not np.array_equal(index, first[1]):
@@ -86,12 +94,36 @@ def read_shots(folder: str | Path) -> Shots:
             )
         found[kind, exposure, time_s].append(codes)
     assert first is not None
-    return Shots(
+    shots = Shots(
         name=str(folder),
         channels=first[0],
         channel_index=first[1],
         groups=tuple(Group(kind=k, exposure=e, time_s=t, codes=codes) for (k, e, t), codes in found.items()),
     )
+    if cfa is None and len(shots.channels) == 1:
+        _refuse_filters(shots)
+    return shots
+
+
+def _refuse_filters(shots: Shots) -> None:
+    """Refuse frames that show colour filters which no file names: what channels differ by would be PRNU."""
+    flats, darks = shots.of("flat"), shots.of("dark")
+    if not flats or not darks:
+        return  # which is said where they are measured
+    signal = np.mean(flats[len(flats) // 2].codes, axis=0) - np.mean(darks[0].codes, axis=0)
+    for period in _PERIODS:
+        lattices = [signal[row::period, col::period] for row, col in np.ndindex(period, period)]
+        if min(lattice.size for lattice in lattices) < 2:
+            continue
+        means = [float(lattice.mean()) for lattice in lattices]
+        chance = max(float(lattice.std()) / math.sqrt(lattice.size) for lattice in lattices)
+        apart = max(means) - min(means)
+        if apart > _FILTERED * abs(float(np.mean(means))) + 2.0 * SURE * chance:
+            raise InputError(
+                f"{shots.name!r} has flats in which every {_ORDINALS[period]} photosite is another by up to "
+                f"{percent(apart / max(means))}, as behind colour filters, and the files name none; give the array: "
+                "--cfa RGGB, in Python cfa='RGGB' (or x-trans …; mono if there is none)"
+            )
 
 
 def write_shots(folder: str | Path, frames: Mapping[tuple[Kind, float, float], Sequence[Frame]]) -> None:
