@@ -33,7 +33,7 @@ class Adc:
     electrons_per_dn : at ``base_iso``; falls in proportion to the ISO setting
     base_iso         : ISO at which ``electrons_per_dn`` holds
     black_offsets_dn : a rectangle of whole numbers, repeated over the full frame and added to the black level, as of
-                       sensors that read several photosites at once
+                       sensors that read several photosites at once; 0 among them, or some above and some below
 
     >>> adc = Adc(bit_depth=12, black_level_dn=128, electrons_per_dn=10.0, base_iso=200.0)
     >>> adc.quantise(np.array([-1e9, 0.0, 14.0, 16.0, 1e9]), iso=200.0)
@@ -73,6 +73,11 @@ class Adc:
         if not all(0 <= self.black_level_dn + offset < self.largest_dn for offset in offsets):
             lead = f"{min(offsets)}..{max(offsets)} lead from a black level of {self.black_level_dn}"
             raise refusal(self, "black_offsets_dn", f"{lead} beyond 0..{self.largest_dn - 1}")
+        # From black to white is what a photosite without an offset has: one that none has tells no white.
+        if common := max(min(offsets), 0) + min(max(offsets), 0):
+            side = "above" if common > 0 else "below"
+            way_out = f"give black_level_dn {self.black_level_dn + common}, and offsets that are less by {common}"
+            raise refusal(self, "black_offsets_dn", f"all lie {side} 0, and no photosite has black there; {way_out}")
 
     @property
     def largest_dn(self) -> int:

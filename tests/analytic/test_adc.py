@@ -141,3 +141,21 @@ def test_black_offsets_lie_on_the_full_frame_whatever_the_window():
 def test_black_offsets_that_cannot_be_are_refused(offsets):
     with pytest.raises(InvalidValueError, match="black_offsets_dn"):
         Adc(bit_depth=12, black_level_dn=100, electrons_per_dn=1.0, base_iso=100.0, black_offsets_dn=offsets)
+
+
+@pytest.mark.parametrize(
+    ("offsets", "side", "black_dn", "common"),
+    [(((100, 130), (120, 100)), "above", 200, 100), (((-7, -3),), "below", 97, -3)],
+)
+def test_offsets_that_move_black_altogether_are_black_level(offsets, side, black_dn, common):
+    """Codes from black to white were counted from where no photosite has black: of 4095 − 228 the 4095 − 128 were told,
+    and the truth's DNG was 3 % darker than its mosaic's."""
+    how = {"bit_depth": 12, "electrons_per_dn": 1.0, "base_iso": 100.0}
+    way_out = f"all lie {side} 0, .* give black_level_dn {black_dn}, and offsets that are less by {common}"
+    with pytest.raises(InvalidValueError, match=rf"black_offsets_dn: {way_out}"):
+        Adc(black_level_dn=100, black_offsets_dn=offsets, **how)
+    less = tuple(tuple(offset - common for offset in row) for row in offsets)
+    adc = Adc(black_level_dn=black_dn, black_offsets_dn=less, **how)
+    dark = adc.quantise(np.zeros((2, 2)), iso=100.0)
+    assert dark.tolist() == (100 + np.resize(offsets, (2, 2))).tolist()
+    assert adc.saturation_e(100.0) == 4095 - black_dn

@@ -195,7 +195,8 @@ def _add_bends(rng, sensor):
             else {"kind": "table", "electrons_in": inside.tolist(), "electrons_out": outside.tolist()}
         )
     if rng.random() < 0.5:
-        readout["black_offsets_dn"] = rng.integers(0, 5, (2, 3)).tolist()
+        offsets = rng.integers(0, 5, (2, 3))
+        readout["black_offsets_dn"] = (offsets - offsets.min()).tolist()
     if rng.random() < 0.4:
         readout["dual_gain"] = {"from_iso": 300.0, "full_well_e": 0.5 * well}
 

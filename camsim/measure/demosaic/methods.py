@@ -153,10 +153,8 @@ def _developed_by_libraw(frame: Frame, algorithm: str, *, stage: str) -> F32:
             raise UnsupportedError(f"gave up: {in_brief(error)}", stage=stage) from None
     if image.shape[:2] != frame.shape:
         raise UnsupportedError(f"gave {image.shape[:2]} pixels of {frame.shape}", stage=stage)
-    # Its 1 is the file's white, and black for it the least of the levels: black offsets may move them together.
-    own_dn = int(frame.white_levels_dn.min() - frame.black_levels_dn.min())
-    share = own_dn / (frame.white_level_dn - frame.black_level_dn)
-    scaled: F32 = image.astype(np.float32) * np.float32(share / 65535.0)
+    # Its 1 is the file's white, from the least of the black levels: as far as white is from black without an offset.
+    scaled: F32 = image.astype(np.float32) * np.float32(1.0 / 65535.0)
     return scaled
 
 
