@@ -180,7 +180,7 @@ class Readout(Table):
     black_offsets_dn: list[list[int]] | None = Field(
         default=None,
         min_length=1,
-        description="rows of offsets from it, repeated over the frame, not all above 0 or below; such as [[0, 2], [1, 3]]",
+        description="rows of offsets from it, repeated over the frame; not all above 0, or below: [[0, 2], [1, 3]]",
     )
     base_iso: float = Field(gt=0, description="ISO setting at which electrons_per_dn holds")
     electrons_per_dn: float = Field(gt=0, description="electrons per data number at base_iso: 1/K of EMVA 1288")
