@@ -12,6 +12,8 @@ from camsim.files.tiff_reader import Directory, read_directory
 _PREFIX = b"Exif\0\0"
 _CAMERAS, _INTEROPERABILITY, _INDEX = 34665, 40965, 1
 _ADOBES = b"R03"
+_SENSITIVITY, _SENSITIVITY_INDEX, _MOST_SENSITIVE = 34855, 34866, 65535
+"""PhotographicSensitivity has 16 bits: what is above stands in RecommendedExposureIndex."""
 
 T = TypeVar("T")
 
@@ -34,3 +36,15 @@ def colours_noted(directory: Directory) -> str:
     except InputError:
         return ""
     return "Adobe RGB, by EXIF" if adobes else ""
+
+
+def iso_noted(directory: Directory) -> int | None:
+    """Return the ISO setting that a camera noted, None where none can be read."""
+    try:
+        notes = directory.below(_CAMERAS)
+        noted = () if notes is None else notes.numbers(_SENSITIVITY)[:1]
+        if notes is not None and noted == (_MOST_SENSITIVE,):
+            noted = notes.numbers(_SENSITIVITY_INDEX)[:1] or noted
+    except InputError:
+        return None
+    return noted[0] if noted else None

@@ -16,7 +16,7 @@ from camsim.measure.noise import Group, Shots, expected_of, measure_noise, read_
 from camsim.measure.noise.measuring import _healthy
 from camsim.measure.noise.taking import frames_of
 from camsim.measure.noise.xml_file import xml_of
-from camsim.measure.reading import filter_rows
+from camsim.measure.reading import filter_rows, read_picture
 
 SIDE, FRAMES = 40, 4
 
@@ -185,6 +185,24 @@ def test_what_a_folder_must_hold(folder, tmp_path, change, sentence):
 
 def test_an_empty_folder(tmp_path):
     with pytest.raises(CamsimError, match=r"index\.csv' is missing; it says what each frame is"):
+        read_shots(tmp_path)
+
+
+@pytest.mark.parametrize("foreign", [False, True])
+@pytest.mark.parametrize("iso", [400.0, 1e5])
+def test_frames_of_two_gains(tmp_path, foreign, iso):
+    """Darks of twice the ISO: read noise of 19 e⁻ for 9, dark current twice as large. EXIF tells it of any camera's."""
+    lines = ["file,kind,exposure,time_s"]
+    for name, setting in (("a.dng", 200.0), ("b.dng", iso)):
+        changes = [f"exposure.iso={setting}", "region={rows: 40, cols: 40}", "render.tolerance=1e-2"]
+        camsim.capture("flat-field", overrides=changes).save(tmp_path / name)
+        if foreign:
+            held = (tmp_path / name).read_bytes()
+            (tmp_path / name).write_bytes(held.replace(b"urn:camsim:", b"urn:camera:"))
+        assert (read_picture(tmp_path / name).description is None) == foreign
+        lines.append(f"{name},flat,1,0.01")
+    (tmp_path / "index.csv").write_text("\n".join(lines))
+    with pytest.raises(InputError, match=rf"a\.dng' was taken at ISO 200 and 'b\.dng' at ISO {iso:g}: .*two gains"):
         read_shots(tmp_path)
 
 

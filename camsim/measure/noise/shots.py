@@ -16,6 +16,9 @@ from camsim.arrays import U8
 from camsim.errors import InputError, OutputError, UnsupportedError
 from camsim.files import save
 from camsim.files.atomic import write_whole
+from camsim.files.exif import iso_noted
+from camsim.files.reading import opened
+from camsim.files.tiff_reader import read_directory
 from camsim.frame import Frame
 from camsim.measure.noise.estimate import SURE
 from camsim.measure.noise.stack import Codes
@@ -83,8 +86,12 @@ def read_shots(folder: str | Path, *, cfa: str | None = None) -> Shots:
     keys = dict.fromkeys((kind, exposure, time_s) for _, kind, exposure, time_s in rows)
     found: dict[tuple[Kind, float, float], list[Codes]] = {key: [] for key in keys}
     first: tuple[tuple[str, ...], U8] | None = None
+    settings: dict[float, str] = {}
     for name, kind, exposure, time_s in rows:
-        channels, index, codes = _codes(read_picture(place / name, cfa=cfa))
+        picture = read_picture(place / name, cfa=cfa)
+        channels, index, codes = _codes(picture)
+        if (iso := _iso_of(place / name, picture)) is not None:
+            settings.setdefault(iso, name)
         if first is None:
             first = channels, index
         if index.shape != first[1].shape or channels != first[0] or not np.array_equal(index, first[1]):
@@ -93,6 +100,12 @@ def read_shots(folder: str | Path, *, cfa: str | None = None) -> Shots:
                 f"others have {first[1].shape[0]} × {first[1].shape[1]} of {', '.join(first[0])}, or another array"
             )
         found[kind, exposure, time_s].append(codes)
+    if len(settings) > 1:
+        (one, its), (other, others), *_ = settings.items()
+        raise InputError(
+            f"{str(place / its)!r} was taken at ISO {one:g} and {others!r} at ISO {other:g}: one sensor at two gains; "
+            "measure each setting from a folder of its own"
+        )
     assert first is not None
     shots = Shots(
         name=str(folder),
@@ -103,6 +116,18 @@ def read_shots(folder: str | Path, *, cfa: str | None = None) -> Shots:
     if cfa is None and len(shots.channels) == 1:
         _refuse_filters(shots)
     return shots
+
+
+def _iso_of(path: Path, picture: Picture) -> float | None:
+    """Return the ISO setting that a frame says it was taken at, None where it says none."""
+    described = (picture.description or {}).get("exposure")
+    if isinstance(described, Mapping):
+        iso = described.get("iso")
+        return float(iso) if isinstance(iso, int | float) else None
+    if path.suffix.lower() not in (".dng", ".tif", ".tiff"):
+        return None
+    with opened(path) as (file, size):
+        return iso_noted(read_directory(file, size))
 
 
 def _refuse_filters(shots: Shots) -> None:
