@@ -12,7 +12,7 @@ from camsim.files.tiff_reader import Directory, read_directory
 _PREFIX = b"Exif\0\0"
 _CAMERAS, _INTEROPERABILITY, _INDEX = 34665, 40965, 1
 _ADOBES = b"R03"
-_SENSITIVITY, _SENSITIVITY_INDEX, _MOST_SENSITIVE = 34855, 34866, 65535
+_TIME, _SENSITIVITY, _SENSITIVITY_INDEX, _MOST_SENSITIVE = 33434, 34855, 34866, 65535
 """PhotographicSensitivity has 16 bits: what is above stands in RecommendedExposureIndex."""
 
 T = TypeVar("T")
@@ -38,13 +38,15 @@ def colours_noted(directory: Directory) -> str:
     return "Adobe RGB, by EXIF" if adobes else ""
 
 
-def iso_noted(directory: Directory) -> int | None:
-    """Return the ISO setting that a camera noted, None where none can be read."""
+def setting_noted(directory: Directory) -> tuple[float | None, float | None]:
+    """Return the ISO setting and the exposure time, s, that a camera noted; None for what cannot be read."""
     try:
         notes = directory.below(_CAMERAS)
-        noted = () if notes is None else notes.numbers(_SENSITIVITY)[:1]
-        if notes is not None and noted == (_MOST_SENSITIVE,):
-            noted = notes.numbers(_SENSITIVITY_INDEX)[:1] or noted
+        if notes is None:
+            return None, None
+        iso, time_s = notes.values(_SENSITIVITY)[:1], notes.values(_TIME)[:1]
+        if iso == (_MOST_SENSITIVE,):
+            iso = notes.values(_SENSITIVITY_INDEX)[:1] or iso
     except InputError:
-        return None
-    return noted[0] if noted else None
+        return None, None
+    return iso[0] if iso else None, time_s[0] if time_s else None

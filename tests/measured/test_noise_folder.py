@@ -173,6 +173,7 @@ def test_the_range_is_as_sure_as_saturation_and_read_noise_are(folder):
         (lambda text: text.replace("000-flat-00.dng", "../flat.dng"), "must be a file in this folder"),
         (lambda text: text.replace("\n003-", "\n./000-flat-01.dng,flat,1,1\n003-", 1), "is named in line 3 already"),
         (lambda text: text.replace("000-flat-00.dng", "gone.dng"), "there is no such file"),
+        (lambda text: text.replace(",20.0", ",20000"), "has 20000 s for '.*', which says .* for 20 s; give seconds"),
     ],
 )
 def test_what_a_folder_must_hold(folder, tmp_path, change, sentence):

@@ -16,7 +16,7 @@ from camsim.arrays import U8
 from camsim.errors import InputError, OutputError, UnsupportedError
 from camsim.files import save
 from camsim.files.atomic import write_whole
-from camsim.files.exif import iso_noted
+from camsim.files.exif import setting_noted
 from camsim.files.reading import opened
 from camsim.files.tiff_reader import read_directory
 from camsim.frame import Frame
@@ -32,6 +32,8 @@ Kind: TypeAlias = Literal["flat", "dark", "clipped"]
 INDEX = "index.csv"
 HEADS = ("file", "kind", "exposure", "time_s")
 _MOST_FRAMES = 10_000
+_NOMINAL = 1.2
+"""Cameras note 1/15 s for 1/16 and 30 s for 32: no nearer are their times to be believed."""
 _PERIODS = (2, 3, 4)
 _ORDINALS = {2: "second", 3: "third", 4: "fourth"}
 _FILTERED = 0.05
@@ -90,8 +92,14 @@ def read_shots(folder: str | Path, *, cfa: str | None = None) -> Shots:
     for name, kind, exposure, time_s in rows:
         picture = read_picture(place / name, cfa=cfa)
         channels, index, codes = _codes(picture)
-        if (iso := _iso_of(place / name, picture)) is not None:
+        iso, noted_s = _setting_of(place / name, picture)
+        if iso is not None:
             settings.setdefault(iso, name)
+        if noted_s and not 1.0 / _NOMINAL < time_s / noted_s < _NOMINAL:
+            raise InputError(
+                f"{str(place / INDEX)!r} has {time_s:g} s for {name!r}, which says that it was exposed for "
+                f"{noted_s:g} s; give seconds, or a file that notes none (.npy) of a sum of frames"
+            )
         if first is None:
             first = channels, index
         if index.shape != first[1].shape or channels != first[0] or not np.array_equal(index, first[1]):
@@ -118,16 +126,20 @@ def read_shots(folder: str | Path, *, cfa: str | None = None) -> Shots:
     return shots
 
 
-def _iso_of(path: Path, picture: Picture) -> float | None:
-    """Return the ISO setting that a frame says it was taken at, None where it says none."""
+def _setting_of(path: Path, picture: Picture) -> tuple[float | None, float | None]:
+    """Return the ISO setting and the exposure time, s, that a frame says it was taken at; None where it says none."""
     described = (picture.description or {}).get("exposure")
     if isinstance(described, Mapping):
-        iso = described.get("iso")
-        return float(iso) if isinstance(iso, int | float) else None
+        iso, time_s = (described.get(name) for name in ("iso", "time_s"))
+        return _number(iso), _number(time_s)
     if path.suffix.lower() not in (".dng", ".tif", ".tiff"):
-        return None
+        return None, None
     with opened(path) as (file, size):
-        return iso_noted(read_directory(file, size))
+        return setting_noted(read_directory(file, size))
+
+
+def _number(said: object) -> float | None:
+    return float(said) if isinstance(said, int | float) else None
 
 
 def _refuse_filters(shots: Shots) -> None:
