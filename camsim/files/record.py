@@ -65,8 +65,16 @@ class Record:
 
     @property
     def white_levels_dn(self) -> I64:
-        """Codes at which photosites are full, one for each of ``black_offsets_dn``; where bits may end, the lower."""
-        return full_codes(self.white_level_dn, self.black_offsets_dn, (1 << self.white_level_dn.bit_length()) - 1)
+        """Codes at which photosites are full, one for each of ``black_offsets_dn``."""
+        return full_codes(self.white_level_dn, self.black_offsets_dn, (1 << self._bits) - 1)
+
+    @property
+    def _bits(self) -> int:
+        """How many the converter has; of a record that does not say them, as many as white needs."""
+        camera = self.description.get("camera")
+        adc = camera.get("adc") if isinstance(camera, Mapping) else None
+        bits = adc.get("bit_depth") if isinstance(adc, Mapping) else None
+        return bits if isinstance(bits, int) and 1 <= bits <= 16 else self.white_level_dn.bit_length()
 
     @property
     def size(self) -> tuple[int, int] | None:

@@ -56,6 +56,16 @@ def test_a_file_says_what_it_is(tmp_path: Path, frame: Frame, name: str, product
     assert held.record.error_estimate == (4.5e-7 if product == "truth" else 3.2e-7)
 
 
+def test_white_moves_with_black_as_far_as_the_converter_goes(tmp_path: Path) -> None:
+    """Of 12 bits: the record's white of 628 has 10, and 1128 was read as 1023. By hand: 128 + 20 000 / 40 + 500."""
+    sets = ["sensor.charge.full_well_e=20000", "exposure.iso=50", "sensor.readout.black_offsets_dn=[[0, 500]]"]
+    frame = camsim.capture("flat-field", overrides=[*sets, "region={rows: 2, cols: 2}", "render.tolerance=1e-2"])
+    for name in ("a.tiff", "a.npz"):
+        save(frame, tmp_path / name)
+        record = read_file(tmp_path / name).record
+        assert record.white_levels_dn.tolist() == frame.white_levels_dn.tolist() == [[628, 1128]]
+
+
 def test_a_dng_that_another_program_gave_a_preview_has_the_size_of_its_raw_image(tmp_path: Path, frame: Frame) -> None:
     save(frame, tmp_path / "a.dng")
     with tifffile.TiffFile(tmp_path / "a.dng") as tiff:
