@@ -36,6 +36,8 @@ MatrixOf: TypeAlias = Literal["standard", "scene"]
 _MEASURED = Curve((380.0, 780.0), (1.0, 1.0))
 _DARKEST_NEUTRAL = 1e-3
 _LEAST_RANK = 1e-6
+_NOISE = 0.01
+"""Of white: what photon noise and rounding leave of a channel that a matrix is to stand."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -147,7 +149,8 @@ def fit(response: ColourResponse, light: str) -> ColourFit:
 
     Least squares in XYZ (CIE 1931 2°) over the 190 reflectances of the Academy's rawtoaces, as shipped by
     colour-science, with one constraint: a perfect diffuser comes out exactly. The scene's own light plays no
-    part.
+    part. Of more than three channels noise counts too: what the fourth differs from the others by is small, and a
+    fit of surfaces alone would take it times 20.
 
     Raises UnsupportedError when the channels are not independent (one wavelength, two equal channels).
     """
@@ -211,7 +214,8 @@ def _fit(response: ColourResponse, light: Light, under: str, way_out: str) -> Co
             f"so no colour matrix exists; {way_out}",
             key="colour_matrix",
         )
-    to_xyz = _least_squares(camera, xyz, neutral, white_xyz)
+    noise = _NOISE if count > len(white_xyz) else 0.0
+    to_xyz = _least_squares(camera, xyz, neutral, white_xyz, noise=noise)
     return ColourFit(
         neutral=neutral, white_xyz=white_xyz, camera_to_xyz=to_xyz,
         xyz_to_camera=_back(to_xyz, camera, xyz, neutral, white_xyz),
@@ -232,9 +236,12 @@ def _back(to_xyz: F64, camera: F64, xyz: F64, neutral: F64, white_xyz: F64) -> F
     return matrix
 
 
-def _least_squares(given: F64, wanted: F64, white: F64, becomes: F64) -> F64:
-    """Return (m, n) what takes rows of ``given`` (r, n) nearest to ``wanted`` (r, m), and white to what it becomes."""
-    inverse = np.linalg.inv(given.T @ given)
+def _least_squares(given: F64, wanted: F64, white: F64, becomes: F64, *, noise: float = 0.0) -> F64:
+    """Return (m, n) what takes rows of ``given`` (r, n) nearest to ``wanted`` (r, m), and white to what it becomes.
+
+    noise : standard deviation of each number given, on the average of which it is nearest
+    """
+    inverse = np.linalg.inv(given.T @ given + len(given) * noise**2 * np.eye(given.shape[1]))
     free = inverse @ given.T @ wanted
     # Lagrange multipliers, one for each of m, move the free fit to where white is exact.
     missing = becomes - white @ free
