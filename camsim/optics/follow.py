@@ -81,7 +81,7 @@ def spare_nodes(waves: Callable[[F64, I64], F64], length: F64, most: float) -> I
     """
 
     def integrals(spare: float, some: I64) -> tuple[C128, F64, F64]:
-        """Return those of sets with so many nodes to spare, what rounding hides of them, and what they take at least."""
+        """Return those of sets with so many to spare, what rounding hides of them, and what these take at least."""
         rules = [(turn_rad, *from_0(int(nodes_of(turn_rad, spare)))) for turn_rad in (SLOW_RAD, FAST_RAD)]
         phase = 2.0 * np.pi * waves(np.concatenate([t for _, t, _ in rules]), some)
         factor, first, found = np.exp(1j * phase), 0, []

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING
 
 from camsim.typed import Count, Number, Positive, Whole, judge
 
@@ -26,7 +26,6 @@ class Grid:
     pitch_um: Positive
     origin: tuple[int, int] = (0, 0)
     frame: tuple[Count, Count] | None = None
-    moved_um: ClassVar[tuple[float, float]] = (0.0, 0.0)
 
     if TYPE_CHECKING:
 
@@ -46,14 +45,16 @@ class Grid:
     @property
     def first_centre(self) -> tuple[float, float]:
         """Return x, y of photosite (0, 0) of the window, in pitches from the optical axis."""
-        rows, cols = self.frame or (self.rows, self.cols)
-        x, y = (length_um / self.pitch_um for length_um in self.moved_um)
-        return self.origin[1] + 0.5 - 0.5 * cols - x, self.origin[0] + 0.5 - 0.5 * rows - y
+        return self._first_centre()
 
     def behind(self, moved_um: tuple[float, float]) -> Grid:
         """Return photosites that see through a pattern what these see through it where it is moved along x and y."""
         own = {field.name: getattr(self, field.name) for field in fields(Grid)}
         return _MovedGrid(**own, moved_um=moved_um) if any(moved_um) else self
+
+    def _first_centre(self) -> tuple[float, float]:
+        rows, cols = self.frame or (self.rows, self.cols)
+        return self.origin[1] + 0.5 - 0.5 * cols, self.origin[0] + 0.5 - 0.5 * rows
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,3 +62,9 @@ class _MovedGrid(Grid):
     """Photosites by what they see: each lies against the way in which the lens moves its pattern."""
 
     moved_um: tuple[float, float]
+
+    @property
+    def first_centre(self) -> tuple[float, float]:
+        """Return where in the scene photosite (0, 0) looks, in pitches from the optical axis."""
+        x, y = self._first_centre()
+        return x - self.moved_um[0] / self.pitch_um, y - self.moved_um[1] / self.pitch_um
