@@ -27,7 +27,7 @@ _CLIPPED = 0.002
 _BELOW_BLACK = 0.1  # of the step
 _PILED_UP = 0.02  # of a side's photosites
 _NOISY, _NOISY_PART = 0.45, 3e-4  # codes, and of the step where there are none
-_WIDE, _MOST_LOW = 0.1, 0.13
+_WIDE, _MOST_OFF = 0.1, 0.13
 """A rise, of what a region has beside an edge, above which it counts what aberrations throw far; MTF50's share then."""
 
 _WIDEST = 0.6  # of what a region has beside an edge: rises that are longer have no levels to end at
@@ -136,7 +136,7 @@ def _result(fit: EdgeFit, channel: Channel, roi: Roi, *, tail: bool, theory: The
     if tail and wide > _WIDE:
         notes.append(
             f"the edge rises over {percent(wide)} of what the region has beside it: behind coma or spherical "
-            f"aberration MTF50 may be up to {percent(_MOST_LOW * wide)} too low, in a larger region by less"
+            f"aberration MTF50 may be off by up to {percent(_MOST_OFF * wide)}, in a larger region by less"
         )
     if fit.left_out:
         notes.append(f"{fit.left_out} photosites far from the fit were left out (defects)")
