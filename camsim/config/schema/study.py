@@ -14,7 +14,9 @@ from camsim.typed import Fraction
 
 MOST = 1_000_000
 
-Range: TypeAlias = Annotated[tuple[float, float, Annotated[int, Field(ge=1, le=MOST)]], Called("[first, last, how many]")]
+Range: TypeAlias = Annotated[
+    tuple[float, float, Annotated[int, Field(ge=1, le=MOST)]], Called("[first, last, how many]")
+]
 Pair: TypeAlias = Annotated[tuple[float, float], Called("a pair of numbers")]
 Whole: TypeAlias = Annotated[int, Field(ge=-(2**63), le=2**63 - 1)]
 Wholes: TypeAlias = Annotated[tuple[Whole, Whole], Called("a pair of whole numbers")]
