@@ -39,7 +39,7 @@ _SEARCHED_PIXEL = np.linspace(-2.0, 2.0, 17)
 _NEWTON_STEPS = 8
 _NOTHING = 1e-30  # of the cube of a transfer
 _NODES, _FEW_NODES, _FEW_WAVES = 40, 16, 1.0
-"""Wavelengths of a lens whose transfer is an integral over its pupil; few where its path difference turns no further."""
+"""Wavelengths of a lens whose transfer is an integral over its pupil; few where its path difference turns so far."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
