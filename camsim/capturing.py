@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
@@ -31,8 +31,8 @@ M = TypeVar("M", schema.SceneFile, schema.SensorFile)
 
 
 def _listed(given: Any) -> Any:
-    """Return the items of whatever has some; a text is one thing."""
-    return tuple(given) if isinstance(given, Iterable) and not isinstance(given, str | bytes) else given
+    """Return the items of whatever has some; a text is one thing, and of a table only the keys would be left."""
+    return tuple(given) if isinstance(given, Iterable) and not isinstance(given, str | bytes | Mapping) else given
 
 
 def _folders(given: Any) -> Any:

@@ -114,6 +114,18 @@ def check(value: Any, kind: Any, key: str, stage: str = "") -> Any:
         raise InvalidValueError(error.message, key=key, stage=stage) from None
 
 
+def check_truths(**given: Any) -> None:
+    """Raise InvalidValueError for the first that is neither true nor false: of a text such as "no" there is no telling.
+
+    >>> check_truths(force=True, compress="no")
+    Traceback (most recent call last):
+        ...
+    camsim.errors.InvalidValueError: compress: must be true or false, not 'no'
+    """
+    for key, value in given.items():
+        check(value, bool, key)
+
+
 def known_name(kind: str, name: Any, known: Collection[str], key: str = "") -> str:
     """Return a name of a short list; raises UnknownNameError for another, InvalidValueError for what is no text.
 

@@ -61,6 +61,9 @@ def percent_hint(value: Any) -> str:
     return f"; a fraction: {value:g} % is {value / 100:g}" if number and 1 < value <= 100 else ""
 
 
+DECIMAL_POINT = "; a decimal number has a point, such as 1.5"
+"""The way out where a list is twice as long as it should be."""
+
 _THOUSANDS = re.compile(r"([-+]?[1-9]\d{0,2})(([,' _]\d{3})+)(\.\d*)?|([-+]?[1-9]\d{0,2})((\.\d{3})+)(,\d+)")
 _DECIMAL_COMMA = re.compile(r"([-+]?\d*),(\d+)")
 _PERCENT = re.compile(r"([-+]?\d+(?:[.,]\d*)?)\s*%")

@@ -109,6 +109,7 @@ def explained(capture: Capture, products: Products, files: list[tuple[str, str]]
         "camera": camera.name,
         "rows": grid.rows,
         "cols": grid.cols,
+        "pitch_um": camera.pitch_um,
         "tolerance": capture.tolerance,
         "method": choice.method,
         "decisions": [asdict(decision) for decision in decisions],
@@ -218,8 +219,8 @@ def _print(told: dict[str, Any]) -> None:
     if not console.is_terminal:
         console.width = 200
     console.print(
-        f"{told['scene']}: {told['rows']} × {told['cols']} photosites of {told['camera']}, "
-        f"tolerance {told['tolerance']:g}"
+        f"{told['scene']}: {told['rows']} × {told['cols']} photosites of {told['pitch_um']:g} µm, "
+        f"camera {told['camera']}, tolerance {told['tolerance']:g}"
     )
     table = Table(box=None, pad_edge=False, show_header=False)
     for style in ("bold", "", "dim"):

@@ -84,7 +84,7 @@ def _summary(description: Any) -> list[tuple[str, str]]:
         ("scene", f"{number} shape{'' if number == 1 else 's'}, background {_word(scene.get('background'))}"),
         ("light", _stage(description.get("light"))),
         ("exposure", _stage(description.get("exposure"))),
-        ("window", _stage(description.get("region")) or "the whole frame"),
+        ("window", (_stage(description.get("region")) or "the whole frame") + _of_frame(camera)),
         ("noise", "on" if description.get("noise") is True else "off"),
         ("computed", accuracy),
     ]
@@ -92,6 +92,14 @@ def _summary(description: Any) -> list[tuple[str, str]]:
     told["optics"], told["own stages"] = _in_turn(optics), _in_turn(_parts(camera, "extra_stages"))
     order = ("scene", "light", "optics", "exposure", "window", "noise", "own stages", "computed")
     return [(label, told[label]) for label in order if told[label]]
+
+
+def _of_frame(camera: Mapping[str, Any]) -> str:
+    """Return what a window is of: a sensor's name may hold a pitch that was set to another for this capture."""
+    if not camera.keys() >= {"rows", "cols", "pitch_um"}:
+        return ""
+    rows, cols, pitch_um = (_word(camera[key]) for key in ("rows", "cols", "pitch_um"))
+    return f" of {rows} × {cols} photosites of {pitch_um} µm"
 
 
 def _part(tree: Any, key: str) -> Mapping[str, Any]:

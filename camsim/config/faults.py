@@ -15,7 +15,7 @@ from camsim.config.scalars import resolve
 from camsim.config.schema import Table
 from camsim.config.tree import MOST_FAULTS, Document, KeyPath, Node
 from camsim.errors import ConfigError, Fault
-from camsim.words import either, number_hint, percent_hint, word_hint
+from camsim.words import DECIMAL_POINT, either, number_hint, percent_hint, word_hint
 
 T = TypeVar("T", bound=Table)
 
@@ -210,8 +210,8 @@ def _wrong_value(node: Node, expected: Expected) -> str:
         hint = percent_hint(value)
     elif expected.is_text() and isinstance(value, int | float):
         hint = f"; as a text it stands in quotes: '{node.text}'"
-    elif isinstance(value, tuple) and len(value) == 2 * expected.length():
-        hint = "; a decimal number has a point, such as 1.5"
+    elif isinstance(value, tuple) and value and len(value) == 2 * expected.length():
+        hint = DECIMAL_POINT
     return f"must be {words}, not {_got(node)}{hint}"
 
 

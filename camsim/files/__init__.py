@@ -14,7 +14,7 @@ from camsim.errors import OutputError, did_you_mean
 from camsim.files import dng, exr, npy, npz, png, tiff
 from camsim.files.atomic import reason, replacing
 from camsim.frame import PRODUCTS, Frame, Product
-from camsim.typed import FilePath, check
+from camsim.typed import FilePath, check, check_truths
 from camsim.window import Region
 
 
@@ -77,6 +77,7 @@ def save(
     check(frame, Frame, "frame")
     path = check(path, FilePath, "path")
     check(product, str | None, "product")
+    check_truths(force=force, allow_odd_cfa=allow_odd_cfa, compress=compress)
     chosen = check_output(path, product)
     _refuse_what_exists(path, force=force)
     if (chosen == "truth" and frame.truth is None) or (chosen == "spectral" and frame.spectral is None):
@@ -115,6 +116,7 @@ def writing_rows(
 
     The file is moved to its place when the block ends well, and none is left when it does not.
     """
+    check_truths(force=force, allow_odd_cfa=allow_odd_cfa, compress=compress)
     check_output(path, "mosaic")
     _refuse_what_exists(path, force=force)
     cols, mono = camera.grid(region).cols, len(camera.cfa.channels) == 1

@@ -22,7 +22,7 @@ from camsim.files.tiff_ifd import Tag, directories, refuse_over_4_gib, undefined
 from camsim.frame import LARGEST_CODE, codes_of
 from camsim.sensor.cfa import BAYER, PATTERNS, Cfa
 from camsim.sensor.colour_matrix import ColourFit, fit_white
-from camsim.typed import FilePath, check
+from camsim.typed import FilePath, check, check_truths
 from camsim.words import shown
 
 _LARGEST_PERIOD = 16  # of black levels: what readers of ours take
@@ -75,6 +75,7 @@ def write_dng(
     True
     """
     given = _Given.of(mosaic, cfa, black_level_dn, white_level_dn, colour_matrix, as_shot_neutral)
+    check_truths(allow_odd_cfa=allow_odd_cfa, compress=compress)
     target = Path(check(path, FilePath, "path"))
     if target.suffix.lower() != ".dng":
         raise OutputError(f"cannot write {str(path)!r}: a DNG's name ends in .dng")

@@ -19,7 +19,9 @@ from camsim.measure.geometry import EdgeLine
 from camsim.measure.given import check_given
 from camsim.measure.lens_places import scene_place_um, system_at
 from camsim.measure.neighbours import neighbours, spread_otf
-from camsim.optics.protocols import Varies
+from camsim.optics.of_pupil import OfPupil
+from camsim.optics.protocols import Lens, Varies
+from camsim.optics.system import OpticalSystem
 from camsim.quadrature import gauss_legendre
 from camsim.scene import Scene
 from camsim.scene.outlines import surface_at
@@ -36,8 +38,8 @@ _NEAR_ZERO = 1e-4  # cycles per pixel: where the phase tells the middle of the l
 _SEARCHED_PIXEL = np.linspace(-2.0, 2.0, 17)
 _NEWTON_STEPS = 8
 _NOTHING = 1e-30  # of the cube of a transfer
-_NODES = 40
-"""Wavelengths of a lens that changes over the frame."""
+_NODES, _FEW_NODES, _FEW_WAVES = 40, 16, 1.0
+"""Wavelengths of a lens whose transfer is an integral over its pupil; few where its path difference turns so far."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -45,7 +47,8 @@ class CameraOtf:
     """Lens, OLPF, photosite and crosstalk of a camera, for the light and the surfaces of a scene.
 
     At each wavelength the OTFs are multiplied; the wavelengths are weighted by what the edge gives the channel: light ×
-    (bright − dark reflectance) × the lens's transmission × quantum efficiency × λ/hc.
+    (bright − dark reflectance) × the lens's transmission × quantum efficiency × λ/hc. Of a lens whose transfer is an
+    integral over its pupil some stand for all, within 1e-4.
 
     region : the window of the frame that the picture shows, None for all of it
 
@@ -78,8 +81,7 @@ class CameraOtf:
         place_um = self._place_um(line, 0.0)
         moved = 0.0
         if not isinstance(self.camera.lens, Varies):  # one that does tells where the scene falls
-            seen = functools.partial(self.at, channel=channel, dark=0.0, bright=1.0, place_um=place_um)
-            x, y = _shift_pixel(seen, NYQUIST_OF_SENSOR_CYCLES_PER_PIXEL)
+            x, y = _white_shift_pixel(self, channel)
             moved = x * math.cos(line.normal_rad) + y * math.sin(line.normal_rad)
         sides = [self._surface(self._place_um(line, side - moved)) for side in (-_BESIDE_PIXEL, _BESIDE_PIXEL)]
         fx, fy = (frequency_cycles_per_pixel * part for part in (math.cos(line.normal_rad), math.sin(line.normal_rad)))
@@ -151,15 +153,15 @@ class CameraOtf:
         total = float(shares.sum(axis=(0, 1))[heard] @ weight.sum(axis=1))
         if total == 0.0:
             return None
-        if isinstance(self.camera.lens, Varies) and wavelength_nm.size > _NODES:
-            # Its transfer takes half a second at each wavelength, and varies slowly with it.
-            x, w = gauss_legendre(_NODES)
+        system = system_at(self.camera, *place_um)
+        highest_per_um = float(np.hypot(fx, fy).max(initial=0.0)) / self.camera.pitch_um
+        if wavelength_nm.size > (count := _nodes(self.camera.lens, system, wavelength_nm, highest_per_um)):
+            x, w = gauss_legendre(count)
             low, high = wavelength_nm[0], wavelength_nm[-1]
             nodes_nm = 0.5 * (low + high) + 0.5 * (high - low) * x
             wavelength_nm, weight = nodes_nm, np.einsum("cn,nj->cj", weight, lagrange(wavelength_nm, nodes_nm, x, w))
         spread = spread_otf(shares[..., heard], fx, fy)
         fx, fy = fx / self.camera.pitch_um, fy / self.camera.pitch_um
-        system = system_at(self.camera, *place_um)
         lens = sum(
             np.einsum("c,c...->...", part, spread) * system.point_otf(fx, fy, nm)
             for nm, part in zip(wavelength_nm.tolist(), weight.T, strict=True)
@@ -178,6 +180,30 @@ class CameraOtf:
         """Return the surface that falls on a place of the sensor."""
         x_um, y_um = scene_place_um(self.camera, np.array([place_um]))[0].tolist()
         return surface_at(self.scene, x_um, y_um)
+
+
+def _nodes(lens: Lens, system: OpticalSystem, wavelength_nm: F64, highest_per_um: float) -> int:
+    """Return how many wavelengths stand for all: a transfer over a pupil takes up to half a second at each.
+
+    It goes smoothly with the wavelength where none passes all frequencies that are asked for, and nothing in the pupil
+    ends: sixteen follow a wave to 1e-7. Where frequencies end between wavelengths, forty meet the sum within 1e-4.
+    """
+    if isinstance(lens, Varies):
+        return _NODES
+    if not system.chromatic:
+        return 1
+    if system.more or not isinstance(lens, OfPupil):
+        return int(wavelength_nm.size)
+    low, high = float(wavelength_nm[0]), float(wavelength_nm[-1])
+    ends = lens.pupil.obstruction > 0.0 or highest_per_um >= lens.pupil.inner_radius / lens.blur_um(high)
+    return _NODES if ends or lens.waves_turned(low, high) > _FEW_WAVES else _FEW_NODES
+
+
+@functools.lru_cache(maxsize=16)
+def _white_shift_pixel(theory: CameraOtf, channel: str) -> tuple[float, float]:
+    """Return how far a channel has its picture of white on black from the scene: the same for all edges."""
+    seen = functools.partial(theory.at, channel=channel, dark=0.0, bright=1.0)
+    return _shift_pixel(seen, NYQUIST_OF_SENSOR_CYCLES_PER_PIXEL)
 
 
 def _all_round(frequency: F64, directions: int) -> tuple[F64, F64]:

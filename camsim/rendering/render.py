@@ -33,7 +33,7 @@ from camsim.rendering.spectral import carrying
 from camsim.scene import Scene
 from camsim.scene.arrange import Arrangement
 from camsim.spectra.curve import LIGHT_NM
-from camsim.typed import Number, Positive, Several, Whole, check
+from camsim.typed import Number, Positive, Several, Whole, check, check_truths
 
 AnyMethod: TypeAlias = Literal[
     "auto", "boundary", "fourier", "area", "uniform-pixel", "uniform", "importance", "strips"
@@ -76,8 +76,7 @@ def render(
     check_method(method)
     check(scene, Scene, "scene")
     check(grid, Grid, "grid")
-    for key, truth in (("strict", strict), ("prune", prune)):
-        check(truth, bool, key)
+    check_truths(strict=strict, prune=prune)
     counted: int | None = check(samples, int | None, "samples")
     allowed: float = check(tolerance, float, "tolerance")
     each_nm = np.atleast_1d(np.asarray(check(wavelength_nm, _WAVELENGTHS, "wavelength_nm"), np.float64))

@@ -86,7 +86,7 @@ def dataset(
     captures = captures_of(read, products_of(tuple(read.model.hold)), report)
     shards = shards_of(read, captures)
     size = read.model.crops.rows, read.model.crops.cols
-    with alone(place):
+    with alone(place, others="product"):
         made_before = Journal(place).path.exists()
         done = completed(
             place,

@@ -11,6 +11,7 @@ from camsim.errors import OutputError
 from camsim.files.atomic import reason
 from camsim.sweeping.captures import Progress
 from camsim.sweeping.manifest import (
+    CSV,
     DONE,
     FAILED,
     HIDDEN,
@@ -24,8 +25,11 @@ from camsim.sweeping.manifest import (
 
 
 @contextlib.contextmanager
-def alone(folder: Path) -> Iterator[None]:
-    """Keep the folder for one sweep at a time; the system lets go of it when the process ends, however it ends."""
+def alone(folder: Path, others: str) -> Iterator[None]:
+    """Keep the folder for one sweep at a time; the system lets go of it when the process ends, however it ends.
+
+    others : a column that the manifests of data sets have and those of studies have not, or the reverse
+    """
     from filelock import FileLock, Timeout
 
     try:
@@ -37,11 +41,20 @@ def alone(folder: Path) -> Iterator[None]:
     except OSError as error:
         raise OutputError(f"cannot write into {str(folder)!r}: {reason(error)}") from error
     try:
+        _refuse_another(folder, others)
         remove_halves(folder)
         yield
         remove_halves(folder)  # of a worker that died, whose task another has done
     finally:
         lock.release()
+
+
+def _refuse_another(folder: Path, others: str) -> None:
+    """Raise OutputError where the folder's manifest, and all that is known of its files, would be lost."""
+    with contextlib.suppress(OSError), (folder / CSV).open(encoding="utf-8", errors="replace") as manifest:
+        if others in manifest.readline().rstrip().split(","):
+            message = "its manifest is of another kind; give a study and a data set a folder each"
+            raise OutputError(f"cannot write into {str(folder)!r}: {message}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -23,6 +23,9 @@ _SAMPLED = 24
 _PHOTOSITE_S = 3e-7
 """Seconds of one core for a photosite's noise, code and share of a file."""
 
+_CAPTURE_S = 0.01
+"""And for a capture, however small: reading and judging it, beginning its noise and its files."""
+
 _TRUTH = 2.5
 """Times that a rendering of all channels takes what one of the mosaic does."""
 
@@ -122,7 +125,8 @@ def _forecast(
         found=found,
         files=files,
         optical_images=len(first),
-        seconds=planned_s * (_TRUTH if "truth" in products else 1.0) + _PHOTOSITE_S * frames * sum(photosites),
+        seconds=planned_s * (_TRUTH if "truth" in products else 1.0)
+        + frames * (_PHOTOSITE_S * sum(photosites) + _CAPTURE_S * len(captures)),
         disk_bytes=disk_bytes,
         # What the program takes is known here: it has loaded what a worker loads.
         memory_bytes=needed + psutil.Process().memory_info().rss,

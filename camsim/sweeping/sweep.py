@@ -78,7 +78,7 @@ def sweep(
     read, files = read_study(study)
     items = items_of(read, files, report)
     of = {item.identity: item for item in items}
-    with alone(place):
+    with alone(place, others="shard"):
         done = completed(
             place,
             list(of),

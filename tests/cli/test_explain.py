@@ -88,7 +88,7 @@ def test_the_engine_follows_the_tolerance_and_the_word(camsim: Run) -> None:
 
 
 def test_it_can_be_read(camsim: Run) -> None:
-    done = camsim("explain", "small.yaml")
+    done = camsim("explain", "small.yaml", "--set", "sensor.frame.pitch_um=3")
     for word in (
         "16 × 20 photosites",
         "engine",
@@ -98,6 +98,7 @@ def test_it_can_be_read(camsim: Run) -> None:
         "memory",
         "error",
         "at most 0.0001",
+        "photosites of 3 µm, camera D40-like, 4.88 µm, ",  # its name is what it was
     ):
         assert word in done.stdout
 

@@ -77,7 +77,7 @@ def places_hold() -> Callable[[ConfigError], None]:
             value = re.search(r"must be .*, not '?([^';( ]+)", fault.message)
             if "unknown key" in fault.message:
                 assert there.startswith(fault.key.rpartition(".")[2]), fault
-            elif value and value[1] not in ("a", "empty"):
+            elif value and value[1] not in ("a", "an", "empty"):
                 assert there.lstrip("'").startswith(value[1]), fault
 
     return check

@@ -139,6 +139,14 @@ FAULTS = {
             "a decimal number has a point, such as 1.5 (from the optical axis, in the scene's unit)"
         ],
     ),
+    "nothing in a list": (
+        "f_number: 8",
+        "f_number: []",
+        [
+            "scene.yaml:3:30: lens.f_number: must be a number from 0.5 to 10000, not an empty list "
+            "(focal length over aperture, as engraved on the lens)"
+        ],
+    ),
     "a unit": (
         "time_s: 0.01",
         "time_s: 10ms",

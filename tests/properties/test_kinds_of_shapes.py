@@ -463,6 +463,15 @@ def nested(depth):
             lambda: camsim.Path(segments_um=[("move", 0, 0), ("line", 1, math.nan)], reflectance=0),
             "item 1.2 must be a finite number",
         ),
+        # Lengths of a file are scaled where they are numbers: a text of mm would have been µm.
+        (
+            lambda: camsim.Path(segments_um=[("move", 0, 0), ("line", "7", 1)], reflectance=0),
+            "item 1.1 must be a number, not '7'",
+        ),
+        (
+            lambda: camsim.Path(segments_um=[("move", 0, 0), ("line", 1, 5, 2, 5)], reflectance=0),
+            "item 1 must be 'line' and 2 numbers, not a list of 5; a decimal number has a point, such as 1.5",
+        ),
         (
             lambda: camsim.Group(shapes=[], matrix=(1, 2, 2, 4, 0, 0)),
             "flattens all shapes to a line; its first four numbers must not",

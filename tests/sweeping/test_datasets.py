@@ -94,6 +94,20 @@ def test_shards_of_an_earlier_making_go(tmp_path):
     assert (tmp_path / "train-notes.txt").exists()
 
 
+def test_a_study_and_a_data_set_do_not_share_a_folder(tmp_path):
+    """The manifest of the other was written over, and with the journal all that was known of what is there."""
+    study = {"scene": "flat-field", "sensor": "mono-345", "set": {"region": {"rows": 8, "cols": 8}}}
+    made_of = {**study, "crops": {"rows": 8, "cols": 8}, "splits": {"train": 1, "val": 0, "test": 0}}
+    for first, then in ((camsim.sweep, camsim.dataset), (camsim.dataset, camsim.sweep)):
+        folder, asked = tmp_path / first.__name__, {camsim.sweep: study, camsim.dataset: made_of}
+        first(asked[first], folder, workers=0)
+        before = (folder / "manifest.csv").read_bytes()
+        with pytest.raises(CamsimError, match="its manifest is of another kind; give a study and a data set a folder"):
+            then(asked[then], folder, workers=0)
+        assert (folder / "manifest.csv").read_bytes() == before
+        assert first(asked[first], folder, workers=0).found == 1
+
+
 @pytest.mark.parametrize("index", ["1", None, 1.0, True, -1, 2**63])
 def test_samples_are_read_by_their_number(made, index):
     with pytest.raises(CamsimError, match=r"index: must be a whole number from 0 to 2\^63 − 1, not"):

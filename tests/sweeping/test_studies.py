@@ -118,6 +118,10 @@ def test_draws_are_functions_of_seed_key_and_index_and_have_their_distributions(
     [
         ({"vary": {A: []}}, "vary.exposure.iso: must be a list of at least 1 or a table {linear, log, uniform"),
         ({"vary": {A: {"linear": [1, 2]}}}, "vary.exposure.iso.linear: must be [first, last, how many]"),
+        (
+            {"vary": {A: {"linear": [1, 2, 2**70]}}},
+            "linear.2: must be a whole number from 1 to 1e+06, not 1180591620717411303424",
+        ),
         ({"vary": {A: {"linear": [1, 2, 3], "log": [1, 2, 3]}}}, "log: given together with 'linear'"),
         ({"vary": {A: {"log": [0, 2, 3]}}}, "log: has no logarithm; give ends above 0"),
         ({"vary": {A: {"uniform": [3, 2]}}}, "uniform: begins above its end; give [2, 3]"),

@@ -12,14 +12,17 @@ from camsim.config.schema.base import Name, Table, by_form
 from camsim.marks import Called
 from camsim.typed import Fraction
 
-Range: TypeAlias = Annotated[tuple[float, float, Annotated[int, Field(ge=1)]], Called("[first, last, how many]")]
+MOST = 1_000_000
+
+Range: TypeAlias = Annotated[
+    tuple[float, float, Annotated[int, Field(ge=1, le=MOST)]], Called("[first, last, how many]")
+]
 Pair: TypeAlias = Annotated[tuple[float, float], Called("a pair of numbers")]
 Whole: TypeAlias = Annotated[int, Field(ge=-(2**63), le=2**63 - 1)]
 Wholes: TypeAlias = Annotated[tuple[Whole, Whole], Called("a pair of whole numbers")]
 
 SPREAD = ("linear", "log")
 DRAWN = ("uniform", "log_uniform", "normal", "integers", "choice")
-MOST = 1_000_000
 
 
 class Values(Table):

@@ -10,18 +10,20 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 import numpy as np
 
 from camsim.errors import InvalidValueError
-from camsim.kind import LARGEST, Misfit
+from camsim.kind import Misfit, number
 from camsim.marks import After, Called
 from camsim.scene.curves import Curves, Pen
 from camsim.scene.primitives import MOST_PIECES, FillRule, Primitive, Shape, one
 from camsim.spectra.curve import NumberOrCurve, Reflectance
 from camsim.typed import Several, judge, refusal
+from camsim.words import DECIMAL_POINT
 
 Segment = tuple[Any, ...]
 
 NUMBERS: Mapping[str, int] = {"move": 2, "line": 2, "quadratic": 4, "cubic": 6, "arc": 7, "close": 0}
 """How many follow each word; the last two are where it ends, those of an arc are in the order of SVG."""
 
+_COORDINATE = number(float, ())
 _FLAGS = 4, 5  # of an arc's numbers: whether it is the long one, and which way round it goes
 
 
@@ -42,17 +44,21 @@ def _segment(index: int, given: Any) -> Segment:
     word, *numbers = given
     count = NUMBERS[word]
     if len(numbers) != count:
-        raise Misfit(f"{word!r} and {count} numbers", given, item=str(index))
+        hint = DECIMAL_POINT if count and len(numbers) == 2 * count else ""
+        raise Misfit(f"{word!r} and {count} numbers", given, item=str(index), hint=hint)
+    flags = _FLAGS if word == "arc" else ()
+    return (word, *(_number(value, f"{index}.{k}", flag=k in flags) for k, value in enumerate(numbers, 1)))
+
+
+def _number(given: Any, item: str, *, flag: bool) -> float:
+    """Return one of a segment's numbers; a text is none, because lengths of a file are scaled before they come here."""
+    truth = flag and isinstance(given, bool | np.bool_)
     try:
-        kept = (word, *(float(number) for number in numbers))
-    except (TypeError, ValueError, OverflowError):
-        raise Misfit(f"{word!r} and {count} numbers", given, item=str(index)) from None
-    for place, number in enumerate(kept[1:]):
-        if not abs(number) <= LARGEST:
-            raise Misfit(f"a finite number, at most {LARGEST:g}", number, item=f"{index}.{place + 1}")
-    for place in _FLAGS if word == "arc" else ():
-        if kept[place] not in (0.0, 1.0):
-            raise Misfit("0 or 1, as the flags of an arc are", kept[place], item=f"{index}.{place}")
+        kept: float = _COORDINATE.take(float(given) if truth else given)
+    except Misfit as error:
+        raise Misfit(error.words, given, item=item, hint=error.hint) from None
+    if flag and kept not in (0.0, 1.0):
+        raise Misfit("0 or 1, as the flags of an arc are", kept, item=item)
     return kept
 
 
