@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from typing import NamedTuple
 
@@ -21,6 +22,7 @@ _COARSE = 0.4
 """Of the rise: knots that are as far apart as a Gaussian's sigma follow it to a hundredth."""
 
 _STEPS, _FARTHEST = 24, 8.0
+_MOST_RAD = math.radians(5.0)  # no direction is known that may be off by more
 _SURE = 4.0
 """Standard errors within which a figure has to be right."""
 
@@ -65,12 +67,16 @@ def direction_error_rad(
     error = few * linear_rad * _of_noise(d, s, near.signal, model, smooth, rise, variance)
     if d.size > _FEW or not 0.0 < error < math.inf:
         return error
-    turns = np.linspace(-_FARTHEST, _FARTHEST, 2 * _STEPS + 1) * error
-    squares = np.array([_squares(near, line, model, float(turn)) for turn in turns])
-    least = float(squares.min())
-    for sure in (0.5 * _SURE, _SURE):
-        likely = np.abs(turns[squares - least < (few * sure) ** 2 * most])
-        error = max(error, float(likely.max()) / sure)
+    # Few photosites tell a bend from a turn no better.
+    lines, reached = {line, dataclasses.replace(line, curvature_per_pixel=0.0)}, True
+    while reached and error < _MOST_RAD:
+        turns = np.linspace(-_FARTHEST, _FARTHEST, 2 * _STEPS + 1) * error
+        squares = np.array([[_squares(near, bent, model, float(turn)) for turn in turns] for bent in lines])
+        above = (squares - float(squares.min())).min(axis=0)
+        for sure in (0.5 * _SURE, _SURE):
+            likely = np.abs(turns[above < (few * sure) ** 2 * most])
+            error = max(error, float(likely.max()) / sure)
+        reached = bool(likely.max() == turns[-1])  # and what lies farther may be as likely
     return error
 
 
