@@ -34,7 +34,7 @@ def test_what_is_not_refused_is_right():
 
 @pytest.mark.parametrize("seed", [1324, 162])
 def test_a_direction_that_fits_better_is_not_taken(seed):
-    """Turned by two standard errors they fitted better, and the rise was 4.4 of its own off; straight they fit as well."""
+    """Turned by two standard errors the first fitted better (its rise was 4.4 of its own off), straight the second."""
     samples, first, (rows, cols), _ = drawn_edge(np.random.default_rng(seed))
     with pytest.raises(UnsupportedError, match="hides the edge's direction"):
         measure_edge(Plane(name="R", samples=samples, step=(2, 2), first=first), Roi(0, 0, rows, cols))
