@@ -101,7 +101,7 @@ def test_the_theory_is_the_product_of_transfers_in_green_light():
 
 
 @pytest.mark.parametrize(
-    ("f_number", "pupil", "wavelengths", "within"), [(4, 1, 16, 1e-9), (16, 1, 40, 5e-5), (4, 0, 40, 5e-5)]
+    ("f_number", "pupil", "wavelengths", "within"), [(4, 1, 13, 1e-9), (16, 1, 40, 5e-5), (4, 0, 40, 5e-5)]
 )
 def test_few_wavelengths_stand_for_daylight(f_number, pupil, wavelengths, within, monkeypatch):
     """A pupil without aberrations against the closed form at all of 450; its edges were half an hour's work."""
