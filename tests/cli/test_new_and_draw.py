@@ -167,7 +167,7 @@ def test_sensors_of_ones_own_are_listed_with_their_place(monkeypatch: pytest.Mon
     assert "\nname: Theirs " in run("show", "theirs", "--sensors", "far")[1]
     assert run("validate", "theirs", "--sensors", "far")[1] == "theirs: a sensor, no faults\n"
     told = run("explain", "scene.yaml", "--sensor", "theirs", "--sensors", "far", "--set", "region={rows: 8, cols: 8}")
-    assert "8 × 8 photosites of Theirs" in told[1]
+    assert "8 × 8 photosites of 3.45 µm, camera Theirs," in told[1]
     code, _, error = run("capture", "scene.yaml", "--sensor", "theirs", "-o", "a.dng")
     assert code == 2
     assert error.startswith("--sensor: unknown sensor 'theirs'")
