@@ -1,5 +1,6 @@
 """The MTF measured on edges whose MTF is known: in closed form, and from the optics of a capture."""
 
+import functools
 import math
 import re
 
@@ -12,6 +13,7 @@ from tolerances import STATISTICAL
 import camsim
 from camsim.errors import InvalidValueError
 from camsim.measure import CameraOtf, EdgeLine, Picture, Plane, Roi, measure_edge, measure_mtf, picture_of_frame
+from camsim.measure import theory as theories
 from camsim.measure.crossings import limit
 from camsim.measure.find import find_edges
 from camsim.measure.fit import _ordinary
@@ -121,6 +123,17 @@ def test_few_wavelengths_stand_for_daylight(f_number, pupil, wavelengths, within
         np.testing.assert_allclose(theory.along_normal(f, channel="R", line=line), expected, atol=within)
     assert len(set(asked)) <= 2 * wavelengths  # those of the edge, and of where the picture lies: this once
     assert len(asked) == 3 * wavelengths
+
+
+def test_wavelengths_follow_what_an_aberrated_pupil_turns_by(monkeypatch):
+    """Five waves from end to end of daylight: as many wavelengths as there are, and twice as many."""
+    lens = camsim.Wavefront(f_number=4.0, zernike_waves={4: 2.0, 12: 0.5})
+    camera = camsim.Camera.from_yaml("d40-like", lens=lens)
+    theory = CameraOtf(camera=camera, scene=camsim.Scene(background=0.9), light=LIGHT)
+    at = functools.partial(theory.at, np.array([0.6]), np.array([0.5]), channel="G1", dark=0.0, bright=1.0)
+    own, few = at(), theories._nodes
+    monkeypatch.setattr(theories, "_nodes", lambda *given: 2 * few(*given))
+    np.testing.assert_allclose(at(), own, rtol=0, atol=1e-9)
 
 
 def test_the_theory_of_ones_own_is_judged():
