@@ -47,6 +47,10 @@ def _stages(job: Job) -> Iterator[Decision]:
     footprint = job.footprint
     if footprint is not None and footprint.side == 0.0:
         yield Decision(topic="photosite", decision="a point", reason="its sides are 0: nothing to average over")
+    if any(job.grid.moved_um):
+        x, y = job.grid.moved_um
+        moves = f"it moves the pattern of every wavelength by {x:.6g} µm along x and {y:.6g} µm along y"
+        yield Decision(topic="tilt", decision="left out", reason=f"{moves}: photosites look as far the other way")
 
 
 def _shapes(job: Job) -> Iterator[Decision]:

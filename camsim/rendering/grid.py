@@ -43,28 +43,30 @@ class Grid:
         judge(self)
 
     @property
+    def moved_um(self) -> tuple[float, float]:
+        """Return by how much a lens moves its pattern, x and y, µm: as if its photosites looked elsewhere."""
+        return 0.0, 0.0
+
+    @property
     def first_centre(self) -> tuple[float, float]:
-        """Return x, y of photosite (0, 0) of the window, in pitches from the optical axis."""
-        return self._first_centre()
+        """Return x, y of where photosite (0, 0) of the window looks, in pitches from the optical axis."""
+        rows, cols = self.frame or (self.rows, self.cols)
+        x, y = (length_um / self.pitch_um for length_um in self.moved_um)
+        return self.origin[1] + 0.5 - 0.5 * cols - x, self.origin[0] + 0.5 - 0.5 * rows - y
 
     def behind(self, moved_um: tuple[float, float]) -> Grid:
         """Return photosites that see through a pattern what these see through it where it is moved along x and y."""
         own = {field.name: getattr(self, field.name) for field in fields(Grid)}
-        return _MovedGrid(**own, moved_um=moved_um) if any(moved_um) else self
-
-    def _first_centre(self) -> tuple[float, float]:
-        rows, cols = self.frame or (self.rows, self.cols)
-        return self.origin[1] + 0.5 - 0.5 * cols, self.origin[0] + 0.5 - 0.5 * rows
+        return _Behind(**own, by_um=moved_um) if any(moved_um) else self
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _MovedGrid(Grid):
-    """Photosites by what they see: each lies against the way in which the lens moves its pattern."""
+class _Behind(Grid):
+    """Photosites behind a lens that moves its pattern."""
 
-    moved_um: tuple[float, float]
+    by_um: tuple[float, float]
 
     @property
-    def first_centre(self) -> tuple[float, float]:
-        """Return where in the scene photosite (0, 0) looks, in pitches from the optical axis."""
-        x, y = self._first_centre()
-        return x - self.moved_um[0] / self.pitch_um, y - self.moved_um[1] / self.pitch_um
+    def moved_um(self) -> tuple[float, float]:
+        """Return by how much."""
+        return self.by_um

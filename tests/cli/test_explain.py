@@ -46,6 +46,13 @@ def test_what_is_switched_off_is_left_out(camsim: Run) -> None:
     assert told["colour matrix"] == ["none: no DNG and no preview is written"]
 
 
+def test_a_tilt_is_left_out(camsim: Run) -> None:
+    """4·c·λ_ref·N along x: 4 · 0.5 · 0.55 µm · 8."""
+    lens = "lens={kind: wavefront, f_number: 8, zernike_waves: [[2, 0.5], [8, 0.1]]}"
+    (said,) = decisions_of(camsim, "small.yaml", "--set", lens)["tilt"]
+    assert said.startswith("left out: it moves the pattern of every wavelength by 8.8 µm along x and 0 µm along y: ")
+
+
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
