@@ -18,11 +18,11 @@ C128: TypeAlias = npt.NDArray[np.complex128]
 Scalar = TypeVar("Scalar", bound=np.generic)
 
 
-def shared(*arrays: npt.NDArray[Any] | None) -> None:
+def read_only(*arrays: npt.NDArray[Any] | None) -> None:
     """Let nobody write into arrays that others read as well.
 
     >>> light = np.ones(3)
-    >>> shared(light)
+    >>> read_only(light)
     >>> light *= 2.0
     Traceback (most recent call last):
     ValueError: output array is read-only

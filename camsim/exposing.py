@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 import numpy as np
 from annotated_types import Ge, Le
 
-from camsim.arrays import F64, U16, shared
+from camsim.arrays import F64, U16, read_only
 from camsim.body import Body
 from camsim.description import OF_A_FRAME, OWN_STAGES, describe
 from camsim.errors import InvalidValueError
@@ -240,7 +240,7 @@ class Capture(Keeps):
         planes = None if rendering.planes is None else self._exposed(rendering.planes, own=own)
         truth = self.window.truth(planes, self.veil_e, lit.shown_e)
         if count > 1:  # what is changed in one frame would be the next one's light
-            shared(lit.mean_e, lit.shown_e, lit.channel, truth)
+            read_only(lit.mean_e, lit.shown_e, lit.channel, truth)
         diffuser_e = self.camera.diffuser_electrons(self.light, self.time_s)
         notes = *self.notes(choice, products), *rounding_notes(truth, diffuser_e, self.tolerance)
         clock.lap("render")

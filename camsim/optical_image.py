@@ -8,7 +8,7 @@ import pickle
 from dataclasses import dataclass
 from typing import Any
 
-from camsim.arrays import shared
+from camsim.arrays import read_only
 from camsim.errors import InvalidValueError
 from camsim.rendering import Rendering
 from camsim.rendering.auto import Choice
@@ -24,7 +24,7 @@ class OpticalImage:
     key: str
 
     def __post_init__(self) -> None:
-        shared(self.rendering.image, self.rendering.planes)
+        read_only(self.rendering.image, self.rendering.planes)
 
     def refuse_for(self, key: str, *, every_channel: bool) -> None:
         """Raise InvalidValueError where a capture with this key has another optical image, or asks for more."""

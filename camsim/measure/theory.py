@@ -204,8 +204,7 @@ def _nodes(lens: Lens, system: OpticalSystem, wavelength_nm: F64, highest_per_um
 @functools.lru_cache(maxsize=16)
 def _white_shift_pixel(theory: CameraOtf, channel: str) -> tuple[float, float]:
     """Return how far a channel has its picture of white on black from the scene: the same for all edges."""
-    seen = functools.partial(theory.at, channel=channel, dark=0.0, bright=1.0)
-    return _shift_pixel(seen, NYQUIST_OF_SENSOR_CYCLES_PER_PIXEL)
+    return theory.shift_pixel(NYQUIST_OF_SENSOR_CYCLES_PER_PIXEL, channel=channel, dark=0.0, bright=1.0)
 
 
 def _all_round(frequency: F64, directions: int) -> tuple[F64, F64]:

@@ -91,12 +91,12 @@ def spare_nodes(waves: Callable[[F64, I64], F64], length: F64, most: float) -> I
             found += [np.einsum("sln,n->sl", own, np.exp(sign * 1j * turn_rad * t)) for sign in (1.0, -1.0)]
         # The corners of a square are 2^(n/2) times as far off as its rim: what 1000 radians are rounded to shows, and
         # what their places are.
-        count, t, _ = rules[0][1].size, *rules[0][1:]
-        step = np.abs(np.diff(phase[..., :count]))
+        _, t, _ = rules[0]
+        step = np.abs(np.diff(phase[..., : t.size]))
         steepest = (step / np.diff(t)).max(axis=(1, 2)) / length[some]
         hidden = np.maximum(SETTLED, ROUNDING * (np.abs(phase).max(axis=(1, 2)) + steepest))
         # A phase that turns once from one node to the next is no other than one that does not turn.
-        least = TURN * count * step.max(axis=(1, 2)) / (2.0 * np.pi) - PER_RADIAN * SLOW_RAD
+        least = TURN * t.size * step.max(axis=(1, 2)) / (2.0 * np.pi) - PER_RADIAN * SLOW_RAD
         return np.stack(found, axis=-1).reshape(len(phase), -1), hidden, least
 
     enough, least, spare = np.zeros(len(length), np.int64), np.zeros(len(length)), float(SPARE)

@@ -158,7 +158,7 @@ class OpticalSystem:
         if is_own(self.lens) or not isinstance(self.lens, Tilts):
             return self, (0.0, 0.0)
         lens, moved_um = self.lens.without_tilt()
-        return (replace(self, lens=lens), moved_um) if any(moved_um) else (self, moved_um)
+        return replace(self, lens=lens), moved_um
 
     def split(self) -> Split | None:
         """Return the lens as a round one, moved, and what it has besides; None where it is not that."""

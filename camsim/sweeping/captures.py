@@ -41,10 +41,15 @@ def captures_of(study: Study[V], products: Sequence[Product], report: Progress) 
                 seed = (seed + study.count) % 2**63
         seeds.add(seed)
         # Captures of one scene hold it once, whatever its size.
-        scene = scenes.setdefault(hashlib.sha256(pickle.dumps(capture.scene)).digest(), capture.scene)
+        scene = scenes.setdefault(checksum(capture.scene), capture.scene)
         found.append((point, dataclasses.replace(capture, scene=scene, seed=seed)))
     faults.say()
     return found
+
+
+def checksum(scene: Scene) -> bytes:
+    """Return what is the same of equal scenes, now and in later runs."""
+    return hashlib.sha256(pickle.dumps(scene)).digest()
 
 
 def _says_its_seed(settings: Mapping[str, Any]) -> bool:

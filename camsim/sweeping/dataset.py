@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-import pickle
 import shutil
 import time
 from dataclasses import dataclass
@@ -21,7 +20,7 @@ from camsim.errors import InputError, InvalidValueError
 from camsim.exposing import Capture
 from camsim.scene.raster import Raster
 from camsim.sweeping import engines
-from camsim.sweeping.captures import Progress, captures_of, identity_of, judge_values
+from camsim.sweeping.captures import Progress, captures_of, checksum, identity_of, judge_values
 from camsim.sweeping.card import write_card
 from camsim.sweeping.folder import alone, completed
 from camsim.sweeping.manifest import HIDDEN, PARQUET, Journal, Row
@@ -245,7 +244,9 @@ def _scenes_shown(captures: list[tuple[Point, Capture]]) -> list[bytes]:
 
     A scene in photosites or frames has other lengths on every sensor, and shows the same.
     """
-    content = [hashlib.sha256(pickle.dumps(capture.scene)).digest() for _, capture in captures]
+    shown = {id(capture.scene): capture.scene for _, capture in captures}  # those of one scene hold it once
+    known = {key: checksum(scene) for key, scene in shown.items()}
+    content = [known[id(capture.scene)] for _, capture in captures]
     same = {own: own for own in content}
     first: dict[str, bytes] = {}
 

@@ -34,8 +34,7 @@ HEADS = ("file", "kind", "exposure", "time_s")
 _MOST_FRAMES = 10_000
 _NOMINAL = 1.2
 """Cameras note 1/15 s for 1/16 and 30 s for 32: no nearer are their times to be believed."""
-_PERIODS = (2, 3, 4)
-_ORDINALS = {2: "second", 3: "third", 4: "fourth"}
+_PERIODS = {2: "second", 3: "third", 4: "fourth"}
 _FILTERED = 0.05
 """Of the signal: lattices of photosites without filters are not so far from one another."""
 
@@ -148,7 +147,7 @@ def _refuse_filters(shots: Shots) -> None:
     if not flats or not darks:
         return  # which is said where they are measured
     signal = np.mean(flats[len(flats) // 2].codes, axis=0) - np.mean(darks[0].codes, axis=0)
-    for period in _PERIODS:
+    for period, ordinal in _PERIODS.items():
         lattices = [signal[row::period, col::period] for row, col in np.ndindex(period, period)]
         if min(lattice.size for lattice in lattices) < 2:
             continue
@@ -157,7 +156,7 @@ def _refuse_filters(shots: Shots) -> None:
         apart = max(means) - min(means)
         if apart > _FILTERED * abs(float(np.mean(means))) + 2.0 * SURE * chance:
             raise InputError(
-                f"{shots.name!r} has flats in which every {_ORDINALS[period]} photosite is another by up to "
+                f"{shots.name!r} has flats in which every {ordinal} photosite is another by up to "
                 f"{percent(apart / max(means))}, as behind colour filters, and the files name none; give the array: "
                 "--cfa RGGB, in Python cfa='RGGB' (or x-trans …; mono if there is none)"
             )
