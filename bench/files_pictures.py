@@ -84,7 +84,7 @@ def pair() -> Image.Image:
         return Image.fromarray(grey).convert("RGB").resize((WIDTH, 125), Image.Resampling.NEAREST)
 
     def codes(frame: camsim.Frame) -> np.ndarray:
-        return (frame.mosaic.astype(float) - frame.black_level_dn) * frame.electrons_per_dn / white_e
+        return frame.signal_e / white_e
 
     neutral = as_shot_neutral(noisy.colour)
     return labelled(

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Unpack
 from camsim.body import Body
 from camsim.exposing import Capture, Method
 from camsim.frame import Frame, Products
+from camsim.notes import notes_of_sensor
 from camsim.optics import Lens, LowPass, OpticalStage, PhotositeShape
 from camsim.scene import Scene
 from camsim.sensor.adc import Adc
@@ -85,6 +86,11 @@ class Camera(Body):
         from camsim.capturing import load_camera  # the one door upward: the name users look for is here
 
         return load_camera(sensor, lens=lens)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What looks like a slip in copying a data sheet, such as a PRNU in per cent; ``camsim validate`` prints it."""
+        return tuple(notes_of_sensor(self))
 
     def expose(
         self,

@@ -9,6 +9,7 @@ from typing import Annotated, Any, TypeVar
 
 from camsim import memory
 from camsim.body import OwnLens
+from camsim.calls import in_words
 from camsim.camera import Camera
 from camsim.config import build, build_sensor, coverage, csv_curves, library, overrides, schema, yaml_source
 from camsim.config.build_sensor import SensorDocument
@@ -45,6 +46,7 @@ _FOLDERS = Annotated[tuple[_PATH, ...], Before(_folders), Called("a list of fold
 _CHANGES = Annotated[tuple[str, ...], Before(_listed), Called("a list of changes, such as ['exposure.iso=800']")]
 
 
+@in_words
 def capture(
     scene: PathOrName,
     *,
@@ -76,6 +78,7 @@ def capture(
     return ready.frame(products=products, progress=progress)
 
 
+@in_words
 def load(
     scene: PathOrName,
     *,
@@ -111,6 +114,7 @@ def load(
     return ready
 
 
+@in_words
 def read_lens(lens: PathOrName) -> FieldLens:
     """Return the lens of a lens file: a path, or a name as ``camsim list lenses`` has it.
 

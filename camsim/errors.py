@@ -57,6 +57,10 @@ class InvalidValueError(CamsimError):
     """A number or shape outside what physics or the method allows."""
 
 
+class WrongCallError(InvalidValueError, TypeError):
+    """A parameter of a public function or class that is misspelt, missing, or not given by its name."""
+
+
 class UnsupportedError(CamsimError):
     """Each part is right, but this combination cannot be computed; the message names one that can."""
 

@@ -175,7 +175,7 @@ class Report:
 class Frame:
     """A finished capture.
 
-    mosaic              (rows, cols) uint16 data numbers
+    mosaic              (rows, cols) uint16 data numbers; ``signal_dn`` and ``signal_e`` are these less black, as floats
     mean_electrons      (rows, cols) float64, before any noise, after crosstalk, each photosite in its own channel
     electrons           (rows, cols) float64, after noise and full well, before the ADC
     truth               (rows, cols, channels) float32 mean electrons of every channel; None unless asked for. Its own
@@ -204,6 +204,8 @@ class Frame:
     ((2, 2), ('R', 'G', 'B'), ('RG', 'GB'))
     >>> frame.black_level_dn, frame.electrons_per_dn
     (128, 10.0)
+    >>> frame.signal_dn.dtype, frame.signal_e.shape
+    (dtype('float64'), (2, 2))
     """
 
     mosaic: U16
@@ -260,6 +262,23 @@ class Frame:
         """Codes of no light, one for each of ``black_offsets_dn``."""
         levels: I64 = self.black_level_dn + np.array(self.black_offsets_dn)
         return levels
+
+    @property
+    def signal_dn(self) -> F64:
+        """(rows, cols) float64: codes less the black level of each; noise makes some of them negative.
+
+        ``mosaic - black_level_dn`` is not this: the codes are unsigned, and what is below black wraps to 65 535.
+        """
+        black_dn = self.black_levels_dn.astype(np.float64)
+        tiles = [-(-size // period) for size, period in zip(self.mosaic.shape, black_dn.shape, strict=True)]
+        signal: F64 = self.mosaic - np.tile(black_dn, tiles)[: self.mosaic.shape[0], : self.mosaic.shape[1]]
+        return signal
+
+    @property
+    def signal_e(self) -> F64:
+        """(rows, cols) float64: ``signal_dn`` in electrons, as read: a read-out that is not linear is not undone."""
+        signal: F64 = self.signal_dn * self.electrons_per_dn
+        return signal
 
     @property
     def white_levels_dn(self) -> I64:

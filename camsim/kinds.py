@@ -11,7 +11,7 @@ import numpy as np
 from annotated_types import MaxLen, MinLen
 
 from camsim.kind import Kind, Misfit, complex_number, number
-from camsim.marks import After, Before, Called
+from camsim.marks import After, Before, Called, Hinted
 from camsim.words import called, either, word_hint
 
 _LONGEST_TEXT = 100_000
@@ -199,6 +199,8 @@ def _marked(kind: Kind, mark: Any) -> Kind:
         return Kind(words, lambda value: kind.has_form(mark.turned(value)), lambda value: take(mark.turned(value)))
     if isinstance(mark, After):
         return Kind(words, kind.has_form, lambda value: mark.settled(take(value)))
+    if isinstance(mark, Hinted):
+        return Kind(words, kind.has_form, _hinted(take, mark), kind.as_is)
     if isinstance(mark, Called):
         return Kind(mark.words, kind.has_form, _renamed(take, mark), kind.as_is)
     if isinstance(mark, MinLen | MaxLen):
@@ -226,3 +228,14 @@ def _renamed(take: Callable[[Any], Any], mark: Called) -> Callable[[Any], Any]:
             raise Misfit(mark.words, value, hint=hint) from None
 
     return renamed
+
+
+def _hinted(take: Callable[[Any], Any], mark: Hinted) -> Callable[[Any], Any]:
+    def hinted(value: Any) -> Any:
+        try:
+            return take(value)
+        except Misfit as misfit:
+            hint = misfit.hint or mark.way_out(value)
+            raise Misfit(misfit.words, value, item=misfit.item, hint=hint) from None
+
+    return hinted

@@ -16,6 +16,13 @@ class Called:
 
 
 @dataclass(frozen=True, slots=True)
+class Hinted:
+    """The way out that messages offer of a value that does not fit; empty where there is none to offer."""
+
+    way_out: Callable[[Any], str]
+
+
+@dataclass(frozen=True, slots=True)
 class Before:
     """What a value is turned into before it is judged."""
 

@@ -67,6 +67,7 @@ def notes_before(setting: Setting, choice: Choice) -> Iterator[str]:
     yield from _of_tables_beside_the_light(setting)
     yield from _of_glare(setting)
     yield from _of_the_converter(setting.camera, setting.exposure.iso)
+    yield from _of_a_low_iso(setting.camera, setting.exposure.iso)
     yield from _of_prnu(setting.camera)
     if choice.plan.job.response.any():
         yield from _of_edges(setting.scene, choice)
@@ -203,6 +204,24 @@ def _of_the_converter(camera: Body, iso: float) -> Iterator[str]:
         yield (
             f"the converter ends at {reach_e:.0f} e⁻, below the full well of {well_e:.0f} e⁻: the well is never "
             "seen full; more electrons_per_dn or bits would show it"
+        )
+
+
+def _of_a_low_iso(camera: Body, iso: float) -> Iterator[str]:
+    adc, well_e = camera.adc, camera.well_as_read_e(iso)
+    if iso >= adc.base_iso:
+        return
+    told = f"ISO {iso:g} is below the base of {adc.base_iso:g}: a code stands for {adc.electrons_per_dn_at(iso):.4g} e⁻"
+    if well_e is None:
+        yield (
+            f"{told}, and white for {_reach_e(camera, iso):.0f} e⁻, more than at the base, as no full well ends it; "
+            "cameras have no such setting, give full_well_e or the base"
+        )
+    else:
+        white_dn = adc.white_level_dn(iso, well_e)
+        yield (
+            f"{told}, the well holds no more than at the base, and white is {white_dn} DN of {adc.largest_dn}; a camera "
+            f"that calls itself so exposes as at ISO {adc.base_iso:g} and is darkened by its raw program"
         )
 
 

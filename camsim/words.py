@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import difflib
 import re
 import types
 from collections.abc import Iterable, Mapping, Sequence
@@ -61,6 +62,29 @@ def percent_hint(value: Any) -> str:
     return f"; a fraction: {value:g} % is {value / 100:g}" if number and 1 < value <= 100 else ""
 
 
+LIGHT_NM = (100.0, 20_000.0)
+"""What is light at all, nm: anything else is another unit."""
+
+_UNITS_NM = {"µm": 1e3, "m": 1e9, "Å": 0.1}
+
+
+def wavelength_hint(value: Any, low_nm: float = LIGHT_NM[0], high_nm: float = LIGHT_NM[1]) -> str:
+    """Return the way out where a wavelength in nm was wanted and one in another unit was given.
+
+    low_nm, high_nm : from where to where it could be
+
+    >>> wavelength_hint(0.55), wavelength_hint(5.5e-7), wavelength_hint(-1)
+    ('; are µm meant? 0.55 µm are 550 nm', '; are m meant? 5.5e-07 m are 550 nm', '')
+    >>> wavelength_hint(5500.0, 360.0, 830.0)
+    '; are Å meant? 5500 Å are 550 nm'
+    """
+    if isinstance(value, int | float) and not low_nm <= value <= high_nm:
+        for unit, in_nm in _UNITS_NM.items():
+            if low_nm <= value * in_nm <= high_nm:
+                return f"; are {unit} meant? {value:g} {unit} are {value * in_nm:g} nm"
+    return ""
+
+
 DECIMAL_POINT = "; a decimal number has a point, such as 1.5"
 """The way out where a list is twice as long as it should be."""
 
@@ -92,6 +116,80 @@ def percent_range(low: float, high: float) -> str:
     """
     least, most = percent(low), percent(high)
     return most if least == most else f"{least.removesuffix(' %')} to {most}"
+
+
+# Words of other programs, of cameras and of data sheets for our keys.
+_OTHER_WORDS = {
+    "base_iso": "iso native_iso",
+    "background": "bg backdrop",
+    "bit_depth": "bits bpp adc_bits depth",
+    "black_level_dn": "black black_level offset pedestal bias",
+    "centre": "center centre_um center_um position pos xy middle",
+    "cfa": "bayer pattern color_filter filter mosaic",
+    "cols": "columns width width_px nx",
+    "csv": "file path table",
+    "curves": "curve sensitivities response spectrum",
+    "dark_current_e_per_s": "dark dark_current",
+    "datetime": "date timestamp when",
+    "dsnu_e": "dsnu fpn fixed_pattern",
+    "electrons_per_dn": "gain system_gain conversion_gain e_per_dn k",
+    "enabled": "on active disabled off",
+    "f_number": "aperture fstop f_stop f n fnumber stop",
+    "fill_factor": "fill ff",
+    "full_well_e": "well capacity saturation full_well_capacity",
+    "illuminance_lux": "lux lx illuminance brightness intensity level",
+    "illuminant": "spectrum white_point temperature whitepoint",
+    "height": "h height_um size_y",
+    "iso": "sensitivity gain speed",
+    "kind": "type shape form",
+    "lens": "optics objective",
+    "light": "illumination lighting source",
+    "line_nm": "wavelength wavelength_nm laser laser_nm monochromatic",
+    "origin": "offset start corner",
+    "pattern": "phase order",
+    "peak": "max qe maximum",
+    "pitch_um": "pixel_size pixel_pitch pixel_size_um pitch_nm pitch_mm",
+    "points": "vertices corners coordinates points_um polygon",
+    "prnu": "gain_noise",
+    "quantum_efficiency": "qe efficiency sensitivity",
+    "radius": "r radius_um diameter",
+    "read_noise_e": "noise sigma read_noise_dn readnoise",
+    "reflectance": "color colour albedo value fill grey gray neutral brightness",
+    "region": "roi window crop",
+    "rotate_deg": "angle rotation rotate angle_deg tilt rotate_rad",
+    "rows": "lines height height_px ny",
+    "seed": "random_state random_seed",
+    "serial": "serial_number id",
+    "shapes": "objects items polygons elements",
+    "split_um": "separation shift width_um displacement distance_um",
+    "time_s": "shutter shutter_s exposure exposure_time duration integration_time time_ms",
+    "tolerance": "accuracy precision error eps",
+    "unit": "units",
+    "values": "value reflectances y",
+    "width": "w width_um size size_x",
+    "wavelength_nm": "wavelengths wavelengths_nm lambda nm x",
+}
+
+
+def meant(key: str, allowed: Sequence[str], *, alike: float = 0.6) -> str | None:
+    """Return the allowed key that was probably meant, None when nothing is near.
+
+    alike : how much of their letters two words must share, of 1
+
+    >>> meant("read_noise_dn", ["bit_depth", "read_noise_e"]), meant("angle", ["width", "rotate_deg"])
+    ('read_noise_e', 'rotate_deg')
+    >>> meant("r", ["radius_um", "reflectance"]), meant("lens", ["rows", "cols"])
+    ('radius_um', None)
+    """
+    lowered = key.lower().replace("-", "_")
+    if lowered in allowed:
+        return lowered
+    for known in allowed:
+        words = _OTHER_WORDS.get(known) or _OTHER_WORDS.get(known.removesuffix("_um"), "")
+        if lowered in words.split():
+            return known
+    near = difflib.get_close_matches(lowered, allowed, n=1, cutoff=alike)
+    return near[0] if near else None
 
 
 def word_hint(text: str, known: Sequence[str]) -> str:

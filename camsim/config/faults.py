@@ -10,12 +10,12 @@ from typing import Any, TypeVar, get_args
 from pydantic import ValidationError
 
 from camsim.config.expect import Expected, along, can_contradict
-from camsim.config.near import elsewhere, meant
+from camsim.config.near import elsewhere
 from camsim.config.scalars import resolve
 from camsim.config.schema import Table
 from camsim.config.tree import MOST_FAULTS, Document, KeyPath, Node
 from camsim.errors import ConfigError, Fault
-from camsim.words import DECIMAL_POINT, either, number_hint, percent_hint, word_hint
+from camsim.words import DECIMAL_POINT, either, meant, number_hint, percent_hint, word_hint
 
 T = TypeVar("T", bound=Table)
 

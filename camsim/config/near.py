@@ -2,83 +2,13 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterator
 from typing import get_args, get_origin
 
 from camsim.config.expect import Expected, expected_of_field
 from camsim.config.schema import SceneFile, SensorFile, Table
 from camsim.config.tree import KeyPath, dotted
-
-# Words of other programs, of cameras and of data sheets for our keys.
-_OTHER_WORDS = {
-    "base_iso": "iso native_iso",
-    "background": "bg backdrop",
-    "bit_depth": "bits bpp adc_bits depth",
-    "black_level_dn": "black black_level offset pedestal bias",
-    "centre": "center centre_um center_um position pos xy middle",
-    "cfa": "bayer pattern color_filter filter mosaic",
-    "cols": "columns width width_px nx",
-    "csv": "file path table",
-    "curves": "curve sensitivities response spectrum",
-    "dark_current_e_per_s": "dark dark_current",
-    "datetime": "date timestamp when",
-    "dsnu_e": "dsnu fpn fixed_pattern",
-    "electrons_per_dn": "gain system_gain conversion_gain e_per_dn k",
-    "enabled": "on active disabled off",
-    "f_number": "aperture fstop f_stop f n fnumber stop",
-    "fill_factor": "fill ff",
-    "full_well_e": "well capacity saturation full_well_capacity",
-    "illuminance_lux": "lux lx illuminance brightness intensity level",
-    "illuminant": "spectrum white_point temperature whitepoint",
-    "height": "h height_um size_y",
-    "iso": "sensitivity gain speed",
-    "kind": "type shape form",
-    "lens": "optics objective",
-    "light": "illumination lighting source",
-    "line_nm": "wavelength wavelength_nm laser laser_nm monochromatic",
-    "origin": "offset start corner",
-    "pattern": "phase order",
-    "peak": "max qe maximum",
-    "pitch_um": "pixel_size pixel_pitch pixel_size_um pitch_nm pitch_mm",
-    "points": "vertices corners coordinates points_um polygon",
-    "prnu": "gain_noise",
-    "quantum_efficiency": "qe efficiency sensitivity",
-    "radius": "r radius_um diameter",
-    "read_noise_e": "noise sigma read_noise_dn readnoise",
-    "reflectance": "color colour albedo value fill grey gray neutral brightness",
-    "region": "roi window crop",
-    "rotate_deg": "angle rotation rotate angle_deg tilt rotate_rad",
-    "rows": "lines height height_px ny",
-    "seed": "random_state random_seed",
-    "serial": "serial_number id",
-    "shapes": "objects items polygons elements",
-    "split_um": "separation shift width_um displacement distance_um",
-    "time_s": "shutter shutter_s exposure exposure_time duration integration_time time_ms",
-    "tolerance": "accuracy precision error eps",
-    "unit": "units",
-    "values": "value reflectances y",
-    "width": "w width_um size size_x",
-    "wavelength_nm": "wavelengths wavelengths_nm lambda nm x",
-}
-
-
-def meant(key: str, allowed: list[str], *, alike: float = 0.6) -> str | None:
-    """Return the allowed key that was probably meant, None when nothing is near.
-
-    alike : how much of their letters two words must share, of 1
-
-    >>> meant("read_noise_dn", ["bit_depth", "read_noise_e"]), meant("angle", ["width", "rotate_deg"])
-    ('read_noise_e', 'rotate_deg')
-    """
-    lowered = key.lower().replace("-", "_")
-    if lowered in allowed:
-        return lowered
-    for known in allowed:
-        if lowered in _OTHER_WORDS.get(known, "").split():
-            return known
-    near = difflib.get_close_matches(lowered, allowed, n=1, cutoff=alike)
-    return near[0] if near else None
+from camsim.words import meant
 
 
 def elsewhere(key: str, root: type[Table], here: KeyPath) -> list[str]:

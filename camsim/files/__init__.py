@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from camsim.body import Body
+from camsim.calls import in_words
 from camsim.errors import OutputError, did_you_mean
 from camsim.files import dng, exr, npy, npz, png, tiff
 from camsim.files.atomic import reason, replacing
@@ -46,6 +47,7 @@ SUFFIXES: Mapping[str, Format] = {
 }
 
 
+@in_words
 def save(
     frame: Frame,
     path: str | os.PathLike[str],

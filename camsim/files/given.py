@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from camsim.arrays import F64, U8, U16
+from camsim.calls import in_words
 from camsim.errors import InvalidValueError, OutputError, did_you_mean
 from camsim.files.atomic import replacing
 from camsim.files.describe import canonical
@@ -37,6 +38,7 @@ _XYZ_TO_SRGB = np.array(
 ArrayOfFilters = str | Cfa | Sequence[str]
 
 
+@in_words
 def write_dng(
     path: str | os.PathLike[str],
     mosaic: ArrayLike,
@@ -95,6 +97,7 @@ def write_dng(
         image.finish(given.text, all_tags)
 
 
+@in_words
 def develop(
     mosaic: ArrayLike,
     cfa: ArrayOfFilters = "RGGB",

@@ -9,6 +9,7 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 
 from camsim.arrays import F64
+from camsim.calls import in_words
 from camsim.errors import CamsimError, InputError, InvalidValueError
 from camsim.files.picture_samples import Read, read_samples
 from camsim.files.reading import opened
@@ -22,6 +23,7 @@ Encoding: TypeAlias = Literal["srgb", "linear"]
 TOLERANCE = 1e-4
 
 
+@in_words
 def read_picture(
     path: str | os.PathLike[str],
     *,

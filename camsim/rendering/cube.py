@@ -15,7 +15,7 @@ from camsim.rendering.grid import Grid
 from camsim.rendering.render import render_channels
 from camsim.rendering.veil import Veil
 from camsim.scene import Scene
-from camsim.spectra.curve import LIGHT_NM
+from camsim.spectra.curve import check_wavelengths
 from camsim.spectra.light import Light
 
 USUAL_NM = tuple(float(w) for w in range(400, 701, 10))
@@ -73,9 +73,7 @@ def radiance_cube(
         nodes = line_nm or USUAL_NM
     else:
         nodes = tuple(wavelength_nm)
-        if strange := [nm for nm in nodes if not LIGHT_NM[0] <= nm <= LIGHT_NM[1]]:
-            message = f"{strange[0]:g} is not a wavelength of light; give nm, {LIGHT_NM[0]:g} … {LIGHT_NM[1]:g}"
-            raise InvalidValueError(message, key="spectral_nm")
+        check_wavelengths(nodes, "spectral_nm")
         if line_nm and nodes != line_nm:
             raise InvalidValueError(
                 f"the light has one wavelength, {line_nm[0]:g} nm; leave spectral_nm out", key="spectral_nm"

@@ -14,6 +14,7 @@ import numpy as np
 from annotated_types import MinLen
 
 from camsim.arrays import F64, U8
+from camsim.calls import in_words
 from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.memory import too_large
 from camsim.optics import OpticalStage, OpticalSystem
@@ -32,7 +33,7 @@ from camsim.rendering.scales import check_scales
 from camsim.rendering.spectral import carrying
 from camsim.scene import Scene
 from camsim.scene.arrange import Arrangement
-from camsim.spectra.curve import LIGHT_NM
+from camsim.spectra.curve import check_wavelengths
 from camsim.typed import Number, Positive, Several, Whole, check, check_truths
 
 AnyMethod: TypeAlias = Literal[
@@ -42,6 +43,7 @@ LOOSEST = 1.0  # engines refuse less than this in words of their own
 _WAVELENGTHS = Positive | Annotated[tuple[Positive, ...], MinLen(1)]
 
 
+@in_words
 def render(
     scene: Scene,
     optics: Sequence[OpticalStage],
@@ -80,11 +82,7 @@ def render(
     counted: int | None = check(samples, int | None, "samples")
     allowed: float = check(tolerance, float, "tolerance")
     each_nm = np.atleast_1d(np.asarray(check(wavelength_nm, _WAVELENGTHS, "wavelength_nm"), np.float64))
-    low, high = LIGHT_NM
-    for nm in each_nm:
-        if not low <= nm <= high:
-            message = f"{float(nm)!r} is not a wavelength of light; give nm, {low:g} … {high:g}"
-            raise InvalidValueError(message, key="wavelength_nm")
+    check_wavelengths(each_nm.tolist(), "wavelength_nm")
     system = OpticalSystem.of(optics)
     _check(system, grid, each_nm, allowed, method)
     _refuse_too_many(grid, len(each_nm))

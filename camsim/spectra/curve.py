@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
+from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Literal, Protocol, Self, TypeAlias
@@ -14,15 +15,12 @@ from annotated_types import Ge, Le
 from camsim import notebook
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError
-from camsim.marks import After, Called
+from camsim.marks import After, Called, Hinted
 from camsim.spectra.csv_table import Column, read_points
 from camsim.typed import Count, Fraction, NonNegative, Number, Positive, Several, check, judge
-from camsim.words import brief
+from camsim.words import LIGHT_NM, brief, wavelength_hint
 
-LIGHT_NM = (100.0, 20_000.0)  # what is light at all: anything else is another unit
-
-
-Wavelength: TypeAlias = Annotated[float, Ge(LIGHT_NM[0]), Le(LIGHT_NM[1])]
+Wavelength: TypeAlias = Annotated[float, Ge(LIGHT_NM[0]), Le(LIGHT_NM[1]), Hinted(wavelength_hint)]
 """Nanometres."""
 
 
@@ -80,8 +78,7 @@ class Curve:
                     stage=what,
                 )
         if self.wavelength_nm[-1] < LIGHT_NM[0]:
-            message = f"ends at {self.wavelength_nm[-1]:g} nm, where there is no light; give nm: 0.4 µm are 400"
-            raise InvalidValueError(message, key="wavelength_nm", stage=what)
+            raise InvalidValueError(ends_where_no_light_is(self.wavelength_nm[-1]), key="wavelength_nm", stage=what)
 
     def _repr_html_(self) -> str:
         points = f"{len(self.values)} from {self.wavelength_nm[0]:g} to {self.wavelength_nm[-1]:g} nm"
@@ -127,6 +124,19 @@ Spectrum: TypeAlias = float | Curve
 
 NumberOrCurve: TypeAlias = Number | Curve
 """What constructors take for it."""
+
+
+def ends_where_no_light_is(last_nm: float) -> str:
+    """Return what is wrong with a table whose last wavelength is too short, most likely in another unit than nm."""
+    return f"ends at {last_nm:g} nm, where there is no light; give nm{wavelength_hint(last_nm)}"
+
+
+def check_wavelengths(each_nm: Iterable[float], key: str) -> None:
+    """Raise InvalidValueError for the first number that is no wavelength of light in nm."""
+    for nm in each_nm:
+        if not LIGHT_NM[0] <= nm <= LIGHT_NM[1]:
+            usual = f"give nm, {LIGHT_NM[0]:g} … {LIGHT_NM[1]:g}"
+            raise InvalidValueError(f"{nm:g} is not a wavelength of light; {usual}{wavelength_hint(nm)}", key=key)
 
 
 def _of_fractions(curve: Curve) -> Curve:

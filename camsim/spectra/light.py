@@ -15,11 +15,11 @@ from annotated_types import Ge, Le
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError, UnknownNameError
 from camsim.marks import After
-from camsim.spectra.curve import LIGHT_NM, Curve, Spectrum
+from camsim.spectra.curve import Curve, Spectrum
 from camsim.spectra.integral import nodes_between
 from camsim.spectra.named import illuminant, photopic_observer
 from camsim.typed import NonNegative, Number, Positive, judge, refusal
-from camsim.words import brief, either, percent
+from camsim.words import LIGHT_NM, brief, either, percent, wavelength_hint
 
 # CODATA 2018; all three are exact in the SI of 2019.
 PLANCK_J_S = 6.62607015e-34
@@ -134,8 +134,8 @@ class Light:
             except UnknownNameError as error:
                 raise UnknownNameError(error.kind, error.name, error.known, key="spectrum", stage="Light") from None
         if isinstance(self.spectrum, Curve) and not LIGHT_NM[0] <= self.spectrum.wavelength_nm[-1] <= LIGHT_NM[1]:
-            message = f"ends at {self.spectrum.wavelength_nm[-1]:g} nm; give nm, {LIGHT_NM[0]:g} … {LIGHT_NM[1]:g}"
-            raise refusal(self, "spectrum", message)
+            last_nm, usual = self.spectrum.wavelength_nm[-1], f"give nm, {LIGHT_NM[0]:g} … {LIGHT_NM[1]:g}"
+            raise refusal(self, "spectrum", f"ends at {last_nm:g} nm; {usual}{wavelength_hint(last_nm)}")
         if self.line_nm is not None:
             self._check_line(self.line_nm)
         elif self.width_nm != 0.0:
@@ -148,8 +148,12 @@ class Light:
         visible = self.irradiance_w_per_m2 is None
         low, high = VISIBLE_NM if visible else LIGHT_NM
         if not low <= line_nm <= high:
-            why = ", because a line that the eye does not see has no illuminance; give irradiance_w_per_m2"
-            message = f"must be a number from {low:g} to {high:g}, not {line_nm:g}{why if visible else ''}"
+            why = wavelength_hint(line_nm, low, high) or (
+                ", because a line that the eye does not see has no illuminance; give irradiance_w_per_m2"
+                if visible
+                else ""
+            )
+            message = f"must be a number from {low:g} to {high:g}, not {line_nm:g}{why}"
             raise refusal(self, "line_nm", message)
         if self.width_nm > 0.2 * line_nm:
             message = f"must be at most {0.2 * line_nm:g} nm, a fifth of line_nm, not {self.width_nm:g}"

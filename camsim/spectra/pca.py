@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError
 from camsim.spectra.component import Component
-from camsim.spectra.curve import LIGHT_NM
+from camsim.spectra.curve import ends_where_no_light_is
+from camsim.words import LIGHT_NM
 
 MOST_BANDS = 1024
 _PART = 65_536  # samples at a time
@@ -38,8 +39,7 @@ def planes_of_cube(
     if not (np.isfinite(wavelength_nm).all() and wavelength_nm[0] > 0 and (np.diff(wavelength_nm) > 0).all()):
         raise InvalidValueError("must increase, nm above 0, each given once", key="wavelength_nm")
     if wavelength_nm[-1] < LIGHT_NM[0]:
-        message = f"ends at {wavelength_nm[-1]:g} nm, where there is no light; give nm: 0.4 µm are 400"
-        raise InvalidValueError(message, key="wavelength_nm")
+        raise InvalidValueError(ends_where_no_light_is(float(wavelength_nm[-1])), key="wavelength_nm")
     samples = cube.reshape(-1, bands)
     low, high = float(samples.min()), float(samples.max())
     if not (np.isfinite(low) and np.isfinite(high)):

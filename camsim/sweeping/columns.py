@@ -70,7 +70,7 @@ def _noise(frame: Frame, capture: Capture) -> Columns:
     full_e = np.array([capture.camera.charge_at_e(float(share), frame.iso) for share in rooms])[which]
     charge = frame.mean_electrons + capture.dark_e
     signal = charge if bends is None else bends.response(charge)
-    off = (frame.mosaic.astype(float) - black) * gain - signal
+    off = frame.signal_e - signal
     even_e = math.hypot(frame.read_noise_e, *(getattr(stage, "sigma_e", 0.0) for stage in capture.electronics))
     uneven = capture.camera.prnu.fraction if capture.camera.prnu else 0.0
     clear = _CLEAR * np.sqrt(charge + even_e**2 + np.square(uneven * charge)) + gain

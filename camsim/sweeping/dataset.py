@@ -15,6 +15,7 @@ import numpy as np
 from annotated_types import Ge, Le
 
 from camsim.arrays import F32
+from camsim.calls import in_words
 from camsim.config import schema
 from camsim.errors import InputError, InvalidValueError
 from camsim.exposing import Capture
@@ -50,6 +51,7 @@ class Made:
     notes: tuple[str, ...] = ()
 
 
+@in_words
 def dataset(
     study: StudyOrFile,
     folder: str | os.PathLike[str],
@@ -120,6 +122,7 @@ def check_dataset(study: StudyOrFile) -> None:
         _crop(read, capture, 0)
 
 
+@in_words
 def read_pair(folder: str | os.PathLike[str], index: int) -> tuple[dict[str, F32], dict[str, Any]]:
     """Return a sample of a data set: its arrays by part (noisy, clean, truth), and what its row of the index says.
 

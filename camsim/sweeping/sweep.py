@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from camsim.calls import in_words
 from camsim.config import schema
 from camsim.errors import InvalidValueError
 from camsim.exposing import Capture
@@ -41,6 +42,7 @@ class Swept:
     varied: tuple[str, ...] = ()
 
 
+@in_words
 def sweep(
     study: StudyOrFile,
     folder: str | os.PathLike[str],

@@ -27,6 +27,7 @@ LAYERS = (
     "kind",
     "kinds",
     "typed",
+    "calls",
     "own",
     "kernels",
     "products",

@@ -49,11 +49,8 @@ class Method:
 
 def signal(frame: Frame) -> F32:
     """Return (rows, cols) codes less their black level, white-balanced; 1 where white clips."""
-    rows, cols = frame.mosaic.shape
-    black = frame.black_levels_dn
-    black = np.tile(black, (-(-rows // black.shape[0]), -(-cols // black.shape[1])))[:rows, :cols]
     span_dn = frame.white_level_dn - frame.black_level_dn
-    light = (frame.mosaic - black) / span_dn / as_shot_neutral(frame.colour)[frame.channel_index]
+    light = frame.signal_dn / span_dn / as_shot_neutral(frame.colour)[frame.channel_index]
     balanced: F32 = light.astype(np.float32)
     return balanced
 
