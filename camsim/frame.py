@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from camsim import notebook
 from camsim.arrays import F32, F64, I64, U8, U16
 from camsim.errors import InvalidValueError
+from camsim.kind import array_of
 from camsim.sensor.adc import full_codes
 from camsim.sensor.colour_matrix import ColourResponse
 from camsim.typed import LARGEST_FRAME_NUMBER, Count, Whole, check, known_name
@@ -80,7 +81,7 @@ def codes_of(mosaic: ArrayLike, stage: str = "") -> U16:
     if np.ma.is_masked(mosaic):
         message = "has masked photosites; fill them, in numpy by .filled(…)"
         raise InvalidValueError(message, key="mosaic", stage=stage)
-    codes = np.asarray(mosaic)
+    codes = array_of(mosaic, "mosaic", stage)
     if codes.ndim != 2:
         raise InvalidValueError(
             f"must be (rows, cols), one code for each photosite, not an array of shape {codes.shape}",

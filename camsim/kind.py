@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from annotated_types import Ge, Gt, Le
 
 from camsim.errors import InvalidValueError
@@ -20,6 +21,21 @@ SMALLEST = 1e-30
 """Nor less, where it is above 0: products of such numbers are far from underflow."""
 
 _LARGEST_WHOLE = 2**64
+
+
+def array_of(given: Any, key: str = "", stage: str = "") -> npt.NDArray[Any]:
+    """Return what someone gives as an array: numbers, lists, arrays, tensors, images.
+
+    Raises InvalidValueError, with the line that helps, for a tensor that NumPy cannot read where it is.
+    """
+    try:
+        return np.asarray(given)
+    except (RuntimeError, TypeError, ValueError):
+        message = f"must be numbers, not {shown(given)}"
+        if hasattr(given, "detach"):
+            why = "needs gradients, which end here" if getattr(given, "requires_grad", False) else "NumPy cannot read"
+            message = f"is a tensor that {why}; give {key or 'x'}.detach().cpu().numpy()"
+        raise InvalidValueError(message, key=key, stage=stage) from None
 
 
 class Misfit(InvalidValueError):
@@ -70,6 +86,8 @@ def number(bare: type, limits: Sequence[Any]) -> Kind:
             said = called + in_range(_closed(limits, most))
         if isinstance(value, str):
             raise Misfit(said, value, hint=number_hint(value))
+        if number is None and hasattr(value, "item"):
+            raise Misfit(said, value, hint="; of a tensor or an array of one number give .item()")
         raise Misfit(said, value, hint=percent_hint(value) if high == 1 and low >= 0 else "")
 
     def as_is(value: Any) -> bool:

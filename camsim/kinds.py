@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 import numpy as np
 from annotated_types import MaxLen, MinLen
 
-from camsim.kind import Kind, Misfit, complex_number, number
+from camsim.kind import Kind, Misfit, array_of, complex_number, number
 from camsim.marks import After, Before, Called, Hinted
 from camsim.words import called, either, word_hint
 
@@ -124,7 +124,8 @@ def _list(declared: Any) -> Kind:
     def take(value: Any) -> tuple[Any, ...]:
         given = _items(value)
         if given is None:
-            raise Misfit("a list", value)
+            image = hasattr(value, "__array_interface__")
+            raise Misfit("a list", value, hint="; np.asarray(…) makes an array of an image" if image else "")
         return tuple(given if all(map(member.as_is, given)) else _each(given, [member] * len(given)))
 
     def as_is(value: Any) -> bool:
@@ -169,7 +170,7 @@ def _items(value: Any) -> Sequence[Any] | None:
     if hasattr(value, "__array__") and not isinstance(value, np.generic):
         masked = isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value)
         # What is masked is no number, and refused as one.
-        listed = (value.astype(float).filled(np.nan) if masked else np.asarray(value)).tolist()
+        listed = (value.astype(float).filled(np.nan) if masked else array_of(value)).tolist()
         return listed if isinstance(listed, list) else None
     return value if isinstance(value, Sequence) and not isinstance(value, str | bytes) else None
 

@@ -220,8 +220,8 @@ def _of_a_low_iso(camera: Body, iso: float) -> Iterator[str]:
     else:
         white_dn = adc.white_level_dn(iso, well_e)
         yield (
-            f"{told}, the well holds no more than at the base, and white is {white_dn} DN of {adc.largest_dn}; a camera "
-            f"that calls itself so exposes as at ISO {adc.base_iso:g} and is darkened by its raw program"
+            f"{told}, the well holds no more than at the base, and white is {white_dn} DN of {adc.largest_dn}; cameras "
+            f"that offer it expose as at ISO {adc.base_iso:g} and let raw programs darken the picture"
         )
 
 

@@ -21,6 +21,7 @@ from camsim.files.dng_tags import CFA, D65, LINEAR_RAW, Colour, Said, odd_cfa
 from camsim.files.preview import Balance, developed
 from camsim.files.tiff_ifd import Tag, directories, refuse_over_4_gib, undefined
 from camsim.frame import LARGEST_CODE, codes_of
+from camsim.kind import array_of
 from camsim.sensor.cfa import BAYER, PATTERNS, Cfa
 from camsim.sensor.colour_matrix import ColourFit, fit_white
 from camsim.typed import FilePath, check, check_truths
@@ -257,10 +258,7 @@ def _colour(channels: tuple[str, ...], colour_matrix: ArrayLike | None, as_shot_
 
 
 def _numbers(values: Any, key: str) -> F64:
-    try:
-        given = np.asarray(values)
-    except ValueError:  # rows of several lengths
-        given = np.array("")
+    given = array_of(values, key)
     if given.dtype.kind not in "fiu" or np.ma.is_masked(values):
         raise InvalidValueError(f"must be numbers, not {shown(values)}", key=key)
     numbers = given.astype(np.float64)

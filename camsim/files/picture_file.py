@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Any, Literal, TypeAlias
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from camsim.arrays import F64
 from camsim.calls import in_words
@@ -16,10 +17,9 @@ from camsim.files.reading import opened
 from camsim.scene import Picture
 from camsim.scene.raster import Interpolation
 from camsim.spectra.light import Light
-from camsim.spectra.rgb import linear_of_srgb
+from camsim.spectra.rgb import Encoding, linear_colours
 from camsim.typed import FilePath, NonNegative, Number, Place, Positive, Several, check
 
-Encoding: TypeAlias = Literal["srgb", "linear"]
 TOLERANCE = 1e-4
 
 
@@ -42,8 +42,8 @@ def read_picture(
 
     Photographs come upright (the orientation of EXIF and TIFF). Colours in whole numbers are uint8 or uint16.
 
-    encoding      : of colours: "srgb" (whole numbers, where the file says nothing else), "linear" (all others), or an
-                    exponent such as 2.2
+    encoding      : of colours: "srgb" (whole numbers, where the file says nothing else), "linear" (all others, but of
+                    divided codes it must be said), or an exponent such as 2.2
     scale         : what every number is multiplied by; of colours in whole numbers the largest there may be is 1
     light         : of a cube of radiances in W·m⁻²·sr⁻¹·nm⁻¹: a diffuser's in it is a reflectance of 1
     wavelength_nm : of the bands of a cube whose file does not say them
@@ -102,36 +102,12 @@ def _colours(read: Read, encoding: Encoding | float | None, scale: float, placed
             f"its colours are those of the profile {read.profile[:60]!r}; convert it to sRGB, or give encoding: "
             f"{'srgb' if whole else 'linear'} to take its numbers for sRGB's"
         )
-    if whole and not (samples.dtype.kind == "u" and samples.dtype.itemsize <= 2):
-        raise InputError(
-            f"its samples are {samples.dtype.name}, and nobody knows which of them is white; give uint8 or uint16 "
-            "(in numpy .astype(np.uint8): white is 255), or floats from 0 to 1"
-        )
-    if encoding is None:
-        encoding = (read.gamma or "srgb") if whole else "linear"
-    if not (encoding in ("srgb", "linear") or (isinstance(encoding, float | int) and 0.1 <= encoding <= 10.0)):
-        raise InvalidValueError(
-            f"must be 'srgb', 'linear' or an exponent from 0.1 to 10, not {encoding!r}", key="encoding"
-        )
-    if whole:
-        # Every number that there may be, once: a large picture takes no memory but its own.
-        each = np.arange(np.iinfo(samples.dtype).max + 1)
-        white = each[-1] if read.bits is None else (1 << read.bits) - 1
-        decoded = _decoded(each / white, encoding, scale)
-        return Picture.of_rgb(_fractions(decoded[samples]), **placed)
-    values = np.asarray(samples, np.float64)
-    _refuse_strange(values)
-    return Picture.of_rgb(_fractions(_decoded(values, encoding, scale)), **placed)
-
-
-def _decoded(values: F64, encoding: Encoding | float, scale: float) -> F64:
-    """Return linear light."""
-    if encoding == "srgb":
-        return linear_of_srgb(values) * scale
-    if encoding == "linear":
-        return values * scale
-    decoded: F64 = np.sign(values) * np.abs(values) ** float(encoding) * scale
-    return decoded
+    if not whole:
+        _refuse_strange(samples)
+    largest = None if read.bits is None else (1 << read.bits) - 1
+    encoding = "linear" if read.linear and encoding is None and not whole else encoding
+    light = linear_colours(samples, encoding, of_codes=read.gamma or "srgb", largest=largest)
+    return Picture.of_rgb(_fractions(np.asarray(light, np.float64) * scale), encoding="linear", **placed)
 
 
 def _cube(
@@ -161,7 +137,7 @@ def _cube(
     return Picture.of_cube(_fractions(values), nodes.tolist(), tolerance=tolerance, **placed)
 
 
-def _refuse_strange(values: F64) -> None:
+def _refuse_strange(values: npt.NDArray[Any]) -> None:
     if not np.isfinite(values).all():
         row, col, *_ = np.argwhere(~np.isfinite(values))[0].tolist()
         raise InputError(f"its sample [{row}, {col}] is not a finite number")

@@ -41,7 +41,7 @@ class Read:
     wavelength_nm : of bands; None for colours, or where the file does not say
     gamma         : an exponent that the file names;  bits: of whole numbers, where they are fewer than their type's
     profile       : name of the colour profile, empty for none
-    emissive      : whether bands are radiances
+    emissive      : whether bands are radiances;  linear: whether the format is one of light
     """
 
     samples: npt.NDArray[Any]
@@ -50,6 +50,7 @@ class Read:
     bits: int | None = None
     profile: str = ""
     emissive: bool = False
+    linear: bool = False
 
 
 def read_samples(path: Path, file: BinaryIO, size: int, layer: str | None = None) -> Read:
@@ -121,10 +122,10 @@ def _exr(path: Path, file: BinaryIO, size: int, layer: str | None) -> Read:
         refuse_transparent(channels["A"], 1.0)
     if all(colour in channels for colour in "RGB"):
         space = other_than_srgb(header.primaries(), "chromaticities")
-        return Read(np.stack([channels[colour] for colour in "RGB"], axis=2), profile=space)
+        return Read(np.stack([channels[colour] for colour in "RGB"], axis=2), profile=space, linear=True)
     named = [name for name in channels if name != "A"]
     if has_grey(channels) or len(named) == 1:
-        return Read(channels["Y" if "Y" in channels else named[0]])
+        return Read(channels["Y" if "Y" in channels else named[0]], linear=True)
     raise InputError(f"its channels are {', '.join(named[:8])}; R, G, B, or Y, or names in nm are needed")
 
 

@@ -14,6 +14,7 @@ import scipy
 
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError, UnknownNameError
+from camsim.kind import array_of
 from camsim.measure.full_frame import FullFrame
 from camsim.measure.geometry import Roi
 from camsim.typed import Count, Index, Positive, check
@@ -102,7 +103,7 @@ def _numbers(samples: Any, name: str) -> npt.NDArray[Any]:
     """Return an image of numbers as an array; of three axes nobody knows which are rows and columns."""
     if np.ma.is_masked(samples):
         raise InvalidValueError("has masked samples; give all, or a smaller region", key="samples", stage=name)
-    array = np.asarray(samples)
+    array = array_of(samples, "samples", name)
     if array.ndim != 2 or array.dtype.kind not in "fiu":
         given = f"{array.dtype} of shape {array.shape}"
         raise InvalidValueError(f"must be (n, m) real numbers, not {given}", key="samples", stage=name)

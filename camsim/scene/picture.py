@@ -11,14 +11,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from camsim.arrays import F64
+from camsim.errors import InvalidValueError
+from camsim.kind import array_of
 from camsim.marks import After, Before, Called
 from camsim.scene.raster import Field, Interpolation, Raster
 from camsim.scene.shapes import Rectangle
 from camsim.spectra.component import Component
 from camsim.spectra.curve import Curve, Spectrum, spectrum_at
 from camsim.spectra.pca import planes_of_cube
-from camsim.spectra.rgb import rgb_basis
+from camsim.spectra.rgb import Encoding, linear_colours, rgb_basis
 from camsim.typed import Fraction, Number, Place, Point, Positive, Several, check, judge, refusal
+from camsim.words import shown
 
 MOST_PLANES = 64
 _ROUNDING = 1e-6  # of samples of reflectance in single precision
@@ -82,9 +85,13 @@ class Picture(Raster, Field):
 
     def __post_init__(self) -> None:
         judge(self)
-        planes = _all_given(self.planes, self, "planes")
+        planes = _all_given(self.planes, "planes", "Picture")
         if planes.dtype.kind not in "fui":
             raise refusal(self, "planes", f"must be numbers, not {planes.dtype}")
+        if planes.ndim == 3 and planes.shape[2] in (3, 4) and len(planes) > 4:
+            message = f"must be (planes, rows, cols), not {planes.shape}; Picture.of_rgb takes (rows, cols, 3)"
+            raise refusal(self, "planes", message)
+        whole = planes.dtype.kind in "ui"
         planes = np.array(planes, np.float32 if planes.dtype == np.float32 else np.float64, order="C")
         planes = planes[None] if planes.ndim == 2 else planes
         if planes.ndim != 3 or not planes.size:
@@ -106,7 +113,8 @@ class Picture(Raster, Field):
                     self,
                     "planes",
                     f"must be from 0 to 1, fractions of the light that come back, not {low if low < 0 else high:g}; "
-                    "divide by the value that is to be a perfect diffuser's",
+                    "divide by the value that is to be a perfect diffuser's"
+                    + (", or codes of a picture: Picture.of_rgb(…, encoding='srgb', width_um=…)" if whole else ""),
                 )
             nodes, values = _tabulated(spectra)
             if (most := _brightest(planes, values)).max() > 1.0 + _ROUNDING:
@@ -124,6 +132,7 @@ class Picture(Raster, Field):
         cls,
         rgb: ArrayLike,
         *,
+        encoding: Encoding | Number | None = None,
         width_um: Number,
         centre_um: Place = (0.0, 0.0),
         rotate_deg: Number = 0.0,
@@ -131,15 +140,21 @@ class Picture(Raster, Field):
         source: str = "",
         read: Mapping[str, Any] | None = None,
     ) -> Picture:
-        """Return a picture of linear sRGB (rows, cols, 3), from 0 to 1; a grey one may be (rows, cols).
+        """Return a picture of the colours of sRGB (rows, cols, 3), from 0 to 1; a grey one may be (rows, cols).
+
+        encoding : what the numbers are: "linear", in proportion to light; "srgb", as pictures on screens and in files
+                   are; or an exponent such as 2.2. Numbers that show what they are may do without: light that was
+                   computed or measured is linear. Codes, uint8 or uint16, or such divided by their largest, may not
 
         Three planes with the spectra of Mallett & Yuksel (2019): smooth, from 0 to 1, of exactly that colour under D65,
         and flat where a sample is grey. The rest is as of the class.
         """
-        samples = _all_given(rgb, _OfRgb(), "rgb")
+        samples = _of_colours(_all_given(rgb, "rgb", _OF_RGB))
+        if samples.dtype.kind == "f" and samples.size and samples.max() > 2.0 and (samples == np.rint(samples)).all():
+            message = "holds whole numbers, codes of a picture; give .astype(np.uint8) of it, and encoding='srgb'"
+            raise InvalidValueError(message, key="rgb", stage=_OF_RGB)
+        samples = linear_colours(samples, encoding, "rgb", _OF_RGB)
         spectra: Sequence[Spectrum] = (1.0,)
-        if samples.ndim != 2 and (samples.ndim != 3 or samples.shape[2] != 3):
-            raise refusal(_OfRgb(), "rgb", f"must be (rows, cols, 3), not an array of shape {samples.shape}")
         if samples.ndim == 3 and (samples == samples[..., :1]).all():
             samples = samples[..., 0]
         elif samples.ndim == 3:
@@ -177,7 +192,7 @@ class Picture(Raster, Field):
         tolerance : how far any sample may lie from the cube at any wavelength: it becomes as few planes as keep it
                     (principal components); 0 keeps every band
         """
-        samples = _all_given(cube, _OfCube(), "cube")
+        samples = _all_given(cube, "cube", "Picture.of_cube")
         kept_nm = np.asarray(check(wavelength_nm, tuple[float, ...], "wavelength_nm", "Picture"), float)
         planes, components = planes_of_cube(samples, kept_nm, error=tolerance)
         return cls(
@@ -245,22 +260,38 @@ def _nodes(spectrum: Spectrum | Component) -> F64:
     return np.array([1.0, 2.0]) if isinstance(spectrum, float | int) else np.asarray(spectrum.wavelength_nm, float)
 
 
-class _OfRgb:
-    """Names ``Picture.of_rgb`` in messages."""
+_OF_RGB = "Picture.of_rgb"
 
 
-class _OfCube:
-    """Names ``Picture.of_cube``."""
-
-
-_OfRgb.__name__, _OfCube.__name__ = "Picture.of_rgb", "Picture.of_cube"
-
-
-def _all_given(samples: ArrayLike, where: object, key: str) -> NDArray[Any]:
+def _all_given(samples: ArrayLike, key: str, stage: str) -> NDArray[Any]:
     """Return samples as an array; what is masked in one is no number."""
     if np.ma.is_masked(samples):
-        raise refusal(where, key, "has masked samples; fill them (in numpy .filled(0.5)), or give a smaller picture")
-    return np.asarray(samples)
+        message = "has masked samples; fill them (in numpy .filled(0.5)), or give a smaller picture"
+        raise InvalidValueError(message, key=key, stage=stage)
+    array = array_of(samples, key, stage)
+    if array.dtype.kind == "U" and not array.ndim:
+        message = (
+            f"must be samples, not {shown(samples)}; camsim.read_picture({shown(samples)}, width_um=…) reads a file"
+        )
+        raise InvalidValueError(message, key=key, stage=stage)
+    return array
+
+
+def _of_colours(samples: NDArray[Any]) -> NDArray[Any]:
+    """Return samples that are (rows, cols) or (rows, cols, 3); of other axes say how they become so."""
+    if samples.ndim == 2 or (samples.ndim == 3 and samples.shape[2] == 3):
+        return samples
+    shape, way_out = samples.shape, ""
+    if samples.ndim == 3 and shape[0] in (3, 4):
+        way_out = "; give np.moveaxis(np.asarray(rgb)[:3], 0, 2)"
+    elif samples.ndim == 3 and shape[2] == 4:
+        way_out = "; without its opacity it is rgb[..., :3]"
+    elif samples.ndim == 3 and 1 in (shape[0], shape[2]):
+        way_out = f"; a grey one is {'rgb[..., 0]' if shape[2] == 1 else 'rgb[0]'}"
+    elif samples.ndim == 4:
+        way_out = "; give one picture of several, rgb[0]"
+    message = f"must be (rows, cols, 3), not an array of shape {shape}{way_out}"
+    raise InvalidValueError(message, key="rgb", stage=_OF_RGB)
 
 
 def _first(wrong: NDArray[np.bool_]) -> str:

@@ -5,14 +5,18 @@ from __future__ import annotations
 import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated, Any, Literal, TypeAlias
 
 import numpy as np
+from annotated_types import Ge, Le
+from numpy.typing import NDArray
 
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError
 from camsim.spectra.colour_science import colour_science
 from camsim.spectra.curve import Curve, Spectrum
 from camsim.spectra.kept import kept
+from camsim.typed import Number, check
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -69,6 +73,90 @@ def reflectance_of_rgb(rgb: Sequence[float], name: str = "") -> Spectrum:
     basis = rgb_basis()
     values = red * basis.values[0] + green * basis.values[1] + blue * basis.values[2]
     return Curve(tuple(basis.wavelength_nm.tolist()), tuple(np.clip(values, 0.0, 1.0).tolist()), name, "hold")
+
+
+Encoding: TypeAlias = Literal["srgb", "linear"]
+"""Of colours: sRGB's curve, or in proportion to light."""
+
+_ANY_ENCODING = Encoding | Annotated[float, Ge(0.1), Le(10)] | None
+_DEPTHS = (255, 65_535)
+_MANY_CODES, _LOOKED_AT = 32, 1 << 16
+
+
+def linear_light(encoded: F64, encoding: Encoding | float) -> F64:
+    """Return numbers in proportion to light; an exponent such as 2.2 is taken of each.
+
+    >>> linear_light(np.array([0.5]), "srgb").round(4), linear_light(np.array([0.5]), 2.0)
+    (array([0.214]), array([0.25]))
+    """
+    if encoding == "srgb":
+        return linear_of_srgb(encoded)
+    linear: F64 = encoded if encoding == "linear" else np.sign(encoded) * np.abs(encoded) ** float(encoding)
+    return linear
+
+
+def linear_colours(
+    samples: NDArray[Any],
+    encoding: Encoding | Number | None,
+    key: str = "",
+    stage: str = "",
+    *,
+    of_codes: Encoding | float | None = None,
+    largest: int | None = None,
+) -> NDArray[np.floating]:
+    """Return colours in proportion to light, from 0 to 1; of codes, the largest is 1.
+
+    samples  : (rows, cols) or (rows, cols, 3)
+    encoding : of the numbers; None where nobody says it, and then what shows that it is no light is refused
+    of_codes : what whole numbers are without it;  largest: of them, if less than their type has
+
+    Raises InvalidValueError, by ``key`` or "encoding", with what to give.
+    """
+    given = check(encoding, _ANY_ENCODING, "encoding", stage)
+    if samples.dtype.kind not in "fui":
+        raise InvalidValueError(f"must be numbers, not {samples.dtype}", key=key, stage=stage)
+    if samples.dtype.kind in "ui":
+        if samples.dtype.kind != "u" or samples.dtype.itemsize > 2:
+            message = (
+                f"its samples are {samples.dtype.name}, and nobody knows which of them is white; give uint8 or uint16 "
+                "(in numpy .astype(np.uint8): white is 255), or floats from 0 to 1"
+            )
+            raise InvalidValueError(message, key=key, stage=stage)
+        if given is None and of_codes is None:
+            raise _asked(f"the samples are codes, {samples.dtype}", stage)
+        # Every number that there may be, once: a large picture takes no memory but its own.
+        each = np.arange(np.iinfo(samples.dtype).max + 1) / (largest or np.iinfo(samples.dtype).max)
+        return linear_light(each, given or of_codes or "srgb")[samples]
+    if given is None and (depth := depth_of_codes(samples)):
+        raise _asked(f"the samples are all whole {depth}ths, as codes of {depth.bit_length()} bits are", stage)
+    return samples if given in (None, "linear") else linear_light(np.asarray(samples, np.float64), given)
+
+
+def _asked(what: str, stage: str) -> InvalidValueError:
+    write = f"{stage}(…, encoding='srgb', width_um=…)" if stage else "encoding: srgb"
+    message = (
+        f"must be said: {what}, and those of pictures are not in proportion to light; write {write} for a PNG, a JPEG, "
+        "what screens show, or 'linear' for what is light all the same"
+    )
+    return InvalidValueError(message, key="encoding", stage=stage)
+
+
+def depth_of_codes(samples: NDArray[np.floating]) -> int:
+    """Return of which largest code numbers from 0 to 1 are fractions, all of them: 255, 65535, or 0 of neither.
+
+    Light that was computed or measured has no such steps; a picture's codes that were divided have, and they are
+    hardly ever in proportion to light. Of few different numbers (masks, steps of a tenth) there is no telling: 0.
+
+    >>> depth_of_codes(np.arange(64) / 255), depth_of_codes(np.linspace(0, 1, 64)), depth_of_codes(np.eye(9))
+    (255, 0, 0)
+    """
+    some = samples.reshape(-1)[:: max(1, samples.size // _LOOKED_AT)].astype(np.float64)
+    for largest in _DEPTHS:
+        codes = np.rint(some * largest)
+        # In single precision a number from 0 to 1 is off by 6e-8 of the largest.
+        if np.abs(some * largest - codes).max() <= 1.2e-7 * largest and np.unique(codes).size > _MANY_CODES:
+            return largest
+    return 0
 
 
 def linear_of_srgb(encoded: F64) -> F64:

@@ -168,6 +168,28 @@ def test_a_grey_card_has_the_white_balance_that_its_file_says(sensor: str) -> No
     assert np.ptp(pixels.reshape(-1, 3).mean(axis=0)) <= 1.0
 
 
+def test_a_frames_signal_is_its_codes_less_the_black_of_each() -> None:
+    """Below black the codes themselves, which are unsigned, would wrap; each photosite has its own black."""
+    camera = camsim.Camera.from_yaml("mono-345", lens=camsim.Airy(f_number=4.0))
+    offsets = ((0, 3, 1), (5, 2, 4))
+    camera = camera.replace(adc=dataclasses.replace(camera.adc, black_offsets_dn=offsets))
+    iso = 2 * camera.adc.base_iso
+    frame = camera.expose(
+        camsim.Scene(background=0.0),
+        light=camsim.Light("D55", illuminance_lux=1.0),
+        exposure=camsim.Exposure(time_s=1e-3, iso=iso),
+        region=camsim.Region(rows=41, cols=50, origin=(101, 202)),
+    )
+    assert frame.signal_dn.shape == frame.signal_e.shape == (41, 50)
+    assert frame.signal_dn.dtype == frame.signal_e.dtype == np.float64
+    for row, col in ((0, 0), (7, 8), (40, 49), (13, 2)):
+        black = camera.adc.black_level_dn + offsets[(101 + row) % 2][(202 + col) % 3]
+        assert frame.signal_dn[row, col] == int(frame.mosaic[row, col]) - black
+    assert frame.signal_dn.min() < 0.0  # noise goes below black, and not to 65 535
+    assert abs(frame.signal_dn.mean()) < 1.0
+    np.testing.assert_allclose(frame.signal_e, frame.signal_dn * camera.adc.electrons_per_dn / 2, rtol=1e-15)
+
+
 def test_three_laser_lines_have_the_white_balance_of_a_grey_card() -> None:
     """0.1 nm each, as a table, none on a whole nanometre; red, green and blue balance as the card's electrons do."""
     camera = camsim.Camera.from_yaml("d40-like", lens=camsim.Airy(f_number=4.0))

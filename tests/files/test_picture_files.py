@@ -247,7 +247,7 @@ def test_another_image_comes_back_by_its_name(tmp_path: Path, monkeypatch: pytes
     assert revive(describe(picture), tmp_path).sha256 == picture.sha256
     for name, write in (("a.npz", np.savez), ("a.mat", lambda path, **arrays: scipy_io.savemat(path, arrays))):
         write(tmp_path / name, Other=RGB / 510, image=RGB / 255)
-        np.testing.assert_array_equal(planes_of(tmp_path / name, layer="image"), RGB / 255)
+        np.testing.assert_array_equal(planes_of(tmp_path / name, layer="image", encoding="linear"), RGB / 255)
 
 
 @pytest.mark.parametrize("name", ["T.{:.6f}nm", "S0.{:.6f}nm", "w{:.0f}nm", "{:.1f}nm", "left.{:.0f}nm"])
@@ -312,7 +312,10 @@ def test_numpys_own(tmp_path: Path) -> None:
     np.savez_compressed(tmp_path / "cube.npz", cube=CUBE, wavelength_nm=WAVELENGTH_NM)
     np.testing.assert_allclose(cube_of(tmp_path / "cube.npz"), CUBE, rtol=0, atol=2e-6)
     np.save(tmp_path / "rgb.npy", RGB / 255)
-    np.testing.assert_array_equal(planes_of(tmp_path / "rgb.npy"), RGB / 255)
+    np.testing.assert_array_equal(planes_of(tmp_path / "rgb.npy", encoding="linear"), RGB / 255)
+    np.testing.assert_allclose(planes_of(tmp_path / "rgb.npy", encoding="srgb"), linear(RGB / 255), rtol=0, atol=1e-12)
+    with pytest.raises(CamsimError, match=r"encoding: must be said: the samples are all whole 255ths, .*: srgb"):
+        planes_of(tmp_path / "rgb.npy")
     np.savez(tmp_path / "rgb.npz", rgb=RGB)
     np.save(tmp_path / "rgb.npy", DEEP.astype(">u2"))
     for name, samples in (("rgb.npz", RGB / 255), ("rgb.npy", DEEP / 65535)):

@@ -85,6 +85,12 @@ def test_a_usual_picture_has_none() -> None:
          "holds 20 e⁻ (5 DN) of dark current in the mean, which mean_electrons and truth, of light alone, do not"),
         ({"dark_current": camsim.DarkCurrent(2000.0), "exposure": exposed(0.01), "noise": False}, ""),
         ({"full_well": camsim.FullWell(50000.0)}, "the well is never seen full"),
+        ({"prnu": camsim.Prnu(0.15)}, "a PRNU of 0.15 is 15 % of the signal; sensors have about 1 %, and prnu is a fr"),
+        ({"exposure": camsim.Exposure(time_s="auto", iso=50)},
+         "ISO 50 is below the base of 100: a code stands for 8 e⁻, the well holds no more than at the base, and white "
+         "is 1975 DN of 4095; cameras that offer it expose as at ISO 100"),
+        ({"exposure": camsim.Exposure(time_s="auto", iso=25), "full_well": None},
+         "a code stands for 16 e⁻, and white for 63920 e⁻, more than at the base, as no full well ends it"),
     ],
 )  # fmt: skip
 def test_what_surprises_is_said(changes: dict[str, Any], said: str) -> None:
@@ -92,6 +98,14 @@ def test_what_surprises_is_said(changes: dict[str, Any], said: str) -> None:
     assert said in found
     assert found.count("\n") == 0
     assert bool(said) == bool(found)
+
+
+def test_a_camera_of_python_has_the_notes_that_a_sensors_file_gets() -> None:
+    assert CAMERA.notes == ()
+    slips = CAMERA.replace(prnu=camsim.Prnu(0.8), full_well=camsim.FullWell(40_000.0))
+    prnu, well = sorted(slips.notes)[0], sorted(slips.notes)[-1]
+    assert prnu.startswith("a PRNU of 0.8 is 80 % of the signal")
+    assert "the converter" in well
 
 
 def test_a_tolerance_far_finer_than_the_noise_is_said_where_it_costs() -> None:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 import shapely
+from PIL import Image
 
 import camsim
 from camsim.errors import CamsimError
@@ -41,7 +42,24 @@ CAPTURE = camsim.Capture(
 )
 FRAME = CAPTURE.frame()
 PICTURE = camsim.measure.picture_of_frame(FRAME)
+CODES = np.random.default_rng(1).integers(0, 256, (8, 9, 3)).astype(np.uint8)
+IMAGE = Image.fromarray(CODES)
 SHAPELY = shapely.box(0, 0, 1, 1)
+
+
+class Tensor:
+    """Numbers of which another program keeps gradients: it refuses as PyTorch's do."""
+
+    requires_grad = True
+
+    def __array__(self, dtype: Any = None, copy: Any = None) -> Any:
+        raise RuntimeError("Can't call numpy() on Tensor that requires grad. Use tensor.detach().numpy() instead.")
+
+    def detach(self) -> Any:
+        return self
+
+
+TENSOR = Tensor()
 
 
 def adc(**changes: Any) -> camsim.Adc:

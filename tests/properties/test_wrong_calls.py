@@ -11,7 +11,7 @@ import shapely
 from electronics import LAWS
 
 import camsim
-from camsim.errors import CamsimError, InvalidValueError
+from camsim.errors import CamsimError, InvalidValueError, WrongCallError
 
 FLAT = camsim.Curve((300.0, 1100.0), (1.0, 1.0))
 CAMERA = camsim.Camera(
@@ -87,6 +87,20 @@ def test_every_parameter_of_every_stage_is_judged(stage: Any, name: str, wrong: 
     with pytest.raises(InvalidValueError, match="must be ") as refused:
         dataclasses.replace(stage, **{name: wrong})
     assert (refused.value.key, refused.value.stage) == (name, type(stage).__name__)
+
+
+@pytest.mark.parametrize("kind", {type(stage) for stage in PUBLIC}, ids=lambda kind: kind.__name__)
+def test_every_class_says_which_parameter_is_meant(kind: Any) -> None:
+    """Python alone would say what it cannot take, and not what it takes."""
+    names = [field.name for field in dataclasses.fields(kind) if field.init]
+    with pytest.raises(WrongCallError, match=f"{kind.__name__}.*unknown parameter; did you mean '{names[0]}'") as wrong:
+        kind(**{names[0].upper(): 1})
+    assert isinstance(wrong.value, TypeError)
+    with pytest.raises(WrongCallError, match=rf"{kind.__name__}: takes .*and no more"):
+        kind(*range(len(names) + 1))
+    if any(field.kw_only for field in dataclasses.fields(kind)):
+        with pytest.raises(CamsimError, match=rf"{kind.__name__}.*(by name|missing|must be)"):
+            kind(object())
 
 
 @pytest.mark.parametrize(
