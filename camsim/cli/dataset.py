@@ -42,7 +42,7 @@ def dataset(
     samples = sum(row["status"] == "done" for row in made.rows)
     figures = {
         "samples": samples,
-        "shard ranges made": made.made,
+        "shards made": made.made,
         "found": made.found,
         "failed": made.failed,
         "seconds": made.seconds,

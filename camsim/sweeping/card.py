@@ -87,11 +87,22 @@ def _page(study: Study[schema.DatasetFile], rows: Sequence[Row], sources: Sequen
         "",
         _layout(model.shards),
         "",
+        *(f"* {split}: {pattern_of(rows, split)}" for split, number in count.items() if number),
+        "",
         f"Licence of the data set: {model.licence or 'not stated (key licence of its file)'}.",
         "",
         *(f"* {source}" for source in sources),
     ]
     return "\n".join(lines) + "\n"
+
+
+def pattern_of(rows: Sequence[Row], split: str) -> str:
+    """Return the shards of a split as shells and webdataset write them, and how many samples they hold."""
+    own = [row for row in rows if row["split"] == split]
+    last = max(int(row["shard"]) for row in own)
+    numbers = f"{{00000..{last:05d}}}" if last else "00000"
+    suffix = ".tar" if str(own[0]["file"]).endswith(".tar") else ""
+    return f"`{split}-{numbers}{suffix}`, {len(own)} samples"
 
 
 def _layout(form: str) -> str:

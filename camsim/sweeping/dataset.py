@@ -7,6 +7,7 @@ import json
 import os
 import shutil
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -119,7 +120,7 @@ def check_dataset(study: StudyOrFile) -> None:
     """Refuse a data set that could not be made: its keys in every scene, and its windows. Takes nothing."""
     read = read_dataset(study)
     for capture in judge_values(read, products_of(tuple(read.model.hold))):
-        _crop(read, capture, 0)
+        _crop(read, capture, 0, 0)
 
 
 @in_words
@@ -160,32 +161,41 @@ def read_pair(folder: str | os.PathLike[str], index: int) -> tuple[dict[str, F32
 
 
 def shards_of(study: Study[schema.DatasetFile], captures: list[tuple[Point, Capture]]) -> list[Shard]:
-    """Return a shard for each range of indices; a capture whose samples lie in two is in both."""
-    ranges: dict[int, list[Source]] = {}
-    hold = tuple(dict.fromkeys(study.model.hold))
+    """Return a shard for each range of a split's samples; a capture whose samples lie in two is in both."""
+    ranges: dict[tuple[str, int], list[Source]] = {}
+    hold, each = tuple(dict.fromkeys(study.model.hold)), study.model.crops.each
+    before = dict.fromkeys(SPLITS, 0)
     for (point, capture), split in zip(captures, _splits(study, captures), strict=True):
-        source = _source(study, point, capture, split, hold)
-        for number in dict.fromkeys(crop.shard for crop in source.crops):
-            ranges.setdefault(number, []).append(source)
+        numbers = [(before[split] + crop) // study.model.samples_per_shard for crop in range(each)]
+        before[split] += each
+        source = _source(study, point, capture, split, numbers, hold)
+        for number in dict.fromkeys(numbers):
+            ranges.setdefault((split, number), []).append(source)
     form = study.model.shards
     return [
         Shard(
-            identity=_checksum(number, form, [source.identity for source in sources]),
+            identity=_checksum(split, number, form, [source.identity for source in sources]),
+            split=split,
             number=number,
             sources=tuple(sources),
             hold=hold,
             form=form,
         )
-        for number, sources in ranges.items()
+        for (split, number), sources in ranges.items()
     ]
 
 
 def _source(
-    study: Study[schema.DatasetFile], point: Point, capture: Capture, split: str, hold: tuple[str, ...]
+    study: Study[schema.DatasetFile],
+    point: Point,
+    capture: Capture,
+    split: str,
+    numbers: Sequence[int],
+    hold: tuple[str, ...],
 ) -> Source:
     crops, told = study.model.crops, {"capture": point.index, **study.told(point)}
     first = point.index * crops.each
-    cut = tuple(_crop(study, capture, index) for index in range(first, first + crops.each))
+    cut = tuple(_crop(study, capture, first + place, number) for place, number in enumerate(numbers))
     places = [(crop.index, crop.shard, crop.row, crop.col) for crop in cut]
     return Source(
         identity=identity_of(capture, split, told, places, (crops.rows, crops.cols), hold),
@@ -200,7 +210,7 @@ def _checksum(*made_of: Any) -> str:
     return hashlib.sha256(repr(made_of).encode()).hexdigest()
 
 
-def _crop(study: Study[schema.DatasetFile], capture: Capture, index: int) -> Crop:
+def _crop(study: Study[schema.DatasetFile], capture: Capture, index: int, shard: int) -> Crop:
     """Draw a window whose first photosite has the colour filter that the capture's first has."""
     crops, period = study.model.crops, capture.camera.cfa.period
     places = []
@@ -212,7 +222,7 @@ def _crop(study: Study[schema.DatasetFile], capture: Capture, index: int) -> Cro
         places.append((whole - size) // step)
     rng = np.random.default_rng([study.model.seed, 1, index])
     row, col = (int(rng.integers(0, most, endpoint=True)) * step for most, step in zip(places, period, strict=True))
-    return Crop(index=index, shard=index // study.model.samples_per_shard, row=row, col=col)
+    return Crop(index=index, shard=shard, row=row, col=col)
 
 
 def _splits(study: Study[schema.DatasetFile], captures: list[tuple[Point, Capture]]) -> list[str]:

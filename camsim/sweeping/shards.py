@@ -36,9 +36,10 @@ CAPTURES = "captures"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Shard:
-    """All samples with indices of one range, each in its split's file of that number; sources: in their order."""
+    """A range of a split's samples, which are one file or several; sources: the captures that it is of, in order."""
 
     identity: str
+    split: str
     number: int
     sources: tuple[Source, ...]
     hold: tuple[str, ...]
@@ -55,25 +56,23 @@ class Shard:
             about = {"frame": 0, "file": "", "status": FAILED, "message": said(error)}
             return [(self.identity, [{"index": own[0][0]["index"], **about}])]
 
+    @property
+    def stem(self) -> str:
+        """What the names of its files begin with."""
+        return f"{self.split}-{self.number:05d}"
+
     def _written(self, rows: Sequence[Row], parts: Path, folder: Path) -> list[Row]:
-        by_split = {split: own for split in SPLITS if (own := [row for row in rows if row["split"] == split])}
-        stems = {split: f"{split}-{self.number:05d}" for split in by_split}
-        with contextlib.ExitStack() as stack:
-            writers = {
-                split: stack.enter_context(_FORMS[self.form](folder / stems[split], len(own)))
-                for split, own in by_split.items()
-            }
+        with _FORMS[self.form](folder / self.stem, len(rows)) as write:
             for part, cut in itertools.groupby(rows, lambda row: str(row["file"])):
                 with tarfile.open(parts / part) as tar:
                     for row in cut:
-                        writers[row["split"]](row, arrays_in(tar, row["key"]))
+                        write(row, arrays_in(tar, row["key"]))
         checksum = functools.cache(lambda file: sha256_of(folder / file))
         done: list[Row] = []
-        for split, own in by_split.items():
-            for place, row in enumerate(own):
-                file, *also = _files(stems[split], self.form, self.hold, row["key"])
-                about = {"also": {other: checksum(other) for other in also}} if also else {}
-                done.append({**row, "file": file, "sha256": checksum(file), **about, "place": place})
+        for place, row in enumerate(rows):
+            file, *also = _files(self.stem, self.form, self.hold, row["key"])
+            about = {"also": {other: checksum(other) for other in also}} if also else {}
+            done.append({**row, "file": file, "sha256": checksum(file), **about, "place": place})
         return done
 
 
@@ -90,7 +89,7 @@ def made(
     parts = folder / HIDDEN / CAPTURES
     (parts / HIDDEN).mkdir(parents=True, exist_ok=True)
     sources = {source.identity: source for shard in shards for source in shard.sources}
-    lacking = {shard.number: len(shard.sources) for shard in shards}
+    lacking = {shard.identity: len(shard.sources) for shard in shards}
     users: dict[str, list[Shard]] = defaultdict(list)
     for shard in shards:
         for source in shard.sources:
@@ -107,12 +106,12 @@ def made(
         taken += 1
         report("capture", taken / len(sources))
         for shard in users[identity]:
-            lacking[shard.number] -= 1
-            if lacking[shard.number]:
+            lacking[shard.identity] -= 1
+            if lacking[shard.identity]:
                 continue
             yield shard.packed(cut, parts, folder)
             for source in shard.sources:
-                if not any(lacking[other.number] for other in users[source.identity]):
+                if not any(lacking[other.identity] for other in users[source.identity]):
                     (parts / source.file).unlink(missing_ok=True)
 
 

@@ -2,6 +2,7 @@
 
 import itertools
 import json
+import re
 
 import numpy as np
 import pytest
@@ -40,6 +41,22 @@ def test_webdataset_reads_every_sample(folder):
         for part in ("noisy", "clean", "truth"):
             np.testing.assert_array_equal(sample[f"{part}.npy"], arrays[part])
         assert sample["json"]["electrons_per_dn"] == row["electrons_per_dn"]
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_the_patterns_of_the_card_are_all_shards_of_a_split(tmp_path):
+    import webdataset
+
+    made = dataset({**MADE_OF, "samples_per_shard": 3, "splits": {"train": 0.6, "val": 0.2, "test": 0.2}}, tmp_path)
+    patterns = re.findall(r"`((\w+)-\S+\.tar)`, (\d+) samples", (tmp_path / "README.md").read_text(encoding="utf-8"))
+    assert [split for _, split, _ in patterns] == ["train", "val", "test"]
+    found = {}
+    for pattern, split, count in patterns:
+        keys = [s["__key__"] for s in webdataset.WebDataset(str(tmp_path / pattern), shardshuffle=False)]
+        assert len(keys) == int(count)
+        found |= dict.fromkeys(keys, split)
+    assert found == {row["key"]: row["split"] for row in made.rows}
+    assert any("{" in pattern for pattern, _, _ in patterns)
 
 
 @pytest.mark.filterwarnings("ignore")

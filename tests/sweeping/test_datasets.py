@@ -120,10 +120,13 @@ def test_the_card_says_whose_the_sources_are(made):
     assert "Greys: nobody's." in json.loads((made.folder / "croissant.json").read_text(encoding="utf-8"))["creditText"]
 
 
-def test_shard_and_key_are_functions_of_the_index(made):
+def test_shards_of_each_split_are_numbered_from_none_on(made):
+    """A brace pattern finds no file where numbers are left out: those of all splits together leave most of them out."""
+    for split in ("train", "val", "test"):
+        own = [row for row in made.rows if row["split"] == split]
+        assert [row["file"] for row in own] == [f"{split}-{place // 10:05d}.tar" for place in range(len(own))]
     for row in made.rows:
         assert row["key"] == f"{row['index']:08d}"
-        assert row["file"] == f"{row['split']}-{row['index'] // 10:05d}.tar"
     places = [(row["file"], row["place"]) for row in made.rows]
     assert len(set(places)) == len(places)
 
@@ -139,12 +142,12 @@ def test_other_shards_hold_the_same_and_are_made_again_when_one_is_not_whole(mad
         for part, array in arrays.items():
             np.testing.assert_array_equal(array, others[part])
         assert row["split"] == made.rows[index]["split"]
-    assert dataset(study, tmp_path, workers=0).found == first.made == 3
+    assert dataset(study, tmp_path, workers=0).found == first.made == 4
     file = next(path for pattern in (some, some.replace("train", "*")) for path in sorted(tmp_path.glob(pattern)))
     whole = file.read_bytes()
     file.write_bytes(whole[:-3])
     again = dataset(study, tmp_path, workers=0)
-    assert (again.made, again.found) == (1, 2)
+    assert (again.made, again.found) == (1, 3)
     assert file.read_bytes() == whole
 
 
@@ -192,9 +195,9 @@ def test_a_data_set_that_was_killed_takes_no_capture_twice(made, tmp_path, monke
     monkeypatch.setattr(shards.Shard, "packed", whole)
     rendered, real = [], samples.Capture.optical_image
     monkeypatch.setattr(samples.Capture, "optical_image", lambda self, **how: rendered.append(1) or real(self, **how))
-    assert dataset(MADE_OF, tmp_path, workers=0).made == 3
+    assert dataset(MADE_OF, tmp_path, workers=0).made == 4
     assert 0 < len(rendered) < 4  # of four scenes, those whose captures were not asked for yet
-    for name in ("train-00000.tar", "test-00001.tar", "manifest.csv"):
+    for name in ("train-00000.tar", "train-00001.tar", "test-00000.tar", "manifest.csv"):
         for path in made.folder.glob(name):
             assert (tmp_path / path.name).read_bytes() == path.read_bytes()
 

@@ -169,7 +169,9 @@ class DatasetFile(Varying):
         default="tar",
         description="tar: as webdataset reads them; npy: one array for each shard and part; files: a folder each",
     )
-    samples_per_shard: int = Field(default=500, ge=1, le=MOST, description="of all splits together")
+    samples_per_shard: int = Field(
+        default=500, ge=1, le=MOST, description="of one split, whose shards are numbered from 0 on"
+    )
     licence: Name | None = Field(default=None, description="of the data set, for its card; not stated when left out")
     sources: list[Name] = Field(
         default=[],
