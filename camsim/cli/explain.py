@@ -63,12 +63,12 @@ def explain(
         raise CamsimError("\n".join(map(str, errors)))
     products = {file.product for file in files}
     capture = load(scene, sensor=sensor, overrides=changes or (), products=products, sensors=sensors or ())
+    told = explained(capture, products, [(file.path, file.product) for file in files])
     if plot is not None:
         from camsim.cli.explain_plot import draw
         from camsim.files.atomic import write_whole
 
         write_whole(plot[1], draw(capture, plot[0], Path(plot[1]).suffix.lower()[1:], at_um))
-    told = explained(capture, products, [(file.path, file.product) for file in files])
     if as_json:
         print(json.dumps(told, indent=2, ensure_ascii=False))
     else:

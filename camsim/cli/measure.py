@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from camsim.cli.measured import Outputs
 from camsim.errors import CamsimError, InvalidValueError, UnknownNameError, UnsupportedError
-from camsim.files.atomic import write_whole
+from camsim.files.atomic import together, write_whole
 
 if TYPE_CHECKING:
     from camsim.measure import CameraOtf, MtfReport, MtfSeries, Picture, Roi
@@ -47,11 +47,12 @@ def measure(request: MtfRequest) -> None:
     _check_unit(series.reports, unit, request.unit)
     of_each = {theory.stages for _, theory, _ in measured if theory is not None}
     stages = of_each.pop() if len(of_each) == 1 else ()
-    request.outputs.write(*curves_of(series), functools.partial(_draw, series, unit, stages))
-    if request.map is not None:
-        from camsim.cli.plot_mtf_map import draw_map
+    with together():
+        request.outputs.write(*curves_of(series), functools.partial(_draw, series, unit, stages))
+        if request.map is not None:
+            from camsim.cli.plot_mtf_map import draw_map
 
-        write_whole(request.map, draw_map(series.reports[0], request.map, unit))
+            write_whole(request.map, draw_map(series.reports[0], request.map, unit))
     without = {report.file: why_not for report, _, why_not in measured if why_not}
     told = series if len(series.reports) > 1 else series.reports[0]
     request.outputs.tell(told, lambda _: print_series(series, unit, without))

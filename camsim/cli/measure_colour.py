@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from camsim.cli.measured import Outputs, picture_and_capture
 from camsim.cli.tables import check_text_file, print_table
 from camsim.errors import OutputError
-from camsim.files.atomic import write_whole
+from camsim.files.atomic import together, write_whole
 
 if TYPE_CHECKING:
     from camsim.measure.colour import ColourReport, PatchColour
@@ -35,12 +35,13 @@ def measure(file: str, picture_file: str | None, outputs: Outputs) -> None:
     _check(picture_file, outputs)
     picture, capture = picture_and_capture(file)
     report = measure_colour(picture, capture)
-    outputs.write(_COLUMNS, map(_values, report.patches), functools.partial(_draw, report))
-    if picture_file is not None:
-        from camsim.files.png import plain
-        from camsim.measure.colour.picture import halves
+    with together():
+        outputs.write(_COLUMNS, map(_values, report.patches), functools.partial(_draw, report))
+        if picture_file is not None:
+            from camsim.files.png import plain
+            from camsim.measure.colour.picture import halves
 
-        write_whole(picture_file, plain(halves(picture, capture, report)))
+            write_whole(picture_file, plain(halves(picture, capture, report)))
     outputs.tell(report, _print)
 
 

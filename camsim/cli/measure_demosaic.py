@@ -13,7 +13,7 @@ from camsim.cli.measure import gamma_of
 from camsim.cli.measured import Outputs
 from camsim.cli.tables import check_text_file, print_table
 from camsim.errors import InputError, InvalidValueError
-from camsim.files.atomic import write_whole
+from camsim.files.atomic import together, write_whole
 
 if TYPE_CHECKING:
     from camsim.arrays import F32
@@ -70,9 +70,10 @@ def measure(request: DemosaicRequest) -> None:
     _check(request)
     page = Page() if request.html is not None else None
     rankings = list((_of_scenes if request.of_scenes else _of_results)(request, page))
-    request.outputs.write(*_figures(rankings), functools.partial(_draw, rankings))
-    if page is not None and request.html is not None:
-        write_whole(request.html, page.html(rankings).encode("utf-8"))
+    with together():
+        request.outputs.write(*_figures(rankings), functools.partial(_draw, rankings))
+        if page is not None and request.html is not None:
+            write_whole(request.html, page.html(rankings).encode("utf-8"))
     request.outputs.tell(rankings, _print)
 
 

@@ -13,7 +13,7 @@ from camsim.cli.measure_mtf_table import with_error
 from camsim.cli.measured import Outputs
 from camsim.cli.tables import check_text_file, print_table
 from camsim.errors import ConfigError, InvalidValueError, OutputError
-from camsim.files.atomic import write_whole
+from camsim.files.atomic import made_together, together, write_whole
 from camsim.typed import Iso, Seed, check
 
 if TYPE_CHECKING:
@@ -74,15 +74,16 @@ def measure(request: NoiseRequest) -> None:
         if Path(request.xml).suffix.lower() != ".xml":
             raise OutputError(f"cannot write {request.xml!r}: results after EMVA 1288 are an .xml")
         check_text_file(request.xml, force=request.outputs.force)
-    report = _report(request)
-    if request.xml is not None:
-        _write_xml(report, request.xml, force=request.outputs.force)
-    rows = [
-        (channel.channel, *point)
-        for channel in report.channels
-        for point in zip(*(getattr(channel, name).tolist() for name in _POINTS), strict=True)
-    ]
-    request.outputs.write(("channel", *_POINTS), rows, functools.partial(_draw, report))
+    with together() if request.keep is None else made_together(Path(request.keep)):
+        report = _report(request)
+        if request.xml is not None:
+            _write_xml(report, request.xml, force=request.outputs.force)
+        rows = [
+            (channel.channel, *point)
+            for channel in report.channels
+            for point in zip(*(getattr(channel, name).tolist() for name in _POINTS), strict=True)
+        ]
+        request.outputs.write(("channel", *_POINTS), rows, functools.partial(_draw, report))
     request.outputs.tell(report, _print)
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from camsim.cli.tables import check_text_file, csv_text
 from camsim.errors import InvalidValueError, UnsupportedError
-from camsim.files.atomic import write_whole
+from camsim.files.atomic import together, write_whole
 
 if TYPE_CHECKING:
     from camsim.exposing import Capture
@@ -54,10 +54,11 @@ class Outputs:
         self, heads: Sequence[str], rows: Iterable[Sequence[object]], draw: Callable[[str], bytes] | None = None
     ) -> None:
         """Write the files that are asked for; ``draw`` returns the plot's bytes by its file's name."""
-        if self.csv is not None:
-            write_whole(self.csv, csv_text(heads, rows).encode("utf-8"))
-        if self.plot is not None and draw is not None:
-            write_whole(self.plot, draw(self.plot))
+        with together():
+            if self.csv is not None:
+                write_whole(self.csv, csv_text(heads, rows).encode("utf-8"))
+            if self.plot is not None and draw is not None:
+                write_whole(self.plot, draw(self.plot))
 
     def tell(self, report: R | list[R], show: Callable[[R], None]) -> None:
         """Print a report, or several, as JSON, or as people read it."""

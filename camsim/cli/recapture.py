@@ -15,6 +15,7 @@ from camsim.cli.outputs import Output
 from camsim.cli.progress import Bar
 from camsim.cli.row_by_row import come_row_by_row, write_mosaics
 from camsim.errors import CamsimError, InputError, OutputError
+from camsim.files.atomic import together
 from camsim.files.reading import Held, read_file
 
 if TYPE_CHECKING:
@@ -35,7 +36,7 @@ def recapture(file: str, texts: Sequence[str], *, force: bool, quiet: bool) -> N
     from camsim.files import save
 
     gc.enable()
-    with Bar(shown=not quiet) as bar:
+    with Bar(shown=not quiet) as bar, together():
         how = {"allow_odd_cfa": True, "compress": held.compressed}
         row_by_row = come_row_by_row(outputs) and not held.has_truth
         frame = _written_row_by_row(held, outputs, bar, **how) if row_by_row else _frame_of(held, outputs, bar)

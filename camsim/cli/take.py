@@ -18,6 +18,7 @@ from camsim.cli.outputs import Output
 from camsim.cli.progress import Bar
 from camsim.cli.row_by_row import come_row_by_row, write_mosaics
 from camsim.errors import CamsimError, InvalidValueError, OutputError
+from camsim.files.atomic import made_together, together
 
 if TYPE_CHECKING:
     from camsim.exposing import Capture
@@ -79,7 +80,7 @@ def take(request: Request) -> None:
     ready_s = time.perf_counter()
     # Of all frames: a frame's report has its own.
     seconds = defaultdict[str, float](float, {"set up": ready_s - request.began_s})
-    with Bar(shown=not request.quiet) as bar:
+    with Bar(shown=not request.quiet) as bar, together():
         if held:
             frames = ready.frames(request.frames, products=products, progress=bar.update)
         else:
@@ -128,7 +129,7 @@ def take_pairs(request: Request) -> None:
     folder = check_folder(request.pairs, force=request.force)
     gc.freeze()
     gc.enable()
-    with Bar(shown=not request.quiet) as bar:
+    with Bar(shown=not request.quiet) as bar, made_together(folder):
         write_pairs(ready, pairs, folder, compress=request.compress, quiet=request.quiet, progress=bar.update)
 
 

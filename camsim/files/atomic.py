@@ -7,6 +7,7 @@ import errno
 import os
 import secrets
 from collections.abc import Iterable, Iterator
+from contextvars import ContextVar
 from pathlib import Path
 
 from camsim.errors import OutputError
@@ -31,13 +32,61 @@ def replacing(path: Path) -> Iterator[Path]:
             os.close(os.open(beside, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
             yield beside
             _flush_to_disk(beside)
+            if (waiting := _WAITING.get()) is not None:
+                waiting[target] = beside
+                return
             os.replace(beside, target)
         except BaseException:
             beside.unlink(missing_ok=True)
             raise
-        # The file is in place. Not every file system flushes folders, nor every folder may be read.
+        _flush_folder(target.parent)
+
+
+@contextlib.contextmanager
+def together() -> Iterator[None]:
+    """Let the files that are written in this block be there when it ends well: all of them, or none.
+
+    A command that fails at its second file leaves the first one neither, nor what it had overwritten: whoever mends the
+    mistake can give the command again.
+    """
+    if _WAITING.get() is not None:
+        yield  # a part of what is to be there together
+        return
+    waiting: dict[Path, Path] = {}
+    token = _WAITING.set(waiting)
+    try:
+        yield
+        for target in list(waiting):
+            with _system_errors_named(target):
+                os.replace(waiting[target], target)
+            del waiting[target]
+            _flush_folder(target.parent)
+    finally:
+        _WAITING.reset(token)
+        for beside in waiting.values():
+            beside.unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def made_together(folder: Path) -> Iterator[None]:
+    """Do so for the files of a folder that was made for them: without them it goes as well, if it is empty."""
+    try:
+        with together():
+            yield
+    except BaseException:
         with contextlib.suppress(OSError):
-            _flush_to_disk(target.parent)
+            folder.rmdir()
+        raise
+
+
+_WAITING: ContextVar[dict[Path, Path] | None] = ContextVar("_WAITING", default=None)
+"""Files that are written and not in their places yet, by their places."""
+
+
+def _flush_folder(folder: Path) -> None:
+    # The file is in place. Not every file system flushes folders, nor every folder may be read.
+    with contextlib.suppress(OSError):
+        _flush_to_disk(folder)
 
 
 def _flush_to_disk(path: Path) -> None:

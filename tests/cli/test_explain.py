@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
@@ -189,3 +190,51 @@ def test_a_plot_on_a_full_disk_leaves_no_half_of_one(patched: Run, folder: Path)
     assert done.returncode == 2
     assert done.stderr == "cannot write 'a.svg': the file would be larger than the system allows\n"
     assert {path.name for path in folder.iterdir()} == {"small.yaml"}
+
+
+UNDRAWN = """\
+import camsim.cli.plot_mtf_map as plot
+from camsim.errors import InvalidValueError
+def draw_map(*given):
+    raise InvalidValueError("cannot be drawn")
+plot.draw_map = draw_map"""
+UNWRITTEN = """\
+import camsim.files as files
+save = files.save
+def failing(frame, path, **how):
+    if str(path).endswith(".exr"):
+        raise files.OutputError("the disk is full")
+    return save(frame, path, **how)
+files.save = failing"""
+FAILS = {
+    "explain": (
+        *("", "not Wavefront; use fourier", "explain", "slanted-edge", "--set", "render.method=boundary"),
+        *("--set", "lens={kind: wavefront, f_number: 4, pupil: {shape: square}}", "--plot", "mtf", "plot.png"),
+    ),
+    "measure mtf": (
+        *(UNDRAWN, "cannot be drawn", "measure", "mtf", "edge.dng", "--roi", "0,0,60,60"),
+        *("--csv", "a.csv", "--plot", "plot.png", "--map", "map.png"),
+    ),
+    "capture": (UNWRITTEN, "the disk is full", "capture", "small.yaml", "-q", "-o", "a.dng", "-o", "a.exr"),
+    "recapture": (UNWRITTEN, "the disk is full", "recapture", "edge.dng", "-q", "-o", "a.dng", "-o", "a.exr:truth"),
+    "frames": (
+        *(UNWRITTEN.replace(".exr", "-2.exr"), "the disk is full"),
+        *("capture", "small.yaml", "-q", "--frames", "3", "-o", "a.dng", "-o", "a.exr"),
+    ),
+    "pairs": (UNWRITTEN.replace("files.save", "pairs.save").replace("as files", "as files, camsim.cli.pairs as pairs"),
+              "the disk is full", "capture", "small.yaml", "-q", "--pairs", "pairs"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("code", "said", "words"), [(c, s, w) for c, s, *w in FAILS.values()], ids=FAILS)
+def test_a_command_that_fails_leaves_no_file(
+    camsim: Run, patched: Run, folder: Path, code: str, said: str, words: list[str]
+) -> None:
+    """A plot lay there of a command that had failed, and to the second try it said that it exists."""
+    taken = camsim("capture", "knife-edge", "-q", "-o", "edge.dng", "--set", "region={rows: 60, cols: 60}")
+    assert taken.returncode == 0, taken.stderr
+    before = sorted(path.name for path in folder.iterdir())
+    refused = patched(code, *words)
+    assert refused.returncode == 2, refused.stderr
+    assert re.search(said, refused.stderr)
+    assert sorted(path.name for path in folder.iterdir()) == before

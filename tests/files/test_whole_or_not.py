@@ -17,9 +17,9 @@ from pathlib import Path
 
 import pytest
 
-from camsim.errors import OutputError
+from camsim.errors import InvalidValueError, OutputError
 from camsim.files import SUFFIXES, save
-from camsim.files.atomic import replacing
+from camsim.files.atomic import replacing, together, write_whole
 from camsim.frame import Frame
 
 HERE = Path(__file__).parent
@@ -137,3 +137,25 @@ def test_the_longest_name_can_be_written(tmp_path: Path, frame: Frame) -> None:
     for stem in ("a" * 251, "µ" * 125):
         save(frame, tmp_path / f"{stem}.npy")
         assert (tmp_path / f"{stem}.npy").is_file()
+
+
+def test_files_that_belong_together_are_there_all_or_none(tmp_path: Path) -> None:
+    """A command that failed at its second file left the first, and the second try said that it exists."""
+    (tmp_path / "old").write_text("old")
+
+    def write(fails: bool) -> None:
+        with together():
+            write_whole(tmp_path / "old", b"new")
+            with together():  # a part of the command that writes several itself
+                write_whole(tmp_path / "first", b"1")
+            if fails:
+                raise InvalidValueError("a plot that cannot be drawn")
+            write_whole(tmp_path / "second", b"2")
+
+    with pytest.raises(InvalidValueError, match="cannot be drawn"):
+        write(True)
+    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {"old": "old"}
+    write(False)
+    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {"old": "new", "first": "1", "second": "2"}
+    write_whole(tmp_path / "old", b"alone")  # and what is written on its own is in its place at once
+    assert (tmp_path / "old").read_text() == "alone"

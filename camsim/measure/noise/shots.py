@@ -15,7 +15,7 @@ import numpy as np
 from camsim.arrays import U8
 from camsim.errors import InputError, OutputError, UnsupportedError
 from camsim.files import save
-from camsim.files.atomic import write_whole
+from camsim.files.atomic import made_together, write_whole
 from camsim.files.exif import setting_noted
 from camsim.files.reading import opened
 from camsim.files.tiff_reader import read_directory
@@ -177,13 +177,14 @@ def write_shots(folder: str | Path, frames: Mapping[tuple[Kind, float, float], S
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(HEADS)
-    for number, ((kind, exposure, time_s), group) in enumerate(frames.items()):
-        for k, frame in enumerate(group):
-            suffix = ".tiff" if odd_cfa(frame.cfa_pattern) else ".dng"
-            name = f"{number:03d}-{kind}-{k:02d}{suffix}"
-            save(frame, place / name, product="mosaic")
-            writer.writerow((name, kind, repr(exposure), repr(time_s)))
-    write_whole(place / INDEX, text.getvalue().encode())
+    with made_together(place):
+        for number, ((kind, exposure, time_s), group) in enumerate(frames.items()):
+            for k, frame in enumerate(group):
+                suffix = ".tiff" if odd_cfa(frame.cfa_pattern) else ".dng"
+                name = f"{number:03d}-{kind}-{k:02d}{suffix}"
+                save(frame, place / name, product="mosaic")
+                writer.writerow((name, kind, repr(exposure), repr(time_s)))
+        write_whole(place / INDEX, text.getvalue().encode())
 
 
 def _index(path: Path) -> Iterator[tuple[str, Kind, float, float]]:
