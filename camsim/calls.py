@@ -42,6 +42,7 @@ def constructors_in_words(kind: type) -> None:
         call = made.__func__ if isinstance(made, classmethod) else made
         if not inspect.isfunction(call) or hasattr(call, "__wrapped__"):
             continue
+        told: Any
         if name == "__init__":
             told = _told(call, lambda given: (type(given[0]).__name__, given[1:]), kind)
         elif name.startswith("_"):

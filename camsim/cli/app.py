@@ -328,9 +328,13 @@ def new(
     output: Annotated[
         str | None, typer.Option("-o", "--output", metavar="FILE", help="scene.yaml, sensor.yaml … when left out.")
     ] = None,
+    picture: Annotated[
+        str | None,
+        typer.Option("--picture", metavar="FILE", help="A scene that shows it, its window and size fitted to it."),
+    ] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite a file that exists.")] = False,
 ) -> None:
     """Write a scene, a sensor, a study or a data set to start from, with a comment to every line."""
     from camsim.cli.new import write_template
 
-    print(write_template(what, output or f"{what}.yaml", force=force))
+    print(write_template(what, output, picture=picture, force=force))

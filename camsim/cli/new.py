@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from camsim.config.library import YAML_SUFFIXES
-from camsim.errors import OutputError
+from camsim.config.pictured import is_picture, scene_of, way_out_of
+from camsim.errors import InvalidValueError, OutputError
 from camsim.files.atomic import write_whole
 
 _NEXT = {
@@ -31,8 +32,19 @@ def check_yaml_output(path: str, *, force: bool) -> None:
         raise OutputError(f"cannot write {path!r}: its folder does not exist; make it first")
 
 
-def write_template(kind: str, path: str, *, force: bool) -> str:
-    """Write it, and return what to do next; raises OutputError when it cannot be written there."""
+def write_template(kind: str, path: str | None, *, picture: str | None = None, force: bool) -> str:
+    """Write it, and return what to do next; raises OutputError when it cannot be written there.
+
+    path    : KIND.yaml when None, or a picture's name
+    picture : that a scene is to show
+    """
+    if picture is not None and kind != "scene":
+        raise InvalidValueError("is in a scene; write camsim new scene --picture FILE", key="--picture")
+    path = path or f"{kind if picture is None else Path(picture).stem}.yaml"
     check_yaml_output(path, force=force)
-    write_whole(path, template(kind).encode("utf-8"))
+    if picture is not None and not is_picture(Path(picture)):
+        said = way_out_of(Path(picture)) if Path(picture).exists() else ""
+        raise InvalidValueError(f"{picture!r} {said or 'is no picture that can be read'}", key="--picture")
+    text = template(kind) if picture is None else scene_of(Path(picture), Path(path).parent)
+    write_whole(path, text.encode("utf-8"))
     return f"{path}: a {kind} to start from; {_NEXT[kind].format(path)}"

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Literal, TypeAlias
 
 import camsim
+from camsim.config.pictured import way_out_of
 from camsim.errors import CamsimError, ConfigError, Fault, UnknownNameError
 
 Kind: TypeAlias = Literal["sensor", "scene", "lens"]
@@ -53,14 +54,21 @@ def locate(kind: Kind, name: str) -> Located:
 def locate_path(kind: Kind, name: str) -> Located | None:
     """Find a file by its path from here; None for a bare name, raises ConfigError when there is no such file."""
     if os.path.isfile(name):
+        refuse_pictures(Path(name), name)
         return Located(Path(name), name)
+    if os.path.isdir(name) and name not in shipped(kind):
+        raise ConfigError([Fault(name, 0, 0, "", way_out_of(Path(name)))])
     if not looks_like_path(name):
         return None
     if not os.path.exists(name):
         raise ConfigError([Fault(name, 0, 0, "", f"no such file{_near_file(kind, Path(name))}")])
-    if os.path.isdir(name):
-        raise ConfigError([Fault(name, 0, 0, "", "is a folder; name a file in it")])
     return Located(Path(name), name)
+
+
+def refuse_pictures(path: Path, shown: str) -> None:
+    """Raise ConfigError for a picture in place of a YAML file, with the scene that shows it."""
+    if way_out := way_out_of(path):
+        raise ConfigError([Fault(shown, 0, 0, "", way_out)])
 
 
 def beside(folder: Path, name: str, *, way_out: str = "put it there", also: Path | None = None) -> Path:

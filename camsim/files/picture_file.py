@@ -33,7 +33,8 @@ def read_picture(
     wavelength_nm: Several[Number] | None = None,
     tolerance: Number = TOLERANCE,
     layer: str | None = None,
-    width_um: Number,
+    width_um: Number | None = None,
+    sample_um: Number | None = None,
     centre_um: Place = (0.0, 0.0),
     rotate_deg: Number = 0.0,
     interpolation: Interpolation = "squares",
@@ -49,6 +50,8 @@ def read_picture(
     wavelength_nm : of the bands of a cube whose file does not say them
     tolerance     : how far a cube's planes may lie from it, see ``Picture.of_cube``
     layer         : of an EXR that holds several images ("": its channels without a layer); an array of NPZ or MATLAB
+
+    sample_um     : in place of ``width_um``: the side of one sample
 
     The rest is as of ``Picture``.
     Raises InputError or InvalidValueError in one sentence.
@@ -69,9 +72,12 @@ def read_picture(
     bands: list[float] | None = None if wavelength_nm is None else np.asarray(wavelength_nm, np.float64).tolist()
     how: dict[str, Any] = {"encoding": encoding, "scale": factor, "wavelength_nm": bands, "tolerance": allowed}
     how |= {} if layer is None else {"layer": layer}
+    if (width_um is None) == (sample_um is None):
+        which = "missing" if width_um is None else "given together with sample_um"
+        message = f"{which}; give the width of all of it, or sample_um, the side of one of its samples"
+        raise InvalidValueError(message, key="width_um", stage="read_picture")
     with opened(path) as (file, size):
         placed: dict[str, Any] = {
-            "width_um": width_um,
             "centre_um": centre_um,
             "rotate_deg": rotate_deg,
             "interpolation": interpolation,
@@ -80,6 +86,8 @@ def read_picture(
         }
         try:
             read = read_samples(Path(path), file, size, layer)
+            each_um = None if sample_um is None else check(sample_um, Positive, "sample_um")
+            placed["width_um"] = width_um if each_um is None else each_um * read.samples.shape[1]
             if read.wavelength_nm is not None or bands is not None:
                 return _cube(read, bands, factor, light, allowed, placed)
             return _colours(read, encoding, factor, placed)

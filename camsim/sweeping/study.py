@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import glob
 import itertools
 import json
 import math
@@ -150,12 +151,13 @@ def _judged(given: StudyOrFile, model: type[V], kind: str) -> tuple[Judged[V], s
         text = yaml_text({"camsim": f"{kind}/1", **plain(given, kind)})
         return Judged.of(yaml_source.parse(text.encode(), kind, Path()), model), kind
     file = check(given, FilePath, kind)
+    library.refuse_pictures(Path(file), file)
     return Judged.of(yaml_source.read(Path(file), file), model), Path(file).stem
 
 
 def _found(judged: Judged[V], stem: str) -> Study[V]:
     """Return what the file says; raises ConfigError with all that is wrong with it."""
-    scenes, model = _scenes(judged), judged.model
+    scenes, model = _scenes(judged), _globbed(judged)
     if model is not None and model.combine == "zip":
         lengths = {key: len(listed(values)) for key, values in model.vary.items() if not is_drawn(values)}
         if len(set(lengths.values())) > 1:
@@ -170,6 +172,21 @@ def _found(judged: Judged[V], stem: str) -> Study[V]:
     raise ConfigError(judged.faults)
 
 
+def _globbed(study: Judged[V]) -> V | None:
+    """Return what the file says with the names of the files that match in place of their patterns."""
+    if (model := study.model) is None:
+        return None
+    folder, vary = study.document.folder, dict(model.vary)
+    for key, values in model.vary.items():
+        if isinstance(values, schema.Values) and values.glob is not None:
+            names = glob.glob(values.glob, root_dir=folder, recursive=True)
+            files = sorted(Path(name).as_posix() for name in names if (folder / name).is_file())
+            if not files:
+                study.refuse(("vary", key, "glob"), f"no file of {str(folder)!r} matches {values.glob!r}")
+            vary[key] = list(files)
+    return model.model_copy(update={"vary": vary})
+
+
 def _scenes(study: Judged[V]) -> tuple[str, ...]:
     given = study.value(("scene",))
     names = given if isinstance(given, list) else [given]
@@ -179,10 +196,11 @@ def _scenes(study: Judged[V]) -> tuple[str, ...]:
             continue
         place = ("scene", number) if isinstance(given, list) else ("scene",)
         beside = study.document.folder / name
-        if beside.is_file():
-            found.append(os.fspath(beside))
-            continue
         try:
+            if beside.is_file():
+                library.refuse_pictures(beside, name)
+                found.append(os.fspath(beside))
+                continue
             found.append(os.fspath(library.locate("scene", name).path) if library.looks_like_path(name) else name)
             library.locate("scene", name)
         except UnknownNameError as error:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import csv
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
+from PIL import Image
 from typer.testing import CliRunner
 
 from camsim.capturing import load, load_camera
@@ -14,6 +17,7 @@ from camsim.cli.draw import lines
 from camsim.cli.new import template
 from camsim.config.schema import SceneFile, SensorFile
 from camsim.optics import Airy
+from camsim.scene import Picture
 
 from .conftest import SCENE
 
@@ -174,4 +178,123 @@ def test_sensors_of_ones_own_are_listed_with_their_place(monkeypatch: pytest.Mon
     assert (
         run("list", "sensors", "--sensors", "gone")[2]
         == "--sensors: 'gone' is no folder; name one that holds sensor files\n"
+    )
+
+
+def photographs(count: int) -> None:
+    Path("photos").mkdir()
+    for number in range(count):
+        samples = np.random.default_rng(number).integers(0, 256, (80 + number, 120, 3), dtype=np.uint8)
+        Image.fromarray(samples).save(f"photos/no {number}.jpg")
+
+
+def test_a_picture_in_a_scenes_place_gets_the_scene_that_shows_it() -> None:
+    """It was ``byte 0xff is not UTF-8``. What is said can be pasted, and is what ``new scene --picture`` writes."""
+    photographs(2)
+    for words in (["capture"], ["explain"], ["validate"]):
+        code, _, said = run(*words, "photos/no 0.jpg")
+        assert code == 2
+        assert said.startswith(
+            "photos/no 0.jpg: is a picture, not a YAML file; a scene that shows it, which camsim new"
+        )
+        Path("photos/pasted.yaml").write_text(said.partition("\n\n")[2], encoding="utf-8")
+    code, said, _ = run("new", "scene", "--picture", "photos/no 0.jpg")
+    assert code == 0
+    for file in ("photos/pasted.yaml", "no 0.yaml"):
+        ready = load(file)
+        (shape,) = ready.scene.shapes
+        assert isinstance(shape, Picture)
+        assert shape.planes.shape[1:] == (80, 120)
+        assert shape.width_um == pytest.approx(0.5 * 120 * ready.camera.pitch_um)
+        assert (ready.grid.rows, ready.grid.cols) == (40, 60)  # all of it, and nothing beside it
+    assert run("new", "scene", "--picture", "photos/no 0.jpg")[0] == 2  # exists
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (
+            ["capture", "photos"],
+            r"photos: is a folder, of 2 pictures; camsim new scene --picture 'photos/no 0.jpg' makes",
+        ),
+        (["capture", "photos/"], r"photos/: is a folder, of 2 pictures; .*\n\ncamsim: dataset/1\n"),
+        (["capture", "sub"], r"sub: is a folder; name a file in it"),
+        (["capture", "none.jpg"], r"unknown scene 'none.jpg'"),
+        (["capture", "cut.png"], r"cut.png: is a picture, not a YAML file, and cannot be read: "),
+        (
+            ["capture", "a.webp"],
+            r"a.webp: is a picture of a kind that is not read; save it as PNG or TIFF, then camsim",
+        ),
+        (["capture", "a.NEF"], r"a.NEF: is a camera's picture, not a YAML file; camsim info says what one"),
+        (
+            ["dataset", "set.yaml", "-o", "out"],
+            r"set.yaml:2:9: scene.0: 'photos/no 0.jpg': is a picture, not a YAML file; ",
+        ),
+        (
+            ["sweep", "study.yaml", "-o", "out"],
+            r"study.yaml:2:8: scene: 'photos/no 1.jpg': is a picture, not a YAML file; ",
+        ),
+        (
+            ["sweep", "photos/no 0.jpg", "-o", "out"],
+            r"photos/no 0.jpg: is a picture, not a YAML file; a scene that shows",
+        ),
+        (
+            ["new", "sensor", "--picture", "photos/no 0.jpg"],
+            r"--picture: is in a scene; write camsim new scene --picture",
+        ),
+        (
+            ["new", "scene", "--picture", "a.webp"],
+            r"--picture: 'a.webp' is a picture of a kind that is not read; save it",
+        ),
+        (["new", "scene", "--picture", "no.png"], r"'no.png'"),
+        (["new", "scene", "--picture", "photos/no 0.jpg", "-o", "out/a.yaml"], r"its folder does not exist"),
+        (
+            ["new", "scene", "--picture", "photos/no 0.jpg", "-o", "sub/a.yaml"],
+            r"lies outside 'sub', the scene's folder; ",
+        ),
+    ],
+)
+def test_what_is_no_scene_is_told_what_it_is(words: list[str], said: str) -> None:
+    photographs(2)
+    Path("sub").mkdir()
+    Path("cut.png").write_bytes(b"\x89PNG\r\n")
+    Path("a.webp").write_bytes(b"RIFF")
+    Path("a.NEF").write_bytes(b"MM\x00*")
+    Path("set.yaml").write_text("camsim: dataset/1\nscene: [photos/no 0.jpg]\ncrops: {rows: 4, cols: 4}\n")
+    Path("study.yaml").write_text("camsim: study/1\nscene: photos/no 1.jpg\nvary: {exposure.iso: [200, 400]}\n")
+    before = sorted(Path().rglob("*"))
+    code, _, told = run(*words)
+    assert code == 2
+    assert re.search(said, told), told
+    assert "UTF-8" not in told
+    assert sorted(Path().rglob("*")) == before
+
+
+def test_a_folder_of_photographs_is_a_data_set_split_by_file() -> None:
+    """What is said of the folder is pasted: sizes follow each photograph's own."""
+    photographs(4)
+    assert run("new", "scene", "--picture", "photos/no 0.jpg", "-o", "scene.yaml")[0] == 0
+    _, _, said = run("capture", "photos")
+    text = said.partition("\n\n")[2].replace("rows: 128, cols: 128", "rows: 32, cols: 32").replace("64", "16")
+    Path("pairs.yaml").write_text(f"{text}\nsplits: {{train: 0.5, val: 0.25, test: 0.25}}\n", encoding="utf-8")
+    assert run("dataset", "pairs.yaml", "-o", "out", "-q", "--workers", "0")[0] == 0
+    with Path("out/manifest.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 16
+    split_of = {row["scene_shapes_0_file"]: row["split"] for row in rows}
+    assert list(split_of) == [f"photos/no {number}.jpg" for number in range(4)]
+    assert sorted(split_of.values()) == ["test", "train", "train", "val"]
+    assert all(split_of[row["scene_shapes_0_file"]] == row["split"] for row in rows)
+
+
+def test_a_pattern_that_matches_nothing_is_refused_where_it_stands() -> None:
+    photographs(1)
+    Path("set.yaml").write_text(
+        "camsim: dataset/1\nscene: flat-field\ncrops: {rows: 4, cols: 4}\n"
+        'vary: {scene.shapes.0.file: {glob: "photos/*.png"}}\n'
+    )
+    code, _, told = run("dataset", "set.yaml", "-o", "out")
+    assert code == 2
+    assert re.search(r"set.yaml:4:\d+: vary.scene.shapes.0.file.glob: no file of .* matches .photos", told), told
+        told
     )

@@ -116,7 +116,7 @@ def test_draws_are_functions_of_seed_key_and_index_and_have_their_distributions(
 @pytest.mark.parametrize(
     ("keys", "why"),
     [
-        ({"vary": {A: []}}, "vary.exposure.iso: must be a list of at least 1 or a table {linear, log, uniform"),
+        ({"vary": {A: []}}, "vary.exposure.iso: must be a list of at least 1 or a table {linear, log, glob, "),
         ({"vary": {A: {"linear": [1, 2]}}}, "vary.exposure.iso.linear: must be [first, last, how many]"),
         (
             {"vary": {A: {"linear": [1, 2, 2**70]}}},

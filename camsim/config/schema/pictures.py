@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, TypeAlias
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import Field, Tag
 
@@ -17,9 +18,16 @@ Encoding: TypeAlias = Annotated[
 class Picture(Table):
     """Samples of a file: a photograph, or a cube of spectra."""
 
+    alternatives = (("width", "sample"),)
+
     kind: Literal["picture"] = Field(description="which shape")
     file: Name = Field(description="PNG, JPEG, TIFF, EXR, NPY, NPZ, ENVI or MATLAB, in this scene's folder")
-    width: float = Field(gt=0, description="of all of it along its rows, in the scene's unit; samples are squares")
+    width: float | None = Field(
+        default=None, gt=0, description="of all of it along its rows, in the scene's unit; samples are squares"
+    )
+    sample: float | None = Field(
+        default=None, gt=0, description="instead: side of one sample, in the scene's unit; 0.5 pixel shrinks it by two"
+    )
     centre: Point = Field(default=(0.0, 0.0), description="from the optical axis, in the scene's unit")
     rotate_deg: float = Field(default=0.0, description="clockwise as displayed, degrees")
     interpolation: Literal["squares", "linear", "cubic"] = Field(
@@ -27,7 +35,8 @@ class Picture(Table):
     )
     encoding: Encoding | None = Field(
         default=None,
-        description="of colours: srgb, linear or an exponent; when left out whole numbers are srgb, others linear",
+        description="of colours: srgb, linear or an exponent; when left out whole numbers are srgb, others linear; of "
+        "codes that were divided it must be said",
     )
     scale: float = Field(default=1.0, gt=0, description="what every number is multiplied by: reflectances are 0 to 1")
     wavelength_nm: list[Positive] | None = Field(
@@ -39,6 +48,15 @@ class Picture(Table):
     layer: str | None = Field(
         default=None, description="of an EXR that holds several images; an array of an NPZ or MATLAB file"
     )
+
+    @classmethod
+    def contradictions(cls, table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+        """One size."""
+        sizes = [key for key in ("width", "sample") if table.get(key) is not None]
+        if not sizes:
+            yield "width", "missing; give the width of all of it, or sample, the side of one of its samples"
+        elif len(sizes) > 1:
+            yield "sample", "given together with 'width'; one follows from the other, leave one of the two out"
 
 
 class PointSource(Table):

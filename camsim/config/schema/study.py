@@ -21,15 +21,18 @@ Pair: TypeAlias = Annotated[tuple[float, float], Called("a pair of numbers")]
 Whole: TypeAlias = Annotated[int, Field(ge=-(2**63), le=2**63 - 1)]
 Wholes: TypeAlias = Annotated[tuple[Whole, Whole], Called("a pair of whole numbers")]
 
-SPREAD = ("linear", "log")
+SPREAD = ("linear", "log", "glob")
 DRAWN = ("uniform", "log_uniform", "normal", "integers", "choice")
 
 
 class Values(Table):
-    """Values of a key by a rule: spread evenly, or drawn at random."""
+    """Values of a key by a rule: spread evenly, the files of a folder, or drawn at random."""
 
     linear: Range | None = Field(default=None, description="[first, last, how many], evenly spaced")
     log: Range | None = Field(default=None, description="[first, last, how many], evenly spaced in their logarithm")
+    glob: Name | None = Field(
+        default=None, description="files that match, such as photos/*.jpg, from this file's folder, by their names"
+    )
     uniform: Pair | None = Field(default=None, description="[low, high]: drawn anywhere between")
     log_uniform: Pair | None = Field(default=None, description="[low, high]: drawn evenly in their logarithm")
     normal: Pair | None = Field(default=None, description="[mean, standard deviation]: drawn normally")
