@@ -296,5 +296,3 @@ def test_a_pattern_that_matches_nothing_is_refused_where_it_stands() -> None:
     code, _, told = run("dataset", "set.yaml", "-o", "out")
     assert code == 2
     assert re.search(r"set.yaml:4:\d+: vary.scene.shapes.0.file.glob: no file of .* matches .photos", told), told
-        told
-    )
