@@ -115,6 +115,11 @@ class Body(Electronics):
             farthest_um = 0.5 * self.pitch_um * math.hypot(self.rows, self.cols)
             object.__setattr__(self, "lens", settled(self.lens, farthest_um))
         known = self.quantum_efficiency.channels
+        if "G" in known and "g" in known and "g" not in self.cfa.channels:
+            object.__setattr__(self, "cfa", self.cfa.greens_apart())
+            if "g" not in self.cfa.channels:
+                message = "curves of Gr and Gb, and no row of the cfa has green and blue without red; give one of G"
+                raise refusal(self, "quantum_efficiency", message)
         if missing := [letter for letter in self.cfa.channels if letter not in known]:
             message = f"no curve for {', '.join(missing)} of the cfa; there are {', '.join(known)}"
             raise refusal(self, "quantum_efficiency", message)

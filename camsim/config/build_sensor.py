@@ -12,7 +12,7 @@ from camsim.config.judged import Judged
 from camsim.config.tree import KeyPath
 from camsim.optics import Lens
 from camsim.sensor.adc import Adc
-from camsim.sensor.cfa import Cfa
+from camsim.sensor.cfa import GREENS, Cfa
 from camsim.sensor.quantum_efficiency import QuantumEfficiency
 from camsim.spectra import named
 from camsim.spectra.curve import Curve, Spectrum
@@ -159,7 +159,10 @@ def _curves(sensor: SensorDocument, path: KeyPath) -> dict[str, Curve] | None:
         return sensor.build(path, lambda: named.sensitivities(given))
     if not isinstance(given, dict):
         return None
-    curves = {letter: _letter_curve(sensor, (*path, letter)) for letter in given}
+    curves = {GREENS.get(letter, letter): _letter_curve(sensor, (*path, letter)) for letter in given}
+    if len(curves) < len(given):
+        sensor.refuse(path, "has G beside Gr, or g beside Gb, which are one; leave one of them out")
+        return None
     whole = {letter: curve for letter, curve in curves.items() if curve is not None}
     return whole if whole and len(whole) == len(curves) else None
 

@@ -28,6 +28,7 @@ from camsim.files.tiff_ifd import (
     undefined,
 )
 from camsim.frame import Frame
+from camsim.sensor.cfa import filters_of
 from camsim.sensor.colour_matrix import as_shot_neutral, fit, fit_to_scene
 
 _RECOMMENDED_EXPOSURE_INDEX = 2
@@ -173,8 +174,8 @@ def _finish(
             shape=frame.shape,
             photometric=photometric,
             samples=samples,
-            cfa_pattern=frame.cfa_pattern,
-            channels=frame.channels,
+            cfa_pattern=tuple(row.upper() for row in frame.cfa_pattern),
+            channels=filters_of(frame.channels),
             black_dn=black_dn,
             white_dn=white_dn,
             noise=noise,
@@ -191,11 +192,12 @@ def _finish(
 
 def _colour(frame: Frame) -> Colour:
     """Return matrices for A and D65; or one alone, for the scene's light, which developers take for D65's."""
-    neutral = as_shot_neutral(frame.colour)
-    if frame.colour.matrix == "scene":
-        lights = [(D65, fit_to_scene(frame.colour))]
+    response = frame.colour.of_filters
+    neutral = as_shot_neutral(response)
+    if response.matrix == "scene":
+        lights = [(D65, fit_to_scene(response))]
     else:
-        lights = [(STANDARD_LIGHT_A, fit(frame.colour, "A")), (D65, fit(frame.colour, "D65"))]
+        lights = [(STANDARD_LIGHT_A, fit(response, "A")), (D65, fit(response, "D65"))]
     return Colour(fits=[(code, of.xyz_to_camera, of.forward) for code, of in lights], neutral=neutral)
 
 

@@ -164,6 +164,7 @@ def odd_cfa(pattern: tuple[str, ...]) -> str | None:
     >>> odd_cfa(("RGBW",))[:82]
     'raw developers misread a DNG of the colour filter array RGBW: dcraw, LibRaw, RawTh'
     """
+    pattern = tuple(row.upper() for row in pattern)
     letters = set("".join(pattern))
     period = len(pattern), len(pattern[0])
     if len(letters) == 1 or pattern in BAYER or (period == (6, 6) and letters == set(RGB)):

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from camsim.arrays import F32, F64, U8, U16
 from camsim.errors import CamsimError
 from camsim.frame import Frame
+from camsim.sensor.cfa import filters_of
 from camsim.sensor.colour_matrix import XYZ_D50, as_shot_neutral, fit_for_development
 
 _XYZ_D50_TO_SRGB = np.array(
@@ -46,14 +47,15 @@ def develop(frame: Frame) -> U8:
     """
     black_dn = frame.black_levels_dn
     balance = None
-    if len(frame.channels) > 1:
+    if len(filters_of(frame.channels)) > 1:
         with contextlib.suppress(CamsimError):
-            forward = fit_for_development(frame.colour).forward
-            balance = Balance(neutral=as_shot_neutral(frame.colour), forward=forward)
+            response = frame.colour.of_filters
+            balance = Balance(neutral=as_shot_neutral(response), forward=fit_for_development(response).forward)
     # Black offsets leave some less than others where codes end: at the least of them all are clipped.
     span_dn = float((frame.white_levels_dn - black_dn).min())
-    channels = len(frame.channels)
-    return developed(frame.mosaic, frame.channel_index, channels, black_dn=black_dn, span_dn=span_dn, balance=balance)
+    filters = filters_of(frame.channels)
+    index = np.array([filters.index(letter.upper()) for letter in frame.channels], np.uint8)[frame.channel_index]
+    return developed(frame.mosaic, index, len(filters), black_dn=black_dn, span_dn=span_dn, balance=balance)
 
 
 def developed(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
@@ -34,11 +34,25 @@ PATTERNS: Mapping[str, tuple[str, ...]] = {
 """Arrays that go by a name."""
 
 
+GREENS: Mapping[str, str] = {"Gr": "G", "Gb": "g"}
+"""Letters of the two greens of a Bayer array, in rows with red and in rows with blue."""
+
+
+def filters_of(channels: Sequence[str]) -> tuple[str, ...]:
+    """Return the colours of filters: a small letter is a second channel behind the same filter as the capital.
+
+    >>> filters_of(("R", "G", "B", "g"))
+    ('R', 'G', 'B')
+    """
+    return tuple(dict.fromkeys(letter.upper() for letter in channels))
+
+
 @dataclass(frozen=True, slots=True)
 class Cfa:
     """A colour filter array: a rectangle of letters repeated over the sensor, from photosite (0, 0).
 
-    pattern : one string of letters per row
+    pattern : one string of letters per row. G and g are two channels with curves of their own behind filters of one
+              colour, as of the greens in rows with red (Gr) and with blue (Gb): files and previews show them as green
 
     >>> Cfa.bayer("GBRG").pattern
     ('GB', 'RG')
@@ -96,6 +110,14 @@ class Cfa:
     def mono(cls) -> Cfa:
         """Return the array of a sensor without colour filters: one channel, Y."""
         return cls.named("mono")
+
+    def greens_apart(self) -> Cfa:
+        """Return the array with g in place of G in rows that have blue and no red: the greens are two channels.
+
+        >>> Cfa.bayer("GRBG").greens_apart().pattern
+        ('GR', 'Bg')
+        """
+        return Cfa(tuple(row.replace("G", "g") if "B" in row and "R" not in row else row for row in self.pattern))
 
     @property
     def period(self) -> tuple[int, int]:

@@ -6,6 +6,7 @@ fitted here is right for white, exactly, and the best in the mean over 190 measu
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -15,6 +16,7 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError, UnsupportedError
+from camsim.sensor.cfa import filters_of
 from camsim.sensor.exposure import electrons_per_reflectance
 from camsim.sensor.quantum_efficiency import QuantumEfficiency
 from camsim.spectra.colour_science import colour_science
@@ -47,7 +49,8 @@ class ColourResponse:
     quantum_efficiency : of the channels, in their order
     light     : of the scene
     passes    : what light goes through on its way (lens, filters), fractions; all of them multiply
-    crosstalk : (channels, channels) what each channel gets of its own and of the others; None: its own alone
+    crosstalk : (channels, channels) what each channel gets of its own and of the others; None: its own alone. Of
+                ``of_filters`` (filters, channels)
     matrix    : which lights a file's colour matrices are to be for
     """
 
@@ -61,6 +64,17 @@ class ColourResponse:
     def channels(self) -> tuple[str, ...]:
         """Names, such as ("R", "G", "B")."""
         return self.quantum_efficiency.channels
+
+    @property
+    def of_filters(self) -> ColourResponse:
+        """The response of each colour of filters: channels behind filters of one colour (G and g) are their mean."""
+        filters = filters_of(self.channels)
+        if len(filters) == len(self.channels):
+            return self
+        own = np.array([[letter.upper() == colour for letter in self.channels] for colour in filters], np.float64)
+        mixed = np.eye(len(self.channels)) if self.crosstalk is None else np.array(self.crosstalk)
+        means = np.einsum("fc,ck->fk", own / own.sum(axis=1, keepdims=True), mixed)
+        return dataclasses.replace(self, crosstalk=tuple(map(tuple, means.tolist())))
 
     def to(self, light: Light, *beside: Iterable[Spectrum]) -> tuple[LightSamples, F64]:
         """Return a light at its nodes, and (channels, n) what it gives each channel there, any scale.

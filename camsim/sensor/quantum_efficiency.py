@@ -12,6 +12,7 @@ from annotated_types import Gt, Le
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError
 from camsim.marks import Called
+from camsim.sensor.cfa import GREENS
 from camsim.spectra.curve import Curve
 from camsim.spectra.light import LIGHT_SPEED_M_PER_S, PLANCK_J_S
 from camsim.spectra.named import sensitivities
@@ -26,7 +27,8 @@ ELECTRON_CHARGE_C = 1.602176634e-19
 class QuantumEfficiency:
     """Electrons per photon of every channel, filters of the sensor included.
 
-    curves : (letter, curve) of each channel, in the order of ``channels``; their common scale is free
+    curves : (letter, curve) of each channel, in the order of ``channels``; their common scale is free. "Gr" and "Gb",
+             for which G and g are kept, are the greens in rows with red and in rows with blue
     per    : what the curves are a response to, equal radiant "energy" or equal numbers of "photon"s
     peak   : electrons per photon at the highest point of all channels, a fraction in 0..1; "as given" of curves that
              are absolute: electrons per photon, or amperes per watt where they are per energy
@@ -66,6 +68,8 @@ class QuantumEfficiency:
 
     def __post_init__(self) -> None:
         judge(self)
+        named = tuple((GREENS.get(letter, letter), curve) for letter, curve in self.curves)
+        object.__setattr__(self, "curves", named)
         if not self.curves:
             raise refusal(self, "curves", "no curves; every channel needs one")
         for letter in self.channels:

@@ -174,7 +174,7 @@ def noise_model(frame: Frame, capture: Capture) -> dict[str, Any]:
         neutral = as_shot_neutral(frame.colour)
         told |= {f"neutral_{name}": float(value) for name, value in zip(frame.channels, neutral, strict=True)}
         with contextlib.suppress(UnsupportedError):  # of filters that are too much alike there is no matrix
-            matrix = fit(frame.colour, "D65").xyz_to_camera
+            matrix = fit(frame.colour.of_filters, "D65").xyz_to_camera
             told["xyz_to_camera_d65"] = [[round(float(value), 6) for value in row] for row in matrix]
     return told
 

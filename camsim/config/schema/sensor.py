@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import Field, Tag
 
-from camsim.config.schema.base import Curve, Filter, Letter, Name, Table, by_form
+from camsim.config.schema.base import Curve, Filter, Name, Table, by_form
 from camsim.config.schema.electronics import Charge, Readout
 from camsim.marks import Called
 from camsim.typed import Pitch
@@ -153,7 +153,8 @@ class LetterCfa(Table):
 
 
 Cfa: TypeAlias = Annotated[BayerCfa | QuadBayerCfa | NamedCfa | LetterCfa, Field(discriminator="kind")]
-Curves: TypeAlias = Annotated[Annotated[Name, Tag("word")] | Annotated[dict[Letter, Curve], Tag("table")], by_form]
+Channel: TypeAlias = Annotated[str, Field(pattern="^([A-Za-z]|Gr|Gb)$", description="a channel: one letter, Gr or Gb")]
+Curves: TypeAlias = Annotated[Annotated[Name, Tag("word")] | Annotated[dict[Channel, Curve], Tag("table")], by_form]
 
 Peak: TypeAlias = Annotated[
     Annotated[float, Field(gt=0, le=1), Tag("number")] | Annotated[Literal["as given"], Tag("word")], by_form
@@ -164,8 +165,8 @@ class QuantumEfficiency(Table):
     """Electrons per photon of each channel, filters of the sensor included."""
 
     curves: Curves = Field(
-        description="relative, or absolute with peak: as given; a table has a curve per letter of the cfa; names: "
-        "camsim list sensitivities"
+        description="relative, or absolute with peak: as given; a table has a curve per letter of the cfa (Gr and Gb "
+        "where greens in rows with red and with blue differ); names: camsim list sensitivities"
     )
     per: Literal["energy", "photon"] = Field(
         description="what the curves respond to: equal energy or equal numbers of photons"
