@@ -464,7 +464,7 @@ def test_a_picture_far_larger_than_the_frame_is_refused_in_a_sentence(width_um):
         (lambda: camsim.Picture(planes=[[0.1]], spectra=True, width_um=3.0), "a number from 0 to 1 or a Curve, not T"),
         (
             lambda: camsim.Picture.of_cube(np.ones((2, 2, 3)), [0.45, 0.55, 0.65], width_um=3.0),
-            "are µm meant? 0.65 µm are",
+            "0.65 µm are 650 nm",
         ),
     ],
 )
