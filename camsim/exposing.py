@@ -41,8 +41,6 @@ from camsim.typed import FrameNumber, Number, Positive, Seed, Several, Truth, Wh
 from camsim.window import Region
 from camsim.words import brief
 
-_FINEST_STEP_E = 2.0**-60  # of channels that see nothing of the light
-
 Progress = Callable[[str, float], None]
 Method: TypeAlias = Literal["auto", "boundary", "fourier"]
 
@@ -117,13 +115,6 @@ class Capture(Keeps):
     def grid(self) -> Grid:
         """The window's photosites."""
         return self.camera.grid(self.region)
-
-    @cached_property
-    def steps_e(self) -> tuple[float, ...]:
-        """The channels' ``Frame.steps_e``: powers of two, half of one within a thousandth of the tolerance."""
-        finest_e = 2e-3 * self.tolerance * self.camera.diffuser_electrons(self.light, self.time_s)
-        _, exponent = np.frexp(np.maximum(finest_e, _FINEST_STEP_E))
-        return tuple(np.ldexp(1.0, exponent - 1).tolist())
 
     @cached_property
     def window(self) -> Window:
@@ -300,16 +291,10 @@ class Capture(Keeps):
         regrouped.finish()
         none = np.empty((0, self.grid.cols))
         return self._frame(
-            mosaic=none.astype(np.uint16),
-            electrons=none,
-            mean_electrons=none,
-            truth=None,
-            channel_index=none.astype(np.uint8),
-            spectral=cube,
-            passed_rows=passed,
-            frame_number=self.frame_number,
+            mosaic=none.astype(np.uint16), electrons=none, mean_electrons=none, truth=None, spectral=cube,
+            channel_index=none.astype(np.uint8), passed_rows=passed, frame_number=self.frame_number,
             report=self._report(rendering, clock, signals, self.notes(choice, products)),
-        )
+        )  # fmt: skip
 
     def _exposed(self, image: F64, *, own: bool) -> F64:
         """Return electrons, of electrons per J/m²; ``own``: in the same memory."""
@@ -385,7 +370,7 @@ class Capture(Keeps):
             datetime=exposure.datetime,
             seed=self.seed,
             frame_number=frame_number,
-            steps_e=self.steps_e,
+            steps_e=camera.steps_e(self.light, self.time_s, self.tolerance),
             colour=camera.colour_response(self.light, self.colour_matrix),
             description=self.description(frame_number),
         )
