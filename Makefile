@@ -7,7 +7,7 @@ READY  := $(VENV)/.ready
 # Where an environment forbids Python to keep what it compiled, every command of a test takes a third of a second more.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo gallery pictures docs test test-oldest dist-check test-clients test-bounds attack attack-quick mutants lint format bench bench-all extremes clean
+.PHONY: demo gallery pictures docs test test-oldest test-machines dist-check test-clients test-bounds attack attack-quick mutants lint format bench bench-all extremes clean
 
 $(READY): pyproject.toml
 	$(PYTHON) -m venv $(VENV)
@@ -49,6 +49,10 @@ test-oldest:  ## the core of the tests with the oldest packages that pyproject.t
 	  'pytest>=8.2' 'hypothesis>=6.100' 'mpmath>=1.4' 'rawpy>=0.24'
 	$(VENV)-oldest/bin/python -m pytest -q -W default tests/files/test_formats.py \
 	  tests/analytic/test_radiometry.py tests/analytic/test_adc.py tests/analytic/test_cfa.py tests/analytic/test_oracle.py
+
+test-machines: $(READY)  ## forty captures, then the tests (TESTS=… for a part), as on other processors: the same codes and bytes
+	$(BIN)/python -m bench.machines
+	$(BIN)/python -m bench.machines tests $(SIDE_BY_SIDE) $(TESTS)
 
 test-clients: $(READY)  ## judge the files by programs from elsewhere; a missing one is a failure, never a skip
 	(for program in exiftool dcraw dcraw_emu rawtherapee-cli darktable-cli exrheader chromium; do \

@@ -45,6 +45,8 @@ Photosite: TypeAlias = Annotated[PhotositeShape, Called("a photosite", "such as 
 Blur: TypeAlias = Annotated[OpticalStage, Called("a stage with otf(fx_per_um, fy_per_um, wavelength_nm)")]
 Olpf: TypeAlias = Annotated[LowPass, Called("an OLPF", "such as FourSpotOlpf(split_um=…)")]
 
+_FINEST_STEP_E = 2.0**-60  # of channels that see nothing of the light
+
 MID_GREY = 0.18
 """Share of black..white that half-tones lie about: a grey card's where white just clips."""
 
@@ -221,6 +223,11 @@ class Body(Electronics):
     def diffuser_electrons(self, light: Light, time_s: float) -> F64:
         """Return (channels,) mean electrons of a perfect diffuser on the optical axis, after crosstalk."""
         return self.after_crosstalk(self.electrons_per_reflectance(self.samples(light), time_s).sum(axis=1))
+
+    def steps_e(self, light: Light, time_s: float, tolerance: float) -> tuple[float, ...]:
+        """Return the channels' ``Frame.steps_e``: powers of two, half of one within a thousandth of the tolerance."""
+        finest_e = np.maximum(2e-3 * tolerance * self.diffuser_electrons(light, time_s), _FINEST_STEP_E)
+        return tuple(np.ldexp(1.0, np.frexp(finest_e)[1] - 1).tolist())
 
     def after_crosstalk(self, own_e: F64) -> F64:
         """Return (channels, …) mean electrons on flat light, of what each channel's photosites get of it."""

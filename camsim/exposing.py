@@ -291,16 +291,10 @@ class Capture(Keeps):
         regrouped.finish()
         none = np.empty((0, self.grid.cols))
         return self._frame(
-            mosaic=none.astype(np.uint16),
-            electrons=none,
-            mean_electrons=none,
-            truth=None,
-            channel_index=none.astype(np.uint8),
-            spectral=cube,
-            passed_rows=passed,
-            frame_number=self.frame_number,
+            mosaic=none.astype(np.uint16), electrons=none, mean_electrons=none, truth=None, spectral=cube,
+            channel_index=none.astype(np.uint8), passed_rows=passed, frame_number=self.frame_number,
             report=self._report(rendering, clock, signals, self.notes(choice, products)),
-        )
+        )  # fmt: skip
 
     def _exposed(self, image: F64, *, own: bool) -> F64:
         """Return electrons, of electrons per J/m²; ``own``: in the same memory."""
@@ -376,6 +370,7 @@ class Capture(Keeps):
             datetime=exposure.datetime,
             seed=self.seed,
             frame_number=frame_number,
+            steps_e=camera.steps_e(self.light, self.time_s, self.tolerance),
             colour=camera.colour_response(self.light, self.colour_matrix),
             description=self.description(frame_number),
         )

@@ -193,6 +193,8 @@ class Frame:
     shot_e2_per_e       variance of shot noise per electron of signal as read, at 18 % of black..white: 1 of a
                         read-out that is linear; 0 without that noise
     read_noise_e        all temporal noise of the read-out, one standard deviation
+    steps_e             of each channel, in which files of 64 bits give electrons: below are the last bits of one
+                        processor, others on another; empty: as they are
     frame_number        which of several exposures of one scene
     spectral            the scene's radiance per wavelength; None unless asked for
     passed_rows         of a capture whose codes were handed over as they came: so many, and the arrays hold none
@@ -233,6 +235,7 @@ class Frame:
     seed: int
     frame_number: int = 0
     black_offsets_dn: tuple[tuple[int, ...], ...] = ((0,),)
+    steps_e: tuple[float, ...] = ()
     spectral: SpectralCube | None = None
     passed_rows: int = 0
     colour: ColourResponse

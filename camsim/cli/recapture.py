@@ -6,9 +6,11 @@ import contextlib
 import filecmp
 import gc
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from camsim.cli import outputs as outputs_of
 from camsim.cli.outputs import Output
@@ -16,7 +18,7 @@ from camsim.cli.progress import Bar
 from camsim.cli.row_by_row import come_row_by_row, write_mosaics
 from camsim.errors import CamsimError, InputError, OutputError
 from camsim.files.atomic import together
-from camsim.files.reading import Held, read_file
+from camsim.files.reading import Held, is_altered, read_arrays, read_file
 
 if TYPE_CHECKING:
     from camsim.exposing import Capture
@@ -108,8 +110,49 @@ def _compared(held: Held, output: Output) -> str:
         return output.product
     if filecmp.cmp(held.path, output.path, shallow=False):
         return f"the same bytes as {held.path}"
+    try:
+        parts = ", ".join(_parts(held, read_file(output.path)))
+        return f"differs from {held.path} in {parts} ({_why(held)})"
+    except InputError as error:
+        return f"differs from {held.path} ({error})"
+
+
+def _parts(held: Held, again: Held) -> Iterator[str]:
+    """Yield what is not the same in two files of one kind, and how far it is off."""
+    one, two = (_fields(each.record.as_dict()) for each in (held, again))
+    if fields := sorted(name for name in one.keys() | two.keys() if one.get(name) != two.get(name)):
+        yield f"its record ({', '.join(fields)})"
+    arrays, others = read_arrays(held), read_arrays(again)
+    differs = bool(fields)
+    for name in sorted(arrays.keys() | others.keys()):
+        mine, other = arrays.get(name), others.get(name)
+        if mine is None or other is None or mine.shape != other.shape:
+            differs = True
+            yield f"{name}, which only one of them has in this shape"
+            continue
+        with np.errstate(invalid="ignore"):  # damaged files hold no numbers in places
+            off = np.abs(mine.astype(np.float64) - other)
+        if count := np.count_nonzero(off):
+            differs = True
+            yield f"{count} of {off.size} numbers of {name}, by up to {off.max():.3g} of {np.abs(other).max():.6g}"
+    if not differs:
+        yield "what stands beside the same numbers and record: tags, or how they are packed"
+
+
+def _fields(tree: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the parts of a record by name, those of the description each by itself."""
+    parts = {name: part for name, part in tree.items() if name not in ("description", "description_sha256")}
+    return parts | {f"description.{name}": part for name, part in tree["description"].items()}
+
+
+def _why(held: Held) -> str:
     from camsim.files.describe import software
 
-    said = held.record.software
-    why = "an altered file" if said == software() else f"written by {said}, and this is {software()}"
-    return f"differs from {held.path} ({why})"
+    if is_altered(held):
+        return "an altered file: its codes do not fit its own identifier"
+    if (said := held.record.software) != software():
+        return f"written by {said}, and this is {software()}"
+    return (
+        "another processor, or another version of a library such as NumPy, may end on other last bits; more than last "
+        "bits is a change made since"
+    )

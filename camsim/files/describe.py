@@ -98,9 +98,15 @@ def ascii_text(text: str) -> str:
 
 
 def _error(frame: Frame, product: str) -> float | None:
-    """Return the estimate for what the file holds; the truth, of more channels, has one of its own."""
+    """Return the estimate for what the file holds; the truth, of more channels, has one of its own.
+
+    In thousandths of the tolerance, one at least, and two digits of those: what is below is one processor's last bits.
+    """
     error = frame.report.truth_error_estimate if product == "truth" else frame.report.error_estimate
-    return error if error is not None and math.isfinite(error) else None
+    if error is None or not math.isfinite(error):
+        return None
+    thousandth = 1e-3 * frame.report.tolerance
+    return float(f"{max(round(error / thousandth), 1) * thousandth:.2g}")
 
 
 def canonical(tree: Any) -> str:

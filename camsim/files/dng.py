@@ -133,7 +133,7 @@ def noise_profile(frame: Frame) -> tuple[float, float]:
     span_dn = _white_dn(frame) - int(frame.black_levels_dn.max())
     shot = frame.shot_e2_per_e / (frame.electrons_per_dn * span_dn)
     floor_dn2 = (frame.read_noise_e / frame.electrons_per_dn) ** 2 + 1 / 12
-    return shot, floor_dn2 / span_dn**2
+    return float(f"{shot:.9g}"), float(f"{floor_dn2 / span_dn**2:.9g}")
 
 
 def _white_dn(frame: Frame) -> int:

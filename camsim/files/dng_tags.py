@@ -204,5 +204,6 @@ def _rendering_tags() -> tuple[Tag, ...]:
 
 
 def _row_by_row(matrix: F64) -> list[float]:
-    values: list[float] = matrix.ravel().tolist()
+    """Return numbers to nine digits, as many as matrices of any processor have in common."""
+    values: list[float] = matrix.ravel().round(9).tolist()
     return values

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from camsim.arrays import F64
 from camsim.files.atomic import write_chunks
 from camsim.frame import Frame
 
@@ -20,13 +21,22 @@ def write_mosaic(frame: Frame, path: Path) -> None:
 
 def write_electrons(frame: Frame, path: Path) -> None:
     """Write the electrons after noise: (rows, cols) float64."""
-    write_array(frame.electrons, path)
+    write_array(in_steps(frame, frame.electrons), path)
 
 
 def write_truth(frame: Frame, path: Path) -> None:
     """Write the mean electrons of every channel: (rows, cols, channels) float32."""
     assert frame.truth is not None
     write_array(frame.truth, path)
+
+
+def in_steps(frame: Frame, electrons: F64) -> F64:
+    """Return electrons (rows, cols) to as many digits as every processor gives them, see ``Frame.steps_e``."""
+    if not frame.steps_e:
+        return electrons
+    step_e = np.array(frame.steps_e)[frame.channel_index]
+    rounded: F64 = step_e * np.rint(electrons / step_e)
+    return rounded
 
 
 def write_array(array: npt.NDArray[Any], path: Path) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from camsim.files.describe import record_json
+from camsim.files.npy import in_steps
 from camsim.frame import Frame
 
 RECORD_NAME = "record.json"
@@ -22,8 +23,8 @@ def write_frame(frame: Frame, path: Path) -> None:
     """Write mosaic, electrons, mean_electrons, channel_index and truth (when captured), stored and not packed."""
     arrays: dict[str, npt.NDArray[Any]] = {
         "mosaic": frame.mosaic,
-        "electrons": frame.electrons,
-        "mean_electrons": frame.mean_electrons,
+        "electrons": in_steps(frame, frame.electrons),
+        "mean_electrons": in_steps(frame, frame.mean_electrons),
         "channel_index": frame.channel_index,
         **({} if frame.truth is None else {"truth": frame.truth}),
     }

@@ -7,6 +7,7 @@ followed, texts have a longest length, and the record has a checksum of its own.
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import os
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
@@ -14,11 +15,15 @@ from pathlib import Path
 from typing import Any, BinaryIO
 from xml.parsers import expat
 
+import numpy as np
+import numpy.typing as npt
+
 from camsim.errors import InputError, in_brief
 from camsim.files import exr_reader, npz_reader, png_reader, tiff_reader
 from camsim.files.describe import XMP_NAMESPACE
 from camsim.files.npz import RECORD_NAME
 from camsim.files.record import LONGEST_RECORD, Record, is_record, parse_record
+from camsim.files.tiff_image import read_image
 
 _ANY_NAMESPACE = b"urn:camsim:"
 
@@ -95,6 +100,32 @@ def read_file(path: str | os.PathLike[str]) -> Held:
         compressed=found.compressed,
         record=record,
     )
+
+
+def read_arrays(held: Held) -> dict[str, npt.NDArray[Any]]:
+    """Return the numbers of a file that ``read_file`` has read, by their names; an image that has none is ``codes``."""
+    with opened(held.path) as (file, size):
+        if held.form == "NPZ":
+            with npz_reader.opened(file, size) as archive:
+                return {name: archive.array(name) for name in archive.arrays}
+        if held.form == "OpenEXR":
+            layers = exr_reader.read_layers(held.path, file, size)
+            return {f"{layer}.{name}".lstrip("."): plane for layer in layers for name, plane in layers[layer].items()}
+        if held.form == "PNG":
+            return {"codes": png_reader.read_pixels(file, size, png_reader.read_header(file, size, LONGEST_RECORD))}
+        first = tiff_reader.read_directory(file, size)
+        return {"codes": read_image(_main_image(file, size, first) if held.form == "DNG" else first)}
+
+
+def is_altered(held: Held) -> bool:
+    """Whether the codes of a DNG are not those that its own identifier is of; other files have none."""
+    if held.form != "DNG":
+        return False
+    with opened(held.path) as (file, size):
+        first = tiff_reader.read_directory(file, size)
+        written, text = first.bytes_of(tiff_reader.RAW_DATA_UNIQUE_ID, 16), _dng_text(first) or ""
+    codes = np.ascontiguousarray(read_arrays(held)["codes"], "<u2")
+    return hashlib.blake2b(codes.tobytes() + text.encode("ascii"), digest_size=16).digest() != written
 
 
 def read_record(file: BinaryIO, size: int) -> Record | None:

@@ -132,7 +132,7 @@ def auto_time_s(diffuser_e_per_s: F64, *, level_e: float) -> float:
         raise InvalidValueError(
             "auto, but no channel of the sensor responds to this light", key="time_s", stage="Exposure"
         )
-    time_s = level_e / brightest
+    time_s = float(f"{level_e / brightest:.10g}")  # the same on every processor: what is below is its last bits
     if not SHORTEST_S <= time_s <= LONGEST_S:
         more = "less" if time_s < SHORTEST_S else "more"
         raise InvalidValueError(

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
+import re
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
@@ -40,6 +42,40 @@ def test_the_truth_of_a_dng_from_the_dng_alone(folder: Path, camsim: Run) -> Non
     again = camsim("recapture", "a.dng", "-q", "-o", "truth.exr")
     assert (again.returncode, again.stderr, again.stdout) == (0, "", "")
     assert (folder / "truth.exr").read_bytes() == (folder / "a.exr").read_bytes()
+
+
+def test_what_differs_is_named_and_only_what_was_changed_is_called_altered(folder: Path, camsim: Run) -> None:
+    take(camsim, "a.dng", "a.tiff", "m.png:mosaic")
+    whole = (folder / "a.dng").read_bytes()
+    codes = tifffile.imread(folder / "a.tiff")
+    at = whole.index(codes.astype("<u2").tobytes())
+    (folder / "a.dng").write_bytes(whole[:at] + (codes.ravel()[:1] ^ 8).astype("<u2").tobytes() + whole[at + 2 :])
+    said = camsim("recapture", "a.dng").stderr
+    assert f"differs from a.dng in 1 of 320 numbers of codes, by up to 8 of {codes.max()} (an altered file: " in said
+
+    # As if another processor had found an error with other last bits, or one code of another.
+    with tifffile.TiffFile(folder / "a.tiff") as tiff:
+        record = tiff.pages[0].tags[270].value
+    sum_of = re.compile(r',"sha256":"[0-9a-f]{64}"')
+    other = sum_of.sub("", re.sub(r'"error_estimate":[^,]*', '"error_estimate":1.7e-09', record))
+    digest = hashlib.sha256(other.encode()).hexdigest()
+    other = other.replace(',"software":', f',"sha256":"{digest}","software":')
+    for name, image, text, differs in (
+        ("record.tiff", codes, other, "its record (error_estimate)"),
+        ("packed.tiff", codes, record, "what stands beside the same numbers and record: tags, or how they are packed"),
+        (
+            "codes.tiff",
+            codes + (np.arange(20) == 3).astype(np.uint16),
+            record,
+            "16 of 320 numbers of codes, by up to 1 of",
+        ),
+    ):
+        compression = "deflate" if name == "packed.tiff" else None
+        tifffile.imwrite(folder / name, image, description=text, metadata=None, compression=compression)
+        said = camsim("recapture", name).stderr
+        assert f"differs from {name} in {differs}" in said
+        assert "(another processor, or another version of a library" in said
+        assert "altered" not in said
 
 
 def test_info_is_short_unless_told(camsim: Run) -> None:

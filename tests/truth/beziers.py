@@ -9,6 +9,11 @@ import numpy as np
 DEPTH = 9  # halves of two curves, in whose boxes they may meet: then Newton says where
 
 
+def dot(a, b):
+    """Of two vectors in the plane. BLAS ends on another last bit on another processor, and a branch may hang on it."""
+    return a[0] * b[0] + a[1] * b[1]
+
+
 class Bezier:
     """A cubic of four points (4, 2), or a part of one."""
 
@@ -71,7 +76,7 @@ class Bezier:
         for _ in range(2):  # roots are known to fewer digits than places on the curve
             d = self.slope(best)
             if d.any():
-                best = min(max(best + float(np.dot(point - self.at(best), d) / np.dot(d, d)), 0.0), 1.0)
+                best = min(max(best + float(dot(point - self.at(best), d) / dot(d, d)), 0.0), 1.0)
         return best
 
     def distance(self, point):
@@ -102,7 +107,7 @@ def on_line(curve, a, direction):
 def on_ellipse(curve, arc):
     """Parameters where a curve meets the whole outline of an arc."""
     gap = curve.powers - np.array([arc.centre, (0.0, 0.0), (0.0, 0.0), (0.0, 0.0)])
-    own = gap @ np.stack([arc.u, arc.v], axis=1) / arc.axes**2
+    own = np.stack([dot(gap.T, arc.u), dot(gap.T, arc.v)], axis=1) / arc.axes**2
     square = sum(np.convolve(own[:, axis], own[:, axis]) for axis in (0, 1))
     square[0] -= 1.0
     return [t for t in (_polished(square, t) for t in _roots(square)) if -1e-12 <= t <= 1.0 + 1e-12]
@@ -135,10 +140,12 @@ def meets(curve, other):
             return
         p, q = 0.5 * (t + u), 0.5 * (s + v)
         for _ in range(8):
-            gap, across = curve.at(p) - other.at(q), np.stack([curve.slope(p), -other.slope(q)], axis=1)
-            if abs(np.linalg.det(across)) < 1e-12 * np.abs(across).max() ** 2:
+            gap, d, e = curve.at(p) - other.at(q), curve.slope(p), other.slope(q)
+            across = d[0] * e[1] - d[1] * e[0]
+            if abs(across) < 1e-12 * max(np.abs(d).max(), np.abs(e).max()) ** 2:
                 break
-            p, q = np.array([p, q]) - np.linalg.solve(across, gap)
+            p -= (gap[0] * e[1] - gap[1] * e[0]) / across
+            q -= (gap[0] * d[1] - gap[1] * d[0]) / across
             if not (-1.0 < p < 2.0 and -1.0 < q < 2.0):
                 return
         near = float(np.hypot(*(curve.at(p) - other.at(q)))) <= 1e-12 * (1.0 + np.abs(curve.points).max())

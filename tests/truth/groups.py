@@ -32,7 +32,7 @@ def flattened(shapes):
             centre = np.array(shape["centre"], float)
             turns = [2.0 * math.pi * copy / shape["count"] for copy in range(shape["count"])]
             turned = [np.array([[math.cos(t), -math.sin(t)], [math.sin(t), math.cos(t)]]) for t in turns]
-            inner = [_moved(one, turn, centre - turn @ centre) for turn in turned for one in inner]
+            inner = [_moved(one, turn, centre - _mapped(turn, centre)) for turn in turned for one in inner]
         found += inner
     return found
 
@@ -41,7 +41,7 @@ def _moved(shape, matrix, by):
     """A plain shape mapped by x → matrix·x + by; only what has corners, points or half axes is scaled unevenly."""
 
     def at(points):
-        return (np.asarray(points, float) @ matrix.T + by).tolist()
+        return (_mapped(matrix, points) + by).tolist()
 
     kind, own = shape["kind"], dict(shape)
     if "clips" in shape:
@@ -61,11 +61,11 @@ def _moved(shape, matrix, by):
     if kind == "ellipse":
         a = math.radians(shape["rotate_deg"])
         u, v = np.array([math.cos(a), math.sin(a)]), np.array([-math.sin(a), math.cos(a)])
-        axes, sizes, _ = np.linalg.svd(matrix @ np.stack([shape["radii"][0] * u, shape["radii"][1] * v], axis=1))
-        turn = math.degrees(math.atan2(axes[1, 0], axes[0, 0]))
-        return own | {"centre": at(shape["centre"]), "radii": sizes.tolist(), "rotate_deg": turn}
-    scale, mirrored = float(np.hypot(*matrix[:, 0])), np.linalg.det(matrix) < 0.0
-    assert np.allclose(matrix.T @ matrix, scale**2 * np.eye(2), rtol=1e-12), "scaled unevenly"
+        radii, turn = _half_axes(_mapped(matrix, shape["radii"][0] * u), _mapped(matrix, shape["radii"][1] * v))
+        return own | {"centre": at(shape["centre"]), "radii": radii, "rotate_deg": math.degrees(turn)}
+    (a, b), (c, d) = matrix
+    scale, mirrored = math.hypot(a, c), a * d < b * c
+    assert np.allclose([math.hypot(b, d), a * b + c * d], [scale, 0.0], atol=1e-12 * scale**2), "scaled unevenly"
     if kind == "capsule":
         return own | {"points": at(shape["points"]), "width": scale * shape["width"]}
     own |= {"centre": at(shape["centre"]), "radius": scale * shape["radius"]}
@@ -74,6 +74,21 @@ def _moved(shape, matrix, by):
     if kind == "sector":
         # Where its first side comes to lie; mirrored, that is where it ends.
         first = math.radians(shape["from_deg"] + (shape["turn_deg"] if mirrored else 0.0))
-        x, y = matrix @ (math.cos(first), math.sin(first))
+        x, y = _mapped(matrix, (math.cos(first), math.sin(first)))
         own["from_deg"] = math.degrees(math.atan2(y, x))
     return own
+
+
+def _mapped(matrix, points):
+    """matrix · each point (…, 2), to the same bits wherever it stands and on every processor."""
+    x, y = np.moveaxis(np.asarray(points, float), -1, 0)
+    return np.stack([matrix[0, 0] * x + matrix[0, 1] * y, matrix[1, 0] * x + matrix[1, 1] * y], axis=-1)
+
+
+def _half_axes(u, v):
+    """Lengths of the half axes of an ellipse u·cos a + v·sin a, and the angle of the longer: of two circles that turn
+    against each other it is the sum."""
+    p = complex(u[0] + v[1], u[1] - v[0]) / 2.0
+    q = complex(u[0] - v[1], u[1] + v[0]) / 2.0
+    turn = 0.5 * (math.atan2(p.imag, p.real) + math.atan2(q.imag, q.real))
+    return [abs(p) + abs(q), abs(abs(p) - abs(q))], turn

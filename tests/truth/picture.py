@@ -15,7 +15,7 @@ import mpmath
 import numpy as np
 
 from tests.truth import beziers
-from tests.truth.beziers import Bezier
+from tests.truth.beziers import Bezier, dot
 
 SAME = 4e-13  # of the coordinates: places this near each other are one
 ALONG = 4.0  # times as near: outlines there run along each other
@@ -69,7 +69,7 @@ class Segment:
         return self.a + t * (self.b - self.a)
 
     def distance(self, point):
-        t = np.clip(np.dot(point - self.a, self.b - self.a) / self.length**2, 0.0, 1.0)
+        t = np.clip(_along(self, point), 0.0, 1.0)
         return float(np.hypot(*(self.at(t) - point)))
 
     def normal(self, t):
@@ -99,7 +99,7 @@ class Arc:
     def own(self, point):
         """The point in the frame in which the whole outline is the unit circle."""
         d = np.asarray(point, float) - self.centre
-        return np.array([np.dot(d, self.u), np.dot(d, self.v)]) / self.axes**2
+        return np.array([dot(d, self.u), dot(d, self.v)]) / self.axes**2
 
     def parameter(self, point):
         """Where on the outline the direction of a point lies; above 1: not on it, or just before its beginning."""
@@ -116,7 +116,7 @@ class Arc:
     def _feet(self, point):
         """Parameters at which the outline runs across the direction to a point: roots of a quartic in exp(ia)."""
         d, (a, b) = np.asarray(point, float) - self.centre, self.axes
-        x, y = np.dot(d, self.u) / a, np.dot(d, self.v) / b
+        x, y = dot(d, self.u) / a, dot(d, self.v) / b
         # (b² − a²)·sin a·cos a + a·x·sin a − b·y·cos a = 0
         p, q = 0.25j * (a * a - b * b), 0.5 * (-1j * a * x - b * y)
         for z in np.roots([p, q, 0.0, np.conj(q), np.conj(p)]):
@@ -344,8 +344,7 @@ def _cuts(side, other, near):
             if other.whole or -1e-12 <= other.parameter(side.at(t)) <= 1.0 + 1e-12:
                 yield t
         ends = () if other.whole else (other.at(0.0), other.at(1.0))
-        d = side.b - side.a
-        yield from (float(np.dot(end - side.a, d)) / side.length**2 for end in ends if side.distance(end) <= near)
+        yield from (_along(side, end) for end in ends if side.distance(end) <= near)
         return
     if isinstance(other, Segment):
         for u in _segment_arc(other, side):
@@ -381,15 +380,20 @@ def _with_a_curve(side, other, near):
 
 def _parameter(side, point):
     if isinstance(side, Segment):
-        return float(np.dot(point - side.a, side.b - side.a)) / side.length**2
+        return _along(side, point)
     return side.parameter(point)
+
+
+def _along(side, point):
+    """The parameter of a point beside a straight side."""
+    return float(dot(point - side.a, side.b - side.a)) / side.length**2
 
 
 def _segment_segment(side, other, near):
     d, e = side.b - side.a, other.b - other.a
     for end in (other.a, other.b):
         if side.distance(end) <= near:
-            yield float(np.dot(end - side.a, d)) / side.length**2
+            yield _along(side, end)
     cross = d[0] * e[1] - d[1] * e[0]
     if abs(cross) <= 1e-14 * side.length * other.length:
         return
@@ -410,7 +414,7 @@ def _segment_arc(side, arc):
         if length == 0.0:
             return  # shorter than the last bit of where it lies
         d = (b - gap) / length
-    foot = float(np.dot(gap, d))
+    foot = float(dot(gap, d))
     height = float(gap[0] * d[1] - gap[1] * d[0])
     square = (radius - height) * (radius + height)
     if square >= 0.0:
@@ -429,15 +433,15 @@ def _arc_arc(side, other):
             [mpmath.mpf(float(x)) for x in each]
             for each in (side.centre, side.u, side.v, other.centre, other.u, other.v)
         )
-        squares = _dot(across, across), _dot(up, up)
+        squares = dot(across, across), dot(up, up)
 
         def own(vector):
-            return [_dot(vector, across) / squares[0], _dot(vector, up) / squares[1]]
+            return [dot(vector, across) / squares[0], dot(vector, up) / squares[1]]
 
         c, u, v = own([a - b for a, b in zip(centre, middle, strict=True)]), own(u), own(v)
         w = [mpmath.mpc(a, -b) / 2 for a, b in zip(u, v, strict=True)]
-        last, next_ = _dot(w, w), 2 * _dot(c, w)
-        even = _dot(c, c) + 2 * sum(abs(x) ** 2 for x in w) - 1
+        last, next_ = dot(w, w), 2 * dot(c, w)
+        even = dot(c, c) + 2 * sum(abs(x) ** 2 for x in w) - 1
         polynomial = [last, next_, even, mpmath.conj(next_), mpmath.conj(last)]
         size = max(abs(x) for x in polynomial)
         if size <= 1e-12:
@@ -449,7 +453,3 @@ def _arc_arc(side, other):
         for z in mpmath.polyroots(polynomial[::-1], maxsteps=500, extraprec=400, asc=True):
             if abs(abs(z) - 1) < 1e-10:
                 yield ((float(mpmath.arg(z)) - side.first) % (2.0 * math.pi)) / side.turn
-
-
-def _dot(a, b):
-    return a[0] * b[0] + a[1] * b[1]
