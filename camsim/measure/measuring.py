@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from camsim.errors import UnsupportedError
-from camsim.measure.find import find_edges
+from camsim.measure.find import Found, find_edges
 from camsim.measure.geometry import Roi
 from camsim.measure.given import check_given
 from camsim.measure.mtf import TheoreticalOtf, measure_edge
@@ -48,7 +48,8 @@ def measure_mtf(
         roi.check_inside(picture.shape)
     edges: list[EdgeMtf] = []
     refused: list[str] = []
-    for roi in rois or find_edges(picture):
+    found = Found(rois=tuple(rois)) if given else find_edges(picture)
+    for roi in found.rois:
         for each in channels:
             try:
                 edges.append(measure_edge(each, roi, tail=tail, theory=theory, what=f"{picture.name}: "))
@@ -56,6 +57,7 @@ def measure_mtf(
                 if given:
                     raise
                 refused.append(str(error))
+    refused += [f"{picture.name}: {sentence}" for sentence in found.without]
     if not edges:
         reason = f" (tried: {refused[0]})" if refused else ""
         raise UnsupportedError(
