@@ -24,14 +24,20 @@ _LEAST_LENGTH = 20.0
 """Of what is called an edge, pixels: noise and blur take some of the 25 px that a side needs."""
 
 _LEAST_REACH, _FULL_REACH = 6.0, 32.0
+_REACHES = (_FULL_REACH, 16.0, 10.0)
 _LEAST_SPAN, _MOST_SPAN = 12.0, 400.0
 _SPANS, _ASIDES = 24, 24
+_SHIFTS, _ASKEW = (-0.5, -0.25, 0.0, 0.25, 0.5), 0.5
+"""Of the length that a region leaves over it may lie aside by so much, where it is longer or wider for that."""
+
 _LEAST_ASIDE = 4.0
 _ANGLE_TOLERANCE = math.radians(20.0)
 _LEAST_STEP = 0.03
+_LEAST_NOISES = 3.0
 _OTHER, _ALIKE = 0.25, 0.7
 """Of an edge's own gradient, turned away by a cosine: beside it that is another edge or a corner, less is ringing."""
 
+_THICKS = 8.0  # of its scatter: in so much it comes to its two levels
 _THICKEST = 0.25  # of its length: what is broader is no edge
 _MOST_FOUND = 2000
 _SAMPLES_FOR_NOISE = 1_000_000
@@ -39,9 +45,12 @@ _SAMPLES_FOR_NOISE = 1_000_000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Found:
-    """Regions with one edge each, the longest edges first; ``without``: of edges that have no room for one, why."""
+    """Edges, the longest first: of each the regions to measure it in, the best first, to be tried in turn.
 
-    rois: tuple[Roi, ...]
+    without : of edges that have no room for a region, why
+    """
+
+    edges: tuple[tuple[Roi, ...], ...]
     without: tuple[str, ...] = ()
 
 
@@ -84,8 +93,9 @@ def find_edges(picture: Picture) -> Found:
     """Return the straight slanted edges of a picture.
 
     The picture is brought to one grey plane, in which each cell holds all channels alike. Cells of strong and equally
-    directed gradient grow together; each group that is straight and long enough gets the region in which it is told
-    best: as long as it is and up to 32 px wide on either side, with nothing of other edges in it.
+    directed gradient grow together; each group that is straight and long enough gets the region that tells it best: as
+    long as it is and up to 32 px wide on either side, with nothing of other edges in it. Narrower ones come after it,
+    for light that changes beside an edge.
     """
     if not all(abs(end) <= LARGEST_SIGNAL for plane in picture.planes for end in _range(plane)):
         raise UnsupportedError(
@@ -95,7 +105,7 @@ def find_edges(picture: Picture) -> Found:
         )
     cells = _cells(picture)
     if min(cells.grey.shape) < 3:
-        return Found(rois=())
+        return Found(edges=())
     smooth = scipy.ndimage.gaussian_filter(cells.grey, 1.0)
     gx, gy = scipy.ndimage.sobel(smooth, axis=1) / 8.0, scipy.ndimage.sobel(smooth, axis=0) / 8.0
     strength = np.hypot(gx, gy)
@@ -103,27 +113,26 @@ def find_edges(picture: Picture) -> Found:
     middle = float(np.median(strength[some]))
     noise = 1.4826 * float(np.median(np.abs(strength[some] - middle))) + middle
     low, high = np.percentile(cells.grey[some], (1, 99))
-    strong = strength > max(5.0 * noise, 0.25 * _LEAST_STEP * float(high - low), 1e-12)
+    strong = strength > max(_LEAST_NOISES * noise, 0.25 * _LEAST_STEP * float(high - low), 1e-12)
     rows, cols = np.nonzero(strong)
     if not rows.size:
-        return Found(rois=())
+        return Found(edges=())
     order = np.argsort(-strength[rows, cols], kind="stable")
     label = grow(np.arctan2(gy, gx), strong, rows[order], cols[order], _ANGLE_TOLERANCE)
     gradients = _Gradients(gx, gy, label, cells.every, cells.middle)
-    rois: list[Roi] = []
+    edges: list[tuple[Roi, ...]] = []
     without: list[str] = []
     segments = sorted(_segments(gradients), key=lambda s: -s.half)
     for segment in segments[:_MOST_FOUND]:
-        roi, room = _region(segment, gradients, picture)
-        if roi is None:
-            without.append(
-                f"the edge of {2.0 * segment.half:.0f} px at row {segment.y:.0f}, column {segment.x:.0f} has {room}"
-            )
-        elif not any(_overlap(roi, other) for other in rois):
-            rois.append(roi)
+        rois, why_not = _regions(segment, gradients, picture)
+        if not rois:
+            where = f"at row {segment.y:.0f}, column {segment.x:.0f}"
+            without.append(f"the edge of {2.0 * segment.half:.0f} px {where} has {why_not}")
+        elif not any(_overlap(rois[0], other) for other, *_ in edges):
+            edges.append(rois)
     if more := len(segments[_MOST_FOUND:]):
         without.append(f"{more} shorter edges: the {_MOST_FOUND} longest were tried; point at others with a roi")
-    return Found(rois=tuple(rois), without=tuple(without))
+    return Found(edges=tuple(edges), without=tuple(without))
 
 
 def _range(plane: Plane) -> tuple[float, float]:
@@ -162,11 +171,12 @@ def _cells(picture: Picture) -> _Cells:
 
 
 def _period(picture: Picture) -> int:
-    """Return the side of the smallest squares that hold the same photosites wherever they lie: 2 of Bayer, 6 of X-Trans.
+    """Return the side of the smallest squares that hold the same photosites wherever they lie: 2 of Bayer.
 
     >>> from camsim.measure.picture import mosaic_planes
-    >>> _period(Picture(name="", shape=(8, 8), planes=mosaic_planes(np.zeros((8, 8)), ("RG", "GB"), black=[[1, 2, 3, 4]])))
-    2
+    >>> x_trans = ("GBGGRG", "RGRBGB", "GBGGRG", "GRGGBG", "BGBRGR", "GRGGBG")
+    >>> _period(Picture(name="", shape=(6, 6), planes=mosaic_planes(np.zeros((6, 6)), x_trans)))
+    6
     """
     longest = math.lcm(*(step for plane in picture.planes for step in plane.step))
     names = np.full((longest, longest), "", dtype=object)
@@ -223,59 +233,67 @@ def _segments(cells: _Gradients) -> list[_Segment]:
     ]
 
 
-def _region(segment: _Segment, cells: _Gradients, picture: Picture) -> tuple[Roi | None, str]:
-    """Return the region about a segment's middle that tells it best; None, and why, where there is no room for one.
+def _regions(segment: _Segment, cells: _Gradients, picture: Picture) -> tuple[tuple[Roi, ...], str]:
+    """Return the regions that tell a segment, the best first; none, and why, where there is no room for one.
 
     Of regions that hold nothing of other edges it is the one with the largest length · √reach (noise falls with the
     one, what lies beyond a region with the other), among those long enough for all phases of sampling.
     """
     upright = abs(segment.ty) >= abs(segment.tx)
     lead, side = (abs(segment.ty), abs(segment.tx)) if upright else (abs(segment.tx), abs(segment.ty))
+    channels = picture.select("all")
+    pitch = max(channel.pitch_pixel for channel in channels)
+    least_span, least_reach = max(_LEAST_SPAN, 8.0 * pitch / lead), max(_LEAST_REACH, 4.0 * pitch)
     longest = min(2.0 * (segment.half - 1.0 - segment.thick), _MOST_SPAN)
-    if longest < _LEAST_SPAN:
-        return None, f"only {max(longest, 0.0):.0f} px that are straight beside its ends; {_LEAST_SPAN:.0f} are needed"
+    if longest < least_span:
+        return (), f"{max(longest, 0.0):.0f} px that are straight between its ends; {least_span:.0f} are needed"
     # Half sizes along and across: the edge leaves the region at its ends with ``aside`` beside it.
-    spans, asides = np.geomspace(_LEAST_SPAN, longest, _SPANS), np.geomspace(_LEAST_ASIDE, _FULL_REACH / lead, _ASIDES)
-    span, aside = (grid.ravel() for grid in np.meshgrid(spans, asides))
+    spans, asides = np.geomspace(least_span, longest, _SPANS), np.geomspace(_LEAST_ASIDE, _FULL_REACH / lead, _ASIDES)
+    span, aside, shift = (grid.ravel() for grid in np.meshgrid(spans, asides, _SHIFTS))
     tall = 0.5 * span * lead
     wide = tall * side / lead + aside
     # Of planes that lie beside one another all have as many samples.
     unit = 2 if any(max(plane.step) > 1 for plane in picture.planes) else 1
     sizes = (tall, wide) if upright else (wide, tall)
     first, last = [], []
-    for at, half in zip((segment.y, segment.x), sizes, strict=True):
+    for middle, along, half in zip((segment.y, segment.x), (segment.ty, segment.tx), sizes, strict=True):
+        at = middle + along * shift * (longest - span)
         begin = unit * np.round((at - half) / unit).astype(np.intp)
         first.append(begin)
         last.append(begin + 2 * unit * np.maximum(1, np.round(half / unit)).astype(np.intp))
-    reach = np.minimum(_FULL_REACH, np.minimum(wide / lead, tall / max(side, 1e-9)))
-    reach = 0.5 * (reach + np.minimum(reach, aside * lead))
+    middle_reach = np.minimum(wide / lead, tall / max(side, 1e-9))
+    reach = np.minimum(_FULL_REACH, 0.5 * (middle_reach + np.minimum(middle_reach, aside * lead)))
     inside = (first[0] >= 0) & (first[1] >= 0) & (last[0] <= picture.shape[0]) & (last[1] <= picture.shape[1])
-    fits = inside & (reach >= _LEAST_REACH)
+    fits = inside & (reach >= least_reach)
     if not fits.any():
-        return None, f"less than {_LEAST_REACH:.0f} px beside it to the picture's border"
+        return (), f"less than {least_reach:.0f} px beside it to the picture's border"
     free = fits & ~_holds_others(segment, cells, first, last)
     if not free.any():
-        return None, (
-            f"other edges too near: {_LEAST_SPAN:.0f} px of it must have {_LEAST_REACH:.0f} px free on either side"
-        )
-    slant = side / lead
-    enough = max(channel.gap_pixel / max(slant, 1e-3) + 3.0 * channel.period_pixel for channel in picture.select("all"))
-    worth = span * np.sqrt(reach) * np.where(span >= min(enough, span[free].max()), 1.0, 1e-3)
-    best = int(np.argmax(np.where(free, worth, 0.0)))
-    (top, left), (bottom, right) = (int(edges[best]) for edges in first), (int(edges[best]) for edges in last)
-    return Roi(top, left, bottom - top, right - left), ""
+        needed = f"{least_span:.0f} px of it must have {least_reach:.0f} px free on either side"
+        return (), f"other edges too near: {needed}"
+    enough = max(channel.gap_pixel * lead / max(side, 1e-3) + 3.0 * channel.period_pixel for channel in channels)
+    levels = np.minimum(1.0, reach / (_THICKS * segment.thick))
+    worth = span * np.sqrt(reach) * levels * (1.0 - _ASKEW * np.abs(shift))
+    worth *= np.where(span >= min(enough, span[free].max()), 1.0, 1e-3)
+    rois = []
+    for most in _REACHES:
+        allowed = free & (reach <= most)
+        if allowed.any():
+            best = int(np.argmax(np.where(allowed, worth, 0.0)))
+            (top, left), (bottom, right) = (int(edges[best]) for edges in first), (int(edges[best]) for edges in last)
+            rois.append(Roi(top, left, bottom - top, right - left))
+    return tuple(dict.fromkeys(rois)), ""
 
 
 def _holds_others(
     segment: _Segment, cells: _Gradients, first: list[npt.NDArray[np.intp]], last: list[npt.NDArray[np.intp]]
 ) -> npt.NDArray[np.bool_]:
     """Return which regions, of first and last rows and columns, hold anything of another edge."""
-    guard = 1.0 + 0.5 * segment.thick
-    # The cells of each region, of whose centres none may lie in it or nearer than the guard.
+    # The cells whose centres lie in each region: they are wider than what they show, by how the grey is smoothed.
     begin, end = [], []
     for starts, stops, count in zip(first, last, cells.label.shape, strict=True):
-        begin.append(np.clip(np.ceil((starts - guard - cells.middle) / cells.every), 0, count).astype(np.intp))
-        end.append(np.clip(np.floor((stops + guard - cells.middle) / cells.every) + 1, 0, count).astype(np.intp))
+        begin.append(np.clip(np.ceil((starts - cells.middle) / cells.every), 0, count).astype(np.intp))
+        end.append(np.clip(np.floor((stops - cells.middle) / cells.every) + 1, 0, count).astype(np.intp))
     top, left = int(begin[0].min()), int(begin[1].min())
     part = (slice(top, int(end[0].max())), slice(left, int(end[1].max())))
     gx, gy, label = (field[part] for field in cells[:3])
@@ -287,7 +305,10 @@ def _holds_others(
     turned = (gx * segment.ty - gy * segment.tx < _ALIKE * strength) & (strength > _OTHER * segment.strength)
     # A blurred edge is wide, and all of it is its own.
     wide = np.where(label == segment.label, own + 4.0 * segment.thick, own)
-    others = (label > 0) & ((across > wide) | (along > segment.half + wide) | (turned & (label != segment.label)))
+    # Where it has come to its level, what is strong again is not.
+    again = (across > max(own, 2.0 * segment.thick)) & (strength > _OTHER * segment.strength)
+    others = (across > wide) | (along > segment.half + wide) | (turned & (label != segment.label)) | again
+    others &= label > 0
     total = np.zeros((label.shape[0] + 1, label.shape[1] + 1), np.int64)
     np.cumsum(np.cumsum(others, axis=0), axis=1, out=total[1:, 1:])
     rows, cols = ((begin[0] - top, end[0] - top), (begin[1] - left, end[1] - left))

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import functools
+from collections.abc import Callable, Sequence
+from typing import TypeAlias
 
 from camsim.errors import UnsupportedError
-from camsim.measure.find import Found, find_edges
+from camsim.measure.find import find_edges
 from camsim.measure.geometry import Roi
 from camsim.measure.given import check_given
 from camsim.measure.mtf import TheoreticalOtf, measure_edge
-from camsim.measure.picture import Picture
+from camsim.measure.picture import Channel, Picture
 from camsim.measure.result import EdgeMtf, MtfReport
 from camsim.typed import check
+
+_Tried: TypeAlias = tuple[list[EdgeMtf], list[str]]
+"""Edges measured, and the reasons of those that could not be."""
 
 
 def measure_mtf(
@@ -43,28 +48,14 @@ def measure_mtf(
     check(rois, tuple[Roi, ...], "rois")
     check(tail, bool, "tail")
     channels = picture.select(channel)
-    given = bool(rois)
     for roi in rois:
         roi.check_inside(picture.shape)
-    edges: list[EdgeMtf] = []
-    refused: list[str] = []
-    found = Found(rois=tuple(rois)) if given else find_edges(picture)
-    for roi in found.rois:
-        for each in channels:
-            try:
-                edges.append(measure_edge(each, roi, tail=tail, theory=theory, what=f"{picture.name}: "))
-            except UnsupportedError as error:
-                if given:
-                    raise
-                refused.append(str(error))
-    refused += [f"{picture.name}: {sentence}" for sentence in found.without]
-    if not edges:
-        reason = f" (tried: {refused[0]})" if refused else ""
-        raise UnsupportedError(
-            f"no measurable slanted edge found{reason}; a straight dark-to-bright edge of 40 px or "
-            "more, turned by 2° to 43° and with 20 px free on either side, is needed, or point at one with a roi",
-            stage=picture.name,
-        )
+    measure = functools.partial(_each, channels, tail=tail, theory=theory, what=f"{picture.name}: ")
+    if rois:
+        edges = [edge for roi in rois for edge in measure(roi, given=True)[0]]
+        refused = []
+    else:
+        edges, refused = _measured(picture, measure)
     return MtfReport(
         file=picture.name,
         pitch_um=picture.pitch_um,
@@ -73,3 +64,51 @@ def measure_mtf(
         refused=tuple(refused),
         description=picture.description,
     )
+
+
+def _measured(picture: Picture, measure: Callable[[Roi], _Tried]) -> _Tried:
+    """Return the edges that were found and measured, and of all others the reasons; raises where there are none."""
+    found = find_edges(picture)
+    edges: list[EdgeMtf] = []
+    refused: list[str] = []
+    for rois in found.edges:
+        tried = []
+        for roi in rois:
+            tried.append(measure(roi))
+            if not tried[-1][1]:
+                break
+        measured, reasons = max(tried, key=lambda each: len(each[0]))  # the first of equal ones
+        edges += measured
+        refused += reasons
+    refused += [f"{picture.name}: {sentence}" for sentence in found.without]
+    if not edges:
+        needed = (
+            "a straight dark-to-bright edge of 25 px or more, turned by 2° to 43° and with 8 px free on either side"
+        )
+        if not refused:
+            raise UnsupportedError(
+                f"no slanted edge found; {needed}, is needed, or point at one with a roi", stage=picture.name
+            )
+        several = f"; {len(refused) - 1} more could not either" if len(refused) > 1 else ""
+        raise UnsupportedError(
+            f"no measurable slanted edge found (tried: {refused[0].removeprefix(f'{picture.name}: ')}{several}); "
+            f"{needed}, is needed, or point at one with a roi",
+            stage=picture.name,
+        )
+    return edges, refused
+
+
+def _each(
+    channels: Sequence[Channel], roi: Roi, *, tail: bool, theory: TheoreticalOtf | None, what: str, given: bool = False
+) -> _Tried:
+    """Return a region's edge in every channel, and why it could not be measured in others; raises of a given one."""
+    edges: list[EdgeMtf] = []
+    refused: list[str] = []
+    for channel in channels:
+        try:
+            edges.append(measure_edge(channel, roi, tail=tail, theory=theory, what=what))
+        except UnsupportedError as error:
+            if given:
+                raise
+            refused.append(str(error))
+    return edges, refused

@@ -30,6 +30,7 @@ _NOISY, _NOISY_PART = 0.45, 3e-4  # codes, and of the step where there are none
 _WIDE, _MOST_OFF = 0.1, 0.13
 """A rise, of what a region has beside an edge, above which it counts what aberrations throw far; MTF50's share then."""
 
+_MOST_MTF = 1.3  # light has 1, a sharpened picture a little more
 _WIDEST = 0.6  # of what a region has beside an edge: rises that are longer have no levels to end at
 
 
@@ -93,7 +94,9 @@ def measure_edge(
         _refuse_several(fit, what)
         _refuse_wide(fit, min(widths), what)
         _refuse_piled_up(samples, fit, roi, what)
-        return _result(fit, channel, roi, tail=tail, theory=theory)
+        edge = _result(fit, channel, roi, tail=tail, theory=theory)
+    _refuse_unlike_light(edge, what)
+    return edge
 
 
 @functools.cache
@@ -270,6 +273,22 @@ def _refuse_piled_up(samples: Samples, fit: EdgeFit, roi: Roi, what: str) -> Non
         raise UnsupportedError(
             f"{percent(largest)} of the bright side is one number, {values[-1]:g}, and none is larger, though the dark "
             "side is noisy: highlights are clipped there; expose less",
+            stage=what,
+        )
+
+
+def _refuse_unlike_light(edge: EdgeMtf, what: str) -> None:
+    """Raise UnsupportedError when the transform is not that of an edge: what lies beyond the region outweighs it."""
+    most = edge.frequency_cycles_per_pixel[edge.mtf.argmax()]
+    if not (edge.mtf[0] > 0.0 and edge.mtf.max() <= _MOST_MTF):
+        told = (
+            f"comes to {edge.mtf.max():.2g} at {most:.2g} cycles per pixel, and light gives 1 at the most"
+            if edge.mtf[0] > 0.0
+            else f"has no step left with the {percent(abs(edge.tail_fraction))} that a fit of 1/x² adds beyond it"
+        )
+        raise UnsupportedError(
+            f"its transfer function {told}: the region holds structure or light that changes, not one edge between two "
+            "even surfaces (or it was sharpened); make it smaller, or choose another",
             stage=what,
         )
 
