@@ -207,7 +207,8 @@ def _segments(cells: _Gradients) -> list[_Segment]:
     turn = 0.5 * np.arctan2(2.0 * xy, xx - yy)
     tx, ty = np.cos(turn), np.sin(turn)
     # From dark to bright is clockwise of the direction: the pair of a dark line's sides have opposite ones.
-    flip = np.where(np.bincount(which, gx * ty[which] - gy * tx[which], count) < 0.0, -1.0, 1.0)
+    rising = np.bincount(which, gx * ty[which] - gy * tx[which], count) / total
+    flip = np.where(rising < 0.0, -1.0, 1.0)
     tx, ty = flip * tx, flip * ty
     along = dx * tx[which] + dy * ty[which]
     across = -dx * ty[which] + dy * tx[which]
@@ -217,7 +218,9 @@ def _segments(cells: _Gradients) -> list[_Segment]:
     thick = np.sqrt(np.bincount(which, weight * across**2, count) / total)
     strength = np.bincount(which, weight**2, count) / total
     middle = 0.5 * (first + last)
-    straight = ((last - first) * cells.every >= _LEAST_LENGTH) & (thick <= _THICKEST * (last - first))
+    long = ((last - first) * cells.every >= _LEAST_LENGTH) & (thick <= _THICKEST * (last - first))
+    # A blurred corner is long along its gradient, an edge across it.
+    straight = long & (np.abs(rising) >= _ALIKE)
     return [
         _Segment(
             x=float((x[k] + middle[k] * tx[k]) * cells.every + cells.middle),
@@ -306,7 +309,7 @@ def _holds_others(
     # A blurred edge is wide, and all of it is its own.
     wide = np.where(label == segment.label, own + 4.0 * segment.thick, own)
     # Where it has come to its level, what is strong again is not.
-    again = (across > max(own, 2.0 * segment.thick)) & (strength > _OTHER * segment.strength)
+    again = (across > max(own, 3.0 * segment.thick)) & (strength > _OTHER * segment.strength)
     others = (across > wide) | (along > segment.half + wide) | (turned & (label != segment.label)) | again
     others &= label > 0
     total = np.zeros((label.shape[0] + 1, label.shape[1] + 1), np.int64)

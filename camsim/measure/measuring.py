@@ -72,27 +72,21 @@ def _measured(picture: Picture, measure: Callable[[Roi], _Tried]) -> _Tried:
     edges: list[EdgeMtf] = []
     refused: list[str] = []
     for rois in found.edges:
-        tried = []
+        attempts = []
         for roi in rois:
-            tried.append(measure(roi))
-            if not tried[-1][1]:
+            attempts.append(measure(roi))
+            if not attempts[-1][1]:
                 break
-        measured, reasons = max(tried, key=lambda each: len(each[0]))  # the first of equal ones
+        measured, reasons = max(attempts, key=lambda each: len(each[0]))  # the first of equal ones
         edges += measured
         refused += reasons
     refused += [f"{picture.name}: {sentence}" for sentence in found.without]
     if not edges:
-        needed = (
-            "a straight dark-to-bright edge of 25 px or more, turned by 2° to 43° and with 8 px free on either side"
-        )
-        if not refused:
-            raise UnsupportedError(
-                f"no slanted edge found; {needed}, is needed, or point at one with a roi", stage=picture.name
-            )
-        several = f"; {len(refused) - 1} more could not either" if len(refused) > 1 else ""
+        tried = f" (tried: {refused[0].removeprefix(f'{picture.name}: ')})" if refused else ""
+        several = f"; nor can {len(refused) - 1} more be measured" if len(refused) > 1 else ""
         raise UnsupportedError(
-            f"no measurable slanted edge found (tried: {refused[0].removeprefix(f'{picture.name}: ')}{several}); "
-            f"{needed}, is needed, or point at one with a roi",
+            f"no measurable slanted edge found{tried}{several}; a straight dark-to-bright edge of 25 px or more, turned "
+            "by 2° to 43° and with 8 px free on either side, is needed, or point at one with a roi",
             stage=picture.name,
         )
     return edges, refused
