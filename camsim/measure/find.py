@@ -245,7 +245,7 @@ def _regions(segment: _Segment, cells: _Gradients, picture: Picture) -> tuple[tu
     upright = abs(segment.ty) >= abs(segment.tx)
     lead, side = (abs(segment.ty), abs(segment.tx)) if upright else (abs(segment.tx), abs(segment.ty))
     channels = picture.select("all")
-    pitch = max(channel.pitch_pixel for channel in channels)
+    pitch = min(channel.pitch_pixel for channel in channels)  # where one channel can be told, it is
     least_span, least_reach = max(_LEAST_SPAN, 8.0 * pitch / lead), max(_LEAST_REACH, 4.0 * pitch)
     longest = min(2.0 * (segment.half - 1.0 - segment.thick), _MOST_SPAN)
     if longest < least_span:

@@ -85,8 +85,8 @@ def _measured(picture: Picture, measure: Callable[[Roi], _Tried]) -> _Tried:
         tried = f" (tried: {refused[0].removeprefix(f'{picture.name}: ')})" if refused else ""
         several = f"; nor can {len(refused) - 1} more be measured" if len(refused) > 1 else ""
         raise UnsupportedError(
-            f"no measurable slanted edge found{tried}{several}; a straight dark-to-bright edge of 25 px or more, turned "
-            "by 2° to 43° and with 8 px free on either side, is needed, or point at one with a roi",
+            f"no measurable slanted edge found{tried}{several}; a straight dark-to-bright edge of 25 px or more, "
+            "turned by 2° to 43° and with 8 px free on either side, is needed, or point at one with a roi",
             stage=picture.name,
         )
     return edges, refused
