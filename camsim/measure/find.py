@@ -165,8 +165,11 @@ def _cells(picture: Picture) -> _Cells:
             begin = (start + top - plane.first[0]) // plane.step[0]
             here = whole[top :: plane.step[0], plane.first[1] :: plane.step[1]]
             here += (plane.samples[begin : begin + len(here)] - plane.black) * weight
-        tall = sum(whole[k : k + height - side + 1 : every] for k in range(side))
-        grey[first:last] = sum(tall[:, k : k + (cols - 1) * every + 1 : every] for k in range(side))
+        tall = np.zeros((last - first, picture.shape[1]))
+        for k in range(side):
+            tall += whole[k : k + height - side + 1 : every]
+        for k in range(side):
+            grey[first:last] += tall[:, k : k + (cols - 1) * every + 1 : every]
     return _Cells(grey, every, 0.5 * side)
 
 

@@ -51,10 +51,11 @@ def measure_mtf(
     for roi in rois:
         roi.check_inside(picture.shape)
     measure = functools.partial(_each, channels, tail=tail, theory=theory, what=f"{picture.name}: ")
-    if rois:
-        edges = [edge for roi in rois for edge in measure(roi, given=True)[0]]
-        refused = []
-    else:
+    edges: list[EdgeMtf] = []
+    refused: list[str] = []
+    for roi in rois:
+        edges += measure(roi, given=True)[0]
+    if not rois:
         edges, refused = _measured(picture, measure)
     return MtfReport(
         file=picture.name,

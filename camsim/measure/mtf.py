@@ -23,6 +23,7 @@ from camsim.typed import check
 from camsim.words import percent
 
 HIGHEST_CYCLES_PER_PIXEL, FREQUENCIES = 1.0, 201
+_MOST_MTF = 1.3  # light has 1, a sharpened picture a little more
 _CLIPPED = 0.002
 _BELOW_BLACK = 0.1  # of the step
 _PILED_UP = 0.02  # of a side's photosites
@@ -30,7 +31,6 @@ _NOISY, _NOISY_PART = 0.45, 3e-4  # codes, and of the step where there are none
 _WIDE, _MOST_OFF = 0.1, 0.13
 """A rise, of what a region has beside an edge, above which it counts what aberrations throw far; MTF50's share then."""
 
-_MOST_MTF = 1.3  # light has 1, a sharpened picture a little more
 _WIDEST = 0.6  # of what a region has beside an edge: rises that are longer have no levels to end at
 
 
