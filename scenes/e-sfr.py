@@ -8,14 +8,14 @@ camera = camsim.Camera.from_yaml("mono-345", lens=camsim.Airy(f_number=5.6))
 scene = camsim.Scene(
     background=0.2,
     shapes=[
-        camsim.charts.e_sfr(height_um=190 * PITCH_UM),
+        camsim.charts.e_sfr(height_um=240 * PITCH_UM),
     ],
 )
 frame = camera.expose(
     scene,
     light=camsim.Light(line_nm=550, illuminance_lux=2000),
     exposure=camsim.Exposure(time_s="auto", iso=200),
-    region=camsim.Region(rows=200, cols=300),
+    region=camsim.Region(rows=250, cols=380),
     tolerance=1e-4,
     seed=1,
 )

@@ -9,7 +9,7 @@ scene = camsim.Scene(
     background=0.9,
     shapes=[
         camsim.charts.lens_grid(
-            width_um=300 * PITCH_UM, height_um=200 * PITCH_UM, cols=11, rows=7, side_um=14 * PITCH_UM
+            width_um=640 * PITCH_UM, height_um=440 * PITCH_UM, cols=7, rows=5, side_um=56 * PITCH_UM, rotate_deg=5
         ),
     ],
 )
@@ -17,7 +17,7 @@ frame = camera.expose(
     scene,
     light=camsim.Light(line_nm=550, illuminance_lux=2000),
     exposure=camsim.Exposure(time_s="auto", iso=200),
-    region=camsim.Region(rows=220, cols=320),
+    region=camsim.Region(rows=520, cols=720),
     tolerance=1e-4,
     seed=1,
 )

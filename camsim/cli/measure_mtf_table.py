@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 _HEADS = ("edge", "channel", "row", "col", "rows", "cols", "angle_deg")
 _FREQUENCIES = ("frequency_cycles_per_pixel", "frequency_lp_per_mm", "frequency_lw_per_ph")
+_MOST_REFUSED = 20
 _SHORT: Mapping[str, str] = {"cycles/px": "c/px", "lp/mm": "lp/mm", "lw/ph": "LW/PH"}
 
 
@@ -110,8 +111,10 @@ def _print_rest(report: MtfReport, before: str, why_not: str) -> None:
     for edge in report.edges:
         for note in edge.notes:
             print(f"{before}{edge.roi} {edge.channel}: {note}")
-    for sentence in report.refused:
+    for sentence in report.refused[:_MOST_REFUSED]:
         print(f"left out: {sentence}")
+    if more := len(report.refused[_MOST_REFUSED:]):
+        print(f"{before}left out: {more} more edges or channels; --json tells each")
 
 
 def _in_words(units: Mapping[str, float]) -> str:

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -17,19 +16,50 @@ from camsim.measure.geometry import Roi
 from camsim.measure.grow import grow
 from camsim.measure.picture import LARGEST_SIGNAL, Picture, Plane
 
-_LARGEST = 2000
-_HALF_WIDTH = 32
-_LEAST_HALF_WIDTH = 16
-_LEAST_LENGTH = 40
-_MOST_LENGTH = 400
+_LARGEST = 2500
+"""Cells along the side of a square picture: 6 megapixels are looked at photosite by photosite."""
+
+_BAND = 512
+_LEAST_LENGTH = 20.0
+"""Of what is called an edge, pixels: noise and blur take some of the 25 px that a side needs."""
+
+_LEAST_REACH, _FULL_REACH = 6.0, 32.0
+_REACHES = (_FULL_REACH, 16.0, 10.0)
+_LEAST_SPAN, _MOST_SPAN = 12.0, 400.0
+_SPANS, _ASIDES = 24, 24
+_SHIFTS, _ASKEW = (-0.5, -0.25, 0.0, 0.25, 0.5), 0.5
+"""Of the length that a region leaves over it may lie aside by so much, where it is longer or wider for that."""
+
+_LEAST_ASIDE = 4.0
 _ANGLE_TOLERANCE = math.radians(20.0)
 _LEAST_STEP = 0.03
-_MOST_TRIED = 500
+_LEAST_NOISES = 3.0
+_OTHER, _ALIKE = 0.25, 0.7
+"""Of an edge's own gradient, turned away by a cosine: beside it that is another edge or a corner, less is ringing."""
+
+_THICKS = 8.0  # of its scatter: in so much it comes to its two levels
+_THICKEST = 0.25  # of its length: what is broader is no edge
+_MOST_FOUND = 2000
+_SAMPLES_FOR_NOISE = 1_000_000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Found:
+    """Edges, the longest first: of each the regions to measure it in, the best first, to be tried in turn.
+
+    without : of edges that have no room for a region, why
+    """
+
+    edges: tuple[tuple[Roi, ...], ...]
+    without: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Segment:
-    """A straight piece of edge, in pixels: centre, unit direction, half length, scatter across it; its label."""
+    """A straight piece of edge, in pixels: centre, unit direction, half length, scatter across it.
+
+    strength : of its gradient;  label : of its cells
+    """
 
     x: float
     y: float
@@ -37,15 +67,35 @@ class _Segment:
     ty: float
     half: float
     thick: float
+    strength: float
     label: int
 
 
-def find_edges(picture: Picture, most: int = 100) -> tuple[Roi, ...]:
-    """Return regions that each hold one straight slanted edge, the longest first; empty when there are none.
+class _Cells(NamedTuple):
+    """The picture as one grey plane: cell (i, j) has its centre at (i·every + middle, j·every + middle) pixels."""
 
-    The picture is brought to one grey plane of cells (a Bayer cell, or larger in large pictures). Cells of strong and
-    equally directed gradient grow together; each group that is straight and long enough gets a region as wide as its
-    neighbours allow, 32 px on either side at the most.
+    grey: F64
+    every: int
+    middle: float
+
+
+class _Gradients(NamedTuple):
+    """Of every cell; label: of its group, 0 where there is no edge."""
+
+    gx: F64
+    gy: F64
+    label: npt.NDArray[np.int32]
+    every: int
+    middle: float
+
+
+def find_edges(picture: Picture) -> Found:
+    """Return the straight slanted edges of a picture.
+
+    The picture is brought to one grey plane, in which each cell holds all channels alike. Cells of strong and equally
+    directed gradient grow together; each group that is straight and long enough gets the region that tells it best: as
+    long as it is and up to 32 px wide on either side, with nothing of other edges in it. Narrower ones come after it,
+    for light that changes beside an edge.
     """
     if not all(abs(end) <= LARGEST_SIGNAL for plane in picture.planes for end in _range(plane)):
         raise UnsupportedError(
@@ -53,31 +103,36 @@ def find_edges(picture: Picture, most: int = 100) -> tuple[Roi, ...]:
             "point at an edge beside them with a roi",
             stage=picture.name,
         )
-    if min(picture.shape) < 2 * _LEAST_HALF_WIDTH:
-        return ()
-    grey, cell = _grey(picture)
-    smooth = scipy.ndimage.gaussian_filter(grey, 1.0)
+    cells = _cells(picture)
+    if min(cells.grey.shape) < 3:
+        return Found(edges=())
+    smooth = scipy.ndimage.gaussian_filter(cells.grey, 1.0)
     gx, gy = scipy.ndimage.sobel(smooth, axis=1) / 8.0, scipy.ndimage.sobel(smooth, axis=0) / 8.0
     strength = np.hypot(gx, gy)
-    noise = 1.4826 * float(np.median(np.abs(strength - np.median(strength)))) + float(np.median(strength))
-    low, high = np.percentile(grey[:: max(1, grey.shape[0] // 500), :: max(1, grey.shape[1] // 500)], (1, 99))
-    threshold = max(5.0 * noise, 0.25 * _LEAST_STEP * float(high - low), 1e-12)
-    strong = strength > threshold
-    if not strong.any():
-        return ()
-    segments, label = _segments(gx, gy, strength, strong, cell)
+    some = (slice(None, None, max(1, math.isqrt(strength.size // _SAMPLES_FOR_NOISE))),) * 2
+    middle = float(np.median(strength[some]))
+    noise = 1.4826 * float(np.median(np.abs(strength[some] - middle))) + middle
+    low, high = np.percentile(cells.grey[some], (1, 99))
+    strong = strength > max(_LEAST_NOISES * noise, 0.25 * _LEAST_STEP * float(high - low), 1e-12)
     rows, cols = np.nonzero(strong)
-    # Where there is edge, in pixels, and whose: regions must not hold any that is not their own.
-    marks = np.stack([(cols + 0.5) * cell, (rows + 0.5) * cell, label[rows, cols]], axis=1)
-    marks = marks[np.argsort(marks[:, 1], kind="stable")]
-    found: list[Roi] = []
-    for segment in sorted(segments, key=lambda s: -s.half)[:_MOST_TRIED]:
-        roi = _region(segment, marks, picture.shape, cell)
-        if roi is not None and not any(_overlap(roi, other) for other in found):
-            found.append(roi)
-        if len(found) >= most:
-            break
-    return tuple(found)
+    if not rows.size:
+        return Found(edges=())
+    order = np.argsort(-strength[rows, cols], kind="stable")
+    label = grow(np.arctan2(gy, gx), strong, rows[order], cols[order], _ANGLE_TOLERANCE)
+    gradients = _Gradients(gx, gy, label, cells.every, cells.middle)
+    edges: list[tuple[Roi, ...]] = []
+    without: list[str] = []
+    segments = sorted(_segments(gradients), key=lambda s: -s.half)
+    for segment in segments[:_MOST_FOUND]:
+        rois, why_not = _regions(segment, gradients, picture)
+        if not rois:
+            where = f"at row {segment.y:.0f}, column {segment.x:.0f}"
+            without.append(f"the edge of {2.0 * segment.half:.0f} px {where} has {why_not}")
+        elif not any(_overlap(rois[0], other) for other, *_ in edges):
+            edges.append(rois)
+    if more := len(segments[_MOST_FOUND:]):
+        without.append(f"{more} shorter edges: the {_MOST_FOUND} longest were tried; point at others with a roi")
+    return Found(edges=tuple(edges), without=tuple(without))
 
 
 def _range(plane: Plane) -> tuple[float, float]:
@@ -85,74 +140,66 @@ def _range(plane: Plane) -> tuple[float, float]:
     return float(np.min(plane.samples)), float(np.max(plane.samples))
 
 
-def _grey(picture: Picture) -> tuple[F64, int]:
-    """Return the picture as one plane, averaged over square cells, and the cell's side in pixels.
+def _cells(picture: Picture) -> _Cells:
+    """Return the picture averaged over squares that all hold the same photosites; the squares may lie over one another.
 
-    Every cell holds the same number of each channel's photosites, and each channel counts alike.
+    Every square holds the same number of each channel's photosites, and each channel counts alike.
     """
-    smallest = _smallest_cell(picture)
     # By the area: a strip of a million columns is as much work as a square of it.
-    cell = smallest * max(1, math.ceil(math.sqrt(math.prod(picture.shape)) / smallest / _LARGEST))
-    rows, cols = (size // cell for size in picture.shape)
+    every = max(1, math.ceil(math.sqrt(math.prod(picture.shape)) / _LARGEST))
+    period = _period(picture)
+    side = period * math.ceil(every / period)
+    rows, cols = (max(0, (size - side) // every + 1) for size in picture.shape)
     grey = np.zeros((rows, cols))
-    for channel in picture.select("all"):
-        density = sum(1.0 / math.prod(plane.step) for plane in channel.planes)
-        for plane in channel.planes:
-            for samples, row, col in _parts(plane, cell):
-                # Where a cell is smaller than the period, a part has a sample in every so many cells only.
-                every = max(1, plane.step[0] // cell), max(1, plane.step[1] // cell)
-                here = grey[row :: every[0], col :: every[1]]
-                here += (samples[: here.shape[0], : here.shape[1]] - plane.black) / (density * cell**2)
-    return grey, cell
+    weights = [
+        (plane, 1.0 / (sum(1.0 / math.prod(own.step) for own in channel.planes) * side**2))
+        for channel in picture.select("all")
+        for plane in channel.planes
+    ]
+    for first in range(0, rows, _BAND):
+        last = min(first + _BAND, rows)
+        start, height = first * every, (last - first - 1) * every + side
+        whole = np.zeros((height, picture.shape[1]))
+        for plane, weight in weights:
+            top = (plane.first[0] - start) % plane.step[0]
+            begin = (start + top - plane.first[0]) // plane.step[0]
+            here = whole[top :: plane.step[0], plane.first[1] :: plane.step[1]]
+            here += (plane.samples[begin : begin + len(here)] - plane.black) * weight
+        tall = np.zeros((last - first, picture.shape[1]))
+        for k in range(side):
+            tall += whole[k : k + height - side + 1 : every]
+        for k in range(side):
+            grey[first:last] += tall[:, k : k + (cols - 1) * every + 1 : every]
+    return _Cells(grey, every, 0.5 * side)
 
 
-def _parts(plane: Plane, cell: int) -> Iterator[tuple[npt.NDArray[Any], int, int]]:
-    """Yield views of a plane's samples, each with no more than one in a cell, and the cell of their first."""
-    step, first = plane.step, plane.first
-    down, across = max(1, cell // step[0]), max(1, cell // step[1])
-    for i in range(down):
-        for j in range(across):
-            yield (
-                plane.samples[i::down, j::across],
-                (first[0] + i * step[0]) // cell,
-                (first[1] + j * step[1]) // cell,
-            )
-
-
-def _smallest_cell(picture: Picture) -> int:
-    """Return the side of the smallest cells that all hold the same photosites: 2 of Bayer, 3 of X-Trans.
+def _period(picture: Picture) -> int:
+    """Return the side of the smallest squares that hold the same photosites wherever they lie: 2 of Bayer.
 
     >>> from camsim.measure.picture import mosaic_planes
     >>> x_trans = ("GBGGRG", "RGRBGB", "GBGGRG", "GRGGBG", "BGBRGR", "GRGGBG")
-    >>> _smallest_cell(Picture(name="", shape=(6, 6), planes=mosaic_planes(np.zeros((6, 6)), x_trans)))
-    3
+    >>> _period(Picture(name="", shape=(6, 6), planes=mosaic_planes(np.zeros((6, 6)), x_trans)))
+    6
     """
-    period = math.lcm(*(step for plane in picture.planes for step in plane.step))
-    for cell in (size for size in range(1, period) if period % size == 0):
-        held: dict[tuple[int, int], list[str]] = {}
-        for plane in picture.planes:
-            for row in range(plane.first[0], period, plane.step[0]):
-                for col in range(plane.first[1], period, plane.step[1]):
-                    held.setdefault((row // cell, col // cell), []).append(plane.name)
-        if len(held) == (period // cell) ** 2 and len({tuple(sorted(names)) for names in held.values()}) == 1:
-            return cell
-    return period
+    longest = math.lcm(*(step for plane in picture.planes for step in plane.step))
+    names = np.full((longest, longest), "", dtype=object)
+    for plane in picture.planes:
+        names[plane.first[0] :: plane.step[0], plane.first[1] :: plane.step[1]] += f" {plane.name}"
+    return next(
+        period
+        for period in range(1, longest + 1)
+        if longest % period == 0
+        and np.array_equal(names, np.tile(names[:period, :period], (longest // period, longest // period)))
+    )
 
 
-def _segments(
-    gx: F64, gy: F64, strength: F64, strong: np.ndarray, cell: int
-) -> tuple[list[_Segment], npt.NDArray[np.int32]]:
-    """Return the straight pieces, and of every cell the label of its group."""
-    angle = np.arctan2(gy, gx)
-    rows, cols = np.nonzero(strong)
-    order = np.argsort(-strength[rows, cols], kind="stable")
-    label = grow(angle, strong, rows[order], cols[order], _ANGLE_TOLERANCE)
-    count = int(label.max())
-    if not count:
-        return [], label
-    rows, cols = np.nonzero(label)
-    which = label[rows, cols] - 1
-    weight = strength[rows, cols]
+def _segments(cells: _Gradients) -> list[_Segment]:
+    """Return the straight pieces that are long enough."""
+    count = int(cells.label.max())
+    rows, cols = np.nonzero(cells.label)
+    which = cells.label[rows, cols] - 1
+    gx, gy = cells.gx[rows, cols], cells.gy[rows, cols]
+    weight = np.hypot(gx, gy)
     total = np.bincount(which, weight, count)
     x = np.bincount(which, weight * cols, count) / total
     y = np.bincount(which, weight * rows, count) / total
@@ -162,88 +209,119 @@ def _segments(
     xy = np.bincount(which, weight * dx * dy, count) / total
     turn = 0.5 * np.arctan2(2.0 * xy, xx - yy)
     tx, ty = np.cos(turn), np.sin(turn)
+    # From dark to bright is clockwise of the direction: the pair of a dark line's sides have opposite ones.
+    rising = np.bincount(which, gx * ty[which] - gy * tx[which], count) / total
+    flip = np.where(rising < 0.0, -1.0, 1.0)
+    tx, ty = flip * tx, flip * ty
     along = dx * tx[which] + dy * ty[which]
     across = -dx * ty[which] + dy * tx[which]
     first, last = np.full(count, np.inf), np.full(count, -np.inf)
     np.minimum.at(first, which, along)
     np.maximum.at(last, which, along)
     thick = np.sqrt(np.bincount(which, weight * across**2, count) / total)
-    segments = []
-    for k in range(count):
-        length = (last[k] - first[k]) * cell
-        if length < _LEAST_LENGTH or thick[k] > 0.15 * (last[k] - first[k]):
-            continue
-        middle = 0.5 * (first[k] + last[k])
-        segments.append(
-            _Segment(
-                x=float((x[k] + middle * tx[k] + 0.5) * cell),
-                y=float((y[k] + middle * ty[k] + 0.5) * cell),
-                tx=float(tx[k]),
-                ty=float(ty[k]),
-                half=0.5 * float(length),
-                thick=float(thick[k]) * cell,
-                label=k + 1,
-            )
+    strength = np.bincount(which, weight**2, count) / total
+    middle = 0.5 * (first + last)
+    long = ((last - first) * cells.every >= _LEAST_LENGTH) & (thick <= _THICKEST * (last - first))
+    # A blurred corner is long along its gradient, an edge across it.
+    straight = long & (np.abs(rising) >= _ALIKE)
+    return [
+        _Segment(
+            x=float((x[k] + middle[k] * tx[k]) * cells.every + cells.middle),
+            y=float((y[k] + middle[k] * ty[k]) * cells.every + cells.middle),
+            tx=float(tx[k]),
+            ty=float(ty[k]),
+            half=0.5 * float(last[k] - first[k]) * cells.every,
+            thick=float(thick[k]) * cells.every,
+            strength=float(strength[k]),
+            label=int(k + 1),
         )
-    return segments, label
+        for k in np.flatnonzero(straight)
+    ]
 
 
-def _region(segment: _Segment, marks: F64, shape: tuple[int, int], cell: int) -> Roi | None:
-    """Return the largest region about a segment's middle that holds no other edge; None when there is no room."""
+def _regions(segment: _Segment, cells: _Gradients, picture: Picture) -> tuple[tuple[Roi, ...], str]:
+    """Return the regions that tell a segment, the best first; none, and why, where there is no room for one.
+
+    Of regions that hold nothing of other edges it is the one with the largest length · √reach (noise falls with the
+    one, what lies beyond a region with the other), among those long enough for all phases of sampling.
+    """
     upright = abs(segment.ty) >= abs(segment.tx)
-    lead = abs(segment.ty) if upright else abs(segment.tx)
-    slant = (segment.tx / segment.ty) if upright else (segment.ty / segment.tx)
-    margin = 3.0 * cell + 4.0
-    longest = min(2.0 * (segment.half - margin) * lead, _MOST_LENGTH)
-    tried = {
-        half_width: [
-            roi
-            for length in np.unique(np.linspace(_LEAST_LENGTH, max(longest, _LEAST_LENGTH), 8).astype(int))[::-1]
-            if length <= longest + 1e-9
-            and (roi := _about(segment, length, 2.0 * half_width / lead + abs(slant) * length, upright, shape))
-            is not None
-        ]
-        for half_width in (_HALF_WIDTH, 24, _LEAST_HALF_WIDTH)
-    }
-    near = _inside(marks, [roi for rois in tried.values() for roi in rois], cell)
-    own = 2.5 * cell + 3.0
-    dx, dy = near[:, 0] - segment.x, near[:, 1] - segment.y
-    across = np.abs(-dx * segment.ty + dy * segment.tx)
-    along = np.abs(dx * segment.tx + dy * segment.ty)
+    lead, side = (abs(segment.ty), abs(segment.tx)) if upright else (abs(segment.tx), abs(segment.ty))
+    channels = picture.select("all")
+    pitch = min(channel.pitch_pixel for channel in channels)  # where one channel can be told, it is
+    least_span, least_reach = max(_LEAST_SPAN, 8.0 * pitch / lead), max(_LEAST_REACH, 4.0 * pitch)
+    longest = min(2.0 * (segment.half - 1.0 - segment.thick), _MOST_SPAN)
+    if longest < least_span:
+        return (), f"{max(longest, 0.0):.0f} px that are straight between its ends; {least_span:.0f} are needed"
+    # Half sizes along and across: the edge leaves the region at its ends with ``aside`` beside it.
+    spans, asides = np.geomspace(least_span, longest, _SPANS), np.geomspace(_LEAST_ASIDE, _FULL_REACH / lead, _ASIDES)
+    span, aside, shift = (grid.ravel() for grid in np.meshgrid(spans, asides, _SHIFTS))
+    tall = 0.5 * span * lead
+    wide = tall * side / lead + aside
+    # Of planes that lie beside one another all have as many samples.
+    unit = 2 if any(max(plane.step) > 1 for plane in picture.planes) else 1
+    sizes = (tall, wide) if upright else (wide, tall)
+    first, last = [], []
+    for middle, along, half in zip((segment.y, segment.x), (segment.ty, segment.tx), sizes, strict=True):
+        at = middle + along * shift * (longest - span)
+        begin = unit * np.round((at - half) / unit).astype(np.intp)
+        first.append(begin)
+        last.append(begin + 2 * unit * np.maximum(1, np.round(half / unit)).astype(np.intp))
+    middle_reach = np.minimum(wide / lead, tall / max(side, 1e-9))
+    reach = np.minimum(_FULL_REACH, 0.5 * (middle_reach + np.minimum(middle_reach, aside * lead)))
+    inside = (first[0] >= 0) & (first[1] >= 0) & (last[0] <= picture.shape[0]) & (last[1] <= picture.shape[1])
+    fits = inside & (reach >= least_reach)
+    if not fits.any():
+        return (), f"less than {least_reach:.0f} px beside it to the picture's border"
+    free = fits & ~_holds_others(segment, cells, first, last)
+    if not free.any():
+        needed = f"{least_span:.0f} px of it must have {least_reach:.0f} px free on either side"
+        return (), f"other edges too near: {needed}"
+    enough = max(channel.gap_pixel * lead / max(side, 1e-3) + 3.0 * channel.period_pixel for channel in channels)
+    levels = np.minimum(1.0, reach / (_THICKS * segment.thick))
+    worth = span * np.sqrt(reach) * levels * (1.0 - _ASKEW * np.abs(shift))
+    worth *= np.where(span >= min(enough, span[free].max()), 1.0, 1e-3)
+    rois = []
+    for most in _REACHES:
+        allowed = free & (reach <= most)
+        if allowed.any():
+            best = int(np.argmax(np.where(allowed, worth, 0.0)))
+            (top, left), (bottom, right) = (int(edges[best]) for edges in first), (int(edges[best]) for edges in last)
+            rois.append(Roi(top, left, bottom - top, right - left))
+    return tuple(dict.fromkeys(rois)), ""
+
+
+def _holds_others(
+    segment: _Segment, cells: _Gradients, first: list[npt.NDArray[np.intp]], last: list[npt.NDArray[np.intp]]
+) -> npt.NDArray[np.bool_]:
+    """Return which regions, of first and last rows and columns, hold anything of another edge."""
+    # The cells whose centres lie in each region: they are wider than what they show, by how the grey is smoothed.
+    begin, end = [], []
+    for starts, stops, count in zip(first, last, cells.label.shape, strict=True):
+        begin.append(np.clip(np.ceil((starts - cells.middle) / cells.every), 0, count).astype(np.intp))
+        end.append(np.clip(np.floor((stops - cells.middle) / cells.every) + 1, 0, count).astype(np.intp))
+    top, left = int(begin[0].min()), int(begin[1].min())
+    part = (slice(top, int(end[0].max())), slice(left, int(end[1].max())))
+    gx, gy, label = (field[part] for field in cells[:3])
+    y = (np.arange(label.shape[0]) + top)[:, None] * cells.every + cells.middle - segment.y
+    x = (np.arange(label.shape[1]) + left)[None, :] * cells.every + cells.middle - segment.x
+    across, along = np.abs(y * segment.tx - x * segment.ty), np.abs(x * segment.tx + y * segment.ty)
+    own = 2.0 * cells.every + 3.0
+    strength = np.hypot(gx, gy)
+    turned = (gx * segment.ty - gy * segment.tx < _ALIKE * strength) & (strength > _OTHER * segment.strength)
     # A blurred edge is wide, and all of it is its own.
-    wide = np.where(near[:, 2] == segment.label, own + 4.0 * segment.thick, own)
-    foreign = near[(across > wide) | (along > segment.half + wide)]
-    for rois in tried.values():
-        free = [roi for roi in rois if not len(_inside(foreign, [roi], cell))]
-        if free:
-            return max(free, key=lambda roi: roi.rows * roi.cols)
-    return None
-
-
-def _inside(marks: F64, rois: Sequence[Roi], cell: int) -> F64:
-    """Return the marks, ascending in y, in the smallest rectangle about regions."""
-    if not rois:
-        return marks[:0]
-    top, bottom = min(roi.row for roi in rois) - cell, max(roi.row + roi.rows for roi in rois) + cell
-    left, right = min(roi.col for roi in rois) - cell, max(roi.col + roi.cols for roi in rois) + cell
-    first, last = np.searchsorted(marks[:, 1], top, "right"), np.searchsorted(marks[:, 1], bottom, "left")
-    rows = marks[first:last]
-    return rows[(rows[:, 0] > left) & (rows[:, 0] < right)]
-
-
-def _about(segment: _Segment, length: float, wide: float, upright: bool, shape: tuple[int, int]) -> Roi | None:
-    """Return a region about a segment's middle, None when it reaches beyond the image."""
-    height, width = (length, wide) if upright else (wide, length)
-    return _even(segment.x - 0.5 * width, segment.y - 0.5 * height, width, height, shape)
-
-
-def _even(left: float, top: float, width: float, height: float, shape: tuple[int, int]) -> Roi | None:
-    """Return the region on even rows and columns, None when it reaches beyond the image."""
-    col, row = 2 * round(left / 2.0), 2 * round(top / 2.0)
-    cols, rows = 2 * round(width / 2.0), 2 * round(height / 2.0)
-    if row < 0 or col < 0 or row + rows > shape[0] or col + cols > shape[1]:
-        return None
-    return Roi(row, col, rows, cols)
+    wide = np.where(label == segment.label, own + 4.0 * segment.thick, own)
+    # Where it has come to its level, what is strong again is not.
+    again = (across > max(own, 3.0 * segment.thick)) & (strength > _OTHER * segment.strength)
+    others = (across > wide) | (along > segment.half + wide) | (turned & (label != segment.label)) | again
+    others &= label > 0
+    total = np.zeros((label.shape[0] + 1, label.shape[1] + 1), np.int64)
+    np.cumsum(np.cumsum(others, axis=0), axis=1, out=total[1:, 1:])
+    rows, cols = ((begin[0] - top, end[0] - top), (begin[1] - left, end[1] - left))
+    held: npt.NDArray[np.int64] = (
+        total[rows[1], cols[1]] - total[rows[0], cols[1]] - total[rows[1], cols[0]] + total[rows[0], cols[0]]
+    )
+    return held > 0
 
 
 def _overlap(a: Roi, b: Roi) -> bool:

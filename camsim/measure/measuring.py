@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import functools
+from collections.abc import Callable, Sequence
+from typing import TypeAlias
 
 from camsim.errors import UnsupportedError
 from camsim.measure.find import find_edges
 from camsim.measure.geometry import Roi
 from camsim.measure.given import check_given
 from camsim.measure.mtf import TheoreticalOtf, measure_edge
-from camsim.measure.picture import Picture
+from camsim.measure.picture import Channel, Picture
 from camsim.measure.result import EdgeMtf, MtfReport
 from camsim.typed import check
+
+_Tried: TypeAlias = tuple[list[EdgeMtf], list[str]]
+"""Edges measured, and the reasons of those that could not be."""
 
 
 def measure_mtf(
@@ -43,26 +48,15 @@ def measure_mtf(
     check(rois, tuple[Roi, ...], "rois")
     check(tail, bool, "tail")
     channels = picture.select(channel)
-    given = bool(rois)
     for roi in rois:
         roi.check_inside(picture.shape)
+    measure = functools.partial(_each, channels, tail=tail, theory=theory, what=f"{picture.name}: ")
     edges: list[EdgeMtf] = []
     refused: list[str] = []
-    for roi in rois or find_edges(picture):
-        for each in channels:
-            try:
-                edges.append(measure_edge(each, roi, tail=tail, theory=theory, what=f"{picture.name}: "))
-            except UnsupportedError as error:
-                if given:
-                    raise
-                refused.append(str(error))
-    if not edges:
-        reason = f" (tried: {refused[0]})" if refused else ""
-        raise UnsupportedError(
-            f"no measurable slanted edge found{reason}; a straight dark-to-bright edge of 40 px or "
-            "more, turned by 2° to 43° and with 20 px free on either side, is needed, or point at one with a roi",
-            stage=picture.name,
-        )
+    for roi in rois:
+        edges += measure(roi, given=True)[0]
+    if not rois:
+        edges, refused = _measured(picture, measure)
     return MtfReport(
         file=picture.name,
         pitch_um=picture.pitch_um,
@@ -71,3 +65,45 @@ def measure_mtf(
         refused=tuple(refused),
         description=picture.description,
     )
+
+
+def _measured(picture: Picture, measure: Callable[[Roi], _Tried]) -> _Tried:
+    """Return the edges that were found and measured, and of all others the reasons; raises where there are none."""
+    found = find_edges(picture)
+    edges: list[EdgeMtf] = []
+    refused: list[str] = []
+    for rois in found.edges:
+        attempts = []
+        for roi in rois:
+            attempts.append(measure(roi))
+            if not attempts[-1][1]:
+                break
+        measured, reasons = max(attempts, key=lambda each: len(each[0]))  # the first of equal ones
+        edges += measured
+        refused += reasons
+    refused += [f"{picture.name}: {sentence}" for sentence in found.without]
+    if not edges:
+        tried = f" (tried: {refused[0].removeprefix(f'{picture.name}: ')})" if refused else ""
+        several = f"; nor can {len(refused) - 1} more be measured" if len(refused) > 1 else ""
+        raise UnsupportedError(
+            f"no measurable slanted edge found{tried}{several}; a straight dark-to-bright edge of 25 px or more, "
+            "turned by 2° to 43° and with 8 px free on either side, is needed, or point at one with a roi",
+            stage=picture.name,
+        )
+    return edges, refused
+
+
+def _each(
+    channels: Sequence[Channel], roi: Roi, *, tail: bool, theory: TheoreticalOtf | None, what: str, given: bool = False
+) -> _Tried:
+    """Return a region's edge in every channel, and why it could not be measured in others; raises of a given one."""
+    edges: list[EdgeMtf] = []
+    refused: list[str] = []
+    for channel in channels:
+        try:
+            edges.append(measure_edge(channel, roi, tail=tail, theory=theory, what=what))
+        except UnsupportedError as error:
+            if given:
+                raise
+            refused.append(str(error))
+    return edges, refused

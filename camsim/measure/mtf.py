@@ -23,6 +23,7 @@ from camsim.typed import check
 from camsim.words import percent
 
 HIGHEST_CYCLES_PER_PIXEL, FREQUENCIES = 1.0, 201
+_MOST_MTF = 1.3  # light has 1, a sharpened picture a little more
 _CLIPPED = 0.002
 _BELOW_BLACK = 0.1  # of the step
 _PILED_UP = 0.02  # of a side's photosites
@@ -93,7 +94,9 @@ def measure_edge(
         _refuse_several(fit, what)
         _refuse_wide(fit, min(widths), what)
         _refuse_piled_up(samples, fit, roi, what)
-        return _result(fit, channel, roi, tail=tail, theory=theory)
+        edge = _result(fit, channel, roi, tail=tail, theory=theory)
+    _refuse_unlike_light(edge, what)
+    return edge
 
 
 @functools.cache
@@ -270,6 +273,22 @@ def _refuse_piled_up(samples: Samples, fit: EdgeFit, roi: Roi, what: str) -> Non
         raise UnsupportedError(
             f"{percent(largest)} of the bright side is one number, {values[-1]:g}, and none is larger, though the dark "
             "side is noisy: highlights are clipped there; expose less",
+            stage=what,
+        )
+
+
+def _refuse_unlike_light(edge: EdgeMtf, what: str) -> None:
+    """Raise UnsupportedError when the transform is not that of an edge: what lies beyond the region outweighs it."""
+    most = edge.frequency_cycles_per_pixel[edge.mtf.argmax()]
+    if not (edge.mtf[0] > 0.0 and edge.mtf.max() <= _MOST_MTF):
+        told = (
+            f"comes to {edge.mtf.max():.2g} at {most:.2g} cycles per pixel, and light gives 1 at the most"
+            if edge.mtf[0] > 0.0
+            else f"has no step left with the {percent(abs(edge.tail_fraction))} that a fit of 1/x² adds beyond it"
+        )
+        raise UnsupportedError(
+            f"its transfer function {told}: the region holds structure or light that changes, not one edge between two "
+            "even surfaces (or it was sharpened); make it smaller, or choose another",
             stage=what,
         )
 

@@ -138,3 +138,16 @@ def test_a_full_disk_leaves_the_older_plot_and_no_half_one(folder, captured, pat
     assert done.stderr == "cannot write 'a.png': the file would be larger than the system allows\n"
     assert {path.name for path in folder.iterdir()} == before
     assert (folder / "a.png").read_text() == "old"
+
+
+def test_the_map_of_the_shipped_lens_grid(folder, camsim):
+    """As the page about the MTF has it."""
+    camsim("capture", "lens-grid", "-q").check_returncode()
+    done = camsim("measure", "mtf", "lens-grid.dng", "--map", "map.png", "--json")
+    assert done.returncode == 0, done.stderr
+    assert (folder / "map.png").stat().st_size > 10_000
+    report = json.loads(done.stdout)
+    places = {(edge["roi"]["row"], edge["roi"]["col"]) for edge in report["edges"]}
+    assert len(places) + len(report["refused"]) == 140
+    directions = [edge["field"]["direction"] for edge in report["edges"]]
+    assert min(directions.count("sagittal"), directions.count("tangential")) > 60

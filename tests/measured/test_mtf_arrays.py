@@ -10,7 +10,7 @@ from edges import gaussian_edge, gaussian_limit, gaussian_mtf, gaussian_sigma
 import camsim
 from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.measure import CameraOtf, Picture, Roi, measure_edge, measure_mtf, picture_of_frame, read_picture
-from camsim.measure.find import _inside, find_edges
+from camsim.measure.find import find_edges
 from camsim.measure.picture import mosaic_planes
 from camsim.sensor.cfa import Cfa
 
@@ -145,7 +145,7 @@ def test_edges_are_found_sharp_or_blurred(array, sigma):
     image = 0.9 - 0.8 * _step(u + 110, sigma) * _step(110 - u, sigma) * _step(v + 110, sigma) * _step(110 - v, sigma)
     cfa = Cfa.named(array) if array != "quad-bayer" else Cfa.quad_bayer()
     picture = picture_of(image, cfa.pattern)
-    assert len(find_edges(picture)) == 4
+    assert len(find_edges(picture).edges) == 4
     for edge in measure_mtf(picture, channel="Y" if array == "mono" else "R").edges:
         assert edge.figures.mtf50_cycles_per_pixel == pytest.approx(gaussian_limit(0.5, sigma), rel=1e-3)
 
@@ -207,14 +207,3 @@ def test_a_window_of_a_quad_bayer_array_keeps_the_names_of_its_filters(rows, col
     for plane in planes:
         row, col = plane.first
         assert plane.name == names[(row + rows) % 4, (col + cols) % 4]
-
-
-def test_marks_of_edges_within_regions_are_found_whatever_edge_they_are_of():
-    """Against looking at every mark: rows from top to bottom, each with its edge's number."""
-    rng = np.random.default_rng(4)
-    marks = np.column_stack([rng.uniform(0, 200, 500), np.sort(rng.uniform(0, 200, 500)), rng.integers(0, 300, 500)])
-    for row, col, cell in rng.integers(0, 100, (20, 3)) // [1, 1, 20]:
-        rois = [Roi(int(row), int(col), 30, 20), Roi(int(row) + 10, int(col) + 40, 50, 26)]
-        x, y = marks[:, 0], marks[:, 1]
-        inside = (x > col - cell) & (x < col + 66 + cell) & (y > row - cell) & (y < row + 60 + cell)
-        np.testing.assert_array_equal(_inside(marks, rois, int(cell)), marks[inside])
