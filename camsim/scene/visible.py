@@ -14,6 +14,7 @@ from camsim.errors import InvalidValueError
 from camsim.scene.outlines import Outlines, area_of
 from camsim.scene.primitives import Primitive
 from camsim.scene.regions import joined_areas, rings_of, without
+from camsim.scene.rims import Discs
 from camsim.scene.side_limits import SideLimits
 
 MOST_PAIRS = 30_000_000  # of shapes whose boxes touch: 8000 rings in one another, a gigabyte
@@ -107,9 +108,12 @@ def _touching(boxes: F64) -> tuple[I64, I64]:
 def _hidden(primitives: Sequence[Primitive], outlines: Outlines, boxes: F64, first: I64, second: I64) -> np.ndarray:
     """Return which primitives lie wholly under a single later one that is simple.
 
-    Asked of rough outlines, and of boxes larger than these are off.
+    Discs under discs are known; of others rough outlines are asked, and boxes larger than these are off.
     """
-    hidden = np.zeros(len(boxes), bool)
+    hidden, discs = np.zeros(len(boxes), bool), Discs.of(outlines)
+    hidden[first[discs.covered(first, second)]] = True
+    others = ~(discs.sound[first] & discs.sound[second]) & ~hidden[first]
+    first, second = first[others], second[others]
     if not first.size:
         return hidden
     size = boxes[:, 2:] - boxes[:, :2]
