@@ -96,9 +96,9 @@ def flattened(shapes: Iterable[Paints]) -> list[Primitive]:
     array([[ 1., -2.,  5.,  2.]])
     """
     painted: list[Primitive] = []
-    for kind, same in itertools.groupby(shapes, type):
-        together = getattr(kind, "together", None)  # of thousands of discs a list at once
-        painted.extend(together(list(same)) if together else (one for shape in same for one in shape.primitives()))
+    for kind, alike in itertools.groupby(shapes, type):
+        same, together = list(alike), getattr(kind, "together", None)  # of thousands of discs a list at once
+        painted.extend(together(same) if together else (one for shape in same for one in shape.primitives()))
     return painted
 
 
