@@ -93,10 +93,9 @@ class Discs(NamedTuple):
         """Return of which pairs the first lies wholly within the second."""
         gap = np.hypot(*(self.centre_um[second] - self.centre_um[first]).T)
         slack = TANGENT * (np.abs(self.centre_um).max(axis=1, initial=0.0) + self.radius_um)
-        within: np.ndarray = gap + self.radius_um[first] < self.radius_um[second] - np.maximum(
-            slack[first], slack[second]
-        )
-        return within & self.sound[first] & self.sound[second]
+        within: np.ndarray = self.sound[first] & self.sound[second]
+        within &= gap + self.radius_um[first] < self.radius_um[second] - np.maximum(slack[first], slack[second])
+        return within
 
     def among_discs(self, first: I64, second: I64) -> np.ndarray:
         """Return which are discs that meet nothing but discs; the pairs may meet."""
