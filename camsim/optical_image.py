@@ -74,5 +74,5 @@ class _Plain(pickle.Pickler):
         if not dataclasses.is_dataclass(obj) or isinstance(obj, type):
             return NotImplemented
         own = type(obj)
-        fields = [(field.name, getattr(obj, field.name)) for field in dataclasses.fields(obj)]
+        fields = [(field.name, getattr(obj, field.name)) for field in dataclasses.fields(obj) if field.init]
         return tuple, ((own.__module__, own.__qualname__, *fields),)

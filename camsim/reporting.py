@@ -64,7 +64,7 @@ class Signals:
     def __init__(self, camera: Body, origin: tuple[int, int], white_level_dn: int, *, full_e: float) -> None:
         channels = camera.cfa.channels
         self._channels, self._adc, self._origin = channels, camera.adc, origin
-        self._white_level_dn, self._full_e = white_level_dn, full_e
+        self._white_level_dn, self._full_e, self._cfa_period = white_level_dn, full_e, camera.cfa.period
         self._photosites, self._clipped = np.zeros((2, len(channels)), np.int64)
         self._sum_e, self._max_e, self._sum_dn = np.zeros((3, len(channels)))
         self._min_e = np.full(len(channels), np.inf)
@@ -72,14 +72,16 @@ class Signals:
     def add(self, lit: Lit, mosaic: U16) -> None:
         """Take in some rows, as they were lit, and their codes."""
         row, col = self._origin
-        offsets_dn = self._adc.offsets_dn((mosaic.shape[0], mosaic.shape[1]), (row + lit.rows_before, col))
+        offsets_dn = np.array(self._adc.window_black_offsets_dn((row + lit.rows_before, col)))
         white_dn = full_codes(self._white_level_dn, offsets_dn, self._adc.largest_dn)
-        clipped = (mosaic >= white_dn) | (lit.shown_e >= self._full_e)
-        for k in range(len(self._channels)):
-            here = lit.channel == k
-            electrons, codes = lit.shown_e[here], mosaic[here]
+        # Filters and offsets repeat: of a large frame every so many photosites are looked at, and none is copied.
+        period = np.lcm(self._cfa_period, white_dn.shape)
+        for first_row, first_col in np.ndindex(*np.minimum(period, mosaic.shape).tolist()):
+            here = np.s_[first_row :: period[0], first_col :: period[1]]
+            electrons, codes, k = lit.shown_e[here], mosaic[here], int(lit.channel[first_row, first_col])
+            full_dn = white_dn[first_row % white_dn.shape[0], first_col % white_dn.shape[1]]
             self._photosites[k] += electrons.size
-            self._clipped[k] += np.count_nonzero(clipped[here])
+            self._clipped[k] += np.count_nonzero((codes >= full_dn) | (electrons >= self._full_e))
             self._sum_e[k] += np.sum(electrons)
             self._max_e[k] = np.max(electrons, initial=self._max_e[k])
             self._min_e[k] = np.min(electrons, initial=self._min_e[k])

@@ -9,13 +9,12 @@ import numpy as np
 
 from camsim.arrays import F64, I64, same_rows
 from camsim.scene.outlines import Outlines
-from camsim.scene.primitives import Primitive, flattened
+from camsim.scene.primitives import Primitive, flattened, numbered
 from camsim.scene.rim_sides import sides_of
-from camsim.scene.rims import Rims, discs_among, rims_of
+from camsim.scene.rims import Discs, Rims, rims_of
 from camsim.scene.scene import Scene
 from camsim.scene.side_limits import SideLimits
 from camsim.scene.sides import Polygons
-from camsim.scene.stretches import Apart
 from camsim.scene.visible import Covers, visible_rings
 from camsim.spectra.curve import Spectrum
 
@@ -50,13 +49,12 @@ def arrange(
     scene: Scene,
     limits: SideLimits | None = None,
     *,
-    apart: Apart | None = None,
     primitives: list[Primitive] | None = None,
 ) -> Arrangement:
     """Cut away what later shapes cover, join regions of equal spectrum, and list the edges that remain.
 
-    limits, apart : how finely curved outlines are cut into sides (``sides.polygons``)
-    primitives    : of the scene, where they are there already
+    limits     : how finely curved outlines are cut into sides (``sides.polygons``)
+    primitives : of the scene, where they are there already
 
     Every visible region contributes its outline against the background; where two regions share an edge
     exactly, the two become one edge with both spectra. Equal spectra on both sides leave no edge.
@@ -68,29 +66,29 @@ def arrange(
     >>> len(arrange(Scene(background=0.5, shapes=[grey])).left)
     0
     """
-    spectra: dict[Spectrum, int] = {scene.background: 0}
     primitives = flattened(scene.shapes) if primitives is None else primitives
-    regions = np.array([spectra.setdefault(one.reflectance, len(spectra)) for one in primitives], np.int64)
+    spectra, surfaces = numbered([scene.background, *(one.reflectance for one in primitives)])
+    regions = surfaces[1:]
     outlines = Outlines.of(primitives)
     limits = limits or SideLimits()
     covers = Covers.of(primitives, outlines)
+    round_ones = Discs.of(outlines).some(covers.seen)
     sides = np.bincount(outlines.owner, minlength=len(primitives))
-    sound, centre, radius = discs_among([primitives[i] for i in covers.seen.tolist()], covers.first, covers.second)
-    discs = sound & ~covers.alone & (not limits.textured)
+    discs = round_ones.among_discs(covers.first, covers.second) & ~covers.alone & (not limits.textured)
     drawn = _NOTHING
     if discs.any():
         number = np.cumsum(discs) - 1
         pairs = discs[covers.first]
         rims = rims_of(
-            centre[discs],
-            radius[discs],
+            round_ones.centre_um[discs],
+            round_ones.radius_um[discs],
             regions[covers.seen[discs]],
             (number[covers.first[pairs]], number[covers.second[pairs]]),
         )
-        drawn = _rims_drawn(rims._replace(disc=covers.seen[discs][rims.disc]), outlines, limits, apart)
+        drawn = _rims_drawn(rims._replace(disc=covers.seen[discs][rims.disc]), outlines, limits)
     others = covers.some(~discs)
     polygonal = outlines.some(others.seen)
-    polygons = polygonal.polygons(limits, meets=~others.alone, apart=apart)
+    polygons = polygonal.polygons(limits, meets=~others.alone)
     alone = _alone_drawn(polygonal, polygons, regions[others.seen], others.alone)
     meeting = np.flatnonzero(~others.alone)
     cut = _rings_drawn(
@@ -111,7 +109,7 @@ def arrange(
         end_um=end,
         left=left,
         right=right,
-        spectra=tuple(spectra),
+        spectra=spectra,
         sides=sides,
         hidden=hidden,
     )
@@ -129,15 +127,15 @@ class _Drawn(NamedTuple):
 _NOTHING = _Drawn(np.empty(0, np.int64), np.empty((0, 2)), np.empty((0, 2)), np.empty(0, np.int64))
 
 
-def _rims_drawn(rims: Rims, outlines: Outlines, limits: SideLimits, apart: Apart | None) -> _Drawn:
+def _rims_drawn(rims: Rims, outlines: Outlines, limits: SideLimits) -> _Drawn:
     """Return the sides of what is seen of rims; ``rims.disc`` numbers primitives."""
     whole = rims.some(rims.whole)
     order = np.argsort(whole.disc)
-    closed_ones = outlines.some(whole.disc[order]).polygons(limits, apart=apart)
+    closed_ones = outlines.some(whole.disc[order]).polygons(limits)
     closed = np.repeat(order, np.diff(closed_ones.first))
     starts, ends = closed_ones.sides_um(np.ones(len(order), bool))
     arcs = rims.some(~rims.whole)
-    owner, start, end = sides_of(arcs, limits, apart)
+    owner, start, end = sides_of(arcs, limits)
     drawn = _Drawn(
         np.concatenate([whole.disc[closed], arcs.disc[owner]]),
         np.concatenate([starts, start]),

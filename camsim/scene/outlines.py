@@ -17,7 +17,6 @@ from camsim.scene.regions import common, joined_areas, region_of, without
 from camsim.scene.scene import Scene
 from camsim.scene.side_limits import SideLimits
 from camsim.scene.sides import Polygons, polygons
-from camsim.scene.stretches import Apart, Whose
 from camsim.spectra.curve import Spectrum
 
 
@@ -78,20 +77,17 @@ class Outlines:
         around[filled[some]] = np.concatenate([low, high], axis=1)[some]
         return around
 
-    def polygons(self, limits: SideLimits, *, meets: np.ndarray | None = None, apart: Apart | None = None) -> Polygons:
+    def polygons(self, limits: SideLimits, *, meets: np.ndarray | None = None) -> Polygons:
         """Return all loops as polygons; ``meets``: (primitives,) those that another outline may cut, None for none."""
         if not len(self.owner):
             return Polygons(np.empty((0, 2)), np.zeros(1, np.int64))
         # What clips many shapes is an outline of each: it is cut into sides once, and does not cut itself.
         kept, kind = _different(self.curves)
         curves = self.curves if len(kept) == len(kind) else self.curves.loops(kept.tolist())
-        whose = None
+        cut = None
         if meets is not None and meets.any():
-            shared = np.bincount(kind) > 1
-            owner = np.where(shared, len(meets) + np.arange(len(kept)), self.loop_of[kept])
-            crosses, met = (np.bincount(kind, flags[self.loop_of]) > 0 for flags in (~self.simple, meets))
-            whose = Whose(owner[curves.loop], crosses[curves.loop], met[curves.loop])
-        return polygons(curves, limits, whose, apart).some_of(kind)
+            cut = np.bincount(kind, (meets | ~self.simple)[self.loop_of]) > 0
+        return polygons(curves, limits, cut).some_of(kind)
 
     def each(self, sides: Polygons, which: I64) -> list[list[F64]]:
         """Return the polygons of picked primitives, fill by fill."""
@@ -101,9 +97,9 @@ class Outlines:
             for own in zip(begin.tolist(), end.tolist(), strict=True)
         ]
 
-    def rings(self, limits: SideLimits, *, apart: Apart | None = None) -> list[list[F64]]:
+    def rings(self, limits: SideLimits) -> list[list[F64]]:
         """Return the polygons of each primitive, where no outline cuts another."""
-        return self.each(self.polygons(limits, apart=apart), np.arange(len(self.simple)))
+        return self.each(self.polygons(limits), np.arange(len(self.simple)))
 
 
 def _different(curves: Curves) -> tuple[I64, I64]:

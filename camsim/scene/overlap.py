@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -31,34 +30,6 @@ def common_area(area: Any, other: Any) -> float:
     order = np.argsort(np.minimum(edges[:, 0], edges[:, 2]), kind="stable")
     order = order[edges[order, 0] != edges[order, 2]]  # nothing lies below what stands upright
     return float(_common(edges[order], (order >= len(one)).astype(np.int64)))
-
-
-def areas_within(areas: Sequence[F64], low: F64, high: F64) -> F64:
-    """Return how much of each of some areas, by the edges about them, lies between two corners of an upright box.
-
-    ∮x·dy along what their edges are when every place is brought to the nearest one of the box; what lies above, below
-    or to the left of it adds nothing.
-
-    >>> import shapely
-    >>> areas = [edges_of(area) for area in (shapely.box(0, 0, 2, 2), shapely.box(1, 1, 4, 3))]
-    >>> areas_within(areas, np.zeros(2), np.array([3.0, 2.0]))
-    array([4., 2.])
-    """
-    edges = np.concatenate([np.empty((0, 4)), *areas])
-    y0, y1 = np.clip(edges[:, 1], low[1], high[1]), np.clip(edges[:, 3], low[1], high[1])
-    met = np.flatnonzero((y0 != y1) & (np.maximum(edges[:, 0], edges[:, 2]) > low[0]))
-    (u, v, x, y), y0, y1 = edges[met].T, y0[met], y1[met]
-    left, right = u + (x - u) * ((y0 - v) / (y - v)), u + (x - u) * ((y1 - v) / (y - v))
-    # Shares of each edge at which it crosses the sides of the box, and where it is there.
-    with np.errstate(divide="ignore", invalid="ignore"):
-        crossed = np.nan_to_num((np.array([[low[0]], [high[0]]]) - left) / (right - left))
-    shares = np.vstack([np.zeros(len(met)), np.sort(np.clip(crossed, 0.0, 1.0), axis=0), np.ones(len(met))])
-    across = np.clip(left + shares * (right - left), low[0], high[0]) - low[0]
-    under = 0.5 * np.sum(np.diff(shares, axis=0) * (across[1:] + across[:-1]), axis=0)
-    owner = np.repeat(np.arange(len(areas)), [len(own) for own in areas])
-    within = np.zeros(len(areas))
-    np.add.at(within, owner[met], under * (y1 - y0))
-    return within
 
 
 def edges_of(area: Any) -> F64:

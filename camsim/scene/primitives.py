@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+import itertools
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Literal, NamedTuple, Protocol
 
 import numpy as np
 
-from camsim.arrays import F64
+from camsim.arrays import F64, I64
 from camsim.errors import InvalidValueError
 from camsim.scene.curves import Curves
 from camsim.spectra.curve import Spectrum
@@ -94,7 +95,25 @@ def flattened(shapes: Iterable[Paints]) -> list[Primitive]:
     >>> primitive.layers[0][0].curves.boxes
     array([[ 1., -2.,  5.,  2.]])
     """
-    return [primitive for shape in shapes for primitive in shape.primitives()]
+    painted: list[Primitive] = []
+    for kind, alike in itertools.groupby(shapes, type):
+        same, together = list(alike), getattr(kind, "together", None)  # of thousands of discs a list at once
+        painted.extend(together(same) if together else (one for shape in same for one in shape.primitives()))
+    return painted
+
+
+def numbered(spectra: Sequence[Spectrum]) -> tuple[tuple[Spectrum, ...], I64]:
+    """Return the distinct ones in their order, and which of them each is.
+
+    >>> numbered([0.5, 0.2, 0.5])
+    ((0.5, 0.2), array([0, 1, 0]))
+    """
+    distinct: dict[Spectrum, int] = {}
+    known: dict[int, int] = {}  # curves are looked up by what they hold: each object once
+    for spectrum in spectra:
+        if id(spectrum) not in known:
+            known[id(spectrum)] = distinct.setdefault(spectrum, len(distinct))
+    return tuple(distinct), np.array([known[id(spectrum)] for spectrum in spectra], np.int64)
 
 
 def counted(shapes: Iterable[Shape], *, copies: int = 1, deeper: int = 0) -> tuple[int, int]:

@@ -15,6 +15,8 @@ from camsim.scene.primitives import FillRule
 
 GRID_BITS = (48, 46, 44)  # of the largest coordinate: at 50 GEOS fails to close rings now and then, at 49 it never did
 MOST_CROSSINGS = 200_000
+LONG = 48  # corners of a shape from which on it is cut to what another one needs of it
+BESIDE = 0.01  # of a box's size: how much larger it is cut
 TOGETHER = 100_000  # sides that are looked up at a time
 
 
@@ -69,7 +71,25 @@ def _less(area: Any, other: Any) -> Any:
     from camsim.scene.overlap import common_area  # Numba is not needed to make a scene
 
     kept = area.area - common_area(area, other)
-    return _sure(lambda grid: shapely.difference(area, other, grid_size=grid), kept, [area, other])
+    near = _about(area, other)  # which loses most of an outline at times, and then the area tells
+    return _sure(
+        lambda grid: shapely.difference(area, near if grid is None else other, grid_size=grid), kept, [area, other]
+    )
+
+
+def _about(area: Any, other: Any) -> Any:
+    """Return another area, of many corners only what lies in a box about the first."""
+    import shapely
+
+    if shapely.get_num_coordinates(other) <= LONG:
+        return other
+    low_x, low_y, high_x, high_y = area.bounds
+    more = BESIDE * max(high_x - low_x, high_y - low_y)
+    try:
+        near = shapely.clip_by_rect(other, low_x - more, low_y - more, high_x + more, high_y + more)
+    except shapely.errors.GEOSException:  # of a sliver a line was left, which is no ring
+        return other
+    return near if near.is_valid else other
 
 
 def common(area: Any, other: Any) -> Any:

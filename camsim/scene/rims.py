@@ -8,14 +8,13 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from camsim.arrays import F64, I64
 from camsim.scene.curves import circles_among
-from camsim.scene.primitives import Primitive
+from camsim.scene.outlines import Outlines
 
 TANGENT = 1e-9  # of all numbers' size: circles that touch so nearly are left to what cuts polygons
 HIDDEN = -2  # in place of what lies behind
@@ -67,28 +66,49 @@ class _Meetings(NamedTuple):
     end_um: F64
 
 
-def discs_among(primitives: Sequence[Primitive], first: I64, second: I64) -> tuple[np.ndarray, F64, F64]:
-    """Return which primitives are discs that meet nothing but discs, and their centres and radii.
+class Discs(NamedTuple):
+    """Which primitives are discs (n,), and where: (n, 2) and (n,), 0 of the others."""
 
-    first, second : pairs that may meet, the earlier one first
-    """
-    sound = np.zeros(len(primitives), bool)
-    centre, radius = np.zeros((len(primitives), 2)), np.zeros(len(primitives))
-    for number, primitive in enumerate(primitives):
-        if not primitive.simple or len((curves := primitive.layers[0][0].curves).kind) != 1:
-            continue
-        if abs(curves.turn_rad[0]) == math.tau and circles_among(curves)[0]:
-            start, u, _, _ = curves.points[0]
-            sound[number], centre[number], radius[number] = True, start - u, math.hypot(*u)
-    gap = np.hypot(*(centre[second] - centre[first]).T)
-    size = np.abs(centre).max(axis=1) + radius
-    slack = TANGENT * np.maximum(size[first], size[second])
-    one, two = radius[first], radius[second]
-    tangent = np.minimum(np.abs(gap - one - two), np.abs(gap - np.abs(one - two))) <= slack
-    # What meets something else is cut as that is, and so is what meets it.
-    while (bad := (sound[first] | sound[second]) & (tangent | ~sound[first] | ~sound[second])).any():
-        sound[first[bad]] = sound[second[bad]] = False
-    return sound, centre, radius
+    sound: np.ndarray
+    centre_um: F64
+    radius_um: F64
+
+    @classmethod
+    def of(cls, outlines: Outlines) -> Discs:
+        """Find them."""
+        curves, owner, count = outlines.curves, outlines.owner, len(outlines.simple)
+        lone = outlines.simple[owner] & (np.bincount(owner, minlength=count) == 1)[owner]
+        piece = np.flatnonzero(lone & (np.abs(curves.turn_rad) == math.tau) & circles_among(curves))
+        found = cls(np.zeros(count, bool), np.zeros((count, 2)), np.zeros(count))
+        found.sound[owner[piece]] = True
+        found.centre_um[owner[piece]] = curves.points[piece, 0] - curves.points[piece, 1]
+        found.radius_um[owner[piece]] = np.hypot(*curves.points[piece, 1].T)
+        return found
+
+    def some(self, which: I64 | np.ndarray) -> Discs:
+        """Return those of picked primitives."""
+        return Discs(self.sound[which], self.centre_um[which], self.radius_um[which])
+
+    def covered(self, first: I64, second: I64) -> np.ndarray:
+        """Return of which pairs the first lies wholly within the second."""
+        gap = np.hypot(*(self.centre_um[second] - self.centre_um[first]).T)
+        slack = TANGENT * (np.abs(self.centre_um).max(axis=1, initial=0.0) + self.radius_um)
+        within: np.ndarray = self.sound[first] & self.sound[second]
+        within &= gap + self.radius_um[first] < self.radius_um[second] - np.maximum(slack[first], slack[second])
+        return within
+
+    def among_discs(self, first: I64, second: I64) -> np.ndarray:
+        """Return which are discs that meet nothing but discs; the pairs may meet."""
+        sound, centre, radius = self.sound.copy(), self.centre_um, self.radius_um
+        gap = np.hypot(*(centre[second] - centre[first]).T)
+        size = np.abs(centre).max(axis=1, initial=0.0) + radius
+        slack = TANGENT * np.maximum(size[first], size[second])
+        one, two = radius[first], radius[second]
+        tangent = np.minimum(np.abs(gap - one - two), np.abs(gap - np.abs(one - two))) <= slack
+        # What meets something else is cut as that is, and so is what meets it.
+        while (bad := (sound[first] | sound[second]) & (tangent | ~sound[first] | ~sound[second])).any():
+            sound[first[bad]] = sound[second[bad]] = False
+        return sound
 
 
 def rims_of(centre: F64, radius: F64, region: I64, pairs: tuple[I64, I64]) -> Rims:

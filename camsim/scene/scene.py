@@ -11,7 +11,7 @@ from camsim import notebook
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError
 from camsim.scene.point_source import PointSource
-from camsim.scene.primitives import Shape, counted
+from camsim.scene.primitives import Shape, counted, numbered
 from camsim.scene.raster import Field
 from camsim.spectra.curve import NumberOrCurve, Reflectance, Spectrum
 from camsim.typed import judge, refusal
@@ -56,7 +56,7 @@ class Scene:
         for shape in self.shapes:
             own = shape.surfaces if isinstance(shape, Field) else (one.reflectance for one in shape.primitives())
             painted.extend(own)
-        return tuple(dict.fromkeys(painted))
+        return numbered(painted)[0]
 
     def framed(self, reflectance: Spectrum) -> Scene:
         """Return the scene with the outline in one colour in place of every picture and gradient."""

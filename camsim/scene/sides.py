@@ -13,14 +13,12 @@ import numpy as np
 
 from camsim.arrays import F64, I64
 from camsim.scene.curves import STRAIGHT, Curves, circles_among, cross
-from camsim.scene.growing import grown
-from camsim.scene.side_limits import MOST_TURN, SideLimits, judge_sides
-from camsim.scene.stretches import Apart, Stretches, Whose, cut_stretches, followers, gradual, stretches
+from camsim.scene.side_limits import SideLimits, judge_sides
+from camsim.scene.stretches import Stretches, followers, gradual, stretches
 
 SMOOTH = 1e-7  # sine of the angle between curves that go on in one another
 GRID_BITS = 46  # of the largest coordinate of a curve
 NEARLY = 1e-9  # of a curve's parameter: a corner so near its ends is one of them
-LEAST = 0.3  # of a step between corners on a circle: nearer ones are one
 
 
 class Polygons(NamedTuple):
@@ -57,8 +55,8 @@ class Polygons(NamedTuple):
         return start, start[following]
 
 
-def polygons(curves: Curves, limits: SideLimits, whose: Whose | None = None, apart: Apart | None = None) -> Polygons:
-    """Return the loops as polygons; ``whose``: by which it is found what another outline may cut, None for nothing."""
+def polygons(curves: Curves, limits: SideLimits, cut: np.ndarray | None = None) -> Polygons:
+    """Return the loops as polygons; ``cut``: (loops,) those that another outline may cut, None for none."""
     if not np.any(curves.kind != STRAIGHT):
         return Polygons(curves.points[:, 0], curves.first)
     following = followers(curves.first)
@@ -67,17 +65,11 @@ def polygons(curves: Curves, limits: SideLimits, whose: Whose | None = None, apa
     through[following] = smooth
     sides = np.ones(len(curves.kind), np.int64)
     bent = np.flatnonzero(curves.kind != STRAIGHT)
-    found = stretches(curves.some(bent), apart)
-    cut = np.full(len(found.owner), limits.textured)
-    if whose is not None and not limits.textured:
-        found, cut = cut_stretches(found._replace(owner=bent[found.owner]), curves, whose)
-        found = found._replace(owner=np.searchsorted(bent, found.owner))
     corners = ~np.stack([through[bent], smooth[bent]], axis=1)
-    # Sides of one outline differ where another one cuts it, from corners on, and wherever its radius does.
-    uneven = np.zeros(len(curves.first) - 1, bool)
-    uneven[curves.loop[bent[found.owner[cut]]]] = True
+    # Sides of one outline differ from corners on, and wherever its radius does.
+    uneven = np.full(len(curves.first) - 1, limits.textured) if cut is None else cut | limits.textured
     uneven[curves.loop[bent[corners.any(axis=1) | ~circles_among(curves.some(bent))]]] = True
-    sides[bent], t = _laid(curves.some(bent), found, limits, cut, uneven[curves.loop[bent]], corners)
+    sides[bent], t = _laid(curves.some(bent), limits, uneven[curves.loop[bent]], corners)
     owner = np.repeat(np.arange(len(sides)), sides)
     begin = np.cumsum(sides) - sides
     t0 = np.zeros(owner.size)
@@ -111,51 +103,23 @@ def _smooth(curves: Curves, following: I64) -> np.ndarray:
     return smooth
 
 
-def _laid(
-    curves: Curves, found: Stretches, limits: SideLimits, cut: np.ndarray, uneven: np.ndarray, corners: np.ndarray
-) -> tuple[I64, F64]:
+def _laid(curves: Curves, limits: SideLimits, uneven: np.ndarray, corners: np.ndarray) -> tuple[I64, F64]:
     """Return how many sides each curve gets, and where they begin, curve after curve.
 
-    found, cut : stretches, and which of them another outline may cut
-    uneven     : curves in whose outline there are such, or corners, or whose radius is not the same all along
-    corners    : (n, 2) whether a curve's start and end are corners, whose places are kept
+    uneven  : curves in whose outline there are corners, or whose radius is not the same all along, or that may be cut
+    corners : (n, 2) whether a curve's start and end are corners, whose places are kept
     """
-    side, longer = limits.side_um(found.radius_um, cut), None
-    if limits.longer is not None:
-        longer = limits.longer(found.place_um, found.radius_um, found.length_um)
-        longer = gradual(np.minimum(longer, MOST_TURN * found.radius_um), found)
-        side = np.minimum(np.maximum(side, longer), MOST_TURN * found.radius_um)
+    round_ones = circles_among(curves)
+    others = np.flatnonzero(~round_ones)
+    found = stretches(curves.some(others))
+    side = limits.side_um(found.radius_um, uneven[others][found.owner])
+    side = np.maximum(np.minimum(side, limits.segment_um), gradual(side, found))
     judge_sides(float(np.sum(found.length_um / side)))
-    # Runs of stretches of one curve whose sides grow, or of those whose do not.
-    growing = uneven[found.owner] & ~cut & limits.grows
-    begins = np.append(True, (np.diff(found.owner) != 0) | np.diff(growing))[: len(cut)]
-    run = np.cumsum(begins) - 1
-    whose, grows = found.owner[begins], growing[begins]
-    of_runs, runs = curves.some(whose), found._replace(owner=run)
-    circles = circles_among(of_runs)
-    laid = [
-        _whole_steps(of_runs, runs.some(~growing & circles[run]), side[~growing & circles[run]]),
-        _even_steps(runs.some(~growing & ~circles[run]), side[~growing & ~circles[run]], len(whose)),
-    ]
-    owner, t = (np.concatenate(parts) for parts in zip(*laid, strict=True))
-    # What grows begins and ends in the corners beside it, or where it meets what has none.
-    low, high = found.t0[begins], found.t1[np.append(begins[1:], True)[: len(cut)]]
-    nearest, farthest = np.full(len(whose), np.inf), np.full(len(whose), -np.inf)
-    np.minimum.at(nearest, owner, t)
-    np.maximum.at(farthest, owner, t)
-    stepped = np.isfinite(nearest) & circles
-    joined = np.append(False, whose[1:] == whose[:-1])[: len(whose)]
-    before = np.flatnonzero(joined & grows)
-    after = np.flatnonzero(joined & ~grows)  # what grows lies before these
-    beside = np.concatenate([before[~stepped[before - 1]], after[~stepped[after]]])
-    low[before] = np.where(stepped[before - 1], farthest[before - 1], low[before])
-    high[after - 1] = np.where(stepped[after], nearest[after], high[after - 1])
-    parts = _within(runs.some(growing), low, high)
-    number = np.cumsum(grows) - 1
-    parts = parts._replace(owner=number[parts.owner])
-    of_part, places = grown(of_runs.some(grows), parts, limits, None if longer is None else longer[growing])
-    owner = np.concatenate([np.arange(len(corners)), whose[owner], whose[beside], whose[grows][of_part]])
-    t = np.concatenate([np.zeros(len(corners)), t, found.t0[begins][beside], places])
+    inner, t = _even_steps(found, side, len(others))
+    circles = np.flatnonzero(round_ones)
+    along, steps = _whole_steps(curves.some(circles), limits, uneven[circles])
+    owner = np.concatenate([np.arange(len(corners)), others[inner], circles[along]])
+    t = np.concatenate([np.zeros(len(corners)), t, steps])
     # A curve between two corners has a side in its middle that can be moved.
     single = np.flatnonzero((np.bincount(owner, minlength=len(corners)) == 1) & corners.all(axis=1))
     owner, t = np.concatenate([owner, single]), np.concatenate([t, np.full(single.size, 0.5)])
@@ -163,60 +127,27 @@ def _laid(
     return np.bincount(owner, minlength=len(corners)), t[order]
 
 
-def _within(parts: Stretches, low: F64, high: F64) -> Stretches:
-    """Return stretches, the first and last of each part as long as it goes: from ``low`` to ``high`` (parts,)."""
-    first = np.append(True, np.diff(parts.owner) != 0)[: len(parts.owner)]
-    last = np.append(first[1:], True)[: len(parts.owner)]
-    t0, t1 = np.where(first, low[parts.owner], parts.t0), np.where(last, high[parts.owner], parts.t1)
-    return parts._replace(t0=t0, t1=t1, length_um=parts.length_um * (t1 - t0) / (parts.t1 - parts.t0))
-
-
-def _whole_steps(curves: Curves, found: Stretches, side: F64) -> tuple[I64, F64]:
-    """Return owners and parameters of the corners on parts of circles.
+def _whole_steps(curves: Curves, limits: SideLimits, uneven: np.ndarray) -> tuple[I64, F64]:
+    """Return owners and parameters of the corners within parts of circles.
 
     They lie in directions that are whole multiples of a turn over a number of few digits: arcs of one circle that
     different shapes have in common get the same corners, and nothing shows between them.
     """
-    own = curves.some(found.owner)
-    u, v = own.points[:, 1], own.points[:, 2]
-    begin, way = np.arctan2(u[:, 1], u[:, 0]), np.sign(cross(u, v)) * own.turn_rad
-    wanted = math.tau * found.radius_um / side
+    u, v = curves.points[:, 1], curves.points[:, 2]
+    begin, way = np.arctan2(u[:, 1], u[:, 0]), np.sign(cross(u, v)) * curves.turn_rad
+    radius = np.hypot(u[:, 0], u[:, 1])
+    wanted = math.tau * radius / limits.side_um(radius, uneven)
+    judge_sides(float(np.sum(wanted)))
     eighth = 2.0 ** (np.floor(np.log2(wanted)) - 3.0)
-    step = _kept_on(math.tau / (eighth * np.ceil(wanted / eighth - NEARLY)), found, np.abs(way))
-    ends = np.stack([begin + way * found.t0, begin + way * found.t1]) / step
+    step = math.tau / (eighth * np.ceil(wanted / eighth - NEARLY))
+    ends = np.stack([begin, begin + way]) / step
     low, high = np.floor(ends.min(axis=0)) + 1.0, np.floor(ends.max(axis=0))
     counts = np.maximum(high - low + 1.0, 0.0).astype(np.int64)
     whose = np.repeat(np.arange(counts.size), counts)
     number = low[whose] + np.arange(whose.size) - np.repeat(np.cumsum(counts) - counts, counts)
     t = (number * step[whose] - begin[whose]) / way[whose]
     inner = (t > NEARLY) & (t < 1.0 - NEARLY)
-    owner, t, least = found.owner[whose[inner]], t[inner], (LEAST * step / np.abs(way))[whose[inner]]
-    order = np.lexsort((t, owner))  # arcs that turn the other way meet their corners backwards
-    owner, t, least = owner[order], t[order], least[order]
-    # Where steps change two corners may fall together: a side as short as that leaves its ends no room to move.
-    crowded = (np.diff(t) < np.minimum(least[1:], least[:-1])) & (np.diff(owner) == 0)
-    apart = np.append(True, ~crowded) if t.size else crowded
-    return owner[apart], t[apart]
-
-
-def _kept_on(step: F64, found: Stretches, turn_rad: F64) -> F64:
-    """Return steps, each kept as far on either side of its stretch as it is long.
-
-    A stretch may be shorter than its step, and have none of its corners: between two beside it that have other steps
-    a side would be as long as both of theirs.
-    """
-    kept, size, count = step.copy(), (found.t1 - found.t0) * turn_rad, len(step)
-    apart = np.zeros(count)
-    for ahead in range(1, count):
-        one, two = np.arange(count - ahead), np.arange(ahead, count)
-        apart = apart[: count - ahead] + (size[ahead - 1 : -1] if ahead > 1 else 0.0)
-        near = (found.owner[one] == found.owner[two]) & (apart < np.maximum(step[one], step[two]))
-        if not near.any():
-            break
-        for here, there in ((one, two), (two, one)):
-            own = near & (apart < step[here])
-            kept[there[own]] = np.minimum(kept[there[own]], step[here[own]])
-    return kept
+    return whose[inner], t[inner]
 
 
 def _even_steps(found: Stretches, side: F64, count: int) -> tuple[I64, F64]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,14 +14,12 @@ from camsim.errors import InvalidValueError
 from camsim.scene.outlines import Outlines, area_of
 from camsim.scene.primitives import Primitive
 from camsim.scene.regions import joined_areas, rings_of, without
+from camsim.scene.rims import Discs
 from camsim.scene.side_limits import SideLimits
 
 MOST_PAIRS = 30_000_000  # of shapes whose boxes touch: 8000 rings in one another, a gigabyte
 TOGETHER = 1000  # boxes that are looked up at a time
 ROUGH = 0.01  # of a shape's size: more than a rough outline is off
-LONG = 48  # corners of a shape from which on it is cut to what another one needs of it
-BESIDE = 0.01  # of a box's size: how much larger it is cut
-LOST = 1e-9  # of that box: what a cut may miss
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -30,14 +28,12 @@ class Covers:
 
     seen     : those that no single later one hides, in painter's order
     first, second : pairs of them, by their place in ``seen``, whose boxes touch; the first is painted earlier
-    boxes_um : (seen, 4)
     alone    : (seen,) those that touch no other and whose outlines are simple: they keep their very numbers
     """
 
     seen: I64
     first: I64
     second: I64
-    boxes_um: F64
     alone: np.ndarray
 
     @classmethod
@@ -52,21 +48,21 @@ class Covers:
         first, second = number[first[both]], number[second[both]]
         alone = outlines.simple[seen].copy()
         alone[first] = alone[second] = False
-        return cls(seen, first, second, boxes[seen], alone)
+        return cls(seen, first, second, alone)
 
     def some(self, which: np.ndarray) -> Covers:
         """Return those among some that meet none of the others."""
         number = np.cumsum(which) - 1
         kept = which[self.first]
         first, second = number[self.first[kept]], number[self.second[kept]]
-        return Covers(self.seen[which], first, second, self.boxes_um[which], self.alone[which])
+        return Covers(self.seen[which], first, second, self.alone[which])
 
     def met(self, pairs: np.ndarray) -> Covers:
         """Return the same, knowing which pairs meet: what has none is alone, simple or not."""
         first, second = self.first[pairs], self.second[pairs]
         alone = np.ones(len(self.seen), bool)
         alone[first] = alone[second] = False
-        return Covers(self.seen, first, second, self.boxes_um, alone)
+        return Covers(self.seen, first, second, alone)
 
     def some_pairs(self, pairs: np.ndarray) -> Covers:
         """Return the same with some of the pairs only: those that touch and no more hide nothing of one another."""
@@ -107,9 +103,12 @@ def _touching(boxes: F64) -> tuple[I64, I64]:
 def _hidden(primitives: Sequence[Primitive], outlines: Outlines, boxes: F64, first: I64, second: I64) -> np.ndarray:
     """Return which primitives lie wholly under a single later one that is simple.
 
-    Asked of rough outlines, and of boxes larger than these are off.
+    Discs under discs are known; of others rough outlines are asked, and boxes larger than these are off.
     """
-    hidden = np.zeros(len(boxes), bool)
+    hidden, discs = np.zeros(len(boxes), bool), Discs.of(outlines)
+    hidden[first[discs.covered(first, second)]] = True
+    others = ~(discs.sound[first] & discs.sound[second]) & ~hidden[first]
+    first, second = first[others], second[others]
     if not first.size:
         return hidden
     size = boxes[:, 2:] - boxes[:, :2]
@@ -144,13 +143,10 @@ def visible_rings(
         return []
     import shapely
 
-    from camsim.scene.overlap import edges_of
-
     areas = np.array([area_of(primitive, own) for (primitive, _), own in zip(seen, rings, strict=True)], object)
     covers = covers.met(shapely.intersects(areas[covers.first], areas[covers.second]))
     hiding = covers.some_pairs(~shapely.touches(areas[covers.first], areas[covers.second]))
-    long = shapely.get_num_coordinates(areas) > LONG
-    edges = {int(number): edges_of(areas[number]) for number in np.unique(hiding.second[long[hiding.second]])}
+    sizes = shapely.area(areas)
     visible: list[tuple[int, list[F64]]] = []
     pieces: dict[int, list[Any]] = {}
     for i, after in enumerate(hiding.after()):
@@ -158,41 +154,13 @@ def visible_rings(
         if covers.alone[i]:
             visible.append((region, rings_of(areas[i])))
             continue
-        later = _near(areas, after, edges, covers.boxes_um[i])
+        later = areas[after[np.argsort(-sizes[after], kind="stable")]]  # the largest first: they leave least
         piece = without(areas[i], later)  # its very numbers, where shapes lie beside it only
         if not piece.is_empty:
             pieces.setdefault(region, []).append(piece)
     for region, parts in pieces.items():
         visible += [(region, rings_of(together)) for together in _joined(parts)]
     return visible
-
-
-def _near(areas: np.ndarray, which: I64, edges: Mapping[int, F64], box: F64) -> np.ndarray:
-    """Return picked areas, those of many corners cut to a little more than a box; without those that do not reach it.
-
-    edges : of the areas of many corners
-    """
-    import shapely
-
-    from camsim.scene.overlap import areas_within
-
-    if not len(which):
-        return areas[which]
-    more = BESIDE * float((box[2:] - box[:2]).max())
-    low, high = box[:2] - more, box[2:] + more
-    cut = areas[which]
-    long = np.array([k for k, number in enumerate(which.tolist()) if number in edges], np.int64)
-    try:
-        clipped = shapely.clip_by_rect(cut[long], *low, *high)
-    except shapely.errors.GEOSException:  # of a sliver a line was left, which is no ring
-        clipped = cut[long]
-    # Of outlines on a lattice most was lost at times (2 of 10 000), without a word.
-    off = shapely.area(clipped) - areas_within([edges[number] for number in which[long].tolist()], low, high)
-    sound = shapely.is_valid(clipped) & (np.abs(off) <= LOST * float(np.prod(high - low)))
-    cut[long[sound]] = clipped[sound]
-    near: np.ndarray = cut[~shapely.is_empty(cut)]
-    # The largest first: they leave least.
-    return near[np.argsort(-shapely.area(near), kind="stable")]
 
 
 def _joined(parts: list[Any]) -> list[Any]:

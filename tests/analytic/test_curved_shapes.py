@@ -93,7 +93,7 @@ def test_cut_ellipses_keep_their_areas(at, flat):
     half_plane = camsim.Rectangle(width_um=8.0, height_um=8.0, centre_um=(at * wide - 4.0, 0.0), reflectance=1.0)
     right = wide * high * (np.arccos(at) - at * np.sqrt(1.0 - at * at))
     for cut_um2 in (1e-6, 1e-8, 1e-10):
-        limits = SideLimits(20.0, np.sqrt(cut_um2), cut_um2, 5.0 * cut_um2, 0.5 * cut_um2)
+        limits = SideLimits(20.0, np.sqrt(cut_um2), cut_um2, 5.0 * cut_um2)
         assert abs(brightness([ellipse, half_plane], limits) - 64.0 - over * right) <= 2.0 * over * cut_um2
 
 
@@ -128,7 +128,7 @@ def test_circles_that_cut_one_another_keep_their_areas():
     both = [common_circles(np.sqrt(0.5), 1.0, radius) for radius in (ring.radius_um, ring.inner_radius_um)]
     exact = 0.5 * (np.pi - both[0] + both[1]) + 0.9 * np.pi * (ring.radius_um**2 - ring.inner_radius_um**2)
     for cut_um2 in (1e-8, 1e-10, 1e-12):
-        limits = SideLimits(20.0, np.sqrt(cut_um2), cut_um2, 5.0 * cut_um2, 0.5 * cut_um2)
+        limits = SideLimits(20.0, np.sqrt(cut_um2), cut_um2, 5.0 * cut_um2)
         assert abs(brightness([disc, ring], limits) - exact) <= 2.0 * cut_um2
 
 
@@ -146,7 +146,7 @@ def test_what_crosses_once_more_beside_its_corner_keeps_its_areas(cut_um2, strai
     """Two curves, or a curve and a line, that leave a corner by a small angle and turn into each other's way: where no
     other stretch came between, their sides stayed as long as areas let them be that nothing cuts."""
     rng = np.random.default_rng(5)
-    limits = SideLimits(3.0, np.sqrt(cut_um2), cut_um2, cut_um2, cut_um2)
+    limits = SideLimits(3.0, np.sqrt(cut_um2), cut_um2, cut_um2)
     t = np.linspace(0.0, 1.0, 20_001)[:, None]
     basis = np.hstack([(1.0 - t) ** 3, 3.0 * t * (1.0 - t) ** 2, 3.0 * t**2 * (1.0 - t), t**3])
     worst = 0.0

@@ -582,27 +582,26 @@ def test_tapers_are_wide_enough_for_slow_rings(lens, blur, tolerance):
 
 BAR = {"kind": "polygon", "points": [[-60.0, 0.3], [60.0, 0.9], [60.0, 40.0], [-60.0, 40.0]], "reflectance": 0.0}
 LEAF = [[[-8.0, -9.0], [[6.0, -6.0], [-7.0, 4.0], [4.0, 3.0]], [[9.0, 2.6], [-6.0, 9.0], [-8.0, -9.0]]]]
-GROWING = {
-    "disc": ({"kind": "disc", "centre": [-19.8, 0.0], "radius": 20.0}, [BAR], 5000),
-    "ellipse": ({"kind": "ellipse", "centre": [-14.8, 0.0], "radii": [15.0, 4.0], "rotate_deg": 0.0}, [BAR], 5000),
-    "thin ellipse": ({"kind": "ellipse", "centre": [-14.8, 0.0], "radii": [15.0, 1.0], "rotate_deg": 0.0}, [], 6500),
-    "leaf": ({"kind": "path", "rule": "nonzero", "outlines": LEAF}, [BAR], 4000),
+CUT = {
+    "disc": ({"kind": "disc", "centre": [-19.8, 0.0], "radius": 20.0}, [BAR]),
+    "ellipse": ({"kind": "ellipse", "centre": [-14.8, 0.0], "radii": [15.0, 4.0], "rotate_deg": 0.0}, [BAR]),
+    "thin ellipse": ({"kind": "ellipse", "centre": [-14.8, 0.0], "radii": [15.0, 1.0], "rotate_deg": 0.0}, []),
+    "leaf": ({"kind": "path", "rule": "nonzero", "outlines": LEAF}, [BAR]),
 }
 
 
-@pytest.mark.parametrize(("shape", "over", "most"), GROWING.values(), ids=list(GROWING))
-def test_sides_that_grow_from_where_an_outline_is_cut(shape, over, most):
-    """All of an outline had the sides that may differ by anything from the next: two to four times as many."""
+@pytest.mark.parametrize(("shape", "over"), CUT.values(), ids=list(CUT))
+def test_sides_of_an_outline_that_is_cut(shape, over):
+    """What is left of a side where another outline cuts it, and where the radius changes."""
     system = system_of([shape | {"reflectance": 0.2}, *over], 0.3, photosite=POINT, rows=16, cols=2)
     truth = systems.Truth(system)
     exact, unsure = truth.boundary(0, 1e-12).values(np.stack(np.meshgrid(truth.x, truth.y), axis=-1).reshape(-1, 2))
     assert unsure.max() < 1e-12
-    for tolerance in (1e-4, 1e-6, 1e-8, 1e-10):
+    for tolerance in (1e-4, 1e-6, 1e-8):
         for method in ("boundary", "fourier"):
             rendering = systems.rendered(system, tolerance=tolerance, method=method)
             assert np.abs(rendering.image.ravel() - truth.base[0] - exact).max() <= 0.2 * tolerance
             assert rendering.error_estimate <= tolerance
-    assert len(systems.choice(system, tolerance=1e-10, method="boundary").plan.job.edges) < most
 
 
 @pytest.mark.parametrize(

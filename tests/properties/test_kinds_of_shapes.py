@@ -15,7 +15,7 @@ from camsim.rendering.check.scenery import pieces_of
 from camsim.scene import arrange
 from camsim.scene.side_limits import SideLimits
 
-FINE = SideLimits(segment_um=0.7, wobble_um=1e-3, cut_um2=1e-3, moment_um3=1e-3, shift_um=1e-3)
+FINE = SideLimits(segment_um=0.7, wobble_um=1e-3, cut_um2=1e-3, moment_um3=1e-3)
 RING, CIRCLE = math.pi * (49 - 16), math.pi * 49
 
 

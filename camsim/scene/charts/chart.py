@@ -88,6 +88,10 @@ class Chart(Shape):
         for key, value in (("parameters", kept), ("shapes", shapes), ("depth", depth), ("pieces", pieces)):
             object.__setattr__(self, key, value)
 
+    def __reduce__(self) -> tuple[Any, tuple[()]]:
+        """Return how it is made again: workers draw it, which is quicker than to read thousands of shapes."""
+        return functools.partial(Chart, name=self.name, parameters=self.parameters), ()
+
     def primitives(self) -> Iterator[Primitive]:
         """Return what its shapes are painted as; kept, as spectra, outlines and the check all ask for it."""
         painted = self._painted
