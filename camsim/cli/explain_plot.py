@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -26,7 +25,6 @@ SIZES = {
 WAVELENGTHS = 24  # of a curve or pattern, at the most
 ALONG = 400
 FOOTPRINT = "photosite"
-ALL_NYQUIST = 0.5
 PITCHES, PERIOD, CELLS = 4.0, 32.0, 1024  # what is shown to either side; a period that hardly wraps, and its samples
 
 
@@ -123,15 +121,11 @@ def _draw_mtf(figure: Any, capture: Capture) -> None:
         diagonal = _system(capture, k, slanted, slanted, _lens(capture, k, slanted, slanted))
         axes.plot(f, np.abs(diagonal), color=colour, lw=1.2, ls="-.", label=f"system, {name}, 45°")
     for nyquist, names in nyquists(camera.cfa).items():
-        colour = colour_of_channel(names[0]) if len(names) == 1 else "black"
-        axes.axvline(nyquist, color=colour, lw=0.8, ls=":")
-        words = "all photosites" if nyquist == ALL_NYQUIST else ", ".join(names)
-        # Green of a Bayer array lies on every other photosite: 0.354 along diagonals; G1 and G2 alone have 0.25.
-        even = (0.5 / nyquist).is_integer()
+        axes.axvline(nyquist, color="grey", lw=0.8, ls=":")
         axes.text(
             nyquist,
             0.99,
-            f"Nyquist of {words}{'' if even else ' (even lattice as dense)'}",
+            f"Nyquist of {', '.join(names)}",
             ha="right",
             va="top",
             rotation=90,
@@ -153,15 +147,18 @@ def _title(capture: Capture) -> str:
 
 
 def nyquists(cfa: Cfa) -> dict[float, list[str]]:
-    """Return half the sampling frequency of all photosites and of those of each channel, cycles per pitch, and whose.
+    """Return the Nyquist frequencies, cycles per pitch, and whose: the sensor's, and each channel's that is measured.
 
-    A channel's is that of an even lattice of its density, as ``camsim measure`` has it.
+    ``camsim measure mtf`` has the same: of a Bayer array G1 and G2 apart, on a lattice each.
     """
-    letters = "".join(cfa.pattern)
-    found: dict[float, list[str]] = {}
-    for name in cfa.channels:
-        found.setdefault(round(ALL_NYQUIST * math.sqrt(letters.count(name) / len(letters)), 6), []).append(name)
-    return {**found, ALL_NYQUIST: list(cfa.channels)}
+    from camsim.measure.full_frame import NYQUIST_OF_SENSOR_CYCLES_PER_PIXEL
+    from camsim.measure.picture import Picture, mosaic_planes
+
+    period = np.zeros((len(cfa.pattern), len(cfa.pattern[0])))
+    found = {NYQUIST_OF_SENSOR_CYCLES_PER_PIXEL: ["the sensor"]}
+    for channel in Picture(name="", shape=period.shape, planes=mosaic_planes(period, cfa.pattern)).select("all"):
+        found.setdefault(channel.nyquist_cycles_per_pixel, []).append(channel.name)
+    return found
 
 
 def _draw_psf(figure: Any, capture: Capture) -> None:

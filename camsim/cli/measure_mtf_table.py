@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from camsim.cli.tables import print_table
+from camsim.measure.full_frame import NYQUIST_OF_SENSOR_CYCLES_PER_PIXEL
 from camsim.words import percent_range
 
 if TYPE_CHECKING:
@@ -43,8 +44,8 @@ def print_series(series: MtfSeries, unit: Unit, why_not: Mapping[str, str]) -> N
     short = _SHORT[unit]
     heads = (
         *((series.by or "file",) if several else ()), "row,col,rows,cols", "channel", "angle °", f"MTF50 {short}",
-        "theory", f"MTF30 {short}", f"MTF10 {short}", "at channel's Nyquist", "10–90 % px", "contrast", "SNR",
-        "acutance 2 PH", "radius px", "direction",
+        "theory", f"MTF30 {short}", f"MTF10 {short}", "at channel's Nyquist", "theory", "at sensor's Nyquist", "theory",
+        "10–90 % px", "contrast", "SNR", "acutance 2 PH", "radius px", "direction",
     )  # fmt: skip
     rows = []
     for label, report in zip(series.labels, series.reports, strict=True):
@@ -75,7 +76,14 @@ def _row(report: MtfReport, edge: EdgeMtf, unit: Unit) -> tuple[str, ...]:
     f, e = edge.figures, edge.standard_error
     factor = report.full_frame.per_unit(unit)
     place = report.place(edge)
-    theory = "–" if edge.theory is None else _number(factor * edge.theory.mtf50_cycles_per_pixel)
+    known = edge.theory
+    theory = (
+        ("–",) * 3
+        if known is None
+        else tuple(
+            map(_number, (factor * known.mtf50_cycles_per_pixel, known.mtf_at_nyquist, known.mtf_at_nyquist_of_sensor))
+        )
+    )
     half, third, tenth = (
         with_error(
             factor * getattr(f, f"mtf{level}_cycles_per_pixel"), factor * getattr(e, f"mtf{level}_cycles_per_pixel")
@@ -83,8 +91,10 @@ def _row(report: MtfReport, edge: EdgeMtf, unit: Unit) -> tuple[str, ...]:
         for level in (50, 30, 10)
     )
     return (
-        str(edge.roi), edge.channel, with_error(f.angle_deg, e.angle_deg), half, theory, third, tenth,
-        f"{with_error(f.mtf_at_nyquist, e.mtf_at_nyquist)} at {factor * edge.nyquist_cycles_per_pixel:.3g}",
+        str(edge.roi), edge.channel, with_error(f.angle_deg, e.angle_deg), half, theory[0], third, tenth,
+        f"{with_error(f.mtf_at_nyquist, e.mtf_at_nyquist)} at {factor * edge.nyquist_cycles_per_pixel:.3g}", theory[1],
+        f"{with_error(f.mtf_at_nyquist_of_sensor, e.mtf_at_nyquist_of_sensor)} at "
+        f"{factor * NYQUIST_OF_SENSOR_CYCLES_PER_PIXEL:.3g}", theory[2],
         with_error(f.rise_10_90_pixel, e.rise_10_90_pixel), _number(f.contrast), f"{f.snr:.3g}",
         f"{report.acutance(edge, 2.0):.4f}", f"{place.radius_pixel:.0f}", place.direction,
     )  # fmt: skip

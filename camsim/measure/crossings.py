@@ -11,9 +11,9 @@ import numpy as np
 from camsim.arrays import F64
 from camsim.measure import spline
 from camsim.measure.fit import EdgeFit, crossing
-from camsim.measure.spline import TAIL
+from camsim.measure.spline import TAIL, Model
 
-Curve: TypeAlias = Callable[[F64], tuple[F64, F64]]
+Curve: TypeAlias = Callable[[F64], F64]
 
 _BANDS = (2.0, 4.0)
 """Standard errors of a curve within which its crossings are looked for."""
@@ -55,7 +55,7 @@ def limit(frequency: F64, mtf: F64, mtf_error: F64, level: float, at: Curve) -> 
             return math.nan, math.nan
         error = max(error, (0.0 if math.isnan(low) else first - low) / band, (high - first) / band)
     for _ in range(4):
-        value, _ = at(np.array([f - delta, f, f + delta]))
+        value = at(np.array([f - delta, f, f + delta]))
         slope = (value[2] - value[0]) / (2.0 * delta)
         if slope >= 0.0:
             return math.nan, math.nan
@@ -63,35 +63,58 @@ def limit(frequency: F64, mtf: F64, mtf_error: F64, level: float, at: Curve) -> 
     return f, max(float(np.interp(f, frequency, mtf_error)) / abs(slope), error)
 
 
-def rise_of(fit: EdgeFit, ends: F64) -> tuple[float, float]:
+def rise_of(fit: EdgeFit) -> tuple[float, float]:
     """Return the 10–90 % rise and its standard error; NaN where noise hides an end of it.
 
-    Each end's error is what errors of the curve move it by, as in ``limit``, or what the slope says.
+    Each end's error is what errors of the curve move it by, as in ``limit``, what the slope says, or what
+    another model makes of the rise.
     """
     model, c = fit.model, fit.coefficients
-    d = np.linspace(-2.0 * model.half_width, 2.0 * model.half_width, 16 * model.columns + 1)
-    low = np.zeros(c.size)
-    low[0], low[model.columns + TAIL] = 1.0, -0.5 * math.pi
-    step = float(ends @ c)
-    rows = spline.spread_rows(d, model)
-    esf = (rows @ c - low @ c) / step
+    d, esf, rows = _esf(model, c)
     at = np.array([crossing(d, esf, 0.1), crossing(d, esf, 0.9)])
-    at_rows, slopes = spline.spread_rows(at, model), spline.line_rows(at, model) @ c
+    at_rows, slopes = _above_dark(at, model), spline.line_rows(at, model) @ c
     if not np.all(slopes > 0.0):
         return math.nan, math.nan
     # A crossing moves by minus the curve's own change over its slope.
-    moves = -(at_rows - low - np.array([[0.1], [0.9]]) * ends) / slopes[:, None]
+    step, ends = _step(model, c)
+    moves = -(at_rows - np.array([[0.1], [0.9]]) * ends) / slopes[:, None]
     gradient = moves[1] - moves[0]
     linear = math.sqrt(max(float(gradient @ fit.covariance @ gradient), 0.0))
     ends_error = [0.0, 0.0]
     for k, (level, place) in enumerate(zip((0.1, 0.9), at, strict=True)):
-        error = errors_of((rows - low - level * ends) / step, fit.covariance)
+        error = errors_of((rows - level * ends) / step, fit.covariance)
         for band in _BANDS:
             moved = [_nearest(d, esf + side * error, level, place) for side in (-band, band)]
             if any(math.isnan(m) for m in moved):
                 return math.nan, math.nan
             ends_error[k] = max(ends_error[k], *(abs(m - place) / band for m in moved))
-    return float(at[1] - at[0]), max(linear, math.hypot(*ends_error))
+    rise = float(at[1] - at[0])
+    others = []
+    for other in fit.others:
+        d, esf, _ = _esf(other.model, other.coefficients)
+        others.append(abs(crossing(d, esf, 0.9) - crossing(d, esf, 0.1) - rise))
+    return rise, max(linear, math.hypot(*ends_error), *others)
+
+
+def _step(model: Model, c: F64) -> tuple[float, F64]:
+    """Return the step, tails and all, and the row that gives it."""
+    row = spline.transform_rows(np.zeros(1), model, None)[0].real
+    return float(row @ c), row
+
+
+def _above_dark(d: F64, model: Model) -> F64:
+    """Return (m, n) rows that give the ESF above the dark side's far end."""
+    rows = spline.spread_rows(d, model)
+    rows[:, 0] -= 1.0
+    rows[:, model.columns + TAIL] += model.tail_end
+    return rows
+
+
+def _esf(model: Model, c: F64) -> tuple[F64, F64, F64]:
+    """Return distances, the ESF from 0 to 1 at each, and the rows that give its multiple by the step."""
+    d = np.linspace(-2.0 * model.half_width, 2.0 * model.half_width, 16 * model.columns + 1)
+    rows = _above_dark(d, model)
+    return d, rows @ c / _step(model, c)[0], rows
 
 
 def _nearest(d: F64, curve: F64, level: float, place: float) -> float:

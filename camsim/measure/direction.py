@@ -13,7 +13,7 @@ from camsim.arrays import F64
 from camsim.measure import spline
 from camsim.measure.geometry import EdgeLine
 from camsim.measure.solve import solve
-from camsim.measure.spline import TURN, Model
+from camsim.measure.spline import TURN, Model, Placed, Shape
 
 _FEW = 4000
 """Photosites near an edge, above which the sum of squares is a parabola as far as it matters."""
@@ -40,7 +40,7 @@ def direction_error_rad(
     line: EdgeLine,
     model: Model,
     *,
-    smooth: Model,
+    shape: Shape,
     rise: float,
     variance: float,
     most: float,
@@ -48,7 +48,7 @@ def direction_error_rad(
 ) -> float:
     """Return the standard error of the direction of a line that was fitted.
 
-    smooth     : the model whose slope told the direction;  rise: of the edge
+    shape      : the spread function whose slope told the direction;  rise: of the edge
     variance   : of a photosite, the mean;  most: the largest
     linear_rad : standard error of the linear fit
 
@@ -59,19 +59,19 @@ def direction_error_rad(
     must lie within four standard errors. (Fitted again from where it is least, figures were no better: of 3000 small
     edges four ended otherwise, two of them no longer refused and then wrong by more than three standard errors.)
     """
-    d, s = line.across_and_along(near.x, near.y)
-    beside = np.abs(d) <= 1.25 * model.half_width
-    near, d, s = Near(*(part[beside] for part in near)), d[beside], s[beside]
-    freedom = max(d.size - model.columns, 3)
+    rows = shape.placed(*line.across_and_along(near.x, near.y))
+    close = np.abs(rows.d) <= 1.25 * model.half_width
+    near, rows = Near(*(part[close] for part in near)), rows.only(close)
+    freedom = max(rows.d.size - model.columns, 3)
     few = float(scipy.stats.t.isf(scipy.stats.norm.sf(_SURE), freedom)) / _SURE
-    error = few * linear_rad * _of_noise(d, s, near.signal, model, smooth, rise, variance)
-    if d.size > _FEW or not 0.0 < error < math.inf:
+    error = few * linear_rad * _of_noise(rows, near.signal, model, shape.model, rise, variance)
+    if rows.d.size > _FEW or not 0.0 < error < math.inf:
         return error
     # Few photosites tell a bend from a turn no better.
     lines, reached = {line, dataclasses.replace(line, curvature_per_pixel=0.0)}, True
     while reached and error < _MOST_RAD:
         turns = np.linspace(-_FARTHEST, _FARTHEST, 2 * _STEPS + 1) * error
-        squares = np.array([[_squares(near, bent, model, float(turn)) for turn in turns] for bent in lines])
+        squares = np.array([[_squares(near, bent, model, shape, float(turn)) for turn in turns] for bent in lines])
         above = (squares - float(squares.min())).min(axis=0)
         for sure in (0.5 * _SURE, _SURE):
             likely = np.abs(turns[above < (few * sure) ** 2 * most])
@@ -80,7 +80,7 @@ def direction_error_rad(
     return error
 
 
-def _of_noise(d: F64, s: F64, signal: F64, model: Model, smooth: Model, rise: float, variance: float) -> float:
+def _of_noise(rows: Placed, signal: F64, model: Model, smooth: Model, rise: float, variance: float) -> float:
     """Return by what the linear fit's standard error is too small because noise is in the slope that it takes.
 
     The direction is told by what of slope·s no other column can follow; I is the sum of its squares. The fit weighs
@@ -91,12 +91,10 @@ def _of_noise(d: F64, s: F64, signal: F64, model: Model, smooth: Model, rise: fl
     coarse = Model.of(
         half_width=model.half_width,
         spacing=max(smooth.spacing, _COARSE * rise),
-        dark=model.dark,
         scale=model.scale,
-        rise=rise,
     )
-    noisy, true = (_Slope.of(d, s, signal, model, shape) for shape in (smooth, coarse))
-    told = true.information - (variance * true.noise(d, s) if d.size <= _FEW else 0.0)
+    noisy, true = (_Slope.of(rows, signal, model, shape) for shape in (smooth, coarse))
+    told = true.information - (variance * true.noise(rows) if rows.d.size <= _FEW else 0.0)
     return max(noisy.information / told, 1.0) if told > 0.0 else math.inf
 
 
@@ -110,15 +108,16 @@ class _Slope(NamedTuple):
     information: float
 
     @classmethod
-    def of(cls, d: F64, s: F64, signal: F64, model: Model, shape: Model) -> _Slope:
-        straight, inverse = solve(d, s, np.zeros(d.size), signal, shape, tail=False)
-        slopes = spline.slopes(d, shape, straight)
-        _, whole = solve(d, s, slopes, signal, model, tail=False)
+    def of(cls, rows: Placed, signal: F64, model: Model, shape: Model) -> _Slope:
+        straight, inverse = solve(rows.straight(), signal, shape, tail=False)
+        slopes = Shape(shape, straight, 0.0).placed(rows.d, rows.s).slope
+        _, whole = solve(rows._replace(slope=slopes), signal, model, tail=False)
         variance = float(whole[model.columns + TURN, model.columns + TURN]) / model.scale**2
         return cls(model, shape, slopes, inverse, 1.0 / variance if variance > 0.0 else 0.0)
 
-    def noise(self, d: F64, s: F64) -> float:
+    def noise(self, rows: Placed) -> float:
         """Return the mean of the information, had the fit nothing but noise of variance 1."""
+        d, s = rows.d, rows.s
         others = (spline.spread_rows(d, self.model)[:, : self.model.columns], (self.slopes * s * s)[:, None])
         columns, _ = np.linalg.qr(np.concatenate(others, axis=1))
         noise = s[:, None] * spline.line_rows(d, self.shape)
@@ -126,10 +125,9 @@ class _Slope(NamedTuple):
         return float(np.einsum("ij,jk,ik->", left, self.inverse, left, optimize=True))
 
 
-def _squares(near: Near, line: EdgeLine, model: Model, turn_rad: float) -> float:
+def _squares(near: Near, line: EdgeLine, model: Model, shape: Shape, turn_rad: float) -> float:
     """Return the sum of squares of a fit to a line turned by so much."""
-    d, s = line.moved(0.0, math.tan(turn_rad), 0.0).across_and_along(near.x, near.y)
-    zero = np.zeros(d.size)
-    coefficients, _ = solve(d, s, zero, near.signal, model, tail=False)
-    r = spline.residuals(d, s, zero, near.signal, model, coefficients)
+    rows = shape.placed(*line.moved(0.0, math.tan(turn_rad), 0.0).across_and_along(near.x, near.y)).straight()
+    coefficients, _ = solve(rows, near.signal, model, tail=False)
+    r = spline.residuals(rows, near.signal, model, coefficients)
     return float(np.einsum("i,i->", r, r))

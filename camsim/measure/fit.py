@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,7 +18,20 @@ from camsim.measure.picture import Channel, Samples
 from camsim.measure.sampling import refuse_gap
 from camsim.measure.shared import shared_scatter
 from camsim.measure.solve import solve
-from camsim.measure.spline import BEND, TAIL, TURN, Model
+from camsim.measure.spline import (
+    ACROSS,
+    ALONG,
+    BEND,
+    BESIDE,
+    BESIDE_POWERS,
+    EXTRAS,
+    FAR_ELSE,
+    TAIL,
+    TURN,
+    Model,
+    Placed,
+    Shape,
+)
 from camsim.measure.variance import variances
 
 FINEST_SPACING, COARSEST_SPACING = 0.08, 1.0
@@ -28,10 +42,26 @@ SAMPLES_PER_KNOT = 1.5
 _OUTLIER = 8.0
 _NOISY = 0.01
 _GAPS_PER_KNOT = 0.75
-_MOST_TURNS, _SAME_DARK = 5, 1e-4
-_LEAST_STEP = 0.1  # of what the sides' medians differ by
+_MOST_PASSES, _SAME = 6, 1e-5
+_NO_TAIL = 1e-9
+_COARSER = 1.25
+_CELL, _MOST_CELLS = 5.0, 10_000
+"""A side in samples, and how many: photosites whose misfit may be alike."""
+
 _MOST_BEYOND = 100_000
 _MOST_TURN_RAD = math.radians(1.0)
+
+
+class Other(NamedTuple):
+    """The same photosites by another model: as no model is right, the difference is an error."""
+
+    model: Model
+    coefficients: F64
+
+    @property
+    def turn_rad(self) -> float:
+        """What it would turn the edge by."""
+        return float(self.coefficients[self.model.columns + TURN]) / self.model.scale
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -39,7 +69,9 @@ class EdgeFit:
     """The fitted model; signals are in units of ``scale`` above ``dark``.
 
     line         : the edge;  model, coefficients: see ``spline``
+    others       : by coarser knots and another tail, and without other sides' light
     covariance   : of the coefficients, from the photosites' own scatter about the fit
+    rise         : from 10 to 90 %, as the fit's line was told
     dark, scale  : signal of the dark side and first estimate of the step, above black
     residual_rms : of a photosite about the fit, in units of ``scale``
     noise        : the same on the dark and on the bright side, away from the edge
@@ -52,6 +84,8 @@ class EdgeFit:
     model: Model
     coefficients: F64
     covariance: F64
+    others: tuple[Other, ...]
+    rise: float
     dark: float
     scale: float
     residual_rms: float
@@ -115,14 +149,14 @@ def _fit(samples: Samples, channel: Channel, guess: Guess, *, reach: float, what
     spacing = min(spacing, COARSEST_SPACING)
     # Where the edge lies is told by its slope: with noise a smooth one does best, without noise the true one.
     smoother = max(spacing, 0.3 * rise)
-    line, rise, smooth = _settle(xn, yn, vn, line, half_width, smoother, dark, length, passes=6, what=what)
-    scatter = _scatter_near(xn, yn, vn, line, half_width, spacing, dark, length, rise)
+    line, rise, shape = _settle(xn, yn, vn, line, half_width, smoother, dark, length, passes=6, what=what)
+    scatter = _scatter_near(xn, yn, vn, line, half_width, spacing, shape)
     noisy = min(1.0, scatter / _NOISY)
     finer = max(spacing, smoother * noisy)
     # Knots that only noise needs are left out: six on the rise of an edge show all of it.
     spacing = max(spacing, min(_COARSEST_FOR_NOISE, noisy * rise / 6.0))
     if finer < smoother:
-        line, rise, smooth = _settle(xn, yn, vn, line, half_width, finer, dark, length, passes=6, what=what)
+        line, rise, shape = _settle(xn, yn, vn, line, half_width, finer, dark, length, passes=6, what=what)
 
     d, s = line.across_and_along(x, y)
     enough = _enough(d, 2.0 * half_width)
@@ -130,47 +164,50 @@ def _fit(samples: Samples, channel: Channel, guess: Guess, *, reach: float, what
     gap = longest_gap(d, min(half_width, 2.0 * pitch))
     along = s[np.abs(d) <= channel.period_pixel]
     refuse_gap(gap, line, length, float(np.ptp(along)) + channel.period_pixel if along.size else 0.0, channel, what)
-    slope = spline.slopes(d, *smooth)
-    model = Model.of(half_width=half_width, spacing=spacing, dark=dark, scale=0.5 * length, rise=rise)
-    coefficients, inverse = solve(d, s, slope, v, model)
-    # Under a gradient the sides' medians are not their levels at the edge.
-    for _ in range(_MOST_TURNS):
-        at_edge = _dark_at_edge(dark, coefficients, model)
-        if abs(at_edge - model.dark) < _SAME_DARK:
-            break
-        model = model._replace(dark=at_edge)
-        coefficients, inverse = solve(d, s, slope, v, model)
-    r = spline.residuals(d, s, slope, v, model, coefficients)
-    keep = _ordinary(d, r, half_width)
+    x, y = x[enough], y[enough]
+    model = Model.of(half_width=half_width, spacing=spacing, scale=0.5 * length)
+    line, rows, beside, coefficients, inverse = _whole(x, y, v, line, shape, model, reach)
+    r = spline.residuals(rows, v, model, coefficients)
+    keep = _ordinary(rows.d, r, half_width)
     for _ in range(5):
         if keep.all():
             break
-        coefficients, inverse = solve(d[keep], s[keep], slope[keep], v[keep], model)
-        r = spline.residuals(d, s, slope, v, model, coefficients)
+        coefficients, inverse = solve(rows.only(keep), v[keep], model, beside=beside)
+        r = spline.residuals(rows, v, model, coefficients)
         # A defect pulls the fit towards itself: without it its neighbours may be ordinary.
-        before, keep = keep, _ordinary(d, r, half_width)
+        before, keep = keep, _ordinary(rows.d, r, half_width)
         if np.array_equal(before, keep):
             break
     left_out = int(np.count_nonzero(~keep))
-    d, s, slope, v, r = d[keep], s[keep], slope[keep], v[keep], r[keep]
-    x, y = x[enough][keep], y[enough][keep]
+    rows, v, r, x, y = rows.only(keep), v[keep], r[keep], x[keep], y[keep]
+    d = rows.d
+    coarser = Model.of(half_width=half_width, spacing=_COARSER * spacing, scale=model.scale)._replace(far=FAR_ELSE)
+    others = (
+        Other(coarser, solve(rows, v, coarser, beside=beside)[0]),
+        Other(model, solve(rows, v, model)[0]),
+    )
     free = max(1, d.size - coefficients.size)
     variance = float(r @ r) / free
     away = min(2.0 + rise, 0.5 * half_width)
     noise = tuple(float(np.std(r[side])) if np.count_nonzero(side) > 1 else 0.0 for side in (d < -away, d > away))
-    leverage = spline.leverages(d, s, slope, model, inverse)
+    leverage = spline.leverages(rows, model, inverse)
     own = variances(d, v - r, r, leverage, away=away, rise=rise)
-    thrown = spline.scatter(d, s, slope, own, model)
-    for place in (x, y):
-        thrown += shared_scatter(place, (d, s, slope), r, own, model, inverse)
-    covariance = inverse @ thrown @ inverse
+    thrown = spline.scatter(rows, own, model)
+    # What the model does not follow is alike in photosites that lie together.
+    side = max(_CELL * pitch, math.sqrt(float(np.ptp(x)) * float(np.ptp(y)) / _MOST_CELLS))
+    for place in (x, y, np.floor(x / side) + 2.0**20 * np.floor(y / side)):
+        thrown += shared_scatter(place, rows, r, own, model, inverse)
     n = model.columns
+    # What the penalties stand for is no less unknown than noise is.
+    thrown[range(n + BESIDE, n + EXTRAS), range(n + BESIDE, n + EXTRAS)] += beside * variance
+    covariance = inverse @ thrown @ inverse
+    turn_rad = float(coefficients[n + TURN]) / model.scale
     # For what is flatter than the final fit the profile is too sharp.
     turn_error_rad = direction_error_rad(
         Near(x=xn, y=yn, signal=vn),
         line,
         model,
-        smooth=smooth[0],
+        shape=shape,
         rise=rise,
         variance=variance,
         most=float(own.max()),
@@ -181,6 +218,8 @@ def _fit(samples: Samples, channel: Channel, guess: Guess, *, reach: float, what
         model=model,
         coefficients=coefficients,
         covariance=_with_turn(covariance, n + TURN, turn_error_rad * model.scale),
+        others=others,
+        rise=rise,
         dark=guess.dark,
         scale=scale,
         residual_rms=math.sqrt(variance),
@@ -188,8 +227,8 @@ def _fit(samples: Samples, channel: Channel, guess: Guess, *, reach: float, what
         gap_pixel=gap,
         left_out=left_out,
         photosites=int(d.size),
-        turn_rad=float(coefficients[n + TURN]) / model.scale,
-        turn_error_rad=turn_error_rad,
+        turn_rad=turn_rad,
+        turn_error_rad=max(turn_error_rad, *(abs(other.turn_rad - turn_rad) for other in others)),
     )
 
 
@@ -209,12 +248,38 @@ def _with_turn(covariance: F64, turn: int, error: float) -> F64:
     return more
 
 
-def _dark_at_edge(dark: float, coefficients: F64, model: Model) -> float:
-    """Return the dark side's signal at the edge in units of the step there, by a fit; as it was where that has none."""
-    low, high = (float(coefficients[k]) for k in (0, model.columns - 1))
-    tail = 0.5 * math.pi * float(coefficients[model.columns + TAIL])
-    step = high - low + 2.0 * tail
-    return (dark + low - tail) / step if step > _LEAST_STEP else model.dark
+def _whole(
+    x: F64, y: F64, v: F64, line: EdgeLine, shape: Shape, model: Model, reach: float
+) -> tuple[EdgeLine, Placed, F64, F64, F64]:
+    """Fit all of a region: line, photosites, penalties on other sides' light, coefficients, inverse.
+
+    Diffraction's a/d² of a side at a distance of L throws a/(L − d) onto the region, which begins as a/L·(d/L): no side
+    is nearer than the region reaches, so that the powers of d/reach have coefficients of a/reach and less. As much is
+    allowed for; less where noise would tell it, and nothing of an edge without a tail.
+    """
+    n, scale = model.columns, model.scale
+    usual = (scale / reach) ** np.array(BESIDE_POWERS)[:, 0] / reach
+    beside = np.full(usual.size, math.inf)
+    rows = shape.placed(*line.across_and_along(x, y))
+    coefficients, inverse = solve(rows, v, model)
+    for _ in range(_MOST_PASSES):
+        r = spline.residuals(rows, v, model, coefficients)
+        variance = float(r @ r) / max(1, v.size - coefficients.size)
+        beside = variance / np.maximum(abs(coefficients[n + TAIL]) * usual, _NO_TAIL) ** 2
+        # The line has settled: it moves by little.
+        turned = np.clip(coefficients[[n + TURN, n + BEND]] / scale, -_MOST_TURN_RAD, _MOST_TURN_RAD)
+        turn, bent = turned.tolist()
+        line = line.moved(0.0, turn, bent / scale)
+        d, s = line.across_and_along(x, y)
+        level = Shape(model, coefficients, shape.dark).placed(d, s).level
+        moved = max(abs(turn), abs(bent)) * scale + float(np.abs(level - rows.level).max())
+        shading = (coefficients[n + ACROSS] * d + coefficients[n + ALONG] * s) / scale
+        slope = shape.placed(d, s).slope * (1.0 + shading)
+        rows = Placed(d, s, slope, level)
+        coefficients, inverse = solve(rows, v, model, beside=beside)
+        if moved < _SAME:
+            break
+    return line, rows, beside, coefficients, inverse
 
 
 def _near(x: F64, y: F64, line: EdgeLine, distance: float) -> np.ndarray:
@@ -247,18 +312,21 @@ def _settle(
     *,
     passes: int,
     what: str,
-) -> tuple[EdgeLine, float, tuple[Model, F64]]:
+) -> tuple[EdgeLine, float, Shape]:
     """Move the edge to where the model fits best; return it with its 10–90 % rise and the last fit."""
     rise = 1.0
-    model = Model.of(half_width=half_width, spacing=spacing, dark=dark, scale=0.5 * length, rise=rise)
+    model = Model.of(half_width=half_width, spacing=spacing, scale=0.5 * length)
+    shape = None
     for _ in range(passes):
-        model = model._replace(rise=rise)
         d, s = line.across_and_along(x, y)
         near = np.abs(d) <= 1.25 * half_width
-        dn, sn, vn = d[near], s[near], v[near]
-        straight, _ = solve(dn, sn, np.zeros(dn.size), vn, model, tail=False)
-        model = model._replace(dark=_dark_at_edge(dark, straight, model))
-        full, _ = solve(dn, sn, spline.slopes(dn, model, straight), vn, model, tail=False)
+        d, s, vn = d[near], s[near], v[near]
+        flat = np.zeros(d.size)
+        # Of what is not known yet a step has the level.
+        rows = Placed(d, s, flat, dark + (d > 0.0)) if shape is None else shape.placed(d, s)
+        straight, _ = solve(rows.straight(), vn, model, tail=False)
+        shape = Shape(model, straight, dark)
+        full, _ = solve(shape.placed(d, s), vn, model, tail=False)
         n = model.columns
         turn, bend = full[n + TURN] / model.scale, full[n + BEND] / model.scale**2
         middle, rise = _middle_and_rise(straight, model)
@@ -271,21 +339,19 @@ def _settle(
             raise _no_edge(what)
         if settled:
             break
-    return line, rise, (model, straight)
+    assert shape is not None
+    return line, rise, shape
 
 
-def _scatter_near(
-    x: F64, y: F64, v: F64, line: EdgeLine, half_width: float, spacing: float, dark: float, length: float, rise: float
-) -> float:
+def _scatter_near(x: F64, y: F64, v: F64, line: EdgeLine, half_width: float, spacing: float, shape: Shape) -> float:
     """Return how far photosites near the edge scatter about a fit that can follow it."""
-    d, s = line.across_and_along(x, y)
-    near = np.abs(d) <= 1.25 * half_width
-    d, s, v = d[near], s[near], v[near]
-    model = Model.of(half_width=half_width, spacing=spacing, dark=dark, scale=0.5 * length, rise=rise)
-    flat = np.zeros(d.size)
-    coefficients, _ = solve(d, s, flat, v, model, tail=False)
-    r = spline.residuals(d, s, flat, v, model, coefficients)
-    return math.sqrt(float(r @ r) / max(1, d.size - model.columns))
+    rows = shape.placed(*line.across_and_along(x, y)).straight()
+    near = np.abs(rows.d) <= 1.25 * half_width
+    rows, v = rows.only(near), v[near]
+    model = Model.of(half_width=half_width, spacing=spacing, scale=shape.model.scale)
+    coefficients, _ = solve(rows, v, model, tail=False)
+    r = spline.residuals(rows, v, model, coefficients)
+    return math.sqrt(float(r @ r) / max(1, v.size - model.columns))
 
 
 def _middle_and_rise(coefficients: F64, model: Model) -> tuple[float, float]:

@@ -9,11 +9,12 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from camsim.arrays import F64
+from camsim.arrays import C128, F64
 from camsim.errors import UnsupportedError
 from camsim.measure import spline
 from camsim.measure.crossings import errors_of, falls_to, limit, rise_of
 from camsim.measure.fit import EdgeFit, fit_edge
+from camsim.measure.full_frame import NYQUIST_OF_SENSOR_CYCLES_PER_PIXEL
 from camsim.measure.geometry import EdgeLine, Roi
 from camsim.measure.locate import locate
 from camsim.measure.picture import LARGEST_SIGNAL, Channel, Plane, Samples
@@ -31,6 +32,8 @@ _NOISY, _NOISY_PART = 0.45, 3e-4  # codes, and of the step where there are none
 _WIDE, _MOST_OFF = 0.1, 0.13
 """A rise, of what a region has beside an edge, above which it counts what aberrations throw far; MTF50's share then."""
 
+_ONE_SIDED = 0.004  # of the step
+_FALLS = 0.3  # of the step: a line spread beyond the region that is so far below 0
 _WIDEST = 0.6  # of what a region has beside an edge: rises that are longer have no levels to end at
 
 
@@ -110,21 +113,16 @@ def _result(fit: EdgeFit, channel: Channel, roi: Roi, *, tail: bool, theory: The
     model, c = fit.model, fit.coefficients
     reach = fit.line.half_widths(roi)
     frequency = np.linspace(0.0, HIGHEST_CYCLES_PER_PIXEL, FREQUENCIES)
-    rows = spline.transform_rows(frequency, model, None if tail else reach)
-    mtf, gradient = _mtf_and_gradient(rows, rows[0], c)
-    error = errors_of(gradient, fit.covariance)
+    curve = functools.partial(_curve, fit, reach=None if tail else reach)
+    mtf, error = curve(frequency)
     nyquist = channel.nyquist_cycles_per_pixel
-
-    def at(f: F64) -> tuple[F64, F64]:
-        return _mtf_and_gradient(spline.transform_rows(np.atleast_1d(f), model, None if tail else reach), rows[0], c)
-
-    limits = [limit(frequency, mtf, error, level, at) for level in (0.5, 0.3, 0.1)]
-    nyquist_mtf, nyquist_gradient = at(np.array([nyquist]))
+    limits = [limit(frequency, mtf, error, level, lambda f: curve(f)[0]) for level in (0.5, 0.3, 0.1)]
+    of_nyquists, nyquist_errors = curve(np.array([nyquist, NYQUIST_OF_SENSOR_CYCLES_PER_PIXEL]))
     ends = spline.transform_rows(np.zeros(1), model, None)[0].real  # the step, tails and all
     step, step_error = float(ends @ c), math.sqrt(max(float(ends @ fit.covariance @ ends), 0.0))
-    rise, rise_error = rise_of(fit, ends)
+    rise, rise_error = rise_of(fit)
     low_row = np.zeros(c.size)
-    low_row[0], low_row[model.columns + TAIL] = 1.0, -0.5 * math.pi
+    low_row[0], low_row[model.columns + TAIL] = 1.0, -model.tail_end
     dark = fit.dark / fit.scale + float(low_row @ c)
     # contrast = step/(2·dark + step)
     slope = (2.0 * dark * ends - 2.0 * step * low_row) / (2.0 * dark + step) ** 2
@@ -135,7 +133,7 @@ def _result(fit: EdgeFit, channel: Channel, roi: Roi, *, tail: bool, theory: The
     known = 2.0 * dark + step > 0.0 and dark > -_BELOW_BLACK * step
     if not known:
         notes.append("the dark side lies below black, so contrast is not known")
-    wide = fit.model.rise / min(reach)
+    wide = fit.rise / min(reach)
     if tail and wide > _WIDE:
         notes.append(
             f"the edge rises over {percent(wide)} of what the region has beside it: behind coma or spherical "
@@ -153,7 +151,8 @@ def _result(fit: EdgeFit, channel: Channel, roi: Roi, *, tail: bool, theory: The
             mtf50_cycles_per_pixel=limits[0][0],
             mtf30_cycles_per_pixel=limits[1][0],
             mtf10_cycles_per_pixel=limits[2][0],
-            mtf_at_nyquist=float(nyquist_mtf[0]),
+            mtf_at_nyquist=float(of_nyquists[0]),
+            mtf_at_nyquist_of_sensor=float(of_nyquists[1]),
             rise_10_90_pixel=rise,
             angle_deg=fit.line.moved(0.0, fit.turn_rad, 0.0).angle_deg,
             contrast=step / (2.0 * dark + step) if known else math.nan,
@@ -163,7 +162,8 @@ def _result(fit: EdgeFit, channel: Channel, roi: Roi, *, tail: bool, theory: The
             mtf50_cycles_per_pixel=limits[0][1],
             mtf30_cycles_per_pixel=limits[1][1],
             mtf10_cycles_per_pixel=limits[2][1],
-            mtf_at_nyquist=float(errors_of(nyquist_gradient, fit.covariance)[0]),
+            mtf_at_nyquist=float(nyquist_errors[0]),
+            mtf_at_nyquist_of_sensor=float(nyquist_errors[1]),
             rise_10_90_pixel=rise_error,
             angle_deg=math.degrees(fit.turn_error_rad),
             contrast=math.sqrt(max(float(slope @ fit.covariance @ slope), 0.0)) if known else math.nan,
@@ -205,6 +205,11 @@ def with_theory(edge: EdgeMtf, line: EdgeLine, theory: TheoreticalOtf) -> EdgeMt
         exact = theory.along_normal(fine, channel=edge.channel, line=line)
         assert exact is not None
         half = falls_to(fine, np.abs(exact), 0.5)
+    of_nyquists = theory.along_normal(
+        np.array([nyquist, NYQUIST_OF_SENSOR_CYCLES_PER_PIXEL]), channel=edge.channel, line=line
+    )
+    assert of_nyquists is not None
+    at_own, at_sensors = np.abs(of_nyquists).tolist()
     difference: F64 = edge.mtf - mtf
     return replace(
         edge,
@@ -212,20 +217,33 @@ def with_theory(edge: EdgeMtf, line: EdgeLine, theory: TheoreticalOtf) -> EdgeMt
             mtf=mtf,
             difference=difference,
             mtf50_cycles_per_pixel=half,
+            mtf_at_nyquist=at_own,
+            mtf_at_nyquist_of_sensor=at_sensors,
             difference_to_nyquist=float(np.abs(difference[frequency <= nyquist + 1e-9]).max()),
         ),
     )
 
 
-def _mtf_and_gradient(rows: np.ndarray, zero: np.ndarray, c: F64) -> tuple[F64, F64]:
-    """Return |F(f)|/F(0) and its derivative after every coefficient, (m,) and (m, n)."""
-    transform = rows @ c
-    total = float((zero @ c).real)
-    size = np.abs(transform)
-    mtf = size / total
-    unit = np.conj(transform) / np.where(size > 0.0, size, 1.0)
-    gradient = ((unit[:, None] * rows).real - mtf[:, None] * zero.real) / total
-    return mtf, gradient
+def _curve(fit: EdgeFit, frequency: F64, *, reach: tuple[float, float] | None) -> tuple[F64, F64]:
+    """Return |F(f)|/F(0) and its standard error, (m,) each: by noise, or by what other models make of it."""
+    transform, zero = _transform(fit.model, fit.coefficients, frequency, reach)
+    rows, zero_row = (spline.transform_rows(f, fit.model, reach) for f in (frequency, np.zeros(1)))
+    mtf = np.abs(transform) / zero
+    unit = np.conj(transform) / np.where(mtf > 0.0, np.abs(transform), 1.0)
+    gradient = ((unit[:, None] * rows).real - mtf[:, None] * zero_row.real) / zero
+    error = errors_of(gradient, fit.covariance)
+    for other in fit.others:
+        transform, zero = _transform(other.model, other.coefficients, frequency, reach)
+        # Noise is in the difference too, so that it does not come on top.
+        error = np.maximum(error, np.abs(np.abs(transform) / zero - mtf))
+    return mtf, error
+
+
+def _transform(
+    model: spline.Model, coefficients: F64, frequency: F64, reach: tuple[float, float] | None
+) -> tuple[C128, float]:
+    transform, zero = (spline.transform_rows(f, model, reach) @ coefficients for f in (frequency, np.zeros(1)))
+    return transform, float(zero[0].real)
 
 
 def _refuse_clipped(samples: np.ndarray, plane: Plane, what: str) -> None:
@@ -295,7 +313,7 @@ def _refuse_unlike_light(edge: EdgeMtf, what: str) -> None:
 
 def _refuse_wide(fit: EdgeFit, reach: float, what: str) -> None:
     """Raise UnsupportedError when the edge has not come to its two levels where the region ends."""
-    rise = fit.model.rise
+    rise = fit.rise
     if rise > _WIDEST * reach:
         raise UnsupportedError(
             f"the edge rises from 10 to 90 % over {rise:.0f} px or more, and the region reaches only {reach:.0f} px "
@@ -309,7 +327,8 @@ def _refuse_several(fit: EdgeFit, what: str) -> None:
     model, c = fit.model, fit.coefficients
     d = np.linspace(-model.half_width, model.half_width, 8 * model.columns + 1)
     rough = 3.0 * math.sqrt(max(float(np.mean(np.diag(fit.covariance)[: model.columns])), 0.0))
-    esf = spline.spread_rows(d, model) @ c
+    rows = spline.spread_rows(d, model)
+    esf = rows @ c
     low, high = esf[0], esf[-1]
     step = high - low
     if step < 0.3:
@@ -318,11 +337,27 @@ def _refuse_several(fit: EdgeFit, what: str) -> None:
             "beside a line or two edges; make the region narrower, so that it holds one edge",
             stage=what,
         )
-    over = max(low - esf.min(), esf.max() - high) / step
+    tail = model.columns + TAIL
+    if math.pi * (float(c[tail]) + 3.0 * math.sqrt(max(float(fit.covariance[tail, tail]), 0.0))) < -_FALLS:
+        raise UnsupportedError(
+            "towards the region's ends the two sides come nearer to each other, as where a line or a second edge lies "
+            "beside the edge; make the region narrower, so that it holds one edge",
+            stage=what,
+        )
+    less, over = sorted(((low - esf.min()) / step, (esf.max() - high) / step))
     if over > 0.3 + rough:
         raise UnsupportedError(
             f"the signal overshoots its two sides by {100.0 * over:.0f} %, as beside a line or two edges; make "
             "the region narrower, so that it holds one edge",
+            stage=what,
+        )
+    # Sharpening overshoots on both sides, and no optics on either.
+    farthest = rows[esf.argmin()] - rows[0] if low - esf.min() > esf.max() - high else rows[esf.argmax()] - rows[-1]
+    known = float(errors_of(farthest[None] / step, fit.covariance)[0])
+    if over > _ONE_SIDED + 4.0 * known and less < 0.25 * over:
+        raise UnsupportedError(
+            f"the signal overshoots one of its two sides by {percent(over)}, as where a thin line runs along the edge; "
+            "choose an edge without one",
             stage=what,
         )
     systematic = fit.residual_rms > 0.05 and fit.residual_rms > 2.5 * max(fit.noise)

@@ -19,7 +19,8 @@ class Figures:
     """The figures of one edge, or their standard errors; NaN where there is none.
 
     mtf50_cycles_per_pixel   : lowest frequency at which the MTF falls to 50 %; mtf30, mtf10 likewise
-    mtf_at_nyquist           : at half the channel's own sampling frequency
+    mtf_at_nyquist           : at the channel's own Nyquist frequency, half its sampling frequency
+    mtf_at_nyquist_of_sensor : at that of all photosites, 0.5 cycles per pixel
     rise_10_90_pixel         : distance over which the edge-spread function rises from 10 to 90 %
     angle_deg                : turn from the nearest pixel axis, −45..45°, clockwise as displayed
     contrast                 : (bright − dark)/(bright + dark), black level subtracted
@@ -30,6 +31,7 @@ class Figures:
     mtf30_cycles_per_pixel: float
     mtf10_cycles_per_pixel: float
     mtf_at_nyquist: float
+    mtf_at_nyquist_of_sensor: float
     rise_10_90_pixel: float
     angle_deg: float
     contrast: float
@@ -42,13 +44,15 @@ class Theory:
 
     mtf                    : (n,) absolute value of the product of the transfer functions
     difference             : (n,) measured − theory
-    mtf50_cycles_per_pixel : of the theory
+    mtf50_cycles_per_pixel, mtf_at_nyquist, mtf_at_nyquist_of_sensor : of the theory; see Figures
     difference_to_nyquist  : the largest |difference| up to the channel's Nyquist frequency
     """
 
     mtf: F64
     difference: F64
     mtf50_cycles_per_pixel: float
+    mtf_at_nyquist: float
+    mtf_at_nyquist_of_sensor: float
     difference_to_nyquist: float
 
 

@@ -6,13 +6,13 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.measure import spline
-from camsim.measure.spline import Model
+from camsim.measure.spline import Model, Placed
 
 
-def shared_scatter(place: F64, rows: tuple[F64, F64, F64], r: F64, own: F64, model: Model, inverse: F64) -> F64:
+def shared_scatter(place: F64, rows: Placed, r: F64, own: F64, model: Model, inverse: F64) -> F64:
     """Return what the noise shared by photosites of one place adds to the sum of variance·row·rowᵀ.
 
-    place : row, or column, of each photosite;  rows: its distance, place along the edge and slope, as the fit has them
+    place : row, or column, of each photosite;  rows: as the fit has them
     r     : its residual;  own: its variance, as if all were independent
 
     Of independent photosites the sums of residuals over places have squares of a known sum, V their variances and
@@ -24,8 +24,8 @@ def shared_scatter(place: F64, rows: tuple[F64, F64, F64], r: F64, own: F64, mod
     along the rows follows them, and leaves little of it.
     """
     values, group = np.unique(place, return_inverse=True)
-    sums = spline.group_sums(*rows, np.ones(r.size), group, values.size, model)
-    weighted = spline.group_sums(*rows, own, group, values.size, model)
+    sums = spline.group_sums(rows, np.ones(r.size), group, values.size, model)
+    weighted = spline.group_sums(rows, own, group, values.size, model)
     count = np.bincount(group, minlength=values.size)
     taken = np.einsum("aj,ab,bj->j", sums, inverse, sums, optimize=True)
     free = float(r.size - taken.sum())
@@ -34,7 +34,7 @@ def shared_scatter(place: F64, rows: tuple[F64, F64, F64], r: F64, own: F64, mod
     square = float(np.sum(count**2) - 2.0 * np.sum(count * taken) + np.einsum("ab,ba->", gram, gram))
     if not square > 2.0 * free:
         return np.zeros_like(inverse)
-    spread = inverse @ spline.scatter(*rows, own, model) @ inverse
+    spread = inverse @ spline.scatter(rows, own, model) @ inverse
     independent = float(np.sum(own) - 2.0 * np.einsum("aj,ab,bj->", sums, inverse, weighted, optimize=True))
     independent += float(np.einsum("ab,ab->", spread, outer))
     found = float(np.sum(np.bincount(group, r, minlength=values.size) ** 2))

@@ -7,24 +7,31 @@ import scipy
 
 from camsim.arrays import F64
 from camsim.measure import spline
-from camsim.measure.spline import ACROSS, EXTRAS, TAIL, TURN, Model
+from camsim.measure.spline import ACROSS, BESIDE, EXTRAS, TAIL, TURN, Model, Placed
 
 _RIDGE = 1e-9
 
 
-def solve(d: F64, s: F64, slope: F64, v: F64, model: Model, *, tail: bool = True) -> tuple[F64, F64]:
-    """Return the coefficients and the inverse of the normal equations; columns left out are zero in both."""
-    matrix, right = spline.normal_equations(d, s, slope, v, model)
+def solve(rows: Placed, v: F64, model: Model, *, tail: bool = True, beside: F64 | None = None) -> tuple[F64, F64]:
+    """Return the coefficients and the inverse of the normal equations; columns left out are zero in both.
+
+    tail   : with the tail and the shading across the edge
+    beside : penalties on the squares of the coefficients of other sides' light; None leaves it out
+    """
+    matrix, right = spline.normal_equations(rows, v, model)
     n = model.columns
     used = np.ones(n + EXTRAS, bool)
     used[n + TAIL] = tail
     used[n + ACROSS] = tail
-    used[n + TURN :] = bool(np.any(slope))
+    used[n + TURN : n + BESIDE] = bool(np.any(rows.slope))
+    used[n + BESIDE :] = beside is not None
+    if beside is not None:
+        matrix[range(n + BESIDE, n + EXTRAS), range(n + BESIDE, n + EXTRAS)] += beside
     chosen = np.flatnonzero(used)
     part = matrix[np.ix_(chosen, chosen)]
     # Where no photosite lies the curve goes on smoothly: a trace of a penalty on its third differences.
     third = np.diff(np.eye(n), 3, axis=0)
-    part[:n, :n] += _RIDGE * d.size / n * (third.T @ third)
+    part[:n, :n] += _RIDGE * v.size / n * (third.T @ third)
     factor = scipy.linalg.cho_factor(part + 1e-14 * np.diag(np.diag(part)), lower=True)
     coefficients, inverse = np.zeros(n + EXTRAS), np.zeros((n + EXTRAS, n + EXTRAS))
     coefficients[chosen] = scipy.linalg.cho_solve(factor, right[chosen])

@@ -3,12 +3,13 @@
 Across the edge (d, pixels) the model is
 
     ESF(d) = Σ_k c_k·B_k(d)          cubic B-splines of spacing h on −D … D, constant beyond
-           + tail·atan(d)             line spread 1/(1 + d²): diffraction's 1/d² beyond D
-           + across·level(d)·d        shading: the light changes in proportion to d, more so on the bright side …
-           + along·level(d)·s         … and to the place s along the edge
+           + tail·tail_spread(d)      line spread 1/d²: diffraction's beyond D
+           + level(d)·(across·d + along·s)   shading: the light changes in proportion to the level, ESF itself
+           + Σ_jk beside_jk·d^j·s^k   what other sides throw into the region: smooth, and the same on bright and dark
            − ESF′(d)·(turn·s + bend·s²)   what a small error of the edge's direction and curvature does
 
-The last line makes the fit one of Gauss and Newton: its coefficients move the edge, and vanish when it is right.
+Level and ESF′ are those of a fit before: the last line makes the fit one of Gauss and Newton, whose coefficients move
+the edge and vanish when it is right; with the level as it was fitted, shading is a product.
 """
 
 from __future__ import annotations
@@ -21,37 +22,74 @@ import numpy as np
 from camsim.arrays import F64
 from camsim.kernels import kernel
 
-TAIL, ACROSS, ALONG, TURN, BEND = range(5)
-EXTRAS = 5
+TAIL, ACROSS, ALONG, TURN, BEND, BESIDE = range(6)
+BESIDE_POWERS = ((1, 0), (2, 0), (0, 1), (0, 2), (1, 1))
+"""Of d and s in the light that other sides throw; a constant is in the two levels."""
+
+EXTRAS = BESIDE + len(BESIDE_POWERS)
 _NONZERO = 4 + EXTRAS
 
-_ERF_OF_RISE = 1.8123876
-"""2·erf⁻¹(0.8): an error function that rises from 10 to 90 % over 1."""
+FAR, FAR_ELSE = -1.0 / 2.0, -1.0 / 3.0
+"""B of the tail's line spread, (1 − B)/(1 + d²) + B/(4 + d²) or 1/d² + c/d⁴ + …: c = ½, and 0.
+
+Photosites of one pitch make c = ¼ of diffraction's 1/d², an OLPF may add as much and more.
+"""
 
 
 class Model(NamedTuple):
     """What the kernels need to know of the model; lengths in pixels, signals in units of the step.
 
     half_width : D;  spacing: h;  columns: number of spline coefficients
-    dark       : signal of the dark side, for what shading changes
-    scale      : length that ``across``, ``turn`` and ``bend`` are counted in
-    rise       : of the edge, 10 to 90 %, for the level of the light between its sides
-    slope      : (columns + EXTRAS,) coefficients of the last fit, whose derivative multiplies turn and bend
+    scale      : length that ``across``, ``turn``, ``bend`` and ``beside`` are counted in
+    far        : B of the tail
     """
 
     half_width: float
     spacing: float
     columns: int
-    dark: float
     scale: float
-    rise: float
+    far: float = FAR
 
     @classmethod
-    def of(cls, *, half_width: float, spacing: float, dark: float, scale: float, rise: float) -> Model:
+    def of(cls, *, half_width: float, spacing: float, scale: float) -> Model:
         """Return a model whose knots lie symmetrically about the edge."""
         intervals = 2 * max(3, math.ceil(half_width / spacing))
-        columns = intervals - 1
-        return cls(0.5 * intervals * spacing, spacing, columns, dark, scale, rise)
+        return cls(0.5 * intervals * spacing, spacing, intervals - 1, scale)
+
+    @property
+    def tail_end(self) -> float:
+        """The tail's spread function far on the bright side."""
+        return 0.5 * math.pi * (1.0 - 0.5 * self.far)
+
+
+class Placed(NamedTuple):
+    """Photosites by an edge, flat arrays: distance d, place along it s, the slope and the level of the ESF there."""
+
+    d: F64
+    s: F64
+    slope: F64
+    level: F64
+
+    def only(self, which: np.ndarray) -> Placed:
+        """Return some of them."""
+        return Placed(*(part[which] for part in self))
+
+    def straight(self) -> Placed:
+        """Return them with no slope, for a fit that leaves the line where it is."""
+        return self._replace(slope=np.zeros(self.d.size))
+
+
+class Shape(NamedTuple):
+    """The spread function that a fit left, above black: ``dark`` is what its signals are counted from."""
+
+    model: Model
+    coefficients: F64
+    dark: float
+
+    def placed(self, d: F64, s: F64) -> Placed:
+        """Return photosites with its slope and level at each."""
+        level, slope = _levels_and_slopes(d, self.model, self.coefficients)
+        return Placed(d, s, slope, self.dark + level)
 
 
 @kernel(forceinline=True)
@@ -65,8 +103,13 @@ def _cubic(t: float) -> tuple[float, float, float, float]:
     )
 
 
+@kernel(forceinline=True)
+def _tail_spread(d: float, far: float) -> float:
+    return (1.0 - far) * math.atan(d) + 0.5 * far * math.atan(0.5 * d)
+
+
 @kernel()
-def _row(d: float, s: float, slope: float, model: Model, index: np.ndarray, value: np.ndarray) -> int:
+def _row(d: float, s: float, slope: float, level: float, model: Model, index: np.ndarray, value: np.ndarray) -> int:
     """Fill in the non-zero entries of one photosite's row; return how many."""
     n = model.columns
     u = (d + model.half_width) / model.spacing
@@ -86,22 +129,32 @@ def _row(d: float, s: float, slope: float, model: Model, index: np.ndarray, valu
             else:
                 index[count], value[count] = column, b[k]
                 count += 1
-    turn = math.atan(d)
-    level = model.dark + 0.5 + 0.5 * math.erf(_ERF_OF_RISE * d / model.rise)
-    along = s / model.scale
-    for k, entry in enumerate((turn, level * d / model.scale, level * along, -slope * along, -slope * along * along)):
+    across, along = d / model.scale, s / model.scale
+    entries = (
+        _tail_spread(d, model.far),
+        level * across,
+        level * along,
+        -slope * along,
+        -slope * along * along,
+        across,
+        across * across,
+        along,
+        along * along,
+        across * along,
+    )
+    for k, entry in enumerate(entries):
         index[count + k], value[count + k] = n + k, entry
     return count + EXTRAS
 
 
 @kernel(allocates=True)
-def normal_equations(d: F64, s: F64, slope: F64, v: F64, model: Model) -> tuple[F64, F64]:
-    """Return the sums of row·rowᵀ and of row·v over photosites (flat arrays; slope: ESF′ at each)."""
+def normal_equations(rows: Placed, v: F64, model: Model) -> tuple[F64, F64]:
+    """Return the sums of row·rowᵀ and of row·v over photosites."""
     size = model.columns + EXTRAS
     matrix, right = np.zeros((size, size)), np.zeros(size)
     index, value = np.empty(_NONZERO, np.int64), np.empty(_NONZERO)
-    for j in range(d.size):
-        count = _row(d[j], s[j], slope[j], model, index, value)
+    for j in range(rows.d.size):
+        count = _row(rows.d[j], rows.s[j], rows.slope[j], rows.level[j], model, index, value)
         for a in range(count):
             ia, va = index[a], value[a]
             right[ia] += va * v[j]
@@ -114,12 +167,12 @@ def normal_equations(d: F64, s: F64, slope: F64, v: F64, model: Model) -> tuple[
 
 
 @kernel(allocates=True)
-def residuals(d: F64, s: F64, slope: F64, v: F64, model: Model, coefficients: F64) -> F64:
+def residuals(rows: Placed, v: F64, model: Model, coefficients: F64) -> F64:
     """Return v minus the fit at every photosite."""
     index, value = np.empty(_NONZERO, np.int64), np.empty(_NONZERO)
-    out = np.empty(d.size)
-    for j in range(d.size):
-        count = _row(d[j], s[j], slope[j], model, index, value)
+    out = np.empty(rows.d.size)
+    for j in range(rows.d.size):
+        count = _row(rows.d[j], rows.s[j], rows.slope[j], rows.level[j], model, index, value)
         fit = 0.0
         for a in range(count):
             fit += value[a] * coefficients[index[a]]
@@ -128,12 +181,12 @@ def residuals(d: F64, s: F64, slope: F64, v: F64, model: Model, coefficients: F6
 
 
 @kernel(allocates=True)
-def leverages(d: F64, s: F64, slope: F64, model: Model, inverse: F64) -> F64:
+def leverages(rows: Placed, model: Model, inverse: F64) -> F64:
     """Return row·inverse·rowᵀ of every photosite: by how much it pulls the fit towards itself."""
     index, value = np.empty(_NONZERO, np.int64), np.empty(_NONZERO)
-    out = np.empty(d.size)
-    for j in range(d.size):
-        count = _row(d[j], s[j], slope[j], model, index, value)
+    out = np.empty(rows.d.size)
+    for j in range(rows.d.size):
+        count = _row(rows.d[j], rows.s[j], rows.slope[j], rows.level[j], model, index, value)
         leverage = 0.0
         for a in range(count):
             for b in range(count):
@@ -143,13 +196,13 @@ def leverages(d: F64, s: F64, slope: F64, model: Model, inverse: F64) -> F64:
 
 
 @kernel(allocates=True)
-def scatter(d: F64, s: F64, slope: F64, variance: F64, model: Model) -> F64:
+def scatter(rows: Placed, variance: F64, model: Model) -> F64:
     """Return the sum of variance·row·rowᵀ: what the photosites' scatter does to the right-hand side."""
     size = model.columns + EXTRAS
     matrix = np.zeros((size, size))
     index, value = np.empty(_NONZERO, np.int64), np.empty(_NONZERO)
-    for j in range(d.size):
-        count = _row(d[j], s[j], slope[j], model, index, value)
+    for j in range(rows.d.size):
+        count = _row(rows.d[j], rows.s[j], rows.slope[j], rows.level[j], model, index, value)
         for a in range(count):
             ia, va = index[a], value[a] * variance[j]
             for b in range(a, count):
@@ -161,12 +214,12 @@ def scatter(d: F64, s: F64, slope: F64, variance: F64, model: Model) -> F64:
 
 
 @kernel(allocates=True)
-def group_sums(d: F64, s: F64, slope: F64, weight: F64, group: np.ndarray, groups: int, model: Model) -> F64:
+def group_sums(rows: Placed, weight: F64, group: np.ndarray, groups: int, model: Model) -> F64:
     """Return the sum of weight·row over the photosites of each group, (n, groups)."""
     out = np.zeros((model.columns + EXTRAS, groups))
     index, value = np.empty(_NONZERO, np.int64), np.empty(_NONZERO)
-    for j in range(d.size):
-        count = _row(d[j], s[j], slope[j], model, index, value)
+    for j in range(rows.d.size):
+        count = _row(rows.d[j], rows.s[j], rows.slope[j], rows.level[j], model, index, value)
         for a in range(count):
             out[index[a], group[j]] += weight[j] * value[a]
     return out
@@ -177,29 +230,37 @@ def _rows(d: F64, model: Model) -> F64:
     index, value = np.empty(_NONZERO, np.int64), np.empty(_NONZERO)
     rows = np.zeros((d.size, model.columns + EXTRAS))
     for j in range(d.size):
-        count = _row(d[j], 0.0, 0.0, model, index, value)
+        count = _row(d[j], 0.0, 0.0, 0.0, model, index, value)
         for a in range(count):
             rows[j, index[a]] = value[a]
     return rows
 
 
 @kernel(allocates=True)
-def slopes(d: F64, model: Model, coefficients: F64) -> F64:
-    """Return the derivative of the spread function at every photosite."""
+def _levels_and_slopes(d: F64, model: Model, coefficients: F64) -> tuple[F64, F64]:
+    """Return the spread function and its derivative at every photosite, without shading."""
     n, h = model.columns, model.spacing
-    out = np.empty(d.size)
+    levels, slopes = np.empty(d.size), np.empty(d.size)
     for j in range(d.size):
-        total = coefficients[n + TAIL] / (1.0 + d[j] * d[j])
+        level = coefficients[n + TAIL] * _tail_spread(d[j], model.far)
+        slope = coefficients[n + TAIL] * ((1.0 - model.far) / (1.0 + d[j] * d[j]) + model.far / (4.0 + d[j] * d[j]))
         u = (d[j] + model.half_width) / h
-        if 0.0 <= u < n + 1:
+        if u <= 0.0:
+            level += coefficients[0]
+        elif u >= n + 1:
+            level += coefficients[n - 1]
+        else:
             i = int(u)
             t = u - i
             w = 1.0 - t
+            values = _cubic(t)
             rates = (-0.5 * w * w, 1.5 * t * t - 2.0 * t, -1.5 * w * w + 2.0 * w, 0.5 * t * t)
             for k in range(4):
-                total += rates[k] * coefficients[min(max(i + k - 2, 0), n - 1)] / h
-        out[j] = total
-    return out
+                coefficient = coefficients[min(max(i + k - 2, 0), n - 1)]
+                level += values[k] * coefficient
+                slope += rates[k] * coefficient / h
+        levels[j], slopes[j] = level, slope
+    return levels, slopes
 
 
 def spread_rows(d: F64, model: Model) -> F64:
@@ -222,7 +283,7 @@ def line_rows(d: F64, model: Model) -> F64:
         (-0.5 * (1 - t) ** 2, 1.5 * t**2 - 2 * t, -1.5 * (1 - t) ** 2 + 2 * (1 - t), 0.5 * t**2)
     ):
         np.add.at(rows, (where, np.clip(i + k - 2, 0, n - 1)), weight / h)
-    rows[:, n + TAIL] = 1.0 / (1.0 + d * d)
+    rows[:, n + TAIL] = (1.0 - model.far) / (1.0 + d * d) + model.far / (4.0 + d * d)
     return rows
 
 
@@ -249,7 +310,8 @@ def transform_rows(frequency: F64, model: Model, reach: tuple[float, float] | No
     for column, end, limit in ((0, ends[0], -1.0), (n - 1, ends[1], 1.0)):
         rows[:, column] = np.where(zero, limit, end * bell[:, 0] * phase[:, column])
     if reach is None:
-        rows[:, n + TAIL] = np.pi * np.exp(-np.abs(omega[:, 0]))
+        fall = np.exp(-np.abs(omega[:, 0]))
+        rows[:, n + TAIL] = np.pi * ((1.0 - model.far) * fall + 0.5 * model.far * fall**2)
     else:
         low, high = -math.atan(reach[0]), math.atan(reach[1])
         # d = tan(a) makes the integrand a pure phase.
@@ -259,5 +321,8 @@ def transform_rows(frequency: F64, model: Model, reach: tuple[float, float] | No
         cuts = np.union1d(np.arctan(d_cuts), np.linspace(low, high, 9))
         half = 0.5 * np.diff(cuts)
         angle = (0.5 * (cuts[:-1] + cuts[1:])[:, None] + half[:, None] * x).ravel()
-        rows[:, n + TAIL] = np.exp(-1j * omega * np.tan(angle)) @ (half[:, None] * w).ravel()
+        d = np.tan(angle)
+        rows[:, n + TAIL] = np.exp(-1j * omega * d) @ (
+            (half[:, None] * w).ravel() * (1.0 - model.far + model.far * (1.0 + d * d) / (4.0 + d * d))
+        )
     return rows

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 import shutil
 
 import pytest
@@ -56,6 +57,9 @@ def test_json_table_plot_and_report(folder, captured):
         theory = edge["theory"]["mtf50_cycles_per_pixel"]
         assert abs(edge["mtf50_cycles_per_pixel"] - theory) < STATISTICAL * error
         assert error < 0.02 * theory
+        assert edge["nyquist_cycles_per_pixel"] == 0.25
+        for name in ("mtf_at_nyquist", "mtf_at_nyquist_of_sensor"):
+            assert abs(edge[name] - edge["theory"][name]) < STATISTICAL * edge["standard_error"][name]
     with (folder / "edge.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == sum(len(edge["mtf"]) for edge in edges)
@@ -82,6 +86,7 @@ def test_edges_are_found_and_told_in_words(captured):
     done = captured("measure", "mtf", "edge.exr")
     assert done.returncode == 0, done.stderr
     assert "edge.exr: 1 edge, 1 px = 4.88 µm" in done.stdout
+    assert re.search(r"at channel's Nyquist +theory +at sensor's Nyquist +theory", done.stdout)
     assert "MTF50" in done.stdout
     assert "added by a fit of 1/x²" in done.stdout
     plain = captured("measure", "mtf", "edge.exr", "--no-tail")
@@ -98,6 +103,7 @@ def test_two_files_by_aperture_and_a_map(folder, captured):
     assert [row.split()[0] for row in rows[:2]] == ["8", "8"]
     assert "Nyquist frequency of the sensor 0.5 c/px = 102.5 lp/mm" in done.stdout
     assert "of G1 0.25 c/px = 51.23 lp/mm" in done.stdout
+    assert re.search(r"\) at 0\.25 +0\.\d+ +0\.\d+\(\d+\) at 0\.5 +0\.\d+ ", done.stdout)
     assert "<svg" in (folder / "two.svg").read_text(encoding="utf-8")
     done = captured("measure", "mtf", "edge.dng", *options, "--map", "map.svg", "--unit", "lw/ph")
     assert done.returncode == 0, done.stderr

@@ -141,8 +141,8 @@ def test_theory_names_the_stages_that_are_there() -> None:
 
 
 def test_each_nyquist_says_whose_it_is() -> None:
-    assert nyquists(Cfa.bayer("RGGB")) == {0.25: ["R", "B"], 0.353553: ["G"], 0.5: ["R", "G", "B"]}
-    assert nyquists(Cfa.mono()) == {0.5: ["Y"]}
+    assert nyquists(Cfa.bayer("RGGB")) == {0.5: ["the sensor"], 0.25: ["R", "G1", "G2", "B"]}
+    assert nyquists(Cfa.mono()) == {0.5: ["the sensor", "Y"]}
 
 
 def texts_of(kind: str, *changes: str) -> set[str]:
@@ -160,7 +160,7 @@ def texts_of(kind: str, *changes: str) -> set[str]:
 
 def test_pictures_say_what_their_axes_are() -> None:
     written = texts_of("mtf", "render.tolerance=1e-2")
-    assert written >= {"Nyquist of all photosites", "Nyquist of R, B", "Nyquist of G (even lattice as dense)"}
+    assert written >= {"Nyquist of the sensor", "Nyquist of R, G1, G2, B"}
     written = texts_of("psf", *MONO)
     assert written >= {"x, pitches", "y (down), pitches", "root of relative irradiance", "photosite"}
     assert not any("OLPF" in text for text in written)

@@ -44,6 +44,7 @@ def test_an_edge_in_closed_form(angle, step, mtf50):
     assert figures.mtf30_cycles_per_pixel == pytest.approx(gaussian_limit(0.3, sigma), rel=5e-4)
     assert figures.mtf10_cycles_per_pixel == pytest.approx(gaussian_limit(0.1, sigma), rel=2e-3)
     assert figures.mtf_at_nyquist == pytest.approx(float(gaussian_mtf(nyquist, sigma)), abs=2e-4)
+    assert figures.mtf_at_nyquist_of_sensor == pytest.approx(float(gaussian_mtf(0.5, sigma)), abs=2e-3)
     # 10 to 90 % of a normal distribution: 2·1.2815515655 standard deviations.
     assert figures.rise_10_90_pixel == pytest.approx(2.5631031311 * sigma, rel=1e-3)
     assert figures.contrast == pytest.approx(0.8, abs=1e-4)
@@ -313,6 +314,22 @@ def test_steep_lamps_do_not_blur_either(along_x, along_y):
     assert figures.angle_deg == pytest.approx(-23.6, abs=0.02)
 
 
+@pytest.mark.parametrize(("along_x", "along_y"), [(0.15, 0.15), (-0.15, 0.1), (0.0, -0.15)])
+@pytest.mark.parametrize("wide", [False, True])
+def test_tilted_light_turns_no_edge(rng, along_x, along_y, wide):
+    """±15 % over the region, of edges whose shape is no error function: angle and MTF50 are within their errors."""
+    ramp = np.linspace(-1.0, 1.0, 64)
+    narrow, broad = (gaussian_edge(64, 64, 7.3, sigma, dark=0.05, bright=0.9) for sigma in (0.5, 3.0 if wide else 1.0))
+    image = (0.6 * narrow + 0.4 * broad) * (1.0 + along_x * ramp + along_y * ramp[:, None])
+    f = np.linspace(0.0, 1.0, 20_001)
+    mtf = 0.6 * gaussian_mtf(f, 0.5) + 0.4 * gaussian_mtf(f, 3.0 if wide else 1.0)
+    for noise in (0.0, 0.002):
+        edge = measured(image + rng.normal(0.0, noise, image.shape) if noise else image)
+        assert abs(edge.figures.angle_deg - 7.3) < 4.0 * edge.standard_error.angle_deg + 2e-5
+        mtf50 = float(np.interp(-0.5, -mtf, f))
+        assert abs(edge.figures.mtf50_cycles_per_pixel - mtf50) < 4.0 * edge.standard_error.mtf50_cycles_per_pixel
+
+
 def test_defects_are_left_out(rng):
     image = gaussian_edge(64, 64, 5, 0.8) + rng.normal(0, 0.002, (64, 64))
     clean = measured(image).figures.mtf50_cycles_per_pixel
@@ -451,7 +468,7 @@ def test_a_curve_that_lingers_above_a_level_does_not_know_where_it_falls():
     curve = np.interp(fine, frequency, mtf)
 
     def at(f):
-        return np.interp(f, frequency, mtf), np.full_like(f, 0.02)
+        return np.interp(f, frequency, mtf)
 
     found, error = limit(fine, curve, np.full_like(fine, 0.02), 0.5, at)
     assert found == pytest.approx(0.6 + 0.01 * 0.005 / 0.105, abs=1e-4)

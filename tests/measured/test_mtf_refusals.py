@@ -38,6 +38,12 @@ def staircase():
     return gaussian_edge(64, 64, 5, 0.8, shift_px=-12) + gaussian_edge(64, 64, 5, 0.8, shift_px=12)
 
 
+def line_between_greys(width, *, dark=0.35, bright=0.6):
+    """A line of 0.03 runs along the edge, on its darker side."""
+    edge, line = (gaussian_edge(64, 64, 5, 0.8, dark=0.0, bright=1.0, shift_px=shift) for shift in (0.3, 0.3 - width))
+    return dark * (1.0 - line) + 0.03 * (line - edge) + bright * edge
+
+
 REFUSED = {
     "flat": (np.full((64, 64), 0.5), "no edge"),
     "end of an edge": (
@@ -52,6 +58,10 @@ REFUSED = {
     "45 degrees": (gaussian_edge(64, 64, 45.0, 0.8), "phases repeat.*turn the edge"),
     "atan(1/2)": (gaussian_edge(64, 64, np.degrees(np.arctan(0.5)), 0.8), "phases repeat"),
     "little contrast": (gaussian_edge(64, 64, 5, 0.8, dark=0.5, bright=0.53), "contrast .* under 5 %"),
+    "hairline between two greys": (line_between_greys(0.6), "thin line|beside a line"),
+    "line between two greys": (line_between_greys(1.0), "beside a line"),
+    "stroke between two greys": (line_between_greys(7.0), "second edge|line"),
+    "stroke beside a strong edge": (line_between_greys(7.0, dark=0.1, bright=0.8), "second edge|line"),
     "highlights": (np.minimum(gaussian_edge(64, 64, 5, 0.8), 0.8), "clipped highlights.*expose less"),
     "no number": (np.where(np.eye(64) > 0, np.nan, gaussian_edge(64, 64, 5, 0.8)), "no numbers"),
     "wider than the region": (
