@@ -1,0 +1,339 @@
+"""From rays to the numbers of a lens file: wavefronts, distortion, lateral colour, light, and what they leave."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from scipy.interpolate import CubicSpline, LinearNDInterpolator
+
+from camsim.arrays import F64
+from camsim.config import yaml_source
+from camsim.config.lens_files import lens_of
+from camsim.config.lens_rays import NEAR_AXIS, Beam, Lens, Prescription
+from camsim.errors import InputError
+from camsim.optics.field_lens import FieldLens
+from camsim.optics.zernike import cosines, orders
+
+WAVELENGTHS_NM = (380.0, 410.0, 440.0, 470.0, 500.0, 530.0, 560.0, 590.0, 620.0, 650.0, 690.0, 740.0, 780.0)
+STEPS = (12, 24, 48)  # of the radius: so many as wavefronts between them ask for
+BETWEEN = 0.01  # waves rms that wavefronts between heights may be off by
+ORDERS = (8, 10, 12, 14, 16, 18, 20)  # of Zernikes: so many as rays ask for
+LEFT = 0.005  # waves rms that these may leave
+DROPPED = 0.002  # waves rms of all coefficients together that are left out
+CLOSED = 0.1  # weight of a ray that a rim stops: nothing falls there, but the wavefront must go somewhere
+RAYS = 720  # over the pupil, of equal areas; one half of them is traced
+CHECK_RAYS = 2500  # by which transfers are checked
+CHECK_STEP = 0.015  # of the pupil's radius, of the lattice that these are followed on
+RIM = 1.06  # of the pupil's radius, to where rays tell where it ends
+GOLDEN = math.pi * (3.0 - math.sqrt(5.0))  # angle from each to the next, which leaves no place of the pupil out
+LIT_STEP = 2e-4  # of the field, over which the sky is compared with where it falls
+BRIGHTER = 1e-3  # of the axis's light, above which light off the axis is refused and not taken for rounding
+DRAWN = 1e-5  # of a height: what distortion between its heights may be off by
+DRAWN_STEPS = (16, 32, 64, 128, 256)
+CYCLES_PER_MM = (10.0, 20.0, 40.0)
+CHECKED_NM = (450.0, 550.0, 650.0)
+CHECKED = (0.0, 0.35, 0.5, 0.7, 0.85, 1.0)  # of the field
+
+
+def _disc(count: int, radius: float = 1.0) -> F64:
+    """Return points (2, n) of equal areas all over a disc."""
+    number = np.arange(count)
+    distance, angle = radius * np.sqrt((number + 0.5) / count), GOLDEN * number
+    return np.stack([distance * np.cos(angle), distance * np.sin(angle)])
+
+
+QUARTER = _disc(RAYS)[:, (_disc(RAYS) > 0.0).all(axis=0)]
+HALF_DISC = np.concatenate([QUARTER, QUARTER * [[-1.0], [1.0]]], axis=1)  # even along the radius, as a disc is
+
+
+class Traced(NamedTuple):
+    """A lens file's text, the lens that it holds, and what the lens leaves of the rays.
+
+    waves : rms beside the Zernikes at the worst place
+    mtf   : differences of transfers (fields, wavelengths, 2 directions: along the radius and across, frequencies)
+    places_um : of these fields, from the axis
+    """
+
+    text: str
+    lens: FieldLens
+    waves: float
+    mtf: F64
+    places_um: tuple[float, ...]
+
+
+def lens_file(
+    told: Prescription, full_rad: float, *, name: str, source: str, comment: str = "", notes: Sequence[str] = ()
+) -> Traced:
+    """Trace a lens to a field, radians, and return its file; raises InputError where a file cannot hold it.
+
+    Off the axis the cone of light is no circle. A file's is: its wavefront is the one whose rays fall where the
+    lens's own do, over the circle that the open part of the pupil, an ellipse by its second moments, is drawn to.
+    """
+    lens, middle = told.of_wavelengths(WAVELENGTHS_NM), told.of_wavelengths((told.middle_nm,))
+    [axis] = middle.beams([0.0], np.concatenate([[[1.0], [0.0]], HALF_DISC], axis=1))
+    aperture = float(np.abs(axis.pupil[0, 0, 0]))
+    f_number = 0.5 / aperture
+    spread = np.sqrt((axis.pupil[:, 0, 1:] ** 2).mean(axis=1)) / aperture  # of a disc, and of it one half
+    if not math.isfinite(f_number):
+        raise InputError(f"{name!r} lets no ray of its pupil's rim pass on the axis; give it a smaller pupil")
+    for steps in STEPS:
+        angles = full_rad * np.arange(2 * steps + 1) / (2 * steps)
+        # Half steps are what steps are judged by.
+        chief_mm = np.array([beam.chief_mm[0] for beam in middle.beams(angles, np.empty((2, 0)))])
+        side = math.copysign(1.0, float(chief_mm[1]))
+        _judge_heights(side * chief_mm, angles, name)
+        beams = lens.beams(angles, HALF_DISC)
+        indices, waves, left = _fitted(beams, aperture, spread, side, angles, name)
+        heights_um = 1e3 * np.abs(chief_mm)
+        if _between(f_number, heights_um, indices, waves) <= BETWEEN:
+            break
+    kept = _needed(waves)
+    left = math.hypot(left, DROPPED)
+    every = slice(None, None, 2)
+    lateral_um = 1e3 * (side * np.array([beam.chief_mm for beam in beams[every]]).T - np.abs(chief_mm[every]))
+    lateral_um[:, 0] = 0.0
+    light = _light(middle, angles[every], np.abs(chief_mm[every]), name)
+    drawn_um, distortion = _distortion(middle, full_rad, side)
+    rows: list[tuple[str, Any]] = [
+        ("wavelength_nm", list(WAVELENGTHS_NM)),
+        ("height_um", _rounded(heights_um[every], 3)),
+        ("zernike", [indices[k] for k in kept]),
+        ("distortion_height_um", _rounded(drawn_um, 3)),
+        ("distortion", _rounded(distortion, 8)),
+        ("relative_illumination", _rounded(np.minimum(light, 1.0), 5)),
+    ]
+    head = [f"# {line}" for line in (f"{comment or name}.", *notes)]
+    head += ["camsim: lens/1", f"name: {json.dumps(name)}", f"source: {json.dumps(source)}"]
+    body = [f"f_number: {round(f_number, 5)}", *(f"{key}: {json.dumps(values)}" for key, values in rows)]
+    body += ["lateral_colour_um:", *(f"  - {json.dumps(_rounded(row, 4))}" for row in lateral_um)]
+    body += ["waves: # for each wavelength, for each height, of each Zernike"]
+    for of_wavelength in waves[:, every][:, :, kept]:
+        of_heights = [json.dumps(_rounded(row, 5)) for row in of_wavelength]
+        body += [f"  {'- ' if k == 0 else '  '}- {row}" for k, row in enumerate(of_heights)]
+    found = lens_of(yaml_source.parse("\n".join([*head, *body]).encode("utf-8"), f"{name}.yaml", Path()))
+    mtf, places_um = _compared(told, full_rad, side, found)
+    residuals = [f"residual_waves: {left:.4f}", f"residual_mtf: {np.abs(mtf).max():.4f}"]
+    return Traced("\n".join([*head, *residuals, *body]) + "\n", found, left, mtf, places_um)
+
+
+def _rounded(values: F64, digits: int) -> list[float]:
+    return [float(v) + 0.0 for v in np.round(values, digits).tolist()]
+
+
+def _judge_heights(height_mm: F64, angles: F64, name: str) -> None:
+    """Raise InputError where chief rays are lost, or do not fall farther out with the field."""
+    lost = ~np.isfinite(height_mm)
+    lost[1:] |= np.diff(height_mm) <= 0.0
+    if lost.any():
+        reached = math.degrees(angles[max(int(np.argmax(lost)) - 1, 0)])
+        raise InputError(
+            f"{name!r} has no chief ray past {reached:.4g}° from the axis that falls farther out; give it a smaller "
+            f"field, such as --field {reached:.3g}"
+        )
+
+
+def _fitted(
+    beams: Sequence[Beam], aperture: float, spread: F64, side: float, angles: F64, name: str
+) -> tuple[tuple[int, ...], F64, float]:
+    """Return Zernikes, their coefficients (w, heights, k) in waves, and what they leave at the worst, waves rms."""
+    for order in ORDERS:
+        some = [(k, w) for k in (0, len(beams) // 2, len(beams) - 1) for w in (0, len(WAVELENGTHS_NM) // 2)]
+        if all(_fit(beams[k], w, order, aperture, spread, side, angles[k], name)[2] <= LEFT for k, w in some):
+            break
+    found = [
+        [_fit(beam, w, order, aperture, spread, side, angle, name) for beam, angle in zip(beams, angles, strict=True)]
+        for w in range(len(WAVELENGTHS_NM))
+    ]
+    waves = np.array([[own[1] for own in row] for row in found])
+    indices = found[0][0][0]
+    # On the axis all is the same all round.
+    waves[:, 0, [k for k, index in enumerate(indices) if orders(index)[1]]] = 0.0
+    return indices, waves, max(own[2] for row in found for own in row)
+
+
+def _fit(
+    beam: Beam, w: int, order: int, aperture: float, spread: F64, side: float, angle: float, name: str
+) -> tuple[tuple[int, ...], F64, float]:
+    """Return Zernikes, coefficients that send rays where they fall, and what as many leave of the path, waves rms."""
+    known, passes = np.isfinite(beam.path_mm[w] + beam.pupil[0, w]), beam.passes[w]
+    if passes.sum() < 0.02 * passes.size:
+        raise InputError(
+            f"no light of {name!r} passes {math.degrees(angle):.4g}° from the axis; give a smaller field (--field)"
+        )
+    seen = beam.pupil[:, w][:, passes]
+    # Of both halves, so the middle lies on the radius.
+    middle = np.array([seen[0].mean(), 0.0])[:, None]
+    halves = np.sqrt(np.array([seen[0].var(), (seen[1] ** 2).mean()]))[:, None] / spread[:, None]
+    place = (beam.pupil[:, w] - middle) / halves
+    known &= np.hypot(*place) <= 1.01
+    x, y = side * place[0, known], place[1, known]
+    weight = np.where(passes[known], 1.0, CLOSED)
+    index, values, along_x, along_y = cosines(order, x, y)
+    wave_mm = WAVELENGTHS_NM[w] / 1e6
+    fallen = beam.fallen_mm[:, w][:, known] - np.array([[beam.chief_mm[w]], [0.0]])
+    slopes = np.concatenate([side * fallen[0], fallen[1]]) * aperture / wave_mm
+    rows = np.concatenate([along_x, along_y]) * np.tile(weight, 2)[:, None]
+    coefficients = _least(rows[:, 1:], slopes * np.tile(weight, 2))
+    path = beam.path_mm[w, known] / wave_mm
+    left = (path - values @ _least(values * weight[:, None], path * weight)) * weight
+    return index[1:], coefficients, float(np.sqrt((left**2).sum() / (weight**2).sum()))
+
+
+def _least(rows: F64, values: F64) -> F64:
+    """Return the coefficients of least squares; of what rays hardly tell the smallest."""
+    found: F64 = np.linalg.lstsq(rows, values, rcond=1e-6)[0]
+    return found
+
+
+def _between(f_number: float, heights_um: F64, indices: tuple[int, ...], waves: F64) -> float:
+    """Return by how many waves rms wavefronts of every second height are off at those between."""
+    coarse = FieldLens(
+        f_number=f_number,
+        wavelength_nm=WAVELENGTHS_NM,
+        zernike=indices,
+        waves=np.clip(waves[:, ::2], -50.0, 50.0),
+        height_um=heights_um[::2],
+    )
+    worst = 0.0
+    for k in range(1, len(heights_um), 2):
+        placed = coarse.at(float(heights_um[k]), 0.0)
+        there = dict(zip(placed.zernike, np.array(placed.path_nm).T, strict=True))
+        off = np.array([there[index] for index in indices]).T / np.array(WAVELENGTHS_NM)[:, None] - waves[:, k]
+        worst = max(worst, float(np.sqrt((off[:, 1:] ** 2).sum(axis=1)).max()))  # without the tilt, which is a place
+    return worst
+
+
+def _needed(waves: F64) -> list[int]:
+    """Return which coefficients matter anywhere: of all others together little is left."""
+    largest = np.abs(waves).max(axis=(0, 1))
+    small = np.argsort(largest)
+    left = np.sqrt(np.cumsum(waves[..., small] ** 2, axis=-1)).max(axis=(0, 1))
+    return sorted(small[left > DROPPED].tolist())
+
+
+def _light(lens: Lens, angles: F64, height_mm: F64, name: str) -> F64:
+    """Return the irradiance of an even sky at heights on the flat sensor, over that on the axis.
+
+    What comes from a ring of the sky, cos θ·dΩ for each part of the pupil that is open there, falls into a ring of the
+    sensor, however sharp it is there: its light's middle is followed, which coma takes away from the chief ray.
+    """
+    full = float(angles[-1])
+    near = [(max(angle - LIT_STEP * full, 0.0), angle, min(angle + LIT_STEP * full, full)) for angle in angles.tolist()]
+    beams = lens.beams([angle for each in near for angle in each], HALF_DISC)
+    light, places_mm = np.empty_like(angles), np.empty_like(angles)
+    for k, (inner, angle, outer) in enumerate(near):
+        three = beams[3 * k : 3 * k + 3]
+        passes = np.all([beam.passes[0] for beam in three], axis=0)
+        area = np.where(passes, lens.entry_area(angle, three[1].entry_mm)[0], 0.0)
+        if not area.any():
+            raise InputError(
+                f"no light of {name!r} passes {math.degrees(angle):.4g}° from the axis; give a smaller field (--field)"
+            )
+        from_mm, places_mm[k], to_mm = (
+            abs(np.average(beam.fallen_mm[0, 0, passes], weights=area[passes]).item()) for beam in three
+        )
+        sky = math.sin(outer) ** 2 - math.sin(inner) ** 2
+        light[k] = area.sum() * sky / (to_mm**2 - from_mm**2)
+    mirrored = np.concatenate([-places_mm[:0:-1], places_mm]), np.concatenate([light[:0:-1], light])
+    shown: F64 = CubicSpline(*mirrored)(height_mm)
+    relative: F64 = shown / shown[0]
+    if relative.max() > 1.0 + BRIGHTER:
+        brightest = int(relative.argmax())
+        raise InputError(
+            f"{name!r} gives {relative[brightest]:.4g} of the axis's light {math.degrees(angles[brightest]):.4g}° from "
+            "it, and relative_illumination is at most 1; give it a smaller field (--field)"
+        )
+    return relative
+
+
+def _distortion(lens: Lens, full_rad: float, side: float) -> tuple[F64, F64]:
+    """Return heights without distortion, µm, and its fractions there; scale apart: beside the axis there is none.
+
+    A sensor that lies off the paraxial focus sees all larger or smaller, which is no distortion.
+    """
+    for steps in DRAWN_STEPS:
+        angles = np.concatenate([[0.0, NEAR_AXIS], full_rad * np.arange(1, 2 * steps + 1) / (2 * steps)])
+        fallen = side * np.array([beam.chief_mm[0] for beam in lens.beams(angles, np.empty((2, 0)))])
+        ideal = fallen[1] / math.tan(NEAR_AXIS) * np.tan(angles)
+        drawn = np.concatenate([[0.0], fallen[2:] / ideal[2:] - 1.0])
+        heights = np.concatenate([[0.0], ideal[2:]])
+        coarse = FieldLens(
+            f_number=8.0,
+            wavelength_nm=(550.0,),
+            zernike=(4,),
+            waves=np.zeros((1, 2, 1)),
+            height_um=(0.0, 1e3 * float(heights[-1])),
+            distortion=drawn[::2],
+            distortion_height_um=1e3 * heights[::2],
+        )
+        between = coarse.distorted(np.stack([1e3 * heights[1::2], 0.0 * heights[1::2]], axis=1))[:, 0]
+        if np.abs(between / (1e3 * heights[1::2]) - 1.0 - drawn[1::2]).max() <= DRAWN:
+            break
+    return 1e3 * heights[::2], drawn[::2]
+
+
+def _compared(told: Prescription, full_rad: float, side: float, found: FieldLens) -> tuple[F64, tuple[float, ...]]:
+    """Return by how much a file's transfers are larger than those of the rays, and where.
+
+    The rays' are sums over their own pupil, as wide and as cut as it is, of the path and not of where rays fall.
+    """
+    lens, disc = told.of_wavelengths(CHECKED_NM), _disc(CHECK_RAYS, RIM)
+    beams = lens.beams([share * full_rad for share in CHECKED], disc)
+    frequencies = np.array(CYCLES_PER_MM)
+    differences, places_um = np.empty((len(CHECKED), len(CHECKED_NM), 2, frequencies.size)), []
+    [middle_of] = [told.of_wavelengths((550.0,))]
+    for k, beam in enumerate(beams):
+        [at] = middle_of.beams([CHECKED[k] * full_rad], np.empty((2, 0)))
+        places_um.append(min(1e3 * abs(float(at.chief_mm[0])), found.height_um[-1]))
+        placed = found.at(places_um[-1], 0.0)
+        for w, nm in enumerate(CHECKED_NM):
+            share = np.maximum(beam.share[w], np.hypot(*disc))
+            right = _transfers(beam.pupil[:, w], beam.path_mm[w], share, nm / 1e6, frequencies)
+            per_um, none = frequencies / 1e3, 0.0 * frequencies
+            own = np.stack([np.abs(placed.otf(per_um, none, nm)), np.abs(placed.otf(none, per_um, nm))])
+            differences[k, w] = own - right
+    return differences, tuple(places_um)
+
+
+def _transfers(pupil: F64, path_mm: F64, share: F64, wave_mm: float, per_mm: F64) -> F64:
+    """Return sizes of transfers along x and across, at multiples of the first frequency.
+
+    Of rays all over a pupil and beyond its rim, where ``share`` passes 1. The pupil's amplitude stands on a lattice that
+    these frequencies shift it by whole steps of; cells that a rim cuts count by as much as they are open.
+    """
+    known = np.isfinite(pupil[0] + path_mm + share)
+    pupil, path_mm, share = pupil[:, known], path_mm[known], share[known]
+    seen = share <= 1.0
+    low, high = pupil[:, seen].min(axis=1), pupil[:, seen].max(axis=1)
+    middle, half = 0.5 * (low + high)[:, None], 0.55 * (high - low)[:, None]
+    shift = float(per_mm[0]) * wave_mm
+    step = shift / math.ceil(shift / (CHECK_STEP * float(half.min())))
+    x, y = np.meshgrid(*(np.arange(a, b, step) for a, b in zip(low - 2 * step, high + 2 * step, strict=True)))
+    near = LinearNDInterpolator(pupil.T, share)(x, y)
+    # In cells, from the rim inwards: where two copies overlap is as far from a rim as the nearer of theirs.
+    # Beyond all rays it is closed.
+    inside = np.nan_to_num((1.0 - near) / np.maximum(np.hypot(*np.gradient(near)), 1e-9), nan=-9.0)
+    there = inside > -1.0
+
+    def rows(at: F64) -> F64:
+        values: F64 = cosines(ORDERS[-1], *((at - middle) / half))[1]
+        return values
+
+    phase = np.zeros(x.shape)
+    coefficients = _least(rows(pupil[:, seen]), path_mm[seen])
+    phase[there] = 2.0 * np.pi / wave_mm * (rows(np.stack([x[there], y[there]])) @ coefficients)
+    area = np.clip(0.5 + inside, 0.0, 1.0).sum()
+    sizes = np.zeros((2, per_mm.size))
+    for k, (turns, deep) in enumerate(((phase, inside), (phase.T, inside.T))):
+        for n, frequency in enumerate(per_mm.tolist()):
+            by = round(frequency * wave_mm / step)
+            first, second = slice(None, max(deep.shape[1] - by, 0)), slice(by, None)
+            overlap = np.clip(0.5 + np.minimum(deep[:, first], deep[:, second]), 0.0, 1.0)
+            sizes[k, n] = abs((overlap * np.exp(1j * (turns[:, first] - turns[:, second]))).sum()) / area
+    return sizes
