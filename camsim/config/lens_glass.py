@@ -56,6 +56,8 @@ def by_name(
     where  : what a refusal begins with
     """
     told = None if told is None or told == PLACEHOLDER or told[0] <= 1.0 else told
+    if name.startswith("___") and told is not None:
+        return by_numbers(*told), ""
     if code := re.fullmatch(r"(\d{3})[.]?(\d{3})", name):
         return by_numbers(1.0 + float(code[1]) / 1e3, float(code[2]) / 10.0), f"{name} read as a code of six digits"
     found, note = _candidates(name.upper(), makers), ""

@@ -18,6 +18,7 @@ from camsim.config.lens_files import lens_of
 from camsim.config.lens_rays import NEAR_AXIS, Beam, Lens, Prescription
 from camsim.errors import InputError
 from camsim.optics.field_lens import FieldLens
+from camsim.optics.wavefront import MOST_WAVES
 from camsim.optics.zernike import cosines, orders
 
 WAVELENGTHS_NM = (380.0, 410.0, 440.0, 470.0, 500.0, 530.0, 560.0, 590.0, 620.0, 650.0, 690.0, 740.0, 780.0)
@@ -29,13 +30,14 @@ DROPPED = 0.002  # waves rms of all coefficients together that are left out
 CLOSED = 0.1  # weight of a ray that a rim stops: nothing falls there, but the wavefront must go somewhere
 RAYS = 720  # over the pupil, of equal areas; one half of them is traced
 CHECK_RAYS = 2500  # by which transfers are checked
-CHECK_STEP = 0.015  # of the pupil's radius, of the lattice that these are followed on
+CHECK_STEP = 0.02  # of the pupil's radius, of the lattice that these are followed on
 RIM = 1.06  # of the pupil's radius, to where rays tell where it ends
 GOLDEN = math.pi * (3.0 - math.sqrt(5.0))  # angle from each to the next, which leaves no place of the pupil out
 LIT_STEP = 2e-4  # of the field, over which the sky is compared with where it falls
 BRIGHTER = 1e-3  # of the axis's light, above which light off the axis is refused and not taken for rounding
 DRAWN = 1e-5  # of a height: what distortion between its heights may be off by
 DRAWN_STEPS = (16, 32, 64, 128, 256)
+BALANCED = 0.1  # of the blur's square: as little left at the best focus, a sensor is not where it was meant to be
 CYCLES_PER_MM = (10.0, 20.0, 40.0)
 CHECKED_NM = (450.0, 550.0, 650.0)
 CHECKED = (0.0, 0.35, 0.5, 0.7, 0.85, 1.0)  # of the field
@@ -53,18 +55,56 @@ HALF_DISC = np.concatenate([QUARTER, QUARTER * [[-1.0], [1.0]]], axis=1)  # even
 
 
 class Traced(NamedTuple):
-    """A lens file's text, the lens that it holds, and what the lens leaves of the rays.
+    """A lens file's text, and what it leaves of the rays.
 
-    waves : rms beside the Zernikes at the worst place
+    largest : of all coefficients, waves
+    count : of Zernikes
+    left  : rms beside the Zernikes at the worst place, waves
     mtf   : differences of transfers (fields, wavelengths, 2 directions: along the radius and across, frequencies)
     places_um : of these fields, from the axis
+    notes : what is worth a line
     """
 
     text: str
-    lens: FieldLens
-    waves: float
+    largest: float
+    count: int
+    left: float
     mtf: F64
     places_um: tuple[float, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def told(self) -> str:
+        """What the file leaves of the rays, on a line."""
+        each = ", ".join(f"{own:.4f} at {um / 1e3:.4g} mm" for um, own in zip(self.places_um, self._off, strict=True))
+        return f"{self.count} Zernikes leave {self.left:.4f} waves rms; MTF off the rays' by {each}"
+
+    @property
+    def _off(self) -> list[float]:
+        """The largest difference at each place."""
+        largest: list[float] = np.abs(self.mtf).max(axis=(1, 2, 3)).tolist()
+        return largest
+
+    def judge(self, within: float, name: str) -> None:
+        """Raise InputError where the file is not one that is read, or where its MTF is farther from the rays' than that."""
+        if self.largest > MOST_WAVES:
+            raise InputError(
+                f"{name!r} makes {self.largest:.3g} waves rms, and a lens file holds {MOST_WAVES:g}; give it a smaller "
+                "field (--field), or a sensor in focus"
+            )
+        good = [own <= within for own in self._off]
+        if all(good):
+            return
+        k = good.index(False)
+        w, direction, n = np.unravel_index(int(np.abs(self.mtf[k]).argmax()), self.mtf[k].shape)
+        way = ("along the radius", "across the radius")[int(direction)]
+        smaller = f", or a smaller field (--field-mm {self.places_um[k - 1] / 1e3:.4g})" if k > 1 else ""
+        raise InputError(
+            f"{name!r} has no circle for its cone of light {self.places_um[k] / 1e3:.4g} mm from the axis, and a lens file "
+            f"has: its MTF there, {way} at {CYCLES_PER_MM[int(n)]:g} cycles/mm and {CHECKED_NM[int(w)]:g} nm, would be "
+            f"{self.mtf[(k, w, direction, n)]:+.4f} off the rays', {max(self._off):.4f} at the worst place; take it so "
+            f"with --mtf-within {math.ceil(1e3 * max(self._off)) / 1e3:g}{smaller}"
+        )
 
 
 def lens_file(
@@ -80,6 +120,11 @@ def lens_file(
     aperture = float(np.abs(axis.pupil[0, 0, 0]))
     f_number = 0.5 / aperture
     spread = np.sqrt((axis.pupil[:, 0, 1:] ** 2).mean(axis=1)) / aperture  # of a disc, and of it one half
+    notes = list(notes)
+    if out_mm := _out_of_focus(axis, told.middle_nm / 1e6):
+        f_number = 0.5 * abs(middle.focal_mm) / middle.radius_mm
+        side_of = "behind" if out_mm > 0.0 else "before"
+        notes.append(f"the sensor lies {abs(out_mm):.3g} mm {side_of} the best focus; the f-number is that of the focus")
     if not math.isfinite(f_number):
         raise InputError(f"{name!r} lets no ray of its pupil's rim pass on the axis; give it a smaller pupil")
     for steps in STEPS:
@@ -89,7 +134,7 @@ def lens_file(
         side = math.copysign(1.0, float(chief_mm[1]))
         _judge_heights(side * chief_mm, angles, name)
         beams = lens.beams(angles, HALF_DISC)
-        indices, waves, left = _fitted(beams, aperture, spread, side, angles, name)
+        indices, waves, left = _fitted(beams, 0.5 / f_number, spread, side, angles, name)
         heights_um = 1e3 * np.abs(chief_mm)
         if _between(f_number, heights_um, indices, waves) <= BETWEEN:
             break
@@ -116,10 +161,25 @@ def lens_file(
     for of_wavelength in waves[:, every][:, :, kept]:
         of_heights = [json.dumps(_rounded(row, 5)) for row in of_wavelength]
         body += [f"  {'- ' if k == 0 else '  '}- {row}" for k, row in enumerate(of_heights)]
+    head.append(f"residual_waves: {left:.4f}")
+    if (most := float(np.abs(waves).max())) > MOST_WAVES:
+        return Traced("\n".join([*head, *body]) + "\n", most, len(kept), left, np.empty((0, 1, 1, 1)), (), tuple(notes))
     found = lens_of(yaml_source.parse("\n".join([*head, *body]).encode("utf-8"), f"{name}.yaml", Path()))
     mtf, places_um = _compared(told, full_rad, side, found)
-    residuals = [f"residual_waves: {left:.4f}", f"residual_mtf: {np.abs(mtf).max():.4f}"]
-    return Traced("\n".join([*head, *residuals, *body]) + "\n", found, left, mtf, places_um)
+    head.append(f"residual_mtf: {np.abs(mtf).max():.4f}")
+    return Traced("\n".join([*head, *body]) + "\n", most, len(kept), left, mtf, places_um, tuple(notes))
+
+
+def _out_of_focus(axis: Beam, wave_mm: float) -> float:
+    """Return how far behind the focus the sensor lies, mm, where that is most of what blurs the axis; else 0.
+
+    The cone of light from the exit pupil to a sensor that is far out of focus is not that of the lens's f-number.
+    """
+    fallen, pupil = axis.fallen_mm[:, 0], axis.pupil[:, 0]
+    out_mm = float((fallen * pupil).sum() / (pupil**2).sum())
+    rim_waves = 0.5 * abs(out_mm) * float((pupil**2).sum(axis=0).max()) / wave_mm
+    left = float(((fallen - out_mm * pupil) ** 2).sum() / (fallen**2).sum())
+    return -out_mm if rim_waves > 1.0 and left < BALANCED else 0.0
 
 
 def _rounded(values: F64, digits: int) -> list[float]:
@@ -197,7 +257,7 @@ def _between(f_number: float, heights_um: F64, indices: tuple[int, ...], waves: 
         f_number=f_number,
         wavelength_nm=WAVELENGTHS_NM,
         zernike=indices,
-        waves=np.clip(waves[:, ::2], -50.0, 50.0),
+        waves=np.clip(waves[:, ::2], -MOST_WAVES, MOST_WAVES),
         height_um=heights_um[::2],
     )
     worst = 0.0
@@ -287,22 +347,25 @@ def _compared(told: Prescription, full_rad: float, side: float, found: FieldLens
     beams = lens.beams([share * full_rad for share in CHECKED], disc)
     frequencies = np.array(CYCLES_PER_MM)
     differences, places_um = np.empty((len(CHECKED), len(CHECKED_NM), 2, frequencies.size)), []
-    [middle_of] = [told.of_wavelengths((550.0,))]
+    order = min(max(orders(index)[0] for index in found.zernike) + 4, ORDERS[-1])
+    middle_of = told.of_wavelengths((told.middle_nm,))
     for k, beam in enumerate(beams):
         [at] = middle_of.beams([CHECKED[k] * full_rad], np.empty((2, 0)))
         places_um.append(min(1e3 * abs(float(at.chief_mm[0])), found.height_um[-1]))
         placed = found.at(places_um[-1], 0.0)
         for w, nm in enumerate(CHECKED_NM):
             share = np.maximum(beam.share[w], np.hypot(*disc))
-            right = _transfers(beam.pupil[:, w], beam.path_mm[w], share, nm / 1e6, frequencies)
+            right = _transfers(beam.pupil[:, w], beam.path_mm[w], share, nm / 1e6, frequencies, order)
             per_um, none = frequencies / 1e3, 0.0 * frequencies
             own = np.stack([np.abs(placed.otf(per_um, none, nm)), np.abs(placed.otf(none, per_um, nm))])
             differences[k, w] = own - right
     return differences, tuple(places_um)
 
 
-def _transfers(pupil: F64, path_mm: F64, share: F64, wave_mm: float, per_mm: F64) -> F64:
+def _transfers(pupil: F64, path_mm: F64, share: F64, wave_mm: float, per_mm: F64, order: int) -> F64:
     """Return sizes of transfers along x and across, at multiples of the first frequency.
+
+    order : of the polynomials that the path is followed by
 
     Of rays all over a pupil and beyond its rim, where ``share`` passes 1. The pupil's amplitude stands on a lattice that
     these frequencies shift it by whole steps of; cells that a rim cuts count by as much as they are open.
@@ -322,7 +385,7 @@ def _transfers(pupil: F64, path_mm: F64, share: F64, wave_mm: float, per_mm: F64
     there = inside > -1.0
 
     def rows(at: F64) -> F64:
-        values: F64 = cosines(ORDERS[-1], *((at - middle) / half))[1]
+        values: F64 = cosines(order, *((at - middle) / half))[1]
         return values
 
     phase = np.zeros(x.shape)
