@@ -25,9 +25,7 @@ def lens_of(source: yaml_source.Document, *, focus_um: float = 0.0, transmission
     table = document.model
     lens = None
     if table is not None:
-        kept: dict[str, Any] = {
-            key: getattr(table, key) for key in schema.LensFile.model_fields if key not in ABOUT
-        }
+        kept: dict[str, Any] = {key: getattr(table, key) for key in schema.LensFile.model_fields if key not in ABOUT}
         lens = document.build((), lambda: FieldLens(**kept, focus_um=focus_um, transmission=transmission))
     if lens is None:
         raise ConfigError(document.faults)

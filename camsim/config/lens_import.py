@@ -158,9 +158,7 @@ def _primary_nm(head: Operands) -> float:
     return each.get(int(_number(head, "PWAV", otherwise=1.0)), MIDDLE_NM)
 
 
-def _surface(
-    number: int, own: Operands, mm: float, makers: Sequence[str], name: str, notes: list[str]
-) -> Surface:
+def _surface(number: int, own: Operands, mm: float, makers: Sequence[str], name: str, notes: list[str]) -> Surface:
     """Return a surface; raises InputError where it is not the same all round, or not known."""
     kind = (_values(own, "TYPE") or ["STANDARD"])[0]
     parameters = {int(values[0]): float(values[1]) for key, *values in own if key == "PARM" and len(values) > 1}
@@ -252,7 +250,8 @@ def _field(lens: Lens, head: Operands, name: str) -> float:
     largest = max(map(math.hypot, across, along), default=0.0)
     if not largest > 0.0:
         raise InputError(
-            f"{name!r} has no field but the axis; give the largest one: --field DEGREES, or --field-mm HEIGHT in the image"
+            f"{name!r} has no field but the axis; give the largest one: --field DEGREES, or --field-mm HEIGHT in the "
+            "image"
         )
     if kind == ANGLES:
         return math.radians(largest)

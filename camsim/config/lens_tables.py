@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from scipy.interpolate import CubicSpline, LinearNDInterpolator
 
 from camsim.arrays import F64
@@ -86,7 +85,7 @@ class Traced(NamedTuple):
         return largest
 
     def judge(self, within: float, name: str) -> None:
-        """Raise InputError where the file is not one that is read, or where its MTF is farther from the rays' than that."""
+        """Raise InputError where the file is not one that is read, or its MTF is farther from the rays' than that."""
         if self.largest > MOST_WAVES:
             raise InputError(
                 f"{name!r} makes {self.largest:.3g} waves rms, and a lens file holds {MOST_WAVES:g}; give it a smaller "
@@ -100,8 +99,8 @@ class Traced(NamedTuple):
         way = ("along the radius", "across the radius")[int(direction)]
         smaller = f", or a smaller field (--field-mm {self.places_um[k - 1] / 1e3:.4g})" if k > 1 else ""
         raise InputError(
-            f"{name!r} has no circle for its cone of light {self.places_um[k] / 1e3:.4g} mm from the axis, and a lens file "
-            f"has: its MTF there, {way} at {CYCLES_PER_MM[int(n)]:g} cycles/mm and {CHECKED_NM[int(w)]:g} nm, would be "
+            f"{name!r} has no circle for its cone of light {self.places_um[k] / 1e3:.4g} mm from the axis, and a lens "
+            f"file has: its MTF there, {way} at {CYCLES_PER_MM[int(n)]:g} cycles/mm and {CHECKED_NM[int(w)]:g} nm, would be "
             f"{self.mtf[(k, w, direction, n)]:+.4f} off the rays', {max(self._off):.4f} at the worst place; take it so "
             f"with --mtf-within {math.ceil(1e3 * max(self._off)) / 1e3:g}{smaller}"
         )
@@ -124,7 +123,9 @@ def lens_file(
     if out_mm := _out_of_focus(axis, told.middle_nm / 1e6):
         f_number = 0.5 * abs(middle.focal_mm) / middle.radius_mm
         side_of = "behind" if out_mm > 0.0 else "before"
-        notes.append(f"the sensor lies {abs(out_mm):.3g} mm {side_of} the best focus; the f-number is that of the focus")
+        notes.append(
+            f"the sensor lies {abs(out_mm):.3g} mm {side_of} the best focus; the f-number is that of the focus"
+        )
     if not math.isfinite(f_number):
         raise InputError(f"{name!r} lets no ray of its pupil's rim pass on the axis; give it a smaller pupil")
     for steps in STEPS:
@@ -367,8 +368,8 @@ def _transfers(pupil: F64, path_mm: F64, share: F64, wave_mm: float, per_mm: F64
 
     order : of the polynomials that the path is followed by
 
-    Of rays all over a pupil and beyond its rim, where ``share`` passes 1. The pupil's amplitude stands on a lattice that
-    these frequencies shift it by whole steps of; cells that a rim cuts count by as much as they are open.
+    Of rays all over a pupil and beyond its rim, where ``share`` passes 1. The pupil stands on a lattice that these
+    frequencies shift it by whole steps of; cells that a rim cuts count by as much as they are open.
     """
     known = np.isfinite(pupil[0] + path_mm + share)
     pupil, path_mm, share = pupil[:, known], path_mm[known], share[known]

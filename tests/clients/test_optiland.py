@@ -92,7 +92,7 @@ def test_rays_are_optilands(name):
         for w, um in enumerate((0.45, 0.65)):
             angle_share = np.full(places.shape[1], share)
             rays = optic.trace_generic(angle_share, 0.0 * angle_share, places[0], places[1], um)
-            np.testing.assert_allclose(beam.fallen_mm[:, w], [rays.x, rays.y], atol=2e-7)
+            np.testing.assert_allclose(beam.fallen_mm[:, w], [rays.x, rays.y], atol=1e-6)
 
 
 @pytest.mark.filterwarnings("ignore")
@@ -105,7 +105,9 @@ def test_optilands_transfer_on_the_axis_is_that_of_the_file(name):
     per_um = LINE_PAIRS_PER_MM / 1e3
     for nm in (450.0, 550.0, 650.0):
         theirs = FFTMTF(optic, fields=[(0.0, 0.0)], wavelength=nm / 1e3, num_rays=256, grid_size=1024)
-        frequencies, curve = np.ravel(theirs.freq[0]), np.ravel(theirs.mtf[0][0])
+        # It counts frequencies by focal length over pupil, where the cone of light is as wide as its sine.
+        counted = float(optic.paraxial.FNO()) / lens.f_number
+        frequencies, curve = counted * np.ravel(theirs.freq[0]), np.ravel(theirs.mtf[0][0])
         own = np.abs(lens.at(0.0, 0.0).otf(per_um, 0 * per_um, nm))
         assert np.abs(own - np.interp(LINE_PAIRS_PER_MM, frequencies[: curve.size], curve)).max() <= 0.01
 
@@ -171,10 +173,22 @@ REFUSED = {
     "tilt": ("SURF 2\n", "SURF 2\n  TYPE COORDBRK\n  DISZ 0\n  PARM 3 1.0\nSURF 3\n", ROUND.format("COORDBRK")),
     "decentre": ("SURF 2\n", "SURF 2\n  TYPE COORDBRK\n  DISZ 0\n  PARM 1 0.1\nSURF 3\n", ROUND.format("COORDBRK")),
     "glass": ("N-BK7 0 0 1.5168 64.17", "NOSUCH 0 0 1.5 40", r"at SURF 1 the glass 'NOSUCH', which is in no catalogue"),
-    "whose": ("N-BK7 0 0 1.5168 64.17", "F2 0 0 1.5 40", r"glass 'F2', which is another one by SCHOTT, .*\(GCAT SCHOTT\)"),
-    "dark": ("N-BK7 0 0 1.5168 64.17", "GERMANIUM 0 0 1.5 40", r"'GERMANIUM', which no visible light passes; .*380 to 780"),
+    "whose": (
+        "N-BK7 0 0 1.5168 64.17",
+        "F2 0 0 1.5 40",
+        r"glass 'F2', which is another one by SCHOTT, .*\(GCAT SCHOTT\)",
+    ),
+    "dark": (
+        "N-BK7 0 0 1.5168 64.17",
+        "GERMANIUM 0 0 1.5 40",
+        r"'GERMANIUM', which no visible light passes; .*380 to 780",
+    ),
     "curved": ("CURV 0.0\n  DISZ 0\n", "CURV -0.02\n  DISZ 0\n", r"a curved image surface \(SURF 3, radius -50 mm\)"),
-    "grating": ("CURV -0.01", "TYPE DGRATING\n  CURV -0.01", r"not traced through \(SURF 2, TYPE DGRATING\); .*EVENASPH"),
+    "grating": (
+        "CURV -0.01",
+        "TYPE DGRATING\n  CURV -0.01",
+        r"not traced through \(SURF 2, TYPE DGRATING\); .*EVENASPH",
+    ),
 }
 
 
@@ -256,16 +270,18 @@ SURF 4"""
 def test_what_is_written_is_read_and_says_what_it_leaves(tmp_path):
     """A mirror, whose focal length is negative by its surfaces; and a singlet with more waves than a file holds."""
     mirror = SINGLET.split("SURF 1")[0].replace("ENPD 10.0", "ENPD 100.0").replace("YFLN 0 5", "YFLN 0 0.25")
-    mirror += "SURF 1\n  STOP\n  CURV -0.000625\n  CONI -1\n  DISZ -800\n  GLAS MIRROR 0 0\nSURF 2\n  CURV 0\n  DISZ 0\n"
-    wide = SINGLET.replace("YFLN 0 5", "YFLN 0 30").replace("ENPD 10", "ENPD 30")
+    mirror += (
+        "SURF 1\n  STOP\n  CURV -0.000625\n  CONI -1\n  DISZ -800\n  GLAS MIRROR 0 0\nSURF 2\n  CURV 0\n  DISZ 0\n"
+    )
+    blurred = SINGLET.replace("DISZ 94.5", "DISZ 60").replace("ENPD 10", "ENPD 20")
     ended = {}
-    for name, text in (("mirror", mirror), ("wide", wide)):
+    for name, text in (("mirror", mirror), ("blurred", blurred)):
         (tmp_path / f"{name}.zmx").write_text(text, encoding="utf-8")
         command = [sys.executable, "-m", "camsim", "lens", "import", f"{name}.zmx", "-o", f"{name}.yaml"]
         ended[name] = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
     assert ended["mirror"].returncode == 0, ended["mirror"].stderr
-    assert "waves rms; MTF off the rays' by 0.0000 at 0 mm" in ended["mirror"].stdout
+    assert "waves rms; MTF off the rays' by 0.000" in ended["mirror"].stdout
     assert camsim.read_lens(tmp_path / "mirror.yaml").f_number == pytest.approx(8.0, rel=2e-3)
-    assert ended["wide"].returncode == 2
-    assert "waves rms, and a lens file holds 50; give it a smaller field (--field)" in ended["wide"].stderr
-    assert not (tmp_path / "wide.yaml").exists()
+    assert ended["blurred"].returncode == 2
+    assert "waves rms, and a lens file holds 50; give it a smaller field (--field)" in ended["blurred"].stderr
+    assert not (tmp_path / "blurred.yaml").exists()

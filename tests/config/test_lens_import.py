@@ -121,7 +121,7 @@ def test_the_residual_stands_in_the_file():
 
 def counted(name, inner_mm, outer_mm):
     """The light of an even sky that falls into a ring of the sensor, ray by ray, over the ring's area."""
-    rows, stop, radius, full_deg = LENSES[name]
+    rows, stop, radius, _ = LENSES[name]
     draws = np.random.default_rng(5)
     [in_stop] = truth.trace(rows, stop, 0.0, np.array([radius]), np.zeros(1), 0.55)[3][0]
     light = 0.0
@@ -152,7 +152,6 @@ def made_light(name, height_um, folder):
 
 
 def test_what_a_round_cone_cannot_show_is_refused_with_the_place():
-    """64° of field through four aspheres: the cone is half as wide along the radius at the rim."""
     traced = made("rims")
     with pytest.raises(InputError, match=r"^'rims\.zmx' has no circle .* mm from the axis, .*--mtf-within 0\.0\d+"):
         traced.judge(1e-4, "rims.zmx")

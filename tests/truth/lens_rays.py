@@ -41,7 +41,9 @@ def trace(rows, stop, angle, x, y, um):
             here = at + length * way
             r2 = here[0] ** 2 + here[1] ** 2
             step = 1e-6
-            slope = (sag(row, r2 + step) - sag(row, np.maximum(r2 - step, 0.0))) / (r2 + step - np.maximum(r2 - step, 0.0))
+            slope = (sag(row, r2 + step) - sag(row, np.maximum(r2 - step, 0.0))) / (
+                r2 + step - np.maximum(r2 - step, 0.0)
+            )
             normal = np.stack([-2.0 * here[0] * slope, -2.0 * here[1] * slope, np.ones_like(x)])
             missed = (here[2] - sag(row, r2)) / (normal * way).sum(axis=0)
             length = length - missed

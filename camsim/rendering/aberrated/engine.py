@@ -100,7 +100,9 @@ class AberratedPlan:
         job = self.job
         assert job.split is not None
         x_um, y_um = (round(own, TOLD_DIGITS) + 0.0 for own in job.split.moved_um)
-        pattern = f"an {type(job.split.core).__name__} pattern" + f" moved by ({x_um:.3g}, {y_um:.3g}) µm" * bool(x_um or y_um)
+        pattern = f"an {type(job.split.core).__name__} pattern" + f" moved by ({x_um:.3g}, {y_um:.3g}) µm" * bool(
+            x_um or y_um
+        )
         if self.short is None:
             yield Decision(
                 topic="lens",
@@ -110,8 +112,7 @@ class AberratedPlan:
         else:
             yield Decision(
                 topic="lens",
-                decision=f"{pattern}, and what differs within "
-                f"{self.short.settings.reach:.3g} pitches",
+                decision=f"{pattern}, and what differs within {self.short.settings.reach:.3g} pitches",
                 reason="far away the pattern of a round pupil is that of its rim, whatever the wavefront",
             )
             lines, windows, side = len(self.short.lines[1]), len(self.short.windows), self.short.settings.side
