@@ -1,8 +1,8 @@
 """Write the shipped lenses: ``python lenses/make.py`` (needs the extra ``lens``). Prescriptions stand here.
 
 A surface is (radius mm, thickness mm, glass behind it or None, whether it is the stop); a glass a name and whose it
-is, or (index at 587.56 nm, Abbe number); an asphere has (conic constant, coefficients of r³, r⁴, …) besides, mm. The triplet
-and the double Gauss are textbook forms as optiland 0.6's samples have them (MIT licence,
+is, or (index at 587.56 nm, Abbe number); an asphere has (conic constant, coefficients of r³, r⁴, …) besides, mm. The
+triplet and the double Gauss are textbook forms as optiland 0.6's samples have them (MIT licence,
 optiland/samples/objectives.py), with glasses of its catalogue. The mobile lens is the published example of US patent
 7,535,658 (2009) as the documentation of ray-optics has it (BSD-3-Clause, "Cell Phone Camera Lens"), whose K is the
 conic constant and 1; rays that are printed there fall within 1e-5 mm of these (tests/clients/test_optiland.py).

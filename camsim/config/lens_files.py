@@ -7,6 +7,7 @@ from typing import Any
 from camsim.config import library, schema, yaml_source
 from camsim.config.judged import Judged
 from camsim.config.library import Located
+from camsim.config.tree import Document
 from camsim.errors import ConfigError
 from camsim.optics import FieldLens
 from camsim.spectra.curve import Spectrum
@@ -19,7 +20,7 @@ def read_lens_file(located: Located, *, focus_um: float = 0.0, transmission: Spe
     return lens_of(yaml_source.read(located.path, located.shown), focus_um=focus_um, transmission=transmission)
 
 
-def lens_of(source: yaml_source.Document, *, focus_um: float = 0.0, transmission: Spectrum = 1.0) -> FieldLens:
+def lens_of(source: Document, *, focus_um: float = 0.0, transmission: Spectrum = 1.0) -> FieldLens:
     """Return the lens of what a file holds; raises ConfigError with all of its faults."""
     document = Judged.of(source, schema.LensFile)
     table = document.model

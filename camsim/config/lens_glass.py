@@ -40,10 +40,11 @@ Index = Callable[[F64], F64]
 def by_numbers(nd: float, vd: float) -> Index:
     """Return the index of a glass by its index at 587.56 nm and its Abbe number (Buchdahl's dispersion)."""
     try:
-        from optiland.materials import AbbeMaterial
+        from optiland import materials
     except ImportError:
         raise InputError(ABSENT) from None
-    return _index(AbbeMaterial(nd, vd, model="buchdahl"))
+    made: Any = materials.AbbeMaterial
+    return _index(made(nd, vd, model="buchdahl"))
 
 
 def by_name(

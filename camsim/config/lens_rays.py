@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -203,7 +203,7 @@ class Lens:
         share = np.where(np.isfinite(x + y + path), share, np.inf)
         return Traced(np.stack([x, y, np.zeros_like(x)]), np.stack([dx, dy, dz]), path, stop, share)
 
-    def beams(self, angles_rad: Sequence[float], places: F64) -> list[Beam]:
+    def beams(self, angles_rad: Iterable[float], places: F64) -> list[Beam]:
         """Return what falls at fields, increasing from 0, of places (2, n) over the pupil's unit circle."""
         with np.errstate(all="ignore"):
             return self._beams(angles_rad, np.concatenate([np.zeros((2, 1)), places], axis=1))
@@ -225,7 +225,7 @@ class Lens:
         along_x, along_y = ((self.trace(angle, entry + side).stop_mm - here) / step for side in sides)
         return here, along_x, along_y
 
-    def _beams(self, angles_rad: Sequence[float], places: F64) -> list[Beam]:
+    def _beams(self, angles_rad: Iterable[float], places: F64) -> list[Beam]:
         shape = (2, self.index[0].shape[0], places.shape[1])
         wanted = np.broadcast_to(places[:, None, :], shape)
         entry, before, moved = self.radius_mm * wanted, 0.0, np.zeros(shape)

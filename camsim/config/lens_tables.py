@@ -9,10 +9,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.interpolate import CubicSpline, LinearNDInterpolator
+from scipy.interpolate import CubicSpline
 
 from camsim.arrays import F64
 from camsim.config import yaml_source
+from camsim.config.lens_check import CHECKED_NM, CYCLES_PER_MM, compared, even_disc, least_squares
 from camsim.config.lens_files import lens_of
 from camsim.config.lens_rays import NEAR_AXIS, Beam, Lens, Prescription
 from camsim.errors import InputError
@@ -28,28 +29,14 @@ LEFT = 0.005  # waves rms that these may leave
 DROPPED = 0.002  # waves rms of all coefficients together that are left out
 CLOSED = 0.1  # weight of a ray that a rim stops: nothing falls there, but the wavefront must go somewhere
 RAYS = 720  # over the pupil, of equal areas; one half of them is traced
-CHECK_RAYS = 2500  # by which transfers are checked
-CHECK_STEP = 0.02  # of the pupil's radius, of the lattice that these are followed on
-RIM = 1.06  # of the pupil's radius, to where rays tell where it ends
-GOLDEN = math.pi * (3.0 - math.sqrt(5.0))  # angle from each to the next, which leaves no place of the pupil out
 LIT_STEP = 2e-4  # of the field, over which the sky is compared with where it falls
 BRIGHTER = 1e-3  # of the axis's light, above which light off the axis is refused and not taken for rounding
 DRAWN = 1e-5  # of a height: what distortion between its heights may be off by
 DRAWN_STEPS = (16, 32, 64, 128, 256)
 BALANCED = 0.1  # of the blur's square: as little left at the best focus, a sensor is not where it was meant to be
-CYCLES_PER_MM = (10.0, 20.0, 40.0)
-CHECKED_NM = (450.0, 550.0, 650.0)
-CHECKED = (0.0, 0.35, 0.5, 0.7, 0.85, 1.0)  # of the field
 
 
-def _disc(count: int, radius: float = 1.0) -> F64:
-    """Return points (2, n) of equal areas all over a disc."""
-    number = np.arange(count)
-    distance, angle = radius * np.sqrt((number + 0.5) / count), GOLDEN * number
-    return np.stack([distance * np.cos(angle), distance * np.sin(angle)])
-
-
-QUARTER = _disc(RAYS)[:, (_disc(RAYS) > 0.0).all(axis=0)]
+QUARTER = even_disc(RAYS)[:, (even_disc(RAYS) > 0.0).all(axis=0)]
 HALF_DISC = np.concatenate([QUARTER, QUARTER * [[-1.0], [1.0]]], axis=1)  # even along the radius, as a disc is
 
 
@@ -57,7 +44,7 @@ class Traced(NamedTuple):
     """A lens file's text, and what it leaves of the rays.
 
     largest : of all coefficients, waves
-    count : of Zernikes
+    zernikes : how many there are
     left  : rms beside the Zernikes at the worst place, waves
     mtf   : differences of transfers (fields, wavelengths, 2 directions: along the radius and across, frequencies)
     places_um : of these fields, from the axis
@@ -66,7 +53,7 @@ class Traced(NamedTuple):
 
     text: str
     largest: float
-    count: int
+    zernikes: int
     left: float
     mtf: F64
     places_um: tuple[float, ...]
@@ -76,7 +63,7 @@ class Traced(NamedTuple):
     def told(self) -> str:
         """What the file leaves of the rays, on a line."""
         each = ", ".join(f"{own:.4f} at {um / 1e3:.4g} mm" for um, own in zip(self.places_um, self._off, strict=True))
-        return f"{self.count} Zernikes leave {self.left:.4f} waves rms; MTF off the rays' by {each}"
+        return f"{self.zernikes} Zernikes leave {self.left:.4f} waves rms; MTF off the rays' by {each}"
 
     @property
     def _off(self) -> list[float]:
@@ -100,9 +87,9 @@ class Traced(NamedTuple):
         smaller = f", or a smaller field (--field-mm {self.places_um[k - 1] / 1e3:.4g})" if k > 1 else ""
         raise InputError(
             f"{name!r} has no circle for its cone of light {self.places_um[k] / 1e3:.4g} mm from the axis, and a lens "
-            f"file has: its MTF there, {way} at {CYCLES_PER_MM[int(n)]:g} cycles/mm and {CHECKED_NM[int(w)]:g} nm, would be "
-            f"{self.mtf[(k, w, direction, n)]:+.4f} off the rays', {max(self._off):.4f} at the worst place; take it so "
-            f"with --mtf-within {math.ceil(1e3 * max(self._off)) / 1e3:g}{smaller}"
+            f"file has: its MTF there, {way} at {CYCLES_PER_MM[int(n)]:g} cycles/mm and {CHECKED_NM[int(w)]:g} nm, "
+            f"would be {self.mtf[(k, w, direction, n)]:+.4f} off the rays', {max(self._off):.4f} at the worst place; take "
+            f"it so with --mtf-within {math.ceil(1e3 * max(self._off)) / 1e3:g}{smaller}"
         )
 
 
@@ -166,7 +153,7 @@ def lens_file(
     if (most := float(np.abs(waves).max())) > MOST_WAVES:
         return Traced("\n".join([*head, *body]) + "\n", most, len(kept), left, np.empty((0, 1, 1, 1)), (), tuple(notes))
     found = lens_of(yaml_source.parse("\n".join([*head, *body]).encode("utf-8"), f"{name}.yaml", Path()))
-    mtf, places_um = _compared(told, full_rad, side, found)
+    mtf, places_um = compared(told, full_rad, found)
     head.append(f"residual_mtf: {np.abs(mtf).max():.4f}")
     return Traced("\n".join([*head, *body]) + "\n", most, len(kept), left, mtf, places_um, tuple(notes))
 
@@ -240,16 +227,10 @@ def _fit(
     fallen = beam.fallen_mm[:, w][:, known] - np.array([[beam.chief_mm[w]], [0.0]])
     slopes = np.concatenate([side * fallen[0], fallen[1]]) * aperture / wave_mm
     rows = np.concatenate([along_x, along_y]) * np.tile(weight, 2)[:, None]
-    coefficients = _least(rows[:, 1:], slopes * np.tile(weight, 2))
+    coefficients = least_squares(rows[:, 1:], slopes * np.tile(weight, 2))
     path = beam.path_mm[w, known] / wave_mm
-    left = (path - values @ _least(values * weight[:, None], path * weight)) * weight
+    left = (path - values @ least_squares(values * weight[:, None], path * weight)) * weight
     return index[1:], coefficients, float(np.sqrt((left**2).sum() / (weight**2).sum()))
-
-
-def _least(rows: F64, values: F64) -> F64:
-    """Return the coefficients of least squares; of what rays hardly tell the smallest."""
-    found: F64 = np.linalg.lstsq(rows, values, rcond=1e-6)[0]
-    return found
 
 
 def _between(f_number: float, heights_um: F64, indices: tuple[int, ...], waves: F64) -> float:
@@ -337,67 +318,3 @@ def _distortion(lens: Lens, full_rad: float, side: float) -> tuple[F64, F64]:
         if np.abs(between / (1e3 * heights[1::2]) - 1.0 - drawn[1::2]).max() <= DRAWN:
             break
     return 1e3 * heights[::2], drawn[::2]
-
-
-def _compared(told: Prescription, full_rad: float, side: float, found: FieldLens) -> tuple[F64, tuple[float, ...]]:
-    """Return by how much a file's transfers are larger than those of the rays, and where.
-
-    The rays' are sums over their own pupil, as wide and as cut as it is, of the path and not of where rays fall.
-    """
-    lens, disc = told.of_wavelengths(CHECKED_NM), _disc(CHECK_RAYS, RIM)
-    beams = lens.beams([share * full_rad for share in CHECKED], disc)
-    frequencies = np.array(CYCLES_PER_MM)
-    differences, places_um = np.empty((len(CHECKED), len(CHECKED_NM), 2, frequencies.size)), []
-    order = min(max(orders(index)[0] for index in found.zernike) + 4, ORDERS[-1])
-    middle_of = told.of_wavelengths((told.middle_nm,))
-    for k, beam in enumerate(beams):
-        [at] = middle_of.beams([CHECKED[k] * full_rad], np.empty((2, 0)))
-        places_um.append(min(1e3 * abs(float(at.chief_mm[0])), found.height_um[-1]))
-        placed = found.at(places_um[-1], 0.0)
-        for w, nm in enumerate(CHECKED_NM):
-            share = np.maximum(beam.share[w], np.hypot(*disc))
-            right = _transfers(beam.pupil[:, w], beam.path_mm[w], share, nm / 1e6, frequencies, order)
-            per_um, none = frequencies / 1e3, 0.0 * frequencies
-            own = np.stack([np.abs(placed.otf(per_um, none, nm)), np.abs(placed.otf(none, per_um, nm))])
-            differences[k, w] = own - right
-    return differences, tuple(places_um)
-
-
-def _transfers(pupil: F64, path_mm: F64, share: F64, wave_mm: float, per_mm: F64, order: int) -> F64:
-    """Return sizes of transfers along x and across, at multiples of the first frequency.
-
-    order : of the polynomials that the path is followed by
-
-    Of rays all over a pupil and beyond its rim, where ``share`` passes 1. The pupil stands on a lattice that these
-    frequencies shift it by whole steps of; cells that a rim cuts count by as much as they are open.
-    """
-    known = np.isfinite(pupil[0] + path_mm + share)
-    pupil, path_mm, share = pupil[:, known], path_mm[known], share[known]
-    seen = share <= 1.0
-    low, high = pupil[:, seen].min(axis=1), pupil[:, seen].max(axis=1)
-    middle, half = 0.5 * (low + high)[:, None], 0.55 * (high - low)[:, None]
-    shift = float(per_mm[0]) * wave_mm
-    step = shift / math.ceil(shift / (CHECK_STEP * float(half.min())))
-    x, y = np.meshgrid(*(np.arange(a, b, step) for a, b in zip(low - 2 * step, high + 2 * step, strict=True)))
-    near = LinearNDInterpolator(pupil.T, share)(x, y)
-    # In cells, from the rim inwards: where two copies overlap is as far from a rim as the nearer of theirs.
-    # Beyond all rays it is closed.
-    inside = np.nan_to_num((1.0 - near) / np.maximum(np.hypot(*np.gradient(near)), 1e-9), nan=-9.0)
-    there = inside > -1.0
-
-    def rows(at: F64) -> F64:
-        values: F64 = cosines(order, *((at - middle) / half))[1]
-        return values
-
-    phase = np.zeros(x.shape)
-    coefficients = _least(rows(pupil[:, seen]), path_mm[seen])
-    phase[there] = 2.0 * np.pi / wave_mm * (rows(np.stack([x[there], y[there]])) @ coefficients)
-    area = np.clip(0.5 + inside, 0.0, 1.0).sum()
-    sizes = np.zeros((2, per_mm.size))
-    for k, (turns, deep) in enumerate(((phase, inside), (phase.T, inside.T))):
-        for n, frequency in enumerate(per_mm.tolist()):
-            by = round(frequency * wave_mm / step)
-            first, second = slice(None, max(deep.shape[1] - by, 0)), slice(by, None)
-            overlap = np.clip(0.5 + np.minimum(deep[:, first], deep[:, second]), 0.0, 1.0)
-            sizes[k, n] = abs((overlap * np.exp(1j * (turns[:, first] - turns[:, second]))).sum()) / area
-    return sizes

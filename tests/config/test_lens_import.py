@@ -29,8 +29,8 @@ TRIPLET = [
 RIMS = [(*row[:5], rim) for row, rim in zip(TRIPLET, (7.6, 7.6, OPEN, OPEN, 5.9, 5.9), strict=True)]
 MIRROR = [(-0.000625, -1.0, {}, -800.0, "mirror", OPEN)]
 ASPHERE = [
-    (0.02, -0.6, {4: -6e-7, 6: -4e-11}, 6.0, truth.N_BK7, OPEN),
-    (-0.001, 0.0, {4: 1e-7}, 88.4, truth.AIR, OPEN),
+    (0.02, -0.58, {4: 1e-8, 6: 1e-11}, 6.0, truth.N_BK7, OPEN),
+    (0.0, 0.0, {4: 2e-8}, 92.4, truth.AIR, OPEN),
 ]
 LENSES = {  # rows, the stop, half of the pupil's diameter, the field
     "triplet": (TRIPLET, 3, 5.0, 16.0),

@@ -47,7 +47,7 @@ def trace(rows, stop, angle, x, y, um):
             normal = np.stack([-2.0 * here[0] * slope, -2.0 * here[1] * slope, np.ones_like(x)])
             missed = (here[2] - sag(row, r2)) / (normal * way).sum(axis=0)
             length = length - missed
-            if np.nanmax(np.abs(missed)) < 1e-12:
+            if np.nan_to_num(np.abs(missed)).max() < 1e-12:
                 break
         at, path = at + length * way, path + index * length
         normal = normal / np.sqrt((normal**2).sum(axis=0))
@@ -81,7 +81,7 @@ def chief_mm(rows, stop, angle, um):
     return found[:2]
 
 
-def mtf(rows, stop, stop_mm, angle, um, per_mm, across=121, lattice=240):
+def mtf(rows, stop, stop_mm, angle, um, per_mm, across=161, lattice=300):
     """MTF along x (the field) and along y at frequencies; the pupil is where rays fall into the stop."""
     entry, height = chief_mm(rows, stop, angle, um)
     reach = 1.6 * stop_mm if abs(entry) < 1e-9 else 2.2 * stop_mm
