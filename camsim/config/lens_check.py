@@ -31,7 +31,7 @@ def even_disc(count: int, radius: float = 1.0) -> F64:
 
 def least_squares(rows: F64, values: F64) -> F64:
     """Return the coefficients of least squares; of what rays hardly tell the smallest."""
-    found: F64 = np.linalg.lstsq(rows, values, rcond=1e-6)[0]
+    found: F64 = np.asarray(np.linalg.lstsq(rows, values, rcond=1e-6)[0], float)
     return found
 
 

@@ -88,8 +88,8 @@ class Traced(NamedTuple):
         raise InputError(
             f"{name!r} has no circle for its cone of light {self.places_um[k] / 1e3:.4g} mm from the axis, and a lens "
             f"file has: its MTF there, {way} at {CYCLES_PER_MM[int(n)]:g} cycles/mm and {CHECKED_NM[int(w)]:g} nm, "
-            f"would be {self.mtf[(k, w, direction, n)]:+.4f} off the rays', {max(self._off):.4f} at the worst place; take "
-            f"it so with --mtf-within {math.ceil(1e3 * max(self._off)) / 1e3:g}{smaller}"
+            f"would be {self.mtf[(k, w, direction, n)]:+.4f} off the rays', {max(self._off):.4f} at the worst; take it "
+            f"so with --mtf-within {math.ceil(1e3 * max(self._off)) / 1e3:g}{smaller}"
         )
 
 

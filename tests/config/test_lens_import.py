@@ -26,7 +26,7 @@ TRIPLET = [
     (1 / 79.68360, 0.0, {}, 2.95208, truth.N_SK16, OPEN),
     (-1 / 18.39533, 0.0, {}, 42.10, truth.AIR, OPEN),
 ]
-RIMS = [(*row[:5], rim) for row, rim in zip(TRIPLET, (7.6, 7.6, OPEN, OPEN, 5.9, 5.9), strict=True)]
+RIMS = [(*row[:5], rim) for row, rim in zip(TRIPLET, (7.1, 7.1, OPEN, OPEN, 5.9, 5.9), strict=True)]
 MIRROR = [(-0.000625, -1.0, {}, -800.0, "mirror", OPEN)]
 ASPHERE = [
     (0.02, -0.58, {4: 1e-8, 6: 1e-11}, 6.0, truth.N_BK7, OPEN),
@@ -34,7 +34,7 @@ ASPHERE = [
 ]
 LENSES = {  # rows, the stop, half of the pupil's diameter, the field
     "triplet": (TRIPLET, 3, 5.0, 16.0),
-    "rims": (RIMS, 3, 5.0, 13.0),
+    "rims": (RIMS, 3, 5.0, 12.0),
     "mirror": (MIRROR, 0, 50.0, 0.25),
     "asphere": (ASPHERE, 0, 6.0, 4.0),
 }
@@ -144,7 +144,7 @@ def test_rims_take_light(tmp_path):
         middle_mm = lens.height_um[k] / 1e3
         right = counted("rims", middle_mm - 0.5, middle_mm + 0.5) / on_axis
         assert lens.relative_illumination[k] == pytest.approx(right, rel=0.02)
-    assert lens.relative_illumination[-1] < 0.95 * made_light("triplet", lens.height_um[-1], tmp_path)
+    assert lens.relative_illumination[-1] < 0.99 * made_light("triplet", lens.height_um[-1], tmp_path)
 
 
 def made_light(name, height_um, folder):
