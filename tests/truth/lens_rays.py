@@ -31,10 +31,10 @@ def sag(row, r2):
 
 
 def trace(rows, stop, angle, x, y, um):
-    """Rays from the vertex's plane: places and directions at the image, path lengths, places in the stop, rims met."""
+    """Rays from the vertex's plane: places and directions at the image, paths, places in the stop, shares of rims."""
     at = np.stack([x, y, 0.0 * x])
     way = np.stack([np.full_like(x, math.sin(angle)), 0.0 * x, np.full_like(x, math.cos(angle))])
-    path, index, open_, in_stop = math.sin(angle) * x, 1.0, np.ones(x.shape, bool), None
+    path, index, met, in_stop = math.sin(angle) * x, 1.0, np.zeros(x.shape), None
     for number, row in enumerate(rows):
         length = -at[2] / way[2]
         for _ in range(60):  # secant-free: the surface's own slope, by small differences
@@ -59,12 +59,12 @@ def trace(rows, stop, angle, x, y, um):
             ratio = index / behind
             root = np.sqrt(1.0 - ratio**2 * (1.0 - cos**2))
             way, index = ratio * way + (np.sign(cos) * root - ratio * cos) * normal, behind
-        open_ &= np.hypot(at[0], at[1]) <= row[5]
+        met = np.fmax(met, np.hypot(at[0], at[1]) / row[5])
         if number == stop:
             in_stop = at[:2].copy()
         at[2] -= row[3]
     length = -at[2] / way[2]
-    return at + length * way, way, path + index * length, in_stop, open_
+    return at + length * way, way, path + index * length, in_stop, met
 
 
 def chief_mm(rows, stop, angle, um):
@@ -88,8 +88,8 @@ def mtf(rows, stop, stop_mm, angle, um, per_mm, across=161, lattice=300):
     axis = np.linspace(-reach, reach, across)
     x, y = (own.ravel() for own in np.meshgrid(entry + axis, axis))
     with np.errstate(all="ignore"):
-        at, way, path, in_stop, open_ = trace(rows, stop, angle, x, y, um)
-    share = np.where(open_, np.hypot(*in_stop) / stop_mm, 9.0)
+        at, way, path, in_stop, met = trace(rows, stop, angle, x, y, um)
+    share = np.fmax(np.hypot(*in_stop) / stop_mm, met)
     off = at - np.array([[height], [0.0], [0.0]])
     radius = 80.0
     along = (off * way).sum(axis=0)
