@@ -1,31 +1,31 @@
 """Write the shipped lenses: ``python lenses/make.py`` (needs the extra ``lens``). Prescriptions stand here.
 
-A surface is (radius mm, thickness mm, glass behind it or None, whether it is the stop), see ``surfaces``. The triplet
-and the double Gauss are textbook forms as optiland 0.6's samples have them (MIT licence,
+A surface is (radius mm, thickness mm, glass behind it or None, whether it is the stop); a glass a name and whose it
+is, or (index at 587.56 nm, Abbe number); an asphere has (conic constant, coefficients of r³, r⁴, …) besides, mm. The
+triplet and the double Gauss are textbook forms as optiland 0.6's samples have them (MIT licence,
 optiland/samples/objectives.py), with glasses of its catalogue. The mobile lens is the published example of US patent
 7,535,658 (2009) as the documentation of ray-optics has it (BSD-3-Clause, "Cell Phone Camera Lens"), whose K is the
-conic constant and 1; rays that are printed there fall within 5e-6 mm of optiland's (tests/clients/test_optiland.py).
+conic constant and 1; rays that are printed there fall within 1e-5 mm of these (tests/clients/test_optiland.py).
 Of its plastics index and Abbe number are known.
 """
 
 from __future__ import annotations
 
 import math
-import warnings
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from optiland.optic import Optic
-
-from camsim.config.lens_import import lens_file, surfaces
+from camsim.config.lens_glass import Index, by_name, by_numbers
+from camsim.config.lens_rays import Prescription, Surface
+from camsim.config.lens_tables import lens_file
 
 FLAT = math.inf
-OF_OPTILAND = "prescription of optiland 0.6's samples (MIT licence), traced with optiland by lenses/make.py"
-OF_A_PATENT = "published example of US patent 7,535,658, traced with optiland by lenses/make.py"
+OF_OPTILAND = "prescription of optiland 0.6's samples (MIT licence), traced by lenses/make.py"
+OF_A_PATENT = "published example of US patent 7,535,658, traced by lenses/make.py"
 
 
-class Prescription(NamedTuple):
-    """A lens: what its file says first, aperture as optiland has it, half the field in degrees, surfaces, source."""
+class Told(NamedTuple):
+    """A lens: what its file says first, aperture as ``Prescription``'s, half the field in degrees, surfaces, source."""
 
     comment: str
     aperture: tuple[str, float]
@@ -35,7 +35,7 @@ class Prescription(NamedTuple):
 
 
 LENSES = {
-    "cooke-triplet": Prescription(
+    "cooke-triplet": Told(
         "Cooke triplet, 50 mm f/5, 40° of field: three glasses, strong towards the corners",
         ("EPD", 10.0),
         20.0,
@@ -48,9 +48,9 @@ LENSES = {
             (-18.39533, 42.20778, None, False),
         ),
     ),
-    "double-gauss": Prescription(
+    "double-gauss": Told(
         "Double Gauss, 100 mm f/5, 28° of field: sharp in the middle, curved towards the corners",
-        ("imageFNO", 5.0),
+        ("FNO", 5.0),
         14.0,
         (
             (56.20238, 8.75, "N-SSK2", False),
@@ -66,9 +66,9 @@ LENSES = {
             (-79.41143, 61.487536, None, False),
         ),
     ),
-    "mobile": Prescription(
+    "mobile": Told(
         "Mobile lens, 5.6 mm f/3.5, 64° of field: four plastic aspheres and a cover, waves all over the frame",
-        ("imageFNO", 3.5),
+        ("FNO", 3.5),
         31.76,
         (
             (FLAT, 0.0, None, True),
@@ -146,26 +146,40 @@ waves: [[[0], [0]]]
 """
 
 
-def optic_of(prescription: Prescription) -> Optic:
+def prescription_of(lens: Told) -> Prescription:
     """Return a lens to trace rays through."""
-    optic = Optic()
-    optic.surfaces.add(index=0, radius=FLAT, thickness=FLAT)
-    surfaces(optic, prescription.surfaces)
-    optic.set_aperture(aperture_type=prescription.aperture[0], value=prescription.aperture[1])
-    optic.fields.set_type(field_type="angle")
-    for share in (0.0, 1.0):
-        optic.fields.add(y=share * prescription.half_deg)
-    optic.wavelengths.add(value=0.55, is_primary=True)
-    return optic
+    surfaces = []
+    for radius, thickness, glass, stop, *asphere in lens.surfaces:
+        conic, coefficients = asphere[0] if asphere else (0.0, ())
+        surfaces.append(
+            Surface(
+                curvature_per_mm=1.0 / radius,
+                conic=conic,
+                powers=tuple(enumerate(coefficients, start=3)),
+                thickness_mm=thickness,
+                index=index_of(glass),
+                stop=stop,
+            )
+        )
+    return Prescription(surfaces=tuple(surfaces), aperture=lens.aperture)
+
+
+def index_of(glass: Any) -> Index | None:
+    """Return the index behind a surface, None of air."""
+    if glass is None:
+        return None
+    if isinstance(glass, tuple) and isinstance(glass[0], float):
+        return by_numbers(*glass)
+    name, *makers = glass if isinstance(glass, tuple) else (glass, "schott")
+    return by_name(name, makers)[0]
 
 
 if __name__ == "__main__":
     folder = Path(__file__).parent
     (folder / "perfect.yaml").write_text(PERFECT, encoding="utf-8")
-    for name, prescription in LENSES.items():
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            traced = optic_of(prescription)
-            text = lens_file(traced, name=name, source=prescription.source, comment=prescription.comment)
-        (folder / f"{name}.yaml").write_text(text, encoding="utf-8")
-        print(f"{name}: {len(text)} characters")
+    for name, lens in LENSES.items():
+        traced = lens_file(
+            prescription_of(lens), math.radians(lens.half_deg), name=name, source=lens.source, comment=lens.comment
+        )
+        (folder / f"{name}.yaml").write_text(traced.text, encoding="utf-8")
+        print(f"{name}: {traced.told}")

@@ -17,15 +17,33 @@ def _lens() -> None:
 
 @lens_app.command("import")
 def import_lens(
-    file: Annotated[str, typer.Argument(metavar="FILE.zmx", help="A sequential Zemax prescription, fields by angle.")],
+    file: Annotated[str, typer.Argument(metavar="FILE.zmx", help="A sequential Zemax prescription.")],
     output: Annotated[str, typer.Option("-o", "--output", metavar="LENS.yaml", help="The lens file to write.")],
+    field: Annotated[
+        float | None, typer.Option("--field", metavar="DEG", min=1e-3, max=89.0, help="Largest field, from the axis.")
+    ] = None,
+    field_mm: Annotated[
+        float | None, typer.Option("--field-mm", metavar="MM", min=1e-3, help="Instead: as a height in the image.")
+    ] = None,
+    mtf_within: Annotated[
+        float,
+        typer.Option("--mtf-within", metavar="X", min=0.0, max=1.0, help="How far the MTF may be from the rays'."),
+    ] = 0.01,
     force: Annotated[bool, typer.Option("--force", help="Overwrite a file that exists.")] = False,
 ) -> None:
-    """Trace a prescription and write what it does at every place as a lens file (needs optiland)."""
+    """Trace a prescription and write what it does at every place as a lens file (needs optiland for its glasses)."""
     from camsim.cli.new import check_yaml_output
-    from camsim.config.lens_import import import_zemax
+    from camsim.config.lens_import import trace_zemax
+    from camsim.errors import InvalidValueError
     from camsim.files.atomic import write_whole
 
+    if field is not None and field_mm is not None:
+        raise InvalidValueError("given together with '--field'; leave one of the two out", key="--field-mm")
     check_yaml_output(output, force=force)
-    write_whole(output, import_zemax(Path(file)).encode("utf-8"))
+    traced = trace_zemax(Path(file), field_deg=field, field_mm=field_mm)
+    traced.judge(mtf_within, Path(file).name)
+    write_whole(output, traced.text.encode("utf-8"))
+    for note in traced.notes:
+        print(f"{output}: note: {note}")
+    print(f"{output}: {traced.told}")
     print(f"{output}: lens: {{kind: field, file: {Path(output).name}}} takes it")

@@ -7,20 +7,26 @@ from typing import Any
 from camsim.config import library, schema, yaml_source
 from camsim.config.judged import Judged
 from camsim.config.library import Located
+from camsim.config.tree import Document
 from camsim.errors import ConfigError
 from camsim.optics import FieldLens
 from camsim.spectra.curve import Spectrum
 
+ABOUT = ("camsim", "name", "source", "residual_waves", "residual_mtf")  # keys that tell of the lens and make nothing
+
 
 def read_lens_file(located: Located, *, focus_um: float = 0.0, transmission: Spectrum = 1.0) -> FieldLens:
     """Return the lens of a file; raises ConfigError with all of its faults."""
-    document = Judged.of(yaml_source.read(located.path, located.shown), schema.LensFile)
+    return lens_of(yaml_source.read(located.path, located.shown), focus_um=focus_um, transmission=transmission)
+
+
+def lens_of(source: Document, *, focus_um: float = 0.0, transmission: Spectrum = 1.0) -> FieldLens:
+    """Return the lens of what a file holds; raises ConfigError with all of its faults."""
+    document = Judged.of(source, schema.LensFile)
     table = document.model
     lens = None
     if table is not None:
-        kept: dict[str, Any] = {
-            key: getattr(table, key) for key in schema.LensFile.model_fields if key not in ("camsim", "name", "source")
-        }
+        kept: dict[str, Any] = {key: getattr(table, key) for key in schema.LensFile.model_fields if key not in ABOUT}
         lens = document.build((), lambda: FieldLens(**kept, focus_um=focus_um, transmission=transmission))
     if lens is None:
         raise ConfigError(document.faults)

@@ -1,35 +1,21 @@
-"""Lens files from prescriptions: rays are traced by optiland, and what they tell is kept as numbers."""
+"""Lens files from Zemax prescriptions: read, judged, traced, and written only if they are read back."""
 
 from __future__ import annotations
 
-import json
 import math
-import warnings
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
-from scipy.interpolate import CubicSpline
 
-from camsim.arrays import F64
+from camsim.config import lens_glass
+from camsim.config.lens_rays import NEAR_AXIS, Lens, Prescription, Surface
+from camsim.config.lens_tables import Traced, lens_file
 from camsim.errors import InputError
-from camsim.optics.zernike import orders
 
-WAVELENGTHS_NM = (380.0, 410.0, 440.0, 470.0, 500.0, 530.0, 560.0, 590.0, 620.0, 650.0, 690.0, 740.0, 780.0)
-HEIGHTS = 13  # along the radius
-TERMS = 36  # OSA/ANSI 0 to 35: order 7
-POWERS = 6  # of the square of the height, in a distortion
-RINGS = 15  # of rays over the pupil
-LIT_RAYS = 4000  # that light is counted by, of equal areas of the pupil
-GOLDEN = math.pi * (3.0 - math.sqrt(5.0))  # angle from each to the next, which leaves no place of the pupil out
-LIT_STEP = 2e-4  # of the field, over which the sky is compared with where it falls
-BRIGHTER = 1e-3  # of the axis's light, above which light off the axis is refused and not taken for rounding
-SMALLEST_WAVES = 5e-5  # of a coefficient that is kept anywhere
 UNITS_MM = {"MM": 1.0, "CM": 10.0, "IN": 25.4, "METER": 1000.0}  # as Zemax writes them
-SAME = 1e-7  # of the focal length: rays that fall as near to their twins are of a system of revolution
-FIELDS = {"1": "object heights", "2": "paraxial image heights", "3": "real image heights", "4": "theodolite angles"}
+ANGLES, PARAXIAL_HEIGHTS, REAL_HEIGHTS = "0", "2", "3"
+FIELDS = {"1": "object heights", "4": "theodolite angles"}
 RIMS = {
     "OBSC": "an obstruction",
     "SQAP": "a rectangular aperture",
@@ -39,111 +25,210 @@ RIMS = {
     "SPID": "a spider",
     "USAP": "an aperture by points",
     "USOB": "an obstruction by points",
-}  # that a surface may have, and that optiland passes over
-VIGNETTING = ("VDXN", "VDYN", "VCXN", "VCYN")  # factors of each field, by its number
-ENCODINGS = ("utf-16", "utf-8", "iso-8859-1")  # in optiland's order
-ABSENT = "lens import needs optiland, which is not installed; pip install 'camsim-spectral[lens]'"
+}  # that a surface may have, and that rays are not stopped by
+VIGNETTING = ("VDXN", "VDYN", "VCXN", "VCYN", "VDSX", "VDSY", "VCSX", "VCSY")  # factors of each field, by its number
+ENCODINGS = ("utf-16", "utf-8", "iso-8859-1")
+ASPHERES = {"STANDARD": 0, "EVENASPH": 2, "ODDASPHE": 1}  # powers of r from one PARM to the next
+FAR_MM = 1e9  # an object as far away is at infinity
+SEEN_UM = (0.38, 0.78)
+MIDDLE_NM = 550.0
+WIDEST_DEG = 89.0
+SCANNED = 179  # angles, among which an image height's is looked for
+
+Operands = list[list[str]]
 
 
-def import_zemax(file: Path, *, middle_nm: float = 550.0) -> str:
-    """Return the lens file of a Zemax prescription; raises InputError where it cannot be read."""
-    try:
-        from optiland.fileio import load_zemax_file
-    except ImportError:
-        raise InputError(ABSENT) from None
+def import_zemax(file: Path, *, field_deg: float | None = None, field_mm: float | None = None) -> str:
+    """Return the text of the lens file of a Zemax prescription; see ``trace_zemax``."""
+    return trace_zemax(file, field_deg=field_deg, field_mm=field_mm).text
+
+
+def trace_zemax(file: Path, *, field_deg: float | None = None, field_mm: float | None = None) -> Traced:
+    """Trace a Zemax prescription; raises InputError where it cannot be read, or where a lens file cannot hold it.
+
+    field_deg, field_mm : the largest field, an angle or a height in the image, in place of the file's own
+    """
     if not file.is_file():
         raise InputError(f"no such file: {str(file)!r}")
-    lines = _lines(file)
-    unit_mm = _unit_mm(lines, file.name)
-    try:
-        _judge_rims(lines, file.name)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            optic = load_zemax_file(str(file))
-            _open_stop(optic, lines)
-            _judge(optic, file.name)
-            if unit_mm != 1.0:
-                _scale(optic, unit_mm, file.name)
-            return lens_file(optic, name=file.stem, source=f"traced from {file.name} by optiland", middle_nm=middle_nm)
-    except InputError:
-        raise
-    except Exception as error:
-        raise InputError(f"optiland cannot trace {file.name!r}: {error}; it takes sequential .zmx files") from error
+    head, surfaces = _read(file)
+    told, notes = _prescription(head, surfaces, file.name)
+    lens = told.of_wavelengths((told.middle_nm,))
+    _judge_axis(lens, file.name)
+    full = math.radians(field_deg) if field_deg is not None else None
+    if full is None:
+        full = _angle_of(lens, field_mm, file.name) if field_mm is not None else _field(lens, head, file.name)
+    return lens_file(told, full, name=file.stem, source=f"traced from {file.name}", notes=notes)
 
 
-def _lines(file: Path) -> list[list[str]]:
-    """Return the words of each line of a Zemax file that has any."""
+def _read(file: Path) -> tuple[Operands, list[Operands]]:
+    """Return the words of each line of a Zemax file: of its head, and of each surface."""
     content = file.read_bytes()
     for encoding in ENCODINGS:
         try:
             lines = [line.split() for line in content.decode(encoding).splitlines()]
         except UnicodeError:
             continue
-        if any(words and words[0] == "SURF" for words in lines):
-            return [words for words in lines if words]
-    return []
+        blocks: list[Operands] = [[]]
+        for words in filter(None, lines):
+            if words[0] == "SURF":
+                blocks.append([])
+            blocks[-1].append(words)
+        if len(blocks) > 1:
+            return blocks[0], blocks[1:]
+    raise InputError(f"{file.name!r} has no surface (SURF); give a sequential Zemax prescription, a .zmx file")
 
 
-def _unit_mm(lines: list[list[str]], name: str) -> float:
-    """Return the lens unit, mm; raises InputError where it, or what fields are given by, is not taken.
+def _values(operands: Operands, key: str) -> list[str]:
+    """Return what stands behind an operand, where it stands last; nothing where it does not."""
+    return next((words[1:] for words in reversed(operands) if words[0] == key), [])
 
-    optiland does not read the unit, and traces any field as if it were an angle.
-    """
-    operands = {words[0]: words[1:] for words in lines}
-    unit = (operands.get("UNIT") or ["MM"])[0].upper()
+
+def _number(operands: Operands, key: str, place: int = 0, otherwise: float = 0.0) -> float:
+    values = _values(operands, key)
+    return float(values[place].replace(",", ".")) if len(values) > place else otherwise
+
+
+def _prescription(head: Operands, blocks: list[Operands], name: str) -> tuple[Prescription, list[str]]:
+    """Return the lens, and what of it is worth a line."""
+    if (mode := (_values(head, "MODE") or ["SEQ"])[0]) != "SEQ":
+        raise InputError(f"{name!r} is of mode {mode}; save it as a sequential system (MODE SEQ)")
+    unit = (_values(head, "UNIT") or ["MM"])[0].upper()
     if unit not in UNITS_MM:
         raise InputError(f"{name!r} has lengths in {unit!r}; save it in one of {', '.join(UNITS_MM)} (UNIT)")
-    kind = (operands.get("FTYP") or ["0"])[0]
-    if kind != "0":
-        raise InputError(
-            f"{name!r} has fields by {FIELDS.get(kind, 'another kind')} (FTYP {kind}); "
-            "lenses are traced by the angle: save it with fields as angles (FTYP 0, YFLN in degrees)"
-        )
-    return UNITS_MM[unit]
-
-
-def _judge_rims(lines: list[list[str]], name: str) -> None:
-    """Raise InputError where the pupil is cut by what optiland does not know, or by factors in place of rims."""
-    for operand, *values in lines:
-        if operand in RIMS:
+    mm = UNITS_MM[unit]
+    for key, *values in head:
+        if key in VIGNETTING and any(float(value) != 0.0 for value in values):
             raise InputError(
-                f"{name!r} has {RIMS[operand]} ({operand}), and rays are stopped by circles alone; "
-                "save it with circular apertures that are open in the middle (CLAP 0 RADIUS), or none"
-            )
-        if operand in VIGNETTING and any(float(value) != 0.0 for value in values):
-            raise InputError(
-                f"{name!r} has vignetting factors ({operand}), which are of its own fields and of no other; "
+                f"{name!r} has vignetting factors ({key}), which are of its own fields and of no other; "
                 "clear them and give the surfaces that cut light their apertures (CLAP 0 RADIUS)"
             )
-
-
-def _open_stop(optic: Any, lines: list[list[str]]) -> None:
-    """Open a stop that the pupil floats by as wide as the file says.
-
-    DIAM is half of a diameter, which optiland takes for the whole one.
-    """
-    if optic.aperture.ap_type != "float_by_stop_size":
-        return
-    surfaces: list[dict[str, list[str]]] = []
-    for operand, *values in lines:
-        if operand == "SURF":
-            surfaces.append({})
-        elif surfaces:
-            surfaces[-1][operand] = values
-    half = next(float(surface["DIAM"][0]) for surface in surfaces if "STOP" in surface and "DIAM" in surface)
-    optic.set_aperture("float_by_stop_size", 2.0 * half)
-
-
-def _judge(optic: Any, name: str) -> None:
-    if not optic.object_surface.is_infinite:
+    if _number(head, "GFAC", 0) and _number(head, "GFAC", 1):
+        raise InputError(f"{name!r} has an apodised pupil (GFAC); lens files are of evenly lit ones: clear it")
+    distance = (_values(blocks[0], "DISZ") or ["INFINITY"])[0]
+    if distance != "INFINITY" and abs(float(distance)) * mm < FAR_MM:
         raise InputError(
             f"{name!r} has its object at a finite distance; lens files are of a scene far away: "
             "save it with the object at infinity (DISZ INFINITY of SURF 0), in focus there"
         )
-    if not float(optic.fields.max_field) > 0.0:
-        raise InputError(f"{name!r} has no field but the axis; give it the largest one, an angle (YFLN in degrees)")
-    _judge_round(optic, name)
-    passes, _ = _lit(optic, 0.0, optic.primary_wavelength * 1e3)
+    image = len(blocks) - 1
+    if image < 2:
+        raise InputError(f"{name!r} has {len(blocks)} surfaces; a lens has an object, one or more of its own, an image")
+    if (_values(blocks[image], "TYPE") or ["STANDARD"])[0] != "STANDARD" or _number(blocks[image], "CURV"):
+        radius = mm / (_number(blocks[image], "CURV") or math.inf)
+        raise InputError(
+            f"{name!r} has a curved image surface (SURF {image}, radius {radius:.4g} mm), and sensors are flat; "
+            "give it no curvature (CURV 0), and the lens its best focus there"
+        )
+    notes: list[str] = []
+    makers = _values(head, "GCAT")
+    surfaces = [_surface(number, own, mm, makers, name, notes) for number, own in enumerate(blocks[1:image], start=1)]
+    if not any(surface.stop for surface in surfaces):
+        raise InputError(f"{name!r} has no aperture stop (STOP); mark the surface that is it")
+    middle_nm = _primary_nm(head)
+    if not SEEN_UM[0] <= middle_nm / 1e3 <= SEEN_UM[1]:
+        notes.append(f"primary wavelength {middle_nm:g} nm, which is not seen: {MIDDLE_NM:g} nm in its place")
+        middle_nm = MIDDLE_NM
+    aim = _number(head, "RAIM", 1) != 0.0
+    if not aim:
+        notes.append("rays fill the paraxial entrance pupil, for the file does not aim them at the stop (RAIM 0 0)")
+    aperture = _aperture(head, blocks, mm, name)
+    return Prescription(surfaces=tuple(surfaces), aperture=aperture, aim=aim, middle_nm=middle_nm), notes
+
+
+def _aperture(head: Operands, blocks: list[Operands], mm: float, name: str) -> tuple[str, float]:
+    if any(words[0] == "FLOA" for words in head):
+        [stop] = [own for own in blocks if any(words[0] == "STOP" for words in own)][:1]
+        found = ("stop", mm * _number(stop, "DIAM"))
+    elif any(words[0] == "ENPD" for words in head):
+        found = ("EPD", mm * _number(head, "ENPD"))
+    else:
+        found = ("FNO", _number(head, "FNUM"))
+    if not found[1] > 0.0:
+        raise InputError(
+            f"{name!r} has no aperture that is taken; give its entrance pupil's diameter (ENPD), its f-number "
+            "(FNUM), or its stop's radius (FLOA, and DIAM of the stop)"
+        )
+    return found
+
+
+def _primary_nm(head: Operands) -> float:
+    """Return the primary wavelength; files have them one a line, or all in one."""
+    each = {int(values[0]): 1e3 * float(values[1]) for key, *values in head if key == "WAVM"}
+    each = each or {k: 1e3 * float(value) for k, value in enumerate(_values(head, "WAVL"), start=1)}
+    return each.get(int(_number(head, "PWAV", otherwise=1.0)), MIDDLE_NM)
+
+
+def _surface(number: int, own: Operands, mm: float, makers: Sequence[str], name: str, notes: list[str]) -> Surface:
+    """Return a surface; raises InputError where it is not the same all round, or not known."""
+    kind = (_values(own, "TYPE") or ["STANDARD"])[0]
+    parameters = {int(values[0]): float(values[1]) for key, *values in own if key == "PARM" and len(values) > 1}
+    if kind == "COORDBRK" and not any(parameters.get(k, 0.0) for k in range(1, 6)):
+        kind, parameters = "STANDARD", {}
+    if kind in ("COORDBRK", "TOROIDAL", "TILTSURF", "BICONICX", "IRREGULA"):
+        raise InputError(
+            f"{name!r} has a surface that is not the same all round the axis (SURF {number}, TYPE {kind}); lens files "
+            "are of systems that are: leave out tilts, decentres and toroids"
+        )
+    if kind not in ASPHERES:
+        raise InputError(
+            f"{name!r} has a surface of a type that rays are not traced through (SURF {number}, TYPE {kind}); "
+            f"those that are: {', '.join(ASPHERES)}"
+        )
+    for key, *values in own:
+        if key in RIMS:
+            raise InputError(
+                f"{name!r} has {RIMS[key]} ({key} of SURF {number}), and rays are stopped by circles alone; "
+                "save it with circular apertures that are open in the middle (CLAP 0 RADIUS), or none"
+            )
+        if key in ("OBDC", "SDEC") and any(float(value) for value in values[:2]):
+            raise InputError(f"{name!r} has a decentred aperture ({key} of SURF {number}); centre it")
+    rim_mm = math.inf
+    for key in ("CLAP", "FLAP"):
+        if _number(own, key, 0):
+            raise InputError(
+                f"{name!r} has an aperture with a covered middle ({key} of SURF {number}), and rays are stopped by "
+                "circles alone; save it with circular apertures that are open in the middle (CLAP 0 RADIUS), or none"
+            )
+        rim_mm = min(rim_mm, mm * _number(own, key, 1, math.inf))
+    powers = [(ASPHERES[kind] * k, value * mm ** (1 - ASPHERES[kind] * k)) for k, value in parameters.items() if value]
+    if kind == "STANDARD":
+        powers = []
+    if any(power < 2 for power, _ in powers):
+        raise InputError(f"{name!r} has a cone (PARM 1 of SURF {number}), whose tip no ray is traced through")
+    glass = _values(own, "GLAS")
+    mirror = bool(glass) and glass[0].upper() == "MIRROR"
+    index = None
+    if glass and not mirror:
+        told = (float(glass[3].replace(",", ".")), float(glass[4].replace(",", "."))) if len(glass) > 4 else None
+        if len(glass) > 1 and glass[1] == "1" and told is not None:
+            index = lens_glass.by_numbers(*told)
+        else:
+            where = f"{name!r} has at SURF {number} the "
+            index, note = lens_glass.by_name(glass[0], makers, told, where=where)
+            if note and note not in notes:
+                notes.append(note)
+    distance = (_values(own, "DISZ") or ["0"])[0]
+    if distance == "INFINITY" or not math.isfinite(float(distance)):
+        raise InputError(f"{name!r} has an infinite distance behind SURF {number}; give it a length (DISZ)")
+    return Surface(
+        curvature_per_mm=_number(own, "CURV") / mm,
+        conic=_number(own, "CONI"),
+        powers=tuple(powers),
+        thickness_mm=mm * float(distance),
+        index=index,
+        mirror=mirror,
+        rim_mm=rim_mm,
+        stop=any(words[0] == "STOP" for words in own),
+    )
+
+
+def _judge_axis(lens: Lens, name: str) -> None:
+    """Raise InputError where the axis's light is not all of the pupil's."""
+    if not math.isfinite(lens.focal_mm) or abs(lens.focal_mm) > FAR_MM or not math.isfinite(lens.radius_mm):
+        raise InputError(f"{name!r} has no focal length: light of a far point leaves it as parallel as it came")
+    radius = np.sqrt((np.arange(500) + 0.5) / 500.0)
+    [axis] = lens.beams([0.0], np.stack([radius, 0.0 * radius]))
+    passes = axis.passes[0]
     if not passes.all():
         raise InputError(
             f"{name!r} has apertures that stop {100.0 * (1.0 - passes.mean()):.2g} % of the axis's light, so its pupil "
@@ -151,163 +236,48 @@ def _judge(optic: Any, name: str) -> None:
         )
 
 
-def _judge_round(optic: Any, name: str) -> None:
-    """Raise InputError where rays that are turned about the axis do not fall where the others do, turned."""
-    along, across = np.array([0.0, 0.7, 0.0, -0.4]), np.array([0.0, 0.0, 0.7, 0.5])
-    fallen = []
-    for x, y in ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0)):
-        rays = optic.trace_generic(
-            np.full(along.size, 0.7 * x),
-            np.full(along.size, 0.7 * y),
-            x * along - y * across,
-            y * along + x * across,
-            optic.primary_wavelength,
-        )
-        # Turned back, to where the field lies along x.
-        fallen.append(complex(x, -y) * (np.asarray(rays.x) + 1j * np.asarray(rays.y)))
-    if max(np.nanmax(np.abs(own - fallen[0])) for own in fallen[1:]) > SAME * abs(float(optic.paraxial.f2())):
+def _field(lens: Lens, head: Operands, name: str) -> float:
+    """Return the largest field of a file, radians."""
+    kind = (_values(head, "FTYP") or [ANGLES])[0]
+    if kind in FIELDS:
         raise InputError(
-            f"{name!r} has rays that fall elsewhere when they are turned about the axis; lens files are of systems "
-            "that are the same all round: leave out tilts, decentres and toroids"
+            f"{name!r} has fields by {FIELDS[kind]} (FTYP {kind}); give the largest one, --field DEGREES or --field-mm "
+            "HEIGHT in the image, or save it with fields as angles (FTYP 0, YFLN in degrees)"
         )
-
-
-def _scale(optic: Any, unit_mm: float, name: str) -> None:
-    """Make lengths mm of a lens in other units."""
-    focal = float(optic.paraxial.f2())
-    optic.updater.scale_system(unit_mm)
-    if not math.isclose(float(optic.paraxial.f2()), unit_mm * focal, rel_tol=1e-9):
-        raise InputError(f"{name!r} has surfaces that cannot be scaled to mm; save it in mm (UNIT MM)")
-
-
-def lens_file(optic: Any, *, name: str, source: str, comment: str = "", middle_nm: float = 550.0) -> str:
-    """Return the text of a lens file, traced through an optiland ``Optic`` with fields given by angle.
-
-    The field runs along +x to the optic's largest; heights are those of the middle wavelength's chief ray.
-    """
-    f_number, focal_mm = (np.ravel(value).item() for value in (optic.paraxial.FNO(), optic.paraxial.f2()))
-    full_deg = float(optic.fields.max_field)
-    shares = np.linspace(0.0, 1.0, HEIGHTS)
-    ideal_mm = np.abs(focal_mm) * np.tan(np.radians(full_deg * shares))
-    chief_mm = np.array([[_chief(optic, h, nm) for h in shares] for nm in WAVELENGTHS_NM])
-    middle_mm = np.array([_chief(optic, h, middle_nm) for h in shares])
-    side = math.copysign(1.0, middle_mm[-1])
-    light = _light(optic, shares, np.abs(middle_mm), middle_nm)
-    if light.max() > 1.0 + BRIGHTER:
-        brightest = int(light.argmax())
+    columns = [[float(v) for v in _values(head, f"{axis}FLN") or _values(head, f"{axis}FLD")] for axis in "XY"]
+    longest = max(map(len, columns))
+    across, along = (column + [0.0] * (longest - len(column)) for column in columns)
+    largest = max(map(math.hypot, across, along), default=0.0)
+    if not largest > 0.0:
         raise InputError(
-            f"{name!r} gives {light[brightest]:.4g} of the axis's light {full_deg * shares[brightest]:.4g}° from it, "
-            "and relative_illumination is at most 1; give it a smaller field"
+            f"{name!r} has no field but the axis; give the largest one: --field DEGREES, or --field-mm HEIGHT in the "
+            "image"
         )
-    waves = np.array([[_zernike(optic, side * h, nm) for h in shares] for nm in WAVELENGTHS_NM])
-    indices = [j for j in range(1, TERMS) if orders(j)[1] >= 0 and np.abs(waves[:, :, j]).max() > SMALLEST_WAVES]
-    middle_um, lateral_um = 1e3 * np.abs(middle_mm), 1e3 * (side * chief_mm - np.abs(middle_mm))
-    # Distortion is told of ideal heights, all else of heights in the image: a polynomial in the square lies between.
-    square = (ideal_mm / ideal_mm[-1]) ** 2
-    powers = np.stack([square**k for k in range(1, POWERS + 1)], axis=1)
-    fraction = np.abs(middle_mm[1:]) / ideal_mm[1:] - 1.0
-    fitted = np.linalg.lstsq(powers[1:], fraction, rcond=None)[0]
-    here = (np.abs(middle_mm) / ideal_mm[-1]) ** 2
-    distortion = sum(own * here**k for k, own in enumerate(fitted, start=1))
-    table = waves[:, :, indices]
-    on_axis = [k for k, j in enumerate(indices) if orders(j)[1]]
-    table[:, 0, on_axis] = 0.0
-    lateral_um[:, 0] = 0.0
-    rows: list[tuple[str, Any]] = [
-        ("wavelength_nm", list(WAVELENGTHS_NM)),
-        ("height_um", _rounded(middle_um, 3)),
-        ("zernike", indices),
-        ("distortion", _rounded(distortion, 7)),
-        ("relative_illumination", _rounded(np.minimum(light, 1.0), 5)),
-    ]
-    lines = [f"# {comment or name}.", "camsim: lens/1", f"name: {json.dumps(name)}", f"source: {json.dumps(source)}"]
-    lines.append(f"f_number: {round(f_number, 4)}")
-    lines += [f"{key}: {json.dumps(values)}" for key, values in rows]
-    lines += ["lateral_colour_um:", *(f"  - {json.dumps(_rounded(row, 4))}" for row in lateral_um)]
-    lines += ["waves: # for each wavelength, for each height, of each Zernike"]
-    for of_wavelength in table:
-        rows_of = [json.dumps(_rounded(row, 5)) for row in of_wavelength]
-        lines += [f"  {'- ' if k == 0 else '  '}- {row}" for k, row in enumerate(rows_of)]
-    return "\n".join(lines) + "\n"
+    if kind == ANGLES:
+        return math.radians(largest)
+    unit = UNITS_MM[(_values(head, "UNIT") or ["MM"])[0].upper()]
+    if kind == PARAXIAL_HEIGHTS:
+        [near] = lens.beams([NEAR_AXIS], np.empty((2, 0)))
+        return math.atan(largest * unit / abs(float(near.chief_mm[0])) * math.tan(NEAR_AXIS))
+    return _angle_of(lens, largest * unit, name)
 
 
-def _rounded(values: F64, digits: int) -> list[float]:
-    return [float(v) + 0.0 for v in np.round(values, digits).tolist()]
-
-
-def _chief(optic: Any, share: float, wavelength_nm: float) -> float:
-    """Return x of the chief ray in the image, mm."""
-    rays = optic.trace_generic(float(share), 0.0, 0.0, 0.0, wavelength_nm / 1e3)
-    return float(np.asarray(rays.x).ravel()[0])
-
-
-def _zernike(optic: Any, share: float, wavelength_nm: float) -> F64:
-    """Return coefficients in waves about the chief ray, with camsim's sign.
-
-    optiland's path difference grows where camsim's falls: its rays fall at −2N·∂W/∂x.
-    """
-    from optiland.wavefront import ZernikeOPD
-
-    fitted = ZernikeOPD(
-        optic,
-        (float(share), 0.0),
-        wavelength_nm / 1e3,
-        num_rings=RINGS,
-        zernike_type="standard",
-        num_terms=TERMS,
-    )
-    return -np.array(fitted.coeffs, float)
-
-
-def _light(optic: Any, shares: F64, height_mm: F64, wavelength_nm: float) -> F64:
-    """Return the irradiance of an even sky at heights on the flat sensor, over that on the axis.
-
-    What comes from a ring of the sky, cos θ·dΩ for each part of the pupil that is open there, falls into a ring of the
-    sensor, however sharp it is there: its light's middle is followed, which coma takes away from the chief ray.
-    """
-    full = math.radians(float(optic.fields.max_field))
-    places, light = np.empty_like(shares), np.empty_like(shares)
-    for k, share in enumerate(shares):
-        inner, outer = max(share - LIT_STEP, 0.0), min(share + LIT_STEP, 1.0)
-        traced = [_lit(optic, near, wavelength_nm) for near in (inner, share, outer)]
-        passes = np.all([own for own, _ in traced], axis=0)
-        if not passes.any():
-            raise InputError(f"no light passes {math.degrees(full * share):.4g}° from the axis; give a smaller field")
-        from_mm, places[k], to_mm = (abs(x[passes].mean()) for _, x in traced)
-        sky = math.sin(full * outer) ** 2 - math.sin(full * inner) ** 2
-        light[k] = passes.mean() * sky / (to_mm**2 - from_mm**2)
-    mirrored = np.concatenate([-places[:0:-1], places]), np.concatenate([light[:0:-1], light])
-    shown: F64 = CubicSpline(*mirrored)(height_mm)
-    relative: F64 = shown / shown[0]
-    return relative
-
-
-def _lit(optic: Any, share: float, wavelength_nm: float) -> tuple[npt.NDArray[np.bool_], F64]:
-    """Return which of the rays all over the pupil pass, and x of where they fall in the image, mm."""
-    number = np.arange(LIT_RAYS // 2)
-    radius, angle = np.sqrt((number + 0.5) / number.size), GOLDEN * number
-    # Each with its opposite: what is out of focus has its middle where it is.
-    along, across = np.outer([1.0, -1.0], radius * np.cos(angle)), np.outer([1.0, -1.0], radius * np.sin(angle))
-    rays = optic.trace_generic(
-        np.full(along.size, share), np.zeros(along.size), along.ravel(), across.ravel(), wavelength_nm / 1e3
-    )
-    x = np.asarray(rays.x, float)
-    return np.isfinite(x) & (np.asarray(rays.i) > 0.0), x
-
-
-def surfaces(optic: Any, prescription: Sequence[tuple[Any, ...]]) -> None:
-    """Add surfaces to an empty optic: (radius mm, thickness mm, glass or None, whether it is the stop) each.
-
-    A glass by numbers is (index at 587.56 nm, Abbe number). An asphere has (conic constant, coefficients of r³, r⁴, …)
-    besides, mm.
-    """
-    from optiland.materials import AbbeMaterial
-
-    for index, (radius, thickness, glass, stop, *asphere) in enumerate(prescription, start=1):
-        more: dict[str, Any] = {} if glass is None else {"material": glass}
-        if isinstance(glass, tuple) and isinstance(glass[0], float):
-            more["material"] = AbbeMaterial(*glass, model="buchdahl")
-        for conic, coefficients in asphere:
-            more |= {"surface_type": "odd_asphere", "conic": conic, "coefficients": [0.0, 0.0, *coefficients]}
-        optic.surfaces.add(index=index, radius=radius, thickness=thickness, is_stop=stop, **more)
-    optic.surfaces.add(index=len(prescription) + 1)
+def _angle_of(lens: Lens, height_mm: float, name: str) -> float:
+    """Return the angle whose chief ray falls at a height in the image, radians."""
+    none = np.empty((2, 0))
+    angles = np.radians(np.linspace(0.0, WIDEST_DEG, SCANNED))
+    heights = np.abs([float(beam.chief_mm[0]) for beam in lens.beams(angles.tolist(), none)])
+    beyond = np.flatnonzero(heights >= height_mm)
+    stop = int(beyond[0]) if beyond.size else 0
+    if not stop or not np.isfinite(heights[:stop]).all():
+        reached = float(np.nanmax(heights))
+        raise InputError(
+            f"{name!r} has no chief ray that falls {height_mm:g} mm from the axis; those that are found reach "
+            f"{reached:.4g} mm: give it a smaller field, such as --field-mm {0.95 * reached:.3g}"
+        )
+    low, high = float(angles[stop - 1]), float(angles[stop])
+    while high - low > 1e-10:
+        middle = 0.5 * (low + high)
+        [_, beam] = lens.beams([float(angles[stop - 1]), middle], none)
+        low, high = (middle, high) if abs(float(beam.chief_mm[0])) < height_mm else (low, middle)
+    return 0.5 * (low + high)

@@ -45,6 +45,7 @@ class FieldLens:
     x_um, y_um    : of places, increasing
     distortion    : (heights,) what would fall at a height without it falls at height·(1 + distortion); beyond the last
                     height straight on, as steeply as there
+    distortion_height_um : heights of ``distortion``, the first 0, increasing, in place of ``height_um``
     distortion_powers : in its place: k₁, k₂ … of k₁·u² + k₂·u⁴ + …, u the height over the last one; beyond it until
                     what falls moves half as fast as there, at most to u = 2, and from there straight on
     lateral_colour_um : (w, heights) how much farther from the axis light of a wavelength falls, µm
@@ -71,6 +72,7 @@ class FieldLens:
     x_um: Several[float] = ()
     y_um: Several[float] = ()
     distortion: Several[float] = ()
+    distortion_height_um: Several[NonNegative] = ()
     distortion_powers: Several[float] = ()
     lateral_colour_um: Several[Several[float]] = ()
     relative_illumination: Several[Fraction] = ()
@@ -90,6 +92,7 @@ class FieldLens:
             x_um: Several[Number] = (),
             y_um: Several[Number] = (),
             distortion: Several[Number] = (),
+            distortion_height_um: Several[Number] = (),
             distortion_powers: Several[Number] = (),
             lateral_colour_um: Several[Several[Number]] = (),
             relative_illumination: Several[Number] = (),
@@ -132,8 +135,8 @@ class FieldLens:
         self._judge_tables()
 
     def _judge_places(self) -> None:
-        increasing = [("wavelength_nm", self.wavelength_nm), ("x_um", self.x_um), ("y_um", self.y_um)]
-        for key, places in (*increasing, ("height_um", self.height_um)):
+        radii = [("height_um", self.height_um), ("distortion_height_um", self.distortion_height_um)]
+        for key, places in (("wavelength_nm", self.wavelength_nm), ("x_um", self.x_um), ("y_um", self.y_um), *radii):
             if any(after <= before for before, after in pairwise(places)):
                 raise refusal(self, key, f"{list(places)}; must increase")
         if not self.wavelength_nm:
@@ -143,8 +146,9 @@ class FieldLens:
             raise refusal(self, key, "missing; places have both x and y")
         if not self.x_um and not self.height_um:
             raise refusal(self, "height_um", "missing; give heights of a lens of revolution, or x_um and y_um")
-        if self.height_um and (len(self.height_um) < 2 or self.height_um[0] != 0.0):
-            raise refusal(self, "height_um", f"{list(self.height_um)}; give two or more, the first 0")
+        for key, places in radii:
+            if places and (len(places) < 2 or places[0] != 0.0):
+                raise refusal(self, key, f"{list(places)}; give two or more, the first 0")
 
     def _judge_revolution(self, waves: F64) -> None:
         for k, index in enumerate(self.zernike):
@@ -158,9 +162,15 @@ class FieldLens:
 
     def _judge_tables(self) -> None:
         heights = len(self.height_um)
-        for key, table in (("distortion", self.distortion), ("relative_illumination", self.relative_illumination)):
-            if table and len(table) != heights:
-                raise refusal(self, key, f"{len(table)} for {heights} of height_um; give as many")
+        if self.distortion_height_um and not self.distortion:
+            raise refusal(self, "distortion", "missing; distortion_height_um are its heights")
+        of_distortion = "distortion_height_um" if self.distortion_height_um else "height_um"
+        for key, table, places in (
+            ("distortion", self.distortion, of_distortion),
+            ("relative_illumination", self.relative_illumination, "height_um"),
+        ):
+            if table and len(table) != len(getattr(self, places)):
+                raise refusal(self, key, f"{len(table)} for {len(getattr(self, places))} of {places}; give as many")
         colours = {len(self.lateral_colour_um), *(heights - len(row) for row in self.lateral_colour_um)}
         if self.lateral_colour_um and colours != {len(self.wavelength_nm), 0}:
             raise refusal(
@@ -175,7 +185,7 @@ class FieldLens:
         if self.distortion_powers and not heights:
             raise refusal(self, "distortion_powers", "needs height_um, whose last is the height that they are of")
         if self.distorts:
-            ideal = np.linspace(0.0, self.height_um[-1], FOLD_POINTS)
+            ideal = np.linspace(0.0, (self.distortion_height_um or self.height_um)[-1], FOLD_POINTS)
             steps = np.diff(_radially(self, ideal))
             if steps.min() <= 0.0:
                 raise refusal(
@@ -361,10 +371,11 @@ def _moved(lens: FieldLens) -> tuple[Callable[[F64], F64], float, float]:
     it is half as steep as at the last height, for farther out it folds, or to twice that, for farther out it may be
     anything.
     """
-    last = lens.height_um[-1]
+    heights = lens.distortion_height_um or lens.height_um
+    last = heights[-1]
     if lens.distortion:
-        fraction = _even(lens.height_um, np.array(lens.distortion))
-        steeper = float(fraction(last, 1)) if len(lens.height_um) > 1 else 0.0
+        fraction = _even(heights, np.array(lens.distortion))
+        steeper = float(fraction(last, 1)) if len(heights) > 1 else 0.0
         return lambda h: h * (1.0 + fraction(h)), last, 1.0 + lens.distortion[-1] + last * steeper
     powers = (1.0, *lens.distortion_powers)
     slope = np.polynomial.Polynomial([(2 * n + 1) * k for n, k in enumerate(powers)])  # of u²

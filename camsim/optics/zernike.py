@@ -88,3 +88,28 @@ def _layout(index: tuple[int, ...]) -> tuple[I64, F64, F64]:
 def zernike(index: int, x: F64, y: F64) -> F64:
     """Return one polynomial at (x, y)."""
     return zernike_sum((index,), [1.0], x, y)
+
+
+def cosines(order: int, x: F64, y: F64) -> tuple[tuple[int, ...], F64, F64, F64]:
+    """Return the indices of polynomials with cosines up to an order, their values (n, k) at points, and slopes.
+
+    >>> index, values, along_x, along_y = cosines(2, np.array([0.5]), np.array([0.0]))
+    >>> index, along_x.round(4)  # slopes of 1, 2x, √3·(2r² − 1) and √6·(x² − y²) along x
+    ((0, 2, 4, 5), array([[0.    , 2.    , 3.4641, 2.4495]]))
+    """
+    square, columns = x * x + y * y, {}
+    for m in range(order + 1):
+        turned, before = (x + 1j * y) ** m, m * (x + 1j * y) ** max(m - 1, 0)
+        values, slopes = [np.ones_like(square)], [np.zeros_like(square)]
+        for p, (a, b, c) in enumerate(radial_steps(m, (order - m) // 2 + 1)):
+            if p:
+                last, other = (values[p - 2], slopes[p - 2]) if p > 1 else (0.0, 0.0)
+                slopes.append(a * values[-1] + (a * square + b) * slopes[-1] - c * other)
+                values.append((a * square + b) * values[-1] - c * last)
+            n = m + 2 * p
+            index = (n * (n + 2) + m) // 2
+            along_x = 2.0 * x * slopes[p] * turned.real + values[p] * before.real
+            along_y = 2.0 * y * slopes[p] * turned.real - values[p] * before.imag
+            columns[index] = norm(index) * np.stack([values[p] * turned.real, along_x, along_y])
+    found = np.stack([columns[index] for index in sorted(columns)], axis=-1)
+    return tuple(sorted(columns)), found[0], found[1], found[2]

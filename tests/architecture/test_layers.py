@@ -92,7 +92,7 @@ LIBRARIES = {
     "platformdirs": ("camsim.kernels", "camsim.spectra.kept"),
     "lazy_loader": ("camsim",),
     "psutil": ("camsim.memory", "camsim.bench", "camsim.sweeping"),
-    "optiland": ("camsim.config.lens_import",),
+    "optiland": ("camsim.config.lens_glass",),
 }
 COLOUR_DATA = ("camsim.spectra", "camsim.sensor.colour_matrix", "camsim.measure")
 SPEAKS = ("camsim.cli",)

@@ -15,7 +15,13 @@ class LensFile(Table):
 
     camsim: Literal["lens/1"] = Field(description="format of this file")
     name: Name = Field(description="what people call the lens")
-    f_number: FNumber = Field(description="focal length over aperture, on the axis")
+    residual_waves: NonNegative = Field(
+        default=0.0, description="of a traced lens: what rays leave beside the Zernikes, rms at the worst place, waves"
+    )
+    residual_mtf: NonNegative = Field(
+        default=0.0, description="of a traced lens: by how much its MTF differs from that of the rays at the most"
+    )
+    f_number: FNumber = Field(description="of the cone of light on the axis: 1/(2·sin of its half angle)")
     wavelength_nm: list[Positive] = Field(
         min_length=1, description="increasing, nm; path differences between them lie on a spline"
     )
@@ -32,6 +38,9 @@ class LensFile(Table):
     distortion: list[float] = Field(
         default=[],
         description="fraction at each height: what would fall there without it falls at height·(1 + distortion)",
+    )
+    distortion_height_um: list[NonNegative] = Field(
+        default=[], description="heights of distortion where they are not height_um, increasing from 0, µm"
     )
     distortion_powers: list[float] = Field(
         default=[], description="instead: k₁, k₂ … of k₁·u² + k₂·u⁴ + …, u the height over the last one"

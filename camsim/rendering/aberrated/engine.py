@@ -24,6 +24,7 @@ from camsim.rendering.spectral import wavefront_phase
 from camsim.rendering.work import Work
 from camsim.repeated import Channels
 
+TOLD_DIGITS = 6  # of a move in µm: what is smaller is rounding
 SIDES = (2.0, 5.0, 12.0)  # of windows, in reaches: one corner, an outline, a crowd
 FEW = 16  # windows: larger ones would hardly be fewer
 
@@ -98,18 +99,20 @@ class AberratedPlan:
         """Yield how the lens is taken apart, and what its parts take."""
         job = self.job
         assert job.split is not None
-        moved = "" if not any(job.split.moved_um) else " moved by ({:.3g}, {:.3g}) µm".format(*job.split.moved_um)
+        x_um, y_um = (round(own, TOLD_DIGITS) + 0.0 for own in job.split.moved_um)
+        pattern = f"an {type(job.split.core).__name__} pattern" + f" moved by ({x_um:.3g}, {y_um:.3g}) µm" * bool(
+            x_um or y_um
+        )
         if self.short is None:
             yield Decision(
                 topic="lens",
-                decision=f"a {type(job.split.core).__name__} pattern{moved}",
+                decision=pattern,
                 reason="its wavefront is plane",
             )
         else:
             yield Decision(
                 topic="lens",
-                decision=f"a {type(job.split.core).__name__} pattern{moved}, and what differs within "
-                f"{self.short.settings.reach:.3g} pitches",
+                decision=f"{pattern}, and what differs within {self.short.settings.reach:.3g} pitches",
                 reason="far away the pattern of a round pupil is that of its rim, whatever the wavefront",
             )
             lines, windows, side = len(self.short.lines[1]), len(self.short.windows), self.short.settings.side

@@ -1,0 +1,99 @@
+"""By how much a lens file's transfers differ from those of its rays."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.interpolate import LinearNDInterpolator
+
+from camsim.arrays import F64
+from camsim.config.lens_rays import Prescription
+from camsim.optics.field_lens import FieldLens
+from camsim.optics.zernike import cosines, orders
+
+GOLDEN = math.pi * (3.0 - math.sqrt(5.0))  # angle from each to the next, which leaves no place of the pupil out
+CHECK_RAYS = 2500  # by which transfers are checked
+CHECK_STEP = 0.02  # of the pupil's radius, of the lattice that these are followed on
+RIM = 1.06  # of the pupil's radius, to where rays tell where it ends
+CHECKED = (0.0, 0.35, 0.5, 0.7, 0.85, 1.0)  # of the field
+CYCLES_PER_MM = (10.0, 20.0, 40.0)
+CHECKED_NM = (450.0, 550.0, 650.0)
+MOST_ORDER, MORE = 20, 4  # of the polynomials that a path is followed by: so many more than the file's
+
+
+def even_disc(count: int, radius: float = 1.0) -> F64:
+    """Return points (2, n) of equal areas all over a disc."""
+    number: F64 = np.arange(count, dtype=float)
+    distance, angle = radius * np.sqrt((number + 0.5) / count), GOLDEN * number
+    return np.stack([distance * np.cos(angle), distance * np.sin(angle)])
+
+
+def least_squares(rows: F64, values: F64) -> F64:
+    """Return the coefficients of least squares; of what rays hardly tell the smallest."""
+    found: F64 = np.asarray(np.linalg.lstsq(rows, values, rcond=1e-6)[0], float)
+    return found
+
+
+def compared(told: Prescription, full_rad: float, found: FieldLens) -> tuple[F64, tuple[float, ...]]:
+    """Return by how much a file's transfers are larger than those of the rays, and where.
+
+    The rays' are sums over their own pupil, as wide and as cut as it is, of the path and not of where rays fall.
+    """
+    lens, disc = told.of_wavelengths(CHECKED_NM), even_disc(CHECK_RAYS, RIM)
+    beams = lens.beams([share * full_rad for share in CHECKED], disc)
+    frequencies = np.array(CYCLES_PER_MM)
+    differences, places_um = np.empty((len(CHECKED), len(CHECKED_NM), 2, frequencies.size)), []
+    order = min(max(orders(index)[0] for index in found.zernike) + MORE, MOST_ORDER)
+    middle_of = told.of_wavelengths((told.middle_nm,))
+    for k, beam in enumerate(beams):
+        [at] = middle_of.beams([CHECKED[k] * full_rad], np.empty((2, 0)))
+        places_um.append(min(1e3 * abs(float(at.chief_mm[0])), found.height_um[-1]))
+        placed = found.at(places_um[-1], 0.0)
+        for w, nm in enumerate(CHECKED_NM):
+            share = np.maximum(beam.share[w], np.hypot(*disc))
+            right = _transfers(beam.pupil[:, w], beam.path_mm[w], share, nm / 1e6, frequencies, order)
+            per_um, none = frequencies / 1e3, 0.0 * frequencies
+            own = np.stack([np.abs(placed.otf(per_um, none, nm)), np.abs(placed.otf(none, per_um, nm))])
+            differences[k, w] = own - right
+    return differences, tuple(places_um)
+
+
+def _transfers(pupil: F64, path_mm: F64, share: F64, wave_mm: float, per_mm: F64, order: int) -> F64:
+    """Return sizes of transfers along x and across, at multiples of the first frequency.
+
+    order : of the polynomials that the path is followed by
+
+    Of rays all over a pupil and beyond its rim, where ``share`` passes 1. The pupil stands on a lattice that these
+    frequencies shift it by whole steps of; cells that a rim cuts count by as much as they are open.
+    """
+    known = np.isfinite(pupil[0] + path_mm + share)
+    pupil, path_mm, share = pupil[:, known], path_mm[known], share[known]
+    seen = share <= 1.0
+    low, high = pupil[:, seen].min(axis=1), pupil[:, seen].max(axis=1)
+    middle, half = 0.5 * (low + high)[:, None], 0.55 * (high - low)[:, None]
+    shift = float(per_mm[0]) * wave_mm
+    step = shift / math.ceil(shift / (CHECK_STEP * float(half.min())))
+    x, y = np.meshgrid(*(np.arange(a, b, step) for a, b in zip(low - 2 * step, high + 2 * step, strict=True)))
+    near = LinearNDInterpolator(pupil.T, share)(x, y)
+    # In cells, from the rim inwards: where two copies overlap is as far from a rim as the nearer of theirs.
+    # Beyond all rays it is closed.
+    inside = np.nan_to_num((1.0 - near) / np.maximum(np.hypot(*np.gradient(near)), 1e-9), nan=-9.0)
+    there = inside > -1.0
+
+    def rows(at: F64) -> F64:
+        values: F64 = cosines(order, *((at - middle) / half))[1]
+        return values
+
+    phase = np.zeros(x.shape)
+    coefficients = least_squares(rows(pupil[:, seen]), path_mm[seen])
+    phase[there] = 2.0 * np.pi / wave_mm * (rows(np.stack([x[there], y[there]])) @ coefficients)
+    area = np.clip(0.5 + inside, 0.0, 1.0).sum()
+    sizes = np.zeros((2, per_mm.size))
+    for k, (turns, deep) in enumerate(((phase, inside), (phase.T, inside.T))):
+        for n, frequency in enumerate(per_mm.tolist()):
+            by = round(frequency * wave_mm / step)
+            first, second = slice(None, max(deep.shape[1] - by, 0)), slice(by, None)
+            overlap = np.clip(0.5 + np.minimum(deep[:, first], deep[:, second]), 0.0, 1.0)
+            sizes[k, n] = abs((overlap * np.exp(1j * (turns[:, first] - turns[:, second]))).sum()) / area
+    return sizes
