@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from camsim.errors import UnsupportedError
 from camsim.measure.find import find_edges
@@ -21,12 +21,14 @@ def measure_mtf(
     channel: str = "all",
     tail: bool = True,
     theory: TheoreticalOtf | None = None,
+    progress: Callable[[str, float], None] | None = None,
 ) -> MtfReport:
     """Measure the edges of a picture, in one channel or in all.
 
     rois   : regions with one edge each; without any the edges are looked for
     tail   : add the line spread beyond the region (False: the plain ISO 12233 figure)
     theory : a transfer function to put beside every edge
+    progress : called with what is at work and which fraction of it is done
 
     A region that was given and cannot be measured raises UnsupportedError; of the edges found, those that cannot are
     listed in ``refused``.
@@ -48,8 +50,11 @@ def measure_mtf(
         roi.check_inside(picture.shape)
     edges: list[EdgeMtf] = []
     refused: list[str] = []
-    for roi in rois or find_edges(picture):
+    looked_at = rois or find_edges(picture)
+    for number, roi in enumerate(looked_at):
         for each in channels:
+            if progress is not None:
+                progress("measuring edges", number / len(looked_at))
             try:
                 edges.append(measure_edge(each, roi, tail=tail, theory=theory, what=f"{picture.name}: "))
             except UnsupportedError as error:

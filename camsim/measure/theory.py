@@ -144,33 +144,53 @@ class CameraOtf:
 
         place_um : of the sensor, from the optical axis, where the lens is asked
         """
-        shares = neighbours(self.camera, channel)
+        return self._transfer(self.camera, fx, fy, channel, (dark, bright), place_um)
+
+    def lens_at(
+        self, fx: F64, fy: F64, channel: str, *, place_um: tuple[float, float] = (0.0, 0.0)
+    ) -> F64 | C128 | None:
+        """Transfer function of the lens alone in what a channel's own photosites see of white on black; else as above."""
+        alone = self.camera.replace(crosstalk=None)
+        return self._transfer(alone, fx, fy, channel, (0.0, 1.0), place_um, footprint=False)
+
+    def _transfer(
+        self,
+        camera: Body,
+        fx: F64,
+        fy: F64,
+        channel: str,
+        surfaces: tuple[Spectrum, Spectrum],
+        place_um: tuple[float, float],
+        footprint: bool = True,
+    ) -> F64 | C128 | None:
+        """Return what ``at`` does, of a camera's lens and crosstalk, and of OLPF and photosite."""
+        shares = neighbours(camera, channel)
         if shares is None:
             return None
-        dark, bright = (check(s, Reflectance, key, "CameraOtf") for key, s in (("dark", dark), ("bright", bright)))
-        samples = self.camera.samples(self.light, (dark, bright))
+        dark, bright = (check(s, Reflectance, k, "CameraOtf") for k, s in zip(("dark", "bright"), surfaces, strict=True))
+        samples = camera.samples(self.light, (dark, bright))
         difference = spectrum_at(bright, samples.wavelength_nm) - spectrum_at(dark, samples.wavelength_nm)
         heard = shares.any(axis=(0, 1))
         # All channels have the same wavelengths, so that they share what the lens does to them.
-        wavelength_nm, weight = lumped(samples.wavelength_nm, self.camera.image_per_reflectance(samples) * difference)
+        wavelength_nm, weight = lumped(samples.wavelength_nm, camera.image_per_reflectance(samples) * difference)
         lit = _seen(weight)
         wavelength_nm, weight = wavelength_nm[lit], weight[:, lit]
         total = float(shares.sum(axis=(0, 1)) @ weight.sum(axis=1))
         if total == 0.0:
             return None
-        system = system_at(self.camera, *place_um)
+        system = system_at(camera, *place_um)
         if wavelength_nm.size > (count := _nodes(system, wavelength_nm)):
             x, w = gauss_legendre(count)
             low, high = wavelength_nm[0], wavelength_nm[-1]
             nodes_nm = 0.5 * (low + high) + 0.5 * (high - low) * x
             wavelength_nm, weight = nodes_nm, np.einsum("cn,nj->cj", weight, lagrange(wavelength_nm, nodes_nm, x, w))
         spread = spread_otf(shares[..., heard], fx, fy)
-        fx, fy = fx / self.camera.pitch_um, fy / self.camera.pitch_um
+        fx, fy = fx / camera.pitch_um, fy / camera.pitch_um
         lens = sum(
             np.einsum("c,c...->...", part, spread) * system.point_otf(fx, fy, nm, sampled=True)
             for nm, part in zip(wavelength_nm.tolist(), weight[heard].T, strict=True)
         )
-        otf: F64 = lens * system.footprint_otf(fx, fy) / total
+        otf: F64 | C128 = lens * (system.footprint_otf(fx, fy) if footprint else 1.0) / total
         return otf
 
     def _place_um(self, line: EdgeLine, distance_pixel: float) -> tuple[float, float]:

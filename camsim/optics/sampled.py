@@ -48,11 +48,13 @@ def sampled_otf(lens: OpticalStage, fx_per_um: F64, fy_per_um: F64, wavelength_n
     if count > MOST_ACROSS:
         return lens.otf(fx_per_um, fy_per_um, wavelength_nm)
     fx, fy = np.broadcast_arrays(np.asarray(fx_per_um, float), np.asarray(fy_per_um, float))
+    otf = np.zeros(fx.shape, complex)
+    inside = np.hypot(fx, fy) < lens.cutoff_per_um(wavelength_nm)
+    fx, fy = fx[inside], fy[inside]
     shift = 2.0 * lens.blur_um(wavelength_nm)  # of the pupil, for each cycle/µm, in half diameters
     bent = (_small if count <= SMALL_ACROSS else _large)(lens, wavelength_nm, count)
-    otf = bent(shift * fx, shift * fy) + _flat_otf(lens, fx, fy, wavelength_nm)
-    otf = otf * np.exp(-2j * np.pi * shift * (tilt[0] * fx + tilt[1] * fy))
-    otf = np.where(np.hypot(fx, fy) < lens.cutoff_per_um(wavelength_nm), otf, 0.0)
+    moved = np.exp(-2j * np.pi * shift * (tilt[0] * fx + tilt[1] * fy))
+    otf[inside] = moved * (bent(shift * fx, shift * fy) + _flat_otf(lens, fx, fy, wavelength_nm))
     return otf.real.copy() if lens._symmetric else otf
 
 
