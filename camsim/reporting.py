@@ -6,7 +6,7 @@ import time
 
 import numpy as np
 
-from camsim.arrays import F32, F64, U16
+from camsim.arrays import F32, F64, I64, U16
 from camsim.body import Body
 from camsim.frame import ChannelSignal
 from camsim.lit import Lit
@@ -71,19 +71,25 @@ class Signals:
 
     def add(self, lit: Lit, mosaic: U16) -> None:
         """Take in some rows, as they were lit, and their codes."""
-        row, col = self._origin
-        offsets_dn = self._adc.offsets_dn((mosaic.shape[0], mosaic.shape[1]), (row + lit.rows_before, col))
-        white_dn = full_codes(self._white_level_dn, offsets_dn, self._adc.largest_dn)
-        clipped = (mosaic >= white_dn) | (lit.shown_e >= self._full_e)
+        clipped = (mosaic >= self._white_dn(mosaic.shape, lit.rows_before)) | (lit.shown_e >= self._full_e)
+        some_clipped = bool(clipped.any())
         for k in range(len(self._channels)):
             here = lit.channel == k
             electrons, codes = lit.shown_e[here], mosaic[here]
             self._photosites[k] += electrons.size
-            self._clipped[k] += np.count_nonzero(clipped[here])
+            self._clipped[k] += np.count_nonzero(clipped[here]) if some_clipped else 0
             self._sum_e[k] += np.sum(electrons)
             self._max_e[k] = np.max(electrons, initial=self._max_e[k])
             self._min_e[k] = np.min(electrons, initial=self._min_e[k])
             self._sum_dn[k] += np.sum(codes, dtype=np.float64)
+
+    def _white_dn(self, shape: tuple[int, ...], rows_before: int) -> int | I64:
+        """Return the code at which photosites are full: one for all where no offsets differ."""
+        if self._adc.black_offsets_dn == ((0,),):
+            return min(self._white_level_dn, self._adc.largest_dn)
+        row, col = self._origin
+        offsets_dn = self._adc.offsets_dn((shape[0], shape[1]), (row + rows_before, col))
+        return full_codes(self._white_level_dn, offsets_dn, self._adc.largest_dn)
 
     def all(self) -> tuple[ChannelSignal, ...]:
         """Return the signal of every channel that has photosites in the window."""
