@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-import io
 import math
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from camsim.cli.plot import colour_of_channel
+from camsim.cli.plot import bytes_of, colour_of_channel, new_figure
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from camsim.exposing import Capture
     from camsim.sensor.cfa import Cfa
 
@@ -27,22 +29,22 @@ ALL_NYQUIST = 0.5
 SHORTEST = 0.01  # of the light: what is shorter than that sets no end of an axis
 
 
-def draw(capture: Capture, kind: str, suffix: str, at_um: tuple[float, float] | None = None) -> bytes:
-    """Return a picture, one of ``SIZES``, as bytes of a PNG, SVG or PDF.
+def draw(capture: Capture, kind: str, file: str, at_um: tuple[float, float] | None = None) -> bytes:
+    """Return a picture, one of ``SIZES``, as bytes of a PNG, SVG or PDF, as ``file`` is called.
 
     at_um : of a pattern, where in the frame; None: on the axis, with all stages
     """
-    import matplotlib as mpl
+    return bytes_of(figure_of(capture, kind, at_um), file)
 
-    mpl.use("Agg")
-    from matplotlib.figure import Figure
 
+def figure_of(capture: Capture, kind: str, at_um: tuple[float, float] | None = None) -> Figure:
+    """Return what ``draw`` writes."""
     from camsim.cli.explain_field import draw_field
     from camsim.cli.explain_noise import draw_noise
     from camsim.cli.explain_psf import draw_psf
     from camsim.cli.explain_spectra import draw_efficiency, draw_spectra
 
-    drawings = {
+    drawings: dict[str, Callable[[Figure, Capture], None]] = {
         "mtf": _draw_mtf,
         "psf": lambda figure, one: draw_psf(figure, one, _title(one), at_um, _with_crosstalk(one)),
         "qe": draw_efficiency,
@@ -50,11 +52,9 @@ def draw(capture: Capture, kind: str, suffix: str, at_um: tuple[float, float] | 
         "noise": draw_noise,
         "field": draw_field,
     }
-    figure = Figure(figsize=SIZES[kind], layout="constrained")
+    figure = new_figure(*SIZES[kind])
     drawings[kind](figure, capture)
-    out = io.BytesIO()
-    figure.savefig(out, format=suffix, dpi=130, metadata={"Date": None} if suffix == "svg" else None)
-    return out.getvalue()
+    return figure
 
 
 def _with_crosstalk(capture: Capture) -> str:
