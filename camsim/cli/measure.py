@@ -66,9 +66,7 @@ def _draw(series: MtfSeries, unit: Unit, stages: Sequence[str], file: str) -> by
     return draw(series, file, unit, stages)
 
 
-def _measured(
-    file: str, rois: Sequence[Roi], request: MtfRequest, bar: Bar
-) -> tuple[MtfReport, CameraOtf | None, str]:
+def _measured(file: str, rois: Sequence[Roi], request: MtfRequest, bar: Bar) -> tuple[MtfReport, CameraOtf | None, str]:
     """Return the report of a file, and the theory beside it or why there is none."""
     from camsim.measure import measure_mtf, read_picture
 

@@ -40,7 +40,7 @@ _SEARCHED_PIXEL = np.linspace(-2.0, 2.0, 17)
 _NEWTON_STEPS = 8
 _NOTHING = 1e-30  # of the cube of a transfer
 _NODES, _FEW_NODES = 40, 10
-"""Wavelengths that stand for all within 1e-5, and within 3e-4 of a lens whose transfer is an integral over its pupil,
+"""Wavelengths that stand for all within 1e-4, and within 3e-4 of a lens whose transfer is an integral over its pupil,
 besides those that its path difference takes: frequencies that end between them leave the most."""
 
 _UNSEEN = 5e-5
@@ -53,7 +53,7 @@ class CameraOtf:
 
     At each wavelength the OTFs are multiplied; the wavelengths are weighted by what the edge gives the channel: light ×
     (bright − dark reflectance) × the lens's transmission × quantum efficiency × λ/hc. Some stand for all; within 1e-3
-    of a lens whose transfer is an integral over its pupil, within 1e-5 of others.
+    of a lens whose transfer is an integral over its pupil, within 1e-4 of others.
 
     region : the window of the frame that the picture shows, None for all of it
 
@@ -167,7 +167,9 @@ class CameraOtf:
         shares = neighbours(camera, channel)
         if shares is None:
             return None
-        dark, bright = (check(s, Reflectance, k, "CameraOtf") for k, s in zip(("dark", "bright"), surfaces, strict=True))
+        dark, bright = (
+            check(s, Reflectance, k, "CameraOtf") for k, s in zip(("dark", "bright"), surfaces, strict=True)
+        )
         samples = camera.samples(self.light, (dark, bright))
         difference = spectrum_at(bright, samples.wavelength_nm) - spectrum_at(dark, samples.wavelength_nm)
         heard = shares.any(axis=(0, 1))

@@ -99,9 +99,7 @@ class OpticalSystem:
         otf: F64 = self.photosite.otf(fx_per_um, fy_per_um, 0.0)
         return otf if self.olpf is None else otf * self.olpf.otf(fx_per_um, fy_per_um, 0.0)
 
-    def point_otf(
-        self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float, *, sampled: bool = False
-    ) -> F64 | C128:
+    def point_otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float, *, sampled: bool = False) -> F64 | C128:
         """OTF of the lens and of every stage of the user's own: what a wavelength may change.
 
         sampled : within 1e-3 and in milliseconds, where the lens's own is an integral at every frequency

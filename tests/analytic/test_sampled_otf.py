@@ -31,9 +31,7 @@ def counted(lens, fx, fy):
     place = extent * ((2.0 * np.arange(POINTS) + 1.0) / POINTS - 1.0)
     x, y = np.meshgrid(place, place)
     here = inside(lens["pupil"], x, y)
-    there = here & inside(
-        lens["pupil"], x + (sx := 2.0 * N * NM / 1e3 * fx), y + (sy := 2.0 * N * NM / 1e3 * fy)
-    )
+    there = here & inside(lens["pupil"], x + (sx := 2.0 * N * NM / 1e3 * fx), y + (sy := 2.0 * N * NM / 1e3 * fy))
     x, y = x[there], y[there]
     phase = pupils.waves(lens, x, y, NM) - pupils.waves(lens, x + sx, y + sy, NM)
     return np.exp(2j * np.pi * phase).sum() / np.count_nonzero(here)
@@ -48,7 +46,9 @@ PUPILS = [
 ]
 
 
-@pytest.mark.parametrize("zernike_waves", [((4, 0.1), (8, 0.1)), ((4, 1.2), (12, 0.3), (7, -0.4)), ((2, 3.0), (5, 0.6))])
+@pytest.mark.parametrize(
+    "zernike_waves", [((4, 0.1), (8, 0.1)), ((4, 1.2), (12, 0.3), (7, -0.4)), ((2, 3.0), (5, 0.6))]
+)
 @pytest.mark.parametrize("pupil", PUPILS, ids=lambda pupil: f"{pupil['shape']}, {pupil['obstruction']}")
 def test_any_pupil_and_wavefront(pupil, zernike_waves, rng):
     lens = Wavefront(f_number=N, zernike_waves=zernike_waves, reference_nm=NM, pupil=Pupil(**pupil))
