@@ -76,7 +76,7 @@ def _draw_mtf(figure: Any, capture: Capture) -> None:
         axes.plot(f, np.abs(system.olpf.otf(per_um, zero, 0.0)), color="grey", lw=1.0, ls="--", label="OLPF")
     slanted, crosstalk = f * np.sqrt(0.5), _with_crosstalk(capture)
     for name in camera.cfa.channels:
-        lens, along = theory.lens_at(f, zero, name), theory.at(f, zero, name, 0.0, 1.0)
+        lens, along = theory.at(f, zero, name, 0.0, 1.0, lens_alone=True), theory.at(f, zero, name, 0.0, 1.0)
         diagonal = theory.at(slanted, slanted, name, 0.0, 1.0)
         if lens is None or along is None or diagonal is None:
             continue

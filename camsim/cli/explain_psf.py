@@ -78,7 +78,7 @@ def draw_psf(figure: Any, capture: Capture, title: str, at_um: tuple[float, floa
         names = (names[int(np.argmax(camera.diffuser_electrons(capture.light, 1.0)))],)
 
     def of_lens(name: str, whose: CameraOtf = theory) -> Transfer:
-        return lambda fx, fy: whose.lens_at(fx, fy, name, place_um=place_um)
+        return lambda fx, fy: whose.at(fx, fy, name, 0.0, 1.0, place_um=place_um, lens_alone=True)
 
     highest = camera.optics.cutoff_per_um(float(capture.samples.wavelength_nm[0])) * camera.pitch_um
     window = _window(of_lens(names[0]), highest, camera.pitch_um)

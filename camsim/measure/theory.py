@@ -92,7 +92,10 @@ class CameraOtf:
         fx, fy = (frequency_cycles_per_pixel * part for part in (math.cos(line.normal_rad), math.sin(line.normal_rad)))
         otf = self.at(fx, fy, channel, sides[0], sides[1], place_um=place_um)
         # Of a lopsided pattern the phase says where the edge seems to be, not how sharp it is.
-        return np.abs(otf) if otf is not None and np.iscomplexobj(otf) else otf
+        if otf is None:
+            return None
+        mtf: F64 = np.abs(otf) if np.iscomplexobj(otf) else np.real(otf)
+        return mtf
 
     def over_directions(
         self,
@@ -139,37 +142,18 @@ class CameraOtf:
         bright: Spectrum,
         *,
         place_um: tuple[float, float] = (0.0, 0.0),
-    ) -> F64 | None:
+        lens_alone: bool = False,
+    ) -> F64 | C128 | None:
         """Transfer function at frequencies in cycles per pixel, of a contrast between two surfaces; None as above.
 
-        place_um : of the sensor, from the optical axis, where the lens is asked
+        place_um   : of the sensor, from the optical axis, where the lens is asked
+        lens_alone : in what a channel's own photosites see, without OLPF, photosite and crosstalk
         """
-        return self._transfer(self.camera, fx, fy, channel, (dark, bright), place_um)
-
-    def lens_at(
-        self, fx: F64, fy: F64, channel: str, *, place_um: tuple[float, float] = (0.0, 0.0)
-    ) -> F64 | C128 | None:
-        """Transfer function of the lens alone in what a channel's own photosites see of white on black; else as above."""
-        alone = self.camera.replace(crosstalk=None)
-        return self._transfer(alone, fx, fy, channel, (0.0, 1.0), place_um, footprint=False)
-
-    def _transfer(
-        self,
-        camera: Body,
-        fx: F64,
-        fy: F64,
-        channel: str,
-        surfaces: tuple[Spectrum, Spectrum],
-        place_um: tuple[float, float],
-        footprint: bool = True,
-    ) -> F64 | C128 | None:
-        """Return what ``at`` does, of a camera's lens and crosstalk, and of OLPF and photosite."""
+        camera = self.camera.replace(crosstalk=None) if lens_alone else self.camera
         shares = neighbours(camera, channel)
         if shares is None:
             return None
-        dark, bright = (
-            check(s, Reflectance, k, "CameraOtf") for k, s in zip(("dark", "bright"), surfaces, strict=True)
-        )
+        dark, bright = (check(s, Reflectance, key, "CameraOtf") for key, s in (("dark", dark), ("bright", bright)))
         samples = camera.samples(self.light, (dark, bright))
         difference = spectrum_at(bright, samples.wavelength_nm) - spectrum_at(dark, samples.wavelength_nm)
         heard = shares.any(axis=(0, 1))
@@ -192,7 +176,7 @@ class CameraOtf:
             np.einsum("c,c...->...", part, spread) * system.point_otf(fx, fy, nm, sampled=True)
             for nm, part in zip(wavelength_nm.tolist(), weight[heard].T, strict=True)
         )
-        otf: F64 | C128 = lens * (system.footprint_otf(fx, fy) if footprint else 1.0) / total
+        otf: F64 | C128 = lens * (1.0 if lens_alone else system.footprint_otf(fx, fy)) / total
         return otf
 
     def _place_um(self, line: EdgeLine, distance_pixel: float) -> tuple[float, float]:

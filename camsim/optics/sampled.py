@@ -67,7 +67,8 @@ def _tilt_and_extent(lens: OfPupil, wavelength_nm: float) -> tuple[tuple[float, 
     place, step = _places(lens.pupil, SLOPES)
     x, y = np.meshgrid(place, place)
     inside = lens.pupil.holds(x, y)
-    down, across = (slope[inside] for slope in np.gradient(lens.waves(x, y, wavelength_nm), step))
+    slopes: list[F64] = list(np.gradient(lens.waves(x, y, wavelength_nm), step))
+    down, across = (slope[inside] for slope in slopes)
     tilt = float(across.mean()), float(down.mean())
     return tilt, 2.0 * float(np.hypot(across - tilt[0], down - tilt[1]).max())
 
@@ -161,4 +162,5 @@ def _covered(pupil: Pupil, count: int) -> F64:
 def _places(pupil: Pupil, count: int) -> tuple[F64, float]:
     """Return the middles of cells across the opening, and their distance, half diameters."""
     step = 2.0 * pupil.outer_radius / count
-    return step * (np.arange(count) + 0.5) - pupil.outer_radius, step
+    middles: F64 = step * (np.arange(count, dtype=np.float64) + 0.5) - pupil.outer_radius
+    return middles, step

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from camsim.arrays import C128, F64
+from camsim.arrays import F64
 from camsim.errors import UnsupportedError
 from camsim.optics.difference import Split
 from camsim.optics.photosite import SquarePhotosite
@@ -99,13 +99,13 @@ class OpticalSystem:
         otf: F64 = self.photosite.otf(fx_per_um, fy_per_um, 0.0)
         return otf if self.olpf is None else otf * self.olpf.otf(fx_per_um, fy_per_um, 0.0)
 
-    def point_otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float, *, sampled: bool = False) -> F64 | C128:
+    def point_otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float, *, sampled: bool = False) -> F64:
         """OTF of the lens and of every stage of the user's own: what a wavelength may change.
 
         sampled : within 1e-3 and in milliseconds, where the lens's own is an integral at every frequency
         """
-        otf_of_lens = functools.partial(sampled_otf, self.lens) if sampled else self.lens.otf
-        otf: F64 | C128 = otf_of_lens(fx_per_um, fy_per_um, wavelength_nm)
+        otf_of_lens: Any = functools.partial(sampled_otf, self.lens) if sampled else self.lens.otf
+        otf: F64 = otf_of_lens(fx_per_um, fy_per_um, wavelength_nm)
         for stage in self.more:
             otf = otf * stage.otf(fx_per_um, fy_per_um, wavelength_nm)
         return otf
