@@ -341,8 +341,12 @@ class Capture(Keeps):
 
     def description(self, frame_number: int) -> dict[str, Any]:
         """Return all that a frame is made of, as files carry it."""
+        return {**self._described, "frame_number": frame_number}
+
+    @cached_property
+    def _described(self) -> dict[str, Any]:
         own = own_stages((*self.camera.optics.stages, *self.camera.stages))
-        parts = {name: getattr(self, name) for name in OF_A_FRAME} | {"frame_number": frame_number}
+        parts = {name: getattr(self, name) for name in OF_A_FRAME}
         described: dict[str, Any] = describe(parts | ({OWN_STAGES: own} if own else {}))
         return described
 

@@ -6,7 +6,7 @@ import time
 
 import numpy as np
 
-from camsim.arrays import F32, F64, U16
+from camsim.arrays import F32, F64, I64, U16
 from camsim.body import Body
 from camsim.frame import ChannelSignal
 from camsim.lit import Lit
@@ -86,6 +86,14 @@ class Signals:
             self._max_e[k] = np.max(electrons, initial=self._max_e[k])
             self._min_e[k] = np.min(electrons, initial=self._min_e[k])
             self._sum_dn[k] += np.sum(codes, dtype=np.float64)
+
+    def _white_dn(self, shape: tuple[int, ...], rows_before: int) -> int | I64:
+        """Return the code at which photosites are full: one for all where no offsets differ."""
+        if self._adc.black_offsets_dn == ((0,),):
+            return min(self._white_level_dn, self._adc.largest_dn)
+        row, col = self._origin
+        offsets_dn = self._adc.offsets_dn((shape[0], shape[1]), (row + rows_before, col))
+        return full_codes(self._white_level_dn, offsets_dn, self._adc.largest_dn)
 
     def all(self) -> tuple[ChannelSignal, ...]:
         """Return the signal of every channel that has photosites in the window."""

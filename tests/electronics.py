@@ -171,6 +171,7 @@ class Spy:
         self.drawn = {}
         self._true = streams.generator
         monkeypatch.setattr(streams, "generator", self)
+        monkeypatch.setattr(streams, "_cached", streams._fixed)  # what was drawn before is drawn again
 
     def __call__(self, seed, stream, *, block, frame_number=0):
         key = (seed, int(stream), block, frame_number)

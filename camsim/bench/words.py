@@ -68,7 +68,11 @@ def words_of_point(point: Point, points: Sequence[Point]) -> str:
     quicker = [p for p in points if p.at_most <= reached and is_faster(p, point)]
     words = f"{label}{ran}: {seconds(point.wall_s)}, {error}; "
     if not quicker:
-        return words + "nothing is faster at that error."
+        near = [p for p in points if p.wall_s < point.wall_s and p.error_max <= max(point.error_max, point.at_most)]
+        if not near:
+            return words + "nothing is faster at that error."
+        best = min(near, key=lambda p: p.wall_s)
+        return words + f"nothing is clearly faster at that error ({best.label}: {seconds(best.wall_s)})."
     best = min(quicker, key=lambda p: p.wall_s)
     return words + f"{best.label} is faster at no larger an error: {seconds(best.wall_s)}."
 

@@ -68,7 +68,7 @@ def explain(
         from camsim.cli.explain_plot import draw
         from camsim.files.atomic import write_whole
 
-        write_whole(plot[1], draw(capture, plot[0], Path(plot[1]).suffix.lower()[1:], at_um))
+        write_whole(plot[1], draw(capture, plot[0], plot[1], at_um))
     if as_json:
         print(json.dumps(told, indent=2, ensure_ascii=False))
     else:

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from camsim.arrays import F64
-from camsim.cli.plot import colour_of_channel
 from camsim.errors import UnsupportedError
 from camsim.optics import FieldLens
+from camsim.optics.placed import PlacedLens
+from camsim.optics.sampled import sampled_otf
 
 if TYPE_CHECKING:
     from camsim.exposing import Capture
@@ -52,7 +51,7 @@ def draw_field(figure: Any, capture: Capture) -> None:
     for k, pairs in enumerate(LINE_PAIRS_PER_MM):
         f = np.array([pairs / 1e3])
         for style, name, fx, fy in (("-", "tangential", f, 0.0 * f), ("--", "sagittal", 0.0 * f, f)):
-            values = [abs(complex(one.otf(fx, fy, middle_nm)[0])) for one in placed]
+            values = [abs(complex(sampled_otf(one, fx, fy, middle_nm)[0])) for one in placed]
             mtf.plot(heights_mm, values, style, color=f"C{k}", label=f"{pairs:g} lp/mm, {name}")
     mtf.set(ylabel=f"MTF of the lens, {middle_nm:g} nm", ylim=(0.0, 1.02))
     mtf.legend(fontsize=6)
@@ -72,42 +71,24 @@ def draw_field(figure: Any, capture: Capture) -> None:
     for axes in (waves, mtf, distortion, colour, light):
         axes.grid(alpha=0.3)
         axes.set(xlabel="from the axis, mm", xlim=(0.0, heights_mm[-1]))
-    for k, share in enumerate(np.linspace(0.0, 1.0, 6).tolist()):
+    row = [figure.add_subplot(grid[2, k]) for k in range(6)]
+    for axes, share in zip(row, np.linspace(0.0, 1.0, len(row)).tolist(), strict=True):
         height_um = share * lens.height_um[-1]
-        axes = figure.add_subplot(grid[2, k])
-        _pattern(axes, lens, (height_um, 0.0), [(middle_nm, 1.0)])
-        axes.set_title(f"{height_um / 1e3:.3g} mm", fontsize=8)
-        axes.set(xticks=[], yticks=[])
-    figure.suptitle(f"{capture.scene_name}: f/{lens.f_number:g}; patterns of {middle_nm:g} nm, root of irradiance")
+        image = _pattern(axes, lens.at(height_um, 0.0), middle_nm, f"{height_um / 1e3:.3g} mm")
+    row[0].set_ylabel("y (down), µm", fontsize=7)
+    figure.colorbar(image, ax=row, location="bottom", aspect=60, label="root of relative irradiance")
+    figure.suptitle(f"{capture.scene_name}: f/{lens.f_number:g}; patterns of {middle_nm:g} nm")
 
 
-def draw_at(figure: Any, capture: Capture, place_um: tuple[float, float], shares: Sequence[tuple[F64, F64]]) -> None:
-    """Draw the lens's pattern at a place in each channel; ``shares``: the wavelengths that each sees, and how much."""
-    lens, camera = field_lens(capture), capture.camera
-    height_um = math.hypot(*place_um)
-    if height_um > lens.height_um[-1]:
-        raise UnsupportedError(
-            f"lies {height_um:g} µm from the axis; the lens's image circle ends at {lens.height_um[-1]:g}", key="--at"
-        )
-    channels = camera.cfa.channels
-    for k, (axes, name) in enumerate(zip(np.ravel(figure.subplots(1, len(channels))), channels, strict=True)):
-        used = list(zip(*(part.tolist() for part in shares[k]), strict=True))
-        _pattern(axes, lens, place_um, used)
-        axes.set(xlabel="x, µm", ylabel="y (down), µm")
-        axes.set_title(name, color=colour_of_channel(name))
-    figure.suptitle(
-        f"{capture.scene_name}: f/{lens.f_number:g} at ({place_um[0]:g}, {place_um[1]:g}) µm, root of irradiance"
-    )
-
-
-def _pattern(axes: Any, lens: FieldLens, place_um: tuple[float, float], used: list[tuple[float, float]]) -> None:
-    """Draw the pattern of a place, the wavelengths that are used each with its share."""
-    placed = lens.at(*place_um)
-    longest_nm = max((nm for nm, _ in used), default=550.0)
-    half_um = HALF * lens.blur_um(longest_nm)
-    axis_um = np.linspace(-half_um, half_um, SAMPLES)
-    total = np.zeros((SAMPLES, SAMPLES))
-    for nm, share in used:
-        total += share * placed.point_spread_on(axis_um, axis_um, nm, PRECISION)
-    extent = (-half_um, half_um, half_um, -half_um)
-    axes.imshow(np.sqrt(total), extent=extent, cmap="magma", interpolation="nearest")
+def _pattern(axes: Any, placed: PlacedLens, wavelength_nm: float, place: str) -> Any:
+    """Draw the pattern of a place, and its Strehl ratio: its largest value over that of a lens without aberrations."""
+    blur_um = placed.blur_um(wavelength_nm)
+    axis_um = np.linspace(-HALF * blur_um, HALF * blur_um, SAMPLES)
+    pattern = placed.point_spread_on(axis_um, axis_um, wavelength_nm, PRECISION)
+    strehl = float(pattern.max()) / (0.25 * math.pi / blur_um**2)
+    extent = (axis_um[0], axis_um[-1], axis_um[-1], axis_um[0])
+    axes.set_title(f"{place}, Strehl {strehl:.2g}", fontsize=7)
+    axes.set_xlabel("x, µm", fontsize=7)
+    axes.tick_params(labelsize=6)
+    shown = np.sqrt(pattern / pattern.max())
+    return axes.imshow(shown, extent=extent, cmap="magma", interpolation="nearest", vmin=0.0, vmax=1.0)

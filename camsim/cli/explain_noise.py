@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from camsim.exposing import Capture
 
 _POINTS = 200
+_LEAST_PART = 0.01  # of all noise: what is less is not drawn
+_FAINTEST_E = 0.1
+"""The left end of the axis: below one electron, where faint scenes and dark current lie."""
 
 
 def noise_budget(capture: Capture, signal_e: F64) -> dict[str, F64]:
@@ -62,7 +65,7 @@ def draw_noise(figure: Any, capture: Capture) -> None:
     """Draw what each source adds against the signal, and where the scene's surfaces lie."""
     camera, iso = capture.camera, capture.exposure.iso
     saturation_e = camera.charge_at_e(1.0, iso)
-    signal_e = np.geomspace(1.0, saturation_e, _POINTS)
+    signal_e = np.geomspace(_FAINTEST_E, saturation_e, _POINTS)
     budget = noise_budget(capture, signal_e)
     total_e = np.sqrt(sum(values**2 for values in budget.values()))
     axes = figure.subplots()
@@ -73,10 +76,13 @@ def draw_noise(figure: Any, capture: Capture) -> None:
     words = {"ha": "right", "va": "top", "rotation": 90, "fontsize": 8}
     axes.annotate("white ", (saturation_e, 1.0), xycoords=("data", "axes fraction"), **words)
     for name, electrons in zip(camera.cfa.channels, background_e(capture), strict=True):
-        if electrons >= 1.0:
+        if electrons >= _FAINTEST_E:
             axes.axvline(electrons, color=colour_of_channel(name), lw=1.0, ls="--", label=f"{name} of the background")
     best = float(np.max(signal_e / total_e))
-    axes.set(xlabel="signal, e⁻ of a photosite", ylabel="standard deviation, e⁻", xlim=(1.0, 1.3 * saturation_e))
+    axes.set(
+        xlabel="signal, e⁻ of a photosite", ylabel="standard deviation, e⁻", xlim=(_FAINTEST_E, 1.3 * saturation_e)
+    )
+    axes.set_ylim(bottom=_LEAST_PART * float(total_e.min()))
     axes.grid(alpha=0.3, which="both")
     axes.legend(fontsize=8)
     axes.set_title(

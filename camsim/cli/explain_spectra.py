@@ -15,7 +15,8 @@ if TYPE_CHECKING:
     from camsim.exposing import Capture
 
 _POINTS = 800
-_MOST_SURFACES = 12
+_MOST_TOGETHER = 8  # surfaces on one pair of axes
+_COLUMNS, _MOST_ROWS = 8, 8  # of small axes, one for each surface
 
 
 def nodes_nm(capture: Capture, curves: Iterable[Spectrum], ends_nm: tuple[float, float]) -> F64:
@@ -62,6 +63,10 @@ def _changed(capture: Capture, *, dimmed: bool) -> str:
     return ", ".join([*behind, *["after crosstalk"] * (capture.camera.crosstalk is not None)])
 
 
+def _name_of(surface: Spectrum) -> str:
+    return (surface.name or "a table") if isinstance(surface, Curve) else f"{surface:g}"
+
+
 def draw_spectra(figure: Any, capture: Capture) -> None:
     """Draw the light, what surfaces return and what dims it, and what each channel's photosites hold of white."""
     camera, light = capture.camera, capture.light
@@ -71,16 +76,28 @@ def draw_spectra(figure: Any, capture: Capture) -> None:
     one_line = light.is_one_line
     ends = (low_nm - 50.0, high_nm + 50.0) if one_line else (low_nm, high_nm)
     at_nm = nodes_nm(capture, (*surfaces, *(spectrum for _, spectrum in passes)), ends)
-    top, middle, below = figure.subplots(3, 1, sharex=True)
+    many = len(surfaces) > _MOST_TOGETHER
+    rows = min(-(-len(surfaces) // _COLUMNS), _MOST_ROWS) if many else 0
+    grid = figure.add_gridspec(3 + rows, _COLUMNS, height_ratios=[2.0, 2.0, 2.0, *[1.0] * rows])
+    top = figure.add_subplot(grid[0, :])
+    middle, below = (figure.add_subplot(grid[k, :], sharex=top) for k in (1, 2))
     samples = camera.samples(light, surfaces)
     white = camera.after_crosstalk(camera.electrons_per_reflectance(samples, capture.time_s))
     if one_line:
         top.vlines(low_nm, 0.0, light.irradiance_at(np.array([low_nm])), color="goldenrod", lw=2.0)
     else:
         top.fill_between(at_nm, light.irradiance_at(at_nm), color="goldenrod", alpha=0.4)
-    for surface in list(surfaces)[:_MOST_SURFACES]:
-        name = (surface.name or "a table") if isinstance(surface, Curve) else f"{surface:g}"
-        middle.plot(at_nm, spectrum_at(surface, at_nm), lw=1.2, label=f"surface, {name}")
+    small = [
+        figure.add_subplot(grid[3 + k // _COLUMNS, k % _COLUMNS]) for k in range(min(len(surfaces), rows * _COLUMNS))
+    ]
+    for axes, surface in zip(small, surfaces, strict=False):
+        axes.plot(at_nm, spectrum_at(surface, at_nm), color="black", lw=1.0)
+        axes.set(xlim=ends, ylim=(0.0, 1.0), xticks=np.linspace(*ends, 3).round(-1), yticks=(0.0, 0.5, 1.0))
+        axes.set_title(_name_of(surface).rpartition("/")[2], fontsize=7, pad=2)
+        axes.tick_params(labelsize=5, labelleft=axes.get_subplotspec().is_first_col())
+        axes.grid(alpha=0.3)
+    for surface in () if many else surfaces:
+        middle.plot(at_nm, spectrum_at(surface, at_nm), lw=1.2, label=f"surface, {_name_of(surface)}")
     for name, part in passes:
         middle.plot(at_nm, spectrum_at(part, at_nm), lw=1.2, ls="--", label=f"{name}, transmission")
     for name, electrons in zip(camera.cfa.channels, white, strict=True):
@@ -93,10 +110,14 @@ def draw_spectra(figure: Any, capture: Capture) -> None:
     top.set_ylabel("W/m²" if one_line else "W/m² per nm")
     top.set_title(f"{capture.scene_name}: {light.name}, {light.level} on the {light.at}", fontsize=10)
     middle.set(ylabel="fraction", ylim=(0.0, 1.05))
+    if small:
+        left_out = f"; {len(surfaces) - len(small)} more are not drawn" if len(surfaces) > len(small) else ""
+        below.set_title(f"e⁻ of each channel; below: reflectance of each surface over nm{left_out}", fontsize=9)
     below.set(
         ylabel="e⁻ of white" if one_line else "e⁻ per nm of white", xlabel="wavelength, nm", xlim=ends, ylim=(0.0, None)
     )
     for axes in (top, middle, below):
         axes.grid(alpha=0.3)
     for axes in (middle, below):
-        axes.legend(fontsize=7, loc="upper right")
+        if axes.get_legend_handles_labels()[0]:
+            axes.legend(fontsize=7, loc="upper right")

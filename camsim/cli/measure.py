@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from camsim.cli.measured import Outputs
+from camsim.cli.progress import Bar
 from camsim.errors import CamsimError, InvalidValueError, UnknownNameError, UnsupportedError
 from camsim.files.atomic import together, write_whole
 
@@ -27,6 +28,7 @@ class MtfRequest:
     unit: str
     channel: str
     tail: bool
+    theory: bool
     gamma: str | None
     cfa: str | None
     layer: str | None
@@ -42,7 +44,8 @@ def measure(request: MtfRequest) -> None:
     rois = tuple(Roi.parse(text) for text in request.rois)
     unit = _unit(request.unit)
     _check_outputs(request)
-    measured = [_measured(file, rois, request) for file in request.files]
+    with Bar(shown=True, compiles=False) as bar:
+        measured = [_measured(file, rois, request, bar) for file in request.files]
     series = mtf_series([report for report, _, _ in measured], by=request.by)
     _check_unit(series.reports, unit, request.unit)
     of_each = {theory.stages for _, theory, _ in measured if theory is not None}
@@ -64,13 +67,15 @@ def _draw(series: MtfSeries, unit: Unit, stages: Sequence[str], file: str) -> by
     return draw(series, file, unit, stages)
 
 
-def _measured(file: str, rois: Sequence[Roi], request: MtfRequest) -> tuple[MtfReport, CameraOtf | None, str]:
+def _measured(file: str, rois: Sequence[Roi], request: MtfRequest, bar: Bar) -> tuple[MtfReport, CameraOtf | None, str]:
     """Return the report of a file, and the theory beside it or why there is none."""
     from camsim.measure import measure_mtf, read_picture
 
     picture = read_picture(file, gamma=gamma_of(request.gamma), cfa=request.cfa, layer=request.layer)
-    theory, why_not = _theory(picture)
-    report = measure_mtf(picture, rois=rois, channel=request.channel, tail=request.tail, theory=theory)
+    theory, why_not = _theory(picture) if request.theory else (None, "")
+    report = measure_mtf(
+        picture, rois=rois, channel=request.channel, tail=request.tail, theory=theory, progress=bar.update
+    )
     return report, theory, why_not
 
 

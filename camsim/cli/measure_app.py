@@ -53,6 +53,9 @@ def measure_mtf(
     no_tail: Annotated[
         bool, typer.Option("--no-tail", help="Leave out the line spread beyond the region: the plain ISO 12233 figure.")
     ] = False,
+    no_theory: Annotated[
+        bool, typer.Option("--no-theory", help="Leave out the curve that the file's own lens and sensor should have.")
+    ] = False,
     gamma: GammaOf = None,
     cfa: Annotated[
         str | None,
@@ -80,6 +83,7 @@ def measure_mtf(
             unit=unit,
             channel=channel,
             tail=not no_tail,
+            theory=not no_theory,
             gamma=gamma,
             cfa=cfa,
             layer=layer,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,13 @@ from camsim.errors import InvalidValueError
 from camsim.files.atomic import write_whole
 
 _MOST_NAMED = 12
+_UNITS = {
+    "cycles_per_pixel": "cycles/pixel", "lp_per_mm": "lp/mm", "electrons_per_dn": "e⁻/DN", "e_per_s": "e⁻/s",
+    "um": "µm", "nm": "nm", "mm": "mm", "deg": "degrees", "pitches": "pitches", "pixel": "pixels", "waves": "waves",
+    "e": "e⁻", "dn": "DN", "s": "s", "lux": "lux", "w_per_m2": "W/m²", "c": "°C", "bytes": "bytes",
+    "seconds": "s",
+}  # fmt: skip
+"""By the words that end a key's name or, before a channel's, a column's."""
 
 
 def draw_columns(rows: Sequence[dict[str, Any]], x: str, y: str, file: Path, *, by: Sequence[str] = ()) -> None:
@@ -47,12 +55,26 @@ def draw_columns(rows: Sequence[dict[str, Any]], x: str, y: str, file: Path, *, 
         axes.plot(*zip(*pairs, strict=True), "o", ms=4, alpha=0.5, color=line.get_color())
     if len(groups) <= _MOST_NAMED and (others or any(len(own) > 1 for at in groups.values() for own in at.values())):
         axes.legend(fontsize="small")
-    axes.set_xlabel(x)
-    axes.set_ylabel(y)
+    axes.set_xlabel(_with_unit(x))
+    axes.set_ylabel(_with_unit(y))
     axes.grid(alpha=0.3)
     out, suffix = io.BytesIO(), file.suffix.lower()[1:]
     figure.savefig(out, format=suffix, dpi=130, metadata={"Date": None} if suffix == "svg" else None)
     write_whole(file, out.getvalue())
+
+
+def _with_unit(column: str) -> str:
+    """Return a column's name with its unit, which its name holds: figures without one have none.
+
+    >>> _with_unit("sensor_frame_pitch_um"), _with_unit("mtf50_lp_per_mm_G1"), _with_unit("snr_G")
+    ('sensor_frame_pitch_um, µm', 'mtf50_lp_per_mm_G1, lp/mm', 'snr_G')
+    """
+    words = re.sub(r"_(theory|error)\b", "", column.replace(".", "_")).split("_")
+    if len(words) > 1 and words[-1][:1].isupper():  # a channel's
+        words.pop()
+    ends = ("_".join(words[k:]) for k in range(len(words)))  # the longest first: 1 e⁻/s is no second
+    unit = next((_UNITS[end] for end in ends if end in _UNITS), "")
+    return f"{column}, {unit}" if unit else column
 
 
 def _is_number(value: Any) -> bool:

@@ -26,12 +26,14 @@ def measure_mtf(
     channel: str = "all",
     tail: bool = True,
     theory: TheoreticalOtf | None = None,
+    progress: Callable[[str, float], None] | None = None,
 ) -> MtfReport:
     """Measure the edges of a picture, in one channel or in all.
 
     rois   : regions with one edge each; without any the edges are looked for
     tail   : add the line spread beyond the region (False: the plain ISO 12233 figure)
     theory : a transfer function to put beside every edge
+    progress : called with what is at work and which fraction of it is done
 
     A region that was given and cannot be measured raises UnsupportedError; of the edges found, those that cannot are
     listed in ``refused``.
@@ -56,7 +58,7 @@ def measure_mtf(
     for roi in rois:
         edges += measure(roi, given=True)[0]
     if not rois:
-        edges, refused = _measured(picture, measure)
+        edges, refused = _measured(picture, measure, progress or _untold)
     return MtfReport(
         file=picture.name,
         pitch_um=picture.pitch_um,
@@ -67,12 +69,17 @@ def measure_mtf(
     )
 
 
-def _measured(picture: Picture, measure: Callable[[Roi], _Tried]) -> _Tried:
+def _untold(stage: str, fraction: float) -> None:
+    """Take a report of progress that nobody reads."""
+
+
+def _measured(picture: Picture, measure: Callable[[Roi], _Tried], progress: Callable[[str, float], None]) -> _Tried:
     """Return the edges that were found and measured, and of all others the reasons; raises where there are none."""
     found = find_edges(picture)
     edges: list[EdgeMtf] = []
     refused: list[str] = []
-    for rois in found.edges:
+    for number, rois in enumerate(found.edges):
+        progress("measuring edges", number / len(found.edges))
         attempts = []
         for roi in rois:
             attempts.append(measure(roi))

@@ -20,8 +20,9 @@ from camsim.measure.given import check_given
 from camsim.measure.lens_places import scene_place_um, system_at
 from camsim.measure.neighbours import neighbours, spread_otf
 from camsim.optics.of_pupil import OfPupil
-from camsim.optics.protocols import Lens, Varies
+from camsim.optics.protocols import KnowsWaves, Varies
 from camsim.optics.system import OpticalSystem
+from camsim.own import is_own
 from camsim.quadrature import gauss_legendre
 from camsim.scene import Scene
 from camsim.scene.outlines import surface_at
@@ -38,9 +39,12 @@ _NEAR_ZERO = 1e-4  # cycles per pixel: where the phase tells the middle of the l
 _SEARCHED_PIXEL = np.linspace(-2.0, 2.0, 17)
 _NEWTON_STEPS = 8
 _NOTHING = 1e-30  # of the cube of a transfer
-_NODES, _FEW_NODES = 40, 13
-"""Wavelengths of a lens whose transfer is an integral over its pupil, besides those that its path difference takes; few
-where no frequency ends."""
+_NODES, _FEW_NODES = 40, 10
+"""Wavelengths that stand for all within 1e-4, and within 3e-4 of a lens whose transfer is an integral over its pupil,
+besides those that its path difference takes: frequencies that end between them leave the most."""
+
+_UNSEEN = 5e-5
+"""Of a channel's light at either end of the spectrum."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -48,8 +52,8 @@ class CameraOtf:
     """Lens, OLPF, photosite and crosstalk of a camera, for the light and the surfaces of a scene.
 
     At each wavelength the OTFs are multiplied; the wavelengths are weighted by what the edge gives the channel: light ×
-    (bright − dark reflectance) × the lens's transmission × quantum efficiency × λ/hc. Of a lens whose transfer is an
-    integral over its pupil some stand for all, within 1e-4.
+    (bright − dark reflectance) × the lens's transmission × quantum efficiency × λ/hc. Some stand for all; within 1e-3
+    of a lens whose transfer is an integral over its pupil, within 1e-4 of others.
 
     region : the window of the frame that the picture shows, None for all of it
 
@@ -88,7 +92,10 @@ class CameraOtf:
         fx, fy = (frequency_cycles_per_pixel * part for part in (math.cos(line.normal_rad), math.sin(line.normal_rad)))
         otf = self.at(fx, fy, channel, sides[0], sides[1], place_um=place_um)
         # Of a lopsided pattern the phase says where the edge seems to be, not how sharp it is.
-        return np.abs(otf) if otf is not None and np.iscomplexobj(otf) else otf
+        if otf is None:
+            return None
+        mtf: F64 = np.abs(otf) if np.iscomplexobj(otf) else np.real(otf)
+        return mtf
 
     def over_directions(
         self,
@@ -135,39 +142,41 @@ class CameraOtf:
         bright: Spectrum,
         *,
         place_um: tuple[float, float] = (0.0, 0.0),
-    ) -> F64 | None:
+        lens_alone: bool = False,
+    ) -> F64 | C128 | None:
         """Transfer function at frequencies in cycles per pixel, of a contrast between two surfaces; None as above.
 
-        place_um : of the sensor, from the optical axis, where the lens is asked
+        place_um   : of the sensor, from the optical axis, where the lens is asked
+        lens_alone : in what a channel's own photosites see, without OLPF, photosite and crosstalk
         """
-        shares = neighbours(self.camera, channel)
+        camera = self.camera.replace(crosstalk=None) if lens_alone else self.camera
+        shares = neighbours(camera, channel)
         if shares is None:
             return None
         dark, bright = (check(s, Reflectance, key, "CameraOtf") for key, s in (("dark", dark), ("bright", bright)))
-        samples = self.camera.samples(self.light, (dark, bright))
+        samples = camera.samples(self.light, (dark, bright))
         difference = spectrum_at(bright, samples.wavelength_nm) - spectrum_at(dark, samples.wavelength_nm)
         heard = shares.any(axis=(0, 1))
-        response = self.camera.image_per_reflectance(samples)[heard] * difference
-        wavelength_nm, weight = lumped(samples.wavelength_nm, response)
-        lit = weight.any(axis=0)
+        # All channels have the same wavelengths, so that they share what the lens does to them.
+        wavelength_nm, weight = lumped(samples.wavelength_nm, camera.image_per_reflectance(samples) * difference)
+        lit = _seen(weight)
         wavelength_nm, weight = wavelength_nm[lit], weight[:, lit]
-        total = float(shares.sum(axis=(0, 1))[heard] @ weight.sum(axis=1))
+        total = float(shares.sum(axis=(0, 1)) @ weight.sum(axis=1))
         if total == 0.0:
             return None
-        system = system_at(self.camera, *place_um)
-        highest_per_um = float(np.hypot(fx, fy).max(initial=0.0)) / self.camera.pitch_um
-        if wavelength_nm.size > (count := _nodes(self.camera.lens, system, wavelength_nm, highest_per_um)):
+        system = system_at(camera, *place_um)
+        if wavelength_nm.size > (count := _nodes(system, wavelength_nm)):
             x, w = gauss_legendre(count)
             low, high = wavelength_nm[0], wavelength_nm[-1]
             nodes_nm = 0.5 * (low + high) + 0.5 * (high - low) * x
             wavelength_nm, weight = nodes_nm, np.einsum("cn,nj->cj", weight, lagrange(wavelength_nm, nodes_nm, x, w))
         spread = spread_otf(shares[..., heard], fx, fy)
-        fx, fy = fx / self.camera.pitch_um, fy / self.camera.pitch_um
+        fx, fy = fx / camera.pitch_um, fy / camera.pitch_um
         lens = sum(
-            np.einsum("c,c...->...", part, spread) * system.point_otf(fx, fy, nm)
-            for nm, part in zip(wavelength_nm.tolist(), weight.T, strict=True)
+            np.einsum("c,c...->...", part, spread) * system.point_otf(fx, fy, nm, sampled=True)
+            for nm, part in zip(wavelength_nm.tolist(), weight[heard].T, strict=True)
         )
-        otf: F64 = lens * system.footprint_otf(fx, fy) / total
+        otf: F64 | C128 = lens * (1.0 if lens_alone else system.footprint_otf(fx, fy)) / total
         return otf
 
     def _place_um(self, line: EdgeLine, distance_pixel: float) -> tuple[float, float]:
@@ -183,22 +192,28 @@ class CameraOtf:
         return surface_at(self.scene, x_um, y_um)
 
 
-def _nodes(lens: Lens, system: OpticalSystem, wavelength_nm: F64, highest_per_um: float) -> int:
-    """Return how many wavelengths stand for all: a transfer over a pupil takes up to half a second at each.
+def _nodes(system: OpticalSystem, wavelength_nm: F64) -> int:
+    """Return how many wavelengths stand for all.
 
-    It goes smoothly with the wavelength where none passes all frequencies that are asked for, and nothing in the pupil
-    ends: thirteen meet the sum to 1e-9, and each wave that the path difference turns by, a phase of π to either side,
-    takes π more. Where frequencies end between wavelengths, forty and these meet it within 1e-4.
+    A transfer goes smoothly with the wavelength but where a frequency ends, and each wave that the path difference
+    turns by, a phase of π to either side, takes π more. Of stages of one's own nothing is known.
     """
-    if isinstance(lens, Varies):
-        return _NODES
     if not system.chromatic:
         return 1
-    if system.more or not isinstance(lens, OfPupil):
+    lens = system.lens
+    if system.more or is_own(lens):
         return int(wavelength_nm.size)
-    low, high = float(wavelength_nm[0]), float(wavelength_nm[-1])
-    ends = lens.pupil.obstruction > 0.0 or highest_per_um >= lens.pupil.inner_radius / lens.blur_um(high)
-    return (_NODES if ends else _FEW_NODES) + math.ceil(math.pi * lens.waves_turned(low, high))
+    turned = lens.waves_turned(*wavelength_nm[[0, -1]].tolist()) if isinstance(lens, KnowsWaves) else 0.0
+    return (_FEW_NODES if isinstance(lens, OfPupil) else _NODES) + math.ceil(math.pi * turned)
+
+
+def _seen(weight: F64) -> slice:
+    """Return the wavelengths without the ends of the spectrum, of which no channel has a share that is seen."""
+    size = np.abs(weight).cumsum(axis=1)
+    beyond = _UNSEEN * size[:, -1:]
+    first = np.argmax((size > beyond).any(axis=0))
+    last = np.argmax((size[:, -1:] - size <= beyond).all(axis=0))
+    return slice(int(first), int(last) + 1)
 
 
 @functools.lru_cache(maxsize=16)

@@ -172,8 +172,8 @@ def pattern_of(lens: OpticalStage) -> Pattern:
     """Return a lens's pattern, if the boundary engine knows it."""
     if not isinstance(lens, RoundLens):
         raise UnsupportedError(
-            "the boundary engine knows Airy, AnnularAiry, Gaussian, RadialOtf and what tells its pattern, not "
-            f"{type(lens).__name__}; use fourier",
+            "takes round lenses (Airy, AnnularAiry, Gaussian, RadialOtf, or one that tells its pattern), not "
+            f"{type(lens).__name__}; auto or fourier takes it",
             key="lens",
         )
     return lens.pattern()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -135,10 +136,11 @@ def _absolute(per: str) -> float:
 
 
 def _highest(quantum_efficiency: QuantumEfficiency) -> float:
-    return _highest_of(quantum_efficiency.curves, quantum_efficiency.per)
+    return _highest_of(tuple(quantum_efficiency.curves), quantum_efficiency.per)
 
 
-def _highest_of(curves: Sequence[tuple[str, Curve]], per: str) -> float:
+@functools.lru_cache(maxsize=64)
+def _highest_of(curves: tuple[tuple[str, Curve], ...], per: str) -> float:
     """Return the highest response per photon.
 
     On each straight piece a + bλ the response per photon is a + bλ or a/λ + b: monotone, so the highest

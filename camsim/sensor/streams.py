@@ -7,13 +7,15 @@ serial number, for blocks of the *full frame*, and a window cuts its part out.
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 
 from camsim.arrays import F32
 from camsim.errors import InvalidValueError
 
 BLOCK_ROWS = 64
-_AT_ONCE = 1 << 18  # normals, as many as stay in a cache
+_AT_ONCE = 1 << 18  # normals, as many as stay in a processor's cache
 
 
 def generator(seed: int, stream: int, *, block: int, frame_number: int = 0) -> np.random.Generator:
@@ -40,6 +42,13 @@ def fixed_normals(serial: int, stream: int, *, rows: int, cols: int, origin: tup
     multiplied by a spread and added to a number that is rounded far more coarsely. Beyond the frame's left, right
     and upper edges, where no photosite has a pattern, they are 0.
     """
+    place = serial, stream, (rows, cols), origin, frame_cols
+    # Frames of one sensor have the same: a few megabytes of them are cached.
+    return _cached(*place).copy() if rows * cols <= _AT_ONCE else _fixed(*place)
+
+
+def _fixed(serial: int, stream: int, shape: tuple[int, int], origin: tuple[int, int], frame_cols: int) -> F32:
+    rows, cols = shape
     normals = np.zeros((rows, cols), dtype=np.float32)
     first_row, first_col = origin
     stop_row, stop_col = first_row + rows, min(first_col + cols, frame_cols)
@@ -57,6 +66,9 @@ def fixed_normals(serial: int, stream: int, *, rows: int, cols: int, origin: tup
             _pass_over(drawing, frame_cols - left - inside.size)
         row = stop
     return normals
+
+
+_cached = functools.lru_cache(maxsize=32)(_fixed)
 
 
 def _pass_over(drawing: np.random.Generator, count: int) -> None:

@@ -52,9 +52,9 @@ def test_a_lens_file_lies_beside_its_scene(tmp_path) -> None:
 
 def test_what_a_lens_does_over_the_frame_is_drawn() -> None:
     capture = load("field-lens")
-    assert draw(capture, "field", "png").startswith(PNG)
-    assert draw(capture, "psf", "png", (-3300.0, -2700.0)).startswith(PNG)
+    assert draw(capture, "field", "plot.png").startswith(PNG)
+    assert draw(capture, "psf", "plot.png", (-3300.0, -2700.0)).startswith(PNG)
     with pytest.raises(camsim.errors.CamsimError, match="lies 30000 µm from the axis; the lens's image circle ends at"):
-        draw(capture, "psf", "png", (30000.0, 0.0))
+        draw(capture, "psf", "plot.png", (30000.0, 0.0))
     with pytest.raises(camsim.errors.CamsimError, match="the lens is Airy, the same all over the frame"):
-        draw(load("slanted-edge"), "field", "png")
+        draw(load("slanted-edge"), "field", "plot.png")

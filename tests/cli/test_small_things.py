@@ -148,12 +148,9 @@ def test_each_nyquist_says_whose_it_is() -> None:
 
 def texts_of(kind: str, *changes: str) -> set[str]:
     """What is written in a picture."""
-    from matplotlib.figure import Figure
+    from camsim.cli.explain_plot import figure_of
 
-    from camsim.cli import explain_plot
-
-    figure = Figure(figsize=(8.0, 6.0))
-    {"mtf": explain_plot._draw_mtf, "psf": explain_plot._draw_psf}[kind](figure, load("small.yaml", overrides=changes))
+    figure = figure_of(load("small.yaml", overrides=changes), kind)
     figure.savefig(io.BytesIO(), format="svg")
     artists: list[Any] = figure.findobj(lambda artist: hasattr(artist, "get_text"))
     return {artist.get_text().strip() for artist in artists}
@@ -163,8 +160,17 @@ def test_pictures_say_what_their_axes_are() -> None:
     written = texts_of("mtf", "render.tolerance=1e-2")
     assert written >= {"Nyquist of the sensor", "Nyquist of R, G1, G2, B"}
     written = texts_of("psf", *MONO)
-    assert written >= {"x, pitches", "y (down), pitches", "root of relative irradiance", "photosite"}
+    assert written >= {"x, µm", "y (down), µm", "root of relative irradiance", "photosite"}
     assert not any("OLPF" in text for text in written)
+
+
+@pytest.mark.parametrize("waves", [0.0, 0.08, 0.2])
+def test_a_pattern_tells_its_strehl_ratio(waves: float) -> None:
+    """Of a focus shift in closed form: the squared sinc of what the phase runs through."""
+    lens = f"lens={{kind: wavefront, f_number: 5.6, zernike_waves: [[4, {waves}]], reference_nm: 550}}"
+    written = texts_of("psf", *MONO, lens, "light={line_nm: 550, illuminance_lux: 1000}")
+    (told,) = (float(text.rsplit(" ", 1)[1]) for text in written if "Strehl ratio" in text)
+    assert told == pytest.approx(np.sinc(2.0 * np.sqrt(3.0) * waves) ** 2, abs=2e-3)
 
 
 def test_what_is_drawn_of_the_system_has_its_crosstalk() -> None:

@@ -287,3 +287,37 @@ def test_what_it_would_take_is_told(tmp_path):
 def test_the_noise_of_captures_is_their_own(swept):
     frames = [camsim.measure.read_picture(swept.folder / f"0000{index}-0.dng").planes[0] for index in (0, 1)]
     assert not np.array_equal(frames[0].samples, frames[1].samples)
+
+
+def test_sharpness_and_moire_of_one_frame(tmp_path):
+    """A plate and a slanted square beside it: what an OLPF takes from both is read from one study."""
+    plate = {"kind": "chart", "name": "zone-plate", "radius": 56, "rim_period": 0.833333, "centre": [-70, 0]}
+    square = {"kind": "rectangle", "width": 90, "height": 90, "rotate_deg": 7, "centre": [70, 0], "reflectance": 0.05}
+    given = {"region": {"rows": 124, "cols": 270}, "scene.shapes": [plate, square], "render.tolerance": 1e-2}
+    vary = {"sensor.olpf": [None, {"kind": "four-spot", "split_pitches": 0.4}]}
+    study = {"scene": "zone-plate", "set": given, "vary": vary, "measure": ["mtf", "moire"]}
+    without, behind = camsim.sweep(study, tmp_path, workers=0).rows
+    for row in (without, behind):
+        assert row["edges_Y"] >= 2
+        assert not row["message"]
+        assert row["moire_Y"] == pytest.approx(row["moire_Y_theory"], abs=0.03)
+        off = row["mtf50_cycles_per_pixel_Y"] - row["mtf50_cycles_per_pixel_Y_theory"]
+        assert abs(off) < 5.0 * row["mtf50_cycles_per_pixel_Y_error"] + 0.005
+    assert without["mtf50_cycles_per_pixel_Y"] > behind["mtf50_cycles_per_pixel_Y"]
+
+
+@pytest.mark.parametrize(
+    ("column", "unit"),
+    [("sensor.frame.pitch_um", "µm"), ("mtf50_lp_per_mm_G1", "lp/mm"), ("noise_G_e", "e⁻"), ("snr_G", "")],
+)
+def test_axes_have_units(tmp_path, monkeypatch, column, unit):
+    import matplotlib.figure
+
+    labels, save = [], matplotlib.figure.Figure.savefig
+    monkeypatch.setattr(
+        matplotlib.figure.Figure,
+        "savefig",
+        lambda self, *a, **k: (labels.append(self.axes[0].get_xlabel()), save(self, *a, **k)),
+    )
+    draw_columns([{column: 1.0, "y": 2.0}, {column: 2.0, "y": 3.0}], column, "y", tmp_path / "plot.png")
+    assert labels == [f"{column}, {unit}" if unit else column]
