@@ -125,6 +125,6 @@ def nyquists(cfa: Cfa) -> dict[float, list[str]]:
 
     period = np.zeros((len(cfa.pattern), len(cfa.pattern[0])))
     found = {NYQUIST_OF_SENSOR_CYCLES_PER_PIXEL: ["the sensor"]}
-    for channel in Picture(name="", shape=period.shape, planes=mosaic_planes(period, cfa.pattern)).select("all"):
+    for channel in Picture(name="", shape=period.shape, planes=mosaic_planes(period, tuple(cfa.pattern))).select("all"):
         found.setdefault(channel.nyquist_cycles_per_pixel, []).append(channel.name)
     return found

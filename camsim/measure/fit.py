@@ -323,7 +323,8 @@ def _settle(
         d, s, vn = d[near], s[near], v[near]
         flat = np.zeros(d.size)
         # Of what is not known yet a step has the level.
-        rows = Placed(d, s, flat, dark + (d > 0.0)) if shape is None else shape.placed(d, s)
+        level: F64 = dark + np.asarray(d > 0.0, np.float64)
+        rows = Placed(d, s, flat, level) if shape is None else shape.placed(d, s)
         straight, _ = solve(rows.straight(), vn, model, tail=False)
         shape = Shape(model, straight, dark)
         full, _ = solve(shape.placed(d, s), vn, model, tail=False)

@@ -242,7 +242,8 @@ def _curve(fit: EdgeFit, frequency: F64, *, reach: tuple[float, float] | None) -
 def _transform(
     model: spline.Model, coefficients: F64, frequency: F64, reach: tuple[float, float] | None
 ) -> tuple[C128, float]:
-    transform, zero = (spline.transform_rows(f, model, reach) @ coefficients for f in (frequency, np.zeros(1)))
+    transform: C128 = np.asarray(spline.transform_rows(frequency, model, reach) @ coefficients, np.complex128)
+    zero = spline.transform_rows(np.zeros(1), model, reach) @ coefficients
     return transform, float(zero[0].real)
 
 

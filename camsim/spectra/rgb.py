@@ -126,7 +126,8 @@ def linear_colours(
             raise _asked(f"the samples are codes, {samples.dtype}", stage)
         # Every number that there may be, once: a large picture takes no memory but its own.
         each = np.arange(np.iinfo(samples.dtype).max + 1) / (largest or np.iinfo(samples.dtype).max)
-        return linear_light(each, given or of_codes or "srgb")[samples]
+        linear: F64 = linear_light(each, given or of_codes or "srgb")[samples]
+        return linear
     if given is None and (depth := depth_of_codes(samples)):
         raise _asked(f"the samples are all whole {depth}ths, as codes of {depth.bit_length()} bits are", stage)
     return samples if given in (None, "linear") else linear_light(np.asarray(samples, np.float64), given)

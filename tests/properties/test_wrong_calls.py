@@ -89,7 +89,9 @@ def test_every_parameter_of_every_stage_is_judged(stage: Any, name: str, wrong: 
     assert (refused.value.key, refused.value.stage) == (name, type(stage).__name__)
 
 
-@pytest.mark.parametrize("kind", {type(stage) for stage in PUBLIC}, ids=lambda kind: kind.__name__)
+@pytest.mark.parametrize(
+    "kind", sorted({type(stage) for stage in PUBLIC}, key=lambda kind: kind.__name__), ids=lambda kind: kind.__name__
+)
 def test_every_class_says_which_parameter_is_meant(kind: Any) -> None:
     """Python alone would say what it cannot take, and not what it takes."""
     names = [field.name for field in dataclasses.fields(kind) if field.init]
