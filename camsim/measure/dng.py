@@ -169,6 +169,8 @@ def _without(
         return image, white, 0.0
     full, most, least = np.array(white), np.array(white) - offsets.min(), -float(offsets.max())
     level = np.where(image >= full, most, np.where(image <= 0, least, image - offsets))
+    if image.dtype.kind in "ui" and image.dtype.itemsize <= 2 and not np.mod([*white, *offsets.flat], 1.0).any():
+        level = level.astype(np.int32)  # they are codes still
     return level, tuple(most.tolist()), least
 
 
