@@ -250,5 +250,7 @@ def _imagecodecs(what: str) -> Any:
     try:
         import imagecodecs
     except ImportError:
-        raise NotReadError(f"its image is stored as {what}; {_WAY_OUT}, or: python -m pip install imagecodecs") from None
+        raise NotReadError(
+            f"its image is stored as {what}; {_WAY_OUT}, or: python -m pip install imagecodecs"
+        ) from None
     return imagecodecs

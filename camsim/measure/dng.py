@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
@@ -11,9 +12,11 @@ import numpy.typing as npt
 from camsim.arrays import F64
 from camsim.errors import InputError
 from camsim.files.full_scale import largest_sample
-from camsim.files.tiff_image import LINEAR_RAW, MOSAIC, bits_per_sample, photometric, read_image
-from camsim.files.tiff_reader import SUBFILE_TYPE, Directory, read_directories
+from camsim.files.tiff_image import LINEAR_RAW, MOSAIC, NotReadError, bits_per_sample, photometric, read_image
+from camsim.files.tiff_reader import IMAGE_LENGTH, IMAGE_WIDTH, SUBFILE_TYPE, Directory, read_directories
+from camsim.measure.libraw import read_whole
 
+_SAMPLES, _SAMPLE_FORMAT = 277, 339
 _CFA_REPEAT, _CFA_PATTERN = 33421, 33422
 _LAYOUT, _LINEARIZATION, _WHITE, _ACTIVE_AREA = 50711, 50712, 50717, 50829
 _BLACK_REPEAT, _BLACK, _BLACK_OF_COLS, _BLACK_OF_ROWS = 50713, 50714, 50715, 50716
@@ -53,7 +56,7 @@ class Raw:
     lowest: float
 
 
-def read_raw(file: BinaryIO, size: int) -> Raw:
+def read_raw(path: Path, file: BinaryIO, size: int) -> Raw:
     """Return the main image of a DNG: its mosaic, or linear planes; raises InputError."""
     here = next(
         (
@@ -66,7 +69,10 @@ def read_raw(file: BinaryIO, size: int) -> Raw:
     if here is None:
         raise InputError("this DNG holds no mosaic and no linear raw image")
     _refuse_opcodes(here)
-    image = _linearised(_in_turn(read_image(here), here), here.numbers(_LINEARIZATION))
+    try:
+        image = _linearised(_in_turn(read_image(here), here), here.numbers(_LINEARIZATION))
+    except NotReadError as why:
+        image = _by_libraw(path, here, why)
     if image.ndim == 3 and photometric(here) == MOSAIC:
         raise InputError(
             f"it has {image.shape[2]} samples of each photosite of its mosaic (as of large and small photosites, or "
@@ -88,6 +94,16 @@ def read_raw(file: BinaryIO, size: int) -> Raw:
         white=white,
         lowest=lowest,
     )
+
+
+def _by_libraw(path: Path, directory: Directory, why: NotReadError) -> npt.NDArray[Any]:
+    """Return an image that is stored in a way of which LibRaw knows more; it has applied the linearisation table."""
+    image = read_whole(path)
+    size, samples = (directory.number(IMAGE_LENGTH), directory.number(IMAGE_WIDTH)), directory.number(_SAMPLES, 1)
+    turned = any(directory.number(tag, 1) != 1 for tag in (_ROW_INTERLEAVE, _COLUMN_INTERLEAVE))
+    if image.shape[:2] != size or turned or 3 in directory.numbers(_SAMPLE_FORMAT):
+        raise why  # LibRaw has another image of the file in mind, or rounds its numbers
+    return image[:, :, :samples] if image.ndim == 3 else image
 
 
 def _refuse_opcodes(directory: Directory) -> None:

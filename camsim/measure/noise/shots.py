@@ -141,6 +141,8 @@ def _setting_of(path: Path, picture: Picture) -> tuple[float | None, float | Non
     if isinstance(described, Mapping):
         iso, time_s = (described.get(name) for name in ("iso", "time_s"))
         return _number(iso), _number(time_s)
+    if picture.noted is not None:
+        return picture.noted.iso, picture.noted.time_s
     if path.suffix.lower() not in (".dng", ".tif", ".tiff"):
         return None, None
     with opened(path) as (file, size):
