@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -16,7 +16,7 @@ from camsim.errors import InputError, in_brief
 from camsim.files.exif import in_exif
 from camsim.files.limits import refuse_bomb
 from camsim.files.reading import opened
-from camsim.files.tiff_reader import MAGICS, Directory
+from camsim.files.tiff_reader import MAGICS, MAKERS_MAGICS, Directory, read_directory
 
 SUFFIXES = (
     ".3fr", ".arw", ".cr2", ".cr3", ".crw", ".dcr", ".erf", ".fff", ".iiq", ".k25", ".kdc", ".mef", ".mos", ".mrw",
@@ -149,7 +149,7 @@ def _noted(path: Path, raw: Any) -> Noted:
         turned_deg=_TURNED_DEG.get(raw.sizes.flip, 0),
         white_balance=_factors(raw.camera_whitebalance),
         daylight=_factors(raw.daylight_whitebalance),
-        xyz_to_camera=tuple(tuple(map(float, row)) for row in raw.rgb_xyz_matrix if np.any(row)),
+        xyz_to_camera=tuple(tuple(float(f"{n:.7g}") for n in row) for row in raw.rgb_xyz_matrix if np.any(row)),
     )
 
 
@@ -158,15 +158,21 @@ def _above_0(value: float) -> float | None:
 
 
 def _factors(values: Any) -> tuple[float, ...]:
-    """Return factors of channels; a second green of 0 is as the first."""
-    kept = tuple(float(value) for value in values)
-    return kept if kept[-1] > 0.0 else kept[:-1] if any(kept) else ()
+    """Return factors of channels, none where red or blue has none; a second green of 0 is as the first."""
+    kept = tuple(float(f"{value:.7g}") for value in values)
+    return () if min(kept[:3]) <= 0.0 else kept if kept[3] > 0.0 else kept[:3]
 
 
 def _camera(path: Path) -> str:
     """Return maker and model, which rawpy does not tell; empty where they are not found."""
-    with opened(path) as (file, _):
-        return in_exif(_exif_of(file), _maker_and_model, "")
+    with opened(path) as (file, size):
+        head = file.read(_HEAD)
+        if head[:4] in MAGICS + MAKERS_MAGICS:
+            try:
+                return _maker_and_model(read_directory(file, size))
+            except InputError:
+                return ""
+    return in_exif(_exif_in(head), _maker_and_model, "")
 
 
 def _maker_and_model(directory: Directory) -> str:
@@ -174,18 +180,10 @@ def _maker_and_model(directory: Directory) -> str:
     return model if model.startswith(maker) else f"{maker} {model}".strip()
 
 
-def _exif_of(file: BinaryIO) -> bytes:
-    """Return the first block of EXIF as a TIFF: what a raw file is, mostly, or what Fuji's and Canon's newest hold."""
-    file.seek(0)
-    head = file.read(_HEAD)
-    if head[:8] == b"FUJIFILM":
-        begin = head.find(b"Exif\0\0")
-        return head[begin:] if begin > 0 else b""
-    if head[4:8] == b"ftyp":
-        begin = head.find(b"CMT1")
-        return head[begin + 4 :] if begin > 0 else b""
-    if head[:2] in (b"II", b"MM"):
-        # Olympus and Panasonic have numbers of their own in place of 42.
-        magic = MAGICS[0] if head[:2] == b"II" else MAGICS[1]
-        return magic + head[4:]
+def _exif_in(head: bytes) -> bytes:
+    """Return the notes of a file that is no TIFF, as one: Fuji's have a JPEG in front, Canon's newest boxes."""
+    if head[:8] == b"FUJIFILM" and (begin := head.find(b"Exif\0\0")) > 0:
+        return head[begin:]
+    if head[4:8] == b"ftyp" and (begin := head.find(b"CMT1")) > 0:
+        return head[begin + 4 :]
     return b""
