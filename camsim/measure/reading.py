@@ -27,9 +27,9 @@ from camsim.files.which_image import image_array, image_layer
 from camsim.frame import Frame
 from camsim.measure import libraw
 from camsim.measure.dng import read_raw
+from camsim.measure.filters import filter_rows, mosaic_of
 from camsim.measure.given import check_given
 from camsim.measure.picture import Picture, Plane, mosaic_planes
-from camsim.sensor.cfa import BAYER, PATTERNS
 from camsim.spectra.rgb import linear_of_srgb
 from camsim.typed import FilePath, check
 
@@ -184,25 +184,6 @@ def _pattern(source: _Source, said: tuple[str, ...] | None = None) -> tuple[str,
     return given
 
 
-def filter_rows(cfa: str) -> tuple[str, ...]:
-    """Return the rows of a colour filter array by its name, its letters, or rows of letters.
-
-    >>> filter_rows("rggb"), filter_rows("RRGG/RRGG/GGBB/GGBB")[0]
-    (('RG', 'GB'), 'RRGG')
-    """
-    if cfa.lower() in PATTERNS:
-        return PATTERNS[cfa.lower()]
-    rows = tuple(cfa.upper().split("/"))
-    if len(rows) > 1 and rows[0].isalpha() and all(row.isalpha() and len(row) == len(rows[0]) for row in rows):
-        return rows
-    if cfa.upper() not in BAYER:
-        raise InvalidValueError(
-            f"{cfa!r}; give one of {', '.join((*BAYER, *PATTERNS))}, or rows of letters such as RRGG/RRGG/GGBB/GGBB",
-            key="cfa",
-        )
-    return cfa.upper()[:2], cfa.upper()[2:]
-
-
 def _planes(image: npt.NDArray[Any], names: Sequence[str] | None, **levels: Any) -> tuple[Plane, ...]:
     """Return planes of (rows, cols) or (rows, cols, n)."""
     if image.ndim == 2:
@@ -354,23 +335,15 @@ def _read_mat(source: _Source) -> Picture:
     return _of_array(source, stored)
 
 
+def _packed(image: npt.NDArray[Any], source: _Source) -> npt.NDArray[Any]:
+    """Return the mosaic of planes of a filter array that the user names; any other image as it is."""
+    return image if source.cfa is None or source.record is not None else mosaic_of(image, filter_rows(source.cfa))
+
+
 def _of_array(source: _Source, stored: npt.NDArray[Any]) -> Picture:
     """Return the picture of bare numbers; those of 8 bits are probably encoded."""
-    stored, eight, largest = _mosaic_of(_light(stored), source), stored.dtype == np.uint8, largest_sample(stored.dtype)
+    stored, eight, largest = _packed(_light(stored), source), stored.dtype == np.uint8, largest_sample(stored.dtype)
     return _of_stored(source, stored, None, largest=largest, encoded=eight, why="it has 8 bits")
-
-
-def _mosaic_of(image: npt.NDArray[Any], source: _Source) -> npt.NDArray[Any]:
-    """Return the mosaic of four planes of a filter array of 2 × 2, first or last axis, in the order of its places."""
-    if source.cfa is None or source.record is not None or image.ndim != 3 or 4 not in (image.shape[0], image.shape[2]):
-        return image
-    if [len(row) for row in filter_rows(source.cfa)] != [2, 2]:
-        return image
-    planes = image if image.shape[2] != 4 else np.moveaxis(image, 2, 0)
-    mosaic = np.empty((2 * planes.shape[1], 2 * planes.shape[2]), image.dtype)
-    for (row, col), plane in zip(np.ndindex(2, 2), planes, strict=True):
-        mosaic[row::2, col::2] = plane
-    return mosaic
 
 
 def _read_png(source: _Source) -> Picture:
@@ -421,7 +394,7 @@ def _read_npz(source: _Source) -> Picture:
             raise InputError("it holds no array")
         own = "mosaic" if "mosaic" in names else None
         chosen = image_array({name: archive.header(name).shape for name in names}, source.layer or own)
-        stored = _mosaic_of(_light(archive.array(chosen)), source)
+        stored = _packed(_light(archive.array(chosen)), source)
     largest = largest_sample(stored.dtype)
     image = _shown(stored, source, largest)
     planes = _grey_or_planes(image, source, chosen, **_levels(image, source, chosen, largest))

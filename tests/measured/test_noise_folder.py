@@ -12,11 +12,12 @@ from tolerances import STATISTICAL
 import camsim
 from camsim.capturing import load_camera
 from camsim.errors import CamsimError, InputError, UnsupportedError
+from camsim.measure.filters import filter_rows
 from camsim.measure.noise import Group, Shots, expected_of, measure_noise, read_shots, take_shots, write_shots
 from camsim.measure.noise.measuring import _healthy
 from camsim.measure.noise.taking import frames_of
 from camsim.measure.noise.xml_file import xml_of
-from camsim.measure.reading import filter_rows, read_picture
+from camsim.measure.reading import read_picture
 
 SIDE, FRAMES = 40, 4
 

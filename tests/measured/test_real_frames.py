@@ -11,6 +11,7 @@ import scipy.io
 from maker_files import Tags, mosaic_tags, tiff_raw
 from tolerances import STATISTICAL
 
+from camsim.cli.app import app
 from camsim.errors import InputError
 from camsim.measure import read_picture
 from camsim.measure.noise import ChannelNoise, measure_noise, read_shots
@@ -38,6 +39,7 @@ def flats_and_darks(
     frames: int = 4,
     added: int = 1,
     say: bool = False,
+    bend: float = 0.0,
 ) -> Path:
     """A folder with its index; ``added`` frames are summed to each, and the index says so."""
     rng = np.random.default_rng(5)
@@ -46,7 +48,7 @@ def flats_and_darks(
 
     def frame(light_e: float, time_s: float) -> np.ndarray:
         charge = rng.poisson(np.minimum(light_e * response + DARK_E_PER_S * time_s, 18_000.0))
-        charge = charge + offset + READ_E * rng.standard_normal(charge.shape)
+        charge = charge * (1.0 - bend * charge / 18_000.0) + offset + READ_E * rng.standard_normal(charge.shape)
         return np.clip(np.rint(128.0 + GAIN * charge), 0, 4095).astype(np.int64)
 
     shots = [("flat", e, 0.01) for e in LEVELS] + [("dark", 0, time_s) for time_s in darks]
@@ -99,6 +101,20 @@ def test_darks_of_one_time_tell_all_but_the_dark_current(tmp_path: Path) -> None
     for name, true in (("gain_dn_per_e", GAIN), ("read_noise_e", READ_E), ("prnu", PRNU), ("dsnu_e", 2.0)):
         found = getattr(channel.transfer, name)
         assert abs(found.value - true) < STATISTICAL * found.sigma
+
+
+@pytest.mark.parametrize("bend", [0.0, 0.15])
+def test_figures_of_a_bent_read_out_say_so(bend: float, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    place = flats_and_darks(tmp_path, npy(lambda codes: codes.astype(np.uint16)), side=64, bend=bend)
+    (channel,) = channels(place)
+    tree = channel.as_dict()["figures"]
+    bent = {name for name, told in tree.items() if told.get("remark") == "bent"}
+    assert (channel.notes == ()) == (bend == 0.0)
+    assert ({"gain_dn_per_e", "read_noise_e", "dsnu_e"} <= bent) == (bend > 0.0)
+    assert not {"prnu", "linearity_error"} & bent
+    assert app(["measure", "noise", str(place), "--cfa", "mono"], standalone_mode=False) in (None, 0)
+    lines = [line for line in capsys.readouterr().out.splitlines() if line.startswith("read noise")]
+    assert ("bent" in lines[0]) == (bend > 0.0)
 
 
 @pytest.mark.parametrize("cfa", ["mono", "RGGB"])

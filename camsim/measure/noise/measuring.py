@@ -15,7 +15,7 @@ from camsim.marks import Called
 from camsim.measure.noise.estimate import SURE, Estimate, no_figure
 from camsim.measure.noise.fullness import saturation
 from camsim.measure.noise.photon_transfer import PhotonTransfer, photon_transfer, sensitivity_threshold_e
-from camsim.measure.noise.result import ChannelNoise, NoiseReport, Spectrogram
+from camsim.measure.noise.result import BENT, ChannelNoise, NoiseReport, Spectrogram
 from camsim.measure.noise.shots import Group, Shots
 from camsim.measure.noise.stack import Chosen, Level, Rounding, Stack, stack, step_between_codes_dn
 from camsim.typed import check
@@ -27,6 +27,9 @@ _DARKER = 0.05
 """Of a flat's signal: less is the slack of a saturation that is not quite even, which linearity leaves out as well."""
 _ONE_CODE = 1.0
 """Nearer than so many steps no photosite is told from what rounding does where the noise is small."""
+
+_BENT = 0.005
+"""Of the signal: less is what lamps and clocks are off by."""
 
 _DECIBELS = 20.0 / math.log(10.0)
 
@@ -80,6 +83,7 @@ def measure_noise(shots: Shots, *, expected: Mapping[str, dict[str, float]] | No
                 dark=_spectrogram(_nearest_dark(darks, flats[0].time_s), index == number, good),
                 flat=_spectrogram(half, index == number, good),
                 expected=None if expected is None else dict(expected[name]),
+                notes=_notes(found, rounding),
             )
         )
     return NoiseReport(
@@ -89,6 +93,23 @@ def measure_noise(shots: Shots, *, expected: Mapping[str, dict[str, float]] | No
         frames=sum(len(group.codes) for group in shots.groups),
         channels=tuple(channels),
     )
+
+
+def _notes(found: PhotonTransfer, rounding: Rounding) -> tuple[str, ...]:
+    """Return what the figures do not say of themselves."""
+    error, gain = found.linearity_error, found.gain_dn_per_e
+    said = []
+    if gain.measurable and error.measurable and error.value - SURE * error.sigma > _BENT:
+        said.append(
+            f"{BENT}: the signal is off the line (see the linearity error), so that the gain, and by it all that is "
+            "counted in electrons, is another at every signal, and several times as far off"
+        )
+    if rounding.summed is None and found.read_noise_e.measurable:
+        said.append(
+            "codes are wider than 16 bits and nobody says of how many frames they are sums: the read noise is that of "
+            "single ones, its error has in it what sums would round; a column summed in the index tells"
+        )
+    return tuple(said)
 
 
 def _refuse(shots: Shots, rounding: Rounding) -> None:
