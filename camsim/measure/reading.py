@@ -313,7 +313,7 @@ def _read_dng(source: _Source) -> Picture:
 
 def _read_maker(source: _Source) -> Picture:
     raw = libraw.read_unpacked(source.path)
-    levels = {"white": raw.white, "lowest": 0.0, "holds_dark": True}
+    levels: dict[str, Any] = {"white": raw.white, "lowest": 0.0, "holds_dark": True}
     if raw.pattern is None:
         planes: tuple[Plane, ...] = tuple(
             replace(plane, black=float(black))
@@ -337,7 +337,17 @@ def _read_mat(source: _Source) -> Picture:
 
 def _packed(image: npt.NDArray[Any], source: _Source) -> npt.NDArray[Any]:
     """Return the mosaic of planes of a filter array that the user names; any other image as it is."""
-    return image if source.cfa is None or source.record is not None else mosaic_of(image, filter_rows(source.cfa))
+    if source.record is not None:
+        return image
+    if source.cfa is not None:
+        return mosaic_of(image, filter_rows(source.cfa))
+    four = image.ndim == 3 and 4 in (image.shape[0], image.shape[2]) and image.dtype.kind in "ui"
+    if four and image.dtype.itemsize > 1 and image[..., -1].max(initial=0) < largest_sample(image.dtype):
+        raise InputError(
+            f"its array of shape {image.shape} holds four planes, as of a filter array; say which, in their order: "
+            "--cfa RGGB, in Python cfa='RGGB'"
+        )
+    return image
 
 
 def _of_array(source: _Source, stored: npt.NDArray[Any]) -> Picture:

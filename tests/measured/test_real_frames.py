@@ -146,6 +146,8 @@ def places(codes: np.ndarray) -> list[np.ndarray]:
 def test_four_planes_of_a_filter_array_are_its_mosaic(last: bool, tmp_path: Path) -> None:
     codes = np.random.default_rng(2).integers(100, 4000, (12, 20)).astype(np.uint16)
     np.save(tmp_path / "a.npy", np.stack(places(codes), axis=2 if last else 0))
+    with pytest.raises(InputError, match="holds four planes, as of a filter array; say which, in their order: --cfa"):
+        read_picture(tmp_path / "a.npy")
     found = {plane.name: plane.samples for plane in read_picture(tmp_path / "a.npy", cfa="GRBG").planes}
     assert all(
         np.array_equal(found[name], part) for name, part in zip(("G1", "R", "B", "G2"), places(codes), strict=True)

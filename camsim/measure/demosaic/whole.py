@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from camsim.arrays import F32, F64
@@ -17,7 +19,7 @@ _APART_PX = 0.25
 
 _EQUAL, _LEAST_OVER = 0.98, 0.002
 
-_TURNS = {
+_TURNS: dict[str, Callable[[F64], F64]] = {
     "mirrored left to right": lambda image: image[:, ::-1],
     "mirrored top to bottom": lambda image: image[::-1],
     "turned by 180°": lambda image: image[::-1, ::-1],
