@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import contextlib
 import math
+import os
+import tempfile
+import threading
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -33,6 +36,8 @@ _TURNED_DEG = {0: 0, 3: 180, 5: 270, 6: 90}
 _PERIODS = (1, 2, 3, 4, 6, 8, 12, 16)
 _LOOKED_AT = 96
 _HEAD = 1 << 16
+_CORRUPTED = "data corrupted"
+_ONE_AT_A_TIME = threading.Lock()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -112,12 +117,15 @@ def _unpacked(path: Path) -> Iterator[Any]:
 
     raw = rawpy.RawPy()
     try:
-        raw.open_file(str(path))
-        sizes = raw.sizes
-        refuse_bomb(2 * sizes.raw_height * sizes.raw_width, path.stat().st_size)
-        raw.unpack()
+        with _heard() as lines:
+            raw.open_file(str(path))
+            sizes = raw.sizes
+            refuse_bomb(2 * sizes.raw_height * sizes.raw_width, path.stat().st_size)
+            raw.unpack()
+        if any(_CORRUPTED in line for line in lines):
+            raise InputError("LibRaw finds its codes corrupted: it is damaged, or cut short")
         yield raw
-    except (rawpy.LibRawError, rawpy.NotSupportedError) as error:
+    except (rawpy.LibRawError, rawpy.NotSupportedError, NotImplementedError) as error:
         why = error.args[0].decode() if error.args and isinstance(error.args[0], bytes) else in_brief(error)
         raise InputError(
             f"LibRaw does not read it ({why}): it is damaged, cut short, or of a camera that is not known; convert it "
@@ -125,6 +133,26 @@ def _unpacked(path: Path) -> Iterator[Any]:
         ) from None
     finally:
         raw.close()
+
+
+@contextlib.contextmanager
+def _heard() -> Iterator[list[str]]:
+    """Take what LibRaw prints, which is the only place where it says that it goes on with damaged codes."""
+    lines: list[str] = []
+    with _ONE_AT_A_TIME, tempfile.TemporaryFile() as said:
+        try:
+            kept = os.dup(2)
+        except OSError:  # a program without a standard error has nothing to take
+            yield lines
+            return
+        os.dup2(said.fileno(), 2)
+        try:
+            yield lines
+        finally:
+            os.dup2(kept, 2)
+            os.close(kept)
+            said.seek(0)
+            lines += said.read().decode("utf-8", "replace").splitlines()
 
 
 def _repeated(colors: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:

@@ -98,7 +98,7 @@ def test_info_says_what_the_camera_noted(tmp_path: Path, capsys: pytest.CaptureF
 
 
 @pytest.mark.parametrize("suffix", ["nef", "raf"])
-def test_what_is_no_raw_file_is_one_sentence(suffix: str, tmp_path: Path) -> None:
+def test_what_is_no_raw_file_is_one_sentence(suffix: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     whole, part = tmp_path / f"a.{suffix}", tmp_path / f"b.{suffix}"
     written(whole)
     data = whole.read_bytes()
@@ -107,6 +107,7 @@ def test_what_is_no_raw_file_is_one_sentence(suffix: str, tmp_path: Path) -> Non
         with pytest.raises(InputError, match=r"LibRaw does not read it \(.*\): it is damaged, cut short") as caught:
             read_picture(part)
         assert "\n" not in str(caught.value)
+    assert capfd.readouterr().err == ""  # LibRaw prints what it finds
 
 
 def test_a_size_that_no_file_has_takes_no_memory(tmp_path: Path) -> None:
