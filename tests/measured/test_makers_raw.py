@@ -8,10 +8,11 @@ import imagecodecs
 import numpy as np
 import pytest
 import rawpy
+from edges import gaussian_edge, gaussian_limit
 from maker_files import X_TRANS, Tags, fuji_raw, mosaic_tags, tiff_raw
 
 from camsim.errors import InputError
-from camsim.measure import Picture, read_picture
+from camsim.measure import Picture, Roi, measure_mtf, read_picture
 
 CODES = np.random.default_rng(1).integers(600, 4000, (160, 240)).astype(np.uint16)
 LEAST_BYTES = 76_000
@@ -95,6 +96,13 @@ def test_info_says_what_the_camera_noted(tmp_path: Path, capsys: pytest.CaptureF
     tree = json.loads(json_of_file(str(tmp_path / "a.raf")))
     assert (tree["camera"], tree["iso"], tree["filters"]) == ("FUJIFILM X-T1", 400.0, list(X_TRANS))
     assert "as LibRaw unpacks them" in text_of_file(str(tmp_path / "a.raf"))
+
+
+def test_edges_of_a_makers_file_are_measured(tmp_path: Path) -> None:
+    codes = np.rint(200.0 + 12_000.0 * gaussian_edge(160, 160, 5, 0.8)).astype(np.uint16)
+    tiff_raw(tmp_path / "a.arw", codes.astype("<u2").tobytes(), mosaic_tags(codes, 16), make="SONY", model="ILCE-7M3")
+    for edge in measure_mtf(read_picture(tmp_path / "a.arw"), rois=[Roi(10, 40, 140, 76)]).edges:
+        assert edge.figures.mtf50_cycles_per_pixel == pytest.approx(gaussian_limit(0.5, 0.8), rel=1e-3)
 
 
 @pytest.mark.parametrize("suffix", ["nef", "raf"])

@@ -18,6 +18,9 @@ from camsim.measure.noise import ChannelNoise, measure_noise, read_shots
 
 GAIN, READ_E, PRNU, DARK_E_PER_S = 0.2, 3.0, 0.006, 5.0
 LEVELS = (400, 900, 1800, 3200, 5200, 7600, 9600, 12000, 14500)
+LONG = {f"{number:03d}" for number in range(len(LEVELS) + 1, 999, len(LEVELS) + 2)}
+"""Names of the darks of the second time."""
+
 Save = Callable[[np.ndarray, Path], Path]
 
 
@@ -183,6 +186,26 @@ def test_a_pgm_that_is_none(data: bytes, sentence: str, tmp_path: Path) -> None:
     (tmp_path / "a.pgm").write_bytes(data)
     with pytest.raises(InputError, match=sentence):
         read_picture(tmp_path / "a.pgm")
+
+
+def test_noise_of_a_makers_own_files(tmp_path: Path) -> None:
+    """Sony's: ISO and time are noted in the files; frames of another ISO are another sensor."""
+
+    def save(codes: np.ndarray, path: Path, iso: int = 400) -> Path:
+        noted: Tags = {33434: ("R", 1.0 if path.stem in LONG else 0.01), 34855: ("H", iso)}
+        tags = mosaic_tags(codes, 16)
+        data = codes.astype("<u2").tobytes()
+        tiff_raw(path.with_suffix(".arw"), data, tags, make="SONY", model="ILCE-7M3", exif=noted)
+        return path.with_suffix(".arw")
+
+    place = flats_and_darks(tmp_path, save, side=96)
+    for channel in measure_noise(read_shots(place)).channels:
+        for name, true in (("gain_dn_per_e", GAIN), ("read_noise_e", READ_E), ("prnu", PRNU)):
+            found = getattr(channel.transfer, name)
+            assert abs(found.value - true) < STATISTICAL * found.sigma
+    save(np.full((96, 96), 900), place / "001", iso=800)
+    with pytest.raises(InputError, match=r"was taken at ISO 400 and '001\.arw' at ISO 800"):
+        read_shots(place)
 
 
 def test_black_levels_by_column_leave_codes(tmp_path: Path) -> None:
