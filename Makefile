@@ -46,7 +46,7 @@ test-oldest:  ## the core of the tests with the oldest packages that pyproject.t
 	$(PYTHON) -m venv $(VENV)-oldest
 	$(VENV)-oldest/bin/python bench/oldest.py > $(VENV)-oldest/oldest.txt
 	$(VENV)-oldest/bin/python -m pip install --quiet --constraint $(VENV)-oldest/oldest.txt --editable . \
-	  'pytest>=8.2' 'hypothesis>=6.100' 'mpmath>=1.4' 'rawpy>=0.24'
+	  'pytest>=8.2' 'hypothesis>=6.100' 'mpmath>=1.4'
 	$(VENV)-oldest/bin/python -m pytest -q -W default tests/files/test_formats.py \
 	  tests/analytic/test_radiometry.py tests/analytic/test_adc.py tests/analytic/test_cfa.py tests/analytic/test_oracle.py
 

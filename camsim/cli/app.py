@@ -218,11 +218,13 @@ def capture(
 
 @app.command()
 def info(
-    file: Annotated[str, typer.Argument(metavar="FILE", help="A DNG, NPZ, EXR, TIFF or PNG of camsim.")],
+    file: Annotated[
+        str, typer.Argument(metavar="FILE", help="A DNG, NPZ, EXR, TIFF or PNG of camsim, or a camera's raw file.")
+    ],
     full: Annotated[bool, typer.Option("--full", help="Also print every stage with all its parameters.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print everything as JSON.")] = False,
 ) -> None:
-    """Print what a file of camsim holds, and what was computed to make it."""
+    """Print what a file of camsim holds and what was computed to make it, or what a camera noted in its raw file."""
     from camsim.cli.info import json_of_file, text_of_file
 
     print(json_of_file(file) if as_json else text_of_file(file, full=full))

@@ -1,9 +1,11 @@
-"""``camsim info``: what a file of ours says about itself."""
+"""``camsim info``: what a file of ours says about itself, and what a camera noted in a raw file."""
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,16 +13,20 @@ import numpy as np
 from camsim.arrays import I64
 from camsim.config.yaml_text import yaml_text
 from camsim.description import OWN_STAGES
-from camsim.files.reading import Held, read_file
+from camsim.files.reading import Held, opened, read_file, read_record
 from camsim.memory import readable
 
 _MOST_SHOWN = 100
 """Parts of a list for people to look at; --json prints all."""
-_SHORT_LIST, _MOST_STAGES = 4, 12
+_SHORT_LIST, _MOST_STAGES, _LONGEST_SENTENCE = 4, 12, 400
 
 
 def text_of_file(path: str, *, full: bool = False) -> str:
     """Return the figures of a file and, in full, the description of all stages as YAML; of long lists the beginning."""
+    if _is_cameras(path):
+        tree = _tree_of_camera(path)
+        width = max(map(len, tree))
+        return "\n".join(f"{label:<{width}}  {_told(value)}" for label, value in tree.items())
     held = read_file(path)
     rows = [*_figures(held), *(() if full else _summary(held.description))]
     width = max(len(label) for label, _ in rows)
@@ -34,6 +40,8 @@ def text_of_file(path: str, *, full: bool = False) -> str:
 
 def json_of_file(path: str) -> str:
     """Return the same as JSON, nothing left out."""
+    if _is_cameras(path):
+        return json.dumps(_tree_of_camera(path), indent=2, ensure_ascii=False)
     held = read_file(path)
     tree = {
         "file": str(held.path),
@@ -45,6 +53,50 @@ def json_of_file(path: str) -> str:
         **held.record.as_dict(),
     }
     return json.dumps(tree, indent=2, ensure_ascii=False)
+
+
+def _is_cameras(path: str) -> bool:
+    """Whether a file is a raw file of a camera, and none of ours."""
+    from camsim.measure.libraw import SUFFIXES
+
+    suffix = Path(path).suffix.lower()
+    if suffix != ".dng":
+        return suffix in SUFFIXES
+    with opened(path) as (file, size):
+        return read_record(file, size) is None
+
+
+def _tree_of_camera(path: str) -> dict[str, Any]:
+    """Return what a camera's raw file holds and notes; what it does not say is left out."""
+    from camsim.measure.libraw import CHANGED, read_noted
+    from camsim.measure.reading import read_picture
+
+    picture = read_picture(path)
+    noted = picture.noted or read_noted(Path(path))
+    levels = {plane.name: plane for plane in picture.planes}
+    step = picture.planes[0].step
+    places = {plane.first: plane.name[0] for plane in picture.planes}
+    told = {
+        "file": path,
+        "bytes": Path(path).stat().st_size,
+        **{name: value for name, value in dataclasses.asdict(noted).items() if value not in (None, "", ())},
+        "rows": picture.shape[0],
+        "cols": picture.shape[1],
+        "channels": list(levels),
+        "filters": ["".join(places.get((row, col), "?") for col in range(step[1])) for row in range(step[0])],
+        "black_dn": [plane.black for plane in levels.values()],
+        "white_dn": [plane.white for plane in levels.values()],
+    }
+    return told if picture.noted is None else {**told, "read": CHANGED}
+
+
+def _told(value: Any) -> str:
+    """Return numbers, texts and rows of them in one line."""
+    if isinstance(value, list | tuple):
+        return ("; " if value and isinstance(value[0], tuple) else ", ").join(map(_told, value))
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    return _printable(str(value), _LONGEST_SENTENCE)
 
 
 def _figures(held: Held) -> list[tuple[str, str]]:
@@ -149,9 +201,9 @@ def _levels(levels_dn: I64) -> str:
     return _printable(" / ".join(", ".join(map(str, row)) for row in levels_dn.tolist()))
 
 
-def _printable(text: str) -> str:
+def _printable(text: str, most: int = _MOST_SHOWN) -> str:
     """Return a stranger's text in one line without anything that a terminal would obey."""
-    shown = text if len(text) <= _MOST_SHOWN else f"{text[:_MOST_SHOWN]}…"
+    shown = text if len(text) <= most else f"{text[:most]}…"
     return "".join(letter if letter.isprintable() else ascii(letter)[1:-1] for letter in shown)
 
 

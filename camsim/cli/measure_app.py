@@ -28,7 +28,8 @@ measure_app = typer.Typer(name="measure", help="Measure what a file really holds
 @measure_app.command("mtf")
 def measure_mtf(
     files: Annotated[
-        list[str], typer.Argument(metavar="FILE…", help="DNG, TIFF, PNG, EXR, NPY or NPZ with linear data.")
+        list[str],
+        typer.Argument(metavar="FILE…", help="A maker's raw file, DNG, TIFF, PNG, EXR, NPY … with linear data."),
     ],
     rois: Annotated[
         list[str] | None,

@@ -182,7 +182,8 @@ def _subject(file: str, request: DemosaicRequest) -> Subject:
 
     from camsim.measure.demosaic import subject_of_picture
     from camsim.measure.demosaic.subject import subject_of_capture
-    from camsim.measure.reading import filter_rows, read_picture
+    from camsim.measure.filters import filter_rows
+    from camsim.measure.reading import read_picture
     from camsim.revive import revive_capture
 
     picture = read_picture(file)

@@ -172,7 +172,8 @@ def _print(report: NoiseReport) -> None:
         for channel in report.channels:
             estimate = channel.figures()[name]
             limit = f"≤ {estimate.at_most:.2g}" if math.isfinite(estimate.at_most) else "–"
-            row.append(with_error(estimate.value, estimate.sigma) if estimate.measurable else limit)
+            remark = f" {channel.remark(name)}".rstrip()
+            row.append(f"{with_error(estimate.value, estimate.sigma)}{remark}" if estimate.measurable else limit)
             if not estimate.measurable:
                 figures, channels = reasons.setdefault(estimate.why_not, ({}, {}))
                 figures[row[0]] = channels[channel.channel] = None
@@ -185,6 +186,12 @@ def _print(report: NoiseReport) -> None:
     for reason, (figures, channels) in reasons.items():
         verb = "is" if len(figures) == 1 else "are"
         print(f"{', '.join(figures)} of {', '.join(channels)} {verb} not measurable: {reason}")
+    notes: dict[str, list[str]] = {}
+    for channel in report.channels:
+        for note in channel.notes:
+            notes.setdefault(note, []).append(channel.channel)
+    for note, names in notes.items():
+        print(f"{', '.join(names)}: {note}")
     for channel in report.channels:
         if channel.defects_left_out:
             print(f"{channel.channel}: {channel.defects_left_out} defects left out")

@@ -1,10 +1,10 @@
-"""Anyone's mosaic, an array of codes, as a DNG that raw programs open, and developed to be looked at."""
+"""Anyone's array of codes, a mosaic or linear colours, as a DNG that raw programs open, and developed to be seen."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -55,7 +55,8 @@ def write_dng(
 ) -> None:
     """Write an array of codes as a DNG that raw programs open in the right colours.
 
-    mosaic          : (rows, cols) whole numbers 0 … 65535, one for each photosite
+    mosaic          : (rows, cols) whole numbers 0 … 65535, one for each photosite; or (rows, cols, 3) of red, green
+                      and blue at each pixel, linear and never demosaiced: a linear DNG, of which ``cfa`` is not asked
     cfa             : letters of (0,0) (0,1) (1,0) (1,1); "mono", "x-trans" and other names; rows such as ("RG", "GB");
                       or a ``Cfa``
     black_level_dn  : code of no light; or a small table of them that repeats from photosite (0, 0)
@@ -77,7 +78,14 @@ def write_dng(
     ...     (Path(folder) / "mine.dng").stat().st_size > codes.nbytes
     True
     """
-    given = _Given.of(mosaic, cfa, black_level_dn, white_level_dn, colour_matrix, as_shot_neutral)
+    image: Any = mosaic if np.ma.isMaskedArray(mosaic) else array_of(mosaic, "mosaic")
+    linear = image.ndim == 3
+    if linear and cfa != "RGGB":
+        raise InvalidValueError(f"{shown(cfa)}, and each pixel has all colours; leave it out", key="cfa")
+    codes = _side_by_side(image) if linear else image
+    given = _Given.of(codes, cfa, black_level_dn, white_level_dn, colour_matrix, as_shot_neutral)
+    if linear:
+        given = replace(given, codes=given.codes.reshape(image.shape))
     check_truths(allow_odd_cfa=allow_odd_cfa, compress=compress)
     target = Path(check(path, FilePath, "path"))
     if target.suffix.lower() != ".dng":
@@ -93,7 +101,7 @@ def write_dng(
         return directories((*layout, *said.tags(identity)), (undefined(36864, b"0230"),), at)  # ExifVersion
 
     with replacing(target) as beside, beside.open("wb") as file:
-        image = Image(file, LosslessTiles(cols, components=1 if mono else 2) if compress else Strip())
+        image = Image(file, LosslessTiles(cols, components=1 if mono or linear else 2) if compress else Strip())
         image.take(given.codes)
         image.finish(given.text, all_tags)
 
@@ -176,8 +184,8 @@ class _Given:
     def said(self, camera_name: str) -> Said:
         return Said(
             shape=(self.codes.shape[0], self.codes.shape[1]),
-            photometric=LINEAR_RAW if self.colour is None else CFA,
-            samples=1,
+            photometric=CFA if self.colour is not None and self.codes.ndim == 2 else LINEAR_RAW,
+            samples=self.codes[0, 0].size,
             cfa_pattern=tuple(self.cfa.pattern),
             channels=self.cfa.channels,
             black_dn=self.black_dn.tolist(),
@@ -202,6 +210,17 @@ class _Given:
                 "colour": None if colour is None else [colour.fits[0][1], colour.neutral],
             }
         )
+
+
+def _side_by_side(image: Any) -> Any:
+    """Return (rows, cols, 3) as (rows, 3 · cols)."""
+    if image.shape[2] != 3:
+        message = (
+            "must be (rows, cols), one code for each photosite, or (rows, cols, 3) of red, green and blue, not an "
+            f"array of shape {image.shape}"
+        )
+        raise InvalidValueError(message, key="mosaic")
+    return image.reshape(image.shape[0], 3 * image.shape[1])
 
 
 def _filters(cfa: ArrayOfFilters) -> Cfa:

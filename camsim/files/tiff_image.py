@@ -28,6 +28,10 @@ _MOST_PIECES = 1 << 17
 _WAY_OUT = "convert it to an uncompressed 16-bit file (Adobe's DNG converter does)"
 
 
+class NotReadError(InputError):
+    """An image that is stored in a way that is not read here."""
+
+
 @dataclass(frozen=True, slots=True)
 class _Layout:
     """How the samples of an image lie in its strips or tiles.
@@ -110,9 +114,9 @@ def _layout(directory: Directory) -> _Layout:
         )
     packed = kind == "u" and compression == _NONE and 8 < bits < 16
     if kind is None or not (bits in _WHOLE_BITS[kind] or packed or (compression == _JPEG and 8 < bits < 16)):
-        raise InputError(f"its samples have {bits} bits, which is not read; {_WAY_OUT}")
+        raise NotReadError(f"its samples have {bits} bits, which is not read; {_WAY_OUT}")
     if directory.number(_FILL_ORDER, 1) != 1:
-        raise InputError(f"its bits are stored in reverse; {_WAY_OUT}")
+        raise NotReadError(f"its bits are stored in reverse; {_WAY_OUT}")
     tiled = TILE_OFFSETS in directory.entries
     piece = (
         (directory.number(_TILE_LENGTH), directory.number(_TILE_WIDTH))
@@ -166,7 +170,7 @@ def _piece(data: bytes, shape: tuple[int, int, int], layout: _Layout) -> npt.NDA
         summed: npt.NDArray[Any] = np.cumsum(values, axis=1, dtype=layout.dtype)
         return summed
     if layout.predictor != 1:
-        raise InputError(f"its samples are predicted in a way that is not read ({layout.predictor}); {_WAY_OUT}")
+        raise NotReadError(f"its samples are predicted in a way that is not read ({layout.predictor}); {_WAY_OUT}")
     return values
 
 
@@ -183,7 +187,7 @@ def _unpacked(data: bytes, needed: int, compression: int) -> bytes:
             return bytes(_imagecodecs("LZW").lzw_decode(data, out=needed))
     except (zlib.error, RuntimeError, ValueError) as error:  # RuntimeError: imagecodecs' own
         raise InputError(f"a strip or tile is damaged ({in_brief(error)})") from None
-    raise InputError(f"its image is stored as TIFF's compression {compression}, which is not read; {_WAY_OUT}")
+    raise NotReadError(f"its image is stored as TIFF's compression {compression}, which is not read; {_WAY_OUT}")
 
 
 def _from_packbits(data: bytes, needed: int) -> bytes:
@@ -215,7 +219,7 @@ def _from_float_differences(
     """Undo Adobe's predictor 3: bytes of equal rank lie together from the highest on, each less the one before."""
     rows, cols, samples = shape
     if dtype.kind != "f":
-        raise InputError(f"whole numbers are predicted as if they were floating-point ones; {_WAY_OUT}")
+        raise NotReadError(f"whole numbers are predicted as if they were floating-point ones; {_WAY_OUT}")
     apart = np.cumsum(lines.reshape(rows, -1, samples), axis=1, dtype=np.uint8)
     bytes_of = apart.reshape(rows, dtype.itemsize, cols * samples).transpose(0, 2, 1)
     return np.ascontiguousarray(bytes_of).view(dtype.newbyteorder(">")).reshape(shape).astype(dtype)
@@ -246,5 +250,7 @@ def _imagecodecs(what: str) -> Any:
     try:
         import imagecodecs
     except ImportError:
-        raise InputError(f"its image is stored as {what}; {_WAY_OUT}, or: python -m pip install imagecodecs") from None
+        raise NotReadError(
+            f"its image is stored as {what}; {_WAY_OUT}, or: python -m pip install imagecodecs"
+        ) from None
     return imagecodecs

@@ -23,6 +23,8 @@ XMP, DNG_VERSION, RAW_DATA_UNIQUE_ID = 700, 50706, 50781
 _REDUCED, _MASK = 1, 4  # bits of the subfile's type
 
 MAGICS = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
+MAKERS_MAGICS = (b"IIRO", b"IIRS", b"MMOR", b"IIU\0")
+"""Olympus and Panasonic have numbers of their own in place of TIFF's 42."""
 
 _CODES = {
     1: "B", 2: "s", 3: "H", 4: "I", 5: "II", 6: "b", 7: "s", 8: "h", 9: "i", 10: "ii", 11: "f", 12: "d",
@@ -214,7 +216,7 @@ def _begin(file: BinaryIO) -> tuple[Form, int]:
     """Return the file's form and where its first directory is."""
     file.seek(0)
     head = file.read(16).ljust(16, b"\0")
-    if head[:4] not in MAGICS:
+    if head[:4] not in MAGICS + MAKERS_MAGICS:
         raise InputError("it is no TIFF and no DNG")
     form = Form("<" if head[:2] == b"II" else ">", b"+" in head[:4])
     at: int = form.offset.unpack_from(head, 8 if form.big else 4)[0]

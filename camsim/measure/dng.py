@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
@@ -11,13 +12,26 @@ import numpy.typing as npt
 from camsim.arrays import F64
 from camsim.errors import InputError
 from camsim.files.full_scale import largest_sample
-from camsim.files.tiff_image import LINEAR_RAW, MOSAIC, bits_per_sample, photometric, read_image
-from camsim.files.tiff_reader import SUBFILE_TYPE, Directory, read_directories
+from camsim.files.tiff_image import LINEAR_RAW, MOSAIC, NotReadError, bits_per_sample, photometric, read_image
+from camsim.files.tiff_reader import IMAGE_LENGTH, IMAGE_WIDTH, SUBFILE_TYPE, Directory, read_directories
+from camsim.measure.libraw import read_whole
 
+_SAMPLES, _SAMPLE_FORMAT = 277, 339
 _CFA_REPEAT, _CFA_PATTERN = 33421, 33422
 _LAYOUT, _LINEARIZATION, _WHITE, _ACTIVE_AREA = 50711, 50712, 50717, 50829
 _BLACK_REPEAT, _BLACK, _BLACK_OF_COLS, _BLACK_OF_ROWS = 50713, 50714, 50715, 50716
-"""Tags of the DNG specification 1.7."""
+_ROW_INTERLEAVE, _COLUMN_INTERLEAVE, _BLOCK = 50975, 52547, 50974
+_OPCODE_LISTS = {51008: "OpcodeList1", 51009: "OpcodeList2"}
+"""Tags of the DNG specification 1.7. The third list of opcodes is for developed pictures: it moves no code."""
+
+_OPCODES = {
+    1: "WarpRectilinear", 2: "WarpFisheye", 3: "FixVignetteRadial", 4: "FixBadPixelsConstant", 5: "FixBadPixelsList",
+    6: "TrimBounds", 7: "MapTable", 8: "MapPolynomial", 9: "GainMap", 10: "DeltaPerRow", 11: "DeltaPerColumn",
+    12: "ScalePerRow", 13: "ScalePerColumn", 14: "WarpRectilinear2",
+}  # fmt: skip
+_REPAIRS = (4, 5)
+"""Bad photosites are measured as they are."""
+_LONGEST_OPCODES = 64 << 20
 
 _RECTANGULAR = 1
 """Of CFALayout: the others shift every second row or column by half a photosite."""
@@ -42,7 +56,7 @@ class Raw:
     lowest: float
 
 
-def read_raw(file: BinaryIO, size: int) -> Raw:
+def read_raw(path: Path, file: BinaryIO, size: int) -> Raw:
     """Return the main image of a DNG: its mosaic, or linear planes; raises InputError."""
     here = next(
         (
@@ -54,7 +68,16 @@ def read_raw(file: BinaryIO, size: int) -> Raw:
     )
     if here is None:
         raise InputError("this DNG holds no mosaic and no linear raw image")
-    image = _linearised(read_image(here), here.numbers(_LINEARIZATION))
+    _refuse_opcodes(here)
+    try:
+        image = _linearised(_in_turn(read_image(here), here), here.numbers(_LINEARIZATION))
+    except NotReadError as why:
+        image = _by_libraw(path, here, why)
+    if image.ndim == 3 and photometric(here) == MOSAIC:
+        raise InputError(
+            f"it has {image.shape[2]} samples of each photosite of its mosaic (as of large and small photosites, or "
+            "two exposures), and one is measured; write each as a DNG of its own"
+        )
     area = here.numbers(_ACTIVE_AREA) or (0, 0, *image.shape[:2])
     if len(area) != 4 or not (area[0] < area[2] <= image.shape[0] and area[1] < area[3] <= image.shape[1]):
         raise InputError(f"its active area {area[:4]} does not lie within its image of {image.shape[:2]} pixels")
@@ -71,6 +94,47 @@ def read_raw(file: BinaryIO, size: int) -> Raw:
         white=white,
         lowest=lowest,
     )
+
+
+def _by_libraw(path: Path, directory: Directory, why: NotReadError) -> npt.NDArray[Any]:
+    """Return an image that is stored in a way of which LibRaw knows more; it has applied the linearisation table."""
+    image = read_whole(path)
+    size, samples = (directory.number(IMAGE_LENGTH), directory.number(IMAGE_WIDTH)), directory.number(_SAMPLES, 1)
+    turned = any(directory.number(tag, 1) != 1 for tag in (_ROW_INTERLEAVE, _COLUMN_INTERLEAVE))
+    if image.shape[:2] != size or turned or 3 in directory.numbers(_SAMPLE_FORMAT):
+        raise why  # LibRaw has another image of the file in mind, or rounds its numbers
+    return image[:, :, :samples] if image.ndim == 3 else image
+
+
+def _refuse_opcodes(directory: Directory) -> None:
+    """Refuse what a reader must do to the samples, unless it may be left out or mends photosites."""
+    for number, name in _OPCODE_LISTS.items():
+        data = directory.bytes_of(number, _LONGEST_OPCODES)
+        at = 4
+        for _ in range(int.from_bytes(data[:4])):
+            if at + 16 > len(data):
+                raise InputError(f"its {name} is cut short")
+            code, optional = int.from_bytes(data[at : at + 4]), data[at + 11] & 1
+            at += 16 + int.from_bytes(data[at + 12 : at + 16])
+            if not optional and code not in _REPAIRS:
+                raise InputError(
+                    f"its {name} asks for {_OPCODES.get(code, f'operation {code}')}, which changes what its samples "
+                    "mean and is not applied; have the program that wrote it apply it, or mark it as optional"
+                )
+
+
+def _in_turn(image: npt.NDArray[Any], directory: Directory) -> npt.NDArray[Any]:
+    """Return an image whose rows and columns were stored as several fields, one below or beside the other."""
+    if set(directory.numbers(_BLOCK)) - {1}:
+        raise InputError("its tiles are stored in blocks of their own (SubTileBlockSize), which is not read")
+    for axis, number in enumerate((_ROW_INTERLEAVE, _COLUMN_INTERLEAVE)):
+        fields, size = directory.number(number, 1), image.shape[axis]
+        if not 1 <= fields <= size:
+            raise InputError(f"it says that {size} rows or columns are stored as {fields} fields")
+        if fields > 1:
+            stored = np.concatenate([np.arange(size)[field::fields] for field in range(fields)])
+            image = np.take(image, np.argsort(stored), axis=axis)
+    return image
 
 
 def _linearised(image: npt.NDArray[Any], table: tuple[int, ...]) -> npt.NDArray[Any]:
@@ -121,6 +185,8 @@ def _without(
         return image, white, 0.0
     full, most, least = np.array(white), np.array(white) - offsets.min(), -float(offsets.max())
     level = np.where(image >= full, most, np.where(image <= 0, least, image - offsets))
+    if image.dtype.kind in "ui" and image.dtype.itemsize <= 2 and not np.mod([*white, *offsets.flat], 1.0).any():
+        level = level.astype(np.int32)  # they are codes still
     return level, tuple(most.tolist()), least
 
 

@@ -17,6 +17,7 @@ from camsim.errors import InvalidValueError, UnknownNameError
 from camsim.kind import array_of
 from camsim.measure.full_frame import FullFrame
 from camsim.measure.geometry import Roi
+from camsim.measure.libraw import Noted
 from camsim.typed import Count, Index, Positive, check
 from camsim.words import shown
 
@@ -210,6 +211,7 @@ class Picture:
     planes      : its channels
     pitch_um    : distance between photosites, None where that is not known
     description : what the file says of how it was computed; None for other people's files
+    noted       : what the camera of a maker's raw file noted
     """
 
     name: str
@@ -217,6 +219,7 @@ class Picture:
     planes: tuple[Plane, ...]
     pitch_um: float | None = None
     description: Mapping[str, Any] | None = field(default=None, repr=False)
+    noted: Noted | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         planes = check(self.planes, tuple[Plane, ...], "planes", "Picture")

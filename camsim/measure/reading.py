@@ -1,7 +1,6 @@
 """Files and Frames in, Pictures out: linear numbers with their levels, whoever wrote them.
 
-Read are DNG (compressed ones with the package imagecodecs), TIFF, PNG, EXR, NPY and NPZ. Raw files of camera makers
-(CR3, NEF, ARW …) are not: a message says how to convert them.
+Read are DNG, raw files of camera makers (NEF, CR3, ARW …, by LibRaw), TIFF, PNG, PGM, EXR, NPY, NPZ and MATLAB's.
 """
 
 from __future__ import annotations
@@ -17,18 +16,20 @@ import numpy.typing as npt
 
 from camsim.arrays import F64
 from camsim.errors import InputError, InvalidValueError
-from camsim.files import exr_reader, jpeg_reader, npy_reader, npz_reader, png_reader
+from camsim.files import exr_reader, jpeg_reader, npy_reader, npz_reader, pgm_reader, png_reader
 from camsim.files.full_scale import largest_sample, opaque, refuse_transparent
+from camsim.files.matlab_reader import read_variables
 from camsim.files.reading import opened, read_record
 from camsim.files.record import LONGEST_RECORD, Record
 from camsim.files.tiff_image import bits_per_sample, read_image
 from camsim.files.tiff_reader import DNG_VERSION, read_directory, read_image_directory
 from camsim.files.which_image import image_array, image_layer
 from camsim.frame import Frame
+from camsim.measure import libraw
 from camsim.measure.dng import read_raw
+from camsim.measure.filters import filter_rows, mosaic_of
 from camsim.measure.given import check_given
 from camsim.measure.picture import Picture, Plane, mosaic_planes
-from camsim.sensor.cfa import BAYER, PATTERNS
 from camsim.spectra.rgb import linear_of_srgb
 from camsim.typed import FilePath, check
 
@@ -37,7 +38,10 @@ _CFA_TAG, _COLOUR_PROFILE_TAG = 33422, 34675
 
 _MOST_PLANES = 64
 
-_LAYERED, _LINEAR = (".exr", ".npz"), (".dng", ".exr", ".npz")  # files that have layers, and whose numbers are linear
+_LAYERED, _LINEAR = (
+    (".exr", ".npz", ".mat"),
+    (".dng", ".exr", ".npz", *libraw.SUFFIXES),
+)  # files that have layers, and whose numbers are linear
 
 Gamma = float | str | None
 
@@ -86,7 +90,10 @@ def read_picture(
 
     gamma : undo an encoding: an exponent such as 2.2, or "srgb"; 1 says that the numbers are linear already
     cfa   : the colour filter array of a file that does not say it, such as RGGB
-    layer : of an EXR or NPZ that holds several, such as mean or noisy
+    layer : of an EXR, NPZ or MATLAB file that holds several, such as mean or noisy
+
+    Four planes of a filter array, (4, rows, cols) or (rows, cols, 4), become its mosaic where ``cfa`` says it: plane by
+    plane the places (0, 0), (0, 1), (1, 0), (1, 1).
 
     Raises InputError for what cannot be read, InvalidValueError for data that is not linear.
 
@@ -107,16 +114,17 @@ def read_picture(
     with opened(path) as (file, size):
         reader = _READERS.get(suffix.lower())
         if reader is None:
+            kinds = ", ".join(kind for kind in _READERS if kind not in libraw.SUFFIXES)
             raise InputError(
-                f"a file of the kind {suffix or '(no suffix)'} cannot be measured; give {', '.join(_READERS)} (raw "
-                "files of camera makers: convert them to uncompressed DNG, dnglab or Adobe's converter does)"
+                f"a file of the kind {suffix or '(no suffix)'} cannot be measured; give {kinds} or a maker's raw file "
+                f"({', '.join(libraw.SUFFIXES)})"
             )
         kind = suffix.lower()
         if layer is not None and kind not in _LAYERED:
             raise InvalidValueError(f"a {kind} has none; leave it out", key="layer", stage=shown)
         if gamma not in (None, 1.0) and kind in _LINEAR:
             raise InvalidValueError(f"a {kind} is linear; leave it out", key="gamma", stage=shown)
-        record = read_record(file, size)
+        record = None if kind in libraw.SUFFIXES else read_record(file, size)
         if record is not None and record.product == "preview" and gamma is None:
             raise InvalidValueError(
                 "is a developed preview (tone curve, white balance, demosaiced), and linear data is needed; "
@@ -176,25 +184,6 @@ def _pattern(source: _Source, said: tuple[str, ...] | None = None) -> tuple[str,
     return given
 
 
-def filter_rows(cfa: str) -> tuple[str, ...]:
-    """Return the rows of a colour filter array by its name, its letters, or rows of letters.
-
-    >>> filter_rows("rggb"), filter_rows("RRGG/RRGG/GGBB/GGBB")[0]
-    (('RG', 'GB'), 'RRGG')
-    """
-    if cfa.lower() in PATTERNS:
-        return PATTERNS[cfa.lower()]
-    rows = tuple(cfa.upper().split("/"))
-    if len(rows) > 1 and rows[0].isalpha() and all(row.isalpha() and len(row) == len(rows[0]) for row in rows):
-        return rows
-    if cfa.upper() not in BAYER:
-        raise InvalidValueError(
-            f"{cfa!r}; give one of {', '.join((*BAYER, *PATTERNS))}, or rows of letters such as RRGG/RRGG/GGBB/GGBB",
-            key="cfa",
-        )
-    return cfa.upper()[:2], cfa.upper()[2:]
-
-
 def _planes(image: npt.NDArray[Any], names: Sequence[str] | None, **levels: Any) -> tuple[Plane, ...]:
     """Return planes of (rows, cols) or (rows, cols, n)."""
     if image.ndim == 2:
@@ -235,7 +224,7 @@ def _levels(image: npt.NDArray[Any], source: _Source, product: str | None, large
         black = record.black_level_dn + np.asarray(record.black_offsets_dn, np.float64)
         return {"black": black, "white": record.white_levels_dn, "lowest": 0.0, "holds_dark": True}
     if np.issubdtype(image.dtype, np.integer):
-        return {"white": largest, "lowest": 0.0, "holds_dark": record is None}
+        return {"white": largest, "lowest": float(np.iinfo(image.dtype).min), "holds_dark": record is None}
     return {"holds_dark": product == "electrons"}
 
 
@@ -306,7 +295,7 @@ def _read_tiff(source: _Source) -> Picture:
 
 def _read_dng(source: _Source) -> Picture:
     """Read the main image of a DNG: its mosaic, or linear planes."""
-    raw = read_raw(source.file, source.size)
+    raw = read_raw(source.path, source.file, source.size)
     holds_dark = source.product != "truth"
     if raw.image.ndim == 3:
         levels = zip(raw.black.flat, raw.white, strict=True)
@@ -320,6 +309,51 @@ def _read_dng(source: _Source) -> Picture:
         raw.image, pattern, black=raw.black, white=raw.white[0], lowest=raw.lowest, holds_dark=holds_dark
     )
     return _picture(source, planes, raw.image.shape)
+
+
+def _read_maker(source: _Source) -> Picture:
+    raw = libraw.read_unpacked(source.path)
+    levels: dict[str, Any] = {"white": raw.white, "lowest": 0.0, "holds_dark": True}
+    if raw.pattern is None:
+        planes: tuple[Plane, ...] = tuple(
+            replace(plane, black=float(black))
+            for plane, black in zip(_unfiltered(_planes(raw.image, None, **levels), source), raw.black, strict=True)
+        )
+    else:
+        planes = mosaic_planes(raw.image, _pattern(source, raw.pattern), black=raw.black, **levels)
+    return replace(_picture(source, planes, raw.image.shape), noted=raw.noted)
+
+
+def _read_pgm(source: _Source) -> Picture:
+    stored, largest = pgm_reader.read_pixels(source.file, source.size)
+    return _of_stored(source, stored, None, largest=largest, encoded=largest <= 255, why="it has 8 bits")
+
+
+def _read_mat(source: _Source) -> Picture:
+    source.file.seek(0)
+    stored = next(iter(read_variables(source.path, source.file.read(520), source.size, source.layer).values()))
+    return _of_array(source, stored)
+
+
+def _packed(image: npt.NDArray[Any], source: _Source) -> npt.NDArray[Any]:
+    """Return the mosaic of planes of a filter array that the user names; any other image as it is."""
+    if source.record is not None:
+        return image
+    if source.cfa is not None:
+        return mosaic_of(image, filter_rows(source.cfa))
+    four = image.ndim == 3 and 4 in (image.shape[0], image.shape[2]) and image.dtype.kind in "ui"
+    if four and image.dtype.itemsize > 1 and image[..., -1].max(initial=0) < largest_sample(image.dtype):
+        raise InputError(
+            f"its array of shape {image.shape} holds four planes, as of a filter array; say which, in their order: "
+            "--cfa RGGB, in Python cfa='RGGB'"
+        )
+    return image
+
+
+def _of_array(source: _Source, stored: npt.NDArray[Any]) -> Picture:
+    """Return the picture of bare numbers; those of 8 bits are probably encoded."""
+    stored, eight, largest = _packed(_light(stored), source), stored.dtype == np.uint8, largest_sample(stored.dtype)
+    return _of_stored(source, stored, None, largest=largest, encoded=eight, why="it has 8 bits")
 
 
 def _read_png(source: _Source) -> Picture:
@@ -353,9 +387,7 @@ def _read_exr(source: _Source) -> Picture:
 
 
 def _read_npy(source: _Source) -> Picture:
-    stored = _light(npy_reader.read_array(source.file, source.size))
-    eight, largest = stored.dtype == np.uint8, largest_sample(stored.dtype)
-    return _of_stored(source, stored, None, largest=largest, encoded=eight, why="it has 8 bits")
+    return _of_array(source, npy_reader.read_array(source.file, source.size))
 
 
 def _light(image: npt.NDArray[Any]) -> npt.NDArray[Any]:
@@ -372,7 +404,7 @@ def _read_npz(source: _Source) -> Picture:
             raise InputError("it holds no array")
         own = "mosaic" if "mosaic" in names else None
         chosen = image_array({name: archive.header(name).shape for name in names}, source.layer or own)
-        stored = _light(archive.array(chosen))
+        stored = _packed(_light(archive.array(chosen)), source)
     largest = largest_sample(stored.dtype)
     image = _shown(stored, source, largest)
     planes = _grey_or_planes(image, source, chosen, **_levels(image, source, chosen, largest))
@@ -394,6 +426,9 @@ _READERS = {
     ".exr": _read_exr,
     ".npy": _read_npy,
     ".npz": _read_npz,
+    ".mat": _read_mat,
+    ".pgm": _read_pgm,
     ".jpg": _read_jpeg,
     ".jpeg": _read_jpeg,
+    **dict.fromkeys(libraw.SUFFIXES, _read_maker),
 }

@@ -14,6 +14,7 @@ import camsim
 from camsim.errors import CamsimError, InvalidValueError, OutputError
 from camsim.files import preview
 from camsim.frame import Frame
+from camsim.measure import read_picture
 from camsim.sensor.colour_matrix import as_shot_neutral, fit
 
 CODES = np.arange(48 * 66).reshape(48, 66)
@@ -30,6 +31,33 @@ def test_libraw_reads_the_codes_and_levels(tmp_path: Path, cfa: str, dtype: type
         assert raw.white_level == white_dn
         colours = np.where(raw.raw_colors_visible == 3, 1, raw.raw_colors_visible)[:2, :2]
         assert "".join("RGB"[k] for k in colours.ravel()) == cfa
+
+
+@pytest.mark.parametrize("compress", [False, True])
+def test_an_array_of_three_colours_is_a_linear_dng(tmp_path: Path, compress: bool) -> None:
+    codes = np.random.default_rng(4).integers(0, 4096, (49, 66, 3)).astype(np.uint16)
+    camsim.write_dng(tmp_path / "a.dng", codes, black_level_dn=16, white_level_dn=4095, compress=compress)
+    with rawpy.imread(str(tmp_path / "a.dng")) as raw:
+        np.testing.assert_array_equal(raw.raw_image_visible[:, :, :3], codes)
+    planes = read_picture(tmp_path / "a.dng").planes
+    assert [(plane.name, plane.black, plane.white) for plane in planes] == [(c, 16.0, 4095.0) for c in "RGB"]
+    np.testing.assert_array_equal(np.stack([plane.samples for plane in planes], axis=2), codes)
+
+
+def test_what_is_no_array_of_three_colours(tmp_path: Path) -> None:
+    codes = np.zeros((8, 8, 3), np.uint16)
+    for given, cfa, sentence in (
+        (codes, "GRBG", "cfa: 'GRBG', and each pixel has all colours; leave it out"),
+        (
+            codes[:, :, :2],
+            "RGGB",
+            r"must be \(rows, cols\), one code for each photosite, or \(rows, cols, 3\) of red, green and blue",
+        ),
+        (codes.astype(float), "RGGB", "must be whole numbers, not float64"),
+    ):
+        with pytest.raises(InvalidValueError, match=sentence):
+            camsim.write_dng(tmp_path / "a.dng", given, cfa, white_level_dn=4095)
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("cfa", ["x-trans", "mono"])
@@ -90,7 +118,8 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"mosaic": CODES > 3}, "mosaic: must be whole numbers, not bool"),
     ({"mosaic": CODES - 1}, "mosaic: codes must be 0 to 65535, not -1"),
     ({"mosaic": CODES + 65535}, "mosaic: codes must be 0 to 65535, not 68702"),
-    ({"mosaic": np.zeros((4, 4, 3), int)}, "mosaic: must be (rows, cols), one code for each photosite, not an array "),
+    ({"mosaic": np.zeros((4, 4, 4), int)}, "mosaic: must be (rows, cols), one code for each photosite, or (rows, "),
+    ({"mosaic": np.zeros((0, 4, 3), int)}, "mosaic: must be (rows, cols), one code"),
     ({"mosaic": np.zeros((0, 4), int)}, "mosaic: must be (rows, cols), one code"),
     ({"mosaic": np.ma.masked_less(CODES, CODES.max())}, "mosaic: has masked photosites; fill them"),
     ({"black_level_dn": "12"}, "black_level_dn: must be numbers, not '12'"),

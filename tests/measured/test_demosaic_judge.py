@@ -35,6 +35,12 @@ def faults(found, subject):
     return [fault.name for fault in judge(found.astype(np.float32), subject, method="x")[0].faults]
 
 
+def halved(image):
+    """Means of 2 × 2 pixels."""
+    rows, cols = (size // 2 for size in image.shape[:2])
+    return image.reshape(rows, 2, cols, 2, 3).mean(axis=(1, 3))
+
+
 def window(image, size=11, sigma=1.5):
     """Gaussian means over whole windows, directly."""
     x = np.arange(size) - size // 2
@@ -117,6 +123,20 @@ def test_a_colour_difference_is_what_it_is(subject):
         ("wrong black level", lambda image, n: image + 0.05),
         ("shifted", lambda image, n: ndimage.shift(image, (0, 0.25, 0), order=3)),
         ("shifted", lambda image, n: ndimage.shift(image, (-0.15, 0, 0), order=3)),
+        (
+            "channel shifted",
+            lambda image, n: np.stack([np.roll(image[..., 0], 1, 1), *image.transpose(2, 0, 1)[1:]], 2),
+        ),
+        (
+            "channel shifted",
+            lambda image, n: np.stack([*image.transpose(2, 0, 1)[:2], np.roll(image[..., 2], -1, 0)], 2),
+        ),
+        ("flipped", lambda image, n: image[:, ::-1]),
+        ("flipped", lambda image, n: image[::-1]),
+        ("flipped", lambda image, n: image[::-1, ::-1]),
+        ("enlarged", lambda image, n: halved(image).repeat(2, axis=0).repeat(2, axis=1)),
+        ("overflowed", lambda image, n: np.floor(image / image.max() * 400) % 256),
+        ("overflowed", lambda image, n: np.floor(np.clip(image, 0, None) / image.max() * 150_000) % 65536),
     ],
 )
 def test_what_is_wrong_is_named(name, spoil, subject, ahd):

@@ -12,7 +12,6 @@ from tolerances import STATISTICAL
 import camsim
 from camsim.capturing import load_camera
 from camsim.measure.noise.estimate import Estimate
-from camsim.measure.noise.fullness import LEAST_NOISE_DN
 from camsim.measure.noise.photon_transfer import _dark_current, photon_transfer
 from camsim.measure.noise.stack import Level, stack
 
@@ -93,7 +92,7 @@ def test_too_little_noise_is_not_measurable(small: camsim.Camera) -> None:
     quiet = small.replace(read_noise=camsim.ReadNoise(0.3 * 2.7))
     found = measured(quiet)
     assert not found.gain_dn_per_e.measurable
-    assert f"under {LEAST_NOISE_DN} DN" in found.gain_dn_per_e.why_not
+    assert "under 0.5 DN" in found.gain_dn_per_e.why_not
     assert found.linearity_error.measurable
 
 
@@ -117,8 +116,8 @@ def test_a_strip_of_few_columns_has_lines_too(rng: np.random.Generator, cols: in
     for _ in range(300):
         codes = np.rint(np.broadcast_to(rng.normal(5000.0, 300.0, lines), channel.shape)).astype(np.uint16)
         stacks.append(stack([codes, codes], channel))
-    scatter = np.std([s.pattern_dn2 for s in stacks])
-    stated = np.mean([s.pattern_sigma_dn2 for s in stacks])
+    scatter = np.std([s.pattern.dn2 for s in stacks])
+    stated = np.mean([s.pattern.sigma_dn2 for s in stacks])
     assert 0.75 < stated / scatter < 1.4
 
 
@@ -133,7 +132,7 @@ def test_rows_and_columns_are_no_independent_numbers(rng: np.random.Generator) -
     assert np.mean(variance) == pytest.approx(9.0 + 36.0 + 1 / 12, rel=0.05)
     stated = np.mean([s.variance_sigma_dn2 for s in stacks])
     assert 0.7 < stated / np.std(variance) < 1.4
-    pattern = np.array([s.pattern_dn2 for s in stacks])
+    pattern = np.array([s.pattern.dn2 for s in stacks])
     assert np.abs(np.mean(pattern)) < 0.5
 
 

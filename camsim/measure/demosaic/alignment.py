@@ -32,8 +32,17 @@ def best_shift(found: F32, subject: Subject) -> tuple[float, float]:
     as far as noise and the method's own errors let that be known: what they might do by chance is told by what is
     left, and ground that is all but even tells no shift.
     """
+    return _shift_of(found, subject, list(range(found.shape[2])))
+
+
+def channel_shifts(found: F32, subject: Subject) -> list[tuple[float, float]]:
+    """Return the same of each channel alone."""
+    return [_shift_of(found, subject, [channel]) for channel in range(found.shape[2])]
+
+
+def _shift_of(found: F32, subject: Subject, channels: list[int]) -> tuple[float, float]:
     rows, cols = (slice(max(0, (size - _LARGEST) // 2), (size + _LARGEST) // 2) for size in subject.shape)
-    wanted, seen = (image[rows, cols].sum(axis=2, dtype=np.float64) for image in (subject.truth, found))
+    wanted, seen = (image[rows, cols][..., channels].sum(axis=2, dtype=np.float64) for image in (subject.truth, found))
     smooth, blurred = (scipy.ndimage.gaussian_filter(image, _BLUR) for image in (wanted, seen))
     inner = slice(_EDGE, -_EDGE), slice(_EDGE, -_EDGE)
     where = np.zeros(wanted.shape, bool)

@@ -106,7 +106,6 @@ def _by_libraw(frame: Frame) -> Iterator[Method]:
     )
     if pattern not in BAYER and not x_trans:
         raise UnsupportedError("knows Bayer and X-Trans arrays only", stage="LibRaw")
-    _refuse_missing("rawpy", "rawpy")
 
     def method(name: str, algorithm: str) -> Method:
         own = f"LibRaw: {name}"

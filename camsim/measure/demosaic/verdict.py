@@ -17,6 +17,7 @@ from camsim.measure.demosaic.phases import order_fault
 from camsim.measure.demosaic.scaling import Fault, scaled
 from camsim.measure.demosaic.similarity import ms_ssim, psnr_db, ssim
 from camsim.measure.demosaic.subject import CHANNELS, Subject
+from camsim.measure.demosaic.whole import channel_shifted, enlarged, overflowed, turned
 from camsim.measure.given import check_given
 from camsim.typed import check
 
@@ -86,10 +87,10 @@ def judge(found: F32, subject: Subject, *, method: str, scale: float | None = No
         bad = int(np.count_nonzero(~np.isfinite(found)))
         raise UnsupportedError(f"{bad} of its values are no numbers (NaN or infinite)", stage=method)
     if scale is None:
-        order = order_fault(found, subject)
+        whole = turned(found, subject) or overflowed(found, subject) or order_fault(found, subject)
         fitted = scaled(found, subject)
-        # Under a wrong order levels and gamma cannot be told.
-        faults = (order,) if order is not None else fitted.faults
+        # Under a wrong order, or of another picture, levels and gamma cannot be told.
+        faults = (whole,) if whole is not None else fitted.faults
         image, level, balanced = fitted.image, fitted.scale, fitted.balanced
     else:
         image, level, balanced, faults = found / np.float32(scale), scale, True, ()
@@ -97,8 +98,15 @@ def judge(found: F32, subject: Subject, *, method: str, scale: float | None = No
     if identical:
         image = subject.truth
     x, y = best_shift(image, subject)
-    if math.hypot(x, y) > SHIFTED_PX and not any(fault.name == "wrong phase" for fault in faults):
-        faults = (*faults, Fault("shifted", f"it lies {x:+.2f} px to the right of the truth and {y:+.2f} px below it"))
+    if not {fault.name for fault in faults} & {"wrong phase", "flipped", "overflowed"}:
+        channel = channel_shifted(image, subject)
+        if channel is not None:
+            faults = (*faults, channel)
+        elif math.hypot(x, y) > SHIFTED_PX:
+            said = f"it lies {x:+.2f} px to the right of the truth and {y:+.2f} px below it"
+            faults = (*faults, Fault("shifted", said))
+        if (large := enlarged(image, subject)) is not None:
+            faults = (*faults, large)
     cpsnr, channels = psnr_db(image, subject.truth, subject.used)
     shown, wanted = developed(image, subject.to_xyz), developed(subject.truth, subject.to_xyz)
     seen = artefacts(image, subject)

@@ -12,9 +12,6 @@ from collections.abc import Sequence
 from camsim.measure.noise.estimate import SURE, Estimate, no_figure, over
 from camsim.measure.noise.stack import Level, Stack
 
-LEAST_NOISE_DN = 0.5
-"""Below this the rounding of codes is no longer noise of 1/12 DN² (EMVA 1288: σ_y,dark ≥ 0.49 DN)."""
-
 _FULL = 0.9
 """Of the codes at the converter's end, or of the photon noise gone: so the mean is less than a tenth of it too low."""
 _HEAPED, _NOISE_LEFT = 0.05, 0.7
@@ -56,7 +53,7 @@ def not_full(
         end_dn = brightest.light.mean_dn
 
         def sound(dark: Stack) -> bool:
-            return dark.mean_dn + SURE * math.sqrt(dark.variance_dn2 + max(dark.pattern_dn2, 0.0)) < end_dn
+            return dark.mean_dn + SURE * math.sqrt(dark.variance_dn2 + max(dark.pattern.dn2, 0.0)) < end_dn
     else:
 
         def sound(dark: Stack) -> bool:
@@ -69,4 +66,4 @@ def not_full(
 
 def _at_converter(light: Stack) -> bool:
     """Whether the converter ends the signal: all on one code, or next to it, without the noise that reading adds."""
-    return light.at_end >= _FULL or light.variance_dn2 < LEAST_NOISE_DN**2
+    return light.at_end >= _FULL or light.variance_dn2 < light.rounding.least_dn2

@@ -13,20 +13,23 @@ from camsim.arrays import F64, U8
 from camsim.errors import UnsupportedError
 from camsim.marks import Called
 from camsim.measure.noise.estimate import SURE, Estimate, no_figure
-from camsim.measure.noise.fullness import LEAST_NOISE_DN, saturation
+from camsim.measure.noise.fullness import saturation
 from camsim.measure.noise.photon_transfer import PhotonTransfer, photon_transfer, sensitivity_threshold_e
-from camsim.measure.noise.result import ChannelNoise, NoiseReport, Spectrogram
+from camsim.measure.noise.result import BENT, ChannelNoise, NoiseReport, Spectrogram
 from camsim.measure.noise.shots import Group, Shots
-from camsim.measure.noise.stack import Chosen, Level, Stack, stack
+from camsim.measure.noise.stack import Chosen, Level, Rounding, Stack, stack, step_between_codes_dn
 from camsim.typed import check
 
-_LEAST_FLATS, _LEAST_DARKS, _LEAST_FRAMES = 4, 2, 2
+_LEAST_FLATS, _LEAST_FRAMES = 4, 2
 _SAME_TIME = 1e-3
 _DEFECT = 8.0
 _DARKER = 0.05
 """Of a flat's signal: less is the slack of a saturation that is not quite even, which linearity leaves out as well."""
-_ONE_CODE_DN = 1.0
-"""Nearer than this no photosite is told from what rounding does where the noise is small."""
+_ONE_CODE = 1.0
+"""Nearer than so many steps no photosite is told from what rounding does where the noise is small."""
+
+_BENT = 0.005
+"""Of the signal: less is what lamps and clocks are off by."""
 
 _DECIBELS = 20.0 / math.log(10.0)
 
@@ -41,17 +44,19 @@ def measure_noise(shots: Shots, *, expected: Mapping[str, dict[str, float]] | No
     Raises UnsupportedError in one sentence when the frames cannot give them.
     """
     check(shots, _SHOTS, "shots")
-    _refuse(shots)
+    step_dn = step_between_codes_dn(codes for group in shots.groups for codes in group.codes)
+    rounding = Rounding(step_dn=step_dn, summed=shots.summed)
+    _refuse(shots, rounding)
     flats, darks, index = shots.of("flat"), shots.of("dark"), shots.channel_index
     brightest = (shots.of("clipped") or flats)[-1]
     half = flats[len(flats) // 2]
-    good = _healthy(_longest(darks, brightest, index), index) & _healthy(half, index)
+    good = _healthy(_longest(darks, brightest, index), index, step_dn) & _healthy(half, index, step_dn)
     channels = []
     for number, name in enumerate(shots.channels):
         here = (index == number) & good
-        darks_of = [(group.time_s, stack(group.codes, here)) for group in darks]
+        darks_of = [(group.time_s, stack(group.codes, here, rounding)) for group in darks]
         levels = [
-            Level(exposure=g.exposure, light=stack(g.codes, here), dark=_at(darks_of, g.time_s))
+            Level(exposure=g.exposure, light=stack(g.codes, here, rounding), dark=_at(darks_of, g.time_s))
             for g in (flats if brightest is flats[-1] else (*flats, brightest))
         ]
         seen, full = levels[: len(flats)], levels[-1]
@@ -78,6 +83,7 @@ def measure_noise(shots: Shots, *, expected: Mapping[str, dict[str, float]] | No
                 dark=_spectrogram(_nearest_dark(darks, flats[0].time_s), index == number, good),
                 flat=_spectrogram(half, index == number, good),
                 expected=None if expected is None else dict(expected[name]),
+                notes=_notes(found, rounding),
             )
         )
     return NoiseReport(
@@ -89,17 +95,32 @@ def measure_noise(shots: Shots, *, expected: Mapping[str, dict[str, float]] | No
     )
 
 
-def _refuse(shots: Shots) -> None:
+def _notes(found: PhotonTransfer, rounding: Rounding) -> tuple[str, ...]:
+    """Return what the figures do not say of themselves."""
+    error, gain = found.linearity_error, found.gain_dn_per_e
+    said = []
+    if gain.measurable and error.measurable and error.value - SURE * error.sigma > _BENT:
+        said.append(
+            f"{BENT}: the signal is off the line (see the linearity error), so that the gain, and by it all that is "
+            "counted in electrons, is another at every signal, and several times as far off"
+        )
+    if rounding.summed is None and found.read_noise_e.measurable:
+        said.append(
+            "codes are wider than 16 bits and nobody says of how many frames they are sums: the read noise is that of "
+            "single ones, its error has in it what sums would round; a column summed in the index tells"
+        )
+    return tuple(said)
+
+
+def _refuse(shots: Shots, rounding: Rounding) -> None:
     flats, darks = shots.of("flat"), shots.of("dark")
     if len(flats) < _LEAST_FLATS:
         raise UnsupportedError(
             f"has {len(flats)} levels of light; {_LEAST_FLATS} flats of different exposure or more are needed",
             stage=shots.name,
         )
-    if len(darks) < _LEAST_DARKS:
-        raise UnsupportedError(
-            f"has darks of {len(darks)} exposure times; {_LEAST_DARKS} or more tell the dark current", stage=shots.name
-        )
+    if not darks:
+        raise UnsupportedError("has no darks; take some as long as the flats", stage=shots.name)
     for group in shots.groups:
         if len(group.codes) < _LEAST_FRAMES:
             raise UnsupportedError(
@@ -118,16 +139,16 @@ def _refuse(shots: Shots) -> None:
         raise UnsupportedError(
             f"has {full} of {len(flats)} flats clipped by the converter; expose them less", stage=shots.name
         )
-    _refuse_copies(shots)
+    _refuse_copies(shots, rounding)
 
 
-def _refuse_copies(shots: Shots) -> None:
+def _refuse_copies(shots: Shots, rounding: Rounding) -> None:
     """Refuse a frame that is there twice: it shows no noise, and the group's would be told too small.
 
     Where even the shortest dark scatters over codes no two frames are alike, unless they are full.
     """
     darks = shots.of("dark")
-    if _scatter_dn(min(darks, key=lambda dark: dark.time_s)) < LEAST_NOISE_DN:
+    if _scatter_dn(min(darks, key=lambda dark: dark.time_s)) ** 2 < rounding.least_dn2:
         return
     for group in (*shots.of("flat")[:-1], *darks):
         different = {hashlib.blake2b(np.ascontiguousarray(codes).data).digest() for codes in group.codes}
@@ -198,14 +219,14 @@ def _at(darks: list[tuple[float, Stack]], time_s: float) -> Stack:
     return min(darks, key=lambda dark: abs(dark[0] - time_s))[1]
 
 
-def _healthy(group: Group, index: U8) -> Chosen:
+def _healthy(group: Group, index: U8, step_dn: float) -> Chosen:
     """Return photosites that are no outliers of their channel (8 robust standard deviations): defects."""
     mean = np.mean(group.codes, axis=0)
     good = np.ones(mean.shape, dtype=bool)
     for k in np.unique(index):
         here = mean[index == k]
         away = np.abs(here - np.median(here))
-        good[index == k] = away <= max(_DEFECT * 1.4826 * float(np.median(away)), _ONE_CODE_DN)
+        good[index == k] = away <= max(_DEFECT * 1.4826 * float(np.median(away)), _ONE_CODE * step_dn)
     return good
 
 
@@ -214,7 +235,7 @@ def _range(found: PhotonTransfer, full: Level) -> tuple[Estimate, Estimate, Esti
     gain, read, reach = found.gain_dn_per_e, found.read_noise_e, saturation(full, found.gain_dn_per_e)
     if not read.measurable:
         return no_figure(read.why_not), reach, _snr_max(reach), no_figure(read.why_not)
-    rounding_e = math.sqrt(1.0 / 12.0) / gain.value
+    rounding_e = math.sqrt(full.dark.rounding.dn2) / gain.value
     noise_e2 = read.value**2 + rounding_e**2
     least = sensitivity_threshold_e(math.sqrt(noise_e2))
     # What is counted in electrons has the gain's error, and shares it: of a range hardly any is left.

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from camsim.arrays import F64
 from camsim.measure.noise.estimate import SURE, Estimate, no_figure, over, root_over
-from camsim.measure.noise.fullness import LEAST_NOISE_DN, full_well, not_full
+from camsim.measure.noise.fullness import full_well, not_full
 from camsim.measure.noise.stack import Level, Stack
 from camsim.words import percent
 
@@ -25,7 +25,6 @@ LEAST_LEVELS = 3
 """Within the range of linearity; any two lie on a line."""
 _GAIN_UPTO, _LINEAR_FROM, _LINEAR_UPTO = 0.7, 0.05, 0.95
 _LEAST_DARKS = 2
-_ROUNDING_DN2 = 1.0 / 12.0
 _ROUNDS = 3
 """Of the gain, each weighted by the variances of the one before."""
 
@@ -82,7 +81,7 @@ def photon_transfer(
         read_noise_e=_read_noise(darks[0][1], gain_dn_per_e, shared_dn3),
         full_well_e=full_well(brightest, gain_dn_per_e),
         dark_current_e_per_s=_dark_current(not_full(darks, brightest, gain_dn_per_e), gain_dn_per_e, of=len(darks)),
-        dsnu_e=root_over(dark.pattern_dn2, (dark.pattern_sigma_dn2, dark.pattern_chance_dn2), gain_dn_per_e),
+        dsnu_e=root_over(dark.pattern.dn2, (dark.pattern.sigma_dn2, dark.pattern.chance_dn2), gain_dn_per_e),
         prnu=_prnu(flats, brightest),
         linearity_error=_linearity(flats, brightest),
     )
@@ -108,9 +107,9 @@ def off_the_line(exposure: F64, signal: F64) -> float:
 def _why_no_noise(dark: Stack) -> str:
     if dark.clipped_low > 1e-4:
         return f"black is clipped: {percent(dark.clipped_low)} of dark codes are 0"
-    noise_dn = math.sqrt(max(dark.variance_dn2, 0.0))
-    if noise_dn < LEAST_NOISE_DN:
-        return f"the dark noise of {noise_dn:.2g} DN is under {LEAST_NOISE_DN} DN: rounding hides it"
+    noise_dn, least_dn = math.sqrt(max(dark.variance_dn2, 0.0)), math.sqrt(dark.rounding.least_dn2)
+    if noise_dn < least_dn:
+        return f"the dark noise of {noise_dn:.2g} DN is under {least_dn:.3g} DN: rounding hides it"
     return ""
 
 
@@ -149,19 +148,20 @@ def _gain(flats: Sequence[Level], brightest: Level, shortest: Stack) -> tuple[Es
 
 def _both(level: Stack) -> tuple[float, float]:
     """Return a variance, of rounding at least, and its relative error: frames that are copies have none."""
-    variance_dn2 = max(level.variance_dn2, _ROUNDING_DN2)
+    variance_dn2 = max(level.variance_dn2, level.rounding.dn2)
     return variance_dn2, max(level.variance_sigma_dn2 / variance_dn2, 1e-6)
 
 
 def _read_noise(dark: Stack, gain_dn_per_e: Estimate, shared_dn3: float) -> Estimate:
-    """Return the noise of the shortest dark; the converter's rounding, a twelfth of a squared code, is taken off.
+    """Return the noise of the shortest dark; the converter's rounding, a twelfth of a squared step, is taken off.
 
     shared_dn3 : covariance of its variance and the gain, of which it may be a part
     """
-    gain, squared = gain_dn_per_e.value, dark.variance_dn2 - _ROUNDING_DN2
+    gain, squared = gain_dn_per_e.value, dark.variance_dn2 - dark.rounding.dn2
     if not squared > 0.0:
         return no_figure("rounding hides the noise of the shortest dark")
-    own, by_gain = 0.5 * dark.variance_sigma_dn2 / squared, gain_dn_per_e.sigma / gain
+    own_dn2 = math.hypot(dark.variance_sigma_dn2, dark.rounding.sigma_dn2(dark.variance_dn2))
+    own, by_gain = 0.5 * own_dn2 / squared, gain_dn_per_e.sigma / gain
     value = math.sqrt(squared) / gain
     return Estimate(value, value * math.sqrt(own**2 + by_gain**2 - shared_dn3 / (squared * gain)))
 
@@ -171,6 +171,8 @@ def _dark_current(darks: Sequence[tuple[float, Stack]], gain_dn_per_e: Estimate,
 
     darks : those that are not full, of so many
     """
+    if of < _LEAST_DARKS:
+        return no_figure("all darks are of one exposure time, and two tell it")
     if len(darks) < _LEAST_DARKS:
         return no_figure(f"{len(darks)} of {of} darks is not full, and two tell it; take shorter ones")
     time_s = np.array([time for time, _ in darks])
@@ -185,14 +187,21 @@ def _dark_current(darks: Sequence[tuple[float, Stack]], gain_dn_per_e: Estimate,
 
 
 def _prnu(flats: Sequence[Level], brightest: Level) -> Estimate:
-    """Return the pattern at half of saturation, less that of the dark, over the signal."""
+    """Return the pattern at half of saturation, less that of the dark, over the signal; what is smooth is the light's.
+
+    Uneven light makes the pattern uneven: of the signal it is the root mean square that counts.
+    """
     half = min(flats, key=lambda level: abs(level.signal_dn - 0.5 * brightest.signal_dn))
     light, dark = half.light, half.dark
+    fine_dn2 = light.fine.dn2 - dark.fine.dn2
+    smooth_dn2 = max(light.pattern.dn2 - dark.pattern.dn2 - fine_dn2, 0.0)
     errors = (
-        math.hypot(light.pattern_sigma_dn2, dark.pattern_sigma_dn2),
-        math.hypot(light.pattern_chance_dn2, dark.pattern_chance_dn2),
+        math.hypot(light.fine.sigma_dn2, dark.fine.sigma_dn2),
+        math.hypot(light.fine.chance_dn2, dark.fine.chance_dn2),
     )
-    return root_over(light.pattern_dn2 - dark.pattern_dn2, errors, Estimate(half.signal_dn, half.signal_sigma_dn))
+    return root_over(
+        fine_dn2, errors, Estimate(math.hypot(half.signal_dn, math.sqrt(smooth_dn2)), half.signal_sigma_dn)
+    )
 
 
 def _linearity(flats: Sequence[Level], brightest: Level) -> Estimate:

@@ -24,6 +24,8 @@ UNITS = {
     "dynamic_range_db": "dB",
 }
 
+BENT = "bent"
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Spectrogram:
@@ -51,6 +53,7 @@ class ChannelNoise:
     exposure, signal_dn, variance_dn2, snr : (n,) of the flats, above dark; snr: signal over temporal noise
     dark, flat       : spectrograms of the mean dark and of the flat nearest to half of saturation
     expected         : what the camera's profile says, where it is known
+    notes            : what is to be known of the figures
     """
 
     channel: str
@@ -68,6 +71,12 @@ class ChannelNoise:
     dark: Spectrogram
     flat: Spectrogram
     expected: dict[str, float] | None = None
+    notes: tuple[str, ...] = ()
+
+    def remark(self, name: str) -> str:
+        """Return the word that belongs beside a figure: bent, where a bent read-out has made it another's."""
+        by_gain = "e⁻" in UNITS[name] or UNITS[name] == "dB"
+        return BENT if by_gain and any(note.startswith(BENT) for note in self.notes) else ""
 
     def figures(self) -> dict[str, Estimate]:
         """Return every figure by name, in order."""
@@ -87,6 +96,8 @@ class ChannelNoise:
             told: dict[str, Any] = {"unit": UNITS[name]}
             if estimate.measurable:
                 told |= {"value": estimate.value, "standard_error": estimate.sigma}
+                if remark := self.remark(name):
+                    told["remark"] = remark
             else:
                 told |= {"value": None, "not_measurable": estimate.why_not}
                 if math.isfinite(estimate.at_most):
@@ -96,6 +107,7 @@ class ChannelNoise:
                 told["expected"] = expected
             figures[name] = told
         tree["figures"] = figures
+        tree["notes"] = list(self.notes)
         for name in ("exposure", "signal_dn", "variance_dn2", "snr"):
             tree[name] = getattr(self, name).tolist()
         for name in ("dark", "flat"):

@@ -31,6 +31,9 @@ Kind: TypeAlias = Literal["flat", "dark", "clipped"]
 
 INDEX = "index.csv"
 HEADS = ("file", "kind", "exposure", "time_s")
+_SUMMED = "summed"
+_CONVERTERS_BYTES = 2
+"""No converter of a camera has more: wider codes may be sums of frames."""
 _MOST_FRAMES = 10_000
 _NOMINAL = 1.2
 """Cameras note 1/15 s for 1/16 and 30 s for 32: no nearer are their times to be believed."""
@@ -60,12 +63,14 @@ class Shots:
     """All that a measurement of noise needs.
 
     channel_index : (rows, cols) which of ``channels`` a photosite is
+    summed        : frames that were added up to each of these; None where nobody says
     """
 
     name: str
     channels: tuple[str, ...]
     channel_index: U8
     groups: tuple[Group, ...]
+    summed: int | None = 1
 
     def of(self, kind: Kind) -> tuple[Group, ...]:
         """Return the groups of a kind, the least exposure and time first."""
@@ -84,11 +89,14 @@ def read_shots(folder: str | Path, *, cfa: str | None = None) -> Shots:
     if not place.is_dir():
         raise InputError(f"{str(folder)!r} is no folder of flats and darks")
     rows = list(_index(place / INDEX))
-    keys = dict.fromkeys((kind, exposure, time_s) for _, kind, exposure, time_s in rows)
+    keys = dict.fromkeys((kind, exposure, time_s) for _, kind, exposure, time_s, _ in rows)
+    numbers = {summed for *_, summed in rows}
+    if len(numbers) > 1:
+        raise InputError(f"{str(place / INDEX)!r} has frames of several numbers that were summed; give folders of each")
     found: dict[tuple[Kind, float, float], list[Codes]] = {key: [] for key in keys}
     first: tuple[tuple[str, ...], U8] | None = None
     settings: dict[float, str] = {}
-    for name, kind, exposure, time_s in rows:
+    for name, kind, exposure, time_s, _ in rows:
         picture = read_picture(place / name, cfa=cfa)
         channels, index, codes = _codes(picture)
         iso, noted_s = _setting_of(place / name, picture)
@@ -114,7 +122,9 @@ def read_shots(folder: str | Path, *, cfa: str | None = None) -> Shots:
             "measure each setting from a folder of its own"
         )
     assert first is not None
+    wide = any(codes.itemsize > _CONVERTERS_BYTES for group in found.values() for codes in group)
     shots = Shots(
+        summed=numbers.pop() or (None if wide else 1),
         name=str(folder),
         channels=first[0],
         channel_index=first[1],
@@ -131,6 +141,8 @@ def _setting_of(path: Path, picture: Picture) -> tuple[float | None, float | Non
     if isinstance(described, Mapping):
         iso, time_s = (described.get(name) for name in ("iso", "time_s"))
         return _number(iso), _number(time_s)
+    if picture.noted is not None:
+        return picture.noted.iso, picture.noted.time_s
     if path.suffix.lower() not in (".dng", ".tif", ".tiff"):
         return None, None
     with opened(path) as (file, size):
@@ -187,8 +199,8 @@ def write_shots(folder: str | Path, frames: Mapping[tuple[Kind, float, float], S
         write_whole(place / INDEX, text.getvalue().encode())
 
 
-def _index(path: Path) -> Iterator[tuple[str, Kind, float, float]]:
-    """Yield file, kind, exposure and time of every line."""
+def _index(path: Path) -> Iterator[tuple[str, Kind, float, float, int]]:
+    """Yield file, kind, exposure, time and the number of summed frames (0: not said) of every line."""
     if not path.is_file():
         raise InputError(
             f"{str(path)!r} is missing; it says what each frame is, in the columns {', '.join(HEADS)} "
@@ -217,13 +229,16 @@ def _index(path: Path) -> Iterator[tuple[str, Kind, float, float]]:
             raise InputError(f"{place}: {name!r} must be a file in this folder")
         if (first := named.setdefault(Path(name), number)) < number:
             raise InputError(f"{place}: {name!r} is named in line {first} already, and is one frame; name each once")
-        yield name, kind, exposure, time_s
+        said = (line.get(_SUMMED) or "0").strip()
+        if not said.isdecimal():
+            raise InputError(f"{place}: {_SUMMED} must be how many frames were added up, 1 or more")
+        yield name, kind, exposure, time_s, int(said)
 
 
 def _codes(picture: Picture) -> tuple[tuple[str, ...], U8, Codes]:
     """Return channels, (rows, cols) of their numbers, and the codes of a mosaic."""
     channels = tuple(dict.fromkeys(plane.name for plane in picture.planes))
-    if any(plane.samples.dtype.kind != "u" for plane in picture.planes):
+    if any(plane.samples.dtype.kind not in "ui" for plane in picture.planes):
         raise UnsupportedError("holds no codes, and noise is measured in the converter's own", stage=picture.name)
     # As wide as the file has them: programs that add frames up write 32 bits.
     wide = np.result_type(*(plane.samples.dtype for plane in picture.planes))

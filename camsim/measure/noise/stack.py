@@ -3,19 +3,84 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
+import scipy
 
 from camsim.arrays import F64, I64
 from camsim.errors import InvalidValueError
 from camsim.measure.noise.estimate import SURE
 
-Codes: TypeAlias = npt.NDArray[np.unsignedinteger[Any]]
+Codes: TypeAlias = npt.NDArray[np.integer[Any]]
 Chosen: TypeAlias = npt.NDArray[np.bool_]
+
+_SMOOTH: F64 = np.convolve(np.convolve(np.full(7, 1 / 7), np.full(11, 1 / 11)), (0.25, 0.5, 0.25))
+"""What EMVA 1288 R4's high-pass takes off along an axis: boxes of 7 and of 11, then 1 2 1."""
+_OF_ROWS = float(1.0 - 2.0 * _SMOOTH.max() + np.sum(_SMOOTH**2))
+"""The part of the variance of independent rows that it leaves."""
+
+_FEW_CODES = 8
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rounding:
+    """What the converter rounds to, and how often.
+
+    step_dn : between neighbouring codes: 16 of 12 bits stored in 16
+    summed  : frames that were added up to each, which all were rounded; None where nobody says
+    """
+
+    step_dn: float = 1.0
+    summed: int | None = 1
+
+    @property
+    def dn2(self) -> float:
+        """The variance of rounding, of one frame where the number is not known."""
+        return (self.summed or 1) * self.step_dn**2 / 12.0
+
+    @property
+    def least_dn2(self) -> float:
+        """Temporal variance below which rounding is no longer noise of its own (EMVA 1288: σ_y,dark ≥ 0.49 DN)."""
+        return 3.0 * self.dn2
+
+    def sigma_dn2(self, variance_dn2: float) -> float:
+        """Return how far the variance of rounding may be another in frames of so much noise: any number of frames."""
+        most = 1.0 if self.summed else max(1.0, variance_dn2 / self.least_dn2)
+        return (most - 1.0) * self.dn2 / math.sqrt(3.0)
+
+
+_EACH_CODE = Rounding()
+
+
+def step_between_codes_dn(frames: Iterable[Codes]) -> float:
+    """Return the distance between neighbouring codes that a converter gives; 1 where few different ones are seen.
+
+    >>> step_between_codes_dn([np.arange(100, 140).reshape(5, 8) * 16])
+    16.0
+    """
+    seen: npt.NDArray[Any] = np.zeros(0, np.int64)
+    for codes in frames:
+        seen = np.union1d(seen, codes.astype(np.int64))
+        gaps = np.diff(seen)
+        if gaps.size and gaps.min() == 1:
+            return 1.0
+    gaps = np.diff(seen)
+    # Codes of 12 bits times 65535 / 4095 are 16 or 17 apart.
+    near = gaps[gaps < 1.5 * gaps.min()] if gaps.size else gaps
+    return float(near.mean()) if near.size >= _FEW_CODES else 1.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Pattern:
+    """A spatial variance, the standard deviation of its estimate, and the part of that which temporal noise makes."""
+
+    dn2: float
+    sigma_dn2: float
+    chance_dn2: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -27,9 +92,9 @@ class Stack:
     row_sigma_dn : the same as rows tell it, of which there are many;  excess_dn2: how much more the variance of
                    frames' means is than that: of few frames by chance, and less than none as often
     variance_dn2, variance_sigma_dn2 : temporal variance of a photosite, likewise, without what a frame has in common
-    pattern_dn2, pattern_sigma_dn2   : spatial variance of what stays, likewise;  pattern_chance_dn2: the part of its
-                   error that temporal noise makes, other photosites than these left alone
-    clipped_low        : fraction of codes that are 0
+    pattern, fine      : spatial variance of what stays: all of it, and without what is smooth over tens of photosites
+    rounding           : of its codes
+    clipped_low        : fraction of codes that are 0, or heaped on the smallest below it
     largest_dn, at_end : the largest code, and the fraction of codes that are heaped on it; 0 where they thin out to it
     """
 
@@ -40,9 +105,9 @@ class Stack:
     excess_dn2: float
     variance_dn2: float
     variance_sigma_dn2: float
-    pattern_dn2: float
-    pattern_sigma_dn2: float
-    pattern_chance_dn2: float
+    pattern: Pattern
+    fine: Pattern
+    rounding: Rounding
     clipped_low: float
     largest_dn: int
     at_end: float
@@ -72,7 +137,7 @@ class Level:
         added_dn2 = self.light.variance_dn2 - self.dark.variance_dn2
         if self.signal_dn > SURE * self.signal_sigma_dn:
             drift = self.light.frames * max(self.light.excess_dn2, 0.0) / self.signal_dn**2
-            added_dn2 -= drift * max(self.light.pattern_dn2 - self.dark.pattern_dn2, 0.0)
+            added_dn2 -= drift * max(self.light.pattern.dn2 - self.dark.pattern.dn2, 0.0)
         return added_dn2
 
     @property
@@ -81,7 +146,7 @@ class Level:
         return math.hypot(self.light.variance_sigma_dn2, self.dark.variance_sigma_dn2)
 
 
-def stack(frames: Sequence[Codes], channel: Chosen) -> Stack:
+def stack(frames: Sequence[Codes], channel: Chosen, rounding: Rounding = _EACH_CODE) -> Stack:
     """Reduce frames (rows, cols) to their statistics over the photosites where ``channel`` (rows, cols) is true.
 
     A frame's own mean is taken off before the temporal variance, as in EMVA 1288: the lamp's drift, or an offset of the
@@ -96,7 +161,11 @@ def stack(frames: Sequence[Codes], channel: Chosen) -> Stack:
     rows, cols = int(row.max()) + 1, int(col.max()) + 1
     seen = [frame[channel] for frame in frames]
     largest = max(int(codes.max()) for codes in seen)
-    low, at, below = (sum(int(np.count_nonzero(c == code)) for c in seen) for code in (0, largest, largest - 1))
+    smallest, near = min(int(codes.min()) for codes in seen), 1.5 * rounding.step_dn
+    low, at = (sum(int(np.count_nonzero(c == code)) for c in seen) for code in (min(smallest, 0), largest))
+    below = sum(int(np.count_nonzero(c > largest - near)) for c in seen) - at
+    if smallest < 0 and low <= sum(int(np.count_nonzero(c < smallest + near)) for c in seen) - low:
+        low = 0  # of signed codes they thin out to the smallest
     total, squares, means, means_of_rows = np.zeros(photosites), np.zeros(photosites), [], []
     for codes in seen:
         means.append(float(codes.mean(dtype=np.float64)))
@@ -115,17 +184,18 @@ def stack(frames: Sequence[Codes], channel: Chosen) -> Stack:
         of_rows, temporal = 0.0, apart * photosites / max(1, photosites - 1)
     between = float(np.var(means, ddof=1)) / count
     by_rows = max(temporal / photosites, of_rows / rows) / count
-    spatial = float(mean.var(ddof=1))
     # What scatters from frame to frame scatters the mean, by so much less.
     scatter = apart * photosites / max(1, photosites - 1)
     temporal_sigma = max(_error_by_rows(variance, row), _error_by_chance(temporal, of_rows, (photosites, rows), count))
-    of_cols, of_means = _variance_of_lines(mean, col), _variance_of_lines(mean, row)
-    pattern_sigma = math.sqrt(
-        2.0 / photosites * spatial**2
-        + 2.0 / cols * of_cols**2
-        + 2.0 / rows * of_means**2
-        + (temporal_sigma / count) ** 2
-    )
+
+    def pattern(values: F64, of_rows: float, scatter: float) -> Pattern:
+        spatial, of_cols, of_means = float(values.var(ddof=1)), *(_variance_of_lines(values, k) for k in (col, row))
+        more = temporal_sigma / count
+        lines = math.sqrt(2.0 / photosites * spatial**2 + 2.0 / cols * of_cols**2 + 2.0 / rows * of_means**2 + more**2)
+        chance = _chance(spatial, scatter / count) / photosites + _chance(of_means, of_rows / count) / rows
+        return Pattern(dn2=spatial - scatter / count, sigma_dn2=lines, chance_dn2=math.sqrt(chance + more**2))
+
+    fine, kept = _fine(mean, channel)
     return Stack(
         frames=count,
         mean_dn=float(np.mean(means)),
@@ -134,17 +204,49 @@ def stack(frames: Sequence[Codes], channel: Chosen) -> Stack:
         excess_dn2=between - by_rows,
         variance_dn2=temporal,
         variance_sigma_dn2=temporal_sigma,
-        pattern_dn2=spatial - scatter / count,
-        pattern_sigma_dn2=pattern_sigma,
-        pattern_chance_dn2=math.sqrt(
-            _chance(spatial, scatter / count) / photosites
-            + _chance(of_means, of_rows / count) / rows
-            + (temporal_sigma / count) ** 2
-        ),
+        pattern=pattern(mean, of_rows, scatter),
+        fine=pattern(fine, of_rows * _OF_ROWS / kept, max(scatter - of_rows * (1.0 - _OF_ROWS / kept), 0.0)),
+        rounding=rounding,
         clipped_low=low / (count * photosites),
         largest_dn=largest,
         at_end=at / (count * photosites) if at > below else 0.0,
     )
+
+
+def _fine(mean: F64, channel: Chosen) -> tuple[F64, float]:
+    """Return what a high-pass leaves of the photosites of a channel, so that it has the variance of white noise again.
+
+    mean : of the photosites where ``channel`` is true;  second: the part of that variance that the high-pass left
+
+    A polynomial is taken off first: at its edges, and where light falls off steeply, the high-pass leaves some of it.
+    """
+    there = np.ix_(channel.any(axis=1), channel.any(axis=0))
+    inside = channel[there]
+    places, weight = np.zeros(inside.shape), inside.astype(np.float64)
+    places[inside] = mean
+
+    def smooth(values: F64, kernel: F64) -> F64:
+        for axis in (0, 1):
+            values = scipy.ndimage.correlate1d(values, kernel, axis=axis, mode="constant")
+        return values
+
+    around = np.maximum(smooth(weight, _SMOOTH), 1e-9)
+    filled = np.where(inside, places, smooth(places, _SMOOTH) / around)
+    down, across = (_polynomials(size) for size in filled.shape)
+    left = np.where(inside, filled - down @ (down.T @ filled @ across) @ across.T, 0.0)
+    own = _SMOOTH.max() ** 2 / around
+    white = 1.0 - 2.0 * own + smooth(weight, _SMOOTH**2) / around**2
+    kept = float(np.mean(white[inside])) * max(1.0 - down.shape[1] * across.shape[1] / mean.size, 1e-9)
+    fine: F64 = (left - smooth(left, _SMOOTH) / around)[inside] / math.sqrt(kept)
+    return fine, kept
+
+
+def _polynomials(size: int) -> F64:
+    """Return orthonormal polynomials (size, n) over a line of photosites, of the tenth degree at most."""
+    degree = min(10, size // 10)
+    powers = np.polynomial.legendre.legvander(np.linspace(-1.0, 1.0, size), degree)
+    basis: F64 = np.linalg.qr(powers)[0]
+    return basis
 
 
 def _error_by_chance(temporal: float, of_rows: float, numbers: tuple[int, int], count: int) -> float:
