@@ -193,6 +193,7 @@ class Frame:
     shot_e2_per_e       variance of shot noise per electron of signal as read, at 18 % of black..white: 1 of a
                         read-out that is linear; 0 without that noise
     read_noise_e        all temporal noise of the read-out, one standard deviation
+    f_number            of the lens; 0: there was none
     frame_number        which of several exposures of one scene
     spectral            the scene's radiance per wavelength; None unless asked for
     passed_rows         of a capture whose codes were handed over as they came: so many, and the arrays hold none

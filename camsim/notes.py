@@ -80,6 +80,16 @@ def notes_before(setting: Setting, choice: Choice) -> Iterator[str]:
             yield from _of_the_tolerance(setting, choice)
 
 
+def notes_of_exposed(camera: Body, iso: float, below: int) -> Iterator[str]:
+    """Yield what can be said of light of one's own on a sensor; ``below``: photosites with less than none."""
+    yield from _of_own_stages(camera)
+    yield from _of_the_converter(camera, iso)
+    yield from _of_a_low_iso(camera, iso)
+    yield from _of_prnu(camera)
+    if below:
+        yield f"{below} photosites would get less light than none (colours outside sRGB have parts below 0): 0 is taken"
+
+
 def notes_of_sensor(camera: Body) -> Iterator[str]:
     """Yield what looks like a slip in copying a data sheet: no mistakes, for such a sensor can be."""
     adc = camera.adc
