@@ -165,10 +165,8 @@ class GivenLight(Keeps):
         if self.unit == "photons":
             return _electrons_per_photon(camera, nodes_nm)
         samples = camera.samples(self.spectrum)
-        weights = (
-            samples.weight_nm * photons_per_um2_per_j_m2(samples.wavelength_nm) * camera.photosite.area_um2 * time_s
-        )
-        seen = _electrons_per_photon(camera, samples.wavelength_nm) * weights
+        photons_per_um2 = samples.weight_nm * photons_per_um2_per_j_m2(samples.wavelength_nm) * time_s
+        seen = _electrons_per_photon(camera, samples.wavelength_nm) * photons_per_um2 * camera.photosite.area_um2
         return np.einsum("cm,nm->cn", seen, _straight(nodes_nm, samples.wavelength_nm))
 
     def _of_diffuser(self, camera: Body, light: Light, time_s: float, bands: int) -> F64:
@@ -201,7 +199,7 @@ class GivenLight(Keeps):
         return kept
 
     def on_photosites(self) -> NDArray[np.floating]:
-        """Return (rows, cols) or (rows, cols, n) numbers, one a photosite: the sum of its charges, the mean of others."""
+        """Return (rows, cols) or (rows, cols, n) numbers, a photosite each: sums of charges, means of others."""
         linear, side = self.linear(), self.per_photosite
         if side == 1:
             return linear

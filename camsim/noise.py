@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,12 +22,7 @@ from camsim.words import brief
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Quick(Context):
-    """Draws from the quickest generator, another one for each image, and keeps fixed patterns.
-
-    patterns : what was drawn of them, by stream, place and size
-    """
-
-    patterns: dict[Any, F32] = field(default_factory=dict, repr=False, compare=False)
+    """Draws what is temporal from the quickest generator."""
 
     def generator(self, stream: int) -> np.random.Generator:
         """Return the generator of a temporal stage for these rows."""
@@ -36,13 +31,6 @@ class _Quick(Context):
     def frame_generator(self, stream: int) -> np.random.Generator:
         """Return the generator of a temporal stage that draws once for all rows."""
         return self._begun(stream, 0)
-
-    def normals(self, stream: int, shape: tuple[int, ...]) -> F32:
-        """Return the standard normals of a fixed pattern."""
-        key = stream, self.first, shape
-        if key not in self.patterns:
-            self.patterns[key] = Context.normals(self, stream, shape)
-        return self.patterns[key]
 
     def _begun(self, stream: int, row: int) -> np.random.Generator:
         words = self.seed, stream, self.frame_number, row
@@ -74,7 +62,6 @@ class Noise:
     iso: Iso | None = None
     time_s: Positive = 0.01
     temperature_c: float | None = None
-    _patterns: dict[Any, F32] = field(default_factory=dict, init=False, repr=False)
 
     if TYPE_CHECKING:
 
@@ -111,10 +98,8 @@ class Noise:
         sensor = self.sensor
         iso = sensor.adc.base_iso if self.iso is None else self.iso
         grid = sensor.grid(None if (rows, cols) == (sensor.rows, sensor.cols) else Region(rows=rows, cols=cols))
-        if any(key[-1][-1] != cols for key in self._patterns):
-            self._patterns.clear()  # of images of another size
         return _Quick(
             time_s=self.time_s, iso=iso, temperature_c=self.temperature_c,
             electrons_per_dn=sensor.adc.electrons_per_dn_at(iso), seed=seed, serial=sensor.serial,
-            origin=grid.origin, frame_cols=sensor.cols, rows_in_all=rows, patterns=self._patterns,
+            origin=grid.origin, frame_cols=sensor.cols, rows_in_all=rows,
         )  # fmt: skip

@@ -15,7 +15,7 @@ from camsim.errors import InvalidValueError
 from camsim.frame import Frame, Products
 from camsim.given_light import RELATIVE, GivenLight, Unit
 from camsim.optics import Lens, LowPass, OpticalStage, PhotositeShape
-from camsim.optics.no_lens import NoLens
+from camsim.optics.no_lens import NO_LENS
 from camsim.sensor.adc import Adc
 from camsim.sensor.cfa import Cfa
 from camsim.sensor.colour_matrix import MatrixOf
@@ -48,7 +48,7 @@ class Sensor(Body):
     ((4, 6), 1000.0)
     """
 
-    lens: Lens = NoLens()
+    lens: Lens = NO_LENS
 
     if TYPE_CHECKING:
 
@@ -60,7 +60,7 @@ class Sensor(Body):
             rows: Whole,
             cols: Whole,
             pitch_um: Number,
-            lens: Lens = NoLens(),
+            lens: Lens = NO_LENS,
             olpf: LowPass | None = None,
             photosite: PhotositeShape,
             cfa: Cfa,
@@ -79,10 +79,10 @@ class Sensor(Body):
 
     @classmethod
     def from_yaml(cls, sensor: str | os.PathLike[str], *, overrides: Iterable[str] = ()) -> Sensor:
-        """Return the sensor of a file (a path, or the name of a shipped one), with changes as ``capture`` takes them."""
+        """Return the sensor of a file (a path, or the name of a shipped one); ``overrides`` as of ``capture``."""
         from camsim.capturing import load_camera  # a door upward: the name users look for is here
 
-        camera = load_camera(sensor, lens=NoLens(), overrides=overrides)
+        camera = load_camera(sensor, lens=NO_LENS, overrides=overrides)
         return cls(**{field.name: getattr(camera, field.name) for field in dataclasses.fields(cls)})
 
     def shot(

@@ -37,7 +37,7 @@ class Shot(Recording):
 
     camera        : a Sensor
     image         : the light of the whole exposure
-    light         : of a perfect diffuser, on the sensor, for an image of reflectances; of others what white balance is for
+    light         : of a perfect diffuser, on the sensor, for an image of reflectances; else the white balance's
     region        : where in the frame the image lies; None: in the middle
     exposure, seed, frame_number, noise, colour_matrix : as of ``Capture``
 
@@ -49,15 +49,8 @@ class Shot(Recording):
     """
 
     made_of: ClassVar = (
-        "camera",
-        "image",
-        "light",
-        "exposure",
-        "region",
-        "seed",
-        "frame_number",
-        "noise",
-        "colour_matrix",
+        *("camera", "image", "light", "exposure", "region"),
+        *("seed", "frame_number", "noise", "colour_matrix"),
     )
 
     camera: Annotated[Body, Called("a Sensor", "Sensor.from_yaml makes one")]
@@ -148,7 +141,7 @@ class Shot(Recording):
         clock.lap("light")
         signals = self._signals()
         electrons, codes = self._recorded(lit, self.frame_number, clock, signals)
-        signal = signals.all()
+        signal, iso = signals.all(), self.exposure.iso
         report = Report(
             scene=self.image.source or "array",
             optics=("none: light as it lies on the photosites",),
@@ -161,10 +154,7 @@ class Shot(Recording):
             truth_error_estimate=None if truth is None else 0.0,
             seconds=dict(clock.seconds),
             signal=signal,
-            notes=(
-                *notes_of_exposed(self.camera, self.exposure.iso, below),
-                *notes_after(signal, self.camera, self.exposure.iso),
-            ),
+            notes=(*notes_of_exposed(self.camera, iso, below), *notes_after(signal, self.camera, iso)),
             work={"random_numbers": self.random_numbers},
         )
         return self._frame(
@@ -219,12 +209,11 @@ class Shot(Recording):
         return np.stack([_weighed(samples, own) for own in self.response])
 
     def _wavelengths(self) -> str:
-        low_nm, high_nm = (
-            (self.light if self.image.unit in RELATIVE else self.image.spectrum).ends_nm
-            if (self.image.unit != "electrons")
-            else (0.0, 0.0)
-        )
-        return f"{low_nm:g}–{high_nm:g} nm" if high_nm else "none: electrons have no colour"
+        unit = self.image.unit
+        if unit == "electrons":
+            return "none: electrons have no colour"
+        low_nm, high_nm = (self.light if unit in RELATIVE else self.image.spectrum).ends_nm
+        return f"{low_nm:g}–{high_nm:g} nm"
 
 
 def _reflected(size: int, step: int) -> I64:

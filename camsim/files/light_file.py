@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from camsim.files.picture_samples import Read, read_samples
 from camsim.files.reading import opened
 from camsim.given_light import RELATIVE, GivenLight, Unit
 from camsim.typed import FilePath, Number, Several, Whole, check
+from camsim.words import either
 
 
 @in_words
@@ -49,12 +50,11 @@ def read_light(
             read = read_samples(Path(path), file, size, layer)
             known = _unit(Path(path), read) if unit is None else unit
             given = read.wavelength_nm if wavelength_nm is None else wavelength_nm
+            coloured = given is not None and known != "electrons"
             return GivenLight(
                 samples=_samples(read, known),
                 unit=known,
-                wavelength_nm=None
-                if given is None or known == "electrons"
-                else tuple(np.asarray(given, float).tolist()),
+                wavelength_nm=tuple(np.asarray(given, float).tolist()) if coloured else None,
                 per_photosite=per_photosite,
                 source=Path(path).as_posix(),
                 read={} if layer is None else {"layer": layer},
@@ -76,16 +76,13 @@ def _unit(path: Path, read: Read) -> Unit:
         way_out = f"convert it to sRGB, or give unit (--as) {'srgb' if whole else 'reflectance'} to take it for sRGB"
         raise InputError(f"its colours are those of the profile {read.profile[:60]!r}; {way_out}")
     if read.gamma is not None:
-        raise InputError(
-            f"its numbers have the exponent {read.gamma:g}; give unit (--as): reflectance if linear, or srgb"
-        )
+        says = f"its numbers have the exponent {read.gamma:g}"
+        raise InputError(f"{says}; give unit (--as): reflectance to take them as linear, or srgb")
     if read.linear and not whole:
         return "reflectance"
     if whole and path.suffix.lower() in (".png", ".jpg", ".jpeg", ".tif", ".tiff"):
         return "srgb"
-    raise InputError(
-        "its numbers may be anything; give unit (--as): electrons, photons, irradiance, reflectance or srgb"
-    )
+    raise InputError(f"its numbers may be anything; give unit (--as): {either(get_args(Unit))}")
 
 
 def _samples(read: Read, unit: Unit) -> Any:

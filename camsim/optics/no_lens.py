@@ -25,3 +25,6 @@ class NoLens:
     def otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float) -> F64:
         """Return 1: every frequency passes."""
         return np.ones(np.broadcast(fx_per_um, fy_per_um).shape)
+
+
+NO_LENS = NoLens()
