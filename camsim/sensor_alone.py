@@ -34,6 +34,12 @@ from camsim.words import brief, either
 _TIME_S = 0.01
 
 
+def usual_exposure(iso: float, unit: Unit, time_s: float | Literal["auto"] | None = None) -> Exposure:
+    """Return an exposure; without a time "auto" for reflectances, and 0.01 s for light that says how much there is."""
+    usual: float | Literal["auto"] = "auto" if unit in RELATIVE else _TIME_S
+    return Exposure(time_s=usual if time_s is None else time_s, iso=iso)
+
+
 @dataclass(frozen=True, kw_only=True)
 class Sensor(Body):
     """A sensor alone: light of one's own goes in, raw frames come out; parameters as of ``Camera``.
@@ -78,11 +84,17 @@ class Sensor(Body):
     __repr__ = brief
 
     @classmethod
-    def from_yaml(cls, sensor: str | os.PathLike[str], *, overrides: Iterable[str] = ()) -> Sensor:
-        """Return the sensor of a file (a path, or the name of a shipped one); ``overrides`` as of ``capture``."""
+    def from_yaml(
+        cls,
+        sensor: str | os.PathLike[str],
+        *,
+        overrides: Iterable[str] = (),
+        sensors: Iterable[str | os.PathLike[str]] = (),
+    ) -> Sensor:
+        """Return the sensor of a file (a path, or a shipped one's name); the rest is as of ``capture``."""
         from camsim.capturing import load_camera  # a door upward: the name users look for is here
 
-        camera = load_camera(sensor, lens=NO_LENS, overrides=overrides)
+        camera = load_camera(sensor, lens=NO_LENS, overrides=overrides, sensors=sensors)
         return cls(**{field.name: getattr(camera, field.name) for field in dataclasses.fields(cls)})
 
     def shot(
@@ -110,8 +122,7 @@ class Sensor(Body):
             message = "is said by the light that read_light gives; give it there"
             raise InvalidValueError(message, key="unit", stage="Sensor.expose")
         if exposure is None:
-            time_s: float | Literal["auto"] = "auto" if image.unit in RELATIVE else _TIME_S
-            exposure = Exposure(time_s=time_s, iso=self.adc.base_iso)
+            exposure = usual_exposure(self.adc.base_iso, image.unit)
         return Shot(
             camera=self, image=image, light=light, exposure=exposure, seed=seed, frame_number=frame_number,
             region=region, noise=noise, colour_matrix=colour_matrix,

@@ -88,10 +88,13 @@ def _summary(description: Any) -> list[tuple[str, str]]:
         ("noise", "on" if description.get("noise") is True else "off"),
         ("computed", accuracy),
     ]
+    if image := _part(description, "image"):
+        given = f"{_word(image.get('unit'))} of {_word(image.get('source')) or 'an array in Python'}, without a lens"
+        rows = [("scene", given), *rows[1:-1]]
     told = {label: _printable(value) for label, value in rows}
     told["optics"], told["own stages"] = _in_turn(optics), _in_turn(_parts(camera, "extra_stages"))
     order = ("scene", "light", "optics", "exposure", "window", "noise", "own stages", "computed")
-    return [(label, told[label]) for label in order if told[label]]
+    return [(label, told[label]) for label in order if told.get(label)]
 
 
 def _of_frame(camera: Mapping[str, Any]) -> str:
