@@ -167,7 +167,8 @@ class GivenLight(Keeps):
         samples = camera.samples(self.spectrum)
         photons_per_um2 = samples.weight_nm * photons_per_um2_per_j_m2(samples.wavelength_nm) * time_s
         seen = _electrons_per_photon(camera, samples.wavelength_nm) * photons_per_um2 * camera.photosite.area_um2
-        return np.einsum("cm,nm->cn", seen, _straight(nodes_nm, samples.wavelength_nm))
+        electrons: F64 = np.einsum("cm,nm->cn", seen, _straight(nodes_nm, samples.wavelength_nm))
+        return electrons
 
     def _of_diffuser(self, camera: Body, light: Light, time_s: float, bands: int) -> F64:
         if self.wavelength_nm is not None:
@@ -187,7 +188,8 @@ class GivenLight(Keeps):
             way_out = "; without its opacity it is [..., :3]" if bands == 4 else ""
             message = f"has {bands} planes; give grey, linear sRGB of 3, or wavelength_nm of each{way_out}"
             raise refusal(self, "samples", message)
-        return np.einsum("cm,nm->cn", camera.electrons_per_reflectance(samples, time_s), shares)
+        electrons: F64 = np.einsum("cm,nm->cn", camera.electrons_per_reflectance(samples, time_s), shares)
+        return electrons
 
     def linear(self) -> NDArray[np.floating]:
         """Return the samples in proportion to light, whole codes of pictures as fractions of their largest."""

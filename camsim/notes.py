@@ -104,10 +104,12 @@ def notes_of_sensor(camera: Body) -> Iterator[str]:
         )
 
 
-def notes_after(signal: Sequence[ChannelSignal], camera: Body, iso: float) -> Iterator[str]:
-    """Yield what the picture's signal at an ISO setting has to say."""
+_AUTO = "exposure.time_s: auto (time_s='auto') puts white at 80 %"
+
+
+def notes_after(signal: Sequence[ChannelSignal], camera: Body, iso: float, way_out: str = _AUTO) -> Iterator[str]:
+    """Yield what the picture's signal at an ISO setting has to say, with a way out."""
     electrons_per_dn = camera.adc.electrons_per_dn_at(iso)
-    way_out = "exposure.time_s: auto (time_s='auto') puts white at 80 %"
     # By the mean: noise of the read-out scatters codes about white.
     if all(channel.min_e >= camera.charge_at_e(1.0, iso) for channel in signal):
         white_dn = camera.adc.white_level_dn(iso, camera.well_as_read_e(iso))

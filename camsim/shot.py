@@ -31,6 +31,9 @@ WHITE = Light("D65", illuminance_lux=10.0, at="sensor")
 """What a perfect diffuser is lit with where nobody says it: a scene of 640 lux has that behind a lens at f/4."""
 
 
+_WAY_OUT = "time, ISO or the light itself sets how bright it is"
+
+
 @dataclass(frozen=True, kw_only=True)
 class Shot(Recording):
     """An array of light, and the sensor that it lies on.
@@ -154,7 +157,7 @@ class Shot(Recording):
             truth_error_estimate=None if truth is None else 0.0,
             seconds=dict(clock.seconds),
             signal=signal,
-            notes=(*notes_of_exposed(self.camera, iso, below), *notes_after(signal, self.camera, iso)),
+            notes=(*notes_of_exposed(self.camera, iso, below), *notes_after(signal, self.camera, iso, _WAY_OUT)),
             work={"random_numbers": self.random_numbers},
         )
         return self._frame(
@@ -226,7 +229,7 @@ def _reflected(size: int, step: int) -> I64:
 def _weighed(samples: Any, weights: F64) -> F64:
     """Return Σ plane × weight, (rows, cols), in double precision; a plane of weight 0 is not looked at."""
     planes = samples[..., None] if samples.ndim == 2 else samples
-    total = np.multiply(planes[..., 0], weights[0], dtype=np.float64)
+    total: F64 = np.multiply(planes[..., 0], weights[0], dtype=np.float64)
     for plane in np.flatnonzero(weights[1:]) + 1:
         total += np.multiply(planes[..., plane], weights[plane], dtype=np.float64)
     return total
