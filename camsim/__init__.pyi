@@ -28,7 +28,6 @@ from .optics import Lens as Lens
 from .optics import LowPass as LowPass
 from .optics import MeasuredOtf as MeasuredOtf
 from .optics import MeasuredPsf as MeasuredPsf
-from .optics import NoLens as NoLens
 from .optics import OpticalStage as OpticalStage
 from .optics import PhotositeShape as PhotositeShape
 from .optics import PolygonPhotosite as PolygonPhotosite

@@ -15,6 +15,7 @@ from camsim.exposing import Capture
 from camsim.files.light_file import read_light
 from camsim.files.picture_file import read_picture
 from camsim.given_light import GivenLight
+from camsim.optics.no_lens import NO_LENS
 from camsim.scene import Picture
 from camsim.shot import Shot
 from camsim.words import both
@@ -87,6 +88,8 @@ def _revived(tree: Any, place: str, folder: Path | None) -> Any:
 def _make(kind: Any, parts: Mapping[str, Any], place: str, folder: Path | None) -> Any:
     if kind == "Picture":
         return _picture(parts, place, folder)
+    if kind == "NoLens":
+        return NO_LENS
     if kind == "GivenLight":
         return _given_light(parts, place, folder)
     stage = _stages().get(kind) if isinstance(kind, str) else None

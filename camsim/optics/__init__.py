@@ -5,7 +5,6 @@ from camsim.optics.annular import AnnularAiry
 from camsim.optics.field_lens import FieldLens
 from camsim.optics.gaussian import EllipticalGaussian, Gaussian
 from camsim.optics.measured import MeasuredOtf, MeasuredPsf
-from camsim.optics.no_lens import NoLens
 from camsim.optics.olpf import FourSpotOlpf, TwoSpotOlpf
 from camsim.optics.photosite import (
     CircularPhotosite,
@@ -32,7 +31,6 @@ __all__ = [
     "LowPass",
     "MeasuredOtf",
     "MeasuredPsf",
-    "NoLens",
     "OpticalStage",
     "OpticalSystem",
     "PhotositeShape",

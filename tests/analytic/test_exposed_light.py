@@ -219,7 +219,7 @@ def test_noise_of_several_images_and_of_tensors():
     noise = camsim.Noise(BAYER, iso=800)
     images = np.full((2, 3, 16, 16), 50.0, np.float32)
     noisy = noise(Tensor(images), 3)
-    assert noisy.shape == images.shape and noisy.dtype == np.float32
+    assert (noisy.shape, noisy.dtype) == (images.shape, np.float32)
     assert np.array_equal(noisy, noise(images, 3))
     assert len({image.tobytes() for image in noisy.reshape(6, 16, 16)}) == 6
     assert (images == 50.0).all()

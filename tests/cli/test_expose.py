@@ -52,7 +52,8 @@ def test_recapture_needs_the_very_light(folder: Path, camsim: Run) -> None:
     assert "not reproducible without the light 'photo.png'; put it there, or beside this file" in gone.stderr
     Image.fromarray(RANDOM.integers(0, 256, (8, 8, 3), np.uint8)).save(folder / "photo.png")
     other = camsim("recapture", "photo.dng")
-    assert other.returncode == 2 and "is another one than was exposed, its samples differ" in other.stderr
+    assert other.returncode == 2
+    assert "is another one than was exposed, its samples differ" in other.stderr
     assert not (folder / "photo-again.dng").exists()
 
 
@@ -92,7 +93,8 @@ def test_a_folder_of_pictures_is_as_many_raw_files(folder: Path, camsim: Run) ->
     assert len(list((folder / "raw").iterdir())) == 100
     assert means[-1] > means[50] > means[0] > 100.0
     again = camsim("expose", "frames", "--sensor", "d40-like", "-o", "raw/shot.dng")
-    assert again.returncode == 2 and again.stderr.splitlines()[-1] == "… and 92 more"
+    assert again.returncode == 2
+    assert again.stderr.splitlines()[-1] == "… and 92 more"
 
 
 def test_what_cannot_be_is_said_in_a_sentence_and_nothing_is_written(folder: Path, camsim: Run) -> None:
@@ -113,5 +115,6 @@ def test_what_cannot_be_is_said_in_a_sentence_and_nothing_is_written(folder: Pat
         (("mean.npy", "--as", "electrons", "--set", "exposure.iso=8"), "its own begin with 'sensor.'"),
     ):
         ran = camsim("expose", *arguments, "--sensor", "d40-like")
-        assert ran.returncode == 2 and said in ran.stderr, (arguments, ran.stderr)
-    assert not list(folder.glob("*.dng")) and not list(folder.glob("*.exr"))
+        assert ran.returncode == 2, arguments
+        assert said in ran.stderr, ran.stderr
+    assert {path.suffix for path in folder.iterdir() if path.is_file()} == {".npy", ".yaml"}
