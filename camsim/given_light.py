@@ -17,10 +17,10 @@ from camsim.arrays import F64
 from camsim.body import Body
 from camsim.kept import Keeps, cached_property
 from camsim.kind import LARGEST, array_of
-from camsim.spectra.curve import Curve, spectrum_at
+from camsim.spectra.curve import Curve, Wavelength, spectrum_at
 from camsim.spectra.light import Light, photons_per_um2_per_j_m2
 from camsim.spectra.rgb import linear_colours, rgb_basis
-from camsim.typed import Number, Positive, Several, Whole, judge, refusal
+from camsim.typed import Number, Several, Whole, judge, refusal
 
 Unit: TypeAlias = Literal["electrons", "photons", "irradiance", "reflectance", "srgb"]
 CHARGES, RELATIVE = ("electrons", "photons"), ("reflectance", "srgb")
@@ -51,7 +51,7 @@ class GivenLight(Keeps):
 
     samples: Any = field(repr=False)
     unit: Unit
-    wavelength_nm: Several[Positive] | None = None
+    wavelength_nm: Several[Wavelength] | None = None
     per_photosite: Annotated[int, Ge(1), Le(MOST_SAMPLES)] = 1
     source: str = ""
     read: Mapping[str, Any] | None = field(default=None, metadata={"described": "if any"})

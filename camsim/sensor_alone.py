@@ -47,6 +47,7 @@ class Sensor(Body):
     Nothing in front of the silicon blurs: neither lens nor OLPF act. Filters and quantum efficiency do, where light
     has a spectrum.
 
+    >>> import numpy as np
     >>> import camsim
     >>> sensor = camsim.Sensor.from_yaml("d40-like")
     >>> frame = sensor.expose(np.full((4, 6), 1000.0), unit="electrons", seed=1)

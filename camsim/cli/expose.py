@@ -12,12 +12,10 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 
-import numpy as np
 import typer
 
 from camsim.cli.options import Changes, Sensors
 from camsim.errors import CamsimError, InputError, InvalidValueError
-from camsim.words import number_hint
 
 if TYPE_CHECKING:
     from camsim.cli.outputs import Output
@@ -151,6 +149,8 @@ def expose(
 
 def _without_photosites(frame: Frame) -> Frame:
     """Return what a frame says; of a folder of lights memory holds one at a time."""
+    import numpy as np
+
     none = np.empty((0, frame.shape[1]))
     return dataclasses.replace(
         frame, mosaic=none.astype(np.uint16), electrons=none, mean_electrons=none, truth=None,
@@ -203,6 +203,7 @@ def _wavelengths(text: str | None) -> list[float] | None:
 def _exposure(body: Sensor, iso: float | None, time_s: str | None) -> Callable[[Any], Exposure]:
     """Return how long light of a unit is exposed, and at which ISO."""
     from camsim.sensor_alone import usual_exposure
+    from camsim.words import number_hint
 
     seconds: float | Literal["auto"] | None = None
     if time_s is not None and time_s != "auto":

@@ -40,7 +40,7 @@ def read_light(
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     np.save(Path(folder) / "mean.npy", np.full((4, 6), 250.0))
     ...     light = read_light(Path(folder) / "mean.npy", unit="electrons")
-    >>> light.samples.shape, light.source
+    >>> light.samples.shape, Path(light.source).name
     ((4, 6), 'mean.npy')
     """
     path = check(path, FilePath, "path")
