@@ -72,7 +72,9 @@ class Signals:
     def add(self, lit: Lit, mosaic: U16) -> None:
         """Take in some rows, as they were lit, and their codes."""
         row, col = self._origin
-        offsets_dn = self._adc.offsets_dn((mosaic.shape[0], mosaic.shape[1]), (row + lit.rows_before, col))
+        # Without offsets one number serves all photosites, and a large frame needs no array of them.
+        size = (1, 1) if self._adc.black_offsets_dn == ((0,),) else (mosaic.shape[0], mosaic.shape[1])
+        offsets_dn = self._adc.offsets_dn(size, (row + lit.rows_before, col))
         white_dn = full_codes(self._white_level_dn, offsets_dn, self._adc.largest_dn)
         clipped = (mosaic >= white_dn) | (lit.shown_e >= self._full_e)
         for k in range(len(self._channels)):

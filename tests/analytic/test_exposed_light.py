@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+import scipy.stats
 
 import camsim
 from camsim.errors import InvalidValueError
+from camsim.kernels.counts import fill_counts
 from camsim.spectra.rgb import reflectance_of_rgb
 
 MONO = camsim.Sensor.from_yaml("mono-345")
@@ -213,6 +215,19 @@ def test_noise_in_a_loop_has_the_laws_and_the_patterns_of_the_sensor():
     # The same fixed patterns: what the two means differ by is the noise of 80 frames.
     off = (noisy.mean(axis=0) - recorded.mean(axis=0)) / np.sqrt(2 * variance / 40)
     assert off.std() == pytest.approx(1.0, abs=0.03)
+
+
+@pytest.mark.parametrize("mean", [0.02, 0.7, 4.0, 9.99, 10.01, 35.0, 900.0, 2e5])
+def test_quick_counts_are_poissons(mean):
+    means, counts, state = np.full(200_000, mean), np.empty(200_000), np.array([12345], np.uint64)
+    fill_counts(counts, means, state)
+    ends = np.unique(np.round(scipy.stats.poisson.ppf(np.linspace(0.002, 0.998, 30), mean)))
+    expected = counts.size * np.diff([0.0, *scipy.stats.poisson.cdf(ends, mean), 1.0])
+    found = np.diff([0, *np.searchsorted(np.sort(counts), ends, side="right"), counts.size])
+    likely = expected > 5.0
+    squares = ((found - expected)[likely] ** 2 / expected[likely]).sum()
+    assert scipy.stats.chi2.sf(squares, max(1, np.count_nonzero(likely) - 1)) > 1e-3
+    assert (counts == np.floor(counts)).all()
 
 
 def test_noise_of_several_images_and_of_tensors():
