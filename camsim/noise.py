@@ -16,6 +16,7 @@ from camsim.kernels.counts import fill_counts
 from camsim.kind import array_of
 from camsim.sensor.chain import record
 from camsim.sensor.stage import Context
+from camsim.shot import reflected
 from camsim.typed import Iso, Number, Positive, Seed, Whole, check, judge
 from camsim.window import Region
 from camsim.words import brief
@@ -27,7 +28,7 @@ class _QuickGenerator:
     def __init__(self, *words: int) -> None:
         seeds = np.random.SeedSequence(words)
         self._numpy = np.random.Generator(np.random.SFC64(seeds))
-        self._state = seeds.generate_state(1, np.uint64)
+        self._state = np.asarray(seeds.generate_state(1, np.uint64), np.uint64)
 
     def __getattr__(self, verb: str) -> Any:
         return getattr(self._numpy, verb)
@@ -104,8 +105,10 @@ class Noise:
         noisy = np.empty(images.shape, np.float32)
         for number, image in enumerate(images):
             mean_e: F64 = image.astype(np.float64)
-            if margin := sum(stage.margin for stage in stages):
-                mean_e = np.pad(mean_e, margin, "reflect" if min(mean_e.shape) > 1 else "edge")
+            if any(stage.margin for stage in stages):
+                period = self.sensor.cfa.period
+                rows, cols = (reflected(size, step) for size, step in zip(mean_e.shape, period, strict=True))
+                mean_e = mean_e[rows[:, None], cols]
             noisy[number] = record(mean_e, stages, dataclasses.replace(context, frame_number=number))
         return noisy.reshape(given.shape)
 

@@ -191,7 +191,7 @@ class Shot(Recording):
             return samples
         # A photosite of a mosaic says nothing of another channel: the next of its own kind stands beyond the border.
         steps = self.camera.cfa.period if self.response is None else (1, 1)
-        rows, cols = (_reflected(size, step) for size, step in zip(samples.shape[:2], steps, strict=True))
+        rows, cols = (reflected(size, step) for size, step in zip(samples.shape[:2], steps, strict=True))
         return samples[rows[:, None], cols]
 
     def _sampled(self, samples: Any) -> F64:
@@ -219,7 +219,7 @@ class Shot(Recording):
         return f"{low_nm:g}–{high_nm:g} nm"
 
 
-def _reflected(size: int, step: int) -> I64:
+def reflected(size: int, step: int) -> I64:
     """Return the index of each place from one before the first to one behind the last."""
     inside = np.arange(-1, size + 1)
     inside[0], inside[-1] = min(step, size) - 1, max(size - step, 0)

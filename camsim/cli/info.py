@@ -54,6 +54,9 @@ def _figures(held: Held) -> list[tuple[str, str]]:
     error, own = record.error_estimate, record.description.get(OWN_STAGES)
     alone = f"no, it was taken with stages of someone's own: {_printable(', '.join(map(str, own)))}" if own else "yes"
     whole = "whole: it fits its checksum"
+    if image := _part(record.description, "image"):
+        source = _printable(str(image.get("source") or ""))
+        alone = f"with the light {source}" if source else "no, its light was an array in Python"
     if not held.fits:
         described = " × ".join(map(str, record.size or ()))
         alone = f"no, its record describes {described} photosites"

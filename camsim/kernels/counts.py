@@ -18,13 +18,30 @@ _STEP, _MIX, _MIX_AGAIN = (np.uint64(odd) for odd in (0x9E3779B97F4A7C15, 0xBF58
 _30, _27, _31, _11 = (np.uint64(shift) for shift in (30, 27, 31, 11))
 _UNIT = 2.0**-53
 
+_NOTHING = 1e-18  # of chance: no number that is drawn is so near to 1
+_TABLED = 128  # no count of a small mean comes so far
+_INVERSE = np.array([0.0, *(1.0 / count for count in range(1, _TABLED))])
+_LOG_FACTORIAL = np.array([math.lgamma(count + 1.0) for count in range(_TABLED)])
+_HALF_LOG_2_PI = 0.5 * math.log(2.0 * math.pi)
+
 
 @kernel()
 def _uniform(state: Any) -> float:
     """Return the number from 0 to below 1 of a state of SplitMix64 (Steele, Lea and Flood 2014)."""
     mixed = (state ^ (state >> _30)) * _MIX
     mixed = (mixed ^ (mixed >> _27)) * _MIX_AGAIN
-    return ((mixed ^ (mixed >> _31)) >> _11) * _UNIT
+    drawn: float = ((mixed ^ (mixed >> _31)) >> _11) * _UNIT
+    return drawn
+
+
+@kernel()
+def _log_factorial(count: float) -> float:
+    """Return ln(count!), by Stirling's series beyond a table, to rounding."""
+    if count < _TABLED:
+        tabled: float = _LOG_FACTORIAL[int(count)]
+        return tabled
+    inverse = 1.0 / count
+    return (count + 0.5) * math.log(count) - count + _HALF_LOG_2_PI + inverse * (1.0 / 12.0 - inverse * inverse / 360.0)
 
 
 @kernel()
@@ -46,12 +63,12 @@ def fill_counts(counts: F64, mean: F64, state: npt.NDArray[np.uint64]) -> None:
         own = mean[place]
         if own < _FEW:
             at += _STEP
-            left, chance, count = _uniform(at), math.exp(-own), 0.0
-            while left >= chance and chance > 0.0:
+            left, chance, few = _uniform(at), math.exp(-own), 0
+            while left >= chance and chance > _NOTHING:
                 left -= chance
-                count += 1.0
-                chance *= own / count
-            counts[place] = count
+                few += 1
+                chance *= own * _INVERSE[few]
+            counts[place] = few
             continue
         root = math.sqrt(own)
         b = 0.931 + 2.53 * root
@@ -72,7 +89,7 @@ def fill_counts(counts: F64, mean: F64, state: npt.NDArray[np.uint64]) -> None:
                 continue
             inverse = 1.1239 + 1.1328 / (b - 3.4)
             height = math.log(v * inverse / (a / (us * us) + b))
-            if height <= count * math.log(own) - own - math.lgamma(count + 1.0):
+            if height <= count * math.log(own) - own - _log_factorial(count):
                 break
         counts[place] = count
     state[0] = at

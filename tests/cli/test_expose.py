@@ -39,6 +39,7 @@ def test_electrons_become_codes_and_come_again(folder: Path, camsim: Run) -> Non
     assert np.array_equal(held["truth"][..., 0], electrons.astype(np.float32))
     again = camsim("recapture", "shot.dng")
     assert again.stderr == "shot-again.dng: the same bytes as shot.dng\n"
+    assert "reproducible  with the light mean.npy" in camsim("info", "shot.dng").stdout
     said = json.loads(camsim("info", "shot.dng", "--json").stdout)["description"]["image"]
     assert (said["source"], said["unit"], len(said["sha256"])) == ("mean.npy", "electrons", 64)
 
