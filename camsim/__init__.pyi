@@ -11,9 +11,12 @@ from .exposing import Capture as Capture
 from .files import save as save
 from .files.given import develop as develop
 from .files.given import write_dng as write_dng
+from .files.light_file import read_light as read_light
 from .files.picture_file import read_picture as read_picture
 from .frame import Frame as Frame
 from .frame import Report as Report
+from .given_light import GivenLight as GivenLight
+from .noise import Noise as Noise
 from .optics import Airy as Airy
 from .optics import AnnularAiry as AnnularAiry
 from .optics import CircularPhotosite as CircularPhotosite
@@ -91,6 +94,7 @@ from .sensor.stages.read_noise import ReadNoise as ReadNoise
 from .sensor.stages.reset_noise import ResetNoise as ResetNoise
 from .sensor.stages.row_noise import RowNoise as RowNoise
 from .sensor.stages.shot_noise import ShotNoise as ShotNoise
+from .sensor_alone import Sensor as Sensor
 from .spectra.curve import Curve as Curve
 from .spectra.light import Light as Light
 from .spectra.named import reflectance as reflectance

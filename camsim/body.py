@@ -176,16 +176,16 @@ class Body(Electronics):
             if isinstance(curve, Curve) and curve.outside is None:
                 yield part, curve
 
-    def with_ends(self, light: Light) -> Self:
+    def with_ends(self, light: Light | None) -> Self:
         """Return the camera whose every curve says what lies beyond its table: where it did not, nothing.
 
-        Raises InvalidValueError where light lies there.
+        Raises InvalidValueError where light lies there; None: where no spectrum meets them.
         """
         opened = list(self._open_curves())
         if not opened:
             return self
         for part, curve in opened:
-            if missing := light.beyond(curve):
+            if light is not None and (missing := light.beyond(curve)):
                 way_out = "extend the table, or say outside='zero' (or 'hold') of the curve"
                 raise refusal(self, part, f"{missing}; {way_out}")
         curves = tuple((letter, curve.going_on("zero")) for letter, curve in self.quantum_efficiency.curves)

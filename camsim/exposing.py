@@ -6,35 +6,33 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, TypeAlias
 
 import numpy as np
 from annotated_types import Ge, Le
 
 from camsim.arrays import F64, U16, read_only
 from camsim.body import Body
-from camsim.description import OF_A_FRAME, OWN_STAGES, describe
+from camsim.description import OF_A_FRAME
 from camsim.errors import InvalidValueError
 from camsim.frame import Frame, Products, Report, check_products, frame_numbers
-from camsim.kept import Keeps, cached_property
-from camsim.lit import Lit, Window
+from camsim.kept import cached_property
 from camsim.marks import Called
 from camsim.memory import needed_bytes, too_large
 from camsim.notes import Setting, notes_after, notes_before
 from camsim.optical_image import OpticalImage, key_of
-from camsim.own import own_stages
+from camsim.optics.no_lens import NoLens
+from camsim.recording import Recording
 from camsim.regrouped import Regrouped
-from camsim.rendering import Grid, Rendering
+from camsim.rendering import Rendering
 from camsim.rendering.auto import Choice
 from camsim.rendering.cube import MOST_PLANES, SpectralCube, radiance_cube
 from camsim.rendering.render import plan_render
 from camsim.rendering.running import carry_out
 from camsim.reporting import Clock, Signals, accuracy_notes, rounding_notes, wavelengths
 from camsim.scene import Scene
-from camsim.sensor.chain import random_numbers, record
 from camsim.sensor.colour_matrix import MatrixOf
 from camsim.sensor.exposure import Exposure
-from camsim.sensor.stage import Context, ElectronicStage
 from camsim.sensor.streams import BLOCK_ROWS
 from camsim.spectra.light import Light, LightSamples
 from camsim.typed import FrameNumber, Number, Positive, Seed, Several, Truth, Whole, check, judge, refusal
@@ -46,7 +44,7 @@ Method: TypeAlias = Literal["auto", "boundary", "fourier"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Capture(Keeps):
+class Capture(Recording):
     """Everything that makes a picture, and the road from scene to codes.
 
     camera, scene, light, exposure : what takes the picture, and of what
@@ -62,6 +60,8 @@ class Capture(Keeps):
     >>> [frame.shape for frame in load("flat-field", overrides=["region={rows: 4, cols: 6}"]).frames(2)]
     [(4, 6), (4, 6)]
     """
+
+    made_of: ClassVar = OF_A_FRAME
 
     camera: Annotated[Body, Called("a Camera", "Camera.from_yaml of a sensor makes one")]
     scene: Scene
@@ -103,6 +103,9 @@ class Capture(Keeps):
 
     def __post_init__(self) -> None:
         judge(self)
+        if isinstance(self.camera.lens, NoLens):
+            message = "has no lens, through which a scene is seen; give one of Camera.from_yaml(…, lens=…)"
+            raise refusal(self, "camera", message)
         nodes_nm = self.spectral_nm
         if nodes_nm is not None and not 1 <= len(nodes_nm) <= MOST_PLANES:
             raise refusal(self, "spectral_nm", f"{len(nodes_nm)} wavelengths; give 1 to {MOST_PLANES}")
@@ -112,24 +115,9 @@ class Capture(Keeps):
         object.__setattr__(self, "camera", self.camera.with_ends(self.light))
 
     @cached_property
-    def grid(self) -> Grid:
-        """The window's photosites."""
-        return self.camera.grid(self.region)
-
-    @cached_property
-    def window(self) -> Window:
-        """The photosites that take part: the window's, and with crosstalk their neighbours."""
-        return Window(camera=self.camera, grid=self.grid, on_sensor=self.light.at == "sensor")
-
-    @cached_property
     def samples(self) -> LightSamples:
         """The light, of 1 W/m², at nodes that follow every curve of camera and scene."""
         return self.camera.samples(self.light.of_one_watt, self.scene.spectra)
-
-    @cached_property
-    def time_s(self) -> float:
-        """The exposure time, found when it is "auto"."""
-        return self.camera.exposure_time_s(self.light, self.exposure)
 
     @cached_property
     def radiant_exposure_j_per_m2(self) -> float:
@@ -156,26 +144,6 @@ class Capture(Keeps):
     def veil_e(self) -> F64:
         """(channels,) electrons that veiling glare adds to every photosite on the axis."""
         return self.radiant_exposure_j_per_m2 * self.camera.veil_of(self.lit_scene, self.samples, self.tolerance)
-
-    @property
-    def dark_e(self) -> float:
-        """The charge that gathers without light, the mean of all photosites; none without noise."""
-        return self.camera.dark_e(self.time_s, self.exposure.temperature_c) if self.noise else 0.0
-
-    @cached_property
-    def white_level_dn(self) -> int:
-        """The code at which the signal clips."""
-        return self.camera.adc.white_level_dn(self.exposure.iso, self.camera.well_as_read_e(self.exposure.iso))
-
-    @cached_property
-    def random_numbers(self) -> int:
-        """How many random numbers one frame draws."""
-        return random_numbers(self.electronics, (self.grid.rows, self.grid.cols), self._context(0, 0))
-
-    @cached_property
-    def electronics(self) -> tuple[ElectronicStage, ...]:
-        """The electronic stages that act."""
-        return self.camera.electronics(self.exposure.iso, noise=self.noise)
 
     def plan(self) -> Choice:
         """Decide how the scene is rendered, in electrons per J/m², and render nothing."""
@@ -309,75 +277,8 @@ class Capture(Keeps):
             tolerance=self.tolerance, method=self.method, strict=self.strict,
         )  # fmt: skip
 
-    def _recorded(self, lit: Lit, frame_number: int, clock: Clock, signals: Signals) -> tuple[F64, U16]:
-        """Return rows as they are read, every electronic stage applied, and their codes."""
-        row, col = self.grid.origin
-        electrons = record(lit.mean_e, self.electronics, self._context(frame_number, lit.rows_before))
-        clock.lap("noise")
-        codes = self.camera.adc.quantise(electrons, iso=self.exposure.iso, origin=(row + lit.rows_before, col))
-        clock.lap("adc")
-        signals.add(lit, codes)
-        return electrons, codes
-
-    def _signals(self) -> Signals:
-        full_e = self.camera.charge_at_e(1.0, self.exposure.iso) - self.dark_e
-        return Signals(self.camera, self.grid.origin, self.white_level_dn, full_e=full_e)
-
-    def _context(self, frame_number: int, rows_before: int) -> Context:
-        """Return what electronic stages may know, from some row of the window on."""
-        return Context(
-            time_s=self.time_s,
-            iso=self.exposure.iso,
-            temperature_c=self.exposure.temperature_c,
-            electrons_per_dn=self.camera.adc.electrons_per_dn_at(self.exposure.iso),
-            seed=self.seed,
-            serial=self.camera.serial,
-            frame_number=frame_number,
-            origin=self.grid.origin,
-            frame_cols=self.camera.cols,
-            rows_in_all=self.grid.rows,
-            rows_before=rows_before,
-        )
-
-    def description(self, frame_number: int) -> dict[str, Any]:
-        """Return all that a frame is made of, as files carry it."""
-        return {**self._described, "frame_number": frame_number}
-
-    @cached_property
-    def _described(self) -> dict[str, Any]:
-        own = own_stages((*self.camera.optics.stages, *self.camera.stages))
-        parts = {name: getattr(self, name) for name in OF_A_FRAME}
-        described: dict[str, Any] = describe(parts | ({OWN_STAGES: own} if own else {}))
-        return described
-
-    def _frame(self, *, frame_number: int, **photosites: Any) -> Frame:
-        """Return the frame: ``photosites`` with all that files say about them."""
-        camera, exposure = self.camera, self.exposure
-        return Frame(
-            **photosites,
-            channels=camera.cfa.channels,
-            cfa_pattern=camera.cfa.window_pattern(self.grid.origin),
-            pitch_um=camera.pitch_um,
-            bit_depth=camera.adc.bit_depth,
-            black_level_dn=camera.adc.black_level_dn,
-            black_offsets_dn=camera.adc.window_black_offsets_dn(self.grid.origin),
-            white_level_dn=self.white_level_dn,
-            electrons_per_dn=camera.adc.electrons_per_dn_at(exposure.iso),
-            white_e=camera.charge_at_e(1.0, exposure.iso) if camera.nonlinearity is not None else None,
-            shot_e2_per_e=camera.shot_e2_per_e(exposure.iso) if self.noise else 0.0,
-            read_noise_e=camera.dark_noise_e(exposure.iso) if self.noise else 0.0,
-            camera_name=camera.name,
-            serial=camera.serial,
-            f_number=camera.lens.f_number,
-            time_s=self.time_s,
-            iso=exposure.iso,
-            datetime=exposure.datetime,
-            seed=self.seed,
-            frame_number=frame_number,
-            steps_e=camera.steps_e(self.light, self.time_s, self.tolerance),
-            colour=camera.colour_response(self.light, self.colour_matrix),
-            description=self.description(frame_number),
-        )
+    def _steps_e(self) -> tuple[float, ...]:
+        return self.camera.steps_e(self.light, self.time_s, self.tolerance)
 
     def _report(self, rendering: Rendering, clock: Clock, signals: Signals, notes: tuple[str, ...]) -> Report:
         signal = signals.all()

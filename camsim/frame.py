@@ -148,6 +148,8 @@ class Report:
 
     def __repr__(self) -> str:
         notes = f", {len(self.notes)} notes" if self.notes else ""
+        if self.method == "none":
+            return f"Report({self.scene}: nothing rendered{notes})"
         return f"Report({self.scene}: {self.method}, error {self.error_estimate:.2g} of {self.tolerance:g}{notes})"
 
     def rows(self) -> Iterator[tuple[str, str]]:
@@ -156,8 +158,9 @@ class Report:
         if self.electronics:
             yield "electronics", " → ".join(self.electronics)
         yield "wavelengths", self.wavelengths
-        error = f"error {self.error_estimate:.2g} of {self.tolerance:g} at {self.checked_photosites} photosites"
-        yield "rendering", f"{self.method}, {error}"
+        if self.method != "none":
+            error = f"error {self.error_estimate:.2g} of {self.tolerance:g} at {self.checked_photosites} photosites"
+            yield "rendering", f"{self.method}, {error}"
         for channel in self.signal:
             clipped = f", {channel.clipped_photosites} of {channel.photosites} clipped"
             yield (
@@ -195,6 +198,7 @@ class Frame:
     read_noise_e        all temporal noise of the read-out, one standard deviation
     steps_e             of each channel, in which files of 64 bits give electrons: below are the last bits of one
                         processor, others on another; empty: as they are
+    f_number            of the lens; 0: there was none
     frame_number        which of several exposures of one scene
     spectral            the scene's radiance per wavelength; None unless asked for
     passed_rows         of a capture whose codes were handed over as they came: so many, and the arrays hold none

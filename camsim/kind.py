@@ -29,6 +29,8 @@ def array_of(given: Any, key: str = "", stage: str = "") -> npt.NDArray[Any]:
     Raises InvalidValueError, with the line that helps, for a tensor that NumPy cannot read where it is.
     """
     try:
+        if not hasattr(given, "__array__") and callable(getattr(given, "numpy", None)):
+            given = given.numpy()
         return np.asarray(given)
     except (RuntimeError, TypeError, ValueError):
         message = f"must be numbers, not {shown(given)}"

@@ -80,6 +80,16 @@ def notes_before(setting: Setting, choice: Choice) -> Iterator[str]:
             yield from _of_the_tolerance(setting, choice)
 
 
+def notes_of_exposed(camera: Body, iso: float, below: int) -> Iterator[str]:
+    """Yield what can be said of light of one's own on a sensor; ``below``: photosites with less than none."""
+    yield from _of_own_stages(camera)
+    yield from _of_the_converter(camera, iso)
+    yield from _of_a_low_iso(camera, iso)
+    yield from _of_prnu(camera)
+    if below:
+        yield f"{below} photosites would get less light than none (colours outside sRGB have parts below 0): 0 is taken"
+
+
 def notes_of_sensor(camera: Body) -> Iterator[str]:
     """Yield what looks like a slip in copying a data sheet: no mistakes, for such a sensor can be."""
     adc = camera.adc
@@ -94,10 +104,12 @@ def notes_of_sensor(camera: Body) -> Iterator[str]:
         )
 
 
-def notes_after(signal: Sequence[ChannelSignal], camera: Body, iso: float) -> Iterator[str]:
-    """Yield what the picture's signal at an ISO setting has to say."""
+_AUTO = "exposure.time_s: auto (time_s='auto') puts white at 80 %"
+
+
+def notes_after(signal: Sequence[ChannelSignal], camera: Body, iso: float, way_out: str = _AUTO) -> Iterator[str]:
+    """Yield what the picture's signal at an ISO setting has to say, with a way out."""
     electrons_per_dn = camera.adc.electrons_per_dn_at(iso)
-    way_out = "exposure.time_s: auto (time_s='auto') puts white at 80 %"
     # By the mean: noise of the read-out scatters codes about white.
     if all(channel.min_e >= camera.charge_at_e(1.0, iso) for channel in signal):
         white_dn = camera.adc.white_level_dn(iso, camera.well_as_read_e(iso))

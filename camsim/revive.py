@@ -12,8 +12,12 @@ import camsim
 from camsim.description import OWN_STAGES
 from camsim.errors import CamsimError, InputError
 from camsim.exposing import Capture
+from camsim.files.light_file import read_light
 from camsim.files.picture_file import read_picture
+from camsim.given_light import GivenLight
+from camsim.optics.no_lens import NO_LENS
 from camsim.scene import Picture
+from camsim.shot import Shot
 from camsim.words import both
 
 _RESULTS = ("Frame", "Rendering", "Report", "Context")
@@ -43,18 +47,31 @@ def revive(tree: Any, folder: Path | None = None) -> Any:
 
 def revive_capture(description: Mapping[str, Any], folder: Path | None = None) -> Capture:
     """Return the capture that a description is of; ``folder``: where pictures are looked for."""
+    if "image" in description:
+        raise InputError("it was exposed to light of someone's own, and there is no scene that says what is right")
+    return cast(Capture, _exposure(Capture, description, folder))
+
+
+def revive_shot(description: Mapping[str, Any], folder: Path | None = None) -> Capture | Shot:
+    """Return what a description is of, a capture or light on a sensor; ``folder``: where pictures and light may lie."""
+    if "image" in description:
+        return cast(Shot, _exposure(Shot, description, folder))
+    return revive_capture(description, folder)
+
+
+def _exposure(exposed: type, description: Mapping[str, Any], folder: Path | None) -> Any:
     if own := description.get(OWN_STAGES):
         names = [ascii(name)[1:-1][:40] for name in own if isinstance(name, str)] if isinstance(own, list) else []
         taken = f"it was taken with {both(names) or 'stages'} of someone's own"
         raise InputError(f"not reproducible by camsim alone: {taken}; take it again in Python, where these are there")
     parts = revive(description, folder)
-    kinds = _parameters(Capture)
+    kinds = _parameters(exposed)
     for name, needed in kinds.items():
         if needed and name not in parts:
             raise InputError(f"there is no {name!r}, which a capture needs", key="description")
     if unknown := [name for name in parts if name not in kinds]:
         raise InputError(f"a capture has no {ascii(unknown[0])[:40]}", key="description")
-    return cast(Capture, _judged(Capture, parts, "description"))
+    return _judged(exposed, parts, "description")
 
 
 def _revived(tree: Any, place: str, folder: Path | None) -> Any:
@@ -71,6 +88,10 @@ def _revived(tree: Any, place: str, folder: Path | None) -> Any:
 def _make(kind: Any, parts: Mapping[str, Any], place: str, folder: Path | None) -> Any:
     if kind == "Picture":
         return _picture(parts, place, folder)
+    if kind == "NoLens":
+        return NO_LENS
+    if kind == "GivenLight":
+        return _given_light(parts, place, folder)
     stage = _stages().get(kind) if isinstance(kind, str) else None
     if stage is None:
         raise InputError(f"{ascii(kind)[:40]} is not a stage of this version of camsim", stage=place)
@@ -108,6 +129,33 @@ def _picture(parts: Mapping[str, Any], place: str, folder: Path | None) -> Pictu
             f"the picture {name} beside it is another one than was captured: its samples differ", stage=place
         )
     return picture
+
+
+def _given_light(parts: Mapping[str, Any], place: str, folder: Path | None) -> GivenLight:
+    """Read light of one's own again, beside the file or where it was: descriptions hold its place and its hash."""
+    source, how = parts.get("source"), parts.get("read")
+    if not isinstance(source, str) or not source:
+        message = "not reproducible: its light was an array in Python, which such a file does not hold"
+        raise InputError(f"{message}; expose the array again", stage=place)
+    name, path = ascii(source)[:200], Path(source)
+    beside = () if folder is None else (folder / path, folder / path.name)
+    found = next((each for each in (*beside, path) if each.is_file()), None)
+    if found is None:
+        raise InputError(f"not reproducible without the light {name}; put it there, or beside this file", stage=place)
+    told = {key: value for key, value in parts.items() if key not in ("source", "read", "sha256")}
+    layer = how.get("layer") if isinstance(how, Mapping) else None
+    if unknown := {*told} - {"unit", "wavelength_nm", "per_photosite"}:
+        raise InputError(f"light has no {ascii(min(unknown))[:40]}", stage=place)
+    try:
+        light = read_light(found, layer=layer, **told)
+    except CamsimError as error:
+        raise InputError(str(error), stage=place) from None
+    except (TypeError, ValueError):
+        raise InputError(f"it does not say rightly how the light {name} was read", stage=place) from None
+    if light.sha256 != parts.get("sha256"):
+        message = f"not reproducible: the light {str(found)!r} is another one than was exposed, its samples differ"
+        raise InputError(message, stage=place)
+    return dataclasses.replace(light, source=source)
 
 
 def _judged(stage: Any, parts: Mapping[str, Any], place: str) -> Any:

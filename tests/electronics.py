@@ -171,7 +171,8 @@ class Spy:
         self.drawn = {}
         self._true = streams.generator
         monkeypatch.setattr(streams, "generator", self)
-        monkeypatch.setattr(streams, "_cached", streams._fixed)  # what was drawn before is drawn again
+        monkeypatch.setattr(streams, "_KEPT", {})
+        monkeypatch.setattr(streams, "_MOST_KEPT", 0)  # each exposure draws all that it needs
 
     def __call__(self, seed, stream, *, block, frame_number=0):
         key = (seed, int(stream), block, frame_number)

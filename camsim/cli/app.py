@@ -17,6 +17,7 @@ from typer.models import CommandInfo
 from camsim.cli.bench import bench
 from camsim.cli.dataset import dataset
 from camsim.cli.explain import explain
+from camsim.cli.expose import expose
 from camsim.cli.lens_app import lens_app
 from camsim.cli.measure_app import measure_app
 from camsim.cli.options import Changes, SensorName, Sensors, say_how_to_set
@@ -255,6 +256,7 @@ app.add_typer(measure_app)
 app.add_typer(lens_app, name="lens")
 app.command()(bench)
 app.command()(explain)
+app.command()(expose)
 app.command()(sweep)
 app.command()(dataset)
 

@@ -106,6 +106,9 @@ def _figures(held: Held) -> list[tuple[str, str]]:
     error, own = record.error_estimate, record.description.get(OWN_STAGES)
     alone = f"no, it was taken with stages of someone's own: {_printable(', '.join(map(str, own)))}" if own else "yes"
     whole = "whole: it fits its checksum"
+    if image := _part(record.description, "image"):
+        source = _printable(str(image.get("source") or ""))
+        alone = f"with the light {source}" if source else "no, its light was an array in Python"
     if not held.fits:
         described = " × ".join(map(str, record.size or ()))
         alone = f"no, its record describes {described} photosites"
@@ -140,10 +143,13 @@ def _summary(description: Any) -> list[tuple[str, str]]:
         ("noise", "on" if description.get("noise") is True else "off"),
         ("computed", accuracy),
     ]
+    if image := _part(description, "image"):
+        given = f"{_word(image.get('unit'))} of {_word(image.get('source')) or 'an array in Python'}, without a lens"
+        rows = [("scene", given), *rows[1:-1]]
     told = {label: _printable(value) for label, value in rows}
     told["optics"], told["own stages"] = _in_turn(optics), _in_turn(_parts(camera, "extra_stages"))
     order = ("scene", "light", "optics", "exposure", "window", "noise", "own stages", "computed")
-    return [(label, told[label]) for label in order if told[label]]
+    return [(label, told[label]) for label in order if told.get(label)]
 
 
 def _of_frame(camera: Mapping[str, Any]) -> str:

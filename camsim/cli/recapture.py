@@ -23,6 +23,7 @@ from camsim.files.reading import Held, is_altered, read_arrays, read_file
 if TYPE_CHECKING:
     from camsim.exposing import Capture
     from camsim.frame import Frame, Product, Products
+    from camsim.shot import Shot
 
 
 def recapture(file: str, texts: Sequence[str], *, force: bool, quiet: bool) -> None:
@@ -76,15 +77,15 @@ def _written_row_by_row(held: Held, outputs: Sequence[Output], bar: Bar, **how: 
         )
 
 
-def _capture_of(held: Held) -> Capture:
+def _capture_of(held: Held) -> Capture | Shot:
     """Return the capture that a file describes; it must give an image of the file's size."""
-    from camsim.revive import revive_capture
+    from camsim.revive import revive_shot
 
     held.record.check_size(held.rows, held.cols)
-    return revive_capture(held.description, held.path.parent)
+    return revive_shot(held.description, held.path.parent)
 
 
-def _refuse_what_does_not_fit(capture: Capture, products: Products, *, held: bool) -> None:
+def _refuse_what_does_not_fit(capture: Capture | Shot, products: Products, *, held: bool) -> None:
     from camsim import memory
 
     grid = capture.grid

@@ -38,12 +38,13 @@ def print_report(
     if report.electronics:
         lines.add_row("electronics", " → ".join(report.electronics))
     lines.add_row("wavelengths", report.wavelengths)
-    lines.add_row("method", f"{report.method}, tolerance {report.tolerance:g}")
-    lines.add_row(
-        "error",
-        f"{report.error_estimate:.2g}, the worst of {report.checked_photosites} photosites recomputed",
-    )
-    if report.truth_error_estimate is not None:
+    if rendered := report.method != "none":
+        lines.add_row("method", f"{report.method}, tolerance {report.tolerance:g}")
+        lines.add_row(
+            "error",
+            f"{report.error_estimate:.2g}, the worst of {report.checked_photosites} photosites recomputed",
+        )
+    if rendered and report.truth_error_estimate is not None:
         lines.add_row("", f"{report.truth_error_estimate:.2g} in the truth, every channel at every photosite")
     lines.add_row("signal", _signal(frame))
     for note in report.notes:

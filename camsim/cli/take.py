@@ -70,7 +70,7 @@ def take(request: Request) -> None:
         # The file's own name follows from the scene's: without a scene there is nothing to say of it.
         errors = [error, *(errors if request.outputs else ())]
     if request.compress:
-        errors += _compression_faults(outputs)
+        errors += compression_faults(outputs)
     if errors:
         raise CamsimError("\n".join(str(error) for error in errors))
     if warning:
@@ -94,13 +94,13 @@ def take(request: Request) -> None:
             seconds["write"] += time.perf_counter() - began_s
     done_s = time.perf_counter()
     total_s = done_s - request.began_s
-    frame = dataclasses.replace(frame, report=_with_files(frame, outputs))
+    frame = dataclasses.replace(frame, report=with_files(frame, outputs))
     if not request.quiet:
         from camsim.cli.report import print_report
 
         print_report(frame, outputs, seconds, total_s, verbose=request.verbose)
     if request.as_json:
-        print(json.dumps(_as_json(frame, outputs, seconds, total_s), indent=2, ensure_ascii=False))
+        print(json.dumps(as_json_of(frame, outputs, seconds, total_s), indent=2, ensure_ascii=False))
 
 
 def take_pairs(request: Request) -> None:
@@ -144,7 +144,7 @@ def odd_cfa_of(pattern: tuple[str, ...], outputs: Iterable[Output], *, allowed: 
     return f"{file}: {why}" if why else None
 
 
-def _compression_faults(outputs: Iterable[Output]) -> list[CamsimError]:
+def compression_faults(outputs: Iterable[Output]) -> list[CamsimError]:
     """Return what speaks against lossless JPEG, before any work."""
     from camsim.files.dng_image import lossless_encoder
 
@@ -184,7 +184,7 @@ def _write(frame: Frame, outputs: list[Output], bar: Bar, request: Request) -> N
         )
 
 
-def _with_files(frame: Frame, outputs: Iterable[Output]) -> Report:
+def with_files(frame: Frame, outputs: Iterable[Output]) -> Report:
     """Return the report with the work that writing was."""
     matrices = len(frame.channels) > 1 and sum(
         output.path.lower().endswith(".dng") or output.product == "preview" for output in outputs
@@ -194,7 +194,7 @@ def _with_files(frame: Frame, outputs: Iterable[Output]) -> Report:
     return dataclasses.replace(frame.report, work=work)
 
 
-def _as_json(frame: Frame, outputs: list[Output], seconds: dict[str, float], total_s: float) -> dict[str, Any]:
+def as_json_of(frame: Frame, outputs: list[Output], seconds: dict[str, float], total_s: float) -> dict[str, Any]:
     """Return the report as a plain tree."""
     return {
         **asdict(frame.report),

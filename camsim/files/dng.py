@@ -214,5 +214,5 @@ def _exif_tags(frame: Frame) -> tuple[Tag, ...]:
         ascii_string(36867, date),
         # A scene given on the sensor has no focal length; 0 mm is what cameras write for unknown lenses.
         rational(37386, 0),
-        ascii_string(42036, f"f/{frame.f_number:g}"),
+        ascii_string(42036, f"f/{frame.f_number:g}" if frame.f_number else "none"),
     )

@@ -95,8 +95,8 @@ def _attributes(frame: Frame, product: str, units: str) -> dict[str, str | float
     return {
         "capDate": exif_datetime(frame),
         "expTime": float(frame.time_s),
-        "aperture": float(frame.f_number),
         "isoSpeed": float(frame.iso),
+        **({"aperture": float(frame.f_number)} if frame.f_number else {}),
         "software": software(),
         # Text, because OpenEXR's integers have 32 bits and its numbers single precision.
         "camsim:seed": str(frame.seed),

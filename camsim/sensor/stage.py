@@ -110,9 +110,10 @@ class Context:
             way_out = "there is one for each photosite; context.column_normals gives one for each column"
             raise refused("extra_stages", f"{asked}; {way_out}")
         rows, cols = shape
-        return streams.fixed_normals(
+        normals = streams.fixed_normals(
             self.serial, stream, rows=rows, cols=cols, origin=self.first, frame_cols=self.frame_cols
         )
+        return normals.copy() if is_own(self.asking) else normals  # one of one's own may write into them
 
     def column_normals(self, stream: int, cols: int) -> F32:
         """Return the (cols,) standard normals of a fixed pattern that belong to these photosites' columns."""

@@ -7,7 +7,7 @@ serial number, for blocks of the *full frame*, and a window cuts its part out.
 
 from __future__ import annotations
 
-import functools
+import threading
 
 import numpy as np
 
@@ -16,6 +16,10 @@ from camsim.errors import InvalidValueError
 
 BLOCK_ROWS = 64
 _AT_ONCE = 1 << 18  # normals, as many as stay in a processor's cache
+
+_MOST_KEPT, _LARGEST_KEPT = 256, 1 << 16  # blocks of fixed patterns, normals of one: 64 MiB at most
+_KEPT: dict[tuple[object, ...], F32] = {}
+_KEPT_BY = threading.Lock()
 
 
 def generator(seed: int, stream: int, *, block: int, frame_number: int = 0) -> np.random.Generator:
@@ -40,15 +44,25 @@ def fixed_normals(serial: int, stream: int, *, rows: int, cols: int, origin: tup
 
     A window's normals are that slice of the full frame's, exactly. 24 bits of a normal are plenty: they are
     multiplied by a spread and added to a number that is rounded far more coarsely. Beyond the frame's left, right
-    and upper edges, where no photosite has a pattern, they are 0.
+    and upper edges, where no photosite has a pattern, they are 0. Those of small windows are kept for the next
+    exposure, and cannot be written into.
     """
-    place = serial, stream, (rows, cols), origin, frame_cols
-    # Frames of one sensor have the same: a few megabytes of them are cached.
-    return _cached(*place).copy() if rows * cols <= _AT_ONCE else _fixed(*place)
+    key = serial, stream, rows, cols, origin, frame_cols
+    with _KEPT_BY:
+        if (known := _KEPT.pop(key, None)) is not None:
+            _KEPT[key] = known  # the last asked for is the last to go
+            return known
+    normals = _drawn(serial, stream, rows=rows, cols=cols, origin=origin, frame_cols=frame_cols)
+    if normals.size <= _LARGEST_KEPT:
+        normals.flags.writeable = False
+        with _KEPT_BY:
+            _KEPT[key] = normals
+            while len(_KEPT) > _MOST_KEPT:
+                del _KEPT[next(iter(_KEPT))]
+    return normals
 
 
-def _fixed(serial: int, stream: int, shape: tuple[int, int], origin: tuple[int, int], frame_cols: int) -> F32:
-    rows, cols = shape
+def _drawn(serial: int, stream: int, *, rows: int, cols: int, origin: tuple[int, int], frame_cols: int) -> F32:
     normals = np.zeros((rows, cols), dtype=np.float32)
     first_row, first_col = origin
     stop_row, stop_col = first_row + rows, min(first_col + cols, frame_cols)
@@ -66,9 +80,6 @@ def _fixed(serial: int, stream: int, shape: tuple[int, int], origin: tuple[int, 
             _pass_over(drawing, frame_cols - left - inside.size)
         row = stop
     return normals
-
-
-_cached = functools.lru_cache(maxsize=32)(_fixed)
 
 
 def _pass_over(drawing: np.random.Generator, count: int) -> None:

@@ -62,7 +62,9 @@ def test_it_says_what_it_is(name):
     # What it shares with another is told there.
     for other in re.findall(r"(?:as of|see) ``(\w+)``", said):
         said += inspect.getdoc(getattr(camsim, other, None)) or ""
-    stages = {field.name for field in fields(Electronics)} if name == "Camera" else set()  # told by their classes
+    stages = (
+        {field.name for field in fields(Electronics)} if name in ("Camera", "Sensor") else set()
+    )  # told by their classes
     for parameter in inspect.signature(value).parameters.keys() - stages:
         plain = parameter in PLAIN or UNIT.search(parameter) or parameter.startswith("_")
         assert plain or re.search(rf"\b{parameter}\b", said), f"nothing is said of {parameter}"

@@ -49,9 +49,14 @@ LAYERS = (
     "notes",
     "lit",
     "reporting",
+    "recording",
     "optical_image",
     "exposing",
     "camera",
+    "given_light",
+    "shot",
+    "sensor_alone",
+    "noise",
     "files",
     "measure",
     "revive",
@@ -66,6 +71,7 @@ LAYERS = (
 # __init__ is all doors.
 EXCEPTIONS = {
     ("camsim.camera", "camsim.capturing"),
+    ("camsim.sensor_alone", "camsim.capturing"),
     ("camsim.scene.scene", "camsim.capturing"),
     ("camsim.frame", "camsim.files"),
     ("camsim.frame", "camsim.files.preview"),

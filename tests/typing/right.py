@@ -193,6 +193,22 @@ made_n = camsim.Camera(
     quantum_efficiency=efficiency,
     adc=adc,
 )
+sensor_n = camsim.Sensor(
+    rows=np.int64(20),
+    cols=np.int64(20),
+    pitch_um=F,
+    serial=N,
+    photosite=square_n,
+    cfa=camsim.Cfa.mono(),
+    quantum_efficiency=efficiency,
+    adc=adc,
+)
+given_n = camsim.GivenLight(
+    samples=np.ones((4, 4, 1)), unit="photons", wavelength_nm=[np.float32(550)], per_photosite=np.int64(1)
+)
+shot_n = sensor_n.expose(given_n, exposure=exposure_n, region=camsim.Region(N, N), seed=N, noise=B)
+array_n = sensor_n.expose(np.ones((4, 4)), unit="electrons", exposure=exposure_n, per_photosite=np.int64(1))
+noise_n = camsim.Noise(sensor_n, iso=F, time_s=G, temperature_c=N)(np.ones((4, 4)), N)
 frame_n = body.expose(
     scene_n, light=light_n, exposure=exposure_n, region=region_n, seed=N, tolerance=np.float32(1e-2), noise=B
 )

@@ -33,7 +33,7 @@ class ShotNoise(ElectronicStage):
         A mean below zero (a rendering may be, by its tolerance) counts as zero.
         """
         rng = context.generator(self.stream)
-        return rng.poisson(np.clip(electrons, 0.0, _LARGEST_MEAN_E)).astype(np.float64)
+        return rng.poisson(np.clip(electrons, 0.0, _LARGEST_MEAN_E)).astype(np.float64, copy=False)
 
     def draws(self, shape: tuple[int, int], context: Context) -> int:
         """Return one count for each photosite."""

@@ -1,0 +1,148 @@
+"""What every exposure does with the light on its photosites: noise, codes, and what a frame says."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+from camsim.arrays import F64, U16
+from camsim.body import Body
+from camsim.description import OWN_STAGES, describe
+from camsim.frame import Frame
+from camsim.kept import Keeps, cached_property
+from camsim.lit import Lit, Window
+from camsim.optics.no_lens import NoLens
+from camsim.own import own_stages
+from camsim.rendering import Grid
+from camsim.reporting import Clock, Signals
+from camsim.sensor.chain import random_numbers, record
+from camsim.sensor.colour_matrix import MatrixOf
+from camsim.sensor.exposure import Exposure
+from camsim.sensor.stage import Context, ElectronicStage
+from camsim.spectra.light import Light
+from camsim.window import Region
+
+
+class Recording(Keeps):
+    """A camera's electronics at one exposure; what puts the light there has these fields, and says what it is made of.
+
+    made_of : fields that a description holds
+    """
+
+    made_of: ClassVar[tuple[str, ...]]
+
+    camera: Body
+    light: Light
+    exposure: Exposure
+    seed: int
+    region: Region | None
+    noise: bool
+    colour_matrix: MatrixOf
+
+    @cached_property
+    def grid(self) -> Grid:
+        """The window's photosites."""
+        return self.camera.grid(self.region)
+
+    @cached_property
+    def window(self) -> Window:
+        """The photosites that take part: the window's, and with crosstalk their neighbours."""
+        return Window(camera=self.camera, grid=self.grid, on_sensor=self.light.at == "sensor")
+
+    @cached_property
+    def time_s(self) -> float:
+        """The exposure time, found when it is "auto"."""
+        return self.camera.exposure_time_s(self.light, self.exposure)
+
+    @property
+    def dark_e(self) -> float:
+        """The charge that gathers without light, the mean of all photosites; none without noise."""
+        return self.camera.dark_e(self.time_s, self.exposure.temperature_c) if self.noise else 0.0
+
+    @cached_property
+    def white_level_dn(self) -> int:
+        """The code at which the signal clips."""
+        return self.camera.adc.white_level_dn(self.exposure.iso, self.camera.well_as_read_e(self.exposure.iso))
+
+    @cached_property
+    def random_numbers(self) -> int:
+        """How many random numbers one frame draws."""
+        return random_numbers(self.electronics, (self.grid.rows, self.grid.cols), self._context(0, 0))
+
+    @cached_property
+    def electronics(self) -> tuple[ElectronicStage, ...]:
+        """The electronic stages that act."""
+        return self.camera.electronics(self.exposure.iso, noise=self.noise)
+
+    def _recorded(self, lit: Lit, frame_number: int, clock: Clock, signals: Signals) -> tuple[F64, U16]:
+        """Return rows as they are read, every electronic stage applied, and their codes."""
+        row, col = self.grid.origin
+        electrons = record(lit.mean_e, self.electronics, self._context(frame_number, lit.rows_before))
+        clock.lap("noise")
+        codes = self.camera.adc.quantise(electrons, iso=self.exposure.iso, origin=(row + lit.rows_before, col))
+        clock.lap("adc")
+        signals.add(lit, codes)
+        return electrons, codes
+
+    def _signals(self) -> Signals:
+        full_e = self.camera.charge_at_e(1.0, self.exposure.iso) - self.dark_e
+        return Signals(self.camera, self.grid.origin, self.white_level_dn, full_e=full_e)
+
+    def _context(self, frame_number: int, rows_before: int) -> Context:
+        """Return what electronic stages may know, from some row of the window on."""
+        return Context(
+            time_s=self.time_s,
+            iso=self.exposure.iso,
+            temperature_c=self.exposure.temperature_c,
+            electrons_per_dn=self.camera.adc.electrons_per_dn_at(self.exposure.iso),
+            seed=self.seed,
+            serial=self.camera.serial,
+            frame_number=frame_number,
+            origin=self.grid.origin,
+            frame_cols=self.camera.cols,
+            rows_in_all=self.grid.rows,
+            rows_before=rows_before,
+        )
+
+    def description(self, frame_number: int) -> dict[str, Any]:
+        """Return all that a frame is made of, as files carry it."""
+        return {**self._described, "frame_number": frame_number}
+
+    @cached_property
+    def _described(self) -> dict[str, Any]:
+        own = own_stages((*self.camera.optics.stages, *self.camera.stages))
+        parts = {name: getattr(self, name) for name in self.made_of}
+        described: dict[str, Any] = describe(parts | ({OWN_STAGES: own} if own else {}))
+        return described
+
+    def _steps_e(self) -> tuple[float, ...]:
+        """Return ``Frame.steps_e``: light that was given is known to all its digits."""
+        return ()
+
+    def _frame(self, *, frame_number: int, **photosites: Any) -> Frame:
+        """Return the frame: ``photosites`` with all that files say about them."""
+        camera, exposure = self.camera, self.exposure
+        return Frame(
+            **photosites,
+            channels=camera.cfa.channels,
+            cfa_pattern=camera.cfa.window_pattern(self.grid.origin),
+            pitch_um=camera.pitch_um,
+            bit_depth=camera.adc.bit_depth,
+            black_level_dn=camera.adc.black_level_dn,
+            black_offsets_dn=camera.adc.window_black_offsets_dn(self.grid.origin),
+            white_level_dn=self.white_level_dn,
+            electrons_per_dn=camera.adc.electrons_per_dn_at(exposure.iso),
+            white_e=camera.charge_at_e(1.0, exposure.iso) if camera.nonlinearity is not None else None,
+            shot_e2_per_e=camera.shot_e2_per_e(exposure.iso) if self.noise else 0.0,
+            read_noise_e=camera.dark_noise_e(exposure.iso) if self.noise else 0.0,
+            camera_name=camera.name,
+            serial=camera.serial,
+            f_number=0.0 if isinstance(camera.lens, NoLens) else camera.lens.f_number,
+            time_s=self.time_s,
+            iso=exposure.iso,
+            datetime=exposure.datetime,
+            seed=self.seed,
+            frame_number=frame_number,
+            steps_e=self._steps_e(),
+            colour=camera.colour_response(self.light, self.colour_matrix),
+            description=self.description(frame_number),
+        )

@@ -1,0 +1,242 @@
+"""Light of one's own on a sensor: what goes in is what the codes say, and the noise has the laws of its stages."""
+
+import numpy as np
+import pytest
+import scipy.stats
+
+import camsim
+from camsim.errors import InvalidValueError
+from camsim.kernels.counts import fill_counts
+from camsim.spectra.rgb import reflectance_of_rgb
+
+MONO = camsim.Sensor.from_yaml("mono-345")
+BAYER = camsim.Sensor.from_yaml("d40-like")
+ON_SENSOR = camsim.Light("D65", illuminance_lux=10.0, at="sensor")
+HOW = camsim.Exposure(time_s=0.02, iso=200)
+CROSSTALK = camsim.Crosstalk(((0, 0.01, 0), (0.03, 0.9, 0.02), (0, 0.04, 0)))
+
+
+def ramp(rows, cols, most=9000.0):
+    return np.linspace(0.0, most, rows * cols).reshape(rows, cols)
+
+
+@pytest.mark.parametrize("sensor", [MONO, BAYER, BAYER.replace(full_well=None)])
+@pytest.mark.parametrize("iso", [200, 1600])
+def test_without_noise_the_codes_are_the_electrons_over_the_gain(sensor, iso):
+    electrons = ramp(37, 50)
+    frame = sensor.expose(electrons, unit="electrons", exposure=camsim.Exposure(time_s=1.0, iso=iso), noise=False)
+    per_dn = sensor.adc.electrons_per_dn * sensor.adc.base_iso / iso
+    assert np.array_equal(frame.mosaic, np.clip(np.rint(electrons / per_dn + sensor.adc.black_level_dn), 0, 4095))
+    assert np.array_equal(frame.mean_electrons, electrons)
+
+
+def test_four_hundred_frames_have_the_mean_and_the_variance_of_the_theory():
+    sensor = MONO.replace(prnu=None, dsnu=None, dark_current=None)
+    how = camsim.Exposure(time_s=0.02, iso=100)
+    electrons = 5.0 + ramp(16, 24, 8000.0)
+    shots = [
+        sensor.expose(electrons, unit="electrons", exposure=how, seed=7, frame_number=number).signal_e
+        for number in range(400)
+    ]
+    gain = sensor.adc.electrons_per_dn * sensor.adc.base_iso / how.iso
+    variance = electrons + sensor.read_noise.sigma_e**2 + gain**2 / 12
+    off = (np.mean(shots, axis=0) - electrons) / np.sqrt(variance / 400)
+    assert np.abs(off).max() < 6.0
+    assert off.std() == pytest.approx(1.0, abs=0.15)
+    spread = np.var(shots, axis=0, ddof=1) / variance
+    assert np.abs(spread - 1.0).max() < 6.0 * np.sqrt(2 / 399)
+    assert spread.mean() == pytest.approx(1.0, abs=0.02)
+
+
+def test_gains_of_photosites_come_before_the_count():
+    sensor = MONO.replace(dsnu=None, dark_current=None, read_noise=None, full_well=None, prnu=camsim.Prnu(0.1))
+    electrons = np.full((64, 64), 3000.0)
+    shots = np.array(
+        [sensor.expose(electrons, unit="electrons", exposure=HOW, seed=seed).electrons for seed in range(40)]
+    )
+    mean, variance = shots.mean(axis=0), shots.var(axis=0, ddof=1)
+    assert mean.std() == pytest.approx(300.0, rel=0.06)
+    # A photosite that gets more counts with more noise, as its own mean says.
+    slope = np.polyfit(mean.ravel(), variance.ravel(), 1)[0]
+    assert slope == pytest.approx(1.0, abs=0.15)
+
+
+def test_planes_of_the_channels_are_sampled_and_are_the_truth():
+    planes = np.random.default_rng(2).uniform(0.0, 9000.0, (12, 16, 3))
+    frame = BAYER.expose(planes, unit="electrons", noise=False)
+    np.testing.assert_allclose(frame.truth, planes, rtol=1e-6)
+    for row, col, channel in ((0, 0, 0), (0, 1, 1), (1, 0, 1), (1, 1, 2)):
+        assert np.array_equal(frame.mean_electrons[row::2, col::2], planes[row::2, col::2, channel])
+
+
+@pytest.mark.parametrize("colour", [(0.5, 0.5, 0.5), (0.8, 0.1, 0.05), (0.1, 0.3, 0.9)])
+@pytest.mark.parametrize("crosstalk", [None, CROSSTALK])
+def test_it_is_the_even_scene_of_that_colour_to_the_code(colour, crosstalk):
+    how = {"light": ON_SENSOR, "exposure": HOW, "seed": 5, "region": camsim.Region(rows=8, cols=10)}
+    camera = camsim.Camera.from_yaml("d40-like", lens=camsim.Airy(f_number=4.0)).replace(crosstalk=crosstalk)
+    scene = camera.expose(camsim.Scene(background=reflectance_of_rgb(colour)), products=("truth",), **how)
+    given = np.broadcast_to(np.array(colour), (8, 10, 3))
+    light = BAYER.replace(crosstalk=crosstalk).expose(given, unit="reflectance", **how)
+    np.testing.assert_allclose(light.mean_electrons, scene.mean_electrons, rtol=1e-9)
+    np.testing.assert_allclose(light.truth, scene.truth, rtol=1e-6)
+    assert np.array_equal(light.mosaic, scene.mosaic)
+    assert light.cfa_pattern == scene.cfa_pattern
+
+
+def test_a_cube_of_a_flat_reflectance_is_grey_and_more_than_white_is_light():
+    grey = BAYER.expose(np.full((6, 8), 2.5), unit="reflectance", exposure=HOW)
+    cube = BAYER.expose(
+        np.full((6, 8, 31), 2.5), unit="reflectance", exposure=HOW, wavelength_nm=np.arange(400, 701, 10)
+    )
+    np.testing.assert_allclose(cube.mean_electrons, grey.mean_electrons, rtol=1e-9)
+    white = BAYER.expose(np.ones((6, 8)), unit="reflectance", exposure=HOW)
+    np.testing.assert_allclose(grey.mean_electrons, 2.5 * white.mean_electrons, rtol=1e-12)
+
+
+def test_an_irradiance_is_the_light_that_has_it():
+    nodes_nm = np.arange(400.0, 701.0, 20.0)
+    told = np.linspace(1.0, 3.0, nodes_nm.size)
+    light = camsim.Light(camsim.Curve(nodes_nm, told), irradiance_w_per_m2=2e-3, at="sensor")
+    level = light.irradiance_at(nodes_nm)
+    by_light = BAYER.expose(np.ones((4, 4)), unit="reflectance", light=light, exposure=HOW)
+    by_bands = BAYER.expose(
+        np.broadcast_to(level, (4, 4, level.size)), unit="irradiance", wavelength_nm=nodes_nm, exposure=HOW
+    )
+    np.testing.assert_allclose(by_bands.mean_electrons, by_light.mean_electrons, rtol=1e-6)
+
+
+def test_photons_give_as_many_electrons_as_the_efficiency_says():
+    flat = camsim.QuantumEfficiency((("Y", camsim.Curve((400.0, 700.0), (0.6, 0.6))),), per="photon", peak=0.6)
+    sensor = MONO.replace(quantum_efficiency=flat, filters=(0.5,))
+    frame = sensor.expose(np.full((3, 5), 1000.0), unit="photons", wavelength_nm=[550.0], exposure=HOW)
+    np.testing.assert_allclose(frame.mean_electrons, 300.0, rtol=1e-12)
+    with pytest.raises(InvalidValueError, match="extend the table"):
+        sensor.expose(np.ones((3, 5)), unit="photons", wavelength_nm=[900.0])
+
+
+@pytest.mark.parametrize(("unit", "counts"), [("electrons", 9), ("reflectance", 1)])
+def test_finer_light_is_added_up_on_the_photosites(unit, counts):
+    small = camsim.Sensor.from_yaml("mono-345", overrides=["sensor.frame.rows=6", "sensor.frame.cols=8"])
+    fine = np.random.default_rng(4).uniform(0.0, 1.0, (18, 24))
+    coarse = np.array([[fine[3 * r : 3 * r + 3, 3 * c : 3 * c + 3].mean() for c in range(8)] for r in range(6)])
+    by_itself = small.expose(fine, unit=unit, exposure=HOW).mean_electrons
+    np.testing.assert_allclose(by_itself, small.expose(counts * coarse, unit=unit, exposure=HOW).mean_electrons)
+    said = MONO.expose(fine, unit=unit, exposure=HOW, per_photosite=3).mean_electrons
+    np.testing.assert_allclose(said, by_itself)
+
+
+@pytest.mark.parametrize("pattern", ["bayer", "x-trans"])
+@pytest.mark.parametrize("sampled", [True, False])
+def test_crosstalk_goes_on_beyond_the_border_as_within(pattern, sampled):
+    cfa = camsim.Cfa.bayer("RGGB") if pattern == "bayer" else camsim.Cfa.named("x-trans")
+    sensor = BAYER.replace(crosstalk=CROSSTALK, cfa=cfa)
+    planes = np.broadcast_to(np.array([100.0, 700.0, 300.0]), (24, 24, 3))
+    mosaic = np.take_along_axis(planes, cfa.channel_index(24, 24)[..., None].astype(int), axis=2)[..., 0]
+    frame = sensor.expose(mosaic if sampled else planes, unit="electrons", noise=False)
+    rows, cols = cfa.period
+    np.testing.assert_allclose(frame.mean_electrons[:rows, :cols], frame.mean_electrons[12:][:rows, 12 : 12 + cols])
+    np.testing.assert_allclose(frame.mean_electrons[-rows:, -cols:], frame.mean_electrons[12:][:rows, 12 : 12 + cols])
+
+
+def test_srgb_is_decoded_and_whole_numbers_are_fractions_of_their_largest():
+    codes = np.array([[[0, 128, 255], [64, 200, 30]]], np.uint8)
+    linear = np.where(codes / 255 <= 0.04045, codes / 255 / 12.92, ((codes / 255 + 0.055) / 1.055) ** 2.4)
+    by_codes = BAYER.expose(codes, unit="srgb", exposure=HOW, noise=False)
+    by_light = BAYER.expose(linear, unit="reflectance", exposure=HOW, noise=False)
+    np.testing.assert_allclose(by_codes.mean_electrons, by_light.mean_electrons)
+    half = BAYER.expose(np.full((2, 2), 32768, np.uint16), unit="reflectance", exposure=HOW, noise=False)
+    white = BAYER.expose(np.ones((2, 2)), unit="reflectance", exposure=HOW, noise=False)
+    np.testing.assert_allclose(half.mean_electrons / white.mean_electrons, 32768 / 65535)
+
+
+def test_colours_outside_srgb_are_said():
+    given = np.full((4, 4, 3), (-0.9, 0.1, 0.1))
+    frame = BAYER.expose(given, unit="reflectance", exposure=HOW)
+    assert frame.mean_electrons.min() == 0.0
+    assert any(note.startswith("4 photosites would get less light than none") for note in frame.report.notes)
+
+
+@pytest.mark.parametrize(
+    ("given", "how", "said"),
+    [
+        (np.full((2, 2), np.nan), {"unit": "electrons"}, "samples: holds nan at [0, 0], which is no light"),
+        (np.array([[1.0, -2.0]]), {"unit": "electrons"}, "samples: holds -2 electrons at [0, 1]; light is 0 or more"),
+        (np.full((2, 2), 1e16), {"unit": "electrons"}, "no light is more than 1e+15"),
+        (np.ones((2, 2)), {}, "unit: must be said of an array: electrons, photons"),
+        (np.ones((2, 2)), {"unit": "photons"}, "wavelength_nm: must be given with photons, one for each plane"),
+        (np.ones((2, 2, 4)), {"unit": "electrons"}, "has 4 planes; give one for each of R, G, B"),
+        (np.ones((2, 2, 4)), {"unit": "reflectance"}, "without its opacity it is [..., :3]"),
+        (np.ones((2, 2, 2)), {"unit": "photons", "wavelength_nm": [500.0]}, "wavelength_nm: 1 for 2 planes"),
+        (np.ones((9000, 2)), {"unit": "electrons"}, "is 9000 × 2, and the sensor has 2000 × 3008 photosites"),
+        (np.ones((2, 3)), {"unit": "electrons", "per_photosite": 2}, "2 divides no 2 × 3 samples"),
+        (np.ones((2, 2)), {"unit": "electrons", "products": ("truth",)}, "says nothing of the other channels"),
+        (np.ones((2, 2)), {"unit": "reflectance", "light": camsim.Light("D65", illuminance_lux=9.0)}, "at='sensor'"),
+        (
+            np.ones((2, 2)),
+            {"unit": "electrons", "exposure": camsim.Exposure(time_s="auto", iso=200)},
+            "electrons say how much light there is; give seconds",
+        ),
+    ],
+)
+def test_what_is_no_light_is_refused(given, how, said):
+    with pytest.raises(InvalidValueError) as caught:
+        BAYER.expose(given, **how)
+    assert said in str(caught.value)
+
+
+def test_a_scene_needs_a_lens():
+    with pytest.raises(InvalidValueError, match="has no lens"):
+        camsim.Capture(camera=BAYER, scene=camsim.Scene(background=0.5), light=ON_SENSOR, exposure=HOW)
+
+
+class Tensor:
+    """As tensors on the CPU are: no array, and gives one of the same memory."""
+
+    def __init__(self, array):
+        self._array = array
+
+    def numpy(self):
+        return self._array
+
+
+def test_noise_in_a_loop_has_the_laws_and_the_patterns_of_the_sensor():
+    noise = camsim.Noise(MONO, iso=100)
+    electrons = ramp(128, 128, 8000.0)
+    noisy = np.array([noise(electrons, seed) for seed in range(40)])
+    frames = [
+        MONO.expose(electrons, unit="electrons", seed=s, exposure=camsim.Exposure(time_s=0.01, iso=100))
+        for s in range(40)
+    ]
+    recorded = np.array([frame.electrons for frame in frames])
+    dark_e = MONO.dark_current.e_per_s * 0.01
+    variance = electrons + dark_e + MONO.read_noise.sigma_e**2
+    for shots in (noisy, recorded):
+        np.testing.assert_allclose(shots.var(axis=0, ddof=1).mean(), variance.mean(), rtol=0.02)
+    # The same fixed patterns: what the two means differ by is the noise of 80 frames.
+    off = (noisy.mean(axis=0) - recorded.mean(axis=0)) / np.sqrt(2 * variance / 40)
+    assert off.std() == pytest.approx(1.0, abs=0.03)
+
+
+@pytest.mark.parametrize("mean", [0.02, 0.7, 4.0, 9.99, 10.01, 35.0, 900.0, 2e5])
+def test_quick_counts_are_poissons(mean):
+    means, counts, state = np.full(200_000, mean), np.empty(200_000), np.array([12345], np.uint64)
+    fill_counts(counts, means, state)
+    ends = np.unique(np.round(scipy.stats.poisson.ppf(np.linspace(0.002, 0.998, 30), mean)))
+    expected = counts.size * np.diff([0.0, *scipy.stats.poisson.cdf(ends, mean), 1.0])
+    found = np.diff([0, *np.searchsorted(np.sort(counts), ends, side="right"), counts.size])
+    likely = expected > 5.0
+    squares = ((found - expected)[likely] ** 2 / expected[likely]).sum()
+    assert scipy.stats.chi2.sf(squares, max(1, np.count_nonzero(likely) - 1)) > 1e-3
+    assert (counts == np.floor(counts)).all()
+
+
+def test_noise_of_several_images_and_of_tensors():
+    noise = camsim.Noise(BAYER, iso=800)
+    images = np.full((2, 3, 16, 16), 50.0, np.float32)
+    noisy = noise(Tensor(images), 3)
+    assert (noisy.shape, noisy.dtype) == (images.shape, np.float32)
+    assert np.array_equal(noisy, noise(images, 3))
+    assert len({image.tobytes() for image in noisy.reshape(6, 16, 16)}) == 6
+    assert (images == 50.0).all()
+    with pytest.raises(InvalidValueError, match="finite, and 0 or more"):
+        noise(-images, 3)
