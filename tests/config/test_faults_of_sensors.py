@@ -50,7 +50,7 @@ FAULTS = {
         "{red: {wavelength_nm: [400, 700], values: [1, 1]}}",
         [
             "my.yaml:9:11: quantum_efficiency.curves: no curve for R, G, B of the cfa; there are red",
-            "my.yaml:9:12: quantum_efficiency.curves.red: must be a channel, one letter",
+            "my.yaml:9:12: quantum_efficiency.curves.red: must be a channel: one letter, Gr or Gb",
         ],
     ),
     "a curve below zero": (
