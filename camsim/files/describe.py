@@ -106,6 +106,8 @@ def _error(frame: Frame, product: str) -> float | None:
     if error is None or not math.isfinite(error):
         return None
     thousandth = 1e-3 * frame.report.tolerance
+    if thousandth == 0.0:  # light that was given has no error
+        return 0.0
     return float(f"{max(round(error / thousandth), 1) * thousandth:.2g}")
 
 

@@ -1,17 +1,19 @@
-"""Which places shapes cover."""
+"""Which places shapes cover: asked of the curves themselves, whose crossings of a horizontal are counted."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from camsim.arrays import F64, I64
-from camsim.scene.outlines import Outlines, area_of
+from camsim.scene.curves import ARC, CUBIC, Curves
+from camsim.scene.outlines import Outlines
 from camsim.scene.primitives import Primitive
-from camsim.scene.side_limits import SideLimits
 
-FINE = SideLimits(turn_rad=1e-3)  # polygons that lie off their curves by 1e-7 of the radius
+HALVINGS = 60  # of a stretch: then its two ends are one number
+AT_ONCE = 1 << 20  # stretches times places
 
 
 def covered(places_um: F64, before: I64, primitives: Sequence[Primitive]) -> np.ndarray:
@@ -39,6 +41,101 @@ def covered(places_um: F64, before: I64, primitives: Sequence[Primitive]) -> np.
     for one in np.unique(number).tolist():
         about = place[np.searchsorted(number, one, "left") : np.searchsorted(number, one, "right")]
         asked = about[~found[about]]
-        area = area_of(primitives[one], Outlines.of([primitives[one]]).rings(FINE)[0])
-        found[asked] = shapely.contains_xy(area, places_um[asked])
+        found[asked] = _covers(primitives[one], places_um[asked])
     return found
+
+
+def _covers(primitive: Primitive, places: F64) -> np.ndarray:
+    """Return which places some fill of every layer covers."""
+    all_layers = np.ones(len(places), bool)
+    for layer in primitive.layers:
+        filled = np.zeros(len(places), bool)
+        for fill in layer:
+            turns = _windings(_Stretches.of(fill.curves), places)
+            filled |= turns % 2 == 1 if fill.rule == "evenodd" else turns != 0
+        all_layers &= filled
+    return all_layers
+
+
+class _Stretches(NamedTuple):
+    """Parts of curves along which y only rises or only falls.
+
+    curves       : of each its own, none for a loop
+    begin, end   : shares of its parameter;  y0, y1: there, the very numbers with which the next one begins
+    left, right  : x on either side of all of its curve
+    """
+
+    curves: Curves
+    begin: F64
+    end: F64
+    y0: F64
+    y1: F64
+    left: F64
+    right: F64
+
+    @classmethod
+    def of(cls, curves: Curves) -> _Stretches:
+        """Cut curves where they turn."""
+        turns = _turns(curves)
+        count = len(turns)
+        shares = np.concatenate([np.zeros((count, 1)), turns, np.ones((count, 1))], axis=1)
+        heights = np.stack([curves.at(share)[:, 1] for share in shares.T], axis=1)
+        heights[:, 0] = curves.points[:, 0, 1]
+        ends = shares == 1.0
+        heights[ends] = np.broadcast_to(curves.points[:, 3, 1, None], heights.shape)[ends]
+        owner, column = np.nonzero(shares[:, 1:] > shares[:, :-1])
+        boxes = curves.boxes[owner]
+        return cls(
+            curves.some(owner), shares[owner, column], shares[owner, column + 1],
+            heights[owner, column], heights[owner, column + 1], boxes[:, 0], boxes[:, 2],
+        )  # fmt: skip
+
+
+def _turns(curves: Curves) -> F64:
+    """Return shares (n, 3) of curves' parameters where y may turn, in order, 1 where it does not."""
+    shares = np.ones((len(curves.kind), 3))
+    y = curves.points[..., 1]
+    if (cubic := np.flatnonzero(curves.kind == CUBIC)).size:
+        a, b, c = np.diff(y[cubic], axis=1).T
+        square, half = a - 2.0 * b + c, a - b
+        # The two roots of square·t² − 2·half·t + a, neither by a difference of what is nearly one.
+        root = np.sqrt(np.maximum(half * half - square * a, 0.0))
+        sum_ = half + np.where(half < 0.0, -root, root)
+        for column, (over, under) in enumerate(((sum_, square), (a, sum_))):
+            shares[cubic, column] = over / np.where(under == 0.0, np.inf, under)
+    if (arc := np.flatnonzero(curves.kind == ARC)).size:
+        turn = curves.turn_rad[arc]
+        first = np.arctan2(y[arc, 2], y[arc, 1]) % np.pi
+        for column in range(3):
+            angle = first + column * np.pi
+            shares[arc, column] = np.where(turn > 0.0, angle, np.pi * (column + 1) - first) / np.abs(turn)
+    shares[~((shares > 0.0) & (shares < 1.0))] = 1.0
+    return np.sort(shares, axis=1)
+
+
+def _windings(of: _Stretches, places: F64) -> I64:
+    """Return how often curves wind about places (n, 2): what crosses the horizontal to their right, up less down."""
+    turns = np.zeros(len(places), np.int64)
+    step = max(1, AT_ONCE // max(1, len(of.begin)))
+    for begin in range(0, len(places), step):
+        x, y = places[begin : begin + step].T
+        level = (of.y0 <= y[:, None]) != (of.y1 <= y[:, None])
+        place, stretch = np.nonzero(level & (of.right > x[:, None]))
+        beside = of.left[stretch] <= x[place]
+        crossing = np.full(place.size, np.inf)
+        crossing[beside] = _crossing(of, stretch[beside], y[place[beside]])
+        up = np.where(of.y1[stretch] > of.y0[stretch], 1, -1)
+        np.add.at(turns, begin + place, np.where(crossing > x[place], up, 0))
+    return turns
+
+
+def _crossing(of: _Stretches, which: I64, y: F64) -> F64:
+    """Return x where stretches cross horizontals, each its own, by halving."""
+    curves, low, high = of.curves.some(which), of.begin[which], of.end[which]
+    rises = of.y1[which] > of.y0[which]
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        under = (curves.at(middle)[:, 1] <= y) == rises
+        low, high = np.where(under, middle, low), np.where(under, high, middle)
+    crossing: F64 = curves.at(0.5 * (low + high))[:, 0]
+    return crossing

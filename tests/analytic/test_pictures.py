@@ -14,10 +14,8 @@ import camsim
 from camsim.optics import OpticalSystem
 from camsim.rendering.check.fitting import Fitting
 from camsim.rendering.engine import Cost
-from camsim.rendering.fields import job
 from camsim.rendering.fields.image import FieldImage
 from camsim.rendering.fields.job import FieldJob
-from camsim.rendering.outlines import arranged
 from camsim.rendering.render import plan_render, render_channels
 from camsim.spectra.curve import Curve
 from camsim.spectra.rgb import reflectance_of_rgb
@@ -323,21 +321,6 @@ def test_the_check_sees_what_is_wrong(monkeypatch, lens):
         assert camsim.render(scene, optics, GRID, wavelength_nm=NM, tolerance=1e-5).error_estimate > 2e-5
     monkeypatch.setattr(FieldImage, "bands", honest)
     assert camsim.render(scene, optics, GRID, wavelength_nm=NM, tolerance=1e-5).error_estimate <= 1e-5
-
-
-def test_the_check_looks_where_outlines_lie_in_front_of_pictures(monkeypatch):
-    """A disc cut as if nothing cut its sides is two tolerances off at a few photosites of its rim, and seen."""
-    planes = np.random.default_rng(3).random((5, 7))
-    picture = camsim.Picture(planes=planes, width_um=63.0, centre_um=(2.0, -1.0), rotate_deg=23.0)
-    disc = camsim.Disc(radius_um=11.0, centre_um=(8.0, 5.0), reflectance=0.6)
-    scene = camsim.Scene(background=0.3, shapes=[picture, disc])
-    how = {"wavelength_nm": NM, "tolerance": 1e-5, "method": "fourier"}
-    right = camsim.render(scene, OPTICS, GRID, **how)
-    monkeypatch.setattr(job, "arranged", lambda *own, textured: arranged(*own, textured=False))
-    wrong = camsim.render(scene, OPTICS, GRID, **how)
-    off = worst(wrong.image, right.image)
-    assert off > 1.2e-5
-    assert right.error_estimate < 1e-6 < 0.8 * off < wrong.error_estimate
 
 
 def exposed(*shapes, background=0.2, **how):
