@@ -37,7 +37,7 @@ def sampled_otf(lens: OpticalStage, fx_per_um: F64, fy_per_um: F64, wavelength_n
     >>> coma = Wavefront(f_number=4.0, zernike_waves={8: 0.1})
     >>> f = np.array([0.0, 0.1, 0.2])
     >>> np.abs(sampled_otf(coma, f, 0.0 * f, 550.0)).round(3), np.abs(coma.otf(f, 0.0 * f, 550.0)).round(3)
-    (array([1.   , 0.61 , 0.393]), array([1.   , 0.61 , 0.393]))
+    (array([1.   , 0.427, 0.228]), array([1.   , 0.427, 0.228]))
     """
     if isinstance(lens, Varies) and not is_own(lens):
         lens = lens.at(0.0, 0.0)
