@@ -208,7 +208,7 @@ def failing(frame, path, **how):
 files.save = failing"""
 FAILS = {
     "explain": (
-        *("", "not Wavefront; use fourier", "explain", "slanted-edge", "--set", "render.method=boundary"),
+        *("", "not Wavefront; auto or fourier takes it", "explain", "slanted-edge", "--set", "render.method=boundary"),
         *("--set", "lens={kind: wavefront, f_number: 4, pupil: {shape: square}}", "--plot", "mtf", "plot.png"),
     ),
     "measure mtf": (
