@@ -62,7 +62,7 @@ def _tiny() -> tuple[Choice, U8]:
         Grid(rows=SIDE, cols=SIDE, pitch_um=5.0),
         response=np.ones((2, WAVELENGTHS)),
         wavelength_nm=np.linspace(450.0, 650.0, WAVELENGTHS),
-        tolerance=1e-3,
+        tolerance=1e-5,
         method="boundary",
     )
     return choice, np.zeros((SIDE, SIDE), np.uint8)
