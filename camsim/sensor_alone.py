@@ -148,13 +148,12 @@ class Sensor(Body):
         """Expose light of one's own: no lens, no scene, nothing resampled.
 
         image    : an array, or what ``read_light`` read
-        unit, wavelength_nm, per_photosite : of an array, as of ``GivenLight``; samples of one as many times as large
-                   as the frame are added up on their photosites
+        unit, wavelength_nm, per_photosite : of an array, as of ``GivenLight``; samples of a larger one are added up
         light    : a perfect diffuser's on the sensor, for "reflectance" and "srgb", where a number of 1 is one
-        exposure : None: at the base ISO, for reflectances "auto" (a perfect diffuser at 80 % of black..white), for
-                   others 0.01 s, in which dark current gathers
+        exposure : None: at the base ISO, "auto" for reflectances, 0.01 s (of dark current) for others
         region   : where in the frame the light lies; None: in the middle
         products : None: the mosaic, and the truth where the light tells every channel
+
         The rest is as of ``Capture``.
         """
         shot = self.shot(
