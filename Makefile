@@ -7,7 +7,7 @@ READY  := $(VENV)/.ready
 # Where an environment forbids Python to keep what it compiled, every command of a test takes a third of a second more.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo gallery pictures docs test test-oldest test-machines dist-check test-clients test-bounds attack attack-quick mutants lint format bench bench-all extremes clean
+.PHONY: demo gallery pictures docs test test-quick test-oldest test-machines dist-check test-clients test-bounds attack attack-quick mutants lint format bench bench-all extremes clean
 
 $(READY): pyproject.toml
 	$(PYTHON) -m venv $(VENV)
@@ -42,6 +42,9 @@ SIDE_BY_SIDE := -n auto --maxprocesses 4 --dist worksteal
 test: $(READY)
 	$(BIN)/python -m pytest $(SIDE_BY_SIDE)
 
+test-quick: $(READY)  ## every stage once, a minute
+	$(BIN)/python -m pytest -q $(SIDE_BY_SIDE) -m quick
+
 test-oldest:  ## the core of the tests with the oldest packages that pyproject.toml admits, in an environment of their own
 	$(PYTHON) -m venv $(VENV)-oldest
 	$(VENV)-oldest/bin/python bench/oldest.py > $(VENV)-oldest/oldest.txt
@@ -70,7 +73,7 @@ dist-check: $(READY)  ## build the wheel and the sdist, install each where nothi
 	$(BIN)/python -m pip install --quiet build
 	$(BIN)/python bench/dist_check.py $(TESTS)
 
-attack: $(READY)  ## random systems against independent truths, ten minutes; SEED=… COUNT=… draws others (docs/attack.md)
+attack: $(READY)  ## random systems against independent truths, ten minutes; SEED=… COUNT=… draws others (docs/testing.md)
 	NUMBA_NUM_THREADS=1 OMP_NUM_THREADS=1 $(BIN)/python -m tests.attack --seconds 540 \
 	  $(if $(SEED),--seed $(SEED)) $(if $(COUNT),--count $(COUNT))
 	NUMBA_NUM_THREADS=1 $(BIN)/python -m tests.attack.captures --seconds 60 $(if $(SEED),--seed $(SEED))
@@ -79,7 +82,7 @@ attack-quick: $(READY)  ## the first few dozen of today's
 	NUMBA_NUM_THREADS=1 OMP_NUM_THREADS=1 $(BIN)/python -m tests.attack --quick --count 60 --seconds 60
 	NUMBA_NUM_THREADS=1 $(BIN)/python -m tests.attack.captures --count 40 --seconds 40
 
-mutants: $(READY)  ## one line of camsim changed at a time: do the tests notice? (docs/mutants.md; an hour or two, goes on where it was)
+mutants: $(READY)  ## one line of camsim changed at a time: do the tests notice? (docs/testing.md; an hour or two, goes on where it was)
 	NUMBA_NUM_THREADS=1 $(BIN)/python bench/mutants
 
 bench: $(READY)  ## the paper's square beside GalSim and prysm, a minute, into out/bench (camsim bench SCENE: your own scene)

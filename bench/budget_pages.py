@@ -8,12 +8,7 @@ from pathlib import Path
 from camsim.rendering import budget
 
 DOCS = Path(__file__).parents[1] / "docs"
-TABLES = {
-    "rendering.md": {"scene": budget.SCENE, "boundary": budget.BOUNDARY, "check": budget.CHECK},
-    "fourier.md": {"fourier": budget.FOURIER},
-    "aberrations.md": {"difference": budget.DIFFERENCE},
-    "field.md": {"across": budget.ACROSS, "field": budget.FIELD},
-}
+TABLES = {"mathematics.md": {"scene": budget.SCENE, "boundary": budget.BOUNDARY}}
 
 
 def written(text: str, tables: dict[str, dict[budget.Source, budget.Share]]) -> str:

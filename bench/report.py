@@ -29,7 +29,7 @@ TITLES = {
 }
 PAPER = (
     "The methods are those of F. van den Bergh, “On the rendering of synthetic images with specific point spread "
-    "functions”. The paper's own entries stand beside ours, with the ratio of ours to them, in docs/bench.md."
+    "functions”. The paper's own entries stand beside ours, with the ratio of ours to them, in bench/paper/README.md."
 )
 
 

@@ -35,7 +35,7 @@ html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_show_sourcelink = False
 html_copy_source = False
-html_sidebars = {"gallery": [], "limits": []}  # pages with nothing below them
+html_sidebars = {"gallery": [], "accuracy": [], "limits": []}  # pages with nothing below them
 html_theme_options = {
     "navigation_with_keys": False,
     "show_prev_next": True,

@@ -1,4 +1,4 @@
-"""Every stiff and extreme case: ``python -m bench.extremes [-o DIR] [--page docs/extremes.md]``. Takes some minutes.
+"""Every stiff and extreme case: ``python -m bench.extremes [-o DIR]``. Takes some minutes.
 
 Writes extremes.jsonl and extremes.html; exit code 1 when a case is wrong.
 """
@@ -9,7 +9,6 @@ import argparse
 import sys
 from pathlib import Path
 
-from bench.extremes.page import markdown
 from bench.extremes.running import run_extremes
 from bench.report import close
 from bench.results import Results
@@ -20,15 +19,12 @@ def main() -> None:
     """Run what the command line names."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("-o", "--output", type=Path, default=Path("out/extremes"), metavar="DIR")
-    parser.add_argument("--page", type=Path, metavar="FILE.md", help="also write the page of docs/")
     asked = parser.parse_args()
     with Results(asked.output / "extremes.jsonl") as results:
         results.start(quick=False)
         failed = 0
         with close(results, "extremes.html"):
             failed = run_extremes(results, Teller().tell)
-    if asked.page is not None:
-        asked.page.write_text(markdown(results.lines), encoding="utf-8")
     sys.exit(1 if failed else 0)
 
 

@@ -19,7 +19,7 @@ from pathlib import Path
 
 from draw import FOLDERS, ROOT, Mutant, drawn
 from references import References
-from report import RESULTS, page, reasons, results, table
+from report import RESULTS, reasons, results, table
 
 LINES = ROOT / "out" / "mutants" / "lines.jsonl"
 KERNEL_LINES = LINES.with_name("kernel-lines.jsonl")
@@ -42,12 +42,9 @@ def main() -> None:
     parser.add_argument("--record", nargs="*", metavar="TESTS", help="only note which lines these tests run (all)")
     parser.add_argument("--interpreted", action="store_true", help="with --record: kernels as plain Python")
     parser.add_argument("--table", action="store_true", help="only show what came out")
-    parser.add_argument("--page", action="store_true", help="write it into docs/mutants.md")
     told = parser.parse_args()
     mutants = [m for m in drawn(told.each, told.seed) if m.folder in told.folders.split(",")]
-    if told.page:
-        page(mutants)
-    elif told.table:
+    if told.table:
         print(table(mutants))
     elif told.record is not None:
         record(told.record, interpreted=told.interpreted)

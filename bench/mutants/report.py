@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import json
-import re
 from collections import Counter
 from pathlib import Path
 
-from draw import FOLDERS, KINDS, ROOT, Mutant
+from draw import FOLDERS, KINDS, Mutant
 
 HERE = Path(__file__).parent
 RESULTS = HERE / "results.jsonl"
 EQUIVALENT = HERE / "equivalent.jsonl"
-PAGE = ROOT / "docs" / "mutants.md"
 
 
 def results() -> dict[str, dict[str, str]]:
@@ -37,23 +35,6 @@ def table(mutants: list[Mutant]) -> str:
         text += f"\n\n{mutant.key} {mutant.path}:{mutant.number}, {mutant.kind}"
         text += f"\n  - {mutant.before.strip()}\n  + {mutant.after.strip()}\n  {reason}"
     return text
-
-
-def page(mutants: list[Mutant]) -> None:
-    """Put the table and the survivors between their marks in the documentation."""
-    head, *body = _rows(mutants)
-    lines = ["| " + " | ".join(row) + " |" for row in (head, ["---"] * len(head), *body)]
-    text = (
-        "\n".join(lines)
-        + f"\n\n{_in_words(mutants)}\n\n| line | changed to | why nothing could be seen |\n| --- | --- | --- |\n"
-    )
-    for mutant, reason in _survivors(mutants):
-        before, after = (line.strip().replace("|", "\\|") for line in (mutant.before, mutant.after))
-        text += f"| `{mutant.path.removeprefix('camsim/')}`: `{before}` | `{after}` | {reason} |\n"
-    mark = re.compile(r"(<!-- mutants -->\n).*(<!-- /mutants -->)", re.DOTALL)
-    PAGE.write_text(
-        mark.sub(lambda found: found[1] + text + found[2], PAGE.read_text(encoding="utf-8")), encoding="utf-8"
-    )
 
 
 def _rows(mutants: list[Mutant]) -> list[list[str]]:

@@ -14,7 +14,7 @@ LEVELS = tuple(10.0**-k for k in range(2, 11))
 NOISE = 1.15  # two times that differ by less are the same
 TABLE_PSF = "airy-f8-box"
 # The paper's own program on the same square (Airy f/8 + photosite, 2025 samples), run earlier on a quiet machine with
-# two cores: docs/bench.md. The entries of the paper's tables are in the paper; they are not repeated here.
+# two cores: bench/paper/README.md. The entries of the paper's tables are in the paper; they are not repeated here.
 PAPERS_PROGRAM = {"samples": 2025, "wall_s": 7.2, "peak_mb": 62.0, "error_max": 4.3e-3, "error_rms": 1.3e-3}
 
 

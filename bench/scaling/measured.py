@@ -1,6 +1,6 @@
-"""Time and memory against size: the curves of docs/scaling.md, and the figures that large frames are asked for.
+"""Time and memory against size: curves, and the figures that large frames are asked for.
 
-    python -m bench.scaling curves     # into out/scaling; what is stored: -o bench/scaling --figures docs
+    python -m bench.scaling curves     # into out/scaling; what is stored: -o bench/scaling
     python -m bench.scaling large      # large frames: seconds, and ratios of one run
     python -m bench.scaling paper      # the paper's square from f/1.4 to f/32
 

@@ -1,4 +1,4 @@
-"""Systems that were once wrong, most of them unseen by the estimate, each with its neighbours (docs/attack.md)."""
+"""Systems that were once wrong, most of them unseen by the estimate, each with its neighbours (docs/testing.md)."""
 
 import itertools
 

@@ -1,6 +1,6 @@
 """The truth at single photosites: the boundary integral by plain quadrature, without tables, far forms or transforms.
 
-A point sample at x sees (1/2π) Σ_edges ∫ E(r)·h/(h² + s²) ds of a bright polygon (docs/rendering.md). The integrand
+A point sample at x sees (1/2π) Σ_edges ∫ E(r)·h/(h² + s²) ds of a bright polygon (docs/mathematics.md). The integrand
 varies over the pattern's own length only, so Gauss–Legendre panels of that length converge at once; a product rule
 averages point samples over the square and the OLPF's spots. Slow, and independent of everything that is judged
 by it. Imports nothing of camsim.

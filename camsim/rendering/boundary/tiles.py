@@ -1,4 +1,4 @@
-"""The exact boundary engine: the light on a photosite as a sum over edges (docs/rendering.md has the formulas).
+"""The exact boundary engine: the light on a photosite as a sum over edges (docs/mathematics.md has the formulas).
 
 Every edge is a line minus its two ends. Seen from a photosite, the line is one look-up in the edge response of its
 direction (or its far form), and an end is the half line beyond it: closed form when it is far, quadrature over the

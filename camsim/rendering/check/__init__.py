@@ -1,1 +1,1 @@
-"""The check: photosites computed again from the scene itself (docs/rendering.md: what it shares with the engines)."""
+"""The check: photosites computed again from the scene itself (docs/mathematics.md: what it shares with the engines)."""

@@ -1,1 +1,1 @@
-"""The Fourier engine: any lens and any photosite, by the scene's exact transform (docs/fourier.md)."""
+"""The Fourier engine: any lens and any photosite, by the scene's exact transform (docs/mathematics.md)."""

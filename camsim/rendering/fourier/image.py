@@ -1,4 +1,4 @@
-"""The exact Fourier engine: any lens, any photosite (docs/fourier.md has its error model).
+"""The exact Fourier engine: any lens, any photosite (docs/mathematics.md has its error model).
 
 The transform of the regions is known exactly, edge by edge. Times the transfer of every stage, added up over the
 aliases of the photosites' lattice, and one inverse transform per channel: that is the image, with a kernel tapered to
