@@ -1,4 +1,4 @@
-"""The figures of README.md, docs/accuracy.md and README.md beside this file, from the stored run: nothing in them is typed.
+"""The figures of README.md, docs/accuracy.md and this folder's README.md, from the stored run: none is typed.
 
     make bench-all && cp out/bench/results.jsonl bench/paper/ && python -m bench.paper.pages
 

@@ -1,4 +1,4 @@
-"""What a cut Airy pattern does to the paper's sampling, against closed forms (bench/paper/README.md, "The paper's tables")."""
+"""What a cut Airy pattern does to the paper's sampling, against closed forms (bench/paper/README.md)."""
 
 import numpy as np
 import pytest
