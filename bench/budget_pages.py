@@ -15,7 +15,7 @@ def written(text: str, tables: dict[str, dict[budget.Source, budget.Share]]) -> 
     """Return a page with its tables made anew."""
     for name, shares in tables.items():
         rows = [f"| {source} | {share.model} | {share.part:.0%} |" for source, share in shares.items()]
-        table = "\n".join(["| source of error | kept by | share |", "|---|---|---|", *rows])
+        table = "\n".join(["| source of error | what bounds it | share |", "|---|---|---|", *rows])
         text, found = re.subn(
             rf"(<!-- budget {name} -->\n).*?(<!-- /budget -->)",
             lambda match, table=table: f"{match[1]}{table}\n{match[2]}",

@@ -1,10 +1,12 @@
-"""The names of each page of docs/reference with a line each, for readers on the web: ``python -m bench.reference``.
+"""The pages of docs/reference from the code, for readers on the web and on disk: ``python -m bench.reference``.
 
-The site shows each name's whole documentation, where the pages name it; the lines are the first sentences of that.
+Each name of Python gets its signature, its methods and its first sentence; each command all of its options. The site
+shows the whole documentation of a name below that, where the pages name it.
 """
 
 from __future__ import annotations
 
+import enum
 import inspect
 import operator
 import re
@@ -16,30 +18,85 @@ import typer
 
 import camsim
 from camsim.cli.app import app
+from camsim.optics import protocols
 
 PAGES = sorted((Path(__file__).parents[1] / "docs" / "reference").glob("*.md"))
 _NAMED = re.compile(r"^\.\. auto\w+:: camsim\.([\w.]+)$", re.MULTILINE)
-_TABLE = re.compile(r"(?<=<!-- names -->\n).*?(?=<!-- /names -->)", re.DOTALL)
+_PLACE = re.compile(r"(?<=<!-- names -->\n).*?(?=<!-- /names -->)", re.DOTALL)
+_LONGEST_DEFAULT = 24  # characters
+_STAGES = [kind for kind in vars(protocols).values() if inspect.isclass(kind)] + [camsim.ElectronicStage]
+_OF_STAGES = {key for kind in _STAGES for key in vars(kind)}  # said once, of the protocols
 
 
 def written(page: str) -> str:
-    """Return a page with the table of its names as the code has them; a page without a place for it as it is."""
-    rows = _of_commands() if "{commands}" in page else _of_python(_NAMED.findall(page))
-    table = ["| name | |", "|---|---|", *(f"| `{name}` | {line} |" for name, line in rows)]
-    return _TABLE.sub(lambda _: "\n".join(table) + "\n", page)
+    """Return a page with its names as the code has them; a page without a place for them as it is."""
+    named = _NAMED.findall(page)
+    lines = ["| name | |", "|---|---|", *map(_of_python, named)] if named else [*_of_commands()]
+    return _PLACE.sub(lambda _: "\n".join(lines) + "\n", page)
 
 
-def _of_python(names: list[str]) -> Iterator[tuple[str, str]]:
-    for name in names:
-        yield f"camsim.{name}", _first(inspect.getdoc(operator.attrgetter(name)(camsim)) or "")
+def _of_python(name: str) -> str:
+    value = operator.attrgetter(name)(camsim)
+    methods = [f"`{key}{_signature(member)}`" for key, member in _methods(value)] if inspect.isclass(value) else []
+    also = f" Methods: {', '.join(methods)}." if methods else ""
+    return f"| `camsim.{name}{_signature(value)}` | {_first(inspect.getdoc(value) or '')}{_cell(also)} |"
 
 
-def _of_commands() -> Iterator[tuple[str, str]]:
-    def inside(command: Any, path: str) -> Iterator[tuple[str, str]]:
-        for name, part in getattr(command, "commands", {}).items():
-            yield from inside(part, f"{path} {name}") if hasattr(part, "commands") else [(f"{path} {name}", part.help)]
+def _methods(value: type) -> Iterator[tuple[str, Any]]:
+    for key, member in vars(value).items():
+        function = member.__func__ if isinstance(member, classmethod | staticmethod) else member
+        of_protocol = key in _OF_STAGES and value not in _STAGES
+        if not key.startswith("_") and inspect.isfunction(function) and not of_protocol:
+            yield key, function
 
-    yield from ((name, _first(told or "")) for name, told in inside(typer.main.get_command(app), "camsim"))
+
+def _signature(value: Any) -> str:
+    """Return what a call takes, without types: names end in their units.
+
+    >>> _signature(camsim.Airy)
+    '(*, f_number, transmission=1.0)'
+    """
+    if inspect.isclass(value) and (issubclass(value, enum.Enum) or getattr(value, "_is_protocol", False)):
+        return ""
+    words, star = [], False
+    for parameter in inspect.signature(value).parameters.values():
+        if parameter.name in ("self", "cls"):
+            continue
+        if parameter.kind is parameter.KEYWORD_ONLY and not star:
+            star = True
+            words.append("*")
+        default = "" if parameter.default is parameter.empty else repr(parameter.default)
+        default = default if len(default) <= _LONGEST_DEFAULT and "<" not in default else "…"
+        mark = {parameter.VAR_POSITIONAL: "*", parameter.VAR_KEYWORD: "**"}.get(parameter.kind, "")
+        words.append(f"{mark}{parameter.name}{default and '='}{default}")
+    return f"({', '.join(words)})"
+
+
+def _of_commands() -> Iterator[str]:
+    for path, command in _commands(typer.main.get_command(app), ("camsim",)):
+        context = command.make_context(" ".join(path), [], resilient_parsing=True)
+        yield from (f"## {' '.join(path)}", "", (command.help or "").replace("\b", "").strip(), "", "```text")
+        yield from (" ".join([*path, *command.collect_usage_pieces(context)]), "```", "")
+        yield from ("| option | meaning |", "|---|---|")
+        yield from (_option(option) for option in command.get_params(context) if option.opts != ["--help"])
+        yield ""
+
+
+def _commands(command: Any, path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], Any]]:
+    for name, inside in getattr(command, "commands", {}).items():
+        yield from _commands(inside, (*path, name))
+    if not hasattr(command, "commands"):
+        yield path, command
+
+
+def _option(option: Any) -> str:
+    is_argument = option.param_type_name == "argument"
+    value = option.metavar or option.type_descriptor.annotation.__name__
+    takes = "" if is_argument or getattr(option, "is_flag", False) else f" {value}"
+    names = value if is_argument else ", ".join(option.opts) + takes
+    default = option.default
+    shown = "" if default in (None, False, (), []) or callable(default) or option.required else f" Default: {default}."
+    return f"| `{_cell(names)}` | {_cell(option.help or '')}{_cell(shown)} |"
 
 
 def _first(told: str) -> str:
@@ -48,8 +105,11 @@ def _first(told: str) -> str:
     >>> _first("Return ``a | b``\\n  or c.\\n\\nMore.")
     'Return `a \\\\| b` or c.'
     """
-    paragraph = " ".join(told.partition("\n\n")[0].replace("\b", "").split())
-    return paragraph.replace("``", "`").replace("|", "\\|")
+    return _cell(" ".join(told.partition("\n\n")[0].split()).replace("``", "`"))
+
+
+def _cell(text: str) -> str:
+    return text.replace("|", "\\|")
 
 
 if __name__ == "__main__":

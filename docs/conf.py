@@ -14,7 +14,7 @@ author = "The camsim developers"
 copyright = "the camsim developers, BSD-3-Clause"
 release = __version__
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "commands", "docstrings", "outside"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "docstrings", "outside"]
 exclude_patterns = ["_ext"]
 highlight_language = "none"
 nitpicky = False
