@@ -84,7 +84,7 @@ def test_the_engines_transfer_is_the_lens_s_but_for_what_is_cut_off(seed, rms, o
 
 
 def test_a_series_follows_every_single_term():
-    """sin 9θ is nothing at 18 angles, R₁₂⁰ at Gauss's six radii: 0.07 off at any tolerance, seen (1001:2701)."""
+    """sin 9θ is nothing at 18 angles, R₁₂⁰ at Gauss's six radii: 0.07 off at any tolerance, seen."""
     t, w = special.roots_legendre(60)
     rho, angle = np.sqrt(0.5 * (1.0 + t))[:, None], 2.0 * np.pi * np.arange(301) / 301.0
     for index in range(3, 91):

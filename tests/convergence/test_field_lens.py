@@ -94,7 +94,7 @@ def test_beyond_what_is_told_scenery_falls_straight_on(powers, told) -> None:
 
 def test_terms_go_on_to_the_first_frequency_at_which_they_are_nothing() -> None:
     """2.4 times the tolerance, 1.5 by the estimate: they ended with the last at which they were something, and where
-    few frequencies are compared the next is far (841:6621)."""
+    few frequencies are compared the next is far."""
     system = draw(841, 6621)
     tolerance, scale = system["tolerance"], systems.Truth(system).scale[systems.channel(system)]
     coarse, fine = (systems.rendered(system, tolerance=own, method="boundary") for own in (tolerance, 0.01 * tolerance))
@@ -566,7 +566,7 @@ def test_lines_are_what_tiles_are(monkeypatch):
 
 
 def test_places_that_take_too_much_memory_are_refused_when_they_are_planned(monkeypatch):
-    """2.6 GB for each place's image and 1671 s were planned (71:1133 of the attack). Since its far light is the rim's
+    """2.6 GB for each place's image and 1671 s were planned. Since its far light is the rim's
     it takes a tenth of that."""
     system = draw(71, 1133)
     asked = {"tolerance": system["tolerance"], "method": system["method"]}
@@ -600,7 +600,7 @@ def test_few_photosites_are_rendered_one_by_one():
 
 
 def test_a_steep_place_is_checked_by_whichever_way_is_the_cheaper():
-    """16 s of 17, and 133 s of 148 (973:637): patterns of single places take half a second."""
+    """16 s of 17, and 133 s of 148: patterns of single places take half a second."""
     system = draw(911, 2973)
     choice = systems.choice(system, tolerance=system["tolerance"], method="boundary")
     assert choice.judge.seconds(choice.plan) < 1.0
@@ -610,7 +610,7 @@ def test_a_steep_place_is_checked_by_whichever_way_is_the_cheaper():
 
 
 def test_places_on_a_grid_are_rendered_by_the_cheaper_engine():
-    """40 s in place of 3 by edges (970:2973)."""
+    """40 s in place of 3 by edges."""
     system = draw(970, 2973)
     asked = {"tolerance": system["tolerance"]}
     named, auto = (systems.choice(system, method=method, **asked) for method in ("boundary", "auto"))
@@ -619,7 +619,7 @@ def test_places_on_a_grid_are_rendered_by_the_cheaper_engine():
 
 
 def test_photosites_on_a_grid_are_rendered_one_by_one_where_places_are_more():
-    """192 places stood for 150 photosites (971:2045)."""
+    """192 places stood for 150 photosites."""
     system = draw(971, 2045)
     system |= {"wavelength_nm": system["wavelength_nm"][::6], "response": [own[::6] for own in system["response"]]}
     lattice = systems.choice(system, tolerance=system["tolerance"], method="auto").plan.lattice
@@ -634,7 +634,7 @@ def test_what_no_places_along_the_radius_follow_is_refused():
 
 
 def test_patterns_that_no_places_between_photosites_follow(monkeypatch):
-    """Refused, three photosites: twelve places along them were too few (811:1517 of the attack, 60 s by one image)."""
+    """Refused, three photosites: twelve places along them were too few (60 s by one image)."""
     system = draw(811, 1517)
     assert systems.rendered(system, method="fourier").error_estimate <= 0.1 * system["tolerance"]
     wide = system["grid"] | {"rows": 5, "cols": 13, "origin": [10, 4]}
@@ -647,7 +647,7 @@ def test_patterns_that_no_places_between_photosites_follow(monkeypatch):
 
 
 def test_an_image_that_takes_too_much_memory_is_refused_when_it_is_planned(monkeypatch):
-    """6 × 11 photosites, 3.4e-8: a lattice of 17 280 pitches filled 24 GB (811:1389 of the attack)."""
+    """6 × 11 photosites, 3.4e-8: a lattice of 17 280 pitches filled 24 GB."""
     system = draw(811, 1389)
     asked = {"tolerance": system["tolerance"], "method": "boundary"}
     assert len(systems.choice(system, **asked).plan.lattice.tiles) == 6 * 11
@@ -728,7 +728,7 @@ def test_an_outline_that_closes_smoothly_is_no_line():
 
 @pytest.mark.parametrize("worst", ["nearest to the axis", "half way", "farthest", "where low orders are small"])
 def test_wavefronts_that_are_steepest_at_one_radius(worst):
-    """44 times the tolerance in one wavelength: of all radii rules and series were those of one (861:4333)."""
+    """44 times the tolerance in one wavelength: of all radii rules and series were those of one."""
     high = {"nearest to the axis": [0.4, 0.1, 0.0, 0.0], "half way": [0.0, 0.4, 0.0, 0.0], "farthest": [0, 0, 0, 0.4]}
     high = high.get(worst, [0.0, 0.0, 0.25, 0.0])
     low = [0.6, 0.6, 0.1, 0.6] if worst.startswith("where") else [0.1] * 4
@@ -756,7 +756,7 @@ def test_wavefronts_that_are_steepest_at_one_radius(worst):
 
 
 def test_the_check_looks_up_as_finely_as_is_asked():
-    """A false alarm, 1.7e-7 at 6.2e-8: its tables had twelve steps in the finest wave whatever was asked (862:4605)."""
+    """A false alarm, 1.7e-7 at 6.2e-8: its tables had twelve steps in the finest wave whatever was asked."""
     system = draw(862, 4605)
     found = systems.rendered(system, method="boundary")
     assert found.error_estimate <= 0.1 * system["tolerance"]
@@ -821,7 +821,7 @@ def test_wavefronts_that_no_nodes_follow_are_refused_by_one_engine_and_not_by_th
     asked, auto = (rendered(lens, scene, grid, 1e-3, **more) for more in ({"method": "boundary"}, {}))
     assert (asked.method, auto.method) == ("boundary", "fourier")
     assert np.abs(asked.image - auto.image).max() <= 1e-4
-    # Many photosites too, where that takes seconds (973:829).
+    # Many photosites too, where that takes seconds.
     monkeypatch.setattr(choose, "SINGLY", 4)
     system, wide = OpticalSystem.of([lens, PHOTOSITE]), window(size=3)
     light = {"response": np.ones((1, 1)), "wavelength_nm": np.array([NM])}
@@ -839,7 +839,7 @@ def test_a_tolerance_that_places_cannot_keep_is_refused_as_it_was_given():
 
 
 def test_the_check_follows_the_wavelength_of_most_waves():
-    """A table may have more of them where light is red: 3.4 tolerances by the estimate (973:2653)."""
+    """A table may have more of them where light is red: 3.4 tolerances by the estimate."""
     system = draw(973, 2653)
     found = systems.rendered(system)
     assert found.error_estimate <= 0.1 * system["tolerance"]

@@ -1,6 +1,6 @@
 """Curves of up to 30 000 photosites, and flat ones, their circles' centres at 10⁹: the engines' sides and the check's.
 
-Met by the attack: discs and rings right, ellipses off by 0.2 in the check; sides of a narrow ring that went through the
+Cases: discs, rings, and ellipses in the check; sides of a narrow ring that went through the
 frame; ten million sides, or a minute, for what lies where nothing is seen of it.
 """
 

@@ -344,7 +344,7 @@ def test_what_is_seen_of_a_patch_adds_up():
 
 
 def test_many_nodes_in_a_patch_are_gathered():
-    """A picture that a ring's 10 000 sides cut took the check 26 s (6001:361): every side had nodes of its own."""
+    """A picture that a ring's 10 000 sides cut took the check 26 s: every side had nodes of its own."""
     order, turn = 14, np.linspace(0.0, 2.0 * np.pi, 3001)
     rim = np.array([0.3, 0.8]) + 0.6 * np.stack([np.cos(turn), np.sin(turn)], axis=1)
     nodes, weights = in_patch(rim[:-1], rim[1:], order)

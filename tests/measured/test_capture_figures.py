@@ -1,4 +1,4 @@
-"""Figures that people found wrong who had never seen the code: radiometry, noise, files and targets."""
+"""Figures of whole captures: radiometry, noise, files and targets."""
 
 import csv
 import math

@@ -1,4 +1,4 @@
-"""What people found who had never seen the code, with its neighbours: outlines that are large, flat or all but one."""
+"""Outlines that are large, flat or all but one, against closed forms and the other engine."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What people have met: numbers that nobody writes so, words that leave out of what, ways out that were not said."""
+"""Options, unusual numbers, and messages that name the way out."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Systems that were once wrong, most of them unseen by the estimate, each with its neighbours (docs/testing.md)."""
+"""Systems that are hard to render, each with its neighbours (docs/testing.md)."""
 
 import itertools
 
@@ -479,21 +479,20 @@ def test_fields_that_meet_at_their_corners(blur, tolerance):
 
 
 def test_a_check_that_hardly_fits_the_memory_has_a_price():
-    """What is expected of it was infinite: a window of its own that takes a little more than the image's (831:836)."""
+    """What is expected of it was infinite: a window of its own that takes a little more than the image's."""
     system = draw(831, 836)
     cost = systems.choice(system, tolerance=system["tolerance"], method=system["method"]).cost
     assert 5.0 < cost.seconds < 500.0
 
 
 def test_a_circle_is_heard_by_no_more_photosites_than_there_are():
-    """151 s expected of three photosites that take 0.4: all of the zone about a centre was counted (6001:262)."""
+    """151 s expected of three photosites that take 0.4: all of the zone about a centre was counted."""
     system = draw(6001, 262)
     assert systems.choice(system, tolerance=system["tolerance"], method="boundary").cost.seconds < 2.0
 
 
 def test_windows_are_taken_where_a_check_s_table_is_dear():
-    """A point at 1.8e-11: 24 600 blurs of an Airy pattern were tabulated for it, 5 s of 6, of which 0.01 were expected
-    (1903:640)."""
+    """A point at 1.8e-11 whose check would tabulate 24 600 blurs of an Airy pattern."""
     system = draw(1903, 640)
     choice = systems.choice(system, tolerance=system["tolerance"], method=system["method"])
     judge = choice.judge
@@ -518,7 +517,7 @@ def test_a_small_hole_s_slow_rings(obstruction, blur, tolerance):
 
 
 def test_lines_whose_ends_are_far_away():
-    """3.4 times the tolerance at 3.5e-11: seen from a photosite ends 10⁶ pitches off are rounded (862:2810)."""
+    """3.4 times the tolerance at 3.5e-11: seen from a photosite ends 10⁶ pitches off are rounded."""
     system = draw(862, 2810)
     system |= {"shapes": system["shapes"][:1]}
     truth = systems.Truth(system)
@@ -540,7 +539,7 @@ KNEES = {"frequency": [0.0, 0.12, 0.36, 0.54, 0.94, 1.0], "values": [1.0, 0.945,
 @pytest.mark.parametrize("obstruction", [0.5, 0.8, 0.9, 0.95])
 @pytest.mark.parametrize("olpf", [None, {"split": 0.5, "split_y": 0.5, "rotate_deg": 0.0}], ids=["bare", "four"])
 def test_slow_rings_go_as_far_off_the_real_axis_as_they_are_long(obstruction, olpf):
-    """5e-5 off at 5e-8 (942:2118): rounding in harmonics that a slow ring has not, grown by e^2mθ, m of fast ones."""
+    """5e-5 off at 5e-8: rounding in harmonics that a slow ring has not, grown by e^2mθ, m of fast ones."""
     lens = {"kind": "annular", "blur": 0.0532, "obstruction": obstruction}
     spots = {} if olpf is None else {"olpf": olpf}
     system = system_of([TURNED | {"reflectance": 1.0}], 0.0532, photosite=SQUARE, rows=5, cols=2, **spots)
@@ -570,7 +569,7 @@ SLOW = {
     ],
 )
 def test_tapers_are_wide_enough_for_slow_rings(lens, blur, tolerance):
-    """2.6 times the tolerance (942:3334), 1.2 (941:1723): the energy of what lies all about swings where it is cut."""
+    """2.6 times the tolerance, 1.2: the energy of what lies all about swings where it is cut."""
     shape = FAR_CORNER | {"reflectance": 0.2}
     system = system_of([shape], blur, photosite={"kind": "square", "side": 0.75}, rows=3, cols=4)
     system = system | {"lens": SLOW[lens] | {"blur": blur}, "pitch_um": 1.0}
@@ -628,7 +627,7 @@ def test_edges_that_go_straight_on_from_a_photosite(index, towards_deg):
 
 
 def test_what_no_check_fits_is_refused_before_it_is_rendered():
-    """An image took seconds, then its check was refused, in the name of a method that nobody asked for (2003:30)."""
+    """An image took seconds, then its check was refused, in the name of a method that nobody asked for."""
     system = draw(2003, 30)
     with pytest.raises(InvalidValueError, match=r"tolerance: the check would take \d+\.\d GB for this frame and scene"):
         systems.choice(system, tolerance=1e-4 * system["tolerance"], method="auto")
