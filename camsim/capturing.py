@@ -89,7 +89,7 @@ def load(
     sensors: Iterable[PathOrName] = (),
     held: bool = True,
 ) -> Capture:
-    """Read and judge everything that a capture needs, and take no picture yet; see ``capture``.
+    """Read and validate everything that a capture needs, without taking the picture; see ``capture``.
 
     held : False when its codes will go to files as they are finished (``Capture.rows``)
 
@@ -116,7 +116,7 @@ def load(
 
 @in_words
 def read_lens(lens: PathOrName) -> FieldLens:
-    """Return the lens of a lens file: a path, or a name as ``camsim list lenses`` has it.
+    """Read a lens file: a path, or a name from ``camsim list lenses``.
 
     >>> read_lens("double-gauss").f_number
     5.0

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 
 class CamsimError(Exception):
-    """A mistake that the user can mend; the message says how.
+    """A mistake of the user; the message says how to correct it.
 
     message : the value, what is allowed and the way out
     key     : the parameter that it is about, as its stage calls it; empty where it is about no single one

@@ -45,7 +45,7 @@ Method: TypeAlias = Literal["auto", "boundary", "fourier"]
 
 @dataclass(frozen=True, kw_only=True)
 class Capture(Recording):
-    """Everything that makes a picture, and the road from scene to codes.
+    """Everything that makes a picture, and the pipeline from scene to codes.
 
     camera, scene, light, exposure : what takes the picture, and of what
     seed, frame_number : of the temporal noise, the same for the same two; fixed patterns stay whatever they are

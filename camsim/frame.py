@@ -118,7 +118,7 @@ class ChannelSignal:
 
 @dataclass(frozen=True, kw_only=True)
 class Report:
-    """What a capture did and how well; ``seconds`` is the only part that differs between equal captures.
+    """What a capture computed, and its error; ``seconds`` is the only part that differs between equal captures.
 
     standard_error : of the sampled methods, see ``camsim.Rendering``
     work           : what was computed, counted: see ``camsim.rendering.work``

@@ -31,7 +31,7 @@ MOST_SAMPLES = 64
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class GivenLight(Keeps):
-    """An array that is light on a sensor, before anything of the sensor's has acted.
+    """Light on a sensor as an array, before any stage of the sensor has acted.
 
     samples       : (rows, cols), or (rows, cols, n): finite, not written into while it is exposed
     unit          : of its numbers, of the whole exposure. "electrons": mean charge, a number a photosite or a plane for

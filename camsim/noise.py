@@ -55,7 +55,7 @@ class _Quick(Context):
 
 @dataclass(frozen=True, eq=False)
 class Noise:
-    """What a sensor makes of mean electrons, for training loops: every stage of its electronics, no converter.
+    """A sensor's electronics without the converter, for training loops: mean electrons in, noisy electrons out.
 
     sensor        : a Sensor or a Camera
     iso           : which sets gain, and what follows it; None: the base ISO

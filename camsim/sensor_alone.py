@@ -42,7 +42,7 @@ def usual_exposure(iso: float, unit: Unit, time_s: float | Literal["auto"] | Non
 
 @dataclass(frozen=True, kw_only=True)
 class Sensor(Body):
-    """A sensor alone: light of one's own goes in, raw frames come out; parameters as of ``Camera``.
+    """A sensor without a lens: your own light goes in, raw frames come out; for parameters see ``Camera``.
 
     Nothing in front of the silicon blurs: neither lens nor OLPF act. Filters and quantum efficiency do, where light
     has a spectrum.

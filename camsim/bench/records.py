@@ -12,7 +12,7 @@ DIGITS = 4  # no clock and no error has more
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Head:
-    """What was looked at, where and on what machine.
+    """What was measured, in which window and on which machine.
 
     rows, cols, origin : of the window, in photosites of the sensor's frame
     frame_rows, frame_cols : of what the scene captures
@@ -37,7 +37,7 @@ class Head:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TruthLine:
-    """One truth, and how far it is to be believed.
+    """One truth and its accuracy.
 
     engine, tolerance  : an exact engine, at the finest that it renders this scene to
     checked_to         : largest difference from photosites computed directly, on a third road
@@ -107,7 +107,7 @@ class Point:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LeftOut:
-    """A setting that was not rendered, and all of its method beyond it, and why."""
+    """A setting that was not rendered, as are finer ones of its method, and why."""
 
     method: str
     label: str

@@ -116,7 +116,7 @@ def develop(
     colour_matrix: ArrayLike | None = None,
     as_shot_neutral: ArrayLike | None = None,
 ) -> U8:
-    """Return an array of codes developed simply, to be looked at: (rows, cols, 3) 8-bit sRGB, (rows, cols) for mono.
+    """Develop an array of codes, to look at: (rows, cols, 3) 8-bit sRGB, (rows, cols) for mono.
 
     Arguments as of ``write_dng``. Black level, white balance, bilinear demosaicing, matrix, sRGB's curve. Of black
     levels that differ the largest tells where white is, for all photosites, as in a DNG: what clips there is white.

@@ -38,7 +38,7 @@ _WIDEST = 0.6  # of what a region has beside an edge: rises that are longer have
 
 
 class TheoreticalOtf(Protocol):
-    """What a measurement can be compared with; nothing here knows where it comes from."""
+    """A transfer function that a measurement can be compared with, whatever its origin."""
 
     def along_normal(self, frequency_cycles_per_pixel: F64, *, channel: str, line: EdgeLine) -> F64 | None:
         """Transfer function across the edge ``line`` in a channel, signed; None where nothing is known."""

@@ -47,7 +47,7 @@ Gamma = float | str | None
 
 
 def picture_of_frame(frame: Frame, product: str = "mosaic") -> Picture:
-    """Return what a frame holds as a picture to measure in.
+    """Return a product of a frame as a picture to measure.
 
     product : "mosaic", "electrons" (with noise), "mean_electrons" (without) or "truth"
 

@@ -49,7 +49,7 @@ class MtfSeries:
 
 
 def mtf_series(reports: Sequence[MtfReport], *, by: str | None = None) -> MtfSeries:
-    """Put reports side by side, ordered by a key of what their files say.
+    """Compare reports, ordered by a key of the records in their files.
 
     by : a key such as ``f_number``, ``iso`` or ``camera.lens.f_number``, or one of ``WORDS``
 

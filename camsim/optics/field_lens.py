@@ -29,7 +29,7 @@ BEYOND = 1.0 + 1e-9  # of a radius: rounding of a corner's
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FieldLens:
-    """A lens whose pattern depends on where in the frame a photosite lies.
+    """A lens whose PSF changes over the frame.
 
     Each photosite sees the scene through the pattern of its own place. A lens of revolution is given along one radius,
     by ``height_um``; any other on a grid of places, by ``x_um`` and ``y_um``.

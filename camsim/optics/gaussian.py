@@ -18,7 +18,7 @@ HIGHEST = 1.37  # cycles per σ: exp(−2π²·1.37²) is 8e-17
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Gaussian:
-    """A lens with a Gaussian pattern, the same at every wavelength.
+    """A lens with a Gaussian PSF, the same at every wavelength.
 
     sigma_um     : standard deviation along each axis, µm
     f_number     : sets the exposure only, not the blur
@@ -85,7 +85,7 @@ class Gaussian:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EllipticalGaussian:
-    """A lens with a Gaussian pattern of any shape and direction, the same at every wavelength.
+    """A lens with an elliptical Gaussian PSF in any direction, the same at every wavelength.
 
     covariance_um2 : ((xx, xy), (xy, yy)), µm²; positive definite
     f_number       : sets the exposure only, not the blur

@@ -25,7 +25,7 @@ ROLL_OFF_DEGREE = 95
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MeasuredPsf:
-    """A lens given by samples of its pattern, the same at every wavelength.
+    """A lens given by samples of its PSF, the same at every wavelength.
 
     irradiance   : rows of equally spaced samples from the top, any unit (they are scaled to a sum of 1); the middle of
                    the array is the optical centre
@@ -120,7 +120,7 @@ class MeasuredPsf:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MeasuredOtf:
-    """A lens given by its transfer at a grid of frequencies, the same at every wavelength.
+    """A lens given by its OTF on a grid of frequencies, the same at every wavelength.
 
     values         : (n, n) real or complex, n odd, rows of fy from the most negative on, zero frequency in the middle;
                      the conjugate on the other side of it; 0 in the outer fifth. They are scaled to 1 at zero

@@ -22,7 +22,7 @@ from camsim.words import brief
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RadialOtf:
-    """A lens given by its transfer at some frequencies.
+    """A lens with a round PSF, given by its OTF at some radial frequencies.
 
     freq_per_um  : increasing from 0, cycles/µm
     values       : transfer there, signed, 1 at 0 and 0 at the last

@@ -42,7 +42,7 @@ else:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Wavefront(OfPupil):
-    """A lens whose wavefront is not a sphere.
+    """A lens with aberrations: any pupil, with a path difference over it.
 
     f_number      : focal length over the pupil's diameter D
     zernike_waves : (OSA/ANSI index, coefficient) pairs, or a mapping of these; coefficients are waves at

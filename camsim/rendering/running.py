@@ -26,7 +26,7 @@ Take = Callable[[F64], None]
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Rendering:
-    """A noise-free image and what is known of its error.
+    """A noise-free image and the estimate of its error.
 
     image              : (rows, cols) float64, or (n, rows, cols) for n wavelengths; no rows where they were handed on
     error_estimate     : largest |image − reference| over the photosites checked, relative to the larger of a perfect

@@ -10,7 +10,7 @@ from camsim.typed import NonNegative, Number, Positive, judge, refusal
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DualGain:
-    """The high conversion gain: from an ISO setting on, less charge fits and reading it is quieter.
+    """High conversion gain from an ISO setting on: a smaller full well and less read noise.
 
     from_iso     : the lowest setting that uses it
     capacity_e   : full well in this mode, electrons; None: as in the other

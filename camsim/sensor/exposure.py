@@ -22,7 +22,7 @@ AUTO_LEVEL = 0.8
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Exposure:
-    """How long and at which sensitivity.
+    """Exposure time, ISO setting, temperature and date.
 
     time_s   : 1e-9 … 1e9, or "auto": a perfect diffuser puts the most responsive channel at 80 % of black..white
     iso      : sensitivity setting, 0.001 … 1e9; data numbers per electron grow in proportion to it

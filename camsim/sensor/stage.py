@@ -39,7 +39,7 @@ class Phase(IntEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Context:
-    """What a stage may know besides its electrons: the exposure, the seeds, and which photosites they are.
+    """What a stage may know besides its electrons: exposure, seeds, and which photosites these are.
 
     time_s, iso      : of the exposure
     temperature_c    : of the sensor, for the dark current; None: the one that its figure holds at

@@ -125,7 +125,7 @@ def check_dataset(study: StudyOrFile) -> None:
 
 @in_words
 def read_pair(folder: str | os.PathLike[str], index: int) -> tuple[dict[str, F32], dict[str, Any]]:
-    """Return a sample of a data set: its arrays by part (noisy, clean, truth), and what its row of the index says.
+    """Return a sample of a data set: its arrays by part (noisy, clean, truth), and its row of the index.
 
     noisy : codes, uint16;  clean : (rows, cols) and truth : (rows, cols, channels) mean electrons, float32
 

@@ -173,7 +173,7 @@ class MeasuredPsfLens(LensTable):
 
 
 class MeasuredOtfLens(LensTable):
-    """A lens given by its transfer at a grid of frequencies, the same at every wavelength."""
+    """A lens given by its OTF on a grid of frequencies, the same at every wavelength."""
 
     kind: Literal["measured-otf"] = Field(description="what blurs the image")
     values: list[list[float]] | None = Field(

@@ -41,7 +41,7 @@ _COMMON = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Chart(Shape):
-    """What a chart's function returns: a shape that is painted as many.
+    """A chart: one shape that is painted as many.
 
     name       : of the chart, as files call it
     parameters : of its function; defaults are filled in

@@ -34,7 +34,7 @@ def points(
     light: Reflectance = 1.0,
     centre_um: Point = (0.0, 0.0),
 ) -> Iterator[Shape]:
-    """Draw points as discs so small that nothing of them but their light is seen; they lie anywhere between photosites.
+    """Draw points of light as discs much smaller than the blur, anywhere between photosites.
 
     A magnitude more is 10^0.4 times less light, and so much less area. Give the points, or how many stars.
 

@@ -22,7 +22,7 @@ FIRST_UM = 1e4
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HalfPlane(Shape):
-    """Everything on one side of a line: 10 km of it.
+    """Everything on one side of a line, to a distance of 10 km.
 
     through_um  : a point of the line
     towards_deg : the direction in which it lies, square to the line, clockwise as displayed from the right

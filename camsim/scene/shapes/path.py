@@ -94,7 +94,7 @@ class Drawn(Shape):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Path(Drawn):
-    """What one or more outlines enclose, each begun by a ``move`` and closed by a straight line where it is left open.
+    """The area enclosed by outlines; each begins with a ``move`` and is closed by a straight line.
 
     segments_um : ("move", x, y), ("line", x, y), ("quadratic", x1, y1, x, y), ("cubic", x1, y1, x2, y2, x, y),
                   ("arc", rx, ry, rotate_deg, large, sweep, x, y), ("close",), µm

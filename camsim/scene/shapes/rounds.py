@@ -100,7 +100,7 @@ class Ellipse(Shape):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ring(Shape):
-    """What lies between two circles about one centre.
+    """The area between two concentric circles.
 
     >>> Ring(radius_um=30.0, inner_radius_um=20.0, reflectance=0.2)
     Ring(radius_um=30.0, inner_radius_um=20.0, centre_um=(0.0, 0.0), reflectance=0.2)

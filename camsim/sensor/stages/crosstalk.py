@@ -18,7 +18,7 @@ from camsim.typed import Fraction, Number, Several, judge, refusal
 
 @dataclass(frozen=True, slots=True)
 class Crosstalk(ElectronicStage):
-    """Light and charge that end in a neighbour, on the mean.
+    """Mean light and charge that end in a neighbouring photosite.
 
     kernel : 3 × 3 fractions; kernel[1 + i][1 + j] of a photosite's charge ends in the photosite i rows below and
              j columns to the right of it. Together at most 1 (what is missing is lost).

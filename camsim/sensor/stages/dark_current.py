@@ -14,7 +14,7 @@ from camsim.typed import Celsius, Fraction, NonNegative, Number, check, judge
 
 @dataclass(frozen=True, slots=True)
 class DarkCurrent(ElectronicStage):
-    """Charge that gathers without light, on the mean; its shot noise comes with the light's.
+    """Mean charge that gathers without light; its shot noise is drawn with that of the light.
 
     e_per_s       : electrons per second and photosite, the mean of all
     nonuniformity : standard deviation of its photosites (DCNU), a fraction of the mean; log-normal above 0.25

@@ -14,7 +14,7 @@ from camsim.typed import Number, Positive, judge
 
 @dataclass(frozen=True, slots=True)
 class FullWell(ElectronicStage):
-    """A photosite holds so many electrons and no more.
+    """The largest number of electrons that a photosite holds.
 
     capacity_e : electrons, above 0
 

@@ -15,7 +15,7 @@ from camsim.typed import Celsius, NonNegative, Number, check, judge
 
 @dataclass(frozen=True, slots=True)
 class ResetNoise(ElectronicStage):
-    """kTC noise: what the reset of a capacitor leaves behind, normal; absent with correlated double sampling.
+    """kTC noise of the reset of a capacitor, normal; absent with correlated double sampling.
 
     sigma_e : standard deviation, electrons
 
