@@ -2,7 +2,7 @@
 
     make bench-all && cp out/bench/results.jsonl bench/paper/ && python -m bench.paper.pages
 
-Writes docs/bench.svg and docs/bench.png, and what stands between the marks ``<!-- bench … -->`` of the pages.
+Writes docs/bench.png, and what stands between the marks ``<!-- bench … -->`` of the pages.
 ``--check`` writes nothing and fails where the pages are not what the stored run says.
 """
 
@@ -19,7 +19,7 @@ from bench.paper.cases import PSFS
 from bench.paper.figures import work_precision
 from bench.paper.findings import PAPERS_PROGRAM, TABLE_PSF, cheapest, contender, seconds, three_digits, true_error
 from bench.results import of_kind, read_results
-from camsim.bench.diagram import png, svg
+from camsim.bench.diagram import png
 from camsim.bench.html import shown
 from camsim.bench.records import Line
 
@@ -220,9 +220,7 @@ def main() -> None:
         if stale:
             sys.exit(f"not what {STORED.name} says: {', '.join(stale)}; run python -m bench.paper.pages")
         return
-    figure = work_precision(lines, TABLE_PSF)
-    (ROOT / "docs" / "bench.svg").write_text(svg(figure, "bench"), encoding="utf-8")
-    (ROOT / "docs" / "bench.png").write_bytes(png(figure))
+    (ROOT / "docs" / "bench.png").write_bytes(png(work_precision(lines, TABLE_PSF)))
 
 
 if __name__ == "__main__":
