@@ -87,7 +87,7 @@ def test_what_a_page_names_is_there(page):
         for module in re.findall(r"^python -m (bench\.[\w.]+)", said):
             assert list(ROOT.glob(module.replace(".", "/") + "*")), said
         for file in re.findall(
-            r"^(?:python |pytest )?((?:tests|bench|docs|scenes|sensors)/[\w/.-]+\.(?:py|md|yaml|jsonl))", said
+            r"^(?:python |pytest )?((?:camsim|tests|bench|docs|scenes|sensors)/[\w/.-]+\.(?:py|md|yaml|jsonl))", said
         ):
             assert (ROOT / file).exists() or "NAME" in file, said
         if said.startswith("camsim ") and "…" not in said:
