@@ -15,12 +15,14 @@ from typer.main import get_command_name
 from typer.models import CommandInfo
 
 from camsim.cli.bench import bench
+from camsim.cli.calibrate import calibrate_app
 from camsim.cli.dataset import dataset
 from camsim.cli.explain import explain
 from camsim.cli.expose import expose
 from camsim.cli.lens_app import lens_app
 from camsim.cli.measure_app import measure_app
 from camsim.cli.options import Changes, SensorName, Sensors, say_how_to_set
+from camsim.cli.sensor_app import sensor_app
 from camsim.cli.sweep import sweep
 from camsim.errors import AccuracyError, CamsimError, InvalidValueError, UnknownNameError
 
@@ -254,6 +256,8 @@ def recapture_file(
 
 app.add_typer(measure_app)
 app.add_typer(lens_app, name="lens")
+app.add_typer(sensor_app, name="sensor")
+app.add_typer(calibrate_app, name="calibrate")
 app.command()(bench)
 app.command()(explain)
 app.command()(expose)

@@ -19,8 +19,7 @@ from camsim.spectra.csv_table import MAX_BYTES, columns, read_points
 from camsim.spectra.curve import Curve
 
 _JIANG_NM = np.arange(400.0, 721.0, 10.0)
-"""Jiang, Liu, Gu and Süsstrunk, "What is the space of spectral sensitivity functions for digital color cameras?" (2013):
-a line with a camera's name, then a line each of 33 numbers for red, green and blue, from 400 to 720 nm."""
+"""Jiang et al., "What is the space of spectral sensitivity functions for digital color cameras?" (WACV 2013): a line with a camera's name, then a line each of 33 numbers for red, green and blue, from 400 to 720 nm."""
 
 _LETTERS = {
     "red": "R", "r": "R", "green": "G", "g": "G", "blue": "B", "b": "B", "gr": "Gr", "greenr": "Gr", "gb": "Gb",
@@ -158,7 +157,8 @@ def _table(path: Path) -> Sequence[CameraCurves]:
     if highest > 1.0:
         raise InputError(f"it reaches {highest:g}, and a quantum efficiency is 1 at most; of per cent write % above it")
     curves = {
-        letter: Curve(nodes_nm, values, outside="zero") for letter, (nodes_nm, values) in zip(letters, points, strict=True)
+        letter: Curve(nodes_nm, values, outside="zero")
+        for letter, (nodes_nm, values) in zip(letters, points, strict=True)
     }
     if len(curves) < len(letters):
         raise InputError(f"two columns are of one channel: {', '.join(letters)}")

@@ -192,7 +192,7 @@ def _finish(
 
 
 def _colour(frame: Frame) -> Colour:
-    """Return matrices for A and D65; or one alone, of the scene's light or a chart's, which developers take for D65's."""
+    """Return matrices for A and D65; or one, of the scene's light or a chart's, which developers take for D65's."""
     response = frame.colour.of_filters
     neutral = as_shot_neutral(response)
     if response.matrix == "scene":

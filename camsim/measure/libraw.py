@@ -106,13 +106,17 @@ def read_whole(path: Path) -> npt.NDArray[np.uint16]:
 
 
 def read_noted(path: Path) -> Noted:
-    """Return what a camera noted in a raw file; raises InputError."""
-    with _unpacked(path) as raw:
+    """Return what a camera noted in a raw file, its codes unread; raises InputError."""
+    with _opened(path, unpack=False) as raw:
         return _noted(path, raw)
 
 
+def _unpacked(path: Path) -> contextlib.AbstractContextManager[Any]:
+    return _opened(path, unpack=True)
+
+
 @contextlib.contextmanager
-def _unpacked(path: Path) -> Iterator[Any]:
+def _opened(path: Path, *, unpack: bool) -> Iterator[Any]:
     import rawpy
 
     raw = rawpy.RawPy()
@@ -121,7 +125,8 @@ def _unpacked(path: Path) -> Iterator[Any]:
             raw.open_file(str(path))
             sizes = raw.sizes
             refuse_bomb(2 * sizes.raw_height * sizes.raw_width, path.stat().st_size)
-            raw.unpack()
+            if unpack:
+                raw.unpack()
         if any(_CORRUPTED in line for line in lines):
             raise InputError("LibRaw finds its codes corrupted: it is damaged, or cut short")
         yield raw

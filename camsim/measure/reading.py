@@ -5,6 +5,7 @@ Read are DNG, raw files of camera makers (NEF, CR3, ARW …, by LibRaw), TIFF, P
 
 from __future__ import annotations
 
+import contextlib
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -297,18 +298,21 @@ def _read_dng(source: _Source) -> Picture:
     """Read the main image of a DNG: its mosaic, or linear planes."""
     raw = read_raw(source.path, source.file, source.size)
     holds_dark = source.product != "truth"
+    noted = None
+    with contextlib.suppress(InputError):  # what LibRaw does not know, our own reader may
+        noted = libraw.read_noted(source.path)
     if raw.image.ndim == 3:
         levels = zip(raw.black.flat, raw.white, strict=True)
         planes = tuple(
             replace(plane, black=float(black), white=white, lowest=raw.lowest, holds_dark=holds_dark)
             for plane, (black, white) in zip(_planes(raw.image, None), levels, strict=True)
         )
-        return _picture(source, _unfiltered(planes, source), raw.image.shape)
+        return replace(_picture(source, _unfiltered(planes, source), raw.image.shape), noted=noted)
     pattern = _pattern(replace(source, record=None), raw.pattern)
     planes = mosaic_planes(
         raw.image, pattern, black=raw.black, white=raw.white[0], lowest=raw.lowest, holds_dark=holds_dark
     )
-    return _picture(source, planes, raw.image.shape)
+    return replace(_picture(source, planes, raw.image.shape), noted=noted)
 
 
 def _read_maker(source: _Source) -> Picture:

@@ -10,7 +10,7 @@ from annotated_types import MaxLen, MinLen
 
 from camsim.arrays import F64
 from camsim.marks import Called
-from camsim.typed import Number, Several, judge, refusal
+from camsim.typed import Several, judge, refusal
 from camsim.words import brief
 
 _LEAST_RANK = 1e-6
