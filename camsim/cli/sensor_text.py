@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import textwrap
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -104,11 +105,11 @@ def efficiency_text(
     curves: Mapping[str, Curve], *, per: str, peak: float | None, source: str, comment: Sequence[str] = ()
 ) -> str:
     """Return ``quantum_efficiency`` with a table for each channel; peak None: the curves are absolute."""
-    lines = ["quantum_efficiency:", *(f"  # {line}" for line in comment), "  curves:"]
+    lines = ["quantum_efficiency:", *_remarks(comment), "  curves:"]
     for letter, curve in curves.items():
         lines.append(f"    {letter}:")
         lines.append(f"      wavelength_nm: [{_numbers(curve.wavelength_nm)}]")
-        lines.append(f"      values: [{_numbers(curve.values)}]")
+        lines.append(f"      values: [{_numbers(curve.values, 4)}]")
         lines.append("      outside: zero")
     lines += [f"  per: {per}", f"  peak: {'as given' if peak is None else f'{peak:g}'}", f"  source: {_quoted(source)}"]
     return "\n".join(lines)
@@ -120,7 +121,7 @@ def matrices_text(matrices: Sequence[MeasuredMatrix], comments: Mapping[str, Seq
     for matrix in matrices:
         rows = ", ".join(f"[{_numbers(row)}]" for row in matrix.camera_to_xyz)
         red, green, blue = matrix.neutral.tolist()
-        lines += [f"  # {line}" for line in comments.get(matrix.light, ())]
+        lines += _remarks(comments.get(matrix.light, ()))
         lines += [
             f"  - light: {_quoted(matrix.light)}",
             f"    white_xyz: [{_numbers(matrix.white_xyz)}]",
@@ -161,8 +162,14 @@ def _cfa_text(pattern: Sequence[str]) -> str:
     return f"cfa: {{kind: letters, pattern: [{', '.join(pattern)}]}}"
 
 
-def _numbers(values: Iterable[float]) -> str:
-    return ", ".join(f"{value:.6g}" for value in values)
+def _remarks(texts: Sequence[str]) -> list[str]:
+    return [
+        line for text in texts for line in textwrap.wrap(text, 118, initial_indent="  # ", subsequent_indent="  # ")
+    ]
+
+
+def _numbers(values: Iterable[float], digits: int = 6) -> str:
+    return ", ".join(f"{value:.{digits}g}" for value in values)
 
 
 def _quoted(text: str) -> str:

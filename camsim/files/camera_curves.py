@@ -19,7 +19,10 @@ from camsim.spectra.csv_table import MAX_BYTES, columns, read_points
 from camsim.spectra.curve import Curve
 
 _JIANG_NM = np.arange(400.0, 721.0, 10.0)
-"""Jiang et al., "What is the space of spectral sensitivity functions for digital color cameras?" (WACV 2013): a line with a camera's name, then a line each of 33 numbers for red, green and blue, from 400 to 720 nm."""
+"""Jiang et al., "What is the space of spectral sensitivity functions for digital color cameras?" (WACV 2013).
+
+A line with a camera's name, then a line each of 33 numbers for red, green and blue.
+"""
 
 _LETTERS = {
     "red": "R", "r": "R", "green": "G", "g": "G", "blue": "B", "b": "B", "gr": "Gr", "greenr": "Gr", "gb": "Gb",

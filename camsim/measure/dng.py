@@ -13,14 +13,27 @@ from camsim.arrays import F64
 from camsim.errors import InputError
 from camsim.files.full_scale import largest_sample
 from camsim.files.tiff_image import LINEAR_RAW, MOSAIC, NotReadError, bits_per_sample, photometric, read_image
-from camsim.files.tiff_reader import IMAGE_LENGTH, IMAGE_WIDTH, SUBFILE_TYPE, Directory, read_directories
+from camsim.files.tiff_reader import (
+    IMAGE_LENGTH,
+    IMAGE_WIDTH,
+    SUBFILE_TYPE,
+    Directory,
+    read_directories,
+    read_directory,
+)
 from camsim.measure.libraw import read_whole
+from camsim.sensor.colour_matrix import adaptation, fit_white
 
 _SAMPLES, _SAMPLE_FORMAT = 277, 339
 _CFA_REPEAT, _CFA_PATTERN = 33421, 33422
 _LAYOUT, _LINEARIZATION, _WHITE, _ACTIVE_AREA = 50711, 50712, 50717, 50829
 _BLACK_REPEAT, _BLACK, _BLACK_OF_COLS, _BLACK_OF_ROWS = 50713, 50714, 50715, 50716
 _ROW_INTERLEAVE, _COLUMN_INTERLEAVE, _BLOCK = 50975, 52547, 50974
+_ILLUMINANTS = {1: "D55", 3: "A", 17: "A", 20: "D55", 21: "D65", 22: "D75", 23: "D50"}
+"""Of EXIF's codes: daylight, tungsten, CIE's."""
+_COLOUR_MATRICES = ((50722, 50779), (50721, 50778))
+"""A matrix and its illuminant; where there are two, the second is daylight's."""
+_NEUTRAL, _WHITE_XY, _ANALOG_BALANCE = 50728, 50729, 50727
 _OPCODE_LISTS = {51008: "OpcodeList1", 51009: "OpcodeList2"}
 """Tags of the DNG specification 1.7. The third list of opcodes is for developed pictures: it moves no code."""
 
@@ -54,6 +67,26 @@ class Raw:
     black: F64
     white: tuple[float, ...]
     lowest: float
+
+
+def read_colours(file: BinaryIO, size: int) -> tuple[tuple[float, ...], tuple[tuple[float, ...], ...]]:
+    """Return factors of the channels that make white as shot, and rows of XYZ under D65 to camera; empty if unsaid."""
+    told = read_directory(file, size)
+    balance = np.array(told.values(_ANALOG_BALANCE) or (1.0,))
+    for matrix, light in _COLOUR_MATRICES:
+        numbers = told.values(matrix)
+        if len(numbers) >= 9 and len(numbers) % 3 == 0 and len(balance) in (1, len(numbers) // 3):
+            to_camera = balance[:, None] * np.array(numbers).reshape(-1, 3)
+            white = fit_white(_ILLUMINANTS.get(told.number(light, 21), "D65"))
+            break
+    else:
+        return (), ()
+    neutral = np.array(told.values(_NEUTRAL))
+    if (xy := told.values(_WHITE_XY)) and not neutral.size and len(xy) == 2 and xy[1] > 0.0:
+        neutral = to_camera @ np.array([xy[0] / xy[1], 1.0, (1.0 - xy[0] - xy[1]) / xy[1]])
+    of_d65 = to_camera @ adaptation(fit_white("D65"), white)
+    known = neutral.size == len(to_camera) and np.isfinite(neutral).all() and neutral.min() > 0.0
+    return tuple((1.0 / neutral).tolist()) if known else (), tuple(map(tuple, of_d65.tolist()))
 
 
 def read_raw(path: Path, file: BinaryIO, size: int) -> Raw:

@@ -47,19 +47,23 @@ class Noted:
     camera          : its maker and model;  lens: likewise
     turned_deg      : how far to turn the picture clockwise to have it upright
     white_balance   : factors of red, green, blue (and a fourth), as shot;  daylight: LibRaw's for daylight
-    xyz_to_camera   : rows of LibRaw's matrix, one for each channel
+    xyz_to_camera   : rows of a DNG's matrix, or of LibRaw's, from XYZ under D65, one for each channel
     """
 
-    camera: str
-    lens: str
-    iso: float | None
-    time_s: float | None
-    f_number: float | None
-    focal_length_mm: float | None
-    turned_deg: int
-    white_balance: tuple[float, ...]
-    daylight: tuple[float, ...]
-    xyz_to_camera: tuple[tuple[float, ...], ...]
+    camera: str = ""
+    lens: str = ""
+    iso: float | None = None
+    time_s: float | None = None
+    f_number: float | None = None
+    focal_length_mm: float | None = None
+    turned_deg: int = 0
+    white_balance: tuple[float, ...] = ()
+    daylight: tuple[float, ...] = ()
+    xyz_to_camera: tuple[tuple[float, ...], ...] = ()
+
+
+NOTHING = Noted()
+"""Of a file that notes nothing."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

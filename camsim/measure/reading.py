@@ -27,7 +27,7 @@ from camsim.files.tiff_reader import DNG_VERSION, read_directory, read_image_dir
 from camsim.files.which_image import image_array, image_layer
 from camsim.frame import Frame
 from camsim.measure import libraw
-from camsim.measure.dng import read_raw
+from camsim.measure.dng import read_colours, read_raw
 from camsim.measure.filters import filter_rows, mosaic_of
 from camsim.measure.given import check_given
 from camsim.measure.picture import Picture, Plane, mosaic_planes
@@ -298,9 +298,11 @@ def _read_dng(source: _Source) -> Picture:
     """Read the main image of a DNG: its mosaic, or linear planes."""
     raw = read_raw(source.path, source.file, source.size)
     holds_dark = source.product != "truth"
-    noted = None
+    noted = libraw.NOTHING
     with contextlib.suppress(InputError):  # what LibRaw does not know, our own reader may
         noted = libraw.read_noted(source.path)
+    white_balance, to_camera = read_colours(source.file, source.size)
+    noted = replace(noted, white_balance=white_balance, xyz_to_camera=to_camera)
     if raw.image.ndim == 3:
         levels = zip(raw.black.flat, raw.white, strict=True)
         planes = tuple(

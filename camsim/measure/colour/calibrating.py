@@ -68,11 +68,11 @@ class ColourCalibration:
         )
         smooth = (
             f"smooth curves (a Gaussian process of {SMOOTH_NM:g} nm, not negative, 0 below 390 and above 720 nm; noise "
-            f"of the patches {100 * self.smooth.noise:.1f} %) have errors of {errors} of their root mean square"
+            f"of the patches {100 * self.smooth.noise:.2g} %) have errors of {errors} of their root mean square"
         )
         nearest = (
             f"nearest measured camera: {self.nearest.name}, which would show the patches off by "
-            f"{100 * self.nearest.misfit:.1f} % of white"
+            f"{100 * self.nearest.misfit:.2g} % of white"
         )
         if self.measured:
             return f"{smooth}; {nearest}"
