@@ -141,7 +141,9 @@ def _print(report: ColourReport) -> None:
     print_table(title, _HEADS, rows)
     print(f"ΔE2000: mean {report.delta_e_mean:.2f}, largest {report.delta_e_largest:.2f}")
     white = report.white_balance
-    if white is None:
+    if white is None and "the file" not in report.development:
+        print("white balance: the file notes none; taken from the chart's greys")
+    elif white is None:
         print("white balance: no grey patch tells it")
     else:
         off = f"R/G {white.r_over_g:.4f}, B/G {white.b_over_g:.4f} of what the spectra give"

@@ -29,7 +29,8 @@ _LETTERS = {
     "greenb": "Gb", "g1": "Gr", "green1": "Gr", "g2": "Gb", "green2": "Gb", "cyan": "C", "c": "C", "yellow": "Y",
     "y": "Y", "magenta": "M", "m": "M", "white": "W", "w": "W", "clear": "W", "mono": "Y", "monochrome": "Y",
 }  # fmt: skip
-_BETWEEN = re.compile(r"[\W_]+|(?<=[a-z])(?=[A-Z])")
+_UNIT = re.compile(r"[\[(].*?[\])]")
+_BETWEEN = re.compile(r"[\W_]+")
 _PER_WATT = re.compile(r"a\s*/\s*w\b|\bper\s+watt", re.IGNORECASE)
 
 
@@ -171,7 +172,7 @@ def _table(path: Path) -> Sequence[CameraCurves]:
 
 def _letter(name: str) -> str:
     """Return the channel that a column's name speaks of; "" where none, or more than one, is."""
-    words = [word.lower() for word in _BETWEEN.split(name)]
+    words = [word.lower() for word in _BETWEEN.split(_UNIT.sub(" ", name))]
     found = {_LETTERS[word] for word in words if word in _LETTERS}
     return found.pop() if len(found) == 1 else ""
 

@@ -170,7 +170,7 @@ def _rows(matrix: np.ndarray[Any, Any]) -> tuple[tuple[float, ...], ...]:
 
 def _before(picture: Picture, seen: Chart, colours: PatchColours) -> tuple[float, ...] | None:
     """Return ΔE2000 of the patches by the file's own matrix and white balance."""
-    own = development_of(picture)
+    own = development_of(picture, seen.mean)
     if own is None:
         return None
     found = own.scaled(seen.mean, colours.xyz[GREYS, 1]).xyz(seen.mean)

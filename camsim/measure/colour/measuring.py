@@ -28,8 +28,7 @@ from camsim.sensor.colour_matrix import fit_for_development
 from camsim.spectra.light import Light
 
 _DEVELOPMENT = (
-    "black level, white balance of the file, bilinear demosaicing, forward matrix to XYZ under D50; scale: {}; no tone "
-    "curve"
+    "black level, white balance of {}, bilinear demosaicing, forward matrix to XYZ under D50; scale: {}; no tone curve"
 )
 """What noise is stated after; mean colours come from each channel's own photosites, without demosaicing."""
 
@@ -86,7 +85,7 @@ def measure_colour(picture: Picture, capture: Capture) -> ColourReport:
         patches=tuple(patches),
         white_balance=_white_balance(patches, np.array(means), expected),
         left_out=tuple(left_out),
-        development=_DEVELOPMENT.format("a perfect diffuser is 1"),
+        development=_DEVELOPMENT.format("the file", "a perfect diffuser is 1"),
     )
 
 
@@ -99,7 +98,8 @@ def measure_chart(
     corners : (row, col) of the middles of the patches dark skin, bluish green, black and white; None: looked for
     chart   : whose measured reflectances: "ISO 17321-1" or "BabelColor Average"
 
-    Raises UnsupportedError where there is no chart, or the file says no matrix or white balance.
+    A file that notes no white balance is balanced on the chart's greys. Raises UnsupportedError where there is no
+    chart, or the file says no matrix.
     """
     return developed_chart(picture, light, corners=corners, chart=chart)[0]
 
@@ -109,12 +109,12 @@ def developed_chart(
 ) -> tuple[ColourReport, Chart, Development]:
     """Return the report with the chart as it was read, and how it was developed."""
     check_given(picture=picture)
-    own = development_of(picture)
-    if own is None:
-        message = "states no colour matrix, or no white balance; camsim calibrate colour measures both of such a chart"
-        raise UnsupportedError(message, stage=picture.name)
     colours = PatchColours.of(reflectance_names(chart), light)
     seen = read_chart(picture, colours, corners=corners, chart=chart)
+    own = development_of(picture, seen.mean)
+    if own is None:
+        message = "states no colour matrix; camsim calibrate colour measures one of such a chart"
+        raise UnsupportedError(message, stage=picture.name)
     own = own.scaled(seen.mean, colours.xyz[GREYS, 1])
     light_seen = (seen.light / own.neutral).astype(np.float32)
     whole = developed_light(light_seen)
@@ -136,11 +136,15 @@ def developed_chart(
         file=picture.name,
         patches=tuple(patches),
         # Greys reflect all alike: what they are off is the white balance's.
-        white_balance=_white_balance(patches, seen.mean[kept] / own.neutral, colours.xyz[kept, 1:2] * np.ones(3)),
+        white_balance=None
+        if own.by_greys
+        else _white_balance(patches, seen.mean[kept] / own.neutral, colours.xyz[kept, 1:2] * np.ones(3)),
         left_out=tuple(
             f"{area.name}: clipped; expose less" for area, full in zip(seen.areas, seen.clipped, strict=True) if full
         ),
-        development=_DEVELOPMENT.format("the chart's greys are as bright as they reflect"),
+        development=_DEVELOPMENT.format(
+            "the chart's greys" if own.by_greys else "the file", "the chart's greys are as bright as they reflect"
+        ),
     )
     return report, seen, own
 
