@@ -208,7 +208,7 @@ def measure_colour(
     ] = None,
     force: Force = False,
 ) -> None:
-    """Measure ΔE2000, white balance and noise of the patches that a file shows.
+    """Measure ΔE2000, white balance and noise of a ColorChecker, or of the patches that the file's scene shows.
 
     A file of camsim's says what its scene shows. In any other, and with --light or --corners, a ColorChecker is looked
     for, and developed by the file's own white balance and matrix.
