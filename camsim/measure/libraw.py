@@ -48,6 +48,7 @@ class Noted:
     turned_deg      : how far to turn the picture clockwise to have it upright
     white_balance   : factors of red, green, blue (and a fourth), as shot;  daylight: LibRaw's for daylight
     xyz_to_camera   : rows of a DNG's matrix, or of LibRaw's, from XYZ under D65, one for each channel
+    operations      : what a DNG's opcode lists ask for, and whether it was done
     """
 
     camera: str = ""
@@ -60,6 +61,7 @@ class Noted:
     white_balance: tuple[float, ...] = ()
     daylight: tuple[float, ...] = ()
     xyz_to_camera: tuple[tuple[float, ...], ...] = ()
+    operations: tuple[str, ...] = ()
 
 
 NOTHING = Noted()
