@@ -124,9 +124,7 @@ def expose(
             shot = body.shot(
                 image, light=perfect, exposure=exposure(image.unit), seed=seed, frame_number=number, noise=not no_noise
             )
-            frame = shot.frame(
-                products=products | ({"truth"} if "frame" in products and shot.tells_every_channel else set())
-            )
+            frame = shot.frame(products=products)
             written_s = time.perf_counter()
             for output in mine:
                 how = {"allow_odd_cfa": allow_odd_cfa, "compress": compress}
