@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any, TypeAlias, TypeVar
 
 from camsim import memory
 from camsim.body import OwnLens
@@ -29,6 +29,8 @@ from camsim.shot import Shot
 from camsim.typed import Seed, Whole, check, text_of_path
 
 PathOrName = str | os.PathLike[str]
+Exposed: TypeAlias = Capture | Shot
+"""What takes a frame: a camera of a scene, or a sensor of light alone."""
 T = TypeVar("T")
 M = TypeVar("M", schema.SceneFile, schema.SensorFile, schema.ShotFile)
 
@@ -120,7 +122,7 @@ def load_any(
     products: Products = ("mosaic",),
     sensors: Iterable[PathOrName] = (),
     held: bool = True,
-) -> Capture | Shot:
+) -> Exposed:
     """Read and judge a capture as ``load`` does, or the light of one's own that a file with ``lens: none`` names."""
     changes, faults = _parsed(overrides)
     seed = _collected(faults, lambda: _seed(seed))
@@ -132,7 +134,7 @@ def load_any(
         raise ConfigError(_in_order(faults))
     search = _collected(faults, lambda: _search(sensors, judged.document.folder))
     body = None if search is None else _collected(faults, lambda: _sensor_of(judged, sensor, changes, search))
-    ready: Capture | Shot | None
+    ready: Exposed | None
     if judged.model_type is schema.ShotFile:
         ready = _shot(judged, body, seed)
     else:

@@ -10,8 +10,9 @@ from pathlib import Path
 import psutil
 
 from camsim import memory
-from camsim.exposing import Capture
+from camsim.capturing import Exposed
 from camsim.frame import Product
+from camsim.shot import Shot
 from camsim.sweeping.captures import Progress, captures_of
 from camsim.sweeping.dataset import shards_of
 from camsim.sweeping.manifest import Journal
@@ -103,7 +104,7 @@ def forecast_dataset(
 
 
 def _forecast(
-    captures: Sequence[Capture],
+    captures: Sequence[Exposed],
     products: tuple[Product, ...],
     *,
     found: int,
@@ -111,7 +112,7 @@ def _forecast(
     frames: int,
     disk_bytes: float,
 ) -> Forecast:
-    first = {capture.optical_key: capture for capture in reversed(captures)}
+    first = {capture.optical_key: capture for capture in reversed(captures) if not isinstance(capture, Shot)}
     some = list(first.values())[:: max(1, len(first) // _SAMPLED)]
     planned_s = sum(capture.plan().cost.seconds for capture in some) / max(len(some), 1) * len(first)
     photosites = [capture.grid.rows * capture.grid.cols for capture in captures]

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from camsim.calls import in_words
+from camsim.capturing import Exposed
 from camsim.config import schema
 from camsim.errors import InvalidValueError
-from camsim.exposing import Capture
 from camsim.files.describe import software
 from camsim.sweeping import engines
 from camsim.sweeping.batches import batches
@@ -123,7 +123,7 @@ def items_of(study: Study[schema.StudyFile], files: Sequence[Template], report: 
     return items
 
 
-def _item(study: Study[schema.StudyFile], templates: Sequence[Template], point: Point, capture: Capture) -> Item:
+def _item(study: Study[schema.StudyFile], templates: Sequence[Template], point: Point, capture: Exposed) -> Item:
     settings, stem = dict(point.settings), Path(point.scene).stem
     frames = study.model.frames
     files = tuple(
