@@ -62,12 +62,11 @@ def calibrate_colour(
     found = calibrated(picture, light_of(light), corners=corners_of(corners), chart=reflectances, cameras=known)
     base = base or _skeleton(picture, pitch_um)
     others = [matrix for matrix in base.matrices if matrix.light != found.matrix.light]
-    smooth = found.smooth
+    curves, per = found.nearest.curves, found.nearest.per
     if found.measured:
-        curves, per = smooth.curves, "energy"
+        curves, per = found.smooth.curves, "energy"
         source = f"smooth curves from the chart {found.file} under {found.light}"
     else:
-        curves, per = found.nearest.curves, found.nearest.per
         source = f"of {found.nearest.name}, each channel scaled to the white of the chart {found.file}"
     comments = {found.light: _comments(found)}
     written(

@@ -82,9 +82,9 @@ def exchanged(text: str, parts: Mapping[str, str]) -> str:
     """
     blocks: list[tuple[str, list[str]]] = []
     for line in text.splitlines():
-        key = _KEY.match(line)
-        if key:
-            blocks.append((key[1], [line]))
+        begins = _KEY.match(line)
+        if begins:
+            blocks.append((begins[1], [line]))
         elif blocks and (line[:1] in (" ", "\t", "-", "}", "]") and line.strip()):
             blocks[-1][1].append(line)
         else:

@@ -61,10 +61,10 @@ class Operations:
 
     def told(self) -> tuple[str, ...]:
         """Return what is done to the samples, and what is not, for people to read."""
-        lists = ((1, self.first, _ON_STORED), (2, self.second, _ON_LINEAR), (3, self.third, {}))
+        known: tuple[dict[int, _Apply], ...] = (_ON_STORED, _ON_LINEAR, {})
         return tuple(
-            f"OpcodeList{number} {one.name}: {'applied' if one.code in known else 'not applied'}"
-            for number, operations, known in lists
+            f"OpcodeList{number} {one.name}: {'applied' if one.code in applied else 'not applied'}"
+            for number, operations, applied in zip(_LISTS, (self.first, self.second, self.third), known, strict=True)
             for one in operations
         )
 

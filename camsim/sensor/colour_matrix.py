@@ -190,11 +190,11 @@ def _measured(response: ColourResponse, light: str) -> ColourFit:
     channels = filters_of(response.channels)
     to_xyz = one.matrix[:, ["RGB".index(letter) for letter in channels]]
     white_xyz = np.array(one.white_xyz, np.float64)
-    neutral = np.linalg.solve(to_xyz, white_xyz)
+    neutral = np.asarray(np.linalg.solve(to_xyz, white_xyz), np.float64)
     largest = float(neutral.max())
     told = ColourFit(
         neutral=neutral / largest, white_xyz=white_xyz, camera_to_xyz=to_xyz * largest,
-        xyz_to_camera=np.linalg.inv(to_xyz) / largest,
+        xyz_to_camera=np.asarray(np.linalg.inv(to_xyz), np.float64) / largest,
     )  # fmt: skip
     return told if same else told.seen_under(fit_white(light))
 

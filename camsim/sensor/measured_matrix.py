@@ -65,5 +65,4 @@ class MeasuredMatrix:
     @property
     def neutral(self) -> F64:
         """(3,) red, green and blue of a perfect diffuser, on the matrix's scale."""
-        white: F64 = np.linalg.solve(self.matrix, np.array(self.white_xyz, np.float64))
-        return white
+        return np.asarray(np.linalg.solve(self.matrix, np.array(self.white_xyz)), np.float64)

@@ -95,7 +95,7 @@ def _mtf(frame: Frame, capture: Exposed) -> Columns:
     A median's standard error is that of a mean times √(π/2); of one edge or two it is their mean.
     """
     if isinstance(capture, Shot):
-        raise UnsupportedError("light on a sensor passed no lens whose transfer could be told")
+        raise UnsupportedError("passed no lens whose transfer could be told", stage="light on a sensor")
     edges = measure_mtf(picture_of_frame(frame), channel="all", theory=CameraOtf.of(capture)).edges
     columns: dict[str, Any] = {}
     said: list[str] = []
@@ -123,7 +123,7 @@ def _mtf(frame: Frame, capture: Exposed) -> Columns:
 def _moire(frame: Frame, capture: Exposed) -> Columns:
     """Moiré of each channel that lies on one lattice: the contrast of a zone plate's ghosts, and theory."""
     if isinstance(capture, Shot):
-        raise UnsupportedError("light on a sensor has no zone plate")
+        raise UnsupportedError("has no zone plate", stage="light on a sensor")
     report = measure_moire(picture_of_frame(frame), capture)
     columns: dict[str, Any] = {}
     for channel in dict.fromkeys(ghost.channel for ghost in report.ghosts):

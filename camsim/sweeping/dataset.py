@@ -21,6 +21,7 @@ from camsim.capturing import Exposed
 from camsim.config import schema
 from camsim.config.schema.study import LIGHT_FILE
 from camsim.errors import InputError, InvalidValueError
+from camsim.rendering.running import to_nobody
 from camsim.scene.raster import Raster
 from camsim.shot import Shot
 from camsim.sweeping import engines
@@ -84,7 +85,7 @@ def dataset(
     (2, 2, 3)
     """
     began_s = time.perf_counter()
-    report = check(progress, Progress | None, "progress") or (lambda stage, fraction: None)
+    report = check(progress, Progress | None, "progress") or to_nobody
     place = Path(check(folder, FilePath, "folder"))
     engine, read = engines.engine_of(workers, scheduler), read_dataset(study)
     captures = captures_of(read, products_of(tuple(read.model.hold)), report)
@@ -96,7 +97,7 @@ def dataset(
             place,
             [shard.identity for shard in shards],
             lambda there: shards_made([s for s in shards if s.identity not in there], size, place, engine, report),
-            lambda stage, fraction: None,
+            to_nobody,
         )
         removed = 0
         if not done.failed:

@@ -13,6 +13,7 @@ from camsim.capturing import Exposed
 from camsim.config import schema
 from camsim.errors import InvalidValueError
 from camsim.files.describe import software
+from camsim.rendering.running import to_nobody
 from camsim.sweeping import engines
 from camsim.sweeping.batches import batches
 from camsim.sweeping.captures import Progress, captures_of, identity_of, judge_values
@@ -75,7 +76,7 @@ def sweep(
     (2, [200.0, 800.0])
     """
     began_s = time.perf_counter()
-    report = check(progress, Progress | None, "progress") or (lambda stage, fraction: None)
+    report = check(progress, Progress | None, "progress") or to_nobody
     engine, place = engines.engine_of(workers, scheduler), Path(check(folder, FilePath, "folder"))
     read, files = read_study(study)
     items = items_of(read, files, report)

@@ -89,9 +89,9 @@ class Shared:
         """Yield the frames of a capture; what is light on a sensor is rendered by nobody."""
         if isinstance(capture, Shot):
             return capture.frames(count, products=tuple(products))
-        return capture.frames(count, products=tuple(products), optical_image=self._of(capture, products))
+        return capture.frames(count, products=tuple(products), optical_image=self.of(capture, products))
 
-    def _of(self, capture: Capture, products: frozenset[Product]) -> OpticalImage:
+    def of(self, capture: Capture, products: frozenset[Product]) -> OpticalImage:
         """Return the image of a capture: the last one, where it is the same."""
         key = capture.optical_key, "truth" in products
         if self._image is None or key != self._key:

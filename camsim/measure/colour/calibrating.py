@@ -134,8 +134,8 @@ def calibrate_colour(
     used = ~np.array(seen.clipped)
     try:
         fit = fit_matrix(seen.mean, colours, used)
-    except UnsupportedError as error:
-        raise UnsupportedError(error.message, stage=picture.name) from None
+    except UnsupportedError as why:
+        raise UnsupportedError(why.message, stage=picture.name) from None
     own = replace(colours, names=tuple(np.array(colours.names)[used].tolist()))
     means, error = seen.mean[used], seen.error[used]
     return ColourCalibration(

@@ -75,11 +75,12 @@ def fit_matrix(means: F64, colours: PatchColours, used: npt.NDArray[np.bool_]) -
     Raises UnsupportedError where they tell no matrix.
     """
     if np.count_nonzero(used) < 8:
-        raise UnsupportedError(f"{np.count_nonzero(used)} patches can be used, and a matrix needs 8; expose less")
+        message = f"{np.count_nonzero(used)} patches can be used, and a matrix needs 8; expose less"
+        raise UnsupportedError(message, key="patches")
     matrix, sigma = _fitted(means[used], colours.xyz[used], colours.lab[used])
     spread = np.linalg.svd(matrix, compute_uv=False)
     if not spread[-1] > 1e-6 * spread[0]:
-        raise UnsupportedError("its channels show the patches alike; there is no matrix")
+        raise UnsupportedError("its channels show the patches alike; there is no matrix", key="patches")
     left_out = np.full(len(means), np.nan)
     for k in np.flatnonzero(used):
         others = used & (np.arange(len(means)) != k)
@@ -97,8 +98,7 @@ def fit_matrix(means: F64, colours: PatchColours, used: npt.NDArray[np.bool_]) -
 def _linear(means: F64, xyz: F64) -> F64:
     """Return the (3, 3) matrix of least squares in XYZ, each patch with a weight as Lab's cube root gives it."""
     weight = (1.0 / np.maximum(xyz[:, 1], _DARK) ** (2.0 / 3.0))[:, None]
-    solved: F64 = np.linalg.lstsq(means * weight, xyz * weight, rcond=None)[0].T
-    return solved
+    return np.asarray(np.linalg.lstsq(means * weight, xyz * weight, rcond=None)[0].T, np.float64)
 
 
 def _fitted(means: F64, xyz: F64, lab: F64, start: F64 | None = None) -> tuple[F64, F64]:
@@ -118,5 +118,6 @@ def _fitted(means: F64, xyz: F64, lab: F64, start: F64 | None = None) -> tuple[F
     solved = scipy.optimize.least_squares(differences, first.ravel(), x_scale=np.abs(first).max())
     freedom = max(1, differences(solved.x).size - 9)
     variance = 2.0 * solved.cost / freedom
-    covariance = variance * np.linalg.pinv(solved.jac.T @ solved.jac)
+    slopes = np.asarray(solved.jac, np.float64)
+    covariance = variance * np.linalg.pinv(slopes.T @ slopes)
     return solved.x.reshape(3, 3), np.sqrt(np.diag(covariance)).reshape(3, 3)

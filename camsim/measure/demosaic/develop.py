@@ -45,7 +45,8 @@ def srgb_curve(linear: F64) -> F64:
 
 def lab_of(xyz: F64) -> F64:
     """Return (n, 3) CIE L*, a*, b* of XYZ (n, 3) under D50, white has Y = 1."""
-    return lab(xyz[None], np.eye(3))[0]
+    seen: F64 = lab(xyz[None], np.eye(3))[0]
+    return seen
 
 
 def lab(linear: F32 | F64, to_xyz: F64) -> F64:
