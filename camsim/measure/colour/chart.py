@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -17,6 +16,7 @@ from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.measure.colour.areas import PatchArea, photosites_in
 from camsim.measure.colour.matrix import PatchColours, quick_difference
 from camsim.measure.demosaic.subject import CHANNELS
+from camsim.measure.lattice import Places, homography, lattices, moved
 from camsim.measure.picture import Picture
 from camsim.spectra import named
 from camsim.typed import known_name
@@ -33,14 +33,11 @@ _INSIDE = 0.25
 
 _OVERVIEW = 800
 _EVEN = (0.015, 0.03, 0.06, 0.12)
-_SEEDS = 80
-_LEAST_FOUND = 10
+_LEAST_FOUND, _MOST_FOUND = 10, 48
 _ALIKE = 12.0
 """ΔE*ab in the mean after the best 3 × 3 matrix; patches in any other order have more than 20."""
 
 Corner: TypeAlias = tuple[float, float]
-Places: TypeAlias = dict[tuple[int, int], F64]
-"""Middles (x, y) of patches by column and row in the chart."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -109,7 +106,7 @@ def _read(picture: Picture, to_pixel: F64, names: Sequence[str]) -> Chart:
     for number, name in enumerate(names):
         row, col = divmod(number, COLS)
         rim = [(col + _INSIDE * dx, row + _INSIDE * dy) for dx, dy in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
-        found = photosites_in(_moved(to_pixel, np.array(rim)), picture.shape)
+        found = photosites_in(moved(to_pixel, np.array(rim)), picture.shape)
         if found is None:
             message = f"the patch {name} shows fewer than 64 photosites; take the chart larger, or all of it"
             raise UnsupportedError(message, stage=picture.name)
@@ -209,38 +206,7 @@ def _of_corners(picture: Picture, corners: Sequence[Corner]) -> F64:
     turns = np.cross(np.pad(sides, ((0, 0), (0, 1))), np.pad(np.roll(sides, -1, axis=0), ((0, 0), (0, 1))))[:, 2]
     if not (turns.min() > 0.0 or turns.max() < 0.0):
         raise InvalidValueError(f"they are no four corners in turn; give {CORNERS}", key="--corners")
-    return _homography(grid, pixels)
-
-
-def _homography(given: F64, wanted: F64) -> F64:
-    """Return the (3, 3) projection that takes places (n, 2) nearest to others (n, 2), in least squares (Hartley)."""
-    (shift, scale), (shift_w, scale_w) = _normal(given), _normal(wanted)
-    x, y = ((given - shift) * scale).T
-    u, v = ((wanted - shift_w) * scale_w).T
-    zero, one = np.zeros_like(x), np.ones_like(x)
-    rows = np.concatenate(
-        [
-            np.stack([x, y, one, zero, zero, zero, -u * x, -u * y, -u], axis=1),
-            np.stack([zero, zero, zero, x, y, one, -v * x, -v * y, -v], axis=1),
-        ]
-    )
-    inner = np.linalg.svd(rows)[2][-1].reshape(3, 3)
-    to = np.array([[scale, 0, -scale * shift[0]], [0, scale, -scale * shift[1]], [0, 0, 1]])
-    back = np.array([[1 / scale_w, 0, shift_w[0]], [0, 1 / scale_w, shift_w[1]], [0, 0, 1]])
-    whole: F64 = back @ inner @ to
-    return whole
-
-
-def _normal(places: F64) -> tuple[F64, float]:
-    middle = places.mean(axis=0)
-    return middle, math.sqrt(2.0) / max(float(np.hypot(*(places - middle).T).mean()), 1e-12)
-
-
-def _moved(projection: F64, places: F64) -> F64:
-    """Return where places (n, 2) come to lie."""
-    x, y, w = projection @ np.concatenate([places, np.ones((len(places), 1))], axis=1).T
-    moved: F64 = np.stack([x / w, y / w], axis=1)
-    return moved
+    return homography(grid, pixels)
 
 
 def _grid() -> F64:
@@ -249,7 +215,7 @@ def _grid() -> F64:
 
 def _means_at(overview: _Overview, to_pixel: F64) -> F64 | None:
     """Return (24, 3) means around the middles of the patches, None where one lies outside."""
-    middles = _moved(to_pixel, _grid()) / overview.side
+    middles = moved(to_pixel, _grid()) / overview.side
     # The nearest neighbour's distance, as perspective makes it differ.
     reach = _INSIDE * min(float(np.hypot(*(middles[k + 1] - middles[k]))) for k in range(COLS - 1))
     half = max(0, math.floor(reach * 0.7))
@@ -269,7 +235,7 @@ def _found(picture: Picture, colours: PatchColours) -> F64:
     best, difference = None, math.inf
     for threshold in _EVEN:
         middles, sizes = _even_regions(overview.image, threshold)
-        for lattice in _lattices(middles, sizes):
+        for lattice in lattices(middles, sizes, least=_LEAST_FOUND, most=_MOST_FOUND):
             for to_cell in _laid(lattice):
                 to_pixel = np.diag([overview.side, overview.side, 1.0]) @ to_cell
                 off = quick_difference(_means_at(overview, to_pixel), colours)
@@ -318,57 +284,6 @@ def _even_regions(image: F64, threshold: float) -> tuple[F64, F64]:
     return np.array(middles).reshape(-1, 2), np.array(sizes)
 
 
-def _lattices(middles: F64, sizes: F64) -> Iterator[Places]:
-    """Yield lattices of regions, each grown from a region and two of its neighbours; the largest come first."""
-    grown: list[Places] = []
-    taken: set[int] = set()
-    for seed in np.argsort(-sizes)[: 4 * _SEEDS].tolist():
-        if seed in taken or len(grown) >= _SEEDS:
-            continue
-        alike = np.flatnonzero((sizes > 0.4 * sizes[seed]) & (sizes < 2.5 * sizes[seed]))
-        ways = middles[alike] - middles[seed]
-        lengths = np.hypot(*ways.T)
-        near = [k for k in np.argsort(lengths).tolist() if lengths[k] > 0.9 * math.sqrt(sizes[seed])][:5]
-        best: dict[tuple[int, int], int] = {}
-        for a, b in itertools.permutations(near, 2):
-            across, down = ways[a], ways[b]
-            turned = across[0] * down[1] - across[1] * down[0]
-            # Down lies clockwise of across, as displayed: charts are not seen from behind.
-            if turned < 0.85 * lengths[a] * lengths[b] or not 0.6 < lengths[a] / lengths[b] < 1.7:
-                continue
-            lattice = _grown(middles, alike, seed, across, down)
-            if len(lattice) > len(best):
-                best = lattice
-        if len(best) >= _LEAST_FOUND:
-            taken |= set(best.values())
-            grown.append({place: middles[k] for place, k in best.items()})
-    yield from sorted(grown, key=len, reverse=True)
-
-
-def _grown(middles: F64, alike: npt.NDArray[np.intp], seed: int, across: F64, down: F64) -> dict[tuple[int, int], int]:
-    """Return regions by their place in a lattice; steps follow those that were found, as perspective changes them."""
-    found, steps, left = {(0, 0): seed}, {(0, 0): (across, down)}, [(0, 0)]
-    others, used = middles[alike], {seed}
-    while left and len(found) < 100:
-        place = left.pop(0)
-        own = steps[place]
-        for axis, sign in ((0, 1), (0, -1), (1, 1), (1, -1)):
-            to = (place[0] + sign, place[1]) if axis == 0 else (place[0], place[1] + sign)
-            if to in found:
-                continue
-            guess = middles[found[place]] + sign * own[axis]
-            distance = np.hypot(*(others - guess).T)
-            nearest = int(np.argmin(distance))
-            if distance[nearest] > 0.25 * np.hypot(*own[axis]) or int(alike[nearest]) in used:
-                continue
-            step = sign * (others[nearest] - middles[found[place]])
-            found[to] = int(alike[nearest])
-            used.add(found[to])
-            steps[to] = (step, own[1]) if axis == 0 else (own[0], step)
-            left.append(to)
-    return found
-
-
 def _laid(lattice: Places) -> Iterator[F64]:
     """Yield projections of a 6 × 4 chart on a lattice, in each place and each of four turns that most patches fit."""
     for turn in range(4):
@@ -382,7 +297,7 @@ def _laid(lattice: Places) -> Iterator[F64]:
                     if 0 <= c - col < COLS and 0 <= r - row < ROWS
                 }
                 if len(here) >= _LEAST_FOUND and min(len(set(axis)) for axis in zip(*here, strict=True)) > 1:
-                    yield _homography(np.array(list(here), np.float64), np.array(list(here.values())))
+                    yield homography(np.array(list(here), np.float64), np.array(list(here.values())))
 
 
 def _turned(place: tuple[int, int], turn: int) -> tuple[int, int]:
