@@ -74,6 +74,7 @@ from .sensor.conversion_gain import DualGain as DualGain
 from .sensor.exposure import Exposure as Exposure
 from .sensor.falloff import Cos4Falloff as Cos4Falloff
 from .sensor.falloff import RadialFalloff as RadialFalloff
+from .sensor.measured_matrix import MeasuredMatrix as MeasuredMatrix
 from .sensor.quantum_efficiency import QuantumEfficiency as QuantumEfficiency
 from .sensor.stage import Context as Context
 from .sensor.stage import ElectronicStage as ElectronicStage

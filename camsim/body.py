@@ -22,12 +22,13 @@ from camsim.rendering import Grid
 from camsim.rendering.veil import Veil
 from camsim.scene import Scene
 from camsim.sensor.adc import Adc
-from camsim.sensor.cfa import Cfa
+from camsim.sensor.cfa import Cfa, filters_of
 from camsim.sensor.colour_matrix import ColourResponse, MatrixOf
 from camsim.sensor.conversion_gain import DualGain
 from camsim.sensor.electronics import ElectronicChanges, Electronics
 from camsim.sensor.exposure import AUTO_LEVEL, Exposure, auto_time_s, electrons_per_reflectance
 from camsim.sensor.falloff import Falloff, Magnification, working_f_number
+from camsim.sensor.measured_matrix import MeasuredMatrix
 from camsim.sensor.quantum_efficiency import QuantumEfficiency
 from camsim.sensor.stage import ElectronicStage
 from camsim.sensor.stages.full_well import FullWell
@@ -64,6 +65,7 @@ class Changes(ElectronicChanges, total=False):
     photosite: Photosite
     cfa: Cfa
     quantum_efficiency: QuantumEfficiency
+    colour_matrices: Several[MeasuredMatrix]
     filters: Several[NumberOrCurve]
     magnification: Number
     falloff: Falloff | None
@@ -80,6 +82,7 @@ class Body(Electronics):
     name       : of the model, goes into files
     serial     : seeds the fixed patterns
     rows, cols : of the full frame;  pitch_um: distance between photosites, µm
+    colour_matrices : that a chart told (``camsim calibrate colour``), which files carry in place of fitted ones
     filters    : in front of the sensor (infrared cut, grey, colour): fractions that pass, all of them multiply
     magnification : image size over object size; makes the working f-number N·(1 + m), in brightness and in blur
     falloff    : light towards the corners, relative to the axis
@@ -97,6 +100,7 @@ class Body(Electronics):
     photosite: Photosite
     cfa: Cfa
     quantum_efficiency: QuantumEfficiency
+    colour_matrices: Several[MeasuredMatrix] = dataclasses.field(default=(), metadata={"described": "if any"})
     filters: Several[Filter] = ()
     magnification: Magnification = 0.0
     falloff: Falloff | None = None
@@ -125,6 +129,9 @@ class Body(Electronics):
         if missing := [letter for letter in self.cfa.channels if letter not in known]:
             message = f"no curve for {', '.join(missing)} of the cfa; there are {', '.join(known)}"
             raise refusal(self, "quantum_efficiency", message)
+        if self.colour_matrices and sorted(filters_of(self.cfa.channels)) != ["B", "G", "R"]:
+            message = f"are of red, green and blue, and the cfa has {', '.join(self.cfa.channels)}; leave them out"
+            raise refusal(self, "colour_matrices", message)
         listed = () if self.defects is None else (*self.defects.hot, *self.defects.dead)
         if outside := [place[:2] for place in listed if place[0] >= self.rows or place[1] >= self.cols]:
             places = ", ".join(f"({row}, {col})" for row, col in outside[:3])
@@ -249,6 +256,7 @@ class Body(Electronics):
             crosstalk=None if self.crosstalk is None else tuple(map(tuple, self.crosstalk.mixing(self.cfa).tolist())),
             light=light,
             matrix=matrix,
+            measured=tuple(self.colour_matrices),
         )
 
     def image_per_reflectance(self, samples: LightSamples) -> F64:

@@ -20,6 +20,7 @@ from camsim.sensor.conversion_gain import DualGain
 from camsim.sensor.electronics import ElectronicChanges
 from camsim.sensor.exposure import Exposure
 from camsim.sensor.falloff import Falloff
+from camsim.sensor.measured_matrix import MeasuredMatrix
 from camsim.sensor.quantum_efficiency import QuantumEfficiency
 from camsim.spectra.curve import NumberOrCurve
 from camsim.spectra.light import Light
@@ -37,6 +38,7 @@ class Camera(Body):
     pitch_um     : distance between photosites
     lens, extra_optics, olpf, photosite : optical stages; blurs of one's own besides the lens
     cfa, quantum_efficiency, filters    : channels, their electrons per photon, and what lies in front of the sensor
+    colour_matrices : that a chart told, which files carry in place of fitted ones
     magnification, falloff : image size over object size, in brightness and blur; light towards the corners
     veiling_glare  : fraction of the light that is spread evenly over the frame
     extra_stages   : electronic stages of one's own
@@ -68,6 +70,7 @@ class Camera(Body):
             photosite: PhotositeShape,
             cfa: Cfa,
             quantum_efficiency: QuantumEfficiency,
+            colour_matrices: Several[MeasuredMatrix] = (),
             filters: Several[NumberOrCurve] = (),
             magnification: Number = 0.0,
             falloff: Falloff | None = None,

@@ -5,13 +5,13 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any, TypeAlias, TypeVar
 
 from camsim import memory
 from camsim.body import OwnLens
 from camsim.calls import in_words
 from camsim.camera import Camera
-from camsim.config import build, build_sensor, coverage, csv_curves, library, overrides, schema, yaml_source
+from camsim.config import build, build_sensor, build_shot, coverage, csv_curves, library, overrides, schema, yaml_source
 from camsim.config.build_sensor import SensorDocument
 from camsim.config.judged import Judged
 from camsim.config.lengths import SceneDocument
@@ -24,11 +24,15 @@ from camsim.exposing import Capture, Progress
 from camsim.frame import Frame, Products, check_products
 from camsim.marks import Before, Called
 from camsim.optics import FieldLens, Lens
+from camsim.optics.no_lens import NO_LENS
+from camsim.shot import Shot
 from camsim.typed import Seed, Whole, check, text_of_path
 
 PathOrName = str | os.PathLike[str]
+Exposed: TypeAlias = Capture | Shot
+"""What takes a frame: a camera of a scene, or a sensor of light alone."""
 T = TypeVar("T")
-M = TypeVar("M", schema.SceneFile, schema.SensorFile)
+M = TypeVar("M", schema.SceneFile, schema.SensorFile, schema.ShotFile)
 
 
 def _listed(given: Any) -> Any:
@@ -74,7 +78,7 @@ def capture(
     >>> frame
     Frame(2 × 2 photosites of D40-like, 4.88 µm, RG/GB, 12 bits, 0.01 s, ISO 200, seed 1)
     """
-    ready = load(scene, sensor=sensor, overrides=overrides, seed=seed, products=products, sensors=sensors)
+    ready = load_any(scene, sensor=sensor, overrides=overrides, seed=seed, products=products, sensors=sensors)
     return ready.frame(products=products, progress=progress)
 
 
@@ -93,21 +97,48 @@ def load(
 
     held : False when its codes will go to files as they are finished (``Capture.rows``)
 
+    A file with ``lens: none`` is refused: it has no scene (``load_any``).
+
     >>> ready = load("flat-field", overrides=["exposure.iso=800"])
     >>> ready.exposure.iso, ready.tolerance
     (800.0, 1e-06)
     """
+    ready = load_any(
+        scene, sensor=sensor, overrides=overrides, seed=seed, products=products, sensors=sensors, held=held
+    )
+    if isinstance(ready, Shot):
+        message = "none, and this is of a scene that a lens shows; camsim capture, sweep and dataset take light alone"
+        raise ConfigError([Fault(os.fspath(scene), 0, 0, "lens", message)])
+    return ready
+
+
+@in_words
+def load_any(
+    scene: PathOrName,
+    *,
+    sensor: PathOrName | None = None,
+    overrides: Iterable[str] = (),
+    seed: Whole | None = None,
+    products: Products = ("mosaic",),
+    sensors: Iterable[PathOrName] = (),
+    held: bool = True,
+) -> Exposed:
+    """Read and judge a capture as ``load`` does, or the light of one's own that a file with ``lens: none`` names."""
     changes, faults = _parsed(overrides)
     seed = _collected(faults, lambda: _seed(seed))
     path = check(scene, _PATH, "scene")
     check_products(products)
     located = _collected(faults, lambda: library.locate("scene", path))
-    judged = located and _collected(faults, lambda: _read(located, changes, schema.SceneFile))
+    judged = located and _collected(faults, lambda: _read_scene(located, changes))
     if not located or not judged:
         raise ConfigError(_in_order(faults))
     search = _collected(faults, lambda: _search(sensors, judged.document.folder))
     body = None if search is None else _collected(faults, lambda: _sensor_of(judged, sensor, changes, search))
-    ready = _capture(judged, body, Path(located.path).stem, seed, products, held=held)
+    ready: Exposed | None
+    if judged.model_type is schema.ShotFile:
+        ready = _shot(judged, body, seed)
+    else:
+        ready = _capture(judged, body, Path(located.path).stem, seed, products, held=held)
     faults += [*judged.faults, *(body.faults if body else ())]
     if faults or ready is None:
         raise ConfigError(_in_order(faults))
@@ -191,6 +222,12 @@ def _capture(
     )
 
 
+def _shot(document: Judged[schema.ShotFile], sensor: SensorDocument | None, seed: int | None) -> Shot | None:
+    frame = sensor.part(("frame",), schema.SensorFrame) if sensor else None
+    camera = build_sensor.camera(sensor, NO_LENS) if sensor else None
+    return build_shot.shot(document, camera, frame, seed)
+
+
 def _refuse_what_does_not_fit(
     scene: SceneDocument, sensor: SensorDocument, camera: Camera, products: Products, *, held: bool
 ) -> None:
@@ -214,7 +251,7 @@ def _search(folders: Iterable[PathOrName], beside: Path) -> SensorSearch:
 
 
 def _sensor_of(
-    scene: SceneDocument, sensor: PathOrName | None, changes: Iterable[Override], search: SensorSearch
+    scene: Judged[Any], sensor: PathOrName | None, changes: Iterable[Override], search: SensorSearch
 ) -> SensorDocument | None:
     """Read the sensor of a capture: the flag's, or else the scene's."""
     if sensor is not None:
@@ -243,6 +280,15 @@ def _sensor(name: str, changes: Iterable[Override], search: SensorSearch, *, ask
     except CamsimError as error:
         raise ConfigError([Fault(asked_by, 0, 0, "", str(error))]) from None
     return _read(located, changes, schema.SensorFile)
+
+
+def _read_scene(located: library.Located, changes: Iterable[Override]) -> Judged[Any]:
+    """Read a capture's file, whose schema is another one where it says ``lens: none``."""
+    mine = [change for change in changes if not change.of_sensor]
+    document = overrides.apply(yaml_source.read(located.path, located.shown), mine, schema.SceneFile)
+    if build_shot.has_no_lens(document):
+        return _read(located, changes, schema.ShotFile)
+    return Judged.of(csv_curves.read_in(document, schema.SceneFile), schema.SceneFile)
 
 
 def _read(located: library.Located, changes: Iterable[Override], model: type[M]) -> Judged[M]:

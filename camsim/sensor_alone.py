@@ -23,6 +23,7 @@ from camsim.sensor.conversion_gain import DualGain
 from camsim.sensor.electronics import ElectronicChanges
 from camsim.sensor.exposure import Exposure
 from camsim.sensor.falloff import Falloff
+from camsim.sensor.measured_matrix import MeasuredMatrix
 from camsim.sensor.quantum_efficiency import QuantumEfficiency
 from camsim.shot import WHITE, Shot
 from camsim.spectra.curve import NumberOrCurve
@@ -72,6 +73,7 @@ class Sensor(Body):
             photosite: PhotositeShape,
             cfa: Cfa,
             quantum_efficiency: QuantumEfficiency,
+            colour_matrices: Several[MeasuredMatrix] = (),
             filters: Several[NumberOrCurve] = (),
             magnification: Number = 0.0,
             falloff: Falloff | None = None,

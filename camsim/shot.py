@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import dataclasses
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
@@ -11,7 +12,7 @@ import numpy as np
 from camsim.arrays import F64, I64, U16
 from camsim.body import Body
 from camsim.errors import InvalidValueError
-from camsim.frame import Frame, Products, Report, check_products
+from camsim.frame import Frame, Products, Report, check_products, frame_numbers
 from camsim.given_light import RELATIVE, GivenLight
 from camsim.kept import cached_property
 from camsim.marks import Called
@@ -120,11 +121,13 @@ class Shot(Recording):
     def frame(self, *, products: Products | None = None, progress: Callable[[str, float], None] | None = None) -> Frame:
         """Expose.
 
-        products : "truth" fills ``Frame.truth``; None: where the light tells it
+        products : "truth" fills ``Frame.truth``; None, and "frame": where the light tells it
         progress : called with (stage, fraction done)
         """
-        wanted = {"mosaic", *(("truth",) if self.tells_every_channel else ())} if products is None else products
-        check_products(wanted)
+        check_products(products or ())
+        wanted = {"mosaic", "frame"} if products is None else set(products)
+        if "frame" in wanted and self.tells_every_channel:
+            wanted.add("truth")
         if "spectral" in wanted:
             raise InvalidValueError("has no spectral: it is of a scene's radiance, and here is none", key="products")
         if "truth" in wanted and not self.tells_every_channel:
@@ -164,6 +167,22 @@ class Shot(Recording):
             mosaic=codes, electrons=electrons, mean_electrons=lit.shown_e, truth=truth, channel_index=lit.channel,
             frame_number=self.frame_number, report=report,
         )  # fmt: skip
+
+    @cached_property
+    def optical_key(self) -> str:
+        """What is the same of shots of the same light."""
+        return self.image.sha256
+
+    def frames(
+        self,
+        count: int = 1,
+        *,
+        products: Products | None = None,
+        progress: Callable[[str, float], None] | None = None,
+    ) -> Iterator[Frame]:
+        """Yield exposures to the same light: the same fixed patterns, fresh noise."""
+        for number in frame_numbers(self.frame_number, count):
+            yield dataclasses.replace(self, frame_number=number).frame(products=products, progress=progress)
 
     def rows(
         self,

@@ -107,6 +107,8 @@ def _validate(block: Block, folder: Path) -> None:
 
 
 def _whole(tree: dict[str, Any]) -> dict[str, Any]:
+    if tree.get("lens") == "none":
+        return {"camsim": "scene/1", "sensor": "d40-like", **tree}
     if "shapes" in tree:
         tree = {"scene": {"unit": "pixel", "background": {"reflectance": 0.5}, **tree}}
     if tree.keys() <= SceneFile.model_fields.keys():

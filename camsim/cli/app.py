@@ -15,12 +15,24 @@ from typer.main import get_command_name
 from typer.models import CommandInfo
 
 from camsim.cli.bench import bench
+from camsim.cli.calibrate import calibrate_app
 from camsim.cli.dataset import dataset
 from camsim.cli.explain import explain
 from camsim.cli.expose import expose
 from camsim.cli.lens_app import lens_app
 from camsim.cli.measure_app import measure_app
-from camsim.cli.options import Changes, SensorName, Sensors, say_how_to_set
+from camsim.cli.options import (
+    AllowOddCfa,
+    AsJson,
+    Changes,
+    Compress,
+    Force,
+    Quiet,
+    SensorName,
+    Sensors,
+    say_how_to_set,
+)
+from camsim.cli.sensor_app import sensor_app
 from camsim.cli.sweep import sweep
 from camsim.errors import AccuracyError, CamsimError, InvalidValueError, UnknownNameError
 
@@ -178,18 +190,14 @@ def capture(
         str | None,
         typer.Option("--levels", metavar="A,B,…", help="Light of the pairs relative to the scene's: 1,0.25,0.0625."),
     ] = None,
-    allow_odd_cfa: Annotated[
-        bool, typer.Option("--allow-odd-cfa", help="Write a DNG even of a filter array that raw developers misread.")
-    ] = False,
-    compress: Annotated[
-        bool, typer.Option("--compress", help="Write DNGs as lossless JPEG, about half the size (package imagecodecs).")
-    ] = False,
+    allow_odd_cfa: AllowOddCfa = False,
+    compress: Compress = False,
     strict: Annotated[
         bool, typer.Option("--strict", help="Write nothing, and exit with 1, if an error above the tolerance is found.")
     ] = False,
-    force: Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON on stdout.")] = False,
-    quiet: Annotated[bool, typer.Option("-q", "--quiet", help="Print errors only.")] = False,
+    force: Force = False,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
     verbose: Annotated[bool, typer.Option("-v", "--verbose", help="Also print what was computed, in full.")] = False,
 ) -> None:
     """Take a picture of a scene and write it."""
@@ -223,7 +231,7 @@ def info(
         str, typer.Argument(metavar="FILE", help="A DNG, NPZ, EXR, TIFF or PNG of camsim, or a camera's raw file.")
     ],
     full: Annotated[bool, typer.Option("--full", help="Also print every stage with all its parameters.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print everything as JSON.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Print what a file of camsim holds and what was computed to make it, or what a camera noted in its raw file."""
     from camsim.cli.info import json_of_file, text_of_file
@@ -243,8 +251,8 @@ def recapture_file(
             help="A file to write, of any product; repeatable. FILE-again, with the same product, when left out.",
         ),
     ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")] = False,
-    quiet: Annotated[bool, typer.Option("-q", "--quiet", help="Print errors only.")] = False,
+    force: Force = False,
+    quiet: Quiet = False,
 ) -> None:
     """Take the picture of a file once more, from that file alone: the same bytes."""
     from camsim.cli.recapture import recapture
@@ -254,6 +262,8 @@ def recapture_file(
 
 app.add_typer(measure_app)
 app.add_typer(lens_app, name="lens")
+app.add_typer(sensor_app, name="sensor")
+app.add_typer(calibrate_app, name="calibrate")
 app.command()(bench)
 app.command()(explain)
 app.command()(expose)
@@ -313,7 +323,7 @@ def validate(
         ),
     ] = None,
     overrides: Changes = None,
-    force: Annotated[bool, typer.Option("--force", help="Overwrite a drawing that exists.")] = False,
+    force: Force = False,
 ) -> None:
     """Look for faults in scene and sensor files, and print all of them; draw a scene."""
     from camsim.cli.validate import draw_scene, validate_files
@@ -336,7 +346,7 @@ def new(
         str | None,
         typer.Option("--picture", metavar="FILE", help="A scene that shows it, its window and size fitted to it."),
     ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Overwrite a file that exists.")] = False,
+    force: Force = False,
 ) -> None:
     """Write a scene, a sensor, a study or a data set to start from, with a comment to every line."""
     from camsim.cli.new import write_template

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from camsim.cli.options import Changes, SensorName, Sensors
+from camsim.cli.options import Changes, Quiet, SensorName, Sensors
 from camsim.errors import InvalidValueError, OutputError
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ def bench(
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite a report that exists.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print everything as JSON on stdout, and no words.")] = False,
-    quiet: Annotated[bool, typer.Option("-q", "--quiet", help="Print errors only.")] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Measure error against run time for a scene: every method at every tolerance, on a window of its frame.
 

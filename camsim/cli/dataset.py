@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from camsim.cli.options import Scheduler, Workers
+from camsim.cli.options import AsJson, Quiet, Scheduler, Workers
 from camsim.cli.sweep import say_failures, say_figures, say_forecast, say_notes
 from camsim.errors import InvalidValueError
 
@@ -20,8 +20,8 @@ def dataset(
     workers: Workers = None,
     scheduler: Scheduler = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Say what it would take, and take nothing.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")] = False,
-    quiet: Annotated[bool, typer.Option("-q", "--quiet", help="Print nothing but errors.")] = False,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
 ) -> None:
     """Make a data set: crops of noisy mosaics with their truth, split by scene, in shards, with an index and a card.
 

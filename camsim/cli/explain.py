@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from camsim.cli.options import Changes, SensorName, Sensors
+from camsim.cli.options import AsJson, Changes, Force, SensorName, Sensors
 from camsim.errors import CamsimError, InvalidValueError, UnknownNameError
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ def explain(
         list[str] | None,
         typer.Option("-o", "--output", metavar="FILE[:PRODUCT]", help="As if this were to be written; repeatable."),
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print everything as JSON.")] = False,
+    as_json: AsJson = False,
     plot: Annotated[
         tuple[str, str] | None,
         typer.Option(
@@ -48,7 +48,7 @@ def explain(
         str | None,
         typer.Option("--at", metavar="X,Y", help="With --plot psf: a field lens's pattern there, µm from the axis."),
     ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Overwrite a plot that exists.")] = False,
+    force: Force = False,
 ) -> None:
     """Print what a capture will compute and what it leaves out, each with its reason, time, memory and error."""
     from camsim.capturing import load

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 
 import typer
 
-from camsim.cli.options import Changes, Sensors
+from camsim.cli.options import AllowOddCfa, Changes, Compress, Force, Quiet, Sensors
 from camsim.errors import CamsimError, InputError, InvalidValueError
 
 if TYPE_CHECKING:
@@ -76,13 +76,11 @@ def expose(
         str | None, typer.Option("--layer", metavar="NAME", help="Of an EXR of several; an array of NPZ or MATLAB.")
     ] = None,
     no_noise: Annotated[bool, typer.Option("--no-noise", help="Without any noise, and without dark current.")] = False,
-    allow_odd_cfa: Annotated[
-        bool, typer.Option("--allow-odd-cfa", help="Write a DNG even of a filter array that raw developers misread.")
-    ] = False,
-    compress: Annotated[bool, typer.Option("--compress", help="Write DNGs as lossless JPEG (imagecodecs).")] = False,
-    force: Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")] = False,
+    allow_odd_cfa: AllowOddCfa = False,
+    compress: Compress = False,
+    force: Force = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON; of a folder a list.")] = False,
-    quiet: Annotated[bool, typer.Option("-q", "--quiet", help="Print errors only.")] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Expose a sensor to light of your own: no lens, no scene, nothing resampled."""
     began_s = time.perf_counter()
@@ -124,9 +122,7 @@ def expose(
             shot = body.shot(
                 image, light=perfect, exposure=exposure(image.unit), seed=seed, frame_number=number, noise=not no_noise
             )
-            frame = shot.frame(
-                products=products | ({"truth"} if "frame" in products and shot.tells_every_channel else set())
-            )
+            frame = shot.frame(products=products)
             written_s = time.perf_counter()
             for output in mine:
                 how = {"allow_odd_cfa": allow_odd_cfa, "compress": compress}

@@ -87,7 +87,7 @@ def _tree_of_camera(path: str) -> dict[str, Any]:
         "black_dn": [plane.black for plane in levels.values()],
         "white_dn": [plane.white for plane in levels.values()],
     }
-    return told if picture.noted is None else {**told, "read": CHANGED}
+    return told if Path(path).suffix.lower() == ".dng" else {**told, "read": CHANGED}
 
 
 def _told(value: Any) -> str:

@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from camsim.cli.options import Force
+
 lens_app = typer.Typer(no_args_is_help=True, help="Lens files from prescriptions.")
 
 
@@ -29,7 +31,7 @@ def import_lens(
         float,
         typer.Option("--mtf-within", metavar="X", min=0.0, max=1.0, help="How far the MTF may be from the rays'."),
     ] = 0.01,
-    force: Annotated[bool, typer.Option("--force", help="Overwrite a file that exists.")] = False,
+    force: Force = False,
 ) -> None:
     """Trace a prescription and write what it does at every place as a lens file (needs optiland for its glasses)."""
     from camsim.cli.new import check_yaml_output

@@ -6,10 +6,8 @@ from typing import Annotated, TypeAlias
 
 import typer
 
-from camsim.cli.options import Changes, SensorName, Sensors
+from camsim.cli.options import AsJson, CfaOf, Changes, ChartName, Corners, Force, SensorName, Sensors
 
-AsJson: TypeAlias = Annotated[bool, typer.Option("--json", help="Print everything as JSON on stdout.")]
-Force: TypeAlias = Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")]
 GammaOf: TypeAlias = Annotated[
     str | None, typer.Option("--gamma", metavar="G", help="Undo an encoding: srgb, 2.2 …; 1 when data is linear.")
 ]
@@ -187,7 +185,20 @@ def measure_demosaic(
 
 @measure_app.command("colour")
 def measure_colour(
-    file: Annotated[str, typer.Argument(metavar="FILE", help="A raw file of camsim's, of a chart with patches.")],
+    file: Annotated[
+        str, typer.Argument(metavar="FILE", help="A raw file: camsim's of any patches, anybody's of a ColorChecker.")
+    ],
+    light: Annotated[
+        str | None,
+        typer.Option(
+            "--light",
+            metavar="NAME|FILE.csv",
+            help="That lit a ColorChecker: an illuminant, or its measured power over nm; D50 when left out.",
+        ),
+    ] = None,
+    corners: Corners = None,
+    reflectances: ChartName = "ISO 17321-1",
+    cfa: CfaOf = None,
     as_json: AsJson = False,
     csv: CsvFile = None,
     plot: PlotFile = None,
@@ -197,11 +208,16 @@ def measure_colour(
     ] = None,
     force: Force = False,
 ) -> None:
-    """Measure ΔE2000, white balance and noise of the patches that the file's scene shows."""
-    from camsim.cli.measure_colour import measure
+    """Measure ΔE2000, white balance and noise of a ColorChecker, or of the patches that the file's scene shows.
+
+    A file of camsim's says what its scene shows. In any other, and with --light or --corners, a ColorChecker is looked
+    for, and developed by the file's own white balance and matrix.
+    """
+    from camsim.cli.measure_colour import ChartRequest, measure
     from camsim.cli.measured import Outputs
 
-    measure(file, picture, Outputs(as_json=as_json, csv=csv, plot=plot, force=force))
+    request = ChartRequest(light=light, corners=corners, reflectances=reflectances, cfa=cfa)
+    measure(file, picture, request, Outputs(as_json=as_json, csv=csv, plot=plot, force=force))
 
 
 @measure_app.command("texture")
@@ -281,10 +297,7 @@ def measure_noise(
     keep: Annotated[
         str | None, typer.Option("--keep", metavar="DIR", help="Write the frames of --sensor and their index here.")
     ] = None,
-    cfa: Annotated[
-        str | None,
-        typer.Option("--cfa", metavar="RGGB", help="The filter array of files that do not say it; mono for none."),
-    ] = None,
+    cfa: CfaOf = None,
     as_json: AsJson = False,
     csv: CsvFile = None,
     plot: PlotFile = None,

@@ -1,19 +1,25 @@
-"""``camsim measure colour``: the patches that a file's scene shows, beside what the eye would see of them."""
+"""``camsim measure colour``: the patches that a file shows, beside what the eye would see of them."""
 
 from __future__ import annotations
 
 import functools
+import itertools
 import math
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from camsim.cli.measured import Outputs, picture_and_capture
 from camsim.cli.tables import check_text_file, print_table
-from camsim.errors import OutputError
+from camsim.errors import InvalidValueError, OutputError
 from camsim.files.atomic import together, write_whole
 
 if TYPE_CHECKING:
+    from camsim.arrays import U8
+    from camsim.measure import Picture
     from camsim.measure.colour import ColourReport, PatchColour
+    from camsim.spectra.light import Light
 
 _HEADS = (
     "patch", "row,col,rows,cols", "L*", "a*", "b*", "reference L*", "a*", "b*", "ΔE2000", "noise L*", "a*", "b*",
@@ -25,24 +31,81 @@ _COLUMNS = (
 )  # fmt: skip
 
 
-def measure(file: str, picture_file: str | None, outputs: Outputs) -> None:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ChartRequest:
+    """What is said of a ColorChecker in anybody's file: ``light`` and the rest as of the options."""
+
+    light: str | None
+    corners: str | None
+    reflectances: str
+    cfa: str | None
+
+
+def measure(file: str, picture_file: str | None, request: ChartRequest, outputs: Outputs) -> None:
     """Measure, print and write; raises CamsimError with one sentence.
 
     picture_file : where a picture of the chart with reference halves goes
     """
-    from camsim.measure.colour import measure_colour
+    from camsim.measure import read_picture
 
     _check(picture_file, outputs)
-    picture, capture = picture_and_capture(file)
-    report = measure_colour(picture, capture)
+    picture = read_picture(file, cfa=request.cfa)
+    if picture.description is None or request.light is not None or request.corners is not None:
+        report, draw_halves = _of_chart(picture, request)
+    else:
+        report, draw_halves = _of_scene(file)
     with together():
         outputs.write(_COLUMNS, map(_values, report.patches), functools.partial(_draw, report))
         if picture_file is not None:
             from camsim.files.png import plain
-            from camsim.measure.colour.picture import halves
 
-            write_whole(picture_file, plain(halves(picture, capture, report)))
+            write_whole(picture_file, plain(draw_halves()))
     outputs.tell(report, _print)
+
+
+def _of_scene(file: str) -> tuple[ColourReport, Callable[[], U8]]:
+    from camsim.measure.colour import measure_colour
+    from camsim.measure.colour.picture import halves
+
+    picture, capture = picture_and_capture(file)
+    report = measure_colour(picture, capture)
+    return report, lambda: halves(picture, capture, report)
+
+
+def _of_chart(picture: Picture, request: ChartRequest) -> tuple[ColourReport, Callable[[], U8]]:
+    from camsim.measure.colour import measure_chart
+    from camsim.measure.colour.picture import halves_of_chart
+
+    how: dict[str, Any] = {"corners": corners_of(request.corners), "chart": request.reflectances}
+    light = light_of("D50" if request.light is None else request.light)
+    return measure_chart(picture, light, **how), lambda: halves_of_chart(picture, light, **how)
+
+
+def light_of(text: str) -> Light:
+    """Return an illuminant by its name, or the light whose relative power a CSV file holds."""
+    from camsim.spectra.curve import Curve
+    from camsim.spectra.light import Light
+
+    if Path(text).suffix.lower() in (".csv", ".txt", ".tsv"):
+        return Light(Curve.from_csv(text, name=Path(text).stem, outside="zero"), irradiance_w_per_m2=1.0)
+    return Light(text, irradiance_w_per_m2=1.0)
+
+
+def corners_of(text: str | None) -> list[tuple[float, float]] | None:
+    """Return the places (row, col) of ``R,C,R,C,R,C,R,C``."""
+    if text is None:
+        return None
+    try:
+        numbers = [float(word) for word in text.replace(";", ",").split(",")]
+    except ValueError:
+        numbers = []
+    if len(numbers) != 8:
+        message = (
+            f"{text!r}; give row,col of the middles of four patches, dark skin, bluish green, black and white: "
+            "120,200,130,900,620,890,610,210"
+        )
+        raise InvalidValueError(message, key="--corners")
+    return list(itertools.pairwise(numbers))[::2]
 
 
 def _draw(report: ColourReport, file: str) -> bytes:
@@ -78,7 +141,9 @@ def _print(report: ColourReport) -> None:
     print_table(title, _HEADS, rows)
     print(f"ΔE2000: mean {report.delta_e_mean:.2f}, largest {report.delta_e_largest:.2f}")
     white = report.white_balance
-    if white is None:
+    if white is None and "the file" not in report.development:
+        print("white balance: the file notes none; taken from the chart's greys")
+    elif white is None:
         print("white balance: no grey patch tells it")
     else:
         off = f"R/G {white.r_over_g:.4f}, B/G {white.b_over_g:.4f} of what the spectra give"

@@ -31,6 +31,40 @@ Scheduler: TypeAlias = Annotated[
     typer.Option("--scheduler", metavar="tcp://…", help="A dask scheduler whose workers see the same folder."),
 ]
 
+AsJson: TypeAlias = Annotated[bool, typer.Option("--json", help="Print everything as JSON on stdout.")]
+Force: TypeAlias = Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")]
+Quiet: TypeAlias = Annotated[bool, typer.Option("-q", "--quiet", help="Print errors only.")]
+AllowOddCfa: TypeAlias = Annotated[
+    bool, typer.Option("--allow-odd-cfa", help="Write a DNG even of a filter array that raw developers misread.")
+]
+Compress: TypeAlias = Annotated[
+    bool, typer.Option("--compress", help="Write DNGs as lossless JPEG, about half the size (package imagecodecs).")
+]
+CfaOf: TypeAlias = Annotated[
+    str | None,
+    typer.Option("--cfa", metavar="RGGB", help="The filter array of files that do not say it; mono for none."),
+]
+LightName: TypeAlias = Annotated[
+    str,
+    typer.Option(
+        "--light", metavar="NAME|FILE.csv", help="That lit the chart: an illuminant, or its measured power over nm."
+    ),
+]
+Corners: TypeAlias = Annotated[
+    str | None,
+    typer.Option(
+        "--corners",
+        metavar="R,C,R,C,R,C,R,C",
+        help="Row and column of the middles of the patches dark skin, bluish green, black and white; left out: found.",
+    ),
+]
+ChartName: TypeAlias = Annotated[
+    str,
+    typer.Option(
+        "--chart", metavar="NAME", help="Measured reflectances of the patches: ISO 17321-1 or BabelColor Average."
+    ),
+]
+
 _ALIKE = 0.85
 """From here on an option is a slip of the keyboard, below it a setting that people take for one."""
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from camsim.cli.options import Scheduler, Workers
+from camsim.cli.options import AsJson, Force, Quiet, Scheduler, Workers
 from camsim.errors import InvalidValueError
 
 if TYPE_CHECKING:
@@ -38,9 +38,9 @@ def sweep(
             help="Draw a column of the manifest over another, a line for each combination of the other varied keys.",
         ),
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")] = False,
-    force: Annotated[bool, typer.Option("--force", help="Overwrite a plot that exists.")] = False,
-    quiet: Annotated[bool, typer.Option("-q", "--quiet", help="Print nothing but errors.")] = False,
+    as_json: AsJson = False,
+    force: Force = False,
+    quiet: Quiet = False,
 ) -> None:
     """Take all captures of a study; those that are there already are not taken again.
 

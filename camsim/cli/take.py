@@ -23,6 +23,7 @@ from camsim.files.atomic import made_together, together
 if TYPE_CHECKING:
     from camsim.exposing import Capture
     from camsim.frame import Frame, Products, Report
+    from camsim.shot import Shot
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,10 +54,10 @@ def take(request: Request) -> None:
     outputs, errors = outputs_of.check(outputs_of.numbered(texts, request.frames), force=request.force)
     products = {output.product for output in outputs}
     held = request.frames > 1 or not come_row_by_row(outputs)
-    from camsim.capturing import load
+    from camsim.capturing import load_any
 
     try:
-        ready = load(
+        ready = load_any(
             request.scene,
             sensor=request.sensor,
             overrides=request.changes,
@@ -157,7 +158,7 @@ def compression_faults(outputs: Iterable[Output]) -> list[CamsimError]:
     return []
 
 
-def _take_rows(capture: Capture, outputs: list[Output], products: Products, bar: Bar, request: Request) -> Frame:
+def _take_rows(capture: Capture | Shot, outputs: list[Output], products: Products, bar: Bar, request: Request) -> Frame:
     """Take the picture and write its mosaics while it is computed: memory does not grow with the frame."""
     return write_mosaics(
         outputs,

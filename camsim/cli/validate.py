@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from camsim.capturing import load, load_camera
+from camsim.capturing import load, load_any, load_camera
 from camsim.cli.draw import lines, picture
 from camsim.cli.plot import check_drawing
 from camsim.config import yaml_source
 from camsim.config.lens_files import read_lens_file
 from camsim.config.sensor_search import SensorSearch
 from camsim.errors import CamsimError, InvalidValueError
+from camsim.exposing import Capture
 from camsim.files.atomic import write_whole
 from camsim.notes import notes_of_sensor
 from camsim.optics import Airy
@@ -78,5 +79,5 @@ def _validated(file: str, search: SensorSearch, overrides: Sequence[str] = ()) -
     if isinstance(said, str) and said.startswith("dataset/"):
         check_dataset(file)
         return "a data set", ()
-    load(file, overrides=overrides, sensors=search.own)
-    return A_SCENE, ()
+    ready = load_any(file, overrides=overrides, sensors=search.own)
+    return (A_SCENE if isinstance(ready, Capture) else "light on a sensor"), ()

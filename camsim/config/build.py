@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from camsim.camera import Camera
 from camsim.config import build_optics, build_picture, schema
 from camsim.config.build_sensor import filters_at
 from camsim.config.build_shapes import shape_at, spectrum_at
+from camsim.config.judged import Judged
 from camsim.config.lengths import SceneDocument
 from camsim.config.tree import KeyPath
 from camsim.optics import Lens
@@ -117,7 +118,7 @@ def exposure(scene: SceneDocument) -> Exposure | None:
     )
 
 
-def region(scene: SceneDocument, frame: schema.SensorFrame | None) -> Region | None:
+def region(scene: Judged[Any], frame: schema.SensorFrame | None) -> Region | None:
     """Make the window of a scene file; it must lie inside the sensor's frame (when that is known)."""
     table = scene.part(("region",), schema.Region) if scene.value(("region",)) is not None else None
     if table is None:

@@ -13,6 +13,7 @@ from camsim.config.tree import KeyPath
 from camsim.optics import Lens
 from camsim.sensor.adc import Adc
 from camsim.sensor.cfa import GREENS, Cfa
+from camsim.sensor.measured_matrix import MeasuredMatrix
 from camsim.sensor.quantum_efficiency import QuantumEfficiency
 from camsim.spectra import named
 from camsim.spectra.curve import Curve, Spectrum
@@ -26,11 +27,12 @@ def camera(sensor: SensorDocument, lens: Lens | None) -> Camera | None:
     quantum_efficiency = _quantum_efficiency(sensor, cfa)
     filters, photosite = filters_at(sensor, ("filters",)), build_optics.photosite(sensor)
     olpf, adc = build_optics.olpf(sensor), _adc(sensor)
+    matrices = _colour_matrices(sensor)
     charge, readout = _stages(sensor, "charge", schema.Charge), _stages(sensor, "readout", schema.Readout)
     model = sensor.model
     if model is None or lens is None or cfa is None or quantum_efficiency is None or adc is None:
         return None
-    if filters is None or photosite is None or charge is None or readout is None:
+    if filters is None or matrices is None or photosite is None or charge is None or readout is None:
         return None
     return sensor.build(
         (),
@@ -45,12 +47,32 @@ def camera(sensor: SensorDocument, lens: Lens | None) -> Camera | None:
             photosite=photosite,
             cfa=cfa,
             quantum_efficiency=quantum_efficiency,
+            colour_matrices=matrices,
             filters=filters,
             adc=adc,
             **charge,
             **readout,
         ),
         keys={"defects": ("charge", "defects"), "dual_gain": ("readout", "dual_gain")},
+    )
+
+
+def _colour_matrices(sensor: SensorDocument) -> tuple[MeasuredMatrix, ...] | None:
+    """Make the measured matrices; None when one of them is wrong."""
+    given = sensor.value(("colour_matrices",))
+    made = [_colour_matrix(sensor, index) for index in range(len(given) if isinstance(given, list) else 0)]
+    whole = tuple(matrix for matrix in made if matrix is not None)
+    return whole if len(whole) == len(made) else None
+
+
+def _colour_matrix(sensor: SensorDocument, index: int) -> MeasuredMatrix | None:
+    path: KeyPath = ("colour_matrices", index)
+    table = sensor.part(path, schema.MeasuredMatrix)
+    if table is None:
+        return None
+    return sensor.build(
+        path,
+        lambda: MeasuredMatrix(light=table.light, white_xyz=table.white_xyz, camera_to_xyz=table.camera_to_xyz),
     )
 
 

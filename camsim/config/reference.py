@@ -13,12 +13,13 @@ from pydantic_core import PydanticUndefined
 
 from camsim.config.expect import Expected, expected_of_field, words_of
 from camsim.config.faults import format_of
-from camsim.config.schema import DatasetFile, LensFile, SceneFile, SensorFile, StudyFile, Table
+from camsim.config.schema import DatasetFile, LensFile, SceneFile, SensorFile, ShotFile, StudyFile, Table
 
 Kind: TypeAlias = Literal["scene", "sensor", "lens", "study", "dataset"]
 
 FILES: dict[str, type[Table]] = {
     "scene": SceneFile,
+    "shot": ShotFile,
     "sensor": SensorFile,
     "lens": LensFile,
     "study": StudyFile,
@@ -29,11 +30,17 @@ FILES: dict[str, type[Table]] = {
 def json_schema(kind: Kind) -> dict[str, Any]:
     """Return the JSON Schema (draft 2020-12) of a scene, sensor or study file, descriptions and units included."""
     model = FILES[kind]
-    return {
-        "$schema": "https://json-schema.org/draft/2020-12/schema",
-        "title": f"camsim {format_of(model)}",
-        **{key: value for key, value in model.model_json_schema().items() if key != "title"},
-    }
+    told = {key: value for key, value in model.model_json_schema().items() if key != "title"}
+    if model is SceneFile:
+        told = _with_or_without_a_lens(told, ShotFile.model_json_schema())
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": f"camsim {format_of(model)}", **told}
+
+
+def _with_or_without_a_lens(scene: dict[str, Any], shot: dict[str, Any]) -> dict[str, Any]:
+    """Return the schema of a scene file, which of ``lens: none`` is another one."""
+    parts = {**scene.pop("$defs"), **shot.pop("$defs")}
+    without = {"properties": {"lens": {"const": "none"}}, "required": ["lens"]}
+    return {"$defs": parts, "if": without, "then": shot, "else": scene}
 
 
 def examples() -> dict[str, list[str]]:

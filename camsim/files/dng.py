@@ -32,6 +32,7 @@ from camsim.sensor.cfa import filters_of
 from camsim.sensor.colour_matrix import as_shot_neutral, fit, fit_to_scene
 
 _RECOMMENDED_EXPOSURE_INDEX = 2
+_CODES = {"A": STANDARD_LIGHT_A, "D65": D65}
 
 TRUTH_WHITE_DN = 65535
 """Code of the truth at which the camera itself would clip."""
@@ -191,13 +192,13 @@ def _finish(
 
 
 def _colour(frame: Frame) -> Colour:
-    """Return matrices for A and D65; or one alone, for the scene's light, which developers take for D65's."""
+    """Return matrices for A and D65; or one, of the scene's light or a chart's, which developers take for D65's."""
     response = frame.colour.of_filters
     neutral = as_shot_neutral(response)
     if response.matrix == "scene":
         lights = [(D65, fit_to_scene(response))]
     else:
-        lights = [(STANDARD_LIGHT_A, fit(response, "A")), (D65, fit(response, "D65"))]
+        lights = [(_CODES[light], fit(response, light)) for light in response.lights]
     return Colour(fits=[(code, of.xyz_to_camera, of.forward) for code, of in lights], neutral=neutral)
 
 

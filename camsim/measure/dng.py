@@ -13,26 +13,28 @@ from camsim.arrays import F64
 from camsim.errors import InputError
 from camsim.files.full_scale import largest_sample
 from camsim.files.tiff_image import LINEAR_RAW, MOSAIC, NotReadError, bits_per_sample, photometric, read_image
-from camsim.files.tiff_reader import IMAGE_LENGTH, IMAGE_WIDTH, SUBFILE_TYPE, Directory, read_directories
+from camsim.files.tiff_reader import (
+    IMAGE_LENGTH,
+    IMAGE_WIDTH,
+    SUBFILE_TYPE,
+    Directory,
+    read_directories,
+    read_directory,
+)
+from camsim.measure.dng_opcodes import Operations
 from camsim.measure.libraw import read_whole
+from camsim.sensor.colour_matrix import adaptation, fit_white
 
 _SAMPLES, _SAMPLE_FORMAT = 277, 339
 _CFA_REPEAT, _CFA_PATTERN = 33421, 33422
 _LAYOUT, _LINEARIZATION, _WHITE, _ACTIVE_AREA = 50711, 50712, 50717, 50829
 _BLACK_REPEAT, _BLACK, _BLACK_OF_COLS, _BLACK_OF_ROWS = 50713, 50714, 50715, 50716
 _ROW_INTERLEAVE, _COLUMN_INTERLEAVE, _BLOCK = 50975, 52547, 50974
-_OPCODE_LISTS = {51008: "OpcodeList1", 51009: "OpcodeList2"}
-"""Tags of the DNG specification 1.7. The third list of opcodes is for developed pictures: it moves no code."""
-
-_OPCODES = {
-    1: "WarpRectilinear", 2: "WarpFisheye", 3: "FixVignetteRadial", 4: "FixBadPixelsConstant", 5: "FixBadPixelsList",
-    6: "TrimBounds", 7: "MapTable", 8: "MapPolynomial", 9: "GainMap", 10: "DeltaPerRow", 11: "DeltaPerColumn",
-    12: "ScalePerRow", 13: "ScalePerColumn", 14: "WarpRectilinear2",
-}  # fmt: skip
-_REPAIRS = (4, 5)
-"""Bad photosites are measured as they are."""
-_LONGEST_OPCODES = 64 << 20
-
+_ILLUMINANTS = {1: "D55", 3: "A", 17: "A", 20: "D55", 21: "D65", 22: "D75", 23: "D50"}
+"""Of EXIF's codes: daylight, tungsten, CIE's."""
+_COLOUR_MATRICES = ((50722, 50779), (50721, 50778))
+"""A matrix and its illuminant; where there are two, the second is daylight's."""
+_NEUTRAL, _WHITE_XY, _ANALOG_BALANCE = 50728, 50729, 50727
 _RECTANGULAR = 1
 """Of CFALayout: the others shift every second row or column by half a photosite."""
 
@@ -47,6 +49,7 @@ class Raw:
     pattern : letters of its filters, one string per row; None for linear raw, which has none
     black   : a rectangle of levels that is repeated, or one for each sample
     white   : from which on it is clipped, for each sample;  lowest: the smallest number that can be stored
+    operations : what its opcode lists ask for, and whether it was done
     """
 
     image: npt.NDArray[Any]
@@ -54,10 +57,34 @@ class Raw:
     black: F64
     white: tuple[float, ...]
     lowest: float
+    operations: tuple[str, ...] = ()
 
 
-def read_raw(path: Path, file: BinaryIO, size: int) -> Raw:
-    """Return the main image of a DNG: its mosaic, or linear planes; raises InputError."""
+def read_colours(file: BinaryIO, size: int) -> tuple[tuple[float, ...], tuple[tuple[float, ...], ...]]:
+    """Return factors of the channels that make white as shot, and rows of XYZ under D65 to camera; empty if unsaid."""
+    told = read_directory(file, size)
+    balance = np.array(told.values(_ANALOG_BALANCE) or (1.0,))
+    for matrix, light in _COLOUR_MATRICES:
+        numbers = told.values(matrix)
+        if len(numbers) >= 9 and len(numbers) % 3 == 0 and len(balance) in (1, len(numbers) // 3):
+            to_camera = balance[:, None] * np.array(numbers).reshape(-1, 3)
+            white = fit_white(_ILLUMINANTS.get(told.number(light, 21), "D65"))
+            break
+    else:
+        return (), ()
+    neutral = np.array(told.values(_NEUTRAL))
+    if (xy := told.values(_WHITE_XY)) and not neutral.size and len(xy) == 2 and xy[1] > 0.0:
+        neutral = to_camera @ np.array([xy[0] / xy[1], 1.0, (1.0 - xy[0] - xy[1]) / xy[1]])
+    of_d65 = to_camera @ adaptation(fit_white("D65"), white)
+    known = neutral.size == len(to_camera) and np.isfinite(neutral).all() and neutral.min() > 0.0
+    return tuple((1.0 / neutral).tolist()) if known else (), tuple(map(tuple, of_d65.tolist()))
+
+
+def read_raw(path: Path, file: BinaryIO, size: int, *, stored: bool = False) -> Raw:
+    """Return the main image of a DNG: its mosaic, or linear planes; raises InputError.
+
+    stored : the codes as they are, without opcode lists, and with whole numbers of black levels by row and column
+    """
     here = next(
         (
             directory
@@ -68,7 +95,9 @@ def read_raw(path: Path, file: BinaryIO, size: int) -> Raw:
     )
     if here is None:
         raise InputError("this DNG holds no mosaic and no linear raw image")
-    _refuse_opcodes(here)
+    operations = Operations.of(here)
+    if stored:
+        operations.refuse_curves()
     try:
         image = _linearised(_in_turn(read_image(here), here), here.numbers(_LINEARIZATION))
     except NotReadError as why:
@@ -78,6 +107,10 @@ def read_raw(path: Path, file: BinaryIO, size: int) -> Raw:
             f"it has {image.shape[2]} samples of each photosite of its mosaic (as of large and small photosites, or "
             "two exposures), and one is measured; write each as a DNG of its own"
         )
+    pattern = _pattern(here) if photometric(here) == MOSAIC else None
+    period = (1, 1) if pattern is None else (len(pattern), len(pattern[0]))
+    if not stored:
+        image = operations.on_stored(image, period)
     area = here.numbers(_ACTIVE_AREA) or (0, 0, *image.shape[:2])
     if len(area) != 4 or not (area[0] < area[2] <= image.shape[0] and area[1] < area[3] <= image.shape[1]):
         raise InputError(f"its active area {area[:4]} does not lie within its image of {image.shape[:2]} pixels")
@@ -86,14 +119,27 @@ def read_raw(path: Path, file: BinaryIO, size: int) -> Raw:
     white, black, offsets = _white(here, image.dtype, samples), _black(here, samples), _offsets(here, image.shape)
     if image.ndim == 3:
         offsets, black = offsets + _repeated(black - black[0, 0], image.shape), black[:1, :1]
-    image, white, lowest = _without(offsets, image, white)
-    return Raw(
-        image=image,
-        pattern=_pattern(here) if photometric(here) == MOSAIC else None,
-        black=black[:, :, 0] if image.ndim == 2 else black[0, 0],
-        white=white,
-        lowest=lowest,
-    )
+    image, white, lowest = _without(np.rint(offsets) if stored else offsets, image, white)
+    black = black[:, :, 0] if image.ndim == 2 else black[0, 0]
+    if operations.on_light and not stored:
+        image, black, white, lowest = _operated(operations, image, black, white, lowest, period)
+    return Raw(image=image, pattern=pattern, black=black, white=white, lowest=lowest, operations=operations.told())
+
+
+def _operated(
+    operations: Operations,
+    image: npt.NDArray[Any],
+    black: F64,
+    white: tuple[float, ...],
+    lowest: float,
+    period: tuple[int, int],
+) -> tuple[npt.NDArray[Any], F64, tuple[float, ...], float]:
+    """Return an image after its second list, its levels and its lowest number: black is 0 and white 1."""
+    level = _repeated(black[:, :, None], image.shape)[:, :, 0] if image.ndim == 2 else black
+    span = np.array(white) - level if image.ndim == 3 else white[0] - level
+    light = operations.on_linear((image - level) / span, period)
+    least = float(np.max((lowest - level) / span))
+    return np.where(image <= lowest, least, light), np.zeros_like(black), (1.0,) * len(white), least
 
 
 def _by_libraw(path: Path, directory: Directory, why: NotReadError) -> npt.NDArray[Any]:
@@ -104,23 +150,6 @@ def _by_libraw(path: Path, directory: Directory, why: NotReadError) -> npt.NDArr
     if image.shape[:2] != size or turned or 3 in directory.numbers(_SAMPLE_FORMAT):
         raise why  # LibRaw has another image of the file in mind, or rounds its numbers
     return image[:, :, :samples] if image.ndim == 3 else image
-
-
-def _refuse_opcodes(directory: Directory) -> None:
-    """Refuse what a reader must do to the samples, unless it may be left out or mends photosites."""
-    for number, name in _OPCODE_LISTS.items():
-        data = directory.bytes_of(number, _LONGEST_OPCODES)
-        at = 4
-        for _ in range(int.from_bytes(data[:4])):
-            if at + 16 > len(data):
-                raise InputError(f"its {name} is cut short")
-            code, optional = int.from_bytes(data[at : at + 4]), data[at + 11] & 1
-            at += 16 + int.from_bytes(data[at + 12 : at + 16])
-            if not optional and code not in _REPAIRS:
-                raise InputError(
-                    f"its {name} asks for {_OPCODES.get(code, f'operation {code}')}, which changes what its samples "
-                    "mean and is not applied; have the program that wrote it apply it, or mark it as optional"
-                )
 
 
 def _in_turn(image: npt.NDArray[Any], directory: Directory) -> npt.NDArray[Any]:

@@ -47,19 +47,25 @@ class Noted:
     camera          : its maker and model;  lens: likewise
     turned_deg      : how far to turn the picture clockwise to have it upright
     white_balance   : factors of red, green, blue (and a fourth), as shot;  daylight: LibRaw's for daylight
-    xyz_to_camera   : rows of LibRaw's matrix, one for each channel
+    xyz_to_camera   : rows of a DNG's matrix, or of LibRaw's, from XYZ under D65, one for each channel
+    operations      : what a DNG's opcode lists ask for, and whether it was done
     """
 
-    camera: str
-    lens: str
-    iso: float | None
-    time_s: float | None
-    f_number: float | None
-    focal_length_mm: float | None
-    turned_deg: int
-    white_balance: tuple[float, ...]
-    daylight: tuple[float, ...]
-    xyz_to_camera: tuple[tuple[float, ...], ...]
+    camera: str = ""
+    lens: str = ""
+    iso: float | None = None
+    time_s: float | None = None
+    f_number: float | None = None
+    focal_length_mm: float | None = None
+    turned_deg: int = 0
+    white_balance: tuple[float, ...] = ()
+    daylight: tuple[float, ...] = ()
+    xyz_to_camera: tuple[tuple[float, ...], ...] = ()
+    operations: tuple[str, ...] = ()
+
+
+NOTHING = Noted()
+"""Of a file that notes nothing."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -106,13 +112,17 @@ def read_whole(path: Path) -> npt.NDArray[np.uint16]:
 
 
 def read_noted(path: Path) -> Noted:
-    """Return what a camera noted in a raw file; raises InputError."""
-    with _unpacked(path) as raw:
+    """Return what a camera noted in a raw file, its codes unread; raises InputError."""
+    with _opened(path, unpack=False) as raw:
         return _noted(path, raw)
 
 
+def _unpacked(path: Path) -> contextlib.AbstractContextManager[Any]:
+    return _opened(path, unpack=True)
+
+
 @contextlib.contextmanager
-def _unpacked(path: Path) -> Iterator[Any]:
+def _opened(path: Path, *, unpack: bool) -> Iterator[Any]:
     import rawpy
 
     raw = rawpy.RawPy()
@@ -121,7 +131,8 @@ def _unpacked(path: Path) -> Iterator[Any]:
             raw.open_file(str(path))
             sizes = raw.sizes
             refuse_bomb(2 * sizes.raw_height * sizes.raw_width, path.stat().st_size)
-            raw.unpack()
+            if unpack:
+                raw.unpack()
         if any(_CORRUPTED in line for line in lines):
             raise InputError("LibRaw finds its codes corrupted: it is damaged, or cut short")
         yield raw

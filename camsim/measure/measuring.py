@@ -13,6 +13,7 @@ from camsim.measure.given import check_given
 from camsim.measure.mtf import TheoreticalOtf, measure_edge
 from camsim.measure.picture import Channel, Picture
 from camsim.measure.result import EdgeMtf, MtfReport
+from camsim.rendering.running import to_nobody
 from camsim.typed import check
 
 _Tried: TypeAlias = tuple[list[EdgeMtf], list[str]]
@@ -58,7 +59,7 @@ def measure_mtf(
     for roi in rois:
         edges += measure(roi, given=True)[0]
     if not rois:
-        edges, refused = _measured(picture, measure, progress or _untold)
+        edges, refused = _measured(picture, measure, progress or to_nobody)
     return MtfReport(
         file=picture.name,
         pitch_um=picture.pitch_um,
@@ -67,10 +68,6 @@ def measure_mtf(
         refused=tuple(refused),
         description=picture.description,
     )
-
-
-def _untold(stage: str, fraction: float) -> None:
-    """Take a report of progress that nobody reads."""
 
 
 def _measured(picture: Picture, measure: Callable[[Roi], _Tried], progress: Callable[[str, float], None]) -> _Tried:

@@ -211,7 +211,7 @@ class Picture:
     planes      : its channels
     pitch_um    : distance between photosites, None where that is not known
     description : what the file says of how it was computed; None for other people's files
-    noted       : what the camera of a maker's raw file noted
+    noted       : what the camera of a maker's raw file, or of a DNG, noted
     """
 
     name: str

@@ -5,6 +5,7 @@ Read are DNG, raw files of camera makers (NEF, CR3, ARW …, by LibRaw), TIFF, P
 
 from __future__ import annotations
 
+import contextlib
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -26,7 +27,7 @@ from camsim.files.tiff_reader import DNG_VERSION, read_directory, read_image_dir
 from camsim.files.which_image import image_array, image_layer
 from camsim.frame import Frame
 from camsim.measure import libraw
-from camsim.measure.dng import read_raw
+from camsim.measure.dng import read_colours, read_raw
 from camsim.measure.filters import filter_rows, mosaic_of
 from camsim.measure.given import check_given
 from camsim.measure.picture import Picture, Plane, mosaic_planes
@@ -84,13 +85,20 @@ def picture_of_frame(frame: Frame, product: str = "mosaic") -> Picture:
 
 
 def read_picture(
-    path: str | os.PathLike[str], *, gamma: Gamma = None, cfa: str | None = None, layer: str | None = None
+    path: str | os.PathLike[str],
+    *,
+    gamma: Gamma = None,
+    cfa: str | None = None,
+    layer: str | None = None,
+    stored: bool = False,
 ) -> Picture:
     """Read an image file.
 
     gamma : undo an encoding: an exponent such as 2.2, or "srgb"; 1 says that the numbers are linear already
     cfa   : the colour filter array of a file that does not say it, such as RGGB
     layer : of an EXR, NPZ or MATLAB file that holds several, such as mean or noisy
+    stored : of a DNG its codes as they are, as noise is measured: opcode lists are not applied, and black levels by row
+             and column come off as whole codes. Else what its opcode lists ask for is done, or refused by name
 
     Four planes of a filter array, (4, rows, cols) or (rows, cols, 4), become its mosaic where ``cfa`` says it: plane by
     plane the places (0, 0), (0, 1), (1, 0), (1, 1).
@@ -109,6 +117,7 @@ def read_picture(
     check(gamma, Gamma, "gamma")
     check(cfa, str | None, "cfa")
     check(layer, str | None, "layer")
+    check(stored, bool, "stored")
     shown = repr(str(path))
     suffix = Path(path).suffix
     with opened(path) as (file, size):
@@ -131,7 +140,7 @@ def read_picture(
                 "measure the capture's mosaic instead (.dng, .tiff or FILE.png:mosaic)",
                 stage=shown,
             )
-        source = _Source(Path(path), file, size, record, gamma, cfa, layer)
+        source = _Source(Path(path), file, size, record, gamma, cfa, layer, stored)
         try:
             return reader(source)
         except InvalidValueError as error:
@@ -149,6 +158,7 @@ class _Source:
     gamma: Gamma
     cfa: str | None
     layer: str | None
+    stored: bool
 
     @property
     def product(self) -> str | None:
@@ -295,20 +305,25 @@ def _read_tiff(source: _Source) -> Picture:
 
 def _read_dng(source: _Source) -> Picture:
     """Read the main image of a DNG: its mosaic, or linear planes."""
-    raw = read_raw(source.path, source.file, source.size)
+    raw = read_raw(source.path, source.file, source.size, stored=source.stored)
     holds_dark = source.product != "truth"
+    noted = libraw.NOTHING
+    with contextlib.suppress(InputError):  # what LibRaw does not know, our own reader may
+        noted = libraw.read_noted(source.path)
+    white_balance, to_camera = read_colours(source.file, source.size)
+    noted = replace(noted, white_balance=white_balance, xyz_to_camera=to_camera, operations=raw.operations)
     if raw.image.ndim == 3:
         levels = zip(raw.black.flat, raw.white, strict=True)
         planes = tuple(
             replace(plane, black=float(black), white=white, lowest=raw.lowest, holds_dark=holds_dark)
             for plane, (black, white) in zip(_planes(raw.image, None), levels, strict=True)
         )
-        return _picture(source, _unfiltered(planes, source), raw.image.shape)
+        return replace(_picture(source, _unfiltered(planes, source), raw.image.shape), noted=noted)
     pattern = _pattern(replace(source, record=None), raw.pattern)
     planes = mosaic_planes(
         raw.image, pattern, black=raw.black, white=raw.white[0], lowest=raw.lowest, holds_dark=holds_dark
     )
-    return _picture(source, planes, raw.image.shape)
+    return replace(_picture(source, planes, raw.image.shape), noted=noted)
 
 
 def _read_maker(source: _Source) -> Picture:

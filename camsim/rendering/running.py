@@ -84,7 +84,7 @@ def carry_out(
     begin = time.perf_counter()
     plan, judge, job = choice.plan, choice.judge, choice.plan.job
     plans = [plan] if prune or not len(job.left_out.edges) else [plan, _rest(choice)]
-    report, scale = progress or _silent, job.signals.scale
+    report, scale = progress or to_nobody, job.signals.scale
     report("render", 0.0)
     rows, cols = judge.hardest(plan)
     sets = channel[rows, cols]
@@ -223,5 +223,5 @@ def _part(report: Report, first: float, share: float) -> Progress:
     return lambda done: report("render", first + share * done)
 
 
-def _silent(stage: str, fraction: float) -> None:
+def to_nobody(stage: str, fraction: float) -> None:
     """Take a report of progress that nobody reads."""

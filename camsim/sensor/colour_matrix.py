@@ -18,6 +18,7 @@ from camsim.arrays import F64
 from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.sensor.cfa import filters_of
 from camsim.sensor.exposure import electrons_per_reflectance
+from camsim.sensor.measured_matrix import MeasuredMatrix
 from camsim.sensor.quantum_efficiency import QuantumEfficiency
 from camsim.spectra.colour_science import colour_science
 from camsim.spectra.curve import Curve, Spectrum
@@ -52,6 +53,7 @@ class ColourResponse:
     crosstalk : (channels, channels) what each channel gets of its own and of the others; None: its own alone. Of
                 ``of_filters`` (filters, channels)
     matrix    : which lights a file's colour matrices are to be for
+    measured  : matrices that a chart told, in place of the fitted ones
     """
 
     quantum_efficiency: QuantumEfficiency
@@ -59,6 +61,12 @@ class ColourResponse:
     passes: tuple[Spectrum, ...] = ()
     crosstalk: tuple[tuple[float, ...], ...] | None = None
     matrix: MatrixOf = "standard"
+    measured: tuple[MeasuredMatrix, ...] = ()
+
+    @property
+    def lights(self) -> tuple[str, ...]:
+        """The CIE illuminants that standard matrices are told for: of measured ones A only where one is A's."""
+        return ("A", "D65") if not self.measured or any(one.light == "A" for one in self.measured) else ("D65",)
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -166,9 +174,29 @@ def fit(response: ColourResponse, light: str) -> ColourFit:
     part. Of more than three channels noise counts too: what the fourth differs from the others by is small, and a
     fit of surfaces alone would take it times 20.
 
+    Where a chart told the camera's matrices (``measured``), the one of that light, or else of the first other than A,
+    is returned in place of a fit, adapted to the light's white.
+
     Raises UnsupportedError when the channels are not independent (one wavelength, two equal channels).
     """
+    if response.measured:
+        return _measured(response, light)
     return _fit(response, _standard(light), "over 380-780 nm", "write a .tiff, .exr or .npy instead")
+
+
+def _measured(response: ColourResponse, light: str) -> ColourFit:
+    same = [one for one in response.measured if one.light == light]
+    [one, *_] = same or [one for one in response.measured if one.light != "A"] or response.measured
+    channels = filters_of(response.channels)
+    to_xyz = one.matrix[:, ["RGB".index(letter) for letter in channels]]
+    white_xyz = np.array(one.white_xyz, np.float64)
+    neutral = np.asarray(np.linalg.solve(to_xyz, white_xyz), np.float64)
+    largest = float(neutral.max())
+    told = ColourFit(
+        neutral=neutral / largest, white_xyz=white_xyz, camera_to_xyz=to_xyz * largest,
+        xyz_to_camera=np.asarray(np.linalg.inv(to_xyz), np.float64) / largest,
+    )  # fmt: skip
+    return told if same else told.seen_under(fit_white(light))
 
 
 def fit_to_scene(response: ColourResponse) -> ColourFit:

@@ -53,6 +53,11 @@ def read_points(
     return _Table(os.fspath(path), shown or os.fspath(path)).points(column)
 
 
+def columns(path: str | os.PathLike[str], shown: str = "") -> list[tuple[int, str]]:
+    """Return number and name of each column but the wavelengths'; the number in place of a name where there is none."""
+    return _Table(os.fspath(path), shown or os.fspath(path)).columns()
+
+
 class _Table:
     """The cells of a file: rows of numbers, and the header above them."""
 
@@ -100,6 +105,11 @@ class _Table:
             if len(cells) == width > 1 and csv_header.is_header(cells):
                 return cells
         return own
+
+    def columns(self) -> list[tuple[int, str]]:
+        """Return number and name of each column but the wavelengths'."""
+        others = self._others(self._place())
+        return [(k + 1, self.header[0].cells[k] if self.header else str(k + 1)) for k in others]
 
     def points(self, column: Column | None) -> tuple[list[float], list[float]]:
         """Return wavelengths and values of a column."""
@@ -192,9 +202,12 @@ class _Table:
     def _name(self, place: int) -> str:
         return repr(self.header[0].cells[place]) if self.header else str(place + 1)
 
-    def _chosen(self, column: Column | None, wavelengths: int) -> int:
+    def _others(self, wavelengths: int) -> list[int]:
         width = len(self.header[0].cells) if self.header else len(self.rows[0].cells)
-        others = [k for k in range(width) if k != wavelengths and not (self.header and not self.header[0].cells[k])]
+        return [k for k in range(width) if k != wavelengths and not (self.header and not self.header[0].cells[k])]
+
+    def _chosen(self, column: Column | None, wavelengths: int) -> int:
+        others = self._others(wavelengths)
         there = ", ".join(map(self._name, others)) or "none but the wavelengths"
         if not others:
             raise InputError(f"{self.shown}: one column only; a curve needs wavelengths and values")

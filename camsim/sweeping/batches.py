@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import Protocol, TypeVar
 
-from camsim.exposing import Capture
+from camsim.capturing import Exposed
 
 TASK = 4e6
 """Photosites of a task: a second or two of one core."""
@@ -22,7 +22,7 @@ class Taken(Protocol):
     """What is made of one capture."""
 
     @property
-    def capture(self) -> Capture:
+    def capture(self) -> Exposed:
         """The capture."""
 
 

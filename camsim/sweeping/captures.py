@@ -10,12 +10,13 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from camsim.capturing import load
+from camsim.capturing import Exposed, load_any
 from camsim.errors import ConfigError, Fault
-from camsim.exposing import Capture
 from camsim.files.describe import canonical, software
 from camsim.frame import Product
+from camsim.given_light import GivenLight
 from camsim.scene import Scene
+from camsim.shot import Shot
 from camsim.sweeping.study import MOST_POINTS, Point, Study, V
 from camsim.sweeping.values import is_drawn
 
@@ -23,9 +24,10 @@ Progress = Callable[[str, float], None]
 _MOST_FAULTS = 20
 
 
-def captures_of(study: Study[V], products: Sequence[Product], report: Progress) -> list[tuple[Point, Capture]]:
+def captures_of(study: Study[V], products: Sequence[Product], report: Progress) -> list[tuple[Point, Exposed]]:
     """Return every point with its capture; raises ConfigError with what is wrong with any of them."""
-    model, faults, scenes, found = study.model, _Faults(), dict[bytes, Scene](), []
+    model, faults, found = study.model, _Faults(), list[tuple[Point, Exposed]]()
+    scenes, lights = dict[bytes, Scene](), dict[str, GivenLight]()
     seeds = set[int]()
     for point in study.points():
         report("read", point.index / study.count)
@@ -40,6 +42,10 @@ def captures_of(study: Study[V], products: Sequence[Product], report: Progress) 
             while seed in seeds:  # of another scene, whose own seed is less
                 seed = (seed + study.count) % 2**63
         seeds.add(seed)
+        if isinstance(capture, Shot):
+            light = lights.setdefault(capture.image.sha256, capture.image)
+            found.append((point, dataclasses.replace(capture, image=light, seed=seed)))
+            continue
         # Captures of one scene hold it once, whatever its size.
         scene = scenes.setdefault(checksum(capture.scene), capture.scene)
         found.append((point, dataclasses.replace(capture, scene=scene, seed=seed)))
@@ -58,7 +64,7 @@ def _says_its_seed(settings: Mapping[str, Any]) -> bool:
     return "noise.seed" in settings or (isinstance(noise, Mapping) and "seed" in noise)
 
 
-def judge_values(study: Study[V], products: Sequence[Product]) -> list[Capture]:
+def judge_values(study: Study[V], products: Sequence[Product]) -> list[Exposed]:
     """Load a capture with every listed value in every scene, and draws; raises ConfigError with what is wrong."""
     faults = _Faults()
     found = [_loaded(study, point, products, faults) for point in _telling(study)]
@@ -100,17 +106,17 @@ class _Faults:
         raise ConfigError(said)
 
 
-def _loaded(study: Study[V], point: Point, products: Sequence[Product], faults: _Faults) -> Capture | None:
+def _loaded(study: Study[V], point: Point, products: Sequence[Product], faults: _Faults) -> Exposed | None:
     faults.tried[point.scene] = None
     try:
-        return load(point.scene, sensor=study.sensor, overrides=study.overrides(point), products=tuple(products))
+        return load_any(point.scene, sensor=study.sensor, overrides=study.overrides(point), products=tuple(products))
     except ConfigError as error:
         for fault in error.faults:
             faults.add(study.fault(fault), point.scene)
         return None
 
 
-def identity_of(capture: Capture, *asked: Any) -> str:
+def identity_of(capture: Exposed, *asked: Any) -> str:
     """Return a name of a capture and of what is asked of it: equal for equal results."""
     made_of = [capture.description(capture.frame_number), capture.optical_key, *asked, software()]
     return hashlib.sha256(canonical(made_of).encode()).hexdigest()

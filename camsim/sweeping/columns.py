@@ -8,12 +8,13 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from camsim.capturing import Exposed
 from camsim.errors import UnsupportedError
-from camsim.exposing import Capture
 from camsim.frame import Frame
 from camsim.measure import CameraOtf, measure_mtf, picture_of_frame
 from camsim.measure.target.moire import measure_moire
 from camsim.sensor.adc import full_codes
+from camsim.shot import Shot
 
 _OF_A_MEDIAN = math.sqrt(math.pi / 2.0)
 _CLEAR = 5.0  # standard deviations from either end of the codes
@@ -23,7 +24,7 @@ Columns: TypeAlias = tuple[dict[str, Any], list[str]]
 """What was measured, and why something was not."""
 
 
-def measured(frame: Frame, capture: Capture, what: Sequence[str]) -> Columns:
+def measured(frame: Frame, capture: Exposed, what: Sequence[str]) -> Columns:
     """Return the columns of a frame: ``mtf`` of its edges, ``moire`` of its zone plate, ``noise`` and ``signal``."""
     columns: dict[str, Any] = {}
     said: list[str] = []
@@ -55,7 +56,7 @@ def _signal(frame: Frame) -> dict[str, Any]:
     return columns
 
 
-def _noise(frame: Frame, capture: Capture) -> Columns:
+def _noise(frame: Frame, capture: Exposed) -> Columns:
     """Scatter of each channel's codes about what a noise-free sensor would give, in electrons, and the mean over it.
 
     Of photosites whose mean lies so far from both ends of the codes that noise takes none there: which these are no
@@ -88,11 +89,13 @@ def _noise(frame: Frame, capture: Capture) -> Columns:
     return columns, said
 
 
-def _mtf(frame: Frame, capture: Capture) -> Columns:
+def _mtf(frame: Frame, capture: Exposed) -> Columns:
     """MTF50 and MTF at Nyquist of each channel, the median of its edges, with what they are off and theory.
 
     A median's standard error is that of a mean times √(π/2); of one edge or two it is their mean.
     """
+    if isinstance(capture, Shot):
+        raise UnsupportedError("passed no lens whose transfer could be told", stage="light on a sensor")
     edges = measure_mtf(picture_of_frame(frame), channel="all", theory=CameraOtf.of(capture)).edges
     columns: dict[str, Any] = {}
     said: list[str] = []
@@ -117,8 +120,10 @@ def _mtf(frame: Frame, capture: Capture) -> Columns:
     return columns, said
 
 
-def _moire(frame: Frame, capture: Capture) -> Columns:
+def _moire(frame: Frame, capture: Exposed) -> Columns:
     """Moiré of each channel that lies on one lattice: the contrast of a zone plate's ghosts, and theory."""
+    if isinstance(capture, Shot):
+        raise UnsupportedError("has no zone plate", stage="light on a sensor")
     report = measure_moire(picture_of_frame(frame), capture)
     columns: dict[str, Any] = {}
     for channel in dict.fromkeys(ghost.channel for ghost in report.ghosts):

@@ -17,10 +17,13 @@ from annotated_types import Ge, Le
 
 from camsim.arrays import F32
 from camsim.calls import in_words
+from camsim.capturing import Exposed
 from camsim.config import schema
+from camsim.config.schema.study import LIGHT_FILE
 from camsim.errors import InputError, InvalidValueError
-from camsim.exposing import Capture
+from camsim.rendering.running import to_nobody
 from camsim.scene.raster import Raster
+from camsim.shot import Shot
 from camsim.sweeping import engines
 from camsim.sweeping.captures import Progress, captures_of, checksum, identity_of, judge_values
 from camsim.sweeping.card import write_card
@@ -82,7 +85,7 @@ def dataset(
     (2, 2, 3)
     """
     began_s = time.perf_counter()
-    report = check(progress, Progress | None, "progress") or (lambda stage, fraction: None)
+    report = check(progress, Progress | None, "progress") or to_nobody
     place = Path(check(folder, FilePath, "folder"))
     engine, read = engines.engine_of(workers, scheduler), read_dataset(study)
     captures = captures_of(read, products_of(tuple(read.model.hold)), report)
@@ -94,14 +97,17 @@ def dataset(
             place,
             [shard.identity for shard in shards],
             lambda there: shards_made([s for s in shards if s.identity not in there], size, place, engine, report),
-            lambda stage, fraction: None,
+            to_nobody,
         )
         removed = 0
         if not done.failed:
             shutil.rmtree(place / HIDDEN / CAPTURES, ignore_errors=True)
             # Only of a folder that was a data set's: in another one such files are somebody's.
             removed = remove_others(place, done.rows) if made_before else 0
-        pictures = any(isinstance(shape, Raster) for _, capture in captures for shape in capture.scene.shapes)
+        pictures = any(
+            isinstance(capture, Shot) or any(isinstance(shape, Raster) for shape in capture.scene.shapes)
+            for _, capture in captures
+        )
         write_card(place, read, done.rows, pictures=pictures)
     unstated = "scenes show pictures, and nobody says whose they are and under which licence: key sources"
     others = f"{removed} files of shards that this data set has no more were removed"
@@ -160,7 +166,7 @@ def read_pair(folder: str | os.PathLike[str], index: int) -> tuple[dict[str, F32
     }
 
 
-def shards_of(study: Study[schema.DatasetFile], captures: list[tuple[Point, Capture]]) -> list[Shard]:
+def shards_of(study: Study[schema.DatasetFile], captures: list[tuple[Point, Exposed]]) -> list[Shard]:
     """Return a shard for each range of a split's samples; a capture whose samples lie in two is in both."""
     ranges: dict[tuple[str, int], list[Source]] = {}
     hold, each = tuple(dict.fromkeys(study.model.hold)), study.model.crops.each
@@ -188,7 +194,7 @@ def shards_of(study: Study[schema.DatasetFile], captures: list[tuple[Point, Capt
 def _source(
     study: Study[schema.DatasetFile],
     point: Point,
-    capture: Capture,
+    capture: Exposed,
     split: str,
     numbers: Sequence[int],
     hold: tuple[str, ...],
@@ -210,7 +216,7 @@ def _checksum(*made_of: Any) -> str:
     return hashlib.sha256(repr(made_of).encode()).hexdigest()
 
 
-def _crop(study: Study[schema.DatasetFile], capture: Capture, index: int, shard: int) -> Crop:
+def _crop(study: Study[schema.DatasetFile], capture: Exposed, index: int, shard: int) -> Crop:
     """Draw a window whose first photosite has the colour filter that the capture's first has."""
     crops, period = study.model.crops, capture.camera.cfa.period
     places = []
@@ -225,7 +231,7 @@ def _crop(study: Study[schema.DatasetFile], capture: Capture, index: int, shard:
     return Crop(index=index, shard=shard, row=row, col=col)
 
 
-def _splits(study: Study[schema.DatasetFile], captures: list[tuple[Point, Capture]]) -> list[str]:
+def _splits(study: Study[schema.DatasetFile], captures: list[tuple[Point, Exposed]]) -> list[str]:
     """Return each capture's split: what shows the same scene is in one, whatever sensor, lens, light or noise.
 
     The scenes are put in the order of their checksums, which is as good as drawn, and dealt out by share.
@@ -252,14 +258,18 @@ def _splits(study: Study[schema.DatasetFile], captures: list[tuple[Point, Captur
     return [split_of[own] for own in content]
 
 
-def _scenes_shown(captures: list[tuple[Point, Capture]]) -> list[bytes]:
+def _scenes_shown(captures: list[tuple[Point, Exposed]]) -> list[bytes]:
     """Return the checksum of the scene that each capture shows, the least where it is the same in other lengths.
 
     A scene in photosites or frames has other lengths on every sensor, and shows the same.
     """
-    shown = {id(capture.scene): capture.scene for _, capture in captures}  # those of one scene hold it once
+    # Those of one scene hold it once.
+    shown = {id(capture.scene): capture.scene for _, capture in captures if not isinstance(capture, Shot)}
     known = {key: checksum(scene) for key, scene in shown.items()}
-    content = [known[id(capture.scene)] for _, capture in captures]
+    content = [
+        bytes.fromhex(capture.image.sha256) if isinstance(capture, Shot) else known[id(capture.scene)]
+        for _, capture in captures
+    ]
     same = {own: own for own in content}
     first: dict[str, bytes] = {}
 
@@ -269,7 +279,9 @@ def _scenes_shown(captures: list[tuple[Point, Capture]]) -> list[bytes]:
         return own
 
     for (point, _), own in zip(captures, content, strict=True):
-        said = [setting for setting in point.settings if setting[0].split(".")[0] == "scene"]
+        said = [
+            setting for setting in point.settings if setting[0].split(".")[0] == "scene" or setting[0] == LIGHT_FILE
+        ]
         one, other = sorted((least(own), least(first.setdefault(json.dumps([point.scene, said]), own))))
         same[other] = one
     return [least(own) for own in content]

@@ -10,8 +10,10 @@ from pathlib import Path
 import psutil
 
 from camsim import memory
-from camsim.exposing import Capture
+from camsim.capturing import Exposed
 from camsim.frame import Product
+from camsim.rendering.running import to_nobody
+from camsim.shot import Shot
 from camsim.sweeping.captures import Progress, captures_of
 from camsim.sweeping.dataset import shards_of
 from camsim.sweeping.manifest import Journal
@@ -51,15 +53,11 @@ class Forecast:
     memory_bytes: float
 
 
-def _nothing(stage: str, fraction: float) -> None:
-    """Report to nobody."""
-
-
 def forecast(
     study: StudyOrFile, progress: Progress | None = None, *, folder: str | os.PathLike[str] | None = None
 ) -> Forecast:
     """Return what a sweep would take; ``folder``: where some of it may be."""
-    items = items_of(*read_study(study), progress or _nothing)
+    items = items_of(*read_study(study), progress or to_nobody)
     there = Journal(Path(folder)).finished({item.identity for item in items}) if folder is not None else {}
     left = [item for item in items if item.identity not in there]
     disk = sum(
@@ -85,7 +83,7 @@ def forecast_dataset(
     """Return what a data set would take; ``folder``: where some of its shards may be."""
     read = read_dataset(dataset)
     products = products_of(tuple(read.model.hold))
-    shards = shards_of(read, captures_of(read, products, progress or _nothing))
+    shards = shards_of(read, captures_of(read, products, progress or to_nobody))
     there = Journal(Path(folder)).finished({shard.identity for shard in shards}) if folder is not None else {}
     every = {source.identity: source for shard in shards for source in shard.sources}
     left = {s.identity: s for shard in shards if shard.identity not in there for s in shard.sources}
@@ -103,7 +101,7 @@ def forecast_dataset(
 
 
 def _forecast(
-    captures: Sequence[Capture],
+    captures: Sequence[Exposed],
     products: tuple[Product, ...],
     *,
     found: int,
@@ -111,7 +109,7 @@ def _forecast(
     frames: int,
     disk_bytes: float,
 ) -> Forecast:
-    first = {capture.optical_key: capture for capture in reversed(captures)}
+    first = {capture.optical_key: capture for capture in reversed(captures) if not isinstance(capture, Shot)}
     some = list(first.values())[:: max(1, len(first) // _SAMPLED)]
     planned_s = sum(capture.plan().cost.seconds for capture in some) / max(len(some), 1) * len(first)
     photosites = [capture.grid.rows * capture.grid.cols for capture in captures]

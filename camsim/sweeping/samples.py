@@ -14,8 +14,8 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from camsim.capturing import Exposed
 from camsim.errors import UnsupportedError
-from camsim.exposing import Capture
 from camsim.files.atomic import replacing
 from camsim.frame import Frame, Product
 from camsim.sensor.colour_matrix import as_shot_neutral, fit
@@ -48,7 +48,7 @@ class Source:
     """
 
     identity: str
-    capture: Capture
+    capture: Exposed
     split: str
     told: Row
     crops: tuple[Crop, ...]
@@ -87,8 +87,7 @@ class Cuts:
 
     def _cut(self, source: Source, shared: Shared) -> list[Row]:
         products = products_of(self.hold)
-        seen = shared.of(source.capture, frozenset(products))
-        frame = next(source.capture.frames(products=products, optical_image=seen))
+        frame = next(shared.frames(source.capture, 1, frozenset(products)))
         whole: dict[str, Any] = {"noisy": frame.mosaic, "clean": frame.mean_electrons, "truth": frame.truth}
         about, offsets_dn = noise_model(frame, source.capture), np.array(frame.black_offsets_dn)
         rows: list[Row] = []
@@ -132,7 +131,7 @@ def _stored(window: np.ndarray) -> np.ndarray:
     return np.array(window, dtype=np.float32 if window.dtype.kind == "f" else window.dtype, order="C")
 
 
-def noise_model(frame: Frame, capture: Capture) -> dict[str, Any]:
+def noise_model(frame: Frame, capture: Exposed) -> dict[str, Any]:
     """Return what a denoiser needs to know of a frame's codes, and what a developer does of its colours.
 
     In codes above black, of a photosite whose mean of the light is m: charge gathers about m + dark_dn, and the square

@@ -14,7 +14,8 @@ from typing import Any, Generic, TypeAlias, TypeVar
 
 from camsim.config import library, schema, yaml_source
 from camsim.config.judged import Judged
-from camsim.config.tree import Document
+from camsim.config.schema.study import LIGHT_FILE
+from camsim.config.tree import Document, KeyPath
 from camsim.config.yaml_text import yaml_text
 from camsim.errors import CamsimError, ConfigError, Fault, UnknownNameError
 from camsim.sweeping.mapping import plain
@@ -25,6 +26,11 @@ from camsim.typed import FilePath, check
 V = TypeVar("V", bound=schema.Varying)
 StudyOrFile: TypeAlias = str | os.PathLike[str] | Mapping[str, Any]
 MOST_POINTS = 10_000_000
+_FILES = ("sensor", LIGHT_FILE)
+"""Keys whose values may be files of the study's folder."""
+
+_LIGHT_ALONE = Path(library.__file__).with_name("light.yaml")
+"""The scene of studies that have light in its place."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -69,6 +75,8 @@ class Study(Generic[V]):
         word, _, key = fault.file.partition(" ")
         if word != "--set":
             return fault
+        if key == LIGHT_FILE and self.model.light is not None:
+            return self.document.fault(("light",), fault.message)
         part = "vary" if key in self.model.vary else "set"
         return self.document.fault((part, key), fault.message)
 
@@ -94,12 +102,12 @@ class Study(Generic[V]):
     def overrides(self, point: Point) -> tuple[str, ...]:
         """Return a capture's keys as ``camsim capture --set`` takes them, after those that are the same everywhere."""
         given = (*self.model.set.items(), *point.settings)
-        return tuple(f"{key}={_in_yaml(self._beside(value) if key == 'sensor' else value)}" for key, value in given)
+        return tuple(f"{key}={_in_yaml(self._beside(value) if key in _FILES else value)}" for key, value in given)
 
-    def _beside(self, sensor: Any) -> Any:
-        """Return a file of the study's folder by its path; what else may name a sensor as it is."""
-        beside = self.document.folder / sensor if isinstance(sensor, str) else None
-        return os.fspath(beside) if beside is not None and beside.is_file() else sensor
+    def _beside(self, name: Any) -> Any:
+        """Return a file of the study's folder by its path; what else may be named as it is."""
+        beside = self.document.folder / name if isinstance(name, str) else None
+        return os.fspath(beside) if beside is not None and beside.is_file() else name
 
     def points(self) -> Iterator[Point]:
         """Yield its captures in the order of their indices; scenes outermost, draws innermost."""
@@ -177,18 +185,23 @@ def _globbed(study: Judged[V]) -> V | None:
     if (model := study.model) is None:
         return None
     folder, vary = study.document.folder, dict(model.vary)
-    for key, values in model.vary.items():
+    if model.light is not None:
+        vary = {LIGHT_FILE: schema.Values(glob=model.light), **vary}
+    for key, values in list(vary.items()):
         if isinstance(values, schema.Values) and values.glob is not None:
             names = glob.glob(values.glob, root_dir=folder, recursive=True)
             files = sorted(Path(name).as_posix() for name in names if (folder / name).is_file())
             if not files:
-                study.refuse(("vary", key, "glob"), f"no file of {str(folder)!r} matches {values.glob!r}")
+                place: KeyPath = ("light",) if key == LIGHT_FILE and model.light else ("vary", key, "glob")
+                study.refuse(place, f"no file of {str(folder)!r} matches {values.glob!r}")
             vary[key] = list(files)
     return model.model_copy(update={"vary": vary})
 
 
 def _scenes(study: Judged[V]) -> tuple[str, ...]:
     given = study.value(("scene",))
+    if given is None and study.value(("light",)) is not None:
+        return (os.fspath(_LIGHT_ALONE),)
     names = given if isinstance(given, list) else [given]
     found = []
     for number, name in enumerate(names):
@@ -212,6 +225,8 @@ def _scenes(study: Judged[V]) -> tuple[str, ...]:
 
 def _templates(study: Judged[schema.StudyFile]) -> tuple[Template, ...]:
     given, vary = study.value(("files",)), study.value(("vary",))
+    if isinstance(study.value(("light",)), str):
+        vary = {LIGHT_FILE: None, **(vary if isinstance(vary, Mapping) else {})}
     default = schema.StudyFile.model_fields["files"].default
     texts = given if isinstance(given, list) else [default if given is None else given]
     keys = tuple(vary) if isinstance(vary, Mapping) else ()

@@ -9,10 +9,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from camsim.calls import in_words
+from camsim.capturing import Exposed
 from camsim.config import schema
 from camsim.errors import InvalidValueError
-from camsim.exposing import Capture
 from camsim.files.describe import software
+from camsim.rendering.running import to_nobody
 from camsim.sweeping import engines
 from camsim.sweeping.batches import batches
 from camsim.sweeping.captures import Progress, captures_of, identity_of, judge_values
@@ -75,7 +76,7 @@ def sweep(
     (2, [200.0, 800.0])
     """
     began_s = time.perf_counter()
-    report = check(progress, Progress | None, "progress") or (lambda stage, fraction: None)
+    report = check(progress, Progress | None, "progress") or to_nobody
     engine, place = engines.engine_of(workers, scheduler), Path(check(folder, FilePath, "folder"))
     read, files = read_study(study)
     items = items_of(read, files, report)
@@ -123,7 +124,7 @@ def items_of(study: Study[schema.StudyFile], files: Sequence[Template], report: 
     return items
 
 
-def _item(study: Study[schema.StudyFile], templates: Sequence[Template], point: Point, capture: Capture) -> Item:
+def _item(study: Study[schema.StudyFile], templates: Sequence[Template], point: Point, capture: Exposed) -> Item:
     settings, stem = dict(point.settings), Path(point.scene).stem
     frames = study.model.frames
     files = tuple(

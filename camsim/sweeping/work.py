@@ -8,12 +8,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from camsim.capturing import Exposed
 from camsim.errors import CamsimError
 from camsim.exposing import Capture
 from camsim.files import save
 from camsim.files.describe import software
 from camsim.frame import Frame, Product
 from camsim.optical_image import OpticalImage
+from camsim.shot import Shot
 from camsim.sweeping.columns import measured
 from camsim.sweeping.manifest import BETWEEN_NOTES, DONE, FAILED, Results, Row, sha256_of
 
@@ -29,7 +31,7 @@ class Item:
     """
 
     identity: str
-    capture: Capture
+    capture: Exposed
     told: Row
     files: tuple[tuple[tuple[str, Product], ...], ...]
     measure: tuple[str, ...]
@@ -83,6 +85,12 @@ class Shared:
         self._key: tuple[str, bool] = ("", False)
         self._image: OpticalImage | None = None
 
+    def frames(self, capture: Exposed, count: int, products: frozenset[Product]) -> Iterator[Frame]:
+        """Yield the frames of a capture; what is light on a sensor is rendered by nobody."""
+        if isinstance(capture, Shot):
+            return capture.frames(count, products=tuple(products))
+        return capture.frames(count, products=tuple(products), optical_image=self.of(capture, products))
+
     def of(self, capture: Capture, products: frozenset[Product]) -> OpticalImage:
         """Return the image of a capture: the last one, where it is the same."""
         key = capture.optical_key, "truth" in products
@@ -95,8 +103,7 @@ class Shared:
 def _taken(item: Item, folder: Path, shared: Shared) -> Iterator[Row]:
     began_s = time.perf_counter()
     products = frozenset(product for files in item.files for _, product in files)
-    seen = shared.of(item.capture, products)
-    frames = item.capture.frames(len(item.files), products=tuple(products), optical_image=seen)
+    frames = shared.frames(item.capture, len(item.files), products)
     for number, (frame, files) in enumerate(zip(frames, item.files, strict=True)):
         figures, why = measured(frame, item.capture, item.measure)
         for name, product in files:

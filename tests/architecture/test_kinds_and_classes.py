@@ -22,7 +22,7 @@ KEYS = {
     "SceneFile": "Capture", "SceneContent": "Scene", "SensorFile": "Camera", "Light": "Light", "Exposure": "Exposure",
     "Region": "Region", "Pupil": "Pupil", "QuantumEfficiency": "QuantumEfficiency", "Readout": "Adc", "Curve": "Curve",
     "Fractions": "Curve", "FilterCurve": "Curve", "LightTable": "Curve", "DualGain": "DualGain", "Defects": "Defects",
-    "FlickerRows": "FlickerRows",
+    "FlickerRows": "FlickerRows", "MeasuredMatrix": "MeasuredMatrix",
 }  # fmt: skip
 """Tables of one kind only, and their classes."""
 

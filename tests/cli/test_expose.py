@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import subprocess
 from collections.abc import Callable
@@ -119,3 +120,106 @@ def test_what_cannot_be_is_said_in_a_sentence_and_nothing_is_written(folder: Pat
         assert ran.returncode == 2, arguments
         assert said in ran.stderr, ran.stderr
     assert {path.suffix for path in folder.iterdir() if path.is_file()} == {".npy", ".yaml"}
+
+
+ALONE = (
+    "camsim: scene/1\nsensor: d40-like\nlens: none\nlight: {file: lights/render.exr}\n"
+    "exposure: {iso: 400}\nnoise: {seed: 3}\n"
+)
+
+
+def renders(folder: Path, count: int = 1) -> None:
+    (folder / "lights").mkdir()
+    for number in range(count):
+        light = np.random.default_rng(number).random((24, 36, 3), dtype=np.float32)
+        channels = {name: light[..., k] for k, name in enumerate("RGB")}
+        name = "render" if count == 1 else f"{number}"
+        OpenEXR.File({"type": OpenEXR.scanlineimage}, channels).write(str(folder / f"lights/{name}.exr"))
+
+
+def test_a_file_without_a_lens_is_exposed_as_the_command_does(folder: Path, camsim: Run) -> None:
+    renders(folder)
+    (folder / "shot.yaml").write_text(ALONE, "utf-8")
+    taken = camsim("capture", "shot.yaml", "-o", "a.dng", "-o", "a.exr")
+    assert taken.returncode == 0, taken.stderr
+    assert "optics       none: light as it lies on the photosites" in taken.stderr
+    out = ("-o", "b.dng", "-o", "b.exr")
+    done(camsim, "lights/render.exr", "--sensor", "d40-like", "--iso", "400", "--seed", "3", *out)
+    assert (folder / "a.dng").read_bytes() == (folder / "b.dng").read_bytes()
+    assert (folder / "a.exr").read_bytes() == (folder / "b.exr").read_bytes()
+    assert camsim("recapture", "a.dng").stderr == "a-again.dng: the same bytes as a.dng\n"
+    several = camsim("capture", "shot.yaml", "--frames", "2", "-o", "f.dng", "-q")
+    assert several.returncode == 0, several.stderr
+    assert (folder / "f-0.dng").read_bytes() == (folder / "a.dng").read_bytes()
+    assert not np.array_equal(codes(folder / "f-0.dng"), codes(folder / "f-1.dng"))
+    assert "light on a sensor, no faults" in camsim("validate", "shot.yaml").stdout
+
+
+def test_what_is_wrong_with_light_alone_is_said_with_its_place(folder: Path, camsim: Run) -> None:
+    renders(folder)
+    Image.fromarray(np.zeros((4000, 9000, 3), np.uint8)).save(folder / "huge.png")
+    for text, why in (
+        (ALONE.replace("render.exr", "none.exr"), "shot.yaml:4:8: light: no such file"),
+        (
+            ALONE.replace("lights/render.exr", "../x.exr"),
+            "shot.yaml:4:8: light: '../x.exr' lies outside this file's folder",
+        ),
+        (ALONE.replace("lights/render.exr", "huge.png"), "and the sensor has 2000 × 3008 photosites"),
+        (ALONE.replace("render.exr}", "render.exr, unit: electron}"), "did you mean 'electrons'?"),
+        (ALONE + "scene: {unit: pixel}\n", "shot.yaml:7:1: scene: unknown key"),
+        (ALONE.replace("lens: none", "lens: nothing"), "shot.yaml:3"),
+        (ALONE + "region: {rows: 8, cols: 8}\n", "is 8 × 8, and the light has 24 × 36 photosites"),
+    ):
+        (folder / "shot.yaml").write_text(text, "utf-8")
+        ran = camsim("capture", "shot.yaml")
+        assert ran.returncode == 2
+        assert why in ran.stderr
+        assert not (folder / "shot.dng").exists()
+    (folder / "shot.yaml").write_text(ALONE, "utf-8")
+    ran = camsim("explain", "shot.yaml")
+    assert ran.returncode == 2
+    assert ran.stderr.startswith("shot.yaml: lens: none, and this is of a scene that a lens shows")
+
+
+def test_sweeps_and_data_sets_take_a_folder_of_light(folder: Path, camsim: Run) -> None:
+    renders(folder, 5)
+    study = (
+        "camsim: study/1\nlight: lights/*.exr\nsensor: d40-like\nvary: {exposure.iso: [200, 800]}\n"
+        "measure: [signal]\nfiles: '{index}.dng'\n"
+    )
+    (folder / "study.yaml").write_text(study, "utf-8")
+    swept = camsim("sweep", "study.yaml", "-o", "out", "--workers", "0")
+    assert swept.returncode == 0, swept.stderr
+    rows = list(csv.DictReader((folder / "out/manifest.csv").read_text("utf-8").splitlines()))
+    assert [(row["light_file"], row["exposure_iso"]) for row in rows[:3]] == [
+        ("lights/0.exr", "200"), ("lights/0.exr", "800"), ("lights/1.exr", "200"),
+    ]  # fmt: skip
+    done(camsim, "lights/2.exr", "--sensor", "d40-like", "--iso", "200", "--seed", rows[4]["seed"], "-o", "two.dng")
+    assert np.array_equal(codes(folder / "out/4.dng"), codes(folder / "two.dng"))
+    again = camsim("sweep", "study.yaml", "-o", "out", "--workers", "0", "--json")
+    assert json.loads(again.stdout)["found"] == 10
+    made = (
+        "camsim: dataset/1\nlight: lights/*.exr\nsensor: d40-like\nvary: {exposure.iso: {choice: [200, 1600]}}\n"
+        "crops: {rows: 8, cols: 8, each: 2}\nsplits: {train: 0.6, val: 0.2, test: 0.2}\n"
+    )
+    (folder / "pairs.yaml").write_text(made, "utf-8")
+    ran = camsim("dataset", "pairs.yaml", "-o", "set", "--workers", "0")
+    assert ran.returncode == 0, ran.stderr
+    rows = list(csv.DictReader((folder / "set/manifest.csv").read_text("utf-8").splitlines()))
+    splits = {
+        row["light_file"]: {other["split"] for other in rows if other["light_file"] == row["light_file"]}
+        for row in rows
+    }
+    assert len(rows) == 10
+    assert len(splits) == 5
+    assert all(len(own) == 1 for own in splits.values())
+    assert sorted(split for own in splits.values() for split in own) == ["test", "train", "train", "train", "val"]
+    for text, why in (
+        (made.replace("lights/*.exr", "none/*.exr"), "no file of '.' matches 'none/*.exr'"),
+        (made.replace("sensor: d40-like\n", ""), "sensor: missing; without a scene"),
+        (made.replace("light: lights/*.exr\n", ""), "scene: missing; name one, or a list, or files of light"),
+    ):
+        (folder / "bad.yaml").write_text(text, "utf-8")
+        ran = camsim("validate", "bad.yaml")
+        assert ran.returncode == 2
+        assert why in ran.stderr, ran.stderr

@@ -165,10 +165,10 @@ def test_rows_and_columns_in_fields_are_put_in_turn(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("number", "code", "flags", "refused"),
-    [(51009, 8, 0, "MapPolynomial"), (51009, 9, 0, "GainMap"), (51008, 7, 0, "MapTable"), (51009, 9, 1, ""),
-     (51008, 5, 0, ""), (51022, 1, 0, ""), (51009, 99, 0, "operation 99")],
+    [(51009, 1, 0, "WarpRectilinear"), (51009, 6, 0, "TrimBounds"), (51008, 7, 0, "MapTable"), (51008, 9, 1, ""),
+     (51009, 1, 1, ""), (51022, 1, 0, ""), (51009, 99, 0, "operation 99")],
 )  # fmt: skip
-def test_operations_that_change_the_codes_are_named(
+def test_operations_that_are_not_applied_are_named(
     number: int, code: int, flags: int, refused: str, tmp_path: Path
 ) -> None:
     listed = b"".join(value.to_bytes(4) for value in (1, code, 0x01030000, flags, 8)) + bytes(8)

@@ -9,6 +9,7 @@ import pytest
 
 import camsim
 from camsim.errors import CamsimError, ConfigError, InputError, OutputError
+from camsim.exposing import Capture
 from camsim.sweeping import check_dataset, dataset, forecast_dataset, read_dataset, read_pair, samples, shards
 from camsim.sweeping.captures import captures_of
 from camsim.sweeping.dataset import shards_of
@@ -161,9 +162,9 @@ def test_captures_share_a_rendering_across_shards_and_none_is_lost_where_one_fai
         "samples_per_shard": 1,
         "hold": ["noisy", "clean"],
     }
-    rendered, real, cut = [], samples.Capture.optical_image, samples.into_tar
+    rendered, real, cut = [], Capture.optical_image, samples.into_tar
     monkeypatch.setattr(
-        samples.Capture, "optical_image", lambda self, **how: rendered.append(how["products"]) or real(self, **how)
+        Capture, "optical_image", lambda self, **how: rendered.append(how["products"]) or real(self, **how)
     )
 
     def full(path):
@@ -193,8 +194,8 @@ def test_a_data_set_that_was_killed_takes_no_capture_twice(made, tmp_path, monke
     with pytest.raises(KeyboardInterrupt):
         dataset(MADE_OF, tmp_path, workers=0)
     monkeypatch.setattr(shards.Shard, "packed", whole)
-    rendered, real = [], samples.Capture.optical_image
-    monkeypatch.setattr(samples.Capture, "optical_image", lambda self, **how: rendered.append(1) or real(self, **how))
+    rendered, real = [], Capture.optical_image
+    monkeypatch.setattr(Capture, "optical_image", lambda self, **how: rendered.append(1) or real(self, **how))
     assert dataset(MADE_OF, tmp_path, workers=0).made == 4
     assert 0 < len(rendered) < 4  # of four scenes, those whose captures were not asked for yet
     for name in ("train-00000.tar", "train-00001.tar", "test-00000.tar", "manifest.csv"):

@@ -12,6 +12,7 @@ from pydantic_core import PydanticCustomError
 from camsim.config.schema.base import LightTable, Name, Reflectance, Table, by_form
 from camsim.config.schema.lens import Lens
 from camsim.config.schema.shapes import Placed
+from camsim.given_light import MOST_SAMPLES
 from camsim.marks import Called
 from camsim.typed import FrameNumber, Iso, Positive, Seconds, Seed
 
@@ -150,6 +151,57 @@ class Files(Table):
         min_length=1,
         description="wavelengths of the spectral cube, increasing, nm; 400 to 700 every 10 when left out",
     )
+
+
+class OwnLight(Table):
+    """Light from a file, as it lies on the sensor: a render, a photograph, a cube, an array."""
+
+    file: Name = Field(description="NPY, NPZ, EXR, TIFF, PNG, JPEG, ENVI or MATLAB, in this file's folder")
+    unit: Literal["electrons", "photons", "irradiance", "reflectance", "srgb"] | None = Field(
+        default=None, description="of its numbers, as of camsim expose --as; as the file says when left out"
+    )
+    wavelength_nm: list[Positive] | None = Field(
+        default=None, min_length=1, description="of its planes, increasing, nm"
+    )
+    per_photosite: int = Field(default=1, ge=1, le=MOST_SAMPLES, description="samples along the side of a photosite")
+    layer: Name | None = Field(default=None, description="of an EXR of several; an array of NPZ or MATLAB")
+    illuminant: Name = Field(default="D65", description="what lights a reflectance (camsim list illuminants)")
+    illuminance_lux: Positive = Field(default=10.0, description="on the sensor, from a reflectance of 1, lux")
+
+
+class OwnExposure(Table):
+    """How long, and how much the signal is amplified, without a lens."""
+
+    time_s: Time | None = Field(
+        default=None,
+        description="seconds; auto puts a reflectance of 1 at 80 % of black..white, and is meant when left out; of "
+        "other units 0.01",
+    )
+    iso: Iso | None = Field(default=None, description="ISO setting; the sensor's base_iso when left out")
+    datetime: Annotated[str, AfterValidator(_date), Called("a date and time such as 2000-01-31 23:59:59")] = Field(
+        default="2000-01-01 00:00:00", description="what files carry as their date"
+    )
+    temperature_c: float | None = Field(
+        default=None, ge=-273.15, le=1000, description="of the sensor, °C; the one of its dark current when left out"
+    )
+
+
+class ShotFile(Table):
+    """A capture without a lens: light of one's own on a sensor, nothing resampled."""
+
+    camsim: Literal["scene/1"] = Field(description="format of this file")
+    name: Name | None = Field(default=None, description="for people; reports name the light")
+    sensor: Name | None = Field(
+        default=None, description="its name (camsim list sensors), or a file in this file's folder or in ../sensors"
+    )
+    lens: Literal["none"] = Field(description="none: the light lies on the photosites")
+    light: OwnLight = Field(description="the light of the whole exposure")
+    exposure: OwnExposure = Field(default=OwnExposure(), description="how long, and how much the signal is amplified")
+    region: Region | None = Field(
+        default=None, description="the window that the light fills; in the middle of the frame when left out"
+    )
+    noise: Noise = Field(default=Noise(), description="the noise of this capture")
+    files: Files = Field(default=Files(), description="what the files say beside their numbers")
 
 
 class SceneFile(Table):

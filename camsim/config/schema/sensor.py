@@ -177,6 +177,19 @@ class QuantumEfficiency(Table):
     )
 
 
+Triple: TypeAlias = Annotated[tuple[float, float, float], Called("three numbers")]
+
+
+class MeasuredMatrix(Table):
+    """A camera's colours under one light, as a chart told them (camsim calibrate colour)."""
+
+    light: Name = Field(description="its name; that of A is told as A's, any other as D65's")
+    white_xyz: Triple = Field(description="X, Y and Z of a perfect diffuser in that light, Y = 1")
+    camera_to_xyz: tuple[Triple, Triple, Triple] = Field(
+        description="rows X, Y and Z of red, green and blue above black, on any scale"
+    )
+
+
 class SensorFile(Table):
     """A camera body: lattice, photosite, filters, noise and analogue-to-digital conversion."""
 
@@ -191,5 +204,8 @@ class SensorFile(Table):
     )
     cfa: Cfa = Field(description="colour filter array")
     quantum_efficiency: QuantumEfficiency = Field(description="electrons per photon of each channel")
+    colour_matrices: list[MeasuredMatrix] = Field(
+        default=[], description="measured ones, which DNGs carry in place of those fitted to the curves"
+    )
     charge: Charge = Field(default=Charge(), description="what a photosite does with charge")
     readout: Readout = Field(description="from electrons to data numbers")

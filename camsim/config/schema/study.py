@@ -21,6 +21,9 @@ Pair: TypeAlias = Annotated[tuple[float, float], Called("a pair of numbers")]
 Whole: TypeAlias = Annotated[int, Field(ge=-(2**63), le=2**63 - 1)]
 Wholes: TypeAlias = Annotated[tuple[Whole, Whole], Called("a pair of whole numbers")]
 
+LIGHT_FILE = "light.file"
+"""The key by which ``light`` varies."""
+
 SPREAD = ("linear", "log", "glob")
 DRAWN = ("uniform", "log_uniform", "normal", "integers", "choice")
 
@@ -76,7 +79,14 @@ class Varying(Table):
     """Captures of a base scene, with keys that vary."""
 
     name: Name | None = Field(default=None, description="what reports call it; the file's name when left out")
-    scene: Names = Field(description="a scene (camsim list scenes, or a file in this study's folder), or a list")
+    scene: Names | None = Field(
+        default=None, description="a scene (camsim list scenes, or a file in this study's folder), or a list"
+    )
+    light: Name | None = Field(
+        default=None,
+        description="instead, or for a scene with lens: none: files of light on the sensor that match, such as "
+        "renders/*.exr, from this file's folder; each is a capture",
+    )
     sensor: Name | None = Field(
         default=None, description="a sensor instead of the scenes' own; a file lies in this study's folder"
     )
@@ -96,6 +106,14 @@ class Varying(Table):
         """What is drawn varies; nothing is given in two places of which one would win."""
         vary, same = table.get("vary"), table.get("set")
         vary, same = (part if isinstance(part, Mapping) else {} for part in (vary, same))
+        if table.get("scene") is None and table.get("light") is None:
+            yield "scene", "missing; name one, or a list, or files of light on the sensor by light"
+        if table.get("light") is not None:
+            where = next((word for word, keys in (("set", same), ("vary", vary)) if LIGHT_FILE in keys), None)
+            if where is not None:
+                yield "light", f"given here, and {LIGHT_FILE} in {where}; leave it out in one of the two"
+            if table.get("scene") is None and table.get("sensor") is None and "sensor" not in (*same, *vary):
+                yield "sensor", "missing; without a scene the sensor that the light falls on is named here"
         for part, keys in (("set", same), ("vary", vary)):
             if spaced := next((key for key in keys if key != key.strip()), None):
                 yield part, f"{spaced!r} has spaces beside it; leave them out"

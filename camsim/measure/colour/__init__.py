@@ -1,6 +1,15 @@
-"""Colour of the patches of a chart: what the file shows beside what the eye would see."""
+"""Colour of the patches of a chart: what the file shows, what the eye would see, and what that tells."""
 
-from camsim.measure.colour.measuring import measure_colour
+from camsim.measure.colour.calibrating import ColourCalibration, calibrate_colour
+from camsim.measure.colour.measuring import measure_chart, measure_colour
 from camsim.measure.colour.result import ColourReport, PatchColour, WhiteBalance
 
-__all__ = ["ColourReport", "PatchColour", "WhiteBalance", "measure_colour"]
+__all__ = [
+    "ColourCalibration",
+    "ColourReport",
+    "PatchColour",
+    "WhiteBalance",
+    "calibrate_colour",
+    "measure_chart",
+    "measure_colour",
+]

@@ -149,19 +149,40 @@ def _photosites(area: Any, one: Primitive, capture: Capture) -> PatchArea | None
         return None
     grid = capture.grid
     x0, y0 = grid.first_centre
-    low_x, low_y, high_x, high_y = (edge / grid.pitch_um for edge in area.bounds)
-    cols = np.arange(max(0, int(np.ceil(low_x - x0))), min(grid.cols, int(np.floor(high_x - x0)) + 1))
-    rows = np.arange(max(0, int(np.ceil(low_y - y0))), min(grid.rows, int(np.floor(high_y - y0)) + 1))
-    if not rows.size or not cols.size:
-        return None
-    x, y = np.meshgrid((x0 + cols) * grid.pitch_um, (y0 + rows) * grid.pitch_um)
-    inside = shapely.contains_xy(area, x, y)
-    if np.count_nonzero(inside) < _LEAST_PHOTOSITES:
+    found = _inside(
+        shapely.transform(area, lambda places: places / grid.pitch_um - (x0 - 0.5, y0 - 0.5)), (grid.rows, grid.cols)
+    )
+    if found is None:
         return None
     colour = one.reflectance
     name = getattr(colour, "name", "") or (f"{colour:g}" if isinstance(colour, float | int) else "patch")
-    roi = Roi(int(rows[0]), int(cols[0]), int(rows.size), int(cols.size))
-    return PatchArea(name=name, reflectance=colour, roi=roi, inside=inside)
+    return PatchArea(name=name, reflectance=colour, roi=found[0], inside=found[1])
+
+
+def photosites_in(corners: F64, shape: tuple[int, int]) -> tuple[Roi, npt.NDArray[np.bool_]] | None:
+    """Return the photosites of an image in a polygon: their rectangle, and which of it; None where they are few.
+
+    corners : (n, 2) x and y in pixels
+    """
+    import shapely
+
+    return _inside(shapely.Polygon(corners), shape)
+
+
+def _inside(area: Any, shape: tuple[int, int]) -> tuple[Roi, npt.NDArray[np.bool_]] | None:
+    """Return photosites with their centres in an area in pixels."""
+    import shapely
+
+    low_x, low_y, high_x, high_y = area.bounds
+    cols = np.arange(max(0, int(np.ceil(low_x - 0.5))), min(shape[1], int(np.floor(high_x - 0.5)) + 1))
+    rows = np.arange(max(0, int(np.ceil(low_y - 0.5))), min(shape[0], int(np.floor(high_y - 0.5)) + 1))
+    if not rows.size or not cols.size:
+        return None
+    x, y = np.meshgrid(cols + 0.5, rows + 0.5)
+    inside = shapely.contains_xy(area, x, y)
+    if np.count_nonzero(inside) < _LEAST_PHOTOSITES:
+        return None
+    return Roi(int(rows[0]), int(cols[0]), int(rows.size), int(cols.size)), inside
 
 
 def _told_apart(patches: list[PatchArea]) -> list[PatchArea]:

@@ -12,16 +12,25 @@ from camsim.errors import UnsupportedError
 from camsim.exposing import Capture
 from camsim.files.preview import demosaic
 from camsim.measure.colour.areas import PatchArea, margin_pixel, patch_areas
+from camsim.measure.colour.chart import Chart, Corner, read_chart, reflectance_names
+from camsim.measure.colour.development import GREYS, Development, development_of
+from camsim.measure.colour.matrix import PatchColours
 from camsim.measure.colour.reference import expected_channels, reference_xyz
 from camsim.measure.colour.result import ColourReport, PatchColour, WhiteBalance
 from camsim.measure.demosaic.artefacts import delta_e_2000
-from camsim.measure.demosaic.develop import lab
+from camsim.measure.demosaic.develop import lab, lab_of
 from camsim.measure.demosaic.subject import CHANNELS
 from camsim.measure.given import check_given
 from camsim.measure.picture import Picture
 from camsim.measure.straight import straightened
 from camsim.measure.truth.spaces import balanced, full_scale_e, neutral_of
 from camsim.sensor.colour_matrix import fit_for_development
+from camsim.spectra.light import Light
+
+_DEVELOPMENT = (
+    "black level, white balance of {}, bilinear demosaicing, forward matrix to XYZ under D50; scale: {}; no tone curve"
+)
+"""What noise is stated after; mean colours come from each channel's own photosites, without demosaicing."""
 
 _CLIPPED = 0.002
 _GREY_CHROMA = 3.0
@@ -52,7 +61,7 @@ def measure_colour(picture: Picture, capture: Capture) -> ColourReport:
         )
     light, order = linear_light(picture, capture), [camera.cfa.channels.index(letter) for letter in CHANNELS]
     to_xyz = fit_for_development(camera.colour_response(capture.light, capture.colour_matrix)).forward[:, order]
-    reference = lab_of(reference_xyz(capture, [area.reflectance for area in areas]))
+    reference = lab_of(reference_xyz(capture.light, [area.reflectance for area in areas]))
     whole = developed_light(light)
     left_out = [f"{small} shapes show too little, or hollow areas"] if small else []
     patches, means, kept = [], [], []
@@ -76,7 +85,68 @@ def measure_colour(picture: Picture, capture: Capture) -> ColourReport:
         patches=tuple(patches),
         white_balance=_white_balance(patches, np.array(means), expected),
         left_out=tuple(left_out),
+        development=_DEVELOPMENT.format("the file", "a perfect diffuser is 1"),
     )
+
+
+def measure_chart(
+    picture: Picture, light: Light, *, corners: Sequence[Corner] | None = None, chart: str = "ISO 17321-1"
+) -> ColourReport:
+    """Measure the patches of a ColorChecker in anybody's raw file, developed as the file says.
+
+    light   : that lit the chart
+    corners : (row, col) of the middles of the patches dark skin, bluish green, black and white; None: looked for
+    chart   : whose measured reflectances: "ISO 17321-1" or "BabelColor Average"
+
+    A file that notes no white balance is balanced on the chart's greys. Raises UnsupportedError where there is no
+    chart, or the file says no matrix.
+    """
+    return developed_chart(picture, light, corners=corners, chart=chart)[0]
+
+
+def developed_chart(
+    picture: Picture, light: Light, *, corners: Sequence[Corner] | None, chart: str
+) -> tuple[ColourReport, Chart, Development]:
+    """Return the report with the chart as it was read, and how it was developed."""
+    check_given(picture=picture)
+    colours = PatchColours.of(reflectance_names(chart), light)
+    seen = read_chart(picture, colours, corners=corners, chart=chart)
+    own = development_of(picture, seen.mean)
+    if own is None:
+        message = "states no colour matrix; camsim calibrate colour measures one of such a chart"
+        raise UnsupportedError(message, stage=picture.name)
+    own = own.scaled(seen.mean, colours.xyz[GREYS, 1])
+    light_seen = (seen.light / own.neutral).astype(np.float32)
+    whole = developed_light(light_seen)
+    kept = [k for k, full in enumerate(seen.clipped) if not full]
+    patches = [
+        _patch(
+            seen.areas[k],
+            whole[seen.shown(seen.areas[k])][seen.areas[k].inside],
+            seen.mean[k] / own.neutral,
+            seen.error[k] / own.neutral,
+            colours.lab[k],
+            own.to_xyz,
+        )
+        for k in kept
+    ]
+    if not patches:
+        raise UnsupportedError("all patches are clipped; expose less", stage=picture.name)
+    report = ColourReport(
+        file=picture.name,
+        patches=tuple(patches),
+        # Greys reflect all alike: what they are off is the white balance's.
+        white_balance=None
+        if own.by_greys
+        else _white_balance(patches, seen.mean[kept] / own.neutral, colours.xyz[kept, 1:2] * np.ones(3)),
+        left_out=tuple(
+            f"{area.name}: clipped; expose less" for area, full in zip(seen.areas, seen.clipped, strict=True) if full
+        ),
+        development=_DEVELOPMENT.format(
+            "the chart's greys" if own.by_greys else "the file", "the chart's greys are as bright as they reflect"
+        ),
+    )
+    return report, seen, own
 
 
 def linear_light(picture: Picture, capture: Capture) -> F32:
@@ -117,12 +187,6 @@ def developed_light(light: F32) -> F32:
     mosaic = np.take_along_axis(light, index[..., None].astype(np.intp), axis=2)[..., 0]
     whole: F32 = np.moveaxis(demosaic(np.nan_to_num(mosaic), index, 3), 0, 2)
     return whole
-
-
-def lab_of(xyz: F64) -> F64:
-    """Return (n, 3) Lab of XYZ under D50, white has Y = 1."""
-    seen: F64 = lab(xyz[None].astype(np.float32), np.eye(3))[0]
-    return seen
 
 
 def _slices(area: PatchArea) -> tuple[slice, slice]:

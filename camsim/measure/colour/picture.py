@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from camsim.arrays import U8
+from camsim.arrays import F32, F64, U8
 from camsim.exposing import Capture
-from camsim.measure.colour.areas import patch_areas
-from camsim.measure.colour.measuring import developed_light, linear_light
+from camsim.measure.colour.areas import PatchArea, patch_areas
+from camsim.measure.colour.chart import Corner
+from camsim.measure.colour.measuring import developed_chart, developed_light, linear_light
 from camsim.measure.colour.reference import reference_xyz
 from camsim.measure.colour.result import ColourReport
 from camsim.measure.demosaic.develop import developed
@@ -15,6 +18,7 @@ from camsim.measure.demosaic.subject import CHANNELS
 from camsim.measure.picture import Picture
 from camsim.measure.straight import straightened
 from camsim.sensor.colour_matrix import XYZ_D50, fit_for_development
+from camsim.spectra.light import Light
 
 
 def halves(picture: Picture, capture: Capture, report: ColourReport) -> U8:
@@ -25,12 +29,24 @@ def halves(picture: Picture, capture: Capture, report: ColourReport) -> U8:
     shown = developed(developed_light(linear_light(straightened(picture, capture), capture)), to_xyz)
     measured = {patch.name for patch in report.patches}
     areas = [area for area in patch_areas(capture)[0] if area.name in measured]
-    reference = reference_xyz(capture, [area.reflectance for area in areas])
+    return _with_references(shown, areas, (0, 0), reference_xyz(capture.light, [area.reflectance for area in areas]))
+
+
+def halves_of_chart(picture: Picture, light: Light, *, corners: Sequence[Corner] | None, chart: str) -> U8:
+    """Return the same of what holds the chart in anybody's picture."""
+    _, seen, own = developed_chart(picture, light, corners=corners, chart=chart)
+    shown = developed(developed_light((seen.light / own.neutral).astype(np.float32)), own.to_xyz)
+    reference = reference_xyz(light, [area.reflectance for area in seen.areas])
+    return _with_references(shown, seen.areas, seen.window[:2], reference)
+
+
+def _with_references(shown: F32, areas: Sequence[PatchArea], corner: tuple[int, int], reference: F64) -> U8:
+    """Return a developed picture whose patches' right halves have the colours (n, 3), XYZ under D50."""
     colours = developed((reference / XYZ_D50)[None].astype(np.float32), np.diag(XYZ_D50))[0]
     for area, colour in zip(areas, colours, strict=True):
         right = area.inside.copy()
         right[:, : right.shape[1] // 2] = False
-        roi = area.roi
-        shown[roi.row : roi.row + roi.rows, roi.col : roi.col + roi.cols][right] = colour
+        row, col = area.roi.row - corner[0], area.roi.col - corner[1]
+        shown[row : row + area.roi.rows, col : col + area.roi.cols][right] = colour
     codes: U8 = np.rint(255.0 * shown).astype(np.uint8)
     return codes

@@ -56,6 +56,7 @@ class ColourReport:
     """All patches of one picture.
 
     white_balance : None without a grey patch
+    development   : what noise is stated after
     left_out      : a sentence for what the scene shows and could not be measured
     """
 
@@ -63,6 +64,7 @@ class ColourReport:
     patches: tuple[PatchColour, ...]
     white_balance: WhiteBalance | None
     left_out: tuple[str, ...] = ()
+    development: str = ""
 
     @property
     def delta_e_mean(self) -> float:
@@ -78,20 +80,13 @@ class ColourReport:
         """Return plain values for JSON."""
         return {
             "file": self.file,
-            "development": DEVELOPMENT,
+            "development": self.development,
             "delta_e_2000_mean": self.delta_e_mean,
             "delta_e_2000_largest": self.delta_e_largest,
             "white_balance": None if self.white_balance is None else asdict(self.white_balance),
             "patches": [_finite(asdict(patch)) for patch in self.patches],
             "left_out": list(self.left_out),
         }
-
-
-DEVELOPMENT = (
-    "black level, white balance of the file, bilinear demosaicing, forward matrix to XYZ under D50; scale: a perfect "
-    "diffuser is 1; no tone curve"
-)
-"""What noise is stated after; mean colours come from each channel's own photosites, without demosaicing."""
 
 
 def _finite(tree: dict[str, Any]) -> dict[str, Any]:

@@ -43,7 +43,13 @@ def srgb_curve(linear: F64) -> F64:
     return curve
 
 
-def lab(linear: F32, to_xyz: F64) -> F64:
+def lab_of(xyz: F64) -> F64:
+    """Return (n, 3) CIE L*, a*, b* of XYZ (n, 3) under D50, white has Y = 1."""
+    seen: F64 = lab(xyz[None], np.eye(3))[0]
+    return seen
+
+
+def lab(linear: F32 | F64, to_xyz: F64) -> F64:
     """Return (rows, cols, 3) CIE L*, a*, b* under D50 of balanced linear light; a perfect diffuser is L* = 100.
 
     >>> lab(np.ones((1, 1, 3), np.float32), np.diag(XYZ_D50)).round(9).tolist()

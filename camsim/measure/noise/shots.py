@@ -97,7 +97,7 @@ def read_shots(folder: str | Path, *, cfa: str | None = None) -> Shots:
     first: tuple[tuple[str, ...], U8] | None = None
     settings: dict[float, str] = {}
     for name, kind, exposure, time_s, _ in rows:
-        picture = read_picture(place / name, cfa=cfa)
+        picture = read_picture(place / name, cfa=cfa, stored=True)
         channels, index, codes = _codes(picture)
         iso, noted_s = _setting_of(place / name, picture)
         if iso is not None:
