@@ -94,6 +94,7 @@ from .sensor.stages.read_noise import ReadNoise as ReadNoise
 from .sensor.stages.reset_noise import ResetNoise as ResetNoise
 from .sensor.stages.row_noise import RowNoise as RowNoise
 from .sensor.stages.shot_noise import ShotNoise as ShotNoise
+from .sensor.stages.telegraph_noise import TelegraphNoise as TelegraphNoise
 from .sensor_alone import Sensor as Sensor
 from .spectra.curve import Curve as Curve
 from .spectra.light import Light as Light

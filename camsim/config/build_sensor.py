@@ -87,6 +87,8 @@ def _adc(sensor: SensorDocument) -> Adc | None:
             black_offsets_dn=tuple(tuple(row) for row in readout.black_offsets_dn or [[0]]),
             electrons_per_dn=readout.electrons_per_dn,
             base_iso=readout.base_iso,
+            gain_at_iso=tuple((each.iso, each.electrons_per_dn) for each in readout.gain_at_iso),
+            code_step_dn=readout.code_step_dn,
         ),
     )
 

@@ -25,6 +25,7 @@ from camsim.sensor.stages.read_noise import ReadNoise
 from camsim.sensor.stages.reset_noise import ResetNoise
 from camsim.sensor.stages.row_noise import RowNoise
 from camsim.sensor.stages.shot_noise import ShotNoise
+from camsim.sensor.stages.telegraph_noise import TelegraphNoise
 from camsim.typed import Several, judge
 
 Own: TypeAlias = Annotated[ElectronicStage, Called("a dataclass that inherits from camsim.ElectronicStage")]
@@ -47,6 +48,7 @@ class Electronics:
     nonlinearity: Nonlinearity | None = None
     reset_noise: ResetNoise | None = None
     read_noise: ReadNoise | None = None
+    telegraph_noise: TelegraphNoise | None = None
     row_noise: RowNoise | None = None
     flicker_rows: FlickerRows | None = None
     column_noise: ColumnNoise | None = None
@@ -84,6 +86,7 @@ class ElectronicChanges(TypedDict, total=False):
     nonlinearity: Nonlinearity | None
     reset_noise: ResetNoise | None
     read_noise: ReadNoise | None
+    telegraph_noise: TelegraphNoise | None
     row_noise: RowNoise | None
     flicker_rows: FlickerRows | None
     column_noise: ColumnNoise | None

@@ -70,7 +70,7 @@ def copy(tmp_path_factory):
         text, place = path.read_text(encoding="utf-8"), str(path.relative_to(folder))
         if place == OWN_FILE:
             new = path.with_name("popcorn.py")
-            new.write_text(renamed(text).replace("stream: ClassVar = 7", "stream: ClassVar = 12"), encoding="utf-8")
+            new.write_text(renamed(text).replace("stream: ClassVar = 7", "stream: ClassVar = 99"), encoding="utf-8")
             touched.append(str(new.relative_to(folder)))
         elif re.search("RowNoise|row_noise", text):
             path.write_text(with_twins(text), encoding="utf-8")
