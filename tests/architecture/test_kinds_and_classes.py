@@ -22,11 +22,11 @@ KEYS = {
     "SceneFile": "Capture", "SceneContent": "Scene", "SensorFile": "Camera", "Light": "Light", "Exposure": "Exposure",
     "Region": "Region", "Pupil": "Pupil", "QuantumEfficiency": "QuantumEfficiency", "Readout": "Adc", "Curve": "Curve",
     "Fractions": "Curve", "FilterCurve": "Curve", "LightTable": "Curve", "DualGain": "DualGain", "Defects": "Defects",
-    "FlickerRows": "FlickerRows",
+    "FlickerRows": "FlickerRows", "TelegraphNoise": "TelegraphNoise",
 }  # fmt: skip
 """Tables of one kind only, and their classes."""
 
-PARTS = {"SensorFrame", "Background", "Render", "Noise", "Files", "Charge", "HotPhotosite"}
+PARTS = {"SensorFrame", "Background", "Render", "Noise", "Files", "Charge", "HotPhotosite", "GainAtIso"}
 """Tables whose keys are parameters of a class that another table is, or stages of their own."""
 
 
