@@ -98,8 +98,8 @@ def read_shots(folder: str | Path, *, cfa: str | None = None) -> Shots:
     settings: dict[float, str] = {}
     for name, kind, exposure, time_s, _ in rows:
         picture = read_picture(place / name, cfa=cfa)
-        channels, index, codes = _codes(picture)
-        iso, noted_s = _setting_of(place / name, picture)
+        channels, index, codes = codes_of(picture)
+        iso, noted_s = setting_of(place / name, picture)
         if iso is not None:
             settings.setdefault(iso, name)
         if noted_s and not 1.0 / _NOMINAL < time_s / noted_s < _NOMINAL:
@@ -135,7 +135,7 @@ def read_shots(folder: str | Path, *, cfa: str | None = None) -> Shots:
     return shots
 
 
-def _setting_of(path: Path, picture: Picture) -> tuple[float | None, float | None]:
+def setting_of(path: Path, picture: Picture) -> tuple[float | None, float | None]:
     """Return the ISO setting and the exposure time, s, that a frame says it was taken at; None where it says none."""
     described = (picture.description or {}).get("exposure")
     if isinstance(described, Mapping):
@@ -235,7 +235,7 @@ def _index(path: Path) -> Iterator[tuple[str, Kind, float, float, int]]:
         yield name, kind, exposure, time_s, int(said)
 
 
-def _codes(picture: Picture) -> tuple[tuple[str, ...], U8, Codes]:
+def codes_of(picture: Picture) -> tuple[tuple[str, ...], U8, Codes]:
     """Return channels, (rows, cols) of their numbers, and the codes of a mosaic."""
     channels = tuple(dict.fromkeys(plane.name for plane in picture.planes))
     if any(plane.samples.dtype.kind not in "ui" for plane in picture.planes):
