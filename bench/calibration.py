@@ -142,9 +142,7 @@ def write_frames(
                 put(f"dark-{setting}-{k}.npy", "dark", 0.0, setting)
 
 
-def _noise(
-    camera: SyntheticCamera, shape: tuple[int, int], rng: np.random.Generator
-) -> npt.NDArray[np.float64]:
+def _noise(camera: SyntheticCamera, shape: tuple[int, int], rng: np.random.Generator) -> npt.NDArray[np.float64]:
     """Draw the camera's law with a standard deviation of 1."""
     if camera.law == "student":
         dof = 1.0 / camera.tails

@@ -15,6 +15,7 @@ from typer.main import get_command_name
 from typer.models import CommandInfo
 
 from camsim.cli.bench import bench
+from camsim.cli.calibrate_app import calibrate_app
 from camsim.cli.dataset import dataset
 from camsim.cli.explain import explain
 from camsim.cli.expose import expose
@@ -253,6 +254,7 @@ def recapture_file(
 
 
 app.add_typer(measure_app)
+app.add_typer(calibrate_app)
 app.add_typer(lens_app, name="lens")
 app.command()(bench)
 app.command()(explain)

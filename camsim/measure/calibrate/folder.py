@@ -125,7 +125,9 @@ def read_folder(folder: str | Path, *, cfa: str | None = None, side: int = 1024)
         shots.append(_shot(line, path, picture, codes[first[3]].copy()))
     assert first is not None
     if len(cameras := {shot.camera for shot in shots if shot.camera}) > 1:
-        raise InputError(f"{str(folder)!r} has frames of {' and of '.join(sorted(cameras))}; give a folder of one camera")
+        raise InputError(
+            f"{str(folder)!r} has frames of {' and of '.join(sorted(cameras))}; give a folder of one camera"
+        )
     picture, channels, window_index, _ = first
     return ShotsOfCamera(
         name=str(folder),
