@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -19,12 +18,11 @@ from camsim.files.atomic import together, write_whole
 from camsim.typed import Pitch, Seed, check
 
 if TYPE_CHECKING:
-    from camsim.measure.calibrate import Calibration, ShotsOfCamera
+    from camsim.measure.calibrate import Calibration, Shot, ShotsOfCamera
     from camsim.measure.calibrate.likeness import SideBySide
     from camsim.measure.noise import Estimate
 
 _APART = 0.01
-_UNITS = {"_e": "e⁻", "_dn": "DN", "_e_per_s": "e⁻/s", "_c": "°C"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -105,24 +103,18 @@ def _as_path(file: str) -> str:
 
 def _print_shots(shots: ShotsOfCamera) -> None:
     """Print what each group of frames is taken for, and what says so."""
-    keys = Counter(
-        (shot.iso, shot.kind, shot.time_s or math.nan, shot.exposure or 0.0, shot.temperature_c, shot.told_by)
-        for shot in shots.shots
-    )
+    alike: dict[tuple[object, ...], list[Shot]] = {}
+    for shot in sorted(shots.shots, key=lambda each: (each.iso, each.kind, each.time_s or 0.0, each.exposure)):
+        key = shot.iso, shot.kind, shot.time_s, shot.exposure, shot.temperature_c, shot.told_by
+        alike.setdefault(key, []).append(shot)
     rows = []
-    for key, count in sorted(keys.items(), key=lambda each: str(each[0])):
-        iso, kind, time_s, exposure, celsius, told_by = key
-        means = [
-            shot.mean_dn
-            for shot in shots.shots
-            if (shot.iso, shot.kind, shot.exposure or 0.0, shot.told_by) == (iso, kind, exposure, told_by)
-            and (shot.time_s == time_s or math.isnan(time_s))
-            and shot.temperature_c == celsius
-        ]
-        mean = sum(means) / len(means)
+    for group in alike.values():
+        first = group[0]
         rows.append([
-            f"{iso:g}", str(kind), told_by, f"{time_s:g}", "" if celsius is None else f"{celsius:g}", str(count),
-            f"{mean:.1f}",
+            f"{first.iso:g}" if first.iso_said else "?", first.kind, first.told_by,
+            "?" if first.time_s is None else f"{first.time_s:g}",
+            "" if first.temperature_c is None else f"{first.temperature_c:g}", str(len(group)),
+            f"{sum(shot.mean_dn for shot in group) / len(group):.1f}",
         ])  # fmt: skip
     filters = "/".join(shots.pattern)
     heads = ["ISO", "kind", "by", "time, s", "°C", "frames", "mean, DN"]
@@ -200,7 +192,7 @@ def _check(request: CalibrationRequest, shots: ShotsOfCamera, found: Calibration
     if (sensor.rows, sensor.cols) != (shots.rows, shots.cols) or sensor.cfa.pattern != shots.pattern:
         there = f"{sensor.rows} × {sensor.cols} photosites of {'/'.join(sensor.cfa.pattern)}"
         raise InvalidValueError(
-            f"has {there}, and the frames {shots.rows} × {shots.cols} of {'/'.join(shots.pattern)}; give the camera's own",
+            f"has {there}, and the frames {shots.rows} × {shots.cols} of {'/'.join(shots.pattern)}; give their own",
             key="--check",
             stage=request.check,
         )

@@ -93,13 +93,17 @@ def _draw_law(found: Calibration, axes: object) -> None:
     sigma = float(np.std(apart))
     axes.semilogy(middle, scipy.stats.norm.pdf(middle, scale=sigma), "--", lw=0.8, label="normal")  # type: ignore[attr-defined]
     axes.set(  # type: ignore[attr-defined]
-        xlabel="DN", ylabel="probability per DN", title="the law of the noise", ylim=(0.3 / apart.size / wide, None)
+        xlabel="DN",
+        ylabel="probability per DN",
+        title="the law of the noise",
+        ylim=(0.3 / apart.size / wide, 3.0 * float(density.max())),
     )
 
 
 def _draw_differences(found: Calibration, rng: np.random.Generator) -> np.ndarray:
     """Draw a million differences of two codes by the fitted law."""
-    assert found.law is not None and found.law_setting is not None
+    assert found.law is not None
+    assert found.law_setting is not None
     shape, size = found.law.shape, (2, 1_000_000)
     if shape.law == "student":
         dof = 1.0 / shape.tails

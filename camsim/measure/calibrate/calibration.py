@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 import scipy.optimize
+import scipy.stats
 
 from camsim.arrays import F64
 from camsim.errors import UnsupportedError
@@ -17,13 +19,15 @@ from camsim.measure.calibrate.over_iso import OneSetting, ReadNoiseOverIso, read
 from camsim.measure.calibrate.tails import LEAST_FRAMES, Fitted, fit_tails
 from camsim.measure.noise import Estimate, Group, NoiseReport, Shots, measure_noise
 from camsim.measure.noise.estimate import SURE, no_figure
-from camsim.measure.noise.stack import step_between_codes_dn
+from camsim.measure.noise.shots import refuse_filters
+from camsim.measure.noise.stack import Codes, step_between_codes_dn
 
 _BIT_DEPTHS = (8, 10, 12, 14, 16)
 _SAME_TIME = 1e-3
 _APART_C = 2.0
-_EACH = 1.0
-"""DN by which black levels of a filter array's cells differ before a profile says so."""
+_WIDER = 1.1
+_CLOCK, _CHANCE = 2e-4, 1e-3
+"""Relative error of light and time that an index says, at least; and of gains that disagree with it by chance."""
 _LONG_S = 0.5
 """Of flats longer than this the charge that gathers without light is no longer negligible beside the black level."""
 
@@ -39,7 +43,7 @@ class Setting:
     gain_dn_per_e: Estimate
     report: NoiseReport
     darks: DarkStatistics
-    dark_codes: tuple[F64, ...]
+    dark_codes: tuple[Codes, ...]
     dark_time_s: float
 
     @property
@@ -96,8 +100,13 @@ def calibrate(shots: ShotsOfCamera) -> Calibration:
     notes: list[str] = []
     step_dn = step_between_codes_dn(shot.codes for shot in shots.shots)
     settings = _settings(shots, notes)
+    own, shared = _gain_errors(settings)
+    if shots.exposures_said and (linked := _linked(settings)) is not None:
+        settings, own, shared = linked
+    over_iso = read_noise_over_iso(
+        [_one(each, error, step_dn) for each, error in zip(settings, own, strict=True)], shared
+    )
     base = settings[0]
-    over_iso = read_noise_over_iso([_one(each, step_dn) for each in settings])
     law_setting, law = _law(settings, over_iso, step_dn, notes)
     jumps_e2, fraction, amplitude_e = _jumps(law, law_setting)
     read_e = _without(over_iso.before_e2, jumps_e2)
@@ -109,7 +118,7 @@ def calibrate(shots: ShotsOfCamera) -> Calibration:
     hot_fraction, hot_e_per_s = _hot(shots, settings)
     if any(not shot.iso_said for shot in shots.shots):
         notes.append("no file says its ISO setting, which is called 100 here; a column iso in index.csv tells it")
-    return Calibration(
+    found = Calibration(
         shots=shots,
         settings=settings,
         bit_depth=next((bits for bits in _BIT_DEPTHS if white < 1 << bits), 16),
@@ -126,7 +135,7 @@ def calibrate(shots: ShotsOfCamera) -> Calibration:
         column_noise_e=_fixed(settings, lambda darks: darks.columns),
         dsnu_e=_fixed(settings, lambda darks: darks.pattern),
         prnu=_best([_mean([c.transfer.prnu for c in each.report.channels]) for each in settings]),
-        full_well_e=_mean([channel.transfer.full_well_e for channel in base.report.channels]),
+        full_well_e=_well(base),
         dark_current_e_per_s=current,
         dark_current_at_c=at_c,
         doubling_c=doubling,
@@ -138,6 +147,21 @@ def calibrate(shots: ShotsOfCamera) -> Calibration:
         telegraph_e=amplitude_e,
         notes=tuple(notes),
     )
+    return _widened(found)
+
+
+def _widened(found: Calibration) -> Calibration:
+    """Return the figures with errors that are a little wider: they are estimates too, of a model that was chosen."""
+
+    def wider(each: Any) -> Any:
+        return replace(each, sigma=_WIDER * each.sigma) if isinstance(each, Estimate) else each
+
+    changed = {field.name: wider(getattr(found, field.name)) for field in fields(found)}
+    settings = tuple(replace(each, gain_dn_per_e=wider(each.gain_dn_per_e)) for each in found.settings)
+    law = found.law
+    if law is not None:
+        law = replace(law, errors={name: _WIDER * error for name, error in law.errors.items()})
+    return Calibration(**changed | {"settings": settings, "law": law})
 
 
 def _settings(shots: ShotsOfCamera, notes: list[str]) -> tuple[Setting, ...]:
@@ -173,14 +197,15 @@ def _setting(shots: ShotsOfCamera, iso: float, here: Sequence[Shot], notes: list
                     f"has flats of {group.time_s:g} s and no dark of that time; take darks as long as the flats",
                     stage=name,
                 )
-            note = f"ISO {iso:g}: flats have no darks of their own times; those nearest are taken off, without dark current"
+            note = f"ISO {iso:g}: flats have no darks of their own times; the nearest are taken off, with their charge"
             if note not in notes:
                 notes.append(note)
             group = replace(group, time_s=nearest)
         matched.append(group)
-    report = measure_noise(
-        Shots(name=name, channels=shots.channels, channel_index=shots.channel_index, groups=tuple(_merged(matched)))
-    )
+    taken = Shots(name=name, channels=shots.channels, channel_index=shots.channel_index, groups=tuple(_merged(matched)))
+    if not shots.filters_said:
+        refuse_filters(taken)
+    report = measure_noise(taken)
     gains = [channel.transfer.gain_dn_per_e for channel in report.channels]
     gain = _mean(gains)
     if not gain.measurable:
@@ -203,13 +228,12 @@ def _groups(here: Sequence[Shot], name: str, notes: list[str]) -> list[Group]:
     keys: dict[tuple[str, float, float], list[Shot]] = {}
     for shot in here:
         if shot.temperature_c == usual:
-            assert shot.kind is not None and shot.exposure is not None
             keys.setdefault((shot.kind, shot.exposure, _time(shot, name)), []).append(shot)
     alone = sum(1 for each in keys.values() if len(each) < 2)
     if alone:
         notes.append(f"{name}: {alone} frames have none taken alike, and are left out: two show the noise")
     return [
-        Group(kind=each[0].kind or "flat", exposure=exposure, time_s=time_s, codes=[shot.codes for shot in each])
+        Group(kind=each[0].kind, exposure=exposure, time_s=time_s, codes=[shot.codes for shot in each])
         for (_, exposure, time_s), each in keys.items()
         if len(each) > 1
     ]
@@ -233,13 +257,51 @@ def _merged(groups: Sequence[Group]) -> list[Group]:
     return list(found.values())
 
 
-def _one(setting: Setting, step_dn: float) -> OneSetting:
-    own = setting.darks.own
+def _gain_errors(settings: Sequence[Setting]) -> tuple[list[float], float]:
+    """Return relative errors of gains that know nothing of one another, and what they have in common: nothing."""
+    return [each.gain_dn_per_e.sigma / each.gain_dn_per_e.value for each in settings], 0.0
+
+
+def _linked(settings: Sequence[Setting]) -> tuple[tuple[Setting, ...], list[float], float] | None:
+    """Return settings whose gains agree with the signal that the same light gives at each; None where they do not.
+
+    Signals over exposure tell the gains' ratios far better than photon noise does, which then tells one gain of all.
+    Beside the settings: relative errors of each gain alone, and the one in common.
+    """
+    channels = range(len(settings[0].report.channels))
+
+    def slopes(setting: Setting) -> tuple[F64, F64]:
+        logs = [np.log(each.signal_dn / each.exposure) for each in setting.report.channels]
+        return np.array([each.mean() for each in logs]), np.array([
+            each.std(ddof=1) / math.sqrt(each.size) if each.size > 1 else math.inf for each in logs
+        ])  # fmt: skip
+
+    found = [slopes(setting) for setting in settings]
+    ratio = np.array([np.mean([logs[c] - found[0][0][c] for c in channels]) for logs, _ in found])
+    own = np.array([math.hypot(float(np.sqrt(np.mean(error**2))), _CLOCK) for _, error in found])
+    photon, _ = _gain_errors(settings)
+    logs = np.log([each.gain_dn_per_e.value for each in settings]) - ratio
+    weight = 1.0 / (np.square(photon) + own**2)
+    mean = float(np.sum(weight * logs) / np.sum(weight))
+    misfit = float(np.sum(weight * (logs - mean) ** 2))
+    if len(settings) < 2 or scipy.stats.chi2.sf(misfit, len(settings) - 1) < _CHANCE:
+        return None
+    shared = 1.0 / math.sqrt(float(np.sum(weight)))
+    linked = []
+    for setting, by, error in zip(settings, ratio, own, strict=True):
+        gain = math.exp(mean + by)
+        linked.append(replace(setting, gain_dn_per_e=Estimate(gain, gain * math.hypot(shared, error))))
+    return tuple(linked), own.tolist(), shared
+
+
+def _one(setting: Setting, gain_own: float, step_dn: float) -> OneSetting:
+    rounding = step_dn**2 / 12.0
     return OneSetting(
         iso=setting.iso,
-        gain_dn_per_e=setting.gain_dn_per_e,
-        dn2=own.dn2 - step_dn**2 / 12.0,
-        sigma_dn2=own.sigma_dn2,
+        gain_dn_per_e=setting.gain_dn_per_e.value,
+        gain_own=gain_own,
+        dn2=setting.darks.own.dn2 - rounding,
+        dn2_rows=setting.darks.own_rows - rounding,
     )
 
 
@@ -331,6 +393,20 @@ def _fixed(settings: Sequence[Setting], what: Callable[[DarkStatistics], Squared
             told.append(no_figure("noise gives as much by chance; more darks tell more", at_most=most))
     known = [each for each in told if each.measurable]
     return _best(told) if known else min(told, key=lambda each: each.at_most)
+
+
+def _well(base: Setting) -> Estimate:
+    """Return the full well of all channels, counted by the setting's gain."""
+    gain, told = base.gain_dn_per_e, []
+    for channel in base.report.channels:
+        own, well = channel.transfer.gain_dn_per_e, channel.transfer.full_well_e
+        if not well.measurable:
+            return well
+        alone = math.sqrt(max((well.sigma / well.value) ** 2 - (own.sigma / own.value) ** 2, 0.0))
+        value = well.value * own.value / gain.value
+        told.append(Estimate(value, value * max(alone, 1e-6)))
+    mean = _mean(told)
+    return Estimate(mean.value, math.hypot(mean.sigma, mean.value * gain.sigma / gain.value))
 
 
 def _rows(settings: Sequence[Setting], rows_of_frame: int) -> tuple[Estimate, Estimate]:

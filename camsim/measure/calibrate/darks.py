@@ -37,7 +37,7 @@ class DarkStatistics:
 
     black_dn, black_sigma_dn : mean code, and its standard error
     cells_dn    : (rows, cols) of the filter array's period: mean codes
-    own         : temporal variance of a photosite, without what its row has in common
+    own         : temporal variance of a photosite, without what its row has in common;  own_rows: (rows,) of each row
     rows        : temporal variance that a row has in common
     row_power   : (n,) power of rows' offsets over ``row_frequency`` (n,), cycles per row, DN²: white noise of σ is σ²
     columns     : variance of columns' offsets that stays
@@ -53,6 +53,7 @@ class DarkStatistics:
     black_sigma_dn: float
     cells_dn: F64
     own: Squared
+    own_rows: F64
     rows: Squared
     row_frequency: F64
     row_power: F64
@@ -114,11 +115,12 @@ def dark_statistics(frames: Sequence[Codes], period: tuple[int, int]) -> DarkSta
         black_sigma_dn=black_sigma,
         cells_dn=cells,
         own=Squared(dn2=own, sigma_dn2=own_sigma),
+        own_rows=own_rows,
         rows=rows,
-        row_frequency=np.fft.rfftfreq(height)[1:],
+        row_frequency=np.arange(1, height // 2 + 1) / height,
         row_power=power[1:],
         columns=columns,
-        column_frequency=np.fft.rfftfreq(width)[1:],
+        column_frequency=np.arange(1, width // 2 + 1) / width,
         column_power=column_power[1:],
         pattern=pattern,
         hot=hot,

@@ -38,6 +38,7 @@ _ALIKE = 1.05
 _UNLIT = 0.01
 """Of the brightest frame's signal: less is a dark."""
 _CALLED_ISO = 100.0
+_CONTENT = "content"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -46,17 +47,17 @@ class Shot:
 
     kind, told_by : what it is, and what says so: the index, its folder, its name, or what is in it
     iso           : the setting; iso_said: whether anybody says so
-    exposure      : light in any unit, the same for all; None where its own mean tells it
+    exposure      : light in any unit, the same for all: the index's, or the mean of frames that look alike
     codes         : of the window
     """
 
     file: str
-    kind: Kind | None
+    kind: Kind
     told_by: str
     iso: float
     iso_said: bool
     time_s: float | None
-    exposure: float | None
+    exposure: float
     temperature_c: float | None
     camera: str
     mean_dn: float
@@ -70,6 +71,8 @@ class ShotsOfCamera:
     pattern       : rows of filter letters;  channels, channel_index: as measured, (rows, cols) of the window
     rows, cols    : of the whole frame
     white_dn, pitch_um : as the files say them, if they do
+    exposures_said : whether the index says the light of every flat
+    filters_said  : whether the files or the user say that the array is what ``pattern`` has
     """
 
     name: str
@@ -81,6 +84,8 @@ class ShotsOfCamera:
     cols: int
     white_dn: float | None
     pitch_um: float | None
+    filters_said: bool
+    exposures_said: bool
 
     @property
     def period(self) -> tuple[int, int]:
@@ -119,8 +124,8 @@ def read_folder(folder: str | Path, *, cfa: str | None = None, side: int = 1024)
             was = first[0]
             raise InputError(
                 f"{str(path)!r} has {codes.shape[0]} × {codes.shape[1]} photosites of {', '.join(channels)}, and "
-                f"{shots[0].file!r} {was.shape[0]} × {was.shape[1]} of {', '.join(first[1])}: frames of two cameras; give "
-                "a folder of one"
+                f"{shots[0].file!r} {was.shape[0]} × {was.shape[1]} of {', '.join(first[1])}: frames of two cameras; "
+                "give a folder of one"
             )
         shots.append(_shot(line, path, picture, codes[first[3]].copy()))
     assert first is not None
@@ -139,6 +144,8 @@ def read_folder(folder: str | Path, *, cfa: str | None = None, side: int = 1024)
         cols=picture.shape[1],
         white_dn=picture.planes[0].white if _says_white(picture, shots[0].file) else None,
         pitch_um=picture.pitch_um,
+        exposures_said=not any(math.isnan(shot.exposure) for shot in shots if shot.kind != "dark"),
+        filters_said=cfa is not None or _says_white(picture, shots[0].file),
     )
 
 
@@ -181,6 +188,7 @@ def _is_number(text: str) -> bool:
 
 
 def _shot(line: dict[str, str], path: Path, picture: Picture, codes: Codes) -> Shot:
+    """Return a frame; of what nothing tells yet the kind is a flat's, the exposure NaN."""
     kind, told_by = _kind_of(line)
     iso, time_s = setting_of(path, picture)
 
@@ -197,7 +205,7 @@ def _shot(line: dict[str, str], path: Path, picture: Picture, codes: Codes) -> S
         iso=_CALLED_ISO if iso is None else iso,
         iso_said=iso is not None,
         time_s=number("time_s", time_s),
-        exposure=number("exposure"),
+        exposure=float(line.get("exposure", "nan")),
         temperature_c=number("temperature_c", temperature),
         camera=picture.noted.camera if picture.noted is not None else "",
         mean_dn=float(codes.mean(dtype=np.float64)),
@@ -205,7 +213,7 @@ def _shot(line: dict[str, str], path: Path, picture: Picture, codes: Codes) -> S
     )
 
 
-def _kind_of(line: dict[str, str]) -> tuple[Kind | None, str]:
+def _kind_of(line: dict[str, str]) -> tuple[Kind, str]:
     kinds: dict[str, Kind] = {kind: kind for kind in get_args(Kind)}
     if "kind" in line:
         return kinds[line["kind"]], "index"
@@ -215,7 +223,7 @@ def _kind_of(line: dict[str, str]) -> tuple[Kind | None, str]:
             for kind, words in _WORDS.items():
                 if any(re.search(rf"(?<![a-z]){word}", text.lower()) for word in words):
                     return kind, told_by
-    return None, "content"
+    return "flat", _CONTENT
 
 
 def _kinds(shots: Sequence[Shot]) -> Iterator[Shot]:
@@ -223,23 +231,19 @@ def _kinds(shots: Sequence[Shot]) -> Iterator[Shot]:
     least = min(shot.mean_dn for shot in shots)
     most = max(shot.mean_dn for shot in shots)
     for shot in shots:
-        if shot.kind is not None:
-            yield shot
-        elif shot.mean_dn - least < _UNLIT * (most - least) or most - least < 1.0:
-            yield replace(shot, kind="dark", exposure=0.0)
-        else:
-            yield replace(shot, kind="flat")
+        dark = shot.mean_dn - least < max(_UNLIT * (most - least), 1.0)
+        yield replace(shot, kind="dark") if shot.told_by == _CONTENT and dark else shot
 
 
 def _clusters(shots: Sequence[Shot]) -> Iterator[Shot]:
-    """Yield the shots with an exposure: that of the index, or the mean of frames of one ISO and time that look alike."""
+    """Yield the shots with an exposure: that of the index, or the mean of frames of one setting that look alike."""
     least: dict[float, float] = {}
     for shot in shots:
         least[shot.iso] = min(least.get(shot.iso, math.inf), shot.mean_dn)
     level, before = 0.0, None
     for shot in sorted(shots, key=lambda each: (each.iso, each.time_s or 0.0, each.mean_dn)):
-        if shot.exposure is not None or shot.kind == "dark":
-            yield replace(shot, exposure=shot.exposure or 0.0)
+        if shot.kind == "dark" or not math.isnan(shot.exposure):
+            yield replace(shot, exposure=0.0) if shot.kind == "dark" else shot
             continue
         signal = max(shot.mean_dn - least[shot.iso], 0.0)
         if before != (shot.iso, shot.time_s) or signal > _ALIKE * level:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -26,7 +27,8 @@ _BANDS = 10
 _PROBABILITIES = (0.001, 0.02, 0.16, 0.5, 0.84, 0.98, 0.999)
 _STRIPS = 32
 _KL_BINS = 200
-_FULL = 0.9
+_FULL, _HEAPED = 0.9, 0.01
+"""Share of codes on the largest: of full frames, and of those whose variance the converter cuts."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -128,7 +130,7 @@ def _of_setting(setting: Setting, camera: ShotsOfCamera, profile: ShotsOfCamera,
         for number in range(len(camera.channels)):
             here = (camera.channel_index == number) & ~setting.darks.hot
             real, made = (stack(codes, here, rounding) for codes in both)
-            if real.at_end > 0.0 or made.at_end > 0.0:
+            if max(real.at_end, made.at_end) > _HEAPED:
                 continue
             mean.append(real.mean_dn)
             ours.append(real.variance_dn2)
@@ -168,7 +170,7 @@ def _same_power(ours: DarkStatistics, theirs: DarkStatistics) -> float:
     count = len(ours.row_power)
     edges = np.unique(np.round(np.geomspace(1, count + 1, _BANDS + 1)).astype(int)) - 1
     total, freedom = 0.0, 0
-    for first, stop in zip(edges[:-1], edges[1:], strict=True):
+    for first, stop in pairwise(edges.tolist()):
         shape = (stop - first) * 0.5 * (ours.frames - 1 + theirs.frames - 1)
         ratio = math.log(ours.row_power[first:stop].mean() / theirs.row_power[first:stop].mean())
         total += ratio**2 / (2.0 * float(scipy.special.polygamma(1, max(shape, 1.0))))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.stats
@@ -12,19 +12,24 @@ import scipy.stats
 from camsim.arrays import F64
 from camsim.measure.noise.estimate import SURE, Estimate, no_figure
 
-_CHANCE = 1e-4
-"""Of two gains taken for one, or one for two."""
+_CHANCE = 1e-2
+"""Of two conversion gains where there is one: the second is then as quiet as the first, within its error."""
 _ROUNDS = 4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OneSetting:
-    """ISO, gain (DN/e⁻), and the variance of darks without rounding and rows, DN², with its standard error."""
+    """ISO, gain (DN/e⁻), and the variance of darks without rounding and rows, DN².
+
+    gain_own : relative error of the gain that is this setting's alone
+    dn2_rows : (rows,) the variance of each row of photosites: settings see the same ones
+    """
 
     iso: float
-    gain_dn_per_e: Estimate
+    gain_dn_per_e: float
+    gain_own: float
     dn2: float
-    sigma_dn2: float
+    dn2_rows: F64
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -47,14 +52,25 @@ class ReadNoiseOverIso:
         before = self.dual_e2 if high and self.dual_e2 is not None else self.before_e2
         value = before.value if before.measurable else 0.0
         after = self.after_dn2.value if self.after_dn2.measurable else 0.0
-        return setting.gain_dn_per_e.value**2 * value + after
+        return setting.gain_dn_per_e**2 * value + after
 
 
-def read_noise_over_iso(settings: Sequence[OneSetting]) -> ReadNoiseOverIso:
+def read_noise_over_iso(settings: Sequence[OneSetting], gain_shared: float = 0.0) -> ReadNoiseOverIso:
     """Fit variance = gain² · before + after, with one conversion gain, or two where one does not do.
 
-    settings : the lowest ISO first
+    settings    : the lowest ISO first
+    gain_shared : relative error that all gains have in common
     """
+    fit = _best(settings)
+    before, *dual = [
+        Estimate(each.value, math.hypot(each.sigma, 2.0 * each.value * gain_shared))
+        for each in (fit.before_e2, fit.dual_e2)
+        if each is not None
+    ]
+    return replace(fit, before_e2=before, dual_e2=dual[0] if dual else None)
+
+
+def _best(settings: Sequence[OneSetting]) -> ReadNoiseOverIso:
     single = _fit(settings, None)
     if len(settings) < 3 or single.freedom < 1 or _probable(single):
         return single
@@ -77,10 +93,10 @@ def _sound(fit: ReadNoiseOverIso) -> bool:
 
 
 def _fit(settings: Sequence[OneSetting], split: int | None) -> ReadNoiseOverIso:
-    gain = np.array([each.gain_dn_per_e.value for each in settings])
-    gain_sigma = np.array([each.gain_dn_per_e.sigma for each in settings])
+    gain = np.array([each.gain_dn_per_e for each in settings])
+    gain_sigma = gain * np.array([each.gain_own for each in settings])
     measured = np.array([each.dn2 for each in settings])
-    sigma = np.array([each.sigma_dn2 for each in settings])
+    scatter = np.atleast_2d(np.cov([each.dn2_rows for each in settings])) / len(settings[0].dn2_rows)
     columns = [gain**2, np.ones_like(gain)] if len(settings) > 1 else [gain**2]
     if split is not None:
         high = np.arange(len(settings)) >= split
@@ -89,12 +105,13 @@ def _fit(settings: Sequence[OneSetting], split: int | None) -> ReadNoiseOverIso:
     before: F64 = measured / gain**2
     for _ in range(_ROUNDS):
         # A gain that is off moves what the noise before it gives.
-        weight = 1.0 / (sigma**2 + (2.0 * gain * np.maximum(before, 0.0) * gain_sigma) ** 2)
-        covariance = np.linalg.inv(design.T @ (weight[:, None] * design))
-        found = covariance @ (design.T @ (weight * measured))
+        weight = np.linalg.inv(scatter + np.diag((2.0 * gain * np.maximum(before, 0.0) * gain_sigma) ** 2))
+        covariance = np.linalg.inv(design.T @ weight @ design)
+        found = covariance @ (design.T @ weight @ measured)
         low = np.full_like(gain, found[0])
         before = low if split is None else np.where(np.arange(len(gain)) >= split, found[2], low)
-    misfit = float(np.sum(weight * (measured - design @ found) ** 2))
+    rest = measured - design @ found
+    misfit = float(rest @ weight @ rest)
     freedom = len(settings) - len(found)
     # Where the settings follow no such law the errors say so.
     wider = misfit / freedom if freedom and scipy.stats.chi2.sf(misfit, freedom) < _CHANCE else 1.0

@@ -7,6 +7,7 @@ import math
 from collections.abc import Iterator, Sequence
 
 from camsim.measure.calibrate.calibration import Calibration
+from camsim.measure.calibrate.tails import Fitted
 from camsim.measure.noise import Estimate
 
 _TYPICAL = "typical: frames do not tell it"
@@ -29,12 +30,12 @@ def profile_text(found: Calibration, *, name: str, pitch_um: float | None = None
     pitch, told = _pitch(found, pitch_um)
     lines = [
         f"# Calibrated from the {len(shots.shots)} frames of {json.dumps(shots.name, ensure_ascii=False)}: ISO {isos},",
-        f"# the middle {rows} × {cols} photosites. A number ± its standard error; “typical” where the frames tell none.",
+        f"# the middle {rows} × {cols} photosites. A number ± its standard error; “typical”: not told by frames.",
         *(f"# {note}" for note in found.notes),
         "camsim: sensor/1",
         f"name: {json.dumps(name, ensure_ascii=False)}",
         "serial: 1                                  # of the fixed patterns: another number is another specimen",
-        f"frame: {{rows: {shots.rows}, cols: {shots.cols}, pitch_um: {pitch:g}}}    # format: the files; pitch: {told}",
+        f"frame: {{rows: {shots.rows}, cols: {shots.cols}, pitch_um: {pitch:g}}}    # rows, cols: files; pitch: {told}",
         f"photosite: {{kind: square, fill_factor: 1.0}}    # {_TYPICAL}",
         f"cfa: {_cfa(shots.pattern)}",
         *_efficiency(shots.pattern),
@@ -128,36 +129,22 @@ def _readout(found: Calibration) -> Iterator[str]:
         yield "  gain_at_iso:"
         for each in others:
             own = each.electrons_per_dn
-            yield (
-                f"    - {{iso: {each.iso:g}, electrons_per_dn: {_number(own.value)}}}    # ± {own.sigma:.2g}; photon transfer"
-            )
+            row = f"{{iso: {each.iso:g}, electrons_per_dn: {_number(own.value)}}}"
+            yield f"    - {row}    # ± {own.sigma:.2g}; photon transfer"
     yield from _noise(found)
     yield _told("row_noise_e", found.row_noise_e, "power of rows' offsets in darks, the white part")
     flicker = found.flicker_rows_e
     if flicker.measurable:
-        yield f"  flicker_rows: {{sigma_e: {_number(flicker.value)}, exponent: 1}}    # ± {flicker.sigma:.2g}; the 1/f part"
+        row = f"{{sigma_e: {_number(flicker.value)}, exponent: 1}}"
+        yield f"  flicker_rows: {row}    # ± {flicker.sigma:.2g}; the 1/f part"
     yield _told("column_noise_e", found.column_noise_e, "columns' offsets that stay in darks")
 
 
 def _noise(found: Calibration) -> Iterator[str]:
     how = "darks over ISO" if len(found.settings) > 1 else "darks of one ISO, in which noise after the gain is too"
     yield _told("read_noise_e", found.read_noise_e, f"{how}, before the gain, without jumps")
-    law = found.law
-    if law is not None and found.read_noise_e.measurable:
-        rises = dict(law.rises)
-        shape = law.shape
-        because = (
-            f"the likelihood rises by {max((v for k, v in rises.items() if k in ('student', 'tukey')), default=0):.0f}"
-        )
-        if shape.law == "student":
-            dof, error = 1.0 / shape.tails, law.errors["tails"] / shape.tails**2
-            yield f"  read_noise_student_dof: {_number(dof)}    # ± {error:.2g}; {because} of its standard errors over a normal law"
-        elif shape.law == "tukey":
-            yield f"  read_noise_tukey_lambda: {_number(shape.tails)}    # ± {law.errors['tails']:.2g}; {because} of its standard errors over a normal law"
-        elif law.refused[0]:
-            yield "  # its law: normal; no part more (tails, jumps, unevenness) raises the likelihood by 4 standard errors of the rise"
-        if shape.spread:
-            yield f"  read_noise_spread: {_number(shape.spread)}    # ± {law.errors['spread']:.2g}; pairs of darks that differ much together"
+    if found.law is not None and found.read_noise_e.measurable:
+        yield from _law(found.law)
     if found.telegraph_fraction.measurable:
         yield "  telegraph_noise:"
         yield "  " + _told(
@@ -172,6 +159,21 @@ def _noise(found: Calibration) -> Iterator[str]:
             yield f"    from_iso: {at:g}    # one conversion gain does not fit the darks over ISO"
             yield "  " + _told("read_noise_e", dual, "darks from that ISO on")
     yield _told("output_noise_dn", found.output_noise_dn, "darks over ISO, after the gain")
+
+
+def _law(law: Fitted) -> Iterator[str]:
+    shape, error = law.shape, law.errors["tails"]
+    rise = max((by for part, by in law.rises if part in ("student", "tukey")), default=0.0)
+    because = f"the likelihood rises by {rise:.0f} of its standard errors over a normal law"
+    if shape.law == "student":
+        yield f"  read_noise_student_dof: {_number(1.0 / shape.tails)}    # ± {error / shape.tails**2:.2g}; {because}"
+    elif shape.law == "tukey":
+        yield f"  read_noise_tukey_lambda: {_number(shape.tails)}    # ± {error:.2g}; {because}"
+    else:
+        yield "  # its law: normal; tails do not raise the likelihood by 4 standard errors of the rise"
+    if shape.spread:
+        told = f"± {law.errors['spread']:.2g}; pairs of darks that differ much together"
+        yield f"  read_noise_spread: {_number(shape.spread)}    # {told}"
 
 
 def _black(found: Calibration) -> tuple[int, list[list[int]] | None]:

@@ -131,7 +131,7 @@ def read_shots(folder: str | Path, *, cfa: str | None = None) -> Shots:
         groups=tuple(Group(kind=k, exposure=e, time_s=t, codes=codes) for (k, e, t), codes in found.items()),
     )
     if cfa is None and len(shots.channels) == 1:
-        _refuse_filters(shots)
+        refuse_filters(shots)
     return shots
 
 
@@ -153,7 +153,7 @@ def _number(said: object) -> float | None:
     return float(said) if isinstance(said, int | float) else None
 
 
-def _refuse_filters(shots: Shots) -> None:
+def refuse_filters(shots: Shots) -> None:
     """Refuse frames that show colour filters which no file names: what channels differ by would be PRNU."""
     flats, darks = shots.of("flat"), shots.of("dark")
     if not flats or not darks:
