@@ -210,8 +210,9 @@ def judged(number: int, *, side: int = SIDE, levels: int = FLATS, darks: int = D
         seconds = time.process_time() - began
         profile = Path(place) / "profile.yaml"
         profile.write_text(profile_text(found, name=f"Synthetic {number}"), encoding="utf-8")
-        sensor = Sensor.from_yaml(profile)
-    sides = side_by_side(shots, simulated(shots, found, sensor), found)
+        # Another specimen and other noise for each camera: those of one would be lucky or unlucky for all.
+        sensor = Sensor.from_yaml(profile).replace(serial=number)
+    sides = side_by_side(shots, simulated(shots, found, sensor, seed=number), found)
     kinds = [each.test for each in sides[0].tests]
     compared = figures(camera, found)
     return {

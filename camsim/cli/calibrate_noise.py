@@ -81,10 +81,10 @@ def _judge(request: CalibrationRequest) -> None:
 
     asked = {"-o": request.output, "--check": request.check, "--dry-run": request.dry_run or None}
     given = [name for name, value in asked.items() if value is not None]
-    if len(given) != 1 and not (request.plot or request.as_json):
-        raise InvalidValueError("give one of -o CAMERA.yaml, --check CAMERA.yaml and --dry-run", key="calibrate noise")
     if len(given) > 1:
         raise InvalidValueError(f"given together with {given[0]}; leave one of the two out", key=given[1])
+    if not given and not (request.plot or request.as_json):
+        raise InvalidValueError("give one of -o CAMERA.yaml, --check CAMERA.yaml and --dry-run", key="calibrate noise")
     check(request.window, Annotated[int, Ge(32), Le(8192)], "--window")
     check(request.seed, Seed, "--seed")
     if request.pitch_um is not None:

@@ -110,9 +110,15 @@ def side_by_side(camera: ShotsOfCamera, profile: ShotsOfCamera, found: Calibrati
 
 
 def together(tests: Sequence[Likeness]) -> float:
-    """Return the probability of tests of one kind at several ISO settings, by Fisher's sum of logarithms."""
-    logs = -2.0 * sum(math.log(max(each.probability, 1e-300)) for each in tests)
-    return float(scipy.stats.chi2.sf(logs, 2 * len(tests)))
+    """Return the probability of tests of one kind at several ISO settings, which see the same photosites.
+
+    Cauchy's combination, which holds for tests that know of one another (Liu and Xie 2020).
+
+    >>> round(together([Likeness(test="row spectrum", iso=100.0, probability=0.02)] * 3), 6)
+    0.02
+    """
+    angles = [math.tan((0.5 - min(max(each.probability, 1e-12), 1.0 - 1e-12)) * math.pi) for each in tests]
+    return 0.5 - math.atan(sum(angles) / len(angles)) / math.pi
 
 
 def _of_setting(setting: Setting, camera: ShotsOfCamera, profile: ShotsOfCamera, step_dn: float) -> SideBySide:
@@ -187,12 +193,12 @@ def _same_quantiles(ours: Sequence[Codes], theirs: Sequence[Codes], step_dn: flo
     spread = np.bincount(np.rint(whole / step_dn).astype(np.int64))
     share = np.cumsum(spread) / whole.size
     thresholds = np.unique(np.searchsorted(share, _PROBABILITIES))
-    (mean_a, error_a), (mean_b, error_b) = (_shares(side, thresholds * step_dn, step_dn) for side in (ours, theirs))
+    (mean_a, error_a), (mean_b, error_b) = (_shares(side, step_dn * thresholds.astype(np.float64), step_dn) for side in (ours, theirs))
     apart = mean_a - mean_b
     worth, axes = np.linalg.eigh(error_a + error_b)
     sound = worth > 1e-6 * worth.max()
     squared = float(np.sum((axes.T @ apart)[sound] ** 2 / worth[sound]))
-    size, freedom = int(sound.sum()), 2 * (_STRIPS - 1)
+    size, freedom = int(sound.sum()), _STRIPS - 1
     return float(scipy.stats.f.sf(squared * (freedom - size + 1) / (size * freedom), size, freedom - size + 1))
 
 
@@ -205,8 +211,8 @@ def _shares(frames: Sequence[Codes], thresholds: F64, step_dn: float) -> tuple[F
     tiles = below[:, : height // rows * rows, : width // cols * cols]
     tiles = tiles.reshape(len(thresholds), rows, height // rows, cols, width // cols).mean(axis=(2, 4))
     by_row, by_col = np.cov(tiles.mean(axis=2)) / rows, np.cov(tiles.mean(axis=1)) / cols
+    # What photosites have of their own is in both of these, and is taken off once.
     both = np.cov(tiles.reshape(len(thresholds), -1)) / (rows * cols)
-    # Two ways of what they share, less once what is of single tiles.
     error: F64 = np.atleast_2d(by_row + by_col - both)
     return tiles.mean(axis=(1, 2)), error
 

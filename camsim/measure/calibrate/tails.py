@@ -13,7 +13,7 @@ import itertools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 import scipy.interpolate
@@ -329,7 +329,7 @@ def _values_of(shape: Shape) -> F64:
 def _shape_of(like: Shape, values: F64) -> Shape | None:
     """Return the shape of these values with the parts of another; None where there is no such law."""
     left = iter(values.tolist())
-    changed = {"sigma_dn": math.exp(next(left))}
+    changed: dict[str, Any] = {"sigma_dn": math.exp(next(left))}
     if like.law != "normal":
         tails = 0.25 * next(left)
         if not (0.01 < tails < 0.49 if like.law == "student" else -0.45 < tails < 0.2):
