@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -13,10 +13,10 @@ import scipy.stats
 
 from camsim.arrays import F64
 from camsim.errors import UnsupportedError
-from camsim.measure.calibrate.darks import DarkStatistics, Squared, dark_statistics
+from camsim.measure.calibrate.darks import DarkStatistics, dark_statistics
 from camsim.measure.calibrate.folder import Shot, ShotsOfCamera
 from camsim.measure.calibrate.over_iso import OneSetting, ReadNoiseOverIso, read_noise_over_iso
-from camsim.measure.calibrate.tails import LEAST_FRAMES, Fitted, fit_tails
+from camsim.measure.calibrate.tails import LEAST_FRAMES, AtGain, Fitted, fit_after, fit_tails
 from camsim.measure.noise import Estimate, Group, NoiseReport, Shots, measure_noise
 from camsim.measure.noise.estimate import SURE, no_figure
 from camsim.measure.noise.shots import refuse_filters
@@ -103,11 +103,16 @@ def calibrate(shots: ShotsOfCamera) -> Calibration:
     own, shared = _gain_errors(settings)
     if shots.exposures_said and (linked := _linked(settings)) is not None:
         settings, own, shared = linked
-    over_iso = read_noise_over_iso(
-        [_one(each, error, step_dn) for each, error in zip(settings, own, strict=True)], shared
-    )
     base = settings[0]
+    one = [_one(each, error, step_dn) for each, error in zip(settings, own, strict=True)]
+    over_iso = read_noise_over_iso(one, shared)
     law_setting, law = _law(settings, over_iso, step_dn, notes)
+    # Of normal noise and jumps nothing tells which part came before the gain.
+    if law is not None and law_setting is not None and (law.shape.law != "normal" or law.shape.spread):
+        after = _after(settings, law, law_setting, step_dn)
+        with_it = read_noise_over_iso(one, shared, after)
+        if with_it.misfit - over_iso.misfit < SURE**2:
+            over_iso = with_it
     jumps_e2, fraction, amplitude_e = _jumps(law, law_setting)
     read_e = _without(over_iso.before_e2, jumps_e2)
     dual_e = None if over_iso.dual_e2 is None else _without(over_iso.dual_e2, jumps_e2)
@@ -132,8 +137,8 @@ def calibrate(shots: ShotsOfCamera) -> Calibration:
         output_noise_dn=_root(over_iso.after_dn2),
         row_noise_e=rows_e,
         flicker_rows_e=flicker_e,
-        column_noise_e=_fixed(settings, lambda darks: darks.columns),
-        dsnu_e=_fixed(settings, lambda darks: darks.pattern),
+        column_noise_e=_columns(settings),
+        dsnu_e=_pattern(settings),
         prnu=_best([_mean([c.transfer.prnu for c in each.report.channels]) for each in settings]),
         full_well_e=_well(base),
         dark_current_e_per_s=current,
@@ -328,6 +333,23 @@ def _law(
     return best, fit_tails(frames, step_dn=step_dn, normal_dn2=normal, normal_sigma_dn2=sigma)
 
 
+def _after(settings: Sequence[Setting], law: Fitted, law_setting: Setting, step_dn: float) -> Estimate:
+    """Return the noise after the gain by what the settings show of the law of that before it."""
+    darks = [
+        AtGain(
+            frames=[np.asarray(codes).astype(np.int64) for codes in each.dark_codes],
+            gain_dn_per_e=each.gain_dn_per_e.value,
+            own_dn2=each.darks.own.dn2 - step_dn**2 / 12.0,
+            rows_dn2=max(each.darks.rows.dn2, 0.0),
+        )
+        for each in settings
+        if each.darks.frames >= LEAST_FRAMES and not each.darks.hot.any()
+    ]
+    if not darks:
+        return no_figure("too few darks")
+    return fit_after(darks, law, law_setting.gain_dn_per_e.value, step_dn=step_dn)
+
+
 def _jumps(law: Fitted | None, setting: Setting | None) -> tuple[Estimate, Estimate, Estimate]:
     """Return the mean variance of jumps, e⁻², the share of photosites that have them, and their mean size in e⁻."""
     if law is None or setting is None:
@@ -379,11 +401,25 @@ def _best(told: Sequence[Estimate]) -> Estimate:
     return min(known, key=lambda each: each.sigma / each.value) if known else told[0]
 
 
-def _fixed(settings: Sequence[Setting], what: Callable[[DarkStatistics], Squared]) -> Estimate:
-    """Return a pattern that stays, in electrons, of the setting that tells it best."""
+def _pattern(settings: Sequence[Setting]) -> Estimate:
+    """Return what photosites have of their own in all darks, electrons: settings see the same, with noise of their own.
+
+    Blocks of rows tell how far the settings' figures go together.
+    """
+    blocks = np.stack([each.darks.pattern_blocks / each.gain_dn_per_e.value**2 for each in settings])
+    scatter = np.atleast_2d(np.cov(blocks)) / blocks.shape[1]
+    weight = np.linalg.solve(scatter, np.ones(len(blocks)))
+    squared = Estimate(float(weight @ blocks.mean(axis=1) / weight.sum()), 1.0 / math.sqrt(float(weight.sum())))
+    found = _root(squared)
+    shared = min(each.gain_dn_per_e.sigma / each.gain_dn_per_e.value for each in settings)
+    return replace(found, sigma=math.hypot(found.sigma, found.value * shared)) if found.measurable else found
+
+
+def _columns(settings: Sequence[Setting]) -> Estimate:
+    """Return what columns have of their own in all darks, electrons, of the setting that tells it best."""
     told = []
     for setting in settings:
-        squared, gain = what(setting.darks), setting.gain_dn_per_e.value
+        squared, gain = setting.darks.columns, setting.gain_dn_per_e.value
         if squared.there:
             root = math.sqrt(squared.dn2)
             by_gain = root / gain * setting.gain_dn_per_e.sigma / gain

@@ -41,7 +41,7 @@ class DarkStatistics:
     rows        : temporal variance that a row has in common
     row_power   : (n,) power of rows' offsets over ``row_frequency`` (n,), cycles per row, DN²: white noise of σ is σ²
     columns     : variance of columns' offsets that stays
-    pattern     : variance of photosites' offsets that stays, without the columns'
+    pattern     : variance of photosites' offsets that stays, without the columns';  pattern_blocks: of blocks of rows
     hot         : (rows, cols) photosites far above the others
     hot_excess_dn : their mean excess
     frames      : how many
@@ -61,6 +61,7 @@ class DarkStatistics:
     column_frequency: F64
     column_power: F64
     pattern: Squared
+    pattern_blocks: F64
     hot: Chosen
     hot_excess_dn: float
 
@@ -100,7 +101,9 @@ def dark_statistics(frames: Sequence[Codes], period: tuple[int, int]) -> DarkSta
         for row, line in enumerate(_lattices(period))
     ])  # fmt: skip
     fixed = np.where(used, mean - _tiled(cells, mean.shape), 0.0)
-    columns, pattern, of_columns = _fixed(fixed, used, own, count)
+    columns, blocks, of_columns = _fixed(fixed, used, own_rows / count)
+    scatter = float(blocks.std(ddof=1)) / math.sqrt(blocks.size) if blocks.size > 1 else float(abs(blocks[0]))
+    pattern = Squared(dn2=float(blocks.mean()), sigma_dn2=scatter, null_dn2=scatter)
     frame_means = np.array([float(frame.mean(dtype=np.float64)) for frame in frames])
     black_sigma = math.sqrt(
         max(float(frame_means.var(ddof=1)) / count, (own / width + max(rows.dn2, 0.0)) / (height * count))
@@ -123,6 +126,7 @@ def dark_statistics(frames: Sequence[Codes], period: tuple[int, int]) -> DarkSta
         column_frequency=np.arange(1, width // 2 + 1) / width,
         column_power=column_power[1:],
         pattern=pattern,
+        pattern_blocks=blocks,
         hot=hot,
         hot_excess_dn=excess,
     )
@@ -159,8 +163,11 @@ def _hot(frames: Sequence[Codes], above: F64) -> tuple[Chosen, float]:
     return hot, float(above[hot].mean()) if hot.any() else 0.0
 
 
-def _fixed(fixed: F64, used: Chosen, own: float, count: int) -> tuple[Squared, Squared, F64]:
-    """Return what columns and photosites have of their own, and the columns' offsets (cols,)."""
+def _fixed(fixed: F64, used: Chosen, noise_rows: F64) -> tuple[Squared, F64, F64]:
+    """Return what columns have of their own, photosites in blocks of rows (n,), and the columns' offsets (cols,).
+
+    noise_rows : (rows,) what temporal noise leaves in the mean of the darks
+    """
     height, width = fixed.shape
     per_column = np.maximum(used.sum(axis=0), 1)
     # Rows that differ are rows of these few frames: no pattern of the sensor.
@@ -168,14 +175,12 @@ def _fixed(fixed: F64, used: Chosen, own: float, count: int) -> tuple[Squared, S
     offsets = centred.sum(axis=0) / per_column
     rest = np.where(used, centred - offsets, 0.0)
     blocks = np.array_split(np.arange(height), min(_BLOCKS, height))
-    within = np.array([np.sum(rest[rows] ** 2) / max(used[rows].sum(), 1) for rows in blocks])
     lost = (1.0 - 1.0 / height) * (1.0 - 1.0 / width)
-    spatial = float(within.mean()) / lost
-    scatter = float(within.std(ddof=1)) / math.sqrt(len(blocks)) if len(blocks) > 1 else spatial
-    chance = spatial * math.sqrt(2.0 / fixed.size)
-    pattern = Squared(dn2=spatial - own / count, sigma_dn2=max(scatter, chance), null_dn2=max(scatter, chance))
+    within = np.array([np.sum(rest[rows] ** 2) / max(used[rows].sum(), 1) for rows in blocks]) / lost
+    noisy = np.array([noise_rows[rows].mean() for rows in blocks])
+    spatial = float(within.mean())
     whole, noise = float(offsets.var(ddof=1)), spatial / height
     columns = Squared(
         dn2=whole - noise, sigma_dn2=whole * math.sqrt(2.0 / (width - 1)), null_dn2=noise * math.sqrt(2.0 / (width - 1))
     )
-    return columns, pattern, offsets
+    return columns, within - noisy, offsets

@@ -193,7 +193,9 @@ def _same_quantiles(ours: Sequence[Codes], theirs: Sequence[Codes], step_dn: flo
     spread = np.bincount(np.rint(whole / step_dn).astype(np.int64))
     share = np.cumsum(spread) / whole.size
     thresholds = np.unique(np.searchsorted(share, _PROBABILITIES))
-    (mean_a, error_a), (mean_b, error_b) = (_shares(side, step_dn * thresholds.astype(np.float64), step_dn) for side in (ours, theirs))
+    (mean_a, error_a), (mean_b, error_b) = (
+        _shares(side, step_dn * thresholds.astype(np.float64), step_dn) for side in (ours, theirs)
+    )
     apart = mean_a - mean_b
     worth, axes = np.linalg.eigh(error_a + error_b)
     sound = worth > 1e-6 * worth.max()

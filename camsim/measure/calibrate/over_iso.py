@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy.linalg
 import scipy.stats
 
 from camsim.arrays import F64
@@ -55,13 +56,16 @@ class ReadNoiseOverIso:
         return setting.gain_dn_per_e**2 * value + after
 
 
-def read_noise_over_iso(settings: Sequence[OneSetting], gain_shared: float = 0.0) -> ReadNoiseOverIso:
+def read_noise_over_iso(
+    settings: Sequence[OneSetting], gain_shared: float = 0.0, after_dn2: Estimate | None = None
+) -> ReadNoiseOverIso:
     """Fit variance = gain² · before + after, with one conversion gain, or two where one does not do.
 
     settings    : the lowest ISO first
     gain_shared : relative error that all gains have in common
+    after_dn2   : what is known of the noise after the gain besides
     """
-    fit = _best(settings)
+    fit = _best(settings, after_dn2)
     before, *dual = [
         Estimate(each.value, math.hypot(each.sigma, 2.0 * each.value * gain_shared))
         for each in (fit.before_e2, fit.dual_e2)
@@ -70,12 +74,12 @@ def read_noise_over_iso(settings: Sequence[OneSetting], gain_shared: float = 0.0
     return replace(fit, before_e2=before, dual_e2=dual[0] if dual else None)
 
 
-def _best(settings: Sequence[OneSetting]) -> ReadNoiseOverIso:
-    single = _fit(settings, None)
+def _best(settings: Sequence[OneSetting], after_dn2: Estimate | None) -> ReadNoiseOverIso:
+    single = _fit(settings, None, after_dn2)
     if len(settings) < 3 or single.freedom < 1 or _probable(single):
         return single
     # With a high conversion gain reading is quieter, in electrons, and nothing is below 0.
-    tried = [_fit(settings, split) for split in range(1, len(settings))]
+    tried = [_fit(settings, split, after_dn2) for split in range(1, len(settings))]
     sound = [each for each in tried if _sound(each)]
     best = min(sound, key=lambda each: each.misfit, default=None)
     better = best is not None and scipy.stats.chi2.sf(single.misfit - best.misfit, 1) < _CHANCE
@@ -92,7 +96,7 @@ def _sound(fit: ReadNoiseOverIso) -> bool:
     return not surely_below and fit.dual_e2.value < fit.before_e2.value
 
 
-def _fit(settings: Sequence[OneSetting], split: int | None) -> ReadNoiseOverIso:
+def _fit(settings: Sequence[OneSetting], split: int | None, after_dn2: Estimate | None) -> ReadNoiseOverIso:
     gain = np.array([each.gain_dn_per_e for each in settings])
     gain_sigma = gain * np.array([each.gain_own for each in settings])
     measured = np.array([each.dn2 for each in settings])
@@ -102,7 +106,13 @@ def _fit(settings: Sequence[OneSetting], split: int | None) -> ReadNoiseOverIso:
         high = np.arange(len(settings)) >= split
         columns = [np.where(high, 0.0, gain**2), columns[1], np.where(high, gain**2, 0.0)]
     design = np.stack(columns, axis=1)
-    before: F64 = measured / gain**2
+    besides = after_dn2 is not None and after_dn2.measurable and len(settings) > 1
+    if besides and after_dn2 is not None:
+        design = np.vstack([design, np.eye(design.shape[1])[1]])
+        measured = np.append(measured, after_dn2.value)
+        scatter = scipy.linalg.block_diag(scatter, after_dn2.sigma**2)
+        gain, gain_sigma = np.append(gain, 0.0), np.append(gain_sigma, 0.0)
+    before: F64 = measured / np.maximum(gain, 1e-12) ** 2
     for _ in range(_ROUNDS):
         # A gain that is off moves what the noise before it gives.
         weight = np.linalg.inv(scatter + np.diag((2.0 * gain * np.maximum(before, 0.0) * gain_sigma) ** 2))
@@ -112,7 +122,7 @@ def _fit(settings: Sequence[OneSetting], split: int | None) -> ReadNoiseOverIso:
         before = low if split is None else np.where(np.arange(len(gain)) >= split, found[2], low)
     rest = measured - design @ found
     misfit = float(rest @ weight @ rest)
-    freedom = len(settings) - len(found)
+    freedom = len(measured) - len(found)
     # Where the settings follow no such law the errors say so.
     wider = misfit / freedom if freedom and scipy.stats.chi2.sf(misfit, freedom) < _CHANCE else 1.0
     told = [Estimate(float(v), math.sqrt(wider * float(covariance[k, k]))) for k, v in enumerate(found)]

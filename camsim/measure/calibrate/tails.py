@@ -21,7 +21,7 @@ import scipy.optimize
 import scipy.special
 
 from camsim.arrays import F64, I64
-from camsim.measure.noise.estimate import SURE
+from camsim.measure.noise.estimate import SURE, Estimate, no_figure
 from camsim.sensor.stages.read_noise import tukey_quantiles, tukey_sigma
 
 Law: TypeAlias = Literal["normal", "student", "tukey"]
@@ -111,6 +111,62 @@ def fit_tails(frames: Sequence[I64], *, step_dn: float, normal_dn2: float, norma
             best = swapped
     errors, telegraph = model.errors(best[0], normal_sigma_dn2)
     return Fitted(shape=best[0], errors=errors, telegraph_sigma_dn2=telegraph, rises=tuple(rises), refused=refused)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class AtGain:
+    """Darks of a setting: codes, gain (DN/e⁻), and variances of photosites (without rounding) and of rows, DN²."""
+
+    frames: Sequence[I64]
+    gain_dn_per_e: float
+    own_dn2: float
+    rows_dn2: float
+
+
+def fit_after(darks: Sequence[AtGain], law: Fitted, law_gain_dn_per_e: float, *, step_dn: float) -> Estimate:
+    """Return the variance of normal noise after the gain, DN², by how much of tails and jumps each setting still shows.
+
+    The law is that before the gain, found at one setting; each setting's whole variance is held.
+    """
+    models = [_Model(_Counts.of(each.frames, step_dn), 0.0) for each in darks]
+
+    def logarithms(after_dn2: float, shape: Shape) -> F64:
+        total: Any = 0.0
+        for model, each in zip(models, darks, strict=True):
+            by = each.gain_dn_per_e / law_gain_dn_per_e
+            here = replace(shape, amplitude_dn=shape.amplitude_dn * by)
+            own = max(each.own_dn2 - after_dn2 - here.telegraph_dn2, 1e-4 * each.own_dn2)
+            model.normal_dn2 = after_dn2 + each.rows_dn2
+            total = total + model.logarithms(replace(here, sigma_dn=math.sqrt(own)))
+        found: F64 = total
+        return found
+
+    most = min(each.own_dn2 for each in darks)
+
+    def best(shape: Shape) -> float:
+        found = scipy.optimize.minimize_scalar(
+            lambda after: -float(logarithms(after, shape).sum()), bounds=(0.0, most), method="bounded",
+            options={"xatol": 1e-4 * most},
+        )  # fmt: skip
+        return float(found.x)
+
+    value, width = best(law.shape), 0.01 * most
+    if not 2.0 * width < value < most - 2.0 * width:
+        return no_figure("the darks' law tells nothing of the noise after the gain")
+    less, here, more = (logarithms(value + by, law.shape) for by in (-width, 0.0, width))
+    scores, curvature = (more - less) / (2.0 * width), float((more - 2.0 * here + less).sum()) / width**2
+    if not curvature < 0.0:
+        return no_figure("the darks' law tells nothing of the noise after the gain")
+    own = math.sqrt(scores.size) * float(np.std(scores, ddof=1)) / -curvature
+    moved = [
+        max(
+            abs(best(replace(law.shape, **{name: getattr(law.shape, name) + by * law.errors[name]})) - value)
+            for by in (-1.0, 1.0)
+        )
+        for name in ("tails", "spread", "fraction", "amplitude_dn")
+        if getattr(law.shape, name)
+    ]
+    return Estimate(value, math.hypot(own, *moved))
 
 
 _FIRST_TAILS: dict[Law, float] = {"normal": 0.0, "student": 0.12, "tukey": -0.05}
