@@ -82,6 +82,7 @@ from .sensor.stages.blooming import Blooming as Blooming
 from .sensor.stages.column_noise import ColumnNoise as ColumnNoise
 from .sensor.stages.crosstalk import Crosstalk as Crosstalk
 from .sensor.stages.dark_current import DarkCurrent as DarkCurrent
+from .sensor.stages.dark_frames import DarkFrames as DarkFrames
 from .sensor.stages.defects import Defects as Defects
 from .sensor.stages.dsnu import Dsnu as Dsnu
 from .sensor.stages.flicker_rows import FlickerRows as FlickerRows

@@ -141,6 +141,12 @@ LAWS = {
         adds=True,
         patterned=True,
     ),
+    "dark frames": Law(
+        stage=camsim.DarkFrames(codes_dn=np.random.default_rng(5).normal(0.0, 2.0, (5, 1000, 1000))),
+        idle=camsim.DarkFrames(codes_dn=np.zeros((2, 3, 4))),
+        variance=lambda m: 8.0**2,
+        adds=True,
+    ),
     "row noise": Law(
         stage=camsim.RowNoise(3.0), idle=camsim.RowNoise(0.0), variance=lambda m: 3.0**2, each="row", adds=True
     ),
@@ -169,8 +175,8 @@ OWN = {
         adds=True,
     )
 }
-EVERY = {law.stage.name: law.stage for law in reversed(LAWS.values())}
-"""One example of every stage by the camera's names: the first of each above."""
+EVERY = {law.stage.name: law.stage for law in reversed(LAWS.values()) if law.stage.name != "dark_frames"}
+"""One example of every stage by the camera's names: the first of each above. Real darks stand in many others' place."""
 
 
 def recorded(mean_electrons, *, noise=True, threads=None, **how):

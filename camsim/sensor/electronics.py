@@ -14,6 +14,7 @@ from camsim.sensor.stages.blooming import Blooming
 from camsim.sensor.stages.column_noise import ColumnNoise
 from camsim.sensor.stages.crosstalk import Crosstalk
 from camsim.sensor.stages.dark_current import DarkCurrent
+from camsim.sensor.stages.dark_frames import DarkFrames
 from camsim.sensor.stages.defects import Defects
 from camsim.sensor.stages.dsnu import Dsnu
 from camsim.sensor.stages.flicker_rows import FlickerRows
@@ -54,6 +55,7 @@ class Electronics:
     column_noise: ColumnNoise | None = None
     dsnu: Dsnu | None = None
     output_noise: OutputNoise | None = None
+    dark_frames: DarkFrames | None = dataclasses.field(default=None, metadata={"described": "if any"})
     extra_stages: Several[Own] = dataclasses.field(default=(), metadata={"described": "if any"})
 
     def __post_init__(self) -> None:
@@ -92,6 +94,7 @@ class ElectronicChanges(TypedDict, total=False):
     column_noise: ColumnNoise | None
     dsnu: Dsnu | None
     output_noise: OutputNoise | None
+    dark_frames: DarkFrames | None
     extra_stages: Several[Own]
 
 

@@ -134,7 +134,7 @@ def test_every_public_stage_is_said_by_a_table_or_a_key() -> None:
     results = {"Frame", "Rendering", "Report", "Context", "Grid"}
     of_arrays = {"Sensor", "GivenLight", "Noise"}  # light of one's own has no scene file
     made = {mark.make for table in (schema.Charge, schema.Readout) for mark in _marks(table)}
-    by_key = {make.__name__ for make in made if dataclasses.is_dataclass(make)} | {"ShotNoise"}
+    by_key = {make.__name__ for make in made if dataclasses.is_dataclass(make)} | {"ShotNoise", "DarkFrames"}
     by_kind = {name for place in WORDS for name in classes_of(place)}
     assert public - results - of_arrays == by_key | by_kind | set(KEYS.values()) | {"Cfa"}
 

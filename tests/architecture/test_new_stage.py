@@ -72,7 +72,7 @@ def copy(tmp_path_factory):
             new = path.with_name("popcorn.py")
             new.write_text(renamed(text).replace("stream: ClassVar = 7", "stream: ClassVar = 99"), encoding="utf-8")
             touched.append(str(new.relative_to(folder)))
-        elif re.search("RowNoise|row_noise", text):
+        elif re.search("RowNoise|row_noise", text) and "calibrate" not in place:  # which tells what it can tell
             path.write_text(with_twins(text), encoding="utf-8")
             touched.append(place)
     laws = folder / "tests" / "electronics.py"

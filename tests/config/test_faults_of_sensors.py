@@ -146,9 +146,9 @@ FAULTS = {
     ),
     "a gain of the base twice": (
         "read_noise_e: 3.0",
-        "gain_at_iso: [{iso: 200, electrons_per_dn: 1}]",
+        "gain_at_iso: [{iso: 100, electrons_per_dn: 1}]",
         [
-            "my.yaml:13:85: readout.gain_at_iso: has ISO 200, which is base_iso: its gain is electrons_per_dn; leave "
+            "my.yaml:13:98: readout.gain_at_iso: has ISO 100, which is base_iso: its gain is electrons_per_dn; leave "
             "it out here"
         ],
     ),

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import Field
 
-from camsim.config.schema.base import Makes, Table
+from camsim.config.schema.base import Makes, Name, Table
 from camsim.marks import Called
 from camsim.sensor import conversion_gain
 from camsim.sensor.stages import defects, flicker_rows, nonlinearity, telegraph_noise
@@ -89,6 +90,12 @@ class ResponseTable(Table):
 Nonlinearity: TypeAlias = Annotated[Polynomial | ResponseTable, Field(discriminator="kind")]
 
 
+def _darks(name: str, path: Path) -> Any:
+    from camsim.measure.dark_frames import read_darks  # which reads raw files; few sensors have any
+
+    return read_darks(path, name)
+
+
 class Charge(Table):
     """What a photosite does with charge; a stage that is left out does not happen."""
 
@@ -133,6 +140,11 @@ class Charge(Table):
     )
     dsnu_e: Annotated[float | None, Makes("dsnu", Dsnu)] = Field(
         default=None, ge=0, description="standard deviation of the dark offset, electrons"
+    )
+    dark_frames: Annotated[Name | None, Makes("dark_frames", _darks, reads=True)] = Field(
+        default=None,
+        description="a folder of real darks, in place of all other noise in the dark: one, drawn at random, is added "
+        "to each exposure",
     )
 
     @classmethod

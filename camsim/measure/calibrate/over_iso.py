@@ -110,7 +110,7 @@ def _fit(settings: Sequence[OneSetting], split: int | None, after_dn2: Estimate 
     if besides and after_dn2 is not None:
         design = np.vstack([design, np.eye(design.shape[1])[1]])
         measured = np.append(measured, after_dn2.value)
-        scatter = scipy.linalg.block_diag(scatter, after_dn2.sigma**2)
+        scatter = scipy.linalg.block_diag(scatter, np.array([[after_dn2.sigma**2]]))
         gain, gain_sigma = np.append(gain, 0.0), np.append(gain_sigma, 0.0)
     before: F64 = measured / np.maximum(gain, 1e-12) ** 2
     for _ in range(_ROUNDS):
