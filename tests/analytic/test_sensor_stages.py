@@ -281,7 +281,9 @@ def test_noise_after_the_gain_is_the_same_in_data_numbers() -> None:
 
 def test_the_dark_noise_of_all_is_what_dark_frames_have() -> None:
     """The spread of many dark rows is the figure that files carry (of each stage alone: its law)."""
-    stages = {law.stage.name: law.stage for law in LAWS.values() if law.adds}
+    stages = {
+        law.stage.name: EXAMPLES[law.stage.name] for law in LAWS.values() if law.adds and law.stage.name in EXAMPLES
+    }
     camera = camsim.Camera.from_yaml("mono-345", lens=camsim.Airy(f_number=8.0)).replace(**stages)
     gain = {"electrons_per_dn": camera.adc.electrons_per_dn / 2.0}
     dark = [recorded(np.zeros((4000, 4)), **stages, **gain, frame_number=n, **QUIET) for n in (0, 1)]
