@@ -83,6 +83,7 @@ from .sensor.stages.blooming import Blooming as Blooming
 from .sensor.stages.column_noise import ColumnNoise as ColumnNoise
 from .sensor.stages.crosstalk import Crosstalk as Crosstalk
 from .sensor.stages.dark_current import DarkCurrent as DarkCurrent
+from .sensor.stages.dark_frames import DarkFrames as DarkFrames
 from .sensor.stages.defects import Defects as Defects
 from .sensor.stages.dsnu import Dsnu as Dsnu
 from .sensor.stages.flicker_rows import FlickerRows as FlickerRows
@@ -95,6 +96,7 @@ from .sensor.stages.read_noise import ReadNoise as ReadNoise
 from .sensor.stages.reset_noise import ResetNoise as ResetNoise
 from .sensor.stages.row_noise import RowNoise as RowNoise
 from .sensor.stages.shot_noise import ShotNoise as ShotNoise
+from .sensor.stages.telegraph_noise import TelegraphNoise as TelegraphNoise
 from .sensor_alone import Sensor as Sensor
 from .spectra.curve import Curve as Curve
 from .spectra.light import Light as Light

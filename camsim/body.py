@@ -285,7 +285,9 @@ class Body(Electronics):
         dual = self.dual_gain
         if dual is None or dual.read_noise_e is None or iso < dual.from_iso:
             return self.read_noise
-        return ReadNoise(dual.read_noise_e)
+        if self.read_noise is None:
+            return ReadNoise(dual.read_noise_e)
+        return dataclasses.replace(self.read_noise, sigma_e=dual.read_noise_e)
 
     def dark_noise_e(self, iso: float) -> float:
         """Return all temporal noise of the read-out at an ISO setting as one standard deviation, electrons."""

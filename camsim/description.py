@@ -19,8 +19,8 @@ def describe(value: Any) -> Any:
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         fields = {f.name: getattr(value, f.name) for f in dataclasses.fields(value) if f.repr}
         # A field that few ever use is told where it is used: files without it keep their bytes.
-        seldom = {f.name for f in dataclasses.fields(value) if f.metadata.get("described") == "if any"}
-        told = {name: describe(part) for name, part in fields.items() if name not in seldom or part}
+        usual = {f.name: f.default for f in dataclasses.fields(value) if f.metadata.get("described") == "if any"}
+        told = {name: describe(part) for name, part in fields.items() if name not in usual or part != usual[name]}
         return {"kind": type(value).__name__, **told}
     if isinstance(value, Mapping):
         return {str(k): describe(v) for k, v in value.items()}

@@ -15,8 +15,10 @@ from camsim.exposing import Capture
 from camsim.files.light_file import read_light
 from camsim.files.picture_file import read_picture
 from camsim.given_light import GivenLight
+from camsim.measure.dark_frames import read_darks
 from camsim.optics.no_lens import NO_LENS
 from camsim.scene import Picture
+from camsim.sensor.stages.dark_frames import DarkFrames
 from camsim.shot import Shot
 from camsim.words import both
 
@@ -88,6 +90,8 @@ def _revived(tree: Any, place: str, folder: Path | None) -> Any:
 def _make(kind: Any, parts: Mapping[str, Any], place: str, folder: Path | None) -> Any:
     if kind == "Picture":
         return _picture(parts, place, folder)
+    if kind == "DarkFrames":
+        return _darks(parts, place, folder)
     if kind == "NoLens":
         return NO_LENS
     if kind == "GivenLight":
@@ -129,6 +133,24 @@ def _picture(parts: Mapping[str, Any], place: str, folder: Path | None) -> Pictu
             f"the picture {name} beside it is another one than was captured: its samples differ", stage=place
         )
     return picture
+
+
+def _darks(parts: Mapping[str, Any], place: str, folder: Path | None) -> DarkFrames:
+    """Read darks again, beside the file or where the user stands: descriptions hold their folder and their hash."""
+    source = parts.get("source")
+    if not isinstance(source, str) or not source:
+        message = "not reproducible: its darks were an array in Python, which such a file does not hold"
+        raise InputError(f"{message}; expose again with them", stage=place)
+    beside = () if folder is None else (folder / source, folder / Path(source).name)
+    found = next((each for each in (*beside, Path(source)) if each.is_dir()), None)
+    if found is None:
+        message = f"not reproducible without the darks {ascii(source)[:200]}"
+        raise InputError(f"{message}; put their folder there, or beside this file", stage=place)
+    darks = read_darks(found, source)
+    if darks.sha256 != parts.get("sha256"):
+        message = f"not reproducible: the darks {str(found)!r} are others than were taken, their codes differ"
+        raise InputError(message, stage=place)
+    return darks
 
 
 def _given_light(parts: Mapping[str, Any], place: str, folder: Path | None) -> GivenLight:

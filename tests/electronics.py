@@ -28,6 +28,7 @@ class Law:
     each     : what draws a number of its own: "photosite", "row" or "column"
     needs    : stages that it cannot act without
     adds     : whether it adds numbers that do not depend on the charge
+    patterned : whether a temporal stage has a fixed pattern of the sensor as well
     """
 
     stage: object
@@ -37,6 +38,7 @@ class Law:
     each: str = "photosite"
     needs: tuple = ()
     adds: bool = False
+    patterned: bool = False
 
     @property
     def chain(self):
@@ -113,6 +115,38 @@ LAWS = {
         stage=camsim.ResetNoise(16.0), idle=camsim.ResetNoise(0.0), variance=lambda m: 16.0**2, adds=True
     ),
     "read noise": Law(stage=camsim.ReadNoise(3.5), idle=camsim.ReadNoise(0.0), variance=lambda m: 3.5**2, adds=True),
+    "read noise of Student": Law(
+        stage=camsim.ReadNoise(3.5, student_dof=9.0),
+        idle=camsim.ReadNoise(0.0, student_dof=9.0),
+        variance=lambda m: 3.5**2,
+        adds=True,
+    ),
+    "read noise of Tukey": Law(
+        stage=camsim.ReadNoise(3.5, tukey_lambda=-0.05),
+        idle=camsim.ReadNoise(0.0, tukey_lambda=-0.05),
+        variance=lambda m: 3.5**2,
+        adds=True,
+    ),
+    "uneven read noise": Law(
+        stage=camsim.ReadNoise(3.5, spread=0.3),
+        idle=camsim.ReadNoise(0.0, spread=0.3),
+        variance=lambda m: 3.5**2,
+        adds=True,
+        patterned=True,
+    ),
+    "telegraph noise": Law(
+        stage=camsim.TelegraphNoise(fraction=0.1, amplitude_e=12.0),
+        idle=camsim.TelegraphNoise(fraction=0.1, amplitude_e=0.0),
+        variance=lambda m: 0.1 * 2.0 * 6.0**2,
+        adds=True,
+        patterned=True,
+    ),
+    "dark frames": Law(
+        stage=camsim.DarkFrames(codes_dn=np.random.default_rng(5).normal(0.0, 2.0, (5, 1000, 1000))),
+        idle=camsim.DarkFrames(codes_dn=np.zeros((2, 3, 4))),
+        variance=lambda m: 8.0**2,
+        adds=True,
+    ),
     "row noise": Law(
         stage=camsim.RowNoise(3.0), idle=camsim.RowNoise(0.0), variance=lambda m: 3.0**2, each="row", adds=True
     ),
@@ -141,8 +175,8 @@ OWN = {
         adds=True,
     )
 }
-EVERY = {law.stage.name: law.stage for law in reversed(LAWS.values())}
-"""One example of every stage by the camera's names: the first of each above."""
+EVERY = {law.stage.name: law.stage for law in reversed(LAWS.values()) if law.stage.name != "dark_frames"}
+"""One example of every stage by the camera's names: the first of each above. Real darks stand in many others' place."""
 
 
 def recorded(mean_electrons, *, noise=True, threads=None, **how):

@@ -15,7 +15,7 @@ from typer.main import get_command_name
 from typer.models import CommandInfo
 
 from camsim.cli.bench import bench
-from camsim.cli.calibrate import calibrate_app
+from camsim.cli.calibrate_app import calibrate_app
 from camsim.cli.dataset import dataset
 from camsim.cli.explain import explain
 from camsim.cli.expose import expose

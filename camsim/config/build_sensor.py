@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any, TypeAlias
 
 from camsim.camera import Camera
 from camsim.config import build_optics, schema
 from camsim.config.judged import Judged
 from camsim.config.tree import KeyPath
+from camsim.errors import CamsimError
 from camsim.optics import Lens
 from camsim.sensor.adc import Adc
 from camsim.sensor.cfa import GREENS, Cfa
@@ -19,6 +21,10 @@ from camsim.spectra import named
 from camsim.spectra.curve import Curve, Spectrum
 
 SensorDocument: TypeAlias = Judged[schema.SensorFile]
+
+
+_JUDGED_TOGETHER = (("charge", "defects"), ("charge", "dark_frames"), ("readout", "dual_gain"))
+"""Tables and keys that the camera judges by its other parts."""
 
 
 def camera(sensor: SensorDocument, lens: Lens | None) -> Camera | None:
@@ -53,7 +59,7 @@ def camera(sensor: SensorDocument, lens: Lens | None) -> Camera | None:
             **charge,
             **readout,
         ),
-        keys={"defects": ("charge", "defects"), "dual_gain": ("readout", "dual_gain")},
+        keys={name: (table, name) for table, name in _JUDGED_TOGETHER},
     )
 
 
@@ -109,6 +115,8 @@ def _adc(sensor: SensorDocument) -> Adc | None:
             black_offsets_dn=tuple(tuple(row) for row in readout.black_offsets_dn or [[0]]),
             electrons_per_dn=readout.electrons_per_dn,
             base_iso=readout.base_iso,
+            gain_at_iso=tuple((each.iso, each.electrons_per_dn) for each in readout.gain_at_iso),
+            code_step_dn=readout.code_step_dn,
         ),
     )
 
@@ -132,11 +140,24 @@ def _stage(sensor: SensorDocument, key: str, table: schema.Table, names: Sequenc
     values = [getattr(table, name) for name in names]
     if values[0] is None:
         return None
+    if makes.reads:
+        return sensor.build((key, names[0]), lambda: makes.make(*values, _beside(sensor, (key, names[0]))))
     if not dataclasses.is_dataclass(makes.make):
         return sensor.build((key, names[0]), lambda: makes.make(*values))
     parameters = [field.name for field in dataclasses.fields(makes.make)]
     keys: dict[str, KeyPath] = {parameter: (name,) for parameter, name in zip(parameters, names, strict=False)}
     return sensor.build((key,), lambda: makes.make(*values), keys=keys)
+
+
+def _beside(sensor: SensorDocument, path: KeyPath) -> Path:
+    """Return the folder that a key names: under that of the sensor's file, or where an override's user stands."""
+    name, folder = str(sensor.value(path)), sensor.document.folder
+    node = sensor.document.find(path)
+    if node is None or not node.place.line:
+        return Path(name)
+    if not (folder / name).resolve().is_relative_to(folder.resolve()):
+        raise CamsimError(f"{name!r} lies outside this file's folder; put it there")
+    return folder / name
 
 
 def _cfa(sensor: SensorDocument) -> Cfa | None:

@@ -447,3 +447,6 @@ _READERS = {
     ".jpeg": _read_jpeg,
     **dict.fromkeys(libraw.SUFFIXES, _read_maker),
 }
+
+READ = tuple(_READERS)
+"""Suffixes of the files that are read."""

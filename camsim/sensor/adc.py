@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import dataclasses
+import math
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
@@ -10,7 +13,8 @@ from annotated_types import Ge, Le
 from numpy.typing import ArrayLike
 
 from camsim.arrays import F64, I64, U16
-from camsim.typed import Index, Number, Positive, Several, Whole, judge, refusal
+from camsim.marks import Called
+from camsim.typed import Index, Iso, Number, Positive, Several, Whole, judge, refusal
 from camsim.words import brief
 
 
@@ -34,6 +38,9 @@ class Adc:
     base_iso         : ISO at which ``electrons_per_dn`` holds
     black_offsets_dn : a rectangle of whole numbers, repeated over the full frame and added to the black level, as of
                        sensors that read several photosites at once; 0 among them, or some above and some below
+    gain_at_iso      : (ISO, electrons per data number) of other settings, increasing, where they are out of
+                       proportion; electrons_per_dn · iso goes straight between them and ``base_iso``, over log iso
+    code_step_dn     : distance between codes, as of 12 bits stored in 16; the largest code is the last within the bits
 
     >>> adc = Adc(bit_depth=12, black_level_dn=128, electrons_per_dn=10.0, base_iso=200.0)
     >>> adc.quantise(np.array([-1e9, 0.0, 14.0, 16.0, 1e9]), iso=200.0)
@@ -47,6 +54,10 @@ class Adc:
     electrons_per_dn: Positive
     base_iso: Positive
     black_offsets_dn: Several[Several[int]] = ((0,),)
+    gain_at_iso: Annotated[Several[tuple[Iso, Positive]], Called("a list of (ISO, electrons per data number)")] = (
+        dataclasses.field(default=(), metadata={"described": "if any"})
+    )
+    code_step_dn: Annotated[float, Ge(1), Le(32768)] = dataclasses.field(default=1.0, metadata={"described": "if any"})
 
     if TYPE_CHECKING:
 
@@ -58,6 +69,8 @@ class Adc:
             electrons_per_dn: Number,
             base_iso: Number,
             black_offsets_dn: Several[Several[Whole]] = ((0,),),
+            gain_at_iso: Several[tuple[Number, Number]] = ...,
+            code_step_dn: Number = ...,
         ) -> None: ...
 
     __repr__ = brief
@@ -78,15 +91,32 @@ class Adc:
             side = "above" if common > 0 else "below"
             way_out = f"give black_level_dn {self.black_level_dn + common}, and offsets that are less by {common}"
             raise refusal(self, "black_offsets_dn", f"all lie {side} 0, and no photosite has black there; {way_out}")
+        settings = [iso for iso, _ in self.gain_at_iso]
+        if any(after <= before for before, after in pairwise(settings)):
+            raise refusal(self, "gain_at_iso", f"ISO {', '.join(f'{iso:g}' for iso in settings)}; must increase")
+        if self.base_iso in settings:
+            way_out = "its gain is electrons_per_dn; leave it out here"
+            raise refusal(self, "gain_at_iso", f"has ISO {self.base_iso:g}, which is base_iso: {way_out}")
 
     @property
     def largest_dn(self) -> int:
-        """The largest code, 2^bits − 1."""
-        return (1 << self.bit_depth) - 1
+        """The largest code: 2^bits − 1, or the last that the step between codes reaches."""
+        return round(math.floor(((1 << self.bit_depth) - 1) / self.code_step_dn + 1e-6) * self.code_step_dn)
 
     def electrons_per_dn_at(self, iso: float) -> float:
-        """Return electrons per data number at an ISO setting."""
-        return self.electrons_per_dn * self.base_iso / iso
+        """Return electrons per data number at an ISO setting.
+
+        >>> adc = Adc(
+        ...     bit_depth=12, black_level_dn=9, electrons_per_dn=4.0, base_iso=100.0, gain_at_iso=[(400.0, 1.1)]
+        ... )
+        >>> [round(adc.electrons_per_dn_at(iso), 9) for iso in (50.0, 100.0, 200.0, 400.0, 800.0)]
+        [8.0, 4.0, 2.1, 1.1, 0.55]
+        """
+        if not self.gain_at_iso:
+            return self.electrons_per_dn * self.base_iso / iso
+        known, electrons = zip(*sorted([(self.base_iso, self.electrons_per_dn), *self.gain_at_iso]), strict=True)
+        products = [at * each for at, each in zip(known, electrons, strict=True)]
+        return float(np.interp(math.log(iso), np.log(known), products)) / iso
 
     def window_black_offsets_dn(self, origin: tuple[int, int]) -> tuple[tuple[int, ...], ...]:
         """Return the offsets as seen from photosite ``origin`` of the full frame.
@@ -119,7 +149,8 @@ class Adc:
             return self.largest_dn
         # Rounded as codes are, black and all: half a code is rounded to an even one.
         full_dn = self.black_level_dn + full_well_e / self.electrons_per_dn_at(iso)
-        return max(self.black_level_dn + 1, round(min(full_dn, float(self.largest_dn))))
+        code_dn = round(min(full_dn, float(self.largest_dn)) / self.code_step_dn) * self.code_step_dn
+        return max(self.black_level_dn + 1, round(code_dn))
 
     def saturation_e(self, iso: float, full_well_e: float | None = None) -> float:
         """Return the electrons from black to white at an ISO setting."""
@@ -142,6 +173,8 @@ class Adc:
                 dn += self.offsets_dn((dn.shape[0], dn.shape[1]), (origin[0] + start, origin[1]))
             if np.isnan(dn).any():
                 raise ValueError("electrons hold NaN, which has no code")
+            if self.code_step_dn != 1.0:
+                dn = np.rint(dn / self.code_step_dn) * self.code_step_dn
             np.rint(dn, out=dn)
             np.clip(dn, 0.0, self.largest_dn, out=dn)
             target[start : start + step] = dn

@@ -14,6 +14,7 @@ from camsim.sensor.stages.blooming import Blooming
 from camsim.sensor.stages.column_noise import ColumnNoise
 from camsim.sensor.stages.crosstalk import Crosstalk
 from camsim.sensor.stages.dark_current import DarkCurrent
+from camsim.sensor.stages.dark_frames import DarkFrames
 from camsim.sensor.stages.defects import Defects
 from camsim.sensor.stages.dsnu import Dsnu
 from camsim.sensor.stages.flicker_rows import FlickerRows
@@ -25,6 +26,7 @@ from camsim.sensor.stages.read_noise import ReadNoise
 from camsim.sensor.stages.reset_noise import ResetNoise
 from camsim.sensor.stages.row_noise import RowNoise
 from camsim.sensor.stages.shot_noise import ShotNoise
+from camsim.sensor.stages.telegraph_noise import TelegraphNoise
 from camsim.typed import Several, judge
 
 Own: TypeAlias = Annotated[ElectronicStage, Called("a dataclass that inherits from camsim.ElectronicStage")]
@@ -47,11 +49,13 @@ class Electronics:
     nonlinearity: Nonlinearity | None = None
     reset_noise: ResetNoise | None = None
     read_noise: ReadNoise | None = None
+    telegraph_noise: TelegraphNoise | None = None
     row_noise: RowNoise | None = None
     flicker_rows: FlickerRows | None = None
     column_noise: ColumnNoise | None = None
     dsnu: Dsnu | None = None
     output_noise: OutputNoise | None = None
+    dark_frames: DarkFrames | None = dataclasses.field(default=None, metadata={"described": "if any"})
     extra_stages: Several[Own] = dataclasses.field(default=(), metadata={"described": "if any"})
 
     def __post_init__(self) -> None:
@@ -84,11 +88,13 @@ class ElectronicChanges(TypedDict, total=False):
     nonlinearity: Nonlinearity | None
     reset_noise: ResetNoise | None
     read_noise: ReadNoise | None
+    telegraph_noise: TelegraphNoise | None
     row_noise: RowNoise | None
     flicker_rows: FlickerRows | None
     column_noise: ColumnNoise | None
     dsnu: Dsnu | None
     output_noise: OutputNoise | None
+    dark_frames: DarkFrames | None
     extra_stages: Several[Own]
 
 

@@ -159,3 +159,23 @@ def test_offsets_that_move_black_altogether_are_black_level(offsets, side, black
     dark = adc.quantise(np.zeros((2, 2)), iso=100.0)
     assert dark.tolist() == (100 + np.resize(offsets, (2, 2))).tolist()
     assert adc.saturation_e(100.0) == 4095 - black_dn
+
+
+def test_codes_in_steps() -> None:
+    """12 bits in 16: every code is a multiple of the step, the nearest one, and rounding has the step's variance."""
+    adc = Adc(bit_depth=16, black_level_dn=1600, electrons_per_dn=0.25, base_iso=100.0, code_step_dn=16.0)
+    electrons = np.random.default_rng(3).uniform(0.0, 15_000.0, 200_000)
+    codes = adc.quantise(electrons, iso=100.0).astype(np.int64)
+    off = codes - 1600 - electrons / 0.25
+    assert not np.any(codes % 16)
+    assert np.abs(off).max() <= 8.0
+    assert abs(np.mean(off**2) - 16.0**2 / 12.0) < 4.5 * np.std(off**2) / np.sqrt(off.size)
+    assert adc.quantise(np.array([1e9]), iso=100.0)[0] == adc.white_level_dn(100.0) == adc.largest_dn == 65520
+    stretched = Adc(bit_depth=16, black_level_dn=0, electrons_per_dn=1.0, base_iso=100.0, code_step_dn=65535.0 / 4095.0)
+    assert np.unique(stretched.quantise(np.arange(65536.0), iso=100.0)).size == 4096
+    assert stretched.largest_dn == 65535
+
+
+def test_gains_that_depart_from_the_proportion() -> None:
+    adc = Adc(bit_depth=14, black_level_dn=0, electrons_per_dn=4.0, base_iso=100.0, gain_at_iso=[(400.0, 1.1)])
+    assert [adc.quantise(np.array([2200.0]), iso=iso)[0] for iso in (100.0, 400.0, 800.0)] == [550, 2000, 4000]

@@ -32,6 +32,7 @@ from camsim import (
     ResetNoise,
     ResponseTable,
     RowNoise,
+    TelegraphNoise,
 )
 from camsim.errors import InvalidValueError
 from camsim.sensor.cfa import Cfa
@@ -45,6 +46,53 @@ QUIET: dict[str, Any] = {**PLACE, "shot_noise": None}
 
 def ramp(rows: int, cols: int) -> Any:
     return np.random.default_rng(1).uniform(0.0, 2000.0, (rows, cols))
+
+
+@pytest.mark.parametrize(
+    ("noise", "law"),
+    [
+        (ReadNoise(3.0, student_dof=2.5), scipy.stats.t(2.5)),
+        (ReadNoise(3.0, student_dof=7.0), scipy.stats.t(7.0)),
+        (ReadNoise(3.0, tukey_lambda=-0.3), scipy.stats.tukeylambda(-0.3)),
+        (ReadNoise(3.0, tukey_lambda=0.0), scipy.stats.logistic()),
+        (ReadNoise(3.0, tukey_lambda=1e-7), scipy.stats.logistic()),
+        (ReadNoise(3.0, tukey_lambda=0.1), scipy.stats.tukeylambda(0.1)),
+    ],
+)
+def test_read_noise_has_its_law_and_its_standard_deviation(noise: ReadNoise, law: Any) -> None:
+    out = recorded(np.zeros((400, 300)), read_noise=noise, **QUIET)
+    assert scipy.stats.kstest(out.ravel() * float(law.std()) / 3.0, law.cdf).pvalue > PROBABILITY
+
+
+def test_uneven_read_noise_is_a_pattern_of_the_sensor() -> None:
+    """Frames in a row show each photosite's own standard deviation, log-normal around the same mean variance."""
+    frames = np.stack([
+        recorded(np.zeros((200, 300)), read_noise=ReadNoise(3.0, spread=0.4), **{**QUIET, "frame_number": k})
+        for k in range(200)
+    ])  # fmt: skip
+    own = frames.var(axis=0, ddof=1)
+    normal = 2.0 / (len(frames) - 1)
+    assert np.mean(own) == pytest.approx(9.0, rel=0.02)
+    # A logarithm of a variance has 2/(n − 1) of its own; half of it is that of a standard deviation.
+    assert 0.5 * np.sqrt(np.log(own).var() - normal) == pytest.approx(0.4, rel=0.02)
+    other = recorded(np.zeros((200, 300)), read_noise=ReadNoise(3.0, spread=0.4), **{**QUIET, "serial": 4})
+    assert not np.array_equal(other, frames[0])
+
+
+def test_telegraph_noise_jumps_between_two_values() -> None:
+    """Of a share of the photosites; their distances are exponential, and each is as often up as down."""
+    noise = TelegraphNoise(fraction=0.05, amplitude_e=20.0)
+    frames = np.stack(
+        [recorded(np.zeros((200, 300)), telegraph_noise=noise, **{**QUIET, "frame_number": k}) for k in range(40)]
+    )
+    jumping = np.ptp(frames, axis=0) > 0.0
+    share = jumping.mean()
+    assert abs(share - 0.05) < STATISTICAL * np.sqrt(0.05 * 0.95 / jumping.size)
+    own = frames[:, jumping]
+    distance = np.ptp(own, axis=0)
+    np.testing.assert_allclose(np.abs(own), np.broadcast_to(0.5 * distance, own.shape))
+    assert scipy.stats.kstest(distance, scipy.stats.expon(scale=20.0).cdf).pvalue > PROBABILITY
+    assert abs((own > 0.0).mean() - 0.5) < STATISTICAL * 0.5 / np.sqrt(own.size)
 
 
 @pytest.mark.parametrize("rows", [1, 63, 64, 65, 200])
@@ -233,7 +281,9 @@ def test_noise_after_the_gain_is_the_same_in_data_numbers() -> None:
 
 def test_the_dark_noise_of_all_is_what_dark_frames_have() -> None:
     """The spread of many dark rows is the figure that files carry (of each stage alone: its law)."""
-    stages = {law.stage.name: law.stage for law in LAWS.values() if law.adds}
+    stages = {
+        law.stage.name: EXAMPLES[law.stage.name] for law in LAWS.values() if law.adds and law.stage.name in EXAMPLES
+    }
     camera = camsim.Camera.from_yaml("mono-345", lens=camsim.Airy(f_number=8.0)).replace(**stages)
     gain = {"electrons_per_dn": camera.adc.electrons_per_dn / 2.0}
     dark = [recorded(np.zeros((4000, 4)), **stages, **gain, frame_number=n, **QUIET) for n in (0, 1)]

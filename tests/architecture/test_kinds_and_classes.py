@@ -22,11 +22,11 @@ KEYS = {
     "SceneFile": "Capture", "SceneContent": "Scene", "SensorFile": "Camera", "Light": "Light", "Exposure": "Exposure",
     "Region": "Region", "Pupil": "Pupil", "QuantumEfficiency": "QuantumEfficiency", "Readout": "Adc", "Curve": "Curve",
     "Fractions": "Curve", "FilterCurve": "Curve", "LightTable": "Curve", "DualGain": "DualGain", "Defects": "Defects",
-    "FlickerRows": "FlickerRows", "MeasuredMatrix": "MeasuredMatrix",
+    "FlickerRows": "FlickerRows", "MeasuredMatrix": "MeasuredMatrix", "TelegraphNoise": "TelegraphNoise",
 }  # fmt: skip
 """Tables of one kind only, and their classes."""
 
-PARTS = {"SensorFrame", "Background", "Render", "Noise", "Files", "Charge", "HotPhotosite"}
+PARTS = {"SensorFrame", "Background", "Render", "Noise", "Files", "Charge", "HotPhotosite", "GainAtIso"}
 """Tables whose keys are parameters of a class that another table is, or stages of their own."""
 
 
@@ -134,7 +134,7 @@ def test_every_public_stage_is_said_by_a_table_or_a_key() -> None:
     results = {"Frame", "Rendering", "Report", "Context", "Grid"}
     of_arrays = {"Sensor", "GivenLight", "Noise"}  # light of one's own has no scene file
     made = {mark.make for table in (schema.Charge, schema.Readout) for mark in _marks(table)}
-    by_key = {make.__name__ for make in made if dataclasses.is_dataclass(make)} | {"ShotNoise"}
+    by_key = {make.__name__ for make in made if dataclasses.is_dataclass(make)} | {"ShotNoise", "DarkFrames"}
     by_kind = {name for place in WORDS for name in classes_of(place)}
     assert public - results - of_arrays == by_key | by_kind | set(KEYS.values()) | {"Cfa"}
 

@@ -70,9 +70,9 @@ def copy(tmp_path_factory):
         text, place = path.read_text(encoding="utf-8"), str(path.relative_to(folder))
         if place == OWN_FILE:
             new = path.with_name("popcorn.py")
-            new.write_text(renamed(text).replace("stream: ClassVar = 7", "stream: ClassVar = 12"), encoding="utf-8")
+            new.write_text(renamed(text).replace("stream: ClassVar = 7", "stream: ClassVar = 99"), encoding="utf-8")
             touched.append(str(new.relative_to(folder)))
-        elif re.search("RowNoise|row_noise", text):
+        elif re.search("RowNoise|row_noise", text) and "calibrate" not in place:  # which tells what it can tell
             path.write_text(with_twins(text), encoding="utf-8")
             touched.append(place)
     laws = folder / "tests" / "electronics.py"

@@ -37,6 +37,8 @@ def desk(tmp_path, monkeypatch):
     np.savez("passes.npz", image=np.full((4, 6, 3), 0.4), normals=np.zeros((4, 6, 3)))
     np.save("psf.npy", np.outer(np.hanning(9), np.hanning(9)))
     np.save("otf.npy", np.outer(np.bartlett(9), np.bartlett(9)))
+    Path("darks").mkdir()
+    np.save("darks/dark-1.npy", np.full((4, 6), 64, np.uint16))
     Path("measured").mkdir()
     Path("measured/ir-cut.csv").write_text("nm,T\n380,0\n420,0.9\n640,0.9\n700,0\n", encoding="utf-8")
     Path("qe.csv").write_text("nm,R,G,B\n380,0,0,0\n480,0.05,0.2,0.5\n600,0.5,0.2,0.02\n700,0,0,0\n", encoding="utf-8")

@@ -21,7 +21,9 @@ CHARGE = """sensor.charge={
   nonlinearity: {kind: polynomial, coefficients: [-0.01, 0.002], scale_e: 20000}, dsnu_e: 0.5}"""
 READOUT = """sensor.readout={
   bit_depth: 14, black_level_dn: 100, base_iso: 100, electrons_per_dn: 2,
-  reset_noise_e: 1, read_noise_e: 2, row_noise_e: 3, flicker_rows: {sigma_e: 4, exponent: 1.5}, column_noise_e: 5,
+  reset_noise_e: 1, read_noise_e: 2, read_noise_student_dof: 6,
+  read_noise_spread: 0.2, telegraph_noise: {fraction: 0.01, amplitude_e: 7},
+  row_noise_e: 3, flicker_rows: {sigma_e: 4, exponent: 1.5}, column_noise_e: 5,
   dual_gain: {from_iso: 800, full_well_e: 5000, read_noise_e: 1}, output_noise_dn: 0.5}"""
 
 
@@ -44,7 +46,8 @@ def test_every_electronic_stage_arrives() -> None:
         "nonlinearity": camsim.PolynomialResponse((-0.01, 0.002), 20000.0),
         "dsnu": camsim.Dsnu(0.5),
         "reset_noise": camsim.ResetNoise(1.0),
-        "read_noise": camsim.ReadNoise(2.0),
+        "read_noise": camsim.ReadNoise(2.0, student_dof=6.0, spread=0.2),
+        "telegraph_noise": camsim.TelegraphNoise(fraction=0.01, amplitude_e=7.0),
         "row_noise": camsim.RowNoise(3.0),
         "flicker_rows": camsim.FlickerRows(4.0, 1.5),
         "column_noise": camsim.ColumnNoise(5.0),

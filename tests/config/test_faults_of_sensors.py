@@ -131,6 +131,32 @@ FAULTS = {
             "a high conversion gain holds less, give it no more"
         ],
     ),
+    "two laws of read noise": (
+        "read_noise_e: 3.0",
+        "read_noise_e: 3.0, read_noise_student_dof: 5, read_noise_tukey_lambda: 0",
+        [
+            "my.yaml:13:156: readout.read_noise_tukey_lambda: given together with student_dof, another law; leave one "
+            "of the two out"
+        ],
+    ),
+    "tails of no read noise": (
+        "read_noise_e: 3.0",
+        "read_noise_student_dof: 5",
+        ["my.yaml:13:85: readout.read_noise_student_dof: does nothing without read_noise_e; give that too"],
+    ),
+    "a gain of the base twice": (
+        "read_noise_e: 3.0",
+        "gain_at_iso: [{iso: 100, electrons_per_dn: 1}]",
+        [
+            "my.yaml:13:98: readout.gain_at_iso: has ISO 100, which is base_iso: its gain is electrons_per_dn; leave "
+            "it out here"
+        ],
+    ),
+    "gains that fall back": (
+        "read_noise_e: 3.0",
+        "gain_at_iso: [{iso: 800, electrons_per_dn: 1}, {iso: 400, electrons_per_dn: 2}]",
+        ["my.yaml:13:98: readout.gain_at_iso: ISO 800, 400; must increase"],
+    ),
     "17 bits": (
         "bit_depth: 12",
         "bit_depth: 17",

@@ -258,6 +258,27 @@ TWINS = {
     "DSNU": charge({"dsnu_e": 20}, dsnu=camsim.Dsnu(20)),
     "reset noise": readout({"reset_noise_e": 20}, reset_noise=camsim.ResetNoise(20)),
     "read noise": readout({"read_noise_e": 20}, read_noise=camsim.ReadNoise(20)),
+    "read noise of Student": readout(
+        {"read_noise_e": 20, "read_noise_student_dof": 4}, read_noise=camsim.ReadNoise(20, student_dof=4)
+    ),
+    "uneven read noise of Tukey": readout(
+        {"read_noise_e": 20, "read_noise_tukey_lambda": 0, "read_noise_spread": 0.3},
+        read_noise=camsim.ReadNoise(20, tukey_lambda=0, spread=0.3),
+    ),
+    "telegraph noise": readout(
+        {"telegraph_noise": {"fraction": 0.2, "amplitude_e": 90}},
+        telegraph_noise=camsim.TelegraphNoise(fraction=0.2, amplitude_e=90),
+    ),
+    "gain by a table": readout(
+        {"gain_at_iso": [{"iso": 150, "electrons_per_dn": 3}, {"iso": 800, "electrons_per_dn": 0.7}]},
+        adc=camsim.Adc(
+            bit_depth=12, black_level_dn=100, electrons_per_dn=5, base_iso=100, gain_at_iso=[(150, 3), (800, 0.7)]
+        ),
+    ),
+    "12 bits in 16": readout(
+        {"code_step_dn": 16, "bit_depth": 16, "black_level_dn": 1600, "electrons_per_dn": 0.3},
+        adc=camsim.Adc(bit_depth=16, black_level_dn=1600, electrons_per_dn=0.3, base_iso=100, code_step_dn=16),
+    ),
     "row noise": readout({"row_noise_e": 20}, row_noise=camsim.RowNoise(20)),
     "1/f noise": readout({"flicker_rows": {"sigma_e": 20, "exponent": 1.5}}, flicker_rows=camsim.FlickerRows(20, 1.5)),
     "column noise": readout({"column_noise_e": 20}, column_noise=camsim.ColumnNoise(20)),

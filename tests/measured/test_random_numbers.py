@@ -6,8 +6,8 @@ from electronics import EVERY, Spy
 import camsim
 from camsim.sensor.electronics import ORDER
 
-# Chance decides how many defects there are; they are left out of the count.
-COUNTED = {name: stage for name, stage in EVERY.items() if name != "defects"}
+# Chance decides how many defects and telegraph photosites there are; they are left out of the count.
+COUNTED = {name: stage for name, stage in EVERY.items() if name not in ("defects", "telegraph_noise")}
 UNEVEN = {"dark_current": camsim.DarkCurrent(e_per_s=2.0, nonuniformity=0.1)}
 
 

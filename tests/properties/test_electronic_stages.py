@@ -15,14 +15,17 @@ from camsim.description import describe
 from camsim.revive import revive
 from camsim.sensor.chain import random_numbers
 from camsim.sensor.electronics import ORDER, Electronics
-from camsim.sensor.stage import OWN_STREAMS, Phase
+from camsim.sensor.stage import OWN_STREAMS, Phase, streams_of
 from camsim.words import brief
 
 LIGHT = camsim.Light(line_nm=488.0, irradiance_w_per_m2=0.1)
 EXPOSURE = camsim.Exposure(time_s=0.01, iso=100.0)
 REGION = camsim.Region(rows=8, cols=8)
 ADC = camsim.Adc(bit_depth=12, black_level_dn=100, electrons_per_dn=4.0, base_iso=100.0)
-ADDING = {name: law for name, law in (LAWS | OWN).items() if law.adds}
+BY_CHANCE = camsim.Defects, camsim.TelegraphNoise
+"""Chance decides how many photosites have them: their draws are not counted."""
+ADDING = {law.stage.name: law for law in reversed((LAWS | OWN).values()) if law.adds}
+"""One of each stage: those of one name draw the same numbers."""
 
 
 @pytest.fixture(params=(LAWS | OWN).values(), ids=LAWS | OWN)
@@ -48,7 +51,7 @@ def through(law, mean_electrons, **how):
 
 def draws(law, shape):
     """Whether a stage draws numbers; of defects chance decides how many."""
-    return isinstance(law.stage, camsim.Defects) or law.stage.draws(shape, context(law.chain, shape)) > 0
+    return isinstance(law.stage, BY_CHANCE) or law.stage.draws(shape, context(law.chain, shape)) > 0
 
 
 def test_every_stage_has_a_law():
@@ -67,17 +70,22 @@ def marks_of(table):
 
 def test_every_stage_has_a_stream_of_its_own():
     """For ever: a stage that took another's number would change old captures."""
-    numbers = {name: stage.stream for name, stage in EVERY.items() if stage.stream is not None}
-    assert len(set(numbers.values())) == len(numbers)
-    assert all(0 < number < OWN_STREAMS for number in numbers.values())
-    known = {"prnu": 1, "shot_noise": 2, "read_noise": 3, "dsnu": 4, "dark_current": 5, "reset_noise": 6}
-    known |= {"row_noise": 7, "column_noise": 8, "output_noise": 9, "defects": 10, "flicker_rows": 11}
+    stages = {law.stage.name: law.stage for law in LAWS.values()}
+    numbers = {name: streams_of(stage) for name, stage in stages.items() if stage.stream is not None}
+    every = [number for own in numbers.values() for number in own]
+    assert len(set(every)) == len(every)
+    assert all(0 < number < OWN_STREAMS for number in every)
+    known = {"prnu": (1,), "shot_noise": (2,), "read_noise": (3, 12), "dsnu": (4,), "dark_current": (5,)}
+    known |= {"reset_noise": (6,), "row_noise": (7,), "column_noise": (8,), "output_noise": (9,), "defects": (10,)}
+    known |= {"flicker_rows": (11,), "telegraph_noise": (13, 14), "dark_frames": (15,)}
     assert numbers | known == numbers
 
 
 def test_it_is_public_and_comes_back_from_its_description(listed):
     kind = type(listed.stage)
     assert getattr(camsim, kind.__name__) is kind
+    if kind is camsim.DarkFrames:
+        return  # of files: tests/measured/test_dark_frames.py
     assert revive(json.loads(json.dumps(describe(listed.stage)))) == listed.stage
 
 
@@ -114,7 +122,7 @@ def test_seeds_decide_as_the_stage_says(law, rng):
     first = through(law, electrons)
     np.testing.assert_array_equal(through(law, electrons), first)
     temporal = law.stage.temporal
-    fixed = draws(law, electrons.shape) and not temporal
+    fixed = law.patterned or (draws(law, electrons.shape) and not temporal)
     for change, random in (({"seed": 8}, temporal), ({"frame_number": 1}, temporal), ({"serial": 4}, fixed)):
         assert np.array_equal(through(law, electrons, **change), first) != random, change
 
@@ -150,7 +158,9 @@ def test_a_window_is_that_slice_of_the_frame(law, origin, rng):
     window = through(law, electrons[row : row + rows, col : col + cols], origin=origin, frame_cols=90)
     same = np.array_equal(window, frame[row : row + 41, col : col + 31])
     runs = isinstance(law.stage, camsim.Blooming) and law.stage.spill > 0.0
-    if not law.stage.temporal and not runs:
+    if isinstance(law.stage, camsim.DarkFrames):
+        assert same  # a dark lies where it was taken
+    elif not law.stage.temporal and not runs:
         assert same
     elif origin != (0, 0):
         assert not same
@@ -170,6 +180,8 @@ def test_neighbours_that_give_nothing_shift_nothing(law, origin, rng):
 
 def test_the_stage_switched_off_takes_away_its_own_draws_alone(law, rng, monkeypatch):
     """Of a chain of every stage: the others' generators give the same numbers, one by one."""
+    if isinstance(law.stage, camsim.DarkFrames):
+        return  # there are few others beside it
     stages = EVERY | fields_of(law.stage)
     off = {"extra_stages": ()} if law.stage.name not in ORDER else {law.stage.name: None}
     if law.stage.name == "full_well":
@@ -183,7 +195,7 @@ def test_the_stage_switched_off_takes_away_its_own_draws_alone(law, rng, monkeyp
         return spy.drawn
 
     whole, without = drawn(stages), drawn(stages | off)
-    own = {key for key in whole if key[1] == law.stage.stream}
+    own = {key for key in whole if key[1] in streams_of(law.stage)}
     assert bool(own) == draws(law, electrons.shape)
     assert set(without) == set(whole) - own
     # Photons follow the mean that they are given, and without crosstalk the window has no neighbours with patterns.
@@ -243,8 +255,7 @@ def test_the_count_is_what_generators_draw(law, origin, rng, monkeypatch):
     spy = Spy(monkeypatch)
     through(law, electrons, **how)
     counted = random_numbers(law.chain, shape, context(law.chain, electrons.shape, **how))
-    # Chance decides how many defects there are; they are left out.
-    assert counted == (0 if isinstance(law.stage, camsim.Defects) else spy.numbers)
+    assert counted == (0 if isinstance(law.stage, BY_CHANCE) else spy.numbers)
 
 
 def test_more_light_never_gives_less(law):

@@ -179,6 +179,7 @@ read_n = camsim.ReadNoise(F)
 reset_n = camsim.ResetNoise(F)
 capacitance_n = camsim.ResetNoise.of_capacitance(F, temperature_c=N)
 rows_n = camsim.RowNoise(F)
+telegraph_n = camsim.TelegraphNoise(fraction=G, amplitude_e=F)
 camera_n = body.replace(
     rows=np.int64(20), cols=np.int64(20), pitch_um=np.float32(5), serial=N, magnification=G, filters=[G]
 )

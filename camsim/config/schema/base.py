@@ -50,11 +50,13 @@ class Makes:
 
     field : the camera's
     also  : other keys of the same table
+    reads : whether the value names what lies beside the file: ``make`` is given its path as well
     """
 
     field: str
     make: Callable[..., Any]
     also: tuple[str, ...] = ()
+    reads: bool = False
 
 
 def _form(value: Any) -> str:

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import Field
 
-from camsim.config.schema.base import Makes, Table
+from camsim.config.schema.base import Makes, Name, Table
 from camsim.marks import Called
 from camsim.sensor import conversion_gain
-from camsim.sensor.stages import defects, flicker_rows, nonlinearity
+from camsim.sensor.stages import defects, flicker_rows, nonlinearity, telegraph_noise
 from camsim.sensor.stages.blooming import Blooming
 from camsim.sensor.stages.column_noise import ColumnNoise
 from camsim.sensor.stages.crosstalk import Crosstalk
@@ -89,6 +90,12 @@ class ResponseTable(Table):
 Nonlinearity: TypeAlias = Annotated[Polynomial | ResponseTable, Field(discriminator="kind")]
 
 
+def _darks(name: str, path: Path) -> Any:
+    from camsim.measure.dark_frames import read_darks  # which reads raw files; few sensors have any
+
+    return read_darks(path, name)
+
+
 class Charge(Table):
     """What a photosite does with charge; a stage that is left out does not happen."""
 
@@ -134,6 +141,11 @@ class Charge(Table):
     dsnu_e: Annotated[float | None, Makes("dsnu", Dsnu)] = Field(
         default=None, ge=0, description="standard deviation of the dark offset, electrons"
     )
+    dark_frames: Annotated[Name | None, Makes("dark_frames", _darks, reads=True)] = Field(
+        default=None,
+        description="a folder of real darks, in place of all other noise in the dark: one, drawn at random, is added "
+        "to each exposure",
+    )
 
     @classmethod
     def contradictions(cls, table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
@@ -156,6 +168,24 @@ class FlickerRows(Table):
     def made(self) -> flicker_rows.FlickerRows:
         """Make the stage."""
         return flicker_rows.FlickerRows(self.sigma_e, self.exponent)
+
+
+class TelegraphNoise(Table):
+    """Photosites whose offset jumps between two values."""
+
+    fraction: float = Field(ge=0, le=1, description="share of photosites that jump")
+    amplitude_e: float = Field(ge=0, description="mean distance of the two (distributed exponentially), electrons")
+
+    def made(self) -> telegraph_noise.TelegraphNoise:
+        """Make the stage."""
+        return telegraph_noise.TelegraphNoise(fraction=self.fraction, amplitude_e=self.amplitude_e)
+
+
+class GainAtIso(Table):
+    """The gain at an ISO setting, where it is not that of the base in proportion."""
+
+    iso: float = Field(gt=0, description="the setting")
+    electrons_per_dn: float = Field(gt=0, description="electrons per data number at that setting")
 
 
 class DualGain(Table):
@@ -187,8 +217,32 @@ class Readout(Table):
     reset_noise_e: Annotated[float | None, Makes("reset_noise", ResetNoise)] = Field(
         default=None, ge=0, description="kTC noise of the reset, electrons"
     )
-    read_noise_e: Annotated[float | None, Makes("read_noise", ReadNoise)] = Field(
-        default=None, ge=0, description="electrons, before gain"
+    gain_at_iso: list[GainAtIso] = Field(
+        default=[],
+        description="settings of other gains, increasing; electrons_per_dn · iso goes straight between, over log iso",
+    )
+    code_step_dn: float = Field(
+        default=1.0, ge=1, le=32768, description="distance between codes: 16 where 12 bits are stored in 16"
+    )
+    read_noise_e: Annotated[
+        float | None,
+        Makes(
+            "read_noise",
+            ReadNoise,
+            also=("read_noise_student_dof", "read_noise_tukey_lambda", "read_noise_spread"),
+        ),
+    ] = Field(default=None, ge=0, description="electrons, before gain")
+    read_noise_student_dof: float | None = Field(
+        default=None, gt=2, le=1000, description="heavy tails: degrees of freedom of Student's t"
+    )
+    read_noise_tukey_lambda: float | None = Field(
+        default=None, gt=-0.5, le=0.2, description="heavy tails: shape of Tukey's λ law, 0.13 nearly normal"
+    )
+    read_noise_spread: float = Field(
+        default=0.0, ge=0, le=2, description="standard deviation of the logarithm of the photosites' own read noise"
+    )
+    telegraph_noise: Annotated[TelegraphNoise | None, Makes("telegraph_noise", TelegraphNoise.made)] = Field(
+        default=None, description="photosites whose offset jumps between two values"
     )
     row_noise_e: Annotated[float | None, Makes("row_noise", RowNoise)] = Field(
         default=None, ge=0, description="offset of each row, fresh each frame, electrons"
@@ -205,3 +259,11 @@ class Readout(Table):
     output_noise_dn: Annotated[float | None, Makes("output_noise", OutputNoise)] = Field(
         default=None, ge=0, description="noise after the gain, data numbers"
     )
+
+    @classmethod
+    def contradictions(cls, table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+        """The particulars of a read noise are nothing without it."""
+        if table.get("read_noise_e") is None:
+            for key in ("read_noise_student_dof", "read_noise_tukey_lambda", "read_noise_spread"):
+                if table.get(key) is not None:
+                    yield key, "does nothing without read_noise_e; give that too"

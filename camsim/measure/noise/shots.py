@@ -98,8 +98,8 @@ def read_shots(folder: str | Path, *, cfa: str | None = None) -> Shots:
     settings: dict[float, str] = {}
     for name, kind, exposure, time_s, _ in rows:
         picture = read_picture(place / name, cfa=cfa, stored=True)
-        channels, index, codes = _codes(picture)
-        iso, noted_s = _setting_of(place / name, picture)
+        channels, index, codes = codes_of(picture)
+        iso, noted_s = setting_of(place / name, picture)
         if iso is not None:
             settings.setdefault(iso, name)
         if noted_s and not 1.0 / _NOMINAL < time_s / noted_s < _NOMINAL:
@@ -131,11 +131,11 @@ def read_shots(folder: str | Path, *, cfa: str | None = None) -> Shots:
         groups=tuple(Group(kind=k, exposure=e, time_s=t, codes=codes) for (k, e, t), codes in found.items()),
     )
     if cfa is None and len(shots.channels) == 1:
-        _refuse_filters(shots)
+        refuse_filters(shots)
     return shots
 
 
-def _setting_of(path: Path, picture: Picture) -> tuple[float | None, float | None]:
+def setting_of(path: Path, picture: Picture) -> tuple[float | None, float | None]:
     """Return the ISO setting and the exposure time, s, that a frame says it was taken at; None where it says none."""
     described = (picture.description or {}).get("exposure")
     if isinstance(described, Mapping):
@@ -153,7 +153,7 @@ def _number(said: object) -> float | None:
     return float(said) if isinstance(said, int | float) else None
 
 
-def _refuse_filters(shots: Shots) -> None:
+def refuse_filters(shots: Shots) -> None:
     """Refuse frames that show colour filters which no file names: what channels differ by would be PRNU."""
     flats, darks = shots.of("flat"), shots.of("dark")
     if not flats or not darks:
@@ -235,7 +235,7 @@ def _index(path: Path) -> Iterator[tuple[str, Kind, float, float, int]]:
         yield name, kind, exposure, time_s, int(said)
 
 
-def _codes(picture: Picture) -> tuple[tuple[str, ...], U8, Codes]:
+def codes_of(picture: Picture) -> tuple[tuple[str, ...], U8, Codes]:
     """Return channels, (rows, cols) of their numbers, and the codes of a mosaic."""
     channels = tuple(dict.fromkeys(plane.name for plane in picture.planes))
     if any(plane.samples.dtype.kind not in "ui" for plane in picture.planes):

@@ -1,0 +1,206 @@
+"""From a folder's flats and darks to the figures of its camera, each with its standard error."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+
+from camsim.arrays import F64
+from camsim.measure.calibrate import figures
+from camsim.measure.calibrate.estimates import best_of, mean_of, root, without
+from camsim.measure.calibrate.folder import ShotsOfCamera
+from camsim.measure.calibrate.over_iso import OneSetting, ReadNoiseOverIso, read_noise_over_iso
+from camsim.measure.calibrate.setting import Setting, gain_errors, linked, settings_of
+from camsim.measure.calibrate.tails import LEAST_FRAMES, AtGain, Fitted, fit_after, fit_tails
+from camsim.measure.noise import Estimate
+from camsim.measure.noise.estimate import SURE, no_figure
+from camsim.measure.noise.stack import step_between_codes_dn
+
+_BIT_DEPTHS = (8, 10, 12, 14, 16)
+_WIDER = 1.1
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Calibration:
+    """The figures of a camera; each has a standard error, or a reason why it cannot be told.
+
+    settings  : the lowest ISO first, which is the base
+    bit_depth : the fewest bits that hold the codes;  largest_dn: the largest code
+    cells_dn  : means of black over the filter array
+    read_noise_e, dual_read_noise_e : before the gain, without jumps, of the first mode and of the one from an ISO on
+    law       : of a photosite's noise, at ``law_setting``
+    hot_fraction, hot_e_per_s : share of photosites steadily far above the others in the longest darks
+    notes     : what a reader of the figures should know
+    """
+
+    shots: ShotsOfCamera
+    settings: tuple[Setting, ...]
+    bit_depth: int
+    step_dn: float
+    largest_dn: int
+    black_dn: Estimate
+    cells_dn: F64
+    over_iso: ReadNoiseOverIso
+    read_noise_e: Estimate
+    dual_read_noise_e: Estimate | None
+    output_noise_dn: Estimate
+    row_noise_e: Estimate
+    flicker_rows_e: Estimate
+    column_noise_e: Estimate
+    dsnu_e: Estimate
+    prnu: Estimate
+    full_well_e: Estimate
+    dark_current_e_per_s: Estimate
+    dark_current_at_c: float
+    doubling_c: Estimate
+    hot_fraction: Estimate
+    hot_e_per_s: Estimate
+    law: Fitted | None
+    law_setting: Setting | None
+    telegraph_fraction: Estimate
+    telegraph_e: Estimate
+    notes: tuple[str, ...]
+
+
+def calibrate(shots: ShotsOfCamera) -> Calibration:
+    """Return the figures of the camera that took the frames; raises UnsupportedError in one sentence."""
+    notes: list[str] = []
+    step_dn = step_between_codes_dn(shot.codes for shot in shots.shots)
+    settings = settings_of(shots, notes)
+    own, shared = gain_errors(settings)
+    if shots.exposures_said and (agreed := linked(settings)) is not None:
+        settings, own, shared = agreed
+    base = settings[0]
+    one = [_one(each, error, step_dn) for each, error in zip(settings, own, strict=True)]
+    over_iso = read_noise_over_iso(one, shared)
+    law_setting, law = _law(settings, over_iso, step_dn, notes)
+    # Of normal noise and jumps nothing tells which part came before the gain.
+    if law is not None and law_setting is not None and (law.shape.law != "normal" or law.shape.spread):
+        after = _after(settings, law, law_setting, step_dn)
+        with_it = read_noise_over_iso(one, shared, after)
+        if with_it.misfit - over_iso.misfit < SURE**2:
+            over_iso = with_it
+    jumps_e2, fraction, amplitude_e = _jumps(law, law_setting)
+    read_e = without(over_iso.before_e2, jumps_e2)
+    dual_e = None if over_iso.dual_e2 is None else without(over_iso.dual_e2, jumps_e2)
+    rows_e, flicker_e = figures.rows(settings, shots.rows)
+    largest = max(int(shot.codes.max()) for shot in shots.shots)
+    white = max(largest, int(shots.white_dn or 0))
+    current, at_c, doubling = figures.dark_current(shots, settings, notes)
+    hot_fraction, hot_e_per_s = figures.hot(shots, settings)
+    if any(not shot.iso_said for shot in shots.shots):
+        notes.append("no file says its ISO setting, which is called 100 here; a column iso in index.csv tells it")
+    found = Calibration(
+        shots=shots,
+        settings=settings,
+        bit_depth=next((bits for bits in _BIT_DEPTHS if white < 1 << bits), 16),
+        step_dn=step_dn,
+        largest_dn=white,
+        black_dn=mean_of([Estimate(each.darks.black_dn, each.darks.black_sigma_dn) for each in settings]),
+        cells_dn=base.darks.cells_dn,
+        over_iso=over_iso,
+        read_noise_e=read_e,
+        dual_read_noise_e=dual_e,
+        output_noise_dn=root(over_iso.after_dn2),
+        row_noise_e=rows_e,
+        flicker_rows_e=flicker_e,
+        column_noise_e=figures.columns(settings),
+        dsnu_e=figures.pattern(settings),
+        prnu=best_of([mean_of([c.transfer.prnu for c in each.report.channels]) for each in settings]),
+        full_well_e=figures.full_well(base),
+        dark_current_e_per_s=current,
+        dark_current_at_c=at_c,
+        doubling_c=doubling,
+        hot_fraction=hot_fraction,
+        hot_e_per_s=hot_e_per_s,
+        law=law,
+        law_setting=law_setting,
+        telegraph_fraction=fraction,
+        telegraph_e=amplitude_e,
+        notes=tuple(notes),
+    )
+    return _widened(found)
+
+
+def _widened(found: Calibration) -> Calibration:
+    """Return the figures with errors that are a little wider: they are estimates too, of a model that was chosen."""
+
+    def wider(each: Any) -> Any:
+        return replace(each, sigma=_WIDER * each.sigma) if isinstance(each, Estimate) else each
+
+    changed = {field.name: wider(getattr(found, field.name)) for field in fields(found)}
+    settings = tuple(replace(each, gain_dn_per_e=wider(each.gain_dn_per_e)) for each in found.settings)
+    law = found.law
+    if law is not None:
+        law = replace(law, errors={name: _WIDER * error for name, error in law.errors.items()})
+    return Calibration(**changed | {"settings": settings, "law": law})
+
+
+def _one(setting: Setting, gain_own: float, step_dn: float) -> OneSetting:
+    rounding = step_dn**2 / 12.0
+    return OneSetting(
+        iso=setting.iso,
+        gain_dn_per_e=setting.gain_dn_per_e.value,
+        gain_own=gain_own,
+        dn2=setting.darks.own.dn2 - rounding,
+        dn2_rows=setting.darks.own_rows - rounding,
+    )
+
+
+def _law(
+    settings: Sequence[Setting], over_iso: ReadNoiseOverIso, step_dn: float, notes: list[str]
+) -> tuple[Setting | None, Fitted | None]:
+    """Return the law of the noise, where that before the gain is the most of it."""
+    after = over_iso.after_dn2 if over_iso.after_dn2.measurable else Estimate(0.0, 0.0)
+
+    def share(setting: Setting) -> float:
+        return 1.0 - (max(after.value, 0.0) + step_dn**2 / 12.0) / setting.darks.own.dn2
+
+    able = [each for each in settings if each.darks.frames >= LEAST_FRAMES and each.darks.own.dn2 > 0.25 * step_dn**2]
+    if not able:
+        notes.append(f"tails and jumps of the read noise are not looked for: that takes {LEAST_FRAMES} darks or more")
+        return None, None
+    best = max(able, key=share)
+    rows = best.darks.rows
+    used = np.array(~best.darks.hot)
+    lines = used.all(axis=1) if used.all(axis=1).sum() > 64 else np.ones(len(used), dtype=bool)
+    frames = [np.asarray(codes)[lines].astype(np.int64) for codes in best.dark_codes]
+    normal = max(after.value, 0.0) + max(rows.dn2, 0.0)
+    sigma = math.hypot(after.sigma, rows.sigma_dn2)
+    return best, fit_tails(frames, step_dn=step_dn, normal_dn2=normal, normal_sigma_dn2=sigma)
+
+
+def _after(settings: Sequence[Setting], law: Fitted, law_setting: Setting, step_dn: float) -> Estimate:
+    """Return the noise after the gain by what the settings show of the law of that before it."""
+    darks = [
+        AtGain(
+            frames=[np.asarray(codes).astype(np.int64) for codes in each.dark_codes],
+            gain_dn_per_e=each.gain_dn_per_e.value,
+            own_dn2=each.darks.own.dn2 - step_dn**2 / 12.0,
+            rows_dn2=max(each.darks.rows.dn2, 0.0),
+        )
+        for each in settings
+        if each.darks.frames >= LEAST_FRAMES and not each.darks.hot.any()
+    ]
+    if not darks:
+        return no_figure("too few darks")
+    return fit_after(darks, law, law_setting.gain_dn_per_e.value, step_dn=step_dn)
+
+
+def _jumps(law: Fitted | None, setting: Setting | None) -> tuple[Estimate, Estimate, Estimate]:
+    """Return the mean variance of jumps, e⁻², the share of photosites that have them, and their mean size in e⁻."""
+    if law is None or setting is None:
+        none = no_figure("too few darks to tell jumps from tails")
+        return Estimate(0.0, 0.0), none, none
+    if not law.shape.fraction:
+        none = no_figure("the darks ask for no jumps")
+        return Estimate(0.0, 0.0), none, none
+    gain = setting.gain_dn_per_e
+    size, error = law.shape.amplitude_dn, law.errors["amplitude_dn"]
+    amplitude = Estimate(size / gain.value, size / gain.value * math.hypot(error / size, gain.sigma / gain.value))
+    jumps = Estimate(law.shape.telegraph_dn2 / gain.value**2, law.telegraph_sigma_dn2 / gain.value**2)
+    return jumps, Estimate(law.shape.fraction, law.errors["fraction"]), amplitude

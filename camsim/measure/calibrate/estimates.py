@@ -1,0 +1,48 @@
+"""Figures with errors put together."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from camsim.measure.noise import Estimate
+from camsim.measure.noise.estimate import SURE, no_figure
+
+
+def without(before_e2: Estimate, jumps_e2: Estimate) -> Estimate:
+    """Return the root of what is left of a variance without that of jumps."""
+    return root(Estimate(before_e2.value - jumps_e2.value, math.hypot(before_e2.sigma, jumps_e2.sigma)))
+
+
+def root(squared: Estimate) -> Estimate:
+    """Return the root of a variance; a limit where it is not surely above 0."""
+    if not squared.measurable:
+        return squared
+    if squared.value > SURE * squared.sigma:
+        root = math.sqrt(squared.value)
+        return Estimate(root, 0.5 * squared.sigma / root)
+    most = math.sqrt(max(squared.value, 0.0) + SURE * squared.sigma)
+    return no_figure(f"its square is within {SURE:g} standard errors of 0", at_most=most)
+
+
+def mean_of(told: Sequence[Estimate]) -> Estimate:
+    """Return the mean of independent figures by their errors; that of those which disagree has a wider one."""
+    known = [each for each in told if each.measurable]
+    if not known:
+        return told[0]
+    if any(each.sigma == 0.0 for each in known):
+        return known[0]
+    weight = np.array([1.0 / each.sigma**2 for each in known])
+    value = np.array([each.value for each in known])
+    mean = float(np.sum(weight * value) / np.sum(weight))
+    misfit = float(np.sum(weight * (value - mean) ** 2))
+    wider = max(1.0, misfit / (len(known) - 1)) if len(known) > 1 else 1.0
+    return Estimate(mean, math.sqrt(wider / float(np.sum(weight))))
+
+
+def best_of(told: Sequence[Estimate]) -> Estimate:
+    """Return the figure of the least relative error: settings see the same photosites, and are not independent."""
+    known = [each for each in told if each.measurable]
+    return min(known, key=lambda each: each.sigma / each.value) if known else told[0]

@@ -1,0 +1,187 @@
+"""A calibration as a sensor file: each number with its standard error and its source in a comment."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator, Sequence
+
+from camsim.measure.calibrate.calibration import Calibration
+from camsim.measure.calibrate.tails import Fitted
+from camsim.measure.noise import Estimate
+
+_TYPICAL = "typical: frames do not tell it"
+_TYPICAL_PITCH_UM = 4.0
+_BAYER = ("RGGB", "BGGR", "GRBG", "GBRG")
+_TYPICAL_DARK = 0.5
+_LONGEST_S = 1.0
+"""Of darks of one time: in longer ones a typical dark current would be in the black level twice."""
+
+
+def profile_text(found: Calibration, *, name: str, pitch_um: float | None = None) -> str:
+    """Return a ``sensor/1`` file.
+
+    name     : of the camera
+    pitch_um : between photosites; None: as the files say, or a typical one
+    """
+    shots = found.shots
+    isos = ", ".join(f"{each.iso:g}" for each in found.settings)
+    rows, cols = shots.channel_index.shape
+    pitch, told = _pitch(found, pitch_um)
+    lines = [
+        f"# Calibrated from the {len(shots.shots)} frames of {json.dumps(shots.name, ensure_ascii=False)}: ISO {isos},",
+        f"# the middle {rows} × {cols} photosites. A number ± its standard error; “typical”: not told by frames.",
+        *(f"# {note}" for note in found.notes),
+        "camsim: sensor/1",
+        f"name: {json.dumps(name, ensure_ascii=False)}",
+        "serial: 1                                  # of the fixed patterns: another number is another specimen",
+        f"frame: {{rows: {shots.rows}, cols: {shots.cols}, pitch_um: {pitch:g}}}    # rows, cols: files; pitch: {told}",
+        f"photosite: {{kind: square, fill_factor: 1.0}}    # {_TYPICAL}",
+        f"cfa: {_cfa(shots.pattern)}",
+        *_efficiency(shots.pattern),
+        "charge:",
+        *_charge(found),
+        "readout:",
+        *_readout(found),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _pitch(found: Calibration, given_um: float | None) -> tuple[float, str]:
+    if given_um is not None:
+        return given_um, "--pitch-um"
+    if found.shots.pitch_um is not None:
+        return found.shots.pitch_um, "the files"
+    return _TYPICAL_PITCH_UM, f"{_TYPICAL}; --pitch-um gives it"
+
+
+def _cfa(pattern: Sequence[str]) -> str:
+    if tuple(pattern) == ("Y",):
+        return "{kind: mono}"
+    if "".join(pattern) in _BAYER and len(pattern) == 2:
+        return f"{{kind: bayer, pattern: {''.join(pattern)}}}"
+    return f"{{kind: letters, pattern: [{', '.join(pattern)}]}}"
+
+
+def _efficiency(pattern: Sequence[str]) -> Iterator[str]:
+    letters = sorted(set("".join(pattern)))
+    yield "quantum_efficiency:"
+    if letters == ["B", "G", "R"]:
+        yield f"  curves: Nikon 5100 (NPL)                  # {_TYPICAL}: another camera's"
+        yield "  per: energy"
+        yield "  peak: 0.5                                 # typical"
+        return
+    yield f"  curves:                                   # {_TYPICAL}"
+    for letter in letters:
+        yield f"    {letter}: {{wavelength_nm: [380, 780], values: [0.5, 0.5], outside: zero}}"
+    yield "  per: photon"
+    yield "  peak: as given"
+
+
+def _told(key: str, found: Estimate, source: str) -> str:
+    """Return a line of a table: the key with its number, or why there is none in a comment."""
+    if found.measurable:
+        return f"  {key}: {_number(found.value)}    # ± {found.sigma:.2g}; {source}"
+    limit = f"at most {found.at_most:.3g}; " if math.isfinite(found.at_most) else ""
+    return f"  # {key}: not told: {limit}{found.why_not}"
+
+
+def _number(value: float) -> str:
+    return f"{value:.6g}" if 1e-4 <= abs(value) < 1e15 or value == 0.0 else f"{value:.6e}"
+
+
+def _charge(found: Calibration) -> Iterator[str]:
+    base = found.settings[0]
+    yield _told("full_well_e", found.full_well_e, f"clipped flats of ISO {base.iso:g}")
+    yield _told("prnu", found.prnu, "flats near half of saturation, after the high-pass of EMVA 1288 R4")
+    yield _told("dsnu_e", found.dsnu_e, "what stays in darks, without the columns'")
+    longest = max((shot.time_s or 0.0) for shot in found.shots.shots if shot.kind == "dark")
+    current = found.dark_current_e_per_s
+    hot = found.hot_fraction.measurable
+    if current.measurable:
+        yield _told("dark_current_e_per_s", current, "means of darks over their time")
+        yield f"  dark_current_at_c: {_number(found.dark_current_at_c)}"
+        if found.doubling_c.measurable:
+            yield _told("dark_current_doubles_every_c", found.doubling_c, "means of darks over temperature and time")
+    else:
+        yield _told("dark_current_e_per_s", current, "")
+        typical = 0.0 if longest > _LONGEST_S else min(_TYPICAL_DARK, current.at_most)
+        yield f"  dark_current_e_per_s: {_number(typical)}    # {_TYPICAL}"
+    if hot:
+        yield "  defects:"
+        yield "  " + _told("hot_fraction", found.hot_fraction, f"photosites steadily far above others, {longest:g} s")
+        yield "  " + _told("hot_e_per_s", found.hot_e_per_s, "their mean excess over the time of those darks")
+
+
+def _readout(found: Calibration) -> Iterator[str]:
+    base, *others = found.settings
+    gain = base.electrons_per_dn
+    black, offsets = _black(found)
+    yield f"  bit_depth: {found.bit_depth}    # the fewest that hold the codes; the largest seen is {found.largest_dn}"
+    if found.step_dn != 1.0:
+        yield f"  code_step_dn: {found.step_dn:.9g}    # between neighbouring codes"
+    yield f"  black_level_dn: {black}    # {found.black_dn.value:.3f} ± {found.black_dn.sigma:.2g}; means of darks"
+    if offsets is not None:
+        yield f"  black_offsets_dn: {json.dumps(offsets)}    # means of darks over the filter array"
+    yield f"  base_iso: {base.iso:g}    # the lowest setting that was taken"
+    yield _told("electrons_per_dn", gain, "photon transfer")
+    if others:
+        yield "  gain_at_iso:"
+        for each in others:
+            own = each.electrons_per_dn
+            row = f"{{iso: {each.iso:g}, electrons_per_dn: {_number(own.value)}}}"
+            yield f"    - {row}    # ± {own.sigma:.2g}; photon transfer"
+    yield from _noise(found)
+    yield _told("row_noise_e", found.row_noise_e, "power of rows' offsets in darks, the white part")
+    flicker = found.flicker_rows_e
+    if flicker.measurable:
+        row = f"{{sigma_e: {_number(flicker.value)}, exponent: 1}}"
+        yield f"  flicker_rows: {row}    # ± {flicker.sigma:.2g}; the 1/f part"
+    yield _told("column_noise_e", found.column_noise_e, "columns' offsets that stay in darks")
+
+
+def _noise(found: Calibration) -> Iterator[str]:
+    how = "darks over ISO" if len(found.settings) > 1 else "darks of one ISO, in which noise after the gain is too"
+    yield _told("read_noise_e", found.read_noise_e, f"{how}, before the gain, without jumps")
+    if found.law is not None and found.read_noise_e.measurable:
+        yield from _law(found.law)
+    if found.telegraph_fraction.measurable:
+        yield "  telegraph_noise:"
+        yield "  " + _told(
+            "fraction", found.telegraph_fraction, "pairs of darks that differ by more than the law gives"
+        )
+        yield "  " + _told("amplitude_e", found.telegraph_e, "likewise")
+    if found.dual_read_noise_e is not None and found.over_iso.dual_from_iso is not None:
+        at = found.over_iso.dual_from_iso
+        dual = found.dual_read_noise_e
+        if dual.measurable:
+            yield "  dual_gain:"
+            yield f"    from_iso: {at:g}    # one conversion gain does not fit the darks over ISO"
+            yield "  " + _told("read_noise_e", dual, "darks from that ISO on")
+    yield _told("output_noise_dn", found.output_noise_dn, "darks over ISO, after the gain")
+
+
+def _law(law: Fitted) -> Iterator[str]:
+    shape, error = law.shape, law.errors["tails"]
+    rise = max((by for part, by in law.rises if part in ("student", "tukey")), default=0.0)
+    because = f"the likelihood rises by {rise:.0f} of its standard errors over a normal law"
+    if shape.law == "student":
+        yield f"  read_noise_student_dof: {_number(1.0 / shape.tails)}    # ± {error / shape.tails**2:.2g}; {because}"
+    elif shape.law == "tukey":
+        yield f"  read_noise_tukey_lambda: {_number(shape.tails)}    # ± {error:.2g}; {because}"
+    else:
+        yield "  # its law: normal; tails do not raise the likelihood by 4 standard errors of the rise"
+    if shape.spread:
+        told = f"± {law.errors['spread']:.2g}; pairs of darks that differ much together"
+        yield f"  read_noise_spread: {_number(shape.spread)}    # {told}"
+
+
+def _black(found: Calibration) -> tuple[int, list[list[int]] | None]:
+    """Return the black level, and its offsets over the filter array where they differ by a code and more."""
+    level = round(found.black_dn.value)
+    offsets = [[round(float(cell) - found.settings[0].darks.black_dn) for cell in row] for row in found.cells_dn]
+    flat = [offset for row in offsets for offset in row]
+    if min(flat) == max(flat):
+        return level, None
+    common = max(min(flat), 0) + min(max(flat), 0)
+    return level + common, [[offset - common for offset in row] for row in offsets]

@@ -1,0 +1,431 @@
+"""The law of one photosite's temporal noise: normal or heavy-tailed, alike for all or not, with jumps or without.
+
+Of several darks taken alike the differences of pairs are looked at: what is fixed is gone from them, and what a
+photosite has of its own (its noise, its jump) is in each of its pairs. So the counts of |difference| of two pairs at a
+time tell one from the other: tails alone leave the pairs independent, an unevenness makes them large together. The
+law's parameters are those of the greatest likelihood of these counts (a composite likelihood; its errors are those of
+the sandwich formula, from the scatter over blocks of rows).
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+import scipy.interpolate
+import scipy.optimize
+import scipy.special
+
+from camsim.arrays import F64, I64
+from camsim.measure.noise.estimate import SURE, Estimate, no_figure
+from camsim.sensor.stages.read_noise import tukey_quantiles, tukey_sigma
+
+Law: TypeAlias = Literal["normal", "student", "tukey"]
+
+LEAST_FRAMES = 4
+"""Two pairs of a photosite."""
+_BLOCKS = 64
+_TAIL, _CORE = 14, 14
+_LEAST_COUNT = 100
+_SPREADS = 9
+_MOST_PAIRS = 6
+
+_DECAYED = 30.0
+_KNOTS = 500
+_NONE = 1e-30
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Shape:
+    """A law of noise in data numbers; a figure of 0 is not there.
+
+    sigma_dn     : standard deviation of its part with tails
+    tails        : 1/degrees of freedom of Student's t, or λ of Tukey's law
+    spread       : standard deviation of the logarithm of the photosites' own standard deviations
+    fraction, amplitude_dn : share of photosites that jump, and how far on the mean
+    """
+
+    law: Law
+    sigma_dn: float
+    tails: float = 0.0
+    spread: float = 0.0
+    fraction: float = 0.0
+    amplitude_dn: float = 0.0
+
+    @property
+    def telegraph_dn2(self) -> float:
+        """The variance that jumps give a photosite on the mean."""
+        return 0.5 * self.fraction * self.amplitude_dn**2
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Fitted:
+    """The law that was taken.
+
+    errors : standard errors of the shape's figures by name
+    rises  : by how many of its standard errors each part made the likelihood rise, in the order they were taken;
+             of the one that was not taken any more the name and the number
+    """
+
+    shape: Shape
+    errors: dict[str, float]
+    telegraph_sigma_dn2: float
+    rises: tuple[tuple[str, float], ...]
+    refused: tuple[str, float]
+
+
+def fit_tails(frames: Sequence[I64], *, step_dn: float, normal_dn2: float, normal_sigma_dn2: float = 0.0) -> Fitted:
+    """Return the law of darks taken alike, (rows, cols) codes.
+
+    step_dn    : between codes
+    normal_dn2 : variance of the normal noise that is in them besides (after the gain, of rows), and its error
+
+    A part (tails, jumps, unevenness) is taken where the logarithm of the likelihood rises by more than 4 standard
+    errors of its rise, which the blocks of rows tell (Vuong's test), the one with the greatest rise first.
+    """
+    seen = _Counts.of(frames, step_dn)
+    model = _Model(seen, normal_dn2)
+    start = math.sqrt(max(seen.variance_dn2 - normal_dn2, 0.05 * seen.variance_dn2))
+    best = model.best(Shape(law="normal", sigma_dn=start))
+    rises: list[tuple[str, float]] = []
+    while True:
+        tried = [(name, model.best(more)) for name, more in _with_more(best[0])]
+        if not tried:
+            refused = ("", 0.0)
+            break
+        name, found = max(tried, key=lambda each: each[1][1].sum())
+        rise = _rise(found[1] - best[1])
+        if rise < SURE:
+            refused = (name, rise)
+            break
+        rises.append((name, rise))
+        best = found
+    if best[0].law != "normal" and (best[0].spread or best[0].fraction):
+        other: Law = "tukey" if best[0].law == "student" else "student"
+        swapped = model.best(replace(best[0], law=other, tails=_FIRST_TAILS[other]))
+        if swapped[1].sum() > best[1].sum():
+            best = swapped
+    errors, telegraph = model.errors(best[0], normal_sigma_dn2)
+    return Fitted(shape=best[0], errors=errors, telegraph_sigma_dn2=telegraph, rises=tuple(rises), refused=refused)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class AtGain:
+    """Darks of a setting: codes, gain (DN/e⁻), and variances of photosites (without rounding) and of rows, DN²."""
+
+    frames: Sequence[I64]
+    gain_dn_per_e: float
+    own_dn2: float
+    rows_dn2: float
+
+
+def fit_after(darks: Sequence[AtGain], law: Fitted, law_gain_dn_per_e: float, *, step_dn: float) -> Estimate:
+    """Return the variance of normal noise after the gain, DN², by how much of tails and jumps each setting still shows.
+
+    The law is that before the gain, found at one setting; each setting's whole variance is held.
+    """
+    models = [_Model(_Counts.of(each.frames, step_dn), 0.0) for each in darks]
+
+    def logarithms(after_dn2: float, shape: Shape) -> F64:
+        total: Any = 0.0
+        for model, each in zip(models, darks, strict=True):
+            by = each.gain_dn_per_e / law_gain_dn_per_e
+            here = replace(shape, amplitude_dn=shape.amplitude_dn * by)
+            own = max(each.own_dn2 - after_dn2 - here.telegraph_dn2, 1e-4 * each.own_dn2)
+            model.normal_dn2 = after_dn2 + each.rows_dn2
+            total = total + model.logarithms(replace(here, sigma_dn=math.sqrt(own)))
+        found: F64 = total
+        return found
+
+    most = min(each.own_dn2 for each in darks)
+
+    def best(shape: Shape) -> float:
+        found = scipy.optimize.minimize_scalar(
+            lambda after: -float(logarithms(after, shape).sum()), bounds=(0.0, most), method="bounded",
+            options={"xatol": 1e-4 * most},
+        )  # fmt: skip
+        return float(found.x)
+
+    value, width = best(law.shape), 0.01 * most
+    if not 2.0 * width < value < most - 2.0 * width:
+        return no_figure("the darks' law tells nothing of the noise after the gain")
+    less, here, more = (logarithms(value + by, law.shape) for by in (-width, 0.0, width))
+    scores, curvature = (more - less) / (2.0 * width), float((more - 2.0 * here + less).sum()) / width**2
+    if not curvature < 0.0:
+        return no_figure("the darks' law tells nothing of the noise after the gain")
+    own = math.sqrt(scores.size) * float(np.std(scores, ddof=1)) / -curvature
+    moved = [
+        max(
+            abs(best(replace(law.shape, **{name: getattr(law.shape, name) + by * law.errors[name]})) - value)
+            for by in (-1.0, 1.0)
+        )
+        for name in ("tails", "spread", "fraction", "amplitude_dn")
+        if getattr(law.shape, name)
+    ]
+    return Estimate(value, math.hypot(own, *moved))
+
+
+_FIRST_TAILS: dict[Law, float] = {"normal": 0.0, "student": 0.12, "tukey": -0.05}
+
+
+def _with_more(shape: Shape) -> list[tuple[str, Shape]]:
+    """Return the laws that have one part more."""
+    more: list[tuple[str, Shape]] = []
+    if shape.law == "normal":
+        laws: tuple[Law, ...] = ("student", "tukey")
+        more += [(law, replace(shape, law=law, tails=_FIRST_TAILS[law])) for law in laws]
+    if not shape.fraction:
+        more.append(("telegraph", replace(shape, fraction=0.01, amplitude_dn=4.0 * shape.sigma_dn)))
+    if not shape.spread:
+        more.append(("spread", replace(shape, spread=0.15)))
+    return more
+
+
+def _rise(by_block: F64) -> float:
+    scatter = float(np.std(by_block, ddof=1)) * math.sqrt(len(by_block))
+    return float(by_block.sum()) / max(scatter, 1e-9)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Counts:
+    """Counts (blocks, bins, bins) of two pairs' differences; bins hold ``lattice`` (n,) in steps by ``bin_of`` (n,)."""
+
+    counts: F64
+    lattice: I64
+    bin_of: I64
+    step_dn: float
+    variance_dn2: float
+
+    @classmethod
+    def of(cls, frames: Sequence[I64], step_dn: float) -> _Counts:
+        pairs = [
+            np.rint((a.astype(np.float64) - b) / step_dn).astype(np.int64)
+            for a, b in zip(frames[::2], frames[1::2], strict=False)
+        ]
+        # A frame's own offset is none of a photosite's noise.
+        pairs = [pair - round(float(np.median(pair))) for pair in pairs]
+        far = [np.abs(pair) for pair in pairs]
+        top = max(int(each.max()) for each in far)
+        heard = sum(np.bincount(each.ravel(), minlength=top + 1) for each in far)
+        edges = _edges(np.asarray(heard, np.int64))
+        bin_of = np.searchsorted(edges, np.arange(top + 1), side="right") - 1
+        bins = len(edges)
+        blocks = min(_BLOCKS, len(frames[0]))
+        block_of = np.arange(len(frames[0])) * blocks // len(frames[0])
+        both = list(itertools.combinations(range(len(pairs)), 2))
+        # Each pair as often as any other.
+        both = both if len(both) <= _MOST_PAIRS else [(k, (k + 1) % len(pairs)) for k in range(len(pairs))]
+        placed = [bin_of[each] for each in far]
+        counts = np.zeros(blocks * bins * bins)
+        for a, b in both:
+            index = (block_of[:, None] * bins + placed[a]) * bins + placed[b]
+            counts += np.bincount(index.ravel(), minlength=counts.size)
+        return cls(
+            counts=counts.reshape(blocks, bins, bins),
+            lattice=np.arange(top + 1),
+            bin_of=bin_of,
+            step_dn=step_dn,
+            variance_dn2=float(np.mean([np.mean(pair.astype(np.float64) ** 2) for pair in pairs])) * step_dn**2 / 2.0,
+        )
+
+
+def _edges(heard: I64) -> I64:
+    """Return first lattice points of bins: alike in the core, further and further out in the tail."""
+    above = 1.0 - np.concatenate([[0.0], np.cumsum(heard)[:-1]]) / heard.sum()  # of |d| ≥ k
+    least = _LEAST_COUNT / heard.sum()
+    wanted = np.concatenate([
+        np.linspace(1.0, 0.08, _CORE, endpoint=False), np.geomspace(0.08, max(least, 1e-9), _TAIL)
+    ])  # fmt: skip
+    edges = {0}
+    for share in wanted[wanted >= least]:
+        edges.add(int(np.argmin(np.abs(above - share))))
+    return np.array(sorted(edges))
+
+
+class _Model:
+    """Probabilities of the bins under a law, by its characteristic function."""
+
+    def __init__(self, seen: _Counts, normal_dn2: float) -> None:
+        self.seen, self.normal_dn2 = seen, normal_dn2
+        top = int(seen.lattice[-1])
+        # Codes are a lattice, of which frequencies up to a cycle a step and their aliases are all; the period is wide
+        # enough that what lies beyond the greatest difference does not come back.
+        period = 2 * (top + 8)
+        repeats = max(2, math.ceil(6.0 * seen.step_dn / math.sqrt(seen.variance_dn2)) + 1)
+        self.omega = 2.0 * math.pi * np.arange(repeats * period // 2 + 1) / (period * seen.step_dn)
+        weight = np.full(self.omega.size, 2.0 / period)
+        weight[0] = 1.0 / period
+        phases = np.cos(np.outer(np.arange(top + 1), self.omega * seen.step_dn)) * weight
+        phases[1:] *= 2.0
+        self.of_bins = np.stack([phases[seen.bin_of == k].sum(axis=0) for k in range(seen.counts.shape[1])])
+        self.rounding = np.sinc(self.omega * seen.step_dn / (2.0 * math.pi)) ** 2
+        pitch = 0.7 * math.sqrt(seen.variance_dn2)
+        count = min(int(1.1 * top * seen.step_dn / pitch) + 2, 400)
+        self.amplitudes = (np.arange(count) + 0.5) * pitch
+        self.jumps = np.cos(0.5 * np.outer(self.amplitudes, self.omega)) ** 2
+        self.pitch = pitch
+        nodes, weights = np.polynomial.hermite_e.hermegauss(_SPREADS)
+        self.spreads, self.spread_weights = nodes, weights / weights.sum()
+
+    def probabilities(self, shape: Shape) -> F64:
+        """Return (bins, bins) probabilities of two pairs."""
+        decays = np.exp(-self.normal_dn2 * self.omega**2) * self.rounding
+        if shape.spread:
+            sigmas = shape.sigma_dn * np.exp(shape.spread * self.spreads - shape.spread**2)
+            of_sigma = self.spread_weights
+        else:
+            sigmas, of_sigma = np.array([shape.sigma_dn]), np.ones(1)
+        curve = _characteristic(shape.law, shape.tails)
+        own = np.stack([curve(self.omega * sigma) ** 2 * decays for sigma in sigmas])
+        still = own @ self.of_bins.T
+        joint: F64 = (1.0 - shape.fraction) * (still.T * of_sigma) @ still
+        if shape.fraction:
+            edges = np.append(self.amplitudes - 0.5 * self.pitch, np.inf) / shape.amplitude_dn
+            of_jump = -np.diff(np.exp(-edges))
+            moved = (own[:, None, :] * self.jumps).reshape(-1, self.omega.size) @ self.of_bins.T
+            joint = joint + shape.fraction * (moved.T * np.outer(of_sigma, of_jump).ravel()) @ moved
+        return joint
+
+    def logarithms(self, shape: Shape) -> F64:
+        """Return the logarithm of the likelihood of each block of rows."""
+        joint = np.maximum(self.probabilities(shape), _NONE)
+        told: F64 = np.tensordot(self.seen.counts, np.log(joint / joint.sum()), axes=2)
+        return told
+
+    def best(self, start: Shape) -> tuple[Shape, F64]:
+        """Return the shape of the greatest likelihood that has the parts of ``start``, and its logarithms by block."""
+        total = self.seen.counts.sum()
+
+        def worth(values: F64) -> float:
+            shape = _shape_of(start, values)
+            return math.inf if shape is None else -float(self.logarithms(shape).sum()) / total
+
+        first = _values_of(start)
+        simplex = first + np.vstack([np.zeros(first.size), np.diag(np.full(first.size, 0.25))])
+        found = scipy.optimize.minimize(
+            worth, first, method="Nelder-Mead",
+            options={"initial_simplex": simplex, "xatol": 5e-4, "fatol": 2e-9, "maxfev": 500},
+        )  # fmt: skip
+        shape = _shape_of(start, found.x)
+        assert shape is not None
+        return shape, self.logarithms(shape)
+
+    def errors(self, shape: Shape, normal_sigma_dn2: float) -> tuple[dict[str, float], float]:
+        """Return the standard errors of the shape's figures, and of the variance of its jumps."""
+        values = _values_of(shape)
+        size = values.size
+        width = 0.01
+
+        def at(values: F64, normal_dn2: float | None = None) -> F64:
+            moved = _shape_of(shape, values)
+            assert moved is not None
+            kept, self.normal_dn2 = self.normal_dn2, self.normal_dn2 if normal_dn2 is None else normal_dn2
+            told = self.logarithms(moved)
+            self.normal_dn2 = kept
+            return told
+
+        def gradient(values: F64, normal_dn2: float | None = None) -> F64:
+            steps = width * np.eye(size)
+            return np.stack([
+                (at(values + step, normal_dn2) - at(values - step, normal_dn2)) / (2.0 * width) for step in steps
+            ], axis=1)  # fmt: skip
+
+        scores = gradient(values)
+        hessian = np.stack([
+            (gradient(values + step).sum(axis=0) - gradient(values - step).sum(axis=0)) / (2.0 * width)
+            for step in width * np.eye(size)
+        ])  # fmt: skip
+        hessian = 0.5 * (hessian + hessian.T)
+        blocks = len(scores)
+        scatter = (scores - scores.mean(axis=0)).T @ (scores - scores.mean(axis=0)) * blocks / (blocks - 1)
+        inverse = np.linalg.inv(hessian)
+        covariance = inverse @ scatter @ inverse
+        if normal_sigma_dn2:
+            more = self.normal_dn2 + normal_sigma_dn2
+            less = max(self.normal_dn2 - normal_sigma_dn2, 0.0)
+            pull = (gradient(values, more) - gradient(values, less)).sum(axis=0) / (more - less)
+            moved = inverse @ pull * normal_sigma_dn2
+            covariance = covariance + np.outer(moved, moved)
+        return _errors_of(shape, values, covariance)
+
+
+def _errors_of(shape: Shape, values: F64, covariance: F64) -> tuple[dict[str, float], float]:
+    def slope(figure: Callable[[Shape], float]) -> F64:
+        width = 1e-4
+        found = []
+        for step in width * np.eye(values.size):
+            more, less = _shape_of(shape, values + step), _shape_of(shape, values - step)
+            found.append(0.0 if more is None or less is None else (figure(more) - figure(less)) / (2.0 * width))
+        return np.array(found)
+
+    def error(figure: Callable[[Shape], float]) -> float:
+        along = slope(figure)
+        return math.sqrt(max(float(along @ covariance @ along), 0.0))
+
+    names = ("sigma_dn", "tails", "spread", "fraction", "amplitude_dn")
+    told = {name: error(lambda each, name=name: float(getattr(each, name))) for name in names}  # type: ignore[misc]
+    return told, error(lambda each: each.telegraph_dn2)
+
+
+def _values_of(shape: Shape) -> F64:
+    values = [math.log(shape.sigma_dn)]
+    if shape.law != "normal":
+        values.append(4.0 * shape.tails)
+    if shape.spread:
+        values.append(math.log(shape.spread))
+    if shape.fraction:
+        values += [math.log(shape.fraction / (1.0 - shape.fraction)), math.log(shape.amplitude_dn)]
+    return np.array(values)
+
+
+def _shape_of(like: Shape, values: F64) -> Shape | None:
+    """Return the shape of these values with the parts of another; None where there is no such law."""
+    left = iter(values.tolist())
+    changed: dict[str, Any] = {"sigma_dn": math.exp(next(left))}
+    if like.law != "normal":
+        tails = 0.25 * next(left)
+        if not (0.01 < tails < 0.49 if like.law == "student" else -0.45 < tails < 0.2):
+            return None
+        changed["tails"] = tails
+    if like.spread:
+        changed["spread"] = math.exp(next(left))
+        if changed["spread"] > 2.0:
+            return None
+    if like.fraction:
+        changed["fraction"] = 1.0 / (1.0 + math.exp(-next(left)))
+        changed["amplitude_dn"] = math.exp(next(left))
+    return replace(like, **changed)
+
+
+def _characteristic(law: Law, tails: float) -> Callable[[F64], F64]:
+    """Return the characteristic function of a law with a standard deviation of 1, at frequencies of 0 or more."""
+    if law == "normal":
+        return lambda u: np.exp(-0.5 * u * u)
+    knots = _DECAYED * np.linspace(0.0, 1.0, _KNOTS) ** 1.5
+    if law == "student":
+        dof = 1.0 / tails
+        scaled = np.maximum(math.sqrt(dof - 2.0) * knots, 1e-9)
+        half = 0.5 * dof
+        told = np.exp(
+            np.log(scipy.special.kve(half, scaled)) - scaled + half * np.log(scaled)
+            - scipy.special.gammaln(half) - (half - 1.0) * math.log(2.0)
+        )  # fmt: skip
+        told[0] = 1.0
+    else:
+        place = np.linspace(0.0, 45.0, 1201)
+        rest = 1.0 / (1.0 + np.exp(place))  # 1 − p
+        far = -tukey_quantiles(rest, tails) / tukey_sigma(tails)
+        weight = 2.0 * rest * (1.0 - rest) * (place[1] - place[0])
+        weight[0] *= 0.5
+        told = np.cos(np.outer(knots, far)) @ weight
+    spline = scipy.interpolate.CubicSpline(knots, told)
+
+    def curve(u: F64) -> F64:
+        found: F64 = np.where(u < _DECAYED, spline(np.minimum(u, _DECAYED)), 0.0)
+        return found
+
+    return curve

@@ -1,0 +1,104 @@
+"""Real darks of a camera, in place of its own dark signal and noise."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from camsim.arrays import F64
+from camsim.kind import array_of
+from camsim.own import is_own
+from camsim.sensor.stage import Context, ElectronicStage, Phase
+from camsim.sensor.stages.dark_current import DarkCurrent
+from camsim.typed import judge, refusal
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class DarkFrames(ElectronicStage):
+    """Real darks: in each exposure one of them, drawn at random, is added as it was read out.
+
+    codes_dn : (darks, rows, cols) data numbers above their mean, taken at the ISO setting and time of the exposure;
+               where the sensor has more photosites they are repeated
+    source   : the folder that they came from;  sha256: of their codes
+
+    >>> darks = DarkFrames(codes_dn=np.zeros((3, 4, 6)))
+    >>> darks.shape
+    (4, 6)
+    """
+
+    name: ClassVar = "dark_frames"
+    stream: ClassVar = 15
+    temporal: ClassVar = True
+
+    codes_dn: Any = field(repr=False)
+    source: str = ""
+    sha256: str = field(default="", init=False)
+
+    if TYPE_CHECKING:
+
+        def __init__(self, *, codes_dn: Any, source: str = "") -> None: ...
+
+    def __post_init__(self) -> None:
+        judge(self)
+        codes = array_of(self.codes_dn, "codes_dn", "DarkFrames")
+        if codes.ndim != 3 or codes.dtype.kind not in "fiu" or not codes.size:
+            message = f"must be numbers (darks, rows, cols), not {codes.dtype} of shape {codes.shape}"
+            raise refusal(self, "codes_dn", message)
+        codes = np.array(codes, np.float32)
+        if not np.isfinite(codes).all():
+            raise refusal(self, "codes_dn", "must be finite")
+        codes.flags.writeable = False
+        told = hashlib.sha256(f"{codes.shape}".encode())
+        told.update(codes.data)
+        object.__setattr__(self, "codes_dn", codes)
+        object.__setattr__(self, "sha256", told.hexdigest())
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, DarkFrames) and self.sha256 == other.sha256
+
+    def __hash__(self) -> int:
+        return hash(self.sha256)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of a dark."""
+        rows, cols = self.codes_dn.shape[1:]
+        return rows, cols
+
+    def lacks(self, others: Sequence[ElectronicStage]) -> str:
+        """Darks have all of the sensor's own dark signal and noise in them."""
+        reading = [
+            stage for stage in others if Phase.READ in stage.phases and stage.stream is not None and not is_own(stage)
+        ]
+        twice = [stage.name for stage in others if stage in reading or isinstance(stage, DarkCurrent)]
+        twice = [name for name in twice if name != self.name]
+        return f"have {', '.join(twice)} in them, which would be there twice; leave that out" if twice else ""
+
+    def apply(self, electrons: F64, context: Context) -> F64:
+        """Add the dark of this frame, its photosites where they lie in the frame."""
+        drawn = int(context.frame_generator(self.stream).integers(len(self.codes_dn)))
+        row, col = (
+            (first + np.arange(count)) % size
+            for first, count, size in zip(context.first, electrons.shape, self.shape, strict=True)
+        )
+        dark: F64 = self.codes_dn[drawn][np.ix_(row, col)].astype(np.float64)
+        dark *= context.electrons_per_dn
+        dark += electrons
+        return dark
+
+    def draws(self, shape: tuple[int, int], context: Context) -> int:
+        """Return one number for each block: the same one."""
+        return -(-shape[0] // 64)
+
+    def dark_noise_e(self, electrons_per_dn: float) -> float:
+        """Return the standard deviation of a photosite from dark to dark, robustly."""
+        if len(self.codes_dn) < 2:
+            return 0.0
+        apart = np.abs(self.codes_dn[1] - self.codes_dn[0])
+        scatter_dn = 1.4826 * float(np.median(apart)) / math.sqrt(2.0)
+        return scatter_dn * electrons_per_dn
