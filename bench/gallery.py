@@ -47,13 +47,14 @@ def take(name: str) -> float:
 def section(name: str) -> list[str]:
     """A scene's part of the page."""
     scene = library.shipped("scene")[name]
-    text, twin = scene.read_text(encoding="utf-8"), scene.with_suffix(".py").read_text(encoding="utf-8")
+    text = scene.read_text(encoding="utf-8")
     cut = " The picture shows its middle." if window_of(name) else ""
     body = "\n".join(line for line in text.splitlines() if not line.startswith("#"))
     return [
         *(f"## {name}", "", sentence_of(text) + cut, ""),
         *(f"![{name}](gallery/{name}.png)", ""),
-        *("```yaml", body.strip(), "```", "", "```python", twin.strip(), "```", ""),
+        *("```yaml", body.strip(), "```", ""),
+        *(f"```{{literalinclude}} ../scenes/{name}.py", ":language: python", ":lines: 3-", "```", ""),
     ]
 
 

@@ -1,7 +1,7 @@
 """The pages of docs/reference from the code, for readers on the web and on disk: ``python -m bench.reference``.
 
-Each name of Python gets its signature, its methods and its first sentence; each command all of its options. The site
-shows the whole documentation of a name below that, where the pages name it.
+Each name of Python gets its signature, its methods and its first sentence; each command all of its options,
+those of many commands told once. The site shows the whole documentation of a name below that, where the pages name it.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import enum
 import inspect
 import operator
 import re
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -24,6 +25,8 @@ PAGES = sorted((Path(__file__).parents[1] / "docs" / "reference").glob("*.md"))
 _NAMED = re.compile(r"^\.\. auto\w+:: camsim\.([\w.]+)$", re.MULTILINE)
 _PLACE = re.compile(r"(?<=<!-- names -->\n).*?(?=<!-- /names -->)", re.DOTALL)
 _LONGEST_DEFAULT = 24  # characters
+_LONG = re.compile(r"--[\w-]+")
+_COMMON = 3  # commands with an option of the same words, which is then told once
 _STAGES = [kind for kind in vars(protocols).values() if inspect.isclass(kind)] + [camsim.ElectronicStage]
 _OF_STAGES = {key for kind in _STAGES for key in vars(kind)}  # said once, of the protocols
 
@@ -73,13 +76,20 @@ def _signature(value: Any) -> str:
 
 
 def _of_commands() -> Iterator[str]:
+    options: dict[tuple[str, ...], list[str]] = {}
+    helps: dict[tuple[str, ...], str] = {}
     for path, command in _commands(typer.main.get_command(app), ("camsim",)):
         context = command.make_context(" ".join(path), [], resilient_parsing=True)
-        yield from (f"## {' '.join(path)}", "", (command.help or "").replace("\b", "").strip(), "", "```text")
-        yield from (" ".join([*path, *command.collect_usage_pieces(context)]), "```", "")
-        yield from ("| option | meaning |", "|---|---|")
-        yield from (_option(option) for option in command.get_params(context) if option.opts != ["--help"])
-        yield ""
+        options[path] = [_option(option) for option in command.get_params(context) if option.opts != ["--help"]]
+        helps[path] = (command.help or "").replace("\b", "").strip()
+    counts = Counter(line for lines in options.values() for line in lines)
+    common = [line for line, count in counts.most_common() if count >= _COMMON and line.startswith("| `-")]
+    yield from ("## Options of many commands", "", "| option | meaning |", "|---|---|", *common, "")
+    for path, lines in options.items():
+        also = ", ".join(f"`{_LONG.findall(line)[0]}`" for line in lines if line in common)
+        own = [line for line in lines if line not in common]
+        yield from (f"## {' '.join(path)}", "", helps[path], "", "| option | meaning |", "|---|---|", *own, "")
+        yield from (f"Also {also}.", "") if also else ()
 
 
 def _commands(command: Any, path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], Any]]:
@@ -93,7 +103,8 @@ def _option(option: Any) -> str:
     is_argument = option.param_type_name == "argument"
     value = option.metavar or option.type_descriptor.annotation.__name__
     takes = "" if is_argument or getattr(option, "is_flag", False) else f" {value}"
-    names = value if is_argument else ", ".join(option.opts) + takes
+    argument = value if option.required else f"[{value}]"
+    names = argument if is_argument else ", ".join(option.opts) + takes
     default = option.default
     shown = "" if default in (None, False, (), []) or callable(default) or option.required else f" Default: {default}."
     return f"| `{_cell(names)}` | {_cell(option.help or '')}{_cell(shown)} |"

@@ -53,7 +53,7 @@ def fields_of(*stages):
 
 @dataclass(frozen=True, kw_only=True)
 class Telegraph(camsim.ElectronicStage):
-    """A stage of one's own, as docs/developers.md has it: traps in some photosites hold an electron or two."""
+    """A stage of one's own: traps in some photosites hold an electron or two."""
 
     name: ClassVar = "telegraph"
     stream: ClassVar = 1002
