@@ -252,17 +252,26 @@ def measure_star(
 
 @measure_app.command("distortion")
 def measure_distortion(
-    file: Annotated[str, typer.Argument(metavar="FILE", help="A raw file of camsim's: a dot-grid or checkerboard.")],
+    file: Annotated[
+        str,
+        typer.Argument(
+            metavar="FILE", help="A raw file: camsim's of a dot-grid or checkerboard, anybody's of a grid of dots."
+        ),
+    ],
+    cfa: CfaOf = None,
     as_json: AsJson = False,
     csv: CsvFile = None,
     plot: PlotFile = None,
     force: Force = False,
 ) -> None:
-    """Measure distortion and lateral colour: where dots or corners are seen, against the places of the scene."""
+    """Measure distortion and lateral colour: where dots or corners are seen, against the places of the scene.
+
+    In a file that does not say what it was taken of a square grid of dots is looked for, seen in perspective.
+    """
     from camsim.cli.measure_distortion import measure
     from camsim.cli.measured import Outputs
 
-    measure(file, Outputs(as_json=as_json, csv=csv, plot=plot, force=force))
+    measure(file, cfa, Outputs(as_json=as_json, csv=csv, plot=plot, force=force))
 
 
 @measure_app.command("moire")

@@ -11,7 +11,8 @@ from camsim.cli.progress import Bar
 from camsim.cli.tables import print_table
 
 if TYPE_CHECKING:
-    from camsim.measure.distortion import ChannelDistortion, Displacement, DistortionReport
+    from camsim.measure import Picture
+    from camsim.measure.distortion import ChannelDistortion, Displacement, DistortionReport, GridReport
 
 _COLUMNS = (
     "channel", "x_pixel", "y_pixel", "dx_pixel", "dy_pixel", "error_pixel", "theory_dx_pixel", "theory_dy_pixel",
@@ -22,16 +23,51 @@ _HEADS = (
 )  # fmt: skip
 
 
-def measure(file: str, outputs: Outputs) -> None:
+def measure(file: str, cfa: str | None, outputs: Outputs) -> None:
     """Measure, print and write; raises CamsimError with one sentence."""
+    from camsim.measure import read_picture
     from camsim.measure.distortion import measure_distortion
 
     outputs.check()
+    picture = read_picture(file, cfa=cfa)
+    if picture.description is None:
+        _measure_grid(picture, outputs)
+        return
     with Bar(shown=True, compiles=False) as bar:
         report = measure_distortion(*picture_and_capture(file), progress=bar.update)
     rows = [[getattr(mark, name) for name in _COLUMNS] for channel in report.channels for mark in channel.marks]
     outputs.write(_COLUMNS, rows, functools.partial(_draw, report))
     outputs.tell(report, _print)
+
+
+def _measure_grid(picture: Picture, outputs: Outputs) -> None:
+    """Measure the dots of anybody's picture."""
+    from camsim.measure.distortion import measure_grid
+
+    with Bar(shown=True, compiles=False) as bar:
+        report = measure_grid(picture, progress=bar.update)
+    columns = _COLUMNS[:6]
+    rows = [[getattr(dot, name) for name in columns] for channel in report.channels for dot in channel.dots]
+    outputs.write(columns, rows, functools.partial(_draw_grid, report))
+    outputs.tell(report, _print_grid)
+
+
+def _draw_grid(report: GridReport, file: str) -> bytes:
+    from camsim.cli.plot_distortion import draw_grid
+
+    return draw_grid(report, file)
+
+
+def _print_grid(report: GridReport) -> None:
+    rows = []
+    for channel in report.channels:
+        lateral = (channel.lateral_rms_pixel, channel.lateral_largest_pixel)
+        told = ("reference" if value is None else f"{value:.4f}" for value in lateral)
+        rows.append((channel.channel, str(len(channel.dots)), *told))
+    print_table(f"{report.file}: dot grid, projection and radial polynomial", ("channel", "dots", *_HEADS[9:11]), rows)
+    k1, k2 = with_error(report.k1, report.k1_error), with_error(report.k2, report.k2_error)
+    largest = with_error(100.0 * report.largest_distortion, 100.0 * report.largest_distortion_error)
+    print(f"k1 {k1}, k2 {k2}; at the farthest dot {largest} %; left {report.rms_pixel:.4f} px rms")
 
 
 def _draw(report: DistortionReport, file: str) -> bytes:

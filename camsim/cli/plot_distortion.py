@@ -9,7 +9,7 @@ import numpy as np
 from camsim.cli.plot import bytes_of, colour_of_channel, new_figure
 
 if TYPE_CHECKING:
-    from camsim.measure.distortion import DistortionReport
+    from camsim.measure.distortion import DistortionReport, GridReport
 
 
 def draw(report: DistortionReport, file: str) -> bytes:
@@ -40,4 +40,20 @@ def draw(report: DistortionReport, file: str) -> bytes:
     right.grid(alpha=0.3)
     right.legend(fontsize=8)
     figure.suptitle(f"{report.file}: {report.kind}")
+    return bytes_of(figure, file)
+
+
+def draw_grid(report: GridReport, file: str) -> bytes:
+    """Return the displacements of a stranger's dots from where a projection alone has them, drawn larger."""
+    figure = new_figure(8.0, 6.0)
+    axes = figure.subplots()
+    for channel in report.channels:
+        x, y, dx, dy = ([getattr(dot, f"{name}_pixel") for dot in channel.dots] for name in ("x", "y", "dx", "dy"))
+        axes.quiver(x, y, dx, dy, angles="xy", width=0.002, label=channel.channel)
+    axes.set_aspect("equal")
+    axes.invert_yaxis()
+    axes.set_title(f"{report.file}: displacement of dots, k1 {report.k1:+.4g}, k2 {report.k2:+.4g}")
+    axes.set_xlabel("x, px")
+    axes.set_ylabel("y, px")
+    axes.legend()
     return bytes_of(figure, file)

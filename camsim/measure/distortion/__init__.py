@@ -8,12 +8,15 @@ from camsim.measure.distortion.result import (
     DistortionReport,
     MarkPlace,
 )
+from camsim.measure.distortion.strangers import GridReport, measure_grid
 
 __all__ = [
     "ChannelDistortion",
     "Displacement",
     "DisplacementError",
     "DistortionReport",
+    "GridReport",
     "MarkPlace",
     "measure_distortion",
+    "measure_grid",
 ]
