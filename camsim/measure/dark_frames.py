@@ -9,7 +9,7 @@ import numpy as np
 from camsim.arrays import F32
 from camsim.errors import InputError
 from camsim.measure.noise.shots import codes_of
-from camsim.measure.reading import READ, read_picture
+from camsim.measure.reading import RAW, read_picture
 from camsim.sensor.stages.dark_frames import DarkFrames
 
 _MOST_BYTES = 1 << 31
@@ -24,9 +24,9 @@ def read_darks(folder: Path, source: str) -> DarkFrames:
     """
     if not folder.is_dir():
         raise InputError(f"{str(folder)!r} is no folder of darks")
-    files = sorted(path for path in folder.iterdir() if path.is_file() and path.suffix.lower() in READ)
+    files = sorted(path for path in folder.glob("[!.]*") if path.is_file() and path.suffix.lower() in RAW)
     if not files:
-        raise InputError(f"{str(folder)!r} holds no raw file that can be read ({', '.join(READ)})")
+        raise InputError(f"{str(folder)!r} holds no raw file that can be read ({', '.join(RAW)})")
     darks: list[F32] = []
     for path in files:
         _, _, codes = codes_of(read_picture(path, stored=True))

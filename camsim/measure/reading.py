@@ -448,5 +448,5 @@ _READERS = {
     **dict.fromkeys(libraw.SUFFIXES, _read_maker),
 }
 
-READ = tuple(_READERS)
-"""Suffixes of the files that are read."""
+RAW = tuple(suffix for suffix in _READERS if suffix not in (".png", ".exr", ".jpg", ".jpeg"))
+"""Suffixes of files that are raw frames when they lie in a folder of those; others lie there as previews and plots."""

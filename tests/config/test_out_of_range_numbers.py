@@ -51,7 +51,8 @@ def cases() -> Iterator[tuple[str, Path_, float]]:
                 continue
             for path, value in leaves(tree):
                 place = tree[path[0]]
-                key = (place.get("kind"), tuple(part for part in path if isinstance(part, str)))
+                kind = place.get("kind") if isinstance(place, dict) else None
+                key = (kind, tuple(part for part in path if isinstance(part, str)))
                 if key not in seen:
                     seen.add(key)
                     yield json.dumps(tree), path, value

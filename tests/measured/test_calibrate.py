@@ -153,6 +153,8 @@ def test_kinds_come_from_folders_names_and_content(tmp_path: Path, rng: np.rando
     np.save(tmp_path / "bias_7.npy", next(frames_at(rng, 0.0, 1)))
     np.save(tmp_path / "IMG_2.npy", next(frames_at(rng, 0.0, 1)))
     np.save(tmp_path / "IMG_3.npy", next(frames_at(rng, 4000.0, 1)))
+    for beside in ("IMG_3.JPG", "plot.png", "._IMG_3.npy"):
+        (tmp_path / beside).write_bytes(b"a preview, a plot, a note of the system's")
     told = {shot.file: (shot.kind, shot.told_by) for shot in read_folder(tmp_path).shots}
     assert told == {
         "darks/IMG_1.npy": ("dark", "folder"),

@@ -18,7 +18,7 @@ from camsim.errors import InputError
 from camsim.measure.noise.shots import INDEX, Kind, codes_of, setting_of
 from camsim.measure.noise.stack import Codes
 from camsim.measure.picture import Picture
-from camsim.measure.reading import READ, read_picture
+from camsim.measure.reading import RAW, read_picture
 from camsim.typed import FilePath, check
 
 COLUMNS = ("file", "kind", "iso", "time_s", "exposure", "temperature_c")
@@ -107,7 +107,7 @@ def read_folder(folder: str | Path, *, cfa: str | None = None, side: int = 1024)
         raise InputError(f"{str(folder)!r} is no folder of flats and darks")
     lines = list(_listed(place))
     if not lines:
-        raise InputError(f"{str(folder)!r} holds no raw file that can be read ({', '.join(READ)})")
+        raise InputError(f"{str(folder)!r} holds no raw file that can be read ({', '.join(RAW)})")
     if len(lines) > _MOST_FRAMES:
         raise InputError(f"{str(folder)!r} holds {len(lines)} frames; {_MOST_FRAMES} are the most")
     side = min(side, int(math.sqrt(MOST_BYTES / (2 * len(lines)))))
@@ -154,7 +154,7 @@ def _listed(place: Path) -> Iterator[dict[str, str]]:
     index = place / INDEX
     if not index.is_file():
         for path in sorted(place.rglob("*")):
-            if path.is_file() and path.suffix.lower() in READ:
+            if path.is_file() and path.suffix.lower() in RAW and not path.name.startswith("."):
                 yield {"file": path.relative_to(place).as_posix()}
         return
     lines = list(csv.DictReader(io.StringIO(index.read_text(encoding="utf-8", errors="replace"))))
