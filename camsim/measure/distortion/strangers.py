@@ -178,7 +178,8 @@ def _report(
         return seen
 
     def off(p: F64) -> F64:
-        return (bent(p) - places).ravel()
+        missed: F64 = (bent(p) - places).ravel()
+        return missed
 
     first = np.concatenate([start.ravel()[:8], [0.0, 0.0]])
     fit = scipy.optimize.least_squares(off, first, x_scale="jac", method="lm")
