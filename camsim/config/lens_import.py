@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+import itertools
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -26,7 +28,7 @@ RIMS = {
     "USAP": "an aperture by points",
     "USOB": "an obstruction by points",
 }  # that a surface may have, and that rays are not stopped by
-VIGNETTING = ("VDXN", "VDYN", "VCXN", "VCYN", "VDSX", "VDSY", "VCSX", "VCSY")  # factors of each field, by its number
+VIGNETTING = ("VDXN", "VDYN", "VCXN", "VCYN")  # factors of each field: shifts of its pupil, compressions
 ENCODINGS = ("utf-16", "utf-8", "iso-8859-1")
 ASPHERES = {"STANDARD": 0, "EVENASPH": 2, "ODDASPHE": 1}  # powers of r from one PARM to the next
 FAR_MM = 1e9  # an object as far away is at infinity
@@ -48,16 +50,31 @@ def trace_zemax(file: Path, *, field_deg: float | None = None, field_mm: float |
 
     field_deg, field_mm : the largest field, an angle or a height in the image, in place of the file's own
     """
+    told, full, notes = read_zemax(file, field_deg=field_deg, field_mm=field_mm)
+    return lens_file(told, full, name=file.stem, source=f"traced from {file.name}", notes=notes)
+
+
+def read_zemax(
+    file: Path, *, field_deg: float | None = None, field_mm: float | None = None
+) -> tuple[Prescription, float, list[str]]:
+    """Return the lens of a Zemax prescription, its largest field in radians, and what of it is worth a line."""
     if not file.is_file():
         raise InputError(f"no such file: {str(file)!r}")
     head, surfaces = _read(file)
     told, notes = _prescription(head, surfaces, file.name)
+    told = _stopped(told, file.name, notes)
     lens = told.of_wavelengths((told.middle_nm,))
-    _judge_axis(lens, file.name)
-    full = math.radians(field_deg) if field_deg is not None else None
-    if full is None:
-        full = _angle_of(lens, field_mm, file.name) if field_mm is not None else _field(lens, head, file.name)
-    return lens_file(told, full, name=file.stem, source=f"traced from {file.name}", notes=notes)
+    fields = _fields(head)
+    if field_deg is not None:
+        full = math.radians(field_deg)
+    elif field_mm is not None:
+        full = _angle_of(lens, field_mm, file.name)
+    else:
+        full = _angle(lens, head, max(math.hypot(x, y) for x, y, *_ in fields), file.name)
+    if any(any(factors) for _, _, *factors in fields):
+        told = dataclasses.replace(told, vignetting=_vignetting(lens, head, fields, file.name))
+        notes.append("the pupil is that of the file's vignetting factors, linear between its fields")
+    return told, full, notes
 
 
 def _read(file: Path) -> tuple[Operands, list[Operands]]:
@@ -96,12 +113,6 @@ def _prescription(head: Operands, blocks: list[Operands], name: str) -> tuple[Pr
     if unit not in UNITS_MM:
         raise InputError(f"{name!r} has lengths in {unit!r}; save it in one of {', '.join(UNITS_MM)} (UNIT)")
     mm = UNITS_MM[unit]
-    for key, *values in head:
-        if key in VIGNETTING and any(float(value) != 0.0 for value in values):
-            raise InputError(
-                f"{name!r} has vignetting factors ({key}), which are of its own fields and of no other; "
-                "clear them and give the surfaces that cut light their apertures (CLAP 0 RADIUS)"
-            )
     if _number(head, "GFAC", 0) and _number(head, "GFAC", 1):
         raise InputError(f"{name!r} has an apodised pupil (GFAC); lens files are of evenly lit ones: clear it")
     distance = (_values(blocks[0], "DISZ") or ["INFINITY"])[0]
@@ -222,44 +233,85 @@ def _surface(number: int, own: Operands, mm: float, makers: Sequence[str], name:
     )
 
 
-def _judge_axis(lens: Lens, name: str) -> None:
-    """Raise InputError where the axis's light is not all of the pupil's."""
+def _stopped(told: Prescription, name: str, notes: list[str]) -> Prescription:
+    """Return a lens whose stop is what stops the axis's light; raises InputError where it has no focal length."""
+    lens = told.of_wavelengths((told.middle_nm,))
     if not math.isfinite(lens.focal_mm) or abs(lens.focal_mm) > FAR_MM or not math.isfinite(lens.radius_mm):
         raise InputError(f"{name!r} has no focal length: light of a far point leaves it as parallel as it came")
-    radius = np.sqrt((np.arange(500) + 0.5) / 500.0)
+    radius = np.linspace(0.0, 1.0, 501)
     [axis] = lens.beams([0.0], np.stack([radius, 0.0 * radius]))
-    passes = axis.passes[0]
-    if not passes.all():
-        raise InputError(
-            f"{name!r} has apertures that stop {100.0 * (1.0 - passes.mean()):.2g} % of the axis's light, so its pupil "
-            "is not the circle of its f-number; open them, or give it a smaller entrance pupil (ENPD)"
-        )
+    if axis.passes[0].all():
+        return told
+    open_to = max(int(np.argmin(axis.passes[0])) - 1, 1)
+    places = np.array([[radius[open_to]], [0.0]])
+
+    def share(number: int) -> float:
+        alone = [dataclasses.replace(own, rim_mm=own.rim_mm if k == number else math.inf) for k, own in rims]
+        [beam] = dataclasses.replace(lens, surfaces=tuple(alone)).beams([0.0], places)
+        return float(beam.share[0, 0])
+
+    rims = list(enumerate(told.surfaces))
+    first = max(range(len(rims)), key=share)
+    notes.append(f"the aperture of SURF {first + 1} is taken for the stop, as it stops more of the axis's light")
+    surfaces = [
+        dataclasses.replace(own, stop=k == first, rim_mm=min(own.rim_mm, lens.stop_mm) if own.stop else own.rim_mm)
+        for k, own in rims
+    ]
+    return dataclasses.replace(told, surfaces=tuple(surfaces), aperture=("stop", surfaces[first].rim_mm))
 
 
-def _field(lens: Lens, head: Operands, name: str) -> float:
-    """Return the largest field of a file, radians."""
+def _fields(head: Operands) -> list[list[float]]:
+    """Return x and y of a file's fields, in what they are given by, and the vignetting factors of each."""
+    kept = int(_number(head, "FTYP", 2, 0.0)) or None  # what stands behind so many is left of others
+
+    def of(key: str, older: str) -> list[float]:
+        return [float(value) for value in (_values(head, key) or _values(head, older))[:kept]]
+
+    columns = [of(f"{axis}FLN", f"{axis}FLD") for axis in "XY"] + [of(key, key) for key in VIGNETTING]
+    return [list(row) for row in itertools.zip_longest(*columns, fillvalue=0.0)] or [[0.0] * len(columns)]
+
+
+def _vignetting(
+    lens: Lens, head: Operands, fields: list[list[float]], name: str
+) -> tuple[tuple[float, float, float, float], ...]:
+    """Return ``Prescription.vignetting``; raises InputError where it is not the same all round the axis."""
+    rows = {0.0: (0.0, 0.0, 0.0)}
+    for number, (x, y, *factors) in enumerate(fields, start=1):
+        shift_x, shift_y, less_x, less_y = factors
+        along, across = ((shift_y, less_y), (shift_x, less_x)) if y else ((shift_x, less_x), (shift_y, less_y))
+        own = math.copysign(1.0, x + y) * along[0], along[1], across[1]
+        at = _angle(lens, head, math.hypot(x, y), name) if x or y else 0.0
+        even = (x and y) or at == 0.0
+        if across[0] or (even and (along[0] or along[1] != across[1])) or (at and rows.get(at, own) != own):
+            raise InputError(
+                f"{name!r} has vignetting factors that are not the same all round the axis (VDXN, VDYN, VCXN, VCYN of "
+                f"field {number}), and lens files are of systems that are; clear them and give the surfaces that cut "
+                "light their apertures (CLAP 0 RADIUS)"
+            )
+        rows[at] = own
+    return tuple((at, *rows[at]) for at in sorted(rows))
+
+
+def _angle(lens: Lens, head: Operands, field: float, name: str) -> float:
+    """Return a field of a file as an angle, radians."""
     kind = (_values(head, "FTYP") or [ANGLES])[0]
     if kind in FIELDS:
         raise InputError(
             f"{name!r} has fields by {FIELDS[kind]} (FTYP {kind}); give the largest one, --field DEGREES or --field-mm "
             "HEIGHT in the image, or save it with fields as angles (FTYP 0, YFLN in degrees)"
         )
-    columns = [[float(v) for v in _values(head, f"{axis}FLN") or _values(head, f"{axis}FLD")] for axis in "XY"]
-    longest = max(map(len, columns))
-    across, along = (column + [0.0] * (longest - len(column)) for column in columns)
-    largest = max(map(math.hypot, across, along), default=0.0)
-    if not largest > 0.0:
+    if not field > 0.0:
         raise InputError(
             f"{name!r} has no field but the axis; give the largest one: --field DEGREES, or --field-mm HEIGHT in the "
             "image"
         )
     if kind == ANGLES:
-        return math.radians(largest)
-    unit = UNITS_MM[(_values(head, "UNIT") or ["MM"])[0].upper()]
+        return math.radians(field)
+    field_mm = field * UNITS_MM[(_values(head, "UNIT") or ["MM"])[0].upper()]
     if kind == PARAXIAL_HEIGHTS:
         [near] = lens.beams([NEAR_AXIS], np.empty((2, 0)))
-        return math.atan(largest * unit / abs(float(near.chief_mm[0])) * math.tan(NEAR_AXIS))
-    return _angle_of(lens, largest * unit, name)
+        return math.atan(field_mm / abs(float(near.chief_mm[0])) * math.tan(NEAR_AXIS))
+    return _angle_of(lens, field_mm, name)
 
 
 def _angle_of(lens: Lens, height_mm: float, name: str) -> float:

@@ -92,12 +92,15 @@ class Prescription:
                   the stop's radius, mm
     aim         : whether rays are aimed at the real stop; else they fill the paraxial entrance pupil
     middle_nm   : wavelength by which pupil and focal length are told
+    vignetting  : (angle from the axis in radians, shift along the radius, compression along it and across it) of the
+                  pupil, in its radii; linear between angles, which increase from 0
     """
 
     surfaces: tuple[Surface, ...]
     aperture: tuple[str, float]
     aim: bool = True
     middle_nm: float = 550.0
+    vignetting: tuple[tuple[float, float, float, float], ...] = ()
 
     def of_wavelengths(self, wavelength_nm: Sequence[float]) -> Lens:
         """Return the lens with the indices of wavelengths."""
@@ -117,6 +120,7 @@ class Lens:
     stop_mm: float  # radius of the stop
     sphere_mm: float  # radius of reference spheres
     aim: bool
+    vignetting: tuple[tuple[float, float, float, float], ...] = ()
 
     @classmethod
     def of(cls, told: Prescription, nm: F64) -> Lens:
@@ -167,6 +171,7 @@ class Lens:
             stop_mm=stop_mm,
             sphere_mm=max(sphere_mm, 0.1 * abs(focal_mm)),
             aim=told.aim,
+            vignetting=told.vignetting,
         )
 
     def trace(self, angle_rad: float, entry_mm: F64) -> Traced:
@@ -210,12 +215,21 @@ class Lens:
 
     def entry_area(self, angle_rad: float, entry_mm: F64) -> F64:
         """Return by how much larger areas of the first vertex's plane are than those of the pupil's places (w, n)."""
+        _, along, across = self.vignetted(angle_rad)
         if not self.aim:
-            return np.full(entry_mm.shape[1:], self.radius_mm**2)
+            return np.full(entry_mm.shape[1:], along * across * self.radius_mm**2)
         with np.errstate(all="ignore"):
             _, (a, c), (b, d) = self._slopes(angle_rad, entry_mm)
-        area: F64 = self.stop_mm**2 / np.abs(a * d - b * c)
+        area: F64 = along * across * self.stop_mm**2 / np.abs(a * d - b * c)
         return area
+
+    def vignetted(self, angle_rad: float) -> tuple[float, float, float]:
+        """Return where a field's pupil has its middle along the radius, and its half widths along and across it."""
+        if not self.vignetting:
+            return 0.0, 1.0, 1.0
+        at, *columns = np.array(self.vignetting).T
+        moved, along, across = (float(np.interp(angle_rad, at, column)) for column in columns)
+        return moved, 1.0 - along, 1.0 - across
 
     def _slopes(self, angle: float, entry: F64) -> tuple[F64, F64, F64]:
         """Return places in the stop, and by how much they go with where rays enter along x and along y."""
@@ -227,10 +241,13 @@ class Lens:
 
     def _beams(self, angles_rad: Iterable[float], places: F64) -> list[Beam]:
         shape = (2, self.index[0].shape[0], places.shape[1])
-        wanted = np.broadcast_to(places[:, None, :], shape)
-        entry, before, moved = self.radius_mm * wanted, 0.0, np.zeros(shape)
+        entry, before, moved = self.radius_mm * np.broadcast_to(places[:, None, :], shape), 0.0, np.zeros(shape)
         beams = []
         for angle in angles_rad:
+            middle, along, across = self.vignetted(angle)
+            own = np.stack([middle + along * places[0], across * places[1]])
+            own[:, 0] = 0.0  # the chief ray, which factors leave alone
+            wanted = np.broadcast_to(own[:, None, :], shape)
             if self.aim:
                 found = self._aimed(before, angle, entry, moved, self.stop_mm * wanted)
                 if angle > before:

@@ -108,7 +108,7 @@ def lens_file(
     spread = np.sqrt((axis.pupil[:, 0, 1:] ** 2).mean(axis=1)) / aperture  # of a disc, and of it one half
     notes = list(notes)
     if out_mm := _out_of_focus(axis, told.middle_nm / 1e6):
-        f_number = 0.5 * abs(middle.focal_mm) / middle.radius_mm
+        f_number = 0.5 * abs(middle.focal_mm) / (middle.radius_mm * middle.vignetted(0.0)[1])
         side_of = "behind" if out_mm > 0.0 else "before"
         notes.append(
             f"the sensor lies {abs(out_mm):.3g} mm {side_of} the best focus; the f-number is that of the focus"

@@ -18,6 +18,7 @@ import numpy.typing as npt
 from camsim.arrays import F64
 from camsim.errors import InputError, InvalidValueError
 from camsim.files import exr_reader, jpeg_reader, npy_reader, npz_reader, pgm_reader, png_reader
+from camsim.files.exif import setting_noted
 from camsim.files.full_scale import largest_sample, opaque, refuse_transparent
 from camsim.files.matlab_reader import read_variables
 from camsim.files.reading import opened, read_record
@@ -311,7 +312,15 @@ def _read_dng(source: _Source) -> Picture:
     with contextlib.suppress(InputError):  # what LibRaw does not know, our own reader may
         noted = libraw.read_noted(source.path)
     white_balance, to_camera = read_colours(source.file, source.size)
-    noted = replace(noted, white_balance=white_balance, xyz_to_camera=to_camera, operations=raw.operations)
+    iso, time_s = setting_noted(read_directory(source.file, source.size))  # LibRaw knows no ISO above 65535
+    noted = replace(
+        noted,
+        iso=iso or noted.iso,
+        time_s=time_s or noted.time_s,
+        white_balance=white_balance,
+        xyz_to_camera=to_camera,
+        operations=raw.operations,
+    )
     if raw.image.ndim == 3:
         levels = zip(raw.black.flat, raw.white, strict=True)
         planes = tuple(

@@ -167,8 +167,11 @@ REFUSED = {
     "axis": ("YFLN 0 5", "YFLN 0 0", r"no field but the axis; give the largest one: --field DEGREES, or --field-mm"),
     "hole": ("  STOP\n", "  STOP\n  OBSC 0 2 0\n", r"an obstruction \(OBSC of SURF 1\), .*circular apertures"),
     "rectangle": ("  STOP\n", "  STOP\n  SQAP 2 5\n", r"a rectangular aperture \(SQAP of SURF 1\), .*circular"),
-    "factors": ("WAVM 1", "VCXN 0 0\nVCYN 0 0.3\nWAVM 1", r"vignetting factors \(VCYN\), .*clear them"),
-    "stopped": ("  STOP\n", "  STOP\n  CLAP 0 4 0\n", r"apertures that stop 36 % of the axis's light, .*open them"),
+    "factors": (
+        "WAVM 1",
+        "VDXN 0 0.1\nVCYN 0 0.3\nWAVM 1",
+        r"vignetting factors that are not the same all round .* 2\)",
+    ),
     "toroid": ("CURV -0.01", "TYPE TOROIDAL\n  PARM 2 -90\n  CURV -0.01", ROUND.format("TOROIDAL")),
     "tilt": ("SURF 2\n", "SURF 2\n  TYPE COORDBRK\n  DISZ 0\n  PARM 3 1.0\nSURF 3\n", ROUND.format("COORDBRK")),
     "decentre": ("SURF 2\n", "SURF 2\n  TYPE COORDBRK\n  DISZ 0\n  PARM 1 0.1\nSURF 3\n", ROUND.format("COORDBRK")),
@@ -213,6 +216,21 @@ def test_nothing_is_written_of_what_is_refused(tmp_path):
 
 
 FULL_MM = 8.0
+
+
+def test_what_stops_the_axis_is_the_stop(tmp_path):
+    """An aperture that is narrower than the entrance pupil, and vignetting factors that say the same."""
+    prescription, pupils = tmp_path / "singlet.zmx", []
+    for said, instead in (
+        ("  STOP\n", "  STOP\n  CLAP 0 4 0\n"),
+        ("WAVM 1", "VCXN 0.2 0.2\nVCYN 0.2 0.2\nWAVM 1"),
+        ("ENPD 10.0", "ENPD 8.0"),
+    ):
+        prescription.write_text(SINGLET.replace(said, instead), encoding="utf-8")
+        pupils.append(yaml.safe_load(import_zemax(prescription)))
+    for one in pupils[:2]:
+        assert one["f_number"] == pytest.approx(pupils[2]["f_number"], rel=1e-3)
+        assert one["height_um"] == pytest.approx(pupils[2]["height_um"], rel=1e-3)
 
 
 def test_a_field_is_told_in_many_ways(tmp_path):

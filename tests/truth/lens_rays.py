@@ -7,6 +7,7 @@ rim mm). Rays are sent in on a fine lattice, and those count that fall into the 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import griddata
@@ -81,17 +82,32 @@ def chief_mm(rows, stop, angle, um):
     return found[:2]
 
 
-def mtf(rows, stop, stop_mm, angle, um, per_mm, across=161, lattice=300):
+class Ellipse(NamedTuple):
+    """Where a pupil is open: in the stop, or in the first vertex's plane; mm, along the field and across it."""
+
+    in_stop: bool
+    middle: float
+    along: float
+    across: float
+
+
+def mtf(rows, stop, stop_mm, angle, um, per_mm):
     """MTF along x (the field) and along y at frequencies; the pupil is where rays fall into the stop."""
-    entry, height = chief_mm(rows, stop, angle, um)
-    reach = 1.6 * stop_mm if abs(entry) < 1e-9 else 2.2 * stop_mm
+    chief = chief_mm(rows, stop, angle, um)
+    reach = 1.6 * stop_mm if abs(chief[0]) < 1e-9 else 2.2 * stop_mm
+    return mtf_through(rows, stop, Ellipse(True, 0.0, stop_mm, stop_mm), angle, um, per_mm, chief, reach, 80.0)
+
+
+def mtf_through(rows, stop, pupil, angle, um, per_mm, chief, reach, radius, across=161, lattice=300):
+    """Likewise through an ellipse; chief: where a ray of its middle enters and falls; radius: of the sphere, mm."""
+    entry, height = chief
     axis = np.linspace(-reach, reach, across)
     x, y = (own.ravel() for own in np.meshgrid(entry + axis, axis))
     with np.errstate(all="ignore"):
         at, way, path, in_stop, met = trace(rows, stop, angle, x, y, um)
-    share = np.fmax(np.hypot(*in_stop) / stop_mm, met)
+    place = in_stop if pupil.in_stop else np.stack([x, y])
+    share = np.fmax(np.hypot((place[0] - pupil.middle) / pupil.along, place[1] / pupil.across), met)
     off = at - np.array([[height], [0.0], [0.0]])
-    radius = 80.0
     along = (off * way).sum(axis=0)
     back = along + np.sqrt(along**2 - (off**2).sum(axis=0) + radius**2)
     p = (off - back * way)[:2] / radius

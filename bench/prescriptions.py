@@ -1,0 +1,217 @@
+"""Prescriptions by strangers, imported and held against two other ray traces.
+
+``python -m bench.prescriptions [FILE.zmx[=MM] …]`` imports each (MM: the largest image height, in place of the
+file's own, with which optiland is not asked) and compares MTF at three fields, two directions and three wavelengths
+with optiland's Huygens pattern of the same file, which optiland reads itself, and with ``tests/truth/lens_rays.py``;
+distortion likewise. Without files it takes optiland's own samples, written as Zemax files by optiland. What is refused
+stands there with its reason.
+"""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+import math
+import sys
+import tempfile
+import time
+import warnings
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from camsim.arrays import F64
+from camsim.config import lens_import, yaml_source
+from camsim.config.lens_files import lens_of
+from camsim.config.lens_rays import NEAR_AXIS, Prescription
+from camsim.errors import CamsimError
+from camsim.optics import FieldLens
+from tests.truth import lens_rays as truth
+
+FIELDS = (0.0, 0.7, 1.0)  # of the largest
+NM = (450.0, 550.0, 650.0)
+PER_MM = np.array([10.0, 20.0, 40.0])
+WITHIN = 0.01
+SAMPLES = ("objectives", "simple", "telescopes", "miscellaneous")
+WINDOW, MOST = 35.0, 2.5  # λN about the spot, and times that at the most, of optiland's patterns
+
+
+class Held(NamedTuple):
+    """The largest differences of an imported lens: of MTF, and of where chief rays fall (a fraction)."""
+
+    mtf_truth: float
+    mtf_optiland: float
+    fall_truth: float
+    fall_optiland: float
+
+
+def samples(folder: Path) -> Iterator[Path]:
+    """Yield optiland's samples as Zemax files."""
+    from optiland.fileio.zemax import save_zemax_file
+
+    for name in SAMPLES:
+        module = importlib.import_module(f"optiland.samples.{name}")
+        for _, kind in inspect.getmembers(module, inspect.isclass):
+            if kind.__module__ == module.__name__:
+                file = folder / f"{kind.__name__}.zmx"
+                save_zemax_file(kind(), str(file))
+                yield file
+
+
+def transfers(lens: FieldLens, height_um: float, nm: float) -> F64:
+    """Return MTF of a lens file at a height: along the radius and across it."""
+    placed, per_um, none = lens.at(min(height_um, lens.height_um[-1]), 0.0), PER_MM / 1e3, 0.0 * PER_MM
+    return np.abs([placed.otf(per_um, none, nm), placed.otf(none, per_um, nm)])
+
+
+def fallen_um(lens: FieldLens, ideal_um: float) -> float:
+    """Return where what would fall at a height without distortion falls."""
+    return float(lens.distorted(np.array([[ideal_um, 0.0]]))[0, 0])
+
+
+class Rays:
+    """The second trace: ``tests/truth``, of surfaces as camsim reads them."""
+
+    def __init__(self, told: Prescription) -> None:
+        self._lens = told.of_wavelengths((told.middle_nm,))
+        self._um = told.middle_nm / 1e3
+        self.rows = [
+            (
+                own.curvature_per_mm,
+                own.conic,
+                dict(own.powers),
+                own.thickness_mm,
+                "mirror" if own.mirror else _index(own.index),
+                own.rim_mm,
+            )
+            for own in told.surfaces
+        ]
+        self.stop = next(k for k, own in enumerate(told.surfaces) if own.stop)
+        self.aim = told.aim
+
+    def chief_mm(self, angle: float) -> tuple[float, float]:
+        """Return where a field's chief ray enters and falls."""
+        if self.aim:
+            return truth.chief_mm(self.rows, self.stop, angle, self._um)
+        near, _ = truth.chief_mm(self.rows, self.stop, NEAR_AXIS, self._um)
+        entry = near / math.tan(NEAR_AXIS) * math.tan(angle)
+        at, *_ = truth.trace(self.rows, self.stop, angle, np.array([entry]), np.zeros(1), self._um)
+        return entry, float(at[0, 0])
+
+    def transfers(self, angle: float, nm: float) -> F64:
+        """Return MTF along the radius and across it."""
+        middle, *halves = self._lens.vignetted(angle)
+        entry, height = self.chief_mm(angle)
+        radius = self._lens.stop_mm if self.aim else self._lens.radius_mm
+        pupil = truth.Ellipse(
+            in_stop=self.aim,
+            middle=radius * middle + (0.0 if self.aim else entry),
+            along=radius * halves[0],
+            across=radius * halves[1],
+        )
+        reach = 1.5 * self._lens.radius_mm
+        return np.array(
+            truth.mtf_through(
+                self.rows, self.stop, pupil, angle, nm / 1e3, PER_MM, (entry, height), reach, self._lens.sphere_mm
+            )
+        )
+
+
+def _index(index: Any) -> Any:
+    return truth.AIR if index is None else lambda um: float(index(np.array([1e3 * um]))[0])
+
+
+class Optiland:
+    """The file as optiland reads and traces it."""
+
+    def __init__(self, file: Path, aim: bool) -> None:
+        from optiland.fileio import load_zemax_file
+
+        self.optic = load_zemax_file(str(file))
+        if aim:
+            self.optic.ray_tracer.set_aiming("robust")
+
+    def fallen_mm(self, share: float, um: float) -> float:
+        """Return where the chief ray falls."""
+        rays = self.optic.trace_generic(0.0, share, 0.0, 0.0, um)
+        return float(np.hypot(rays.x, rays.y)[0])
+
+    def transfers(self, share: float, nm: float, f_number: float) -> F64:
+        """Return MTF along the radius and across it, of its Huygens pattern in the image plane."""
+        from optiland.psf.huygens_fresnel import ScalarHuygensPSF
+
+        blur = f_number * nm / 1e6
+        rays = self.optic.trace(0.0, share, nm / 1e3, num_rays=12, distribution="hexapolar")
+        lit = rays.i > 0.0
+        spot = float(np.hypot(rays.x[lit] - rays.x[lit].mean(), rays.y[lit] - rays.y[lit].mean()).max())
+        reach = min(WINDOW * blur + spot, MOST * WINDOW * blur)
+        # So that nothing of what passes is mistaken for a frequency that is compared, and no ray for another.
+        pixels, across = math.ceil(2.0 * reach * (1.0 / blur + 1.1 * PER_MM[-1])), math.ceil(2.0 * reach / blur) + 4
+        step = 2.0 * reach / pixels
+        found = ScalarHuygensPSF(
+            self.optic, (0.0, share), nm / 1e3, num_rays=across, image_size=pixels, pixel_pitch=step
+        )
+        pattern = np.asarray(found.psf)
+        place = step * pixels / (pixels - 1) * (np.arange(pixels) - 0.5 * (pixels - 1))
+        waves = np.exp(2j * np.pi * PER_MM[:, None] * place)
+        # Of a round pupil 2λN/π²r of the light lies beyond a radius; a square's sides are 1.12 of one as wide.
+        inside = 1.0 - 2.0 * blur / (math.pi**2 * 1.12 * (reach - min(spot, 0.5 * reach)))
+        return np.array([np.abs(waves @ pattern.sum(axis=k)) for k in (1, 0)]) * inside / pattern.sum()
+
+
+def held(file: Path | None, told: Prescription, full: float, lens: FieldLens) -> Held:
+    """Compare an imported lens with the other traces; file: for optiland, not a number without."""
+    rays, other = Rays(told), Optiland(file, told.aim) if file else None
+    scale = abs(rays.chief_mm(1e-3)[1]) / math.tan(1e-3)
+    worst = np.zeros(4)
+    for share in FIELDS:
+        angle = share * full
+        height_um = 1e3 * abs(rays.chief_mm(angle)[1])
+        for nm in NM:
+            own = transfers(lens, height_um, nm)
+            worst[0] = max(worst[0], np.abs(own - rays.transfers(angle, nm)).max())
+            if other:
+                worst[1] = max(worst[1], np.abs(own - other.transfers(share, nm, lens.f_number)).max())
+        if share:
+            fallen = fallen_um(lens, 1e3 * scale * math.tan(angle))
+            worst[2] = max(worst[2], abs(fallen / height_um - 1.0))
+            if other:
+                right_um = 1e3 * other.fallen_mm(share, told.middle_nm / 1e3)
+                worst[3] = max(worst[3], abs(fallen / right_um - 1.0))
+    if not other:
+        worst[[1, 3]] = math.nan
+    return Held(*worst.tolist())
+
+
+def row(file: Path, field_mm: float | None) -> str:
+    """Return what becomes of a file, on a line."""
+    began = time.perf_counter()
+    try:
+        told, full, notes = lens_import.read_zemax(file, field_mm=field_mm)
+        traced = lens_import.lens_file(told, full, name=file.stem, source=file.name, notes=notes)
+        traced.judge(WITHIN, file.name)
+    except CamsimError as refused:
+        return f"{file.name}: refused in {time.perf_counter() - began:.1f} s: {refused}"
+    seconds = time.perf_counter() - began
+    lens = lens_of(yaml_source.parse(traced.text.encode("utf-8"), file.name, Path()))
+    largest = f"{math.degrees(full):.3g}°, {lens.height_um[-1] / 1e3:.3g} mm, f/{lens.f_number:.3g}"
+    found = held(None if field_mm else file, told, full, lens)
+    return (
+        f"{file.name} ({largest}): {seconds:.1f} s; MTF off {found.mtf_truth:.4f} (own), {found.mtf_optiland:.4f} "
+        f"(optiland); distortion off {100 * found.fall_truth:.4f} %, {100 * found.fall_optiland:.4f} %"
+    )
+
+
+def main(given: list[str]) -> None:
+    """Print a line of each."""
+    warnings.simplefilter("ignore")
+    with tempfile.TemporaryDirectory() as place:
+        files = [(Path(name), float(mm) if mm else None) for name, _, mm in (one.partition("=") for one in given)]
+        for file, field_mm in files or [(one, None) for one in samples(Path(place))]:
+            print(row(file, field_mm), flush=True)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
