@@ -313,14 +313,8 @@ def _read_dng(source: _Source) -> Picture:
         noted = libraw.read_noted(source.path)
     white_balance, to_camera = read_colours(source.file, source.size)
     iso, time_s = setting_noted(read_directory(source.file, source.size))  # LibRaw knows no ISO above 65535
-    noted = replace(
-        noted,
-        iso=iso or noted.iso,
-        time_s=time_s or noted.time_s,
-        white_balance=white_balance,
-        xyz_to_camera=to_camera,
-        operations=raw.operations,
-    )
+    noted = replace(noted, iso=iso or noted.iso, time_s=time_s or noted.time_s, operations=raw.operations)
+    noted = replace(noted, white_balance=white_balance, xyz_to_camera=to_camera)
     if raw.image.ndim == 3:
         levels = zip(raw.black.flat, raw.white, strict=True)
         planes = tuple(
