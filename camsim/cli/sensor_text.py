@@ -75,7 +75,8 @@ def written(path: str, base: Base, parts: Mapping[str, str]) -> Camera:
 def exchanged(text: str, parts: Mapping[str, str]) -> str:
     """Return a file's text with some of its keys exchanged; those that it lacks come behind ``cfa``.
 
-    >>> print(exchanged("camsim: sensor/1\\ncfa: {kind: mono}\\nfilters: [0.5]\\n", {"filters": "", "name": "name: A"}))
+    >>> text = "camsim: sensor/1\\ncfa: {kind: mono}\\nfilters: [0.5]\\n"
+    >>> print(exchanged(text, {"filters": "", "name": "name: A"}).strip())
     camsim: sensor/1
     cfa: {kind: mono}
     name: A

@@ -55,6 +55,9 @@ STAGES: tuple[Any, ...] = (
     camsim.Chart(name="siemens-star", parameters={"radius_um": 9.0}), camsim.Svg(name="a", shapes=SCENE.shapes),
     camsim.AnnularAiry(f_number=8.0, obstruction=0.3), camsim.Gaussian(sigma_um=1.0), camsim.Pupil(),
     camsim.EllipticalGaussian(covariance_um2=((1.0, 0.0), (0.0, 2.0))),
+    camsim.MeasuredMatrix(
+        light="D50", white_xyz=(0.96, 1.0, 0.82), camera_to_xyz=((1.2, 0.1, 0.1), (0.5, 0.9, -0.2), (0.0, -0.1, 1.5))
+    ),
     camsim.MeasuredPsf(irradiance=((0.0, 1.0), (1.0, 2.0)), spacing_um=0.5), camsim.Wavefront(f_number=8.0),
     camsim.MeasuredOtf(values=np.pad([[1.0]], 1), spacing_per_um=0.5), camsim.TwoSpotOlpf(split_um=2.0),
     camsim.RadialOtf(freq_per_um=(0.0, 0.1, 0.2), values=(1.0, 0.5, 0.0)), camsim.FourSpotOlpf(split_um=2.0),
