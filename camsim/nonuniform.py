@@ -45,6 +45,19 @@ def modes(
     return total
 
 
+def modes_of_lines(phases: F64, strengths: C128, count: int, *, precision: float) -> C128:
+    """Return Σ_q strengths[n, q]·exp(−i·j·phases[q]) of each line n, j integers about 0: (lines, count).
+
+    precision : relative to the sum of the strengths' sizes
+    """
+    import finufft
+
+    total: C128 = finufft.nufft1d1(
+        _less_turns(phases), strengths, n_modes=count, eps=precision, isign=-1, upsampfac=finer(precision), nthreads=1
+    )
+    return total.reshape(len(strengths), count)
+
+
 def line_modes(phases: F64, strengths: C128, count: int, *, precision: float) -> C128:
     """Return Σ_q strengths[q]·exp(i·j·phases[q]), j integers about 0: (count,).
 

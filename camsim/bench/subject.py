@@ -26,8 +26,6 @@ if TYPE_CHECKING:
 
 
 ROUGH = 1e-2
-PICTURES = "pictures, gradients and points"
-"""Whatever the engine for edges is, these have one of their own."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -115,9 +113,4 @@ class Subject:
 
 def roads_of(choice: Choice) -> frozenset[str]:
     """Return what makes the parts of an image: two that have none in common are independent of one another."""
-    from camsim.rendering.fields.plan import WithPictures
-
-    plan, roads = choice.plan, set[str]()
-    if isinstance(plan, WithPictures):
-        plan, roads = plan.edges, {PICTURES}
-    return frozenset(roads if isinstance(plan, FlatPlan) else {choice.method, *roads})
+    return frozenset(() if isinstance(choice.plan, FlatPlan) else (choice.method,))

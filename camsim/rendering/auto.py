@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 from camsim.errors import UnsupportedError
 from camsim.kept import cached_property
 from camsim.kernels.threads import meanwhile
+from camsim.optics import RoundLens
+from camsim.optics.of_pupil import OfPupil
 from camsim.rendering.boundary.engine import Boundary, BoundaryPlan
 from camsim.rendering.check.checks import Checks
 from camsim.rendering.check.judge import Judge
@@ -24,6 +26,7 @@ if TYPE_CHECKING:
     from camsim.rendering.aberrated.engine import AberratedPlan
     from camsim.rendering.check.fitting import Windows
     from camsim.rendering.fourier.engine import Fourier, FourierPlan
+    from camsim.scene import Scene
 
 BOUNDARY = Boundary()
 
@@ -80,6 +83,7 @@ ENGINES: dict[str, Engine] = {
 NAMES = ("auto", *ENGINES)
 CHEAP_SECONDS = 0.05  # the answer saves no more than this; to import and ask the other engine takes nearly as long
 IMAGE_BYTES = 24.0  # of a photosite: whole images, which are no engine's tables and transforms
+CROWD, DIRECT = 20_000, 1e-6  # edges that closed forms are not asked for; the finest tolerance of direct sums
 MANY_EDGES = 100_000  # from which on the check's own scene takes a tenth of a second: it is made while engines plan
 CHEAP_SPLIT_SECONDS = 0.1  # of a lens that is taken apart it takes 20 ms more
 
@@ -114,6 +118,12 @@ def choose(method: str, job: Job, samples: int | None = None) -> Choice:
     What a method cannot render it refuses, even where there is nothing to render; what takes too much memory, before
     anything is rendered.
     """
+    if method == "auto" and samples is None and len(job.edges) >= CROWD and isinstance(job.system.lens, RoundLens):
+        from camsim.rendering.waves.plan import Waves
+
+        direct, spread = judge_of(job, job.tolerance), Waves().plan(job)
+        if direct is not None and fits(spread):
+            return Choice(method="fourier", why=f"{len(job.edges)} edges", plan=spread, judge=direct)
     judge = Judge(job, FOURIER)
     with meanwhile(lambda: judge.seen) if len(job.edges) > MANY_EDGES else contextlib.nullcontext():
         if method != "auto":
@@ -122,6 +132,20 @@ def choose(method: str, job: Job, samples: int | None = None) -> Choice:
             name, why, plan = _auto(job, judge, samples)
     refuse_much(name, plan)
     return Choice(method=name, why=why, plan=plan, judge=judge, samples=samples)
+
+
+def judge_of(job: Job, tolerance: float, scene: Scene | None = None) -> Checks | None:
+    """Return what sums up what photosites see directly, of scenes that it judges quickest; None: not behind this lens.
+
+    scene : where it is not the job's own, because pictures are left out there
+    """
+    from camsim.rendering.direct.judge import Judge as DirectSums
+
+    lens = job.system.lens
+    straight = isinstance(lens, OfPupil) and lens.pupil.shape != "circular"
+    if tolerance < DIRECT or straight or job.system.more:
+        return None
+    return DirectSums(job, scene=scene, tolerance=tolerance)
 
 
 def fits(plan: Plan) -> bool:

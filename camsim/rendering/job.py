@@ -255,9 +255,10 @@ class Job:
         """Return the lens's own length at wavelengths, pitches."""
         return blur_of(self.system, wavelength_nm, self.grid.pitch_um)
 
-    def nodes(self, *, phase: float) -> Nodes:
+    def nodes(self, *, phase: float = 0.0, count: int | None = None) -> Nodes:
         """Fuse the wavelengths; see ``spectral.fuse``."""
-        wavelength_nm, density = fuse(self.signals, phase=phase, allowed=self.budget.allowed("wavelengths"))
+        allowed = self.budget.allowed("wavelengths")
+        wavelength_nm, density = fuse(self.signals, phase=phase, allowed=allowed, count=count)
         return Nodes(wavelength_nm=wavelength_nm, density=density, weights=self._difference(density))
 
     def nodes_like(self, nodes: Nodes) -> Nodes:

@@ -165,17 +165,17 @@ def nodes_that_follow(phase: float, allowed: float) -> int:
     return math.ceil(0.5 * phase + math.cbrt(phase) + 3.5 - 3.0 * math.log10(allowed))
 
 
-def fuse(signals: Signals, *, phase: float, allowed: float) -> tuple[F64, F64]:
+def fuse(signals: Signals, *, phase: float, allowed: float, count: int | None = None) -> tuple[F64, F64]:
     """Return nodes (j,) in nm and weights (spectra, channels, j) on them.
 
     What the optics do varies smoothly with wavelength, while light and filters may have any shape. So the curves are
     integrated on their own grid against the Lagrange polynomials of the nodes: totals are exact whatever the number
     of nodes, and a lamp's lines need none of their own. ``phase`` is the range of 2πr/λN over the spectrum at the
     largest distance that matters; a polynomial follows it with half as many nodes and its cube root, and converges by
-    about a digit for every three more (measured on the shipped sensors and CIE F lamps).
+    about a digit for every three more (measured on the shipped sensors and CIE F lamps). ``count``: if it is known.
     """
     wavelength_nm = signals.wavelength_nm
-    count = max(FEWEST_NODES, nodes_that_follow(phase, allowed))
+    count = count or max(FEWEST_NODES, nodes_that_follow(phase, allowed))
     if wavelength_nm.size <= count:
         return wavelength_nm, signals.density
     x, gauss_w = gauss_legendre(count)

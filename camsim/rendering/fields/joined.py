@@ -5,11 +5,10 @@ from __future__ import annotations
 import dataclasses
 
 from camsim.errors import UnsupportedError
-from camsim.rendering.auto import FOURIER, Choice
+from camsim.rendering.auto import FOURIER, Choice, judge_of
 from camsim.rendering.check.judge import Judge
 from camsim.rendering.check.pictures import PictureJudge
 from camsim.rendering.fields.job import FieldJob
-from camsim.rendering.fields.plan import WithPictures
 from camsim.rendering.fields.share import edges_share
 from camsim.rendering.fourier.task import FINEST
 from camsim.rendering.paper import rules
@@ -36,11 +35,17 @@ def with_pictures(choice: Choice, scene: Scene, tolerance: float) -> Choice | No
         scale=job.signals.scale,
         tolerance=tolerance if lone else max(tolerance - job.tolerance, FINEST),
     )
-    judge = PictureJudge(edges=Judge(job, FOURIER), scene=scene, fields=fields)
     if not fields.layers:
         # Where the check sees some all the same, it is to say so.
-        return dataclasses.replace(choice, judge=judge) if judge.sees else None
-    plan = WithPictures(edges=choice.plan, fields=fields, tolerance=tolerance)
+        sees = PictureJudge(edges=Judge(job, FOURIER), scene=scene, fields=fields)
+        return dataclasses.replace(choice, judge=sees) if sees.sees else None
+    from camsim.rendering.waves.plan import Waves
+
+    judge = judge_of(job, tolerance, scene) or PictureJudge(edges=Judge(job, FOURIER), scene=scene, fields=fields)
+
+    whole = dataclasses.replace(job, tolerance=tolerance)
+    plan = Waves().plan(whole, fields=fields)
+    choice = dataclasses.replace(choice, method="fourier")
     if lone:
         return dataclasses.replace(choice, method="fourier", why="pictures are rendered by it", plan=plan, judge=judge)
     return dataclasses.replace(choice, plan=plan, judge=judge)

@@ -131,6 +131,11 @@ class Layer:
             return planes
         return np.stack([_spline_of(_spline_of(plane).T).T for plane in planes])
 
+    def kept(self, turned: bool) -> F64:
+        """Return all coefficients (planes, rows, cols), ``turned`` with rows and columns exchanged."""
+        whole = self.coefficients(range(self.shape[0]), range(self.shape[1]))
+        return whole.transpose(0, 2, 1) if turned else whole
+
     def coefficients(self, rows: range, cols: range) -> F64:
         """Return coefficients (planes, rows, cols) of a window of samples; beyond the picture they are mirrored."""
         if rows.start >= 0 and rows.stop <= self.shape[0] and cols.start >= 0 and cols.stop <= self.shape[1]:

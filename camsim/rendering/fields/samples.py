@@ -8,8 +8,10 @@ patch is a square between neighbouring knots, and the field on it a polynomial. 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
+import scipy
 
 from camsim.arrays import F64, I64
 from camsim.quadrature import gauss_legendre, gauss_pieces
@@ -22,6 +24,105 @@ LONGEST_PATCH = 9.0  # radians of half a patch's phase at the highest frequency,
 LONGEST_SQUARE = 8.0  # pitches: larger squares would bring in light from beyond what a window takes
 THREE = 3  # samples in place of one
 MOST_NODES = 64
+
+
+class Splines(NamedTuple):
+    """A layer as splines on a lattice, and points of light that say what they get wrong; pitches.
+
+    places : (rows, cols, 2) of samples;  light: (kinds, rows, cols)
+    points : (m, 2);  corrections: (kinds, m)
+    step, degree : of the splines;  gathered: spreads that samples were gathered by, (width, β, step) each
+    """
+
+    places: F64
+    light: F64
+    points: F64
+    corrections: F64
+    step: float
+    spline_step: float
+    degree: int
+    gathered: tuple[tuple[int, float, float], ...] = ()
+
+    def passes(self, frequency: F64) -> F64:
+        """Return the transform of one sample along an axis."""
+        passes = np.sinc(self.spline_step * frequency) ** (self.degree + 1)
+        for width, beta, step in self.gathered:
+            passes = passes / _window_transform(frequency * step, width, beta)
+        return passes
+
+    def halved(self, precision: float) -> Splines:
+        """Return half as many samples along either axis, of the same transform at low frequencies."""
+        width = 2 * math.ceil((math.log(1.0 / precision) / 2.2 + 1.0) / 2.0) + 2
+        beta = 0.74 * math.pi * width
+        rows, cols = self.light.shape[1:]
+        axes = (
+            self.places[0, 1] - self.places[0, 0] if cols > 1 else np.zeros(2),
+            (self.places[1, 0] - self.places[0, 0] if rows > 1 else np.zeros(2)),
+        )
+        light = self.light
+        for axis in (1, 2):
+            matrix = _gathering(light.shape[axis], width, beta)
+            moved = np.moveaxis(light, axis, 0)
+            light = np.moveaxis((matrix @ moved.reshape(len(moved), -1)).reshape(-1, *moved.shape[1:]), 0, axis)
+        more = width // 2
+        row, col = (2.0 * (np.arange(n) - more) for n in light.shape[1:])
+        places = self.places[0, 0] + col[None, :, None] * axes[0] + row[:, None, None] * axes[1]
+        return self._replace(
+            places=places, light=light, step=2.0 * self.step, gathered=(*self.gathered, (width, beta, 2.0 * self.step))
+        )
+
+
+def _gathering(count: int, width: int, beta: float) -> scipy.sparse.csr_array:
+    """Return the matrix that spreads samples on every second one, from width // 2 of these before the first on."""
+    more = width // 2
+    place = 0.5 * np.arange(count)[:, None]
+    first = np.floor(place) - more + 1
+    coarse = first + np.arange(width)
+    t = 2.0 * (place - coarse) / width
+    weight = np.i0(beta * np.sqrt(np.maximum(1.0 - t * t, 0.0))) / np.i0(beta)
+    rows, cols = (coarse + more).astype(int).ravel(), np.repeat(np.arange(count), width)
+    total = int(rows.max()) + 1
+    return scipy.sparse.csr_array((weight.ravel(), (rows, cols)), shape=(total, count))
+
+
+def _window_transform(frequency: F64, width: int, beta: float) -> F64:
+    """Return the transform of the spreading window, frequencies in cycles a coarse sample."""
+    root = np.sqrt(np.maximum(beta * beta - (np.pi * width * frequency) ** 2, 1e-12))
+    values: F64 = width * np.sinh(root) / root / np.i0(beta)
+    return values
+
+
+def splines_of(layer: Layer, *, cut: float, allowed: float) -> Splines:
+    """Return all of a layer.
+
+    cut : highest frequency that is asked, cycles/pitch;  allowed: error of the nodes, relative
+    """
+    times = 1
+    around = 0 if layer.degree == 0 else layer.degree + 2
+    rows, cols = (range(-around, count + around) for count in layer.shape)
+    fine = layer.coefficients(rows, cols)
+    while times < parts_of(layer, cut):
+        fine, times = refined(fine, layer.degree, THREE), THREE * times
+        trimmed = [
+            range(max(3 * r.start, -around), min(3 * r.stop, n * times + around))
+            for r, n in zip((rows, cols), layer.shape, strict=True)
+        ]
+        fine = fine[:, _within(trimmed[0], rows), _within(trimmed[1], cols)]
+        rows, cols = trimmed
+    step = layer.step / times
+    corner = layer.places(np.array([[cols.start + 0.5, rows.start + 0.5]]) / times)[0]
+    across, down = step * np.arange(fine.shape[2]), step * np.arange(fine.shape[1])
+    places = corner + across[None, :, None] * layer.axes[0] + down[:, None, None] * layer.axes[1]
+    if layer.degree == 0 and layer.outline is None:
+        return Splines(places, step**2 * fine, np.empty((0, 2)), np.empty((len(fine), 0)), step, step, 0)
+    cover, knot = _cover(layer, times, (rows.start, cols.start), fine.shape[1:])
+    keep = _kept(cover.whole, layer.degree)
+    lattice = np.where(keep, fine, 0.0)
+    everywhere = np.full(2, -1e300), np.full(2, 1e300)
+    points, corrections = _corrections(
+        layer, times, fine, lattice, cover, knot, everywhere, np.zeros(2), cut=cut, allowed=allowed
+    )
+    return Splines(places, step**2 * lattice, points, corrections, step, step, layer.degree)
 
 
 def samples_of(

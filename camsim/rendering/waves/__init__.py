@@ -1,0 +1,1 @@
+"""Images as sums over spatial frequencies: any source, any transfer."""

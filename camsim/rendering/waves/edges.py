@@ -1,0 +1,154 @@
+"""Edges as a source: the transform of the regions that they bound."""
+
+from __future__ import annotations
+
+import functools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from camsim.arrays import C128, F64, I64
+from camsim.kept import cached_property
+from camsim.kernels import kernel, shared
+from camsim.nonuniform import modes
+from camsim.quadrature import gauss_pieces, gauss_rules
+from camsim.rendering.edges import Edges
+from camsim.rendering.fourier.clamped import clamped, netted
+from camsim.rendering.waves.kernels import slope
+from camsim.rendering.waves.levels import Lattice
+
+MOST_NODES = 200  # of one Gauss rule on an edge; a longer one is cut
+EDGES_AT_ONCE, ROWS_AT_ONCE = 1000, 16
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class EdgeSource:
+    """Regions of several kinds of light, bounded by edges.
+
+    edges  : pitches from the optical axis
+    shares : (spectra, kinds) how much of each kind there is in what lies beside an edge, the background first
+    precision : of the transforms, relative
+    """
+
+    edges: Edges
+    shares: F64
+    precision: float
+
+    @cached_property
+    def box(self) -> tuple[F64, F64]:
+        """Low and high corners."""
+        return self.edges.box
+
+    @property
+    def kinds(self) -> int:
+        """Number of kinds."""
+        kinds: int = self.shares.shape[1]
+        return kinds
+
+    def transform(self, lattice: Lattice, origin: tuple[float, float]) -> C128 | None:
+        """Return the transform of each kind's regions (kinds, 2n − 1, m), seen from an origin; None: there are none."""
+        edges = clamped(self.edges, lattice.low, lattice.high, origin)
+        if not len(edges):
+            return None
+        jump = self.shares[edges.left] - self.shares[edges.right]
+        start, end, jump = netted(edges.start, edges.end, jump, lattice.low, lattice.high)
+        if not len(start):
+            return None
+        twice = start[:, 0] * end[:, 1] - end[:, 0] * start[:, 1]
+        areas = [0.5 * float(np.sum(twice * own)) for own in jump.T]
+        places, which, along = _nodes(start, end, lattice, 0.5 * self.precision)
+        columns, rows = lattice.counts
+        out = np.empty((self.kinds, 2 * rows - 1, columns), complex)
+        step_x, step_y = (1.0 / period for period in lattice.periods)
+        for k, (own, area) in enumerate(zip(jump.T, areas, strict=True)):
+            whole = out[k]
+            strengths = along * own[which]
+            whole[:] = modes(places, strengths, whole.shape, precision=self.precision, sign=-1)
+            shared(
+                len(whole),
+                functools.partial(slope, whole, rows - 1, step_x, step_y, area),
+                least=ROWS_AT_ONCE,
+            )
+        return out
+
+
+def phases(places: F64, lattice: Lattice) -> tuple[F64, F64]:
+    """Return radians along y and x of places (n, 2) in a lattice's period, −π … π."""
+    turns = places / np.array(lattice.periods, float)
+    turns -= np.rint(turns)
+    turns *= 2.0 * np.pi
+    return np.ascontiguousarray(turns[:, 1]), np.ascontiguousarray(turns[:, 0])
+
+
+def half_plane(strengths: C128, across: F64, columns: int) -> C128:
+    """Return strengths turned so that modes about 0 are those from 0 on: columns // 2 is added to each."""
+    turned: C128 = strengths * np.exp(-1j * (columns // 2) * across)
+    return turned
+
+
+def _nodes(start: F64, end: F64, lattice: Lattice, allowed: float) -> tuple[tuple[F64, F64], I64, C128]:
+    """Return phases of nodes on edges, whose they are, and weights times ey + i·ex, turned to the half plane."""
+    length = np.hypot(*(end - start).T)
+    pieces, orders = gauss_pieces(np.pi * lattice.cut * length, allowed, MOST_NODES)
+    first = np.concatenate([[0], np.cumsum(pieces * orders)])
+    counts = tuple(np.flatnonzero(np.bincount(orders)).tolist())
+    rules = gauss_rules(counts)
+    rule = np.searchsorted(rules[2], orders)
+    down, across = np.empty(first[-1]), np.empty(first[-1])
+    owner, strengths = np.empty(first[-1], np.int64), np.empty(first[-1], complex)
+    middle = lattice.counts[0] // 2
+
+    def work(begin: int, stop: int) -> None:
+        _lay(
+            start,
+            end,
+            pieces,
+            rule,
+            rules,
+            first,
+            lattice.periods,
+            middle,
+            (down, across),
+            owner,
+            strengths,
+            begin,
+            stop,
+        )
+
+    shared(len(start), work, least=EDGES_AT_ONCE)
+    return (down, across), owner, strengths
+
+
+@kernel()
+def _lay(
+    start: F64,
+    end: F64,
+    pieces: I64,
+    which: I64,
+    rules: tuple[F64, F64, I64],
+    first: I64,
+    periods: tuple[int, int],
+    middle: int,
+    phases: tuple[F64, F64],
+    owner: I64,
+    strengths: C128,
+    begin: int,
+    stop: int,
+) -> None:
+    """Write the nodes of some edges' pieces, by each one's rule."""
+    (x, w, count), (px, py), (down, across) = rules, periods, phases
+    for e in range(begin, stop):
+        n, rule, ex, ey = first[e], which[e], end[e, 0] - start[e, 0], end[e, 1] - start[e, 1]
+        for piece in range(pieces[e]):
+            for q in range(count[rule]):
+                t = (piece + 0.5 * (1.0 + x[rule, q])) / pieces[e]
+                u, v = (start[e, 0] + t * ex) / px, (start[e, 1] + t * ey) / py
+                across[n] = 2.0 * math.pi * (u - math.floor(u + 0.5))
+                down[n] = 2.0 * math.pi * (v - math.floor(v + 0.5))
+                weight = 0.5 * w[rule, q] / pieces[e]
+                turn = middle * across[n]
+                cos, sin = math.cos(turn), math.sin(turn)
+                strengths[n] = complex(weight * (ey * cos + ex * sin), weight * (ex * cos - ey * sin))
+                owner[n] = e
+                n += 1

@@ -1,0 +1,175 @@
+"""The sums over frequencies, as kernels."""
+
+from __future__ import annotations
+
+import math
+
+from camsim.arrays import C128, F64
+from camsim.kernels import kernel
+
+HERMITE = 4
+
+
+@kernel()
+def add_curves(
+    total: C128,
+    source: C128,
+    curves: F64,
+    footprint: tuple[C128, C128, C128],
+    share: tuple[F64, float],
+    scale: tuple[float, float, float],
+    begin: int,
+    stop: int,
+) -> None:
+    """Add source × transfer to rows begin … stop of the photosites' lattice, for a round lens.
+
+    total  : (channels, rows, cols) the image's transform, aliases added up
+    source : (kinds, 2n − 1, m) transforms at j = −n … n, i = 0 … m
+    curves : (points, kinds, channels) the lens at radial frequencies in even steps
+    footprint : its transfer along x (m,), along y (2n − 1,), and what is no product of these (2n − 1, m) or (0, 0)
+    share  : how much of a frequency is this level's: values on straight lines, points per cycle/pitch
+    scale  : steps of i and of j in cycles/pitch, points per cycle/pitch
+    """
+    (across, down, both), (step_x, step_y, per) = footprint, scale
+    kinds, lines, columns = source.shape
+    channels, rows, cols = total.shape
+    points, middle = len(curves), lines // 2
+    most = (points - 1) / per
+    for row in range(begin, stop):
+        first = row - ((row + middle) // rows) * rows
+        for j in range(first, middle + 1, rows):
+            fy = j * step_y
+            if abs(fy) >= most:
+                continue
+            last = min(columns - 1, int(math.sqrt(most * most - fy * fy) / step_x))
+            own = down[j + middle]
+            col = 0
+            for i in range(last + 1):
+                fx = i * step_x
+                radius = math.sqrt(fx * fx + fy * fy)
+                place = radius * per
+                at = int(place)
+                if at < points - 1:
+                    t = place - at
+                    times = across[i] * own * _line(share, radius)
+                    if both.size:
+                        times *= both[j + middle, i]
+                    if i == 0:
+                        times *= 0.5
+                    for c in range(channels):
+                        value = 0j
+                        for k in range(kinds):
+                            lens = curves[at, k, c] + t * (curves[at + 1, k, c] - curves[at, k, c])
+                            value += source[k, j + middle, i] * lens
+                        total[c, row, col] += value * times
+                col += 1
+                if col == cols:
+                    col = 0
+
+
+@kernel()
+def _line(share: tuple[F64, float], frequency: float) -> float:
+    """Return the value at a frequency, on straight lines; the last beyond the end."""
+    values, per = share
+    place = frequency * per
+    at = int(place)
+    if at >= len(values) - 1:
+        return float(values[-1])
+    return float(values[at] + (place - at) * (values[at + 1] - values[at]))
+
+
+@kernel()
+def add_polar(
+    total: C128,
+    source: C128,
+    polar: C128,
+    footprint: tuple[C128, C128, C128],
+    share: tuple[F64, float],
+    scale: tuple[float, float, float],
+    begin: int,
+    stop: int,
+) -> None:
+    """Add source × transfer where that depends on direction; polar: (points, directions + 3, kinds, channels).
+
+    Directions run evenly from a step before −π/2 to two past π/2, or there is one. All else as of ``add_curves``.
+    """
+    (across, down, both), (step_x, step_y, per) = footprint, scale
+    kinds, lines, columns = source.shape
+    channels, rows, cols = total.shape
+    points, middle = len(polar), lines // 2
+    turns = polar.shape[1]
+    per_turn = (turns - 3) / math.pi
+    most = (points - 1) / per
+    for row in range(begin, stop):
+        first = row - ((row + middle) // rows) * rows
+        for j in range(first, middle + 1, rows):
+            fy = j * step_y
+            if abs(fy) >= most:
+                continue
+            last = min(columns - 1, int(math.sqrt(most * most - fy * fy) / step_x))
+            own = down[j + middle]
+            col = 0
+            for i in range(last + 1):
+                fx = i * step_x
+                radius = math.sqrt(fx * fx + fy * fy)
+                place = radius * per
+                at = min(max(int(place), 1), points - 3)
+                if place <= points - 1:
+                    r0, r1, r2, r3 = _cubic(place - at)
+                    times = across[i] * own * _line(share, radius)
+                    if both.size:
+                        times *= both[j + middle, i]
+                    if i == 0:
+                        times *= 0.5
+                    if turns == 1:
+                        for c in range(channels):
+                            value = 0j
+                            for k in range(kinds):
+                                lens = r0 * polar[at - 1, 0, k, c] + r1 * polar[at, 0, k, c]
+                                lens += r2 * polar[at + 1, 0, k, c] + r3 * polar[at + 2, 0, k, c]
+                                value += source[k, j + middle, i] * lens
+                            total[c, row, col] += value * times
+                    else:
+                        turn = (math.atan2(fy, fx) + 0.5 * math.pi) * per_turn + 1.0
+                        way = min(max(int(turn), 1), turns - 3)
+                        t0, t1, t2, t3 = _cubic(turn - way)
+                        for c in range(channels):
+                            value = 0j
+                            for k in range(kinds):
+                                lens = 0j
+                                for q in range(4):
+                                    r = r0 if q == 0 else r1 if q == 1 else r2 if q == 2 else r3
+                                    near = t0 * polar[at + q - 1, way - 1, k, c] + t1 * polar[at + q - 1, way, k, c]
+                                    near += (
+                                        t2 * polar[at + q - 1, way + 1, k, c] + t3 * polar[at + q - 1, way + 2, k, c]
+                                    )
+                                    lens += r * near
+                                value += source[k, j + middle, i] * lens
+                            total[c, row, col] += value * times
+                col += 1
+                if col == cols:
+                    col = 0
+
+
+@kernel()
+def _cubic(t: float) -> tuple[float, float, float, float]:
+    """Return Lagrange's weights of places −1, 0, 1 and 2 at t."""
+    a, b, c = t + 1.0, t - 1.0, t - 2.0
+    return -t * b * c / 6.0, a * b * c / 2.0, -a * t * c / 2.0, a * t * b / 6.0
+
+
+@kernel()
+def slope(whole: C128, middle: int, step_x: float, step_y: float, area: float, begin: int, stop: int) -> None:
+    """Make of Σ (ey + i·ex)·exp(−2πi f·y) over closed outlines the transform of what they enclose, in rows.
+
+    Σ (f·e)·exp(−2πi f·y) = 0 and (fx + i·fy)(ey + i·ex) = fx·ey − fy·ex + i·(f·e), over −2πi|f|² by Stokes.
+    """
+    for row in range(begin, stop):
+        fy = (row - middle) * step_y
+        for col in range(whole.shape[1]):
+            fx = col * step_x
+            square = 2.0 * math.pi * (fx * fx + fy * fy)
+            if square == 0.0:
+                whole[row, col] = area
+            else:
+                whole[row, col] *= complex(-fy / square, fx / square)

@@ -1,0 +1,156 @@
+"""What the system passes, as tables that sums over frequencies look up: a lens's transfer, weighed for each channel.
+
+A transfer is asked for the level of frequencies that it is to serve. What it gives is ``Curves`` (a round lens: one
+dimension), ``Polar`` (a pupil: radius and direction) or planes, row by row, of a lens that is known by ``otf`` alone.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+
+from camsim.arrays import C128, F64, I64
+from camsim.kept import cached_property
+from camsim.optics import OpticalSystem
+from camsim.optics.of_pupil import OfPupil
+from camsim.optics.protocols import Round, Separable
+from camsim.optics.transfer_table import TransferTable, transfer_table
+from camsim.rendering.waves.levels import Lattice, Level
+
+FEWEST_POINTS, MOST_POINTS = 2048, 1 << 16
+POLAR_POINTS, FAR_POINTS = (
+    320,
+    96,
+)  # along the radius: at the least, and of a far level, where a transfer is nearly a cone
+ASKED = 12  # directions in which a lens without a table is asked what passes
+FEW_KINDS = 4  # that need not be made fewer
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Lens:
+    """A lens as the frequency sums take it.
+
+    system        : whose lens, and blurs besides it, these are; lengths of its transfers in pitches here
+    wavelength_nm : (j,) nodes
+    allowed       : largest error of a transfer
+    """
+
+    system: OpticalSystem
+    wavelength_nm: F64
+    pitch_um: float
+    allowed: float
+
+    @property
+    def is_round(self) -> bool:
+        """Whether one curve is all of it."""
+        return isinstance(self.system.lens, Round) and not self.system.more
+
+    @property
+    def is_pupil(self) -> bool:
+        """Whether a table over radius and direction is."""
+        return isinstance(self.system.lens, OfPupil) and not self.system.more
+
+    @cached_property
+    def _table(self) -> TransferTable:
+        lens = self.system.lens
+        assert isinstance(lens, OfPupil)
+        return transfer_table(lens, tuple(self.wavelength_nm.tolist()), self.allowed)
+
+    def curves(self, level: Level, weights: F64) -> tuple[F64, float]:
+        """Return (points, kinds, channels) at even radial frequencies, and points per cycle/pitch.
+
+        weights : (kinds, channels, j)
+        """
+        points = int(min(MOST_POINTS, max(FEWEST_POINTS, math.sqrt(1.0 / self.allowed)))) + 1
+        frequency = np.linspace(0.0, level.cut, points)
+        fx, zero = frequency / self.pitch_um, np.zeros_like(frequency)
+        otf = np.stack([np.real(self.system.point_otf(fx, zero, nm)) for nm in self.wavelength_nm.tolist()])
+        curves = np.einsum("kcj,jn->nkc", weights, otf)
+        return np.ascontiguousarray(curves), (points - 1) / level.cut
+
+    def polar(self, level: Level, weights: F64) -> tuple[C128, float]:
+        """Return (points, directions + 3, kinds, channels), and points per cycle/pitch.
+
+        Directions begin a step before −π/2 and end two past π/2: cubics want one neighbour more on either side.
+        """
+        table = self._table
+        radii, directions = table.values.shape[1:]
+        points = max(POLAR_POINTS, min(6 * radii, 1024)) if level.takes is None else FAR_POINTS
+        turns = 1 if directions == 1 else max(64, min(4 * directions, 256), directions)
+        frequency = np.linspace(0.0, level.cut, points + 1)
+        along = table.along(frequency / self.pitch_um, turns, -0.5 * math.pi)
+        polar = np.einsum("kcj,jnt->ntkc", weights, along)
+        if turns == 1:
+            return np.ascontiguousarray(polar), points / level.cut
+        # Half a turn further on it is the conjugate.
+        polar = np.concatenate([polar[:, -1:].conj(), polar, polar[:, :2].conj()], axis=1)
+        return np.ascontiguousarray(polar), points / level.cut
+
+    def size(self, frequency: F64, light: F64) -> F64:
+        """Return the most that passes in any direction at frequencies (n,) in cycles/pitch; light: (j,) weights."""
+        per_um = frequency / self.pitch_um
+        if self.is_pupil:
+            each = np.abs(self._table.along(per_um, max(8, self._table.values.shape[2]))).max(axis=2)
+        else:
+            angle = np.pi * np.arange(1 if self.is_round else ASKED) / ASKED
+            fx, fy = np.outer(np.cos(angle), per_um), np.outer(np.sin(angle), per_um)
+            each = np.stack(
+                [np.abs(self.system.point_otf(fx, fy, nm)).max(axis=0) for nm in self.wavelength_nm.tolist()]
+            )
+        size: F64 = np.einsum("j,jn->n", light, each)
+        return size
+
+    def mixed(self, weights: F64, allowed: float) -> tuple[I64, F64]:
+        """Return which kinds (k,) stand for all, and mixtures (k, kinds) that say how much of each is in every kind.
+
+        weights : (kinds, channels, j);  allowed: what a kind's transfer may be off by
+        """
+        kinds = len(weights)
+        if kinds <= FEW_KINDS:
+            return np.arange(kinds), np.eye(kinds)
+        frequency = np.linspace(0.0, self.system.highest_per_um(self.wavelength_nm), 48)
+        zero = np.zeros_like(frequency)
+        otf = np.stack([self.system.point_otf(frequency, zero, nm) for nm in self.wavelength_nm.tolist()])
+        curves = np.einsum("kcj,jn->kcn", weights, otf).reshape(kinds, -1)
+        curves = np.concatenate([curves.real, curves.imag], axis=1)
+        _, triangle, order = scipy.linalg.qr(curves.T, mode="economic", pivoting=True)
+        count = max(1, int(np.count_nonzero(np.abs(np.diag(triangle)) > allowed)))
+        rows = np.sort(order[:count])
+        mixture = np.linalg.lstsq(curves[rows].T, curves.T, rcond=None)[0]
+        return rows, mixture
+
+    def plane(self, weights: F64, fx: F64, fy: F64) -> C128:
+        """Return (kinds, channels, …) at frequencies in cycles/pitch."""
+        out = np.zeros((*weights.shape[:2], *np.broadcast_shapes(fx.shape, fy.shape)), complex)
+        for k, nm in enumerate(self.wavelength_nm.tolist()):
+            otf = self.system.point_otf(fx / self.pitch_um, fy / self.pitch_um, nm)
+            out += weights[:, :, k, None, None] * otf
+        return out
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Footprint:
+    """OLPF and photosite: what no wavelength changes."""
+
+    system: OpticalSystem
+    pitch_um: float
+
+    def on(self, lattice: Lattice) -> tuple[C128, C128, C128]:
+        """Return its transfer along x (m,), along y (2n − 1,), and what is no product of them (2n − 1, m) or (0, 0)."""
+        columns, rows = lattice.counts
+        fx = np.arange(columns) / (lattice.periods[0] * self.pitch_um)
+        fy = np.arange(1 - rows, rows) / (lattice.periods[1] * self.pitch_um)
+        across, down, both = np.ones(columns, complex), np.ones(fy.size, complex), np.empty((0, 0), complex)
+        for stage in (self.system.olpf, self.system.photosite):
+            if stage is None:
+                continue
+            if isinstance(stage, Separable) and stage.separable:
+                across = across * stage.otf(fx, np.zeros_like(fx), 0.0)
+                down = down * stage.otf(np.zeros_like(fy), fy, 0.0)
+            else:
+                own = np.asarray(stage.otf(fx[None, :], fy[:, None], 0.0), complex)
+                both = own if not both.size else both * own
+        return across, down, both
