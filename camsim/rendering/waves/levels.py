@@ -16,7 +16,7 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.rendering.fast_length import fast_length
-from camsim.rendering.fourier.taper import taper, taper_margin, tapered
+from camsim.rendering.waves.taper import taper, taper_margin, tapered
 
 LOW_SHARE = 0.25  # of a window's end: where it begins to fall
 NARROWER = 4.0  # times, from a level to the next

@@ -14,7 +14,7 @@ from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.kept import cached_property
 from camsim.optics.of_pupil import OfPupil
 from camsim.optics.protocols import Fading, KnowsReach
-from camsim.rendering.engine import FEWEST_CHECKED, Cost, Decision, Marks, Progress
+from camsim.rendering.engine import FEWEST_CHECKED, FINEST, Cost, Decision, Marks, Progress
 from camsim.rendering.fields.job import FieldJob
 from camsim.rendering.job import Job, Nodes
 from camsim.rendering.spectral import Signals, fewer, fuse, kinds, wavefront_phase
@@ -26,7 +26,7 @@ from camsim.rendering.waves.transfers import Footprint, Lens
 from camsim.rendering.work import Work
 from camsim.repeated import Channels
 
-FINEST, COARSEST = 1e-11, 1e-2
+COARSEST = 1e-2
 NEAR, NEAR_OF_LARGE, LARGE = 24.0, 40.0, 700  # pitches that the first level sees, in frames up to so many photosites
 OF_LIGHT, OF_BAND, OF_LEAK, OF_PRECISION, OF_TRANSFER, OF_MIXTURE = (
     0.05,
@@ -56,6 +56,8 @@ class WavesPlan:
     job: Job
     nodes: Nodes
     fields: FieldJob | None = None
+    farther: float = 1.0
+    finer: float = 1.0
 
     @property
     def marks(self) -> Marks:
@@ -113,7 +115,7 @@ class WavesPlan:
         signals = Signals(
             wavelength_nm=fields.wavelength_nm, density=fields.density, scale=np.ones(len(fields.density[0]))
         )
-        nodes, density = fuse(signals, phase=0.0, allowed=1.0, count=_wavelengths(self.job, fields.tolerance))
+        nodes, density = fuse(signals, phase=0.0, allowed=1.0, count=math.ceil(self.finer * _wavelengths(self.job, fields.tolerance)))
         if not self.job.system.chromatic:
             nodes, density = nodes[:1], density.sum(axis=2, keepdims=True)
         lens, first = self._lens(nodes, fields.tolerance), 0
@@ -165,7 +167,7 @@ class WavesPlan:
             )
             tail = CIRCLE_TAIL * longest * around / pupil.area
             spot = 1.5 * max(_spot_um(lens, nm) for nm in (float(wavelengths[0]), float(wavelengths[-1]))) / pitch_um
-        first = max(near, _ringing(job, tolerance), 2.0 * longest) + spot + extent
+        first = self.farther * (max(near, _ringing(job, tolerance), 2.0 * longest) + spot + extent)
         return levels_of(cut, first, lost, OF_LEAK * tolerance, farthest, tail)
 
     @cached_property
@@ -262,7 +264,6 @@ class WavesPlan:
                 yield band
                 band = None
                 progress(rows.stop / grid.rows)
-        self.__dict__.pop("image", None)  # the check needs the memory
 
     def images(self, channels: U8, progress: Progress) -> Iterator[Iterator[F64]]:
         """Yield several images, each as one band: all channels' sums are made at once."""
@@ -274,7 +275,6 @@ class WavesPlan:
                     for k, plane in enumerate(planes):
                         np.add(own[rows, cols], plane, out=own[rows, cols], where=channel[rows, cols] == k)
                 progress(rows.stop / grid.rows)
-            self.__dict__.pop("image", None)
         for own in out:
             yield iter((own,))
 
@@ -283,10 +283,15 @@ class WavesPlan:
         return None
 
 
+@dataclass(frozen=True, kw_only=True)
 class Waves:
-    """The engine of frequency sums: any source, any lens, any photosite."""
+    """The engine of frequency sums: any source, any lens, any photosite.
 
-    finest = FINEST
+    farther, finer : times the first level's reach and the number of wavelengths: the check's differ from the image's
+    """
+
+    farther: float = 1.0
+    finer: float = 1.0
 
     def plan(self, job: Job, samples: int | None = None, fields: FieldJob | None = None) -> WavesPlan:
         """Choose wavelengths; ``samples`` must be None."""
@@ -297,7 +302,8 @@ class Waves:
                 f"{job.tolerance:g} is outside {FINEST:g} … {COARSEST:g}, what the Fourier engine renders to",
                 key="tolerance",
             )
-        return WavesPlan(job=job, nodes=job.nodes(count=_wavelengths(job, job.tolerance)), fields=fields)
+        count = math.ceil(self.finer * _wavelengths(job, job.tolerance))
+        return WavesPlan(job=job, nodes=job.nodes(count=count), fields=fields, farther=self.farther, finer=self.finer)
 
 
 def _wavelengths(job: Job, tolerance: float) -> int:

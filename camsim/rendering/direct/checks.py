@@ -6,10 +6,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from camsim.arrays import F64, I64, U8
-from camsim.rendering.check.fitting import Windows
 from camsim.rendering.engine import Plan
-from camsim.rendering.hearing import Listening
-from camsim.rendering.job import Job
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,12 +44,3 @@ class Checks(Protocol):
     def compare(self, plan: Plan, values: F64, right: F64, rows: I64, cols: I64) -> Found:
         """Compare an image's values at photosites with what they should be."""
         ...
-
-
-class Transforms(Protocol):
-    """An engine that renders windows of a job; the finest tolerance that it keeps."""
-
-    @property
-    def finest(self) -> float: ...  # noqa: D102 (above)
-
-    def windows(self, job: Job, listening: Listening) -> Windows: ...  # noqa: D102
