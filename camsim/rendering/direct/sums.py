@@ -13,6 +13,7 @@ import numpy as np
 
 from camsim.arrays import F64, I64, U8
 from camsim.kept import cached_property
+from camsim.optics.of_pupil import OfPupil
 from camsim.quadrature import GOLDEN
 from camsim.rendering.direct.checks import Found
 from camsim.rendering.engine import FINEST, Plan
@@ -22,8 +23,9 @@ from camsim.rendering.job import Job
 from camsim.rendering.waves.plan import Waves, WavesPlan
 from camsim.scene import Scene
 
-OF_TOLERANCE = 0.1  # that the check may be wrong by
+OF_TOLERANCE, OF_SPIKES = 0.1, 0.5  # that the check may be wrong by; behind straight sides, whose spikes reach far
 FARTHER, FINER = 1.37, 1.13  # times: the first level's reach, and the wavelengths, beside the image's
+STEEP = 0.6  # waves across a pupil, from which on a second table of transfers takes too long
 COUNT = 8
 
 
@@ -40,11 +42,16 @@ class JudgeBySums:
 
     @cached_property
     def _plan(self) -> WavesPlan:
-        tolerance = max(OF_TOLERANCE * self.job.tolerance, FINEST)
+        lens = self.job.system.lens
+        straight = isinstance(lens, OfPupil) and lens.pupil.shape != "circular"
+        part = OF_SPIKES if straight else OF_TOLERANCE
+        tolerance = max(part * self.job.tolerance, FINEST)
         job = dataclasses.replace(self.job, tolerance=tolerance)
         fields = self.fields
         if fields is not None:
-            fields = dataclasses.replace(fields, tolerance=max(OF_TOLERANCE * fields.tolerance, FINEST))
+            fields = dataclasses.replace(fields, tolerance=max(part * fields.tolerance, FINEST))
+        if isinstance(lens, OfPupil) and lens.waves_across(float(self.job.signals.wavelength_nm.min())) > STEEP:
+            return Waves(farther=FARTHER, rougher=1.0 / part).plan(job, fields=fields)
         return Waves(farther=FARTHER, finer=FINER).plan(job, fields=fields)
 
     def hardest(self, plan: Plan) -> tuple[I64, I64]:
@@ -66,12 +73,10 @@ class JudgeBySums:
         values: F64 = self.job.base[sets]
         if self._nothing:
             return values
-        image = self._plan.image
+        image, grid = self._plan.image, self.job.grid
         assert image is not None
-        x0, y0 = self.job.grid.first_centre
-        for k, (row, col) in enumerate(zip(rows.tolist(), cols.tolist(), strict=True)):
-            [(_, _, planes)] = image.planes((x0 + col, y0 + row), (1, 1))
-            values[..., k] += planes[:, 0, 0][sets[..., k]]
+        found = image.at(grid.first_centre, (grid.rows, grid.cols), rows, cols)
+        values += np.take_along_axis(found, sets.reshape(-1, rows.size), axis=0).reshape(sets.shape)
         return values
 
     def compare(self, plan: Plan, values: F64, right: F64, rows: I64, cols: I64) -> Found:

@@ -12,7 +12,7 @@ from typing import Any, Protocol
 import numpy as np
 import scipy
 
-from camsim.arrays import C128, F64
+from camsim.arrays import C128, F64, I64
 from camsim.kept import cached_property
 from camsim.kernels import shared
 from camsim.rendering.waves.kernels import add_curves, add_polar
@@ -59,6 +59,25 @@ class FrequencyImage:
             if far is not None:
                 image += self._between(far, every, part)
             yield *part, image
+
+    def at(self, origin: tuple[float, float], shape: tuple[int, int], rows: I64, cols: I64) -> F64:
+        """Return (channels, n) light added to the background at photosites of a frame: a window for each."""
+        channels = self.sources[0][1].shape[1]
+        far, every = self._far(origin, shape, channels)
+        out = np.empty((channels, rows.size))
+        near, reach = self.levels[0], self.levels[0].reach
+        apart = [(row, col, row + 1, col + 1) for row, col in zip(rows.tolist(), cols.tolist(), strict=True)]
+        whole = int(rows.min()), int(cols.min()), int(rows.max()) + 1, int(cols.max()) + 1
+        sides = whole[2] - whole[0] + 2.0 * reach, whole[3] - whole[1] + 2.0 * reach
+        # What is seen from one photosite is seen from others nearby: one window, where that is smaller.
+        for row, col, below, beside in [whole] if sides[0] * sides[1] < 4.0 * reach**2 * rows.size else apart:
+            at, size = (origin[0] + col, origin[1] + row), (beside - col, below - row)
+            here = np.flatnonzero((rows >= row) & (rows < below) & (cols >= col) & (cols < beside))
+            image = self._part(near, at, size, channels)
+            if far is not None:
+                image += self._between(far, every, (slice(row, below), slice(col, beside)))
+            out[:, here] = image[:, rows[here] - row, cols[here] - col]
+        return out
 
     def _far(self, origin: tuple[float, float], shape: tuple[int, int], channels: int) -> tuple[F64 | None, int]:
         """Return all levels but the first, on the points of the second, which go some way beyond the frame.
@@ -133,8 +152,9 @@ class FrequencyImage:
             curves, per = self._table("curves", level, weights, lens)
             work = functools.partial(add_curves, total, transform, curves, footprint, share, (step_x, step_y, per))
         elif lens.is_pupil:
-            polar, per = self._table("polar", level, weights, lens)
-            work = functools.partial(add_polar, total, transform, polar, footprint, share, (step_x, step_y, per))
+            polar, per, turn = self._table("polar", level, weights, lens)
+            scale = step_x, step_y, per, lattice.cut
+            work = functools.partial(add_polar, total, transform, polar, footprint, share, scale, turn)
         else:
             self._add_planes(total, transform, level, lattice, behind, footprint, share)
             return
@@ -173,12 +193,11 @@ class FrequencyImage:
                     part = line[:, begin : begin + total.shape[2]]
                     total[:, row % shape, : part.shape[1]] += part
 
-    def _table(self, kind: str, level: Level, weights: F64, lens: Lens) -> tuple[Any, float]:
+    def _table(self, kind: str, level: Level, weights: F64, lens: Lens) -> Any:
         key = kind, id(level), id(weights)
         if key not in self._tables:
             self._tables[key] = getattr(lens, kind)(level, weights)
-        table: tuple[Any, float] = self._tables[key]
-        return table
+        return self._tables[key]
 
     @cached_property
     def _tables(self) -> dict[tuple[str, int, int], Any]:

@@ -36,7 +36,8 @@ OF_LIGHT, OF_BAND, OF_LEAK, OF_PRECISION, OF_TRANSFER, OF_MIXTURE = (
     0.15,
     0.02,
 )  # of the tolerance
-OF_RINGS = 0.1
+OF_RINGS, OF_SPIKES = 0.1, 0.3
+HIDDEN = 0.5  # of a spike: the most that is missed of it where a corner cuts it
 RINGING = 2.0 / math.pi**4  # of an edge's ringing: 8 ends' (λN/R)^{5/2}/4π⁴
 CIRCLE_TAIL = 0.06  # an edge's light at R behind a pupil of perimeter p and area a: so much times (p/a)·λN/R
 DIGITS_POWER, NODES_OF_WAVE = 1.6, 2.0  # of the number of wavelengths
@@ -55,9 +56,8 @@ class WavesPlan:
 
     job: Job
     nodes: Nodes
+    settings: Waves
     fields: FieldJob | None = None
-    farther: float = 1.0
-    finer: float = 1.0
 
     @property
     def marks(self) -> Marks:
@@ -108,14 +108,15 @@ class WavesPlan:
             system=self.job.system,
             wavelength_nm=wavelength_nm,
             pitch_um=self.job.grid.pitch_um,
-            allowed=OF_TRANSFER * tolerance,
+            allowed=float(f"{self.settings.rougher * OF_TRANSFER * tolerance:.6g}"),  # the same table serves all of one
         )
 
     def _of_fields(self, fields: FieldJob, precision: float) -> Iterator[tuple[Source, F64, Lens]]:
         signals = Signals(
             wavelength_nm=fields.wavelength_nm, density=fields.density, scale=np.ones(len(fields.density[0]))
         )
-        nodes, density = fuse(signals, phase=0.0, allowed=1.0, count=math.ceil(self.finer * _wavelengths(self.job, fields.tolerance)))
+        count = self.settings.wavelengths(self.job, fields.tolerance)
+        nodes, density = fuse(signals, phase=0.0, allowed=1.0, count=count)
         if not self.job.system.chromatic:
             nodes, density = nodes[:1], density.sum(axis=2, keepdims=True)
         lens, first = self._lens(nodes, fields.tolerance), 0
@@ -167,8 +168,21 @@ class WavesPlan:
             )
             tail = CIRCLE_TAIL * longest * around / pupil.area
             spot = 1.5 * max(_spot_um(lens, nm) for nm in (float(wavelengths[0]), float(wavelengths[-1]))) / pitch_um
-        first = self.farther * (max(near, _ringing(job, tolerance), 2.0 * longest) + spot + extent)
+        near = max(near, _ringing(job, tolerance), 2.0 * longest, self._spikes(longest) / (OF_SPIKES * tolerance))
+        first = self.settings.farther * (near + spot + extent)
         return levels_of(cut, first, lost, OF_LEAK * tolerance, farthest, tail)
+
+    def _spikes(self, longest: float) -> float:
+        """Return c of the light c/r that a corner may hide of a spike of a pupil's sides beyond r, pitches.
+
+        Of a side of length l of a pupil of area a, half diameters, (l/2π²a)·λN/r are thrown beyond r, either way square
+        on it; opposite sides add up. Spikes are as narrow as λN however far they reach: no coarser level holds them.
+        """
+        lens = self.job.system.lens
+        if not isinstance(lens, OfPupil) or lens.pupil.shape == "circular":
+            return 0.0
+        sides = 1.0 if lens.pupil.sides % 2 else 2.0
+        return HIDDEN * sides * lens.pupil.side_length * longest / (2.0 * math.pi**2 * lens.pupil.area)
 
     @cached_property
     def _frequencies(self) -> float:
@@ -288,10 +302,12 @@ class Waves:
     """The engine of frequency sums: any source, any lens, any photosite.
 
     farther, finer : times the first level's reach and the number of wavelengths: the check's differ from the image's
+    rougher        : times the tolerance that transfer tables are made to, where those of the image are taken again
     """
 
     farther: float = 1.0
     finer: float = 1.0
+    rougher: float = 1.0
 
     def plan(self, job: Job, samples: int | None = None, fields: FieldJob | None = None) -> WavesPlan:
         """Choose wavelengths; ``samples`` must be None."""
@@ -302,20 +318,19 @@ class Waves:
                 f"{job.tolerance:g} is outside {FINEST:g} … {COARSEST:g}, what the Fourier engine renders to",
                 key="tolerance",
             )
-        count = math.ceil(self.finer * _wavelengths(job, job.tolerance))
-        return WavesPlan(job=job, nodes=job.nodes(count=count), fields=fields, farther=self.farther, finer=self.finer)
+        count = self.wavelengths(job, job.tolerance)
+        return WavesPlan(job=job, nodes=job.nodes(count=count), fields=fields, settings=self)
 
+    def wavelengths(self, job: Job, tolerance: float) -> int:
+        """Return how many nodes tell a transfer at all wavelengths: it changes with them as a wavefront turns, else slowly.
 
-def _wavelengths(job: Job, tolerance: float) -> int:
-    """Return how many nodes tell a transfer at all wavelengths: it changes with them as a wavefront turns, else slowly.
-
-    Measured on edges in daylight: 7 at 1e-4, 20 at 1e-6.
-    """
-    if not job.system.chromatic:
-        return 1
-    turned = wavefront_phase(job.system, job.signals.wavelength_nm) / (2.0 * math.pi)
-    digits: float = max(-math.log10(tolerance), 1.0) ** DIGITS_POWER
-    return math.ceil(digits + 2.0 + NODES_OF_WAVE * turned)
+        Measured on edges in daylight: 7 at 1e-4, 20 at 1e-6.
+        """
+        if not job.system.chromatic:
+            return 1
+        turned = wavefront_phase(job.system, job.signals.wavelength_nm) / (2.0 * math.pi)
+        digits: float = max(-math.log10(min(self.rougher * tolerance, 0.1)), 1.0) ** DIGITS_POWER
+        return math.ceil(self.finer * math.ceil(digits + 2.0 + NODES_OF_WAVE * turned))
 
 
 def _ringing(job: Job, tolerance: float) -> float:
