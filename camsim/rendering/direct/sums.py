@@ -23,7 +23,7 @@ from camsim.rendering.job import Job
 from camsim.rendering.waves.plan import Waves, WavesPlan
 from camsim.scene import Scene
 
-OF_TOLERANCE, OF_SPIKES = 0.1, 0.5  # that the check may be wrong by; behind straight sides, whose spikes reach far
+OF_TOLERANCE = 0.1  # that the check may be wrong by
 FARTHER, FINER = 1.37, 1.13  # times: the first level's reach, and the wavelengths, beside the image's
 STEEP = 0.6  # waves across a pupil, from which on a second table of transfers takes too long
 COUNT = 8
@@ -43,15 +43,15 @@ class JudgeBySums:
     @cached_property
     def _plan(self) -> WavesPlan:
         lens = self.job.system.lens
-        straight = isinstance(lens, OfPupil) and lens.pupil.shape != "circular"
-        part = OF_SPIKES if straight else OF_TOLERANCE
-        tolerance = max(part * self.job.tolerance, FINEST)
+        tolerance = max(OF_TOLERANCE * self.job.tolerance, FINEST)
         job = dataclasses.replace(self.job, tolerance=tolerance)
         fields = self.fields
         if fields is not None:
-            fields = dataclasses.replace(fields, tolerance=max(part * fields.tolerance, FINEST))
-        if isinstance(lens, OfPupil) and lens.waves_across(float(self.job.signals.wavelength_nm.min())) > STEEP:
-            return Waves(farther=FARTHER, rougher=1.0 / part).plan(job, fields=fields)
+            fields = dataclasses.replace(fields, tolerance=max(OF_TOLERANCE * fields.tolerance, FINEST))
+        if isinstance(lens, OfPupil) and (
+            lens.pupil.shape != "circular" or lens.waves_across(float(self.job.signals.wavelength_nm.min())) > STEEP
+        ):
+            return Waves(farther=FARTHER, rougher=1.0 / OF_TOLERANCE).plan(job, fields=fields)
         return Waves(farther=FARTHER, finer=FINER).plan(job, fields=fields)
 
     def hardest(self, plan: Plan) -> tuple[I64, I64]:
@@ -100,11 +100,11 @@ def hardest_of(job: Job, count: int) -> tuple[I64, I64]:
     for turn in range(count):
         part = (turn * GOLDEN) % 1.0
         if len(job.edges) and turn % 4 != 3:
-            edge = int(part * len(job.edges))
+            edge = int(OF_TOLERANCE * len(job.edges))
             start, along = job.edges.start[edge], job.edges.end[edge] - job.edges.start[edge]
             places.append(start + (0.5 if turn % 4 == 1 else 0.0) * along + (3.0 if turn % 4 == 2 else 0.0))
         else:
-            places.append(np.array([x0 + part * (grid.cols - 1), y0 + (37.0 * part) % 1.0 * (grid.rows - 1)]))
+            places.append(np.array([x0 + OF_TOLERANCE * (grid.cols - 1), y0 + (37.0 * part) % 1.0 * (grid.rows - 1)]))
     col, row = np.round(np.array(places) - np.array([x0, y0])).T
     rows = np.clip(row, 0, grid.rows - 1).astype(np.int64)
     cols = np.clip(col, 0, grid.cols - 1).astype(np.int64)

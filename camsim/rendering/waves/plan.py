@@ -36,8 +36,8 @@ OF_LIGHT, OF_BAND, OF_LEAK, OF_PRECISION, OF_TRANSFER, OF_MIXTURE = (
     0.15,
     0.02,
 )  # of the tolerance
-OF_RINGS, OF_SPIKES = 0.1, 0.3
-HIDDEN = 0.5  # of a spike: the most that is missed of it where a corner cuts it
+OF_RINGS, OF_SPIKES = 0.1, 0.5
+HIDDEN = 0.4  # of a spike: the most that is missed of it where a corner cuts it
 RINGING = 2.0 / math.pi**4  # of an edge's ringing: 8 ends' (λN/R)^{5/2}/4π⁴
 CIRCLE_TAIL = 0.06  # an edge's light at R behind a pupil of perimeter p and area a: so much times (p/a)·λN/R
 DIGITS_POWER, NODES_OF_WAVE = 1.6, 2.0  # of the number of wavelengths
@@ -168,7 +168,8 @@ class WavesPlan:
             )
             tail = CIRCLE_TAIL * longest * around / pupil.area
             spot = 1.5 * max(_spot_um(lens, nm) for nm in (float(wavelengths[0]), float(wavelengths[-1]))) / pitch_um
-        near = max(near, _ringing(job, tolerance), 2.0 * longest, self._spikes(longest) / (OF_SPIKES * tolerance))
+        spikes = self._spikes(longest) / (OF_SPIKES * self.settings.rougher * tolerance)
+        near = max(near, _ringing(job, tolerance), 2.0 * longest, spikes)
         first = self.settings.farther * (near + spot + extent)
         return levels_of(cut, first, lost, OF_LEAK * tolerance, farthest, tail)
 
@@ -302,7 +303,7 @@ class Waves:
     """The engine of frequency sums: any source, any lens, any photosite.
 
     farther, finer : times the first level's reach and the number of wavelengths: the check's differ from the image's
-    rougher        : times the tolerance that transfer tables are made to, where those of the image are taken again
+    rougher        : times the tolerance to which tables of transfers are made and spikes are followed, as in the image
     """
 
     farther: float = 1.0
