@@ -182,7 +182,6 @@ def transfer_table(lens: OfPupil, wavelength_nm: tuple[float, ...], allowed: flo
     return TransferTable(at.wavelength_nm, blur_um, 1.0, at.breaks, table, at.panels, at.first_rad, at.border)
 
 
-
 def _fewest(counts: tuple[int, ...], off: Callable[[int], float], allowed: float) -> int:
     """Return the smallest count that is off by no more than allowed, or the largest."""
     return next((count for count in counts if off(count) <= allowed), counts[-1])

@@ -45,13 +45,12 @@ class Splines(NamedTuple):
         """Return the transform of one sample along an axis."""
         passes = np.sinc(self.spline_step * frequency) ** (self.degree + 1)
         for width, beta, step in self.gathered:
-            passes = passes / _window_transform(frequency * step, width, beta)
+            passes = passes / window_transform(frequency * step, width, beta)
         return passes
 
     def halved(self, precision: float) -> Splines:
         """Return half as many samples along either axis, of the same transform at low frequencies."""
-        width = 2 * math.ceil((math.log(1.0 / precision) / 2.2 + 1.0) / 2.0) + 2
-        beta = 0.74 * math.pi * width
+        width, beta = _spread(precision)
         rows, cols = self.light.shape[1:]
         axes = (
             self.places[0, 1] - self.places[0, 0] if cols > 1 else np.zeros(2),
@@ -70,6 +69,19 @@ class Splines(NamedTuple):
         )
 
 
+def halved_rows(lines: F64, precision: float) -> tuple[F64, tuple[int, float]]:
+    """Return half as many samples along the last axis, and the width and β that they were gathered by."""
+    width, beta = _spread(precision)
+    matrix = _gathering(lines.shape[2], width, beta)
+    fewer = np.stack([(matrix @ np.ascontiguousarray(own.T)).T for own in lines])
+    return fewer, (width, beta)
+
+
+def _spread(precision: float) -> tuple[int, float]:
+    width = 2 * math.ceil((math.log(1.0 / precision) / 2.2 + 1.0) / 2.0) + 2
+    return width, 0.74 * math.pi * width
+
+
 def _gathering(count: int, width: int, beta: float) -> scipy.sparse.csr_array:
     """Return the matrix that spreads samples on every second one, from width // 2 of these before the first on."""
     more = width // 2
@@ -83,7 +95,7 @@ def _gathering(count: int, width: int, beta: float) -> scipy.sparse.csr_array:
     return scipy.sparse.csr_array((weight.ravel(), (rows, cols)), shape=(total, count))
 
 
-def _window_transform(frequency: F64, width: int, beta: float) -> F64:
+def window_transform(frequency: F64, width: int, beta: float) -> F64:
     """Return the transform of the spreading window, frequencies in cycles a coarse sample."""
     root = np.sqrt(np.maximum(beta * beta - (np.pi * width * frequency) ** 2, 1e-12))
     values: F64 = width * np.sinh(root) / root / np.i0(beta)

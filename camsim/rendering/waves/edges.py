@@ -41,6 +41,11 @@ class EdgeSource:
         return self.edges.box
 
     @property
+    def whole(self) -> int:
+        """Any period will do."""
+        return 1
+
+    @property
     def kinds(self) -> int:
         """Number of kinds."""
         kinds: int = self.shares.shape[1]

@@ -15,7 +15,7 @@ import scipy
 from camsim.arrays import C128, F64, I64
 from camsim.kept import cached_property
 from camsim.kernels import shared
-from camsim.rendering.waves.kernels import add_curves, add_polar
+from camsim.rendering.waves.kernels import add_curves, add_polar, between
 from camsim.rendering.waves.levels import Lattice, Level, lattice_of
 from camsim.rendering.waves.transfers import Footprint, Lens
 
@@ -29,6 +29,11 @@ class Source(Protocol):
     @property
     def box(self) -> tuple[F64, F64]:
         """Low and high corner (2,) of all of it, pitches from the optical axis."""
+        ...
+
+    @property
+    def whole(self) -> int:
+        """Pitches of which a lattice's period had better be a multiple."""
         ...
 
     def transform(self, lattice: Lattice, origin: tuple[float, float]) -> C128 | None:
@@ -99,17 +104,18 @@ class FrequencyImage:
     def _between(self, coarse: F64, every: int, part: tuple[slice, slice]) -> F64:
         """Return a coarse level at places of a finer one, of which every so many are its own points."""
         taps = self.taps(every)
+        beyond = taps.shape[1]
         for axis, own in zip((1, 2), part, strict=True):
-            place = np.arange(own.start, own.stop)
-            first, phase = np.divmod(place, every)
-            moved, beyond = np.moveaxis(coarse, axis, -1), taps.shape[1]
+            first, phase = np.divmod(np.arange(own.start, own.stop), every)
             if every == 1:
-                values = moved[..., first + beyond]
-            else:
-                values = np.zeros((*moved.shape[:-1], place.size))
-                for tap in range(beyond):
-                    values += moved[..., first + (beyond - beyond // 2 + 1 + tap)] * taps[phase, tap]
-            coarse = np.moveaxis(values, -1, axis)
+                coarse = np.take(coarse, first + beyond, axis=axis)
+                continue
+            moved = np.ascontiguousarray(np.moveaxis(coarse, axis, 2))
+            values = np.empty((*moved.shape[:2], first.size))
+            lines = moved.reshape(-1, moved.shape[2]), values.reshape(-1, first.size)
+            first += beyond - beyond // 2 + 1
+            shared(len(lines[0]), functools.partial(between, lines[0], first, taps[phase], lines[1]), least=64)
+            coarse = np.moveaxis(values, 2, axis)
         return coarse
 
     def taps(self, every: int) -> F64:
@@ -121,7 +127,8 @@ class FrequencyImage:
         every = level.every
         out = np.zeros((channels, -(-size[1] // every), -(-size[0] // every)))
         low, high = (np.array(own) for own in self.box)
-        lattice = lattice_of(level, size, low - at, high - at)
+        whole = max(source.whole for source, *_ in self.sources)
+        lattice = lattice_of(level, size, low - at, high - at, whole)
         px, py = lattice.periods
         total = np.zeros((channels, py // every, px // every), complex)
         found = False

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from camsim.arrays import C128, F64
+from camsim.arrays import C128, F64, I64
 from camsim.kernels import kernel
 
 HERMITE = 4
@@ -186,3 +186,44 @@ def slope(whole: C128, middle: int, step_x: float, step_y: float, area: float, b
                 whole[row, col] = area
             else:
                 whole[row, col] *= complex(-fy / square, fx / square)
+
+
+@kernel()
+def repeat(
+    out: C128,
+    whole: C128,
+    samples: int,
+    which: tuple[I64, I64],
+    times: tuple[C128, C128],
+    added: tuple[C128, C128],
+    begin: int,
+    stop: int,
+) -> None:
+    """Write rows of out (m, n): a transform of real samples that repeats, times a factor along either axis.
+
+    whole : (rows, samples // 2 + 1) what an FFT of so many real ``samples`` a row gives
+    which : column (n,) and row (m,) of the repeating transform;  times: (n,) and (m,)
+    added : (p, m) and (p, n) of which products are added
+    """
+    (columns, rows), (across, down), (of_rows, of_columns) = which, times, added
+    for j in range(begin, stop):
+        row = rows[j]
+        back = (len(whole) - row) % len(whole)
+        for i in range(out.shape[1]):
+            column = columns[i]
+            value = whole[row, column] if column < whole.shape[1] else whole[back, samples - column].conjugate()
+            value *= across[i] * down[j]
+            for p in range(len(of_rows)):
+                value += of_rows[p, j] * of_columns[p, i]
+            out[j, i] = value
+
+
+@kernel()
+def between(coarse: F64, first: I64, taps: F64, out: F64, begin: int, stop: int) -> None:
+    """Write lines of out (lines, n): taps (n, t) of neighbours from ``first`` (n,) on of coarse (lines, m)."""
+    for line in range(begin, stop):
+        for i in range(len(first)):
+            total = 0.0
+            for tap in range(taps.shape[1]):
+                total += taps[i, tap] * coarse[line, first[i] + tap]
+            out[line, i] = total
