@@ -304,7 +304,7 @@ def _add_both(out: C128, samples: F64, along_x: _Along, along_y: _Along) -> None
             line += samples[row, column] * other
         down.append(line)
         across.append(wrong)
-    added = tuple(np.array(lines, complex).reshape(len(lines), -1) for lines in (down, across))
+    added = np.array(down, complex).reshape(-1, j.size), np.array(across, complex).reshape(-1, i.size)
     which, times = (i, j), (passes_x, passes_y)
     shared(len(out), functools.partial(repeat, out, both, along_x.whole, which, times, added), least=ROWS_AT_ONCE)
 

@@ -323,7 +323,7 @@ class Waves:
         return WavesPlan(job=job, nodes=job.nodes(count=count), fields=fields, settings=self)
 
     def wavelengths(self, job: Job, tolerance: float) -> int:
-        """Return how many nodes tell a transfer at all wavelengths: it changes with them as a wavefront turns, else slowly.
+        """Return how many nodes tell a transfer at all wavelengths: it changes as a wavefront turns, else slowly.
 
         Measured on edges in daylight: 7 at 1e-4, 20 at 1e-6.
         """
