@@ -11,7 +11,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-import scipy
 
 from camsim.arrays import F64, I64
 from camsim.quadrature import gauss_legendre, gauss_pieces
@@ -29,7 +28,7 @@ class Splines(NamedTuple):
 
     places : (rows, cols, 2) of samples;  light: (kinds, rows, cols)
     points : (m, 2);  corrections: (kinds, m)
-    step, degree : of the splines;  gathered: spreads that samples were gathered by, (width, β, step) each
+    step, degree : of the splines
     """
 
     places: F64
@@ -37,69 +36,12 @@ class Splines(NamedTuple):
     points: F64
     corrections: F64
     step: float
-    spline_step: float
     degree: int
-    gathered: tuple[tuple[int, float, float], ...] = ()
 
     def passes(self, frequency: F64) -> F64:
         """Return the transform of one sample along an axis."""
-        passes = np.sinc(self.spline_step * frequency) ** (self.degree + 1)
-        for width, beta, step in self.gathered:
-            passes = passes / window_transform(frequency * step, width, beta)
+        passes: F64 = np.sinc(self.step * frequency) ** (self.degree + 1)
         return passes
-
-    def halved(self, precision: float) -> Splines:
-        """Return half as many samples along either axis, of the same transform at low frequencies."""
-        width, beta = _spread(precision)
-        rows, cols = self.light.shape[1:]
-        axes = (
-            self.places[0, 1] - self.places[0, 0] if cols > 1 else np.zeros(2),
-            (self.places[1, 0] - self.places[0, 0] if rows > 1 else np.zeros(2)),
-        )
-        light = self.light
-        for axis in (1, 2):
-            matrix = _gathering(light.shape[axis], width, beta)
-            moved = np.moveaxis(light, axis, 0)
-            light = np.moveaxis((matrix @ moved.reshape(len(moved), -1)).reshape(-1, *moved.shape[1:]), 0, axis)
-        more = width // 2
-        row, col = (2.0 * (np.arange(n) - more) for n in light.shape[1:])
-        places = self.places[0, 0] + col[None, :, None] * axes[0] + row[:, None, None] * axes[1]
-        return self._replace(
-            places=places, light=light, step=2.0 * self.step, gathered=(*self.gathered, (width, beta, 2.0 * self.step))
-        )
-
-
-def halved_rows(lines: F64, precision: float) -> tuple[F64, tuple[int, float]]:
-    """Return half as many samples along the last axis, and the width and β that they were gathered by."""
-    width, beta = _spread(precision)
-    matrix = _gathering(lines.shape[2], width, beta)
-    fewer = np.stack([(matrix @ np.ascontiguousarray(own.T)).T for own in lines])
-    return fewer, (width, beta)
-
-
-def _spread(precision: float) -> tuple[int, float]:
-    width = 2 * math.ceil((math.log(1.0 / precision) / 2.2 + 1.0) / 2.0) + 2
-    return width, 0.74 * math.pi * width
-
-
-def _gathering(count: int, width: int, beta: float) -> scipy.sparse.csr_array:
-    """Return the matrix that spreads samples on every second one, from width // 2 of these before the first on."""
-    more = width // 2
-    place = 0.5 * np.arange(count)[:, None]
-    first = np.floor(place) - more + 1
-    coarse = first + np.arange(width)
-    t = 2.0 * (place - coarse) / width
-    weight = np.i0(beta * np.sqrt(np.maximum(1.0 - t * t, 0.0))) / np.i0(beta)
-    rows, cols = (coarse + more).astype(int).ravel(), np.repeat(np.arange(count), width)
-    total = int(rows.max()) + 1
-    return scipy.sparse.csr_array((weight.ravel(), (rows, cols)), shape=(total, count))
-
-
-def window_transform(frequency: F64, width: int, beta: float) -> F64:
-    """Return the transform of the spreading window, frequencies in cycles a coarse sample."""
-    root = np.sqrt(np.maximum(beta * beta - (np.pi * width * frequency) ** 2, 1e-12))
-    values: F64 = width * np.sinh(root) / root / np.i0(beta)
-    return values
 
 
 def splines_of(layer: Layer, *, cut: float, allowed: float) -> Splines:
@@ -124,12 +66,12 @@ def splines_of(layer: Layer, *, cut: float, allowed: float) -> Splines:
     across, down = step * np.arange(fine.shape[2]), step * np.arange(fine.shape[1])
     places = corner + across[None, :, None] * layer.axes[0] + down[:, None, None] * layer.axes[1]
     if layer.degree == 0 and layer.outline is None:
-        return Splines(places, step**2 * fine, np.empty((0, 2)), np.empty((len(fine), 0)), step, step, 0)
+        return Splines(places, step**2 * fine, np.empty((0, 2)), np.empty((len(fine), 0)), step, 0)
     cover, knot = _cover(layer, times, (rows.start, cols.start), fine.shape[1:])
     keep = _kept(cover.whole, layer.degree)
     lattice = np.where(keep, fine, 0.0)
     points, corrections = _corrections(layer, times, fine, lattice, cover, knot, cut=cut, allowed=allowed)
-    return Splines(places, step**2 * lattice, points, corrections, step, step, layer.degree)
+    return Splines(places, step**2 * lattice, points, corrections, step, layer.degree)
 
 
 def parts_of(layer: Layer, cut: float) -> int:

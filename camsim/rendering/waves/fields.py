@@ -7,7 +7,7 @@ import math
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import scipy
@@ -19,12 +19,11 @@ from camsim.nonuniform import modes, modes_of_lines
 from camsim.quadrature import gauss_legendre
 from camsim.rendering.fields.layer import Layer, basis
 from camsim.rendering.fields.points import PointLayer
-from camsim.rendering.fields.samples import Splines, halved_rows, splines_of, window_transform
+from camsim.rendering.fields.samples import Splines, splines_of
 from camsim.rendering.waves.edges import half_plane, phases
 from camsim.rendering.waves.kernels import repeat
 from camsim.rendering.waves.levels import Lattice
 
-SAMPLES_OF_WAVE = 4.0  # that a coarser copy of the samples has, of the highest frequency, at the least
 SPARSE = 8.0  # samples for a frequency: of more an FFT makes too many that nobody asked for
 MOST_SAMPLES, MOST_PITCHES = 64, 64  # that are as long as one another, for transforms along rows to be FFTs
 WHOLE = 1e-12  # of a number of samples: it is a whole number
@@ -74,8 +73,6 @@ class FieldSource:
         if layer.upright and layer.outline is None:
             return out if self._upright(out, lattice, origin) else None
         splines = self._splines
-        while 1.0 / (lattice.cut * splines.step) >= 2.0 * SAMPLES_OF_WAVE:
-            splines = self._coarser(splines)
         there = self._add_points(out, splines.places, splines.light, lattice, origin)
         if there:
             fx = np.arange(columns) / lattice.periods[0]
@@ -97,16 +94,6 @@ class FieldSource:
         assert isinstance(self.layer, Layer)
         found = splines_of(self.layer, cut=self.cut, allowed=self.precision)
         return found._replace(light=self._mixed(found.light), corrections=self._mixed(found.corrections))
-
-    def _coarser(self, splines: Splines) -> Splines:
-        """Return half as many samples each way that have the same low frequencies, kept."""
-        if splines.step not in self._copies:
-            self._copies[splines.step] = splines.halved(self.precision)
-        return self._copies[splines.step]
-
-    @cached_property
-    def _copies(self) -> dict[float, Splines]:
-        return {}
 
     def _add_points(self, out: C128, places: F64, light: F64, lattice: Lattice, origin: tuple[float, float]) -> bool:
         """Add points of light (kinds, n) that lie in the lattice's box; return whether there are any."""
@@ -161,47 +148,15 @@ class FieldSource:
                 )
             )
         along_x, along_y = each
-        halvings = 0
-        while len(along_x.which) == along_x.total and 1.0 / (lattice.cut * layer.step) >= SAMPLES_OF_WAVE * 2.0 ** (
-            halvings + 1
-        ):
-            halvings += 1
-        fewer = self._fewer(halvings) if halvings else None
         part = planes[:, along_y.which.start : along_y.which.stop, along_x.which.start : along_x.which.stop]
-        for k, (own, samples) in enumerate(zip(out, part, strict=True)):
-            if fewer is None and along_x.whole and along_y.whole:
+        for own, samples in zip(out, part, strict=True):
+            if along_x.whole and along_y.whole:
                 _add_both(own, samples, along_x, along_y)
                 continue
-            gathered = None
-            if fewer is not None:
-                gathered = fewer.lines[k, along_y.which.start : along_y.which.stop], fewer.first, fewer.spreads
-            lines = along_x.transformed(samples, self.precision, gathered)
+            lines = along_x.transformed(samples, self.precision)
             own[:] = along_y.transformed(np.ascontiguousarray(lines.T), self.precision).T
         out *= layer.step**2
         return True
-
-    def _fewer(self, halvings: int) -> _Fewer:
-        """Return half as many samples along x, so many times over, that have the same low frequencies; cached."""
-        if halvings not in self._rows:
-            before = self._fewer(halvings - 1) if halvings > 1 else _Fewer(self._planes, 0.0, ())
-            lines, spread = halved_rows(before.lines, self.precision)
-            times, width = 2.0**halvings, spread[0]
-            # Sample 0 lies where sample 0 did, width // 2 coarse ones further on.
-            first = before.first - width // 2 * times
-            self._rows[halvings] = _Fewer(lines, first, (*before.spreads, (*spread, times)))
-        return self._rows[halvings]
-
-    @cached_property
-    def _rows(self) -> dict[int, _Fewer]:
-        return {}
-
-
-class _Fewer(NamedTuple):
-    """Gathered samples (kinds, rows, n), where the first lies, and (width, β, samples apart) of each gathering."""
-
-    lines: F64
-    first: float
-    spreads: tuple[tuple[int, float, float], ...]
 
 
 class _Along(NamedTuple):
@@ -218,31 +173,16 @@ class _Along(NamedTuple):
     period: int
     numbers: I64
 
-    def transformed(
-        self, lines: F64 | C128, precision: float, gathered: tuple[F64, float, tuple[Any, ...]] | None = None
-    ) -> C128:
-        """Return Σ lines[…, i]·(transform of spline i) at all frequencies: (lines, m).
-
-        gathered : the same in fewer samples, where the first of them lies, and what they were gathered by
-        """
-        if gathered is None:
-            out = self._sums(lines, self.place, precision)
-        else:
-            fewer, first, spreads = gathered
-            place = self.place[0] + self.step * (first + spreads[-1][2] * np.arange(fewer.shape[1]))
-            out = self._sums(fewer, place, precision)
-            for width, beta, apart in spreads:
-                out /= window_transform(self.frequency * self.step * apart, width, beta)
+    def transformed(self, lines: F64 | C128, precision: float) -> C128:
+        """Return Σ lines[…, i]·(transform of spline i) at all frequencies: (lines, m)."""
+        middle = int(self.numbers[self.numbers.size // 2])
+        phase = (2.0 * np.pi / self.period) * self.place
+        strengths = np.ascontiguousarray(lines * np.exp(-1j * middle * phase))
+        out = modes_of_lines(phase, strengths, self.numbers.size, precision=precision)
         out *= self.passes
         for i, wrong in self.borders():
             out += lines[:, i, None] * wrong
         return out
-
-    def _sums(self, lines: F64 | C128, place: F64, precision: float) -> C128:
-        middle = int(self.numbers[self.numbers.size // 2])
-        phase = (2.0 * np.pi / self.period) * place
-        strengths = np.ascontiguousarray(lines * np.exp(-1j * middle * phase))
-        return modes_of_lines(phase, strengths, self.numbers.size, precision=precision)
 
     @property
     def frequency(self) -> F64:

@@ -22,6 +22,7 @@ from camsim.rendering.waves.edges import EdgeSource
 from camsim.rendering.waves.fields import FieldSource
 from camsim.rendering.waves.image import FrequencyImage, Source, tiles
 from camsim.rendering.waves.levels import Level, lattice_of, levels_of
+from camsim.rendering.waves.low import LowFrequencies
 from camsim.rendering.waves.transfers import Footprint, Lens
 from camsim.rendering.work import Work
 from camsim.repeated import Channels
@@ -96,6 +97,11 @@ class WavesPlan:
         cut = max(self._band(lens, weights, tolerance) for _, weights, lens in found)
         farthest = max(_farthest(source, job) for source, *_ in found)
         levels = self._levels(cut, farthest, tolerance)
+        if len(levels) > 1:
+            low = levels[1].cut
+            found = [
+                (LowFrequencies(source=source, cut=low, precision=precision), *behind) for source, *behind in found
+            ]
         return FrequencyImage(
             sources=found,
             footprint=Footprint(system=job.system, pitch_um=job.grid.pitch_um),
