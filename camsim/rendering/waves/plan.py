@@ -16,18 +16,20 @@ from camsim.optics.of_pupil import OfPupil
 from camsim.optics.protocols import Fading, KnowsReach
 from camsim.rendering.engine import FEWEST_CHECKED, FINEST, Cost, Decision, Marks, Progress
 from camsim.rendering.fields.job import FieldJob
+from camsim.rendering.fields.samples import Sight
 from camsim.rendering.job import Job, Nodes
 from camsim.rendering.spectral import Signals, fewer, fuse, kinds, wavefront_phase
 from camsim.rendering.waves.edges import EdgeSource
 from camsim.rendering.waves.fields import FieldSource
 from camsim.rendering.waves.image import FrequencyImage, Source, tiles
 from camsim.rendering.waves.levels import Level, lattice_of, levels_of
-from camsim.rendering.waves.low import LowFrequencies
+from camsim.rendering.waves.low import WIDER, LowFrequencies
 from camsim.rendering.waves.transfers import Footprint, Lens
 from camsim.rendering.work import Work
 from camsim.repeated import Channels
 
 COARSEST = 1e-2
+BESIDE_SIGHT = 8.0  # pitches: patches that reach into what the first level sees
 NEAR, NEAR_OF_LARGE, LARGE = 24.0, 40.0, 700  # pitches that the first level sees, in frames up to so many photosites
 OF_LIGHT, OF_BAND, OF_LEAK, OF_PRECISION, OF_TRANSFER, OF_MIXTURE = (
     0.05,
@@ -98,9 +100,20 @@ class WavesPlan:
         farthest = max(_farthest(source, job) for source, *_ in found)
         levels = self._levels(cut, farthest, tolerance)
         if len(levels) > 1:
-            low = levels[1].cut
+            low, reach = levels[1].cut, levels[0].reach + BESIDE_SIGHT
+            first = np.array(job.grid.first_centre)
+            last = first + np.array([job.grid.cols - 1, job.grid.rows - 1])
+            sight = Sight(first - reach, last + reach, WIDER * low)
             found = [
-                (LowFrequencies(source=source, cut=low, precision=precision), *behind) for source, *behind in found
+                (
+                    LowFrequencies(
+                        source=dataclasses.replace(own, sight=sight) if isinstance(own, FieldSource) else own,
+                        cut=low,
+                        precision=precision,
+                    ),
+                    *behind,
+                )
+                for own, *behind in found
             ]
         return FrequencyImage(
             sources=found,
