@@ -1,0 +1,1 @@
+"""The check: photosites computed again from the scene itself, the optics and the light, by direct sums."""

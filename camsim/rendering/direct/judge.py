@@ -1,0 +1,169 @@
+"""The judge of every rendering behind a round lens: photosites computed again, from the scene itself, by direct sums."""
+
+from __future__ import annotations
+
+import functools
+import math
+
+import numpy as np
+
+from camsim.arrays import F64, I64, U8, kinds_of
+from camsim.kept import cached_property
+from camsim.kernels import shared
+from camsim.optics import RoundLens
+from camsim.optics.protocols import KnowsEnergy
+from camsim.rendering.direct.checks import Found
+from camsim.rendering.direct.light import condensed, count_of, densities
+from camsim.rendering.direct.places import hardest_photosites, how_many
+from camsim.rendering.direct.records import Table
+from camsim.rendering.direct.scenery import Pieces, pieces_of
+from camsim.rendering.direct.spread import phases_of, tabled
+from camsim.rendering.direct.rings import heard_until
+from camsim.rendering.direct.sums import along_outlines
+from camsim.rendering.engine import Plan
+from camsim.rendering.job import Job
+from camsim.rendering.spectral import carrying
+from camsim.scene import Scene
+from camsim.scene.arcs import Fineness
+
+OF_TOLERANCE = 0.1  # what all of it may be wrong by
+OF_RINGS, OF_TABLE, OF_PANELS, OF_CURVES = 0.4, 0.05, 0.05, 0.1  # of that
+MOST_NODES = 24  # of a panel
+NODE_SECONDS, PIECE_SECONDS, BESSEL_SECONDS = 2e-8, 6e-8, 5e-8
+
+
+class Judge:
+    """What recomputes photosites of a job; ``scene``: where pictures are left out of the job's own.
+
+    Of the job it takes what came in (scene, optics, grid, light) and nothing that was made of it: outlines, painter's
+    order, spectra, wavelengths and point spread are its own.
+    """
+
+    def __init__(self, job: Job, scene: Scene | None = None, tolerance: float | None = None) -> None:
+        self.job = job
+        self.scene = job.scene if scene is None else scene
+        self.allowed = OF_TOLERANCE * (job.tolerance if tolerance is None else tolerance)
+
+    @cached_property
+    def _outlines(self) -> tuple[Pieces, F64, F64, F64]:
+        """Pieces, wavelengths, what each spectrum gives at each (spectra, channels, n), full scale (channels,)."""
+        job = self.job
+        felt_nm = job.wavelength_nm[carrying(job.response)]
+        highest = job.system.highest_per_um(felt_nm) * job.grid.pitch_um
+        fine = Fineness(1.0 / highest, OF_CURVES * self.allowed)
+        pieces, spectra = pieces_of(job.scene, job.grid.pitch_um, fine)
+        return pieces, *densities(spectra, job.response, job.wavelength_nm)
+
+    @cached_property
+    def base(self) -> F64:
+        """The background in each channel."""
+        background: F64 = self._outlines[2][0].sum(axis=1)
+        return background
+
+    @cached_property
+    def _until(self) -> float:
+        """As far as rings are heard, pitches."""
+        pieces, wavelength_nm, density, _ = self._outlines
+        job = self.job
+        return heard_until(
+            job.system, job.grid, wavelength_nm, density[1:] - density[0], pieces, OF_RINGS * self.allowed
+        )
+
+    @cached_property
+    def _light(self) -> tuple[F64, F64]:
+        """Wavelengths (j,), and what signals at all wavelengths are to be multiplied by (n, j)."""
+        wavelength_nm = self._outlines[1]
+        system, pitch_um = self.job.system, self.job.grid.pitch_um
+        if not system.chromatic:
+            return wavelength_nm[:1], np.ones((wavelength_nm.size, 1))
+        blur = system.blurs_um(np.array([wavelength_nm.min(), wavelength_nm.max()])) / pitch_um
+        phase = 2.0 * math.pi * self._until * float(1.0 / blur.min() - 1.0 / blur.max())
+        return condensed(wavelength_nm, count_of(wavelength_nm.size, phase, self.allowed))
+
+    @cached_property
+    def _table(self) -> tuple[Table, F64]:
+        """The point spread, and how much of its kinds of light there is in every wavelength of the scene (n, kinds)."""
+        wavelength_nm, matrix = self._light
+        table, mixture = tabled(
+            self.job.system,
+            self.job.grid.pitch_um,
+            tuple(wavelength_nm.tolist()),
+            until=self._until,
+            allowed=OF_TABLE * self.allowed,
+        )
+        return table, np.einsum("nj,jk->nk", matrix, mixture)
+
+    def hardest(self, plan: Plan) -> tuple[I64, I64]:
+        """Return rows and columns of the photosites to look at."""
+        pieces, grid = self._outlines[0], self.job.grid
+        if not len(pieces.left):
+            return np.zeros(1, np.int64), np.zeros(1, np.int64)
+        return hardest_photosites(pieces.outlines, grid, plan.marks, count=self.count(plan))
+
+    def count(self, plan: Plan) -> int:
+        """Return how many photosites are looked at."""
+        grid = self.job.grid
+        return how_many(
+            grid.rows * grid.cols,
+            render_seconds=plan.cost.seconds,
+            check_seconds=self.seconds_each,
+            fewest=plan.fewest,
+        )
+
+    @cached_property
+    def seconds_each(self) -> float:
+        """What one photosite is expected to take."""
+        pieces = self._outlines[0].outlines
+        blur = 1.0 / self._highest
+        near = np.minimum(pieces.length, 2.0 * self._until)
+        return NODE_SECONDS * float((near / blur + 4.0).sum()) + PIECE_SECONDS * len(near)
+
+    @cached_property
+    def _highest(self) -> float:
+        return self.job.system.highest_per_um(self._outlines[1]) * self.job.grid.pitch_um
+
+    def seconds(self, plan: Plan) -> float:
+        """Return what the check is expected to take."""
+        if not len(self._outlines[0].left):
+            return 0.0
+        table = BESSEL_SECONDS * 10.0 * (self._until * self._highest) ** 2
+        return table + self.count(plan) * self.seconds_each
+
+    def compare(self, plan: Plan, values: F64, right: F64, rows: I64, cols: I64) -> Found:
+        """Compare an image's values at photosites with what they should be; what is no number is off by infinity."""
+        difference = np.abs(values - right)
+        difference = np.where(np.isnan(difference), np.inf, difference)
+        worst = int(np.argmax(difference))
+        return Found(
+            error=float(difference[worst]),
+            row=int(rows[worst]),
+            col=int(cols[worst]),
+            photosites=rows.size,
+            standard_error=plan.standard_error(rows, cols),
+        )
+
+    def values(self, rows: I64, cols: I64, sets: U8) -> F64:
+        """Compute photosites again, each in its channel of ``sets`` (..., photosites)."""
+        x0, y0 = self.job.grid.first_centre
+        points = np.stack([x0 + cols, y0 + rows], axis=1).astype(float)
+        light = self.base + self._of_edges(points)
+        return np.take_along_axis(light.T, sets.reshape(-1, rows.size).astype(np.int64), axis=0).reshape(sets.shape)
+
+    def _of_edges(self, points: F64) -> F64:
+        """Return what outlines add at points (n, 2) in all channels (n, channels)."""
+        pieces, _, density, _ = self._outlines
+        out = np.zeros((len(points), density.shape[1]))
+        if not len(pieces.left):
+            return out
+        table, mixture = self._table
+        both, pair = kinds_of(pieces.left * len(density) + pieces.right)
+        left, right = np.divmod(both, len(density))
+        of_kinds = np.einsum("scn,nk->sck", density, mixture)
+        rules, phases = phases_of(OF_PANELS * self.allowed, MOST_NODES)
+        work = functools.partial(
+            along_outlines, points, pieces.outlines, pieces.outlines.length, pair,
+            np.ascontiguousarray(of_kinds[left] - of_kinds[right]), table, rules, phases,
+            float(phases[-1] / (math.pi * self._highest)), out,
+        )  # fmt: skip
+        shared(len(points), work)
+        return out
