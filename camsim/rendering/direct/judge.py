@@ -13,11 +13,12 @@ from camsim.kernels import shared
 from camsim.optics import RoundLens
 from camsim.optics.protocols import KnowsEnergy
 from camsim.rendering.direct.checks import Found
+from camsim.rendering.direct.fields import Fields
 from camsim.rendering.direct.light import condensed, count_of, densities
 from camsim.rendering.direct.places import hardest_photosites, how_many
 from camsim.rendering.direct.records import Table
 from camsim.rendering.direct.scenery import Pieces, pieces_of
-from camsim.rendering.direct.spread import phases_of, tabled
+from camsim.rendering.direct.spread import Spline, phases_of, tabled
 from camsim.rendering.direct.rings import heard_until
 from camsim.rendering.direct.sums import along_outlines
 from camsim.rendering.engine import Plan
@@ -45,34 +46,49 @@ class Judge:
         self.allowed = OF_TOLERANCE * (job.tolerance if tolerance is None else tolerance)
 
     @cached_property
-    def _outlines(self) -> tuple[Pieces, F64, F64, F64]:
-        """Pieces, wavelengths, what each spectrum gives at each (spectra, channels, n), full scale (channels,)."""
+    def _highest(self) -> float:
+        """The highest frequency that passes the lens, cycles/pitch."""
+        felt_nm = self.job.wavelength_nm[carrying(self.job.response)]
+        return self.job.system.highest_per_um(felt_nm) * self.job.grid.pitch_um
+
+    @cached_property
+    def _fields(self) -> Fields:
+        """Pictures, gradients and points."""
+        return Fields(self.scene, self.job.grid.pitch_um, self._highest, OF_CURVES * self.allowed)
+
+    @cached_property
+    def _seen(self) -> tuple[Pieces, F64, F64, F64]:
+        """Pieces of outlines, pictures black, wavelengths (n,), and what each spectrum gives there (spectra, channels,
+        n): of surfaces, and of fields."""
         job = self.job
-        felt_nm = job.wavelength_nm[carrying(job.response)]
-        highest = job.system.highest_per_um(felt_nm) * job.grid.pitch_um
-        fine = Fineness(1.0 / highest, OF_CURVES * self.allowed)
-        pieces, spectra = pieces_of(job.scene, job.grid.pitch_um, fine)
-        return pieces, *densities(spectra, job.response, job.wavelength_nm)
+        fine = Fineness(1.0 / self._highest, OF_CURVES * self.allowed)
+        pieces, spectra = pieces_of(self.scene.framed(0.0), job.grid.pitch_um, fine)
+        wavelength_nm, density, full = densities(spectra, job.response, job.wavelength_nm)
+        of_fields = density[:0]
+        if self._fields.spectra:
+            of_fields = densities(self._fields.spectra, job.response, job.wavelength_nm, full)[1]
+        return pieces, wavelength_nm, density, of_fields
 
     @cached_property
     def base(self) -> F64:
         """The background in each channel."""
-        background: F64 = self._outlines[2][0].sum(axis=1)
+        background: F64 = self._seen[2][0].sum(axis=1)
         return background
 
     @cached_property
     def _until(self) -> float:
         """As far as rings are heard, pitches."""
-        pieces, wavelength_nm, density, _ = self._outlines
-        job = self.job
+        pieces, wavelength_nm, density, of_fields = self._seen
+        contrast = np.concatenate([density[1:] - density[0], of_fields])
         return heard_until(
-            job.system, job.grid, wavelength_nm, density[1:] - density[0], pieces, OF_RINGS * self.allowed
-        )
+            self.job.system, self.job.grid.pitch_um, wavelength_nm, contrast, pieces, OF_RINGS * self.allowed,
+            self._fields.loudest,
+        )  # fmt: skip
 
     @cached_property
     def _light(self) -> tuple[F64, F64]:
         """Wavelengths (j,), and what signals at all wavelengths are to be multiplied by (n, j)."""
-        wavelength_nm = self._outlines[1]
+        wavelength_nm = self._seen[1]
         system, pitch_um = self.job.system, self.job.grid.pitch_um
         if not system.chromatic:
             return wavelength_nm[:1], np.ones((wavelength_nm.size, 1))
@@ -80,22 +96,22 @@ class Judge:
         phase = 2.0 * math.pi * self._until * float(1.0 / blur.min() - 1.0 / blur.max())
         return condensed(wavelength_nm, count_of(wavelength_nm.size, phase, self.allowed))
 
-    @cached_property
-    def _table(self) -> tuple[Table, F64]:
-        """The point spread, and how much of its kinds of light there is in every wavelength of the scene (n, kinds)."""
+    def _tabled(self, spline: Spline | None = None) -> tuple[Table, F64]:
+        """Return the point spread, and how much of its kinds of light there is in every wavelength (n, kinds)."""
         wavelength_nm, matrix = self._light
         table, mixture = tabled(
             self.job.system,
             self.job.grid.pitch_um,
             tuple(wavelength_nm.tolist()),
-            until=self._until,
+            until=self._until + (0.0 if spline is None else spline.extent),
             allowed=OF_TABLE * self.allowed,
+            spline=spline,
         )
         return table, np.einsum("nj,jk->nk", matrix, mixture)
 
     def hardest(self, plan: Plan) -> tuple[I64, I64]:
         """Return rows and columns of the photosites to look at."""
-        pieces, grid = self._outlines[0], self.job.grid
+        pieces, grid = self._seen[0], self.job.grid
         if not len(pieces.left):
             return np.zeros(1, np.int64), np.zeros(1, np.int64)
         return hardest_photosites(pieces.outlines, grid, plan.marks, count=self.count(plan))
@@ -113,18 +129,14 @@ class Judge:
     @cached_property
     def seconds_each(self) -> float:
         """What one photosite is expected to take."""
-        pieces = self._outlines[0].outlines
+        pieces = self._seen[0].outlines
         blur = 1.0 / self._highest
         near = np.minimum(pieces.length, 2.0 * self._until)
         return NODE_SECONDS * float((near / blur + 4.0).sum()) + PIECE_SECONDS * len(near)
 
-    @cached_property
-    def _highest(self) -> float:
-        return self.job.system.highest_per_um(self._outlines[1]) * self.job.grid.pitch_um
-
     def seconds(self, plan: Plan) -> float:
         """Return what the check is expected to take."""
-        if not len(self._outlines[0].left):
+        if not len(self._seen[0].left):
             return 0.0
         table = BESSEL_SECONDS * 10.0 * (self._until * self._highest) ** 2
         return table + self.count(plan) * self.seconds_each
@@ -147,15 +159,17 @@ class Judge:
         x0, y0 = self.job.grid.first_centre
         points = np.stack([x0 + cols, y0 + rows], axis=1).astype(float)
         light = self.base + self._of_edges(points)
+        if self._fields.visible:
+            light = light + self._fields.light(points, self._seen[3], self._tabled)
         return np.take_along_axis(light.T, sets.reshape(-1, rows.size).astype(np.int64), axis=0).reshape(sets.shape)
 
     def _of_edges(self, points: F64) -> F64:
         """Return what outlines add at points (n, 2) in all channels (n, channels)."""
-        pieces, _, density, _ = self._outlines
+        pieces, _, density, _ = self._seen
         out = np.zeros((len(points), density.shape[1]))
         if not len(pieces.left):
             return out
-        table, mixture = self._table
+        table, mixture = self._tabled()
         both, pair = kinds_of(pieces.left * len(density) + pieces.right)
         left, right = np.divmod(both, len(density))
         of_kinds = np.einsum("scn,nk->sck", density, mixture)

@@ -275,3 +275,13 @@ def _sides_of(
                 right[p] = of[two] if two >= 0 else 0
             if count == 0:
                 break
+
+
+@kernel()
+def covered(o: Outlines, rows: Rows, owners: Owners, boxes: F64, at: F64, after: I64, found: np.ndarray) -> None:
+    """Find which places (n, 2) a primitive covers that is numbered ``after`` (n,), or later; boxes: about each."""
+    for k in range(len(at)):
+        for j in range(after[k], len(boxes)):
+            if _within(boxes[j], at[k, 0], at[k, 1], 0.0) and _covers(o, rows, owners, j, at[k, 0], at[k, 1]):
+                found[k] = True
+                break

@@ -10,23 +10,29 @@ from camsim.arrays import F64
 from camsim.optics import OpticalSystem, RoundLens
 from camsim.rendering.direct.scenery import Pieces
 from camsim.rendering.direct.spread import breaks_of, smooth_energy
-from camsim.rendering.grid import Grid
 
 NEAREST, FARTHEST, STEP, EACH = 4.0, 4000.0, 1.2, 12  # blurs at which rings are looked at, and places in each
 OF_LINE = 0.2  # a line's over a whole circle's, times the root of blurs
+OF_SAMPLES = 0.4  # likewise of samples a blur apart, that add up as of random phases
 CROWD = 4000  # edges, that add up as of random phases
 MOST_SPECTRA = 64
 DIRECTIONS = 180
 
 
 def heard_until(
-    system: OpticalSystem, grid: Grid, wavelength_nm: F64, contrast: F64, pieces: Pieces, allowed: float
+    system: OpticalSystem,
+    pitch_um: float,
+    wavelength_nm: F64,
+    contrast: F64,
+    pieces: Pieces,
+    allowed: float,
+    loudest: tuple[float, float],
 ) -> float:
     """Return a distance, pitches, past which rings of any outline are no louder than allowed.
 
     contrast : (spectra, channels, n) what each gives beside the background
+    loudest  : the largest step of a picture, pitches, and the brightest point, square pitches
     """
-    pitch_um = grid.pitch_um
     blur = system.blurs_um(wavelength_nm) / pitch_um
     longest = float(blur.max())
     nm = float(wavelength_nm[int(blur.argmax())])
@@ -41,11 +47,15 @@ def heard_until(
         together = np.abs(np.einsum("sn,rn->sr", some.astype(complex), turns)).max(axis=0, initial=0.0)
         loud *= np.minimum(1.0, together.reshape(places.shape).max(axis=1))
     crowd = math.sqrt(max(1.0, min(len(pieces.left), CROWD) / 4.0))
-    of_lines = _last(distance, loud * OF_LINE / np.sqrt(distance) * crowd, allowed)
+    step, point = loudest[0] / longest, loudest[1] / longest**2
+    share = OF_LINE / np.sqrt(distance) * crowd + min(OF_SAMPLES * step, 1.0) + point / distance
+    if np.abs(1.0 - smooth_energy(system, pitch_um, nm, distance * longest)).max() <= allowed:
+        share = np.maximum(share, 1.0)  # what is left of a Gaussian has one sign
+    of_lines = _last(distance, loud * share, allowed)
     bent = np.flatnonzero(pieces.outlines.turn_rad != 0.0)
     radius = pieces.outlines.dx[bent] / longest
-    share = np.abs(pieces.outlines.turn_rad[bent]) / (2.0 * math.pi)
-    heard = np.interp(radius, distance, loud) * share > allowed
+    turn = np.abs(pieces.outlines.turn_rad[bent]) / (2.0 * math.pi)
+    heard = np.interp(radius, distance, loud) * turn > allowed
     of_circles = float(radius[heard & (radius < FARTHEST)].max(initial=0.0))
     return max(of_lines, of_circles + 2.0) * longest + extent
 

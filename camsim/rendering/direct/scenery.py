@@ -49,7 +49,7 @@ def pieces_of(scene: Scene, pitch_um: float, fine: Fineness) -> tuple[Pieces, tu
         return Pieces(outlines, nothing, nothing), tuple(spectra)
     boxes = boxes_of(outlines)
     same = same_of(outlines, boxes)
-    near = _neighbours(_around(boxes, owners), 4.0 * BESIDE * float(same.max()))
+    near = _neighbours(boxes_about(boxes, owners), 4.0 * BESIDE * float(same.max()))
     piece = pieces_between_cuts(outlines, boxes, same)
     rows = Rows.of(owners, boxes, same)
     left, right = sides_of(outlines, rows, owners, near, piece, owners.primitive, of_primitive, same)
@@ -176,7 +176,7 @@ def _boxes_about_arcs(o: Outlines) -> F64:
     return np.stack([*low, *high], axis=1)
 
 
-def _around(boxes: F64, owners: Owners) -> F64:
+def boxes_about(boxes: F64, owners: Owners) -> F64:
     """Return boxes (primitives, 4) about what each covers at the most: what those about its layers have in common."""
     part, around = owners.part[owners.fill], np.full((len(owners.layer) - 1, 4), np.inf)
     around[:, 2:] = -np.inf

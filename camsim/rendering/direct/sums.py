@@ -202,3 +202,96 @@ def _whole(t: Table, x: float, y: float, out: F64) -> None:
             if t.sines and n:
                 out[q] += t.ends[t.cosines + n, q] * s
         c, s = c * step_c - s * step_s, c * step_s + s * step_c
+
+
+@kernel(forceinline=True)
+def _light_at(t: Table, x: float, y: float, out: F64) -> None:
+    """Set the point spread (kinds,) at a place seen from a photosite."""
+    r = math.hypot(x, y)
+    if r >= t.until:
+        _far(t, False, r, x / r, y / r, out)
+    elif r > 0.0:
+        _near(t.light, t, r, x / r, y / r, out)
+    else:
+        _near(t.light, t, 0.0, 1.0, 0.0, out)
+
+
+@kernel(forceinline=True)
+def _weighed(weights: F64, total: F64, out: F64) -> None:
+    """Add light of planes (planes, kinds) to channels (channels,)."""
+    for p in range(len(weights)):
+        for c in range(weights.shape[1]):
+            for q in range(weights.shape[2]):
+                out[c] += weights[p, c, q] * total[p, q]
+
+
+@kernel(allocates=True)
+def over_samples(
+    points: F64, values: F64, some: np.ndarray, at: F64, ways: F64, t: Table, weights: F64, out: F64, begin: int, end: int
+) -> None:  # fmt: skip
+    """Add some of a picture's samples (planes, rows, cols), of which the first is ``at``, to photosites."""
+    planes, rows, cols = values.shape
+    light, total = np.empty(t.kinds), np.empty((planes, t.kinds))
+    for p in range(begin, end):
+        total[:] = 0.0
+        for r in range(rows):
+            x0, y0 = at[0] + r * ways[1, 0] - points[p, 0], at[1] + r * ways[1, 1] - points[p, 1]
+            for c in range(cols):
+                if some[r, c]:
+                    _light_at(t, x0 + c * ways[0, 0], y0 + c * ways[0, 1], light)
+                    for plane in range(planes):
+                        for q in range(t.kinds):
+                            total[plane, q] += values[plane, r, c] * light[q]
+        _weighed(weights, total, out[p])
+
+
+@kernel(allocates=True)
+def over_nodes(
+    points: F64,
+    centres: F64,
+    reach: float,
+    begins: I64,
+    fine: F64,
+    of_fine: F64,
+    first: I64,
+    coarse: F64,
+    of_coarse: F64,
+    t: Table,
+    weights: F64,
+    out: F64,
+    begin: int,
+    end: int,
+) -> None:
+    """Add cells to photosites, by fine nodes (n, 2) where their centres are within reach, or coarse ones.
+
+    begins : (cells, 2) where each one's fine nodes begin and end;  first: (cells + 1,) likewise coarse ones
+    """
+    planes = len(weights)
+    light, total = np.empty(t.kinds), np.empty((planes, t.kinds))
+    for p in range(begin, end):
+        total[:] = 0.0
+        for cell in range(len(centres)):
+            near = math.hypot(centres[cell, 0] - points[p, 0], centres[cell, 1] - points[p, 1]) < reach
+            low, high = (begins[cell, 0], begins[cell, 1]) if near else (first[cell], first[cell + 1])
+            for k in range(low, high):
+                x, y = (fine[k, 0], fine[k, 1]) if near else (coarse[k, 0], coarse[k, 1])
+                _light_at(t, x - points[p, 0], y - points[p, 1], light)
+                for plane in range(planes):
+                    size = of_fine[k, plane] if near else of_coarse[k, plane]
+                    for q in range(t.kinds):
+                        total[plane, q] += size * light[q]
+        _weighed(weights, total, out[p])
+
+
+@kernel(allocates=True)
+def over_points(
+    points: F64, at: F64, size: F64, colour: I64, t: Table, weights: F64, out: F64, begin: int, end: int
+) -> None:
+    """Add points of light at places (n, 2), each of a colour, to photosites."""
+    light = np.empty(t.kinds)
+    for p in range(begin, end):
+        for k in range(len(size)):
+            _light_at(t, at[k, 0] - points[p, 0], at[k, 1] - points[p, 1], light)
+            for c in range(weights.shape[1]):
+                for q in range(t.kinds):
+                    out[p, c] += size[k] * weights[colour[k], c, q] * light[q]
