@@ -61,7 +61,7 @@ class Table(NamedTuple):
     """A point spread by radius, harmonic and kind of light, as kernels take it; pitches.
 
     within, light : (rows, 3, harmonics × kinds) G and the point spread, with two derivatives times steps
-    per_pitch, until : rows a pitch, and the last one
+    starts, per_pitch, first : of zones: where each begins, rows a pitch, and the first row;  until: the last one's end
     step     : of the harmonics' orders: 0, step, 2 step … are cosines' and, after these, step, 2 step … sines'
     cosines, sines : how many of order above 0
     ends     : (harmonics, kinds) G where r is infinite;  ending: cosines, from 0 on, that have any
@@ -71,7 +71,9 @@ class Table(NamedTuple):
 
     within: F64
     light: F64
-    per_pitch: float
+    starts: F64
+    per_pitch: F64
+    first: I64
     until: float
     step: int
     cosines: int

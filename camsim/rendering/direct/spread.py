@@ -26,6 +26,7 @@ MOST_NODES, NEAREST = 48, 1.0 / 64.0  # of one panel of frequencies; of the high
 QUINTIC = 1.0 / 46080.0  # times the sixth derivative times step⁶: what a quintic through two rows leaves
 STEEP = 0.02  # of that derivative's most, a wave of the highest frequency: what there is of it
 FEWEST_ROWS, MOST_ROWS = 3.0, 16.0  # to a wave of the highest frequency
+FIRST_ZONE, WIDER = 8.0, 6.0  # waves, and times: zones of rows that are as dense
 ANGLES = 8
 
 
@@ -91,39 +92,45 @@ def _made(
 ) -> tuple[Table, F64]:
     highest = system.highest_per_um(np.array(wavelength_nm)) * pitch_um
     breaks = breaks_of(system, pitch_um, np.array(wavelength_nm))
+    extent = system.extent_um / pitch_um + (0.0 if spline is None else spline.extent)
     f, weight = _frequencies(breaks, highest, until, allowed)
     every = transfers(system, pitch_um, wavelength_nm, f)
     few, mixture = _few(every, allowed)
     some = tuple(np.array(wavelength_nm)[few].tolist())
-    curves = np.ascontiguousarray(every[few].T)
-    extent = system.extent_um / pitch_um + (0.0 if spline is None else spline.extent)
     phase = 2.0 * math.pi * highest * extent
     angles = 2 * math.ceil(phase + 4.0 * math.cbrt(phase) + 4.0) if extent else 1
-    loud = np.abs(curves).max(axis=1)
-    orders, shapes, sines = _harmonics(system, pitch_um, spline, f, angles, loud, allowed)
-    rows_a_wave = 2.0 * math.pi * (QUINTIC * STEEP / allowed) ** (1.0 / 6.0)
-    per_pitch = highest * min(max(rows_a_wave, FEWEST_ROWS), MOST_ROWS)
-    count = math.ceil(until * per_pitch) + 2
-    found = np.zeros((count, 4, len(orders), len(few)))
-    k = 2.0 * math.pi * f
-    work = functools.partial(fill_rows, per_pitch, k, k * weight, shapes, curves, orders, bool((orders % 2).any()), found)
-    shared(count, work, least=8)
-    r, step = np.arange(count)[:, None, None] / per_pitch, 1.0 / per_pitch
-    g, p, slope, bend = (np.ascontiguousarray(found[:, q]) for q in range(4))
-    within = np.stack([g, r * p * step, (p + r * slope) * step**2], axis=1)
-    light = np.stack([p, slope * step, bend * step**2], axis=1)
+    around = functools.partial(_around, system, pitch_um, spline, angles=angles)
+    orders, shapes, sines = _harmonics(around(f), np.abs(every[few]).max(axis=0), allowed)
     # ∫ J_m(x) x dx over all x is m.
-    ends = (orders[:, None] / (2.0 * math.pi)) * (np.einsum("hn,nk->hk", shapes * (weight / f), curves))
+    ends = (orders[:, None] / (2.0 * math.pi)) * np.einsum("hn,kn->hk", shapes * (weight / f), every[few])
     ends[0] = 1.0 / (2.0 * math.pi)
+    starts, per_pitch = _zones(highest, until, extent, allowed)
+    first, parts = [0], []
+    for start, end, rate in zip(starts, [*starts[1:], until + 2.0 / per_pitch[-1]], per_pitch, strict=True):
+        r, step = start + np.arange(math.ceil((end - start) * rate) + 1) / rate, 1.0 / rate
+        first.append(first[-1] + r.size)
+        f, weight = _frequencies(breaks, highest, end, allowed)
+        k = 2.0 * math.pi * f
+        shapes, curves = _some(around(f), orders, sines), transfers(system, pitch_um, some, f)
+        found = np.zeros((r.size, 4, len(orders), len(few)))
+        work = functools.partial(
+            fill_rows, r, k, k * weight, shapes, np.ascontiguousarray(curves.T), orders, bool((orders % 2).any()), found
+        )
+        shared(r.size, work, least=8)
+        g, p, slope, bend = (found[:, q].reshape(r.size, -1) for q in range(4))
+        r = r[:, None]
+        parts.append(np.stack([g, r * p * step, (p + r * slope) * step**2, p, slope * step, bend * step**2], axis=1))
+    rows, half = np.concatenate(parts), len(orders) - sines
     powers = _powers(system, pitch_um, spline, some, orders, sines, min(OF_BREAK * breaks.min(), _slow(extent)))
-    half = len(orders) - sines
     total = np.abs(powers).max(axis=1) @ until ** -np.arange(1.0, POWERS + 1.0)
     stride = int(np.gcd.reduce(orders)) or 1
     table = Table(
-        within=within.reshape(count, 3, -1),
-        light=light.reshape(count, 3, -1),
-        per_pitch=per_pitch,
-        until=(count - 2) / per_pitch,
+        within=np.ascontiguousarray(rows[:, :3]),
+        light=np.ascontiguousarray(rows[:, 3:]),
+        starts=np.array(starts),
+        per_pitch=np.array(per_pitch),
+        first=np.array(first[:-1]),
+        until=until,
         step=stride,
         cosines=half - 1,
         sines=sines,
@@ -134,6 +141,18 @@ def _made(
         kinds=len(few),
     )
     return table, mixture
+
+
+def _zones(highest: float, until: float, extent: float, allowed: float) -> tuple[list[float], list[float]]:
+    """Return where rows of each density begin, and how many a pitch there are: fewer where rings are faint."""
+    starts, per_pitch = [0.0], []
+    while starts[-1] < until:
+        waves = (starts[-1] - extent) * highest
+        steep = STEEP if len(starts) == 1 else min(STEEP, 2.0 / (math.pi**3 * waves**2))
+        rows_a_wave = 2.0 * math.pi * (QUINTIC * steep / allowed) ** (1.0 / 6.0)
+        per_pitch.append(highest * min(max(rows_a_wave, FEWEST_ROWS), MOST_ROWS))
+        starts.append(WIDER * starts[-1] if len(starts) > 1 else extent + FIRST_ZONE / highest)
+    return starts[:-1], per_pitch
 
 
 def _slow(extent: float) -> float:
@@ -202,24 +221,28 @@ def _few(curves: F64, allowed: float) -> tuple[I64, F64]:
     return np.array(chosen), mixture
 
 
-def _harmonics(
-    system: OpticalSystem, pitch_um: float, spline: Spline | None, f: F64, angles: int, loud: F64, allowed: float
-) -> tuple[I64, F64, int]:
-    """Return orders (h,), what footprint and spline pass of each (h, n), cosines first, and how many are sines."""
-    found = _around(system, pitch_um, spline, f, angles)
-    size = (np.abs(found) * loud).max(axis=2)
-    kept = size > allowed
+def _harmonics(found: F64, loud: F64, allowed: float) -> tuple[I64, F64, int]:
+    """Return orders (h,), those harmonics (h, n) of (2, orders, n) that matter, cosines first, and how many are sines.
+
+    loud : (n,) of all that they are multiplied by
+    """
+    kept = (np.abs(found) * loud).max(axis=2) > allowed
     order = np.arange(len(found[0]))
     stride = int(np.gcd.reduce(order[kept.any(axis=0)])) or 1
-    last = int(np.flatnonzero(kept.any(axis=0)).max(initial=0)) // stride
-    some = stride * np.arange(1, last + 1)
+    some = stride * np.arange(1, int(np.flatnonzero(kept.any(axis=0)).max(initial=0)) // stride + 1)
     has_sines = bool(kept[1].any())
-    shapes = np.concatenate([found[0, :1], found[0, some], found[1, some] if has_sines else found[1, :0]])
     orders = np.concatenate([[0], some, some if has_sines else some[:0]])
-    return orders.astype(np.int64), np.ascontiguousarray(shapes), some.size if has_sines else 0
+    sines = some.size if has_sines else 0
+    return orders, _some(found, orders, sines), sines
 
 
-def _around(system: OpticalSystem, pitch_um: float, spline: Spline | None, f: F64, angles: int) -> F64:
+def _some(found: F64, orders: I64, sines: int) -> F64:
+    """Return harmonics (h, n) of (2, orders, n) of some orders, cosines and then sines."""
+    half = len(orders) - sines
+    return np.concatenate([found[0, orders[:half]], found[1, orders[half:]]])
+
+
+def _around(system: OpticalSystem, pitch_um: float, spline: Spline | None, f: F64, *, angles: int) -> F64:
     """Return (2, orders, n): cosines' and sines' harmonics of the transfer of all but the lens, times 2(−i)^m."""
     turn = 2.0 * math.pi * np.arange(angles)[:, None] / angles
     fx, fy = f * np.cos(turn), f * np.sin(turn)
@@ -238,10 +261,9 @@ def _powers(
 ) -> F64:  # fmt: skip
     """Return (harmonics, kinds, POWERS) of the far point spread, by the transfer's series up to a frequency."""
     f = 0.5 * until * (1.0 + chebyshev(SERIES_NODES))
-    around = _around(system, pitch_um, spline, f, 2 * (int(orders.max()) + ANGLES))
-    half = len(orders) - sines
-    shapes = np.concatenate([around[0, orders[:half]], around[1, orders[half:]]])
-    return _far_powers(orders, _coefficients(shapes[:, None] * transfers(system, pitch_um, nm, f), until))
+    around = _around(system, pitch_um, spline, f, angles=2 * (int(orders.max()) + ANGLES))
+    values = _some(around, orders, sines)[:, None] * transfers(system, pitch_um, nm, f)
+    return _far_powers(orders, _coefficients(values, until))
 
 
 def _far_powers(orders: I64, series: F64) -> F64:

@@ -28,9 +28,13 @@ def _turned(x: float, y: float, times: int) -> tuple[float, float]:
 @kernel()
 def _near(values: F64, t: Table, r: float, x: float, y: float, out: F64) -> None:
     """Set what a table has (kinds,) at a distance in the direction of a unit vector."""
-    place = r * t.per_pitch
+    zone = len(t.starts) - 1
+    while r < t.starts[zone]:
+        zone -= 1
+    place = (r - t.starts[zone]) * t.per_pitch[zone]
     cell = int(place)
     u = place - cell
+    cell += t.first[zone]
     v = 1.0 - u
     w0, w1, w2 = v * v * v * (1.0 + 3.0 * u + 6.0 * u * u), v * v * v * u * (1.0 + 3.0 * u), 0.5 * v * v * v * u * u
     w3, w4 = u * u * u * (1.0 + 3.0 * v + 6.0 * v * v), -u * u * u * v * (1.0 + 3.0 * v)
