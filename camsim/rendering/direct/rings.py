@@ -9,7 +9,7 @@ import numpy as np
 from camsim.arrays import F64
 from camsim.optics import OpticalSystem, RoundLens
 from camsim.rendering.direct.scenery import Pieces
-from camsim.rendering.direct.spread import breaks_of, smooth_energy
+from camsim.rendering.direct.spread import breaks_of, fades, smooth_energy
 
 NEAREST, FARTHEST, STEP, EACH = 4.0, 600.0, 1.2, 12  # blurs at which rings are looked at, and places in each
 OF_LINE = 0.2  # a line's over a whole circle's, times the root of blurs
@@ -40,9 +40,8 @@ def heard_until(
     distance = NEAREST * STEP ** np.arange(math.ceil(math.log(FARTHEST / NEAREST) / math.log(STEP)))
     places = distance[:, None] + (STEP - 1.0) * distance[:, None] * np.arange(EACH) / EACH
     swing = _swing(system, nm, pitch_um, places * longest).max(axis=1)
-    # What is left of a Gaussian is no wave: it has one sign.
-    fades = bool(np.abs(1.0 - smooth_energy(system, pitch_um, nm, distance * longest)).max() <= allowed)
-    loud = swing if fades else swing * _passed(system, pitch_um, wavelength_nm)
+    only_fades = fades(system)  # what is left of it is no wave: it has one sign
+    loud = swing if only_fades else swing * _passed(system, pitch_um, wavelength_nm)
     if system.chromatic and wavelength_nm.size > 1:
         some = contrast[:MOST_SPECTRA].reshape(-1, wavelength_nm.size)
         turns = np.exp(2j * math.pi * longest * places.ravel()[:, None] / blur)
@@ -51,7 +50,7 @@ def heard_until(
     crowd = math.sqrt(max(1.0, min(len(pieces.left), CROWD) / 4.0))
     step, point = loudest[0] / longest, loudest[1] / longest**2
     share = OF_LINE / np.sqrt(distance) * crowd + min(OF_SAMPLES * step, 1.0) + point / distance
-    of_lines = _last(distance, loud * (np.maximum(share, 1.0) if fades else share), allowed)
+    of_lines = _last(distance, loud * (np.maximum(share, 1.0) if only_fades else share), allowed)
     bent = np.flatnonzero(pieces.outlines.turn_rad != 0.0)
     radius = pieces.outlines.dx[bent] / longest
     turn = np.abs(pieces.outlines.turn_rad[bent]) / (2.0 * math.pi)

@@ -21,7 +21,7 @@ from camsim.quadrature import chebyshev, gauss_legendre, gauss_phases, gauss_pie
 from camsim.rendering.direct.records import POWERS, Table
 from camsim.rendering.direct.spread_kernels import fill_rows
 
-SERIES_NODES, OF_BREAK, OF_EXTENT = 14, 0.4, 0.5  # of a transfer's series at 0, and how far it is looked at
+SERIES_NODES, OF_BREAK, OF_EXTENT = 14, 0.2, 0.4  # of a transfer's series at 0, and how far it is looked at
 MOST_NODES, NEAREST = 48, 1.0 / 64.0  # of one panel of frequencies; of the highest: breaks nearer by are one
 QUINTIC = 1.0 / 46080.0  # times the sixth derivative times step⁶: what a quintic through two rows leaves
 STEEP = 0.02  # of that derivative's most, a wave of the highest frequency: what there is of it
@@ -180,6 +180,13 @@ def breaks_of(system: OpticalSystem, pitch_um: float, wavelength_nm: F64) -> F64
     return found
 
 
+def fades(system: OpticalSystem) -> bool:
+    """Return whether there is nothing far out: neither rings nor powers, as of a Gaussian."""
+    assert isinstance(system.lens, RoundLens)
+    pattern = system.lens.pattern()
+    return not pattern.rings and not any(pattern.powers)
+
+
 def _frequencies(breaks: F64, highest: float, until: float, allowed: float) -> tuple[F64, F64]:
     """Return nodes and weights over 0 … highest, broken where transfers are not smooth."""
     ends = [0.0]
@@ -262,6 +269,8 @@ def _powers(
     """Return (harmonics, kinds, POWERS) of the far point spread, by the transfer's series up to a frequency."""
     f = 0.5 * until * (1.0 + chebyshev(SERIES_NODES))
     around = _around(system, pitch_um, spline, f, angles=2 * (int(orders.max()) + ANGLES))
+    if fades(system):
+        return np.zeros((len(orders), len(nm), POWERS))
     values = _some(around, orders, sines)[:, None] * transfers(system, pitch_um, nm, f)
     return _far_powers(orders, _coefficients(values, until))
 
@@ -313,6 +322,8 @@ def phases_of(allowed: float, most: int) -> tuple[F64, F64]:
 
 def smooth_energy(system: OpticalSystem, pitch_um: float, nm: float, r: F64) -> F64:
     """Return the energy of a lens within radii r, pitches, far out and without its rings."""
+    if fades(system):
+        return np.ones_like(r)
     until = OF_BREAK * float(breaks_of(system, pitch_um, np.array([nm])).min())
     f = 0.5 * until * (1.0 + chebyshev(SERIES_NODES))
     series = _coefficients(transfers(system, pitch_um, (nm,), f)[None], until)
