@@ -11,7 +11,7 @@ import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 import scipy
@@ -36,6 +36,9 @@ from camsim.spectra.curve import Curve, Spectrum
 MOST_PHASE = 250.0  # of splines that a point spread is convolved with: it has about as many harmonics
 CELL = 4.0  # of a gradient, waves of the lens's highest frequency, and one of its own
 FAR_NODES, MOST_NODES, MOST_TURN = 4, 120, 0.1
+
+
+Tabled: TypeAlias = Callable[[Spline | None], tuple[Table, F64, F64]]
 
 
 class Light(NamedTuple):
@@ -244,27 +247,22 @@ class Fields:
             degree=degree,
         )
 
-    def light(
-        self, points: F64, density: F64, tabled: Callable[[Spline | None], tuple[Table, F64]]
-    ) -> F64:  # fmt: skip
-        """Return (n, channels) what is seen at points (n, 2); density: (planes, channels, n) of ``spectra``."""
-        out = np.zeros((len(points), density.shape[1]))
+    def light(self, points: F64, channels: int, tabled: Tabled) -> F64:
+        """Return (n, channels) what is seen at points (n, 2); tabled: see ``Judge``."""
+        out = np.zeros((len(points), channels))
         first = 0
         for (_, shape), seen in zip(self.shapes, self.seen, strict=True):
-            own = density[first : first + len(shape.spectra)]
+            self._add(seen, slice(first, first + len(shape.spectra)), points, tabled, out)
             first += len(shape.spectra)
-            self._add(seen, own, points, tabled, out)
         if self.points:
-            behind = _light(tabled(None), density[first:])
+            behind = _light(tabled(None), slice(first, None))
             at = np.array([point.centre_um for point in self.points]) / self.pitch_um
             size = np.array([point.photosites or 0.0 for point in self.points])
             colour = np.array([self._colours.index(point.reflectance) for point in self.points])
             shared(len(points), functools.partial(over_points, points, at, size, colour, *behind, out))
         return out
 
-    def _add(
-        self, seen: Seen, density: F64, points: F64, tabled: Callable[[Spline | None], tuple[Table, F64]], out: F64
-    ) -> None:
+    def _add(self, seen: Seen, planes: slice, points: F64, tabled: Tabled, out: F64) -> None:
         others = None
         if seen.coefficients is not None:
             along = seen.ways[0] / seen.step
@@ -272,7 +270,7 @@ class Fields:
             whole = np.zeros(seen.coefficients.shape[1:], bool)
             if 2.0 * math.pi * self.highest * spline.extent <= MOST_PHASE:
                 whole = seen.whole_samples()
-                behind = _light(tabled(spline), density * seen.step**2)
+                behind = _light(tabled(spline), planes, seen.step**2)
                 # A spline's middle, in cells.
                 at = seen.corner + (0.5 - 0.5 * seen.degree) * seen.ways.sum(axis=0)
                 shared(
@@ -289,7 +287,7 @@ class Fields:
         cells = seen.cells(others)
         if not len(cells):
             return
-        behind = _light(tabled(None), density)
+        behind = _light(tabled(None), planes)
         centres = seen.corner + (cells[:, ::-1] + 0.5) @ seen.ways
         reach = behind.table.until + 0.75 * seen.step
         near = np.zeros(len(cells), bool)
@@ -310,9 +308,9 @@ class Fields:
         )  # fmt: skip
 
 
-def _light(tabled: tuple[Table, F64], density: F64) -> Light:
-    """Return what a table's kinds of light weigh in planes (planes, channels, n)."""
-    return Light(tabled[0], np.ascontiguousarray(np.einsum("pcn,nk->pck", density, tabled[1])))
+def _light(tabled: tuple[Table, F64, F64], planes: slice, times: float = 1.0) -> Light:
+    """Return a table and what its kinds of light weigh in some planes."""
+    return Light(tabled[0], np.ascontiguousarray(times * tabled[2][planes]))
 
 
 def _coefficients(planes: F64, degree: int) -> F64:

@@ -12,14 +12,14 @@ from camsim.kept import cached_property
 from camsim.kernels import shared
 from camsim.optics import RoundLens
 from camsim.optics.protocols import KnowsEnergy
+from camsim.products import product
 from camsim.rendering.direct.checks import Found
 from camsim.rendering.direct.fields import Fields
-from camsim.rendering.direct.light import condensed, count_of, densities
+from camsim.rendering.direct.light import condensed, count_of, densities, heard_until
 from camsim.rendering.direct.places import hardest_photosites, how_many
 from camsim.rendering.direct.records import Table
 from camsim.rendering.direct.scenery import Pieces, pieces_of
 from camsim.rendering.direct.spread import Spline, phases_of, tabled
-from camsim.rendering.direct.rings import heard_until
 from camsim.rendering.direct.sums import along_outlines
 from camsim.rendering.engine import Plan
 from camsim.rendering.job import Job
@@ -96,18 +96,24 @@ class Judge:
         phase = 2.0 * math.pi * self._until * float(1.0 / blur.min() - 1.0 / blur.max())
         return condensed(wavelength_nm, count_of(wavelength_nm.size, phase, self.allowed))
 
-    def _tabled(self, spline: Spline | None = None) -> tuple[Table, F64]:
-        """Return the point spread, and how much of its kinds of light there is in every wavelength (n, kinds)."""
+    def _tabled(self, spline: Spline | None = None) -> tuple[Table, F64, F64]:
+        """Return the point spread, and how much of its kinds of light there is in each spectrum less the background,
+        (spectra, channels, kinds), and in each of fields (planes, channels, kinds)."""
+        _, _, density, of_fields = self._seen
         wavelength_nm, matrix = self._light
+        signals = np.concatenate([density - density[0], of_fields]) if spline is None else of_fields
         table, mixture = tabled(
             self.job.system,
             self.job.grid.pitch_um,
-            tuple(wavelength_nm.tolist()),
+            wavelength_nm,
+            product(signals.reshape(-1, len(matrix)), matrix),
             until=self._until + (0.0 if spline is None else spline.extent),
             allowed=OF_TABLE * self.allowed,
             spline=spline,
         )
-        return table, np.einsum("nj,jk->nk", matrix, mixture)
+        mixture = mixture.reshape(*signals.shape[:2], -1)
+        surfaces = len(mixture) - len(of_fields)
+        return table, mixture[:surfaces], mixture[surfaces:]
 
     def hardest(self, plan: Plan) -> tuple[I64, I64]:
         """Return rows and columns of the photosites to look at."""
@@ -160,7 +166,7 @@ class Judge:
         points = np.stack([x0 + cols, y0 + rows], axis=1).astype(float)
         light = self.base + self._of_edges(points)
         if self._fields.visible:
-            light = light + self._fields.light(points, self._seen[3], self._tabled)
+            light = light + self._fields.light(points, len(self.base), self._tabled)
         return np.take_along_axis(light.T, sets.reshape(-1, rows.size).astype(np.int64), axis=0).reshape(sets.shape)
 
     def _of_edges(self, points: F64) -> F64:
@@ -169,10 +175,9 @@ class Judge:
         out = np.zeros((len(points), density.shape[1]))
         if not len(pieces.left):
             return out
-        table, mixture = self._tabled()
+        table, of_kinds, _ = self._tabled()
         both, pair = kinds_of(pieces.left * len(density) + pieces.right)
         left, right = np.divmod(both, len(density))
-        of_kinds = np.einsum("scn,nk->sck", density, mixture)
         rules, phases = phases_of(OF_PANELS * self.allowed, MOST_NODES)
         work = functools.partial(
             along_outlines, points, pieces.outlines, pieces.outlines.length, pair,

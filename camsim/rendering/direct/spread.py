@@ -9,14 +9,16 @@ ring is heard G goes on in powers of 1/r: a power f^s of T_m at 0 leaves one of 
 from __future__ import annotations
 
 import functools
+import hashlib
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from camsim.arrays import F64, I64
 from camsim.kernels import shared
 from camsim.optics import OpticalSystem, RoundLens
+from camsim.products import product
 from camsim.quadrature import chebyshev, gauss_legendre, gauss_phases, gauss_pieces
 from camsim.rendering.direct.records import POWERS, Table
 from camsim.rendering.direct.spread_kernels import fill_rows
@@ -28,6 +30,9 @@ STEEP = 0.02  # of that derivative's most, a wave of the highest frequency: what
 FEWEST_ROWS, MOST_ROWS = 3.0, 16.0  # to a wave of the highest frequency
 FIRST_ZONE, WIDER = 8.0, 6.0  # waves, and times: zones of rows that are as dense
 ANGLES = 8
+ROUNDING = 1e-13  # of signals that are mixtures of others
+MOST_KEPT = 12
+_KEPT: dict[Any, tuple[Table, F64]] = {}
 
 
 class Spline(NamedTuple):
@@ -54,56 +59,60 @@ class Spline(NamedTuple):
 def tabled(
     system: OpticalSystem,
     pitch_um: float,
-    wavelength_nm: tuple[float, ...],
+    wavelength_nm: F64,
+    density: F64,
     *,
     until: float,
     allowed: float,
     spline: Spline | None = None,
 ) -> tuple[Table, F64]:
-    """Return the table, and how much of each of its kinds of light there is in every wavelength (n, kinds).
+    """Return the table, and how much of each of its kinds of light there is in every signal (n, kinds).
 
+    density : (n, j) what signals are at wavelengths (j,)
     until : as far as rings are heard, pitches;  allowed: error of a photosite that sees light of 1
     """
+    seen = hashlib.sha256(np.ascontiguousarray(density).data).digest() + wavelength_nm.tobytes()
+    key = system, pitch_um, seen, until, allowed, spline
     try:
-        return _kept(system, pitch_um, wavelength_nm, until, allowed, spline)
+        found = _KEPT.pop(key, None)
     except TypeError:  # a lens of one's own that has no hash
-        return _made(system, pitch_um, wavelength_nm, until, allowed, spline)
-
-
-@functools.lru_cache(maxsize=12)
-def _kept(
-    system: OpticalSystem,
-    pitch_um: float,
-    wavelength_nm: tuple[float, ...],
-    until: float,
-    allowed: float,
-    spline: Spline | None,
-) -> tuple[Table, F64]:
-    return _made(system, pitch_um, wavelength_nm, until, allowed, spline)
+        return _made(system, pitch_um, wavelength_nm, density, until, allowed, spline)
+    found = found or _made(system, pitch_um, wavelength_nm, density, until, allowed, spline)
+    _KEPT[key] = found
+    for old in list(_KEPT)[:-MOST_KEPT]:
+        _KEPT.pop(old, None)
+    return found
 
 
 def _made(
     system: OpticalSystem,
     pitch_um: float,
-    wavelength_nm: tuple[float, ...],
+    wavelength_nm: F64,
+    density: F64,
     until: float,
     allowed: float,
     spline: Spline | None,
 ) -> tuple[Table, F64]:
-    highest = system.highest_per_um(np.array(wavelength_nm)) * pitch_um
-    breaks = breaks_of(system, pitch_um, np.array(wavelength_nm))
+    highest = system.highest_per_um(wavelength_nm) * pitch_um
+    breaks = breaks_of(system, pitch_um, wavelength_nm)
     extent = system.extent_um / pitch_um + (0.0 if spline is None else spline.extent)
     f, weight = _frequencies(breaks, highest, until, allowed)
-    every = transfers(system, pitch_um, wavelength_nm, f)
-    few, mixture = _few(every, allowed)
-    some = tuple(np.array(wavelength_nm)[few].tolist())
+    first_few, mixture = _few(density, ROUNDING)
+    few, of_few = _few(product(density[first_few], transfers(system, pitch_um, wavelength_nm, f)), allowed)
+    mixture, density = product(mixture, of_few), density[first_few][few]
+
+    def passed(f: F64) -> F64:
+        """Return what the lens passes of each kind (kinds, n) at frequencies in cycles/pitch."""
+        return product(density, transfers(system, pitch_um, wavelength_nm, f))
+
+    curves = passed(f)
     phase = 2.0 * math.pi * highest * extent
     angles = 2 * math.ceil(phase + 4.0 * math.cbrt(phase) + 4.0) if extent else 1
     around = functools.partial(_around, system, pitch_um, spline, angles=angles)
-    orders, shapes, sines = _harmonics(around(f), np.abs(every[few]).max(axis=0), allowed)
+    orders, shapes, sines = _harmonics(around(f), np.abs(curves).max(axis=0), allowed)
     # ∫ J_m(x) x dx over all x is m.
-    ends = (orders[:, None] / (2.0 * math.pi)) * np.einsum("hn,kn->hk", shapes * (weight / f), every[few])
-    ends[0] = 1.0 / (2.0 * math.pi)
+    ends = (orders[:, None] / (2.0 * math.pi)) * np.einsum("hn,kn->hk", shapes * (weight / f), curves)
+    ends[0] = density.sum(axis=1) / (2.0 * math.pi)
     starts, per_pitch = _zones(highest, until, extent, allowed)
     first, parts = [0], []
     for start, end, rate in zip(starts, [*starts[1:], until + 2.0 / per_pitch[-1]], per_pitch, strict=True):
@@ -111,17 +120,32 @@ def _made(
         first.append(first[-1] + r.size)
         f, weight = _frequencies(breaks, highest, end, allowed)
         k = 2.0 * math.pi * f
-        shapes, curves = _some(around(f), orders, sines), transfers(system, pitch_um, some, f)
+        shapes = _some(around(f), orders, sines)
         found = np.zeros((r.size, 4, len(orders), len(few)))
         work = functools.partial(
-            fill_rows, r, k, k * weight, shapes, np.ascontiguousarray(curves.T), orders, bool((orders % 2).any()), found
+            fill_rows,
+            r,
+            k,
+            k * weight,
+            shapes,
+            np.ascontiguousarray(passed(f).T),
+            orders,
+            bool((orders % 2).any()),
+            found,
         )
         shared(r.size, work, least=8)
         g, p, slope, bend = (found[:, q].reshape(r.size, -1) for q in range(4))
         r = r[:, None]
         parts.append(np.stack([g, r * p * step, (p + r * slope) * step**2, p, slope * step, bend * step**2], axis=1))
     rows, half = np.concatenate(parts), len(orders) - sines
-    powers = _powers(system, pitch_um, spline, some, orders, sines, min(OF_BREAK * breaks.min(), _slow(extent)))
+    powers = np.zeros((len(orders), len(few), POWERS))
+    if not fades(system):
+        # By the transfer's series at 0.
+        series_until = min(OF_BREAK * breaks.min(), OF_EXTENT / extent if extent else math.inf)
+        f = 0.5 * series_until * (1.0 + chebyshev(SERIES_NODES))
+        low = _around(system, pitch_um, spline, f, angles=2 * (int(orders.max()) + ANGLES))
+        values = _some(low, orders, sines)[:, None] * passed(f)
+        powers = _far_powers(orders, _coefficients(values, series_until))
     total = np.abs(powers).max(axis=1) @ until ** -np.arange(1.0, POWERS + 1.0)
     stride = int(np.gcd.reduce(orders)) or 1
     table = Table(
@@ -155,10 +179,6 @@ def _zones(highest: float, until: float, extent: float, allowed: float) -> tuple
     return starts[:-1], per_pitch
 
 
-def _slow(extent: float) -> float:
-    return OF_EXTENT / extent if extent else math.inf
-
-
 def _last(some: np.ndarray, cosines: int) -> int:
     """Return how many harmonics from the first on hold all of some, sines as cosines."""
     both = some[:cosines].copy()
@@ -166,10 +186,10 @@ def _last(some: np.ndarray, cosines: int) -> int:
     return int(np.flatnonzero(both).max(initial=0)) + 1
 
 
-def transfers(system: OpticalSystem, pitch_um: float, wavelength_nm: tuple[float, ...], f: F64) -> F64:
+def transfers(system: OpticalSystem, pitch_um: float, wavelength_nm: F64, f: F64) -> F64:
     """Return (wavelengths, n) what a round lens passes at radial frequencies in cycles/pitch."""
     per_um, zero = f / pitch_um, np.zeros_like(f)
-    return np.stack([np.real(system.lens.otf(per_um, zero, nm)) for nm in wavelength_nm])
+    return np.stack([np.real(system.lens.otf(per_um, zero, nm)) for nm in wavelength_nm.tolist()])
 
 
 def breaks_of(system: OpticalSystem, pitch_um: float, wavelength_nm: F64) -> F64:
@@ -262,19 +282,6 @@ def _around(system: OpticalSystem, pitch_um: float, spline: Spline | None, f: F6
     return np.stack([terms.real, -terms.imag])
 
 
-def _powers(
-    system: OpticalSystem, pitch_um: float, spline: Spline | None, nm: tuple[float, ...], orders: I64, sines: int,
-    until: float,
-) -> F64:  # fmt: skip
-    """Return (harmonics, kinds, POWERS) of the far point spread, by the transfer's series up to a frequency."""
-    f = 0.5 * until * (1.0 + chebyshev(SERIES_NODES))
-    around = _around(system, pitch_um, spline, f, angles=2 * (int(orders.max()) + ANGLES))
-    if fades(system):
-        return np.zeros((len(orders), len(nm), POWERS))
-    values = _some(around, orders, sines)[:, None] * transfers(system, pitch_um, nm, f)
-    return _far_powers(orders, _coefficients(values, until))
-
-
 def _far_powers(orders: I64, series: F64) -> F64:
     """Return (harmonics, kinds, POWERS) of the far point spread, of a transfer's series (harmonics, kinds, powers).
 
@@ -326,7 +333,7 @@ def smooth_energy(system: OpticalSystem, pitch_um: float, nm: float, r: F64) -> 
         return np.ones_like(r)
     until = OF_BREAK * float(breaks_of(system, pitch_um, np.array([nm])).min())
     f = 0.5 * until * (1.0 + chebyshev(SERIES_NODES))
-    series = _coefficients(transfers(system, pitch_um, (nm,), f)[None], until)
+    series = _coefficients(transfers(system, pitch_um, np.array([nm]), f)[None], until)
     powers = _far_powers(np.zeros(1, np.int64), series)[0, 0]
     energy = np.ones_like(r)
     for p, size in enumerate(powers.tolist()):
