@@ -19,13 +19,14 @@ import scipy
 from camsim.arrays import F64, I64
 from camsim.kept import cached_property
 from camsim.kernels import shared
-from camsim.quadrature import gauss_legendre, gauss_order
+from camsim.quadrature import GOLDEN, gauss_legendre, gauss_order
 from camsim.rendering.direct.cells import cell_states, cut_nodes
 from camsim.rendering.direct.painter import Rows, covered
+from camsim.rendering.direct.photosites import over_nodes, over_points, over_samples
 from camsim.rendering.direct.records import Table
 from camsim.rendering.direct.scenery import boxes_about, boxes_of, outlines_of, pieces_of, same_of
 from camsim.rendering.direct.spread import Spline
-from camsim.rendering.direct.sums import over_nodes, over_points, over_samples
+from camsim.rendering.grid import Grid
 from camsim.scene import Picture, PointSource, Scene, flattened
 from camsim.scene.arcs import Fineness
 from camsim.scene.gradients import Gradient
@@ -36,6 +37,7 @@ from camsim.spectra.curve import Curve, Spectrum
 MOST_PHASE = 250.0  # of splines that a point spread is convolved with: it has about as many harmonics
 CELL = 4.0  # of a gradient, waves of the lens's highest frequency, and one of its own
 FAR_NODES, MOST_NODES, MOST_TURN = 4, 120, 0.1
+NODES_A_WAVE = 2.5  # along a side of a cell
 
 
 Tabled: TypeAlias = Callable[[Spline | None], tuple[Table, F64, F64]]
@@ -261,6 +263,38 @@ class Fields:
             colour = np.array([self._colours.index(point.reflectance) for point in self.points])
             shared(len(points), functools.partial(over_points, points, at, size, colour, *behind, out))
         return out
+
+    def nodes(self, until: float) -> float:
+        """Return about how many places a photosite takes that is summed; until: as far as rings are heard, pitches."""
+        total = float(len(self.points))
+        for seen in self.seen:
+            cells = float(seen.states[0].size)
+            near = min(cells, math.pi * (until / seen.step + 1.0) ** 2)
+            each = (NODES_A_WAVE * self.highest * seen.step + FAR_NODES) ** 2
+            total += cells + near * each if seen.coefficients is None else cells + near * each * 4.0 / math.sqrt(cells)
+        return total
+
+    def places(self, grid: Grid, count: int) -> F64:
+        """Return places (n, 2) that are hard: outlines in front of fields, these' middles and corners, and points."""
+        low = np.array(grid.first_centre)
+        found = [np.empty((0, 2))]
+        for (_, shape), seen in zip(self.shapes, self.seen, strict=True):
+            middle, half = np.array(shape.centre_um) / self.pitch_um, np.array(shape.half_um) / self.pitch_um
+            axes = axes_of(shape.rotate_deg)
+            sides = np.array([(0, 0), (-1, -1), (1, 1), (1, -1), (-1, 1)])
+            own = [middle + (sides * half) @ axes]
+            if seen.cut is not None and len(seen.cut[0]):
+                along = seen.corner + 0.5 * (seen.cut[0] + seen.cut[1]) @ seen.ways
+                inside = along[np.all((along >= low - 0.5) & (along <= low + [grid.cols, grid.rows]), axis=1)]
+                own.insert(0, inside[(np.arange(min(count, len(inside))) * GOLDEN % 1.0 * len(inside)).astype(int)])
+            found.append(np.concatenate(own))
+        # What shows a point that lies under a shape is wrong.
+        points = [one for one in self.scene.shapes if isinstance(one, PointSource)]
+        points.sort(key=lambda point: -(point.photosites or 0.0))
+        found.append(np.array([point.centre_um for point in points[:count]]).reshape(-1, 2) / self.pitch_um)
+        # In turn from each of them.
+        rank = np.concatenate([np.arange(len(own)) for own in found])
+        return np.concatenate(found)[np.argsort(rank, kind="stable")]
 
     def _add(self, seen: Seen, planes: slice, points: F64, tabled: Tabled, out: F64) -> None:
         others = None

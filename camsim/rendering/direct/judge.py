@@ -10,17 +10,15 @@ import numpy as np
 from camsim.arrays import F64, I64, U8, kinds_of
 from camsim.kept import cached_property
 from camsim.kernels import shared
-from camsim.optics import RoundLens
-from camsim.optics.protocols import KnowsEnergy
 from camsim.products import product
 from camsim.rendering.direct.checks import Found
 from camsim.rendering.direct.fields import Fields
 from camsim.rendering.direct.light import condensed, count_of, densities, heard_until
+from camsim.rendering.direct.photosites import along_outlines
 from camsim.rendering.direct.places import hardest_photosites, how_many
 from camsim.rendering.direct.records import Table
 from camsim.rendering.direct.scenery import Pieces, pieces_of
 from camsim.rendering.direct.spread import Spline, phases_of, tabled
-from camsim.rendering.direct.sums import along_outlines
 from camsim.rendering.engine import Plan
 from camsim.rendering.job import Job
 from camsim.rendering.spectral import carrying
@@ -30,7 +28,8 @@ from camsim.scene.arcs import Fineness
 OF_TOLERANCE = 0.1  # what all of it may be wrong by
 OF_RINGS, OF_TABLE, OF_PANELS, OF_CURVES = 0.4, 0.05, 0.05, 0.1  # of that
 MOST_NODES = 24  # of a panel
-NODE_SECONDS, PIECE_SECONDS, BESSEL_SECONDS = 2e-8, 6e-8, 5e-8
+NODES_A_WAVE, FAR_NODES = 3.0, 6.0  # of a piece, near by and at the least
+NODE_SECONDS, ROW_SECONDS = 3e-8, 1e-6  # of one core: of a node, and of a table as far as one wave
 
 
 class Judge:
@@ -117,35 +116,38 @@ class Judge:
 
     def hardest(self, plan: Plan) -> tuple[I64, I64]:
         """Return rows and columns of the photosites to look at."""
-        pieces, grid = self._seen[0], self.job.grid
-        if not len(pieces.left):
+        if self._nothing:
             return np.zeros(1, np.int64), np.zeros(1, np.int64)
-        return hardest_photosites(pieces.outlines, grid, plan.marks, count=self.count(plan))
+        count = self._count(plan)
+        more = self._fields.places(self.job.grid, count)
+        return hardest_photosites(self._seen[0].outlines, more, self.job.grid, plan.marks, count=count)
 
-    def count(self, plan: Plan) -> int:
+    @property
+    def _nothing(self) -> bool:
+        return not len(self._seen[0].left) and not self._fields.visible
+
+    def _count(self, plan: Plan) -> int:
         """Return how many photosites are looked at."""
-        grid = self.job.grid
         return how_many(
-            grid.rows * grid.cols,
+            self.job.grid.rows * self.job.grid.cols,
             render_seconds=plan.cost.seconds,
-            check_seconds=self.seconds_each,
+            check_seconds=self._seconds_each,
             fewest=plan.fewest,
         )
 
     @cached_property
-    def seconds_each(self) -> float:
+    def _seconds_each(self) -> float:
         """What one photosite is expected to take."""
-        pieces = self._seen[0].outlines
-        blur = 1.0 / self._highest
-        near = np.minimum(pieces.length, 2.0 * self._until)
-        return NODE_SECONDS * float((near / blur + 4.0).sum()) + PIECE_SECONDS * len(near)
+        length = self._seen[0].outlines.length
+        nodes = NODES_A_WAVE * self._highest * np.minimum(length, 2.0 * self._until) + FAR_NODES
+        of_fields = NODE_SECONDS * self._fields.nodes(self._until) if self._fields.visible else 0.0
+        return NODE_SECONDS * float(nodes.sum()) + of_fields
 
     def seconds(self, plan: Plan) -> float:
         """Return what the check is expected to take."""
-        if not len(self._seen[0].left):
+        if self._nothing:
             return 0.0
-        table = BESSEL_SECONDS * 10.0 * (self._until * self._highest) ** 2
-        return table + self.count(plan) * self.seconds_each
+        return ROW_SECONDS * (self._until * self._highest) ** 2 + self._count(plan) * self._seconds_each
 
     def compare(self, plan: Plan, values: F64, right: F64, rows: I64, cols: I64) -> Found:
         """Compare an image's values at photosites with what they should be; what is no number is off by infinity."""

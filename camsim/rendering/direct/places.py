@@ -11,34 +11,45 @@ from camsim.quadrature import GOLDEN
 from camsim.rendering.direct.records import Outlines
 from camsim.rendering.engine import Marks
 from camsim.rendering.grid import Grid
+from camsim.rendering.waves.image import tiles
 
 MOST = 256
 MOST_PARTS = 256  # looked at for a hard tile; more are thinned out
-SHARE_OF_TIME = 0.1
+SHARE_OF_TIME, SECONDS = 0.1, 2e-3  # of the rendering's time, or so much if that is more
+PLACE_SECONDS = 2e-5  # for finding a photosite
 
 
 def how_many(photosites: int, *, render_seconds: float, check_seconds: float, fewest: int) -> int:
     """Return how many photosites are checked; seconds are those expected of the rendering, and of one check."""
-    return min(photosites, MOST, max(fewest, int(SHARE_OF_TIME * render_seconds / check_seconds)))
+    seconds = max(SHARE_OF_TIME * render_seconds, SECONDS)
+    return min(photosites, MOST, max(fewest, int(seconds / (check_seconds + PLACE_SECONDS))))
 
 
-def hardest_photosites(outlines: Outlines, grid: Grid, marks: Marks, *, count: int) -> tuple[I64, I64]:
+def hardest_photosites(outlines: Outlines, more: F64, grid: Grid, marks: Marks, *, count: int) -> tuple[I64, I64]:
     """Return rows and columns of ``count`` photosites to check (all of a smaller grid), none twice.
+
+    more : (n, 2) places of pictures, gradients and points, the hardest first
 
     In turn: at a corner; straight off a part's end, from just beyond the near radius to past where the end is quiet;
     across the middle of a part, at the end of the edge response's table, beyond it, or close to it; a corner of a tile
     that is just far enough from a corner of the scene to be interpolated, or of the frame; the middle of a round part,
-    where its rings meet, or where one leaves the frame and an engine's sides grow; and any photosite at all.
+    where its rings meet, or where one leaves the frame and an engine's sides grow; one of ``more``; and any at all.
     """
     photosites = grid.rows * grid.cols
     count = min(count, photosites)
+    first, size = np.array(grid.first_centre), np.array([grid.cols, grid.rows])
+    borders = first + np.array([(col, row) for row, col, _, _ in tiles((grid.rows, grid.cols))][1:]).reshape(-1, 2)
+    more = np.concatenate([more, borders])
     ends, middles = _ends(outlines), (_middles(outlines, grid), _leaving(outlines, grid))
     spots: dict[tuple[int, int], None] = {}
     for turn in range(2 * count):
         if len(spots) >= count:
             break
-        for x, y in _hard_points(ends, middles, marks, grid, turn):
-            spots[(_nearest(y - grid.first_centre[1], grid.rows), _nearest(x - grid.first_centre[0], grid.cols))] = None
+        places = [more[turn : turn + 1]]
+        if len(outlines.x):
+            places.append(_hard_points(ends, middles, marks, grid, turn))
+        own = np.clip(np.round(np.concatenate(places) - first), 0, size - 1).astype(int)
+        spots |= dict.fromkeys((row, col) for col, row in own.tolist())
     place = 0.0
     while len(spots) < count:
         place = (place + GOLDEN) % 1.0
@@ -82,10 +93,6 @@ def _across(along: F64) -> F64:
     """Return the unit vector to the left of a vector; any of one that is nothing: of an arc shorter than rounding."""
     length = float(np.hypot(*along))
     return np.array([-along[1], along[0]]) / length if length else np.array([0.0, 1.0])
-
-
-def _nearest(position: float, count: int) -> int:
-    return int(min(max(round(position), 0), count - 1))
 
 
 def _leaving(o: Outlines, grid: Grid) -> F64:
