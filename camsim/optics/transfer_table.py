@@ -17,14 +17,18 @@ import numpy as np
 
 from camsim.arrays import C128, F64, I64
 from camsim.errors import UnsupportedError
+from camsim.kept import cached_property
 from camsim.kernels import shared
 from camsim.optics.of_pupil import OfPupil
 from camsim.optics.overlaps import overlaps
+from camsim.products import product
 from camsim.quadrature import chebyshev, gauss_legendre, interpolation
 
 FIRST_RULE, MOST_RULE = 6, 600  # nodes each way of the integrals over overlaps
 RADII = 10, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256
 DIRECTIONS = 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256
+IN_PANEL = 4, 6, 8, 12, 16, 24, 32, 48, 64
+PANEL_TRIED = 0.023, 0.19, 0.46, 0.71, 0.94  # of a panel
 DEGREES = 2, 4, 6, 8, 12, 16, 20
 ROUNDING, DIGITS = 1e-12, 12  # waves; of directions that are one
 SAME_PATH = 1e-9  # nm: path differences that are one
@@ -34,12 +38,19 @@ RADII_TRIED, DIRECTIONS_TRIED = (
 )  # of the largest; of half a turn
 
 
+NO_BORDER: F64 = np.empty((0, 2))
+
+
 @dataclass(frozen=True, eq=False)
 class TransferTable:
     """Transfers at ρ = |f|·λN, 0 … 1 times ``outer``, and directions 0 … π.
 
     breaks  : ρ between which the transfer is smooth, from 0 to 1; it goes as the power 3/2 at each
-    values  : (j, radii, directions) at Chebyshev places of each piece; directions evenly from 0 to below π
+    values  : (j, radii, directions) at Chebyshev places of each piece; directions evenly from 0 to below π, or at
+              Chebyshev places of each panel
+    panels  : equal ones in half a turn from ``first_rad`` on, of a pupil with straight sides; 0: it has none. Along a
+              side the transfer's slope turns with a kink: spikes of the pattern
+    border  : (panels, 2) vectors whose product with f·λN is 1 where the transfer ends; ρ is that product then
     blur_um : (j,) λN
     """
 
@@ -48,21 +59,65 @@ class TransferTable:
     outer: float
     breaks: tuple[float, ...]
     values: C128
+    panels: int
+    first_rad: float
+    border: F64
+
+    def in_panels(self, frequency_per_um: F64, each: int) -> C128:
+        """Return transfers (j, n, panels, each + 3) in directions evenly from a step before each panel.
+
+        frequency_per_um : (n,) ρ/λN, in units of the border's direction
+        """
+        count = self.values.shape[2] // self.panels
+        place = np.arange(-1.0, each + 2.0) / each
+        own = interpolation(chebyshev(count), 2.0 * place - 1.0)
+        values = self.values.reshape(-1, count)
+        spread = product(np.ascontiguousarray(values.real), np.ascontiguousarray(own.T)) + 1j * product(
+            np.ascontiguousarray(values.imag), np.ascontiguousarray(own.T)
+        )
+        turned = spread.reshape(*self.values.shape[:2], -1)
+        found = self._at_radii(frequency_per_um, _parts(turned), turned.shape[2])
+        return found.reshape(*found.shape[:2], self.panels, each + 3)
 
     def along(self, frequency_per_um: F64, directions: int, angle_rad: float = 0.0) -> C128:
         """Return transfers (j, n, directions) at radial frequencies (n,), in even directions from ``angle_rad`` on.
 
         directions : over half a turn, as many as the table's or more
         """
-        count = self.values.shape[2]
-        turned = _finer(self.values, directions, angle_rad) if count > 1 or angle_rad else self.values
-        turned = np.broadcast_to(turned, (*turned.shape[:2], directions)) if count == 1 else turned
+        return self._at_radii(frequency_per_um, self._turned(directions, angle_rad), directions)
+
+    def _at_radii(self, frequency_per_um: F64, turned: list[tuple[F64, F64 | None]], directions: int) -> C128:
         out = np.zeros((len(self.values), frequency_per_um.size, directions), complex)
-        for own, values, blur in zip(out, turned, self.blur_um, strict=True):
+        for own, (real, imaginary), blur in zip(out, turned, self.blur_um, strict=True):
             rho = frequency_per_um * (blur / self.outer)
             within = rho < 1.0
-            own[within] = _between(self.breaks, len(values), rho[within]) @ values
+            matrix = _between(self.breaks, len(real), rho[within])
+            own.real[within] = product(matrix, real)
+            if imaginary is not None:
+                own.imag[within] = product(matrix, imaginary)
         return out
+
+    def _turned(self, directions: int, angle_rad: float) -> list[tuple[F64, F64 | None]]:
+        """Return the table in other directions, real and imaginary parts, cached; None: the transfer is real."""
+        key = directions, angle_rad
+        if key not in self._cache:
+            values = self.values
+            if values.shape[2] > 1 and (values.shape[2] != directions or angle_rad):
+                values = _finer(values, directions, angle_rad)
+            values = np.broadcast_to(values, (*values.shape[:2], directions))
+            self._cache[key] = _parts(values)
+        return self._cache[key]
+
+    @cached_property
+    def _cache(self) -> dict[tuple[int, float], list[tuple[F64, F64 | None]]]:
+        return {}
+
+
+def _parts(values: C128) -> list[tuple[F64, F64 | None]]:
+    """Return real and imaginary parts at each wavelength; None: the transfer is real."""
+    return [
+        (np.ascontiguousarray(own.real), np.ascontiguousarray(own.imag) if own.imag.any() else None) for own in values
+    ]
 
 
 def _places(breaks: tuple[float, ...], count: int) -> F64:
@@ -109,18 +164,48 @@ def transfer_table(lens: OfPupil, wavelength_nm: tuple[float, ...], allowed: flo
     """
     at, outer = _Overlaps.of(lens, np.array(wavelength_nm)), lens.pupil.outer_radius
     nodes = at.nodes_for(0.2 * allowed)
-    directions = 1 if at.revolves else _fewest(DIRECTIONS, lambda n: _directions_off(at, outer, n, nodes), allowed)
-    radii = _fewest(RADII, lambda n: _radii_off(at, outer, n, nodes), allowed)
-    rho, angle = outer * _places(at.breaks, radii), np.pi * np.arange(directions) / directions
-    values = at(np.repeat(rho, directions), np.tile(angle, rho.size), nodes)
+    if at.revolves:
+        angle = np.zeros(1)
+    elif at.panels:
+        count = _fewest(IN_PANEL, lambda n: _panel_off(at, n, nodes), allowed)
+        angle = at.first_rad + (np.pi / at.panels) * np.add.outer(np.arange(at.panels), _cell(count)).ravel()
+    else:
+        count = _fewest(DIRECTIONS, lambda n: _directions_off(at, outer, n, nodes), allowed)
+        angle = np.pi * np.arange(count) / count
+    radii = _fewest(RADII, lambda n: _radii_off(at, n, nodes), allowed)
+    rho = _places(at.breaks, radii)
+    values = at(np.outer(rho, at.border_at(angle)).ravel(), np.tile(angle, rho.size), nodes)
     blur_um = np.array([lens.blur_um(nm) for nm in wavelength_nm])
-    table = np.ascontiguousarray(values.reshape(len(blur_um), rho.size, directions))
-    return TransferTable(at.wavelength_nm, blur_um, outer, at.breaks, table)
+    table = np.ascontiguousarray(values.reshape(len(blur_um), rho.size, angle.size))
+    if not at.panels:
+        return TransferTable(at.wavelength_nm, blur_um, outer, at.breaks, table, 0, 0.0, NO_BORDER)
+    return TransferTable(at.wavelength_nm, blur_um, 1.0, at.breaks, table, at.panels, at.first_rad, at.border)
 
 
 def _fewest(counts: tuple[int, ...], off: Callable[[int], float], allowed: float) -> int:
     """Return the smallest count that is off by no more than allowed, or the largest."""
     return next((count for count in counts if off(count) <= allowed), counts[-1])
+
+
+def _cell(count: int) -> F64:
+    """Return Chebyshev places on 0 … 1."""
+    return 0.5 * (1.0 + chebyshev(count))
+
+
+def _panel_off(at: _Overlaps, count: int, nodes: int) -> float:
+    """Return how far off places between a panel's nodes are, in every panel, on a few radii."""
+    rho, width = np.array(RADII_TRIED), np.pi / at.panels
+    tried = np.array(PANEL_TRIED)
+    off = 0.0
+    for panel in range(at.panels if at.turns == math.pi else 1):
+        first = at.first_rad + panel * width
+        known, right = (
+            at(np.outer(rho, at.border_at(angle)).ravel(), np.tile(angle, rho.size), nodes).reshape(-1, angle.size)
+            for angle in (first + width * _cell(count), first + width * tried)
+        )
+        found = known @ interpolation(chebyshev(count), 2.0 * tried - 1.0).T
+        off = max(off, float(np.abs(found - right).max()))
+    return off
 
 
 def _directions_off(at: _Overlaps, outer: float, count: int, nodes: int) -> float:
@@ -134,15 +219,16 @@ def _directions_off(at: _Overlaps, outer: float, count: int, nodes: int) -> floa
     return float(np.abs(found - right).max())
 
 
-def _radii_off(at: _Overlaps, outer: float, count: int, nodes: int) -> float:
+def _radii_off(at: _Overlaps, count: int, nodes: int) -> float:
     """Return how far off radii between the nodes are, in two directions."""
     places = _places(at.breaks, count)
     tried = 0.5 * (places[1:] + places[:-1])
     tried = tried[:: max(1, tried.size // 12)]
     off = 0.0
     for angle in (0.4,) if at.revolves else (0.4, 1.9):
-        known = at(outer * places, np.full(places.size, angle), nodes)
-        right = at(outer * tried, np.full(tried.size, angle), nodes)
+        end = float(at.border_at(np.array([angle]))[0])
+        known = at(end * places, np.full(places.size, angle), nodes)
+        right = at(end * tried, np.full(tried.size, angle), nodes)
         off = max(off, float(np.abs(known @ _between(at.breaks, places.size, tried).T - right).max()))
     return off
 
@@ -165,6 +251,43 @@ class _Overlaps:
     def revolves(self) -> bool:
         """Whether all directions are alike."""
         return self.turns == 0.0
+
+    @property
+    def panels(self) -> int:
+        """Between how many directions of sides half a turn is divided; 0 of a circle."""
+        pupil = self.lens.pupil
+        if pupil.shape == "circular":
+            return 0
+        # Where sides run, and where the border of the transfer has its corners.
+        return pupil.sides // 2 if pupil.sides % 4 == 2 else pupil.sides
+
+    @property
+    def first_rad(self) -> float:
+        """The direction of a side, the last one no later than −π/2."""
+        if not self.panels:
+            return 0.0
+        along, width = next(iter(self.lens.pupil.normals())) + 0.5 * math.pi, math.pi / self.panels
+        return along - width * math.ceil((along + 0.5 * math.pi) / width - 1e-12)
+
+    @property
+    def border(self) -> F64:
+        """Vectors (panels, 2) square on the transfer's border: a polygon, of a pupil's shifts that just touch it."""
+        pupil = self.lens.pupil
+        corner = pupil.inner_radius / math.cos(math.pi / pupil.sides)
+        near = 0.5 * (pupil.inner_radius + (corner if pupil.sides % 2 else pupil.inner_radius))
+        apart = 2.0 * math.pi / (2 * pupil.sides if pupil.sides % 2 else pupil.sides)
+        middle = self.first_rad + (math.pi / self.panels) * (np.arange(self.panels) + 0.5)
+        first = next(iter(pupil.normals()))
+        normal = first + apart * np.round((middle - first) / apart)
+        return np.stack([np.cos(normal), np.sin(normal)], axis=1) / near
+
+    def border_at(self, angle: F64) -> F64:
+        """Return the largest ρ in directions (n,)."""
+        if not self.panels:
+            return np.full(angle.size, self.lens.pupil.outer_radius)
+        place = np.floor((angle - self.first_rad) * self.panels / np.pi).astype(np.int64)
+        vector = self.border[place % self.panels] * np.where(place // self.panels % 2, -1.0, 1.0)[:, None]
+        return 1.0 / (vector[:, 0] * np.cos(angle) + vector[:, 1] * np.sin(angle))
 
     @property
     def breaks(self) -> tuple[float, ...]:
@@ -197,7 +320,7 @@ class _Overlaps:
             first = math.radians(pupil.rotate_deg) + (0.25 * math.pi if pupil.shape == "square" else 0.0)
             turned: F64 = np.remainder(angle - first, self.turns)
             angle = np.asarray(first + np.round(np.minimum(turned, self.turns - turned), DIGITS), np.float64)
-        both, which = np.unique(rho + 1j * angle, return_inverse=True)
+        both, which = np.unique(np.round(rho, DIGITS) + 1j * angle, return_inverse=True)
         rho, angle = np.ascontiguousarray(both.real), np.ascontiguousarray(both.imag)
         plain = not self.paths.any()  # then all wavelengths have one
         radians = 2.0 * np.pi / (self.wavelength_nm[:1] if plain else self.wavelength_nm)

@@ -1,14 +1,9 @@
 """What may be wrong by how much: every source of error by name, and its share of the tolerance.
 
 An image's error is what the scene's preparation leaves and what one engine leaves: ``SCENE`` and ``BOUNDARY`` add to
-1, and so do ``SCENE`` and ``FOURIER``. An aberrated lens is rendered as two, each to its part of the tolerance: a round
-one and a difference; ``SCENE`` and ``DIFFERENCE`` add to 1. Behind a lens that changes over the frame all this holds of
-the image of each place, to ``PLACES_PART`` of the tolerance; that and ``ACROSS`` add to 1. Where such a lens is one of
-revolution, what differs from the perfect lens is rendered for all places at once: ``SCENE`` and ``FIELD`` add to 1. The
-check is no source of error in an image; what *it* may be wrong by is ``CHECK_PART`` of the tolerance, and ``CHECK``
-adds to 1 within that.
-Shares are large where a digit costs most: ends and lines grow with the power −2/5 of what they may leave, a
-difference's reach with −1/3, everything else with −1/6 or slower.
+1, ``SCENE`` and ``FREQUENCIES`` to less.
+Shares are large where a digit costs most: ends and lines grow with the power −2/5 of what they may leave, everything
+else with −1/6 or slower.
 """
 
 from __future__ import annotations
@@ -19,10 +14,7 @@ from typing import Literal, NamedTuple, TypeAlias
 Source: TypeAlias = Literal[
     "outlines", "dropped", "wavelengths",
     "ends", "lines", "foci", "powers", "moments", "tiles", "field", "response", "panels",
-    "rings", "band", "taper", "reach", "spreading", "pupil",
-    "cut", "hem", "short pupil", "short lines", "between places", "slivers", "bent edges",
-    "near cut", "far cut", "transfers",
-    "footprint rule", "own curves", "beyond", "meeting", "own wavelengths",
+    "band", "far light", "windows", "between points", "ringing", "transfers", "spreading", "mixtures",
 ]  # fmt: skip
 
 
@@ -52,49 +44,16 @@ BOUNDARY: dict[Source, Share] = {
     "response": Share(0.05, "six-point look-up in the edge response, twice in a corner: 4.9e-3·(2πδ)⁶·∫OTF·f⁵ df/π"),
     "panels": Share(0.03, "Gauss rule of n nodes on panels of 1.6 λN: error for cos 1.6πt × 1.6·∫OTF·f²ⁿ df/(2n+1)π"),
 }
-FOURIER: dict[Source, Share] = {
-    "rings": Share(0.16, "a spectrum's rings beyond where its wavelengths follow them, as of a whole line"),
-    "band": Share(
-        0.03, "frequencies that lens, OLPF and photosite all but stop: ∫transfer/πf df beyond, of four edges"
-    ),
-    "taper": Share(0.57, "what a taper of finite width leaves outside the band: 1/sinh β of the light it works on"),
-    "reach": Share(0.10, "light beyond the pattern's reach, where that is nearer than the scene"),
-    "spreading": Share(
-        0.02, "edges by non-uniform transforms: for 1000 outlines half of their precision, rising as √n"
-    ),
-    "pupil": Share(0.02, "a pupil by non-uniform transforms: at most 0.43 of their precision was measured"),
+FREQUENCIES: dict[Source, Share] = {
+    "band": Share(0.05, "frequencies that lens, OLPF and photosite all but stop: ∫transfer/πf df beyond, four edges"),
+    "far light": Share(0.05, "an edge's light beyond the last level: c·λN/R, c by the pupil's perimeter and area"),
+    "windows": Share(0.10, "what a level's window leaves beyond its kernel: 1/sinh β of the light it works on"),
+    "between points": Share(0.10, "coarse levels between their points: side lobes of the interpolating kernel"),
+    "ringing": Share(0.10, "ringing beyond the first level: (λN/R)^{5/2}/4π⁴ of eight ends, times √(edges/4)"),
+    "transfers": Share(0.15, "tables of the lens's transfer, and nodes over overlaps of its pupil, tried between"),
+    "spreading": Share(0.02, "precision of the non-uniform transforms of edges, pictures and points"),
+    "mixtures": Share(0.02, "colours that are taken for mixtures of fewer"),
 }
-DIFFERENCE: dict[Source, Share] = {
-    "cut": Share(0.62, "an aberrated pattern's difference from a round one past its reach, as of the lines in sight"),
-    "hem": Share(0.20, "what its taper leaves outside the band: 1/sinh β of eight times what a line shows there"),
-    "short pupil": Share(0.03, "its Zernike series, its harmonics, nodes of the radius, its transfer's table: ¼ each"),
-    "short lines": Share(
-        0.03, "six-point look-up in what it shows beside a line: a response's bound, transfer taken twice"
-    ),
-    "spreading": FOURIER["spreading"],
-}
-ACROSS: dict[Source, Share] = {
-    "between places": Share(0.20, "patterns interpolated over the frame: half of all that they differ by"),
-    "slivers": Share(0.05, "what lies between bent edges and chords: height × line spread beyond its reach, look-ups"),
-    "bent edges": Share(0.05, "edges bent by distortion as straight sides: two thirds of an arrow × line spread"),
-}
-FIELD: dict[Source, Share] = {
-    "near cut": Share(0.25, "what lines and their ends show past reaches but the last band's, windows' ends, look-ups"),
-    "far cut": Share(0.30, "what a line shows past the last band's reach, by the rim's slopes"),
-    "transfers": Share(0.33, "transfers along the radius, over wavelengths, |f| and angle: each a quarter, measured"),
-    "spreading": FOURIER["spreading"],
-}
-PLACES_PART = 0.70  # of the tolerance, over Lebesgue's constants: what each place's own image may be wrong by
-CLOSED_PART = 0.5  # of the tolerance: what an aberrated lens's round part may be wrong by; its difference has the rest
-CHECK: dict[Source, Share] = {
-    "footprint rule": Share(0.35, "Gauss rule over the photosite"),
-    "own curves": Share(0.05, "curves as pairs of arcs: what lies between, in one pair and in all"),
-    "beyond": Share(0.35, "rings of ends and lines past the radius of the table"),
-    "meeting": Share(0.20, "rings that meet: of round outlines and of many lines"),
-    "own wavelengths": Share(0.05, "its own fused wavelengths"),
-}
-CHECK_PART = 1.0 / 40.0  # of the tolerance: what the check may be wrong by
-DIFFERENCE_CHECK_PART = 0.5  # likewise of an aberrated lens's difference: its reach grows with the cube root of this
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,10 +70,5 @@ class ErrorBudget:
         """Return what one source may leave, in the unit of the tolerance."""
         return self.tolerance * _SHARES[source].part
 
-    @property
-    def of_check(self) -> ErrorBudget:
-        """What the check may be wrong by."""
-        return ErrorBudget(CHECK_PART * self.tolerance)
 
-
-_SHARES = SCENE | BOUNDARY | FOURIER | DIFFERENCE | ACROSS | FIELD | CHECK
+_SHARES = SCENE | BOUNDARY | FREQUENCIES

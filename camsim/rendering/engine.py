@@ -14,10 +14,9 @@ from camsim.rendering.work import Work
 from camsim.repeated import Channels
 
 MEMORY_LIMIT_BYTES = 2e9  # of one engine's tables and transforms
-OF_LIMIT = 1.5  # of it: transforms beyond are refused before; a check has more nodes on a pupil than its image
 SET_UP_SECONDS = 5e-3
 FEWEST_CHECKED = 8  # photosites, whatever they take
-CHECK = "the check"
+FINEST = 1e-11  # tolerance that sums in double precision keep
 
 Progress = Callable[[float], None]
 
@@ -33,19 +32,14 @@ class Cost:
     memory_bytes: float
 
 
-def too_much(what: str, memory_bytes: float, limit_bytes: float = MEMORY_LIMIT_BYTES) -> InvalidValueError:
-    """Return the refusal of what would take too much memory.
-
-    what : a method, or ``CHECK``, which all methods share
-    """
-    ways, key = "allow a larger tolerance, or take another method", "method"
-    if what == CHECK:
-        ways, key = "or allow a larger tolerance", "tolerance"
+def too_much(what: str, memory_bytes: float) -> InvalidValueError:
+    """Return the refusal of a method that would take too much memory."""
     message = (
         f"{what} would take {memory_bytes / 1e9:.1f} GB for this frame and scene, and its limit is "
-        f"{limit_bytes / 1e9:.1f} GB; render a smaller region, fewer colours, {ways}"
+        f"{MEMORY_LIMIT_BYTES / 1e9:.1f} GB; render a smaller region, fewer colours, allow a larger tolerance, or take "
+        "another method"
     )
-    return InvalidValueError(message, key=key)
+    return InvalidValueError(message, key="method")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

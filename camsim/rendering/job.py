@@ -11,15 +11,14 @@ import numpy as np
 from camsim.arrays import F64, I64
 from camsim.errors import UnsupportedError
 from camsim.kept import cached_property
-from camsim.optics import OpticalStage, OpticalSystem
-from camsim.optics.difference import Split
+from camsim.optics import OpticalSystem
 from camsim.optics.pattern import Pattern
-from camsim.rendering.across.bending import Bending
-from camsim.rendering.budget import CLOSED_PART, ErrorBudget
+from camsim.rendering.bending import Bending
+from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.edges import Edges
 from camsim.rendering.footprint import Footprint, pattern_of
 from camsim.rendering.grid import Grid
-from camsim.rendering.heard import Heard, followed, heard
+from camsim.rendering.heard import Heard, heard
 from camsim.rendering.prune import LeftOut, equal_sides, far_outlines
 from camsim.rendering.quiet import Waves
 from camsim.rendering.spectral import Signals, blur_of, different, fuse
@@ -53,9 +52,7 @@ class Job:
     left_out     : edges that need not be rendered
     pattern, footprint : of lens, and of OLPF ⊗ photosite, as the boundary engine knows them; None where it does not,
                    and ``unknown`` says why
-    split        : the lens as a round one, moved, and the rest, where it is that
     bending      : how the lens bends edges (those here are bent already); None where it does not
-    rings_until  : of a difference: as far as this it is followed, as rings meet in step that the round part's tell of
     """
 
     scene: Scene
@@ -71,11 +68,9 @@ class Job:
     grid: Grid
     pattern: Pattern | None
     footprint: Footprint | None
-    split: Split | None
     unknown: str
     tolerance: float
     bending: Bending | None = None
-    rings_until: float = 0.0
 
     @classmethod
     def of(
@@ -140,7 +135,6 @@ class Job:
             grid=grid,
             pattern=pattern,
             footprint=footprint,
-            split=system.split(),
             unknown=unknown,
             tolerance=tolerance,
             bending=bending,
@@ -150,59 +144,15 @@ class Job:
         """Return what was left out as a job of its own, on no background."""
         return dataclasses.replace(self, **_paired(self.left_out.edges), base=np.zeros_like(self.base))
 
-    def behind(self, lens: OpticalStage) -> Job:
-        """Return the same edges behind another lens of the same opening."""
-        system = dataclasses.replace(self.system, lens=lens)
-        return dataclasses.replace(self, system=system, split=system.split())
-
-    def of_edges(self, edges: Edges, *, wavelength_nm: F64, density: F64, base: F64, tolerance: float) -> Job:
-        """Return other edges with signals of their own behind the same optics, at another tolerance."""
-        signals = Signals(wavelength_nm=wavelength_nm, density=density, scale=self.signals.scale)
-        return dataclasses.replace(self, **_paired(edges), signals=signals, base=base, tolerance=tolerance)
-
     def with_edges(self, edges: Edges) -> Job:
         """Return the same of other edges."""
         return dataclasses.replace(self, **_paired(edges))
-
-    @cached_property
-    def round_part(self) -> Job:
-        """The round part of a split lens: its pattern is moved, and so are the edges, the other way seen."""
-        assert self.split is not None
-        return dataclasses.replace(
-            self.moved(self.split.moved_um),
-            system=dataclasses.replace(self.system, lens=self.split.core),
-            pattern=self.split.core.pattern(),
-            split=None,
-            tolerance=CLOSED_PART * self.tolerance,
-        )
-
-    def moved(self, by_um: tuple[float, float]) -> Job:
-        """Return the same with its edges moved: what is seen through patterns that are moved."""
-        edges = self.edges.seen_from(-np.array(by_um) / self.grid.pitch_um)
-        there = edges.length > 0.0  # a length of rounding may be none elsewhere
-        return dataclasses.replace(self, edges=edges.some(there), pair=self.pair[there])
-
-    def difference_part(self) -> Job | None:
-        """Return the difference of a split lens, on no background; None where there is none."""
-        assert self.split is not None
-        if self.split.rest is None:
-            return None
-        return dataclasses.replace(
-            self,
-            base=np.zeros_like(self.base),
-            system=dataclasses.replace(self.system, lens=self.split.rest.about_axis),
-            split=None,
-            tolerance=(1.0 - CLOSED_PART) * self.tolerance,
-            rings_until=followed(self.round_part.heard.foci),
-        )
 
     @property
     def finest(self) -> float | None:
         """The smallest tolerance that edges in closed form keep, None where they cannot be rendered so."""
         if self.footprint is None:
             return None
-        if self.split is not None:
-            return self.split.core.pattern().finest / CLOSED_PART
         return None if self.pattern is None else self.pattern.finest
 
     @property

@@ -15,14 +15,15 @@ from annotated_types import MinLen
 
 from camsim.arrays import F64, U8
 from camsim.calls import in_words
-from camsim.errors import InvalidValueError, UnsupportedError
+from camsim.errors import InvalidValueError
 from camsim.memory import too_large
 from camsim.optics import OpticalStage, OpticalSystem
 from camsim.optics.own import check_transfer
-from camsim.optics.protocols import Varies
 from camsim.optics.told import check_lengths, check_told
 from camsim.rendering.auto import IMAGE_BYTES, Choice, check_method, choose
 from camsim.rendering.budget import ErrorBudget
+from camsim.rendering.engine import FINEST
+from camsim.rendering.fields.job import FieldJob
 from camsim.rendering.fields.share import edges_share
 from camsim.rendering.grid import Grid
 from camsim.rendering.job import Job
@@ -196,19 +197,6 @@ def plan_render(
         seen_nm = wavelength_nm[carrying(response)]
         budget = ErrorBudget(share * tolerance)
         arrangement = arranged(edges, system, grid, seen_nm, budget, textured=edges is not scene)
-    if isinstance(system.lens, Varies):
-        if edges is not scene:
-            raise UnsupportedError(
-                "a lens that changes over the frame is rendered of shapes only, without pictures, gradients "
-                "and points; take a wavefront lens, or leave them out",
-                key="lens",
-            )
-        from camsim.rendering.across.choose import choose_across
-
-        return choose_across(
-            scene, arrangement, system, grid, response=response, wavelength_nm=wavelength_nm, tolerance=tolerance,
-            method=method,
-        )  # fmt: skip
     job = Job.of(
         edges,
         arrangement,
@@ -218,15 +206,19 @@ def plan_render(
         wavelength_nm=wavelength_nm,
         tolerance=share * tolerance,
     )
-    choice = choose(method, job, samples)
     if edges is scene:
-        return choice
-    from camsim.rendering.fields.joined import with_pictures
-
-    return with_pictures(choice, scene, tolerance) or plan_render(
-        edges, system, grid, response=response, wavelength_nm=wavelength_nm, tolerance=tolerance, method=method,
-        samples=samples,
-    )  # fmt: skip
+        return choose(method, job, samples)
+    fields = FieldJob.of(
+        scene,
+        system,
+        grid,
+        response=response,
+        wavelength_nm=wavelength_nm,
+        scale=job.signals.scale,
+        tolerance=max((1.0 if share == 1.0 else 1.0 - share) * tolerance, FINEST),
+    )
+    job = dataclasses.replace(job, tolerance=tolerance)
+    return choose(method, job, samples, scene=scene, fields=fields if fields.layers else None)
 
 
 def _level(system: OpticalSystem, grid: Grid) -> tuple[OpticalSystem, Grid]:

@@ -13,7 +13,7 @@ import numpy as np
 from camsim.arrays import F64, I64, U8
 from camsim.errors import AccuracyError
 from camsim.rendering.auto import Choice, choose
-from camsim.rendering.check.checks import Found
+from camsim.rendering.direct.checks import Found
 from camsim.rendering.engine import Plan, Progress, share
 from camsim.rendering.work import Work
 from camsim.repeated import Channels, multiply

@@ -16,6 +16,9 @@ import numpy as np
 from camsim.arrays import F64
 from camsim.optics import Gaussian, OpticalSystem, SquarePhotosite
 from camsim.rendering.budget import ErrorBudget
+from camsim.rendering.fields.job import FieldJob
+from camsim.rendering.fields.points import PointLayer
+from camsim.rendering.fields.samples import splines_of
 from camsim.rendering.fields.share import edges_share
 from camsim.rendering.grid import Grid
 from camsim.rendering.outlines import arranged
@@ -104,9 +107,6 @@ def _of_fields(
     scene: Scene, system: OpticalSystem, frame: Grid, response: F64, wavelength_nm: F64, scale: F64, tolerance: float
 ) -> F64:
     """Return (channels,) the light of pictures, gradients and points less the background's, scale × pitch²."""
-    from camsim.rendering.fields.job import FieldJob
-    from camsim.rendering.fields.samples import samples_of
-
     job = FieldJob.of(
         scene, system, frame, response=response, wavelength_nm=wavelength_nm, scale=scale, tolerance=tolerance
     )
@@ -114,9 +114,11 @@ def _of_fields(
     light, first = np.zeros(len(response)), 0
     weights = job.density.sum(axis=2)
     for layer in job.layers:
-        found = samples_of(layer, -half, half, cut=PHASE / (math.pi * layer.step), allowed=tolerance, origin=(0.0, 0.0))
-        if found is not None:
-            area = found.strengths.sum(axis=1) + found.corrections.sum(axis=1)
-            light += area @ weights[first : first + layer.planes]
+        if isinstance(layer, PointLayer):
+            area = layer.light[:, (np.abs(layer.at) <= half).all(axis=1)].sum(axis=1)
+        else:
+            found = splines_of(layer, cut=PHASE / (math.pi * layer.step), allowed=tolerance)
+            area = found.light.sum(axis=(1, 2)) + found.corrections.sum(axis=1)
+        light += area @ weights[first : first + layer.planes]
         first += layer.planes
     return light

@@ -1,1 +1,1 @@
-"""The check: photosites computed again from the scene itself, the optics and the light, by direct sums."""
+"""The check: a few photosites of every image computed again, by another road."""

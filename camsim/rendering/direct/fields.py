@@ -285,7 +285,7 @@ class Fields:
             own = [middle + (sides * half) @ axes]
             if seen.cut is not None and len(seen.cut[0]):
                 along = seen.corner + 0.5 * (seen.cut[0] + seen.cut[1]) @ seen.ways
-                inside = along[np.all((along >= low - 0.5) & (along <= low + [grid.cols, grid.rows]), axis=1)]
+                inside = along[np.all((along >= low - 0.5) & (along <= low + np.array([grid.cols, grid.rows])), axis=1)]
                 own.insert(0, inside[(np.arange(min(count, len(inside))) * GOLDEN % 1.0 * len(inside)).astype(int)])
             found.append(np.concatenate(own))
         # What shows a point that lies under a shape is wrong.

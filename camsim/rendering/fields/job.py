@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,19 +9,14 @@ import numpy as np
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError
 from camsim.optics import OpticalSystem
-from camsim.optics.difference import Split
-from camsim.optics.protocols import OpticalStage
-from camsim.rendering.budget import CLOSED_PART, ErrorBudget
+from camsim.rendering.budget import ErrorBudget
+from camsim.rendering.engine import FINEST
 from camsim.rendering.fields.gradient import sampled
-from camsim.rendering.fields.image import FieldImage
-from camsim.rendering.fields.in_step import FarRings, in_step_until
 from camsim.rendering.fields.layer import Layer, Rings
-from camsim.rendering.fields.parts import FieldImages, Part
 from camsim.rendering.fields.points import PointLayer, layer_of, seen_of
-from camsim.rendering.fourier.task import FINEST
 from camsim.rendering.grid import Grid
 from camsim.rendering.outlines import arranged
-from camsim.rendering.spectral import Signals, blur_of, carrying, fuse, multiplied, wavefront_phase
+from camsim.rendering.spectral import carrying, multiplied
 from camsim.scene import Picture, PointSource, Scene
 from camsim.scene.gradients import Gradient
 from camsim.scene.raster import Field, Raster
@@ -50,7 +43,6 @@ class FieldJob:
     system: OpticalSystem
     grid: Grid
     tolerance: float
-    split: Split | None
 
     @classmethod
     def of(
@@ -96,78 +88,6 @@ class FieldJob:
             density=density,
             system=system,
             grid=grid,
-            tolerance=tolerance,
-            split=system.split(),
-        )
-
-    def behind(self, lens: OpticalStage) -> FieldJob:
-        """Return the same fields behind another lens of the same opening."""
-        system = dataclasses.replace(self.system, lens=lens)
-        return dataclasses.replace(self, system=system, split=system.split())
-
-    def fused(self, tolerance: float | None = None) -> FieldImages:
-        """Return what renders them, wavelengths fused as far as each part's pattern reaches, to a tolerance."""
-        tolerance = self.tolerance if tolerance is None else tolerance
-        if self.split is None:
-            return FieldImages(parts=[Part(self._fused(self._of(self.system.lens, tolerance)), (0.0, 0.0))])
-        split, pitch_um = self.split, self.grid.pitch_um
-        round_part = tolerance if split.rest is None else max(CLOSED_PART * tolerance, FINEST)
-        moved = split.moved_um[0] / pitch_um, split.moved_um[1] / pitch_um
-        parts = [Part(self._fused(self._of(split.core, round_part)), moved)]
-        if split.rest is not None:
-            rest = self._of(split.rest.about_axis, max(tolerance - round_part, FINEST))
-            orders = tuple(order for order, *_ in split.core.pattern().rings)
-            parts.append(self._difference(rest, self._in_step_until(rest, orders)))
-        return FieldImages(parts=parts)
-
-    def windows(self, tolerance: float) -> FieldImage | FieldImages:
-        """Return what renders windows at another tolerance: of a lens in one part, every wavelength on its own."""
-        return self._of(self.system.lens, tolerance) if self.split is None else self.fused(tolerance)
-
-    def difference(self, tolerance: float, rings_until: float) -> FieldImages | None:
-        """Return what renders windows of what the lens has besides a round one; None where there is nothing.
-
-        rings_until : as in ``FieldImage``
-        """
-        if self.split is None or self.split.rest is None:
-            return None
-        return FieldImages(parts=[self._difference(self._of(self.split.rest.about_axis, tolerance), rings_until)])
-
-    def _difference(self, image: FieldImage, rings_until: float) -> Part:
-        return Part(self._fused(dataclasses.replace(image, rings_until=rings_until)), (0.0, 0.0))
-
-    def _in_step_until(self, image: FieldImage, orders: tuple[float, ...]) -> float:
-        """Return how far a difference's rings are heard in step, pitches; ``orders``: their frequencies times λN."""
-        rings = FarRings(
-            system=image.system,
-            orders=orders,
-            wavelength_nm=self.wavelength_nm,
-            density=self.density,
-            pitch_um=self.grid.pitch_um,
-        )
-        nearest, within = image.sight(self.grid.first_centre, (self.grid.rows, self.grid.cols))
-        allowed = ErrorBudget(image.tolerance).allowed("cut")
-        return in_step_until(self.layers, rings, self.grid, nearest=nearest, within=within, allowed=allowed)
-
-    def _fused(self, image: FieldImage) -> FieldImage:
-        """Return the same of as many wavelengths as its pattern's reach asks for."""
-        grid, system = self.grid, image.system
-        outer = max(image.reach(grid.first_centre, (grid.rows, grid.cols)).outer)
-        blur = blur_of(system, self.wavelength_nm, grid.pitch_um)
-        phase = 2.0 * math.pi * outer * float(1.0 / blur.min() - 1.0 / blur.max())
-        phase += wavefront_phase(system, self.wavelength_nm)
-        signals = Signals(wavelength_nm=self.wavelength_nm, density=self.density, scale=np.ones(len(self.density[0])))
-        nodes, density = fuse(signals, phase=phase, allowed=ErrorBudget(image.tolerance).allowed("wavelengths"))
-        return dataclasses.replace(image, wavelength_nm=nodes, density=density)
-
-    def _of(self, lens: OpticalStage, tolerance: float) -> FieldImage:
-        """Return what renders them behind a lens, every wavelength on its own."""
-        return FieldImage(
-            layers=self.layers,
-            density=self.density,
-            wavelength_nm=self.wavelength_nm,
-            system=dataclasses.replace(self.system, lens=lens),
-            pitch_um=self.grid.pitch_um,
             tolerance=tolerance,
         )
 

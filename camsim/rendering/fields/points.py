@@ -10,7 +10,6 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.errors import InvalidValueError
-from camsim.rendering.fields.light import Samples
 from camsim.scene import PointSource, Primitive, Scene, flattened
 from camsim.scene.covering import covered
 from camsim.spectra.curve import Spectrum
@@ -74,23 +73,6 @@ class PointLayer:
         """Their light as far as it may add up by chance, square pitches: what lies in one photosite does so surely."""
         _, cell = np.unique(np.floor(self.at[:, 0]) + 1j * np.floor(self.at[:, 1]), return_inverse=True)
         return float(np.sqrt(np.sum(np.bincount(cell.ravel(), self.light.sum(axis=0)) ** 2)))
-
-    def within(self, low: F64, high: F64, origin: tuple[float, float]) -> Samples | None:
-        """Return those in a box, low … high from an origin; None where there are none."""
-        at = self.at - np.array(origin)
-        inside = ((at >= low) & (at <= high)).all(axis=1)
-        if not inside.any():
-            return None
-        return Samples(
-            lattice=None,
-            places=np.empty((0, 2)),
-            strengths=np.empty((self.planes, 0)),
-            points=at[inside],
-            corrections=np.ascontiguousarray(self.light[:, inside]),
-            step=self.step,
-            degree=self.degree,
-            axes=self.axes,
-        )
 
 
 def seen_of(scene: Scene) -> list[PointSource]:

@@ -14,7 +14,7 @@ from camsim.kernels import kernel, shared
 from camsim.nonuniform import modes
 from camsim.quadrature import gauss_pieces, gauss_rules
 from camsim.rendering.edges import Edges
-from camsim.rendering.fourier.clamped import clamped, netted
+from camsim.rendering.waves.clamped import clamped, netted
 from camsim.rendering.waves.kernels import slope
 from camsim.rendering.waves.levels import Lattice
 
@@ -39,6 +39,11 @@ class EdgeSource:
     def box(self) -> tuple[F64, F64]:
         """Low and high corners."""
         return self.edges.box
+
+    @property
+    def whole(self) -> int:
+        """Any period will do."""
+        return 1
 
     @property
     def kinds(self) -> int:

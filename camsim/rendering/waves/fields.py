@@ -2,24 +2,33 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass
+from fractions import Fraction
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 
 from camsim.arrays import C128, F64, I64
 from camsim.kept import cached_property
+from camsim.kernels import shared
 from camsim.nonuniform import modes, modes_of_lines
 from camsim.quadrature import gauss_legendre
 from camsim.rendering.fields.layer import Layer, basis
 from camsim.rendering.fields.points import PointLayer
 from camsim.rendering.fields.samples import Splines, splines_of
 from camsim.rendering.waves.edges import half_plane, phases
+from camsim.rendering.waves.kernels import repeat
 from camsim.rendering.waves.levels import Lattice
 
-SAMPLES_OF_WAVE = 4.0  # that a coarser copy of the samples has, of the highest frequency, at the least
+SPARSE = 8.0  # samples for a frequency: of more an FFT makes too many that nobody asked for
+MOST_SAMPLES, MOST_PITCHES = 64, 64  # that are as long as one another, for transforms along rows to be FFTs
+WHOLE = 1e-12  # of a number of samples: it is a whole number
+ROWS_AT_ONCE = 16
+FAR_IN = 8  # samples: as far from a border as any spline is felt
 BORDER_NODES = 24  # of a rule on a sample at a picture's border, and more the more waves there are on it
 
 
@@ -44,6 +53,16 @@ class FieldSource:
         corners = self.layer.corners
         return corners.min(axis=0), corners.max(axis=0)
 
+    @cached_property
+    def whole(self) -> int:
+        """The least number of pitches that is a whole number of samples of an upright picture, or 1 if it is large."""
+        layer = self.layer
+        if isinstance(layer, PointLayer) or not layer.upright or layer.outline is not None:
+            return 1
+        step = Fraction(layer.step).limit_denominator(MOST_SAMPLES)
+        same = abs(float(step) - layer.step) <= WHOLE * layer.step
+        return step.numerator if same and step.numerator <= MOST_PITCHES else 1
+
     def transform(self, lattice: Lattice, origin: tuple[float, float]) -> C128 | None:
         """Return the transform of each mixture of planes."""
         layer = self.layer
@@ -54,8 +73,6 @@ class FieldSource:
         if layer.upright and layer.outline is None:
             return out if self._upright(out, lattice, origin) else None
         splines = self._splines
-        while 1.0 / (lattice.cut * splines.step) >= 2.0 * SAMPLES_OF_WAVE:
-            splines = self._coarser(splines)
         there = self._add_points(out, splines.places, splines.light, lattice, origin)
         if there:
             fx = np.arange(columns) / lattice.periods[0]
@@ -78,16 +95,6 @@ class FieldSource:
         found = splines_of(self.layer, cut=self.cut, allowed=self.precision)
         return found._replace(light=self._mixed(found.light), corrections=self._mixed(found.corrections))
 
-    def _coarser(self, splines: Splines) -> Splines:
-        """Return half as many samples each way that have the same low frequencies, kept."""
-        if splines.step not in self._copies:
-            self._copies[splines.step] = splines.halved(self.precision)
-        return self._copies[splines.step]
-
-    @cached_property
-    def _copies(self) -> dict[float, Splines]:
-        return {}
-
     def _add_points(self, out: C128, places: F64, light: F64, lattice: Lattice, origin: tuple[float, float]) -> bool:
         """Add points of light (kinds, n) that lie in the lattice's box; return whether there are any."""
         places, light = places.reshape(-1, 2), light.reshape(len(light), -1)
@@ -104,13 +111,21 @@ class FieldSource:
                 own += modes((down, across), turn * values, own.shape, precision=self.precision, sign=-1)
         return True
 
+    @cached_property
+    def _planes(self) -> F64:
+        """All samples of each kind (kinds, rows, cols), rows along x."""
+        assert isinstance(self.layer, Layer)
+        return self._mixed(self.layer.kept(self._is_turned))
+
+    @property
+    def _is_turned(self) -> bool:
+        return bool(self.layer.axes[0, 0] == 0.0)  # its rows lie along y
+
     def _upright(self, out: C128, lattice: Lattice, origin: tuple[float, float]) -> bool:
         """Add a picture whose rows lie along the photosites', all of it seen: along its rows, then along columns."""
-        layer = self.layer
+        layer, planes = self.layer, self._planes
         assert isinstance(layer, Layer)
-        turned = layer.axes[0, 0] == 0.0  # its rows lie along y
-        planes = layer.kept(turned)
-        x_axis, y_axis = (layer.axes[1], layer.axes[0]) if turned else (layer.axes[0], layer.axes[1])
+        x_axis, y_axis = (layer.axes[1], layer.axes[0]) if self._is_turned else (layer.axes[0], layer.axes[1])
         columns, rows = lattice.counts
         numbers = np.arange(columns), np.arange(1 - rows, rows)
         each = []
@@ -120,10 +135,11 @@ class FieldSource:
             inside = np.flatnonzero((place >= lattice.low[axis]) & (place <= lattice.high[axis]))
             if not inside.size:
                 return False
+            which = range(int(inside[0]), int(inside[-1]) + 1)
             each.append(
                 _Along(
-                    place[inside[0] : inside[-1] + 1],
-                    range(int(inside[0]), int(inside[-1]) + 1),
+                    place[which.start : which.stop],
+                    which,
                     count,
                     sign * layer.step,
                     layer.degree,
@@ -133,8 +149,11 @@ class FieldSource:
             )
         along_x, along_y = each
         part = planes[:, along_y.which.start : along_y.which.stop, along_x.which.start : along_x.which.stop]
-        for own, samples in zip(out, self._mixed(part), strict=True):
-            lines = along_x.transformed(np.ascontiguousarray(samples), self.precision)
+        for own, samples in zip(out, part, strict=True):
+            if along_x.whole and along_y.whole:
+                _add_both(own, samples, along_x, along_y)
+                continue
+            lines = along_x.transformed(samples, self.precision)
             own[:] = along_y.transformed(np.ascontiguousarray(lines.T), self.precision).T
         out *= layer.step**2
         return True
@@ -156,30 +175,90 @@ class _Along(NamedTuple):
 
     def transformed(self, lines: F64 | C128, precision: float) -> C128:
         """Return Σ lines[…, i]·(transform of spline i) at all frequencies: (lines, m)."""
-        frequency = self.numbers / self.period
         middle = int(self.numbers[self.numbers.size // 2])
         phase = (2.0 * np.pi / self.period) * self.place
-        strengths = lines * np.exp(-1j * middle * phase)
+        strengths = np.ascontiguousarray(lines * np.exp(-1j * middle * phase))
         out = modes_of_lines(phase, strengths, self.numbers.size, precision=precision)
-        out *= np.sinc(self.step * frequency) ** (self.degree + 1)
-        for i, wrong in self._borders(frequency):
+        out *= self.passes
+        for i, wrong in self.borders():
             out += lines[:, i, None] * wrong
         return out
 
-    def _borders(self, frequency: F64) -> list[tuple[int, C128]]:
+    @property
+    def frequency(self) -> F64:
+        """Cycles/pitch (m,)."""
+        return self.numbers / self.period
+
+    @property
+    def passes(self) -> F64:
+        """The transform of a whole spline (m,)."""
+        passes: F64 = np.sinc(self.step * self.frequency) ** (self.degree + 1)
+        return passes
+
+    @property
+    def whole(self) -> int:
+        """Samples in a period, where that is a whole number and transforms that repeat are quick; else 0."""
+        samples = self.period / abs(self.step)
+        count = round(samples)
+        same = abs(samples - count) <= WHOLE * samples
+        return count if same and len(self.which) <= count <= SPARSE * self.numbers.size else 0
+
+    @property
+    def repeated(self) -> tuple[I64, C128]:
+        """Which of the period's frequencies each is (m,), and the phase of the first sample."""
+        numbers = self.numbers if self.step > 0.0 else -self.numbers
+        return numbers % self.whole, np.exp((-2j * np.pi / self.period) * self.place[0] * self.numbers)
+
+    def borders(self) -> list[tuple[int, C128]]:
         """Return samples at the border, and by how much what is seen of them differs from whole splines."""
+        frequency = self.frequency
         half = (self.degree + 1) // 2
         found = []
         ends = {*range(min(half, self.total)), *range(max(self.total - half, 0), self.total)}
         for i in sorted(ends & {*self.which}):
-            wrong = _seen(i, self.total, self.degree, abs(self.step) * frequency) - np.sinc(self.step * frequency) ** (
-                self.degree + 1
+            first, count = int(self.numbers[0]), self.numbers.size
+            wrong = _wrong(
+                min(i, FAR_IN), min(self.total - 1 - i, FAR_IN), self.degree, abs(self.step) / self.period, first, count
             )
             if self.step < 0.0:  # the picture runs the other way
                 wrong = wrong.conj()
             own = i - self.which.start
             found.append((own, wrong * np.exp(-2j * np.pi * frequency * self.place[own])))
         return found
+
+
+def _add_both(out: C128, samples: F64, along_x: _Along, along_y: _Along) -> None:
+    """Write the transform (m, n) of samples (rows, cols) whose periods are whole numbers of them: FFTs that repeat."""
+    rows = scipy.fft.rfft(samples, along_x.whole, axis=1)
+    both = scipy.fft.fft(rows, along_y.whole, axis=0)
+    (i, turn_x), (j, turn_y) = along_x.repeated, along_y.repeated
+    passes_x, passes_y = along_x.passes * turn_x, along_y.passes * turn_y
+    down: list[C128] = []
+    across: list[C128] = []
+    for row, wrong in along_y.borders():
+        down.append(wrong)
+        across.append(scipy.fft.fft(samples[row], along_x.whole)[i] * passes_x)
+    for column, wrong in along_x.borders():
+        line = scipy.fft.fft(samples[:, column], along_y.whole)[j] * passes_y
+        for row, other in along_y.borders():
+            line += samples[row, column] * other
+        down.append(line)
+        across.append(wrong)
+    added = np.array(down, complex).reshape(-1, j.size), np.array(across, complex).reshape(-1, i.size)
+    which, times = (i, j), (passes_x, passes_y)
+    shared(len(out), functools.partial(repeat, out, both, along_x.whole, which, times, added), least=ROWS_AT_ONCE)
+
+
+@functools.lru_cache(maxsize=256)
+def _wrong(before: int, after: int, degree: int, step: float, first: int, count: int) -> C128:
+    """Return by how much what is seen of a sample differs from a whole spline, at frequencies that are evenly spaced.
+
+    before, after : samples on either side of it;  step: samples' distance times the first frequency above 0
+    """
+    frequency = step * np.arange(first, first + count)
+    wrong = _seen(before, before + after + 1, degree, frequency) - np.sinc(frequency) ** (degree + 1)
+    wrong.flags.writeable = False
+    return wrong
 
 
 def _seen(i: int, count: int, degree: int, frequency: F64) -> C128:

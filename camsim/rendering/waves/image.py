@@ -12,10 +12,10 @@ from typing import Any, Protocol
 import numpy as np
 import scipy
 
-from camsim.arrays import C128, F64
+from camsim.arrays import C128, F64, I64
 from camsim.kept import cached_property
 from camsim.kernels import shared
-from camsim.rendering.waves.kernels import add_curves, add_polar
+from camsim.rendering.waves.kernels import add_curves, add_polar, between
 from camsim.rendering.waves.levels import Lattice, Level, lattice_of
 from camsim.rendering.waves.transfers import Footprint, Lens
 
@@ -29,6 +29,11 @@ class Source(Protocol):
     @property
     def box(self) -> tuple[F64, F64]:
         """Low and high corner (2,) of all of it, pitches from the optical axis."""
+        ...
+
+    @property
+    def whole(self) -> int:
+        """Pitches of which a lattice's period had better be a multiple."""
         ...
 
     def transform(self, lattice: Lattice, origin: tuple[float, float]) -> C128 | None:
@@ -60,6 +65,25 @@ class FrequencyImage:
                 image += self._between(far, every, part)
             yield *part, image
 
+    def at(self, origin: tuple[float, float], shape: tuple[int, int], rows: I64, cols: I64) -> F64:
+        """Return (channels, n) light added to the background at photosites of a frame: a window for each."""
+        channels = self.sources[0][1].shape[1]
+        far, every = self._far(origin, shape, channels)
+        out = np.empty((channels, rows.size))
+        near, reach = self.levels[0], self.levels[0].reach
+        apart = [(row, col, row + 1, col + 1) for row, col in zip(rows.tolist(), cols.tolist(), strict=True)]
+        whole = int(rows.min()), int(cols.min()), int(rows.max()) + 1, int(cols.max()) + 1
+        sides = whole[2] - whole[0] + 2.0 * reach, whole[3] - whole[1] + 2.0 * reach
+        # What is seen from one photosite is seen from others nearby: one window, where that is smaller.
+        for row, col, below, beside in [whole] if sides[0] * sides[1] < 4.0 * reach**2 * rows.size else apart:
+            at, size = (origin[0] + col, origin[1] + row), (beside - col, below - row)
+            here = np.flatnonzero((rows >= row) & (rows < below) & (cols >= col) & (cols < beside))
+            image = self._part(near, at, size, channels)
+            if far is not None:
+                image += self._between(far, every, (slice(row, below), slice(col, beside)))
+            out[:, here] = image[:, rows[here] - row, cols[here] - col]
+        return out
+
     def _far(self, origin: tuple[float, float], shape: tuple[int, int], channels: int) -> tuple[F64 | None, int]:
         """Return all levels but the first, on the points of the second, which go some way beyond the frame.
 
@@ -80,17 +104,18 @@ class FrequencyImage:
     def _between(self, coarse: F64, every: int, part: tuple[slice, slice]) -> F64:
         """Return a coarse level at places of a finer one, of which every so many are its own points."""
         taps = self.taps(every)
+        beyond = taps.shape[1]
         for axis, own in zip((1, 2), part, strict=True):
-            place = np.arange(own.start, own.stop)
-            first, phase = np.divmod(place, every)
-            moved, beyond = np.moveaxis(coarse, axis, -1), taps.shape[1]
+            first, phase = np.divmod(np.arange(own.start, own.stop), every)
             if every == 1:
-                values = moved[..., first + beyond]
-            else:
-                values = np.zeros((*moved.shape[:-1], place.size))
-                for tap in range(beyond):
-                    values += moved[..., first + (beyond - beyond // 2 + 1 + tap)] * taps[phase, tap]
-            coarse = np.moveaxis(values, -1, axis)
+                coarse = np.take(coarse, first + beyond, axis=axis)
+                continue
+            moved = np.ascontiguousarray(np.moveaxis(coarse, axis, 2))
+            values = np.empty((*moved.shape[:2], first.size))
+            lines = moved.reshape(-1, moved.shape[2]), values.reshape(-1, first.size)
+            first += beyond - beyond // 2 + 1
+            shared(len(lines[0]), functools.partial(between, lines[0], first, taps[phase], lines[1]), least=64)
+            coarse = np.moveaxis(values, 2, axis)
         return coarse
 
     def taps(self, every: int) -> F64:
@@ -102,7 +127,8 @@ class FrequencyImage:
         every = level.every
         out = np.zeros((channels, -(-size[1] // every), -(-size[0] // every)))
         low, high = (np.array(own) for own in self.box)
-        lattice = lattice_of(level, size, low - at, high - at)
+        whole = max(source.whole for source, *_ in self.sources)
+        lattice = lattice_of(level, size, low - at, high - at, whole)
         px, py = lattice.periods
         total = np.zeros((channels, py // every, px // every), complex)
         found = False
@@ -133,8 +159,9 @@ class FrequencyImage:
             curves, per = self._table("curves", level, weights, lens)
             work = functools.partial(add_curves, total, transform, curves, footprint, share, (step_x, step_y, per))
         elif lens.is_pupil:
-            polar, per = self._table("polar", level, weights, lens)
-            work = functools.partial(add_polar, total, transform, polar, footprint, share, (step_x, step_y, per))
+            polar, per, turn = self._table("polar", level, weights, lens)
+            scale = step_x, step_y, per, lattice.cut
+            work = functools.partial(add_polar, total, transform, polar, footprint, share, scale, turn)
         else:
             self._add_planes(total, transform, level, lattice, behind, footprint, share)
             return
@@ -173,12 +200,11 @@ class FrequencyImage:
                     part = line[:, begin : begin + total.shape[2]]
                     total[:, row % shape, : part.shape[1]] += part
 
-    def _table(self, kind: str, level: Level, weights: F64, lens: Lens) -> tuple[Any, float]:
+    def _table(self, kind: str, level: Level, weights: F64, lens: Lens) -> Any:
         key = kind, id(level), id(weights)
         if key not in self._tables:
             self._tables[key] = getattr(lens, kind)(level, weights)
-        table: tuple[Any, float] = self._tables[key]
-        return table
+        return self._tables[key]
 
     @cached_property
     def _tables(self) -> dict[tuple[str, int, int], Any]:

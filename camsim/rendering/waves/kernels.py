@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from camsim.arrays import C128, F64
+from camsim.arrays import C128, F64, I64
 from camsim.kernels import kernel
 
 HERMITE = 4
@@ -85,21 +85,25 @@ def add_polar(
     polar: C128,
     footprint: tuple[C128, C128, C128],
     share: tuple[F64, float],
-    scale: tuple[float, float, float],
+    scale: tuple[float, float, float, float],
+    turn: tuple[float, float, int, F64],
     begin: int,
     stop: int,
 ) -> None:
-    """Add source × transfer where that depends on direction; polar: (points, directions + 3, kinds, channels).
+    """Add source × transfer where that depends on direction; polar: (points, directions, kinds, channels).
 
-    Directions run evenly from a step before −π/2 to two past π/2, or there is one. All else as of ``add_curves``.
+    scale : as of ``add_curves``, and the highest frequency
+    turn  : direction where the first panel begins, panels per radian, steps n in each; a panel has n + 3 directions,
+            from a step before it to one past its end. Of one direction alone: all are alike. (panels, 2) vectors whose
+            product with a frequency is its place along the radius, or none where that is its size
     """
-    (across, down, both), (step_x, step_y, per) = footprint, scale
+    (across, down, both), (step_x, step_y, per, most) = footprint, scale
     kinds, lines, columns = source.shape
     channels, rows, cols = total.shape
     points, middle = len(polar), lines // 2
     turns = polar.shape[1]
-    per_turn = (turns - 3) / math.pi
-    most = (points - 1) / per
+    begins, per_radian, steps, border = turn
+    panels = turns // (steps + 3)
     for row in range(begin, stop):
         first = row - ((row + middle) // rows) * rows
         for j in range(first, middle + 1, rows):
@@ -112,7 +116,19 @@ def add_polar(
             for i in range(last + 1):
                 fx = i * step_x
                 radius = math.sqrt(fx * fx + fy * fy)
-                place = radius * per
+                panel = 0
+                place = 0.0
+                along = radius
+                if turns > 1:
+                    place = max((math.atan2(fy, fx) - begins) * per_radian, 0.0)
+                    panel = min(int(place), panels - 1)
+                    place = (place - panel) * steps + 1.0
+                    if len(border):
+                        along = fx * border[panel, 0] + fy * border[panel, 1]
+                way = min(max(int(place), 1), steps)
+                t0, t1, t2, t3 = _cubic(place - way)
+                way += panel * (steps + 3)
+                place = along * per
                 at = min(max(int(place), 1), points - 3)
                 if place <= points - 1:
                     r0, r1, r2, r3 = _cubic(place - at)
@@ -130,9 +146,6 @@ def add_polar(
                                 value += source[k, j + middle, i] * lens
                             total[c, row, col] += value * times
                     else:
-                        turn = (math.atan2(fy, fx) + 0.5 * math.pi) * per_turn + 1.0
-                        way = min(max(int(turn), 1), turns - 3)
-                        t0, t1, t2, t3 = _cubic(turn - way)
                         for c in range(channels):
                             value = 0j
                             for k in range(kinds):
@@ -173,3 +186,44 @@ def slope(whole: C128, middle: int, step_x: float, step_y: float, area: float, b
                 whole[row, col] = area
             else:
                 whole[row, col] *= complex(-fy / square, fx / square)
+
+
+@kernel()
+def repeat(
+    out: C128,
+    whole: C128,
+    samples: int,
+    which: tuple[I64, I64],
+    times: tuple[C128, C128],
+    added: tuple[C128, C128],
+    begin: int,
+    stop: int,
+) -> None:
+    """Write rows of out (m, n): a transform of real samples that repeats, times a factor along either axis.
+
+    whole : (rows, samples // 2 + 1) what an FFT of so many real ``samples`` a row gives
+    which : column (n,) and row (m,) of the repeating transform;  times: (n,) and (m,)
+    added : (p, m) and (p, n) of which products are added
+    """
+    (columns, rows), (across, down), (of_rows, of_columns) = which, times, added
+    for j in range(begin, stop):
+        row = rows[j]
+        back = (len(whole) - row) % len(whole)
+        for i in range(out.shape[1]):
+            column = columns[i]
+            value = whole[row, column] if column < whole.shape[1] else whole[back, samples - column].conjugate()
+            value *= across[i] * down[j]
+            for p in range(len(of_rows)):
+                value += of_rows[p, j] * of_columns[p, i]
+            out[j, i] = value
+
+
+@kernel()
+def between(coarse: F64, first: I64, taps: F64, out: F64, begin: int, stop: int) -> None:
+    """Write lines of out (lines, n): taps (n, t) of neighbours from ``first`` (n,) on of coarse (lines, m)."""
+    for line in range(begin, stop):
+        for i in range(len(first)):
+            total = 0.0
+            for tap in range(taps.shape[1]):
+                total += taps[i, tap] * coarse[line, first[i] + tap]
+            out[line, i] = total

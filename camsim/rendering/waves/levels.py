@@ -16,7 +16,7 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.rendering.fast_length import fast_length
-from camsim.rendering.fourier.taper import taper, taper_margin, tapered
+from camsim.rendering.waves.taper import taper, taper_margin, tapered
 
 LOW_SHARE = 0.25  # of a window's end: where it begins to fall
 NARROWER = 4.0  # times, from a level to the next
@@ -135,12 +135,14 @@ def _every(takes: Window | None) -> int:
     return 1 if takes is None else 1 << max(0, math.floor(-math.log2(2.0 * OVERSAMPLED * takes.end)))
 
 
-def lattice_of(level: Level, size: tuple[int, int], low: F64, high: F64) -> Lattice:
+def lattice_of(level: Level, size: tuple[int, int], low: F64, high: F64, whole: int = 1) -> Lattice:
     """Return the lattice of a part of the frame.
 
     size      : photosites along x and along y
     low, high : (2,) corners of the light, pitches from the first photosite
+    whole     : pitches of which a period is a multiple
     """
+    unit = math.lcm(level.every, whole)
     periods, lows, highs = [], [], []
     for count, begin, end in zip(size, low.tolist(), high.tolist(), strict=True):
         first, last = -level.reach, count - 1.0 + level.reach
@@ -148,7 +150,7 @@ def lattice_of(level: Level, size: tuple[int, int], low: F64, high: F64) -> Latt
         # What stands for light may lie a little beyond it.
         period = max(count - 1.0 - begin, end, 1.0) + level.reach + BESIDE / level.cut
         period = max(period, end - begin + 1.0, count)
-        periods.append(level.every * fast_length(math.ceil(period / level.every)))
+        periods.append(unit * fast_length(math.ceil(period / unit)))
         lows.append(first)
         highs.append(last)
     return Lattice((periods[0], periods[1]), level.cut, (lows[0], lows[1]), (highs[0], highs[1]))

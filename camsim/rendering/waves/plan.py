@@ -14,7 +14,7 @@ from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.kept import cached_property
 from camsim.optics.of_pupil import OfPupil
 from camsim.optics.protocols import Fading, KnowsReach
-from camsim.rendering.engine import FEWEST_CHECKED, Cost, Decision, Marks, Progress
+from camsim.rendering.engine import FEWEST_CHECKED, FINEST, Cost, Decision, Marks, Progress
 from camsim.rendering.fields.job import FieldJob
 from camsim.rendering.job import Job, Nodes
 from camsim.rendering.spectral import Signals, fewer, fuse, kinds, wavefront_phase
@@ -22,11 +22,12 @@ from camsim.rendering.waves.edges import EdgeSource
 from camsim.rendering.waves.fields import FieldSource
 from camsim.rendering.waves.image import FrequencyImage, Source, tiles
 from camsim.rendering.waves.levels import Level, lattice_of, levels_of
+from camsim.rendering.waves.low import LowFrequencies
 from camsim.rendering.waves.transfers import Footprint, Lens
 from camsim.rendering.work import Work
 from camsim.repeated import Channels
 
-FINEST, COARSEST = 1e-11, 1e-2
+COARSEST = 1e-2
 NEAR, NEAR_OF_LARGE, LARGE = 24.0, 40.0, 700  # pitches that the first level sees, in frames up to so many photosites
 OF_LIGHT, OF_BAND, OF_LEAK, OF_PRECISION, OF_TRANSFER, OF_MIXTURE = (
     0.05,
@@ -36,7 +37,8 @@ OF_LIGHT, OF_BAND, OF_LEAK, OF_PRECISION, OF_TRANSFER, OF_MIXTURE = (
     0.15,
     0.02,
 )  # of the tolerance
-OF_RINGS = 0.1
+OF_RINGS, OF_SPIKES = 0.1, 0.5
+HIDDEN = 0.4  # of a spike: the most that is missed of it where a corner cuts it
 RINGING = 2.0 / math.pi**4  # of an edge's ringing: 8 ends' (λN/R)^{5/2}/4π⁴
 CIRCLE_TAIL = 0.06  # an edge's light at R behind a pupil of perimeter p and area a: so much times (p/a)·λN/R
 DIGITS_POWER, NODES_OF_WAVE = 1.6, 2.0  # of the number of wavelengths
@@ -55,6 +57,7 @@ class WavesPlan:
 
     job: Job
     nodes: Nodes
+    settings: Waves
     fields: FieldJob | None = None
 
     @property
@@ -94,6 +97,11 @@ class WavesPlan:
         cut = max(self._band(lens, weights, tolerance) for _, weights, lens in found)
         farthest = max(_farthest(source, job) for source, *_ in found)
         levels = self._levels(cut, farthest, tolerance)
+        if len(levels) > 1:
+            low = levels[1].cut
+            found = [
+                (LowFrequencies(source=source, cut=low, precision=precision), *behind) for source, *behind in found
+            ]
         return FrequencyImage(
             sources=found,
             footprint=Footprint(system=job.system, pitch_um=job.grid.pitch_um),
@@ -106,14 +114,15 @@ class WavesPlan:
             system=self.job.system,
             wavelength_nm=wavelength_nm,
             pitch_um=self.job.grid.pitch_um,
-            allowed=OF_TRANSFER * tolerance,
+            allowed=float(f"{self.settings.rougher * OF_TRANSFER * tolerance:.6g}"),  # the same table serves all of one
         )
 
     def _of_fields(self, fields: FieldJob, precision: float) -> Iterator[tuple[Source, F64, Lens]]:
         signals = Signals(
             wavelength_nm=fields.wavelength_nm, density=fields.density, scale=np.ones(len(fields.density[0]))
         )
-        nodes, density = fuse(signals, phase=0.0, allowed=1.0, count=_wavelengths(self.job, fields.tolerance))
+        count = self.settings.wavelengths(self.job, fields.tolerance)
+        nodes, density = fuse(signals, phase=0.0, allowed=1.0, count=count)
         if not self.job.system.chromatic:
             nodes, density = nodes[:1], density.sum(axis=2, keepdims=True)
         lens, first = self._lens(nodes, fields.tolerance), 0
@@ -165,8 +174,22 @@ class WavesPlan:
             )
             tail = CIRCLE_TAIL * longest * around / pupil.area
             spot = 1.5 * max(_spot_um(lens, nm) for nm in (float(wavelengths[0]), float(wavelengths[-1]))) / pitch_um
-        first = max(near, _ringing(job, tolerance), 2.0 * longest) + spot + extent
+        spikes = self._spikes(longest) / (OF_SPIKES * self.settings.rougher * tolerance)
+        near = max(near, _ringing(job, tolerance), 2.0 * longest, spikes)
+        first = self.settings.farther * (near + spot + extent)
         return levels_of(cut, first, lost, OF_LEAK * tolerance, farthest, tail)
+
+    def _spikes(self, longest: float) -> float:
+        """Return c of the light c/r that a corner may hide of a spike of a pupil's sides beyond r, pitches.
+
+        Of a side of length l of a pupil of area a, half diameters, (l/2π²a)·λN/r are thrown beyond r, either way square
+        on it; opposite sides add up. Spikes are as narrow as λN however far they reach: no coarser level holds them.
+        """
+        lens = self.job.system.lens
+        if not isinstance(lens, OfPupil) or lens.pupil.shape == "circular":
+            return 0.0
+        sides = 1.0 if lens.pupil.sides % 2 else 2.0
+        return HIDDEN * sides * lens.pupil.side_length * longest / (2.0 * math.pi**2 * lens.pupil.area)
 
     @cached_property
     def _frequencies(self) -> float:
@@ -262,7 +285,6 @@ class WavesPlan:
                 yield band
                 band = None
                 progress(rows.stop / grid.rows)
-        self.__dict__.pop("image", None)  # the check needs the memory
 
     def images(self, channels: U8, progress: Progress) -> Iterator[Iterator[F64]]:
         """Yield several images, each as one band: all channels' sums are made at once."""
@@ -274,7 +296,6 @@ class WavesPlan:
                     for k, plane in enumerate(planes):
                         np.add(own[rows, cols], plane, out=own[rows, cols], where=channel[rows, cols] == k)
                 progress(rows.stop / grid.rows)
-            self.__dict__.pop("image", None)
         for own in out:
             yield iter((own,))
 
@@ -283,10 +304,17 @@ class WavesPlan:
         return None
 
 
+@dataclass(frozen=True, kw_only=True)
 class Waves:
-    """The engine of frequency sums: any source, any lens, any photosite."""
+    """The engine of frequency sums: any source, any lens, any photosite.
 
-    finest = FINEST
+    farther, finer : times the first level's reach and the number of wavelengths: the check's differ from the image's
+    rougher        : times the tolerance to which tables of transfers are made and spikes are followed, as in the image
+    """
+
+    farther: float = 1.0
+    finer: float = 1.0
+    rougher: float = 1.0
 
     def plan(self, job: Job, samples: int | None = None, fields: FieldJob | None = None) -> WavesPlan:
         """Choose wavelengths; ``samples`` must be None."""
@@ -297,19 +325,19 @@ class Waves:
                 f"{job.tolerance:g} is outside {FINEST:g} … {COARSEST:g}, what the Fourier engine renders to",
                 key="tolerance",
             )
-        return WavesPlan(job=job, nodes=job.nodes(count=_wavelengths(job, job.tolerance)), fields=fields)
+        count = self.wavelengths(job, job.tolerance)
+        return WavesPlan(job=job, nodes=job.nodes(count=count), fields=fields, settings=self)
 
+    def wavelengths(self, job: Job, tolerance: float) -> int:
+        """Return how many nodes tell a transfer at all wavelengths: it changes as a wavefront turns, else slowly.
 
-def _wavelengths(job: Job, tolerance: float) -> int:
-    """Return how many nodes tell a transfer at all wavelengths: it changes with them as a wavefront turns, else slowly.
-
-    Measured on edges in daylight: 7 at 1e-4, 20 at 1e-6.
-    """
-    if not job.system.chromatic:
-        return 1
-    turned = wavefront_phase(job.system, job.signals.wavelength_nm) / (2.0 * math.pi)
-    digits: float = max(-math.log10(tolerance), 1.0) ** DIGITS_POWER
-    return math.ceil(digits + 2.0 + NODES_OF_WAVE * turned)
+        Measured on edges in daylight: 7 at 1e-4, 20 at 1e-6.
+        """
+        if not job.system.chromatic:
+            return 1
+        turned = wavefront_phase(job.system, job.signals.wavelength_nm) / (2.0 * math.pi)
+        digits: float = max(-math.log10(min(self.rougher * tolerance, 0.1)), 1.0) ** DIGITS_POWER
+        return math.ceil(self.finer * math.ceil(digits + 2.0 + NODES_OF_WAVE * turned))
 
 
 def _ringing(job: Job, tolerance: float) -> float:

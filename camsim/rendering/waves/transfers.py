@@ -17,14 +17,15 @@ from camsim.kept import cached_property
 from camsim.optics import OpticalSystem
 from camsim.optics.of_pupil import OfPupil
 from camsim.optics.protocols import Round, Separable
-from camsim.optics.transfer_table import TransferTable, transfer_table
+from camsim.optics.transfer_table import NO_BORDER, TransferTable, transfer_table
 from camsim.rendering.waves.levels import Lattice, Level
 
 FEWEST_POINTS, MOST_POINTS = 2048, 1 << 16
 POLAR_POINTS, FAR_POINTS = (
-    320,
-    96,
+    128,
+    32,
 )  # along the radius: at the least, and of a far level, where a transfer is nearly a cone
+OF_RADII = 6.0  # points for each of a table's radii, at 1e-5: cubics between them
 ASKED = 12  # directions in which a lens without a table is asked what passes
 FEW_KINDS = 4  # that need not be made fewer
 
@@ -71,29 +72,39 @@ class Lens:
         curves = np.einsum("kcj,jn->nkc", weights, otf)
         return np.ascontiguousarray(curves), (points - 1) / level.cut
 
-    def polar(self, level: Level, weights: F64) -> tuple[C128, float]:
-        """Return (points, directions + 3, kinds, channels), and points per cycle/pitch.
+    def polar(self, level: Level, weights: F64) -> tuple[C128, float, tuple[float, float, int, F64]]:
+        """Return (points, directions, kinds, channels), points per cycle/pitch, and how directions lie in panels.
 
-        Directions begin a step before −π/2 and end two past π/2: cubics want one neighbour more on either side.
+        See ``kernels.add_polar``: cubics want one neighbour more on either side of a panel.
         """
         table = self._table
         radii, directions = table.values.shape[1:]
-        points = max(POLAR_POINTS, min(6 * radii, 1024)) if level.takes is None else FAR_POINTS
-        turns = 1 if directions == 1 else max(64, min(4 * directions, 256), directions)
+        each = min(max(OF_RADII * (1e-5 / self.allowed) ** 0.25, 3.0), 8.0)
+        points = max(POLAR_POINTS, min(math.ceil(each * radii), 1024)) if level.takes is None else FAR_POINTS
         frequency = np.linspace(0.0, level.cut, points + 1)
-        along = table.along(frequency / self.pitch_um, turns, -0.5 * math.pi)
-        polar = np.einsum("kcj,jnt->ntkc", weights, along)
-        if turns == 1:
-            return np.ascontiguousarray(polar), points / level.cut
-        # Half a turn further on it is the conjugate.
+        per_um, per = frequency / self.pitch_um, points / level.cut
+        if directions == 1:
+            polar = np.einsum("kcj,jnt->ntkc", weights, table.along(per_um, 1))
+            return np.ascontiguousarray(polar), per, (0.0, 0.0, 1, NO_BORDER)
+        if table.panels:
+            border = np.concatenate([table.border, -table.border[:1]])
+            stretched = level.cut * float(np.hypot(*table.border.T).max())
+            per_um, per = per_um * (stretched / level.cut), points / stretched
+            steps = min(max(12, 3 * directions // table.panels), 64)
+            along = table.in_panels(per_um, steps)
+            along = np.concatenate([along, along[:, :, :1].conj()], axis=2)  # half a turn further on: the conjugate
+            polar = np.einsum("kcj,jnt->ntkc", weights, along.reshape(*along.shape[:2], -1))
+            return np.ascontiguousarray(polar), per, (table.first_rad, table.panels / math.pi, steps, border)
+        steps = max(32, min(4 * directions, 256), directions)
+        polar = np.einsum("kcj,jnt->ntkc", weights, table.along(per_um, steps, -0.5 * math.pi))
         polar = np.concatenate([polar[:, -1:].conj(), polar, polar[:, :2].conj()], axis=1)
-        return np.ascontiguousarray(polar), points / level.cut
+        return np.ascontiguousarray(polar), per, (-0.5 * math.pi, 1.0 / math.pi, steps, NO_BORDER)
 
     def size(self, frequency: F64, light: F64) -> F64:
         """Return the most that passes in any direction at frequencies (n,) in cycles/pitch; light: (j,) weights."""
         per_um = frequency / self.pitch_um
         if self.is_pupil:
-            each = np.abs(self._table.along(per_um, max(8, self._table.values.shape[2]))).max(axis=2)
+            each = np.abs(self._table.along(per_um, self._table.values.shape[2])).max(axis=2)
         else:
             angle = np.pi * np.arange(1 if self.is_round else ASKED) / ASKED
             fx, fy = np.outer(np.cos(angle), per_um), np.outer(np.sin(angle), per_um)

@@ -1,10 +1,9 @@
-"""The taper that brings a pattern to 0 before the period could wrap it round."""
+"""The taper by which levels of frequencies share what lies between them."""
 
 from __future__ import annotations
 
 import functools
 import math
-from typing import NamedTuple
 
 import numpy as np
 import scipy
@@ -12,19 +11,6 @@ import scipy
 from camsim.arrays import F64
 
 TAPER_DEGREE = 63
-
-
-class Hem(NamedTuple):
-    """A round taper: 1 out to ``inner``, 0 from ``outer`` on, with the β of its Kaiser–Bessel window."""
-
-    inner: float
-    outer: float
-    sharpness: float
-
-    @property
-    def band(self) -> float:
-        """How far its transform reaches, but for what it leaves outside: cycles per unit of its radii."""
-        return (self.sharpness + 1.0) / (math.pi * (self.outer - self.inner))
 
 
 def taper_margin(level: float) -> tuple[float, float]:
@@ -35,15 +21,6 @@ def taper_margin(level: float) -> tuple[float, float]:
     """
     sharpness = math.log(2.0 / level) + 1.0
     return (sharpness + 1.0) / math.pi, sharpness
-
-
-def hem_from(inner: float, level: float, frame: float, cutoff: float) -> Hem:
-    """Return a taper from ``inner`` on, for side lobes of ``level``, about a frame and below a cutoff.
-
-    It is as wide as makes (cutoff + margin/width)·(frame + 2·(inner + width)) smallest, or nearly.
-    """
-    margin, sharpness = taper_margin(min(max(level, 1e-14), 1.0))
-    return Hem(inner, inner + math.sqrt(margin * (frame + 2.0 * inner) / (2.0 * cutoff)), sharpness)
 
 
 @functools.lru_cache(maxsize=64)

@@ -1,0 +1,112 @@
+"""The check of images whose lens has no round PSF: frequency sums once more, photosite by photosite, set otherwise.
+
+Every photosite is a window of its own: other periods, levels, transfer tables and wavelengths than the image has, and
+a tenth of its tolerance.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+
+from camsim.arrays import F64, I64, U8
+from camsim.kept import cached_property
+from camsim.optics.of_pupil import OfPupil
+from camsim.quadrature import GOLDEN
+from camsim.rendering.direct.checks import Found
+from camsim.rendering.engine import FINEST, Plan
+from camsim.rendering.fields.job import FieldJob
+from camsim.rendering.grid import Grid
+from camsim.rendering.job import Job
+from camsim.rendering.waves.plan import Waves, WavesPlan
+from camsim.scene import Scene
+
+OF_TOLERANCE = 0.1  # that the check may be wrong by
+FARTHER, FINER = 1.37, 1.13  # times: the first level's reach, and the wavelengths, beside the image's
+STEEP = 0.6  # waves across a pupil, from which on a second table of transfers takes too long
+COUNT = 8
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class JudgeBySums:
+    """What recomputes photosites of a job.
+
+    scene  : all of it;  fields: its pictures, gradients and points
+    """
+
+    job: Job
+    scene: Scene
+    fields: FieldJob | None = None
+
+    @cached_property
+    def _plan(self) -> WavesPlan:
+        lens = self.job.system.lens
+        tolerance = max(OF_TOLERANCE * self.job.tolerance, FINEST)
+        job = dataclasses.replace(self.job, tolerance=tolerance)
+        fields = self.fields
+        if fields is not None:
+            fields = dataclasses.replace(fields, tolerance=max(OF_TOLERANCE * fields.tolerance, FINEST))
+        if isinstance(lens, OfPupil) and (
+            lens.pupil.shape != "circular" or lens.waves_across(float(self.job.signals.wavelength_nm.min())) > STEEP
+        ):
+            return Waves(farther=FARTHER, rougher=1.0 / OF_TOLERANCE).plan(job, fields=fields)
+        return Waves(farther=FARTHER, finer=FINER).plan(job, fields=fields)
+
+    def hardest(self, plan: Plan) -> tuple[I64, I64]:
+        """Return rows and columns of the photosites to look at."""
+        if self._nothing:
+            return np.zeros(1, np.int64), np.zeros(1, np.int64)
+        return hardest_of(self.job, COUNT)
+
+    @property
+    def _nothing(self) -> bool:
+        return not len(self.job.edges) and self.fields is None
+
+    def seconds(self, plan: Plan) -> float:
+        """Return what the check is expected to take."""
+        return 0.0 if self._nothing else 0.1 * plan.cost.seconds
+
+    def values(self, rows: I64, cols: I64, sets: U8) -> F64:
+        """Compute photosites again, each in its channel of ``sets`` (..., photosites)."""
+        values: F64 = self.job.base[sets]
+        if self._nothing:
+            return values
+        image, grid = self._plan.image, self.job.grid
+        assert image is not None
+        found = image.at(grid.first_centre, (grid.rows, grid.cols), rows, cols)
+        values += np.take_along_axis(found, sets.reshape(-1, rows.size), axis=0).reshape(sets.shape)
+        return values
+
+    def compare(self, plan: Plan, values: F64, right: F64, rows: I64, cols: I64) -> Found:
+        """Compare an image's values at photosites with what they should be."""
+        difference = np.where(np.isnan(values - right), np.inf, np.abs(values - right))
+        worst = int(np.argmax(difference))
+        return Found(
+            error=float(difference[worst]),
+            row=int(rows[worst]),
+            col=int(cols[worst]),
+            photosites=rows.size,
+            standard_error=plan.standard_error(rows, cols),
+        )
+
+
+def hardest_of(job: Job, count: int) -> tuple[I64, I64]:
+    """Return places at corners, beside edges and anywhere."""
+    grid: Grid = job.grid
+    x0, y0 = grid.first_centre
+    places = []
+    for turn in range(count):
+        part = (turn * GOLDEN) % 1.0
+        if len(job.edges) and turn % 4 != 3:
+            edge = int(OF_TOLERANCE * len(job.edges))
+            start, along = job.edges.start[edge], job.edges.end[edge] - job.edges.start[edge]
+            places.append(start + (0.5 if turn % 4 == 1 else 0.0) * along + (3.0 if turn % 4 == 2 else 0.0))
+        else:
+            places.append(np.array([x0 + OF_TOLERANCE * (grid.cols - 1), y0 + (37.0 * part) % 1.0 * (grid.rows - 1)]))
+    col, row = np.round(np.array(places) - np.array([x0, y0])).T
+    rows = np.clip(row, 0, grid.rows - 1).astype(np.int64)
+    cols = np.clip(col, 0, grid.cols - 1).astype(np.int64)
+    own = np.unique(np.stack([rows, cols], axis=1), axis=0)
+    return own[:, 0], own[:, 1]
