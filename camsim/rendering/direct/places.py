@@ -16,7 +16,7 @@ from camsim.rendering.waves.image import tiles
 MOST = 256
 MOST_PARTS = 256  # looked at for a hard tile; more are thinned out
 SHARE_OF_TIME, SECONDS = 0.1, 2e-3  # of the rendering's time, or so much if that is more
-PLACE_SECONDS = 2e-5  # for finding a photosite
+PLACE_SECONDS = 6e-5  # for finding a photosite
 
 
 def how_many(photosites: int, *, render_seconds: float, check_seconds: float, fewest: int) -> int:
