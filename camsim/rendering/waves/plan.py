@@ -35,9 +35,9 @@ OF_LIGHT, OF_BAND, OF_LEAK, OF_PRECISION, OF_TRANSFER, OF_MIXTURE = (
     0.1,
     0.02,
     0.15,
-    0.02,
+    0.06,
 )  # of the tolerance
-OF_RINGS, OF_SPIKES = 0.1, 0.5
+OF_RINGS, OF_SPIKES = 0.1, 0.3
 HIDDEN = 0.4  # of a spike: the most that is missed of it where a corner cuts it
 RINGING = 2.0 / math.pi**4  # of an edge's ringing: 8 ends' (λN/R)^{5/2}/4π⁴
 CIRCLE_TAIL = 0.06  # an edge's light at R behind a pupil of perimeter p and area a: so much times (p/a)·λN/R
