@@ -416,12 +416,6 @@ CORRUPTIONS = {
         lambda f: scaled(f, 0.66),
         {"method": "fourier", "optics": SHARP, "rows": 20, "cols": 20},
     ),
-    "a first level that sees too little": (
-        plan,
-        "levels_of",
-        lambda f: lambda cut, first, *rest: f(cut, 0.2 * first, *rest),
-        {"method": "fourier"},
-    ),
     "no far levels": (plan, "levels_of", returning(lambda found: found[:1]), {"method": "fourier"}),
     "far levels between the wrong points": (
         wave_image.FrequencyImage,

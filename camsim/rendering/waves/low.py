@@ -94,9 +94,9 @@ class LowFrequencies:
     @cached_property
     def _samples(self) -> _Samples | None:
         periods, first, sharpness = self._frame
-        low, high = self.box
         highest = WIDER * self.cut
-        lattice = Lattice(periods, highest, tuple((low - first).tolist()), tuple((high - first).tolist()))
+        # Splines beyond the border stand for light within it: all that lies in the frame is asked for.
+        lattice = Lattice(periods, highest, (0.0, 0.0), (float(periods[0]), float(periods[1])))
         found = self.source.transform(lattice, (float(first[0]), float(first[1])))
         if found is None:
             return None
