@@ -1,4 +1,4 @@
-"""Cells of a lattice and outlines about what is seen there: which are seen, and nodes over what is left of those cut."""
+"""Cells of a lattice and outlines about what is seen there: which are seen, and nodes over what is left of others."""
 
 from __future__ import annotations
 
@@ -65,7 +65,8 @@ def _line(s: int, y: float, start: F64, end: F64, col: float, row: float) -> flo
     if s < 0:
         return -1.0 - s
     x0, y0, x1, y1 = start[s, 0] - col, start[s, 1] - row, end[s, 0] - col, end[s, 1] - row
-    return min(max(x0 + (y - y0) / (y1 - y0) * (x1 - x0), 0.0), 1.0)
+    x: float = min(max(x0 + (y - y0) / (y1 - y0) * (x1 - x0), 0.0), 1.0)
+    return x
 
 
 @kernel(allocates=True)

@@ -1,5 +1,7 @@
-"""Where outlines cross, touch or run along one another: there they are cut. Boxes about them that touch are found first,
-by squares of doubling size, each box in one of the smallest that it fits into."""
+"""Where outlines cross, touch or run along one another: there they are cut.
+
+Boxes about them that touch are found first, by squares of doubling size, each box in one of the smallest that it fits.
+"""
 
 from __future__ import annotations
 

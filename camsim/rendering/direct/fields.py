@@ -1,4 +1,4 @@
-"""What photosites see of a scene's pictures, gradients and points: direct sums of the point spread over what is visible.
+"""What photosites see of pictures, gradients and points: direct sums of the point spread over what is visible.
 
 What outlines leave of a picture or a gradient comes from the check's own painter's rule. Samples of a picture whose
 splines are seen whole are looked up in a point spread that is convolved with such a spline. All else is integrated cell
@@ -84,7 +84,8 @@ class Seen:
             return np.ones((rows, cols), bool), np.zeros((rows, cols), bool)
         flips, is_cut = np.zeros((rows, cols + 1), np.int64), np.zeros((rows, cols), bool)
         cell_states(*self.cut, flips, is_cut)
-        return (np.cumsum(flips, axis=1)[:, :-1] % 2 == 1) & ~is_cut, is_cut
+        whole: np.ndarray = (np.cumsum(flips, axis=1)[:, :-1] % 2 == 1) & ~is_cut
+        return whole, is_cut
 
     def whole_samples(self) -> np.ndarray:
         """Return which coefficients' splines (rows, cols) are seen whole."""
@@ -95,12 +96,12 @@ class Seen:
         return every
 
     def cells(self, others: np.ndarray | None) -> I64:
-        """Return rows and columns (n, 2) of cells that are to be integrated; others: coefficients that are not looked up."""
+        """Return rows and columns (n, 2) of cells to be integrated; others: coefficients that are not looked up."""
         whole, is_cut = self.states
-        wanted = whole | is_cut
+        wanted: np.ndarray = whole | is_cut
         if others is not None:
             n = self.degree + 1
-            wanted &= np.lib.stride_tricks.sliding_window_view(others, (n, n)).any(axis=(2, 3))
+            wanted = wanted & np.lib.stride_tricks.sliding_window_view(others, (n, n)).any(axis=(2, 3))
         return np.argwhere(wanted)
 
     def nodes(self, cells: I64, order: int) -> tuple[I64, F64, F64]:
@@ -230,24 +231,22 @@ class Fields:
             if shape.interpolation != "squares":
                 rows, cols = rows + 1, cols + 1
         corner = middle - 0.5 * side * (np.array([cols, rows], float) @ axes)
+        cut = None
         if outline is not None:
-            outline = tuple((ends - corner) @ axes.T / side for ends in outline)
-        place = {"shape": (rows, cols), "corner": corner, "ways": side * axes, "cut": outline}
+            start, end = ((ends - corner) @ axes.T / side for ends in outline)
+            cut = start, end
+        place = functools.partial(Seen, shape=(rows, cols), corner=corner, ways=side * axes, cut=cut)
         if isinstance(shape, Gradient):
 
             def of_gradient(places: F64, own: I64) -> F64:
                 x, y = (places - 0.5 * np.array([cols, rows])).T * (side * self.pitch_um)
                 return shape.planes_at(x, y)
 
-            return Seen(**place, values=of_gradient, cycles=cycles * side)
+            return place(values=of_gradient, cycles=cycles * side)
         degree = DEGREES[shape.interpolation]
         coefficients = _coefficients(np.array(shape.planes, np.float64), degree)
-        return Seen(
-            **place,
-            values=functools.partial(_splines, coefficients, degree),
-            coefficients=coefficients,
-            degree=degree,
-        )
+        values = functools.partial(_splines, coefficients, degree)
+        return place(values=values, coefficients=coefficients, degree=degree)
 
     def light(self, points: F64, channels: int, tabled: Tabled) -> F64:
         """Return (n, channels) what is seen at points (n, 2); tabled: see ``Judge``."""

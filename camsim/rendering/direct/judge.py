@@ -1,4 +1,4 @@
-"""The judge of every rendering behind a round lens: photosites computed again, from the scene itself, by direct sums."""
+"""The judge of renderings behind a round lens: photosites computed again, from the scene itself, by direct sums."""
 
 from __future__ import annotations
 

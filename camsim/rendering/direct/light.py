@@ -27,7 +27,7 @@ DIRECTIONS = 180
 def densities(
     spectra: Sequence[Spectrum | Component], response: F64, wavelength_nm: F64, full: F64 | None = None
 ) -> tuple[F64, F64, F64]:
-    """Return the wavelengths (n,) that carry signal, (spectra, channels, n) what each gives, and full scale (channels,).
+    """Return wavelengths (n,) that carry signal, what each gives (spectra, channels, n), and full scale (channels,).
 
     response : (channels, m) signal of a perfect diffuser, quadrature weight included
     full     : of a scene of which these spectra are a part
@@ -80,11 +80,11 @@ def heard_until(
     longest = float(blur.max())
     nm = float(wavelength_nm[int(blur.argmax())])
     extent = system.extent_um / pitch_um
-    distance = NEAREST * STEP ** np.arange(math.ceil(math.log(FARTHEST / NEAREST) / math.log(STEP)))
+    distance: F64 = NEAREST * STEP ** np.arange(math.ceil(math.log(FARTHEST / NEAREST) / math.log(STEP)))
     places = distance[:, None] + (STEP - 1.0) * distance[:, None] * np.arange(EACH) / EACH
     swing = _swing(system, nm, pitch_um, places * longest).max(axis=1)
     only_fades = fades(system)  # what is left of it is no wave: it has one sign
-    loud = swing if only_fades else swing * _passed(system, pitch_um, wavelength_nm)
+    loud: F64 = swing if only_fades else swing * _passed(system, pitch_um, wavelength_nm)
     crowd = math.sqrt(max(1.0, min(len(pieces.left), CROWD) / 4.0))
     step, point = loudest[0] / longest, loudest[1] / longest**2
     share = OF_LINE / np.sqrt(distance) * crowd + min(OF_SAMPLES * step, 1.0) + point / distance
@@ -111,7 +111,8 @@ def _in_step(system: OpticalSystem, pitch_um: float, wavelength_nm: F64, contras
     for u in system.lens.pattern().breaks:
         turns = np.exp((2j * math.pi * u) * places.ravel()[:, None] / (system.blurs_um(wavelength_nm) / pitch_um))
         most = np.maximum(most, np.abs(np.einsum("sn,rn->sr", signals, turns)).max(axis=0, initial=0.0))
-    return np.minimum(most, 1.0).reshape(places.shape).max(axis=1, initial=0.0)
+    found: F64 = np.minimum(most, 1.0).reshape(places.shape).max(axis=1, initial=0.0)
+    return found
 
 
 def _last(distance: F64, loud: F64, allowed: float) -> float:

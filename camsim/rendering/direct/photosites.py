@@ -231,8 +231,17 @@ def _weighed(weights: F64, total: F64, out: F64) -> None:
 
 @kernel(allocates=True)
 def over_samples(
-    points: F64, values: F64, some: np.ndarray, at: F64, ways: F64, t: Table, weights: F64, out: F64, begin: int, end: int
-) -> None:  # fmt: skip
+    points: F64,
+    values: F64,
+    some: np.ndarray,
+    at: F64,
+    ways: F64,
+    t: Table,
+    weights: F64,
+    out: F64,
+    begin: int,
+    end: int,
+) -> None:
     """Add some of a picture's samples (planes, rows, cols), of which the first is ``at``, to photosites."""
     planes, rows, cols = values.shape
     light, total = np.empty(t.kinds), np.empty((planes, t.kinds))

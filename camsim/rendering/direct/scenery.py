@@ -144,7 +144,8 @@ def same_of(outlines: Outlines, boxes: F64) -> F64:
     """Return (n,) how near places are one, of each part."""
     # An arc's places are its centre's and its radius's numbers.
     size = np.maximum(np.abs(outlines.x) + np.where(outlines.turn_rad == 0.0, 0.0, outlines.dx), np.abs(outlines.y))
-    return np.maximum(np.maximum(SAME, SAME_SHARE * np.abs(boxes).max(axis=1)), 1e-14 * size)
+    same: F64 = np.maximum(np.maximum(SAME, SAME_SHARE * np.abs(boxes).max(axis=1)), 1e-14 * size)
+    return same
 
 
 def boxes_of(o: Outlines) -> F64:

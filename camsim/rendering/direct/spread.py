@@ -31,6 +31,7 @@ FEWEST_ROWS, MOST_ROWS = 3.0, 16.0  # to a wave of the highest frequency
 FIRST_ZONE, WIDER = 8.0, 6.0  # waves, and times: zones of rows that are as dense
 ANGLES = 8
 ROUNDING = 1e-13  # of signals that are mixtures of others
+NOTHING = 1e-300
 MOST_KEPT = 12
 _KEPT: dict[Any, tuple[Table, F64]] = {}
 
@@ -229,7 +230,7 @@ def _frequencies(breaks: F64, highest: float, until: float, allowed: float) -> t
 
 def _few(curves: F64, allowed: float) -> tuple[I64, F64]:
     """Return which of the curves (k, n) all others are mixtures of but for ``allowed``, and the mixtures (k, few)."""
-    rest, chosen = curves.copy(), []
+    rest, chosen = curves.copy(), list[int]()
     parts = np.zeros((len(curves), 0))
     while len(chosen) < len(curves):
         size = np.abs(rest).max(axis=1)
@@ -237,14 +238,16 @@ def _few(curves: F64, allowed: float) -> tuple[I64, F64]:
         if chosen and size[j] <= allowed:
             break
         chosen.append(j)
-        way = rest[j] / math.sqrt(float(np.einsum("n,n->", rest[j], rest[j])))
+        way = rest[j] / max(math.sqrt(float(np.einsum("n,n->", rest[j], rest[j]))), NOTHING)
         along = np.einsum("kn,n->k", rest, way)
         parts = np.concatenate([parts, along[:, None]], axis=1)
         rest -= along[:, None] * way
     # parts = mixture · parts[chosen], which is a triangle.
     triangle, mixture = parts[chosen], np.zeros_like(parts)
     for k in reversed(range(len(chosen))):
-        mixture[:, k] = (parts[:, k] - np.einsum("kc,c->k", mixture[:, k + 1 :], triangle[k + 1 :, k])) / triangle[k, k]
+        mixture[:, k] = (parts[:, k] - np.einsum("kc,c->k", mixture[:, k + 1 :], triangle[k + 1 :, k])) / max(
+            triangle[k, k], NOTHING
+        )
     return np.array(chosen), mixture
 
 
