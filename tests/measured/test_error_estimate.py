@@ -396,7 +396,12 @@ CORRUPTIONS = {
     "an OLPF turned the other way": (footprint.Footprint, "of", turned_the_other_way, {"optics": TURNED}),
     "a photosite lying on its side": (footprint.Footprint, "of", swapped, {"optics": TURNED}),
     # frequency sums
-    "a transfer too strong": (transfers.Lens, "curves", returning(lambda c: (1.001 * c[0], c[1])), {"method": "fourier"}),
+    "a transfer too strong": (
+        transfers.Lens,
+        "curves",
+        returning(lambda c: (1.001 * c[0], c[1])),
+        {"method": "fourier"},
+    ),
     "a footprint's transfer": (
         transfers.Footprint,
         "on",

@@ -80,11 +80,11 @@ def heard_until(
     longest = float(blur.max())
     nm = float(wavelength_nm[int(blur.argmax())])
     extent = system.extent_um / pitch_um
-    distance: F64 = NEAREST * STEP ** np.arange(math.ceil(math.log(FARTHEST / NEAREST) / math.log(STEP)))
+    distance = NEAREST * np.float64(STEP) ** np.arange(math.ceil(math.log(FARTHEST / NEAREST) / math.log(STEP)))
     places = distance[:, None] + (STEP - 1.0) * distance[:, None] * np.arange(EACH) / EACH
     swing = _swing(system, nm, pitch_um, places * longest).max(axis=1)
     only_fades = fades(system)  # what is left of it is no wave: it has one sign
-    loud: F64 = swing if only_fades else swing * _passed(system, pitch_um, wavelength_nm)
+    loud = swing if only_fades else swing * _passed(system, pitch_um, wavelength_nm)
     crowd = math.sqrt(max(1.0, min(len(pieces.left), CROWD) / 4.0))
     step, point = loudest[0] / longest, loudest[1] / longest**2
     share = OF_LINE / np.sqrt(distance) * crowd + min(OF_SAMPLES * step, 1.0) + point / distance
@@ -97,8 +97,8 @@ def heard_until(
     bent = np.flatnonzero(pieces.outlines.turn_rad != 0.0)
     radius = pieces.outlines.dx[bent] / longest
     turn = np.abs(pieces.outlines.turn_rad[bent]) / (2.0 * math.pi)
-    heard = np.interp(radius, distance, loud) * turn > allowed
-    of_circles = float(radius[heard & (radius < FARTHEST)].max(initial=0.0))
+    loud_there = np.interp(radius, distance, loud) * turn > allowed
+    of_circles = float(radius[loud_there & (radius < FARTHEST)].max(initial=0.0))
     return max(of_lines, of_circles + 2.0) * longest + extent
 
 
@@ -115,7 +115,7 @@ def _in_step(system: OpticalSystem, pitch_um: float, wavelength_nm: F64, contras
     return found
 
 
-def _last(distance: F64, loud: F64, allowed: float) -> float:
+def _last(distance: np.ndarray, loud: np.ndarray, allowed: float) -> float:
     """Return where something that falls is louder than allowed for the last time."""
     above = np.flatnonzero(loud > allowed)
     return float(distance[min(int(above[-1]) + 1, len(distance) - 1)]) if above.size else NEAREST
