@@ -16,7 +16,7 @@ from camsim.spectra.component import Component
 from camsim.spectra.curve import Spectrum, spectrum_at
 
 FEWEST, MORE = 12, 8  # nodes: at the least, and beyond half a node for every radian
-NEAREST, FARTHEST, STEP, EACH = 4.0, 600.0, 1.2, 8  # blurs at which rings are looked at, and places in each
+NEAREST, FARTHEST, STEP, EACH = 4.0, 1200.0, 1.2, 8  # blurs at which rings are looked at, and places in each
 OF_LINE = 0.2  # a line's over a whole circle's, times the root of blurs
 OF_SAMPLES = 0.4  # likewise of samples a blur apart, that add up as of random phases
 CROWD = 4000  # edges, that add up as of random phases

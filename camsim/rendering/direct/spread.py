@@ -29,7 +29,7 @@ QUINTIC = 1.0 / 46080.0  # times the sixth derivative times step⁶: what a quin
 STEEP = 0.02  # of that derivative's most, a wave of the highest frequency: what there is of it
 FEWEST_ROWS, MOST_ROWS = 3.0, 16.0  # to a wave of the highest frequency
 FIRST_ZONE, WIDER = 8.0, 6.0  # waves, and times: zones of rows that are as dense
-ANGLES = 8
+ANGLES, FEW_HARMONICS = 8, 3.0
 ROUNDING = 1e-13  # of signals that are mixtures of others
 NOTHING = 1e-300
 MOST_KEPT = 12
@@ -97,6 +97,8 @@ def _made(
     highest = system.highest_per_um(wavelength_nm) * pitch_um
     breaks = breaks_of(system, pitch_um, wavelength_nm)
     extent = system.extent_um / pitch_um + (0.0 if spline is None else spline.extent)
+    phase = 2.0 * math.pi * highest * extent
+    allowed /= max(1.0, phase / FEW_HARMONICS)  # as many harmonics add up
     f, weight = _frequencies(breaks, highest, until, allowed)
     first_few, mixture = _few(density, ROUNDING)
     few, of_few = _few(product(density[first_few], transfers(system, pitch_um, wavelength_nm, f)), allowed)
@@ -107,7 +109,6 @@ def _made(
         return product(density, transfers(system, pitch_um, wavelength_nm, f))
 
     curves = passed(f)
-    phase = 2.0 * math.pi * highest * extent
     angles = 2 * math.ceil(phase + 4.0 * math.cbrt(phase) + 4.0) if extent else 1
     around = functools.partial(_around, system, pitch_um, spline, angles=angles)
     orders, shapes, sines = _harmonics(around(f), np.abs(curves).max(axis=0), allowed)
