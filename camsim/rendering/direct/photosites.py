@@ -118,6 +118,21 @@ def _at(o: Outlines, e: int, t: float) -> tuple[float, float, float, float]:
     return o.x[e] + x, o.y[e] + y, -o.turn_rad[e] * y, o.turn_rad[e] * x
 
 
+@kernel()
+def _beside_chord(
+    o: Outlines, e: int, t0: float, t1: float, point: tuple[float, float], t: Table, out: F64
+) -> float:  # fmt: skip
+    """Set the far point spread (kinds,) in the middle of what lies between an arc and its chord; return its area."""
+    turn, middle = (t1 - t0) * o.turn_rad[e], o.from_rad[e] + 0.5 * (t0 + t1) * o.turn_rad[e]
+    bulge = turn - math.sin(turn)
+    # Of a whole circle it is the centre.
+    away = 0.0 if bulge == 0.0 else o.dx[e] * 4.0 * math.sin(0.5 * turn) ** 3 / (3.0 * bulge)
+    x, y = o.x[e] + away * math.cos(middle) - point[0], o.y[e] + away * math.sin(middle) - point[1]
+    r = math.hypot(x, y)
+    _far(t, False, r, x / r, y / r, out)
+    return 0.5 * o.dx[e] * o.dx[e] * bulge
+
+
 @kernel(allocates=True)
 def along_outlines(
     points: F64,
@@ -145,6 +160,7 @@ def along_outlines(
         px, py = points[p, 0], points[p, 1]
         for e in range(len(length)):
             turn = abs(o.turn_rad[e])
+            x0, y0, x1, y1 = 0.0, 0.0, 0.0, 0.0
             total[:] = 0.0
             stack[0, 0], stack[0, 1], depth = 0.0, 1.0, 1
             while depth > 0:
@@ -154,8 +170,11 @@ def along_outlines(
                 x, y, _, _ = _at(o, e, 0.5 * (t0 + t1))
                 nearest = math.hypot(x - px, y - py) - 0.5 * long
                 is_far = nearest >= t.until
-                if (long > (FAR_LENGTH * nearest if is_far else longest) or turn * (t1 - t0) > MOST_TURN) and (
-                    depth + 2 <= DEEP
+                is_small = is_far and long < SMALL_LENGTH * nearest
+                if (
+                    (long > (FAR_LENGTH * nearest if is_far else longest) or turn * (t1 - t0) > MOST_TURN)
+                    and not is_small
+                    and depth + 2 <= DEEP
                 ):
                     middle = 0.5 * (t0 + t1)
                     stack[depth, 0], stack[depth, 1] = t0, middle
@@ -163,25 +182,36 @@ def along_outlines(
                     depth += 2
                     continue
                 if is_far:
-                    order = SMALL_NODES if long < SMALL_LENGTH * nearest else FAR_NODES
-                    x, y, _, _ = _at(o, e, t0)
+                    order = SMALL_NODES if is_small else FAR_NODES
+                    x0, y0, _, _ = _at(o, e, t0)
                     x1, y1, _, _ = _at(o, e, t1)
-                    r, r1 = math.hypot(x - px, y - py), math.hypot(x1 - px, y1 - py)
-                    _ends(t, (x - px) / r, (y - py) / r, (x1 - px) / r1, (y1 - py) / r1, seen)
+                    r, r1 = math.hypot(x0 - px, y0 - py), math.hypot(x1 - px, y1 - py)
+                    _ends(t, (x0 - px) / r, (y0 - py) / r, (x1 - px) / r1, (y1 - py) / r1, seen)
                     for q in range(t.kinds):
                         total[q] += seen[q]
+                    if is_small and turn > 0.0:
+                        # What lies between an arc and its chord is its area, where its middle is.
+                        area = _beside_chord(o, e, t0, t1, (px, py), t, seen)
+                        for q in range(t.kinds):
+                            total[q] += area * seen[q]
                 else:
                     order = 1
                     while phases[order - 1] < per_length * long and order < len(phases):
                         order += 1
+                dx, dy, share = x1 - x0, y1 - y0, 1.0
                 for k in range(order):
-                    x, y, dx, dy = _at(o, e, 0.5 * (t0 + t1) + 0.5 * (t1 - t0) * rules[order, 0, k])
+                    if is_small:
+                        along = 0.5 * (1.0 + rules[order, 0, k])
+                        x, y = x0 + along * dx, y0 + along * dy
+                    else:
+                        share = t1 - t0
+                        x, y, dx, dy = _at(o, e, 0.5 * (t0 + t1) + 0.5 * share * rules[order, 0, k])
                     x, y = x - px, y - py
                     r = math.hypot(x, y)
                     across = x * dy - y * dx
                     if r == 0.0 or across == 0.0:
                         continue
-                    times = 0.5 * (t1 - t0) * rules[order, 1, k] * across / (r * r)
+                    times = 0.5 * share * rules[order, 1, k] * across / (r * r)
                     if is_far or r >= t.until:
                         _far(t, True, r, x / r, y / r, seen)
                         if not is_far:
