@@ -24,7 +24,8 @@ from camsim.rendering.direct.records import POWERS, Table
 from camsim.rendering.direct.spread_kernels import fill_rows
 
 SERIES_NODES, OF_BREAK, OF_EXTENT = 14, 0.2, 0.4  # of a transfer's series at 0, and how far it is looked at
-MOST_NODES, NEAREST = 48, 1.0 / 64.0  # of one panel of frequencies; of the highest: breaks nearer by are one
+MOST_NODES = 48  # of one panel of frequencies
+FEW_BREAKS, NEAREST = 64, 1.0 / 64.0  # of more those are one that are so near, of the highest frequency
 QUINTIC = 1.0 / 46080.0  # times the sixth derivative times step⁶: what a quintic through two rows leaves
 STEEP = 0.02  # of that derivative's most, a wave of the highest frequency: what there is of it
 FEWEST_ROWS, MOST_ROWS = 3.0, 16.0  # to a wave of the highest frequency
@@ -211,9 +212,9 @@ def fades(system: OpticalSystem) -> bool:
 
 def _frequencies(breaks: F64, highest: float, until: float, allowed: float) -> tuple[F64, F64]:
     """Return nodes and weights over 0 … highest, broken where transfers are not smooth."""
-    ends = [0.0]
+    ends, nearest = [0.0], highest * (NEAREST if len(breaks) > FEW_BREAKS else ROUNDING)
     for place in [*breaks.tolist(), highest]:
-        if place - ends[-1] > NEAREST * highest:
+        if place - ends[-1] > nearest:
             ends.append(min(place, highest))
     ends[-1] = highest
     low, high = np.array(ends[:-1]), np.array(ends[1:])
