@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from camsim.errors import UnsupportedError
+from camsim.optics import RoundLens
 from camsim.rendering.boundary.engine import Boundary
 from camsim.rendering.direct.checks import Checks
+from camsim.rendering.direct.judge import Judge
 from camsim.rendering.direct.sums import JudgeBySums
 from camsim.rendering.engine import FINEST, MEMORY_LIMIT_BYTES, Cost, Engine, Plan, too_much
 from camsim.rendering.fields.job import FieldJob
@@ -28,6 +30,7 @@ NAMES = ("auto", *ENGINES)
 CHEAP_SECONDS = 0.05  # the answer saves no more than this; to ask the other engine takes nearly as long
 IMAGE_BYTES = 24.0  # of a photosite: whole images, which are no engine's tables and transforms
 CROWD = 20_000  # edges that closed forms are not asked for
+DIRECT = 2e-7  # the finest tolerance that direct sums judge
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -81,8 +84,14 @@ def choose(
         name, why, plan = _auto(job, samples)
     if not fits(plan):
         raise too_much(name, plan.cost.memory_bytes)
-    judge = JudgeBySums(job=job, scene=scene or job.scene, fields=fields)
-    return Choice(method=name, why=why, plan=plan, judge=judge, samples=samples)
+    return Choice(method=name, why=why, plan=plan, judge=_judge(job, scene or job.scene, fields), samples=samples)
+
+
+def _judge(job: Job, scene: Scene, fields: FieldJob | None) -> Checks:
+    """Return what judges: direct sums behind a round lens, frequency sums behind others and where digits end."""
+    if isinstance(job.system.lens, RoundLens) and not job.system.more and job.tolerance >= DIRECT:
+        return Judge(job, scene)
+    return JudgeBySums(job=job, scene=scene, fields=fields)
 
 
 def fits(plan: Plan) -> bool:

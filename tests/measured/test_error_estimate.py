@@ -10,22 +10,18 @@ import pytest
 from examples import OPTICS, PICTURE, PITCH_UM, TOLERANCE, WAVELENGTH_NM, grid_of, scene_of, worst
 
 import camsim
-from camsim.optics import OpticalSystem, airy, chords, difference, follow, of_pupil, panels, rays
+from camsim.optics import OpticalSystem, airy
 from camsim.rendering import focus, footprint, heard, job, outlines, quiet
-from camsim.rendering.aberrated import engine as aberrated_engine
-from camsim.rendering.aberrated import image as short_image
-from camsim.rendering.aberrated import pattern as short_pattern
-from camsim.rendering.aberrated import transfers as short_transfers
 from camsim.rendering.boundary import engine as boundary_engine
 from camsim.rendering.boundary import image as boundary_image
 from camsim.rendering.boundary import tables
-from camsim.rendering.check.pupils import Otherwise
 from camsim.rendering.fields import job as field_job
-from camsim.rendering.fourier import apart, lens_curves, loudness
-from camsim.rendering.fourier import image as fourier_image
-from camsim.rendering.fourier import lens as fourier_lens
-from camsim.rendering.fourier import regions as fourier_regions
+from camsim.rendering.fields import layer, samples
 from camsim.rendering.render import render_channels
+from camsim.rendering.waves import edges as wave_edges
+from camsim.rendering.waves import fields as wave_fields
+from camsim.rendering.waves import image as wave_image
+from camsim.rendering.waves import levels, plan, transfers
 from camsim.scene import outlines as scene_outlines
 
 # Short waves on a wide footprint: there the far form begins where the footprint's moments still matter.
@@ -44,10 +40,6 @@ TURNED = [
     camsim.TwoSpotOlpf(split_um=PITCH_UM, rotate_deg=30.0),
     camsim.RectangularPhotosite(width_um=PITCH_UM, height_um=0.6 * PITCH_UM),
 ]
-BENT = [camsim.Wavefront(f_number=4.0, zernike_waves={4: 0.1, 8: 0.05}), camsim.SquarePhotosite(side_um=PITCH_UM)]
-POINT = camsim.SquarePhotosite(side_um=0.0)
-BLADES = [camsim.Wavefront(f_number=1.4, zernike_waves={8: 0.1}, pupil=camsim.Pupil(shape="bladed", blades=6)), POINT]
-WAVY = [camsim.Wavefront(f_number=8.0, zernike_waves={24: 1.5}, pupil=camsim.Pupil(shape="square")), POINT]
 SHARP = [camsim.Airy(f_number=1.4), camsim.SquarePhotosite(side_um=0.0)]
 SYSTEMS = {name: OPTICS[name] for name in ("f/1.4, fill factor 0.5", "f/8", "f/8, OLPF")}
 
@@ -66,7 +58,23 @@ def disc(x, y, radius, reflectance):
 
 
 RED = camsim.Curve((450.0, 700.0), (0.05, 0.9), outside="hold")
+SAMPLES = np.random.default_rng(0).uniform(size=(20, 26))
+COVER = disc(-3.0, 2.0, 4.0, 0.5)
+
+
+def photograph(rotate_deg=0.0):
+    return camsim.Picture(planes=SAMPLES, width_um=22.0 * PITCH_UM, rotate_deg=rotate_deg, interpolation="cubic")
+
+
+def star(x, y):
+    return camsim.PointSource(photosites=3.0, centre_um=(x * PITCH_UM, y * PITCH_UM))
+
+
 SCENES = {
+    "photograph": camsim.Scene(background=0.4, shapes=[photograph()]),
+    "turned photograph": camsim.Scene(background=0.4, shapes=[photograph(20.0)]),
+    "hidden photograph": camsim.Scene(background=0.4, shapes=[photograph(), COVER]),
+    "stars": camsim.Scene(background=0.1, shapes=[star(-3.2, 2.1), COVER, star(9.3, -7.7)]),
     "picture": scene_of(PICTURE),
     "overlap": camsim.Scene(background=0.9, shapes=[rectangle(0, 0, 20, 14, 0.2), rectangle(4, 3, 12, 18, 0.6)]),
     "shared": camsim.Scene(background=0.9, shapes=[rectangle(-5, 0, 10, 14, 0.2), rectangle(5, 0, 10, 14, 0.6)]),
@@ -220,12 +228,8 @@ def of_numbers(**changed):
     return returning(lambda n: n._replace(**{name: change(getattr(n, name)) for name, change in changed.items()}))
 
 
-def raised(end):
-    return end._replace(offset=end.offset + 0.01)
-
-
-def third(place):
-    return tuple(0.3 * along for along in place)
+def stronger(found):
+    return None if found is None else 1.001 * found
 
 
 CORRUPTIONS = {
@@ -391,115 +395,87 @@ CORRUPTIONS = {
     "an OLPF 1 % too wide": (footprint.Footprint, "of", split_wider, {"optics": WIDE}),
     "an OLPF turned the other way": (footprint.Footprint, "of", turned_the_other_way, {"optics": TURNED}),
     "a photosite lying on its side": (footprint.Footprint, "of", swapped, {"optics": TURNED}),
-    # the Fourier engine
+    # frequency sums
     "a transfer too strong": (
-        lens_curves,
-        "round_curves",
-        returning(lambda c: c._replace(cells=1.001 * c.cells)),
+        transfers.Lens,
+        "curves",
+        returning(lambda c: (1.001 * c[0], c[1])),
         {"method": "fourier"},
     ),
     "a footprint's transfer": (
-        fourier_lens,
-        "footprint_transfer",
-        returning(lambda f: f._replace(across=f.across**3)),
+        transfers.Footprint,
+        "on",
+        returning(lambda f: (f[0] ** 2, *f[1:])),
         {"method": "fourier"},
     ),
-    "a scene cut too near": (
-        fourier_image,
-        "clamped",
-        lambda f: lambda edges, low, high, *seen: f(edges, third(low), third(high), *seen),
-        {"method": "fourier"},
-    ),
-    "a taper of half the width": (
-        fourier_lens,
-        "tapered",
-        lambda f: lambda d, a, b, shape: f(d, 0.2 * a, 0.2 * b, shape),
-        {"method": "fourier"},
-    ),
+    "edges too strong": (wave_edges.EdgeSource, "transform", returning(stronger), {"method": "fourier"}),
     "nodes along edges": (
-        fourier_regions,
-        "gauss_nodes",
-        returning(lambda n: (n[0], 1.001 * n[1])),
+        wave_edges,
+        "_nodes",
+        returning(lambda n: (n[0], n[1], 1.001 * n[2])),
         {"method": "fourier", "scene": "crowd"},
     ),
-    # aberrated lenses
-    "a difference too strong": (
-        short_transfers,
-        "series_of",
-        returning(lambda every: [own._replace(terms=1.001 * own.terms) for own in every]),
-        {"optics": BENT},
+    "a band of two thirds": (
+        plan.WavesPlan,
+        "_band",
+        lambda f: scaled(f, 0.66),
+        {"method": "fourier", "optics": SHARP, "rows": 20, "cols": 20},
     ),
-    "a wavefront turned round": (
-        short_transfers,
-        "series_of",
-        returning(lambda every: [own._replace(terms=own.terms[..., ::-1].conj()) for own in every]),
-        {"optics": BENT},
+    "no far levels": (plan, "levels_of", returning(lambda found: found[:1]), {"method": "fourier"}),
+    "far levels between the wrong points": (
+        wave_image.FrequencyImage,
+        "taps",
+        returning(lambda t: t[:, ::-1]),
+        {"method": "fourier"},
     ),
-    "Bessel functions of a pattern": (
-        short_transfers,
-        "BESSELS",
-        lambda b: b._replace(far=1.03 * b.far),
-        {"optics": BENT},
+    "shares of more than all": (
+        levels.Level,
+        "shares",
+        returning(lambda found: (1.001 * found[0], found[1])),
+        {"method": "fourier"},
     ),
-    "a difference cut too near": (
-        aberrated_engine,
-        "settings_of",
-        fields(reach=0.05, outer=0.05),
-        {"optics": BENT, "over": 3.0},
+    "a frequency counted twice": (
+        wave_image.FrequencyImage,
+        "_part",
+        returning(lambda part: part + 1e-4),
+        {"method": "fourier"},
     ),
-    "corners without a window": (short_image, "mark", lambda f: lambda *given: None, {"optics": BENT}),
-    # pupils of any shape
-    "few nodes along a pupil's sides": (
-        panels,
-        "_pieces",
-        lambda f: lambda rule: f(rule._replace(turns=follow.Turns(0.35 * rule.turns.x, 0.35 * rule.turns.y))),
-        {"optics": BLADES, "method": "fourier"},
+    # pictures, gradients and points
+    "samples too bright": (
+        wave_fields.FieldSource,
+        "transform",
+        returning(stronger),
+        {"scene": "photograph", "method": "fourier"},
     ),
-    "few nodes for a wavefront": (
-        chords,
-        "panels_of",
-        returning(lambda found: dataclasses.replace(found, spare=np.full_like(found.spare, 20))),
-        {"optics": WAVY, "method": "fourier"},
+    "splines too strong": (
+        samples.Splines,
+        "passes",
+        returning(stronger),
+        {"scene": "turned photograph", "method": "fourier"},
     ),
-    "a panel left out": (
-        chords,
-        "panels_of",
-        returning(
-            lambda found: panels.Panels.of(
-                found.patches, found.which[1:], found.begin[1:], found.size[1:], found.spare[1:]
-            )
-        ),
-        {"optics": WAVY, "method": "fourier"},
+    "samples half a step beside": (
+        layer.Layer,
+        "places",
+        returning(lambda places: places + 0.1),
+        {"scene": "turned photograph", "method": "fourier"},
     ),
-    "a pupil's outline a hundredth too large": (
-        chords,
-        "strips_of",
-        returning(lambda found: tuple(strip._replace(upper=raised(strip.upper)) for strip in found)),
-        {"optics": BLADES, "method": "fourier"},
+    "a picture that nothing hides": (
+        samples,
+        "_cover",
+        lambda f: lambda own, times, first, shape: f(dataclasses.replace(own, outline=None), times, first, shape),
+        {"scene": "hidden photograph", "method": "fourier"},
     ),
-    "a pupil's weights": (
-        chords._Strip,
-        "at",
-        returning(lambda found: (*found[:2], found[2] * (1.0 + 0.01 * found[0]))),
-        {"optics": BLADES, "method": "fourier"},
+    "points that are hidden": (
+        field_job,
+        "seen_of",
+        lambda f: lambda scene: f(dataclasses.replace(scene, shapes=[s for s in scene.shapes if s is not COVER])),
+        {"scene": "stars", "method": "fourier"},
     ),
-    "nodes round a pupil": (
-        rays.Rays,
-        "_groups",
-        lambda groups: property(lambda rule: [(rings, n // 5) for rings, n in groups.fget(rule)]),
-        {"optics": [camsim.Wavefront(f_number=1.4, zernike_waves={8: 0.6}), POINT], "method": "fourier"},
-    ),
-    "few nodes for a round pattern": (
-        of_pupil.OfPupil,
-        "_line_rule",
-        lambda f: lambda lens, nm, turns: f(lens, nm, turns._replace(x=0.2 * turns.x)),
-        {"optics": [camsim.Wavefront(f_number=1.4, zernike_waves={4: 0.6}), POINT], "method": "fourier"},
-    ),
-    "a round pattern of another wavefront": (
-        of_pupil.OfPupil,
-        "point_spread_round",
-        lambda f: lambda lens, r_um, nm: f(lens, r_um, nm if isinstance(lens, Otherwise) else 1.01 * nm),
-        {"optics": [camsim.Wavefront(f_number=1.4, zernike_waves={4: 0.6}), POINT], "method": "fourier"},
+    "a point a tenth of a photosite beside": (
+        field_job,
+        "layer_of",
+        lambda f: lambda own, pitch_um, colours: f(own, 1.01 * pitch_um, colours),
+        {"scene": "stars", "method": "fourier"},
     ),
     "three wavelengths in fourier": (job, "fuse", few_nodes, {"colour": True, "method": "fourier"}),
 }
@@ -514,7 +490,6 @@ def test_what_is_corrupted_is_seen(monkeypatch, name):
     honest = run(**how)
     true = getattr(place, attribute)
     with monkeypatch.context() as patch:
-        patch.setattr(short_pattern, "transfers_of", short_transfers.transfers_of.__wrapped__)  # nothing is kept
         wrong = corrupt(true)
         patch.setattr(place, attribute, staticmethod(wrong) if isinstance(place, type) and attribute == "of" else wrong)
         corrupted = run(**how)
@@ -545,64 +520,3 @@ def test_of_a_tiny_frame_every_photosite_is_checked(rows, cols):
     fine = rendered(OPTICS["f/8, OLPF"], tolerance=1e-7, rows=rows, cols=cols)
     assert coarse.checked_photosites == rows * cols
     assert coarse.error_estimate == pytest.approx(worst(coarse.image, fine.image), abs=1e-2 / 10)
-
-
-@pytest.mark.parametrize("method", ["boundary", "fourier"])
-def test_light_beyond_a_reach_is_seen(monkeypatch, method):
-    """The check had the image's reach: of light that falls as 1/r² it sees four tenths of what is left out."""
-    leaves = camsim.Wavefront(f_number=1.2 / 0.55, zernike_waves={20: 0.1})
-    scene = camsim.Scene(background=0.0, shapes=[camsim.HalfPlane(through_um=(0.3, 0.0), reflectance=1.0)])
-    grid, optics = camsim.Grid(rows=2, cols=2, pitch_um=2.0), [leaves, camsim.SquarePhotosite(side_um=2.0)]
-    monkeypatch.setattr(apart, "rim_hems", lambda *task: [])  # which needs no reach
-
-    def found():
-        difference._reach_um.cache_clear()
-        return camsim.render(scene, optics, grid, wavelength_nm=550.0, method=method, tolerance=1e-5)
-
-    honest, heard = found(), difference.Difference.light_beyond
-    with monkeypatch.context() as patch:
-        patch.setattr(difference.Difference, "light_beyond", scaled(heard, 0.01))
-        corrupted = found()
-    difference._reach_um.cache_clear()
-    assert honest.error_estimate <= 1e-5
-    assert worst(corrupted.image, honest.image) > 3e-5
-    assert corrupted.error_estimate > 1e-5
-
-
-@pytest.mark.parametrize(
-    ("lens", "photosite"),
-    [
-        (camsim.Wavefront(f_number=1.2 / 0.55, zernike_waves={8: 0.3}), POINT),
-        (camsim.Airy(f_number=1.2 / 0.55), POINT),
-        (camsim.AnnularAiry(f_number=1.2 / 0.55, obstruction=0.6), camsim.CircularPhotosite(diameter_um=0.3)),
-    ],
-)
-def test_sides_that_are_taken_for_silent_are_seen(monkeypatch, lens, photosite):
-    """Which sides are heard beyond a taper the check finds out in its own way."""
-    shape = camsim.Rectangle(width_um=1e4, height_um=2e5, centre_um=(5060.3, 0.0), reflectance=1.0)
-    scene, grid = camsim.Scene(background=0.0, shapes=[shape]), camsim.Grid(rows=2, cols=2, pitch_um=1.0)
-    how = {"wavelength_nm": 550.0, "tolerance": 1e-8, "method": "fourier"}
-    honest, told = camsim.render(scene, [lens, photosite], grid, **how), loudness.Loudness.beyond
-    monkeypatch.setattr(loudness.Loudness, "beyond", lambda *a: (told(*a)[0], 0.0 * told(*a)[1]))
-    corrupted = camsim.render(scene, [lens, photosite], grid, **how)
-    assert honest.error_estimate <= 1e-10
-    assert worst(corrupted.image, honest.image) > 1e-7
-    assert corrupted.error_estimate > 0.9 * worst(corrupted.image, honest.image)
-
-
-@pytest.mark.parametrize(("rows", "cols"), [(1, 1), (9, 7)])
-def test_rings_of_a_picture_that_are_taken_for_silent_are_seen(monkeypatch, rows, cols):
-    """Rings a wave apart: how far those of an aberrated lens are in step with them the check finds out itself."""
-    lens = camsim.Wavefront(f_number=1.0 / 0.55, zernike_waves={8: 0.05})
-    grid = camsim.Grid(rows=rows, cols=cols, pitch_um=1.0)
-    place = (np.arange(480) - 239.5) / 4.0
-    apart = np.hypot(place[:, None], place)
-    rings = ((np.floor(2.0 * apart) % 2 == 0) & (apart > 30.0) & (apart < 60.0)).astype(float)
-    scene = camsim.Scene(background=0.0, shapes=[camsim.Picture(planes=rings[None], width_um=120.0)])
-    how = {"wavelength_nm": 550.0, "tolerance": 1e-4}
-    honest = camsim.render(scene, [lens, POINT], grid, **how)
-    monkeypatch.setattr(field_job, "in_step_until", lambda *given, nearest, **how: nearest)
-    corrupted = camsim.render(scene, [lens, POINT], grid, **how)
-    assert honest.error_estimate <= 1e-5
-    assert worst(corrupted.image, honest.image) > 2e-4
-    assert corrupted.error_estimate > 0.9 * worst(corrupted.image, honest.image)

@@ -1,0 +1,303 @@
+"""Where outlines cross, touch or run along one another: there they are cut.
+
+Boxes about them that touch are found first, by squares of doubling size, each box in one of the smallest that it fits.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from camsim.arrays import F64, I64
+from camsim.kernels import kernel
+from camsim.rendering.direct.records import Outlines
+
+STEPS = 2  # of Newton's rule
+MOST_LEVELS = 40
+TINY = float(np.finfo(float).tiny)
+ROW = 1 << 31  # squares in a row: a square's number is y·ROW + x
+
+
+class Squares(NamedTuple):
+    """Boxes by the square that their low corner lies in.
+
+    boxes      : (n, 4) low x, low y, high x, high y;  level: (n,) a square's side is size·2^level
+    low, size  : corner of all, and the side of the smallest square
+    first      : (levels + 1,) where each level begins in ``key`` and ``box``
+    key, box   : (n,) number of the square, and the box, level by level in order
+    """
+
+    boxes: F64
+    level: I64
+    low: F64
+    size: float
+    first: I64
+    key: I64
+    box: I64
+
+    @classmethod
+    def of(cls, boxes: F64) -> Squares:
+        """Sort boxes."""
+        low = boxes[:, :2].min(axis=0)
+        sides = (boxes[:, 2:] - boxes[:, :2]).max(axis=1)
+        whole = float((boxes[:, 2:].max(axis=0) - low).max())
+        typical = float(np.partition(sides, len(sides) // 2)[len(sides) // 2])
+        size = max(typical, whole * 2.0 ** (1 - MOST_LEVELS), TINY)
+        level = np.minimum(np.ceil(np.log2(np.maximum(sides, size) / size)), MOST_LEVELS).astype(np.int64)
+        x, y = np.floor((boxes[:, :2] - low) / (size * 2.0**level)[:, None]).astype(np.int64).T
+        key = y * ROW + x
+        order = np.lexsort((key, level))
+        first = np.searchsorted(level[order], np.arange(MOST_LEVELS + 2))
+        return cls(boxes, level, low, size, first, key[order], order)
+
+
+@kernel()
+def _first_of(key: I64, begin: int, end: int, least: int) -> int:
+    """Return where, from begin to end, sorted keys are ``least`` or more for the first time."""
+    while begin < end:
+        middle = (begin + end) // 2
+        if key[middle] < least:
+            begin = middle + 1
+        else:
+            end = middle
+    return begin
+
+
+@kernel()
+def touching(squares: Squares, e: int, found: I64) -> int:
+    """Write the boxes that touch box ``e`` and are no smaller, each pair once; return how many."""
+    count = 0
+    x0, y0, x1, y1 = squares.boxes[e]
+    for level in range(squares.level[e], len(squares.first) - 1):
+        begin, end = squares.first[level], squares.first[level + 1]
+        if begin == end:
+            continue
+        side = squares.size * 2.0**level
+        low_x, high_x = math.floor((x0 - squares.low[0]) / side) - 1, math.floor((x1 - squares.low[0]) / side)
+        low_y, high_y = math.floor((y0 - squares.low[1]) / side) - 1, math.floor((y1 - squares.low[1]) / side)
+        for row in range(max(low_y, 0), high_y + 1):
+            k = _first_of(squares.key, begin, end, row * ROW + max(low_x, 0))
+            while k < end and squares.key[k] <= row * ROW + high_x:
+                f = squares.box[k]
+                k += 1
+                if level == squares.level[e] and f <= e:
+                    continue
+                b = squares.boxes[f]
+                if b[0] > x1 or b[2] < x0 or b[1] > y1 or b[3] < y0:
+                    continue
+                found[count] = f
+                count += 1
+    return count
+
+
+def pairs(squares: Squares) -> tuple[I64, I64]:
+    """Return all pairs of boxes that touch, each once."""
+    boxes = len(squares.level)
+    found, room = np.empty(boxes, np.int64), 8 * boxes
+    while True:
+        one, two = np.empty((2, room), np.int64)
+        total = _pairs(squares, found, one, two)
+        if total <= room:
+            return one[:total], two[:total]
+        room = total
+
+
+@kernel()
+def _pairs(squares: Squares, found: I64, one: I64, two: I64) -> int:
+    """Write as many pairs as there is room for; return how many there are."""
+    total = 0
+    for e in range(len(squares.level)):
+        count = touching(squares, e, found)
+        for k in range(count):
+            if total < one.size:
+                one[total], two[total] = e, found[k]
+            total += 1
+    return total
+
+
+@kernel()
+def share_of(o: Outlines, e: int, x: float, y: float, slack: float) -> float:
+    """Return where the foot of a place lies on a part, as a share of it; just below 0 rather than far above 1."""
+    if o.turn_rad[e] == 0.0:
+        square = o.dx[e] ** 2 + o.dy[e] ** 2
+        if square == 0.0:  # shorter than numbers are: no place lies on it
+            return -1.0
+        along: float = ((x - o.x[e]) * o.dx[e] + (y - o.y[e]) * o.dy[e]) / square
+        return along
+    turn: float = abs(o.turn_rad[e])
+    angle: float = math.atan2(y - o.y[e], x - o.x[e]) - o.from_rad[e]
+    angle = (angle if o.turn_rad[e] > 0.0 else -angle) % math.tau
+    if angle > turn and math.tau - angle <= slack / o.dx[e]:
+        angle -= math.tau
+    return angle / turn
+
+
+@kernel(forceinline=True)
+def _out_of(o: Outlines, e: int, x: float, y: float) -> tuple[float, float, float]:
+    """Return how far a place lies out of a part's circle or to the right of its line, and the way there."""
+    if o.turn_rad[e] == 0.0:
+        length = math.hypot(o.dx[e], o.dy[e])
+        out = ((x - o.x[e]) * o.dy[e] - (y - o.y[e]) * o.dx[e]) / length
+        return out, o.dy[e] / length, -o.dx[e] / length
+    gap = math.hypot(x - o.x[e], y - o.y[e])
+    if gap == 0.0:
+        return -o.dx[e], 1.0, 0.0
+    return gap - o.dx[e], (x - o.x[e]) / gap, (y - o.y[e]) / gap
+
+
+@kernel()
+def off_of(o: Outlines, e: int, x: float, y: float) -> float:
+    """Return how far a place lies off a part's line or circle."""
+    return abs(_out_of(o, e, x, y)[0])
+
+
+@kernel(forceinline=True)
+def _far_off(o: Outlines, e: int, x: float, y: float, same: float) -> bool:
+    """Return whether a place is seen at once to lie off a straight part: most do, and no root need be taken."""
+    away: bool = abs((x - o.x[e]) * o.dy[e] - (y - o.y[e]) * o.dx[e]) > same * (abs(o.dx[e]) + abs(o.dy[e]))
+    return away and o.turn_rad[e] == 0.0
+
+
+@kernel()
+def lies_on(o: Outlines, e: int, x: float, y: float, same: float) -> bool:
+    """Return whether a place lies on a part."""
+    if _far_off(o, e, x, y, same) or off_of(o, e, x, y) > same:
+        return False
+    long = math.hypot(o.dx[e], o.dy[e]) if o.turn_rad[e] == 0.0 else o.dx[e] * abs(o.turn_rad[e])
+    share = share_of(o, e, x, y, same)
+    return -same <= share * long <= long + same
+
+
+@kernel()
+def _add(o: Outlines, e: int, x: float, y: float, same: float, out: F64, count: int) -> int:
+    """Append where a place lies on a part, as a share of it (nothing where it does not)."""
+    if not _far_off(o, e, x, y, same) and off_of(o, e, x, y) <= same:
+        t = share_of(o, e, x, y, same)
+        if 0.0 < t < 1.0:
+            out[count] = t
+            return count + 1
+    return count
+
+
+@kernel()
+def _both(o: Outlines, e: int, f: int, x: float, y: float, room: float, same: float, out: F64, count: int) -> int:
+    """Append a place on part ``e`` where it lies on part ``f`` as well.
+
+    room : how far off it may be: where circles all but touch, half their chord is the root of what cancels. Newton's
+           rule takes it there
+    """
+    for _ in range(STEPS):
+        off_e, ex, ey = _out_of(o, e, x, y)
+        off_f, fx, fy = _out_of(o, f, x, y)
+        across = ex * fy - ey * fx
+        if across == 0.0:
+            break
+        step_x, step_y = (fy * off_e - ey * off_f) / across, (ex * off_f - fx * off_e) / across
+        if math.hypot(step_x, step_y) > room:
+            break
+        x, y = x - step_x, y - step_y
+    return _add(o, e, x, y, 1e3 * same, out, count) if lies_on(o, f, x, y, 1e3 * same) else count
+
+
+@kernel()
+def _crossings(o: Outlines, e: int, f: int, same: float, out: F64) -> int:
+    """Write where part ``e`` meets part ``f``, as shares of ``e``; return how many (at most six)."""
+    count = 0
+    if o.turn_rad[e] == 0.0 and o.turn_rad[f] == 0.0:
+        begin = (o.x[f] - o.x[e]) * o.dy[e] - (o.y[f] - o.y[e]) * o.dx[e]
+        end = begin + o.dx[f] * o.dy[e] - o.dy[f] * o.dx[e]
+        near = 2.0 * same * (abs(o.dx[e]) + abs(o.dy[e]))
+        if min(begin, end) > near or max(begin, end) < -near:
+            return 0  # all of it lies on one side
+        cross = o.dx[e] * o.dy[f] - o.dy[e] * o.dx[f]
+        if cross != 0.0:
+            gap_x, gap_y = o.x[f] - o.x[e], o.y[f] - o.y[e]
+            t = (gap_x * o.dy[f] - gap_y * o.dx[f]) / cross
+            u = (gap_x * o.dy[e] - gap_y * o.dx[e]) / cross
+            slack = same / math.hypot(o.dx[f], o.dy[f])
+            if 0.0 < t < 1.0 and -slack <= u <= 1.0 + slack:
+                out[count] = t
+                count += 1
+    elif o.turn_rad[e] == 0.0 or o.turn_rad[f] == 0.0:
+        line, ring = (e, f) if o.turn_rad[e] == 0.0 else (f, e)
+        length = math.hypot(o.dx[line], o.dy[line])
+        tx, ty = o.dx[line] / length, o.dy[line] / length
+        px, py = o.x[ring] - o.x[line], o.y[ring] - o.y[line]
+        foot, off = px * tx + py * ty, px * ty - py * tx
+        square = (o.dx[ring] - off) * (o.dx[ring] + off)
+        if square > 0.0:
+            half, room = math.sqrt(square), math.sqrt(o.dx[ring] * same)
+            for s in (foot - half, foot + half):
+                if -room <= s <= length + room:
+                    count = _both(o, e, f, o.x[line] + s * tx, o.y[line] + s * ty, room, same, out, count)
+    else:
+        px, py = o.x[f] - o.x[e], o.y[f] - o.y[e]
+        gap = math.hypot(px, py)
+        if gap > same:
+            # From the smaller one: the other's radius takes the last digits of what is as short as a chord's height.
+            a, b = (e, f) if o.dx[e] <= o.dx[f] else (f, e)
+            way = 1.0 if a == e else -1.0
+            along = 0.5 * (gap + (o.dx[a] - o.dx[b]) * (o.dx[a] + o.dx[b]) / gap)
+            square = (o.dx[a] - along) * (o.dx[a] + along)
+            if square > 0.0:
+                half, room = math.sqrt(square), math.sqrt(o.dx[a] * same)
+                for side in (-half, half):
+                    x = o.x[a] + way * (along * px - side * py) / gap
+                    y = o.y[a] + way * (along * py + side * px) / gap
+                    count = _both(o, e, f, x, y, room, same, out, count)
+    # The other part's ends: parts that run along each other cross nowhere.
+    if o.turn_rad[f] == 0.0:
+        count = _add(o, e, o.x[f], o.y[f], same, out, count)
+        count = _add(o, e, o.x[f] + o.dx[f], o.y[f] + o.dy[f], same, out, count)
+    elif abs(o.turn_rad[f]) < math.tau * (1.0 - 1e-15):
+        for angle in (o.from_rad[f], o.from_rad[f] + o.turn_rad[f]):
+            x, y = o.x[f] + o.dx[f] * math.cos(angle), o.y[f] + o.dx[f] * math.sin(angle)
+            count = _add(o, e, x, y, same, out, count)
+    return count
+
+
+def _cuts(o: Outlines, squares: Squares, same: F64) -> tuple[I64, F64]:
+    """Return all cuts: whose (n,), and where (n,)."""
+    parts = len(o.x)
+    found, room = np.empty(parts, np.int64), 16 * parts
+    while True:
+        owner, places = np.empty(room, np.int64), np.empty(room)
+        total = _cut(o, squares, same, found, np.empty(8), owner, places)
+        if total <= room:
+            return owner[:total], places[:total]
+        room = total
+
+
+@kernel()
+def _cut(o: Outlines, squares: Squares, same: F64, found: I64, out: F64, owner: I64, places: F64) -> int:
+    """Write as many cuts as there is room for; return how many there are."""
+    total = 0
+    for a in range(len(o.x)):
+        count = touching(squares, a, found)
+        for k in range(count):
+            b = found[k]
+            for e, f in ((a, b), (b, a)):
+                cuts = _crossings(o, e, f, max(same[e], same[f]), out)
+                for cut in range(cuts):
+                    if total < places.size:
+                        owner[total], places[total] = e, out[cut]
+                    total += 1
+    return total
+
+
+def pieces_between_cuts(o: Outlines, boxes: F64, same: F64) -> tuple[I64, F64, F64]:
+    """Return the pieces between all cuts: whose part, from where to where, as shares of it.
+
+    boxes, same : (n, 4) about each part, and (n,) how near places are one
+    """
+    cut_owner, places = _cuts(o, Squares.of(boxes + same[:, None] * np.array([-1.0, -1.0, 1.0, 1.0])), same)
+    parts = np.arange(len(same))
+    owner = np.concatenate([parts, parts, cut_owner])
+    ends = np.concatenate([np.zeros(len(same)), np.ones(len(same)), places])
+    order = np.lexsort((ends, owner))
+    owner, ends = owner[order], ends[order]
+    low, high = ends[:-1], ends[1:]
+    real = (owner[:-1] == owner[1:]) & (high > low)
+    return owner[:-1][real], low[real], high[real]

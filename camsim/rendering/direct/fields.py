@@ -1,0 +1,385 @@
+"""What photosites see of pictures, gradients and points: direct sums of the point spread over what is visible.
+
+What outlines leave of a picture or a gradient comes from the check's own painter's rule. Samples of a picture whose
+splines are seen whole are looked up in a point spread that is convolved with such a spline. All else is integrated cell
+by cell by Gauss's rule: a cell lies between a picture's knots; one that an outline cuts, line by line.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+import scipy
+
+from camsim.arrays import F64, I64
+from camsim.kept import cached_property
+from camsim.kernels import shared
+from camsim.quadrature import GOLDEN, gauss_legendre, gauss_order
+from camsim.rendering.direct.cells import cell_states, cut_nodes
+from camsim.rendering.direct.painter import Rows, covered
+from camsim.rendering.direct.photosites import over_nodes, over_points, over_samples
+from camsim.rendering.direct.records import Table
+from camsim.rendering.direct.scenery import boxes_about, boxes_of, outlines_of, pieces_of, same_of
+from camsim.rendering.direct.spread import Spline
+from camsim.rendering.grid import Grid
+from camsim.scene import Picture, PointSource, Scene, flattened
+from camsim.scene.arcs import Fineness
+from camsim.scene.gradients import Gradient
+from camsim.scene.raster import DEGREES, Field, axes_of
+from camsim.spectra.component import Component
+from camsim.spectra.curve import Curve, Spectrum
+
+MOST_PHASE = 250.0  # of splines that a point spread is convolved with: it has about as many harmonics
+CELL = 4.0  # of a gradient, waves of the lens's highest frequency, and one of its own
+FAR_NODES, MOST_NODES, MOST_TURN = 4, 120, 0.1
+NODES_A_WAVE = 2.5  # along a side of a cell
+
+
+Tabled: TypeAlias = Callable[[Spline | None], tuple[Table, F64, F64]]
+
+
+class Light(NamedTuple):
+    """What makes a photosite's light of that of planes: the point spread, and (planes, channels, kinds)."""
+
+    table: Table
+    weights: F64
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Seen:
+    """One picture or gradient on a lattice of cells, pitches.
+
+    shape    : rows and columns of cells;  corner: of the first;  ways: (2, 2) along its two sides
+    cut      : outlines (start, end) about what is seen, in cells; None for all of it
+    values   : (planes, …) at places in cells (n, 2), of which rows and columns (n,) are told
+    spline, coefficients : of a picture, (planes, rows, cols): cell (r, c) takes those from (r, c) on
+    degree   : of its splines
+    cycles   : of a gradient, to a cell at the most
+    """
+
+    shape: tuple[int, int]
+    corner: F64
+    ways: F64
+    cut: tuple[F64, F64] | None
+    values: Callable[[F64, I64], F64]
+    coefficients: F64 | None = None
+    degree: int = 0
+    cycles: float = 0.0
+
+    @property
+    def step(self) -> float:
+        """Side of a cell."""
+        return float(np.hypot(*self.ways[0]))
+
+    @cached_property
+    def states(self) -> tuple[np.ndarray, np.ndarray]:
+        """(rows, cols) of cells: which are seen whole, and which an outline cuts."""
+        rows, cols = self.shape
+        if self.cut is None:
+            return np.ones((rows, cols), bool), np.zeros((rows, cols), bool)
+        flips, is_cut = np.zeros((rows, cols + 1), np.int64), np.zeros((rows, cols), bool)
+        cell_states(*self.cut, flips, is_cut)
+        whole: np.ndarray = (np.cumsum(flips, axis=1)[:, :-1] % 2 == 1) & ~is_cut
+        return whole, is_cut
+
+    def whole_samples(self) -> np.ndarray:
+        """Return which coefficients' splines (rows, cols) are seen whole."""
+        whole, n = self.states[0], self.degree + 1
+        padded = np.pad(whole, self.degree)
+        parts = np.lib.stride_tricks.sliding_window_view(padded, (n, n))
+        every: np.ndarray = parts.all(axis=(2, 3))
+        return every
+
+    def cells(self, others: np.ndarray | None) -> I64:
+        """Return rows and columns (n, 2) of cells to be integrated; others: coefficients that are not looked up."""
+        whole, is_cut = self.states
+        wanted: np.ndarray = np.asarray(whole | is_cut)
+        if others is not None:
+            n = self.degree + 1
+            wanted &= np.asarray(np.lib.stride_tricks.sliding_window_view(others, (n, n)).any(axis=(2, 3)))
+        return np.argwhere(wanted)
+
+    def nodes(self, cells: I64, order: int) -> tuple[I64, F64, F64]:
+        """Return where each cell's nodes begin (n + 1,), places (m, 2) and light (m, planes) there."""
+        x, w = gauss_legendre(order)
+        grid = 0.5 * (1.0 + np.stack(np.meshgrid(x, x), axis=-1).reshape(-1, 2))
+        weight = 0.25 * np.outer(w, w).ravel()
+        is_cut = self.states[1][cells[:, 0], cells[:, 1]]
+        counts = np.full(len(cells), order * order)
+        parts = {}
+        if self.cut is not None:
+            for k in np.flatnonzero(is_cut).tolist():
+                parts[k] = cut_nodes(*self.cut, int(cells[k, 1]), int(cells[k, 0]), order)
+                counts[k] = len(parts[k])
+        begin = np.concatenate([[0], np.cumsum(counts)])
+        own = np.repeat(cells, counts, axis=0)
+        t, weights = np.empty((len(own), 2)), np.empty(len(own))
+        here = np.repeat(~is_cut, counts)
+        t[here] = np.tile(grid, (int(np.count_nonzero(~is_cut)), 1))
+        weights[here] = np.tile(weight, int(np.count_nonzero(~is_cut)))
+        for k, part in parts.items():
+            t[begin[k] : begin[k + 1]], weights[begin[k] : begin[k + 1]] = part[:, :2], part[:, 2]
+        places = t + own[:, ::-1]
+        light = self.values(places, own) * (weights * self.step**2)
+        return begin, self.corner + places @ self.ways, np.ascontiguousarray(light.T)
+
+
+class Fields:
+    """What is seen of all of a scene's; allowed: what a sum may be wrong by; highest: frequency, cycles/pitch."""
+
+    def __init__(self, scene: Scene, pitch_um: float, highest: float, allowed: float) -> None:
+        self.scene, self.pitch_um, self.highest, self.allowed = scene, pitch_um, highest, allowed
+        self.shapes = [(k, one) for k, one in enumerate(scene.shapes) if isinstance(one, Picture | Gradient)]
+
+    @cached_property
+    def seen(self) -> list[Seen]:
+        """Pictures and gradients."""
+        return [self._seen(number, shape) for number, shape in self.shapes]
+
+    @property
+    def visible(self) -> bool:
+        """Whether anything is to be seen."""
+        return bool(self.points) or any(seen.cut is None or len(seen.cut[0]) for seen in self.seen)
+
+    @cached_property
+    def points(self) -> list[PointSource]:
+        """Points that nothing covers that is painted later."""
+        points = [(k, one) for k, one in enumerate(self.scene.shapes) if isinstance(one, PointSource)]
+        if not points:
+            return []
+        scene = self.scene.framed(0.5)
+        begins = np.cumsum([0, *(len(flattened([shape])) for shape in scene.shapes)])
+        outlines, owners, primitives = outlines_of(scene, self.pitch_um, self._fine)
+        if not primitives or not len(outlines.x):
+            return [one for _, one in points]
+        boxes = boxes_of(outlines)
+        rows = Rows.of(owners, boxes, same_of(outlines, boxes))
+        at = np.array([one.centre_um for _, one in points]) / self.pitch_um
+        after = begins[np.array([k for k, _ in points])]
+        hidden = np.zeros(len(points), bool)
+        covered(outlines, rows, owners, boxes_about(boxes, owners), at, after, hidden)
+        return [one for (_, one), never in zip(points, hidden.tolist(), strict=True) if not never]
+
+    @property
+    def spectra(self) -> list[Spectrum | Component]:
+        """Those of all planes, and then those of all points."""
+        return [*(own for _, shape in self.shapes for own in shape.spectra), *self._colours]
+
+    @cached_property
+    def _colours(self) -> list[Spectrum]:
+        return list(dict.fromkeys(point.reflectance for point in self.points))
+
+    @cached_property
+    def loudest(self) -> tuple[float, float]:
+        """The largest step of a picture, pitches, and the brightest point, photosites."""
+        steps = [shape.step_um / self.pitch_um for _, shape in self.shapes if isinstance(shape, Picture)]
+        return max(steps, default=0.0), max((point.photosites or 0.0 for point in self.points), default=0.0)
+
+    @property
+    def _fine(self) -> Fineness:
+        return Fineness(1.0 / self.highest, self.allowed)
+
+    def _outline(self, number: int) -> tuple[F64, F64] | None:
+        """Return segments (n, 2) about what is seen of a field, by the painter's rule; None for all of a
+        picture of squares."""
+        field, later = self.scene.shapes[number], self.scene.shapes[number + 1 :]
+        squares = isinstance(field, Picture) and field.interpolation == "squares"
+        if squares and all(isinstance(one, PointSource) for one in later):
+            return None
+        assert isinstance(field, Field)
+        # Two colours that nothing else has.
+        own, beyond = (
+            Curve((400.0, 700.0), ends, name="the picture", outside="hold") for ends in ((0.25, 0.75), (0.75, 0.25))
+        )
+        covered_by = Scene(background=beyond, shapes=[field.frame(own), *later]).framed(0.5)
+        pieces, spectra = pieces_of(covered_by, self.pitch_um, self._fine)
+        which = spectra.index(own) if own in spectra else -1
+        mine = (pieces.left == which) | (pieces.right == which)
+        o = pieces.outlines.some(mine)
+        straight = o.turn_rad == 0.0
+        begin = np.stack([o.x, o.y], axis=1)[straight]
+        starts, ends = [begin], [begin + np.stack([o.dx, o.dy], axis=1)[straight]]
+        # What a side of a curve leaves where samples cut it is its area, about s³/(72·√3·R), times the light's peak.
+        for x, y, radius, first, turn in np.stack([o.x, o.y, o.dx, o.from_rad, o.turn_rad], axis=1)[~straight].tolist():
+            side = min(math.cbrt(72.0 * radius * self.allowed), 0.5 / self.highest)
+            count = math.ceil(max(radius * abs(turn) / side, abs(turn) / MOST_TURN))
+            angle = first + turn * np.arange(count + 1) / count
+            # Sides of the area of the curve lie beyond it in their ends.
+            part = abs(turn) / count
+            out = np.full(count + 1, radius * math.sqrt(part / math.sin(part)))
+            if abs(turn) < 2.0 * math.pi * (1.0 - 1e-12):
+                out[[0, -1]] = radius
+            corners = np.stack([x + out * np.cos(angle), y + out * np.sin(angle)], axis=1)
+            starts.append(corners[:-1])
+            ends.append(corners[1:])
+        return np.concatenate(starts), np.concatenate(ends)
+
+    def _seen(self, number: int, shape: Picture | Gradient) -> Seen:
+        outline = self._outline(number)
+        axes, middle = axes_of(shape.rotate_deg), np.array(shape.centre_um) / self.pitch_um
+        if isinstance(shape, Gradient):
+            cycles = shape.cycles_per_um * self.pitch_um
+            side = min(CELL / self.highest, 1.0 / cycles if cycles else math.inf)
+            cols, rows = (2 * math.ceil(half / self.pitch_um / side) for half in shape.half_um)
+        else:
+            side, (rows, cols) = shape.step_um / self.pitch_um, shape.shape
+            if shape.interpolation != "squares":
+                rows, cols = rows + 1, cols + 1
+        corner = middle - 0.5 * side * (np.array([cols, rows], float) @ axes)
+        cut = None
+        if outline is not None:
+            start, end = ((ends - corner) @ axes.T / side for ends in outline)
+            cut = start, end
+        place = functools.partial(Seen, shape=(rows, cols), corner=corner, ways=side * axes, cut=cut)
+        if isinstance(shape, Gradient):
+
+            def of_gradient(places: F64, own: I64) -> F64:
+                x, y = (places - 0.5 * np.array([cols, rows])).T * (side * self.pitch_um)
+                return shape.planes_at(x, y)
+
+            return place(values=of_gradient, cycles=cycles * side)
+        degree = DEGREES[shape.interpolation]
+        coefficients = _coefficients(np.array(shape.planes, np.float64), degree)
+        values = functools.partial(_splines, coefficients, degree)
+        return place(values=values, coefficients=coefficients, degree=degree)
+
+    def light(self, points: F64, channels: int, tabled: Tabled) -> F64:
+        """Return (n, channels) what is seen at points (n, 2); tabled: see ``Judge``."""
+        out = np.zeros((len(points), channels))
+        first = 0
+        for (_, shape), seen in zip(self.shapes, self.seen, strict=True):
+            self._add(seen, slice(first, first + len(shape.spectra)), points, tabled, out)
+            first += len(shape.spectra)
+        if self.points:
+            behind = _light(tabled(None), slice(first, None))
+            at = np.array([point.centre_um for point in self.points]) / self.pitch_um
+            size = np.array([point.photosites or 0.0 for point in self.points])
+            colour = np.array([self._colours.index(point.reflectance) for point in self.points])
+            shared(len(points), functools.partial(over_points, points, at, size, colour, *behind, out))
+        return out
+
+    def nodes(self, until: float) -> float:
+        """Return about how many places a photosite takes that is summed; until: as far as rings are heard, pitches."""
+        total = float(len(self.points))
+        for seen in self.seen:
+            cells = float(seen.states[0].size)
+            near = min(cells, math.pi * (until / seen.step + 1.0) ** 2)
+            each = (NODES_A_WAVE * self.highest * seen.step + FAR_NODES) ** 2
+            total += cells + near * each if seen.coefficients is None else cells + near * each * 4.0 / math.sqrt(cells)
+        return total
+
+    def places(self, grid: Grid, count: int) -> F64:
+        """Return places (n, 2) that are hard: outlines in front of fields, these' middles and corners, and points."""
+        low = np.array(grid.first_centre)
+        found = [np.empty((0, 2))]
+        for (_, shape), seen in zip(self.shapes, self.seen, strict=True):
+            middle, half = np.array(shape.centre_um) / self.pitch_um, np.array(shape.half_um) / self.pitch_um
+            axes = axes_of(shape.rotate_deg)
+            sides = np.array([(0, 0), (-1, -1), (1, 1), (1, -1), (-1, 1)])
+            own = [middle + (sides * half) @ axes]
+            if seen.cut is not None and len(seen.cut[0]):
+                along = seen.corner + 0.5 * (seen.cut[0] + seen.cut[1]) @ seen.ways
+                inside = along[np.all((along >= low - 0.5) & (along <= low + np.array([grid.cols, grid.rows])), axis=1)]
+                own.insert(0, inside[(np.arange(min(count, len(inside))) * GOLDEN % 1.0 * len(inside)).astype(int)])
+            found.append(np.concatenate(own))
+        # What shows a point that lies under a shape is wrong.
+        points = [one for one in self.scene.shapes if isinstance(one, PointSource)]
+        points.sort(key=lambda point: -(point.photosites or 0.0))
+        found.append(np.array([point.centre_um for point in points[:count]]).reshape(-1, 2) / self.pitch_um)
+        # In turn from each of them.
+        rank = np.concatenate([np.arange(len(own)) for own in found])
+        return np.concatenate(found)[np.argsort(rank, kind="stable")]
+
+    def _add(self, seen: Seen, planes: slice, points: F64, tabled: Tabled, out: F64) -> None:
+        others = None
+        if seen.coefficients is not None:
+            along = seen.ways[0] / seen.step
+            spline = Spline(seen.degree, seen.step, (float(along[0]), float(along[1])))
+            whole = np.zeros(seen.coefficients.shape[1:], bool)
+            if 2.0 * math.pi * self.highest * spline.extent <= MOST_PHASE:
+                whole = seen.whole_samples()
+                behind = _light(tabled(spline), planes, seen.step**2)
+                # A spline's middle, in cells.
+                at = seen.corner + (0.5 - 0.5 * seen.degree) * seen.ways.sum(axis=0)
+                shared(
+                    len(points),
+                    functools.partial(over_samples, points, seen.coefficients, whole, at, seen.ways, *behind, out),
+                )
+            others = ~whole
+            if whole.all():
+                return
+            seen = Seen(
+                shape=seen.shape, corner=seen.corner, ways=seen.ways, cut=seen.cut, coefficients=seen.coefficients,
+                values=functools.partial(_splines, seen.coefficients * others, seen.degree), degree=seen.degree,
+            )  # fmt: skip
+        cells = seen.cells(others)
+        if not len(cells):
+            return
+        behind = _light(tabled(None), planes)
+        centres = seen.corner + (cells[:, ::-1] + 0.5) @ seen.ways
+        reach = behind.table.until + 0.75 * seen.step
+        near = np.zeros(len(cells), bool)
+        for point in points:
+            near |= np.hypot(*(centres - point).T) < reach
+        phase = math.pi * (self.highest * seen.step + seen.cycles)
+        fine = seen.nodes(cells[near], gauss_order(phase, max(self.allowed, 1e-12), most=MOST_NODES) + seen.degree // 2)
+        smooth = gauss_order(math.pi * seen.cycles, max(self.allowed, 1e-12), least=FAR_NODES)
+        coarse = seen.nodes(cells, smooth)
+        begins = np.full((len(cells), 2), 0)
+        begins[near, 0], begins[near, 1] = fine[0][:-1], fine[0][1:]
+        shared(
+            len(points),
+            functools.partial(
+                over_nodes, points, centres, reach, begins, fine[1], fine[2], coarse[0], coarse[1], coarse[2],
+                *behind, out,
+            ),
+        )  # fmt: skip
+
+
+def _light(tabled: tuple[Table, F64, F64], planes: slice, times: float = 1.0) -> Light:
+    """Return a table and what its kinds of light weigh in some planes."""
+    return Light(tabled[0], np.ascontiguousarray(times * tabled[2][planes]))
+
+
+def _coefficients(planes: F64, degree: int) -> F64:
+    """Return those of splines through samples (planes, rows, cols), mirrored at either end, and as many more there.
+
+    Such a spline is a cosine series, of which each is divided by what the splines pass.
+    """
+    for axis in (1, 2) if degree == 3 else ():
+        count = planes.shape[axis]
+        form = [1, 1, 1]
+        form[axis] = count
+        passed = (2.0 + np.cos(np.pi * np.arange(count) / count)) / 3.0
+        planes = scipy.fft.idct(scipy.fft.dct(planes, axis=axis) / passed.reshape(form), axis=axis)
+    more = (degree + 1) // 2
+    return np.ascontiguousarray(np.pad(planes, ((0, 0), (more, more), (more, more)), mode="symmetric"))
+
+
+def _splines(coefficients: F64, degree: int, places: F64, own: I64) -> F64:
+    """Return (planes, n) at places in cells, each in its own."""
+    total = np.zeros((len(coefficients), len(places)))
+    across, down = (_weights(degree, places[:, axis] - own[:, 1 - axis]) for axis in (0, 1))
+    for i in range(degree + 1):
+        for j in range(degree + 1):
+            total += coefficients[:, own[:, 0] + i, own[:, 1] + j] * (down[:, i] * across[:, j])
+    return total
+
+
+def _weights(degree: int, t: F64) -> F64:
+    """Return (n, degree + 1) splines by Cox and de Boor's recursion, on whole knots."""
+    weights = np.ones((t.size, 1))
+    for d in range(1, degree + 1):
+        wider = np.zeros((t.size, d + 1))
+        for k in range(d):
+            # Of spline k of degree d − 1, whose support begins d − 1 − k knots before this patch.
+            since = t + (d - 1 - k)
+            wider[:, k + 1] += weights[:, k] * since / d
+            wider[:, k] += weights[:, k] * (d - since) / d
+        weights = wider
+    return weights

@@ -1,0 +1,190 @@
+"""The judge of renderings behind a round lens: photosites computed again, from the scene itself, by direct sums."""
+
+from __future__ import annotations
+
+import functools
+import math
+
+import numpy as np
+
+from camsim.arrays import F64, I64, U8, kinds_of
+from camsim.kept import cached_property
+from camsim.kernels import shared
+from camsim.products import product
+from camsim.rendering.direct.checks import Found
+from camsim.rendering.direct.fields import Fields
+from camsim.rendering.direct.light import condensed, count_of, densities, heard_until
+from camsim.rendering.direct.photosites import along_outlines
+from camsim.rendering.direct.places import hardest_photosites, how_many
+from camsim.rendering.direct.records import Table
+from camsim.rendering.direct.scenery import Pieces, pieces_of
+from camsim.rendering.direct.spread import Spline, phases_of, tabled
+from camsim.rendering.engine import Plan
+from camsim.rendering.job import Job
+from camsim.rendering.spectral import carrying
+from camsim.scene import Scene
+from camsim.scene.arcs import Fineness
+
+OF_TOLERANCE = 0.1  # what all of it may be wrong by
+OF_RINGS, OF_TABLE, OF_PANELS, OF_CURVES = 0.4, 0.05, 0.05, 0.1  # of that
+MOST_NODES = 24  # of a panel
+NODES_A_WAVE, FAR_NODES = 3.0, 6.0  # of a piece, near by and at the least
+NODE_SECONDS, ROW_SECONDS = 3e-8, 1e-6  # of one core: of a node, and of a table as far as one wave
+
+
+class Judge:
+    """What recomputes photosites of a job; ``scene``: where pictures are left out of the job's own.
+
+    Of the job it takes what came in (scene, optics, grid, light) and nothing that was made of it: outlines, painter's
+    order, spectra, wavelengths and point spread are its own.
+    """
+
+    def __init__(self, job: Job, scene: Scene | None = None, tolerance: float | None = None) -> None:
+        self.job = job
+        self.scene = job.scene if scene is None else scene
+        self.allowed = OF_TOLERANCE * (job.tolerance if tolerance is None else tolerance)
+
+    @cached_property
+    def _highest(self) -> float:
+        """The highest frequency that passes the lens, cycles/pitch."""
+        felt_nm = self.job.wavelength_nm[carrying(self.job.response)]
+        return self.job.system.highest_per_um(felt_nm) * self.job.grid.pitch_um
+
+    @cached_property
+    def _fields(self) -> Fields:
+        """Pictures, gradients and points."""
+        return Fields(self.scene, self.job.grid.pitch_um, self._highest, OF_CURVES * self.allowed)
+
+    @cached_property
+    def _seen(self) -> tuple[Pieces, F64, F64, F64]:
+        """Pieces of outlines, pictures black, wavelengths (n,), and what each spectrum gives there (spectra, channels,
+        n): of surfaces, and of fields."""
+        job = self.job
+        fine = Fineness(1.0 / self._highest, OF_CURVES * self.allowed)
+        pieces, spectra = pieces_of(self.scene.framed(0.0), job.grid.pitch_um, fine)
+        wavelength_nm, density, full = densities(spectra, job.response, job.wavelength_nm)
+        of_fields = density[:0]
+        if self._fields.spectra:
+            of_fields = densities(self._fields.spectra, job.response, job.wavelength_nm, full)[1]
+        return pieces, wavelength_nm, density, of_fields
+
+    @cached_property
+    def base(self) -> F64:
+        """The background in each channel."""
+        background: F64 = self._seen[2][0].sum(axis=1)
+        return background
+
+    @cached_property
+    def _until(self) -> float:
+        """As far as rings are heard, pitches."""
+        pieces, wavelength_nm, density, of_fields = self._seen
+        contrast = np.concatenate([density[1:] - density[0], of_fields])
+        return heard_until(
+            self.job.system, self.job.grid.pitch_um, wavelength_nm, contrast, pieces, OF_RINGS * self.allowed,
+            self._fields.loudest,
+        )  # fmt: skip
+
+    @cached_property
+    def _light(self) -> tuple[F64, F64]:
+        """Wavelengths (j,), and what signals at all wavelengths are to be multiplied by (n, j)."""
+        wavelength_nm = self._seen[1]
+        system, pitch_um = self.job.system, self.job.grid.pitch_um
+        if not system.chromatic:
+            return wavelength_nm[:1], np.ones((wavelength_nm.size, 1))
+        blur = system.blurs_um(np.array([wavelength_nm.min(), wavelength_nm.max()])) / pitch_um
+        phase = 2.0 * math.pi * self._until * float(1.0 / blur.min() - 1.0 / blur.max())
+        return condensed(wavelength_nm, count_of(wavelength_nm.size, phase, self.allowed))
+
+    def _tabled(self, spline: Spline | None = None) -> tuple[Table, F64, F64]:
+        """Return the point spread, and how much of its kinds of light there is in each spectrum less the background,
+        (spectra, channels, kinds), and in each of fields (planes, channels, kinds)."""
+        _, _, density, of_fields = self._seen
+        wavelength_nm, matrix = self._light
+        signals = np.concatenate([density - density[0], of_fields]) if spline is None else of_fields
+        table, mixture = tabled(
+            self.job.system,
+            self.job.grid.pitch_um,
+            wavelength_nm,
+            product(signals.reshape(-1, len(matrix)), matrix),
+            until=self._until + (0.0 if spline is None else spline.extent),
+            allowed=OF_TABLE * self.allowed,
+            spline=spline,
+        )
+        mixture = mixture.reshape(*signals.shape[:2], -1)
+        surfaces = len(mixture) - len(of_fields)
+        return table, mixture[:surfaces], mixture[surfaces:]
+
+    def hardest(self, plan: Plan) -> tuple[I64, I64]:
+        """Return rows and columns of the photosites to look at."""
+        if self._nothing:
+            return np.zeros(1, np.int64), np.zeros(1, np.int64)
+        count = self._count(plan)
+        more = self._fields.places(self.job.grid, count)
+        return hardest_photosites(self._seen[0].outlines, more, self.job.grid, plan.marks, count=count)
+
+    @property
+    def _nothing(self) -> bool:
+        return not len(self._seen[0].left) and not self._fields.visible
+
+    def _count(self, plan: Plan) -> int:
+        """Return how many photosites are looked at."""
+        return how_many(
+            self.job.grid.rows * self.job.grid.cols,
+            render_seconds=plan.cost.seconds,
+            check_seconds=self._seconds_each,
+            fewest=plan.fewest,
+        )
+
+    @cached_property
+    def _seconds_each(self) -> float:
+        """What one photosite is expected to take."""
+        length = self._seen[0].outlines.length
+        nodes = NODES_A_WAVE * self._highest * np.minimum(length, 2.0 * self._until) + FAR_NODES
+        of_fields = NODE_SECONDS * self._fields.nodes(self._until) if self._fields.visible else 0.0
+        return NODE_SECONDS * float(nodes.sum()) + of_fields
+
+    def seconds(self, plan: Plan) -> float:
+        """Return what the check is expected to take."""
+        if self._nothing:
+            return 0.0
+        return ROW_SECONDS * (self._until * self._highest) ** 2 + self._count(plan) * self._seconds_each
+
+    def compare(self, plan: Plan, values: F64, right: F64, rows: I64, cols: I64) -> Found:
+        """Compare an image's values at photosites with what they should be; what is no number is off by infinity."""
+        difference = np.abs(values - right)
+        difference = np.where(np.isnan(difference), np.inf, difference)
+        worst = int(np.argmax(difference))
+        return Found(
+            error=float(difference[worst]),
+            row=int(rows[worst]),
+            col=int(cols[worst]),
+            photosites=rows.size,
+            standard_error=plan.standard_error(rows, cols),
+        )
+
+    def values(self, rows: I64, cols: I64, sets: U8) -> F64:
+        """Compute photosites again, each in its channel of ``sets`` (..., photosites)."""
+        x0, y0 = self.job.grid.first_centre
+        points = np.stack([x0 + cols, y0 + rows], axis=1).astype(float)
+        light = self.base + self._of_edges(points)
+        if self._fields.visible:
+            light = light + self._fields.light(points, len(self.base), self._tabled)
+        return np.take_along_axis(light.T, sets.reshape(-1, rows.size).astype(np.int64), axis=0).reshape(sets.shape)
+
+    def _of_edges(self, points: F64) -> F64:
+        """Return what outlines add at points (n, 2) in all channels (n, channels)."""
+        pieces, _, density, _ = self._seen
+        out = np.zeros((len(points), density.shape[1]))
+        if not len(pieces.left):
+            return out
+        table, of_kinds, _ = self._tabled()
+        both, pair = kinds_of(pieces.left * len(density) + pieces.right)
+        left, right = np.divmod(both, len(density))
+        rules, phases = phases_of(OF_PANELS * self.allowed, MOST_NODES)
+        work = functools.partial(
+            along_outlines, points, pieces.outlines, pieces.outlines.length, pair,
+            np.ascontiguousarray(of_kinds[left] - of_kinds[right]), table, rules, phases,
+            float(phases[-1] / (math.pi * self._highest)), out,
+        )  # fmt: skip
+        shared(len(points), work)
+        return out

@@ -1,0 +1,136 @@
+"""The check's own wavelengths: signals made from the curves themselves, few nodes for many, how far rings are heard."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from camsim.arrays import F64
+from camsim.optics import OpticalSystem, RoundLens
+from camsim.products import product
+from camsim.rendering.direct.scenery import Pieces
+from camsim.rendering.direct.spread import breaks_of, fades, smooth_energy
+from camsim.spectra.component import Component
+from camsim.spectra.curve import Spectrum, spectrum_at
+
+FEWEST, MORE = 12, 8  # nodes: at the least, and beyond half a node for every radian
+NEAREST, FARTHEST, STEP, EACH = 4.0, 1200.0, 1.2, 8  # blurs at which rings are looked at, and places in each
+OF_LINE = 0.2  # a line's over a whole circle's, times the root of blurs
+OF_SAMPLES = 0.4  # likewise of samples a blur apart, that add up as of random phases
+CROWD = 4000  # edges, that add up as of random phases
+MOST_SIGNALS = 24
+DIRECTIONS = 180
+
+
+def densities(
+    spectra: Sequence[Spectrum | Component], response: F64, wavelength_nm: F64, full: F64 | None = None
+) -> tuple[F64, F64, F64]:
+    """Return wavelengths (n,) that carry signal, what each gives (spectra, channels, n), and full scale (channels,).
+
+    response : (channels, m) signal of a perfect diffuser, quadrature weight included
+    full     : of a scene of which these spectra are a part
+    """
+    seen = (response != 0.0).any(axis=0)
+    if not seen.any():
+        seen = np.arange(wavelength_nm.size) == 0
+    density = np.stack([spectrum_at(s, wavelength_nm[seen]) for s in spectra])[:, None] * response[None, :, seen]
+    if full is None:
+        full = np.maximum(response.sum(axis=1), density.sum(axis=2).max(axis=0))
+        full = np.where(full > 0.0, full, 1.0)
+    return wavelength_nm[seen], density / full[:, None], full
+
+
+def count_of(count: int, phase: float, allowed: float) -> int:
+    """Return to how many nodes so many wavelengths are moved; see ``condensed``."""
+    return min(count, max(FEWEST, math.ceil(0.5 * phase + math.cbrt(phase) + MORE - 3.0 * math.log10(allowed))))
+
+
+def condensed(wavelength_nm: F64, count: int) -> tuple[F64, F64]:
+    """Return Chebyshev nodes (count,) and a matrix (n, count): signals times it weigh every polynomial as before."""
+    if wavelength_nm.size == count:
+        return wavelength_nm, np.eye(count)
+    low, high = float(wavelength_nm.min()), float(wavelength_nm.max())
+    angle = math.pi * (np.arange(count) + 0.5) / count
+    nodes = 0.5 * (low + high) - 0.5 * (high - low) * np.cos(angle)
+    # ℓ_j(x) = (2/n) Σ' T_k(x_j)·T_k(x): sums of cosines, no differences of neighbours.
+    place = np.arccos(np.clip((low + high - 2.0 * wavelength_nm) / (high - low), -1.0, 1.0))
+    degree = np.arange(count)
+    at_nodes, at_places = np.cos(np.outer(degree, angle)), np.cos(np.outer(degree, place))
+    at_places[0] *= 0.5
+    return nodes, (2.0 / count) * product(np.ascontiguousarray(at_places.T), at_nodes)
+
+
+def heard_until(
+    system: OpticalSystem,
+    pitch_um: float,
+    wavelength_nm: F64,
+    contrast: F64,
+    pieces: Pieces,
+    allowed: float,
+    loudest: tuple[float, float],
+) -> float:
+    """Return a distance, pitches, past which rings of any outline are no louder than allowed.
+
+    contrast : (spectra, channels, n) what each gives beside the background
+    loudest  : the largest step of a picture, pitches, and the brightest point, square pitches
+    """
+    blur = system.blurs_um(wavelength_nm) / pitch_um
+    longest = float(blur.max())
+    nm = float(wavelength_nm[int(blur.argmax())])
+    extent = system.extent_um / pitch_um
+    distance = NEAREST * np.float64(STEP) ** np.arange(math.ceil(math.log(FARTHEST / NEAREST) / math.log(STEP)))
+    places = distance[:, None] + (STEP - 1.0) * distance[:, None] * np.arange(EACH) / EACH
+    swing = _swing(system, nm, pitch_um, places * longest).max(axis=1)
+    only_fades = fades(system)  # what is left of it is no wave: it has one sign
+    loud = swing if only_fades else swing * _passed(system, pitch_um, wavelength_nm)
+    crowd = math.sqrt(max(1.0, min(len(pieces.left), CROWD) / 4.0))
+    step, point = loudest[0] / longest, loudest[1] / longest**2
+    share = OF_LINE / np.sqrt(distance) * crowd + min(OF_SAMPLES * step, 1.0) + point / distance
+    if only_fades:
+        share = np.maximum(share, 1.0)
+    elif system.chromatic and wavelength_nm.size > 1:
+        heard = np.flatnonzero(loud * share > allowed)
+        loud[heard] *= _in_step(system, pitch_um, wavelength_nm, contrast, places[heard] * longest)
+    of_lines = _last(distance, loud * share, allowed)
+    bent = np.flatnonzero(pieces.outlines.turn_rad != 0.0)
+    radius = pieces.outlines.dx[bent] / longest
+    turn = np.abs(pieces.outlines.turn_rad[bent]) / (2.0 * math.pi)
+    loud_there = np.interp(radius, distance, loud) * turn > allowed
+    of_circles = float(radius[loud_there & (radius < FARTHEST)].max(initial=0.0))
+    return max(of_lines, of_circles + 2.0) * longest + extent
+
+
+def _in_step(system: OpticalSystem, pitch_um: float, wavelength_nm: F64, contrast: F64, places: F64) -> F64:
+    """Return (n,) how much of the rings of a spectrum is in step at the most of places (n, m), pitches."""
+    signals = contrast.reshape(-1, wavelength_nm.size)
+    signals = signals[:: max(1, len(signals) // MOST_SIGNALS)].astype(complex)
+    assert isinstance(system.lens, RoundLens)
+    most = np.zeros(places.size)
+    for u in system.lens.pattern().breaks:
+        turns = np.exp((2j * math.pi * u) * places.ravel()[:, None] / (system.blurs_um(wavelength_nm) / pitch_um))
+        most = np.maximum(most, np.abs(np.einsum("sn,rn->sr", signals, turns)).max(axis=0, initial=0.0))
+    found: F64 = np.minimum(most, 1.0).reshape(places.shape).max(axis=1, initial=0.0)
+    return found
+
+
+def _last(distance: np.ndarray, loud: np.ndarray, allowed: float) -> float:
+    """Return where something that falls is louder than allowed for the last time."""
+    above = np.flatnonzero(loud > allowed)
+    return float(distance[min(int(above[-1]) + 1, len(distance) - 1)]) if above.size else NEAREST
+
+
+def _swing(system: OpticalSystem, nm: float, pitch_um: float, r: F64) -> F64:
+    """Return how far the energy within radii r is off its smooth powers."""
+    lens = system.lens
+    assert isinstance(lens, RoundLens)
+    swing: F64 = np.abs(lens.encircled_energy(r * pitch_um, nm) - smooth_energy(system, pitch_um, nm, r))
+    return swing
+
+
+def _passed(system: OpticalSystem, pitch_um: float, wavelength_nm: F64) -> float:
+    """Return how much of rings OLPF and photosite pass, at the most."""
+    angle = math.pi * np.arange(DIRECTIONS)[:, None] / DIRECTIONS
+    f = breaks_of(system, pitch_um, wavelength_nm[[0, -1]]) / pitch_um
+    return float(np.abs(system.footprint_otf(f * np.cos(angle), f * np.sin(angle))).max())

@@ -1,0 +1,340 @@
+"""What photosites see: Σ (left − right)·∮ G dφ along pieces of outlines, and sums of the point spread over places."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from camsim.arrays import F64, I64
+from camsim.kernels import kernel
+from camsim.rendering.direct.records import POWERS, Outlines, Table
+
+FAR_LENGTH, SMALL_LENGTH = 0.5, 0.1  # of its distance: the longest far panel, and one for which two nodes do
+FAR_NODES, SMALL_NODES = 4, 2
+MOST_TURN = 1.0  # of a panel of an arc, radians
+DEEP = 96  # halvings
+
+
+@kernel(forceinline=True)
+def _turned(x: float, y: float, times: int) -> tuple[float, float]:
+    """Return the power of a unit vector as a complex number."""
+    a, b = x, y
+    for _ in range(times - 1):
+        a, b = a * x - b * y, a * y + b * x
+    return a, b
+
+
+@kernel()
+def _near(values: F64, t: Table, r: float, x: float, y: float, out: F64) -> None:
+    """Set what a table has (kinds,) at a distance in the direction of a unit vector."""
+    zone = len(t.starts) - 1
+    while r < t.starts[zone]:
+        zone -= 1
+    place = (r - t.starts[zone]) * t.per_pitch[zone]
+    cell = int(place)
+    u = place - cell
+    cell += t.first[zone]
+    v = 1.0 - u
+    w0, w1, w2 = v * v * v * (1.0 + 3.0 * u + 6.0 * u * u), v * v * v * u * (1.0 + 3.0 * u), 0.5 * v * v * v * u * u
+    w3, w4 = u * u * u * (1.0 + 3.0 * v + 6.0 * v * v), -u * u * u * v * (1.0 + 3.0 * v)
+    w5 = 0.5 * u * u * u * v * v
+    here, there = values[cell], values[cell + 1]
+    kinds = t.kinds
+    for q in range(kinds):
+        out[q] = (
+            w0 * here[0, q] + w1 * here[1, q] + w2 * here[2, q] + w3 * there[0, q] + w4 * there[1, q] + w5 * there[2, q]
+        )
+    if t.cosines == 0:
+        return
+    step_c, step_s = _turned(x, y, t.step)
+    c, s = step_c, step_s
+    for n in range(1, t.cosines + 1):
+        for q in range(kinds):
+            k = n * kinds + q
+            out[q] += c * (
+                w0 * here[0, k] + w1 * here[1, k] + w2 * here[2, k]
+                + w3 * there[0, k] + w4 * there[1, k] + w5 * there[2, k]
+            )  # fmt: skip
+        if t.sines:
+            for q in range(kinds):
+                k = (t.cosines + n) * kinds + q
+                out[q] += s * (
+                    w0 * here[0, k] + w1 * here[1, k] + w2 * here[2, k]
+                    + w3 * there[0, k] + w4 * there[1, k] + w5 * there[2, k]
+                )  # fmt: skip
+        c, s = c * step_c - s * step_s, c * step_s + s * step_c
+
+
+@kernel()
+def _far(t: Table, inside: bool, r: float, x: float, y: float, out: F64) -> None:
+    """Set the far point spread (kinds,), or how much is missing of G where r is infinite."""
+    one = 1.0 / r
+    step_c, step_s = 1.0, 0.0
+    if t.far > 1:
+        step_c, step_s = _turned(x, y, t.step)
+    c, s = 1.0, 0.0
+    out[:] = 0.0
+    for n in range(t.far):
+        for side in range(2 if t.sines and n else 1):
+            h = n + side * t.cosines
+            turn = s if side else c
+            for q in range(t.kinds):
+                total = 0.0
+                for p in range(POWERS - 1, -1, -1):
+                    # p is of r^{−p−3}; G lacks that over −(p + 1) of r^{−p−1}.
+                    total = total * one + (-t.powers[h, q, p] / (p + 1.0) if inside else t.powers[h, q, p])
+                out[q] += turn * total * (one if inside else one * one * one)
+        c, s = c * step_c - s * step_s, c * step_s + s * step_c
+
+
+@kernel()
+def _ends(t: Table, x: float, y: float, x1: float, y1: float, out: F64) -> None:
+    """Set ∫ G dφ (kinds,) from the direction of one unit vector to that of another, where r is infinite."""
+    angle = math.atan2(x * y1 - y * x1, x * x1 + y * y1)
+    for q in range(t.kinds):
+        out[q] = t.ends[0, q] * angle
+    if t.ending < 2:
+        return
+    step_c, step_s = _turned(x, y, t.step)
+    step_c1, step_s1 = _turned(x1, y1, t.step)
+    c, s, c1, s1 = step_c, step_s, step_c1, step_s1
+    for n in range(1, t.ending):
+        for q in range(t.kinds):
+            out[q] += t.ends[n, q] * (s1 - s) / (n * t.step)
+            if t.sines:
+                out[q] -= t.ends[t.cosines + n, q] * (c1 - c) / (n * t.step)
+        c, s = c * step_c - s * step_s, c * step_s + s * step_c
+        c1, s1 = c1 * step_c1 - s1 * step_s1, c1 * step_s1 + s1 * step_c1
+
+
+@kernel(forceinline=True)
+def _at(o: Outlines, e: int, t: float) -> tuple[float, float, float, float]:
+    """Return a place on a part, at a share of it, and the way there for all of the part's length."""
+    if o.turn_rad[e] == 0.0:
+        return o.x[e] + t * o.dx[e], o.y[e] + t * o.dy[e], o.dx[e], o.dy[e]
+    angle = o.from_rad[e] + t * o.turn_rad[e]
+    x, y = o.dx[e] * math.cos(angle), o.dx[e] * math.sin(angle)
+    return o.x[e] + x, o.y[e] + y, -o.turn_rad[e] * y, o.turn_rad[e] * x
+
+
+@kernel()
+def _beside_chord(
+    o: Outlines, e: int, t0: float, t1: float, point: tuple[float, float], t: Table, out: F64
+) -> float:  # fmt: skip
+    """Set the far point spread (kinds,) in the middle of what lies between an arc and its chord; return its area."""
+    turn, middle = (t1 - t0) * o.turn_rad[e], o.from_rad[e] + 0.5 * (t0 + t1) * o.turn_rad[e]
+    bulge = turn - math.sin(turn)
+    # Of a whole circle it is the centre.
+    away = 0.0 if bulge == 0.0 else o.dx[e] * 4.0 * math.sin(0.5 * turn) ** 3 / (3.0 * bulge)
+    x, y = o.x[e] + away * math.cos(middle) - point[0], o.y[e] + away * math.sin(middle) - point[1]
+    r = math.hypot(x, y)
+    _far(t, False, r, x / r, y / r, out)
+    return 0.5 * o.dx[e] * o.dx[e] * bulge
+
+
+@kernel(allocates=True)
+def along_outlines(
+    points: F64,
+    o: Outlines,
+    length: F64,
+    pair: I64,
+    weights: F64,
+    t: Table,
+    rules: F64,
+    phases: F64,
+    longest: float,
+    out: F64,
+    begin: int,
+    end: int,
+) -> None:
+    """Add what photosites (n, 2) see to ``out`` (n, channels).
+
+    pair, weights : each piece's (pieces,), and left less right (pairs, channels, kinds)
+    rules, phases : Gauss rules by their number of nodes, and which phases they follow;  longest: panel near by
+    """
+    seen, total = np.empty(t.kinds), np.empty(t.kinds)
+    stack = np.empty((DEEP, 2))
+    per_length = phases[-1] / longest
+    for p in range(begin, end):
+        px, py = points[p, 0], points[p, 1]
+        for e in range(len(length)):
+            turn = abs(o.turn_rad[e])
+            x0, y0, x1, y1 = 0.0, 0.0, 0.0, 0.0
+            total[:] = 0.0
+            stack[0, 0], stack[0, 1], depth = 0.0, 1.0, 1
+            while depth > 0:
+                depth -= 1
+                t0, t1 = stack[depth, 0], stack[depth, 1]
+                long = (t1 - t0) * length[e]
+                x, y, _, _ = _at(o, e, 0.5 * (t0 + t1))
+                nearest = math.hypot(x - px, y - py) - 0.5 * long
+                is_far = nearest >= t.until
+                is_small = is_far and long < SMALL_LENGTH * nearest
+                if (
+                    (long > (FAR_LENGTH * nearest if is_far else longest) or turn * (t1 - t0) > MOST_TURN)
+                    and not is_small
+                    and depth + 2 <= DEEP
+                ):
+                    middle = 0.5 * (t0 + t1)
+                    stack[depth, 0], stack[depth, 1] = t0, middle
+                    stack[depth + 1, 0], stack[depth + 1, 1] = middle, t1
+                    depth += 2
+                    continue
+                if is_far:
+                    order = SMALL_NODES if is_small else FAR_NODES
+                    x0, y0, _, _ = _at(o, e, t0)
+                    x1, y1, _, _ = _at(o, e, t1)
+                    r, r1 = math.hypot(x0 - px, y0 - py), math.hypot(x1 - px, y1 - py)
+                    _ends(t, (x0 - px) / r, (y0 - py) / r, (x1 - px) / r1, (y1 - py) / r1, seen)
+                    for q in range(t.kinds):
+                        total[q] += seen[q]
+                    if is_small and turn > 0.0:
+                        # What lies between an arc and its chord is its area, where its middle is.
+                        area = _beside_chord(o, e, t0, t1, (px, py), t, seen)
+                        for q in range(t.kinds):
+                            total[q] += area * seen[q]
+                else:
+                    order = 1
+                    while phases[order - 1] < per_length * long and order < len(phases):
+                        order += 1
+                dx, dy, share = x1 - x0, y1 - y0, 1.0
+                for k in range(order):
+                    if is_small:
+                        along = 0.5 * (1.0 + rules[order, 0, k])
+                        x, y = x0 + along * dx, y0 + along * dy
+                    else:
+                        share = t1 - t0
+                        x, y, dx, dy = _at(o, e, 0.5 * (t0 + t1) + 0.5 * share * rules[order, 0, k])
+                    x, y = x - px, y - py
+                    r = math.hypot(x, y)
+                    across = x * dy - y * dx
+                    if r == 0.0 or across == 0.0:
+                        continue
+                    times = 0.5 * share * rules[order, 1, k] * across / (r * r)
+                    if is_far or r >= t.until:
+                        _far(t, True, r, x / r, y / r, seen)
+                        if not is_far:
+                            _whole(t, x / r, y / r, seen)
+                    else:
+                        _near(t.within, t, r, x / r, y / r, seen)
+                    for q in range(t.kinds):
+                        total[q] += times * seen[q]
+            for c in range(weights.shape[1]):
+                for q in range(t.kinds):
+                    out[p, c] += weights[pair[e], c, q] * total[q]
+
+
+@kernel()
+def _whole(t: Table, x: float, y: float, out: F64) -> None:
+    """Add G where r is infinite (kinds,) in the direction of a unit vector."""
+    step_c, step_s = _turned(x, y, t.step)
+    c, s = 1.0, 0.0
+    for n in range(t.ending):
+        for q in range(t.kinds):
+            out[q] += t.ends[n, q] * c
+            if t.sines and n:
+                out[q] += t.ends[t.cosines + n, q] * s
+        c, s = c * step_c - s * step_s, c * step_s + s * step_c
+
+
+@kernel(forceinline=True)
+def _light_at(t: Table, x: float, y: float, out: F64) -> None:
+    """Set the point spread (kinds,) at a place seen from a photosite."""
+    r = math.hypot(x, y)
+    if r >= t.until:
+        _far(t, False, r, x / r, y / r, out)
+    elif r > 0.0:
+        _near(t.light, t, r, x / r, y / r, out)
+    else:
+        _near(t.light, t, 0.0, 1.0, 0.0, out)
+
+
+@kernel(forceinline=True)
+def _weighed(weights: F64, total: F64, out: F64) -> None:
+    """Add light of planes (planes, kinds) to channels (channels,)."""
+    for p in range(len(weights)):
+        for c in range(weights.shape[1]):
+            for q in range(weights.shape[2]):
+                out[c] += weights[p, c, q] * total[p, q]
+
+
+@kernel(allocates=True)
+def over_samples(
+    points: F64,
+    values: F64,
+    some: np.ndarray,
+    at: F64,
+    ways: F64,
+    t: Table,
+    weights: F64,
+    out: F64,
+    begin: int,
+    end: int,
+) -> None:
+    """Add some of a picture's samples (planes, rows, cols), of which the first is ``at``, to photosites."""
+    planes, rows, cols = values.shape
+    light, total = np.empty(t.kinds), np.empty((planes, t.kinds))
+    for p in range(begin, end):
+        total[:] = 0.0
+        for r in range(rows):
+            x0, y0 = at[0] + r * ways[1, 0] - points[p, 0], at[1] + r * ways[1, 1] - points[p, 1]
+            for c in range(cols):
+                if some[r, c]:
+                    _light_at(t, x0 + c * ways[0, 0], y0 + c * ways[0, 1], light)
+                    for plane in range(planes):
+                        for q in range(t.kinds):
+                            total[plane, q] += values[plane, r, c] * light[q]
+        _weighed(weights, total, out[p])
+
+
+@kernel(allocates=True)
+def over_nodes(
+    points: F64,
+    centres: F64,
+    reach: float,
+    begins: I64,
+    fine: F64,
+    of_fine: F64,
+    first: I64,
+    coarse: F64,
+    of_coarse: F64,
+    t: Table,
+    weights: F64,
+    out: F64,
+    begin: int,
+    end: int,
+) -> None:
+    """Add cells to photosites, by fine nodes (n, 2) where their centres are within reach, or coarse ones.
+
+    begins : (cells, 2) where each one's fine nodes begin and end;  first: (cells + 1,) likewise coarse ones
+    """
+    planes = len(weights)
+    light, total = np.empty(t.kinds), np.empty((planes, t.kinds))
+    for p in range(begin, end):
+        total[:] = 0.0
+        for cell in range(len(centres)):
+            near = math.hypot(centres[cell, 0] - points[p, 0], centres[cell, 1] - points[p, 1]) < reach
+            low, high = (begins[cell, 0], begins[cell, 1]) if near else (first[cell], first[cell + 1])
+            for k in range(low, high):
+                x, y = (fine[k, 0], fine[k, 1]) if near else (coarse[k, 0], coarse[k, 1])
+                _light_at(t, x - points[p, 0], y - points[p, 1], light)
+                for plane in range(planes):
+                    size = of_fine[k, plane] if near else of_coarse[k, plane]
+                    for q in range(t.kinds):
+                        total[plane, q] += size * light[q]
+        _weighed(weights, total, out[p])
+
+
+@kernel(allocates=True)
+def over_points(
+    points: F64, at: F64, size: F64, colour: I64, t: Table, weights: F64, out: F64, begin: int, end: int
+) -> None:
+    """Add points of light at places (n, 2), each of a colour, to photosites."""
+    light = np.empty(t.kinds)
+    for p in range(begin, end):
+        for k in range(len(size)):
+            _light_at(t, at[k, 0] - points[p, 0], at[k, 1] - points[p, 1], light)
+            for c in range(weights.shape[1]):
+                for q in range(t.kinds):
+                    out[p, c] += size[k] * weights[colour[k], c, q] * light[q]

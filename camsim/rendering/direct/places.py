@@ -1,0 +1,179 @@
+"""Which photosites are worth checking: where each way of computing is at its limit. A pure function of the inputs."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from camsim.arrays import F64, I64, kinds_of
+from camsim.quadrature import GOLDEN
+from camsim.rendering.direct.records import Outlines
+from camsim.rendering.engine import Marks
+from camsim.rendering.grid import Grid
+from camsim.rendering.waves.image import tiles
+
+MOST = 256
+MOST_PARTS = 256  # looked at for a hard tile; more are thinned out
+SHARE_OF_TIME, SECONDS = 0.1, 2e-3  # of the rendering's time, or so much if that is more
+PLACE_SECONDS = 6e-5  # for finding a photosite
+
+
+def how_many(photosites: int, *, render_seconds: float, check_seconds: float, fewest: int) -> int:
+    """Return how many photosites are checked; seconds are those expected of the rendering, and of one check."""
+    seconds = max(SHARE_OF_TIME * render_seconds, SECONDS)
+    return min(photosites, MOST, max(fewest, int(seconds / (check_seconds + PLACE_SECONDS))))
+
+
+def hardest_photosites(outlines: Outlines, more: F64, grid: Grid, marks: Marks, *, count: int) -> tuple[I64, I64]:
+    """Return rows and columns of ``count`` photosites to check (all of a smaller grid), none twice.
+
+    more : (n, 2) places of pictures, gradients and points, the hardest first
+
+    In turn: at a corner; straight off a part's end, from just beyond the near radius to past where the end is quiet;
+    across the middle of a part, at the end of the edge response's table, beyond it, or close to it; a corner of a tile
+    that is just far enough from a corner of the scene to be interpolated, or of the frame; the middle of a round part,
+    where its rings meet, or where one leaves the frame and an engine's sides grow; one of ``more``; and any at all.
+    """
+    photosites = grid.rows * grid.cols
+    count = min(count, photosites)
+    first, size = np.array(grid.first_centre), np.array([grid.cols, grid.rows])
+    borders = first + np.array([(col, row) for row, col, _, _ in tiles((grid.rows, grid.cols))][1:]).reshape(-1, 2)
+    more = np.concatenate([more, borders])
+    ends, middles = _ends(outlines), (_middles(outlines, grid), _leaving(outlines, grid))
+    spots: dict[tuple[int, int], None] = {}
+    for turn in range(2 * count):
+        if len(spots) >= count:
+            break
+        places = [more[turn : turn + 1]]
+        if len(outlines.x):
+            places.append(_hard_points(ends, middles, marks, grid, turn))
+        own = np.clip(np.round(np.concatenate(places) - first), 0, size - 1).astype(int)
+        spots |= dict.fromkeys((row, col) for col, row in own.tolist())
+    place = 0.0
+    while len(spots) < count:
+        place = (place + GOLDEN) % 1.0
+        spots.setdefault(divmod(int(place * photosites), grid.cols), None)
+    chosen = np.array(list(spots)[:count])
+    return chosen[:, 0], chosen[:, 1]
+
+
+def _middles(o: Outlines, grid: Grid) -> F64:
+    """Return the middles (n, 2) of round parts in a frame, those of most of a turn first: there rings meet."""
+    bent = o.some(np.flatnonzero(o.turn_rad != 0.0))
+    found, index = kinds_of(np.round(bent.x + 1j * bent.y, 9))
+    turns = np.bincount(index, np.abs(bent.turn_rad), found.size)
+    places = found.view(np.float64).reshape(-1, 2)
+    low = np.array(grid.first_centre) - 0.5
+    seen = np.all((places >= low) & (places <= low + np.array([grid.cols, grid.rows])), axis=1)
+    best: F64 = places[seen][np.argsort(-turns[seen], kind="stable")]
+    return best
+
+
+def _ends(o: Outlines) -> tuple[F64, F64]:
+    """Return first and last points (n, 2) of every part; of a round one two points on it, a third of a turn apart."""
+    straight = o.turn_rad == 0.0
+    last_rad = o.from_rad + np.minimum(o.turn_rad, math.tau / 3.0)
+    start = np.array(
+        [
+            o.x + np.where(straight, 0.0, o.dx * np.cos(o.from_rad)),
+            o.y + np.where(straight, 0.0, o.dx * np.sin(o.from_rad)),
+        ]
+    )
+    end = np.array(
+        [
+            o.x + np.where(straight, o.dx, o.dx * np.cos(last_rad)),
+            o.y + np.where(straight, o.dy, o.dx * np.sin(last_rad)),
+        ]
+    )
+    return start.T, end.T
+
+
+def _across(along: F64) -> F64:
+    """Return the unit vector to the left of a vector; any of one that is nothing: of an arc shorter than rounding."""
+    length = float(np.hypot(*along))
+    return np.array([-along[1], along[0]]) / length if length else np.array([0.0, 1.0])
+
+
+def _leaving(o: Outlines, grid: Grid) -> F64:
+    """Return where round parts cross the frame's border (n, 2)."""
+    bent = o.some(o.turn_rad != 0.0)
+    low = np.array(grid.first_centre) - 0.5
+    high, found = low + np.array([grid.cols, grid.rows]), [np.empty((0, 2))]
+    middle, begin, turn = np.stack([bent.x, bent.y], axis=1), bent.from_rad, bent.turn_rad
+    for axis, border in ((0, low[0]), (0, high[0]), (1, low[1]), (1, high[1])):
+        along = border - middle[:, axis]
+        for side in (1.0, -1.0):
+            place = middle.copy()
+            place[:, axis] = border
+            place[:, 1 - axis] += side * np.sqrt(np.maximum((bent.dx - along) * (bent.dx + along), 0.0))
+            out = place - middle
+            gone = np.sign(turn) * (np.arctan2(out[:, 1], out[:, 0]) - begin) % math.tau
+            on = (np.abs(along) < bent.dx) & (gone <= np.abs(turn))
+            found.append(place[on & np.all((place >= low - 1e-9) & (place <= high + 1e-9), axis=1)])
+    return np.concatenate(found)
+
+
+def _hard_points(ends: tuple[F64, F64], middles: tuple[F64, F64], marks: Marks, grid: Grid, turn: int) -> F64:
+    """Return four points (4, 2), pitches; turns step through the parts by the golden ratio.
+
+    middles : of round parts, and where they leave the frame
+    """
+    part = _part(turn, len(ends[0]))
+    a, b = ends[0][part], ends[1][part]
+    across = _across(b - a) * (1.0 if turn % 2 else -1.0)
+    x0, y0 = grid.first_centre
+    fraction = (turn * GOLDEN) % 1.0
+    width, height = grid.cols - 1, grid.rows - 1
+    fourth = np.array([x0 + fraction * width, y0 + (fraction * math.e * 7.0) % 1.0 * height])
+    if turn % 4 == 0:
+        corner = _tile_corner(*ends, marks, grid, turn)
+        fourth = np.array([x0 + (turn % 2) * width, y0 + (turn // 2 % 2) * height]) if corner is None else corner
+    elif turn % 4 < 3 and (some := [own for own in middles if len(own)]):
+        own = some[(turn + 1) % len(some)]
+        fourth = own[turn // 4 % len(own)]
+    distance = (0.97 * marks.reach, 0.3, 1.03 * marks.reach, 0.5 * marks.reach)[turn % 4]
+    beside = a + (0.45 + 0.09 * (turn % 5)) * (b - a) + distance * across
+    # Past the near radius for certain, wherever the photosites lie; later turns go as far as the end is heard.
+    off = math.ceil(1.02 * marks.near) + fraction * max(0.0, 1.1 * marks.quiet - marks.near)
+    return np.array([a, a + off * across, beside, fourth])
+
+
+def _part(turn: int, parts: int) -> int:
+    return int((turn * GOLDEN) % 1.0 * parts)
+
+
+def _tile_corner(start: F64, end: F64, marks: Marks, grid: Grid, turn: int) -> F64 | None:
+    """Return the photosite where interpolation over a tile has the hardest time, None if the frame has none.
+
+    It lies in a tile that is just far enough from a corner of the scene, with part of the scene nearer than that:
+    edges that meet in one corner and are interpolated together all but cancel, so it takes a tile that has some of
+    them interpolated and some not.
+    """
+    size, half = marks.leaf, 0.5 * marks.leaf
+    first, counts = np.array(grid.first_centre), np.array([grid.cols, grid.rows])
+    ends = np.stack([start, end])[:, :: max(1, len(start) // MOST_PARTS)] - (first - 0.5)
+    own = np.array([_part(turn + k, ends.shape[1]) for k in range(16)])
+    picked, along = ends[0, own], ends[1, own] - ends[0, own]
+    # To the right, to the left, below and above.
+    tiles = np.repeat((np.floor(picked / size) * size)[None], 4, axis=0)
+    after, before = np.ceil((picked + marks.apart) / size) * size, -(np.ceil((marks.apart - picked) / size) * size)
+    tiles[0, :, 0], tiles[1, :, 0] = after[:, 0], before[:, 0]
+    tiles[2, :, 1], tiles[3, :, 1] = after[:, 1], before[:, 1]
+    corners = tiles.copy()
+    tiles[1, :, 0] -= size
+    tiles[3, :, 1] -= size
+    corners[1, :, 0] -= 1
+    corners[3, :, 1] -= 1
+    inside = np.all((corners >= 0) & (corners < counts), axis=2)
+    low, corner, which = tiles[inside], corners[inside], np.nonzero(inside)[1]
+    own = own[which]
+    behind = np.sum((low + half - picked[which]) * along[which], axis=1) < 0.0
+    beside = np.maximum(np.abs(ends - (low + half)[:, None, None]) - half, 0.0)
+    is_far = np.hypot(beside[..., 0], beside[..., 1]).min(axis=1, initial=np.inf) >= marks.apart
+    mixed = is_far.any(axis=1) & ~is_far.all(axis=1)
+    if not mixed.any():
+        return None
+    surely = mixed & behind & is_far[np.arange(own.size), own]
+    place: F64 = first + corner[np.argmax(surely if surely.any() else mixed)]
+    return place

@@ -1,0 +1,346 @@
+"""What a photosite sees in every direction: tables of its point spread, of lens ⊗ OLPF ⊗ photosite, by harmonics.
+
+In polar coordinates about a photosite the transfer is T(f, φ) = Σ T_m(f)·e^{imφ}, and so is the point spread, with
+2π(−i)^m ∫ T_m(f)·J_m(2πfr) f df in the place of T_m. G, its integral over r dr from 0, takes ∫ J_m(x)·x dx in the place
+of J_m. Wavelengths are moved to those few whose transfers all others are mixtures of. Past a radius from which on no
+ring is heard G goes on in powers of 1/r: a power f^s of T_m at 0 leaves one of r^{−s}.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from camsim.arrays import F64, I64
+from camsim.kernels import shared
+from camsim.optics import OpticalSystem, RoundLens
+from camsim.products import product
+from camsim.quadrature import chebyshev, gauss_legendre, gauss_phases, gauss_pieces
+from camsim.rendering.direct.records import POWERS, Table
+from camsim.rendering.direct.spread_kernels import fill_rows
+
+SERIES_NODES, OF_BREAK, OF_EXTENT = 14, 0.2, 0.4  # of a transfer's series at 0, and how far it is looked at
+MOST_NODES = 48  # of one panel of frequencies
+FEW_BREAKS, NEAREST = 64, 1.0 / 64.0  # of more those are one that are so near, of the highest frequency
+QUINTIC = 1.0 / 46080.0  # times the sixth derivative times step⁶: what a quintic through two rows leaves
+STEEP = 0.02  # of that derivative's most, a wave of the highest frequency: what there is of it
+FEWEST_ROWS, MOST_ROWS = 3.0, 16.0  # to a wave of the highest frequency
+FIRST_ZONE, WIDER = 8.0, 6.0  # waves, and times: zones of rows that are as dense
+ANGLES, FEW_HARMONICS = 8, 3.0
+ROUNDING = 1e-13  # of signals that are mixtures of others
+NOTHING = 1e-300
+MOST_KEPT = 12
+_KEPT: dict[Any, tuple[Table, F64]] = {}
+
+
+class Spline(NamedTuple):
+    """A B-spline that a point spread is convolved with: its degree, step in pitches, and its axes as (cos, sin)."""
+
+    degree: int
+    step: float
+    along: tuple[float, float]
+
+    def transfer(self, fx: F64, fy: F64) -> F64:
+        """Return its transfer at frequencies in cycles/pitch."""
+        x, y = self.along
+        both: F64 = (np.sinc(self.step * (x * fx + y * fy)) * np.sinc(self.step * (x * fy - y * fx))) ** (
+            self.degree + 1
+        )
+        return both
+
+    @property
+    def extent(self) -> float:
+        """How far it reaches from its middle."""
+        return 0.5 * (self.degree + 1) * self.step * math.sqrt(2.0)
+
+
+def tabled(
+    system: OpticalSystem,
+    pitch_um: float,
+    wavelength_nm: F64,
+    density: F64,
+    *,
+    until: float,
+    allowed: float,
+    spline: Spline | None = None,
+) -> tuple[Table, F64]:
+    """Return the table, and how much of each of its kinds of light there is in every signal (n, kinds).
+
+    density : (n, j) what signals are at wavelengths (j,)
+    until : as far as rings are heard, pitches;  allowed: error of a photosite that sees light of 1
+    """
+    seen = hashlib.sha256(np.ascontiguousarray(density).data).digest() + wavelength_nm.tobytes()
+    key = system, pitch_um, seen, until, allowed, spline
+    try:
+        found = _KEPT.pop(key, None)
+    except TypeError:  # a lens of one's own that has no hash
+        return _made(system, pitch_um, wavelength_nm, density, until, allowed, spline)
+    found = found or _made(system, pitch_um, wavelength_nm, density, until, allowed, spline)
+    _KEPT[key] = found
+    for old in list(_KEPT)[:-MOST_KEPT]:
+        _KEPT.pop(old, None)
+    return found
+
+
+def _made(
+    system: OpticalSystem,
+    pitch_um: float,
+    wavelength_nm: F64,
+    density: F64,
+    until: float,
+    allowed: float,
+    spline: Spline | None,
+) -> tuple[Table, F64]:
+    highest = system.highest_per_um(wavelength_nm) * pitch_um
+    breaks = breaks_of(system, pitch_um, wavelength_nm)
+    extent = system.extent_um / pitch_um + (0.0 if spline is None else spline.extent)
+    phase = 2.0 * math.pi * highest * extent
+    allowed /= max(1.0, phase / FEW_HARMONICS)  # as many harmonics add up
+    f, weight = _frequencies(breaks, highest, until, allowed)
+    first_few, mixture = _few(density, ROUNDING)
+    few, of_few = _few(product(density[first_few], transfers(system, pitch_um, wavelength_nm, f)), allowed)
+    mixture, density = product(mixture, of_few), density[first_few][few]
+
+    def passed(f: F64) -> F64:
+        """Return what the lens passes of each kind (kinds, n) at frequencies in cycles/pitch."""
+        return product(density, transfers(system, pitch_um, wavelength_nm, f))
+
+    curves = passed(f)
+    angles = 2 * math.ceil(phase + 4.0 * math.cbrt(phase) + 4.0) if extent else 1
+    around = functools.partial(_around, system, pitch_um, spline, angles=angles)
+    orders, shapes, sines = _harmonics(around(f), np.abs(curves).max(axis=0), allowed)
+    # ∫ J_m(x) x dx over all x is m.
+    ends = (orders[:, None] / (2.0 * math.pi)) * np.einsum("hn,kn->hk", shapes * (weight / f), curves)
+    ends[0] = density.sum(axis=1) / (2.0 * math.pi)
+    starts, per_pitch = _zones(highest, until, extent, allowed)
+    first, parts = [0], []
+    for start, end, rate in zip(starts, [*starts[1:], until + 2.0 / per_pitch[-1]], per_pitch, strict=True):
+        r, step = start + np.arange(math.ceil((end - start) * rate) + 1) / rate, 1.0 / rate
+        first.append(first[-1] + r.size)
+        f, weight = _frequencies(breaks, highest, end, allowed)
+        k = 2.0 * math.pi * f
+        shapes = _some(around(f), orders, sines)
+        found = np.zeros((r.size, 4, len(orders), len(few)))
+        work = functools.partial(
+            fill_rows,
+            r,
+            k,
+            k * weight,
+            shapes,
+            np.ascontiguousarray(passed(f).T),
+            orders,
+            bool((orders % 2).any()),
+            found,
+        )
+        shared(r.size, work, least=8)
+        g, p, slope, bend = (found[:, q].reshape(r.size, -1) for q in range(4))
+        r = r[:, None]
+        parts.append(np.stack([g, r * p * step, (p + r * slope) * step**2, p, slope * step, bend * step**2], axis=1))
+    rows, half = np.concatenate(parts), len(orders) - sines
+    powers = np.zeros((len(orders), len(few), POWERS))
+    if not fades(system):
+        # By the transfer's series at 0.
+        series_until = min(OF_BREAK * breaks.min(), OF_EXTENT / extent if extent else math.inf)
+        f = 0.5 * series_until * (1.0 + chebyshev(SERIES_NODES))
+        low = _around(system, pitch_um, spline, f, angles=2 * (int(orders.max()) + ANGLES))
+        values = _some(low, orders, sines)[:, None] * passed(f)
+        powers = _far_powers(orders, _coefficients(values, series_until))
+    total = np.abs(powers).max(axis=1) @ until ** -np.arange(1.0, POWERS + 1.0)
+    stride = int(np.gcd.reduce(orders)) or 1
+    table = Table(
+        within=np.ascontiguousarray(rows[:, :3]),
+        light=np.ascontiguousarray(rows[:, 3:]),
+        starts=np.array(starts),
+        per_pitch=np.array(per_pitch),
+        first=np.array(first[:-1]),
+        until=until,
+        step=stride,
+        cosines=half - 1,
+        sines=sines,
+        ends=ends,
+        ending=_last(np.abs(ends).max(axis=1) > allowed, half),
+        powers=powers,
+        far=_last(total > allowed, half),
+        kinds=len(few),
+    )
+    return table, mixture
+
+
+def _zones(highest: float, until: float, extent: float, allowed: float) -> tuple[list[float], list[float]]:
+    """Return where rows of each density begin, and how many a pitch there are: fewer where rings are faint."""
+    starts, per_pitch = [0.0], []
+    while starts[-1] < until:
+        waves = (starts[-1] - extent) * highest
+        steep = STEEP if len(starts) == 1 else min(STEEP, 2.0 / (math.pi**3 * waves**2))
+        rows_a_wave = 2.0 * math.pi * (QUINTIC * steep / allowed) ** (1.0 / 6.0)
+        per_pitch.append(highest * min(max(rows_a_wave, FEWEST_ROWS), MOST_ROWS))
+        starts.append(WIDER * starts[-1] if len(starts) > 1 else extent + FIRST_ZONE / highest)
+    return starts[:-1], per_pitch
+
+
+def _last(some: np.ndarray, cosines: int) -> int:
+    """Return how many harmonics from the first on hold all of some, sines as cosines."""
+    both = some[:cosines].copy()
+    both[1:] |= some[cosines:] if len(some) > cosines else False
+    return int(np.flatnonzero(both).max(initial=0)) + 1
+
+
+def transfers(system: OpticalSystem, pitch_um: float, wavelength_nm: F64, f: F64) -> F64:
+    """Return (wavelengths, n) what a round lens passes at radial frequencies in cycles/pitch."""
+    per_um, zero = f / pitch_um, np.zeros_like(f)
+    return np.stack([np.real(system.lens.otf(per_um, zero, nm)) for nm in wavelength_nm.tolist()])
+
+
+def breaks_of(system: OpticalSystem, pitch_um: float, wavelength_nm: F64) -> F64:
+    """Return where the lens's transfers are not smooth, cycles/pitch."""
+    assert isinstance(system.lens, RoundLens)
+    breaks = np.array(system.lens.pattern().breaks)
+    found: F64 = np.unique(np.outer(1.0 / system.blurs_um(wavelength_nm), breaks)) * pitch_um
+    return found
+
+
+def fades(system: OpticalSystem) -> bool:
+    """Return whether there is nothing far out: neither rings nor powers, as of a Gaussian."""
+    assert isinstance(system.lens, RoundLens)
+    pattern = system.lens.pattern()
+    return not pattern.rings and not any(pattern.powers)
+
+
+def _frequencies(breaks: F64, highest: float, until: float, allowed: float) -> tuple[F64, F64]:
+    """Return nodes and weights over 0 … highest, broken where transfers are not smooth."""
+    ends, nearest = [0.0], highest * (NEAREST if len(breaks) > FEW_BREAKS else ROUNDING)
+    for place in [*breaks.tolist(), highest]:
+        if place - ends[-1] > nearest:
+            ends.append(min(place, highest))
+    ends[-1] = highest
+    low, high = np.array(ends[:-1]), np.array(ends[1:])
+    # The last digits of a rule are those of (1 − f)^{3/2} at its end, not of waves.
+    pieces, orders = gauss_pieces(math.pi * until * (high - low), 0.1 * allowed, MOST_NODES)
+    nodes, weights = [], []
+    for a, b, count, order in zip(low, high, pieces.tolist(), orders.tolist(), strict=True):
+        x, w = gauss_legendre(order + 3)
+        half = 0.5 * (b - a) / count
+        middle = a + half * (2.0 * np.arange(count) + 1.0)
+        nodes.append((middle[:, None] + half * x).ravel())
+        weights.append(np.tile(half * w, count))
+    return np.concatenate(nodes), np.concatenate(weights)
+
+
+def _few(curves: F64, allowed: float) -> tuple[I64, F64]:
+    """Return which of the curves (k, n) all others are mixtures of but for ``allowed``, and the mixtures (k, few)."""
+    rest, chosen = curves.copy(), list[int]()
+    parts = np.zeros((len(curves), 0))
+    while len(chosen) < len(curves):
+        size = np.abs(rest).max(axis=1)
+        j = int(size.argmax())
+        if chosen and size[j] <= allowed:
+            break
+        chosen.append(j)
+        way = rest[j] / max(math.sqrt(float(np.einsum("n,n->", rest[j], rest[j]))), NOTHING)
+        along = np.einsum("kn,n->k", rest, way)
+        parts = np.concatenate([parts, along[:, None]], axis=1)
+        rest -= along[:, None] * way
+    # parts = mixture · parts[chosen], which is a triangle.
+    triangle, mixture = parts[chosen], np.zeros_like(parts)
+    for k in reversed(range(len(chosen))):
+        mixture[:, k] = (parts[:, k] - np.einsum("kc,c->k", mixture[:, k + 1 :], triangle[k + 1 :, k])) / max(
+            triangle[k, k], NOTHING
+        )
+    return np.array(chosen), mixture
+
+
+def _harmonics(found: F64, loud: F64, allowed: float) -> tuple[I64, F64, int]:
+    """Return orders (h,), those harmonics (h, n) of (2, orders, n) that matter, cosines first, and how many are sines.
+
+    loud : (n,) of all that they are multiplied by
+    """
+    kept = (np.abs(found) * loud).max(axis=2) > allowed
+    order = np.arange(len(found[0]))
+    stride = int(np.gcd.reduce(order[kept.any(axis=0)])) or 1
+    some = stride * np.arange(1, int(np.flatnonzero(kept.any(axis=0)).max(initial=0)) // stride + 1)
+    has_sines = bool(kept[1].any())
+    orders = np.concatenate([[0], some, some if has_sines else some[:0]])
+    sines = some.size if has_sines else 0
+    return orders, _some(found, orders, sines), sines
+
+
+def _some(found: F64, orders: I64, sines: int) -> F64:
+    """Return harmonics (h, n) of (2, orders, n) of some orders, cosines and then sines."""
+    half = len(orders) - sines
+    return np.concatenate([found[0, orders[:half]], found[1, orders[half:]]])
+
+
+def _around(system: OpticalSystem, pitch_um: float, spline: Spline | None, f: F64, *, angles: int) -> F64:
+    """Return (2, orders, n): cosines' and sines' harmonics of the transfer of all but the lens, times 2(−i)^m."""
+    turn = 2.0 * math.pi * np.arange(angles)[:, None] / angles
+    fx, fy = f * np.cos(turn), f * np.sin(turn)
+    footprint = np.asarray(system.footprint_otf(fx / pitch_um, fy / pitch_um), complex)
+    if spline is not None:
+        footprint = footprint * spline.transfer(fx, fy)
+    terms = np.fft.fft(np.broadcast_to(footprint, fx.shape), axis=0)[: (angles + 1) // 2] / angles
+    order = np.arange(len(terms))
+    terms = terms * (np.array([1.0, -1.0j, -1.0, 1.0j])[order % 4] * np.where(order == 0, 1.0, 2.0))[:, None]
+    return np.stack([terms.real, -terms.imag])
+
+
+def _far_powers(orders: I64, series: F64) -> F64:
+    """Return (harmonics, kinds, POWERS) of the far point spread, of a transfer's series (harmonics, kinds, powers).
+
+    ∫ f^s·J_m(2πfr) f df = (2πr)^{−s−2}·2^{s+1}·Γ((m+s+2)/2)/Γ((m−s)/2).
+    """
+    powers = np.zeros((*series.shape[:2], POWERS))
+    for h, m in enumerate(orders.tolist()):
+        for s in range(max(1, m + 1), POWERS + 1):
+            if (s - m) % 2:  # of even powers there is no end that is not smooth
+                times = math.gamma(0.5 * (m + s + 2)) / math.gamma(0.5 * (m - s)) * 2.0 ** (s + 1)
+                powers[h, :, s - 1] = series[h, :, s] * times * (2.0 * math.pi) ** (-s - 1)
+    return powers
+
+
+def _coefficients(values: F64, until: float) -> F64:
+    """Return (harmonics, kinds, POWERS + 1) coefficients of f^s, of values at Chebyshev nodes on 0 … until."""
+    angle = np.arccos(chebyshev(SERIES_NODES))
+    terms = np.einsum("hkn,ns->hks", values, np.cos(np.outer(angle, np.arange(SERIES_NODES)))) * (2.0 / SERIES_NODES)
+    terms[..., 0] *= 0.5
+    series: F64 = np.einsum("hks,sp->hkp", terms, _shifted(until))
+    return series
+
+
+@functools.lru_cache(maxsize=64)
+def _shifted(until: float) -> F64:
+    """Return (SERIES_NODES, POWERS + 1): Chebyshev polynomials on 0 … until as powers."""
+    before, now = np.zeros(SERIES_NODES), np.zeros(SERIES_NODES)
+    before[0], now[0], now[1] = 1.0, -1.0, 2.0
+    found = [before, now]
+    for _ in range(SERIES_NODES - 2):
+        later = -2.0 * found[-1] - found[-2]
+        later[1:] += 4.0 * found[-1][:-1]
+        found.append(later)
+    powers: F64 = np.stack(found)[:, : POWERS + 1] / until ** np.arange(POWERS + 1)
+    return powers
+
+
+def phases_of(allowed: float, most: int) -> tuple[F64, F64]:
+    """Return rules (most + 1, 2, most) of 0, 1, 2 … nodes, and the phases (most,) that each of these follows."""
+    rules = np.zeros((most + 1, 2, most))
+    for order in range(1, most + 1):
+        rules[order, :, :order] = gauss_legendre(order)
+    return rules, gauss_phases(allowed, most)
+
+
+def smooth_energy(system: OpticalSystem, pitch_um: float, nm: float, r: F64) -> F64:
+    """Return the energy of a lens within radii r, pitches, far out and without its rings."""
+    if fades(system):
+        return np.ones_like(r)
+    until = OF_BREAK * float(breaks_of(system, pitch_um, np.array([nm])).min())
+    f = 0.5 * until * (1.0 + chebyshev(SERIES_NODES))
+    series = _coefficients(transfers(system, pitch_um, np.array([nm]), f)[None], until)
+    powers = _far_powers(np.zeros(1, np.int64), series)[0, 0]
+    energy = np.ones_like(r)
+    for p, size in enumerate(powers.tolist()):
+        energy -= 2.0 * math.pi * size / (p + 1.0) * r ** -(p + 1.0)
+    return energy
