@@ -61,17 +61,17 @@ class TransferTable:
         for own, values, blur in zip(out, turned, self.blur_um, strict=True):
             rho = frequency_per_um * (blur / self.outer)
             within = rho < 1.0
-            own[within] = _between(self.breaks, len(values), rho[within]) @ values
+            own[within] = radial_matrix(len(values), rho[within], self.breaks) @ values
         return out
 
 
-def _places(breaks: tuple[float, ...], count: int) -> F64:
+def radial_places(count: int, breaks: tuple[float, ...] = (0.0, 1.0)) -> F64:
     """Return ρ at ``count`` places of each piece: a + (b − a)·sin²(πt/2), t Chebyshev's on 0 … 1."""
     t = 0.5 * (1.0 + chebyshev(count))
     return np.concatenate([a + (b - a) * np.sin(0.5 * np.pi * t) ** 2 for a, b in pairwise(breaks)])
 
 
-def _between(breaks: tuple[float, ...], total: int, rho: F64) -> F64:
+def radial_matrix(total: int, rho: F64, breaks: tuple[float, ...] = (0.0, 1.0)) -> F64:
     """Return the matrix (n, total) of interpolation from all pieces' places to ρ (n,)."""
     count = total // (len(breaks) - 1)
     out = np.zeros((rho.size, total))
@@ -111,7 +111,7 @@ def transfer_table(lens: OfPupil, wavelength_nm: tuple[float, ...], allowed: flo
     nodes = at.nodes_for(0.2 * allowed)
     directions = 1 if at.revolves else _fewest(DIRECTIONS, lambda n: _directions_off(at, outer, n, nodes), allowed)
     radii = _fewest(RADII, lambda n: _radii_off(at, outer, n, nodes), allowed)
-    rho, angle = outer * _places(at.breaks, radii), np.pi * np.arange(directions) / directions
+    rho, angle = outer * radial_places(radii, at.breaks), np.pi * np.arange(directions) / directions
     values = at(np.repeat(rho, directions), np.tile(angle, rho.size), nodes)
     blur_um = np.array([lens.blur_um(nm) for nm in wavelength_nm])
     table = np.ascontiguousarray(values.reshape(len(blur_um), rho.size, directions))
@@ -136,14 +136,14 @@ def _directions_off(at: _Overlaps, outer: float, count: int, nodes: int) -> floa
 
 def _radii_off(at: _Overlaps, outer: float, count: int, nodes: int) -> float:
     """Return how far off radii between the nodes are, in two directions."""
-    places = _places(at.breaks, count)
+    places = radial_places(count, at.breaks)
     tried = 0.5 * (places[1:] + places[:-1])
     tried = tried[:: max(1, tried.size // 12)]
     off = 0.0
     for angle in (0.4,) if at.revolves else (0.4, 1.9):
         known = at(outer * places, np.full(places.size, angle), nodes)
         right = at(outer * tried, np.full(tried.size, angle), nodes)
-        off = max(off, float(np.abs(known @ _between(at.breaks, places.size, tried).T - right).max()))
+        off = max(off, float(np.abs(known @ radial_matrix(places.size, tried, at.breaks).T - right).max()))
     return off
 
 

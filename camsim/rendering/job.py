@@ -14,7 +14,7 @@ from camsim.kept import cached_property
 from camsim.optics import OpticalStage, OpticalSystem
 from camsim.optics.difference import Split
 from camsim.optics.pattern import Pattern
-from camsim.rendering.across.bending import Bending
+from camsim.rendering.bending import Bending
 from camsim.rendering.budget import CLOSED_PART, ErrorBudget
 from camsim.rendering.edges import Edges
 from camsim.rendering.footprint import Footprint, pattern_of

@@ -197,17 +197,11 @@ def plan_render(
         budget = ErrorBudget(share * tolerance)
         arrangement = arranged(edges, system, grid, seen_nm, budget, textured=edges is not scene)
     if isinstance(system.lens, Varies):
-        if edges is not scene:
-            raise UnsupportedError(
-                "a lens that changes over the frame is rendered of shapes only, without pictures, gradients "
-                "and points; take a wavefront lens, or leave them out",
-                key="lens",
-            )
-        from camsim.rendering.across.choose import choose_across
+        from camsim.rendering.varying import choose_varying
 
-        return choose_across(
-            scene, arrangement, system, grid, response=response, wavelength_nm=wavelength_nm, tolerance=tolerance,
-            method=method,
+        return choose_varying(
+            scene, edges, arrangement, system, grid, response=response, wavelength_nm=wavelength_nm, share=share,
+            tolerance=tolerance, method=method,
         )  # fmt: skip
     job = Job.of(
         edges,

@@ -12,7 +12,7 @@ from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.optics import OpticalSystem
 from camsim.optics.placed import Revolves
 from camsim.optics.protocols import Rectangular, Varies
-from camsim.rendering.across.bending import Bending
+from camsim.rendering.bending import Bending
 from camsim.rendering.across.field_judge import FieldJudge
 from camsim.rendering.across.field_plan import FieldPlan
 from camsim.rendering.across.judge import AcrossJudge

@@ -18,7 +18,7 @@ import scipy
 from camsim.arrays import F64, I64, U8
 from camsim.kept import cached_property
 from camsim.kernels import shared
-from camsim.rendering.across.bending import TAIL
+from camsim.rendering.bending import TAIL
 from camsim.rendering.across.chords import Chords, chords_of, heights
 from camsim.rendering.across.sliver_kernels import BLOCK, Pattern, Slivers, add_slivers
 from camsim.rendering.job import Job, Nodes

@@ -6,7 +6,7 @@ import dataclasses
 
 import numpy as np
 
-from camsim.rendering.across.bending import Bending
+from camsim.rendering.bending import Bending
 from camsim.rendering.check.polygons import polygons
 from camsim.rendering.check.records import Outlines
 from camsim.rendering.check.scenery import Pieces

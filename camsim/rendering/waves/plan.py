@@ -6,6 +6,7 @@ import dataclasses
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
@@ -16,6 +17,8 @@ from camsim.optics.of_pupil import OfPupil
 from camsim.optics.protocols import Fading, KnowsReach
 from camsim.rendering.engine import FEWEST_CHECKED, Cost, Decision, Marks, Progress
 from camsim.rendering.fields.job import FieldJob
+from camsim.rendering.fields.layer import Layer
+from camsim.rendering.fields.points import PointLayer
 from camsim.rendering.job import Job, Nodes
 from camsim.rendering.spectral import Signals, fewer, fuse, kinds, wavefront_phase
 from camsim.rendering.waves.edges import EdgeSource
@@ -57,6 +60,8 @@ class WavesPlan:
     nodes: Nodes
     fields: FieldJob | None = None
 
+    summed: ClassVar = FrequencyImage
+
     @property
     def marks(self) -> Marks:
         """None of its own."""
@@ -94,12 +99,17 @@ class WavesPlan:
         cut = max(self._band(lens, weights, tolerance) for _, weights, lens in found)
         farthest = max(_farthest(source, job) for source, *_ in found)
         levels = self._levels(cut, farthest, tolerance)
-        return FrequencyImage(
+        return self.summed(
             sources=found,
             footprint=Footprint(system=job.system, pitch_um=job.grid.pitch_um),
             levels=levels,
             leak=OF_LEAK * tolerance,
         )
+
+    @property
+    def turned(self) -> float:
+        """By how many waves the path difference changes over the spectrum."""
+        return wavefront_phase(self.job.system, self.job.signals.wavelength_nm) / (2.0 * math.pi)
 
     def _lens(self, wavelength_nm: F64, tolerance: float) -> Lens:
         return Lens(
@@ -113,7 +123,7 @@ class WavesPlan:
         signals = Signals(
             wavelength_nm=fields.wavelength_nm, density=fields.density, scale=np.ones(len(fields.density[0]))
         )
-        nodes, density = fuse(signals, phase=0.0, allowed=1.0, count=_wavelengths(self.job, fields.tolerance))
+        nodes, density = fuse(signals, phase=0.0, allowed=1.0, count=_wavelengths(self.job, fields.tolerance, self.turned))
         if not self.job.system.chromatic:
             nodes, density = nodes[:1], density.sum(axis=2, keepdims=True)
         lens, first = self._lens(nodes, fields.tolerance), 0
@@ -121,13 +131,11 @@ class WavesPlan:
             weights = density[first : first + layer.planes]
             first += layer.planes
             rows, mixture = lens.mixed(weights, OF_MIXTURE * fields.tolerance)
-            yield (
-                FieldSource(
-                    layer=layer, mixture=mixture, cut=self._band(lens, weights, fields.tolerance), precision=precision
-                ),
-                weights[rows],
-                lens,
-            )
+            cut = self._band(lens, weights, fields.tolerance)
+            yield self._source(layer, mixture, cut, precision), weights[rows], lens
+
+    def _source(self, layer: Layer | PointLayer, mixture: F64, cut: float, precision: float) -> Source:
+        return FieldSource(layer=layer, mixture=mixture, cut=cut, precision=precision)
 
     def _band(self, lens: Lens, weights: F64, tolerance: float) -> float:
         """Return the highest frequency that matters: what is beyond gives four edges no more than its share."""
@@ -164,9 +172,15 @@ class WavesPlan:
                 else pupil.sides * pupil.side_length + 2.0 * math.pi * pupil.obstruction
             )
             tail = CIRCLE_TAIL * longest * around / pupil.area
-            spot = 1.5 * max(_spot_um(lens, nm) for nm in (float(wavelengths[0]), float(wavelengths[-1]))) / pitch_um
+            spot = 1.5 * max(self._spot_um(nm) for nm in (float(wavelengths[0]), float(wavelengths[-1]))) / pitch_um
         first = max(near, _ringing(job, tolerance), 2.0 * longest) + spot + extent
         return levels_of(cut, first, lost, OF_LEAK * tolerance, farthest, tail)
+
+    def _spot_um(self, wavelength_nm: float) -> float:
+        """Return how far from the middle rays fall at the most."""
+        lens = self.job.system.lens
+        assert isinstance(lens, OfPupil)
+        return spot_um(lens, wavelength_nm)
 
     @cached_property
     def _frequencies(self) -> float:
@@ -297,17 +311,27 @@ class Waves:
                 f"{job.tolerance:g} is outside {FINEST:g} … {COARSEST:g}, what the Fourier engine renders to",
                 key="tolerance",
             )
-        return WavesPlan(job=job, nodes=job.nodes(count=_wavelengths(job, job.tolerance)), fields=fields)
+        return planned(WavesPlan, job=job, fields=fields)
 
 
-def _wavelengths(job: Job, tolerance: float) -> int:
+P = TypeVar("P", bound=WavesPlan)
+
+
+def planned(kind: type[P], *, job: Job, **more: Any) -> P:
+    """Return a plan of a kind, its wavelengths chosen."""
+    # Of how many waves a wavefront turns by, the plan knows.
+    first = kind(job=job, nodes=job.nodes(count=1), **more)
+    count = _wavelengths(job, job.tolerance, first.turned)
+    return dataclasses.replace(first, nodes=job.nodes(count=count))
+
+
+def _wavelengths(job: Job, tolerance: float, turned: float) -> int:
     """Return how many nodes tell a transfer at all wavelengths: it changes with them as a wavefront turns, else slowly.
 
     Measured on edges in daylight: 7 at 1e-4, 20 at 1e-6.
     """
     if not job.system.chromatic:
         return 1
-    turned = wavefront_phase(job.system, job.signals.wavelength_nm) / (2.0 * math.pi)
     digits: float = max(-math.log10(tolerance), 1.0) ** DIGITS_POWER
     return math.ceil(digits + 2.0 + NODES_OF_WAVE * turned)
 
@@ -323,7 +347,7 @@ def _ringing(job: Job, tolerance: float) -> float:
     return float(longest * (loud / (OF_RINGS * tolerance)) ** 0.4)
 
 
-def _spot_um(lens: OfPupil, wavelength_nm: float) -> float:
+def spot_um(lens: OfPupil, wavelength_nm: float) -> float:
     """Return how far from the middle rays fall at the most: 2λN times the wavefront's slope, waves over a radius."""
     outer = 0.98 * lens.pupil.outer_radius
     angle = 2.0 * np.pi * np.arange(32) / 32
