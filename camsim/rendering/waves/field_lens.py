@@ -93,7 +93,7 @@ class VaryingLens:
         corners_um : (2, 2) low and high corner;  cut: highest frequency, cycles/pitch
         weights    : (kinds, channels, j);  counts: places along a side that are tried
         """
-        rule = self._rule(corners_um, weights)
+        rule = self._rule(corners_um, min(1.0, cut * float(self.blurs.max())))
         part = _Part(self, rule, corners_um, cut, weights)
         tried = part.shown(part.at(TRIED))
         for count in counts:
@@ -104,7 +104,7 @@ class VaryingLens:
                 return part.mixed(known, shown, count)
         return None
 
-    def _rule(self, corners_um: F64, weights: F64) -> Rule:
+    def _rule(self, corners_um: F64, outer: float) -> Rule:
         """Return how finely transfers over a part of the frame are taken."""
         (left, top), (right, bottom) = corners_um.tolist()
         places = [(x, y) for x in (left, 0.5 * (left + right), right) for y in (top, 0.5 * (top + bottom), bottom)]
@@ -113,7 +113,7 @@ class VaryingLens:
             places = [(away[0], 0.0), (away[away.size // 2], 0.0), (away[-1], 0.0)]
         some = np.unique(np.linspace(0, self.wavelength_nm.size - 1, 3).astype(int))
         fronts = Wavefronts.of([self.lens.at(*place) for place in places], self.wavelength_nm[some])
-        return Rule.of(fronts, OF_RULE * self.allowed)
+        return Rule.of(fronts, OF_RULE * self.allowed, outer)
 
     def transfers(self, rule: Rule, places_um: F64) -> C128:
         """Return harmonics (places, j, radii, 2·directions) of transfers at places (n, 2)."""
@@ -168,7 +168,7 @@ class _Part:
         for j, matrix in enumerate(self._looked_at):
             own = np.einsum("nr,prm->pnm", matrix, harmonics[:, j], optimize=True)
             out += self.weights.T[j, None, :, :, None, None] * own[:, None, None]
-        shown: C128 = np.fft.ifft(out, axis=-1)[..., : self.rule.directions] * (2 * self.rule.directions)
+        shown: C128 = scipy.fft.ifft(out, axis=-1)[..., : self.rule.directions] * (2 * self.rule.directions)
         return shown
 
     def mixed(self, harmonics: C128, shown: C128, count: int) -> Mixtures:
@@ -192,7 +192,7 @@ class _Part:
         """Return how many directions of a table cubics follow."""
         whole = np.concatenate([shown, shown.conj()], axis=-1)
         count = whole.shape[-1]
-        size = np.abs(np.fft.fft(whole, axis=-1)).reshape(-1, count).max(axis=0) / count
+        size = np.abs(scipy.fft.fft(whole, axis=-1)).reshape(-1, count).max(axis=0) / count
         order = np.abs(np.fft.fftfreq(count, 1.0 / count))
         left = [CUBIC * float(np.sum(size * (np.pi * order / turns) ** 4)) for turns in TURNS]
         fits = (turns for turns, own in zip(TURNS, left, strict=True) if own <= OF_TURNS * self.lens.allowed)
@@ -263,7 +263,7 @@ def _finer(harmonics: C128, turns: int) -> C128:
     wide = np.zeros((*harmonics.shape[:-1], 2 * turns), complex)
     half = count // 2
     wide[..., :half], wide[..., -half:] = turned[..., :half], turned[..., -half:]
-    finer: C128 = np.fft.ifft(wide, axis=-1)[..., :turns] * (2 * turns)
+    finer: C128 = scipy.fft.ifft(wide, axis=-1)[..., :turns] * (2 * turns)
     return finer
 
 

@@ -11,9 +11,11 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
+import scipy
 
 from camsim.arrays import C128, F64, I64
 from camsim.errors import UnsupportedError
@@ -24,12 +26,15 @@ from camsim.optics.rays import places_over
 from camsim.optics.pupil import Pupil
 from camsim.optics.transfer_table import radial_matrix, radial_places
 from camsim.optics.zernike import layout, orders, zernike
-from camsim.quadrature import chebyshev, gauss_legendre
+from camsim.quadrature import chebyshev, gauss_rules
 
 NODES = 6, 8, 10, 12, 16, 20, 24, 32, 40, 52, 64, 88, 120, 160, 220, 300  # each way of an overlap
 RADII = 8, 10, 12, 16, 20, 24, 32, 48, 64, 96, 128, 192
 DIRECTIONS = 6, 8, 12, 16, 20, 24, 32, 48, 64, 96, 128, 192, 256  # over half a turn
-TRIED_RADII, TRIED_DIRECTIONS = np.array([0.04, 0.15, 0.3, 0.45, 0.6, 0.8]), np.array([0.4, 1.3])
+TRIED_RADII, TRIED_DIRECTIONS = np.array([0.03, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0]), np.array([0.4, 1.3])
+MANY_RADII, MANY_DIRECTIONS = (24, 48, 96, 240), (24, 48, 96, 320)  # of which few are found to be enough
+S3, S5, S7, S9, S11, S13, S15 = (math.pow(-1.0, n) / math.factorial(2 * n + 1) for n in range(1, 8))
+C2, C4, C6, C8, C10, C12, C14, C16 = (math.pow(-1.0, n) / math.factorial(2 * n) for n in range(1, 9))
 TERMS = 66  # Zernikes to order 10, as which a wavefront of somebody's own is taken first
 MOST_TERMS, FITTED = 231, 1e-4  # and to order 20; waves that may be left
 
@@ -60,17 +65,18 @@ class Wavefronts:
         """Whether all are the same above and below the x axis."""
         return all(orders(j)[1] >= 0 for j in self.zernike)
 
-    def transfers(self, rho: F64, angle: F64, nodes: int) -> C128:
-        """Return transfers (n, places) at ρ = |f|·λN and directions (n,), by so many nodes each way."""
+    def transfers(self, rho: F64, angle: F64, nodes: I64) -> C128:
+        """Return transfers (n, places) at ρ = |f|·λN and directions (n,), by so many nodes (n,) each way."""
         index, norms, steps = layout(self.zernike)
         slots = np.full(steps.shape[0] * 2 * steps.shape[1], -1)
         slots[index] = np.arange(index.size)
-        x, w = gauss_legendre(nodes)
+        counts, which = np.unique(nodes, return_inverse=True)
+        rules = gauss_rules(tuple(counts.tolist()))
         out = np.empty((rho.size, self.waves.shape[1]), complex)
         waves = np.ascontiguousarray(self.waves * norms[:, None])
         shared(
             rho.size,
-            functools.partial(_overlaps, rho, angle, waves, slots.reshape(len(steps), 2, -1), steps, (x, w), out),
+            functools.partial(_overlaps, rho, angle, waves, slots.reshape(len(steps), 2, -1), steps, rules, which, out),
         )
         return out
 
@@ -91,81 +97,95 @@ def _coefficients(lens: Placed, wavelength_nm: F64) -> tuple[tuple[int, ...], F6
 
 @dataclass(frozen=True)
 class Rule:
-    """How finely transfers are taken: nodes of their integrals, radii, and directions over half a turn."""
+    """How finely transfers are taken.
 
-    nodes: int
-    radii: int
-    directions: int
+    outer : the largest ρ = |f|·λN
+    nodes : each way, of integrals at the radii ``TRIED_RADII`` of it
+    radii, directions : of a table; the latter over half a turn
+    """
+
+    outer: float
+    nodes: tuple[int, ...]
+    radii: int = 0
+    directions: int = 0
 
     @classmethod
-    def of(cls, fronts: Wavefronts, allowed: float) -> Rule:
+    def of(cls, fronts: Wavefronts, allowed: float, outer: float) -> Rule:
         """Return the coarsest that is right to ``allowed`` for all of some wavefronts."""
-        rho, angle = (own.ravel() for own in np.meshgrid(TRIED_RADII, TRIED_DIRECTIONS))
-        known = fronts.transfers(rho, angle, NODES[0])
-        for nodes, finer in zip(NODES, NODES[1:], strict=False):
-            right = fronts.transfers(rho, angle, finer)
-            if np.abs(right - known).max() <= 0.3 * allowed:
+        rho, angle = (own.ravel() for own in np.meshgrid(outer * TRIED_RADII, TRIED_DIRECTIONS, indexing="ij"))
+        nodes = np.zeros(TRIED_RADII.size, np.int64)
+        known = fronts.transfers(rho, angle, np.full(rho.size, NODES[0]))
+        for count, finer in pairwise(NODES):
+            open_ = np.repeat(nodes == 0, TRIED_DIRECTIONS.size)
+            right = known.copy()
+            right[open_] = fronts.transfers(rho[open_], angle[open_], np.full(int(open_.sum()), finer))
+            off = np.abs(right - known).max(axis=1).reshape(nodes.size, -1).max(axis=1)
+            nodes[(nodes == 0) & (off <= 0.3 * allowed)] = count
+            if nodes.all():
                 break
             known = right
         else:
-            raise UnsupportedError("its wavefronts turn too often between places of the pupil", key="lens")
-        return cls(nodes, _radii(fronts, nodes, allowed), _directions(fronts, nodes, allowed))
+            raise UnsupportedError("its wavefronts turn too often over the pupil", key="lens")
+        first = cls(outer, tuple(nodes.tolist()))
+        return replace(first, radii=first._radii(fronts, allowed), directions=first._directions(fronts, allowed))
 
-    @property
-    def rho(self) -> F64:
-        """The radii."""
-        return radial_places(self.radii)
+    def at(self, fronts: Wavefronts, rho: F64, angle: F64) -> C128:
+        """Return transfers (n, places)."""
+        beside = np.searchsorted(self.outer * TRIED_RADII, rho)
+        nodes = np.array(self.nodes)
+        last = nodes.size - 1
+        own = np.maximum(nodes[np.minimum(beside, last)], nodes[np.clip(beside - 1, 0, last)])
+        return fronts.transfers(rho, angle, own)
 
     def on_lattice(self, fronts: Wavefronts) -> C128:
         """Return harmonics (places, radii, 2·directions) of transfers about all directions from x on."""
         count = self.directions
         first = count // 2 + 1 if fronts.mirrored else count
         angle = np.pi * np.arange(first) / count
-        half = fronts.transfers(np.repeat(self.rho, first), np.tile(angle, self.radii), self.nodes)
-        half = half.reshape(self.radii, first, -1)
+        rho = self.outer * radial_places(self.radii)
+        half = self.at(fronts, np.repeat(rho, first), np.tile(angle, self.radii)).reshape(self.radii, first, -1)
         if fronts.mirrored:  # T(ρ, π − θ) is the conjugate of T(ρ, −θ), which is T(ρ, θ)
             half = np.concatenate([half, half[:, count - first : 0 : -1].conj()], axis=1)
         whole = np.concatenate([half, half.conj()], axis=1)
-        waves: C128 = np.fft.fft(whole, axis=1) / (2 * count)
+        waves: C128 = scipy.fft.fft(whole, axis=1) / (2 * count)
         return np.ascontiguousarray(np.moveaxis(waves, 2, 0))
 
     def between(self, rho: F64) -> F64:
-        """Return the matrix (n, radii) of interpolation to ρ (n,), 0 beyond 1."""
+        """Return the matrix (n, radii) of interpolation to ρ (n,), 0 beyond the largest."""
         matrix = np.zeros((rho.size, self.radii))
-        inside = rho < 1.0
-        matrix[inside] = radial_matrix(self.radii, rho[inside])
+        inside = rho < self.outer * (1.0 + 1e-12)
+        matrix[inside] = radial_matrix(self.radii, np.minimum(rho[inside] / self.outer, 1.0))
         return matrix
 
+    def _radii(self, fronts: Wavefronts, allowed: float) -> int:
+        """Return how many radii tell those between, by the Chebyshev series along two directions."""
+        for count in MANY_RADII:
+            rho, angle = self.outer * radial_places(count), np.repeat(TRIED_DIRECTIONS, count)
+            values = self.at(fronts, np.tile(rho, 2), angle).reshape(2, count, -1)
+            series = np.cos(np.arange(count)[:, None] * np.arccos(chebyshev(count))) * (2.0 / count)
+            size = np.abs(np.einsum("rn,dnp->drp", series, values, optimize=True)).max(axis=(0, 2))
+            if (fits := _fewest(size, RADII, allowed)) is not None:
+                return fits
+        raise UnsupportedError("its wavefronts turn too often along the pupil's radius", key="lens")
 
-def _radii(fronts: Wavefronts, nodes: int, allowed: float) -> int:
-    """Return how many radii tell those between, by the Chebyshev series along two directions."""
-    for count in (32, 96, RADII[-1]):
-        rho, angle = radial_places(count), np.repeat(TRIED_DIRECTIONS, count)
-        values = fronts.transfers(np.tile(rho, 2), angle, nodes).reshape(2, count, -1)
-        order = np.arange(count)[:, None]
-        series = np.cos(order * np.arccos(chebyshev(count))) * (2.0 / count)
-        size = np.abs(np.einsum("rn,dnp->drp", series, values)).max(axis=(0, 2))
-        beyond = np.cumsum(size[::-1])[::-1]
-        fits = [n for n in RADII if n < 0.8 * count and beyond[n] <= allowed]
-        if fits:
-            return fits[0]
-    return RADII[-1]
+    def _directions(self, fronts: Wavefronts, allowed: float) -> int:
+        """Return how many directions tell those between, by the harmonics on a few radii."""
+        rho = self.outer * TRIED_RADII[1::3]
+        for count in MANY_DIRECTIONS:
+            angle = np.pi * np.arange(count) / count
+            half = self.at(fronts, np.repeat(rho, count), np.tile(angle, rho.size)).reshape(rho.size, count, -1)
+            waves = scipy.fft.fft(np.concatenate([half, half.conj()], axis=1), axis=1) / (2 * count)
+            size = np.abs(waves).max(axis=(0, 2))
+            size = size[:count] + np.concatenate([[0.0], size[:count:-1]])
+            if (fits := _fewest(size, DIRECTIONS, 0.5 * allowed)) is not None:
+                return fits
+        raise UnsupportedError("its wavefronts turn too often around the pupil", key="lens")
 
 
-def _directions(fronts: Wavefronts, nodes: int, allowed: float) -> int:
-    """Return how many directions tell those between, by the harmonics on a few radii."""
-    for count in (32, 96, DIRECTIONS[-1]):
-        rho = TRIED_RADII[1::2]
-        angle = np.pi * np.arange(count) / count
-        half = fronts.transfers(np.repeat(rho, count), np.tile(angle, rho.size), nodes).reshape(rho.size, count, -1)
-        waves = np.fft.fft(np.concatenate([half, half.conj()], axis=1), axis=1) / (2 * count)
-        size = np.abs(waves).max(axis=(0, 2))
-        size = size[:count] + np.concatenate([[0.0], size[:count:-1]])
-        beyond = np.cumsum(size[::-1])[::-1]
-        fits = [n for n in DIRECTIONS if n < 0.8 * count and beyond[n] <= 0.5 * allowed]
-        if fits:
-            return fits[0]
-    return DIRECTIONS[-1]
+def _fewest(size: F64, counts: tuple[int, ...], allowed: float) -> int | None:
+    """Return the smallest count of terms beyond which what is left is allowed; None: there are too few to tell."""
+    beyond = np.cumsum(size[::-1])[::-1]
+    return next((n for n in counts if n < 0.85 * size.size and beyond[n] <= allowed), None)
 
 
 @kernel(allocates=True)
@@ -175,7 +195,8 @@ def _overlaps(
     waves: F64,
     slots: I64,
     steps: F64,
-    rule: tuple[F64, F64],
+    rules: tuple[F64, F64, I64],
+    which: I64,
     out: C128,
     begin: int,
     stop: int,
@@ -185,21 +206,22 @@ def _overlaps(
     waves : (k, places) coefficients of polynomials that are 1 at the rim
     slots : (m, 2, p) which of them a polynomial is, cos or sin; −1: none;  steps: see ``zernike.radial_steps``
     """
-    x, w = rule
+    nodes, weights, counts = rules
     turns, degrees = len(slots), slots.shape[2]
     places = waves.shape[1]
     phase, real, imag = np.empty(places), np.empty(places), np.empty(places)
     for n in range(begin, stop):
-        own = rho[n]
+        own, count = rho[n], counts[which[n]]
+        x, w = nodes[which[n]], weights[which[n]]
         cos, sin = math.cos(angle[n]), math.sin(angle[n])
         widest = math.acos(min(own, 1.0))
         real[:] = 0.0
         imag[:] = 0.0
-        for a in range(len(x)):
+        for a in range(count):
             alpha = widest * x[a]
             t, chord = math.sin(alpha), math.cos(alpha)
             half = chord - own
-            for v in range(len(x)):
+            for v in range(count):
                 u = half * x[v]
                 x0, y0 = (u - own) * cos - t * sin, (u - own) * sin + t * cos
                 x1, y1 = (u + own) * cos - t * sin, (u + own) * sin + t * cos
@@ -231,12 +253,10 @@ def _overlaps(
                     # Of half the angle by Taylor's series, to 1e-11: loops are vectors.
                     h = math.pi * (phase[q] - math.floor(phase[q] + 0.5))
                     z = h * h
-                    odd = 1.0 - z / 210.0 * (1.0 - z / 272.0)
-                    odd = 1.0 - z / 110.0 * (1.0 - z / 156.0 * odd)
-                    odd = h * (1.0 - z / 6.0 * (1.0 - z / 20.0 * (1.0 - z / 42.0 * (1.0 - z / 72.0 * odd))))
-                    even = 1.0 - z / 182.0 * (1.0 - z / 240.0)
-                    even = 1.0 - z / 90.0 * (1.0 - z / 132.0 * even)
-                    even = 1.0 - z / 2.0 * (1.0 - z / 12.0 * (1.0 - z / 30.0 * (1.0 - z / 56.0 * even)))
+                    odd = S13 + z * S15
+                    odd = h * (1.0 + z * (S3 + z * (S5 + z * (S7 + z * (S9 + z * (S11 + z * odd))))))
+                    even = C12 + z * (C14 + z * C16)
+                    even = 1.0 + z * (C2 + z * (C4 + z * (C6 + z * (C8 + z * (C10 + z * even)))))
                     real[q] += weight * (1.0 - 2.0 * odd * odd)
                     imag[q] += weight * (2.0 * odd * even)
         for q in range(places):
