@@ -19,6 +19,7 @@ import scipy
 from camsim.arrays import C128, F64, I64
 from camsim.errors import UnsupportedError
 from camsim.kept import cached_property
+from camsim.kernels import shared
 from camsim.optics import OpticalSystem
 from camsim.optics.airy import Airy
 from camsim.optics.placed import Revolves
@@ -26,6 +27,7 @@ from camsim.optics.protocols import Varies
 from camsim.quadrature import chebyshev, interpolation
 from camsim.rendering.waves.field_transfers import Rule, Wavefronts
 from camsim.rendering.waves.image import FrequencyImage, Source, tiles
+from camsim.rendering.waves.kernels import mix
 from camsim.rendering.waves.levels import Level
 from camsim.rendering.waves.transfers import Footprint
 
@@ -35,7 +37,7 @@ TRIED = np.array([[-0.83, 0.41], [0.37, -0.71], [0.92, 0.88], [-0.15, 0.07]])  #
 LOOKED_AT = 64  # radial frequencies at which transfers are compared
 POINTS, FAR_POINTS = 320, 96  # along the radius of a table
 TURNS = 32, 48, 64, 96, 128, 192, 256, 384, 512  # directions of a table over half a turn
-OF_RULE, OF_PLACES, OF_MIXTURES, OF_TURNS = 0.3, 0.3, 0.2, 0.2  # of what a transfer may be off by
+OF_RULE, OF_PLACES, OF_MIXTURES, OF_TURNS = 0.5, 0.7, 0.7, 0.3  # of what is allowed
 CUBIC = 0.0234  # of the fourth power of a wave's step: what a cubic between four points leaves
 ALIKE_UM = 1e-6  # heights that are one
 MOST_KEPT = 200  # of them, whose transfers are cached
@@ -100,7 +102,8 @@ class VaryingLens:
             known = part.at(_grid(count))
             between = [np.outer(_weights(count, y), _weights(count, x)).ravel() for x, y in TRIED[:, :, None]]
             shown = part.shown(known)
-            if np.abs(np.einsum("tp,p...->t...", np.stack(between), shown) - tried).max() <= OF_PLACES * self.allowed:
+            off = np.einsum("tp,p...->t...", np.stack(between), shown, optimize=True) - tried
+            if part.seen(off).max() <= OF_PLACES * self.allowed:
                 return part.mixed(known, shown, count)
         return None
 
@@ -156,6 +159,10 @@ class _Part:
         self.lens, self.rule, self.corners_um, self.weights = lens, rule, corners_um, weights
         frequency = cut * (np.arange(LOOKED_AT) + 0.5) / LOOKED_AT
         self._looked_at = [rule.between(frequency * blur) for blur in lens.blurs.tolist()]
+        angle = np.pi * np.arange(rule.directions) / rule.directions
+        per_um = frequency[:, None] / lens.pitch_um
+        footprint = np.abs(lens.system.footprint_otf(per_um * np.cos(angle), per_um * np.sin(angle)))
+        self._edge = footprint / (np.pi * (np.arange(LOOKED_AT)[:, None] + 0.5))
 
     def at(self, places: F64) -> C128:
         """Return harmonics at places (n, 2) of the part, −1 … 1."""
@@ -171,15 +178,21 @@ class _Part:
         shown: C128 = scipy.fft.ifft(out, axis=-1)[..., : self.rule.directions] * (2 * self.rule.directions)
         return shown
 
+    def seen(self, off: C128) -> F64:
+        """Return what an edge shows at the most of transfers (…, kinds, n, directions) that are off: ∫ |T|/πf df."""
+        seen: F64 = np.einsum("...nd,nd->...d", np.abs(off), self._edge).max(axis=-1).sum(axis=-1)
+        return seen
+
     def mixed(self, harmonics: C128, shown: C128, count: int) -> Mixtures:
         """Return the few mixtures that all places and channels are made of."""
-        flat = shown.reshape(shown.shape[0] * shown.shape[1], -1)
+        flat = (shown * np.sqrt(self._edge)).reshape(shown.shape[0] * shown.shape[1], -1)
         both = np.concatenate([flat.real, flat.imag], axis=1)
         _, vectors = np.linalg.eigh(both @ both.T)
         vectors = vectors[:, ::-1]
-        modes = vectors.T @ both
-        size = np.hypot(*np.split(np.abs(modes), 2, axis=1)).max(axis=1) * np.abs(vectors).max(axis=0)
-        beyond = np.cumsum(size[::-1])[::-1]
+        modes = np.einsum("am,a...->m...", vectors, shown.reshape(len(flat), *shown.shape[2:]), optimize=True)
+        # What is left out of a transfer adds up as of random signs.
+        size = (self.seen(modes) * vectors) ** 2
+        beyond = np.sqrt(np.cumsum(size[:, ::-1], axis=1)[:, ::-1].max(axis=0))
         kept = max(1, int(np.count_nonzero(beyond > OF_MIXTURES * self.lens.allowed)))
         own = vectors[:, :kept].reshape(*shown.shape[:2], kept)
         taken = np.einsum("pcm,kcj->jmkp", own, self.weights, optimize=True)
@@ -249,10 +262,8 @@ class Mixtures:
         down, across = (
             _weights(self.count, _even(n)[own]) for n, own in zip(shape, part, strict=True)
         )  # (rows, count), (cols, count)
-        table = self.taken.reshape(*self.taken.shape[:2], self.count, self.count)
-        for channel, taken in zip(image, table, strict=True):
-            for amounts, own in zip(taken, each, strict=True):
-                channel += (down @ amounts @ across.T) * own
+        amounts = np.einsum("ra,cmab->rcmb", down, self.taken.reshape(*self.taken.shape[:2], self.count, self.count))
+        shared(image.shape[1], functools.partial(mix, image, each, amounts, np.ascontiguousarray(across.T)))
 
 
 def _finer(harmonics: C128, turns: int) -> C128:

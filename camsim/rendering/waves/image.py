@@ -134,7 +134,13 @@ class FrequencyImage:
             work = functools.partial(add_curves, total, transform, curves, footprint, share, (step_x, step_y, per))
         elif lens.is_pupil:
             polar, per = self._table("polar", level, weights, lens)
-            work = functools.partial(add_polar, total, transform, polar, footprint, share, (step_x, step_y, per))
+            # Channels last, and real and imaginary parts as numbers of their own: see there.
+            sums = np.zeros((*total.shape[1:], 2 * len(total)))
+            parts = polar.view(np.float64)
+            work = functools.partial(add_polar, sums, transform, parts, footprint, share, (step_x, step_y, per))
+            shared(total.shape[1], work)
+            total += np.moveaxis(sums.view(np.complex128), 2, 0)
+            return
         else:
             self._add_planes(total, transform, level, lattice, behind, footprint, share)
             return

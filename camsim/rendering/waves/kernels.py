@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from camsim.arrays import C128, F64
 from camsim.kernels import kernel
 
@@ -78,28 +80,33 @@ def _line(share: tuple[F64, float], frequency: float) -> float:
     return float(values[at] + (place - at) * (values[at + 1] - values[at]))
 
 
-@kernel()
+@kernel(allocates=True)
 def add_polar(
-    total: C128,
+    total: F64,
     source: C128,
-    polar: C128,
+    polar: F64,
     footprint: tuple[C128, C128, C128],
     share: tuple[F64, float],
     scale: tuple[float, float, float],
     begin: int,
     stop: int,
 ) -> None:
-    """Add source × transfer where that depends on direction; polar: (points, directions + 3, kinds, channels).
+    """Add source × transfer where that depends on direction.
 
-    Directions run evenly from a step before −π/2 to two past π/2, or there is one. All else as of ``add_curves``.
+    total : (rows, cols, 2·channels), and polar: (points, directions + 3, kinds, 2·channels): real and imaginary parts
+    in turn, so that loops over channels are vectors. Directions run evenly from a step before −π/2 to two past π/2, or
+    there is one. All else as of ``add_curves``.
     """
     (across, down, both), (step_x, step_y, per) = footprint, scale
     kinds, lines, columns = source.shape
-    channels, rows, cols = total.shape
+    rows, cols, parts = total.shape
     points, middle = len(polar), lines // 2
     turns = polar.shape[1]
     per_turn = (turns - 3) / math.pi
     most = (points - 1) / per
+    lens = np.empty(parts)
+    radial, turned = np.empty(4), np.ones(4)
+    ways = 1 if turns == 1 else 4
     for row in range(begin, stop):
         first = row - ((row + middle) // rows) * rows
         for j in range(first, middle + 1, rows):
@@ -115,47 +122,57 @@ def add_polar(
                 place = radius * per
                 at = min(max(int(place), 1), points - 3)
                 if place <= points - 1:
-                    r0, r1, r2, r3 = _cubic(place - at)
                     times = across[i] * own * _line(share, radius)
                     if both.size:
                         times *= both[j + middle, i]
                     if i == 0:
                         times *= 0.5
-                    if turns == 1:
-                        for c in range(channels):
-                            value = 0j
-                            for k in range(kinds):
-                                lens = r0 * polar[at - 1, 0, k, c] + r1 * polar[at, 0, k, c]
-                                lens += r2 * polar[at + 1, 0, k, c] + r3 * polar[at + 2, 0, k, c]
-                                value += source[k, j + middle, i] * lens
-                            total[c, row, col] += value * times
-                    else:
+                    _cubic(place - at, radial)
+                    way = 1
+                    if turns > 1:
                         turn = (math.atan2(fy, fx) + 0.5 * math.pi) * per_turn + 1.0
                         way = min(max(int(turn), 1), turns - 3)
-                        t0, t1, t2, t3 = _cubic(turn - way)
-                        for c in range(channels):
-                            value = 0j
-                            for k in range(kinds):
-                                lens = 0j
-                                for q in range(4):
-                                    r = r0 if q == 0 else r1 if q == 1 else r2 if q == 2 else r3
-                                    near = t0 * polar[at + q - 1, way - 1, k, c] + t1 * polar[at + q - 1, way, k, c]
-                                    near += (
-                                        t2 * polar[at + q - 1, way + 1, k, c] + t3 * polar[at + q - 1, way + 2, k, c]
-                                    )
-                                    lens += r * near
-                                value += source[k, j + middle, i] * lens
-                            total[c, row, col] += value * times
+                        _cubic(turn - way, turned)
+                    for k in range(kinds):
+                        value = source[k, j + middle, i] * times
+                        lens[:] = 0.0
+                        for q in range(4):
+                            for t in range(ways):
+                                weight = radial[q] * turned[t]
+                                near = polar[at + q - 1, way + t - 1, k]
+                                for c in range(parts):
+                                    lens[c] += weight * near[c]
+                        here = total[row, col]
+                        for c in range(0, parts, 2):
+                            here[c] += value.real * lens[c] - value.imag * lens[c + 1]
+                            here[c + 1] += value.real * lens[c + 1] + value.imag * lens[c]
                 col += 1
                 if col == cols:
                     col = 0
 
 
 @kernel()
-def _cubic(t: float) -> tuple[float, float, float, float]:
-    """Return Lagrange's weights of places −1, 0, 1 and 2 at t."""
+def mix(image: F64, each: F64, down: F64, across: F64, begin: int, stop: int) -> None:
+    """Add Σ_m (Σ_a down[a]·across[a])·each[m] to rows begin … stop of an image (channels, rows, cols).
+
+    each : (m, rows, cols);  down: (rows, channels, m, a) and across: (a, cols) what a mixture's amount is at a place
+    """
+    count, cols = across.shape
+    for row in range(begin, stop):
+        for c in range(len(image)):
+            for m in range(len(each)):
+                for a in range(count):
+                    weight = down[row, c, m, a]
+                    for i in range(cols):
+                        image[c, row, i] += weight * across[a, i] * each[m, row, i]
+
+
+@kernel()
+def _cubic(t: float, weights: F64) -> None:
+    """Write Lagrange's weights of places −1, 0, 1 and 2 at t."""
     a, b, c = t + 1.0, t - 1.0, t - 2.0
-    return -t * b * c / 6.0, a * b * c / 2.0, -a * t * c / 2.0, a * t * b / 6.0
+    weights[0], weights[1] = -t * b * c / 6.0, a * b * c / 2.0
+    weights[2], weights[3] = -a * t * c / 2.0, a * t * b / 6.0
 
 
 @kernel()
