@@ -12,6 +12,7 @@ import functools
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import scipy
@@ -34,12 +35,14 @@ from camsim.rendering.waves.transfers import Footprint
 NODES = 1, 2, 3, 4, 5, 6, 8  # Chebyshev places along a side of a part of the frame
 FAR_NODES = *NODES, 10, 12, 16  # of all of it, for low frequencies
 TRIED = np.array([[-0.83, 0.41], [0.37, -0.71], [0.92, 0.88], [-0.15, 0.07]])  # places of a part, −1 … 1
-LOOKED_AT = 64  # radial frequencies at which transfers are compared
+LOOKED_AT = 48  # radial frequencies at which transfers are compared
+BANDS = 4, 8, 14, 21, 28, 36, 48  # of these: where bands of frequencies end, each with mixtures of its own
 POINTS, FAR_POINTS = 320, 96  # along the radius of a table
 TURNS = 32, 48, 64, 96, 128, 192, 256, 384, 512  # directions of a table over half a turn
 OF_RULE, OF_PLACES, OF_MIXTURES, OF_TURNS = 0.5, 0.7, 0.7, 0.3  # of what is allowed
 CUBIC = 0.0234  # of the fourth power of a wave's step: what a cubic between four points leaves
 ALIKE_UM = 1e-6  # heights that are one
+TILE = int(__import__('os').environ.get('TILE','512'))
 MOST_KEPT = 200  # of them, whose transfers are cached
 
 
@@ -156,7 +159,7 @@ class _Part:
     """A part of the frame, and transfers there."""
 
     def __init__(self, lens: VaryingLens, rule: Rule, corners_um: F64, cut: float, weights: F64) -> None:
-        self.lens, self.rule, self.corners_um, self.weights = lens, rule, corners_um, weights
+        self.lens, self.rule, self.corners_um, self.cut, self.weights = lens, rule, corners_um, cut, weights
         frequency = cut * (np.arange(LOOKED_AT) + 0.5) / LOOKED_AT
         self._looked_at = [rule.between(frequency * blur) for blur in lens.blurs.tolist()]
         angle = np.pi * np.arange(rule.directions) / rule.directions
@@ -173,7 +176,7 @@ class _Part:
         """Return transfers (places, channels, kinds, n, directions) at some frequencies."""
         out = np.zeros((len(harmonics), *self.weights.shape[1::-1], LOOKED_AT, harmonics.shape[3]), complex)
         for j, matrix in enumerate(self._looked_at):
-            own = np.einsum("nr,prm->pnm", matrix, harmonics[:, j], optimize=True)
+            own = _times(matrix, harmonics[:, j])
             out += self.weights.T[j, None, :, :, None, None] * own[:, None, None]
         shown: C128 = scipy.fft.ifft(out, axis=-1)[..., : self.rule.directions] * (2 * self.rule.directions)
         return shown
@@ -185,21 +188,39 @@ class _Part:
 
     def mixed(self, harmonics: C128, shown: C128, count: int) -> Mixtures:
         """Return the few mixtures that all places and channels are made of."""
-        flat = (shown * np.sqrt(self._edge)).reshape(shown.shape[0] * shown.shape[1], -1)
-        both = np.concatenate([flat.real, flat.imag], axis=1)
-        _, vectors = np.linalg.eigh(both @ both.T)
-        vectors = vectors[:, ::-1]
-        modes = np.einsum("am,a...->m...", vectors, shown.reshape(len(flat), *shown.shape[2:]), optimize=True)
-        # What is left out of a transfer adds up as of random signs.
-        size = (self.seen(modes) * vectors) ** 2
-        beyond = np.sqrt(np.cumsum(size[:, ::-1], axis=1)[:, ::-1].max(axis=0))
-        kept = max(1, int(np.count_nonzero(beyond > OF_MIXTURES * self.lens.allowed)))
-        own = vectors[:, :kept].reshape(*shown.shape[:2], kept)
+        flat = shown.reshape(shown.shape[0] * shown.shape[1], *shown.shape[2:])
+        vectors, numbers = np.empty((len(flat), 0)), np.empty(len(BANDS), np.int64)
+        allowed = OF_MIXTURES * self.lens.allowed / math.sqrt(len(BANDS))
+        # High frequencies take the fewest mixtures: photosites pass little of them.
+        for k, (begin, end) in reversed([*enumerate(pairwise((0, *BANDS)))]):
+            band, edge = flat[..., begin:end, :], self._edge[begin:end]
+            rest = np.ascontiguousarray(band).reshape(len(flat), -1)
+            rest = rest - _times(vectors, _times(np.ascontiguousarray(vectors.T), rest))
+            loud = (rest.reshape(band.shape) * np.sqrt(edge)).reshape(len(flat), -1).view(np.float64)
+            fresh = np.linalg.eigh(loud @ loud.T)[1][:, ::-1]
+            modes = _times(np.ascontiguousarray(fresh.T), rest).reshape(-1, *band.shape[1:])
+            # What is left out of a transfer adds up as of random signs.
+            seen = np.einsum("...nd,nd->...d", np.abs(modes), edge).max(axis=-1).sum(axis=-1)
+            beyond = np.sqrt(np.cumsum(((seen * fresh) ** 2)[:, ::-1], axis=1)[:, ::-1].max(axis=0))
+            kept = int(np.count_nonzero(beyond[: len(flat) - vectors.shape[1]] > allowed))
+            vectors = np.linalg.qr(np.concatenate([vectors, fresh[:, :kept]], axis=1))[0]
+            numbers[k] = vectors.shape[1]
+        kept = vectors.shape[1]
+        own = vectors.reshape(*shown.shape[:2], kept)
         taken = np.einsum("pcm,kcj->jmkp", own, self.weights, optimize=True)
-        made = np.stack(
-            [np.einsum("mkp,prh->mkrh", taken[j], harmonics[:, j], optimize=True) for j in range(len(taken))]
+        flat = harmonics.reshape(*harmonics.shape[:2], -1)
+        made = np.stack([_times(taken[j].reshape(-1, len(harmonics)), flat[:, j]) for j in range(len(taken))])
+        made = np.moveaxis(made.reshape(*taken.shape[:3], *harmonics.shape[2:]), 3, 1)  # radii first
+        return Mixtures(
+            lens=self.lens,
+            rule=self.rule,
+            harmonics=made,
+            turns=self._turns(shown),
+            numbers=np.maximum(numbers, 1),
+            cut=self.cut,
+            count=count,
+            taken=np.moveaxis(own, 0, 2),
         )
-        return Mixtures(self.lens, self.rule, made, self._turns(shown), count, np.moveaxis(own, 0, 2))
 
     def _turns(self, shown: C128) -> int:
         """Return how many directions of a table cubics follow."""
@@ -212,11 +233,12 @@ class _Part:
         return max(next(fits, TURNS[-1]), self.rule.directions)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Mixtures:
     """What stands for the lens of a part of the frame among the lenses of frequency sums.
 
-    harmonics : (j, m, kinds, radii, 2·directions);  turns: directions of a table
+    harmonics : (j, radii, m, kinds, 2·directions);  turns: directions of a table
+    numbers   : of mixtures, the first ones, that frequencies up to each of ``BANDS`` take;  cut: the highest frequency
     count     : places along a side;  taken: (channels, m, count²) how much of each mixture a place has
     """
 
@@ -224,6 +246,8 @@ class Mixtures:
     rule: Rule
     harmonics: C128
     turns: int
+    numbers: I64
+    cut: float
     count: int
     taken: F64
 
@@ -232,27 +256,29 @@ class Mixtures:
     @property
     def number(self) -> int:
         """How many there are."""
-        return self.harmonics.shape[1]
+        return self.harmonics.shape[2]
 
-    def polar(self, level: Level, weights: F64) -> tuple[C128, float]:
+    def polar(self, level: Level, weights: F64) -> tuple[tuple[C128, I64], float]:
         """Return the table of ``Lens.polar``, mixtures as its channels; weights are in it."""
         points = POINTS if level.takes is None else FAR_POINTS
         frequency = np.linspace(0.0, level.cut, points + 1)
-        total = np.zeros((*self.harmonics.shape[1:3], points + 1, self.harmonics.shape[4]), complex)
+        shape = self.harmonics.shape[2:]
+        total = np.zeros((points + 1, *shape), complex)
         more = self.lens.system.more
         out = np.zeros((*total.shape[:3], self.turns), complex) if more else None
         for own, blur, nm in zip(self.harmonics, self.lens.blurs, self.lens.wavelength_nm.tolist(), strict=True):
-            along = np.einsum("nr,mkrh->mknh", self.rule.between(frequency * blur), own, optimize=True)
+            along = _times(self.rule.between(frequency * blur), own.reshape(len(own), -1)).reshape(-1, *shape)
             if out is None:
                 total += along
                 continue
             angle = np.pi * np.arange(self.turns) / self.turns - 0.5 * np.pi
             fx, fy = (np.outer(frequency / self.lens.pitch_um, way) for way in (np.cos(angle), np.sin(angle)))
             passes = functools.reduce(np.multiply, (stage.otf(fx, fy, nm) for stage in more))
-            out += _finer(along, self.turns) * passes
-        half = np.moveaxis(_finer(total, self.turns) if out is None else out, (2, 3), (0, 1)).swapaxes(2, 3)
+            out += _finer(along, self.turns) * passes[:, None, None]
+        half = np.moveaxis(_finer(total, self.turns) if out is None else out, 3, 1).swapaxes(2, 3)
         table = np.concatenate([half[:, -1:].conj(), half, half[:, :2].conj()], axis=1)
-        return np.ascontiguousarray(table), points / level.cut
+        band = np.searchsorted(np.array(BANDS[:-1]) * (self.cut / LOOKED_AT), frequency, side="right")
+        return (np.ascontiguousarray(table), self.numbers[band]), points / level.cut
 
     def add(self, image: F64, each: F64, part: tuple[slice, slice], shape: tuple[int, int]) -> None:
         """Add to a part of a frame's image (channels, rows, cols) what mixtures (m, rows, cols) are there.
@@ -264,6 +290,12 @@ class Mixtures:
         )  # (rows, count), (cols, count)
         amounts = np.einsum("ra,cmab->rcmb", down, self.taken.reshape(*self.taken.shape[:2], self.count, self.count))
         shared(image.shape[1], functools.partial(mix, image, each, amounts, np.ascontiguousarray(across.T)))
+
+
+def _times(matrix: F64, values: C128) -> C128:
+    """Return a real matrix times a complex one (n, m)."""
+    product: C128 = np.matmul(matrix, np.ascontiguousarray(values).view(np.float64)).view(np.complex128)
+    return product
 
 
 def _finer(harmonics: C128, turns: int) -> C128:
@@ -310,7 +342,7 @@ class VaryingImage:
         """Yield tiles of the image, as of ``FrequencyImage``."""
         channels = self.sources[0][1].shape[1]
         far = [self._far(one, origin, shape) for one in self.sources] if len(self.levels) > 1 else []
-        for row, col, height, width in tiles(shape):
+        for row, col, height, width in tiles(shape, TILE):
             image = np.zeros((channels, height, width))
             part = slice(row, row + height), slice(col, col + width)
             for one in self.sources:

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from camsim.arrays import C128, F64
+from camsim.arrays import C128, F64, I64
 from camsim.kernels import kernel
 
 HERMITE = 4
@@ -85,6 +85,7 @@ def add_polar(
     total: F64,
     source: C128,
     polar: F64,
+    there: I64,
     footprint: tuple[C128, C128, C128],
     share: tuple[F64, float],
     scale: tuple[float, float, float],
@@ -95,7 +96,9 @@ def add_polar(
 
     total : (rows, cols, 2·channels), and polar: (points, directions + 3, kinds, 2·channels): real and imaginary parts
     in turn, so that loops over channels are vectors. Directions run evenly from a step before −π/2 to two past π/2, or
-    there is one. All else as of ``add_curves``.
+    there is one.
+    there : (points,) how many channels, the first ones, are summed at a radius
+    All else as of ``add_curves``.
     """
     (across, down, both), (step_x, step_y, per) = footprint, scale
     kinds, lines, columns = source.shape
@@ -133,9 +136,11 @@ def add_polar(
                         turn = (math.atan2(fy, fx) + 0.5 * math.pi) * per_turn + 1.0
                         way = min(max(int(turn), 1), turns - 3)
                         _cubic(turn - way, turned)
+                    parts = 2 * there[at]
                     for k in range(kinds):
                         value = source[k, j + middle, i] * times
-                        lens[:] = 0.0
+                        for c in range(parts):
+                            lens[c] = 0.0
                         for q in range(4):
                             for t in range(ways):
                                 weight = radial[q] * turned[t]

@@ -71,8 +71,8 @@ class Lens:
         curves = np.einsum("kcj,jn->nkc", weights, otf)
         return np.ascontiguousarray(curves), (points - 1) / level.cut
 
-    def polar(self, level: Level, weights: F64) -> tuple[C128, float]:
-        """Return (points, directions + 3, kinds, channels), and points per cycle/pitch.
+    def polar(self, level: Level, weights: F64) -> tuple[tuple[C128, I64], float]:
+        """Return (points, directions + 3, kinds, channels), how many channels there are, and points per cycle/pitch.
 
         Directions begin a step before −π/2 and end two past π/2: cubics want one neighbour more on either side.
         """
@@ -83,11 +83,12 @@ class Lens:
         frequency = np.linspace(0.0, level.cut, points + 1)
         along = table.along(frequency / self.pitch_um, turns, -0.5 * math.pi)
         polar = np.einsum("kcj,jnt->ntkc", weights, along)
+        there = np.full(points + 1, weights.shape[1])
         if turns == 1:
-            return np.ascontiguousarray(polar), points / level.cut
+            return (np.ascontiguousarray(polar), there), points / level.cut
         # Half a turn further on it is the conjugate.
         polar = np.concatenate([polar[:, -1:].conj(), polar, polar[:, :2].conj()], axis=1)
-        return np.ascontiguousarray(polar), points / level.cut
+        return (np.ascontiguousarray(polar), there), points / level.cut
 
     def size(self, frequency: F64, light: F64) -> F64:
         """Return the most that passes in any direction at frequencies (n,) in cycles/pitch; light: (j,) weights."""
