@@ -10,7 +10,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from camsim.arrays import F64
+from camsim.arrays import F64, I64, U8
 from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.kept import cached_property
 from camsim.optics import OpticalSystem
@@ -19,7 +19,8 @@ from camsim.optics.protocols import KnowsWaves, Rectangular, Varies
 from camsim.rendering.auto import Choice, refuse_much
 from camsim.rendering.bending import Bending
 from camsim.rendering.budget import ErrorBudget
-from camsim.rendering.engine import Decision
+from camsim.rendering.check.checks import Found
+from camsim.rendering.engine import Decision, Plan
 from camsim.rendering.fields.job import FieldJob
 from camsim.rendering.fields.layer import Layer
 from camsim.rendering.fields.points import PointLayer
@@ -28,13 +29,16 @@ from camsim.rendering.grid import Grid
 from camsim.rendering.job import Job
 from camsim.rendering.spectral import carrying
 from camsim.rendering.waves.bent_fields import BentSource
-from camsim.rendering.waves.field_lens import VaryingImage, VaryingLens
+from camsim.rendering.waves.field_lens import PlaceLens, VaryingImage, VaryingLens
 from camsim.rendering.waves.image import Source
 from camsim.rendering.waves.plan import OF_TRANSFER, WavesPlan, planned, spot_um
+from camsim.rendering.waves.transfers import Lens
 from camsim.scene import Scene
 from camsim.scene.arrange import Arrangement
 
 FINEST = 1e-8
+FEWEST, SECONDS = 4, 0.3  # photosites checked, and what each takes
+OF_CHECK = 0.2  # of the tolerance: what they are computed to
 PLACES = 5  # along either side of the window, at which the lens is asked how far its rays fall
 
 
@@ -65,7 +69,6 @@ class VaryingPlan(WavesPlan):
             precision=precision,
             lens=self.lens,
             pitch_um=self.job.grid.pitch_um,
-            reach=max(self.job.grid.rows, self.job.grid.cols),
         )
 
     @cached_property
@@ -165,13 +168,96 @@ def choose_varying(
             tolerance=tolerance if share == 1.0 else (1.0 - share) * tolerance,
         )
         fields = fields if fields.layers else None
-    judge = judge_at_places(job, lens, scene)
     if not len(job.edges) and fields is None:
-        return Choice(method="fourier", why="there is nothing to render", plan=FlatPlan(job=job), judge=judge)
+        flat = FlatPlan(job=job)
+        return Choice(
+            method="fourier", why="there is nothing to render", plan=flat, judge=JudgeOfPlaces(plan=flat)
+        )
     plan = planned(VaryingPlan, job=job, fields=fields, lens=lens)
     refuse_much("fourier", plan)
     why = "asked for" if method == "fourier" else "the lens changes over the frame"
-    return Choice(method="fourier", why=why, plan=plan, judge=judge)
+    return Choice(method="fourier", why=why, plan=plan, judge=JudgeOfPlaces(plan=plan))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class JudgeOfPlaces:
+    """What recomputes photosites: each behind the lens of its own place, with tables and levels of its own.
+
+    plan : whose sources are taken, and nothing that was made of the lens
+    """
+
+    plan: VaryingPlan | FlatPlan
+
+    def hardest(self, plan: Plan) -> tuple[I64, I64]:
+        """Return rows and columns of photosites beside corners of outlines, at the frame's corners, and anywhere."""
+        job = self.plan.job
+        grid = job.grid
+        draw = np.random.default_rng([grid.rows, grid.cols, len(job.edges)])
+        first = np.array(grid.first_centre)
+        size = np.array([grid.cols, grid.rows])
+        near = np.rint(job.edges.start - first).astype(np.int64)
+        near = near[((near >= 0) & (near < size)).all(axis=1)]
+        places = [np.array([0, 0]), size - 1, *draw.integers(0, size, (FEWEST, 2))]
+        if len(near):
+            farthest = near[np.argmax(np.hypot(*(near + first).T))]
+            places = [farthest, near[draw.integers(len(near))], *places]
+        col, row = np.unique(np.array(places[:FEWEST]), axis=0).T.astype(np.int64)
+        return row, col
+
+    def seconds(self, plan: Plan) -> float:
+        """Return what the check is expected to take."""
+        return 0.0 if isinstance(self.plan, FlatPlan) else FEWEST * SECONDS
+
+    def values(self, rows: I64, cols: I64, sets: U8) -> F64:
+        """Compute photosites again, each in its channel of ``sets`` (..., photosites)."""
+        values = np.empty(sets.shape)
+        for k, (row, col) in enumerate(zip(rows.tolist(), cols.tolist(), strict=True)):
+            values[..., k] = self._one(row, col)[sets[..., k]]
+        return values
+
+    def _one(self, row: int, col: int) -> F64:
+        """Return what one photosite sees, in each channel."""
+        plan, base = self.plan, self.plan.job.base
+        if isinstance(plan, FlatPlan):
+            return base
+        grid = plan.job.grid
+        one = dataclasses.replace(grid, rows=1, cols=1, origin=(grid.origin[0] + row, grid.origin[1] + col))
+        x, y = (grid.pitch_um * np.array(one.first_centre)).tolist()
+        tolerance = OF_CHECK * plan.job.tolerance
+        system = dataclasses.replace(plan.job.system, lens=plan.lens.at(x, y))
+        job = dataclasses.replace(plan.job, grid=one, system=system, tolerance=tolerance)
+        fields = plan.fields and dataclasses.replace(plan.fields, tolerance=OF_CHECK * plan.fields.tolerance)
+        place = planned(PlacePlan, job=job, fields=fields, lens=plan.lens)
+        image = place.image
+        if image is None:
+            return base
+        _, _, light = next(image.planes(one.first_centre, (1, 1)))
+        seen: F64 = base + light[:, 0, 0]
+        return seen
+
+    def compare(self, plan: Plan, values: F64, right: F64, rows: I64, cols: I64) -> Found:
+        """Compare an image's values at photosites with what they should be."""
+        off = np.abs(values - right)
+        off = np.where(np.isnan(off), np.inf, off).reshape(-1, rows.size).max(axis=0)
+        worst = int(np.argmax(off))
+        return Found(error=float(off[worst]), row=int(rows[worst]), col=int(cols[worst]), photosites=rows.size)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PlacePlan(WavesPlan):
+    """One place's lens for one photosite; the scene is bent as ``lens`` bends it."""
+
+    lens: Varies
+
+    def _lens(self, wavelength_nm: F64, tolerance: float) -> Lens:
+        return PlaceLens(
+            system=self.job.system,
+            wavelength_nm=wavelength_nm,
+            pitch_um=self.job.grid.pitch_um,
+            allowed=OF_TRANSFER * tolerance,
+        )
+
+    _source = VaryingPlan._source
 
 
 def _bending(lens: Varies, system: OpticalSystem, grid: Grid, seen_nm: F64, tolerance: float) -> Bending:
