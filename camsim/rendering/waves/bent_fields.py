@@ -18,7 +18,7 @@ from camsim.kept import cached_property
 from camsim.optics.protocols import Varies
 from camsim.rendering.fields.points import PointLayer
 from camsim.rendering.fields.samples import Splines, splines_of
-from camsim.rendering.waves.fields import SAMPLES_OF_WAVE, FieldSource
+from camsim.rendering.waves.fields import FieldSource
 from camsim.rendering.waves.levels import Lattice
 
 HEARD = 0.7  # cycles/pitch: beyond, photosites pass little of what a sample's spline has
@@ -56,12 +56,9 @@ class BentSource(FieldSource):
         out = np.zeros((len(self.mixture), 2 * rows - 1, columns), complex)
         if isinstance(self.layer, PointLayer):
             return out if self._add_points(out, *self._points, lattice, origin) else None
-        splines = self._splines
-        while 1.0 / (lattice.cut * splines.step) >= 2.0 * SAMPLES_OF_WAVE:
-            splines = self._coarser(splines)
         there = False
-        for block in self._blocks(splines, lattice, origin):
-            there |= self._add_block(out, splines, block, lattice, origin)
+        for block in self._blocks(lattice, origin):
+            there |= self._add_block(out, block, lattice, origin)
         there |= self._add_points(out, *self._corrections, lattice, origin)
         return out if there else None
 
@@ -111,35 +108,30 @@ class BentSource(FieldSource):
         moves = np.array([step, 0.0]), np.array([0.0, step])
         return np.stack([(self._fallen(places + m) - self._fallen(places - m)) / (2.0 * step) for m in moves], axis=1)
 
-    def _bent(self, splines: Splines) -> tuple[F64, F64, F64]:
-        """Return where samples (n, 2) fall, what their axes (n, 2, 2) become, and their light (kinds, n)."""
-        if splines.step not in self._thrown_copies:
-            rows, cols = splines.places.shape[:2]
-            fallen = self._fallen(splines.places.reshape(-1, 2)).reshape(rows, cols, 2)
-            if min(rows, cols) > 2:
-                across, down = (np.gradient(fallen, splines.step, axis=axis, edge_order=2) for axis in (1, 0))
-                axes = np.stack([across, down], axis=2).reshape(-1, 2, 2)
-            else:
-                assert not isinstance(self.layer, PointLayer)
-                axes = np.einsum("ax,nxy->nay", self.layer.axes, self._axes_at(splines.places.reshape(-1, 2)))
-            area = axes[:, 0, 0] * axes[:, 1, 1] - axes[:, 0, 1] * axes[:, 1, 0]
-            light = splines.light.reshape(len(splines.light), -1) * np.abs(area)
-            self._thrown_copies[splines.step] = fallen.reshape(-1, 2), axes, light
-        return self._thrown_copies[splines.step]
-
     @cached_property
-    def _thrown_copies(self) -> dict[float, tuple[F64, F64, F64]]:
-        return {}
+    def _bent(self) -> tuple[F64, F64, F64]:
+        """Where samples (n, 2) fall, what their axes (n, 2, 2) become, and their light (kinds, n)."""
+        splines, layer = self._splines, self.layer
+        assert not isinstance(layer, PointLayer)
+        rows, cols = splines.places.shape[:2]
+        fallen = self._fallen(splines.places.reshape(-1, 2)).reshape(rows, cols, 2)
+        if min(rows, cols) > 2:
+            across, down = (np.gradient(fallen, splines.step, axis=axis, edge_order=2) for axis in (1, 0))
+            axes = np.stack([across, down], axis=2).reshape(-1, 2, 2)
+        else:
+            axes = np.einsum("ax,nxy->nay", layer.axes, self._axes_at(splines.places.reshape(-1, 2)))
+        area = axes[:, 0, 0] * axes[:, 1, 1] - axes[:, 0, 1] * axes[:, 1, 0]
+        return fallen.reshape(-1, 2), axes, splines.light.reshape(len(splines.light), -1) * np.abs(area)
 
-    def _blocks(self, splines: Splines, lattice: Lattice, origin: tuple[float, float]) -> Iterator[np.ndarray]:
+    def _blocks(self, lattice: Lattice, origin: tuple[float, float]) -> Iterator[np.ndarray]:
         """Yield samples in sight, in blocks over which axes change little."""
-        fallen, axes, _ = self._bent(splines)
+        fallen, axes, _ = self._bent
         at = fallen - np.array(origin)
         inside = np.flatnonzero(((at >= np.array(lattice.low)) & (at <= np.array(lattice.high))).all(axis=1))
         if not inside.size:
             return
         changes = float(np.abs(axes[inside] - axes[inside].mean(axis=0)).max())
-        left = SECOND * (splines.step * min(lattice.cut, HEARD) * changes) ** 2
+        left = SECOND * (self._splines.step * min(lattice.cut, HEARD) * changes) ** 2
         count = max(1, min(MOST_BLOCKS, math.ceil(math.sqrt(left / (OF_PRECISION * self.precision)))))
         if count == 1:
             yield inside
@@ -150,11 +142,9 @@ class BentSource(FieldSource):
         for own in np.unique(number).tolist():
             yield inside[number == own]
 
-    def _add_block(
-        self, out: C128, splines: Splines, block: np.ndarray, lattice: Lattice, origin: tuple[float, float]
-    ) -> bool:
+    def _add_block(self, out: C128, block: np.ndarray, lattice: Lattice, origin: tuple[float, float]) -> bool:
         """Add samples, their splines' transforms to the first order about those along their mean axes."""
-        fallen, axes, light = self._bent(splines)
+        splines, (fallen, axes, light) = self._splines, self._bent
         places, light, mean = fallen[block], light[:, block], axes[block].mean(axis=0)
         columns, rows = lattice.counts
         f = np.arange(columns) / lattice.periods[0], np.arange(1 - rows, rows)[:, None] / lattice.periods[1]
