@@ -27,18 +27,19 @@ from camsim.rendering.fields.points import PointLayer
 from camsim.rendering.flat import FlatPlan
 from camsim.rendering.grid import Grid
 from camsim.rendering.job import Job
-from camsim.rendering.spectral import carrying
+from camsim.rendering.spectral import Signals, carrying, fuse_by_light
 from camsim.rendering.waves.bent_fields import BentSource
-from camsim.rendering.waves.field_lens import PlaceLens, VaryingImage, VaryingLens
+from camsim.rendering.waves.field_lens import VaryingImage, VaryingLens
 from camsim.rendering.waves.image import Source
 from camsim.rendering.waves.plan import OF_TRANSFER, WavesPlan, planned, spot_um
-from camsim.rendering.waves.transfers import Lens
 from camsim.scene import Scene
 from camsim.scene.arrange import Arrangement
 
 FINEST = 1e-8
 FEWEST, SECONDS = 4, 0.3  # photosites checked, and what each takes
-OF_CHECK = 0.2  # of the tolerance: what they are computed to
+MIDDLE = 0.01, 0.99  # of the light: between these wavelengths a wavefront's turns ask for nodes
+DIGITS, DIGITS_POWER, NODES_OF_WAVE = 0.65, 1.6, 2.0  # of the number of wavelengths
+OF_CHECK = 0.5  # of the tolerance: what they are computed to
 PLACES = 5  # along either side of the window, at which the lens is asked how far its rays fall
 
 
@@ -79,12 +80,13 @@ class VaryingPlan(WavesPlan):
         each = [self.lens.at(own, other) for own in x.tolist() for other in y.tolist()]
         return [one for one in each if isinstance(one, OfPupil)]
 
-    @property
-    def turned(self) -> float:
-        """By how many waves the path difference changes over the spectrum, anywhere."""
-        nm = self.job.signals.wavelength_nm
-        low, high = float(nm.min()), float(nm.max())
-        return max((one.waves_turned(low, high) for one in self._lenses if isinstance(one, KnowsWaves)), default=0.0)
+    def fused(self, signals: Signals, tolerance: float) -> tuple[F64, F64]:
+        """Return few wavelengths, where the light is, and weights of signals there."""
+        light = np.cumsum(np.abs(signals.density).sum(axis=(0, 1)))
+        low, high = np.interp(MIDDLE, light / light[-1], signals.wavelength_nm).tolist()
+        waves = (one.waves_turned(low, high) for one in self._lenses if isinstance(one, KnowsWaves))
+        digits: float = max(-math.log10(tolerance), 1.0) ** DIGITS_POWER
+        return fuse_by_light(signals, math.ceil(DIGITS * digits + NODES_OF_WAVE * max(waves, default=0.0)) + 2)
 
     def _spot_um(self, wavelength_nm: float) -> float:
         return max((spot_um(one, wavelength_nm) for one in self._lenses), default=0.0)
@@ -222,12 +224,10 @@ class JudgeOfPlaces:
             return base
         grid = plan.job.grid
         one = dataclasses.replace(grid, rows=1, cols=1, origin=(grid.origin[0] + row, grid.origin[1] + col))
-        x, y = (grid.pitch_um * np.array(one.first_centre)).tolist()
         tolerance = OF_CHECK * plan.job.tolerance
-        system = dataclasses.replace(plan.job.system, lens=plan.lens.at(x, y))
-        job = dataclasses.replace(plan.job, grid=one, system=system, tolerance=tolerance)
+        job = dataclasses.replace(plan.job, grid=one, tolerance=tolerance)
         fields = plan.fields and dataclasses.replace(plan.fields, tolerance=OF_CHECK * plan.fields.tolerance)
-        place = planned(PlacePlan, job=job, fields=fields, lens=plan.lens)
+        place = planned(VaryingPlan, job=job, fields=fields, lens=plan.lens)
         image = place.image
         if image is None:
             return base
@@ -241,23 +241,6 @@ class JudgeOfPlaces:
         off = np.where(np.isnan(off), np.inf, off).reshape(-1, rows.size).max(axis=0)
         worst = int(np.argmax(off))
         return Found(error=float(off[worst]), row=int(rows[worst]), col=int(cols[worst]), photosites=rows.size)
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class PlacePlan(WavesPlan):
-    """One place's lens for one photosite; the scene is bent as ``lens`` bends it."""
-
-    lens: Varies
-
-    def _lens(self, wavelength_nm: F64, tolerance: float) -> Lens:
-        return PlaceLens(
-            system=self.job.system,
-            wavelength_nm=wavelength_nm,
-            pitch_um=self.job.grid.pitch_um,
-            allowed=OF_TRANSFER * tolerance,
-        )
-
-    _source = VaryingPlan._source
 
 
 def _bending(lens: Varies, system: OpticalSystem, grid: Grid, seen_nm: F64, tolerance: float) -> Bending:

@@ -25,13 +25,12 @@ from camsim.optics import OpticalSystem
 from camsim.optics.airy import Airy
 from camsim.optics.placed import Revolves
 from camsim.optics.protocols import Varies
-from camsim.optics.transfer_table import TransferTable
 from camsim.quadrature import chebyshev, interpolation
 from camsim.rendering.waves.field_transfers import Rule, Wavefronts
 from camsim.rendering.waves.image import FrequencyImage, Source, tiles
 from camsim.rendering.waves.kernels import mix
 from camsim.rendering.waves.levels import Level
-from camsim.rendering.waves.transfers import Footprint, Lens
+from camsim.rendering.waves.transfers import Footprint
 
 NODES = 1, 2, 3, 4, 5, 6, 8  # Chebyshev places along a side of a part of the frame
 FAR_NODES = *NODES, 10, 12, 16  # of all of it, for low frequencies
@@ -328,21 +327,6 @@ def _weights(count: int, places: F64) -> F64:
 
 def _even(count: int) -> F64:
     return np.linspace(-1.0, 1.0, count) if count > 1 else np.zeros(1)
-
-
-class PlaceLens(Lens):
-    """The lens of one place, nothing interpolated between places."""
-
-    is_round, is_pupil = False, True  # type: ignore[assignment]
-
-    @cached_property
-    def _table(self) -> TransferTable:
-        fronts = Wavefronts.of([self.system.lens], self.wavelength_nm)  # type: ignore[list-item]
-        rule = Rule.of(fronts, 0.3 * self.allowed, 1.0)
-        harmonics = rule.on_lattice(fronts) * (2 * rule.directions)
-        values = np.fft.ifft(harmonics, axis=2)[:, :, : rule.directions]
-        blurs_um = np.array([self.system.blur_um(nm) for nm in self.wavelength_nm.tolist()])
-        return TransferTable(self.wavelength_nm, blurs_um, 1.0, (0.0, 1.0), values)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
