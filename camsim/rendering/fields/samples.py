@@ -52,16 +52,19 @@ class Sight(NamedTuple):
     cut: float
 
 
-def splines_of(layer: Layer, *, cut: float, allowed: float, sight: Sight | None = None) -> Splines:
+def splines_of(
+    layer: Layer, *, cut: float, allowed: float, sight: Sight | None = None, longest: float = math.inf
+) -> Splines:
     """Return all of a layer.
 
     cut : highest frequency that is asked, cycles/pitch;  allowed: error of the nodes, relative
+    longest : distance of samples, pitches
     """
-    times = 1
+    times, parts = 1, max(parts_of(layer, cut), math.ceil(layer.step / longest - 1e-9))
     around = 0 if layer.degree == 0 else layer.degree + 2
     rows, cols = (range(-around, count + around) for count in layer.shape)
     fine = layer.coefficients(rows, cols)
-    while times < parts_of(layer, cut):
+    while times < parts:
         fine, times = refined(fine, layer.degree, THREE), THREE * times
         trimmed = [
             range(max(3 * r.start, -around), min(3 * r.stop, n * times + around))

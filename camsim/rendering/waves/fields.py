@@ -180,7 +180,8 @@ class FieldSource:
 class _Along(NamedTuple):
     """Splines along one axis, cut at the picture's border, where the samples are mirrored.
 
-    place : (n,) of samples;  which: of all ``total``, 0 of splines that are not cut;  step: signed, pitches;  numbers: (m,) frequencies times period
+    place   : (n,) of samples;  which: of all ``total``, 0 of splines that are not cut;  step: signed, pitches
+    numbers : (m,) frequencies times period
     """
 
     place: F64
