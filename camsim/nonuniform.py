@@ -15,7 +15,7 @@ from camsim.arrays import C128, F64
 # By how much a grid is larger than what is transformed, from a precision on: left to itself, finufft doubles it.
 # Along closed curves, 20² … 800² modes, errors are at most 3 and 5 times as large as that (1.6 at 1e-13: 50 times).
 # In single precision a place is off by 3e-8 of the period: of a thousand pitches 3e-5 of one.
-SINGLE = 1e-5
+SINGLE = 1.5e-5
 COARSE, FINER = 1e-9, ((1e-9, 1.25), (1e-12, 1.5), (0.0, 2.0))
 
 

@@ -91,7 +91,7 @@ class TransferTable:
         for own, (real, imaginary), blur in zip(out, turned, self.blur_um, strict=True):
             rho = frequency_per_um * (blur / self.outer)
             within = rho < 1.0
-            matrix = _between(self.breaks, len(real), rho[within])
+            matrix = radial_matrix(len(real), rho[within], self.breaks)
             own.real[within] = product(matrix, real)
             if imaginary is not None:
                 own.imag[within] = product(matrix, imaginary)
@@ -120,13 +120,13 @@ def _parts(values: C128) -> list[tuple[F64, F64 | None]]:
     ]
 
 
-def _places(breaks: tuple[float, ...], count: int) -> F64:
+def radial_places(count: int, breaks: tuple[float, ...] = (0.0, 1.0)) -> F64:
     """Return ρ at ``count`` places of each piece: a + (b − a)·sin²(πt/2), t Chebyshev's on 0 … 1."""
     t = 0.5 * (1.0 + chebyshev(count))
     return np.concatenate([a + (b - a) * np.sin(0.5 * np.pi * t) ** 2 for a, b in pairwise(breaks)])
 
 
-def _between(breaks: tuple[float, ...], total: int, rho: F64) -> F64:
+def radial_matrix(total: int, rho: F64, breaks: tuple[float, ...] = (0.0, 1.0)) -> F64:
     """Return the matrix (n, total) of interpolation from all pieces' places to ρ (n,)."""
     count = total // (len(breaks) - 1)
     out = np.zeros((rho.size, total))
@@ -173,7 +173,7 @@ def transfer_table(lens: OfPupil, wavelength_nm: tuple[float, ...], allowed: flo
         count = _fewest(DIRECTIONS, lambda n: _directions_off(at, outer, n, nodes), allowed)
         angle = np.pi * np.arange(count) / count
     radii = _fewest(RADII, lambda n: _radii_off(at, n, nodes), allowed)
-    rho = _places(at.breaks, radii)
+    rho = radial_places(radii, at.breaks)
     values = at(np.outer(rho, at.border_at(angle)).ravel(), np.tile(angle, rho.size), nodes)
     blur_um = np.array([lens.blur_um(nm) for nm in wavelength_nm])
     table = np.ascontiguousarray(values.reshape(len(blur_um), rho.size, angle.size))
@@ -221,7 +221,7 @@ def _directions_off(at: _Overlaps, outer: float, count: int, nodes: int) -> floa
 
 def _radii_off(at: _Overlaps, count: int, nodes: int) -> float:
     """Return how far off radii between the nodes are, in two directions."""
-    places = _places(at.breaks, count)
+    places = radial_places(count, at.breaks)
     tried = 0.5 * (places[1:] + places[:-1])
     tried = tried[:: max(1, tried.size // 12)]
     off = 0.0
@@ -229,7 +229,7 @@ def _radii_off(at: _Overlaps, count: int, nodes: int) -> float:
         end = float(at.border_at(np.array([angle]))[0])
         known = at(end * places, np.full(places.size, angle), nodes)
         right = at(end * tried, np.full(tried.size, angle), nodes)
-        off = max(off, float(np.abs(known @ _between(at.breaks, places.size, tried).T - right).max()))
+        off = max(off, float(np.abs(known @ radial_matrix(places.size, tried, at.breaks).T - right).max()))
     return off
 
 

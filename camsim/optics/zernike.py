@@ -67,7 +67,7 @@ def zernike_sum(index: tuple[int, ...], coefficients: Sequence[float], x: F64, y
     values = np.empty(np.broadcast_shapes(np.shape(x), np.shape(y)))
     # Copies: what is read-only is another type, for which all would be compiled once more.
     x, y = (np.array(own, float).ravel() for own in np.broadcast_arrays(x, y))
-    places, norms, steps = _layout(index)
+    places, norms, steps = layout(index)
     count = len(steps) * 2 * steps.shape[1]
     terms = np.zeros(count)
     np.add.at(terms, places, np.asarray(coefficients) * norms)
@@ -76,7 +76,7 @@ def zernike_sum(index: tuple[int, ...], coefficients: Sequence[float], x: F64, y
 
 
 @functools.lru_cache(maxsize=256)
-def _layout(index: tuple[int, ...]) -> tuple[I64, F64, F64]:
+def layout(index: tuple[int, ...]) -> tuple[I64, F64, F64]:
     """Return where polynomials have their places among (m, cos or sin, p), what makes each 1, and all steps."""
     n, m = np.array([orders(j) for j in index], np.int64).reshape(-1, 2).T
     p = (n - np.abs(m)) // 2

@@ -14,7 +14,8 @@ from typing import Literal, NamedTuple, TypeAlias
 Source: TypeAlias = Literal[
     "outlines", "dropped", "wavelengths",
     "ends", "lines", "foci", "powers", "moments", "tiles", "field", "response", "panels",
-    "band", "far light", "windows", "between points", "ringing", "transfers", "spreading", "mixtures",
+    "band", "far light", "windows", "between points", "ringing", "transfers", "spreading", "mixtures", "spikes",
+    "bent edges",
 ]  # fmt: skip
 
 
@@ -52,7 +53,9 @@ FREQUENCIES: dict[Source, Share] = {
     "ringing": Share(0.10, "ringing beyond the first level: (λN/R)^{5/2}/4π⁴ of eight ends, times √(edges/4)"),
     "transfers": Share(0.15, "tables of the lens's transfer, and nodes over overlaps of its pupil, tried between"),
     "spreading": Share(0.02, "precision of the non-uniform transforms of edges, pictures and points"),
-    "mixtures": Share(0.02, "colours that are taken for mixtures of fewer"),
+    "mixtures": Share(0.06, "colours that are taken for mixtures of fewer"),
+    "spikes": Share(0.30, "of a pupil's straight sides, past the first level: 2/5 of what is thrown farther"),
+    "bent edges": Share(0.05, "edges bent by distortion as straight sides: two thirds of an arrow × line spread"),
 }
 
 

@@ -19,6 +19,7 @@ from camsim.errors import InvalidValueError
 from camsim.memory import too_large
 from camsim.optics import OpticalStage, OpticalSystem
 from camsim.optics.own import check_transfer
+from camsim.optics.protocols import Varies
 from camsim.optics.told import check_lengths, check_told
 from camsim.rendering.auto import IMAGE_BYTES, Choice, check_method, choose
 from camsim.rendering.budget import ErrorBudget
@@ -197,6 +198,13 @@ def plan_render(
         seen_nm = wavelength_nm[carrying(response)]
         budget = ErrorBudget(share * tolerance)
         arrangement = arranged(edges, system, grid, seen_nm, budget, textured=edges is not scene)
+    if isinstance(system.lens, Varies):
+        from camsim.rendering.varying import choose_varying
+
+        return choose_varying(
+            scene, edges, arrangement, system, grid, response=response, wavelength_nm=wavelength_nm, share=share,
+            tolerance=tolerance, method=method,
+        )  # fmt: skip
     job = Job.of(
         edges,
         arrangement,

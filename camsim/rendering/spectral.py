@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 
 from camsim.arrays import F64, I64, same_rows
 from camsim.optics import OpticalSystem
@@ -183,3 +184,35 @@ def fuse(signals: Signals, *, phase: float, allowed: float, count: int | None = 
     nodes = 0.5 * (low + high) + 0.5 * (high - low) * x
     # No BLAS, which adds up in another order on another number of cores.
     return nodes, np.einsum("scn,nj->scj", signals.density, lagrange(wavelength_nm, nodes, x, gauss_w))
+
+
+def fuse_by_light(signals: Signals, count: int) -> tuple[F64, F64]:
+    """Return nodes (j,) in nm and weights as of ``fuse``, the nodes where the light is: Gauss's of all of it.
+
+    What a wavefront does at the ends of a spectrum, where little light is, takes no nodes.
+    """
+    wavelength_nm = signals.wavelength_nm
+    if wavelength_nm.size <= count:
+        return wavelength_nm, signals.density
+    light = np.abs(signals.density).max(axis=0).sum(axis=0)
+    middle, half = 0.5 * (wavelength_nm[0] + wavelength_nm[-1]), 0.5 * (wavelength_nm[-1] - wavelength_nm[0])
+    place = (wavelength_nm - middle) / half
+    # Lanczos's recurrence of the polynomials that are orthogonal under the light: their zeros are the nodes.
+    own, beside = np.zeros(count), np.zeros(count)
+    vectors = [np.sqrt(light / light.sum())]
+    for k in range(count):
+        following = place * vectors[-1]
+        own[k] = np.sum(following * vectors[-1])
+        for vector in (*vectors, *vectors):
+            following = following - np.sum(following * vector) * vector
+        beside[k] = math.sqrt(np.sum(following**2))
+        vectors.append(following / beside[k])
+    zeros = scipy.linalg.eigvalsh_tridiagonal(own, beside[:-1])
+
+    basis = np.ones((wavelength_nm.size, count))
+    for j in range(count):
+        for other in range(count):
+            if other != j:
+                basis[:, j] *= (place - zeros[other]) / (zeros[j] - zeros[other])
+
+    return middle + half * zeros, np.einsum("scn,nj->scj", signals.density, basis)

@@ -13,7 +13,7 @@ import camsim
 from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.optics import FieldLens, OpticalSystem, Wavefront
 from camsim.rendering.across import band_image, bands, choose, on_tiles, places
-from camsim.rendering.across.bending import undistorted
+from camsim.rendering.bending import undistorted
 from camsim.rendering.across.lattice import ASKED, lattice_for
 from camsim.rendering.across.panels import panels
 from camsim.rendering.render import plan_render, render_channels

@@ -46,12 +46,15 @@ class Sampled(Raster):
         return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", type(self.gradient).__name__).lower()
 
 
-def sampled(gradient: Gradient, cutoff_per_um: float, allowed: float) -> Sampled:
+def sampled(gradient: Gradient, cutoff_per_um: float, allowed: float, pitch_um: float) -> Sampled:
     """Return a gradient's samples.
 
     cutoff_per_um : of the lens at its shortest wavelength;  allowed: error, of a change from black to white
+    pitch_um      : of the photosites
     """
     step_um = _step_um(gradient, cutoff_per_um, allowed)
+    # A whole number of samples a pitch, or of pitches a sample: transforms along the photosites' rows are FFTs.
+    step_um = pitch_um / math.ceil(pitch_um / step_um) if step_um < pitch_um else pitch_um * (step_um // pitch_um)
     more = MARGIN + TAPS if gradient.cycles_per_um else MARGIN
     counts = [2 * (math.ceil(half / step_um) + more) for half in gradient.half_um]
     if counts[0] * counts[1] > MOST_SAMPLES:

@@ -66,7 +66,7 @@ class FieldJob:
             outline = _seen(scene, number, system, grid, seen_nm, ErrorBudget(tolerance))
             if outline is not None and not len(outline[0]):
                 continue
-            raster = _raster(shape, system, seen_nm, ErrorBudget(tolerance))
+            raster = _raster(shape, system, seen_nm, ErrorBudget(tolerance), grid.pitch_um)
             layer = Layer.of(raster, scene.background, grid.pitch_um, outline)
             layers.append(layer)
             spectra.extend(raster.spectra)
@@ -119,13 +119,13 @@ def _without_tails(wavelength_nm: F64, density: F64, allowed: float) -> tuple[F6
     return wavelength_nm[first:stop], kept
 
 
-def _raster(field: Field, system: OpticalSystem, seen_nm: F64, budget: ErrorBudget) -> Raster:
+def _raster(field: Field, system: OpticalSystem, seen_nm: F64, budget: ErrorBudget, pitch_um: float) -> Raster:
     """Return the samples of a field: a picture's own, or as many of a gradient as lens and tolerance ask for."""
     if isinstance(field, Raster):
         return field
     assert isinstance(field, Gradient)
     cutoff = system.highest_per_um(seen_nm)
-    return sampled(field, cutoff, budget.allowed("outlines"))
+    return sampled(field, cutoff, budget.allowed("outlines"), pitch_um)
 
 
 def _seen(

@@ -44,16 +44,27 @@ class Splines(NamedTuple):
         return passes
 
 
-def splines_of(layer: Layer, *, cut: float, allowed: float) -> Splines:
+class Sight(NamedTuple):
+    """A box (low, high), pitches, beyond which no frequency is asked above ``cut`` cycles/pitch."""
+
+    low: F64
+    high: F64
+    cut: float
+
+
+def splines_of(
+    layer: Layer, *, cut: float, allowed: float, sight: Sight | None = None, longest: float = math.inf
+) -> Splines:
     """Return all of a layer.
 
     cut : highest frequency that is asked, cycles/pitch;  allowed: error of the nodes, relative
+    longest : distance of samples, pitches
     """
-    times = 1
+    times, parts = 1, max(parts_of(layer, cut), math.ceil(layer.step / longest - 1e-9))
     around = 0 if layer.degree == 0 else layer.degree + 2
     rows, cols = (range(-around, count + around) for count in layer.shape)
     fine = layer.coefficients(rows, cols)
-    while times < parts_of(layer, cut):
+    while times < parts:
         fine, times = refined(fine, layer.degree, THREE), THREE * times
         trimmed = [
             range(max(3 * r.start, -around), min(3 * r.stop, n * times + around))
@@ -70,7 +81,15 @@ def splines_of(layer: Layer, *, cut: float, allowed: float) -> Splines:
     cover, knot = _cover(layer, times, (rows.start, cols.start), fine.shape[1:])
     keep = _kept(cover.whole, layer.degree)
     lattice = np.where(keep, fine, 0.0)
-    points, corrections = _corrections(layer, times, fine, lattice, cover, knot, cut=cut, allowed=allowed)
+    among = np.ones(cover.whole.shape, bool)
+    found = []
+    if sight is not None:
+        middle = places + 0.5 * step * layer.axes.sum(axis=0)
+        near = ((middle >= sight.low) & (middle <= sight.high)).all(axis=2)
+        found.append(_corrections(layer, times, fine, lattice, cover, knot, ~near, cut=sight.cut, allowed=allowed))
+        among = near
+    found.append(_corrections(layer, times, fine, lattice, cover, knot, among, cut=cut, allowed=allowed))
+    points, corrections = np.concatenate([own for own, _ in found]), np.concatenate([own for _, own in found], axis=1)
     return Splines(places, step**2 * lattice, points, corrections, step, layer.degree)
 
 
@@ -126,14 +145,18 @@ def _corrections(
     lattice: F64,
     cover: Cover,
     knot: F64,
+    among: np.ndarray,
     *,
     cut: float,
     allowed: float,
 ) -> tuple[F64, F64]:
-    """Return nodes (m, 2) and light (planes, m): what is seen of patches less what the kept splines give there."""
+    """Return nodes (m, 2) and light (planes, m): what is seen of patches less what the kept splines give there.
+
+    among : (rows, cols) which patches are looked at
+    """
     step = layer.step / times
     given = _patches(np.abs(lattice).sum(axis=0)[None], layer.degree)[0] > 0.0
-    wrong = given & ~cover.whole
+    wrong = given & ~cover.whole & among
     phase = np.array([math.pi * cut * step])
     pieces, orders = gauss_pieces(phase, allowed, MOST_NODES)
     x, w = _composite(int(pieces[0]), int(orders[0]) + 2)
@@ -149,9 +172,10 @@ def _corrections(
     # What is seen of it: triangles from its middle to every edge, of either sign, as Duffy's squares: out from the
     # middle, and along the edge, where short ones need fewer nodes.
     length = np.hypot(*(cover.end - cover.start).T)
+    mine = among[tuple(cover.cut.T)][cover.owner] if len(cover.owner) else np.empty(0, bool)
     needed = np.minimum(x.size, np.ceil(x.size * length).astype(np.int64) + 3)
-    for order in np.unique(needed).tolist():
-        these = needed == order
+    for order in np.unique(needed[mine]).tolist():
+        these = mine & (needed == order)
         a, b, of = cover.start[these], cover.end[these], cover.cut[cover.owner[these]]
         s, ws = _composite(1, order) if order < x.size else (x, w)
         along, across = (part.ravel() for part in np.meshgrid(x, s))

@@ -19,7 +19,7 @@ from camsim.nonuniform import modes, modes_of_lines
 from camsim.quadrature import gauss_legendre
 from camsim.rendering.fields.layer import Layer, basis
 from camsim.rendering.fields.points import PointLayer
-from camsim.rendering.fields.samples import Splines, splines_of
+from camsim.rendering.fields.samples import Sight, Splines, splines_of
 from camsim.rendering.waves.edges import half_plane, phases
 from camsim.rendering.waves.kernels import repeat
 from camsim.rendering.waves.levels import Lattice
@@ -40,12 +40,14 @@ class FieldSource:
     mixture   : (kinds, planes) which mixtures of its planes are transformed
     cut       : highest frequency that is ever asked, cycles/pitch
     precision : relative
+    sight     : beyond which only low frequencies are asked; None: nowhere
     """
 
     layer: Layer | PointLayer
     mixture: F64
     cut: float
     precision: float
+    sight: Sight | None = None
 
     @cached_property
     def box(self) -> tuple[F64, F64]:
@@ -57,7 +59,7 @@ class FieldSource:
     def whole(self) -> int:
         """The least number of pitches that is a whole number of samples of an upright picture, or 1 if it is large."""
         layer = self.layer
-        if isinstance(layer, PointLayer) or not layer.upright or layer.outline is not None:
+        if isinstance(layer, PointLayer) or not layer.upright:
             return 1
         step = Fraction(layer.step).limit_denominator(MOST_SAMPLES)
         same = abs(float(step) - layer.step) <= WHOLE * layer.step
@@ -71,8 +73,14 @@ class FieldSource:
         if isinstance(layer, PointLayer):
             return out if self._add_points(out, layer.at, self._mixed(layer.light), lattice, origin) else None
         if layer.upright and layer.outline is None:
-            return out if self._upright(out, lattice, origin) else None
+            corner = layer.corner + 0.5 * layer.step * layer.axes.sum(axis=0)
+            there = self._upright(out, self._planes, corner, layer.step, lattice, origin)
+            return out if there else None
         splines = self._splines
+        if layer.upright:
+            there = self._upright(out, splines.light, splines.places[0, 0], splines.step, lattice, origin, whole=True)
+            there |= self._add_points(out, splines.points, splines.corrections, lattice, origin)
+            return out if there else None
         there = self._add_points(out, splines.places, splines.light, lattice, origin)
         if there:
             fx = np.arange(columns) / lattice.periods[0]
@@ -92,8 +100,12 @@ class FieldSource:
     @cached_property
     def _splines(self) -> Splines:
         assert isinstance(self.layer, Layer)
-        found = splines_of(self.layer, cut=self.cut, allowed=self.precision)
-        return found._replace(light=self._mixed(found.light), corrections=self._mixed(found.corrections))
+        found = splines_of(self.layer, cut=self.cut, allowed=self.precision, sight=self.sight)
+        light = self._mixed(found.light)
+        if self.layer.upright:
+            light = light / found.step**2
+            light = light.transpose(0, 2, 1) if self._is_turned else light
+        return found._replace(light=light, corrections=self._mixed(found.corrections))
 
     def _add_points(self, out: C128, places: F64, light: F64, lattice: Lattice, origin: tuple[float, float]) -> bool:
         """Add points of light (kinds, n) that lie in the lattice's box; return whether there are any."""
@@ -121,32 +133,38 @@ class FieldSource:
     def _is_turned(self) -> bool:
         return bool(self.layer.axes[0, 0] == 0.0)  # its rows lie along y
 
-    def _upright(self, out: C128, lattice: Lattice, origin: tuple[float, float]) -> bool:
-        """Add a picture whose rows lie along the photosites', all of it seen: along its rows, then along columns."""
-        layer, planes = self.layer, self._planes
+    def _upright(
+        self,
+        out: C128,
+        planes: F64,
+        corner: F64,
+        step: float,
+        lattice: Lattice,
+        origin: tuple[float, float],
+        *,
+        whole: bool = False,
+    ) -> bool:
+        """Add samples that lie along the photosites' rows: along their rows, then along columns.
+
+        planes : (kinds, rows, cols), rows along x;  corner: (2,) where the first sample lies
+        whole  : splines are not cut where samples end
+        """
+        layer = self.layer
         assert isinstance(layer, Layer)
         x_axis, y_axis = (layer.axes[1], layer.axes[0]) if self._is_turned else (layer.axes[0], layer.axes[1])
         columns, rows = lattice.counts
         numbers = np.arange(columns), np.arange(1 - rows, rows)
         each = []
         for axis, (sign, count) in enumerate(((x_axis[0], planes.shape[2]), (y_axis[1], planes.shape[1]))):
-            first = layer.corner[axis] - origin[axis] + 0.5 * sign * layer.step
-            place = first + sign * layer.step * np.arange(count)
+            place = corner[axis] - origin[axis] + sign * step * np.arange(count)
             inside = np.flatnonzero((place >= lattice.low[axis]) & (place <= lattice.high[axis]))
             if not inside.size:
                 return False
             which = range(int(inside[0]), int(inside[-1]) + 1)
-            each.append(
-                _Along(
-                    place[which.start : which.stop],
-                    which,
-                    count,
-                    sign * layer.step,
-                    layer.degree,
-                    lattice.periods[axis],
-                    numbers[axis],
-                )
-            )
+            period = lattice.periods[axis]
+            total = 0 if whole else count
+            own = place[which.start : which.stop]
+            each.append(_Along(own, which, total, sign * step, layer.degree, period, numbers[axis]))
         along_x, along_y = each
         part = planes[:, along_y.which.start : along_y.which.stop, along_x.which.start : along_x.which.stop]
         for own, samples in zip(out, part, strict=True):
@@ -155,14 +173,15 @@ class FieldSource:
                 continue
             lines = along_x.transformed(samples, self.precision)
             own[:] = along_y.transformed(np.ascontiguousarray(lines.T), self.precision).T
-        out *= layer.step**2
+        out *= step**2
         return True
 
 
 class _Along(NamedTuple):
     """Splines along one axis, cut at the picture's border, where the samples are mirrored.
 
-    place : (n,) of samples;  which: of all ``total``;  step: signed, pitches;  numbers: (m,) frequencies times period
+    place   : (n,) of samples;  which: of all ``total``, 0 of splines that are not cut;  step: signed, pitches
+    numbers : (m,) frequencies times period
     """
 
     place: F64
@@ -212,7 +231,7 @@ class _Along(NamedTuple):
     def borders(self) -> list[tuple[int, C128]]:
         """Return samples at the border, and by how much what is seen of them differs from whole splines."""
         frequency = self.frequency
-        half = (self.degree + 1) // 2
+        half = (self.degree + 1) // 2 if self.total else 0
         found = []
         ends = {*range(min(half, self.total)), *range(max(self.total - half, 0), self.total)}
         for i in sorted(ends & {*self.which}):

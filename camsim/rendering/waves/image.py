@@ -159,9 +159,14 @@ class FrequencyImage:
             curves, per = self._table("curves", level, weights, lens)
             work = functools.partial(add_curves, total, transform, curves, footprint, share, (step_x, step_y, per))
         elif lens.is_pupil:
-            polar, per, turn = self._table("polar", level, weights, lens)
-            scale = step_x, step_y, per, lattice.cut
-            work = functools.partial(add_polar, total, transform, polar, footprint, share, scale, turn)
+            (polar, there), per, turn = self._table("polar", level, weights, lens)
+            # Channels last, and real and imaginary parts as numbers of their own: see there.
+            sums = np.zeros((*total.shape[1:], 2 * len(total)))
+            parts, scale = polar.view(np.float64), (step_x, step_y, per, lattice.cut)
+            work = functools.partial(add_polar, sums, transform, parts, there, footprint, share, scale, turn)
+            shared(total.shape[1], work)
+            total += np.moveaxis(sums.view(np.complex128), 2, 0)
+            return
         else:
             self._add_planes(total, transform, level, lattice, behind, footprint, share)
             return
@@ -225,16 +230,16 @@ def _photosites(total: C128, every: int, out: F64) -> None:
         own += scipy.fft.ifft(columns, axis=1)[:, : own.shape[1]].real * scale
 
 
-def tiles(shape: tuple[int, int]) -> Iterator[tuple[int, int, int, int]]:
+def tiles(shape: tuple[int, int], side: int = TILE) -> Iterator[tuple[int, int, int, int]]:
     """Yield row, column, height and width of tiles, all about as large."""
-    heights, widths = (_parts(length) for length in shape)
+    heights, widths = (_parts(length, side) for length in shape)
     for row, height in heights:
         for col, width in widths:
             yield row, col, height, width
 
 
-def _parts(length: int) -> list[tuple[int, int]]:
-    count = max(1, math.ceil(length / (1.3 * TILE)))
+def _parts(length: int, side: int) -> list[tuple[int, int]]:
+    count = max(1, math.ceil(length / (1.3 * side)))
     ends = [length * k // count for k in range(count + 1)]
     return [(a, b - a) for a, b in pairwise(ends)]
 

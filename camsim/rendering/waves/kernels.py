@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from camsim.arrays import C128, F64, I64
 from camsim.kernels import kernel
 
@@ -78,11 +80,12 @@ def _line(share: tuple[F64, float], frequency: float) -> float:
     return float(values[at] + (place - at) * (values[at + 1] - values[at]))
 
 
-@kernel()
+@kernel(allocates=True)
 def add_polar(
-    total: C128,
+    total: F64,
     source: C128,
-    polar: C128,
+    polar: F64,
+    there: I64,
     footprint: tuple[C128, C128, C128],
     share: tuple[F64, float],
     scale: tuple[float, float, float, float],
@@ -90,8 +93,11 @@ def add_polar(
     begin: int,
     stop: int,
 ) -> None:
-    """Add source × transfer where that depends on direction; polar: (points, directions, kinds, channels).
+    """Add source × transfer where that depends on direction.
 
+    total : (rows, cols, 2·channels), and polar: (points, directions, kinds, 2·channels): real and imaginary parts in
+            turn, so that loops over channels are vectors
+    there : (points,) how many channels, the first ones, are summed at a radius
     scale : as of ``add_curves``, and the highest frequency
     turn  : direction where the first panel begins, panels per radian, steps n in each; a panel has n + 3 directions,
             from a step before it to one past its end. Of one direction alone: all are alike. (panels, 2) vectors whose
@@ -99,11 +105,14 @@ def add_polar(
     """
     (across, down, both), (step_x, step_y, per, most) = footprint, scale
     kinds, lines, columns = source.shape
-    channels, rows, cols = total.shape
+    rows, cols, parts = total.shape
     points, middle = len(polar), lines // 2
     turns = polar.shape[1]
     begins, per_radian, steps, border = turn
     panels = turns // (steps + 3)
+    lens = np.empty(parts)
+    radial, turned = np.empty(4), np.ones(4)
+    ways = 1 if turns == 1 else 4
     for row in range(begin, stop):
         first = row - ((row + middle) // rows) * rows
         for j in range(first, middle + 1, rows):
@@ -125,50 +134,62 @@ def add_polar(
                     place = (place - panel) * steps + 1.0
                     if len(border):
                         along = fx * border[panel, 0] + fy * border[panel, 1]
-                way = min(max(int(place), 1), steps)
-                t0, t1, t2, t3 = _cubic(place - way)
-                way += panel * (steps + 3)
+                way = 1
+                if turns > 1:
+                    way = min(max(int(place), 1), steps)
+                    _cubic(place - way, turned)
+                    way += panel * (steps + 3)
                 place = along * per
                 at = min(max(int(place), 1), points - 3)
                 if place <= points - 1:
-                    r0, r1, r2, r3 = _cubic(place - at)
                     times = across[i] * own * _line(share, radius)
                     if both.size:
                         times *= both[j + middle, i]
                     if i == 0:
                         times *= 0.5
-                    if turns == 1:
-                        for c in range(channels):
-                            value = 0j
-                            for k in range(kinds):
-                                lens = r0 * polar[at - 1, 0, k, c] + r1 * polar[at, 0, k, c]
-                                lens += r2 * polar[at + 1, 0, k, c] + r3 * polar[at + 2, 0, k, c]
-                                value += source[k, j + middle, i] * lens
-                            total[c, row, col] += value * times
-                    else:
-                        for c in range(channels):
-                            value = 0j
-                            for k in range(kinds):
-                                lens = 0j
-                                for q in range(4):
-                                    r = r0 if q == 0 else r1 if q == 1 else r2 if q == 2 else r3
-                                    near = t0 * polar[at + q - 1, way - 1, k, c] + t1 * polar[at + q - 1, way, k, c]
-                                    near += (
-                                        t2 * polar[at + q - 1, way + 1, k, c] + t3 * polar[at + q - 1, way + 2, k, c]
-                                    )
-                                    lens += r * near
-                                value += source[k, j + middle, i] * lens
-                            total[c, row, col] += value * times
+                    _cubic(place - at, radial)
+                    parts = 2 * there[at]
+                    for k in range(kinds):
+                        value = source[k, j + middle, i] * times
+                        for c in range(parts):
+                            lens[c] = 0.0
+                        for q in range(4):
+                            for t in range(ways):
+                                weight = radial[q] * turned[t]
+                                near = polar[at + q - 1, way + t - 1, k]
+                                for c in range(parts):
+                                    lens[c] += weight * near[c]
+                        here = total[row, col]
+                        for c in range(0, parts, 2):
+                            here[c] += value.real * lens[c] - value.imag * lens[c + 1]
+                            here[c + 1] += value.real * lens[c + 1] + value.imag * lens[c]
                 col += 1
                 if col == cols:
                     col = 0
 
 
 @kernel()
-def _cubic(t: float) -> tuple[float, float, float, float]:
-    """Return Lagrange's weights of places −1, 0, 1 and 2 at t."""
+def mix(image: F64, each: F64, down: F64, across: F64, begin: int, stop: int) -> None:
+    """Add Σ_m (Σ_a down[a]·across[a])·each[m] to rows begin … stop of an image (channels, rows, cols).
+
+    each : (m, rows, cols);  down: (rows, channels, m, a) and across: (a, cols) what a mixture's amount is at a place
+    """
+    count, cols = across.shape
+    for row in range(begin, stop):
+        for c in range(len(image)):
+            for m in range(len(each)):
+                for a in range(count):
+                    weight = down[row, c, m, a]
+                    for i in range(cols):
+                        image[c, row, i] += weight * across[a, i] * each[m, row, i]
+
+
+@kernel()
+def _cubic(t: float, weights: F64) -> None:
+    """Write Lagrange's weights of places −1, 0, 1 and 2 at t."""
     a, b, c = t + 1.0, t - 1.0, t - 2.0
-    return -t * b * c / 6.0, a * b * c / 2.0, -a * t * c / 2.0, a * t * b / 6.0
+    weights[0], weights[1] = -t * b * c / 6.0, a * b * c / 2.0
+    weights[2], weights[3] = -a * t * c / 2.0, a * t * b / 6.0
 
 
 @kernel()

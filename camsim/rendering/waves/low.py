@@ -95,7 +95,7 @@ class LowFrequencies:
     def _samples(self) -> _Samples | None:
         periods, first, sharpness = self._frame
         highest = WIDER * self.cut
-        # Splines beyond the border stand for light within it: all that lies in the frame is asked for.
+        # What stands for light may lie a little beyond it.
         lattice = Lattice(periods, highest, (0.0, 0.0), (float(periods[0]), float(periods[1])))
         found = self.source.transform(lattice, (float(first[0]), float(first[1])))
         if found is None:

@@ -6,6 +6,7 @@ import dataclasses
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
@@ -16,18 +17,22 @@ from camsim.optics.of_pupil import OfPupil
 from camsim.optics.protocols import Fading, KnowsReach
 from camsim.rendering.engine import FEWEST_CHECKED, FINEST, Cost, Decision, Marks, Progress
 from camsim.rendering.fields.job import FieldJob
+from camsim.rendering.fields.layer import Layer
+from camsim.rendering.fields.points import PointLayer
+from camsim.rendering.fields.samples import Sight
 from camsim.rendering.job import Job, Nodes
 from camsim.rendering.spectral import Signals, fewer, fuse, kinds, wavefront_phase
 from camsim.rendering.waves.edges import EdgeSource
 from camsim.rendering.waves.fields import FieldSource
 from camsim.rendering.waves.image import FrequencyImage, Source, tiles
 from camsim.rendering.waves.levels import Level, lattice_of, levels_of
-from camsim.rendering.waves.low import LowFrequencies
+from camsim.rendering.waves.low import WIDER, LowFrequencies
 from camsim.rendering.waves.transfers import Footprint, Lens
 from camsim.rendering.work import Work
 from camsim.repeated import Channels
 
 COARSEST = 1e-2
+BESIDE_SIGHT = 8.0  # pitches: patches that reach into what the first level sees
 NEAR, NEAR_OF_LARGE, LARGE = 24.0, 40.0, 700  # pitches that the first level sees, in frames up to so many photosites
 OF_LIGHT, OF_BAND, OF_LEAK, OF_PRECISION, OF_TRANSFER, OF_MIXTURE = (
     0.05,
@@ -59,6 +64,8 @@ class WavesPlan:
     nodes: Nodes
     settings: Waves
     fields: FieldJob | None = None
+
+    summed: ClassVar = FrequencyImage
 
     @property
     def marks(self) -> Marks:
@@ -98,16 +105,31 @@ class WavesPlan:
         farthest = max(_farthest(source, job) for source, *_ in found)
         levels = self._levels(cut, farthest, tolerance)
         if len(levels) > 1:
-            low = levels[1].cut
+            low, reach = levels[1].cut, levels[0].reach + BESIDE_SIGHT
+            first = np.array(job.grid.first_centre)
+            last = first + np.array([job.grid.cols - 1, job.grid.rows - 1])
+            sight = Sight(first - reach, last + reach, WIDER * low)
             found = [
-                (LowFrequencies(source=source, cut=low, precision=precision), *behind) for source, *behind in found
+                (
+                    LowFrequencies(
+                        source=dataclasses.replace(own, sight=sight) if isinstance(own, FieldSource) else own,
+                        cut=low,
+                        precision=precision,
+                    ),
+                    *behind,
+                )
+                for own, *behind in found
             ]
-        return FrequencyImage(
+        return self.summed(
             sources=found,
             footprint=Footprint(system=job.system, pitch_um=job.grid.pitch_um),
             levels=levels,
             leak=OF_LEAK * tolerance,
         )
+
+    def fused(self, signals: Signals, tolerance: float) -> tuple[F64, F64]:
+        """Return few wavelengths (j,), and the weights (spectra, channels, j) of signals there."""
+        return fuse(signals, phase=0.0, allowed=1.0, count=self.settings.wavelengths(self.job, tolerance))
 
     def _lens(self, wavelength_nm: F64, tolerance: float) -> Lens:
         return Lens(
@@ -121,8 +143,7 @@ class WavesPlan:
         signals = Signals(
             wavelength_nm=fields.wavelength_nm, density=fields.density, scale=np.ones(len(fields.density[0]))
         )
-        count = self.settings.wavelengths(self.job, fields.tolerance)
-        nodes, density = fuse(signals, phase=0.0, allowed=1.0, count=count)
+        nodes, density = self.fused(signals, fields.tolerance)
         if not self.job.system.chromatic:
             nodes, density = nodes[:1], density.sum(axis=2, keepdims=True)
         lens, first = self._lens(nodes, fields.tolerance), 0
@@ -130,13 +151,11 @@ class WavesPlan:
             weights = density[first : first + layer.planes]
             first += layer.planes
             rows, mixture = lens.mixed(weights, OF_MIXTURE * fields.tolerance)
-            yield (
-                FieldSource(
-                    layer=layer, mixture=mixture, cut=self._band(lens, weights, fields.tolerance), precision=precision
-                ),
-                weights[rows],
-                lens,
-            )
+            cut = self._band(lens, weights, fields.tolerance)
+            yield self._source(layer, mixture, cut, precision), weights[rows], lens
+
+    def _source(self, layer: Layer | PointLayer, mixture: F64, cut: float, precision: float) -> Source:
+        return FieldSource(layer=layer, mixture=mixture, cut=cut, precision=precision)
 
     def _band(self, lens: Lens, weights: F64, tolerance: float) -> float:
         """Return the highest frequency that matters: what is beyond gives four edges no more than its share."""
@@ -173,7 +192,7 @@ class WavesPlan:
                 else pupil.sides * pupil.side_length + 2.0 * math.pi * pupil.obstruction
             )
             tail = CIRCLE_TAIL * longest * around / pupil.area
-            spot = 1.5 * max(_spot_um(lens, nm) for nm in (float(wavelengths[0]), float(wavelengths[-1]))) / pitch_um
+            spot = 1.5 * max(self._spot_um(nm) for nm in (float(wavelengths[0]), float(wavelengths[-1]))) / pitch_um
         spikes = self._spikes(longest) / (OF_SPIKES * self.settings.rougher * tolerance)
         near = max(near, _ringing(job, tolerance), 2.0 * longest, spikes)
         first = self.settings.farther * (near + spot + extent)
@@ -190,6 +209,12 @@ class WavesPlan:
             return 0.0
         sides = 1.0 if lens.pupil.sides % 2 else 2.0
         return HIDDEN * sides * lens.pupil.side_length * longest / (2.0 * math.pi**2 * lens.pupil.area)
+
+    def _spot_um(self, wavelength_nm: float) -> float:
+        """Return how far from the middle rays fall at the most."""
+        lens = self.job.system.lens
+        assert isinstance(lens, OfPupil)
+        return spot_um(lens, wavelength_nm)
 
     @cached_property
     def _frequencies(self) -> float:
@@ -325,8 +350,7 @@ class Waves:
                 f"{job.tolerance:g} is outside {FINEST:g} … {COARSEST:g}, what the Fourier engine renders to",
                 key="tolerance",
             )
-        count = self.wavelengths(job, job.tolerance)
-        return WavesPlan(job=job, nodes=job.nodes(count=count), fields=fields, settings=self)
+        return planned(WavesPlan, job=job, fields=fields, settings=self)
 
     def wavelengths(self, job: Job, tolerance: float) -> int:
         """Return how many nodes tell a transfer at all wavelengths: it changes as a wavefront turns, else slowly.
@@ -351,7 +375,7 @@ def _ringing(job: Job, tolerance: float) -> float:
     return float(longest * (loud / (OF_RINGS * tolerance)) ** 0.4)
 
 
-def _spot_um(lens: OfPupil, wavelength_nm: float) -> float:
+def spot_um(lens: OfPupil, wavelength_nm: float) -> float:
     """Return how far from the middle rays fall at the most: 2λN times the wavefront's slope, waves over a radius."""
     outer = 0.98 * lens.pupil.outer_radius
     angle = 2.0 * np.pi * np.arange(32) / 32
@@ -368,3 +392,14 @@ def _farthest(source: Source, job: Job) -> float:
     first = np.array(job.grid.first_centre)
     last = first + np.array([job.grid.cols - 1, job.grid.rows - 1])
     return float(np.hypot(*np.maximum(np.abs(high - first), np.abs(last - low))))
+
+
+P = TypeVar("P", bound=WavesPlan)
+
+
+def planned(kind: type[P], *, job: Job, **more: Any) -> P:
+    """Return a plan of a kind, its wavelengths chosen."""
+    first = kind(job=job, nodes=job.nodes(count=1), **more)
+    wavelength_nm, density = first.fused(job.signals, job.tolerance)
+    nodes = dataclasses.replace(first.nodes, wavelength_nm=wavelength_nm, density=density)
+    return dataclasses.replace(first, nodes=job.nodes_like(nodes))

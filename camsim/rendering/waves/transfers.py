@@ -72,8 +72,9 @@ class Lens:
         curves = np.einsum("kcj,jn->nkc", weights, otf)
         return np.ascontiguousarray(curves), (points - 1) / level.cut
 
-    def polar(self, level: Level, weights: F64) -> tuple[C128, float, tuple[float, float, int, F64]]:
-        """Return (points, directions, kinds, channels), points per cycle/pitch, and how directions lie in panels.
+    def polar(self, level: Level, weights: F64) -> tuple[tuple[C128, I64], float, tuple[float, float, int, F64]]:
+        """Return (points, directions, kinds, channels), how many channels there are at each point, points per
+        cycle/pitch, and how directions lie in panels.
 
         See ``kernels.add_polar``: cubics want one neighbour more on either side of a panel.
         """
@@ -83,9 +84,10 @@ class Lens:
         points = max(POLAR_POINTS, min(math.ceil(each * radii), 1024)) if level.takes is None else FAR_POINTS
         frequency = np.linspace(0.0, level.cut, points + 1)
         per_um, per = frequency / self.pitch_um, points / level.cut
+        there = np.full(points + 1, weights.shape[1])
         if directions == 1:
             polar = np.einsum("kcj,jnt->ntkc", weights, table.along(per_um, 1))
-            return np.ascontiguousarray(polar), per, (0.0, 0.0, 1, NO_BORDER)
+            return (np.ascontiguousarray(polar), there), per, (0.0, 0.0, 1, NO_BORDER)
         if table.panels:
             border = np.concatenate([table.border, -table.border[:1]])
             stretched = level.cut * float(np.hypot(*table.border.T).max())
@@ -94,11 +96,11 @@ class Lens:
             along = table.in_panels(per_um, steps)
             along = np.concatenate([along, along[:, :, :1].conj()], axis=2)  # half a turn further on: the conjugate
             polar = np.einsum("kcj,jnt->ntkc", weights, along.reshape(*along.shape[:2], -1))
-            return np.ascontiguousarray(polar), per, (table.first_rad, table.panels / math.pi, steps, border)
+            return (np.ascontiguousarray(polar), there), per, (table.first_rad, table.panels / math.pi, steps, border)
         steps = max(32, min(4 * directions, 256), directions)
         polar = np.einsum("kcj,jnt->ntkc", weights, table.along(per_um, steps, -0.5 * math.pi))
         polar = np.concatenate([polar[:, -1:].conj(), polar, polar[:, :2].conj()], axis=1)
-        return np.ascontiguousarray(polar), per, (-0.5 * math.pi, 1.0 / math.pi, steps, NO_BORDER)
+        return (np.ascontiguousarray(polar), there), per, (-0.5 * math.pi, 1.0 / math.pi, steps, NO_BORDER)
 
     def size(self, frequency: F64, light: F64) -> F64:
         """Return the most that passes in any direction at frequencies (n,) in cycles/pitch; light: (j,) weights."""

@@ -1,0 +1,406 @@
+"""A lens that changes over the frame: few transfers of which every photosite of a part of the frame mixes its own.
+
+    I(x) = Σ_m u_m(x) · Σ_f S(f)·T_m(f)·exp(2πi f·x)
+
+Over a part of the frame the transfer is a polynomial of the place, through those at some Chebyshev places. Of these,
+and of all channels, few mixtures T_m are all; u_m are polynomials too.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+import scipy
+
+from camsim.arrays import C128, F64, I64
+from camsim.errors import UnsupportedError
+from camsim.kept import cached_property
+from camsim.kernels import shared
+from camsim.optics import OpticalSystem
+from camsim.optics.airy import Airy
+from camsim.optics.placed import Revolves
+from camsim.optics.protocols import Varies
+from camsim.optics.transfer_table import NO_BORDER
+from camsim.quadrature import chebyshev, interpolation
+from camsim.rendering.waves.field_transfers import Rule, Wavefronts
+from camsim.rendering.waves.image import FrequencyImage, Source, tiles
+from camsim.rendering.waves.kernels import mix
+from camsim.rendering.waves.levels import Level
+from camsim.rendering.waves.transfers import Footprint
+
+NODES = 1, 2, 3, 4, 5, 6, 8  # Chebyshev places along a side of a part of the frame
+FAR_NODES = *NODES, 10, 12, 16  # of all of it, for low frequencies
+TRIED = np.array([[-0.83, 0.41], [0.37, -0.71], [0.92, 0.88], [-0.15, 0.07]])  # places of a part, −1 … 1
+LOOKED_AT = 48  # radial frequencies at which transfers are compared
+BANDS = 4, 8, 14, 21, 28, 36, 48  # of these: where bands of frequencies end, each with mixtures of its own
+POINTS, FAR_POINTS = 320, 96  # along the radius of a table
+TURNS = 32, 48, 64, 96, 128, 192, 256, 384, 512  # directions of a table over half a turn
+OF_RULE, OF_PLACES, OF_MIXTURES, OF_TURNS = 0.5, 0.7, 0.7, 0.3  # of what is allowed
+CUBIC = 0.0234  # of the fourth power of a wave's step: what a cubic between four points leaves
+ALIKE_UM = 1e-6  # heights that are one
+TILE = int(__import__("os").environ.get("TILE", "512"))
+MOST_KEPT = 200  # of them, whose transfers are cached
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class VaryingLens:
+    """A lens that changes over the frame, at wavelengths.
+
+    lens    : what it is at every place
+    system  : with stages of the user's own, of which no place changes anything
+    allowed : largest error of a transfer
+    """
+
+    lens: Varies
+    system: OpticalSystem
+    wavelength_nm: F64
+    pitch_um: float
+    allowed: float
+
+    is_round, is_pupil = False, True
+
+    def size(self, frequency: F64, light: F64) -> F64:
+        """Return the most that passes anywhere at frequencies (n,) in cycles/pitch; light: (j,) weights."""
+        perfect, zero = Airy(f_number=self._f_number), np.zeros_like(frequency)
+        each = [perfect.otf(frequency / self.pitch_um, zero, nm) for nm in self.wavelength_nm.tolist()]
+        size: F64 = np.einsum("j,jn->n", light, np.stack(each))
+        return size
+
+    def mixed(self, weights: F64, allowed: float) -> tuple[I64, F64]:
+        """Return which kinds stand for all, and mixtures of them; as of ``Lens``, whatever the transfers are."""
+        flat = weights.reshape(len(weights), -1)
+        _, triangle, order = scipy.linalg.qr(flat.T, mode="economic", pivoting=True)
+        count = max(1, int(np.count_nonzero(np.abs(np.diag(triangle)) * math.sqrt(flat.shape[1]) > allowed)))
+        rows = np.sort(order[:count])
+        return rows, np.linalg.lstsq(flat[rows].T, flat.T, rcond=None)[0]
+
+    @property
+    def blurs(self) -> F64:
+        """λN at every wavelength, pitches."""
+        return self._f_number * self.wavelength_nm / (1e3 * self.pitch_um)
+
+    @property
+    def _f_number(self) -> float:
+        number: float = self.lens.f_number  # type: ignore[attr-defined]  # as every lens of a camera
+        return number
+
+    @property
+    def _turns(self) -> bool:
+        return isinstance(self.lens, Revolves) and self.lens.turns
+
+    def mixtures(self, corners_um: F64, cut: float, weights: F64, counts: Sequence[int]) -> Mixtures | None:
+        """Return the mixtures for a part of the frame; None where it changes too fast for so many places.
+
+        corners_um : (2, 2) low and high corner;  cut: highest frequency, cycles/pitch
+        weights    : (kinds, channels, j);  counts: places along a side that are tried
+        """
+        rule = self._rule(corners_um, min(1.0, cut * float(self.blurs.max())))
+        part = _Part(self, rule, corners_um, cut, weights)
+        tried = part.shown(part.at(TRIED))
+        for count in counts:
+            known = part.at(_grid(count))
+            between = [np.outer(_weights(count, y), _weights(count, x)).ravel() for x, y in TRIED[:, :, None]]
+            shown = part.shown(known)
+            off = np.einsum("tp,p...->t...", np.stack(between), shown, optimize=True) - tried
+            if part.seen(off).max() <= OF_PLACES * self.allowed:
+                return part.mixed(known, shown, count)
+        return None
+
+    def _rule(self, corners_um: F64, outer: float) -> Rule:
+        """Return how finely transfers over a part of the frame are taken."""
+        (left, top), (right, bottom) = corners_um.tolist()
+        places = [(x, y) for x in (left, 0.5 * (left + right), right) for y in (top, 0.5 * (top + bottom), bottom)]
+        if self._turns:
+            away = np.unique(np.hypot(*np.array(places).T))
+            places = [(away[0], 0.0), (away[away.size // 2], 0.0), (away[-1], 0.0)]
+        some = np.unique(np.linspace(0, self.wavelength_nm.size - 1, 3).astype(int))
+        fronts = Wavefronts.of([self.lens.at(*place) for place in places], self.wavelength_nm[some])
+        return Rule.of(fronts, OF_RULE * self.allowed, outer)
+
+    def transfers(self, rule: Rule, places_um: F64) -> C128:
+        """Return harmonics (places, j, radii, 2·directions) of transfers at places (n, 2)."""
+        if not self._turns:
+            fronts = Wavefronts.of([self.lens.at(*place) for place in places_um.tolist()], self.wavelength_nm)
+            return self._of(rule, fronts)
+        away = np.round(np.hypot(*places_um.T) / ALIKE_UM) * ALIKE_UM
+        heights, which = np.unique(away, return_inverse=True)
+        own = self._along(rule, tuple(heights.tolist()))[which]
+        angle = np.arctan2(places_um[:, 1], places_um[:, 0])
+        order = np.fft.fftfreq(2 * rule.directions, 1.0 / (2 * rule.directions))
+        turned: C128 = own * np.exp(-1j * np.outer(angle, order))[:, None, None, :]
+        return turned
+
+    def _along(self, rule: Rule, heights_um: tuple[float, ...]) -> C128:
+        """Return the harmonics at heights along x; those of a frame's four quarters are the same."""
+        kept = self._kept
+        fresh = [height for height in heights_um if (rule, height) not in kept]
+        if len(kept) > MOST_KEPT:
+            kept.clear()
+            fresh = [*heights_um]
+        if fresh:
+            fronts = Wavefronts.of([self.lens.at(height, 0.0) for height in fresh], self.wavelength_nm)
+            kept.update(zip([(rule, height) for height in fresh], self._of(rule, fronts), strict=True))
+        return np.stack([kept[rule, height] for height in heights_um])
+
+    def _of(self, rule: Rule, fronts: Wavefronts) -> C128:
+        harmonics = rule.on_lattice(fronts)
+        return harmonics.reshape(-1, self.wavelength_nm.size, *harmonics.shape[1:])
+
+    @cached_property
+    def _kept(self) -> dict[tuple[Rule, float], C128]:
+        return {}
+
+
+class _Part:
+    """A part of the frame, and transfers there."""
+
+    def __init__(self, lens: VaryingLens, rule: Rule, corners_um: F64, cut: float, weights: F64) -> None:
+        self.lens, self.rule, self.corners_um, self.cut, self.weights = lens, rule, corners_um, cut, weights
+        frequency = cut * (np.arange(LOOKED_AT) + 0.5) / LOOKED_AT
+        self._looked_at = [rule.between(frequency * blur) for blur in lens.blurs.tolist()]
+        angle = np.pi * np.arange(rule.directions) / rule.directions
+        per_um = frequency[:, None] / lens.pitch_um
+        footprint = np.abs(lens.system.footprint_otf(per_um * np.cos(angle), per_um * np.sin(angle)))
+        self._edge = footprint / (np.pi * (np.arange(LOOKED_AT)[:, None] + 0.5))
+
+    def at(self, places: F64) -> C128:
+        """Return harmonics at places (n, 2) of the part, −1 … 1."""
+        low, high = self.corners_um
+        return self.lens.transfers(self.rule, 0.5 * (low + high) + 0.5 * (high - low) * places)
+
+    def shown(self, harmonics: C128) -> C128:
+        """Return transfers (places, channels, kinds, n, directions) at some frequencies."""
+        out = np.zeros((len(harmonics), *self.weights.shape[1::-1], LOOKED_AT, harmonics.shape[3]), complex)
+        for j, matrix in enumerate(self._looked_at):
+            own = _times(matrix, harmonics[:, j])
+            out += self.weights.T[j, None, :, :, None, None] * own[:, None, None]
+        shown: C128 = scipy.fft.ifft(out, axis=-1)[..., : self.rule.directions] * (2 * self.rule.directions)
+        return shown
+
+    def seen(self, off: C128) -> F64:
+        """Return what an edge shows at the most of transfers (…, kinds, n, directions) that are off: ∫ |T|/πf df."""
+        seen: F64 = np.einsum("...nd,nd->...d", np.abs(off), self._edge).max(axis=-1).sum(axis=-1)
+        return seen
+
+    def mixed(self, harmonics: C128, shown: C128, count: int) -> Mixtures:
+        """Return the few mixtures that all places and channels are made of."""
+        flat = shown.reshape(shown.shape[0] * shown.shape[1], *shown.shape[2:])
+        vectors, numbers = np.empty((len(flat), 0)), np.empty(len(BANDS), np.int64)
+        allowed = OF_MIXTURES * self.lens.allowed / math.sqrt(len(BANDS))
+        # High frequencies take the fewest mixtures: photosites pass little of them.
+        for k, (begin, end) in reversed([*enumerate(pairwise((0, *BANDS)))]):
+            band, edge = flat[..., begin:end, :], self._edge[begin:end]
+            rest = np.ascontiguousarray(band).reshape(len(flat), -1)
+            rest = rest - _times(vectors, _times(np.ascontiguousarray(vectors.T), rest))
+            loud = (rest.reshape(band.shape) * np.sqrt(edge)).reshape(len(flat), -1).view(np.float64)
+            fresh = np.linalg.eigh(loud @ loud.T)[1][:, ::-1]
+            modes = _times(np.ascontiguousarray(fresh.T), rest).reshape(-1, *band.shape[1:])
+            # What is left out of a transfer adds up as of random signs.
+            seen = np.einsum("...nd,nd->...d", np.abs(modes), edge).max(axis=-1).sum(axis=-1)
+            beyond = np.sqrt(np.cumsum(((seen * fresh) ** 2)[:, ::-1], axis=1)[:, ::-1].max(axis=0))
+            kept = int(np.count_nonzero(beyond[: len(flat) - vectors.shape[1]] > allowed))
+            vectors = np.linalg.qr(np.concatenate([vectors, fresh[:, :kept]], axis=1))[0]
+            numbers[k] = vectors.shape[1]
+        kept = vectors.shape[1]
+        own = vectors.reshape(*shown.shape[:2], kept)
+        taken = np.einsum("pcm,kcj->jmkp", own, self.weights, optimize=True)
+        flat = harmonics.reshape(*harmonics.shape[:2], -1)
+        made = np.stack([_times(taken[j].reshape(-1, len(harmonics)), flat[:, j]) for j in range(len(taken))])
+        made = np.moveaxis(made.reshape(*taken.shape[:3], *harmonics.shape[2:]), 3, 1)  # radii first
+        return Mixtures(
+            lens=self.lens,
+            rule=self.rule,
+            harmonics=made,
+            turns=self._turns(shown),
+            numbers=np.maximum(numbers, 1),
+            cut=self.cut,
+            count=count,
+            taken=np.moveaxis(own, 0, 2),
+        )
+
+    def _turns(self, shown: C128) -> int:
+        """Return how many directions of a table cubics follow."""
+        whole = np.concatenate([shown, shown.conj()], axis=-1)
+        count = whole.shape[-1]
+        size = np.abs(scipy.fft.fft(whole, axis=-1)).reshape(-1, count).max(axis=0) / count
+        order = np.abs(np.fft.fftfreq(count, 1.0 / count))
+        left = [CUBIC * float(np.sum(size * (np.pi * order / turns) ** 4)) for turns in TURNS]
+        fits = (turns for turns, own in zip(TURNS, left, strict=True) if own <= OF_TURNS * self.lens.allowed)
+        return max(next(fits, TURNS[-1]), self.rule.directions)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Mixtures:
+    """What stands for the lens of a part of the frame among the lenses of frequency sums.
+
+    harmonics : (j, radii, m, kinds, 2·directions);  turns: directions of a table
+    numbers   : of mixtures, the first ones, that frequencies up to each of ``BANDS`` take;  cut: the highest frequency
+    count     : places along a side;  taken: (channels, m, count²) how much of each mixture a place has
+    """
+
+    lens: VaryingLens
+    rule: Rule
+    harmonics: C128
+    turns: int
+    numbers: I64
+    cut: float
+    count: int
+    taken: F64
+
+    is_round, is_pupil = False, True
+
+    @property
+    def number(self) -> int:
+        """How many there are."""
+        return self.harmonics.shape[2]
+
+    def polar(self, level: Level, weights: F64) -> tuple[tuple[C128, I64], float, tuple[float, float, int, F64]]:
+        """Return the table of ``Lens.polar``, mixtures as its channels; weights are in it."""
+        points = POINTS if level.takes is None else FAR_POINTS
+        frequency = np.linspace(0.0, level.cut, points + 1)
+        shape = self.harmonics.shape[2:]
+        total = np.zeros((points + 1, *shape), complex)
+        more = self.lens.system.more
+        out = np.zeros((*total.shape[:3], self.turns), complex) if more else None
+        for own, blur, nm in zip(self.harmonics, self.lens.blurs, self.lens.wavelength_nm.tolist(), strict=True):
+            along = _times(self.rule.between(frequency * blur), own.reshape(len(own), -1)).reshape(-1, *shape)
+            if out is None:
+                total += along
+                continue
+            angle = np.pi * np.arange(self.turns) / self.turns - 0.5 * np.pi
+            fx, fy = (np.outer(frequency / self.lens.pitch_um, way) for way in (np.cos(angle), np.sin(angle)))
+            passes = functools.reduce(np.multiply, (stage.otf(fx, fy, nm) for stage in more))
+            out += _finer(along, self.turns) * passes[:, None, None]
+        half = np.moveaxis(_finer(total, self.turns) if out is None else out, 3, 1).swapaxes(2, 3)
+        table = np.concatenate([half[:, -1:].conj(), half, half[:, :2].conj()], axis=1)
+        band = np.searchsorted(np.array(BANDS[:-1]) * (self.cut / LOOKED_AT), frequency, side="right")
+        turn = -0.5 * math.pi, 1.0 / math.pi, self.turns, NO_BORDER
+        return (np.ascontiguousarray(table), self.numbers[band]), points / level.cut, turn
+
+    def add(self, image: F64, each: F64, part: tuple[slice, slice], shape: tuple[int, int]) -> None:
+        """Add to a part of a frame's image (channels, rows, cols) what mixtures (m, rows, cols) are there.
+
+        shape : of what ``taken`` is spread over
+        """
+        down, across = (
+            _weights(self.count, _even(n)[own]) for n, own in zip(shape, part, strict=True)
+        )  # (rows, count), (cols, count)
+        amounts = np.einsum("ra,cmab->rcmb", down, self.taken.reshape(*self.taken.shape[:2], self.count, self.count))
+        shared(image.shape[1], functools.partial(mix, image, each, amounts, np.ascontiguousarray(across.T)))
+
+
+def _times(matrix: F64, values: C128) -> C128:
+    """Return a real matrix times a complex one (n, m)."""
+    product: C128 = np.matmul(matrix, np.ascontiguousarray(values).view(np.float64)).view(np.complex128)
+    return product
+
+
+def _finer(harmonics: C128, turns: int) -> C128:
+    """Return values at ``turns`` directions over half a turn from −π/2 on, of harmonics (…, 2·directions)."""
+    count = harmonics.shape[-1]
+    order = np.fft.fftfreq(count, 1.0 / count)
+    turned = harmonics * np.exp(-0.5j * np.pi * order)
+    wide = np.zeros((*harmonics.shape[:-1], 2 * turns), complex)
+    half = count // 2
+    wide[..., :half], wide[..., -half:] = turned[..., :half], turned[..., -half:]
+    finer: C128 = scipy.fft.ifft(wide, axis=-1)[..., :turns] * (2 * turns)
+    return finer
+
+
+def _grid(count: int) -> F64:
+    """Return places (count², 2) of a part, row by row."""
+    x = _places(count)
+    return np.stack(np.meshgrid(x, x), axis=-1).reshape(-1, 2)
+
+
+def _places(count: int) -> F64:
+    return chebyshev(count) if count > 1 else np.zeros(1)
+
+
+def _weights(count: int, places: F64) -> F64:
+    """Return the matrix (places, count) of interpolation to places −1 … 1."""
+    return interpolation(chebyshev(count), places) if count > 1 else np.ones((places.size, 1))
+
+
+def _even(count: int) -> F64:
+    return np.linspace(-1.0, 1.0, count) if count > 1 else np.zeros(1)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class VaryingImage:
+    """Sources behind a lens that changes over the frame; fields as of ``FrequencyImage``."""
+
+    sources: Sequence[tuple[Source, F64, VaryingLens]]
+    footprint: Footprint
+    levels: Sequence[Level]
+    leak: float
+
+    def planes(self, origin: tuple[float, float], shape: tuple[int, int]) -> Iterator[tuple[slice, slice, F64]]:
+        """Yield tiles of the image, as of ``FrequencyImage``."""
+        channels = self.sources[0][1].shape[1]
+        far = [self._far(one, origin, shape) for one in self.sources] if len(self.levels) > 1 else []
+        for row, col, height, width in tiles(shape, TILE):
+            image = np.zeros((channels, height, width))
+            part = slice(row, row + height), slice(col, col + width)
+            for one in self.sources:
+                self._add_near(image, one, (origin[0] + col, origin[1] + row))
+            for mixtures, among, values, every in far:
+                mixtures.add(image, among._between(values, every, part), part, shape)
+            yield *part, image
+
+    def _add_near(self, image: F64, one: tuple[Source, F64, VaryingLens], at: tuple[float, float]) -> None:
+        """Add a source's light at frequencies of the first level to a tile, in parts where the lens changes fast."""
+        source, weights, lens = one
+        height, width = image.shape[1:]
+        mixtures = lens.mixtures(_corners_um(at, (height, width), lens), self.levels[0].cut, weights, NODES)
+        if mixtures is None:
+            for rows in _halves(height):
+                for cols in _halves(width):
+                    self._add_near(image[:, rows, cols], one, (at[0] + cols.start, at[1] + rows.start))
+            return
+        among = self._among(source, weights, mixtures)
+        own = among._part(self.levels[0], at, (width, height), mixtures.number)
+        mixtures.add(image, own, (slice(None), slice(None)), (height, width))
+
+    def _far(
+        self, one: tuple[Source, F64, VaryingLens], origin: tuple[float, float], shape: tuple[int, int]
+    ) -> tuple[Mixtures, FrequencyImage, F64, int]:
+        """Return what the coarser levels give of each mixture for the whole frame, and its points' distance."""
+        source, weights, lens = one
+        mixtures = lens.mixtures(_corners_um(origin, shape, lens), self.levels[1].cut, weights, FAR_NODES)
+        if mixtures is None:
+            raise UnsupportedError("it changes too fast over the frame; render a smaller region", key="lens")
+        among = self._among(source, weights, mixtures)
+        values, every = among._far(origin, shape, mixtures.number)
+        assert values is not None
+        return mixtures, among, values, every
+
+    def _among(self, source: Source, weights: F64, mixtures: Mixtures) -> FrequencyImage:
+        return FrequencyImage(
+            sources=[(source, weights, mixtures)],  # type: ignore[list-item]  # what is asked of a lens it has
+            footprint=self.footprint,
+            levels=self.levels,
+            leak=self.leak,
+        )
+
+    @cached_property
+    def box(self) -> tuple[F64, F64]:
+        """Low and high corner of all light."""
+        boxes = [source.box for source, *_ in self.sources]
+        return np.min([low for low, _ in boxes], axis=0), np.max([high for _, high in boxes], axis=0)
+
+
+def _halves(count: int) -> list[slice]:
+    middle = count // 2
+    return [slice(0, middle), slice(middle, count)] if middle else [slice(0, count)]
+
+
+def _corners_um(at: tuple[float, float], shape: tuple[int, int], lens: VaryingLens) -> F64:
+    """Return the centres of the first and the last photosite of a part."""
+    low = np.array(at)
+    return lens.pitch_um * np.stack([low, low + np.array([shape[1], shape[0]]) - 1.0])

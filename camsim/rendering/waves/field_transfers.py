@@ -1,0 +1,265 @@
+"""Transfers of a round pupil at many places and wavelengths at once.
+
+A transfer is an integral over what the opening and its shifted copy have in common. Where in the pupil its nodes lie
+depends on the frequency alone, so wavefronts of all places share them: at a node each is a sum of the same differences
+of Zernike polynomials. Along chords, and in the angle that says which chord, the integrand is analytic: x = u,
+y = sin α with |u| ≤ cos α − ρ, |α| ≤ arccos ρ.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+import scipy
+
+from camsim.arrays import C128, F64, I64
+from camsim.errors import UnsupportedError
+from camsim.kernels import kernel, shared
+from camsim.optics.placed import PlacedLens
+from camsim.optics.protocols import Placed
+from camsim.optics.pupil import Pupil
+from camsim.optics.rays import places_over
+from camsim.optics.transfer_table import radial_matrix, radial_places
+from camsim.optics.zernike import layout, orders, zernike
+from camsim.quadrature import chebyshev, gauss_rules
+
+NODES = 6, 8, 10, 12, 16, 20, 24, 32, 40, 52, 64, 88, 120, 160, 220, 300  # each way of an overlap
+RADII = 8, 10, 12, 16, 20, 24, 32, 48, 64, 96, 128, 192
+DIRECTIONS = 6, 8, 12, 16, 20, 24, 32, 48, 64, 96, 128, 192, 256  # over half a turn
+TRIED_RADII, TRIED_DIRECTIONS = np.array([0.03, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0]), np.array([0.4, 1.3])
+MANY_RADII, MANY_DIRECTIONS = (24, 48, 96, 240), (24, 48, 96, 320)  # of which few are found to be enough
+S3, S5, S7, S9, S11, S13, S15 = (math.pow(-1.0, n) / math.factorial(2 * n + 1) for n in range(1, 8))
+C2, C4, C6, C8, C10, C12, C14, C16 = (math.pow(-1.0, n) / math.factorial(2 * n) for n in range(1, 9))
+TERMS = 66  # Zernikes to order 10, as which a wavefront of somebody's own is taken first
+MOST_TERMS, FITTED = 231, 1e-4  # and to order 20; waves that may be left
+
+
+class Wavefronts:
+    """Path differences of several places at several wavelengths.
+
+    zernike : (k,) OSA/ANSI indices;  waves: (k, n) coefficients
+    """
+
+    def __init__(self, zernike: tuple[int, ...], waves: F64) -> None:
+        self.zernike, self.waves = zernike, waves
+
+    @classmethod
+    def of(cls, lenses: Sequence[Placed], wavelength_nm: F64) -> Wavefronts:
+        """Return those of lenses, each at all wavelengths."""
+        each = [_coefficients(lens, wavelength_nm) for lens in lenses]
+        index = tuple(
+            sorted({j for own, values in each for j, there in zip(own, values.any(axis=0), strict=True) if there and j})
+        )
+        waves = np.zeros((len(index), len(lenses), wavelength_nm.size))
+        for k, (own, values) in enumerate(each):
+            for j, value in zip(own, values.T, strict=True):
+                if j in index:
+                    waves[index.index(j), k] = value
+        return cls(index, waves.reshape(len(index), -1))
+
+    @property
+    def mirrored(self) -> bool:
+        """Whether all are the same above and below the x axis."""
+        return all(orders(j)[1] >= 0 for j in self.zernike)
+
+    def transfers(self, rho: F64, angle: F64, nodes: I64) -> C128:
+        """Return transfers (n, places) at ρ = |f|·λN and directions (n,), by so many nodes (n,) each way."""
+        index, norms, steps = layout(self.zernike)
+        slots = np.full(steps.shape[0] * 2 * steps.shape[1], -1)
+        slots[index] = np.arange(index.size)
+        counts, which = np.unique(nodes, return_inverse=True)
+        rules = gauss_rules(tuple(counts.tolist()))
+        out = np.empty((rho.size, self.waves.shape[1]), complex)
+        waves = np.ascontiguousarray(self.waves * norms[:, None])
+        shared(
+            rho.size,
+            functools.partial(_overlaps, rho, angle, waves, slots.reshape(len(steps), 2, -1), steps, rules, which, out),
+        )
+        return out
+
+
+def _coefficients(lens: Placed, wavelength_nm: F64) -> tuple[tuple[int, ...], F64]:
+    """Return indices (k,) and coefficients (wavelengths, k), waves, of a lens at a place."""
+    if isinstance(lens, PlacedLens):
+        return lens.zernike, lens.coefficients(wavelength_nm)
+    x, y = places_over(Pupil(), 40)
+    waves = np.stack([lens.waves(x, y, nm) for nm in wavelength_nm.tolist()])
+    for count in (TERMS, MOST_TERMS):
+        terms = np.stack([zernike(j, x, y) for j in range(count)], axis=1)
+        found = np.linalg.lstsq(terms, waves.T, rcond=None)[0]
+        if np.abs(terms @ found - waves.T).max() <= FITTED:
+            return tuple(range(count)), found.T
+    raise UnsupportedError("its wavefront is no polynomial of order 20 or less", key="lens")
+
+
+@dataclass(frozen=True)
+class Rule:
+    """How finely transfers are taken.
+
+    outer : the largest ρ = |f|·λN
+    nodes : each way, of integrals at the radii ``TRIED_RADII`` of it
+    radii, directions : of a table; the latter over half a turn
+    """
+
+    outer: float
+    nodes: tuple[int, ...]
+    radii: int = 0
+    directions: int = 0
+
+    @classmethod
+    def of(cls, fronts: Wavefronts, allowed: float, outer: float) -> Rule:
+        """Return the coarsest that is right to ``allowed`` for all of some wavefronts."""
+        rho, angle = (own.ravel() for own in np.meshgrid(outer * TRIED_RADII, TRIED_DIRECTIONS, indexing="ij"))
+        nodes = np.zeros(TRIED_RADII.size, np.int64)
+        known = fronts.transfers(rho, angle, np.full(rho.size, NODES[0]))
+        for count, finer in pairwise(NODES):
+            open_ = np.repeat(nodes == 0, TRIED_DIRECTIONS.size)
+            right = known.copy()
+            right[open_] = fronts.transfers(rho[open_], angle[open_], np.full(int(open_.sum()), finer))
+            off = np.abs(right - known).max(axis=1).reshape(nodes.size, -1).max(axis=1)
+            nodes[(nodes == 0) & (off <= 0.3 * allowed)] = count
+            if nodes.all():
+                break
+            known = right
+        else:
+            raise UnsupportedError("its wavefronts turn too often over the pupil", key="lens")
+        first = cls(outer, tuple(nodes.tolist()))
+        return replace(first, radii=first._radii(fronts, allowed), directions=first._directions(fronts, allowed))
+
+    def at(self, fronts: Wavefronts, rho: F64, angle: F64) -> C128:
+        """Return transfers (n, places)."""
+        beside = np.searchsorted(self.outer * TRIED_RADII, rho)
+        nodes = np.array(self.nodes)
+        last = nodes.size - 1
+        own = np.maximum(nodes[np.minimum(beside, last)], nodes[np.clip(beside - 1, 0, last)])
+        return fronts.transfers(rho, angle, own)
+
+    def on_lattice(self, fronts: Wavefronts) -> C128:
+        """Return harmonics (places, radii, 2·directions) of transfers about all directions from x on."""
+        count = self.directions
+        first = count // 2 + 1 if fronts.mirrored else count
+        angle = np.pi * np.arange(first) / count
+        rho = self.outer * radial_places(self.radii)
+        half = self.at(fronts, np.repeat(rho, first), np.tile(angle, self.radii)).reshape(self.radii, first, -1)
+        if fronts.mirrored:  # T(ρ, π − θ) is the conjugate of T(ρ, −θ), which is T(ρ, θ)
+            half = np.concatenate([half, half[:, count - first : 0 : -1].conj()], axis=1)
+        whole = np.concatenate([half, half.conj()], axis=1)
+        waves: C128 = scipy.fft.fft(whole, axis=1) / (2 * count)
+        return np.ascontiguousarray(np.moveaxis(waves, 2, 0))
+
+    def between(self, rho: F64) -> F64:
+        """Return the matrix (n, radii) of interpolation to ρ (n,), 0 beyond the largest."""
+        matrix = np.zeros((rho.size, self.radii))
+        inside = rho < self.outer * (1.0 + 1e-12)
+        matrix[inside] = radial_matrix(self.radii, np.minimum(rho[inside] / self.outer, 1.0))
+        return matrix
+
+    def _radii(self, fronts: Wavefronts, allowed: float) -> int:
+        """Return how many radii tell those between, by the Chebyshev series along two directions."""
+        for count in MANY_RADII:
+            rho, angle = self.outer * radial_places(count), np.repeat(TRIED_DIRECTIONS, count)
+            values = self.at(fronts, np.tile(rho, 2), angle).reshape(2, count, -1)
+            series = np.cos(np.arange(count)[:, None] * np.arccos(chebyshev(count))) * (2.0 / count)
+            size = np.abs(np.einsum("rn,dnp->drp", series, values, optimize=True)).max(axis=(0, 2))
+            if (fits := _fewest(size, RADII, allowed)) is not None:
+                return fits
+        raise UnsupportedError("its wavefronts turn too often along the pupil's radius", key="lens")
+
+    def _directions(self, fronts: Wavefronts, allowed: float) -> int:
+        """Return how many directions tell those between, by the harmonics on a few radii."""
+        rho = self.outer * TRIED_RADII[1::3]
+        for count in MANY_DIRECTIONS:
+            angle = np.pi * np.arange(count) / count
+            half = self.at(fronts, np.repeat(rho, count), np.tile(angle, rho.size)).reshape(rho.size, count, -1)
+            waves = scipy.fft.fft(np.concatenate([half, half.conj()], axis=1), axis=1) / (2 * count)
+            size = np.abs(waves).max(axis=(0, 2))
+            size = size[:count] + np.concatenate([[0.0], size[:count:-1]])
+            if (fits := _fewest(size, DIRECTIONS, 0.5 * allowed)) is not None:
+                return fits
+        raise UnsupportedError("its wavefronts turn too often around the pupil", key="lens")
+
+
+def _fewest(size: F64, counts: tuple[int, ...], allowed: float) -> int | None:
+    """Return the smallest count of terms beyond which what is left is allowed; None: there are too few to tell."""
+    beyond = np.cumsum(size[::-1])[::-1]
+    return next((n for n in counts if n < 0.85 * size.size and beyond[n] <= allowed), None)
+
+
+@kernel(allocates=True)
+def _overlaps(
+    rho: F64,
+    angle: F64,
+    waves: F64,
+    slots: I64,
+    steps: F64,
+    rules: tuple[F64, F64, I64],
+    which: I64,
+    out: C128,
+    begin: int,
+    stop: int,
+) -> None:
+    """Write ∫ exp(2πi(W(x − s/2) − W(x + s/2))) dx over an overlap, over the opening's area: out (n, places).
+
+    waves : (k, places) coefficients of polynomials that are 1 at the rim
+    slots : (m, 2, p) which of them a polynomial is, cos or sin; −1: none;  steps: see ``zernike.radial_steps``
+    """
+    nodes, weights, counts = rules
+    turns, degrees = len(slots), slots.shape[2]
+    places = waves.shape[1]
+    phase, real, imag = np.empty(places), np.empty(places), np.empty(places)
+    for n in range(begin, stop):
+        own, count = rho[n], counts[which[n]]
+        x, w = nodes[which[n]], weights[which[n]]
+        cos, sin = math.cos(angle[n]), math.sin(angle[n])
+        widest = math.acos(min(own, 1.0))
+        real[:] = 0.0
+        imag[:] = 0.0
+        for a in range(count):
+            alpha = widest * x[a]
+            t, chord = math.sin(alpha), math.cos(alpha)
+            half = chord - own
+            for v in range(count):
+                u = half * x[v]
+                x0, y0 = (u - own) * cos - t * sin, (u - own) * sin + t * cos
+                x1, y1 = (u + own) * cos - t * sin, (u + own) * sin + t * cos
+                s0, s1 = x0 * x0 + y0 * y0, x1 * x1 + y1 * y1
+                phase[:] = 0.0
+                c0, d0, c1, d1 = 1.0, 0.0, 1.0, 0.0  # of the m-th powers
+                for m in range(turns):
+                    if m > 0:
+                        c0, d0 = c0 * x0 - d0 * y0, c0 * y0 + d0 * x0
+                        c1, d1 = c1 * x1 - d1 * y1, c1 * y1 + d1 * x1
+                    before0, before1, p0, p1 = 0.0, 0.0, 1.0, 1.0
+                    for p in range(degrees):
+                        if p > 0:
+                            a0, b0, e0 = steps[m, p]
+                            p0, before0 = (a0 * s0 + b0) * p0 - e0 * before0, p0
+                            p1, before1 = (a0 * s1 + b0) * p1 - e0 * before1, p1
+                        k = slots[m, 0, p]
+                        if k >= 0:
+                            step = c0 * p0 - c1 * p1
+                            for q in range(places):
+                                phase[q] += waves[k, q] * step
+                        k = slots[m, 1, p]
+                        if k >= 0:
+                            step = d0 * p0 - d1 * p1
+                            for q in range(places):
+                                phase[q] += waves[k, q] * step
+                weight = w[a] * w[v] * widest * chord * half / math.pi
+                for q in range(places):
+                    # Of half the angle by Taylor's series, to 1e-11: loops are vectors.
+                    h = math.pi * (phase[q] - math.floor(phase[q] + 0.5))
+                    z = h * h
+                    odd = S13 + z * S15
+                    odd = h * (1.0 + z * (S3 + z * (S5 + z * (S7 + z * (S9 + z * (S11 + z * odd))))))
+                    even = C12 + z * (C14 + z * C16)
+                    even = 1.0 + z * (C2 + z * (C4 + z * (C6 + z * (C8 + z * (C10 + z * even)))))
+                    real[q] += weight * (1.0 - 2.0 * odd * odd)
+                    imag[q] += weight * (2.0 * odd * even)
+        for q in range(places):
+            out[n, q] = complex(real[q], imag[q])
