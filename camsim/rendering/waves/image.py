@@ -15,7 +15,7 @@ import scipy
 from camsim.arrays import C128, F64
 from camsim.kept import cached_property
 from camsim.kernels import shared
-from camsim.rendering.waves.kernels import add_curves, add_polar
+from camsim.rendering.waves.kernels import add_curves, add_polar, between
 from camsim.rendering.waves.levels import Lattice, Level, lattice_of
 from camsim.rendering.waves.transfers import Footprint, Lens
 
@@ -79,18 +79,21 @@ class FrequencyImage:
 
     def _between(self, coarse: F64, every: int, part: tuple[slice, slice]) -> F64:
         """Return a coarse level at places of a finer one, of which every so many are its own points."""
-        taps = self.taps(every)
-        for axis, own in zip((1, 2), part, strict=True):
-            place = np.arange(own.start, own.stop)
-            first, phase = np.divmod(place, every)
-            moved, beyond = np.moveaxis(coarse, axis, -1), taps.shape[1]
+        taps, beyond = self.taps(every), len(self.taps(1)[0])
+        for axis, own in ((1, part[0]), (2, part[1])):
+            first, phase = np.divmod(np.arange(own.start, own.stop), every)
             if every == 1:
-                values = moved[..., first + beyond]
-            else:
-                values = np.zeros((*moved.shape[:-1], place.size))
-                for tap in range(beyond):
-                    values += moved[..., first + (beyond - beyond // 2 + 1 + tap)] * taps[phase, tap]
-            coarse = np.moveaxis(values, -1, axis)
+                coarse = coarse[:, first[0] + beyond : first[-1] + beyond + 1] if axis == 1 else coarse[
+                    :, :, first[0] + beyond : first[-1] + beyond + 1
+                ]
+                continue
+            first += beyond - beyond // 2 + 1
+            shape = list(coarse.shape)
+            shape[axis] = first.size
+            values = np.zeros(shape)
+            rows = values.shape[1]
+            shared(rows, functools.partial(between, coarse, axis == 1, first, taps[phase], values))
+            coarse = values
         return coarse
 
     def taps(self, every: int) -> F64:
