@@ -24,7 +24,9 @@ from camsim.spectra.component import Component
 from camsim.spectra.curve import Curve, Spectrum
 
 POINT_ROOM = 10.0  # photosites' worth of a point's light that are taken for one of a diffuser's
-OF_ALIASES = 0.4  # of the tolerance: the bound of what aliases of a gradient leave at a rim; a hundredth of it was measured
+OF_ALIASES = (
+    0.4  # of the tolerance: the bound of what aliases of a gradient leave at a rim; a hundredth of it was measured
+)
 TAILS = 0.02  # of the tolerance: light at either end of the spectrum whose wavelength may be taken for another
 
 
