@@ -7,10 +7,8 @@ import pytest
 from examples import tile_centres
 
 import camsim
-from camsim.errors import InvalidValueError
-from camsim.optics import Airy, OpticalSystem, PolygonPhotosite, SquarePhotosite, Wavefront
+from camsim.optics import OpticalSystem, SquarePhotosite, Wavefront
 from camsim.rendering.edges import shares_within
-from camsim.rendering.fourier.spread import BAND_STEPS, band_of
 from camsim.rendering.render import plan_render
 from tests.attack import systems
 from tests.attack.draw import draw
@@ -387,14 +385,6 @@ def test_where_rings_meet_nearer_than_their_series_hold(obstruction, tolerance):
     keeps(system, tolerance, method="boundary")
 
 
-def test_a_wavefront_that_spots_gather_from_farther_than_the_scene_is():
-    """28 times the tolerance, seen: how far light comes was counted from photosites' centres."""
-    disc = {"kind": "disc", "radius": 0.24, "centre": [-0.15, -1.63], "reflectance": 0.05}
-    spots = {"split": 0.5, "split_y": 1.424, "rotate_deg": 0.0}
-    system = system_of([disc], 0.0725, photosite={"kind": "square", "side": 0.75}, olpf=spots, rows=1, cols=2)
-    keeps(system | {"lens": wavefront(0.0725, {"obstruction": 0.876}, [[24, 0.02]])}, 1e-10, method="boundary")
-
-
 def test_colours_that_spots_gather_from_farther_than_the_scene_is():
     """21 times the tolerance, seen: wavelengths followed the rings as far as photosites' centres are from the scene."""
     disc = {"kind": "disc", "radius": 0.2, "centre": [0.1, 0.05], "reflectance": 0.05}
@@ -435,20 +425,6 @@ def test_lines_along_any_side_of_a_box_are_within_it(at, axis):
     assert (enters[0], leaves[0]) == (0.25, 0.5)
 
 
-@pytest.mark.parametrize("blur", [0.02, 0.3])
-def test_a_photosite_that_is_turned_passes_as_much(blur):
-    """Twelve directions missed a triangle's lobes: as it was turned the band ended at 34 cycles or at 43."""
-    bands = []
-    for turn in np.radians([0.0, 7.0, 11.3, 20.0, 33.0]):
-        corners = 0.45 * np.stack(
-            [np.cos(turn + np.arange(3) * 2 * np.pi / 3), np.sin(turn + np.arange(3) * 2 * np.pi / 3)], 1
-        )
-        photosite = PolygonPhotosite(points_um=tuple(map(tuple, corners.tolist())))
-        system = OpticalSystem.of([Airy(f_number=blur / 0.55), photosite])
-        bands.append(band_of(system, np.array([550.0]), np.ones((1, 1)), 1.0 / blur, 1e-4) * blur)
-    assert max(bands) - min(bands) <= 2.5 / BAND_STEPS
-
-
 LOOP = [[-3.0, -1.0], [[6.0, 4.0], [-6.0, 4.0], [3.0, -1.0]]]
 NEIGHBOURS = [[0.0, -2.0], [[-1.0, -4.0], [-3.0, -4.0], [-2.0, 1.0]], [[-3.5, -3.0], [2.0, -3.5], [-2.2, -2.4]]]
 BY_LINE = [[-2.0, 0.0], [[2.0, 0.0]], [[2.0, 3.0], [0.0, -2.0], [-2.0, 1.0]]]
@@ -476,29 +452,6 @@ def test_fields_that_meet_at_their_corners(blur, tolerance):
         for j in range(i % 2, 8, 2)
     ]
     keeps(system_of(squares, blur, rows=48, cols=48), tolerance, method="boundary")
-
-
-def test_a_check_that_hardly_fits_the_memory_has_a_price():
-    """What is expected of it was infinite: a window of its own that takes a little more than the image's."""
-    system = draw(831, 836)
-    cost = systems.choice(system, tolerance=system["tolerance"], method=system["method"]).cost
-    assert 5.0 < cost.seconds < 500.0
-
-
-def test_a_circle_is_heard_by_no_more_photosites_than_there_are():
-    """151 s expected of three photosites that take 0.4: all of the zone about a centre was counted."""
-    system = draw(6001, 262)
-    assert systems.choice(system, tolerance=system["tolerance"], method="boundary").cost.seconds < 2.0
-
-
-def test_windows_are_taken_where_a_check_s_table_is_dear():
-    """A point at 1.8e-11 whose check would tabulate 24 600 blurs of an Airy pattern."""
-    system = draw(1903, 640)
-    choice = systems.choice(system, tolerance=system["tolerance"], method=system["method"])
-    judge = choice.judge
-    assert not judge.integrates
-    assert judge.integrals.seconds_each < 0.01
-    assert 0.0 < 3.0 * judge.seconds(choice.plan) < judge.integrals.table_seconds
 
 
 @pytest.mark.parametrize(("obstruction", "blur", "tolerance"), [(0.05, 0.037, 8e-7), (0.1, 0.1, 1e-5)])
@@ -624,14 +577,6 @@ def test_edges_that_go_straight_on_from_a_photosite(index, towards_deg):
         error = abs(found.image[0, 0] - exact)
         assert error <= 0.5 * tolerance
         assert found.error_estimate <= tolerance
-
-
-def test_what_no_check_fits_is_refused_before_it_is_rendered():
-    """An image took seconds, then its check was refused, in the name of a method that nobody asked for."""
-    system = draw(2003, 30)
-    with pytest.raises(InvalidValueError, match=r"tolerance: the check would take \d+\.\d GB for this frame and scene"):
-        systems.choice(system, tolerance=1e-4 * system["tolerance"], method="auto")
-    assert systems.choice(system, tolerance=system["tolerance"], method="auto").cost.memory_bytes < 0.5e9
 
 
 @pytest.mark.parametrize("index", [20, 54])
