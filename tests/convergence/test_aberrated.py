@@ -22,6 +22,8 @@ SYSTEMS = {
     "steep": ({7: -0.8, 8: 1.1, 16: 0.3}, 0.0, 4.0),
     "steep, and a hole": ({8: 1.2, 6: -0.6, 11: 0.3}, 0.4, 2.0),
 }
+
+
 def lens_of(zernike_waves, obstruction=0.0):
     return Wavefront(
         f_number=F_NUMBER, zernike_waves=zernike_waves, reference_nm=NM, pupil=Pupil(obstruction=obstruction)
