@@ -100,11 +100,11 @@ def hardest_of(job: Job, count: int) -> tuple[I64, I64]:
     for turn in range(count):
         part = (turn * GOLDEN) % 1.0
         if len(job.edges) and turn % 4 != 3:
-            edge = int(OF_TOLERANCE * len(job.edges))
+            edge = int(part * len(job.edges))
             start, along = job.edges.start[edge], job.edges.end[edge] - job.edges.start[edge]
             places.append(start + (0.5 if turn % 4 == 1 else 0.0) * along + (3.0 if turn % 4 == 2 else 0.0))
         else:
-            places.append(np.array([x0 + OF_TOLERANCE * (grid.cols - 1), y0 + (37.0 * part) % 1.0 * (grid.rows - 1)]))
+            places.append(np.array([x0 + part * (grid.cols - 1), y0 + (37.0 * part) % 1.0 * (grid.rows - 1)]))
     col, row = np.round(np.array(places) - np.array([x0, y0])).T
     rows = np.clip(row, 0, grid.rows - 1).astype(np.int64)
     cols = np.clip(col, 0, grid.cols - 1).astype(np.int64)
