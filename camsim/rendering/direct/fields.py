@@ -92,7 +92,7 @@ class Seen:
         whole, n = self.states[0], self.degree + 1
         padded = np.pad(whole, self.degree)
         parts = np.lib.stride_tricks.sliding_window_view(padded, (n, n))
-        every: np.ndarray = parts.all(axis=(2, 3))
+        every = np.asarray(parts.all(axis=(2, 3)))
         return every
 
     def cells(self, others: np.ndarray | None) -> I64:

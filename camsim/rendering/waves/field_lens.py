@@ -43,7 +43,6 @@ TURNS = 32, 48, 64, 96, 128, 192, 256, 384, 512  # directions of a table over ha
 OF_RULE, OF_PLACES, OF_MIXTURES, OF_TURNS = 1.0, 2.0, 2.0, 0.6  # of what is allowed
 CUBIC = 0.0234  # of the fourth power of a wave's step: what a cubic between four points leaves
 ALIKE_UM = 1e-6  # heights that are one
-TILE = 512  # photosites along a side of what is summed together
 NEAR_EVERY = 2  # photosites between points of levels that are summed tile by tile
 MOST_KEPT = 200  # of them, whose transfers are cached
 
@@ -78,7 +77,8 @@ class VaryingLens:
         _, triangle, order = scipy.linalg.qr(flat.T, mode="economic", pivoting=True)
         count = max(1, int(np.count_nonzero(np.abs(np.diag(triangle)) * math.sqrt(flat.shape[1]) > allowed)))
         rows = np.sort(order[:count])
-        return rows, np.linalg.lstsq(flat[rows].T, flat.T, rcond=None)[0]
+        mixtures: F64 = np.asarray(np.linalg.lstsq(flat[rows].T, flat.T, rcond=None)[0], float)
+        return rows, mixtures
 
     @property
     def blurs(self) -> F64:
@@ -258,7 +258,7 @@ class Mixtures:
     @property
     def number(self) -> int:
         """How many there are."""
-        return self.harmonics.shape[2]
+        return int(self.harmonics.shape[2])
 
     def polar(self, level: Level, weights: F64) -> tuple[tuple[C128, I64], float, tuple[float, float, int, F64]]:
         """Return the table of ``Lens.polar``, mixtures as its channels; weights are in it."""
@@ -347,7 +347,7 @@ class VaryingImage:
         near = [level for level in self.levels if level.every <= NEAR_EVERY]
         coarse = [near[-1], *self.levels[len(near) :]]
         far = [self._far(one, coarse, origin, shape) for one in self.sources] if len(coarse) > 1 else []
-        for row, col, height, width in tiles(shape, TILE):
+        for row, col, height, width in tiles(shape):
             image = np.zeros((channels, height, width))
             part = slice(row, row + height), slice(col, col + width)
             for one in self.sources:
