@@ -147,6 +147,18 @@ LAWS = {
         variance=lambda m: 8.0**2,
         adds=True,
     ),
+    "offset map": Law(
+        stage=camsim.OffsetMap(offsets=np.random.default_rng(6).normal(0.0, 2.0, (1000, 1000)), unit="dn"),
+        idle=camsim.OffsetMap(offsets=np.zeros((3, 4)), unit="dn"),
+        variance=lambda m: 8.0**2,
+        adds=True,
+    ),
+    "offset map before the gain": Law(
+        stage=camsim.OffsetMap(offsets=np.random.default_rng(7).normal(0.0, 2.0, (1000, 1000)), unit="electrons"),
+        idle=camsim.OffsetMap(offsets=np.zeros((3, 4)), unit="electrons"),
+        variance=lambda m: 2.0**2,
+        adds=True,
+    ),
     "row noise": Law(
         stage=camsim.RowNoise(3.0), idle=camsim.RowNoise(0.0), variance=lambda m: 3.0**2, each="row", adds=True
     ),

@@ -41,6 +41,8 @@ def noise_budget(capture: Capture, signal_e: F64) -> dict[str, F64]:
             found["dark current's unevenness"] = dark.nonuniformity * dark_e * even
         elif stage is camera.prnu:
             found[name] = camera.prnu_on_grey * signal_e
+        elif camera.offset_map is not None and stage is camera.offset_map:
+            found[name] = camera.offset_map.spread_e(electrons_per_dn) * even
         elif constant := stage.dark_noise_e(electrons_per_dn) or getattr(stage, "sigma_e", 0.0):
             found[name] = constant * even
     found["rounding"] = electrons_per_dn / math.sqrt(12.0) * even

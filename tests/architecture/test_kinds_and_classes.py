@@ -23,6 +23,7 @@ KEYS = {
     "Region": "Region", "Pupil": "Pupil", "QuantumEfficiency": "QuantumEfficiency", "Readout": "Adc", "Curve": "Curve",
     "Fractions": "Curve", "FilterCurve": "Curve", "LightTable": "Curve", "DualGain": "DualGain", "Defects": "Defects",
     "FlickerRows": "FlickerRows", "MeasuredMatrix": "MeasuredMatrix", "TelegraphNoise": "TelegraphNoise",
+    "OffsetMap": "OffsetMap",
 }  # fmt: skip
 """Tables of one kind only, and their classes."""
 

@@ -36,13 +36,14 @@ def expected_of(
     dcnu_e = dark_e_per_s * dark.nonuniformity * TIME_S if dark else 0.0
     gain = camera.adc.electrons_per_dn_at(iso)
     offsets = (camera.dsnu.sigma_e if camera.dsnu else 0.0, camera.column_noise.sigma_e if camera.column_noise else 0.0)
+    mapped_e = camera.offset_map.spread_e(gain) if camera.offset_map else 0.0
     linearity_error, steeper = _bend(camera, channel, iso, temperature_c)
     return {
         "gain_dn_per_e": 1.0 / gain,
         "read_noise_e": math.sqrt(camera.dark_noise_e(iso) ** 2 + dark_e_per_s * DARK_TIMES_S[0]),
         "full_well_e": _light_of_well_e(camera, iso, temperature_c),
         "dark_current_e_per_s": dark_e_per_s,
-        "dsnu_e": math.hypot(*offsets, dcnu_e, _spread_e(camera, channel, iso)),
+        "dsnu_e": math.hypot(*offsets, mapped_e, dcnu_e, _spread_e(camera, channel, iso)),
         "prnu": _pattern(camera, channel) * steeper,
         "linearity_error": linearity_error,
     }
