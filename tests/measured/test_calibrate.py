@@ -13,6 +13,7 @@ from tolerances import STATISTICAL
 
 from bench.calibration import draw_camera, judged, verdict, write_frames
 from camsim.errors import CamsimError
+from camsim.files.hot_list import hot_text
 from camsim.measure.calibrate import Calibration, calibrate, read_folder
 from camsim.measure.calibrate.likeness import kl_nats
 from camsim.measure.calibrate.profile_file import profile_text
@@ -102,6 +103,13 @@ def test_dark_current_its_doubling_and_hot_photosites(tmp_path: Path, put: Put, 
     assert sensor.defects is not None
     assert sensor.dark_current is not None
     assert sensor.dark_current.doubling_c == pytest.approx(found.doubling_c.value, rel=1e-5)
+    (tmp_path / "hot.csv").write_text(hot_text(found.hot), encoding="utf-8")
+    (tmp_path / "warm.yaml").write_text(profile_text(found, name="Warm", hot_file="hot.csv"), encoding="utf-8")
+    defects = Sensor.from_yaml(tmp_path / "warm.yaml").defects
+    assert defects is not None
+    assert defects.hot_fraction is None
+    assert {row * SIDE + col for row, col, _ in defects.hot} == set(places.tolist())
+    assert [each for *_, each in defects.hot] == pytest.approx(12 * [150.0], rel=0.15)
 
 
 def test_rows_with_a_pink_spectrum(tmp_path: Path, put: Put, rng: np.random.Generator) -> None:

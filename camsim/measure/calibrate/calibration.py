@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from camsim.arrays import F64
+from camsim.files.hot_list import Hot
 from camsim.measure.calibrate import figures
 from camsim.measure.calibrate.estimates import best_of, mean_of, root, without
 from camsim.measure.calibrate.folder import ShotsOfCamera
@@ -33,7 +34,8 @@ class Calibration:
     cells_dn  : means of black over the filter array
     read_noise_e, dual_read_noise_e : before the gain, without jumps, of the first mode and of the one from an ISO on
     law       : of a photosite's noise, at ``law_setting``
-    hot_fraction, hot_e_per_s : share of photosites steadily far above the others in the longest darks
+    hot_fraction, hot_e_per_s, hot : photosites steadily far above the others in the longest darks: their share, their
+                mean current, and (row, col, e_per_s) of each
     notes     : what a reader of the figures should know
     """
 
@@ -59,6 +61,7 @@ class Calibration:
     doubling_c: Estimate
     hot_fraction: Estimate
     hot_e_per_s: Estimate
+    hot: tuple[Hot, ...]
     law: Fitted | None
     law_setting: Setting | None
     telegraph_fraction: Estimate
@@ -91,7 +94,7 @@ def calibrate(shots: ShotsOfCamera) -> Calibration:
     largest = max(int(shot.codes.max()) for shot in shots.shots)
     white = max(largest, int(shots.white_dn or 0))
     current, at_c, doubling = figures.dark_current(shots, settings, notes)
-    hot_fraction, hot_e_per_s = figures.hot(shots, settings)
+    hot_fraction, hot_e_per_s, hot = figures.hot(shots, settings)
     if any(not shot.iso_said for shot in shots.shots):
         notes.append("no file says its ISO setting, which is called 100 here; a column iso in index.csv tells it")
     found = Calibration(
@@ -117,6 +120,7 @@ def calibrate(shots: ShotsOfCamera) -> Calibration:
         doubling_c=doubling,
         hot_fraction=hot_fraction,
         hot_e_per_s=hot_e_per_s,
+        hot=hot,
         law=law,
         law_setting=law_setting,
         telegraph_fraction=fraction,

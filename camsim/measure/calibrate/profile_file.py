@@ -18,11 +18,14 @@ _LONGEST_S = 1.0
 """Of darks of one time: in longer ones a typical dark current would be in the black level twice."""
 
 
-def profile_text(found: Calibration, *, name: str, pitch_um: float | None = None) -> str:
+def profile_text(
+    found: Calibration, *, name: str, pitch_um: float | None = None, hot_file: str | None = None
+) -> str:
     """Return a ``sensor/1`` file.
 
     name     : of the camera
     pitch_um : between photosites; None: as the files say, or a typical one
+    hot_file : name of the list of hot photosites beside the file; None: their law stands in it
     """
     shots = found.shots
     isos = ", ".join(f"{each.iso:g}" for each in found.settings)
@@ -40,7 +43,7 @@ def profile_text(found: Calibration, *, name: str, pitch_um: float | None = None
         f"cfa: {_cfa(shots.pattern)}",
         *_efficiency(shots.pattern),
         "charge:",
-        *_charge(found),
+        *_charge(found, hot_file),
         "readout:",
         *_readout(found),
     ]
@@ -90,14 +93,13 @@ def _number(value: float) -> str:
     return f"{value:.6g}" if 1e-4 <= abs(value) < 1e15 or value == 0.0 else f"{value:.6e}"
 
 
-def _charge(found: Calibration) -> Iterator[str]:
+def _charge(found: Calibration, hot_file: str | None) -> Iterator[str]:
     base = found.settings[0]
     yield _told("full_well_e", found.full_well_e, f"clipped flats of ISO {base.iso:g}")
     yield _told("prnu", found.prnu, "flats near half of saturation, after the high-pass of EMVA 1288 R4")
     yield _told("dsnu_e", found.dsnu_e, "what stays in darks, without the columns'")
     longest = max((shot.time_s or 0.0) for shot in found.shots.shots if shot.kind == "dark")
     current = found.dark_current_e_per_s
-    hot = found.hot_fraction.measurable
     if current.measurable:
         yield _told("dark_current_e_per_s", current, "means of darks over their time")
         yield f"  dark_current_at_c: {_number(found.dark_current_at_c)}"
@@ -107,7 +109,11 @@ def _charge(found: Calibration) -> Iterator[str]:
         yield _told("dark_current_e_per_s", current, "")
         typical = 0.0 if longest > _LONGEST_S else min(_TYPICAL_DARK, current.at_most)
         yield f"  dark_current_e_per_s: {_number(typical)}    # {_TYPICAL}"
-    if hot:
+    if hot_file is not None:
+        rows, cols = found.shots.channel_index.shape
+        what = f"{len(found.hot)} of the middle {rows} × {cols} photosites, darks of {longest:g} s"
+        yield f"  defects: {{hot: {json.dumps(hot_file, ensure_ascii=False)}}}    # {what}"
+    elif found.hot:
         yield "  defects:"
         yield "  " + _told("hot_fraction", found.hot_fraction, f"photosites steadily far above others, {longest:g} s")
         yield "  " + _told("hot_e_per_s", found.hot_e_per_s, "their mean excess over the time of those darks")
