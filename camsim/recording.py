@@ -80,7 +80,7 @@ class Recording(Keeps):
         clock.lap("noise")
         codes = self.camera.adc.quantise(electrons, iso=self.exposure.iso, origin=(row + lit.rows_before, col))
         clock.lap("adc")
-        signals.add(lit, codes)
+        signals.add(lit, self.camera.adc.data_numbers(codes))
         return electrons, codes
 
     def _signals(self) -> Signals:
@@ -128,6 +128,7 @@ class Recording(Keeps):
             pitch_um=camera.pitch_um,
             bit_depth=camera.adc.bit_depth,
             black_level_dn=camera.adc.black_level_dn,
+            companding=tuple(camera.adc.companding),
             black_offsets_dn=camera.adc.window_black_offsets_dn(self.grid.origin),
             white_level_dn=self.white_level_dn,
             electrons_per_dn=camera.adc.electrons_per_dn_at(exposure.iso),

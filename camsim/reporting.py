@@ -70,7 +70,7 @@ class Signals:
         self._min_e = np.full(len(channels), np.inf)
 
     def add(self, lit: Lit, mosaic: U16) -> None:
-        """Take in some rows, as they were lit, and their codes."""
+        """Take in some rows, as they were lit, and their data numbers."""
         row, col = self._origin
         offsets_dn = np.array(self._adc.window_black_offsets_dn((row + lit.rows_before, col)))
         white_dn = full_codes(self._white_level_dn, offsets_dn, self._adc.largest_dn)

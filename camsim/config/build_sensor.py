@@ -107,6 +107,11 @@ def _adc(sensor: SensorDocument) -> Adc | None:
     readout = sensor.part(("readout",), schema.Readout)
     if readout is None:
         return None
+    curve = readout.companding
+    if curve and len(curve.codes) != len(curve.linear_dn):
+        message = f"{len(curve.codes)} of them for {len(curve.linear_dn)} linear_dn; give one for each"
+        sensor.refuse(("readout", "companding", "codes"), message)
+        return None
     return sensor.build(
         ("readout",),
         lambda: Adc(
@@ -117,6 +122,7 @@ def _adc(sensor: SensorDocument) -> Adc | None:
             base_iso=readout.base_iso,
             gain_at_iso=tuple((each.iso, each.electrons_per_dn) for each in readout.gain_at_iso),
             code_step_dn=readout.code_step_dn,
+            companding=tuple(zip(curve.linear_dn, curve.codes, strict=True)) if curve else (),
         ),
     )
 

@@ -42,9 +42,9 @@ def measured(frame: Frame, capture: Exposed, what: Sequence[str]) -> Columns:
 
 
 def _signal(frame: Frame) -> dict[str, Any]:
-    """Mean light, mean code and its scatter, and the share that is clipped, of each channel."""
+    """Mean light, mean data number and its scatter, and the share that is clipped, of each channel."""
     columns: dict[str, Any] = {}
-    codes = frame.mosaic.astype(float)
+    codes = frame.linear_dn.astype(float)
     for number, signal in enumerate(frame.report.signal):
         own = codes[frame.channel_index == number]
         columns |= {

@@ -88,7 +88,7 @@ class Cuts:
     def _cut(self, source: Source, shared: Shared) -> list[Row]:
         products = products_of(self.hold)
         frame = next(shared.frames(source.capture, 1, frozenset(products)))
-        whole: dict[str, Any] = {"noisy": frame.mosaic, "clean": frame.mean_electrons, "truth": frame.truth}
+        whole: dict[str, Any] = {"noisy": frame.linear_dn, "clean": frame.mean_electrons, "truth": frame.truth}
         about, offsets_dn = noise_model(frame, source.capture), np.array(frame.black_offsets_dn)
         rows: list[Row] = []
         path = Path(self.folder) / source.file

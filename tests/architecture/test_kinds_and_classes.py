@@ -27,7 +27,7 @@ KEYS = {
 }  # fmt: skip
 """Tables of one kind only, and their classes."""
 
-PARTS = {"SensorFrame", "Background", "Render", "Noise", "Files", "Charge", "HotPhotosite", "GainAtIso"}
+PARTS = {"SensorFrame", "Background", "Render", "Noise", "Files", "Charge", "HotPhotosite", "GainAtIso", "Companding"}
 """Tables whose keys are parameters of a class that another table is, or stages of their own."""
 
 

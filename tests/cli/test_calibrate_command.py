@@ -45,7 +45,7 @@ def test_a_profile_from_a_folder_of_raw_files(folder: Path, taken: Any) -> None:
     assert taken("validate", "mine.yaml").returncode == 0
     assert taken("calibrate", "noise", "frames", "-o", "listed.yaml", "--hot", "hot.csv").returncode == 0
     assert (folder / "hot.csv").read_text(encoding="utf-8").startswith("row,col,e_per_s\n")
-    assert "defects: {hot: \"hot.csv\"}" in (folder / "listed.yaml").read_text(encoding="utf-8")
+    assert 'defects: {hot: "hot.csv"}' in (folder / "listed.yaml").read_text(encoding="utf-8")
     assert taken("validate", "listed.yaml").returncode == 0
     shown = taken("calibrate", "noise", "frames", "--json")
     told = json.loads(shown.stdout)

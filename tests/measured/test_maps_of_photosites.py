@@ -88,10 +88,10 @@ def test_it_is_taken_again_while_the_map_is_there(bias: np.ndarray, tmp_path: Pa
     again = revive_shot(record.description, tmp_path).frame()
     np.testing.assert_array_equal(again.mosaic, frame.mosaic)
     np.save("bias.npy", bias.T)
-    with pytest.raises(InputError, match="the offsets .* are others than were taken, their numbers differ"):
+    with pytest.raises(InputError, match=r"the offsets .* are others than were taken, their numbers differ"):
         revive_shot(record.description, tmp_path)
     Path("bias.npy").unlink()
-    with pytest.raises(InputError, match="not reproducible without the offsets 'bias.npy'; put them there"):
+    with pytest.raises(InputError, match=r"not reproducible without the offsets .bias.npy.; put them there"):
         revive_shot(record.description, tmp_path)
 
 

@@ -39,9 +39,7 @@ class HotPhotosite(Table):
     e_per_s: float = Field(ge=0, description="its additional dark current, electrons per second")
 
 
-HotPhotosites: TypeAlias = Annotated[
-    Annotated[list[HotPhotosite], Tag("list")] | Annotated[Name, Tag("word")], by_form
-]
+HotPhotosites: TypeAlias = Annotated[Annotated[list[HotPhotosite], Tag("list")] | Annotated[Name, Tag("word")], by_form]
 
 
 class Defects(Table):
@@ -53,7 +51,8 @@ class Defects(Table):
     )
     dead_fraction: float = Field(default=0.0, ge=0, le=1, description="share of photosites that see no light")
     hot: HotPhotosites = Field(
-        default=[], description="hot ones by place, besides those drawn; or a CSV file with the columns row, col, e_per_s"
+        default=[],
+        description="hot ones by place, besides those drawn; or a CSV file with the columns row, col, e_per_s",
     )
     dead: list[Annotated[tuple[Place, Place], Called("a place [row, col]")]] = Field(
         default=[], description="dead ones by place, [row, col], besides those drawn"
@@ -195,6 +194,16 @@ class TelegraphNoise(Table):
         return telegraph_noise.TelegraphNoise(fraction=self.fraction, amplitude_e=self.amplitude_e)
 
 
+class Companding(Table):
+    """Fewer codes than data numbers: what is stored, straight between points."""
+
+    linear_dn: list[Place] = Field(
+        min_length=2,
+        description="data numbers, increasing from 0; the last is the largest that is told apart",
+    )
+    codes: list[Place] = Field(min_length=2, description="what is stored for each, increasing, 65535 at most")
+
+
 class OffsetMap(Table):
     """Offsets of the photosites, as they were measured."""
 
@@ -255,6 +264,11 @@ class Readout(Table):
     )
     code_step_dn: float = Field(
         default=1.0, ge=1, le=32768, description="distance between codes: 16 where 12 bits are stored in 16"
+    )
+    companding: Companding | None = Field(
+        default=None,
+        description="what is stored for the converter's data numbers, which bit_depth and levels are of; DNGs "
+        "carry the table that undoes it",
     )
     read_noise_e: Annotated[
         float | None,

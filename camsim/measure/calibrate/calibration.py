@@ -92,7 +92,7 @@ def calibrate(shots: ShotsOfCamera) -> Calibration:
     dual_e = None if over_iso.dual_e2 is None else without(over_iso.dual_e2, jumps_e2)
     rows_e, flicker_e = figures.rows(settings, shots.rows)
     largest = max(int(shot.codes.max()) for shot in shots.shots)
-    white = max(largest, int(shots.white_dn or 0))
+    white = max(largest, int(shots.white_dn or 0), *shots.linear_dn)
     current, at_c, doubling = figures.dark_current(shots, settings, notes)
     hot_fraction, hot_e_per_s, hot = figures.hot(shots, settings)
     if any(not shot.iso_said for shot in shots.shots):

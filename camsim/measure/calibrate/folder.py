@@ -71,6 +71,7 @@ class ShotsOfCamera:
     pattern       : rows of filter letters;  channels, channel_index: as measured, (rows, cols) of the window
     rows, cols    : of the whole frame;  origin: (row, col) of the window in it
     white_dn, pitch_um : as the files say them, if they do
+    linear_dn     : data numbers of the files' codes, which are companded; empty: they are not
     exposures_said : whether the index says the light of every flat
     filters_said  : whether the files or the user say that the array is what ``pattern`` has
     """
@@ -85,6 +86,7 @@ class ShotsOfCamera:
     origin: tuple[int, int]
     white_dn: float | None
     pitch_um: float | None
+    linear_dn: tuple[int, ...]
     filters_said: bool
     exposures_said: bool
 
@@ -146,6 +148,7 @@ def read_folder(folder: str | Path, *, cfa: str | None = None, side: int = 1024)
         origin=(window[0].start, window[1].start),
         white_dn=picture.planes[0].white if _says_white(picture, shots[0].file) else None,
         pitch_um=picture.pitch_um,
+        linear_dn=picture.noted.linear_dn if picture.noted is not None else (),
         exposures_said=not any(math.isnan(shot.exposure) for shot in shots if shot.kind != "dark"),
         filters_said=cfa is not None or _says_white(picture, shots[0].file),
     )

@@ -9,6 +9,7 @@ from collections.abc import Iterator, Sequence
 from camsim.measure.calibrate.calibration import Calibration
 from camsim.measure.calibrate.tails import Fitted
 from camsim.measure.noise import Estimate
+from camsim.sensor.companding import points_of
 
 _TYPICAL = "typical: frames do not tell it"
 _TYPICAL_PITCH_UM = 4.0
@@ -18,9 +19,7 @@ _LONGEST_S = 1.0
 """Of darks of one time: in longer ones a typical dark current would be in the black level twice."""
 
 
-def profile_text(
-    found: Calibration, *, name: str, pitch_um: float | None = None, hot_file: str | None = None
-) -> str:
+def profile_text(found: Calibration, *, name: str, pitch_um: float | None = None, hot_file: str | None = None) -> str:
     """Return a ``sensor/1`` file.
 
     name     : of the camera
@@ -126,8 +125,14 @@ def _readout(found: Calibration) -> Iterator[str]:
     yield f"  bit_depth: {found.bit_depth}    # the fewest that hold the codes; the largest seen is {found.largest_dn}"
     if found.step_dn != 1.0:
         yield f"  code_step_dn: {found.step_dn:.9g}    # between neighbouring codes"
+    points = points_of(found.shots.linear_dn)
+    if points:
+        known, codes = ([point[k] for point in points] for k in (0, 1))
+        yield f"  companding: {{linear_dn: {known}, codes: {codes}}}    # the files' table of linearisation"
     yield f"  black_level_dn: {black}    # {found.black_dn.value:.3f} ± {found.black_dn.sigma:.2g}; means of darks"
-    if offsets is not None:
+    if offsets is not None and points:
+        yield f"  # black_offsets_dn: {json.dumps(offsets)} are left out, where codes are companded; means of darks"
+    elif offsets is not None:
         yield f"  black_offsets_dn: {json.dumps(offsets)}    # means of darks over the filter array"
     yield f"  base_iso: {base.iso:g}    # the lowest setting that was taken"
     yield _told("electrons_per_dn", gain, "photon transfer")

@@ -66,7 +66,7 @@ def take_shots(
         channels=channels,
         channel_index=index,
         groups=tuple(
-            Group(kind=kind, exposure=exposure, time_s=time_s, codes=[frame.mosaic for frame in each])
+            Group(kind=kind, exposure=exposure, time_s=time_s, codes=[frame.linear_dn for frame in each])
             for (kind, exposure, time_s), each in groups.items()
         ),
     )

@@ -92,7 +92,7 @@ class Defects(ElectronicStage):
         origin     : (row, col) of the window's first photosite in the full frame
         frame_cols : width of the full frame
         """
-        hot = [_table(self.hot)]
+        hot = [_table(tuple(self.hot))]
         dead = [np.array(self.dead, dtype=np.int64).reshape(-1, 2)]
         if self.hot_fraction or self.dead_fraction:
             for block in range(max(origin[0], 0) // BLOCK_ROWS, (origin[0] + shape[0] - 1) // BLOCK_ROWS + 1):
