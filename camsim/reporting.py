@@ -63,7 +63,7 @@ class Signals:
 
     def __init__(self, camera: Body, origin: tuple[int, int], white_level_dn: int, *, full_e: float) -> None:
         channels = camera.cfa.channels
-        self._channels, self._adc, self._origin = channels, camera.adc, origin
+        self._channels, self._adc, self._origin = channels, camera.converter, origin
         self._white_level_dn, self._full_e, self._cfa_period = white_level_dn, full_e, camera.cfa.period
         self._photosites, self._clipped = np.zeros((2, len(channels)), np.int64)
         self._sum_e, self._max_e, self._sum_dn = np.zeros((3, len(channels)))

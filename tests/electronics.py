@@ -220,10 +220,11 @@ class Spy:
         monkeypatch.setattr(streams, "_KEPT", {})
         monkeypatch.setattr(streams, "_MOST_KEPT", 0)  # each exposure draws all that it needs
 
-    def __call__(self, seed, stream, *, block, frame_number=0):
-        key = (seed, int(stream), block, frame_number)
+    def __call__(self, seed, stream, *, block, frame_number=0, read_out=0):
+        key = (seed, int(stream), block, frame_number, read_out)
         return _Watched(
-            self._true(seed, stream, block=block, frame_number=frame_number), self.drawn.setdefault(key, [])
+            self._true(seed, stream, block=block, frame_number=frame_number, read_out=read_out),
+            self.drawn.setdefault(key, []),
         )
 
     @property

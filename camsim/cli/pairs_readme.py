@@ -59,7 +59,7 @@ def readme(capture: Capture, columns: Iterable[str]) -> str:
         "(`.tiff` in place of `.dng` where raw developers would misread the filter array.)",
         "",
         *_NOTES.splitlines(),
-        *(_COMPANDED.splitlines() if camera.adc.companding else ()),
+        *(_COMPANDED.splitlines() if camera.converter.companding else ()),
         "",
         "| column | unit | meaning |",
         "|---|---|---|",

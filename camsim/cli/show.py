@@ -90,7 +90,7 @@ def _figures_of_sensor(located: Located) -> list[Row]:
 
     # None of the figures depends on the lens.
     camera = load_camera(located.path, lens=Airy(f_number=8.0))
-    adc, pitch_um = camera.adc, camera.pitch_um
+    adc, pitch_um = camera.converter, camera.pitch_um
     well_e = camera.well_as_read_e(adc.base_iso)
     saturation_e = camera.charge_at_e(1.0, adc.base_iso)
     # The smallest signal: noise of the read-out and the rounding of a code, as standard deviations.

@@ -212,6 +212,13 @@ class Adc:
         """Return the data numbers that codes stand for: themselves, without companding."""
         return data_numbers(tuple(self.companding), codes)
 
+    def electrons(self, codes: U16, *, iso: float, origin: tuple[int, int] = (0, 0)) -> F64:
+        """Return the electrons (rows, cols) that codes stand for; ``origin``: as of ``quantise``."""
+        signal_dn = self.data_numbers(codes).astype(np.float64) - self.black_level_dn
+        signal_dn -= self.offsets_dn((codes.shape[0], codes.shape[1]), origin)
+        electrons: F64 = signal_dn * self.electrons_per_dn_at(iso)
+        return electrons
+
     def step_dn(self, dn: F64) -> F64:
         """Return the distance between neighbouring codes about data numbers (any shape)."""
         steps: F64 = np.maximum(steps_dn(tuple(self.companding), dn), self.code_step_dn)

@@ -62,7 +62,7 @@ def _noise(frame: Frame, capture: Exposed) -> Columns:
     Of photosites whose mean lies so far from both ends of the codes that noise takes none there: which these are no
     noise decides. Fixed patterns count as noise: one frame cannot tell them.
     """
-    gain, bends, adc = frame.electrons_per_dn, capture.camera.nonlinearity, capture.camera.adc
+    gain, bends, adc = frame.electrons_per_dn, capture.camera.nonlinearity, capture.camera.converter
     offsets_dn = adc.offsets_dn(frame.shape, capture.grid.origin)
     black = frame.black_level_dn + offsets_dn
     # Black offsets leave some photosites less room where codes end.

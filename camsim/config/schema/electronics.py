@@ -12,6 +12,7 @@ from camsim.config.schema.base import Makes, Name, Table, by_form
 from camsim.files.hot_list import Hot, read_hot
 from camsim.marks import Called
 from camsim.sensor import conversion_gain
+from camsim.sensor.conversion_gain import ReadOut
 from camsim.sensor.stages import defects, flicker_rows, nonlinearity, telegraph_noise
 from camsim.sensor.stages.blooming import Blooming
 from camsim.sensor.stages.column_noise import ColumnNoise
@@ -230,16 +231,32 @@ class GainAtIso(Table):
 
 
 class DualGain(Table):
-    """A second, higher conversion gain."""
+    """A second, higher conversion gain: from an ISO setting on, or of each exposure besides the other."""
 
-    from_iso: float = Field(gt=0, description="lowest ISO setting that uses it")
+    alternatives = (("from_iso", "electrons_per_dn"),)
+
+    from_iso: float | None = Field(default=None, gt=0, description="lowest ISO setting that uses it")
     full_well_e: float | None = Field(default=None, gt=0, description="full well in this mode, electrons")
     read_noise_e: float | None = Field(default=None, ge=0, description="read noise in this mode, electrons")
+    electrons_per_dn: float | None = Field(
+        default=None,
+        gt=0,
+        description="instead of from_iso: at base_iso, where each exposure is read at both gains",
+    )
+    read: ReadOut | None = Field(
+        default=None,
+        description="which of the two images is recorded; left out, both are merged in 16 bits: the high gain's up to "
+        "90 % of its white, the low gain's beyond",
+    )
 
     def made(self) -> conversion_gain.DualGain:
         """Make the stage."""
         return conversion_gain.DualGain(
-            from_iso=self.from_iso, capacity_e=self.full_well_e, read_noise_e=self.read_noise_e
+            from_iso=self.from_iso,
+            capacity_e=self.full_well_e,
+            read_noise_e=self.read_noise_e,
+            electrons_per_dn=self.electrons_per_dn,
+            read=self.read,
         )
 
 

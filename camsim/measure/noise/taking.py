@@ -123,7 +123,7 @@ def frames_of(
 
 def exposure_of(camera: Camera, *, iso: float | None, temperature_c: float | None) -> Exposure:
     """Return the exposure of flats, at the base ISO when ``iso`` is None."""
-    return Exposure(time_s=TIME_S, iso=camera.adc.base_iso if iso is None else iso, temperature_c=temperature_c)
+    return Exposure(time_s=TIME_S, iso=camera.converter.base_iso if iso is None else iso, temperature_c=temperature_c)
 
 
 def _bench_camera(camera: Camera, side: int) -> Camera:
