@@ -19,10 +19,11 @@ from camsim.measure.calibrate.setting import Setting, gain_errors, linked, setti
 from camsim.measure.calibrate.tails import LEAST_FRAMES, AtGain, Fitted, fit_after, fit_tails
 from camsim.measure.noise import Estimate
 from camsim.measure.noise.estimate import SURE, no_figure
-from camsim.measure.noise.stack import step_between_codes_dn
+from camsim.measure.noise.stack import Chosen, step_between_codes_dn
 
 _BIT_DEPTHS = (8, 10, 12, 14, 16)
 _WIDER = 1.1
+_LEAST_LINES = 64
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -170,12 +171,20 @@ def _law(
         return None, None
     best = max(able, key=share)
     rows = best.darks.rows
-    used = np.array(~best.darks.hot)
-    lines = used.all(axis=1) if used.all(axis=1).sum() > 64 else np.ones(len(used), dtype=bool)
+    period: tuple[int, int] = best.darks.cells_dn.shape
+    used: Chosen = np.all(~best.darks.hot, axis=1)
+    # Whole periods of the filter array, so that cells stay cells.
+    blocks = used[: len(used) // period[0] * period[0]].reshape(-1, period[0]).all(axis=1).repeat(period[0])
+    lines = np.pad(blocks, (0, len(used) - len(blocks))) if blocks.sum() > _LEAST_LINES else np.ones_like(used)
     frames = [np.asarray(codes)[lines].astype(np.int64) for codes in best.dark_codes]
     normal = max(after.value, 0.0) + max(rows.dn2, 0.0)
     sigma = math.hypot(after.sigma, rows.sigma_dn2)
-    return best, fit_tails(frames, step_dn=step_dn, normal_dn2=normal, normal_sigma_dn2=sigma)
+    fixed = max(best.darks.pattern.dn2, 0.0) + max(best.darks.columns.dn2, 0.0)
+    found = fit_tails(
+        frames, step_dn=step_dn, normal_dn2=normal, normal_sigma_dn2=sigma, fixed_dn2=fixed,
+        period=period,
+    )  # fmt: skip
+    return best, found
 
 
 def _after(settings: Sequence[Setting], law: Fitted, law_setting: Setting, step_dn: float) -> Estimate:

@@ -78,14 +78,25 @@ class Fitted:
     refused: tuple[str, float]
 
 
-def fit_tails(frames: Sequence[I64], *, step_dn: float, normal_dn2: float, normal_sigma_dn2: float = 0.0) -> Fitted:
+def fit_tails(
+    frames: Sequence[I64],
+    *,
+    step_dn: float,
+    normal_dn2: float,
+    normal_sigma_dn2: float = 0.0,
+    fixed_dn2: float = 0.0,
+    period: tuple[int, int] = (1, 1),
+) -> Fitted:
     """Return the law of darks taken alike, (rows, cols) codes.
 
     step_dn    : between codes
     normal_dn2 : variance of the normal noise that is in them besides (after the gain, of rows), and its error
+    fixed_dn2  : variance of what stays from dark to dark, normal over photosites;  period: of the filter array, whose
+                 cells may have black levels of their own
 
     A part (tails, jumps, unevenness) is taken where the logarithm of the likelihood rises by more than 4 standard
-    errors of its rise, which the blocks of rows tell (Vuong's test), the one with the greatest rise first.
+    errors of its rise, which the blocks of rows tell (Vuong's test), the one with the greatest rise first. Differences
+    are smoother than what they are of: between Student's and Tukey's law the single codes have a say too.
     """
     seen = _Counts.of(frames, step_dn)
     model = _Model(seen, normal_dn2)
@@ -104,10 +115,12 @@ def fit_tails(frames: Sequence[I64], *, step_dn: float, normal_dn2: float, norma
             break
         rises.append((name, rise))
         best = found
-    if best[0].law != "normal" and (best[0].spread or best[0].fraction):
+    if best[0].law != "normal":
         other: Law = "tukey" if best[0].law == "student" else "student"
         swapped = model.best(replace(best[0], law=other, tails=_FIRST_TAILS[other]))
-        if swapped[1].sum() > best[1].sum():
+        singles = _Singles.of(frames, step_dn, period)
+        either = [each[1].sum() + singles.logarithm(model, each[0], fixed_dn2) for each in (best, swapped)]
+        if either[1] > either[0]:
             best = swapped
     errors, telegraph = model.errors(best[0], normal_sigma_dn2)
     return Fitted(shape=best[0], errors=errors, telegraph_sigma_dn2=telegraph, rises=tuple(rises), refused=refused)
@@ -233,6 +246,40 @@ class _Counts:
         )
 
 
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Singles:
+    """Counts (m, n) of codes on a lattice (n,) of steps, each line of one frame's cell, whose mean is (m,) steps."""
+
+    counts: F64
+    lattice: I64
+    mean: F64
+
+    @classmethod
+    def of(cls, frames: Sequence[I64], step_dn: float, period: tuple[int, int]) -> _Singles:
+        cells = [frame[row :: period[0], col :: period[1]] for frame in frames for row, col in np.ndindex(period)]
+        steps = [np.rint(cell / step_dn).astype(np.int64).ravel() for cell in cells]
+        low, high = min(int(each.min()) for each in steps), max(int(each.max()) for each in steps)
+        return cls(
+            counts=np.stack([np.bincount(each - low, minlength=high - low + 1) for each in steps]).astype(np.float64),
+            lattice=np.arange(low, high + 1),
+            mean=np.array([float(each.mean()) for each in steps]),
+        )
+
+    def logarithm(self, model: _Model, shape: Shape, fixed_dn2: float) -> float:
+        """Return the logarithm of the likelihood of all codes, each for itself."""
+        step_dn = model.seen.step_dn
+        period = 2 * len(self.lattice) + 16
+        omega: F64 = 2.0 * math.pi * np.arange(model.repeats * period // 2 + 1) / (period * step_dn)
+        wave = model.of_one(shape, omega) * np.exp(-0.5 * fixed_dn2 * omega**2)
+        wave *= np.where(omega > 0.0, 2.0, 1.0) / period
+        total = 0.0
+        for counts, mean in zip(self.counts, self.mean.tolist(), strict=True):
+            seen = np.flatnonzero(counts)
+            share = np.cos(np.outer(self.lattice[seen] - mean, omega * step_dn)) @ wave
+            total += float(counts[seen] @ np.log(np.maximum(share, _NONE)))
+        return total
+
+
 def _edges(heard: I64) -> I64:
     """Return first lattice points of bins: alike in the core, further and further out in the tail."""
     above = 1.0 - np.concatenate([[0.0], np.cumsum(heard)[:-1]]) / heard.sum()  # of |d| ≥ k
@@ -255,8 +302,8 @@ class _Model:
         # Codes are a lattice, of which frequencies up to a cycle a step and their aliases are all; the period is wide
         # enough that what lies beyond the greatest difference does not come back.
         period = 2 * (top + 8)
-        repeats = max(2, math.ceil(6.0 * seen.step_dn / math.sqrt(seen.variance_dn2)) + 1)
-        self.omega = 2.0 * math.pi * np.arange(repeats * period // 2 + 1) / (period * seen.step_dn)
+        self.repeats = max(2, math.ceil(6.0 * seen.step_dn / math.sqrt(seen.variance_dn2)) + 1)
+        self.omega = 2.0 * math.pi * np.arange(self.repeats * period // 2 + 1) / (period * seen.step_dn)
         weight = np.full(self.omega.size, 2.0 / period)
         weight[0] = 1.0 / period
         phases = np.cos(np.outer(np.arange(top + 1), self.omega * seen.step_dn)) * weight
@@ -274,21 +321,39 @@ class _Model:
     def probabilities(self, shape: Shape) -> F64:
         """Return (bins, bins) probabilities of two pairs."""
         decays = np.exp(-self.normal_dn2 * self.omega**2) * self.rounding
-        if shape.spread:
-            sigmas = shape.sigma_dn * np.exp(shape.spread * self.spreads - shape.spread**2)
-            of_sigma = self.spread_weights
-        else:
-            sigmas, of_sigma = np.array([shape.sigma_dn]), np.ones(1)
+        sigmas, of_sigma = self._sigmas(shape)
         curve = _characteristic(shape.law, shape.tails)
         own = np.stack([curve(self.omega * sigma) ** 2 * decays for sigma in sigmas])
         still = own @ self.of_bins.T
         joint: F64 = (1.0 - shape.fraction) * (still.T * of_sigma) @ still
         if shape.fraction:
-            edges = np.append(self.amplitudes - 0.5 * self.pitch, np.inf) / shape.amplitude_dn
-            of_jump = -np.diff(np.exp(-edges))
+            of_jump = self._of_jumps(shape)
             moved = (own[:, None, :] * self.jumps).reshape(-1, self.omega.size) @ self.of_bins.T
             joint = joint + shape.fraction * (moved.T * np.outer(of_sigma, of_jump).ravel()) @ moved
         return joint
+
+    def _sigmas(self, shape: Shape) -> tuple[F64, F64]:
+        """Return standard deviations of photosites, and the share of each."""
+        if not shape.spread:
+            return np.array([shape.sigma_dn]), np.ones(1)
+        return shape.sigma_dn * np.exp(shape.spread * self.spreads - shape.spread**2), self.spread_weights
+
+    def _of_jumps(self, shape: Shape) -> F64:
+        """Return the share of each of ``amplitudes``."""
+        edges = np.append(self.amplitudes - 0.5 * self.pitch, np.inf) / shape.amplitude_dn
+        shares: F64 = -np.diff(np.exp(-edges))
+        return shares
+
+    def of_one(self, shape: Shape, omega: F64) -> F64:
+        """Return the characteristic function (n,) of one code about its photosite's own mean."""
+        sigmas, of_sigma = self._sigmas(shape)
+        curve = _characteristic(shape.law, shape.tails)
+        wave: F64 = of_sigma @ np.stack([curve(omega * sigma) for sigma in sigmas])
+        wave *= np.exp(-0.5 * self.normal_dn2 * omega**2) * np.sinc(omega * self.seen.step_dn / (2.0 * math.pi))
+        if shape.fraction:
+            jumps = np.cos(0.5 * np.outer(self.amplitudes, omega))
+            wave *= 1.0 - shape.fraction + shape.fraction * (self._of_jumps(shape) @ jumps)
+        return wave
 
     def logarithms(self, shape: Shape) -> F64:
         """Return the logarithm of the likelihood of each block of rows."""
