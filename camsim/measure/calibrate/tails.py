@@ -269,7 +269,7 @@ class _Singles:
         """Return the logarithm of the likelihood of all codes, each for itself."""
         step_dn = model.seen.step_dn
         period = 2 * len(self.lattice) + 16
-        omega: F64 = 2.0 * math.pi * np.arange(model.repeats * period // 2 + 1) / (period * step_dn)
+        omega = (2.0 * math.pi / (period * step_dn)) * np.arange(model.repeats * period // 2 + 1, dtype=np.float64)
         wave = model.of_one(shape, omega) * np.exp(-0.5 * fixed_dn2 * omega**2)
         wave *= np.where(omega > 0.0, 2.0, 1.0) / period
         total = 0.0
