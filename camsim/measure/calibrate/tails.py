@@ -9,7 +9,6 @@ the sandwich formula, from the scatter over blocks of rows).
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -21,6 +20,7 @@ import scipy.optimize
 import scipy.special
 
 from camsim.arrays import F64, I64
+from camsim.measure.calibrate.tail_counts import PairCounts, SingleCounts
 from camsim.measure.noise.estimate import SURE, Estimate, no_figure
 from camsim.sensor.stages.read_noise import tukey_quantiles, tukey_sigma
 
@@ -28,11 +28,7 @@ Law: TypeAlias = Literal["normal", "student", "tukey"]
 
 LEAST_FRAMES = 4
 """Two pairs of a photosite."""
-_BLOCKS = 64
-_TAIL, _CORE = 14, 14
-_LEAST_COUNT = 100
 _SPREADS = 9
-_MOST_PAIRS = 6
 
 _DECAYED = 30.0
 _KNOTS = 500
@@ -98,7 +94,7 @@ def fit_tails(
     errors of its rise, which the blocks of rows tell (Vuong's test), the one with the greatest rise first. Differences
     are smoother than what they are of: between Student's and Tukey's law the single codes have a say too.
     """
-    seen = _Counts.of(frames, step_dn)
+    seen = PairCounts.of(frames, step_dn)
     model = _Model(seen, normal_dn2)
     start = math.sqrt(max(seen.variance_dn2 - normal_dn2, 0.05 * seen.variance_dn2))
     best = model.best(Shape(law="normal", sigma_dn=start))
@@ -118,8 +114,8 @@ def fit_tails(
     if best[0].law != "normal":
         other: Law = "tukey" if best[0].law == "student" else "student"
         swapped = model.best(replace(best[0], law=other, tails=_FIRST_TAILS[other]))
-        singles = _Singles.of(frames, step_dn, period)
-        either = [each[1].sum() + singles.logarithm(model, each[0], fixed_dn2) for each in (best, swapped)]
+        singles = SingleCounts.of(frames, step_dn, period)
+        either = [each[1].sum() + model.logarithm_of(singles, each[0], fixed_dn2) for each in (best, swapped)]
         if either[1] > either[0]:
             best = swapped
     errors, telegraph = model.errors(best[0], normal_sigma_dn2)
@@ -141,7 +137,7 @@ def fit_after(darks: Sequence[AtGain], law: Fitted, law_gain_dn_per_e: float, *,
 
     The law is that before the gain, found at one setting; each setting's whole variance is held.
     """
-    models = [_Model(_Counts.of(each.frames, step_dn), 0.0) for each in darks]
+    models = [_Model(PairCounts.of(each.frames, step_dn), 0.0) for each in darks]
 
     def logarithms(after_dn2: float, shape: Shape) -> F64:
         total: Any = 0.0
@@ -203,100 +199,10 @@ def _rise(by_block: F64) -> float:
     return float(by_block.sum()) / max(scatter, 1e-9)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Counts:
-    """Counts (blocks, bins, bins) of two pairs' differences; bins hold ``lattice`` (n,) in steps by ``bin_of`` (n,)."""
-
-    counts: F64
-    lattice: I64
-    bin_of: I64
-    step_dn: float
-    variance_dn2: float
-
-    @classmethod
-    def of(cls, frames: Sequence[I64], step_dn: float) -> _Counts:
-        pairs = [
-            np.rint((a.astype(np.float64) - b) / step_dn).astype(np.int64)
-            for a, b in zip(frames[::2], frames[1::2], strict=False)
-        ]
-        # A frame's own offset is none of a photosite's noise.
-        pairs = [pair - round(float(np.median(pair))) for pair in pairs]
-        far = [np.abs(pair) for pair in pairs]
-        top = max(int(each.max()) for each in far)
-        heard = sum(np.bincount(each.ravel(), minlength=top + 1) for each in far)
-        edges = _edges(np.asarray(heard, np.int64))
-        bin_of = np.searchsorted(edges, np.arange(top + 1), side="right") - 1
-        bins = len(edges)
-        blocks = min(_BLOCKS, len(frames[0]))
-        block_of = np.arange(len(frames[0])) * blocks // len(frames[0])
-        both = list(itertools.combinations(range(len(pairs)), 2))
-        # Each pair as often as any other.
-        both = both if len(both) <= _MOST_PAIRS else [(k, (k + 1) % len(pairs)) for k in range(len(pairs))]
-        placed = [bin_of[each] for each in far]
-        counts = np.zeros(blocks * bins * bins)
-        for a, b in both:
-            index = (block_of[:, None] * bins + placed[a]) * bins + placed[b]
-            counts += np.bincount(index.ravel(), minlength=counts.size)
-        return cls(
-            counts=counts.reshape(blocks, bins, bins),
-            lattice=np.arange(top + 1),
-            bin_of=bin_of,
-            step_dn=step_dn,
-            variance_dn2=float(np.mean([np.mean(pair.astype(np.float64) ** 2) for pair in pairs])) * step_dn**2 / 2.0,
-        )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Singles:
-    """Counts (m, n) of codes on a lattice (n,) of steps, each line of one frame's cell, whose mean is (m,) steps."""
-
-    counts: F64
-    lattice: I64
-    mean: F64
-
-    @classmethod
-    def of(cls, frames: Sequence[I64], step_dn: float, period: tuple[int, int]) -> _Singles:
-        cells = [frame[row :: period[0], col :: period[1]] for frame in frames for row, col in np.ndindex(period)]
-        steps = [np.rint(cell / step_dn).astype(np.int64).ravel() for cell in cells]
-        low, high = min(int(each.min()) for each in steps), max(int(each.max()) for each in steps)
-        return cls(
-            counts=np.stack([np.bincount(each - low, minlength=high - low + 1) for each in steps]).astype(np.float64),
-            lattice=np.arange(low, high + 1),
-            mean=np.array([float(each.mean()) for each in steps]),
-        )
-
-    def logarithm(self, model: _Model, shape: Shape, fixed_dn2: float) -> float:
-        """Return the logarithm of the likelihood of all codes, each for itself."""
-        step_dn = model.seen.step_dn
-        period = 2 * len(self.lattice) + 16
-        omega = (2.0 * math.pi / (period * step_dn)) * np.arange(model.repeats * period // 2 + 1, dtype=np.float64)
-        wave = model.of_one(shape, omega) * np.exp(-0.5 * fixed_dn2 * omega**2)
-        wave *= np.where(omega > 0.0, 2.0, 1.0) / period
-        total = 0.0
-        for counts, mean in zip(self.counts, self.mean.tolist(), strict=True):
-            seen = np.flatnonzero(counts)
-            share = np.cos(np.outer(self.lattice[seen] - mean, omega * step_dn)) @ wave
-            total += float(counts[seen] @ np.log(np.maximum(share, _NONE)))
-        return total
-
-
-def _edges(heard: I64) -> I64:
-    """Return first lattice points of bins: alike in the core, further and further out in the tail."""
-    above = 1.0 - np.concatenate([[0.0], np.cumsum(heard)[:-1]]) / heard.sum()  # of |d| ≥ k
-    least = _LEAST_COUNT / heard.sum()
-    wanted = np.concatenate([
-        np.linspace(1.0, 0.08, _CORE, endpoint=False), np.geomspace(0.08, max(least, 1e-9), _TAIL)
-    ])  # fmt: skip
-    edges = {0}
-    for share in wanted[wanted >= least]:
-        edges.add(int(np.argmin(np.abs(above - share))))
-    return np.array(sorted(edges))
-
-
 class _Model:
     """Probabilities of the bins under a law, by its characteristic function."""
 
-    def __init__(self, seen: _Counts, normal_dn2: float) -> None:
+    def __init__(self, seen: PairCounts, normal_dn2: float) -> None:
         self.seen, self.normal_dn2 = seen, normal_dn2
         top = int(seen.lattice[-1])
         # Codes are a lattice, of which frequencies up to a cycle a step and their aliases are all; the period is wide
@@ -344,7 +250,7 @@ class _Model:
         shares: F64 = -np.diff(np.exp(-edges))
         return shares
 
-    def of_one(self, shape: Shape, omega: F64) -> F64:
+    def _of_one(self, shape: Shape, omega: F64) -> F64:
         """Return the characteristic function (n,) of one code about its photosite's own mean."""
         sigmas, of_sigma = self._sigmas(shape)
         curve = _characteristic(shape.law, shape.tails)
@@ -354,6 +260,20 @@ class _Model:
             jumps = np.cos(0.5 * np.outer(self.amplitudes, omega))
             wave *= 1.0 - shape.fraction + shape.fraction * (self._of_jumps(shape) @ jumps)
         return wave
+
+    def logarithm_of(self, singles: SingleCounts, shape: Shape, fixed_dn2: float) -> float:
+        """Return the logarithm of the likelihood of all codes, each for itself."""
+        step_dn = self.seen.step_dn
+        period = 2 * len(singles.lattice) + 16
+        omega = (2.0 * math.pi / (period * step_dn)) * np.arange(self.repeats * period // 2 + 1, dtype=np.float64)
+        wave = self._of_one(shape, omega) * np.exp(-0.5 * fixed_dn2 * omega**2)
+        wave *= np.where(omega > 0.0, 2.0, 1.0) / period
+        total = 0.0
+        for counts, mean in zip(singles.counts, singles.mean.tolist(), strict=True):
+            seen = np.flatnonzero(counts)
+            share = np.cos(np.outer(singles.lattice[seen] - mean, omega * step_dn)) @ wave
+            total += float(counts[seen] @ np.log(np.maximum(share, _NONE)))
+        return total
 
     def logarithms(self, shape: Shape) -> F64:
         """Return the logarithm of the likelihood of each block of rows."""
