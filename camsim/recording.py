@@ -68,15 +68,14 @@ class Recording(Keeps):
     @cached_property
     def random_numbers(self) -> int:
         """How many random numbers one frame draws."""
-        shape, iso = (self.grid.rows, self.grid.cols), self.exposure.iso
-        return sum(
-            random_numbers(camera.electronics(iso, noise=self.noise), shape, self._context(camera, 0, 0))
-            for camera in self._read_outs
-        )
+        shape = self.grid.rows, self.grid.cols
+        return sum(random_numbers(stages, shape, self._context(camera, 0, 0)) for camera, stages in self._read_outs)
 
     @cached_property
-    def _read_outs(self) -> tuple[Body, ...]:
-        return self.camera.read_outs
+    def _read_outs(self) -> tuple[tuple[Body, tuple[ElectronicStage, ...]], ...]:
+        """The read-outs of an exposure, each with the electronic stages that act."""
+        iso = self.exposure.iso
+        return tuple((camera, camera.electronics(iso, noise=self.noise)) for camera in self.camera.read_outs)
 
     @cached_property
     def electronics(self) -> tuple[ElectronicStage, ...]:
@@ -88,12 +87,8 @@ class Recording(Keeps):
         row, col = self.grid.origin
         first, iso = (row + lit.rows_before, col), self.exposure.iso
         read = [
-            record(
-                lit.mean_e,
-                camera.electronics(iso, noise=self.noise),
-                self._context(camera, frame_number, lit.rows_before),
-            )
-            for camera in self._read_outs
+            record(lit.mean_e, stages, self._context(camera, frame_number, lit.rows_before))
+            for camera, stages in self._read_outs
         ]
         clock.lap("noise")
         electrons = read[0] if len(read) == 1 else self._merged(read, first)
@@ -104,12 +99,14 @@ class Recording(Keeps):
 
     def _merged(self, read: Sequence[F64], first: tuple[int, int]) -> F64:
         """Return electrons of the two read-outs of an exposure, each through its own converter."""
-        iso, converters = self.exposure.iso, [camera.converter for camera in self._read_outs]
+        iso, cameras = self.exposure.iso, [camera for camera, _ in self._read_outs]
         low_e, high_e = (
-            converter.electrons(converter.quantise(electrons, iso=iso, origin=first), iso=iso, origin=first)
-            for converter, electrons in zip(converters, read, strict=True)
+            camera.converter.electrons(
+                camera.converter.quantise(electrons, iso=iso, origin=first), iso=iso, origin=first
+            )
+            for camera, electrons in zip(cameras, read, strict=True)
         )
-        return merged_e(low_e, high_e, converters[1].saturation_e(iso, self._read_outs[1].well_as_read_e(iso)))
+        return merged_e(low_e, high_e, cameras[1].converter.saturation_e(iso, cameras[1].well_as_read_e(iso)))
 
     def _signals(self) -> Signals:
         full_e = self.camera.charge_at_e(1.0, self.exposure.iso) - self.dark_e

@@ -14,6 +14,7 @@ from tolerances import STATISTICAL
 
 import camsim
 from camsim.capturing import load_camera
+from camsim.cli.app import app
 from camsim.errors import CamsimError, InvalidValueError
 from camsim.files.reading import read_record
 from camsim.measure import read_picture
@@ -103,6 +104,19 @@ def test_files_of_ours_come_back_linear(tmp_path: Path, suffix: str) -> None:
             row, col = plane.first
             np.testing.assert_array_equal(plane.samples, frame.linear_dn[row::2, col::2])
             assert (plane.black, plane.white) == (128.0, 4095.0)
+
+
+def test_people_are_told_of_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    frame, _ = shot()
+    camsim.save(frame, "shot.dng")
+    assert not app(["info", "shot.dng"], standalone_mode=False)
+    assert "companded: 0, 512, 1024, 4095 DN are the codes 0, 512, 640, 831" in capsys.readouterr().out
+    small = ["--set", "region={rows: 12, cols: 12}", "--set", "render.tolerance=1e-2", "--set", YAML, "-q"]
+    assert not app(["capture", "flat-field", "--pairs", "pairs", "--levels", "1", *small], standalone_mode=False)
+    assert "LinearizationTable" in Path("pairs/README.md").read_text(encoding="utf-8")
 
 
 def test_it_is_taken_again_from_its_record(tmp_path: Path) -> None:
