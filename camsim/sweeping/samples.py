@@ -22,6 +22,7 @@ from camsim.sensor.colour_matrix import as_shot_neutral, fit
 from camsim.sensor.stages.column_noise import ColumnNoise
 from camsim.sensor.stages.dark_current import DarkCurrent
 from camsim.sensor.stages.dsnu import Dsnu
+from camsim.sensor.stages.offset_map import OffsetMap
 from camsim.sensor.stages.shot_noise import ShotNoise
 from camsim.sweeping.manifest import BETWEEN_NOTES, DONE, FAILED, Results, Row, sha256_of
 from camsim.sweeping.work import FAILURES, Shared, refuse_other_software, said
@@ -148,6 +149,8 @@ def noise_model(frame: Frame, capture: Exposed) -> dict[str, Any]:
             offsets_e.append(stage.nonuniformity * dark_e)
         elif isinstance(stage, Dsnu | ColumnNoise):
             offsets_e.append(stage.sigma_e)
+        elif isinstance(stage, OffsetMap):
+            offsets_e.append(stage.spread_e(gain))
     read_e = math.hypot(*(stage.dark_noise_e(gain) for stage in acting))
     told = {
         "cfa": "/".join(frame.cfa_pattern),
