@@ -327,13 +327,18 @@ class Body(Electronics):
         return 0.0 if current is None else current.e_per_s * time_s * current.warming(temperature_c)
 
     def well_as_read_e(self, iso: float) -> float | None:
-        """Return the full well as the converter sees it, after the non-linearity; None without a full well."""
+        """Return the full well as the converter sees it, after the non-linearity; None without a full well.
+
+        Of two merged read-outs the end of the low gain's converter, where that comes first.
+        """
         well = self.full_well_at(iso)
-        if well is None:
-            return None
-        if self.nonlinearity is None:
-            return well.capacity_e
-        return float(self.nonlinearity.response(np.array([well.capacity_e]))[0])
+        read_e = None if well is None else well.capacity_e
+        if read_e is not None and self.nonlinearity is not None:
+            read_e = float(self.nonlinearity.response(np.array([read_e]))[0])
+        if self.dual_gain is None or self.dual_gain.read != "merged":
+            return read_e
+        low_e = self.adc.saturation_e(iso)
+        return low_e if read_e is None else min(read_e, low_e)
 
     def charge_at_e(self, share: float, iso: float) -> float:
         """Return the charge whose code lies at a share of black..white; at 1 white clips."""

@@ -86,6 +86,16 @@ def test_the_gain_follows_the_iso_setting() -> None:
     assert frame.electrons_per_dn == HIGH_E / 4
 
 
+def test_the_merged_image_is_clipped_where_the_low_gain_is() -> None:
+    """At ISO 400 its converter ends at 3995 data numbers of 2 e⁻, far below the well."""
+    exposure = camsim.Exposure(time_s=0.01, iso=400)
+    for well in (camsim.FullWell(30_000.0), None):
+        frame = SENSOR.replace(full_well=well).expose(np.full((8, 8), 9000.0), unit="electrons", exposure=exposure)
+        assert frame.white_level_dn == 100 + 3995 * 2.0 / (HIGH_E / 4)
+        assert (frame.mosaic == frame.white_level_dn).all()
+        assert frame.report.signal[0].clipped_photosites == 64
+
+
 def test_a_smaller_well_ends_the_high_gain_alone() -> None:
     dual = dataclasses.replace(DUAL, capacity_e=1500.0)
     frames = [
