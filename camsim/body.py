@@ -296,7 +296,7 @@ class Body(Electronics):
         return tuple(self.replace(dual_gain=dataclasses.replace(dual, read=read)) for read in ("low", "high"))
 
     @property
-    def read_out(self) -> int:
+    def read_out_number(self) -> int:
         """Which of an exposure's it is: one of high gain draws other read-out noise than that of low gain."""
         return int(self.dual_gain is not None and self.dual_gain.read == "high")
 

@@ -127,5 +127,5 @@ class Noise:
         return _Quick(
             time_s=self.time_s, iso=iso, temperature_c=self.temperature_c,
             electrons_per_dn=sensor.converter.electrons_per_dn_at(iso), seed=seed, serial=sensor.serial,
-            read_out=sensor.read_out, origin=grid.origin, frame_cols=sensor.cols, rows_in_all=rows,
+            read_out=sensor.read_out_number, origin=grid.origin, frame_cols=sensor.cols, rows_in_all=rows,
         )  # fmt: skip

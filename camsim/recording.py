@@ -121,7 +121,7 @@ class Recording(Keeps):
             electrons_per_dn=camera.converter.electrons_per_dn_at(self.exposure.iso),
             seed=self.seed,
             serial=camera.serial,
-            read_out=camera.read_out,
+            read_out=camera.read_out_number,
             frame_number=frame_number,
             origin=self.grid.origin,
             frame_cols=camera.cols,
