@@ -116,9 +116,10 @@ class WavesPlan:
                         cut=low,
                         precision=precision,
                     ),
-                    *behind,
+                    weights,
+                    lens,
                 )
-                for own, *behind in found
+                for own, weights, lens in found
             ]
         return self.summed(
             sources=found,
