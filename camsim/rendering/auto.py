@@ -91,7 +91,10 @@ def _judge(job: Job, scene: Scene, fields: FieldJob | None) -> Checks:
     """Return what judges: direct sums behind a round lens, frequency sums behind others and where digits end."""
     if isinstance(job.system.lens, RoundLens) and not job.system.more and job.tolerance >= DIRECT:
         return Judge(job, scene)
-    return JudgeBySums(job=job, scene=scene, fields=fields)
+    judge = JudgeBySums(job=job, scene=scene, fields=fields)
+    if not fits(judge.plan):
+        raise too_much("the check", judge.plan.cost.memory_bytes)
+    return judge
 
 
 def fits(plan: Plan) -> bool:

@@ -41,7 +41,8 @@ class JudgeBySums:
     fields: FieldJob | None = None
 
     @cached_property
-    def _plan(self) -> WavesPlan:
+    def plan(self) -> WavesPlan:
+        """What is summed once more."""
         lens = self.job.system.lens
         tolerance = max(OF_TOLERANCE * self.job.tolerance, FINEST)
         job = dataclasses.replace(self.job, tolerance=tolerance)
@@ -73,7 +74,7 @@ class JudgeBySums:
         values: F64 = self.job.base[sets]
         if self._nothing:
             return values
-        image, grid = self._plan.image, self.job.grid
+        image, grid = self.plan.image, self.job.grid
         assert image is not None
         found = image.at(grid.first_centre, (grid.rows, grid.cols), rows, cols)
         values += np.take_along_axis(found, sets.reshape(-1, rows.size), axis=0).reshape(sets.shape)
