@@ -11,7 +11,7 @@ import numpy as np
 from camsim.arrays import F64
 from camsim.body import Body
 from camsim.frame import ChannelSignal
-from camsim.optics.protocols import InRows, KnowsSplits, OnLattice, Round
+from camsim.optics.protocols import KnowsSplits, Round
 from camsim.own import is_own, own_stages
 from camsim.rendering.auto import Choice
 from camsim.rendering.edges import shares_within
@@ -197,8 +197,7 @@ def _of_glare(setting: Setting) -> Iterator[str]:
 def _of_slow_stages(camera: Body, choice: Choice) -> Iterator[str]:
     """Yield why it takes long, where that is an optical stage of one's own whose pattern nobody knows."""
     more = tuple(camera.extra_optics)
-    known = Round | OnLattice | InRows
-    slow = [stage for stage in more or (camera.lens,) if is_own(stage) and not isinstance(stage, known)]
+    slow = [stage for stage in more or (camera.lens,) if is_own(stage) and not isinstance(stage, Round)]
     if not slow or choice.cost.seconds < _WORTH_WAITING:
         return
     way_out = "with a lens that is all of it and has" if more else "with"

@@ -11,8 +11,9 @@ from tolerances import ROUNDING
 
 import camsim
 from camsim.errors import CamsimError, InvalidValueError
-from camsim.rendering.check.scenery import pieces_of
+from camsim.rendering.direct.scenery import pieces_of
 from camsim.scene import arrange
+from camsim.scene.arcs import Fineness
 from camsim.scene.side_limits import SideLimits
 
 FINE = SideLimits(segment_um=0.7, wobble_um=1e-3, cut_um2=1e-3, moment_um3=1e-3)
@@ -250,15 +251,6 @@ def area_seen(pieces, region=1):
     )
     sides = (pieces.left == region).astype(float) - (pieces.right == region)
     twice = np.where(o.turn_rad == 0.0, o.x * o.dy - o.y * o.dx, arcs)
-    # Of a Bézier curve P dP in place of its chord's, by three Gauss nodes, which are exact.
-    bent = np.flatnonzero(pieces.bezier >= 0)
-    a, b, c, d = pieces.curves[pieces.bezier[bent]].T
-    twice[bent] = 0.0
-    for node, weight in ((-math.sqrt(0.6), 5 / 18), (0.0, 8 / 18), (math.sqrt(0.6), 5 / 18)):
-        t = 0.5 + 0.5 * node
-        place = (1 - t) ** 3 * a + 3 * (1 - t) ** 2 * t * b + 3 * (1 - t) * t**2 * c + t**3 * d
-        way = 3 * (1 - t) ** 2 * (b - a) + 6 * (1 - t) * t * (c - b) + 3 * t**2 * (d - c)
-        twice[bent] += weight * (place.conj() * way).imag
     return float(np.sum(sides * 0.5 * twice))
 
 
@@ -271,11 +263,10 @@ def test_areas(shape, area, limits):
     assert found == pytest.approx(area, rel=1e-7 if isinstance(shape, camsim.Line | camsim.Group) else 10 * ROUNDING)
 
 
-@pytest.mark.parametrize("whole", [False, True], ids=["arcs", "whole curves"])
 @pytest.mark.parametrize(("shape", "area"), SHAPES.values(), ids=list(SHAPES))
-def test_areas_that_the_check_sees(shape, area, whole):
-    """By arcs of circles, or Bézier curves as they are, and winding numbers of its own."""
-    pieces, _ = pieces_of(camsim.Scene(background=0.9, shapes=[shape]), 1.0, whole=whole)
+def test_areas_that_the_check_sees(shape, area):
+    """By arcs of circles, and winding numbers of its own."""
+    pieces, _ = pieces_of(camsim.Scene(background=0.9, shapes=[shape]), 1.0, Fineness())
     assert area_seen(pieces) == pytest.approx(area, rel=1e-7)
 
 
@@ -379,13 +370,11 @@ def test_random_shapes_against_places(seed):
         background=0.5,
         shapes=[frame, camsim.Group(shapes=[shape for shape, _ in made], clip=frame)],
     )
-    found, (pieces, spectra) = arrange(scene, FINE), pieces_of(scene, 1.0)
-    whole, _ = pieces_of(scene, 1.0, whole=True)
+    found, (pieces, spectra) = arrange(scene, FINE), pieces_of(scene, 1.0, Fineness())
     for k, reflectance in enumerate(spectra[1:], 1):
         expected = np.count_nonzero(seen == reflectance) * step**2
         assert area_of(found, found.spectra.index(reflectance)) == pytest.approx(expected, abs=0.1)
         assert area_seen(pieces, k) == pytest.approx(area_of(found, found.spectra.index(reflectance)), abs=0.02)
-        assert area_seen(whole, k) == pytest.approx(area_seen(pieces, k), abs=1e-6)
 
 
 @pytest.mark.parametrize("weight", ["Regular", "BoldItalic"])

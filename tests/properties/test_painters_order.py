@@ -5,8 +5,9 @@ import pytest
 from examples import OPTICS, image_of, worst
 
 import camsim
-from camsim.rendering.check.scenery import pieces_of
+from camsim.rendering.direct.scenery import pieces_of
 from camsim.scene import arrange
+from camsim.scene.arcs import Fineness
 
 OPTICS_HERE = OPTICS["f/8, OLPF"]
 CELLS = 12  # of one pitch, on each side
@@ -106,7 +107,7 @@ def test_the_pieces_that_the_check_sees_bound_what_is_painted(seed):
     seen = np.full(x.shape, BACKGROUND)
     for shape in shapes:
         seen[covered(shape, x, y)] = shape.reflectance
-    pieces, spectra = pieces_of(camsim.Scene(background=BACKGROUND, shapes=shapes), 1.0)
+    pieces, spectra = pieces_of(camsim.Scene(background=BACKGROUND, shapes=shapes), 1.0, Fineness())
     area = enclosed(pieces.outlines)
     for k, reflectance in enumerate(spectra):
         if reflectance != BACKGROUND:
@@ -122,7 +123,7 @@ def test_sides_whose_middle_lies_on_a_half_rings_chords(turned_deg, middle):
         radius_um=4, inner_radius_um=2, centre_um=middle, from_deg=turned_deg, turn_deg=180, reflectance=0.1
     )
     across = camsim.Rectangle(width_um=2.0, height_um=2.0, centre_um=middle, reflectance=0.7)
-    pieces, spectra = pieces_of(camsim.Scene(background=BACKGROUND, shapes=(across, ring)), 1.0)
+    pieces, spectra = pieces_of(camsim.Scene(background=BACKGROUND, shapes=(across, ring)), 1.0, Fineness())
     area = enclosed(pieces.outlines)
     found = [area[pieces.left == k].sum() - area[pieces.right == k].sum() for k in range(1, len(spectra))]
     assert found == pytest.approx([4.0, 6.0 * np.pi], abs=1e-9)

@@ -130,7 +130,8 @@ def _beside_chord(
     x, y = o.x[e] + away * math.cos(middle) - point[0], o.y[e] + away * math.sin(middle) - point[1]
     r = math.hypot(x, y)
     _far(t, False, r, x / r, y / r, out)
-    return 0.5 * o.dx[e] * o.dx[e] * bulge
+    area: float = 0.5 * o.dx[e] * o.dx[e] * bulge
+    return area
 
 
 @kernel(allocates=True)

@@ -23,7 +23,6 @@ from camsim.kernels import kernel, shared
 from camsim.optics.placed import PlacedLens
 from camsim.optics.protocols import Placed
 from camsim.optics.pupil import Pupil
-from camsim.optics.rays import places_over
 from camsim.optics.transfer_table import radial_matrix, radial_places
 from camsim.optics.zernike import layout, orders, zernike
 from camsim.quadrature import chebyshev, gauss_rules
@@ -53,7 +52,7 @@ class Wavefronts:
         """Return those of lenses, each at all wavelengths."""
         each = [_coefficients(lens, wavelength_nm) for lens in lenses]
         index = tuple(
-            sorted({j for own, values in each for j, there in zip(own, values.any(axis=0), strict=True) if there and j})
+            sorted({j for own, values in each for j, one in zip(own, values.T, strict=True) if j and one.any()})
         )
         waves = np.zeros((len(index), len(lenses), wavelength_nm.size))
         for k, (own, values) in enumerate(each):
@@ -87,11 +86,11 @@ def _coefficients(lens: Placed, wavelength_nm: F64) -> tuple[tuple[int, ...], F6
     """Return indices (k,) and coefficients (wavelengths, k), waves, of a lens at a place."""
     if isinstance(lens, PlacedLens):
         return lens.zernike, lens.coefficients(wavelength_nm)
-    x, y = places_over(Pupil(), 40)
+    x, y, _ = Pupil().nodes(40, 40)
     waves = np.stack([lens.waves(x, y, nm) for nm in wavelength_nm.tolist()])
     for count in (TERMS, MOST_TERMS):
         terms = np.stack([zernike(j, x, y) for j in range(count)], axis=1)
-        found = np.linalg.lstsq(terms, waves.T, rcond=None)[0]
+        found: F64 = np.asarray(np.linalg.lstsq(terms, waves.T, rcond=None)[0], float)
         if np.abs(terms @ found - waves.T).max() <= FITTED:
             return tuple(range(count)), found.T
     raise UnsupportedError("its wavefront is no polynomial of order 20 or less", key="lens")
@@ -149,7 +148,7 @@ class Rule:
         if fronts.mirrored:  # T(ρ, π − θ) is the conjugate of T(ρ, −θ), which is T(ρ, θ)
             half = np.concatenate([half, half[:, count - first : 0 : -1].conj()], axis=1)
         whole = np.concatenate([half, half.conj()], axis=1)
-        waves: C128 = scipy.fft.fft(whole, axis=1) / (2 * count)
+        waves = scipy.fft.fft(whole, axis=1) / (2 * count)
         return np.ascontiguousarray(np.moveaxis(waves, 2, 0))
 
     def between(self, rho: F64) -> F64:

@@ -274,8 +274,8 @@ def _wrong(before: int, after: int, degree: int, step: float, first: int, count:
 
     before, after : samples on either side of it;  step: samples' distance times the first frequency above 0
     """
-    frequency = step * np.arange(first, first + count)
-    wrong = _seen(before, before + after + 1, degree, frequency) - np.sinc(frequency) ** (degree + 1)
+    frequency = step * np.arange(first, first + count, dtype=np.float64)
+    wrong: C128 = _seen(before, before + after + 1, degree, frequency) - np.sinc(frequency) ** (degree + 1)
     wrong.flags.writeable = False
     return wrong
 
