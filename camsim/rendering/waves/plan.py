@@ -279,7 +279,7 @@ class WavesPlan:
             )
         yield Decision(
             topic="settings",
-            decision=f"{self._frequencies:.2g} frequencies, up to {image.levels[0].cut:.3g} cycles a pitch",
+            decision=f"{sum(self._lattices):.2g} frequencies, up to {image.levels[0].cut:.3g} cycles a pitch",
             reason="lens, OLPF and photosite pass nothing beyond that counts",
         )
 
