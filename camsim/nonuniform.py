@@ -63,38 +63,6 @@ def modes_of_lines(phases: F64, strengths: C128, count: int, *, precision: float
     return total.reshape(len(strengths), count)
 
 
-def line_modes(phases: F64, strengths: C128, count: int, *, precision: float) -> C128:
-    """Return Σ_q strengths[q]·exp(i·j·phases[q]), j integers about 0: (count,).
-
-    precision : relative to the sum of the strengths' sizes
-    """
-    import finufft
-
-    total: C128 = finufft.nufft1d1(_less_turns(phases), strengths, n_modes=count, eps=precision, isign=1, nthreads=1)
-    return total
-
-
-def waves_at(phases: F64, strengths: C128, places: F64, *, precision: float) -> C128:
-    """Return Σ_q strengths[q]·exp(i·phases[q]·places) at places that lie anywhere, of their shape.
-
-    precision : relative to the sum of the strengths' sizes
-    """
-    import finufft
-
-    total: C128 = finufft.nufft1d3(phases, strengths, places.ravel(), eps=precision, isign=1, nthreads=1)
-    return total.reshape(places.shape)
-
-
-def spread(phases: tuple[F64, F64], strengths: C128, cells: tuple[int, int], *, precision: float) -> C128:
-    """Return what points are spread to on a grid, of whose transform ``modes`` are a part, over that of a kernel."""
-    import finufft
-
-    grid: C128 = finufft.nufft2d1(
-        *phases, strengths, n_modes=cells, eps=precision, upsampfac=finer(precision), spreadinterponly=1, nthreads=1
-    )
-    return grid
-
-
 def at_points(phases: tuple[F64, F64], coefficients: C128, *, precision: float, sign: Literal[-1, 1]) -> C128:
     """Return Σ_ji coefficients[j, i]·exp(±i(j·phases[0] + i·phases[1])) at the points (m,).
 
@@ -104,17 +72,6 @@ def at_points(phases: tuple[F64, F64], coefficients: C128, *, precision: float, 
 
     total: C128 = finufft.nufft2d2(*phases, coefficients, eps=precision, isign=sign)
     return total
-
-
-def lines_at(phases: F64, coefficients: C128, *, precision: float) -> C128:
-    """Return Σ_j coefficients[n, j]·exp(i·j·phases) of each line n, j integers about 0: (lines, points).
-
-    Each point is a sum of its own, on one thread.
-    """
-    import finufft
-
-    total: C128 = finufft.nufft1d2(_less_turns(phases), coefficients, eps=precision, isign=1, nthreads=1)
-    return total.reshape(len(coefficients), phases.size)
 
 
 def _less_turns(phases: F64) -> F64:

@@ -61,16 +61,7 @@ def even_rule(order: int) -> tuple[F64, F64]:
     return nodes, weights
 
 
-def even_count(order: I64 | int, place: F64) -> I64:
-    """Return how many nodes of ``even_rule`` lie before a place on −1 … 1."""
-    alpha = _evenness(order)
-    # Gauss's k-th node is the cosine of (k − ¼)π/(n + ½), all but.
-    angle = np.arccos(np.clip(-np.sin(place * np.arcsin(alpha)) / alpha, -1.0, 1.0))
-    count: I64 = np.floor(order * angle / np.pi + 0.5).astype(np.int64)
-    return count
-
-
-def _evenness(order: I64 | int) -> F64:
+def _evenness(order: int) -> F64:
     """Return α."""
     alpha: F64 = 1.0 / np.cosh(14.0 * np.float64(order) ** -0.8)
     return alpha

@@ -160,15 +160,6 @@ class EllipticalGaussian:
         """The frequency beyond which less than 1e-16 passes in any direction, cycles/µm."""
         return HIGHEST / self.axes_um[0]
 
-    def bands_per_um(self, wavelength_nm: float) -> tuple[float, float]:
-        """The frequencies along x and along y beyond which less than 1e-16 passes, whatever the other, cycles/µm.
-
-        The ellipse f·C·f = const reaches √(const·(C⁻¹)ₓₓ) along x.
-        """
-        (xx, _), (_, yy) = self.covariance_um2
-        area = math.prod(self.axes_um)
-        return HIGHEST * math.sqrt(yy) / area, HIGHEST * math.sqrt(xx) / area
-
     def reach_um(self, lost_fraction: float, wavelength_nm: float) -> float:
         """Return a radius beyond which at most ``lost_fraction`` of the light falls, µm."""
         return self.axes_um[1] * math.sqrt(-2.0 * math.log(lost_fraction))

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import functools
+import itertools
 import math
 from abc import abstractmethod
-from collections.abc import Callable, Iterator
 
 import numpy as np
 import scipy
@@ -14,22 +14,13 @@ from camsim.arrays import C128, F64
 from camsim.errors import UnsupportedError
 from camsim.optics.airy import NM_PER_UM, Airy
 from camsim.optics.annular import AnnularAiry
-from camsim.optics.chords import chords_of
-from camsim.optics.difference import Core
-from camsim.optics.follow import Turns, not_followed
-from camsim.optics.panels import PanelRule
-from camsim.optics.protocols import Span
 from camsim.optics.pupil import Pupil
-from camsim.optics.rays import Rays, places_over, rays_of
-from camsim.optics.spikes import Spike, spikes_of
 
 SETTLED = 1e-11  # two rules that differ by no more than this agree
 LATTICE = 512  # points across the pupil for a transfer that need not be exact: 0.015 at worst of eight drawn lenses
 ACROSS = 24  # nodes along a radius, and round, for the wavefront's range
-MOST_NODES, MOST_ACROSS = 1e9, 1000  # of the pupil's rule: an hour; either way, of its overlap with its shifted copy
-NODES_AT_ONCE = 2_800_000  # 200 MB
-LINE_PRECISION = 1e-14  # of an amplitude along one line, relative: coarser ones take as long
-IN_CACHE = 16384  # nodes whose wavefront is computed at a time: over all of them at once it takes four times as long
+MOST_NODES, MOST_ACROSS = 4e6, 1000  # of the pupil's rule; either way, of its overlap with its shifted copy
+PER_RADIAN, SPARE, GROWTH = 0.2, 24, 1.4  # nodes along a ray for each radian that waves turn, and besides
 
 
 class OfPupil:
@@ -65,14 +56,9 @@ class OfPupil:
         """The frequency beyond which nothing passes in any direction, cycles/µm."""
         return self.pupil.outer_radius / self.blur_um(wavelength_nm)
 
-    def bands_per_um(self, wavelength_nm: float) -> tuple[float, float]:
-        """The frequencies along x and along y beyond which nothing passes, whatever the other, cycles/µm."""
-        along_x, along_y = self.pupil.half_extents
-        return along_x / self.blur_um(wavelength_nm), along_y / self.blur_um(wavelength_nm)
-
     def waves_across(self, wavelength_nm: float) -> float:
         """Return how far the wavefront goes up and down over the pupil, but for a plane, waves."""
-        x, y = places_over(self.pupil, ACROSS)
+        x, y, _ = self.pupil.nodes(ACROSS, ACROSS)
         waves, plane = self.waves(x, y, wavelength_nm), np.stack([x, y, np.ones_like(x)], axis=1)
         return float(np.ptp(waves - plane @ np.linalg.lstsq(plane, waves, rcond=None)[0]))
 
@@ -104,11 +90,7 @@ class OfPupil:
         sizes: F64 = np.interp(shift, *_sizes(self, direction, wavelength_nm), right=0.0)
         return sizes
 
-    def spikes(self, wavelength_nm: float) -> tuple[Spike, ...]:
-        """Return the far light of a pupil with straight sides."""
-        return spikes_of(self, wavelength_nm)
-
-    def round_core(self) -> Core:
+    def round_core(self) -> Airy | AnnularAiry:
         """Return the lens of a round pupil without aberrations."""
         if self.pupil.obstruction:
             return AnnularAiry(f_number=self.f_number, obstruction=self.pupil.obstruction)
@@ -130,142 +112,62 @@ class OfPupil:
             if abs(value - before) <= SETTLED:
                 return value
             if nodes > MOST_ACROSS:
-                raise not_followed(wavelength_nm, "where two copies of the pupil overlap", f"{nodes**2} points")
+                raise _not_followed(wavelength_nm, "where two copies of the pupil overlap", nodes**2)
             before, nodes = value, math.ceil(1.5 * nodes)
 
     def strehl(self, wavelength_nm: float) -> float:
         """Return the pattern's height at the centre over that without aberrations."""
-        rules = self._nodes(wavelength_nm, Turns(0.0, 0.0))
-        amplitude = sum(complex(np.sum(w * self._phase_factor(x, y, wavelength_nm))) for x, y, w in rules)
-        return abs(amplitude / self.pupil.area) ** 2
+        centre = np.zeros(1)
+        height = float(self.point_spread_on(centre, centre, wavelength_nm, SETTLED)[0, 0])
+        return height * 4.0 * self.blur_um(wavelength_nm) ** 2 / self.pupil.area
 
     def point_spread_on(self, x_um: F64, y_um: F64, wavelength_nm: float, precision: float) -> F64:
-        """Irradiance (y, x) per µm² from a point of unit power, on an even lattice; see ``point_spread_rows``."""
-        irradiance = np.empty((y_um.size, x_um.size))
-        for rows, some in self.point_spread_rows(x_um, y_um, wavelength_nm, precision):
-            irradiance[rows] = some
-        return irradiance
-
-    def point_spread_rows(
-        self, x_um: F64, y_um: F64, wavelength_nm: float, precision: float
-    ) -> Iterator[tuple[slice, F64]]:
-        """Yield some rows after the others of the irradiance per µm² from a point of unit power, on an even lattice.
+        """Irradiance (y, x) per µm² from a point of unit power, on an even lattice.
 
         precision : of the amplitude, relative to its largest possible value
-        yields    : rows, each once but in no order, and what is there (n, x)
 
-        The amplitude is summed over a rule that is exact within the pupil's boundaries, as fine as the farthest
-        corner asks for, by a non-uniform FFT.
+        The amplitude is summed over a rule that is exact within the pupil's boundaries, with more nodes until it
+        settles in the lattice's corners and its middle, by a non-uniform FFT.
         """
-        from camsim.gridded import is_large, power_rows  # with Numba, which no lens needs before it is rendered
+        from camsim.nonuniform import modes  # with finufft, which no lens needs before it is rendered
 
         radius = 0.5 / self.blur_um(wavelength_nm)  # of the pupil, as a frequency
-        turns = self._turns(
-            (float(x_um.min()), float(x_um.max())), (float(y_um.min()), float(y_um.max())), wavelength_nm
+        x, y, strengths = self._settled(x_um, y_um, wavelength_nm, precision)
+        phases = []
+        for places, axis in ((y, y_um), (x, x_um)):
+            # The integers of a sum run about 0: the lattice's middle is moved there.
+            step, middle = (float(axis[1] - axis[0]) if axis.size > 1 else 0.0), float(axis[axis.size // 2])
+            strengths = strengths * np.exp(-2j * np.pi * radius * middle * places)
+            phases.append(np.remainder(-2.0 * np.pi * radius * step * places + np.pi, 2.0 * np.pi) - np.pi)
+        amplitude = modes(
+            (phases[0], phases[1]), strengths, (y_um.size, x_um.size), precision=max(precision, 1e-14), sign=1
         )
-        steps = [float(axis[1] - axis[0]) if axis.size > 1 else 0.0 for axis in (x_um, y_um)]
-        # The integers of a sum run about 0: the lattice's middle is moved there.
-        middle = [float(axis[axis.size // 2]) for axis in (x_um, y_um)]
-        plane = -radius * middle[0], -radius * middle[1]
-        (mid_x, mid_y), (half_x, half_y) = self.pupil.centre, self.pupil.half_extents
-        turn_x, turn_y = (2.0 * np.pi * radius * step for step in steps)
-
-        def points(part: tuple[F64, F64, F64]) -> tuple[F64, F64, C128]:
-            x, y, weights = part
-            strengths = self._phase_factor(x, y, wavelength_nm, plane)
-            strengths *= weights
-            return turn_y * (y - mid_y), turn_x * (x - mid_x), strengths  # what all turn by changes no square
-
-        # Where the pattern is even, so is the amplitude, but for the lattice's move.
-        half = self._symmetric and is_large((y_um.size, x_um.size)) and not any(middle)
-        for rows, power in power_rows(
-            self._nodes(wavelength_nm, turns, half),
-            points,
-            (y_um.size, x_um.size),
-            bands_rad=(turn_y * half_y, turn_x * half_x),
-            precision=max(precision, 1e-14),
-            half=half,
-        ):
-            power *= radius**2 / self.pupil.area
-            yield rows, power
-
-    def point_spread_round(self, r_um: F64, wavelength_nm: float) -> F64:
-        """Irradiance at ``r_um`` from a point of unit power, 1/µm², where the wavefront is one of revolution.
-
-        The amplitude along one line is the pupil, summed up across it, transformed: a pupil's nodes for waves of that
-        line alone.
-        """
-        from camsim.nonuniform import waves_at  # with finufft, which no lens needs before it is rendered
-
-        radius = 0.5 / self.blur_um(wavelength_nm)
-        amplitude = np.zeros(r_um.shape, complex)
-        farthest_um = float(np.abs(r_um).max(initial=0.0))
-        rule = self._line_rule(wavelength_nm, self._turns((-farthest_um, farthest_um), (0.0, 0.0), wavelength_nm))
-        for x, y, weights in rule.parts(NODES_AT_ONCE):
-            strengths = weights * self._phase_factor(x, y, wavelength_nm)
-            amplitude += waves_at(2.0 * np.pi * radius * x, strengths, r_um, precision=LINE_PRECISION)
         irradiance: F64 = radius**2 / self.pupil.area * (np.square(amplitude.real) + np.square(amplitude.imag))
         return irradiance
 
-    def line_nodes(self, r_um: float, wavelength_nm: float) -> float:
-        """Return how many nodes ``point_spread_round`` takes out to a radius."""
-        return self._line_rule(wavelength_nm, self._turns((-r_um, r_um), (0.0, 0.0), wavelength_nm)).total
-
-    def pupil_nodes(self, wavelength_nm: float) -> Callable[[Span, Span], float]:
-        """Return what tells how many nodes ``point_spread_on`` takes from where to where along x and along y in µm."""
-
-        def count(x_um: Span, y_um: Span) -> float:
-            turns = self._turns(x_um, y_um, wavelength_nm)
-            # Where all is even, about the middle, one of two opposite nodes is enough.
-            half = self._symmetric and not any(turns.middle_rad)
-            return (0.5 if half else 1.0) * self._rule(wavelength_nm, turns).total
-
-        return count
-
-    def _rule(self, wavelength_nm: float, turns: Turns) -> PanelRule | Rays:
-        """Return the rule of fewer nodes: a square takes a third as many along chords, a circle more."""
-        return (chords_of if self.pupil.sides > 1 else rays_of)(self, wavelength_nm, turns)
-
-    def _line_rule(self, wavelength_nm: float, turns: Turns) -> PanelRule | Rays:
-        """Return the rule of fewer nodes for waves along x alone: chords across them."""
-        return chords_of(self, wavelength_nm, turns)
-
-    def _turns(self, x_um: Span, y_um: Span, wavelength_nm: float) -> Turns:
-        """Return by how much plane waves turn on half of the diameter that go such distances off the axis."""
-        per_um = math.pi / self.blur_um(wavelength_nm)
-        (left, right), (top, bottom) = x_um, y_um
-        middle = 0.5 * per_um * (left + right), 0.5 * per_um * (top + bottom)
-        return Turns(0.5 * per_um * (right - left), 0.5 * per_um * (bottom - top), middle)
-
-    def _nodes(self, wavelength_nm: float, turns: Turns, half: bool = False) -> Iterator[tuple[F64, F64, F64]]:
-        """Yield nodes of the pupil, part by part, for its amplitude times waves that turn by up to ``turns``."""
-        rule = self._rule(wavelength_nm, turns)
-        if rule.total > MOST_NODES:
-            raise UnsupportedError(
-                f"this wavefront at {wavelength_nm:g} nm, {turns.largest / math.tau:.3g} waves off the axis, "
-                f"takes more than {MOST_NODES:g} nodes in the pupil; give smaller coefficients or a smaller scene",
-                key="zernike_waves",
+    def _settled(self, x_um: F64, y_um: F64, wavelength_nm: float, precision: float) -> tuple[F64, F64, C128]:
+        """Return nodes of the pupil, and weights times phase factors, that follow waves to all of a lattice."""
+        radius = 0.5 / self.blur_um(wavelength_nm)
+        ends = [(float(axis.min()), float(axis[axis.size // 2]), float(axis.max())) for axis in (x_um, y_um)]
+        farthest_um = math.hypot(*(max(abs(low), abs(high)) for low, _, high in ends))
+        turned_rad = 2.0 * math.pi * (radius * self.pupil.outer_radius * farthest_um + self.waves_across(wavelength_nm))
+        along, before = SPARE + math.ceil(PER_RADIAN * turned_rad), None
+        while True:
+            # Odd numbers of rays: on even ones a sine may be nothing.
+            about = 4 * along + 1 if self.pupil.shape == "circular" else along
+            if along * about * self.pupil.sides > MOST_NODES:
+                raise _not_followed(wavelength_nm, "over the pupil", int(MOST_NODES))
+            x, y, weights = self.pupil.nodes(along, about)
+            strengths = weights * np.exp(2j * np.pi * self.waves(x, y, wavelength_nm))
+            found = np.array(
+                [
+                    np.sum(strengths * np.exp(-2j * np.pi * radius * (at_x * x + at_y * y)))
+                    for at_x, at_y in itertools.product(*ends)
+                ]
             )
-        yield from rule.parts(NODES_AT_ONCE, half)
-
-    def _phase_factor(self, x: F64, y: F64, wavelength_nm: float, plane: tuple[float, float] = (0.0, 0.0)) -> C128:
-        """Return exp(2πi·W); ``plane``: waves along x and y that are added to W."""
-        from camsim.kernels import shared  # with Numba, as above
-
-        factor = np.empty(x.shape, complex)
-        flat, x, y = factor.reshape(-1), x.reshape(-1), y.reshape(-1)
-
-        def fill(begin: int, stop: int) -> None:
-            for first in range(begin * IN_CACHE, min(stop * IN_CACHE, flat.size), IN_CACHE):
-                some = slice(first, first + IN_CACHE)
-                waves = self.waves(x[some], y[some], wavelength_nm) + plane[0] * x[some] + plane[1] * y[some]
-                phase = 2.0 * np.pi * waves
-                np.cos(phase, out=flat.real[some])
-                np.sin(phase, out=flat.imag[some])
-
-        self.waves(x[:0], y[:0], wavelength_nm)  # what it takes is compiled here, on a stack as large as the caller's
-        shared(math.ceil(flat.size / IN_CACHE), fill)
-        return factor
+            if before is not None and np.abs(found - before).max() <= max(SETTLED, 0.1 * precision) * self.pupil.area:
+                return x, y, strengths
+            along, before = math.ceil(GROWTH * along), found
 
 
 @functools.lru_cache(maxsize=64)
@@ -276,7 +178,16 @@ def _sizes(lens: OfPupil, direction: tuple[float, float], wavelength_nm: float) 
     x, y = place * cos - place[:, None] * sin, place * sin + place[:, None] * cos
     inside = lens.pupil.holds(x, y)
     amplitude = np.zeros(inside.shape, complex)
-    amplitude[inside] = lens._phase_factor(x[inside], y[inside], wavelength_nm)
+    amplitude[inside] = np.exp(2j * np.pi * lens.waves(x[inside], y[inside], wavelength_nm))
     power = np.sum(np.abs(scipy.fft.fft(amplitude, 2 * LATTICE, axis=1)) ** 2, axis=0)
     size = np.abs(scipy.fft.ifft(power)[:LATTICE])
     return np.arange(LATTICE) * (place[1] - place[0]), size / size[0]
+
+
+def _not_followed(wavelength_nm: float, where: str, most: int) -> UnsupportedError:
+    """Return the error of a wavefront that is not followed with the most points that are tried."""
+    return UnsupportedError(
+        f"the wavefront has too many waves at {wavelength_nm:g} nm to be sampled {where} "
+        f"({most} points do not follow it); give smaller coefficients",
+        key="zernike_waves",
+    )

@@ -14,12 +14,9 @@ import scipy
 
 from camsim.arrays import F64
 from camsim.optics.airy import NM_PER_UM
-from camsim.optics.difference import Difference, Split
 from camsim.optics.of_pupil import ACROSS, OfPupil
 from camsim.optics.protocols import Varies
 from camsim.optics.pupil import Pupil
-from camsim.optics.rays import places_over
-from camsim.optics.rim import rim_of
 from camsim.optics.zernike import orders, zernike_sum
 
 TILTS = 2  # OSA indices up to this one are piston and planes
@@ -54,7 +51,7 @@ class PlacedLens(OfPupil):
 
     def waves_turned(self, low_nm: float, high_nm: float) -> float:
         """Return by how many waves the path difference turns between two wavelengths, over the pupil."""
-        x, y = places_over(self.pupil, ACROSS)
+        x, y, _ = self.pupil.nodes(ACROSS, ACROSS)
         each = [self.waves(x, y, float(nm)) for nm in np.linspace(low_nm, high_nm, STEPS)]
         return float(sum(np.ptp(after - before) for before, after in pairwise(each)))
 
@@ -63,23 +60,6 @@ class PlacedLens(OfPupil):
         path = _spline(self)(wavelength_nm)
         shown = [p for index, p in zip(self.zernike, path, strict=True) if index > TILTS]
         return math.hypot(*shown) / wavelength_nm
-
-    def split(self) -> Split:
-        """Return the lens as a round one, moved, and what is left.
-
-        The move is the rim's at the middle wavelength: one length, whatever the lateral colour.
-        """
-        middle_nm = 0.5 * (self.wavelength_nm[0] + self.wavelength_nm[-1])
-        slope = rim_of(self, self.pupil.obstruction, middle_nm).move_waves
-        x_um, y_um = (2.0 * self.blur_um(middle_nm) * slope).tolist()
-        core, bent = self.round_core(), any(any(paths) for paths in self.path_nm)
-        return Split(
-            core=core,
-            moved_um=(x_um, y_um),
-            rest=Difference(lens=self, core=core, obstruction=self.pupil.obstruction, moved_um=(x_um, y_um))
-            if bent
-            else None,
-        )
 
     @property
     def _symmetric(self) -> bool:

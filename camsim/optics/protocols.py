@@ -5,12 +5,10 @@ The second half are abilities. A lens that has one is quicker, or more exact; no
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
 from typing import Any, ClassVar, Protocol, TypeAlias, runtime_checkable
 
 from camsim.arrays import F64
 from camsim.optics.pattern import Pattern
-from camsim.optics.spikes import Spike
 from camsim.own import is_own
 from camsim.spectra.curve import Spectrum
 
@@ -150,14 +148,6 @@ class KnowsCutoff(_Ability, Protocol):
 
 
 @runtime_checkable
-class KnowsBands(_Ability, Protocol):
-    """A lens whose transfer may end sooner along x or y than in other directions."""
-
-    def bands_per_um(self, wavelength_nm: float) -> tuple[float, float]:
-        """The frequencies along x and along y beyond which nothing passes, whatever the other, cycles/µm."""
-
-
-@runtime_checkable
 class KnowsOpening(_Ability, Protocol):
     """A lens whose opening is no circle of the diameter focal length over f-number."""
 
@@ -209,86 +199,11 @@ class Round(_Ability, Protocol):
 
 
 @runtime_checkable
-class OnLattice(_Ability, Protocol):
-    """A lens that computes its pattern on a lattice."""
-
-    def point_spread_on(self, x_um: F64, y_um: F64, wavelength_nm: float, precision: float) -> F64:
-        """Irradiance (y, x) per µm² of unit power, to a precision relative to its largest amplitude."""
-
-
-@runtime_checkable
-class InRows(_Ability, Protocol):
-    """A lens that computes its pattern on a lattice and hands it on by rows: none is held whole."""
-
-    def point_spread_rows(
-        self, x_um: F64, y_um: F64, wavelength_nm: float, precision: float
-    ) -> Iterator[tuple[slice, F64]]:
-        """Yield rows of the lattice, each once, and the irradiance there as of ``point_spread_on``.
-
-        Rows are a slice of all of them, from top to bottom; the irradiance is the caller's from then on.
-        """
-
-
-@runtime_checkable
-class KnowsNodes(_Ability, Protocol):
-    """A lens that tells how many nodes its pattern on a lattice is summed from."""
-
-    def pupil_nodes(self, wavelength_nm: float) -> Callable[[Span, Span], float]:
-        """Return what tells the number from where to where along x and along y in µm."""
-
-
-@runtime_checkable
-class KnowsLine(_Ability, Protocol):
-    """A lens that tells how many nodes its round pattern is summed from."""
-
-    def line_nodes(self, r_um: float, wavelength_nm: float) -> float:
-        """Return the number out to a radius."""
-
-
-@runtime_checkable
 class KnowsSize(_Ability, Protocol):
     """A lens that tells the size of its transfer quicker than its transfer, as well as a bound needs it."""
 
     def otf_size(self, frequency_per_um: F64, direction: tuple[float, float], wavelength_nm: float) -> F64:
         """Return the size at frequencies along a unit vector."""
-
-
-@runtime_checkable
-class KnowsTail(_Ability, Protocol):
-    """A pattern without light in all that knows how much of it an edge may show."""
-
-    def light_beyond(self, distance_um: F64, wavelength_nm: float, rings: float = 1.0) -> F64:
-        """Return the most that a straight edge of contrast 1 shows at distances and beyond; rings: what is left of."""
-
-    def reach_um(self, lost_fraction: float, wavelength_nm: float, rings: float = 1.0) -> float:
-        """Return a distance beyond which it is at most that, µm."""
-
-
-@runtime_checkable
-class KnowsRim(_Ability, Protocol):
-    """A pattern without light in all whose far light is rings, and what a pupil's rim throws between them.
-
-    scale        : times as far as need be, from where on that is taken for it
-    slowest_ring : its frequency, times λN
-    """
-
-    @property
-    def scale(self) -> float: ...  # noqa: D102 (above)
-
-    @property
-    def slowest_ring(self) -> float: ...  # noqa: D102 (above)
-
-    def rings_beyond(self, distance_um: F64, wavelength_nm: float, rings: float) -> F64:
-        """Return how much of ``KnowsTail.light_beyond`` is rings."""
-
-    def rim_known(self, allowed: float, wavelength_nm: float) -> tuple[float, int]:
-        """Return from where on the light between them is known but for so much in all, µm, and in how many directions.
-
-        inf: nowhere.
-        """
-
-    def rim_light(self, distance_um: F64, wavelength_nm: float, directions: int) -> F64:
-        """Return that light, 1/µm², at distances (n,) and in so many even directions from x on."""
 
 
 @runtime_checkable
@@ -305,22 +220,6 @@ class Tilts(_Ability, Protocol):
 
     def without_tilt(self) -> tuple[OpticalStage, tuple[float, float]]:
         """Return the lens that does not, and by how much along x and y this one moves its pattern, µm."""
-
-
-@runtime_checkable
-class Splits(_Ability, Protocol):
-    """A lens that may be a round one, moved, and a short pattern besides."""
-
-    def split(self) -> Any:
-        """Return a ``difference.Split``, None where it is not."""
-
-
-@runtime_checkable
-class KnowsSpikes(_Ability, Protocol):
-    """A lens that may know its far light as spikes, with errors that fall a power of the distance faster."""
-
-    def spikes(self, wavelength_nm: float) -> tuple[Spike, ...]:
-        """Return them; none where that is not all of its far light."""
 
 
 @runtime_checkable

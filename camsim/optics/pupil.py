@@ -15,11 +15,10 @@ from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 import numpy as np
 from annotated_types import Ge, Le
 
-from camsim.arrays import F64, I64
+from camsim.arrays import F64
 from camsim.errors import InvalidValueError
 from camsim.marks import After
-from camsim.optics.follow import from_0
-from camsim.quadrature import gauss_legendre
+from camsim.quadrature import even_rule, gauss_legendre
 from camsim.typed import Number, Whole, judge, refusal
 
 MOST_BLADES = 64
@@ -102,22 +101,6 @@ class Pupil:
         return math.sqrt(2.0) if self.shape == "square" else 1.0
 
     @property
-    def centre(self) -> tuple[float, float]:
-        """The middle of how far it goes along x and along y: not 0 where its sides are odd in number."""
-        if self.shape == "circular":
-            return 0.0, 0.0
-        x, y = 0.5 * (self.corners.min(axis=0) + self.corners.max(axis=0))
-        return float(x), float(y)
-
-    @property
-    def half_extents(self) -> tuple[float, float]:
-        """Half of how far it goes along x and along y; its centre need not lie in the middle."""
-        if self.shape == "circular":
-            return 1.0, 1.0
-        along_x, along_y = 0.5 * np.ptp(self.corners, axis=0)
-        return float(along_x), float(along_y)
-
-    @property
     def area(self) -> float:
         """Area of the opening."""
         hole = math.pi * self.obstruction**2
@@ -136,25 +119,29 @@ class Pupil:
         """Length of a polygon's side."""
         return 2.0 * self.inner_radius * math.tan(math.pi / self.sides)
 
-    def rings(self, radial: int, angular: I64, first: int = 0, *, half: bool = False) -> tuple[F64, F64, F64]:
-        """Return nodes x, y and weights of a polar product rule over a round opening, or over some of its rings.
+    def nodes(self, along: int, about: int) -> tuple[F64, F64, F64]:
+        """Return x, y and weights of a rule over the opening, along rays from its middle.
 
-        radial : nodes from the obstruction to the rim
-        angular: even numbers of nodes on rings from the ``first`` on
-        half   : of two nodes that are opposite only one
+        along : nodes of a ray, from the obstruction on;  about: rays, round a circle or through each side of a polygon
         """
-        r, w = (values[first : first + angular.size] for values in from_0(radial))
-        counts, which = np.unique(angular, return_inverse=True)  # rings of as many nodes have them in the same places
-        some = counts // 2 if half else counts
-        angle = np.concatenate([2.0 * np.pi * (np.arange(k) / n) for k, n in zip(some, counts, strict=True)])
-        begin, taken = np.cumsum(some) - some, some[which]
-        ring = np.repeat(np.arange(angular.size), taken)
-        place = np.arange(ring.size) + np.repeat(begin[which] - np.cumsum(taken) + taken, taken)
-        open_part = 1.0 - self.obstruction
-        radius = self.obstruction + r * open_part
-        weight = w * (open_part * (2.0 * np.pi / angular)) * radius
-        radii = radius[ring]
-        return radii * np.cos(angle)[place], radii * np.sin(angle)[place], weight[ring]
+        t, share = _from_0(along)
+        if self.shape == "circular":
+            angle, weight = 2.0 * np.pi * np.arange(about) / about, np.full(about, 2.0 * np.pi / about)
+            edge = np.ones(about)
+        else:
+            place, weight = _from_0(about)
+            side = self.side_length * (place - 0.5)
+            edge = np.hypot(self.inner_radius, side)
+            angle = np.add.outer(list(self.normals()), np.arctan(side / self.inner_radius)).ravel()
+            weight = np.tile(weight * self.side_length * self.inner_radius / edge**2, self.sides)
+            edge = np.tile(edge, self.sides)
+        way = edge - self.obstruction
+        radius = self.obstruction + np.multiply.outer(t, way)
+        return (
+            (radius * np.cos(angle)).ravel(),
+            (radius * np.sin(angle)).ravel(),
+            (radius * share[:, None] * way * weight).ravel(),
+        )
 
     def holds(self, x: F64, y: F64) -> np.ndarray:
         """Whether points lie in the opening."""
@@ -179,7 +166,7 @@ class Pupil:
         x, w = gauss_legendre(nodes)
         u = 0.5 * np.pi * (1.0 + x)
         spaced, slope = -np.cos(u), 0.5 * np.pi * np.sin(u) * w
-        t, v = from_0(nodes)
+        t, v = _from_0(nodes)
         low, high = np.array(cuts[:-1]), np.array(cuts[1:])
         wide = high - low > 1e-15
         low, high = low[wide], high[wide]
@@ -259,3 +246,9 @@ class Pupil:
                         found += [-half - root, -half + root]
         # Wherever two of them are the same but for rounding the rule between them weighs nothing.
         yield from (value for value in found if abs(value) <= extent)
+
+
+def _from_0(order: int) -> tuple[F64, F64]:
+    """Return nodes on 0 … 1 and weights of a rule for waves."""
+    nodes, weights = even_rule(order)
+    return 0.5 * (1.0 + nodes), 0.5 * weights

@@ -12,7 +12,6 @@ import numpy as np
 
 from camsim.arrays import F64
 from camsim.errors import UnsupportedError
-from camsim.optics.difference import Split
 from camsim.optics.photosite import SquarePhotosite
 from camsim.optics.protocols import (
     KnowsBlur,
@@ -22,7 +21,6 @@ from camsim.optics.protocols import (
     LowPass,
     OpticalStage,
     PhotositeShape,
-    Splits,
     Tilts,
 )
 from camsim.optics.sampled import sampled_otf
@@ -165,10 +163,6 @@ class OpticalSystem:
             return self, (0.0, 0.0)
         lens, moved_um = self.lens.without_tilt()
         return replace(self, lens=lens), moved_um
-
-    def split(self) -> Split | None:
-        """Return the lens as a round one, moved, and what it has besides; None where it is not that."""
-        return self.lens.split() if isinstance(self.lens, Splits) and not self.more else None
 
 
 RING_DIRECTIONS = 180

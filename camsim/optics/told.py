@@ -23,7 +23,6 @@ from camsim.optics.protocols import (
     KnowsCutoff,
     KnowsEnergy,
     KnowsWavelengths,
-    OnLattice,
     Rectangular,
     Round,
     RoundLens,
@@ -128,8 +127,6 @@ class _Told:
                 self._check_round(otf, top, nm)
             if isinstance(self.stage, RoundLens):
                 self._check_pattern(otf, nm)
-            if isinstance(self.stage, OnLattice):
-                self._check_lattice(top, nm)
         if isinstance(self.stage, KnowsWavelengths) and not self.asked("chromatic"):
             fx, fy = disc_of_frequencies(system.cutoff_per_um(each_nm[0]))
             first, last = (self.transfer(nm)(fx, fy) for nm in (each_nm[0], each_nm[-1]))
@@ -194,14 +191,6 @@ class _Told:
             self.refuse(
                 f".encircled_energy is {energy[worst]:.6g} at {rho[worst] * blur_um:.4g} µm, and {own[worst]:.6g} "
                 "by its pattern(); both are of the same lens, ρ in blurs"
-            )
-
-    def _check_lattice(self, top: float, nm: float) -> None:
-        x, y = np.arange(-2, 3) / top, np.arange(-1, 2) / top
-        shape = np.shape(self.called("point_spread_on", x, y, nm, _NEARLY))
-        if shape != (3, 5):
-            self.refuse(
-                f".point_spread_on gives shape {shape} for 5 places along x and 3 along y; give (3, 5), rows first"
             )
 
     def check_low_pass(self, each_nm: list[float], highest_per_um: float) -> None:

@@ -12,10 +12,8 @@ from annotated_types import Ge, Le
 from camsim.arrays import F64
 from camsim.marks import Before, Called
 from camsim.optics.airy import NM_PER_UM
-from camsim.optics.difference import Difference, RoundDifference, Split
 from camsim.optics.of_pupil import OfPupil
 from camsim.optics.pupil import Pupil
-from camsim.optics.rim import rim_of
 from camsim.optics.zernike import LARGEST_INDEX, orders, zernike_sum
 from camsim.spectra.curve import NumberOrCurve, Transmission, Wavelength
 from camsim.typed import Number, Positive, Whole, judge, refusal
@@ -110,34 +108,11 @@ class Wavefront(OfPupil):
         each_um = 4.0 * self.blur_um(self.reference_nm)
         return replace(self, zernike_waves=bent), (each_um * across, each_um * down)
 
-    def split(self) -> Split | None:
-        """Return the lens as a round one, moved, and what is left: of round pupils.
-
-        The move is 2N times the mean slope of the path difference on the rim: a length, the same at every wavelength.
-        """
-        if self.pupil.shape != "circular":
-            return None
-        kind: type[Difference]
-        obstruction, kind, x_um, y_um = self.pupil.obstruction, RoundDifference, 0.0, 0.0
-        if not self._revolves:
-            slope = rim_of(self, obstruction, self.reference_nm).move_waves
-            kind, (x_um, y_um) = Difference, (2.0 * self.blur_um(self.reference_nm) * slope).tolist()
-        bent = self.defocus_um != 0.0 or any(index > PLANE and coefficient for index, coefficient in self._pairs)
-        bare = replace(self, transmission=1.0)
-        core = self.round_core()
-        rest = kind(lens=bare, core=core, obstruction=obstruction, moved_um=(x_um, y_um)) if bent else None
-        return Split(core=core, moved_um=(x_um, y_um), rest=rest)
-
     @property
     def _pairs(self) -> tuple[tuple[int, float], ...]:
         """The pairs, as they are kept whatever was given."""
         pairs: Any = self.zernike_waves
         return tuple(pairs)
-
-    @property
-    def _revolves(self) -> bool:
-        """Whether the path difference is the same in all directions."""
-        return all(orders(index)[1] == 0 for index, coefficient in self._pairs if coefficient)
 
     @property
     def _symmetric(self) -> bool:

@@ -9,14 +9,14 @@ from camsim.optics import RoundLens
 from camsim.rendering.boundary.engine import Boundary
 from camsim.rendering.direct.checks import Checks
 from camsim.rendering.direct.judge import Judge
-from camsim.rendering.direct.sums import JudgeBySums
+from camsim.rendering.direct.sums import MANY, JudgeBySums
 from camsim.rendering.engine import FINEST, MEMORY_LIMIT_BYTES, Cost, Engine, Plan, too_much
 from camsim.rendering.fields.job import FieldJob
 from camsim.rendering.flat import FlatPlan
 from camsim.rendering.job import Job
 from camsim.rendering.paper import rules
 from camsim.rendering.paper.engine import Paper
-from camsim.rendering.waves.plan import Waves
+from camsim.rendering.waves.plan import Waves, WavesPlan
 from camsim.scene import Scene
 from camsim.typed import known_name
 
@@ -84,14 +84,16 @@ def choose(
         name, why, plan = _auto(job, samples)
     if not fits(plan):
         raise too_much(name, plan.cost.memory_bytes)
-    return Choice(method=name, why=why, plan=plan, judge=_judge(job, scene or job.scene, fields), samples=samples)
+    return Choice(method=name, why=why, plan=plan, judge=_judge(plan, scene or job.scene, fields), samples=samples)
 
 
-def _judge(job: Job, scene: Scene, fields: FieldJob | None) -> Checks:
-    """Return what judges: direct sums behind a round lens, frequency sums behind others and where digits end."""
-    if isinstance(job.system.lens, RoundLens) and not job.system.more and job.tolerance >= DIRECT:
+def _judge(plan: Plan, scene: Scene, fields: FieldJob | None) -> Checks:
+    """Return what judges: direct sums of a scene that is no crowd, behind a round lens; else frequency sums again."""
+    job, like = plan.job, plan if isinstance(plan, WavesPlan) else None
+    few = len(job.edges) <= MANY
+    if isinstance(job.system.lens, RoundLens) and not job.system.more and job.tolerance >= DIRECT and few:
         return Judge(job, scene)
-    return JudgeBySums(job=job, scene=scene, fields=fields)
+    return JudgeBySums(job=job, scene=scene, fields=fields, like=like)
 
 
 def fits(plan: Plan) -> bool:

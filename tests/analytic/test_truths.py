@@ -11,7 +11,6 @@ import pytest
 
 from tests.truth import fields, groups, photosites, picture, pupils, rays, round_lenses, samples, waves
 from tests.truth.boundary import BoundaryTruth
-from tests.truth.far import FarTruth
 
 CASES = json.loads((Path(__file__).parents[1] / "data" / "oracle-values.json").read_text())["cases"]
 SHAPES = [
@@ -229,38 +228,6 @@ def test_a_pupil_without_aberrations_is_an_airy_pattern(obstruction):
     at = 0.37 * np.arange(-40, 41)
     expected = round_lenses.Airy(1.0, obstruction).pattern(np.hypot(at, at[:, None]))
     assert np.abs(pupils.pattern(lens, 500.0, at, at) - expected).max() < 1e-13
-
-
-def _aberrated(*zernike_waves, obstruction=0.0):
-    pupil = {"shape": "circular", "obstruction": obstruction, "blades": 0, "rotate_deg": 0.0}
-    own = {"zernike_waves": zernike_waves, "reference_nm": 500.0, "f_number": 1.0, "defocus_um": 0.0, "blur": 2e-3}
-    return waves.Opening({"pupil": pupil} | own, 500.0)
-
-
-def test_endless_truths_meet_fourier_sums():
-    olpf = {"split": 0.6, "split_y": 0.6, "rotate_deg": 20.0}
-    lens, (pieces, jumps) = _aberrated((5, 0.1), (7, -0.07), obstruction=0.3), with_jumps("two")
-    x, y = np.array([-1.5, 0.25]), np.array([0.75])
-    plain, off = waves.WaveTruth(pieces, [lens], jumps, SQUARE, olpf).values(x, y)
-    own = FarTruth(pieces, [lens], jumps, SQUARE, olpf, target=1e-10, size=80.0)
-    (differs, also), (core, error) = own.differing(x, y), own.values([(u, 0.75) for u in x])
-    assert np.abs(plain - differs - core).max() < 1e-11
-    assert max(off, also, *error) < 1e-10
-
-
-@pytest.mark.parametrize(("index", "wedges", "share"), [(9, 3, 0.5), (10, 1, 0.25), (14, 2, 0.5)])
-def test_endless_wedges_see_what_symmetry_gives_them(index, wedges, share):
-    """Three leaves are alike on both sides of the x axis, four after a quarter turn."""
-    begin, turn = (0.0, math.pi / 3.0) if wedges == 3 else (0.3, 0.5 * math.pi)
-    at = begin + 2.0 * math.pi * np.arange(wedges) / wedges
-    ends = [1e10 * np.stack([np.cos(angle), np.sin(angle)], axis=1) for angle in (at, at + turn)]
-    shapes = [{"kind": "polygon", "points": [(0.0, 0.0), *map(tuple, own)]} for own in zip(*ends, strict=True)]
-    pieces = picture.pieces(shapes)
-    jumps = [[(p.left >= 0) - (p.right >= 0.0)] for p in pieces]
-    own = FarTruth(pieces, [_aberrated((index, 0.15))], jumps, POINT, None, target=1e-10, size=150.0)
-    (differs, off), (core, error) = own.differing([0.0], [0.0]), own.values([(0.0, 0.0)])
-    assert core[0] + differs[0, 0] == pytest.approx(share, abs=2e-9)
-    assert off + error[0] < 5e-9
 
 
 def test_pupils_have_their_area(rng):

@@ -9,13 +9,13 @@ import sys
 import time
 from pathlib import Path
 
-from tests.attack import planning, systems
+from tests.attack import systems
 from tests.attack.draw import draw
 from tests.attack.judge import judged
 from tests.attack.table import summary
 
 WARM_UP = (2, 6, 10, 12, 16, 22, 35)
-WRONG = {"over", "silent", "slow", "crash", "other"}
+WRONG = {"over", "silent", "crash", "other"}
 
 
 def main(arguments=None):
@@ -26,7 +26,6 @@ def main(arguments=None):
     parser.add_argument("--first", type=int, default=0, help="number of the first")
     parser.add_argument("--seconds", type=float, help="stop after so long, whatever the count")
     parser.add_argument("--quick", action="store_true", help="leave out truths that take seconds")
-    parser.add_argument("--plan", action="store_true", help="render nothing, list what is expected over 20 s")
     parser.add_argument("--case", metavar="SEED:NUMBER", help="judge this one system and print it as Python")
     parser.add_argument("-o", "--output", type=Path, help="append a JSON line for every system here")
     options = parser.parse_args(arguments)
@@ -40,8 +39,6 @@ def main(arguments=None):
     if seed is None:
         seed = int(datetime.date.today().strftime("%Y%m%d"))
     numbers = range(options.first, options.first + options.count)
-    if options.plan:
-        return _plan(seed, numbers, options)
     for number in WARM_UP:
         judged(0, number, patience_s=0.0)  # kernels are compiled before anything is timed
     begin, records = time.perf_counter(), []
@@ -54,21 +51,7 @@ def main(arguments=None):
         if record["faults"]:
             print(_line(record), flush=True)
     print(summary(records))
-    wrong = WRONG - {"slow"} if options.quick else WRONG  # a busy machine is no fault of the numbers
-    return int(any(wrong & set(record["faults"]) for record in records))
-
-
-def _plan(seed, numbers, options):
-    begin, records = time.perf_counter(), []
-    for number in numbers:
-        if options.seconds and time.perf_counter() - begin > options.seconds:
-            break
-        records.append(planning.planned(seed, number))
-        _keep(records[-1], options.output)
-        if text := planning.line(records[-1]):
-            print(text, flush=True)
-    print(planning.summary(records))
-    return 0
+    return int(any(WRONG & set(record["faults"]) for record in records))
 
 
 def _keep(record, output):

@@ -1,4 +1,8 @@
-"""Random systems: nasty on purpose. Everything is drawn from (seed, number); lengths in pitches.
+"""Random systems; everything is drawn from (seed, number); lengths in pitches.
+
+Nine in ten are such as people take: tolerances of 1e-2 … 1e-6, blurs of 0.3 … 5 pitches, frames of 16² … 96², scenery
+to ten frames away (without end behind round lenses), and wavefronts as steep as a lens may have there. Every tenth lies
+beyond, and is right or refused.
 
 Most coordinates lie on multiples of a quarter pitch in some share of the systems, because photosites on edges, on
 corners and straight off an edge's end are where closed forms change branch.
@@ -11,30 +15,36 @@ import math
 import numpy as np
 
 from tests.attack.drawings import add_drawings
-from tests.attack.far import FAR, add_far
 from tests.attack.field_lenses import add_field_lens
 from tests.attack.fields import add_fields
-from tests.attack.large import LARGE, LENSES, large_curves
-from tests.attack.meeting import MEETING, meeting
-from tests.attack.moved import add_large_field, add_tilt, add_wide_olpf, are_drawn
-from tests.attack.terms import SINGLES, single
+from tests.attack.moved import add_large_field, add_tilt, add_wide_olpf
 from tests.examples import tile_centres
 
 REFERENCE_NM = 550.0
 WAVELENGTHS = 4  # at most, behind wavefronts
 PITCHES_UM = (1.0, 4.0, 4.88, 2.4)  # two of them keep multiples of a quarter exact
+BEYOND = 10  # every so many lies beyond what people take
+DIGITS, BLUR, SIDES = (2.0, 6.0), (0.3, 5.0), (16.0, 96.0)
+DIGITS_BEYOND, BLUR_BEYOND = (2.0, 11.0), (0.02, 50.0)
+ROUND = ("airy", "annular", "gaussian")  # scenery without end lies behind these
+STRAIGHT_DIGITS = 5.0  # the finest tolerance behind pupils with straight sides
+STEEP_DIGITS = 4.0  # up to which wavefronts of many waves are kept
+WAVES = {"circular": (2.0, 15.0), "square": (1.0, 5.0), "bladed": (1.0, 5.0)}  # rms at most: at any tolerance, and then
+ORDER = 8
 
 
 def draw(seed, number):
     """One system."""
     rng = np.random.default_rng([seed, number])
-    blur = 10.0 ** rng.uniform(math.log10(0.02), math.log10(50.0))
-    rows, cols = _shape(rng, blur)
+    beyond = number % BEYOND == BEYOND - 1
+    blur = float(10.0 ** rng.uniform(*np.log10(BLUR_BEYOND if beyond else BLUR)))
+    rows, cols = _few(rng, blur) if beyond else _sides(rng)
     lens = _lens(rng, blur)
     wavelength_nm, response, layout = _spectrum(rng, lens)
     system = {
         "seed": seed,
         "number": number,
+        "beyond": beyond,
         "pitch_um": float(rng.choice(PITCHES_UM)),
         "grid": _grid(rng, rows, cols),
         "lens": lens,
@@ -43,84 +53,53 @@ def draw(seed, number):
         "wavelength_nm": wavelength_nm,
         "response": response,
         "layout": layout,
-        "tolerance": float(10.0 ** rng.uniform(-11.0, -2.0)),
-        "method": _method(rng),
+        "tolerance": float(10.0 ** -rng.uniform(*(DIGITS_BEYOND if beyond else DIGITS))),
+        "method": _method(rng, lens),
         "every_channel": bool(rng.random() < 0.2),
     }
     spectral = len(wavelength_nm) > 1 and rng.random() < 0.7
-    system["background"] = _surface(rng, spectral)
-    far = lens["kind"] in ("airy", "annular", "gaussian")
-    system["shapes"] = _scene(rng, rows, cols, spectral, far)
+
+    def paint(rng):
+        return _surface(rng, spectral)
+
+    def curves(rng, size):
+        return _curves(rng, size, spectral)
+
+    system["background"] = paint(rng)
+    system["shapes"] = _scene(rng, rows, cols, spectral, lens["kind"] in ROUND)
+    size = max(rows, cols, 4)
     if number % 4 == 3:
-        own = np.random.default_rng([seed, number, 2])
-        system["shapes"] = _with_curves(own, system["shapes"], max(rows, cols, 4), spectral)
-    if number % 16 == 9:
-        own = np.random.default_rng([seed, number, 3])
-        add_fields(own, system, lambda rng: _surface(rng, spectral), lambda rng, size: _curves(rng, size, spectral))
-    if number % 16 == 13:
-        own = np.random.default_rng([seed, number, 5])
-        add_field_lens(own, system, lambda rng, size: _curves(rng, size, spectral))
-    if number % 16 == 1:
-        own = np.random.default_rng([seed, number, 6])
-        add_drawings(own, system, _plain, lambda rng: _surface(rng, spectral))
-    if number % 16 == 5:
-        own = np.random.default_rng([seed, number, 4])
-        system["shapes"] = [*_tiles(own, max(rows, cols, 4)), *system["shapes"]]
-    if number % 16 == 14:
-        _add_symmetry(np.random.default_rng([seed, number, 7]), system)
-    if number % 16 == 2 and seed in LARGE and lens["kind"] in LENSES:
-        own = np.random.default_rng([seed, number, 10])
-        curves = large_curves(own, rows, cols, lens["blur"], system["tolerance"])
-        _painted(own, curves, spectral)
-        system["shapes"] = [*curves, *system["shapes"]] if own.random() < 0.3 else curves
-    if number % 16 == 6 and seed in MEETING:
-        own = np.random.default_rng([seed, number, 11])
-        about = meeting(own, rows, cols, lens["blur"], lambda rng: _surface(rng, spectral))
-        system["shapes"] = [*about, *system["shapes"]] if own.random() < 0.2 else about
-        if own.random() < 0.5:
-            system |= {"photosite": {"kind": "point"}, "olpf": None}  # nothing dulls the rings
-    if number % 16 == 10 and seed >= FAR:
-        add_far(np.random.default_rng([seed, number, 9]), system, lambda rng: _surface(rng, spectral))
-    if seed >= SINGLES and system["lens"]["kind"] == "wavefront" and "far" not in system:
-        _single_out(np.random.default_rng([seed, number, 8]), system["lens"])
-    if number % 4 == 0 and are_drawn(seed):
-        own = np.random.default_rng([seed, number, 12])
-        add = (add_tilt, add_wide_olpf, add_large_field)[own.integers(3)]
-        if add is add_tilt and lens["kind"] != "wavefront":
-            system["lens"] = {"kind": "wavefront", "blur": lens["blur"]} | _wavefront(own)
-            system["wavelength_nm"] = system["wavelength_nm"][:WAVELENGTHS]
-            system["response"] = [row[:WAVELENGTHS] for row in system["response"]]
-        add(own, system, lambda rng: _surface(rng, spectral), lambda rng, size: _curves(rng, size, spectral))
+        system["shapes"] = _with_curves(rng, system["shapes"], size, spectral)
+    kind = (number // BEYOND) % 10  # of each ten of the ones within, and of those beyond
+    if kind in (1, 6):
+        add_fields(rng, system, paint, curves)
+    elif kind == 2:
+        add_field_lens(rng, system, curves)
+    elif kind == 3:
+        add_drawings(rng, system, _plain, paint)
+    elif kind == 4:
+        system["shapes"] = [*_tiles(rng, size), *system["shapes"]]
+    elif kind == 5:
+        (add_tilt, add_wide_olpf, add_large_field)[rng.integers(3)](rng, system, paint, curves)
+    if not beyond:
+        _within(system)
     return system
 
 
-def _single_out(rng, lens):
-    """Give two wavefronts of five a single term, or two of an order, in place of theirs."""
-    if rng.random() < 0.4:
-        indices, share = single(rng, sines=True)
-        strength = share * float(rng.choice([0.02, 0.1, 0.3]))
-        lens["zernike_waves"] = [[index, float(strength * rng.normal())] for index in indices]
-
-
-def _add_symmetry(rng, system):
-    """A pupil and a wavefront that are alike on both sides of something, in what is done for large lattices only.
-
-    What is worth while for millions of points is done for some hundreds, which every photosite can be judged of.
-    """
-    lens = system["lens"] | {"kind": "wavefront"} | _wavefront(rng, holes=0.6)
-    families = {
-        "even": lambda m: m % 2 == 0,
-        "round": lambda m: m == 0,
-        "mirrored": lambda m: m >= 0,
-        "mirrored across": lambda m: (m >= 0) == (m % 2 == 0),
-        "odd": lambda m: m % 2 == 1,
-    }
-    alike = families[str(rng.choice(list(families), p=[0.4, 0.2, 0.15, 0.15, 0.1]))]
-    orders = [(n, m) for n in range(9) for m in range(-n, n + 1, 2)]
-    of_family = [index for index, (_, m) in enumerate(orders) if index and alike(m)]
-    chosen = rng.choice(of_family, min(int(rng.integers(0, 4)), len(of_family)), replace=False)
-    lens["zernike_waves"] = [[int(j), float(rng.choice([0.02, 0.1, 0.3]) * rng.normal())] for j in sorted(chosen)]
-    system |= {"lens": lens, "lowered": {"camsim.gridded.grid.SMALL": 4096, "camsim.rendering.fourier.nearby.MANY": 8}}
+def _within(system):
+    """Make tolerance and wavefront such as are kept: many waves and straight sides ask for fewer digits."""
+    lens = system["lens"]
+    if lens["kind"] != "wavefront":
+        return
+    shape = lens["pupil"]["shape"]
+    if shape != "circular":
+        system["tolerance"] = max(system["tolerance"], 10.0**-STRAIGHT_DIGITS)
+    most = WAVES[shape][int(system["tolerance"] >= 10.0**-STEEP_DIGITS)]
+    # A focus shift of so many waves at the rim is Zernike 4, whose rim is √12 of its root mean square.
+    waves = math.hypot(*(c for _, c in lens["zernike_waves"]), lens["defocus_waves"] / math.sqrt(12.0))
+    if waves > most:
+        lens["zernike_waves"] = [[j, c * most / waves] for j, c in lens["zernike_waves"]]
+        lens["defocus_waves"] *= most / waves
 
 
 def _tiles(rng, size):
@@ -147,7 +126,12 @@ def _tiles(rng, size):
     ]
 
 
-def _shape(rng, blur):
+def _sides(rng):
+    """Rows and columns."""
+    return tuple(round(10.0 ** rng.uniform(*np.log10(SIDES))) for _ in range(2))
+
+
+def _few(rng, blur):
     """Rows and columns: few where the pattern is sharp, in most systems, for time goes with (size/λN)²."""
     most = int(rng.choice([4, 8, 16, 32, 64], p=[0.5, 0.3, 0.12, 0.05, 0.03]))
     if blur < 0.2 and rng.random() < 0.9:
@@ -163,8 +147,9 @@ def _grid(rng, rows, cols):
     return {"rows": rows, "cols": cols, "origin": origin, "frame": frame}
 
 
-def _method(rng):
-    return str(rng.choice(["auto", "boundary", "fourier"], p=[0.6, 0.2, 0.2]))
+def _method(rng, lens):
+    edges = 0.2 if lens["kind"] in (*ROUND, "curve") else 0.0
+    return str(rng.choice(["auto", "boundary", "fourier"], p=[0.8 - edges, edges, 0.2]))
 
 
 def _lens(rng, blur):
@@ -194,21 +179,22 @@ def _lens(rng, blur):
     return lens
 
 
-def _wavefront(rng, holes=0.3):
-    shape = str(rng.choice(["circular", "square", "bladed"]))
+def _wavefront(rng):
+    """A pupil, and a few terms of orders to 8, as many as two in five times one term alone, which mixtures hide."""
+    shape = str(rng.choice(["circular", "square", "bladed"], p=[0.6, 0.2, 0.2]))
     pupil = {"shape": shape, "obstruction": 0.0, "blades": 0, "rotate_deg": 0.0}
     if shape == "bladed":
         pupil["blades"] = int(rng.integers(3, 10))
     if shape != "circular":
         pupil["rotate_deg"] = _angle(rng)
-    if rng.random() < holes:
+    if rng.random() < 0.3:
         inner = math.cos(math.pi / pupil["blades"]) if shape == "bladed" else 1.0
         pupil["obstruction"] = float(rng.uniform(0.05, 0.9)) * inner
-    count = int(rng.choice([0, 1, 2, 4]))
-    # Orders to 8; outside the unit circle, in a square's corners, r⁸ is 16.
-    strength = rng.choice([0.02, 0.1, 0.3])
-    waves = [[int(index), float(strength * rng.normal())] for index in sorted(set(rng.integers(1, 45, count).tolist()))]
-    defocus_waves = float(rng.choice([0.0, 0.0, rng.normal()]))
+    count = int(rng.choice([0, 1, 2, 4], p=[0.2, 0.4, 0.2, 0.2]))
+    strength = rng.choice([0.02, 0.1, 0.3, 1.0], p=[0.2, 0.4, 0.25, 0.15])
+    indices = sorted(set(rng.integers(1, (ORDER + 1) * (ORDER + 2) // 2, count).tolist()))
+    waves = [[int(index), float(strength * rng.normal())] for index in indices]
+    defocus_waves = float(rng.choice([0.0, 0.0, rng.normal(), 8.0 * rng.normal()], p=[0.4, 0.3, 0.2, 0.1]))
     return {"pupil": pupil, "zernike_waves": waves, "defocus_waves": defocus_waves}
 
 
@@ -447,7 +433,7 @@ def _crowd(rng, size):
 
 def _elsewhere(rng, size):
     shape = _placed(rng, OUTLINES[rng.integers(len(OUTLINES))], size * 10.0 ** rng.uniform(-0.5, 0.3))
-    angle, away = rng.uniform(0.0, 2.0 * math.pi), size * 10.0 ** rng.uniform(0.3, 1.5)
+    angle, away = rng.uniform(0.0, 2.0 * math.pi), size * 10.0 ** rng.uniform(0.3, 1.0)
     move = np.round(away * np.array([math.cos(angle), math.sin(angle)]))
     return [{"kind": "polygon", "points": (np.array(shape["points"]) + move).tolist()}]
 

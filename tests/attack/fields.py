@@ -7,8 +7,7 @@ import math
 import numpy as np
 
 BLUR = 0.3, 4.0  # λN that truths of fields take a moment for
-MOST = 8  # rows and columns
-COARSEST = 8.0  # digits: the tolerance is 1e-2 … 1e-8
+MOST = 16  # rows and columns
 
 
 def add_fields(rng, system, paint, curves):
@@ -16,7 +15,7 @@ def add_fields(rng, system, paint, curves):
 
     paint, curves : what draws a surface, and a list of curved shapes
     """
-    limit(rng, system)
+    limit(system)
     grid = system["grid"]
     size = max(grid["rows"], grid["cols"], 4)
     shapes = system["shapes"][:3]
@@ -27,17 +26,16 @@ def add_fields(rng, system, paint, curves):
     system["shapes"] = shapes + (curves(rng, size) if rng.random() < 0.6 else [])
 
 
-def limit(rng, system):
+def limit(system):
     """Keep a system within what truths of fields take a moment for."""
     lens = system["lens"]
     lens["blur"] = float(np.clip(lens["blur"], *BLUR))
     if lens["kind"] == "curve":  # its pattern is an integral at every distance
         system["lens"] = {"kind": "airy", "blur": lens["blur"]}
-    if system["method"] == "boundary" and lens["kind"] not in ("airy", "annular", "gaussian"):
+    if system["method"] == "boundary":
         system["method"] = "auto"
     grid = system["grid"]
     grid["rows"], grid["cols"] = min(grid["rows"], MOST), min(grid["cols"], MOST)
-    system["tolerance"] = float(10.0 ** rng.uniform(-COARSEST, -2.0))
 
 
 def _field(rng, size, paint):

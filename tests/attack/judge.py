@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-import functools
 import signal
-import sys
 import time
 import traceback
 import warnings
@@ -19,8 +17,7 @@ from tests.attack.draw import draw
 from tests.truth import field_lens
 from tests.truth.pupils import TooLarge
 
-SLOWEST_S = 20.0  # of one processor's time: a busy machine makes nothing slow
-PATIENCE_S = 25.0  # then a rendering, or a judge, is stopped
+PATIENCE_S = 25.0  # of one processor's time, then a rendering, or a judge, is stopped: to be slow is no fault
 QUICK_S, QUICK_PATIENCE_S = 1.0, 3.0  # a quick attack sets aside what is expected to take longer, and its judges stop
 QUICK_CHANGING = 1e-4  # tolerance of a lens that changes over the frame, from which it is quick
 HONEST = 0.1  # the estimate may be no smaller than this part of an error over the tolerance
@@ -28,7 +25,6 @@ FINEST = {"boundary": 1e-11, "fourier": 1e-11}
 ALL_AT_ONCE = 300  # points along the lattice's side: so far the Fourier sum judges every photosite
 IN_ANY_CASE = 1000  # the same where no other road is there
 PLACES, POINTS = 4, 3e6  # photosites judged behind a lens that changes over the frame, and lattices' points in all
-WINDOWS = 120.0, 400.0  # λN, of what differs from a circle's light, where 1e-6 is asked, and at the most
 EVALUATIONS = 3e7  # of line integrals: about a third of a second
 
 
@@ -49,17 +45,11 @@ def judged(seed, number, *, thorough=True, patience_s=PATIENCE_S):
     except (UnsupportedError, InvalidValueError, AccuracyError) as refused:
         return record | {"refused": f"{type(refused).__name__}: {refused}", "seconds": time.process_time() - begin}
     except Patience:
-        record["faults"].append("slow")
-        return record | {"judge": "nobody", "seconds": time.process_time() - begin}
+        return record | {"set_aside": True, "seconds": time.process_time() - begin}
     except Exception:
         record["faults"].append("crash")
         return record | {"crash": traceback.format_exc(limit=-3), "seconds": time.process_time() - begin}
     seconds = time.process_time() - begin
-    if seconds > SLOWEST_S:
-        _forget()
-        begin = time.process_time()
-        rendering = _rendered(system, 0.0)
-        seconds = time.process_time() - begin
     record |= {"method": rendering.method, "seconds": seconds, "estimate": float(rendering.error_estimate)}
     begin = time.process_time()
     record |= {"error": 0.0, "truth_error": 0.0, "judge": "nobody"}
@@ -75,18 +65,7 @@ def judged(seed, number, *, thorough=True, patience_s=PATIENCE_S):
         record["faults"].append("alarm")
     if "other" in record:
         record["faults"].append("other")
-    if seconds > SLOWEST_S:
-        record["faults"].append("slow")
     return record
-
-
-def _forget():
-    """Forget what functions keep from one call to the next: a first rendering has none of it."""
-    for name, module in list(sys.modules.items()):
-        if name.startswith("camsim.") and not name.startswith("camsim.kernels."):  # which keep threads
-            for kept in vars(module).values():
-                if isinstance(kept, functools._lru_cache_wrapper):
-                    kept.cache_clear()
 
 
 def described(system, seed, number):
@@ -166,8 +145,6 @@ def _errors(system, rendering, rng, thorough):
         found = _by_places(system, truth, image, planes, base, channel, rng, thorough)
         if found["photosites_judged"] or not thorough:
             return found
-    elif "far" in system:
-        return _by_parts(system, truth, image, planes, base, channel, rng, thorough)
     elif (found := _by_waves(truth, image, planes, base, channel, thorough)) is not None:
         return found
     other = _by_the_other(system, truth, rendering.method)
@@ -214,39 +191,6 @@ def _by_places(system, truth, image, planes, base, channel, rng, thorough):
         found |= {"judge": "places", "photosites_judged": found["photosites_judged"] + 1}
         if off - error >= found["error"] - found["truth_error"]:
             found |= {"error": float(off), "truth_error": error, "row": row, "col": col}
-    return found
-
-
-def _by_parts(system, truth, image, planes, base, channel, rng, thorough):
-    """Photosites where outlines begin, others and those at random: the circle's light, and what differs everywhere."""
-    target = min(max(0.02 * system["tolerance"], 1e-13), 1e-9)
-    rows, cols = np.indices(image.shape)
-    order = list(dict.fromkeys(_aligned(truth, rng) + rng.permutation(image.size)[:8].tolist()))
-    differs, found = {}, {"error": -1.0, "truth_error": 0.0, "judge": "parts", "photosites_judged": 0}
-    size = min(WINDOWS[0] * max(1e-6 / system["tolerance"], 1.0) ** 0.25, WINDOWS[1])
-    spent, allowed = 0.0, EVALUATIONS * (1.0 if thorough else 0.2)
-    for place in order:
-        row, col = int(rows.flat[place]), int(cols.flat[place])
-        c = int(channel[row, col])
-        own = truth.far(c, target, size)
-        spent += own.cost()
-        if spent > allowed and found["photosites_judged"]:
-            break
-        if c not in differs:
-            try:
-                differs[c] = own.differing(truth.x, truth.y)
-            except TooLarge:
-                return found | {"error": 0.0, "judge": "nobody"}
-        values, errors = own.values([[truth.x[col], truth.y[row]]])
-        right = base[c] + values[0] + differs[c][0][row, col]
-        off = abs(image[row, col] - right)
-        if planes is not None:
-            off = max(off, abs(planes[c, row, col] - right))
-        found["photosites_judged"] += 1
-        if off > found["error"]:
-            found |= {"error": float(off), "truth_error": float(errors[0] + differs[c][1]), "row": row, "col": col}
-    if found["truth_error"] > system["tolerance"]:  # a spot too wide for windows that take seconds
-        return found | {"error": 0.0, "judge": "nobody"}
     return found
 
 

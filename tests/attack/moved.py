@@ -12,24 +12,25 @@ import numpy as np
 
 from tests.attack.fields import add_fields, limit
 
-SEEDS, DATES = range(7000, 1_000_000), range(20_261_208, 20_300_000)  # seeds that draw them: dates too, from then on
 FIELD_SHARE = 0.5  # of the systems of each kind
 WAVES = -1.0, 1.69  # powers of ten of a tilt's: 50 are what a lens may have of one term
 SPLIT = math.log10(1.5), math.log10(15.0)  # powers of ten of pitches
-LARGER = 0.3, 3.0  # powers of ten of the frame
+LARGER = 0.3, 1.0  # powers of ten of the frame
 CYCLES = 150.0  # of the finest wave that a lens passes, along a large field: its truth has as many nodes, squared
 CYCLES_AT_ONCE = 40.0  # likewise of a lens that is not round: its truth has four times as many frequencies, squared
 ROUND = "airy", "annular", "gaussian"
-
-
-def are_drawn(seed):
-    return seed in SEEDS or seed in DATES
 
 
 def add_tilt(rng, system, paint, curves):
     """Turn a wavefront, one with a term or two more, by up to 49 waves either way, and move the scene against it."""
     _add_fields(rng, system, paint, curves)
     lens = system["lens"]
+    if lens["kind"] != "wavefront":
+        pupil = {"shape": "circular", "obstruction": 0.0, "blades": 0, "rotate_deg": 0.0}
+        lens = {"kind": "wavefront", "blur": lens["blur"], "pupil": pupil, "zernike_waves": [], "defocus_waves": 0.0}
+        few = slice(0, 4)
+        system |= {"lens": lens, "wavelength_nm": system["wavelength_nm"][few], "method": "auto"}
+        system["response"] = [row[few] for row in system["response"]]
     if not lens["zernike_waves"]:
         index, strength = int(rng.integers(3, 15)), float(rng.choice([0.02, 0.1, 0.3, 1.0]))
         lens["zernike_waves"] = [[index, strength * float(rng.normal())]]
@@ -53,7 +54,7 @@ def add_wide_olpf(rng, system, paint, curves):
 
 def add_large_field(rng, system, paint, curves):
     """Give a system a gradient, a grating or a picture that reaches far beyond its frame, behind shapes or alone."""
-    limit(rng, system)
+    limit(system)
     size = max(system["grid"]["rows"], system["grid"]["cols"], 4)
     cycles = CYCLES if system["lens"]["kind"] in ROUND else CYCLES_AT_ONCE
     largest = min(size * 10.0 ** float(rng.uniform(*LARGER)), cycles * system["lens"]["blur"])

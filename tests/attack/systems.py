@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
-import importlib
-
 import numpy as np
 
 import camsim
@@ -15,7 +12,6 @@ from tests.attack.draw import REFERENCE_NM
 from tests.attack.moved import moved
 from tests.truth import field_lens, fields, groups, picture, round_lenses, waves
 from tests.truth.boundary import BoundaryTruth
-from tests.truth.far import FarTruth
 
 FIELD_LENSES = ("field", "field grid")
 
@@ -230,21 +226,19 @@ def channel(system):
 
 def choice(system, *, tolerance, method):
     """How camsim would render it: a plan with what it expects to take, one core."""
-    with _lowered(system):
-        return plan_render(*_stages(system), **_light(system), tolerance=tolerance, method=method)
+    return plan_render(*_stages(system), **_light(system), tolerance=tolerance, method=method)
 
 
 def rendered(system, *, tolerance=None, method=None, every_channel=False):
     """What camsim makes of it."""
-    with _lowered(system):
-        return render_channels(
-            *_stages(system),
-            **_light(system),
-            channel=channel(system),
-            tolerance=system["tolerance"] if tolerance is None else tolerance,
-            method=system["method"] if method is None else method,
-            every_channel=every_channel,
-        )
+    return render_channels(
+        *_stages(system),
+        **_light(system),
+        channel=channel(system),
+        tolerance=system["tolerance"] if tolerance is None else tolerance,
+        method=system["method"] if method is None else method,
+        every_channel=every_channel,
+    )
 
 
 def _stages(system):
@@ -255,21 +249,6 @@ def _light(system):
     return {"response": np.array(system["response"]), "wavelength_nm": np.array(system["wavelength_nm"])}
 
 
-@contextlib.contextmanager
-def _lowered(system):
-    """Lower the sizes from which on camsim does something in another way."""
-    lowered = [(*name.rsplit(".", 1), size) for name, size in system.get("lowered", {}).items()]
-    modules = [(importlib.import_module(module), name, size) for module, name, size in lowered]
-    before = [getattr(module, name) for module, name, _ in modules]
-    try:
-        for module, name, size in modules:
-            setattr(module, name, size)
-        yield
-    finally:
-        for (module, name, _), own in zip(modules, before, strict=True):
-            setattr(module, name, own)
-
-
 def code(system):
     """The system as Python that renders it."""
     return "\n".join(
@@ -278,7 +257,6 @@ def code(system):
             "from camsim import *",
             "from camsim.optics import OpticalSystem",
             "from camsim.rendering import render_channels",
-            *(f"import {name.rsplit('.', 1)[0]}; {name} = {size}" for name, size in system.get("lowered", {}).items()),
             f"scene = {scene(system)!r}",
             f"optics = {optics(system)!r}",
             f"grid = {grid(system)!r}",
@@ -397,13 +375,6 @@ class Truth:
             self.system["lens"], self.pieces, jumps, self.system["photosite"], self.system["olpf"],
             nm=self.system["wavelength_nm"], reference_nm=REFERENCE_NM,
         )  # fmt: skip
-
-    def far(self, channel, target, size):
-        """Truth of photosites behind a circle with aberrations, relative to one channel's scale; endless scenery."""
-        jumps = self.difference * self.response[channel] / self.scale[channel]
-        return FarTruth(
-            self.pieces, self.any_lens, jumps, self.system["photosite"], self.system["olpf"], target=target, size=size
-        )
 
     def waves(self, channel):
         """Truth of all photosites in one channel, relative to its scale."""

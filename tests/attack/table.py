@@ -5,11 +5,9 @@ from __future__ import annotations
 import math
 from collections import Counter
 
-from tests.attack.judge import SLOWEST_S
-
 
 def summary(records):
-    """Count and worst of every kind of lens, who judged, what was set aside and is slow, then the faults."""
+    """Count and worst of every kind of lens, who judged, what was set aside, then the faults."""
     if not records:
         return "nothing was judged"
     lines = [
@@ -26,9 +24,6 @@ def summary(records):
         lines.append(f"{lens:<10} {len(own):>7} {refused:>7} {aside:>7} {median:>9.2g} {worst:>9.2g} {slowest:>6.1f} s")
     judges = Counter(r.get("judge", "set aside" if "set_aside" in r else "refused").split(" at ")[0] for r in records)
     lines.append("judged by: " + ", ".join(f"{name} {count}" for name, count in judges.most_common()))
-    slow = [r for r in records if r.get("expected", 0.0) > SLOWEST_S]
-    names = ", ".join(f"{r['seed']}:{r['number']} ({r['lens']}, {r['expected']:.0f} s)" for r in slow)
-    lines.append(f"set aside and expected over {SLOWEST_S:g} s: {names or 'none'}")
     faults = Counter(fault for r in records for fault in r["faults"])
     lines.append("faults: " + (", ".join(f"{name} {count}" for name, count in faults.most_common()) or "none"))
     return "\n".join(lines)

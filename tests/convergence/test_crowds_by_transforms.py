@@ -9,7 +9,6 @@ import pytest
 import camsim
 from camsim.optics import OpticalSystem
 from camsim.rendering import render_channels
-from camsim.rendering.fourier import shells
 
 PITCH_UM = 5.0
 WAVELENGTH_NM = np.linspace(430.0, 670.0, 33)
@@ -87,18 +86,3 @@ def test_one_wavelength_keeps_its_rings():
     for tolerance in (1e-2, 1e-3, 1e-4):
         image = rendered(shapes, "fourier", tolerance, shape, np.ones((1, 1)), STAGES)
         assert np.abs(image - truth).max() <= 0.5 * tolerance
-
-
-def test_what_a_crowd_hears_of_its_rings_cuts_the_pattern_nearer(monkeypatch):
-    """And where that is not asked, the first shell goes on for hundreds of pitches."""
-    shape, ends = (40, 56), []
-    kept = shells._hems
-
-    def told(kernel, rings, sides, first, *rest):
-        ends.append(first)
-        return kept(kernel, rings, sides, first, *rest)
-
-    monkeypatch.setattr(shells, "_hems", told)
-    rendered(crowd("discs", *shape), "fourier", 1e-4, shape, RESPONSE, STAGES)
-    assert ends
-    assert max(ends) < 12.0

@@ -8,12 +8,6 @@ import numpy as np
 import pytest
 
 import camsim
-from camsim.rendering.check.judge import Judge
-from camsim.rendering.check.outlines import outlines_of
-from camsim.rendering.check.painter import PARTS_A_ROW, Rows
-from camsim.rendering.check.places import windows
-from camsim.rendering.check.scenery import _boxes
-from camsim.scene.arcs import Fineness
 
 PITCH = 4.88
 
@@ -102,40 +96,3 @@ def test_the_check_follows_flat_ellipses(name):
     one, other = (image_of(shapes, lens, tolerance, rows=4, cols=5, method=m) for m in ("boundary", "fourier"))
     assert np.ptp(one) > 0.05
     assert one == pytest.approx(other, abs=2.0 * tolerance)
-
-
-@pytest.mark.parametrize("lens", [airy(0.9), gaussian(0.2)], ids=["airy", "gaussian"])
-@pytest.mark.parametrize("radius", [300.0, 3e4])
-def test_long_sides_give_what_arcs_do(radius, lens, monkeypatch):
-    """The check's windows, of straight sides, and its integrals along the arcs themselves."""
-    found, values = [], Judge.values
-
-    def both(judge, rows, cols, sets):
-        row, col = (place[:9] for place in windows(judge.seen[0].round, judge.job.grid, 3))
-        which = np.zeros((1, row.size), np.uint8)
-        assert judge.integrates
-        found.append(np.abs(values(judge, row, col, which) - judge._whole.values(row, col, which)).max())
-        return values(judge, rows, cols, sets)
-
-    monkeypatch.setattr(Judge, "values", both)
-    ring = camsim.Ring(
-        radius_um=radius * PITCH,
-        inner_radius_um=(radius - 7.0) * PITCH,
-        centre_um=(radius * PITCH, 1.0),
-        reflectance=0.9,
-    )
-    for shape in (disc(radius, 0.3), ring, ellipse((radius, radius / 30.0), (0.6 * radius, 0.8 * radius / 30.0), 0.0)):
-        image_of([shape], lens, 1e-7, rows=5, cols=5)
-    assert len(found) == 3
-    assert max(found) <= 1e-8
-
-
-def test_rows_are_as_high_as_few_outlines_begin_in_them():
-    """Of an outline of which all but two sides lie in the frame: few are asked about a place there."""
-    y = np.linspace(0.0, 5.0, 3001)
-    crest = np.stack([2.0 + (np.arange(3001) % 2), y], axis=1)
-    shape = camsim.Polygon(points_um=[*crest.tolist(), [-1e7, 1e7], [-1e7, -1e7]], reflectance=0.5)
-    outlines, owners, *_ = outlines_of(camsim.Scene(background=1.0, shapes=[shape]), 1.0, Fineness())
-    rows = Rows.of(owners, _boxes(outlines), np.full(len(outlines.x), 1e-9))
-    assert len(rows.part) <= PARTS_A_ROW * len(outlines.x)
-    assert np.diff(rows.first).max() < 30

@@ -8,7 +8,6 @@ import pytest
 import scipy
 
 import camsim
-from tests.attack.meeting import tooth
 
 PITCH_UM = 4.0
 F_NUMBER = PITCH_UM / 0.55  # λN is a pitch
@@ -136,7 +135,8 @@ def dashes(count, radius, circles):
 
 def wheel(teeth, radius):
     angles, half = 2.0 * math.pi * np.arange(teeth) / teeth, 0.5 * math.pi / teeth
-    places = [(radius + out, at + side) for at in angles for out, side in tooth(0.5, half)]
+    tooth = (0.0, -half), (0.5, -half), (0.5, half), (0.0, half)
+    places = [(radius + out, at + side) for at in angles for out, side in tooth]
     return [np.array([(r * math.cos(at), r * math.sin(at)) for r, at in places])]
 
 

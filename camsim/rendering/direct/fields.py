@@ -92,16 +92,15 @@ class Seen:
         whole, n = self.states[0], self.degree + 1
         padded = np.pad(whole, self.degree)
         parts = np.lib.stride_tricks.sliding_window_view(padded, (n, n))
-        every = np.asarray(parts.all(axis=(2, 3)))
-        return every
+        return np.array(parts.all(axis=(2, 3)), bool)
 
     def cells(self, others: np.ndarray | None) -> I64:
         """Return rows and columns (n, 2) of cells to be integrated; others: coefficients that are not looked up."""
         whole, is_cut = self.states
-        wanted: np.ndarray = np.asarray(whole | is_cut)
+        wanted = np.array(whole | is_cut, bool)
         if others is not None:
             n = self.degree + 1
-            wanted &= np.asarray(np.lib.stride_tricks.sliding_window_view(others, (n, n)).any(axis=(2, 3)))
+            wanted[~np.lib.stride_tricks.sliding_window_view(others, (n, n)).any(axis=(2, 3))] = False
         return np.argwhere(wanted)
 
     def nodes(self, cells: I64, order: int) -> tuple[I64, F64, F64]:

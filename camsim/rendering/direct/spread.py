@@ -33,6 +33,7 @@ FIRST_ZONE, WIDER = 8.0, 6.0  # waves, and times: zones of rows that are as dens
 ANGLES, FEW_HARMONICS = 8, 3.0
 ROUNDING = 1e-13  # of signals that are mixtures of others
 NOTHING = 1e-300
+FIRST_POWER, OF_MOMENTS = 0.2, 4.0  # of the light beyond a distance in blurs; times what a table may be off by
 MOST_KEPT = 12
 _KEPT: dict[Any, tuple[Table, F64]] = {}
 
@@ -99,8 +100,12 @@ def _made(
     breaks = breaks_of(system, pitch_um, wavelength_nm)
     extent = system.extent_um / pitch_um + (0.0 if spline is None else spline.extent)
     phase = 2.0 * math.pi * highest * extent
+    if not fades(system):
+        # Powers of the footprint's extent past those of 1/r that are followed: c₁/R·(extent/R)⁶.
+        blur = float(system.blurs_um(wavelength_nm).max()) / pitch_um
+        until = max(until, (FIRST_POWER * blur * extent**6 / (OF_MOMENTS * allowed)) ** (1.0 / 7.0))
     allowed /= max(1.0, phase / FEW_HARMONICS)  # as many harmonics add up
-    f, weight = _frequencies(breaks, highest, until, allowed)
+    f, weight = _frequencies(breaks, highest, until + extent, allowed)
     first_few, mixture = _few(density, ROUNDING)
     few, of_few = _few(product(density[first_few], transfers(system, pitch_um, wavelength_nm, f)), allowed)
     mixture, density = product(mixture, of_few), density[first_few][few]
@@ -110,7 +115,7 @@ def _made(
         return product(density, transfers(system, pitch_um, wavelength_nm, f))
 
     curves = passed(f)
-    angles = 2 * math.ceil(phase + 4.0 * math.cbrt(phase) + 4.0) if extent else 1
+    angles = 2 * math.ceil(phase + 8.0 * math.cbrt(phase) + 8.0) if extent else 1
     around = functools.partial(_around, system, pitch_um, spline, angles=angles)
     orders, shapes, sines = _harmonics(around(f), np.abs(curves).max(axis=0), allowed)
     # ∫ J_m(x) x dx over all x is m.
@@ -121,7 +126,7 @@ def _made(
     for start, end, rate in zip(starts, [*starts[1:], until + 2.0 / per_pitch[-1]], per_pitch, strict=True):
         r, step = start + np.arange(math.ceil((end - start) * rate) + 1) / rate, 1.0 / rate
         first.append(first[-1] + r.size)
-        f, weight = _frequencies(breaks, highest, end, allowed)
+        f, weight = _frequencies(breaks, highest, end + extent, allowed)
         k = 2.0 * math.pi * f
         shapes = _some(around(f), orders, sines)
         found = np.zeros((r.size, 4, len(orders), len(few)))

@@ -20,12 +20,14 @@ from camsim.rendering.engine import FINEST, Plan
 from camsim.rendering.fields.job import FieldJob
 from camsim.rendering.grid import Grid
 from camsim.rendering.job import Job
+from camsim.rendering.waves.image import FrequencyImage
 from camsim.rendering.waves.plan import Waves, WavesPlan
 from camsim.scene import Scene
 
 OF_TOLERANCE = 0.1  # that the check may be wrong by
 FARTHER, FINER = 1.37, 1.13  # times: the first level's reach, and the wavelengths, beside the image's
 STEEP = 0.6  # waves across a pupil, from which on a second table of transfers takes too long
+MANY = 5_000  # edges whose transforms are not made twice
 COUNT = 8
 
 
@@ -34,22 +36,35 @@ class JudgeBySums:
     """What recomputes photosites of a job.
 
     scene  : all of it;  fields: its pictures, gradients and points
+    like   : the image's plan, whose sources and wavelengths serve again where there are many edges, or pictures
     """
 
     job: Job
     scene: Scene
     fields: FieldJob | None = None
+    like: WavesPlan | None = None
 
     @cached_property
-    def _plan(self) -> WavesPlan:
+    def _image(self) -> FrequencyImage:
+        again = self.like is not None and (self.fields is not None or len(self.job.edges) > MANY)
+        image = self._plan(again).image
+        assert image is not None
+        if again and self.like is not None and self.like.image is not None:
+            return dataclasses.replace(image, sources=self.like.image.sources)
+        return image
+
+    def _plan(self, again: bool) -> WavesPlan:
         lens = self.job.system.lens
         tolerance = max(OF_TOLERANCE * self.job.tolerance, FINEST)
         job = dataclasses.replace(self.job, tolerance=tolerance)
         fields = self.fields
         if fields is not None:
             fields = dataclasses.replace(fields, tolerance=max(OF_TOLERANCE * fields.tolerance, FINEST))
-        if isinstance(lens, OfPupil) and (
-            lens.pupil.shape != "circular" or lens.waves_across(float(self.job.signals.wavelength_nm.min())) > STEEP
+        if again or (
+            isinstance(lens, OfPupil)
+            and (
+                lens.pupil.shape != "circular" or lens.waves_across(float(self.job.signals.wavelength_nm.min())) > STEEP
+            )
         ):
             return Waves(farther=FARTHER, rougher=1.0 / OF_TOLERANCE).plan(job, fields=fields)
         return Waves(farther=FARTHER, finer=FINER).plan(job, fields=fields)
@@ -73,9 +88,8 @@ class JudgeBySums:
         values: F64 = self.job.base[sets]
         if self._nothing:
             return values
-        image, grid = self._plan.image, self.job.grid
-        assert image is not None
-        found = image.at(grid.first_centre, (grid.rows, grid.cols), rows, cols)
+        grid = self.job.grid
+        found = self._image.at(grid.first_centre, (grid.rows, grid.cols), rows, cols)
         values += np.take_along_axis(found, sets.reshape(-1, rows.size), axis=0).reshape(sets.shape)
         return values
 

@@ -24,6 +24,9 @@ from camsim.spectra.component import Component
 from camsim.spectra.curve import Curve, Spectrum
 
 POINT_ROOM = 10.0  # photosites' worth of a point's light that are taken for one of a diffuser's
+OF_ALIASES = (
+    0.4  # of the tolerance: the bound of what aliases of a gradient leave at a rim; a hundredth of it was measured
+)
 TAILS = 0.02  # of the tolerance: light at either end of the spectrum whose wavelength may be taken for another
 
 
@@ -125,7 +128,7 @@ def _raster(field: Field, system: OpticalSystem, seen_nm: F64, budget: ErrorBudg
         return field
     assert isinstance(field, Gradient)
     cutoff = system.highest_per_um(seen_nm)
-    return sampled(field, cutoff, budget.allowed("outlines"), pitch_um)
+    return sampled(field, cutoff, OF_ALIASES * budget.tolerance, pitch_um)
 
 
 def _seen(

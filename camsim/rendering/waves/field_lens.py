@@ -40,9 +40,10 @@ LOOKED_AT = 48  # radial frequencies at which transfers are compared
 BANDS = 4, 8, 14, 21, 28, 36, 48  # of these: where bands of frequencies end, each with mixtures of its own
 POINTS, FAR_POINTS = 320, 96  # along the radius of a table
 TURNS = 32, 48, 64, 96, 128, 192, 256, 384, 512  # directions of a table over half a turn
-OF_RULE, OF_PLACES, OF_MIXTURES, OF_TURNS = 0.5, 0.7, 0.7, 0.3  # of what is allowed
+OF_RULE, OF_PLACES, OF_MIXTURES, OF_TURNS = 1.0, 2.0, 2.0, 0.6  # of what is allowed
 CUBIC = 0.0234  # of the fourth power of a wave's step: what a cubic between four points leaves
 ALIKE_UM = 1e-6  # heights that are one
+NEAR_EVERY = 2  # photosites between points of levels that are summed tile by tile
 MOST_KEPT = 200  # of them, whose transfers are cached
 
 
@@ -343,48 +344,59 @@ class VaryingImage:
     def planes(self, origin: tuple[float, float], shape: tuple[int, int]) -> Iterator[tuple[slice, slice, F64]]:
         """Yield tiles of the image, as of ``FrequencyImage``."""
         channels = self.sources[0][1].shape[1]
-        far = [self._far(one, origin, shape) for one in self.sources] if len(self.levels) > 1 else []
+        near = [level for level in self.levels if level.every <= NEAR_EVERY]
+        coarse = [near[-1], *self.levels[len(near) :]]
+        far = [self._far(one, coarse, origin, shape) for one in self.sources] if len(coarse) > 1 else []
         for row, col, height, width in tiles(shape):
             image = np.zeros((channels, height, width))
             part = slice(row, row + height), slice(col, col + width)
             for one in self.sources:
-                self._add_near(image, one, (origin[0] + col, origin[1] + row))
+                self._add_near(image, one, near, (origin[0] + col, origin[1] + row))
             for mixtures, among, values, every in far:
                 mixtures.add(image, among._between(values, every, part), part, shape)
             yield *part, image
 
-    def _add_near(self, image: F64, one: tuple[Source, F64, VaryingLens], at: tuple[float, float]) -> None:
-        """Add a source's light at frequencies of the first level to a tile, in parts where the lens changes fast."""
+    def _add_near(
+        self, image: F64, one: tuple[Source, F64, VaryingLens], near: Sequence[Level], at: tuple[float, float]
+    ) -> None:
+        """Add a source's light at frequencies of fine levels to a tile, in parts where the lens changes fast."""
         source, weights, lens = one
         height, width = image.shape[1:]
         mixtures = lens.mixtures(_corners_um(at, (height, width), lens), self.levels[0].cut, weights, NODES)
         if mixtures is None:
             for rows in _halves(height):
                 for cols in _halves(width):
-                    self._add_near(image[:, rows, cols], one, (at[0] + cols.start, at[1] + rows.start))
+                    self._add_near(image[:, rows, cols], one, near, (at[0] + cols.start, at[1] + rows.start))
             return
-        among = self._among(source, weights, mixtures)
-        own = among._part(self.levels[0], at, (width, height), mixtures.number)
-        mixtures.add(image, own, (slice(None), slice(None)), (height, width))
+        among, whole = self._among(source, weights, mixtures, near), (slice(0, height), slice(0, width))
+        own = among._part(near[0], at, (width, height), mixtures.number)
+        values, every = among._far(at, (height, width), mixtures.number)
+        if values is not None:
+            own += among._between(values, every, whole)
+        mixtures.add(image, own, whole, (height, width))
 
     def _far(
-        self, one: tuple[Source, F64, VaryingLens], origin: tuple[float, float], shape: tuple[int, int]
+        self,
+        one: tuple[Source, F64, VaryingLens],
+        levels: Sequence[Level],
+        origin: tuple[float, float],
+        shape: tuple[int, int],
     ) -> tuple[Mixtures, FrequencyImage, F64, int]:
-        """Return what the coarser levels give of each mixture for the whole frame, and its points' distance."""
+        """Return what levels but the first give of each mixture for the whole frame, and its points' distance."""
         source, weights, lens = one
-        mixtures = lens.mixtures(_corners_um(origin, shape, lens), self.levels[1].cut, weights, FAR_NODES)
+        mixtures = lens.mixtures(_corners_um(origin, shape, lens), levels[1].cut, weights, FAR_NODES)
         if mixtures is None:
             raise UnsupportedError("it changes too fast over the frame; render a smaller region", key="lens")
-        among = self._among(source, weights, mixtures)
+        among = self._among(source, weights, mixtures, levels)
         values, every = among._far(origin, shape, mixtures.number)
         assert values is not None
         return mixtures, among, values, every
 
-    def _among(self, source: Source, weights: F64, mixtures: Mixtures) -> FrequencyImage:
+    def _among(self, source: Source, weights: F64, mixtures: Mixtures, levels: Sequence[Level]) -> FrequencyImage:
         return FrequencyImage(
             sources=[(source, weights, mixtures)],  # type: ignore[list-item]  # what is asked of a lens it has
             footprint=self.footprint,
-            levels=self.levels,
+            levels=levels,
             leak=self.leak,
         )
 

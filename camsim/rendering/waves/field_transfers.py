@@ -23,7 +23,6 @@ from camsim.kernels import kernel, shared
 from camsim.optics.placed import PlacedLens
 from camsim.optics.protocols import Placed
 from camsim.optics.pupil import Pupil
-from camsim.optics.rays import places_over
 from camsim.optics.transfer_table import radial_matrix, radial_places
 from camsim.optics.zernike import layout, orders, zernike
 from camsim.quadrature import chebyshev, gauss_rules
@@ -52,7 +51,9 @@ class Wavefronts:
     def of(cls, lenses: Sequence[Placed], wavelength_nm: F64) -> Wavefronts:
         """Return those of lenses, each at all wavelengths."""
         each = [_coefficients(lens, wavelength_nm) for lens in lenses]
-        index = tuple(sorted({j for own, values in each for j, one in zip(own, values.T, strict=True) if j and one.any()}))
+        index = tuple(
+            sorted({j for own, values in each for j, one in zip(own, values.T, strict=True) if j and one.any()})
+        )
         waves = np.zeros((len(index), len(lenses), wavelength_nm.size))
         for k, (own, values) in enumerate(each):
             for j, value in zip(own, values.T, strict=True):
@@ -85,7 +86,7 @@ def _coefficients(lens: Placed, wavelength_nm: F64) -> tuple[tuple[int, ...], F6
     """Return indices (k,) and coefficients (wavelengths, k), waves, of a lens at a place."""
     if isinstance(lens, PlacedLens):
         return lens.zernike, lens.coefficients(wavelength_nm)
-    x, y = places_over(Pupil(), 40)
+    x, y, _ = Pupil().nodes(40, 40)
     waves = np.stack([lens.waves(x, y, nm) for nm in wavelength_nm.tolist()])
     for count in (TERMS, MOST_TERMS):
         terms = np.stack([zernike(j, x, y) for j in range(count)], axis=1)

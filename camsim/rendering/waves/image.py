@@ -103,19 +103,18 @@ class FrequencyImage:
 
     def _between(self, coarse: F64, every: int, part: tuple[slice, slice]) -> F64:
         """Return a coarse level at places of a finer one, of which every so many are its own points."""
-        taps = self.taps(every)
-        beyond = taps.shape[1]
-        for axis, own in zip((1, 2), part, strict=True):
+        taps, beyond = self.taps(every), len(self.taps(1)[0])
+        for axis, own in ((1, part[0]), (2, part[1])):
             first, phase = np.divmod(np.arange(own.start, own.stop), every)
             if every == 1:
                 coarse = np.take(coarse, first + beyond, axis=axis)
                 continue
-            moved = np.ascontiguousarray(np.moveaxis(coarse, axis, 2))
-            values = np.empty((*moved.shape[:2], first.size))
-            lines = moved.reshape(-1, moved.shape[2]), values.reshape(-1, first.size)
             first += beyond - beyond // 2 + 1
-            shared(len(lines[0]), functools.partial(between, lines[0], first, taps[phase], lines[1]), least=64)
-            coarse = np.moveaxis(values, 2, axis)
+            shape = list(coarse.shape)
+            shape[axis] = first.size
+            values = np.zeros(shape)
+            shared(shape[1], functools.partial(between, coarse, axis == 1, first, taps[phase], values))
+            coarse = values
         return coarse
 
     def taps(self, every: int) -> F64:

@@ -169,6 +169,30 @@ def add_polar(
 
 
 @kernel()
+def between(coarse: F64, down: bool, first: I64, taps: F64, out: F64, begin: int, stop: int) -> None:
+    """Write rows begin … stop of what coarse points (n, rows, cols) are between them, down columns or along rows.
+
+    first : of the points that a place of ``out`` is made of;  taps: (places, taps) their weights
+    """
+    count = taps.shape[1]
+    for n in range(len(out)):
+        for row in range(begin, stop):
+            here = out[n, row]
+            if down:
+                for tap in range(count):
+                    own, weight = coarse[n, first[row] + tap], taps[row, tap]
+                    for col in range(len(here)):
+                        here[col] += weight * own[col]
+            else:
+                own = coarse[n, row]
+                for col in range(len(here)):
+                    total = 0.0
+                    for tap in range(count):
+                        total += own[first[col] + tap] * taps[col, tap]
+                    here[col] = total
+
+
+@kernel()
 def mix(image: F64, each: F64, down: F64, across: F64, begin: int, stop: int) -> None:
     """Add Σ_m (Σ_a down[a]·across[a])·each[m] to rows begin … stop of an image (channels, rows, cols).
 
@@ -237,14 +261,3 @@ def repeat(
             for p in range(len(of_rows)):
                 value += of_rows[p, j] * of_columns[p, i]
             out[j, i] = value
-
-
-@kernel()
-def between(coarse: F64, first: I64, taps: F64, out: F64, begin: int, stop: int) -> None:
-    """Write lines of out (lines, n): taps (n, t) of neighbours from ``first`` (n,) on of coarse (lines, m)."""
-    for line in range(begin, stop):
-        for i in range(len(first)):
-            total = 0.0
-            for tap in range(taps.shape[1]):
-                total += taps[i, tap] * coarse[line, first[i] + tap]
-            out[line, i] = total
