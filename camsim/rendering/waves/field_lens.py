@@ -42,7 +42,6 @@ TURNS = 32, 48, 64, 96, 128, 192, 256, 384, 512  # directions of a table over ha
 OF_RULE, OF_PLACES, OF_MIXTURES, OF_TURNS = 1.0, 2.0, 2.0, 0.6  # of what is allowed
 CUBIC = 0.0234  # of the fourth power of a wave's step: what a cubic between four points leaves
 ALIKE_UM = 1e-6  # heights that are one
-TILE = int(__import__('os').environ.get('TILE','512'))
 NEAR_EVERY = 2  # photosites between points of levels that are summed tile by tile
 MOST_KEPT = 200  # of them, whose transfers are cached
 
@@ -345,7 +344,7 @@ class VaryingImage:
         near = [level for level in self.levels if level.every <= NEAR_EVERY]
         coarse = [near[-1], *self.levels[len(near) :]]
         far = [self._far(one, coarse, origin, shape) for one in self.sources] if len(coarse) > 1 else []
-        for row, col, height, width in tiles(shape, TILE):
+        for row, col, height, width in tiles(shape):
             image = np.zeros((channels, height, width))
             part = slice(row, row + height), slice(col, col + width)
             for one in self.sources:
