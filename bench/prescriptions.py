@@ -35,6 +35,7 @@ NM = (450.0, 550.0, 650.0)
 PER_MM = np.array([10.0, 20.0, 40.0])
 WITHIN = 0.01
 SAMPLES = ("objectives", "simple", "telescopes", "miscellaneous")
+BY_HEIGHTS = {"DoubleGauss": 2, "TelescopeDoublet": 3}  # besides: fields by heights in the paraxial, in the real image
 BEYOND, ACROSS = 1.06, 121  # of the pupil's radius, to where optiland is asked for rays, and how many a diameter has
 
 
@@ -55,9 +56,23 @@ def samples(folder: Path) -> Iterator[Path]:
         module = importlib.import_module(f"optiland.samples.{name}")
         for _, kind in inspect.getmembers(module, inspect.isclass):
             if kind.__module__ == module.__name__:
-                file = folder / f"{kind.__name__}.zmx"
-                save_zemax_file(kind(), str(file))
+                file, optic = folder / f"{kind.__name__}.zmx", kind()
+                save_zemax_file(optic, str(file))
                 yield file
+                if by := BY_HEIGHTS.get(kind.__name__):
+                    yield _by_height(file, optic, by)
+
+
+def _by_height(file: Path, optic: Any, by: int) -> Path:
+    """Return a copy of a file whose largest field is the height in the image where optiland has it."""
+    largest = math.radians(float(optic.fields.max_field))
+    real_mm = float(abs(optic.trace_generic(0.0, 1.0, 0.0, 0.0, optic.primary_wavelength).y[0]))
+    height_mm = real_mm if by == 3 else abs(float(optic.paraxial.f2())) * math.tan(largest)
+    told = file.read_text(encoding="utf-8").replace("FTYP 0", f"FTYP {by}")
+    lines = [f"YFLN 0 {height_mm!r} 0" if line.startswith("YFLN") else line for line in told.splitlines()]
+    copy = file.with_stem(f"{file.stem}-FTYP-{by}")
+    copy.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return copy
 
 
 def transfers(lens: FieldLens, height_um: float, nm: float) -> F64:

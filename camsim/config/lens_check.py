@@ -46,13 +46,13 @@ def compared(told: Prescription, full_rad: float, found: FieldLens, name: str) -
     lens, disc = told.of_wavelengths(CHECKED_NM), even_disc(CHECK_RAYS, RIM)
     beams = lens.beams([share * full_rad for share in CHECKED], disc)
     frequencies = np.array(CYCLES_PER_MM)
-    differences, places_um = np.empty((len(CHECKED), len(CHECKED_NM), 2, frequencies.size)), []
+    differences = np.empty((len(CHECKED), len(CHECKED_NM), 2, frequencies.size))
     order = min(max(orders(index)[0] for index in found.zernike) + MORE, MOST_ORDER)
     middle_of = told.of_wavelengths((told.middle_nm,))
-    for k, beam in enumerate(beams):
-        [at] = middle_of.beams([CHECKED[k] * full_rad], np.empty((2, 0)))
-        places_um.append(min(1e3 * abs(float(at.chief_mm[0])), found.height_um[-1]))
-        placed = found.at(places_um[-1], 0.0)
+    chief = middle_of.beams([share * full_rad for share in CHECKED], np.empty((2, 0)))
+    places_um = [min(1e3 * abs(float(at.chief_mm[0])), found.height_um[-1]) for at in chief]
+    for k in reversed(range(len(CHECKED))):  # from the rim, where most of what is too steep is so soonest
+        beam, placed = beams[k], found.at(places_um[k], 0.0)
         for w, nm in enumerate(CHECKED_NM):
             share = np.maximum(beam.share[w], np.hypot(*disc))
             right = _transfers(beam.pupil[:, w], beam.path_mm[w], share, nm / 1e6, frequencies, order)
@@ -60,9 +60,9 @@ def compared(told: Prescription, full_rad: float, found: FieldLens, name: str) -
             try:
                 own = np.stack([np.abs(placed.otf(per_um, none, nm)), np.abs(placed.otf(none, per_um, nm))])
             except UnsupportedError:
-                smaller = f"a smaller field (--field-mm {places_um[-2] / 1e3:.4g}), " if k > 1 else ""
+                smaller = f"a smaller field (--field-mm {places_um[k - 1] / 1e3:.4g}), " if k > 1 else ""
                 raise InputError(
-                    f"{name!r} has a wavefront {places_um[-1] / 1e3:.4g} mm from the axis that is too steep at its "
+                    f"{name!r} has a wavefront {places_um[k] / 1e3:.4g} mm from the axis that is too steep at its "
                     f"pupil's rim to be sampled at {nm:g} nm; give it {smaller}a smaller pupil, or the surfaces that "
                     "cut light their apertures (CLAP 0 RADIUS)"
                 ) from None

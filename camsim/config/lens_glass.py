@@ -73,7 +73,7 @@ def by_name(
         best = min(near, key=near.__getitem__, default=None)
         if best is not None and near[best] < NEAR_INDEX:
             if near[best] > ROUNDED_INDEX:
-                note = f"{name} of the catalogue, index {_at(materials[best], D_UM):.5f}; the file's own is {told[0]:.5f}"
+                note = f"{name} of the catalogue, index {_at(materials[best], D_UM):.5f}; the file has {told[0]:.5f}"
             return _index(materials[best]), note
         return by_numbers(*told), f"{name} by the file's own index {told[0]:g} and Abbe number {told[1]:g}"
     if not materials and name.upper() in BY_NUMBERS:
