@@ -224,11 +224,12 @@ def _curve(fit: EdgeFit, frequency: F64, *, reach: tuple[float, float] | None) -
     mtf = np.abs(transform) / zero
     unit = np.conj(transform) / np.where(mtf > 0.0, np.abs(transform), 1.0)
     gradient = ((unit[:, None] * rows).real - mtf[:, None] * zero_row.real) / zero
-    error = errors_of(gradient, fit.covariance)
+    by_noise = errors_of(gradient, fit.covariance)
+    error = by_noise
     for other in fit.others:
         transform, zero = _transform(other.model, other.coefficients, frequency, reach)
         # Noise is in the difference too, so that it does not come on top.
-        error = np.maximum(error, np.abs(np.abs(transform) / zero - mtf))
+        error = np.maximum(error, other.error(np.abs(transform) / zero - mtf, by_noise))
     return mtf, error
 
 
