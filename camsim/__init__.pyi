@@ -90,6 +90,7 @@ from .sensor.stages.flicker_rows import FlickerRows as FlickerRows
 from .sensor.stages.full_well import FullWell as FullWell
 from .sensor.stages.nonlinearity import PolynomialResponse as PolynomialResponse
 from .sensor.stages.nonlinearity import ResponseTable as ResponseTable
+from .sensor.stages.offset_map import OffsetMap as OffsetMap
 from .sensor.stages.output_noise import OutputNoise as OutputNoise
 from .sensor.stages.prnu import Prnu as Prnu
 from .sensor.stages.read_noise import ReadNoise as ReadNoise

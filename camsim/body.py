@@ -140,6 +140,15 @@ class Body(Electronics):
         if well and high and high.capacity_e and high.capacity_e > well.capacity_e:
             message = f"holds {high.capacity_e:g} e⁻, and the full well is {well.capacity_e:g} e⁻"
             raise refusal(self, "dual_gain", f"{message}; a high conversion gain holds less, give it no more")
+        if high and high.electrons_per_dn is not None:
+            if high.electrons_per_dn >= self.adc.electrons_per_dn:
+                message = f"has {high.electrons_per_dn:g} electrons_per_dn, and the low gain's are"
+                way_out = "a high conversion gain has fewer"
+                raise refusal(self, "dual_gain", f"{message} {self.adc.electrons_per_dn:g}; {way_out}")
+            if self.adc.companding:
+                raise refusal(
+                    self, "dual_gain", "reads both gains, whose codes are not companded; leave one of them out"
+                )
         if is_own(self.photosite):
             check_extent(self.photosite)
         widest_um = 2.0 * max(self.photosite.half_extent_um)
@@ -273,17 +282,35 @@ class Body(Electronics):
         """What veiling glare does to the light."""
         return Veil(share=self.veiling_glare, frame=self.grid())
 
+    @property
+    def converter(self) -> Adc:
+        """What gives the codes: ``adc``, and where each exposure is read twice that of the image that is recorded."""
+        return self.adc if self.dual_gain is None else self.dual_gain.converter(self.adc)
+
+    @property
+    def read_outs(self) -> tuple[Self, ...]:
+        """This camera; of one that merges two images of an exposure those of low and of high gain."""
+        dual = self.dual_gain
+        if dual is None or dual.read != "merged":
+            return (self,)
+        return tuple(self.replace(dual_gain=dataclasses.replace(dual, read=read)) for read in ("low", "high"))
+
+    @property
+    def read_out_number(self) -> int:
+        """Which of an exposure's it is: one of high gain draws other read-out noise than that of low gain."""
+        return int(self.dual_gain is not None and self.dual_gain.read == "high")
+
     def full_well_at(self, iso: float) -> FullWell | None:
         """Return the full well at an ISO setting: a high conversion gain holds less."""
         dual = self.dual_gain
-        if dual is None or dual.capacity_e is None or iso < dual.from_iso:
+        if dual is None or dual.capacity_e is None or not dual.is_small_at(iso):
             return self.full_well
         return FullWell(dual.capacity_e)
 
     def read_noise_at(self, iso: float) -> ReadNoise | None:
         """Return the read noise at an ISO setting: a high conversion gain is quieter."""
         dual = self.dual_gain
-        if dual is None or dual.read_noise_e is None or iso < dual.from_iso:
+        if dual is None or dual.read_noise_e is None or not dual.is_quiet_at(iso):
             return self.read_noise
         if self.read_noise is None:
             return ReadNoise(dual.read_noise_e)
@@ -291,7 +318,7 @@ class Body(Electronics):
 
     def dark_noise_e(self, iso: float) -> float:
         """Return all temporal noise of the read-out at an ISO setting as one standard deviation, electrons."""
-        electrons_per_dn = self.adc.electrons_per_dn_at(iso)
+        electrons_per_dn = self.converter.electrons_per_dn_at(iso)
         return math.hypot(*(stage.dark_noise_e(electrons_per_dn) for stage in self.electronics(iso)))
 
     def dark_e(self, time_s: float, temperature_c: float | None) -> float:
@@ -300,17 +327,22 @@ class Body(Electronics):
         return 0.0 if current is None else current.e_per_s * time_s * current.warming(temperature_c)
 
     def well_as_read_e(self, iso: float) -> float | None:
-        """Return the full well as the converter sees it, after the non-linearity; None without a full well."""
+        """Return the full well as the converter sees it, after the non-linearity; None without a full well.
+
+        Of two merged read-outs the end of the low gain's converter, where that comes first.
+        """
         well = self.full_well_at(iso)
-        if well is None:
-            return None
-        if self.nonlinearity is None:
-            return well.capacity_e
-        return float(self.nonlinearity.response(np.array([well.capacity_e]))[0])
+        read_e = None if well is None else well.capacity_e
+        if read_e is not None and self.nonlinearity is not None:
+            read_e = float(self.nonlinearity.response(np.array([read_e]))[0])
+        if self.dual_gain is None or self.dual_gain.read != "merged":
+            return read_e
+        low_e = self.adc.saturation_e(iso)
+        return low_e if read_e is None else min(read_e, low_e)
 
     def charge_at_e(self, share: float, iso: float) -> float:
         """Return the charge whose code lies at a share of black..white; at 1 white clips."""
-        signal_e = share * self.adc.saturation_e(iso, self.well_as_read_e(iso))
+        signal_e = share * self.converter.saturation_e(iso, self.well_as_read_e(iso))
         return signal_e if self.nonlinearity is None else charge_e(self.nonlinearity, signal_e)
 
     def shot_e2_per_e(self, iso: float) -> float:

@@ -16,6 +16,7 @@ from camsim.errors import InvalidValueError
 from camsim.kind import array_of
 from camsim.sensor.adc import full_codes
 from camsim.sensor.colour_matrix import ColourResponse
+from camsim.sensor.companding import data_numbers
 from camsim.typed import LARGEST_FRAME_NUMBER, Count, Whole, check, known_name
 from camsim.words import shown
 
@@ -179,7 +180,8 @@ class Report:
 class Frame:
     """A finished capture.
 
-    mosaic              (rows, cols) uint16 data numbers; ``signal_dn`` and ``signal_e`` are these less black, as floats
+    mosaic              (rows, cols) uint16 codes as they are stored; ``signal_dn`` and ``signal_e`` are their data
+                        numbers less black, as floats
     mean_electrons      (rows, cols) float64, before any noise, after crosstalk, each photosite in its own channel
     electrons           (rows, cols) float64, after noise and full well, before the ADC
     truth               (rows, cols, channels) float32 mean electrons of every channel; None unless asked for. Its own
@@ -199,6 +201,8 @@ class Frame:
     steps_e             of each channel, in which files of 64 bits give electrons: below are the last bits of one
                         processor, others on another; empty: as they are
     f_number            of the lens; 0: there was none
+    companding          (data number, code) of points, where codes are not the converter's data numbers; all levels are
+                        such numbers, and ``linear_dn`` holds them
     frame_number        which of several exposures of one scene
     spectral            the scene's radiance per wavelength; None unless asked for
     passed_rows         of a capture whose codes were handed over as they came: so many, and the arrays hold none
@@ -239,6 +243,7 @@ class Frame:
     seed: int
     frame_number: int = 0
     black_offsets_dn: tuple[tuple[int, ...], ...] = ((0,),)
+    companding: tuple[tuple[int, int], ...] = ()
     steps_e: tuple[float, ...] = ()
     spectral: SpectralCube | None = None
     passed_rows: int = 0
@@ -272,14 +277,20 @@ class Frame:
         return levels
 
     @property
+    def linear_dn(self) -> U16:
+        """(rows, cols) the converter's data numbers: the mosaic, or what its companded codes stand for."""
+        linear: U16 = data_numbers(self.companding, self.mosaic)
+        return linear
+
+    @property
     def signal_dn(self) -> F64:
-        """(rows, cols) float64: codes less the black level of each; noise makes some of them negative.
+        """(rows, cols) float64: data numbers less the black level of each; noise makes some of them negative.
 
         ``mosaic - black_level_dn`` is not this: the codes are unsigned, and what is below black wraps to 65 535.
         """
         black_dn = self.black_levels_dn.astype(np.float64)
         tiles = [-(-size // period) for size, period in zip(self.mosaic.shape, black_dn.shape, strict=True)]
-        signal: F64 = self.mosaic - np.tile(black_dn, tiles)[: self.mosaic.shape[0], : self.mosaic.shape[1]]
+        signal: F64 = self.linear_dn - np.tile(black_dn, tiles)[: self.mosaic.shape[0], : self.mosaic.shape[1]]
         return signal
 
     @property

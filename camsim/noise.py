@@ -46,11 +46,15 @@ class _Quick(Context):
 
     def generator(self, stream: int) -> Any:
         """Return the generator of a temporal stage for these rows."""
-        return _QuickGenerator(self.seed, stream, self.frame_number, self.rows_before)
+        return _QuickGenerator(self.seed, stream, self.frame_number, self.rows_before, *self._more)
 
     def frame_generator(self, stream: int) -> Any:
         """Return the generator of a temporal stage that draws once for all rows."""
-        return _QuickGenerator(self.seed, stream, self.frame_number)
+        return _QuickGenerator(self.seed, stream, self.frame_number, *self._more)
+
+    @property
+    def _more(self) -> tuple[int, ...]:
+        return (self._own_read_out,) if self._own_read_out else ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +69,8 @@ class Noise:
     Called with electrons (rows, cols), or (…, rows, cols) of several images, and a seed, it gives as many float32
     electrons as read; the seed and the image's number draw the noise, the sensor's serial the fixed patterns, which lie
     as ``Sensor.expose`` lays them, in the middle of the frame. A CPU tensor is read where it is, through the array
-    protocol; ``torch.from_numpy`` takes the result without a copy. ``sensor.adc.quantise(noisy, iso=…)`` gives codes.
+    protocol; ``torch.from_numpy`` takes the result without a copy. ``sensor.converter.quantise(noisy, iso=…)`` gives
+    codes.
 
     >>> import camsim
     >>> noise = camsim.Noise(camsim.Sensor.from_yaml("mono-345"), iso=800)
@@ -89,6 +94,9 @@ class Noise:
 
     def __post_init__(self) -> None:
         judge(self)
+        if len(self.sensor.read_outs) > 1:
+            message = "merges two read-outs; give one, replace(dual_gain=dataclasses.replace(…, read='high'))"
+            raise InvalidValueError(message, key="sensor", stage="Noise")
 
     def __call__(self, electrons: ArrayLike, seed: Whole) -> F32:
         """Return (…, rows, cols) electrons as read, of mean electrons of light."""
@@ -118,6 +126,6 @@ class Noise:
         grid = sensor.grid(None if (rows, cols) == (sensor.rows, sensor.cols) else Region(rows=rows, cols=cols))
         return _Quick(
             time_s=self.time_s, iso=iso, temperature_c=self.temperature_c,
-            electrons_per_dn=sensor.adc.electrons_per_dn_at(iso), seed=seed, serial=sensor.serial,
-            origin=grid.origin, frame_cols=sensor.cols, rows_in_all=rows,
+            electrons_per_dn=sensor.converter.electrons_per_dn_at(iso), seed=seed, serial=sensor.serial,
+            read_out=sensor.read_out_number, origin=grid.origin, frame_cols=sensor.cols, rows_in_all=rows,
         )  # fmt: skip

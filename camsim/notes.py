@@ -92,7 +92,7 @@ def notes_of_exposed(camera: Body, iso: float, below: int) -> Iterator[str]:
 
 def notes_of_sensor(camera: Body) -> Iterator[str]:
     """Yield what looks like a slip in copying a data sheet: no mistakes, for such a sensor can be."""
-    adc = camera.adc
+    adc = camera.converter
     yield from _of_the_converter(camera, adc.base_iso)
     yield from _of_prnu(camera)
     well_e, reach_e = camera.well_as_read_e(adc.base_iso), _reach_e(camera, adc.base_iso)
@@ -109,10 +109,10 @@ _AUTO = "exposure.time_s: auto (time_s='auto') puts white at 80 %"
 
 def notes_after(signal: Sequence[ChannelSignal], camera: Body, iso: float, way_out: str = _AUTO) -> Iterator[str]:
     """Yield what the picture's signal at an ISO setting has to say, with a way out."""
-    electrons_per_dn = camera.adc.electrons_per_dn_at(iso)
+    electrons_per_dn = camera.converter.electrons_per_dn_at(iso)
     # By the mean: noise of the read-out scatters codes about white.
     if all(channel.min_e >= camera.charge_at_e(1.0, iso) for channel in signal):
-        white_dn = camera.adc.white_level_dn(iso, camera.well_as_read_e(iso))
+        white_dn = camera.converter.white_level_dn(iso, camera.well_as_read_e(iso))
         yield f"every photosite is clipped at {white_dn} DN: nothing is left of the scene; {way_out}"
         return
     for channel in signal:
@@ -187,7 +187,7 @@ def _of_no_light(light: Light) -> Iterator[str]:
 def _of_glare(setting: Setting) -> Iterator[str]:
     most_e = float(setting.veil_e.max())
     if most_e > 0.0:
-        most_dn = most_e / setting.camera.adc.electrons_per_dn_at(setting.exposure.iso)
+        most_dn = most_e / setting.camera.converter.electrons_per_dn_at(setting.exposure.iso)
         yield (
             f"veiling glare gives every photosite up to {most_e:.3g} e⁻ ({most_dn:.3g} DN), black ones too, in the "
             "mosaic, mean_electrons and truth; veiling_glare 0 shows the scene without it"
@@ -209,7 +209,7 @@ def _of_slow_stages(camera: Body, choice: Choice) -> Iterator[str]:
 
 
 def _of_the_converter(camera: Body, iso: float) -> Iterator[str]:
-    adc, well_e = camera.adc, camera.well_as_read_e(iso)
+    adc, well_e = camera.converter, camera.well_as_read_e(iso)
     reach_e = _reach_e(camera, iso)
     if well_e is not None and iso <= adc.base_iso and well_e > reach_e * _WORTH_A_NOTE:
         yield (
@@ -219,7 +219,7 @@ def _of_the_converter(camera: Body, iso: float) -> Iterator[str]:
 
 
 def _of_a_low_iso(camera: Body, iso: float) -> Iterator[str]:
-    adc, well_e = camera.adc, camera.well_as_read_e(iso)
+    adc, well_e = camera.converter, camera.well_as_read_e(iso)
     if iso >= adc.base_iso:
         return
     told = f"ISO {iso:g} is below the base of {adc.base_iso:g}: a code stands for {adc.electrons_per_dn_at(iso):.4g} e⁻"
@@ -237,7 +237,7 @@ def _of_a_low_iso(camera: Body, iso: float) -> Iterator[str]:
 
 
 def _reach_e(camera: Body, iso: float) -> float:
-    return (camera.adc.largest_dn - camera.adc.black_level_dn) * camera.adc.electrons_per_dn_at(iso)
+    return (camera.converter.largest_dn - camera.converter.black_level_dn) * camera.converter.electrons_per_dn_at(iso)
 
 
 def _of_prnu(camera: Body) -> Iterator[str]:
@@ -288,7 +288,7 @@ def _of_dark_current(setting: Setting) -> Iterator[str]:
     if camera.dark_current is None:
         return
     dark_e = camera.dark_current.e_per_s * setting.time_s * camera.dark_current.warming(exposure.temperature_c)
-    dark_dn = dark_e / camera.adc.electrons_per_dn_at(exposure.iso)
+    dark_dn = dark_e / camera.converter.electrons_per_dn_at(exposure.iso)
     if dark_dn >= _SEEN_DN:
         yield (
             f"the mosaic holds {dark_e:.3g} e⁻ ({dark_dn:.3g} DN) of dark current in the mean, which mean_electrons "
@@ -299,7 +299,7 @@ def _of_dark_current(setting: Setting) -> Iterator[str]:
 def _of_the_tolerance(setting: Setting, choice: Choice) -> Iterator[str]:
     camera, iso, job = setting.camera, setting.exposure.iso, choice.plan.job
     diffuser_e = float(job.response.sum(axis=1).max())
-    noise_e = math.hypot(camera.dark_noise_e(iso), camera.adc.electrons_per_dn_at(iso) / math.sqrt(12.0))
+    noise_e = math.hypot(camera.dark_noise_e(iso), camera.converter.electrons_per_dn_at(iso) / math.sqrt(12.0))
     error_e = job.tolerance * diffuser_e
     if not 0.0 < error_e < _FAR_FINER * noise_e:
         return

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, ClassVar
 
 from camsim.arrays import F64, U16
@@ -16,6 +17,7 @@ from camsim.rendering import Grid
 from camsim.reporting import Clock, Signals
 from camsim.sensor.chain import random_numbers, record
 from camsim.sensor.colour_matrix import MatrixOf
+from camsim.sensor.conversion_gain import merged_e
 from camsim.sensor.exposure import Exposure
 from camsim.sensor.stage import Context, ElectronicStage
 from camsim.spectra.light import Light
@@ -61,12 +63,19 @@ class Recording(Keeps):
     @cached_property
     def white_level_dn(self) -> int:
         """The code at which the signal clips."""
-        return self.camera.adc.white_level_dn(self.exposure.iso, self.camera.well_as_read_e(self.exposure.iso))
+        return self.camera.converter.white_level_dn(self.exposure.iso, self.camera.well_as_read_e(self.exposure.iso))
 
     @cached_property
     def random_numbers(self) -> int:
         """How many random numbers one frame draws."""
-        return random_numbers(self.electronics, (self.grid.rows, self.grid.cols), self._context(0, 0))
+        shape = self.grid.rows, self.grid.cols
+        return sum(random_numbers(stages, shape, self._context(camera, 0, 0)) for camera, stages in self._read_outs)
+
+    @cached_property
+    def _read_outs(self) -> tuple[tuple[Body, tuple[ElectronicStage, ...]], ...]:
+        """The read-outs of an exposure, each with the electronic stages that act."""
+        iso = self.exposure.iso
+        return tuple((camera, camera.electronics(iso, noise=self.noise)) for camera in self.camera.read_outs)
 
     @cached_property
     def electronics(self) -> tuple[ElectronicStage, ...]:
@@ -76,29 +85,46 @@ class Recording(Keeps):
     def _recorded(self, lit: Lit, frame_number: int, clock: Clock, signals: Signals) -> tuple[F64, U16]:
         """Return rows as they are read, every electronic stage applied, and their codes."""
         row, col = self.grid.origin
-        electrons = record(lit.mean_e, self.electronics, self._context(frame_number, lit.rows_before))
+        first, iso = (row + lit.rows_before, col), self.exposure.iso
+        read = [
+            record(lit.mean_e, stages, self._context(camera, frame_number, lit.rows_before))
+            for camera, stages in self._read_outs
+        ]
         clock.lap("noise")
-        codes = self.camera.adc.quantise(electrons, iso=self.exposure.iso, origin=(row + lit.rows_before, col))
+        electrons = read[0] if len(read) == 1 else self._merged(read, first)
+        codes = self.camera.converter.quantise(electrons, iso=iso, origin=first)
         clock.lap("adc")
-        signals.add(lit, codes)
+        signals.add(lit, self.camera.converter.data_numbers(codes))
         return electrons, codes
+
+    def _merged(self, read: Sequence[F64], first: tuple[int, int]) -> F64:
+        """Return electrons of the two read-outs of an exposure, each through its own converter."""
+        iso, cameras = self.exposure.iso, [camera for camera, _ in self._read_outs]
+        low_e, high_e = (
+            camera.converter.electrons(
+                camera.converter.quantise(electrons, iso=iso, origin=first), iso=iso, origin=first
+            )
+            for camera, electrons in zip(cameras, read, strict=True)
+        )
+        return merged_e(low_e, high_e, cameras[1].converter.saturation_e(iso, cameras[1].well_as_read_e(iso)))
 
     def _signals(self) -> Signals:
         full_e = self.camera.charge_at_e(1.0, self.exposure.iso) - self.dark_e
         return Signals(self.camera, self.grid.origin, self.white_level_dn, full_e=full_e)
 
-    def _context(self, frame_number: int, rows_before: int) -> Context:
+    def _context(self, camera: Body, frame_number: int, rows_before: int) -> Context:
         """Return what electronic stages may know, from some row of the window on."""
         return Context(
             time_s=self.time_s,
             iso=self.exposure.iso,
             temperature_c=self.exposure.temperature_c,
-            electrons_per_dn=self.camera.adc.electrons_per_dn_at(self.exposure.iso),
+            electrons_per_dn=camera.converter.electrons_per_dn_at(self.exposure.iso),
             seed=self.seed,
-            serial=self.camera.serial,
+            serial=camera.serial,
+            read_out=camera.read_out_number,
             frame_number=frame_number,
             origin=self.grid.origin,
-            frame_cols=self.camera.cols,
+            frame_cols=camera.cols,
             rows_in_all=self.grid.rows,
             rows_before=rows_before,
         )
@@ -126,11 +152,12 @@ class Recording(Keeps):
             channels=camera.cfa.channels,
             cfa_pattern=camera.cfa.window_pattern(self.grid.origin),
             pitch_um=camera.pitch_um,
-            bit_depth=camera.adc.bit_depth,
-            black_level_dn=camera.adc.black_level_dn,
-            black_offsets_dn=camera.adc.window_black_offsets_dn(self.grid.origin),
+            bit_depth=camera.converter.bit_depth,
+            black_level_dn=camera.converter.black_level_dn,
+            companding=tuple(camera.converter.companding),
+            black_offsets_dn=camera.converter.window_black_offsets_dn(self.grid.origin),
             white_level_dn=self.white_level_dn,
-            electrons_per_dn=camera.adc.electrons_per_dn_at(exposure.iso),
+            electrons_per_dn=camera.converter.electrons_per_dn_at(exposure.iso),
             white_e=camera.charge_at_e(1.0, exposure.iso) if camera.nonlinearity is not None else None,
             shot_e2_per_e=camera.shot_e2_per_e(exposure.iso) if self.noise else 0.0,
             read_noise_e=camera.dark_noise_e(exposure.iso) if self.noise else 0.0,

@@ -63,14 +63,14 @@ class Signals:
 
     def __init__(self, camera: Body, origin: tuple[int, int], white_level_dn: int, *, full_e: float) -> None:
         channels = camera.cfa.channels
-        self._channels, self._adc, self._origin = channels, camera.adc, origin
+        self._channels, self._adc, self._origin = channels, camera.converter, origin
         self._white_level_dn, self._full_e, self._cfa_period = white_level_dn, full_e, camera.cfa.period
         self._photosites, self._clipped = np.zeros((2, len(channels)), np.int64)
         self._sum_e, self._max_e, self._sum_dn = np.zeros((3, len(channels)))
         self._min_e = np.full(len(channels), np.inf)
 
     def add(self, lit: Lit, mosaic: U16) -> None:
-        """Take in some rows, as they were lit, and their codes."""
+        """Take in some rows, as they were lit, and their data numbers."""
         row, col = self._origin
         offsets_dn = np.array(self._adc.window_black_offsets_dn((row + lit.rows_before, col)))
         white_dn = full_codes(self._white_level_dn, offsets_dn, self._adc.largest_dn)

@@ -6,7 +6,7 @@ import dataclasses
 import functools
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, cast, get_args
 
 import camsim
 from camsim.description import OWN_STAGES
@@ -15,10 +15,11 @@ from camsim.exposing import Capture
 from camsim.files.light_file import read_light
 from camsim.files.picture_file import read_picture
 from camsim.given_light import GivenLight
-from camsim.measure.dark_frames import read_darks
+from camsim.measure.dark_frames import read_darks, read_offsets
 from camsim.optics.no_lens import NO_LENS
 from camsim.scene import Picture
 from camsim.sensor.stages.dark_frames import DarkFrames
+from camsim.sensor.stages.offset_map import OffsetMap, OffsetUnit
 from camsim.shot import Shot
 from camsim.words import both
 
@@ -90,8 +91,8 @@ def _revived(tree: Any, place: str, folder: Path | None) -> Any:
 def _make(kind: Any, parts: Mapping[str, Any], place: str, folder: Path | None) -> Any:
     if kind == "Picture":
         return _picture(parts, place, folder)
-    if kind == "DarkFrames":
-        return _darks(parts, place, folder)
+    if kind in ("DarkFrames", "OffsetMap"):
+        return _dark_signal(kind, parts, place, folder)
     if kind == "NoLens":
         return NO_LENS
     if kind == "GivenLight":
@@ -135,22 +136,25 @@ def _picture(parts: Mapping[str, Any], place: str, folder: Path | None) -> Pictu
     return picture
 
 
-def _darks(parts: Mapping[str, Any], place: str, folder: Path | None) -> DarkFrames:
-    """Read darks again, beside the file or where the user stands: descriptions hold their folder and their hash."""
-    source = parts.get("source")
+def _dark_signal(kind: str, parts: Mapping[str, Any], place: str, folder: Path | None) -> DarkFrames | OffsetMap:
+    """Read darks or offsets again, beside the file or where the user stands: descriptions hold their place and hash."""
+    source, what = parts.get("source"), "darks" if kind == "DarkFrames" else "offsets"
     if not isinstance(source, str) or not source:
-        message = "not reproducible: its darks were an array in Python, which such a file does not hold"
+        message = f"not reproducible: its {what} were an array in Python, which such a file does not hold"
         raise InputError(f"{message}; expose again with them", stage=place)
     beside = () if folder is None else (folder / source, folder / Path(source).name)
-    found = next((each for each in (*beside, Path(source)) if each.is_dir()), None)
+    found = next((each for each in (*beside, Path(source)) if each.exists()), None)
     if found is None:
-        message = f"not reproducible without the darks {ascii(source)[:200]}"
-        raise InputError(f"{message}; put their folder there, or beside this file", stage=place)
-    darks = read_darks(found, source)
-    if darks.sha256 != parts.get("sha256"):
-        message = f"not reproducible: the darks {str(found)!r} are others than were taken, their codes differ"
+        message = f"not reproducible without the {what} {ascii(source)[:200]}"
+        raise InputError(f"{message}; put them there, or beside this file", stage=place)
+    unit = parts.get("unit")
+    if kind == "OffsetMap" and unit not in get_args(OffsetUnit):
+        raise InputError(f"offsets have no unit {ascii(unit)[:40]}", stage=place)
+    read = read_darks(found, source) if kind == "DarkFrames" else read_offsets(found, source, cast(OffsetUnit, unit))
+    if read.sha256 != parts.get("sha256"):
+        message = f"not reproducible: the {what} {str(found)!r} are others than were taken, their numbers differ"
         raise InputError(message, stage=place)
-    return darks
+    return read
 
 
 def _given_light(parts: Mapping[str, Any], place: str, folder: Path | None) -> GivenLight:

@@ -147,6 +147,18 @@ LAWS = {
         variance=lambda m: 8.0**2,
         adds=True,
     ),
+    "offset map": Law(
+        stage=camsim.OffsetMap(offsets=np.random.default_rng(6).normal(0.0, 2.0, (1000, 1000)), unit="dn"),
+        idle=camsim.OffsetMap(offsets=np.zeros((3, 4)), unit="dn"),
+        variance=lambda m: 8.0**2,
+        adds=True,
+    ),
+    "offset map before the gain": Law(
+        stage=camsim.OffsetMap(offsets=np.random.default_rng(7).normal(0.0, 2.0, (1000, 1000)), unit="electrons"),
+        idle=camsim.OffsetMap(offsets=np.zeros((3, 4)), unit="electrons"),
+        variance=lambda m: 2.0**2,
+        adds=True,
+    ),
     "row noise": Law(
         stage=camsim.RowNoise(3.0), idle=camsim.RowNoise(0.0), variance=lambda m: 3.0**2, each="row", adds=True
     ),
@@ -208,10 +220,11 @@ class Spy:
         monkeypatch.setattr(streams, "_KEPT", {})
         monkeypatch.setattr(streams, "_MOST_KEPT", 0)  # each exposure draws all that it needs
 
-    def __call__(self, seed, stream, *, block, frame_number=0):
-        key = (seed, int(stream), block, frame_number)
+    def __call__(self, seed, stream, *, block, frame_number=0, read_out=0):
+        key = (seed, int(stream), block, frame_number, read_out)
         return _Watched(
-            self._true(seed, stream, block=block, frame_number=frame_number), self.drawn.setdefault(key, [])
+            self._true(seed, stream, block=block, frame_number=frame_number, read_out=read_out),
+            self.drawn.setdefault(key, []),
         )
 
     @property

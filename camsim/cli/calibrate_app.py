@@ -31,6 +31,10 @@ def calibrate_noise(
     output: Annotated[
         str | None, typer.Option("-o", "--output", metavar="CAMERA.yaml", help="The sensor file to write.")
     ] = None,
+    hot: Annotated[
+        str | None,
+        typer.Option("--hot", metavar="HOT.csv", help="List hot photosites by place here, not by their law in -o."),
+    ] = None,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Show what each frame is taken for, and calibrate nothing.")
     ] = False,
@@ -61,7 +65,7 @@ def calibrate_noise(
 
     calibrate(
         CalibrationRequest(
-            folder=folder, output=output, dry_run=dry_run, check=check, name=name, pitch_um=pitch_um, cfa=cfa,
+            folder=folder, output=output, hot=hot, dry_run=dry_run, check=check, name=name, pitch_um=pitch_um, cfa=cfa,
             window=window, seed=seed, as_json=as_json, plot=plot, force=force,
         )
     )  # fmt: skip

@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 from annotated_types import Ge, Le
 
 from camsim.cli.measure_mtf_table import with_error
-from camsim.cli.tables import print_table
+from camsim.cli.tables import check_text_file, print_table
 from camsim.errors import InvalidValueError
 from camsim.files.atomic import together, write_whole
+from camsim.files.hot_list import hot_text
 from camsim.typed import Pitch, Seed, check
 
 if TYPE_CHECKING:
@@ -31,6 +32,7 @@ class CalibrationRequest:
 
     folder: str
     output: str | None
+    hot: str | None
     dry_run: bool
     check: str | None
     name: str | None
@@ -60,8 +62,12 @@ def calibrate(request: CalibrationRequest) -> None:
     from camsim.measure.calibrate.profile_file import profile_text
 
     name = request.name or next((shot.camera for shot in shots.shots if shot.camera), "") or Path(request.folder).name
-    text = profile_text(found, name=name, pitch_um=request.pitch_um)
+    text = profile_text(
+        found, name=name, pitch_um=request.pitch_um, hot_file=None if request.hot is None else Path(request.hot).name
+    )
     with together():
+        if request.hot is not None:
+            write_whole(request.hot, hot_text(found.hot).encode("utf-8"))
         if request.output is not None:
             write_whole(request.output, text.encode("utf-8"))
         if request.plot is not None:
@@ -91,6 +97,10 @@ def _judge(request: CalibrationRequest) -> None:
         check(request.pitch_um, Pitch, "--pitch-um")
     if request.output is not None:
         check_yaml_output(request.output, force=request.force)
+    if request.hot is not None:
+        if request.output is None or Path(request.hot).resolve().parent != Path(request.output).resolve().parent:
+            raise InvalidValueError("is of the sensor file that -o writes, and lies beside it", key="--hot")
+        check_text_file(request.hot, force=request.force)
     if request.plot is not None:
         from camsim.cli.plot import check_drawing
 

@@ -29,7 +29,7 @@ def noise_budget(capture: Capture, signal_e: F64) -> dict[str, F64]:
     non-linearity, defects) are left out.
     """
     camera, even = capture.camera, np.ones_like(signal_e)
-    electrons_per_dn = camera.adc.electrons_per_dn_at(capture.exposure.iso)
+    electrons_per_dn = camera.converter.electrons_per_dn_at(capture.exposure.iso)
     dark, dark_e = camera.dark_current, capture.dark_e
     found: dict[str, F64] = {}
     for stage in capture.electronics:
@@ -41,9 +41,12 @@ def noise_budget(capture: Capture, signal_e: F64) -> dict[str, F64]:
             found["dark current's unevenness"] = dark.nonuniformity * dark_e * even
         elif stage is camera.prnu:
             found[name] = camera.prnu_on_grey * signal_e
+        elif camera.offset_map is not None and stage is camera.offset_map:
+            found[name] = camera.offset_map.spread_e(electrons_per_dn) * even
         elif constant := stage.dark_noise_e(electrons_per_dn) or getattr(stage, "sigma_e", 0.0):
             found[name] = constant * even
-    found["rounding"] = electrons_per_dn / math.sqrt(12.0) * even
+    steps_dn = camera.converter.step_dn(camera.converter.black_level_dn + signal_e / electrons_per_dn)
+    found["rounding"] = electrons_per_dn / math.sqrt(12.0) * steps_dn
     return {name: values for name, values in found.items() if np.any(values > 0.0)}
 
 

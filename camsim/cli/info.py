@@ -15,6 +15,7 @@ from camsim.config.yaml_text import yaml_text
 from camsim.description import OWN_STAGES
 from camsim.files.reading import Held, opened, read_file, read_record
 from camsim.memory import readable
+from camsim.sensor.companding import told_points
 
 _MOST_SHOWN = 100
 """Parts of a list for people to look at; --json prints all."""
@@ -73,13 +74,16 @@ def _tree_of_camera(path: str) -> dict[str, Any]:
 
     picture = read_picture(path)
     noted = picture.noted or read_noted(Path(path))
+    said, table = dataclasses.asdict(noted), noted.linear_dn
+    del said["linear_dn"]
     levels = {plane.name: plane for plane in picture.planes}
     step = picture.planes[0].step
     places = {plane.first: plane.name[0] for plane in picture.planes}
     told = {
         "file": path,
         "bytes": Path(path).stat().st_size,
-        **{name: value for name, value in dataclasses.asdict(noted).items() if value not in (None, "", ())},
+        **{name: value for name, value in said.items() if value not in (None, "", ())},
+        **({"codes": f"{len(table)}, which stand for the data numbers {table[0]} to {max(table)}"} if table else {}),
         "rows": picture.shape[0],
         "cols": picture.shape[1],
         "channels": list(levels),
@@ -119,6 +123,7 @@ def _figures(held: Held) -> list[tuple[str, str]]:
         ("camera", _printable(record.camera)),
         ("channels", f"{channels}; colour filters {pattern}"),
         ("levels", f"black {_levels(black_dn)} DN, white {_levels(record.white_levels_dn)} DN"),
+        *((("codes", f"companded: {told_points(record.companding)}"),) if record.companding else ()),
         ("gain", f"{record.electrons_per_dn:.6g} e⁻ per DN"),
         ("seed", str(record.seed)),
         ("error", "unknown" if error is None else f"{error:.2g} of a perfect diffuser"),

@@ -276,17 +276,25 @@ def measure_distortion(
 
 @measure_app.command("moire")
 def measure_moire(
-    file: Annotated[str, typer.Argument(metavar="FILE", help="A raw file of camsim's, of the chart zone-plate.")],
+    file: Annotated[str, typer.Argument(metavar="FILE", help="A raw file, camsim's or anybody's, of a zone plate.")],
+    cfa: CfaOf = None,
+    rim: Annotated[
+        float | None,
+        typer.Option("--rim", metavar="PX", help="Radius of the plate, in files that do not say what they show."),
+    ] = None,
     as_json: AsJson = False,
     csv: CsvFile = None,
     plot: PlotFile = None,
     force: Force = False,
 ) -> None:
-    """Measure the moiré of a zone plate: how much of its contrast comes back as ghosts, beside theory."""
+    """Measure the moiré of a zone plate: how much of its contrast comes back as ghosts, beside theory.
+
+    In a file that does not say what it was taken of a plate is looked for about the picture's middle.
+    """
     from camsim.cli.measure_moire import measure
     from camsim.cli.measured import Outputs
 
-    measure(file, Outputs(as_json=as_json, csv=csv, plot=plot, force=force))
+    measure(file, cfa, rim, Outputs(as_json=as_json, csv=csv, plot=plot, force=force))
 
 
 @measure_app.command("noise")

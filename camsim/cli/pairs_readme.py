@@ -38,6 +38,9 @@ _NOTES = """\
 * LEVEL is the light relative to the scene's exposure: x0.25 is two stops less.
 * All three are on one grid: photosite (row, col) of the mosaic is pixel (row, col) of the truth.
 * Where the truth's own channel is above clips_at_e the mosaic is clipped."""
+_COMPANDED = """\
+* Codes are companded. All levels, and the formula for electrons, are of data numbers, which DNGs have in their
+  LinearizationTable: raw programs, and camsim, read those."""
 _BENT = "; as read: the read-out is not linear, and the light's are others"
 
 
@@ -56,6 +59,7 @@ def readme(capture: Capture, columns: Iterable[str]) -> str:
         "(`.tiff` in place of `.dng` where raw developers would misread the filter array.)",
         "",
         *_NOTES.splitlines(),
+        *(_COMPANDED.splitlines() if camera.converter.companding else ()),
         "",
         "| column | unit | meaning |",
         "|---|---|---|",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,7 +21,8 @@ def draw(report: MoireReport, file: str) -> bytes:
     for k, ghost in enumerate(report.ghosts):
         colour = colour_of_channel(ghost.channel)
         axes.errorbar(k, ghost.contrast, 2.0 * ghost.contrast_error, fmt="o", ms=5, color=colour)
-        axes.plot([k - 0.3, k + 0.3], [ghost.theory] * 2, "--", lw=1.2, color=colour)
+        if math.isfinite(ghost.theory):
+            axes.plot([k - 0.3, k + 0.3], [ghost.theory] * 2, "--", lw=1.2, color=colour)
     named = [f"{g.channel}\n{g.fx_cycles_per_pixel:g}, {g.fy_cycles_per_pixel:g}" for g in report.ghosts]
     axes.set_xticks(at, named, fontsize=7)
     axes.set(

@@ -11,6 +11,7 @@ from camsim.config import library, yaml_source
 from camsim.config.library import Located
 from camsim.config.sensor_search import SensorSearch
 from camsim.optics.protocols import KnowsSplits
+from camsim.sensor.companding import told_points
 
 if TYPE_CHECKING:
     from camsim.body import Body
@@ -89,7 +90,7 @@ def _figures_of_sensor(located: Located) -> list[Row]:
 
     # None of the figures depends on the lens.
     camera = load_camera(located.path, lens=Airy(f_number=8.0))
-    adc, pitch_um = camera.adc, camera.pitch_um
+    adc, pitch_um = camera.converter, camera.pitch_um
     well_e = camera.well_as_read_e(adc.base_iso)
     saturation_e = camera.charge_at_e(1.0, adc.base_iso)
     # The smallest signal: noise of the read-out and the rounding of a code, as standard deviations.
@@ -106,6 +107,7 @@ def _figures_of_sensor(located: Located) -> list[Row]:
         rows.append(("OLPF null", _olpf_null(camera.olpf, pitch_um)))
     rows += [
         ("white level", f"{adc.white_level_dn(adc.base_iso, well_e)} DN at ISO {adc.base_iso:g}"),
+        *((("codes", f"companded: {told_points(tuple(adc.companding))}"),) if adc.companding else ()),
         ("saturation", f"{saturation_e:.0f} e⁻ at ISO {adc.base_iso:g}"),
         ("SNR maximum", _snr_maximum(camera, saturation_e, dark_e)),
         *_saturation_exposures(camera, saturation_e),

@@ -11,7 +11,7 @@ from camsim.camera import Camera
 from camsim.config import build_optics, schema
 from camsim.config.judged import Judged
 from camsim.config.tree import KeyPath
-from camsim.errors import CamsimError
+from camsim.errors import InputError
 from camsim.optics import Lens
 from camsim.sensor.adc import Adc
 from camsim.sensor.cfa import GREENS, Cfa
@@ -107,6 +107,11 @@ def _adc(sensor: SensorDocument) -> Adc | None:
     readout = sensor.part(("readout",), schema.Readout)
     if readout is None:
         return None
+    curve = readout.companding
+    if curve and len(curve.codes) != len(curve.linear_dn):
+        message = f"{len(curve.codes)} of them for {len(curve.linear_dn)} linear_dn; give one for each"
+        sensor.refuse(("readout", "companding", "codes"), message)
+        return None
     return sensor.build(
         ("readout",),
         lambda: Adc(
@@ -117,6 +122,7 @@ def _adc(sensor: SensorDocument) -> Adc | None:
             base_iso=readout.base_iso,
             gain_at_iso=tuple((each.iso, each.electrons_per_dn) for each in readout.gain_at_iso),
             code_step_dn=readout.code_step_dn,
+            companding=tuple(zip(curve.linear_dn, curve.codes, strict=True)) if curve else (),
         ),
     )
 
@@ -140,8 +146,9 @@ def _stage(sensor: SensorDocument, key: str, table: schema.Table, names: Sequenc
     values = [getattr(table, name) for name in names]
     if values[0] is None:
         return None
-    if makes.reads:
-        return sensor.build((key, names[0]), lambda: makes.make(*values, _beside(sensor, (key, names[0]))))
+    if makes.reads is not None:
+        named = (key, names[0], *makes.reads)
+        return sensor.build((key, names[0]), lambda: makes.make(*values, _beside(sensor, named)))
     if not dataclasses.is_dataclass(makes.make):
         return sensor.build((key, names[0]), lambda: makes.make(*values))
     parameters = [field.name for field in dataclasses.fields(makes.make)]
@@ -149,14 +156,19 @@ def _stage(sensor: SensorDocument, key: str, table: schema.Table, names: Sequenc
     return sensor.build((key,), lambda: makes.make(*values), keys=keys)
 
 
-def _beside(sensor: SensorDocument, path: KeyPath) -> Path:
-    """Return the folder that a key names: under that of the sensor's file, or where an override's user stands."""
-    name, folder = str(sensor.value(path)), sensor.document.folder
+def _beside(sensor: SensorDocument, path: KeyPath) -> Path | None:
+    """Return what a key names: under the folder of the sensor's file, or where an override's user stands.
+
+    None where no name stands there.
+    """
+    name, folder = sensor.value(path), sensor.document.folder
+    if not isinstance(name, str):
+        return None
     node = sensor.document.find(path)
     if node is None or not node.place.line:
         return Path(name)
     if not (folder / name).resolve().is_relative_to(folder.resolve()):
-        raise CamsimError(f"{name!r} lies outside this file's folder; put it there")
+        raise InputError(f"{name!r} lies outside this file's folder; put it there", key=str(path[-1]))
     return folder / name
 
 

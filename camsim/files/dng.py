@@ -13,6 +13,7 @@ from typing import BinaryIO
 import numpy as np
 
 from camsim.arrays import U16
+from camsim.body import MID_GREY
 from camsim.errors import OutputError
 from camsim.files.describe import description_hash, error_text, exif_datetime, record_json
 from camsim.files.dng_image import Image, LosslessTiles, Strip
@@ -30,6 +31,7 @@ from camsim.files.tiff_ifd import (
 from camsim.frame import Frame
 from camsim.sensor.cfa import filters_of
 from camsim.sensor.colour_matrix import as_shot_neutral, fit, fit_to_scene
+from camsim.sensor.companding import decoding, steps_dn
 
 _RECOMMENDED_EXPOSURE_INDEX = 2
 _CODES = {"A": STANDARD_LIGHT_A, "D65": D65}
@@ -72,6 +74,7 @@ class MosaicWriter:
             black_dn=frame.black_levels_dn.tolist(),
             white_dn=_white_dn(frame),
             noise=noise_profile(frame),
+            linear_dn=decoding(frame.companding).tolist() if frame.companding else (),
         )
 
 
@@ -133,6 +136,9 @@ def noise_profile(frame: Frame) -> tuple[float, float]:
     """
     span_dn = _white_dn(frame) - int(frame.black_levels_dn.max())
     shot = frame.shot_e2_per_e / (frame.electrons_per_dn * span_dn)
+    # Companded codes are coarser where it is light: S has that too, right at mid-grey.
+    step_dn = float(steps_dn(frame.companding, np.array(frame.black_level_dn + MID_GREY * span_dn)))
+    shot += (step_dn**2 - 1.0) / 12.0 / (MID_GREY * span_dn**2)
     floor_dn2 = (frame.read_noise_e / frame.electrons_per_dn) ** 2 + 1 / 12
     return float(f"{shot:.9g}"), float(f"{floor_dn2 / span_dn**2:.9g}")
 
@@ -161,6 +167,7 @@ def _finish(
     black_dn: Sequence[Sequence[int]],
     white_dn: int,
     noise: tuple[float, float] | None,
+    linear_dn: Sequence[int] = (),
 ) -> None:
     record = record_json(frame, product)
     properties = {
@@ -180,6 +187,7 @@ def _finish(
             black_dn=black_dn,
             white_dn=white_dn,
             noise=noise,
+            linear_dn=linear_dn,
             colour=None if is_mono(frame) else _colour(frame),
             camera_name=frame.camera_name,
             serial=str(frame.serial),

@@ -44,6 +44,7 @@ class Said:
     photometric, samples : what the image is, and how many numbers a pixel has
     cfa_pattern, channels : of the mosaic; of what is no mosaic too
     black_dn, white_dn   : codes of no light, repeated over the image, and the code at which the signal clips
+    linear_dn            : data numbers of codes 0, 1, …, which levels and noise are told in; empty: codes are linear
     noise                : (S, O) of the noise profile; None for what has none, or none that is known
     colour               : None for one channel
     date                 : as EXIF writes it; None if unknown
@@ -58,6 +59,7 @@ class Said:
     black_dn: Sequence[Sequence[float]]
     white_dn: int
     noise: tuple[float, float] | None
+    linear_dn: Sequence[int] = ()
     colour: Colour | None
     camera_name: str
     serial: str | None
@@ -109,6 +111,7 @@ class Said:
         shortest = min(rows, cols)
         margin = usual if shortest >= 24 else smallest if shortest > 2 * smallest else 0
         return (
+            *((short(50712, *self.linear_dn),) if len(self.linear_dn) else ()),  # LinearizationTable
             short(50713, len(self.black_dn), len(self.black_dn[0])),  # BlackLevelRepeatDim
             rational(50714, *[level for row in self.black_dn for level in row for _ in range(self.samples)]),
             long(50717, *[self.white_dn] * self.samples),

@@ -55,7 +55,7 @@ def develop(frame: Frame) -> U8:
     span_dn = float((frame.white_levels_dn - black_dn).min())
     filters = filters_of(frame.channels)
     index = np.array([filters.index(letter.upper()) for letter in frame.channels], np.uint8)[frame.channel_index]
-    return developed(frame.mosaic, index, len(filters), black_dn=black_dn, span_dn=span_dn, balance=balance)
+    return developed(frame.linear_dn, index, len(filters), black_dn=black_dn, span_dn=span_dn, balance=balance)
 
 
 def developed(

@@ -14,6 +14,7 @@ from camsim.errors import CamsimError, InputError, InvalidValueError
 from camsim.files.describe import RECORD_FORMAT, checksum
 from camsim.frame import check_products
 from camsim.sensor.adc import full_codes
+from camsim.sensor.companding import are_points
 from camsim.typed import hints, judge
 
 LONGEST_RECORD = 16 << 20
@@ -60,8 +61,17 @@ class Record:
         codes = self.black_level_dn, self.white_level_dn, *(offset for row in self.black_offsets_dn for offset in row)
         if max(map(abs, codes)) > _LARGEST_CODE:
             raise InvalidValueError(f"codes end at {_LARGEST_CODE}", key="white_level_dn")
+        _ = self.companding
         if self.white_level_dn <= self.black_level_dn or self.electrons_per_dn <= 0.0:
             raise InvalidValueError("must be above black_level_dn, and electrons_per_dn above 0", key="white_level_dn")
+
+    @property
+    def companding(self) -> tuple[tuple[int, int], ...]:
+        """The points of ``Frame.companding``; empty without it."""
+        points = self._adc.get("companding") or ()
+        if points and not are_points(points):
+            raise InvalidValueError("must be points whose data numbers and codes increase", key="companding")
+        return tuple((dn, code) for dn, code in points)
 
     @property
     def white_levels_dn(self) -> I64:
@@ -69,11 +79,16 @@ class Record:
         return full_codes(self.white_level_dn, self.black_offsets_dn, (1 << self._bits) - 1)
 
     @property
-    def _bits(self) -> int:
-        """How many the converter has; of a record that does not say them, as many as white needs."""
+    def _adc(self) -> Mapping[str, Any]:
+        """What the description says of the converter."""
         camera = self.description.get("camera")
         adc = camera.get("adc") if isinstance(camera, Mapping) else None
-        bits = adc.get("bit_depth") if isinstance(adc, Mapping) else None
+        return adc if isinstance(adc, Mapping) else {}
+
+    @property
+    def _bits(self) -> int:
+        """How many the converter has; of a record that does not say them, as many as white needs."""
+        bits = self._adc.get("bit_depth")
         return bits if isinstance(bits, int) and 1 <= bits <= 16 else self.white_level_dn.bit_length()
 
     @property

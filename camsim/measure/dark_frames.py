@@ -1,4 +1,4 @@
-"""Darks of a folder as the dark signal of a sensor."""
+"""Real darks, and maps of offsets, as the dark signal of a sensor."""
 
 from __future__ import annotations
 
@@ -8,9 +8,12 @@ import numpy as np
 
 from camsim.arrays import F32
 from camsim.errors import InputError
+from camsim.files.picture_samples import read_samples
+from camsim.files.reading import opened
 from camsim.measure.noise.shots import codes_of
 from camsim.measure.reading import RAW, read_picture
 from camsim.sensor.stages.dark_frames import DarkFrames
+from camsim.sensor.stages.offset_map import OffsetMap, OffsetUnit
 
 _MOST_BYTES = 1 << 31
 
@@ -43,3 +46,21 @@ def read_darks(folder: Path, source: str) -> DarkFrames:
         darks.append(codes.astype(np.float32))
     mean = np.float32(np.mean([dark.mean(dtype=np.float64) for dark in darks]))
     return DarkFrames(codes_dn=np.stack(darks) - mean, source=source)
+
+
+def read_offsets(path: Path, source: str, unit: OffsetUnit) -> OffsetMap:
+    """Read a map of offsets: an array (rows, cols) in a file, or a folder of darks, whose mean it is.
+
+    source : what files call it
+
+    The mean over the photosites is taken off: it is the black level's. Raises InputError in one sentence.
+    """
+    if path.is_dir():
+        map_dn = read_darks(path, source).codes_dn.mean(axis=0, dtype=np.float64)
+    else:
+        with opened(path) as (file, size):
+            map_dn = read_samples(path, file, size).samples.astype(np.float64)
+        if map_dn.ndim != 2 or not np.isfinite(map_dn).all():
+            what = "numbers that are not finite" if map_dn.ndim == 2 else f"the shape {map_dn.shape}"
+            raise InputError(f"{str(path)!r} has {what}; a map of offsets is (rows, cols) finite numbers")
+    return OffsetMap(offsets=map_dn - map_dn.mean(), unit=unit, source=source)

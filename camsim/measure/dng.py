@@ -50,6 +50,7 @@ class Raw:
     black   : a rectangle of levels that is repeated, or one for each sample
     white   : from which on it is clipped, for each sample;  lowest: the smallest number that can be stored
     operations : what its opcode lists ask for, and whether it was done
+    linear_dn : data numbers of its codes, which the image has in their place; empty: it has the codes
     """
 
     image: npt.NDArray[Any]
@@ -58,6 +59,7 @@ class Raw:
     white: tuple[float, ...]
     lowest: float
     operations: tuple[str, ...] = ()
+    linear_dn: tuple[int, ...] = ()
 
 
 def read_colours(file: BinaryIO, size: int) -> tuple[tuple[float, ...], tuple[tuple[float, ...], ...]]:
@@ -123,7 +125,10 @@ def read_raw(path: Path, file: BinaryIO, size: int, *, stored: bool = False) -> 
     black = black[:, :, 0] if image.ndim == 2 else black[0, 0]
     if operations.on_light and not stored:
         image, black, white, lowest = _operated(operations, image, black, white, lowest, period)
-    return Raw(image=image, pattern=pattern, black=black, white=white, lowest=lowest, operations=operations.told())
+    return Raw(
+        image=image, pattern=pattern, black=black, white=white, lowest=lowest, operations=operations.told(),
+        linear_dn=here.numbers(_LINEARIZATION),
+    )  # fmt: skip
 
 
 def _operated(

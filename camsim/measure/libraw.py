@@ -49,6 +49,7 @@ class Noted:
     white_balance   : factors of red, green, blue (and a fourth), as shot;  daylight: LibRaw's for daylight
     xyz_to_camera   : rows of a DNG's matrix, or of LibRaw's, from XYZ under D65, one for each channel
     operations      : what a DNG's opcode lists ask for, and whether it was done
+    linear_dn       : data numbers that a DNG's codes 0, 1, … stand for, and that it was read as; empty: the codes
     """
 
     camera: str = ""
@@ -62,6 +63,7 @@ class Noted:
     daylight: tuple[float, ...] = ()
     xyz_to_camera: tuple[tuple[float, ...], ...] = ()
     operations: tuple[str, ...] = ()
+    linear_dn: tuple[int, ...] = ()
 
 
 NOTHING = Noted()

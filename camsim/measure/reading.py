@@ -32,6 +32,7 @@ from camsim.measure.dng import read_colours, read_raw
 from camsim.measure.filters import filter_rows, mosaic_of
 from camsim.measure.given import check_given
 from camsim.measure.picture import Picture, Plane, mosaic_planes
+from camsim.sensor.companding import data_numbers
 from camsim.spectra.rgb import linear_of_srgb
 from camsim.typed import FilePath, check
 
@@ -65,7 +66,7 @@ def picture_of_frame(frame: Frame, product: str = "mosaic") -> Picture:
         planes = _planes(frame.truth, frame.channels)
     elif product == "mosaic":
         planes = mosaic_planes(
-            frame.mosaic,
+            frame.linear_dn,
             frame.cfa_pattern,
             black=np.asarray(frame.black_levels_dn, np.float64),
             white=frame.white_levels_dn,
@@ -211,6 +212,8 @@ def _planes(image: npt.NDArray[Any], names: Sequence[str] | None, **levels: Any)
 
 def _grey_or_planes(image: npt.NDArray[Any], source: _Source, product: str | None, **levels: Any) -> tuple[Plane, ...]:
     if image.ndim == 2 and product != "truth":
+        if product == "mosaic" and source.record is not None:
+            image = data_numbers(source.record.companding, image)
         return mosaic_planes(image, _pattern(source), **levels)
     names = source.record.channels if source.record is not None and product == "truth" else None
     return _unfiltered(_planes(image, names, **levels), source)
@@ -314,7 +317,7 @@ def _read_dng(source: _Source) -> Picture:
     white_balance, to_camera = read_colours(source.file, source.size)
     iso, time_s = setting_noted(read_directory(source.file, source.size))  # LibRaw knows no ISO above 65535
     noted = replace(noted, iso=iso or noted.iso, time_s=time_s or noted.time_s, operations=raw.operations)
-    noted = replace(noted, white_balance=white_balance, xyz_to_camera=to_camera)
+    noted = replace(noted, white_balance=white_balance, xyz_to_camera=to_camera, linear_dn=raw.linear_dn)
     if raw.image.ndim == 3:
         levels = zip(raw.black.flat, raw.white, strict=True)
         planes = tuple(

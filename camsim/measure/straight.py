@@ -23,7 +23,7 @@ def straightened(picture: Picture, capture: Capture) -> Picture:
     bends = capture.camera.nonlinearity
     if bends is None:
         return picture
-    per_dn = capture.camera.adc.electrons_per_dn_at(capture.exposure.iso)
+    per_dn = capture.camera.converter.electrons_per_dn_at(capture.exposure.iso)
     return replace(picture, planes=tuple(_plane(plane, bends, per_dn) for plane in picture.planes))
 
 

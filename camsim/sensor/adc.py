@@ -6,14 +6,15 @@ import dataclasses
 import math
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from annotated_types import Ge, Le
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from camsim.arrays import F64, I64, U16
 from camsim.marks import Called
+from camsim.sensor.companding import LARGEST, are_points, data_numbers, encoding, steps_dn
 from camsim.typed import Index, Iso, Number, Positive, Several, Whole, judge, refusal
 from camsim.words import brief
 
@@ -30,10 +31,10 @@ def full_codes(white_level_dn: int, offsets_dn: ArrayLike, largest_dn: int) -> I
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Adc:
-    """A linear converter that rounds to the nearest code and clips at both ends.
+    """A converter that rounds to the nearest data number and clips at both ends.
 
     bit_depth        : 1..16
-    black_level_dn   : code of no electrons at all
+    black_level_dn   : data number of no electrons at all; data numbers are codes where nothing is companded
     electrons_per_dn : at ``base_iso``; falls in proportion to the ISO setting
     base_iso         : ISO at which ``electrons_per_dn`` holds
     black_offsets_dn : a rectangle of whole numbers, repeated over the full frame and added to the black level, as of
@@ -41,6 +42,8 @@ class Adc:
     gain_at_iso      : (ISO, electrons per data number) of other settings, increasing, where they are out of
                        proportion; electrons_per_dn · iso goes straight between them and ``base_iso``, over log iso
     code_step_dn     : distance between codes, as of 12 bits stored in 16; the largest code is the last within the bits
+    companding       : (data number, code) of points, increasing from data number 0 to the largest that is told apart:
+                       what is stored for the converter's data numbers, straight between; empty: they are themselves
 
     >>> adc = Adc(bit_depth=12, black_level_dn=128, electrons_per_dn=10.0, base_iso=200.0)
     >>> adc.quantise(np.array([-1e9, 0.0, 14.0, 16.0, 1e9]), iso=200.0)
@@ -58,6 +61,9 @@ class Adc:
         dataclasses.field(default=(), metadata={"described": "if any"})
     )
     code_step_dn: Annotated[float, Ge(1), Le(32768)] = dataclasses.field(default=1.0, metadata={"described": "if any"})
+    companding: Annotated[Several[tuple[Index, Index]], Called("a list of (data number, code)")] = dataclasses.field(
+        default=(), metadata={"described": "if any"}
+    )
 
     if TYPE_CHECKING:
 
@@ -71,12 +77,15 @@ class Adc:
             black_offsets_dn: Several[Several[Whole]] = ((0,),),
             gain_at_iso: Several[tuple[Number, Number]] = ...,
             code_step_dn: Number = ...,
+            companding: Several[tuple[Whole, Whole]] = ...,
         ) -> None: ...
 
     __repr__ = brief
 
     def __post_init__(self) -> None:
         judge(self)
+        if self.companding:
+            self._judge_companding()
         if self.black_level_dn >= self.largest_dn:
             most = f"{self.largest_dn - 1}, below the largest code of {self.bit_depth} bits"
             raise refusal(self, "black_level_dn", f"must be at most {most}, not {self.black_level_dn}")
@@ -98,9 +107,22 @@ class Adc:
             way_out = "its gain is electrons_per_dn; leave it out here"
             raise refusal(self, "gain_at_iso", f"has ISO {self.base_iso:g}, which is base_iso: {way_out}")
 
+    def _judge_companding(self) -> None:
+        if not are_points(self.companding):
+            message = f"must be two points or more, data numbers and codes both increasing, {LARGEST} at most"
+            raise refusal(self, "companding", message)
+        first, last, most = self.companding[0][0], self.companding[-1][0], (1 << self.bit_depth) - 1
+        if first != 0 or last > most:
+            there = f"goes from data number {first} to {last}"
+            raise refusal(self, "companding", f"{there}; give points from 0 to {most}, the largest, or less")
+        if self.black_offsets_dn != ((0,),):
+            raise refusal(self, "companding", "given together with black_offsets_dn; leave one of the two out")
+
     @property
     def largest_dn(self) -> int:
-        """The largest code: 2^bits − 1, or the last that the step between codes reaches."""
+        """The largest data number: 2^bits − 1, the last that the step between codes reaches, or the last point."""
+        if self.companding:
+            return self.companding[-1][0]
         return round(math.floor(((1 << self.bit_depth) - 1) / self.code_step_dn + 1e-6) * self.code_step_dn)
 
     def electrons_per_dn_at(self, iso: float) -> float:
@@ -137,7 +159,7 @@ class Adc:
         return np.tile(offsets, tiles)[: shape[0], : shape[1]]
 
     def white_level_dn(self, iso: float, full_well_e: float | None = None) -> int:
-        """Return the code at which the signal clips, by the full well or by the largest code.
+        """Return the data number at which the signal clips, by the full well or by the largest code.
 
         At least one above black, so that black..white is never empty.
 
@@ -150,7 +172,9 @@ class Adc:
         # Rounded as codes are, black and all: half a code is rounded to an even one.
         full_dn = self.black_level_dn + full_well_e / self.electrons_per_dn_at(iso)
         code_dn = round(min(full_dn, float(self.largest_dn)) / self.code_step_dn) * self.code_step_dn
-        return max(self.black_level_dn + 1, round(code_dn))
+        white_dn = max(self.black_level_dn + 1, round(code_dn))
+        # Of companded codes the data number that stands for all full photosites.
+        return int(self.data_numbers(self._stored(np.array(white_dn))))
 
     def saturation_e(self, iso: float, full_well_e: float | None = None) -> float:
         """Return the electrons from black to white at an ISO setting."""
@@ -177,5 +201,25 @@ class Adc:
                 dn = np.rint(dn / self.code_step_dn) * self.code_step_dn
             np.rint(dn, out=dn)
             np.clip(dn, 0.0, self.largest_dn, out=dn)
-            target[start : start + step] = dn
+            target[start : start + step] = self._stored(dn)
         return codes
+
+    def _stored(self, dn: NDArray[Any]) -> NDArray[Any]:
+        """Return the codes of whole data numbers."""
+        return encoding(tuple(self.companding))[dn.astype(np.int64)] if self.companding else dn
+
+    def data_numbers(self, codes: U16) -> U16:
+        """Return the data numbers that codes stand for: themselves, without companding."""
+        return data_numbers(tuple(self.companding), codes)
+
+    def electrons(self, codes: U16, *, iso: float, origin: tuple[int, int] = (0, 0)) -> F64:
+        """Return the electrons (rows, cols) that codes stand for; ``origin``: as of ``quantise``."""
+        signal_dn = self.data_numbers(codes).astype(np.float64) - self.black_level_dn
+        signal_dn -= self.offsets_dn((codes.shape[0], codes.shape[1]), origin)
+        electrons: F64 = signal_dn * self.electrons_per_dn_at(iso)
+        return electrons
+
+    def step_dn(self, dn: F64) -> F64:
+        """Return the distance between neighbouring codes about data numbers (any shape)."""
+        steps: F64 = np.maximum(steps_dn(tuple(self.companding), dn), self.code_step_dn)
+        return steps

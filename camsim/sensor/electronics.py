@@ -20,6 +20,7 @@ from camsim.sensor.stages.dsnu import Dsnu
 from camsim.sensor.stages.flicker_rows import FlickerRows
 from camsim.sensor.stages.full_well import FullWell
 from camsim.sensor.stages.nonlinearity import Nonlinearity
+from camsim.sensor.stages.offset_map import OffsetMap
 from camsim.sensor.stages.output_noise import OutputNoise
 from camsim.sensor.stages.prnu import Prnu
 from camsim.sensor.stages.read_noise import ReadNoise
@@ -54,6 +55,7 @@ class Electronics:
     flicker_rows: FlickerRows | None = None
     column_noise: ColumnNoise | None = None
     dsnu: Dsnu | None = None
+    offset_map: OffsetMap | None = dataclasses.field(default=None, metadata={"described": "if any"})
     output_noise: OutputNoise | None = None
     dark_frames: DarkFrames | None = dataclasses.field(default=None, metadata={"described": "if any"})
     extra_stages: Several[Own] = dataclasses.field(default=(), metadata={"described": "if any"})
@@ -93,6 +95,7 @@ class ElectronicChanges(TypedDict, total=False):
     flicker_rows: FlickerRows | None
     column_noise: ColumnNoise | None
     dsnu: Dsnu | None
+    offset_map: OffsetMap | None
     output_noise: OutputNoise | None
     dark_frames: DarkFrames | None
     extra_stages: Several[Own]

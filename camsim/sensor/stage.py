@@ -48,6 +48,7 @@ class Context:
     serial           : of the sensor, for the fixed patterns
     origin           : (row, col) of the window's first photosite in the full frame
     frame_cols       : width of the full frame
+    read_out         : of the exposure's, which one this is; those draw their noise apart from phase READ on
     rows_in_all      : of the window
     rows_before      : of the window, above these electrons
     margin           : photosites beyond the window on each side of these electrons, for what neighbours give
@@ -71,6 +72,7 @@ class Context:
     seed: int
     serial: int
     frame_number: int = 0
+    read_out: int = 0
     origin: tuple[int, int]
     frame_cols: int
     rows_in_all: int
@@ -94,13 +96,22 @@ class Context:
     def generator(self, stream: int) -> np.random.Generator:
         """Return the generator of a temporal stage for these rows, at its beginning: ask once, and draw all of it."""
         self._check_declared(stream, temporal=True)
-        block = self.rows_before // streams.BLOCK_ROWS
-        return streams.generator(self.seed, stream, block=block, frame_number=self.frame_number)
+        return self._drawing(stream, self.rows_before // streams.BLOCK_ROWS)
 
     def frame_generator(self, stream: int) -> np.random.Generator:
         """Return the generator of a temporal stage that draws once for all rows."""
         self._check_declared(stream, temporal=True)
-        return streams.generator(self.seed, stream, block=0, frame_number=self.frame_number)
+        return self._drawing(stream, 0)
+
+    def _drawing(self, stream: int, block: int) -> np.random.Generator:
+        return streams.generator(
+            self.seed, stream, block=block, frame_number=self.frame_number, read_out=self._own_read_out
+        )
+
+    @property
+    def _own_read_out(self) -> int:
+        """The read-out that draws by itself: what happens to the charge before is all read-outs'."""
+        return self.read_out if self.phase is Phase.READ else 0
 
     def normals(self, stream: int, shape: tuple[int, ...]) -> F32:
         """Return the (rows, cols) standard normals of a fixed pattern that belong to these photosites."""

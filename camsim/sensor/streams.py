@@ -22,17 +22,18 @@ _KEPT: dict[tuple[object, ...], F32] = {}
 _KEPT_BY = threading.Lock()
 
 
-def generator(seed: int, stream: int, *, block: int, frame_number: int = 0) -> np.random.Generator:
+def generator(seed: int, stream: int, *, block: int, frame_number: int = 0, read_out: int = 0) -> np.random.Generator:
     """Return the generator of one stage in one block of rows of one frame.
 
-    stream : the stage's id (``ElectronicStage.stream``)
+    stream   : the stage's id (``ElectronicStage.stream``)
+    read_out : of those of one exposure; the first has no word of its own
 
     >>> generator(7, 2, block=0).random() == generator(7, 2, block=0).random()
     True
     """
     if not 0 <= seed < 2**63:
         raise InvalidValueError(f"{seed}; must be a whole number from 0 to 2^63 − 1", key="seed")
-    words = [int(seed), int(stream), int(frame_number), int(block)]
+    words = [int(seed), int(stream), int(frame_number), int(block), *([int(read_out)] if read_out else [])]
     return np.random.Generator(np.random.Philox(np.random.SeedSequence(words)))
 
 

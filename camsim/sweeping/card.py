@@ -14,7 +14,7 @@ from camsim.sweeping.manifest import DONE, PARQUET, Row, sha256_of
 from camsim.sweeping.study import Study
 
 _PARTS = {
-    "noisy": "codes with noise, (rows, cols) uint16, DN",
+    "noisy": "codes with noise (data numbers, of a sensor that compands), (rows, cols) uint16, DN",
     "clean": "mean electrons of the mosaic, (rows, cols) float32, e⁻",
     "truth": "mean electrons of every channel at every photosite, (rows, cols, channels) float32, e⁻",
 }

@@ -42,9 +42,9 @@ def measured(frame: Frame, capture: Exposed, what: Sequence[str]) -> Columns:
 
 
 def _signal(frame: Frame) -> dict[str, Any]:
-    """Mean light, mean code and its scatter, and the share that is clipped, of each channel."""
+    """Mean light, mean data number and its scatter, and the share that is clipped, of each channel."""
     columns: dict[str, Any] = {}
-    codes = frame.mosaic.astype(float)
+    codes = frame.linear_dn.astype(float)
     for number, signal in enumerate(frame.report.signal):
         own = codes[frame.channel_index == number]
         columns |= {
@@ -62,7 +62,7 @@ def _noise(frame: Frame, capture: Exposed) -> Columns:
     Of photosites whose mean lies so far from both ends of the codes that noise takes none there: which these are no
     noise decides. Fixed patterns count as noise: one frame cannot tell them.
     """
-    gain, bends, adc = frame.electrons_per_dn, capture.camera.nonlinearity, capture.camera.adc
+    gain, bends, adc = frame.electrons_per_dn, capture.camera.nonlinearity, capture.camera.converter
     offsets_dn = adc.offsets_dn(frame.shape, capture.grid.origin)
     black = frame.black_level_dn + offsets_dn
     # Black offsets leave some photosites less room where codes end.

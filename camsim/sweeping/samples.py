@@ -22,6 +22,7 @@ from camsim.sensor.colour_matrix import as_shot_neutral, fit
 from camsim.sensor.stages.column_noise import ColumnNoise
 from camsim.sensor.stages.dark_current import DarkCurrent
 from camsim.sensor.stages.dsnu import Dsnu
+from camsim.sensor.stages.offset_map import OffsetMap
 from camsim.sensor.stages.shot_noise import ShotNoise
 from camsim.sweeping.manifest import BETWEEN_NOTES, DONE, FAILED, Results, Row, sha256_of
 from camsim.sweeping.work import FAILURES, Shared, refuse_other_software, said
@@ -88,7 +89,7 @@ class Cuts:
     def _cut(self, source: Source, shared: Shared) -> list[Row]:
         products = products_of(self.hold)
         frame = next(shared.frames(source.capture, 1, frozenset(products)))
-        whole: dict[str, Any] = {"noisy": frame.mosaic, "clean": frame.mean_electrons, "truth": frame.truth}
+        whole: dict[str, Any] = {"noisy": frame.linear_dn, "clean": frame.mean_electrons, "truth": frame.truth}
         about, offsets_dn = noise_model(frame, source.capture), np.array(frame.black_offsets_dn)
         rows: list[Row] = []
         path = Path(self.folder) / source.file
@@ -148,6 +149,8 @@ def noise_model(frame: Frame, capture: Exposed) -> dict[str, Any]:
             offsets_e.append(stage.nonuniformity * dark_e)
         elif isinstance(stage, Dsnu | ColumnNoise):
             offsets_e.append(stage.sigma_e)
+        elif isinstance(stage, OffsetMap):
+            offsets_e.append(stage.spread_e(gain))
     read_e = math.hypot(*(stage.dark_noise_e(gain) for stage in acting))
     told = {
         "cfa": "/".join(frame.cfa_pattern),

@@ -284,6 +284,7 @@ def test_blooming_needs_a_well() -> None:
 
 
 EVERY: dict[str, Any] = EXAMPLES | {
+    "offset_map": None,
     "filters": (0.9, FLAT),
     "magnification": 0.1,
     "falloff": camsim.RadialFalloff(radius_mm=(0.0, 1.0), values=(1.0, 0.5)),
@@ -311,7 +312,7 @@ EVERY: dict[str, Any] = EXAMPLES | {
 def test_every_stage_is_described_and_comes_back() -> None:
     camera = camera_of("RGB", **EVERY)
     left_out = {f.name for f in dataclasses.fields(camera) if getattr(camera, f.name) is None}
-    assert left_out == {"olpf", "dark_frames"}  # real darks stand in many others' place
+    assert left_out == {"olpf", "dark_frames", "offset_map"}  # which are of files, or stand in many others' place
     how: dict[str, Any] = {"light": LIGHT, "exposure": EXPOSURE, "tolerance": 1e-3, "seed": 3, "frame_number": 4}
     frame = camera.expose(SCENE, **how)
     parts = revive(frame.description)

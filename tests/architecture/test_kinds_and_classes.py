@@ -23,10 +23,11 @@ KEYS = {
     "Region": "Region", "Pupil": "Pupil", "QuantumEfficiency": "QuantumEfficiency", "Readout": "Adc", "Curve": "Curve",
     "Fractions": "Curve", "FilterCurve": "Curve", "LightTable": "Curve", "DualGain": "DualGain", "Defects": "Defects",
     "FlickerRows": "FlickerRows", "MeasuredMatrix": "MeasuredMatrix", "TelegraphNoise": "TelegraphNoise",
+    "OffsetMap": "OffsetMap",
 }  # fmt: skip
 """Tables of one kind only, and their classes."""
 
-PARTS = {"SensorFrame", "Background", "Render", "Noise", "Files", "Charge", "HotPhotosite", "GainAtIso"}
+PARTS = {"SensorFrame", "Background", "Render", "Noise", "Files", "Charge", "HotPhotosite", "GainAtIso", "Companding"}
 """Tables whose keys are parameters of a class that another table is, or stages of their own."""
 
 

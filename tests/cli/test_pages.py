@@ -39,6 +39,8 @@ def desk(tmp_path, monkeypatch):
     np.save("otf.npy", np.outer(np.bartlett(9), np.bartlett(9)))
     Path("darks").mkdir()
     np.save("darks/dark-1.npy", np.full((4, 6), 64, np.uint16))
+    np.save("bias.npy", np.eye(4, 6))
+    Path("hot.csv").write_text("row,col,e_per_s\n3,4,2000\n", encoding="utf-8")
     Path("measured").mkdir()
     Path("measured/ir-cut.csv").write_text("nm,T\n380,0\n420,0.9\n640,0.9\n700,0\n", encoding="utf-8")
     Path("qe.csv").write_text("nm,R,G,B\n380,0,0,0\n480,0.05,0.2,0.5\n600,0.5,0.2,0.02\n700,0,0,0\n", encoding="utf-8")

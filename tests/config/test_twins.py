@@ -287,6 +287,23 @@ TWINS = {
         {"read_noise_e": 20, "dual_gain": {"from_iso": 150, "read_noise_e": 5}},
         read_noise=camsim.ReadNoise(20), dual_gain=camsim.DualGain(from_iso=150, read_noise_e=5),
     ),
+    "both gains": readout(
+        {"read_noise_e": 20, "dual_gain": {"electrons_per_dn": 0.5, "read_noise_e": 5, "full_well_e": 4000}},
+        read_noise=camsim.ReadNoise(20),
+        dual_gain=camsim.DualGain(electrons_per_dn=0.5, read_noise_e=5, capacity_e=4000),
+    ),
+    "the high gain of both": readout(
+        {"read_noise_e": 20, "dual_gain": {"electrons_per_dn": 0.5, "read_noise_e": 5, "read": "high"}},
+        read_noise=camsim.ReadNoise(20),
+        dual_gain=camsim.DualGain(electrons_per_dn=0.5, read_noise_e=5, read="high"),
+    ),
+    "companding": readout(
+        {"companding": {"linear_dn": [0, 300, 4095], "codes": [0, 300, 900]}},
+        adc=camsim.Adc(
+            bit_depth=12, black_level_dn=100, electrons_per_dn=5, base_iso=100,
+            companding=[(0, 0), (300, 300), (4095, 900)],
+        ),
+    ),
     "black offsets": readout(
         {"black_offsets_dn": [[0, 2], [1, 3]], "bit_depth": 14},
         adc=camsim.Adc(

@@ -9,10 +9,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+import scipy.stats
 from tolerances import STATISTICAL
 
 from bench.calibration import draw_camera, judged, verdict, write_frames
 from camsim.errors import CamsimError
+from camsim.files.hot_list import hot_text
 from camsim.measure.calibrate import Calibration, calibrate, read_folder
 from camsim.measure.calibrate.likeness import kl_nats
 from camsim.measure.calibrate.profile_file import profile_text
@@ -102,6 +104,13 @@ def test_dark_current_its_doubling_and_hot_photosites(tmp_path: Path, put: Put, 
     assert sensor.defects is not None
     assert sensor.dark_current is not None
     assert sensor.dark_current.doubling_c == pytest.approx(found.doubling_c.value, rel=1e-5)
+    (tmp_path / "hot.csv").write_text(hot_text(found.hot), encoding="utf-8")
+    (tmp_path / "warm.yaml").write_text(profile_text(found, name="Warm", hot_file="hot.csv"), encoding="utf-8")
+    defects = Sensor.from_yaml(tmp_path / "warm.yaml").defects
+    assert defects is not None
+    assert defects.hot_fraction is None
+    assert {row * SIDE + col for row, col, _ in defects.hot} == set(places.tolist())
+    assert [each for *_, each in defects.hot] == pytest.approx(12 * [150.0], rel=0.15)
 
 
 def test_rows_with_a_pink_spectrum(tmp_path: Path, put: Put, rng: np.random.Generator) -> None:
@@ -129,6 +138,21 @@ def test_uneven_noise_is_not_taken_for_tails(rng: np.random.Generator) -> None:
     assert found.shape.law == "normal"
     assert abs(found.shape.spread - 0.3) < STATISTICAL * found.errors["spread"] < 0.05
     assert abs(found.shape.sigma_dn - 5.0) < STATISTICAL * found.errors["sigma_dn"] < 0.2
+
+
+@pytest.mark.parametrize("law", ["student", "tukey"])
+def test_laws_that_differences_hardly_tell_are_told(law: str, rng: np.random.Generator) -> None:
+    """Behind offsets of photosites and of filters' cells; t of 4 degrees, and a Tukey λ with differences like its."""
+    shape = (8, 128, 128)
+    if law == "student":
+        noise = 7.2 * np.sqrt(0.5) * rng.standard_t(4.0, shape)
+    else:
+        p = rng.random(shape)
+        noise = 7.13 * (p**-0.1432 - (1.0 - p) ** -0.1432) / -0.1432 / scipy.stats.tukeylambda.std(-0.1432)
+    offsets = 128.3 + 1.5 * rng.standard_normal(shape[1:]) + np.tile([[0.0, 3.4], [1.7, -2.2]], (64, 64))
+    frames = [np.rint(each + offsets).astype(np.int64) for each in noise]
+    found = fit_tails(frames, step_dn=1.0, normal_dn2=0.0, fixed_dn2=1.5**2, period=(2, 2))
+    assert found.shape.law == law
 
 
 def test_normal_noise_has_no_tails(rng: np.random.Generator) -> None:

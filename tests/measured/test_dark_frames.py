@@ -70,12 +70,12 @@ def test_it_is_taken_again_while_the_darks_are_there(darks: np.ndarray, tmp_path
     again = revive_shot(record.description, tmp_path)
     np.testing.assert_array_equal(again.frame().mosaic, frame.mosaic)  # type: ignore[union-attr]
     np.save("darks/0.npy", darks[1])
-    with pytest.raises(InputError, match="are others than were taken, their codes differ"):
+    with pytest.raises(InputError, match="are others than were taken, their numbers differ"):
         revive_shot(record.description, tmp_path)
     for path in Path("darks").iterdir():
         path.unlink()
     Path("darks").rmdir()
-    with pytest.raises(InputError, match="not reproducible without the darks 'darks'; put their folder there"):
+    with pytest.raises(InputError, match="not reproducible without the darks 'darks'; put them there"):
         revive_shot(record.description, tmp_path)
 
 

@@ -50,13 +50,14 @@ class Makes:
 
     field : the camera's
     also  : other keys of the same table
-    reads : whether the value names what lies beside the file: ``make`` is given its path as well
+    reads : keys to the name of what lies beside the file, from the value: ``make`` is given its path as well, None
+            where no name stands there
     """
 
     field: str
     make: Callable[..., Any]
     also: tuple[str, ...] = ()
-    reads: bool = False
+    reads: tuple[str, ...] | None = None
 
 
 def _form(value: Any) -> str:

@@ -6,11 +6,13 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeAlias
 
-from pydantic import Field
+from pydantic import Field, Tag
 
-from camsim.config.schema.base import Makes, Name, Table
+from camsim.config.schema.base import Makes, Name, Table, by_form
+from camsim.files.hot_list import Hot, read_hot
 from camsim.marks import Called
 from camsim.sensor import conversion_gain
+from camsim.sensor.conversion_gain import ReadOut
 from camsim.sensor.stages import defects, flicker_rows, nonlinearity, telegraph_noise
 from camsim.sensor.stages.blooming import Blooming
 from camsim.sensor.stages.column_noise import ColumnNoise
@@ -18,6 +20,7 @@ from camsim.sensor.stages.crosstalk import Crosstalk
 from camsim.sensor.stages.dark_current import DarkCurrent
 from camsim.sensor.stages.dsnu import Dsnu
 from camsim.sensor.stages.full_well import FullWell
+from camsim.sensor.stages.offset_map import OffsetUnit
 from camsim.sensor.stages.output_noise import OutputNoise
 from camsim.sensor.stages.prnu import Prnu
 from camsim.sensor.stages.read_noise import ReadNoise
@@ -37,6 +40,9 @@ class HotPhotosite(Table):
     e_per_s: float = Field(ge=0, description="its additional dark current, electrons per second")
 
 
+HotPhotosites: TypeAlias = Annotated[Annotated[list[HotPhotosite], Tag("list")] | Annotated[Name, Tag("word")], by_form]
+
+
 class Defects(Table):
     """Hot and dead photosites."""
 
@@ -45,18 +51,26 @@ class Defects(Table):
         default=None, ge=0, description="their mean dark current (distributed exponentially), electrons per second"
     )
     dead_fraction: float = Field(default=0.0, ge=0, le=1, description="share of photosites that see no light")
-    hot: list[HotPhotosite] = Field(default=[], description="hot ones by place, besides those drawn")
+    hot: HotPhotosites = Field(
+        default=[],
+        description="hot ones by place, besides those drawn; or a CSV file with the columns row, col, e_per_s",
+    )
     dead: list[Annotated[tuple[Place, Place], Called("a place [row, col]")]] = Field(
         default=[], description="dead ones by place, [row, col], besides those drawn"
     )
 
-    def made(self) -> defects.Defects:
-        """Make the stage."""
+    def made(self, file: Path | None) -> defects.Defects:
+        """Make the stage; ``file``: of the hot ones."""
+        hot: tuple[Hot, ...]
+        if isinstance(self.hot, str):
+            hot = read_hot(file or Path(self.hot), self.hot)
+        else:
+            hot = tuple((one.row, one.col, one.e_per_s) for one in self.hot)
         return defects.Defects(
             hot_fraction=self.hot_fraction,
             hot_e_per_s=self.hot_e_per_s,
             dead_fraction=self.dead_fraction,
-            hot=tuple((one.row, one.col, one.e_per_s) for one in self.hot),
+            hot=hot,
             dead=tuple(self.dead),
         )
 
@@ -90,10 +104,10 @@ class ResponseTable(Table):
 Nonlinearity: TypeAlias = Annotated[Polynomial | ResponseTable, Field(discriminator="kind")]
 
 
-def _darks(name: str, path: Path) -> Any:
+def _darks(name: str, path: Path | None) -> Any:
     from camsim.measure.dark_frames import read_darks  # which reads raw files; few sensors have any
 
-    return read_darks(path, name)
+    return read_darks(path or Path(name), name)
 
 
 class Charge(Table):
@@ -102,7 +116,7 @@ class Charge(Table):
     prnu: Annotated[float | None, Makes("prnu", Prnu)] = Field(
         default=None, ge=0, le=1, description="standard deviation of the response, a fraction: 0.8 % is 0.008"
     )
-    defects: Annotated[Defects | None, Makes("defects", Defects.made)] = Field(
+    defects: Annotated[Defects | None, Makes("defects", Defects.made, reads=("hot",))] = Field(
         default=None, description="hot and dead photosites"
     )
     crosstalk: Annotated[
@@ -141,7 +155,7 @@ class Charge(Table):
     dsnu_e: Annotated[float | None, Makes("dsnu", Dsnu)] = Field(
         default=None, ge=0, description="standard deviation of the dark offset, electrons"
     )
-    dark_frames: Annotated[Name | None, Makes("dark_frames", _darks, reads=True)] = Field(
+    dark_frames: Annotated[Name | None, Makes("dark_frames", _darks, reads=())] = Field(
         default=None,
         description="a folder of real darks, in place of all other noise in the dark: one, drawn at random, is added "
         "to each exposure",
@@ -181,6 +195,34 @@ class TelegraphNoise(Table):
         return telegraph_noise.TelegraphNoise(fraction=self.fraction, amplitude_e=self.amplitude_e)
 
 
+class Companding(Table):
+    """Fewer codes than data numbers: what is stored, straight between points."""
+
+    linear_dn: list[Place] = Field(
+        min_length=2,
+        description="data numbers, increasing from 0; the last is the largest that is told apart",
+    )
+    codes: list[Place] = Field(min_length=2, description="what is stored for each, increasing, 65535 at most")
+
+
+class OffsetMap(Table):
+    """Offsets of the photosites, as they were measured."""
+
+    file: Name = Field(
+        description="an array (rows, cols; NPY, TIFF, EXR …), or a folder of darks, whose mean it is; its own mean is "
+        "taken off, and where the sensor has more photosites it is repeated"
+    )
+    unit: OffsetUnit = Field(
+        default="dn", description="dn: after the gain, the same at every ISO setting; electrons: before the gain"
+    )
+
+    def made(self, path: Path | None) -> Any:
+        """Make the stage of the file at ``path``."""
+        from camsim.measure.dark_frames import read_offsets  # which reads raw files
+
+        return read_offsets(path or Path(self.file), self.file, self.unit)
+
+
 class GainAtIso(Table):
     """The gain at an ISO setting, where it is not that of the base in proportion."""
 
@@ -189,16 +231,32 @@ class GainAtIso(Table):
 
 
 class DualGain(Table):
-    """A second, higher conversion gain."""
+    """A second, higher conversion gain: from an ISO setting on, or of each exposure besides the other."""
 
-    from_iso: float = Field(gt=0, description="lowest ISO setting that uses it")
+    alternatives = (("from_iso", "electrons_per_dn"),)
+
+    from_iso: float | None = Field(default=None, gt=0, description="lowest ISO setting that uses it")
     full_well_e: float | None = Field(default=None, gt=0, description="full well in this mode, electrons")
     read_noise_e: float | None = Field(default=None, ge=0, description="read noise in this mode, electrons")
+    electrons_per_dn: float | None = Field(
+        default=None,
+        gt=0,
+        description="instead of from_iso: at base_iso, where each exposure is read at both gains",
+    )
+    read: ReadOut | None = Field(
+        default=None,
+        description="which of the two images is recorded; left out, both are merged in 16 bits: the high gain's up to "
+        "90 % of its white, the low gain's beyond",
+    )
 
     def made(self) -> conversion_gain.DualGain:
         """Make the stage."""
         return conversion_gain.DualGain(
-            from_iso=self.from_iso, capacity_e=self.full_well_e, read_noise_e=self.read_noise_e
+            from_iso=self.from_iso,
+            capacity_e=self.full_well_e,
+            read_noise_e=self.read_noise_e,
+            electrons_per_dn=self.electrons_per_dn,
+            read=self.read,
         )
 
 
@@ -223,6 +281,11 @@ class Readout(Table):
     )
     code_step_dn: float = Field(
         default=1.0, ge=1, le=32768, description="distance between codes: 16 where 12 bits are stored in 16"
+    )
+    companding: Companding | None = Field(
+        default=None,
+        description="what is stored for the converter's data numbers, which bit_depth and levels are of; DNGs "
+        "carry the table that undoes it",
     )
     read_noise_e: Annotated[
         float | None,
@@ -252,6 +315,9 @@ class Readout(Table):
     )
     column_noise_e: Annotated[float | None, Makes("column_noise", ColumnNoise)] = Field(
         default=None, ge=0, description="fixed offset of each column, electrons"
+    )
+    offset_map: Annotated[OffsetMap | None, Makes("offset_map", OffsetMap.made, reads=("file",))] = Field(
+        default=None, description="a fixed offset of each photosite, from a file"
     )
     dual_gain: Annotated[DualGain | None, Makes("dual_gain", DualGain.made)] = Field(
         default=None, description="a second, higher conversion gain"

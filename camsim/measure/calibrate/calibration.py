@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from camsim.arrays import F64
+from camsim.files.hot_list import Hot
 from camsim.measure.calibrate import figures
 from camsim.measure.calibrate.estimates import best_of, mean_of, root, without
 from camsim.measure.calibrate.folder import ShotsOfCamera
@@ -18,10 +19,11 @@ from camsim.measure.calibrate.setting import Setting, gain_errors, linked, setti
 from camsim.measure.calibrate.tails import LEAST_FRAMES, AtGain, Fitted, fit_after, fit_tails
 from camsim.measure.noise import Estimate
 from camsim.measure.noise.estimate import SURE, no_figure
-from camsim.measure.noise.stack import step_between_codes_dn
+from camsim.measure.noise.stack import Chosen, step_between_codes_dn
 
 _BIT_DEPTHS = (8, 10, 12, 14, 16)
 _WIDER = 1.1
+_LEAST_LINES = 64
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -33,7 +35,8 @@ class Calibration:
     cells_dn  : means of black over the filter array
     read_noise_e, dual_read_noise_e : before the gain, without jumps, of the first mode and of the one from an ISO on
     law       : of a photosite's noise, at ``law_setting``
-    hot_fraction, hot_e_per_s : share of photosites steadily far above the others in the longest darks
+    hot_fraction, hot_e_per_s, hot : photosites steadily far above the others in the longest darks: their share, their
+                mean current, and (row, col, e_per_s) of each
     notes     : what a reader of the figures should know
     """
 
@@ -59,6 +62,7 @@ class Calibration:
     doubling_c: Estimate
     hot_fraction: Estimate
     hot_e_per_s: Estimate
+    hot: tuple[Hot, ...]
     law: Fitted | None
     law_setting: Setting | None
     telegraph_fraction: Estimate
@@ -89,9 +93,9 @@ def calibrate(shots: ShotsOfCamera) -> Calibration:
     dual_e = None if over_iso.dual_e2 is None else without(over_iso.dual_e2, jumps_e2)
     rows_e, flicker_e = figures.rows(settings, shots.rows)
     largest = max(int(shot.codes.max()) for shot in shots.shots)
-    white = max(largest, int(shots.white_dn or 0))
+    white = max(largest, int(shots.white_dn or 0), *shots.linear_dn)
     current, at_c, doubling = figures.dark_current(shots, settings, notes)
-    hot_fraction, hot_e_per_s = figures.hot(shots, settings)
+    hot_fraction, hot_e_per_s, hot = figures.hot(shots, settings)
     if any(not shot.iso_said for shot in shots.shots):
         notes.append("no file says its ISO setting, which is called 100 here; a column iso in index.csv tells it")
     found = Calibration(
@@ -117,6 +121,7 @@ def calibrate(shots: ShotsOfCamera) -> Calibration:
         doubling_c=doubling,
         hot_fraction=hot_fraction,
         hot_e_per_s=hot_e_per_s,
+        hot=hot,
         law=law,
         law_setting=law_setting,
         telegraph_fraction=fraction,
@@ -166,12 +171,20 @@ def _law(
         return None, None
     best = max(able, key=share)
     rows = best.darks.rows
-    used = np.array(~best.darks.hot)
-    lines = used.all(axis=1) if used.all(axis=1).sum() > 64 else np.ones(len(used), dtype=bool)
+    period: tuple[int, int] = best.darks.cells_dn.shape
+    used: Chosen = np.all(~best.darks.hot, axis=1)
+    # Whole periods of the filter array, so that cells stay cells.
+    blocks = used[: len(used) // period[0] * period[0]].reshape(-1, period[0]).all(axis=1).repeat(period[0])
+    lines = np.pad(blocks, (0, len(used) - len(blocks))) if blocks.sum() > _LEAST_LINES else np.ones_like(used)
     frames = [np.asarray(codes)[lines].astype(np.int64) for codes in best.dark_codes]
     normal = max(after.value, 0.0) + max(rows.dn2, 0.0)
     sigma = math.hypot(after.sigma, rows.sigma_dn2)
-    return best, fit_tails(frames, step_dn=step_dn, normal_dn2=normal, normal_sigma_dn2=sigma)
+    fixed = max(best.darks.pattern.dn2, 0.0) + max(best.darks.columns.dn2, 0.0)
+    found = fit_tails(
+        frames, step_dn=step_dn, normal_dn2=normal, normal_sigma_dn2=sigma, fixed_dn2=fixed,
+        period=period,
+    )  # fmt: skip
+    return best, found
 
 
 def _after(settings: Sequence[Setting], law: Fitted, law_setting: Setting, step_dn: float) -> Estimate:

@@ -43,7 +43,7 @@ class DarkStatistics:
     columns     : variance of columns' offsets that stays
     pattern     : variance of photosites' offsets that stays, without the columns';  pattern_blocks: of blocks of rows
     hot         : (rows, cols) photosites far above the others
-    hot_excess_dn : their mean excess
+    hot_excess_dn : (n,) how far each of them is above the others, row by row
     frames      : how many
     """
 
@@ -63,7 +63,7 @@ class DarkStatistics:
     pattern: Squared
     pattern_blocks: F64
     hot: Chosen
-    hot_excess_dn: float
+    hot_excess_dn: F64
 
 
 def dark_statistics(frames: Sequence[Codes], period: tuple[int, int]) -> DarkStatistics:
@@ -147,8 +147,8 @@ def _tiled(cells: F64, shape: tuple[int, ...]) -> F64:
     return whole
 
 
-def _hot(frames: Sequence[Codes], above: F64) -> tuple[Chosen, float]:
-    """Return photosites that are steadily far above the others, and by how much on the mean.
+def _hot(frames: Sequence[Codes], above: F64) -> tuple[Chosen, F64]:
+    """Return photosites that are steadily far above the others, and by how much each.
 
     One that jumps may be far above them too, but is so of its own scatter; nor is one that a tail has hit.
     """
@@ -156,11 +156,11 @@ def _hot(frames: Sequence[Codes], above: F64) -> tuple[Chosen, float]:
     candidates = np.nonzero(above > _DEFECT * max(scale, 0.2))
     hot = np.zeros(above.shape, dtype=bool)
     if not candidates[0].size:
-        return hot, 0.0
+        return hot, above[hot]
     seen = np.stack([frame[candidates] for frame in frames]).astype(np.float64)
     steady = above[candidates] > _STEADY * seen.std(axis=0, ddof=1)
     hot[candidates[0][steady], candidates[1][steady]] = True
-    return hot, float(above[hot].mean()) if hot.any() else 0.0
+    return hot, above[hot]
 
 
 def _fixed(fixed: F64, used: Chosen, noise_rows: F64) -> tuple[Squared, F64, F64]:

@@ -10,6 +10,7 @@ import numpy as np
 import scipy.optimize
 
 from camsim.arrays import F64
+from camsim.files.hot_list import Hot
 from camsim.measure.calibrate.darks import dark_statistics
 from camsim.measure.calibrate.estimates import best_of, mean_of, root
 from camsim.measure.calibrate.folder import Shot, ShotsOfCamera
@@ -151,8 +152,11 @@ def dark_current(
     return current, at_c, doubling
 
 
-def hot(shots: ShotsOfCamera, settings: Sequence[Setting]) -> tuple[Estimate, Estimate]:
-    """Return the share of photosites that are steadily far above the others in the longest darks, and their current."""
+def hot(shots: ShotsOfCamera, settings: Sequence[Setting]) -> tuple[Estimate, Estimate, tuple[Hot, ...]]:
+    """Return the photosites that are steadily far above the others in the longest darks.
+
+    Their share of all, their mean current, and each of them by its place in the frame.
+    """
     known = {each.iso: each.gain_dn_per_e.value for each in settings}
     darks: dict[tuple[float, float], list[Shot]] = {}
     for shot in shots.shots:
@@ -163,9 +167,12 @@ def hot(shots: ShotsOfCamera, settings: Sequence[Setting]) -> tuple[Estimate, Es
     count = int(np.count_nonzero(found.hot))
     if not count:
         none = no_figure("no photosite is steadily far above the others")
-        return none, none
-    current = found.hot_excess_dn / known[-iso] / time_s
+        return none, none, ()
+    e_per_s = found.hot_excess_dn / known[-iso] / time_s
+    places = np.argwhere(found.hot) + shots.origin
+    current = float(e_per_s.mean())
     return (
         Estimate(count / found.hot.size, math.sqrt(count) / found.hot.size),
         Estimate(current, current / math.sqrt(count)),
+        tuple((int(row), int(col), float(each)) for (row, col), each in zip(places, e_per_s, strict=True)),
     )

@@ -69,8 +69,9 @@ class ShotsOfCamera:
     """All frames of a folder.
 
     pattern       : rows of filter letters;  channels, channel_index: as measured, (rows, cols) of the window
-    rows, cols    : of the whole frame
+    rows, cols    : of the whole frame;  origin: (row, col) of the window in it
     white_dn, pitch_um : as the files say them, if they do
+    linear_dn     : data numbers of the files' codes, which are companded; empty: they are not
     exposures_said : whether the index says the light of every flat
     filters_said  : whether the files or the user say that the array is what ``pattern`` has
     """
@@ -82,8 +83,10 @@ class ShotsOfCamera:
     channel_index: U8
     rows: int
     cols: int
+    origin: tuple[int, int]
     white_dn: float | None
     pitch_um: float | None
+    linear_dn: tuple[int, ...]
     filters_said: bool
     exposures_said: bool
 
@@ -133,7 +136,7 @@ def read_folder(folder: str | Path, *, cfa: str | None = None, side: int = 1024)
         raise InputError(
             f"{str(folder)!r} has frames of {' and of '.join(sorted(cameras))}; give a folder of one camera"
         )
-    picture, channels, window_index, _ = first
+    picture, channels, window_index, window = first
     return ShotsOfCamera(
         name=str(folder),
         shots=tuple(_clusters(list(_kinds(shots)))),
@@ -142,8 +145,10 @@ def read_folder(folder: str | Path, *, cfa: str | None = None, side: int = 1024)
         channel_index=window_index,
         rows=picture.shape[0],
         cols=picture.shape[1],
+        origin=(window[0].start, window[1].start),
         white_dn=picture.planes[0].white if _says_white(picture, shots[0].file) else None,
         pitch_um=picture.pitch_um,
+        linear_dn=picture.noted.linear_dn if picture.noted is not None else (),
         exposures_said=not any(math.isnan(shot.exposure) for shot in shots if shot.kind != "dark"),
         filters_said=cfa is not None or _says_white(picture, shots[0].file),
     )

@@ -85,7 +85,7 @@ def simulated(shots: ShotsOfCamera, found: Calibration, sensor: Sensor, *, seed:
             region=None if whole else Region(rows=rows, cols=cols),
             products=("mosaic",),
         )
-        made.append(Shot(**{name: getattr(shot, name) for name in Shot.__slots__} | {"codes": frame.mosaic}))
+        made.append(Shot(**{name: getattr(shot, name) for name in Shot.__slots__} | {"codes": frame.linear_dn}))
     return ShotsOfCamera(**{name: getattr(shots, name) for name in ShotsOfCamera.__slots__} | {"shots": tuple(made)})
 
 

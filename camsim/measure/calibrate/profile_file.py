@@ -9,6 +9,7 @@ from collections.abc import Iterator, Sequence
 from camsim.measure.calibrate.calibration import Calibration
 from camsim.measure.calibrate.tails import Fitted
 from camsim.measure.noise import Estimate
+from camsim.sensor.companding import points_of
 
 _TYPICAL = "typical: frames do not tell it"
 _TYPICAL_PITCH_UM = 4.0
@@ -18,11 +19,12 @@ _LONGEST_S = 1.0
 """Of darks of one time: in longer ones a typical dark current would be in the black level twice."""
 
 
-def profile_text(found: Calibration, *, name: str, pitch_um: float | None = None) -> str:
+def profile_text(found: Calibration, *, name: str, pitch_um: float | None = None, hot_file: str | None = None) -> str:
     """Return a ``sensor/1`` file.
 
     name     : of the camera
     pitch_um : between photosites; None: as the files say, or a typical one
+    hot_file : name of the list of hot photosites beside the file; None: their law stands in it
     """
     shots = found.shots
     isos = ", ".join(f"{each.iso:g}" for each in found.settings)
@@ -40,7 +42,7 @@ def profile_text(found: Calibration, *, name: str, pitch_um: float | None = None
         f"cfa: {_cfa(shots.pattern)}",
         *_efficiency(shots.pattern),
         "charge:",
-        *_charge(found),
+        *_charge(found, hot_file),
         "readout:",
         *_readout(found),
     ]
@@ -90,14 +92,13 @@ def _number(value: float) -> str:
     return f"{value:.6g}" if 1e-4 <= abs(value) < 1e15 or value == 0.0 else f"{value:.6e}"
 
 
-def _charge(found: Calibration) -> Iterator[str]:
+def _charge(found: Calibration, hot_file: str | None) -> Iterator[str]:
     base = found.settings[0]
     yield _told("full_well_e", found.full_well_e, f"clipped flats of ISO {base.iso:g}")
     yield _told("prnu", found.prnu, "flats near half of saturation, after the high-pass of EMVA 1288 R4")
     yield _told("dsnu_e", found.dsnu_e, "what stays in darks, without the columns'")
     longest = max((shot.time_s or 0.0) for shot in found.shots.shots if shot.kind == "dark")
     current = found.dark_current_e_per_s
-    hot = found.hot_fraction.measurable
     if current.measurable:
         yield _told("dark_current_e_per_s", current, "means of darks over their time")
         yield f"  dark_current_at_c: {_number(found.dark_current_at_c)}"
@@ -107,7 +108,11 @@ def _charge(found: Calibration) -> Iterator[str]:
         yield _told("dark_current_e_per_s", current, "")
         typical = 0.0 if longest > _LONGEST_S else min(_TYPICAL_DARK, current.at_most)
         yield f"  dark_current_e_per_s: {_number(typical)}    # {_TYPICAL}"
-    if hot:
+    if hot_file is not None:
+        rows, cols = found.shots.channel_index.shape
+        what = f"{len(found.hot)} of the middle {rows} × {cols} photosites, darks of {longest:g} s"
+        yield f"  defects: {{hot: {json.dumps(hot_file, ensure_ascii=False)}}}    # {what}"
+    elif found.hot:
         yield "  defects:"
         yield "  " + _told("hot_fraction", found.hot_fraction, f"photosites steadily far above others, {longest:g} s")
         yield "  " + _told("hot_e_per_s", found.hot_e_per_s, "their mean excess over the time of those darks")
@@ -120,8 +125,14 @@ def _readout(found: Calibration) -> Iterator[str]:
     yield f"  bit_depth: {found.bit_depth}    # the fewest that hold the codes; the largest seen is {found.largest_dn}"
     if found.step_dn != 1.0:
         yield f"  code_step_dn: {found.step_dn:.9g}    # between neighbouring codes"
+    points = points_of(found.shots.linear_dn)
+    if points:
+        known, codes = ([point[k] for point in points] for k in (0, 1))
+        yield f"  companding: {{linear_dn: {known}, codes: {codes}}}    # the files' table of linearisation"
     yield f"  black_level_dn: {black}    # {found.black_dn.value:.3f} ± {found.black_dn.sigma:.2g}; means of darks"
-    if offsets is not None:
+    if offsets is not None and points:
+        yield f"  # black_offsets_dn: {json.dumps(offsets)} are left out, where codes are companded; means of darks"
+    elif offsets is not None:
         yield f"  black_offsets_dn: {json.dumps(offsets)}    # means of darks over the filter array"
     yield f"  base_iso: {base.iso:g}    # the lowest setting that was taken"
     yield _told("electrons_per_dn", gain, "photon transfer")

@@ -9,7 +9,6 @@ the sandwich formula, from the scatter over blocks of rows).
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -21,6 +20,7 @@ import scipy.optimize
 import scipy.special
 
 from camsim.arrays import F64, I64
+from camsim.measure.calibrate.tail_counts import PairCounts, SingleCounts
 from camsim.measure.noise.estimate import SURE, Estimate, no_figure
 from camsim.sensor.stages.read_noise import tukey_quantiles, tukey_sigma
 
@@ -28,11 +28,7 @@ Law: TypeAlias = Literal["normal", "student", "tukey"]
 
 LEAST_FRAMES = 4
 """Two pairs of a photosite."""
-_BLOCKS = 64
-_TAIL, _CORE = 14, 14
-_LEAST_COUNT = 100
 _SPREADS = 9
-_MOST_PAIRS = 6
 
 _DECAYED = 30.0
 _KNOTS = 500
@@ -78,16 +74,27 @@ class Fitted:
     refused: tuple[str, float]
 
 
-def fit_tails(frames: Sequence[I64], *, step_dn: float, normal_dn2: float, normal_sigma_dn2: float = 0.0) -> Fitted:
+def fit_tails(
+    frames: Sequence[I64],
+    *,
+    step_dn: float,
+    normal_dn2: float,
+    normal_sigma_dn2: float = 0.0,
+    fixed_dn2: float = 0.0,
+    period: tuple[int, int] = (1, 1),
+) -> Fitted:
     """Return the law of darks taken alike, (rows, cols) codes.
 
     step_dn    : between codes
     normal_dn2 : variance of the normal noise that is in them besides (after the gain, of rows), and its error
+    fixed_dn2  : variance of what stays from dark to dark, normal over photosites;  period: of the filter array, whose
+                 cells may have black levels of their own
 
     A part (tails, jumps, unevenness) is taken where the logarithm of the likelihood rises by more than 4 standard
-    errors of its rise, which the blocks of rows tell (Vuong's test), the one with the greatest rise first.
+    errors of its rise, which the blocks of rows tell (Vuong's test), the one with the greatest rise first. Differences
+    are smoother than what they are of: between Student's and Tukey's law the single codes have a say too.
     """
-    seen = _Counts.of(frames, step_dn)
+    seen = PairCounts.of(frames, step_dn)
     model = _Model(seen, normal_dn2)
     start = math.sqrt(max(seen.variance_dn2 - normal_dn2, 0.05 * seen.variance_dn2))
     best = model.best(Shape(law="normal", sigma_dn=start))
@@ -104,10 +111,12 @@ def fit_tails(frames: Sequence[I64], *, step_dn: float, normal_dn2: float, norma
             break
         rises.append((name, rise))
         best = found
-    if best[0].law != "normal" and (best[0].spread or best[0].fraction):
+    if best[0].law != "normal":
         other: Law = "tukey" if best[0].law == "student" else "student"
         swapped = model.best(replace(best[0], law=other, tails=_FIRST_TAILS[other]))
-        if swapped[1].sum() > best[1].sum():
+        singles = SingleCounts.of(frames, step_dn, period)
+        either = [each[1].sum() + model.logarithm_of(singles, each[0], fixed_dn2) for each in (best, swapped)]
+        if either[1] > either[0]:
             best = swapped
     errors, telegraph = model.errors(best[0], normal_sigma_dn2)
     return Fitted(shape=best[0], errors=errors, telegraph_sigma_dn2=telegraph, rises=tuple(rises), refused=refused)
@@ -128,7 +137,7 @@ def fit_after(darks: Sequence[AtGain], law: Fitted, law_gain_dn_per_e: float, *,
 
     The law is that before the gain, found at one setting; each setting's whole variance is held.
     """
-    models = [_Model(_Counts.of(each.frames, step_dn), 0.0) for each in darks]
+    models = [_Model(PairCounts.of(each.frames, step_dn), 0.0) for each in darks]
 
     def logarithms(after_dn2: float, shape: Shape) -> F64:
         total: Any = 0.0
@@ -190,73 +199,17 @@ def _rise(by_block: F64) -> float:
     return float(by_block.sum()) / max(scatter, 1e-9)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Counts:
-    """Counts (blocks, bins, bins) of two pairs' differences; bins hold ``lattice`` (n,) in steps by ``bin_of`` (n,)."""
-
-    counts: F64
-    lattice: I64
-    bin_of: I64
-    step_dn: float
-    variance_dn2: float
-
-    @classmethod
-    def of(cls, frames: Sequence[I64], step_dn: float) -> _Counts:
-        pairs = [
-            np.rint((a.astype(np.float64) - b) / step_dn).astype(np.int64)
-            for a, b in zip(frames[::2], frames[1::2], strict=False)
-        ]
-        # A frame's own offset is none of a photosite's noise.
-        pairs = [pair - round(float(np.median(pair))) for pair in pairs]
-        far = [np.abs(pair) for pair in pairs]
-        top = max(int(each.max()) for each in far)
-        heard = sum(np.bincount(each.ravel(), minlength=top + 1) for each in far)
-        edges = _edges(np.asarray(heard, np.int64))
-        bin_of = np.searchsorted(edges, np.arange(top + 1), side="right") - 1
-        bins = len(edges)
-        blocks = min(_BLOCKS, len(frames[0]))
-        block_of = np.arange(len(frames[0])) * blocks // len(frames[0])
-        both = list(itertools.combinations(range(len(pairs)), 2))
-        # Each pair as often as any other.
-        both = both if len(both) <= _MOST_PAIRS else [(k, (k + 1) % len(pairs)) for k in range(len(pairs))]
-        placed = [bin_of[each] for each in far]
-        counts = np.zeros(blocks * bins * bins)
-        for a, b in both:
-            index = (block_of[:, None] * bins + placed[a]) * bins + placed[b]
-            counts += np.bincount(index.ravel(), minlength=counts.size)
-        return cls(
-            counts=counts.reshape(blocks, bins, bins),
-            lattice=np.arange(top + 1),
-            bin_of=bin_of,
-            step_dn=step_dn,
-            variance_dn2=float(np.mean([np.mean(pair.astype(np.float64) ** 2) for pair in pairs])) * step_dn**2 / 2.0,
-        )
-
-
-def _edges(heard: I64) -> I64:
-    """Return first lattice points of bins: alike in the core, further and further out in the tail."""
-    above = 1.0 - np.concatenate([[0.0], np.cumsum(heard)[:-1]]) / heard.sum()  # of |d| ≥ k
-    least = _LEAST_COUNT / heard.sum()
-    wanted = np.concatenate([
-        np.linspace(1.0, 0.08, _CORE, endpoint=False), np.geomspace(0.08, max(least, 1e-9), _TAIL)
-    ])  # fmt: skip
-    edges = {0}
-    for share in wanted[wanted >= least]:
-        edges.add(int(np.argmin(np.abs(above - share))))
-    return np.array(sorted(edges))
-
-
 class _Model:
     """Probabilities of the bins under a law, by its characteristic function."""
 
-    def __init__(self, seen: _Counts, normal_dn2: float) -> None:
+    def __init__(self, seen: PairCounts, normal_dn2: float) -> None:
         self.seen, self.normal_dn2 = seen, normal_dn2
         top = int(seen.lattice[-1])
         # Codes are a lattice, of which frequencies up to a cycle a step and their aliases are all; the period is wide
         # enough that what lies beyond the greatest difference does not come back.
         period = 2 * (top + 8)
-        repeats = max(2, math.ceil(6.0 * seen.step_dn / math.sqrt(seen.variance_dn2)) + 1)
-        self.omega = 2.0 * math.pi * np.arange(repeats * period // 2 + 1) / (period * seen.step_dn)
+        self.repeats = max(2, math.ceil(6.0 * seen.step_dn / math.sqrt(seen.variance_dn2)) + 1)
+        self.omega = 2.0 * math.pi * np.arange(self.repeats * period // 2 + 1) / (period * seen.step_dn)
         weight = np.full(self.omega.size, 2.0 / period)
         weight[0] = 1.0 / period
         phases = np.cos(np.outer(np.arange(top + 1), self.omega * seen.step_dn)) * weight
@@ -274,21 +227,53 @@ class _Model:
     def probabilities(self, shape: Shape) -> F64:
         """Return (bins, bins) probabilities of two pairs."""
         decays = np.exp(-self.normal_dn2 * self.omega**2) * self.rounding
-        if shape.spread:
-            sigmas = shape.sigma_dn * np.exp(shape.spread * self.spreads - shape.spread**2)
-            of_sigma = self.spread_weights
-        else:
-            sigmas, of_sigma = np.array([shape.sigma_dn]), np.ones(1)
+        sigmas, of_sigma = self._sigmas(shape)
         curve = _characteristic(shape.law, shape.tails)
         own = np.stack([curve(self.omega * sigma) ** 2 * decays for sigma in sigmas])
         still = own @ self.of_bins.T
         joint: F64 = (1.0 - shape.fraction) * (still.T * of_sigma) @ still
         if shape.fraction:
-            edges = np.append(self.amplitudes - 0.5 * self.pitch, np.inf) / shape.amplitude_dn
-            of_jump = -np.diff(np.exp(-edges))
+            of_jump = self._of_jumps(shape)
             moved = (own[:, None, :] * self.jumps).reshape(-1, self.omega.size) @ self.of_bins.T
             joint = joint + shape.fraction * (moved.T * np.outer(of_sigma, of_jump).ravel()) @ moved
         return joint
+
+    def _sigmas(self, shape: Shape) -> tuple[F64, F64]:
+        """Return standard deviations of photosites, and the share of each."""
+        if not shape.spread:
+            return np.array([shape.sigma_dn]), np.ones(1)
+        return shape.sigma_dn * np.exp(shape.spread * self.spreads - shape.spread**2), self.spread_weights
+
+    def _of_jumps(self, shape: Shape) -> F64:
+        """Return the share of each of ``amplitudes``."""
+        edges = np.append(self.amplitudes - 0.5 * self.pitch, np.inf) / shape.amplitude_dn
+        shares: F64 = -np.diff(np.exp(-edges))
+        return shares
+
+    def _of_one(self, shape: Shape, omega: F64) -> F64:
+        """Return the characteristic function (n,) of one code about its photosite's own mean."""
+        sigmas, of_sigma = self._sigmas(shape)
+        curve = _characteristic(shape.law, shape.tails)
+        wave: F64 = of_sigma @ np.stack([curve(omega * sigma) for sigma in sigmas])
+        wave *= np.exp(-0.5 * self.normal_dn2 * omega**2) * np.sinc(omega * self.seen.step_dn / (2.0 * math.pi))
+        if shape.fraction:
+            jumps = np.cos(0.5 * np.outer(self.amplitudes, omega))
+            wave *= 1.0 - shape.fraction + shape.fraction * (self._of_jumps(shape) @ jumps)
+        return wave
+
+    def logarithm_of(self, singles: SingleCounts, shape: Shape, fixed_dn2: float) -> float:
+        """Return the logarithm of the likelihood of all codes, each for itself."""
+        step_dn = self.seen.step_dn
+        period = 2 * len(singles.lattice) + 16
+        omega = (2.0 * math.pi / (period * step_dn)) * np.arange(self.repeats * period // 2 + 1, dtype=np.float64)
+        wave = self._of_one(shape, omega) * np.exp(-0.5 * fixed_dn2 * omega**2)
+        wave *= np.where(omega > 0.0, 2.0, 1.0) / period
+        total = 0.0
+        for counts, mean in zip(singles.counts, singles.mean.tolist(), strict=True):
+            seen = np.flatnonzero(counts)
+            share = np.cos(np.outer(singles.lattice[seen] - mean, omega * step_dn)) @ wave
+            total += float(counts[seen] @ np.log(np.maximum(share, _NONE)))
+        return total
 
     def logarithms(self, shape: Shape) -> F64:
         """Return the logarithm of the likelihood of each block of rows."""

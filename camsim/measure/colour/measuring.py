@@ -172,7 +172,7 @@ def linear_light(picture: Picture, capture: Capture) -> F32:
 
 def _span_dn(capture: Capture) -> float:
     """Return codes from black to where white clips, of a read-out that was made straight if it bends."""
-    adc = capture.camera.adc
+    adc = capture.camera.converter
     if capture.camera.nonlinearity is None:
         return float(capture.white_level_dn - adc.black_level_dn)
     return full_scale_e(capture) / adc.electrons_per_dn_at(capture.exposure.iso)

@@ -102,7 +102,7 @@ def subject_of_capture(capture: Capture, truth_e: F32, *, border: int = BORDER) 
 
 def _first_full_e(capture: Capture) -> float:
     """Return the electrons at which the first photosites clip: black offsets leave some less where codes end."""
-    adc, white_dn = capture.camera.adc, capture.white_level_dn
+    adc, white_dn = capture.camera.converter, capture.white_level_dn
     offsets_dn = np.array(adc.black_offsets_dn)
     span_dn = full_codes(white_dn, offsets_dn, adc.largest_dn) - offsets_dn - adc.black_level_dn
     return capture.camera.charge_at_e(float(span_dn.min()) / (white_dn - adc.black_level_dn), capture.exposure.iso)

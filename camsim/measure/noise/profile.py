@@ -34,15 +34,16 @@ def expected_of(
     iso, temperature_c, dark = exposure.iso, exposure.temperature_c, camera.dark_current
     dark_e_per_s = dark.e_per_s * dark.warming(temperature_c) if dark else 0.0
     dcnu_e = dark_e_per_s * dark.nonuniformity * TIME_S if dark else 0.0
-    gain = camera.adc.electrons_per_dn_at(iso)
+    gain = camera.converter.electrons_per_dn_at(iso)
     offsets = (camera.dsnu.sigma_e if camera.dsnu else 0.0, camera.column_noise.sigma_e if camera.column_noise else 0.0)
+    mapped_e = camera.offset_map.spread_e(gain) if camera.offset_map else 0.0
     linearity_error, steeper = _bend(camera, channel, iso, temperature_c)
     return {
         "gain_dn_per_e": 1.0 / gain,
         "read_noise_e": math.sqrt(camera.dark_noise_e(iso) ** 2 + dark_e_per_s * DARK_TIMES_S[0]),
         "full_well_e": _light_of_well_e(camera, iso, temperature_c),
         "dark_current_e_per_s": dark_e_per_s,
-        "dsnu_e": math.hypot(*offsets, dcnu_e, _spread_e(camera, channel, iso)),
+        "dsnu_e": math.hypot(*offsets, mapped_e, dcnu_e, _spread_e(camera, channel, iso)),
         "prnu": _pattern(camera, channel) * steeper,
         "linearity_error": linearity_error,
     }
@@ -71,10 +72,10 @@ def _places(camera: Camera, channel: str, period: tuple[int, int]) -> npt.NDArra
 
 def _spread_e(camera: Camera, channel: str, iso: float) -> float:
     """Black offsets of a channel's own photosites as a standard deviation; those of others are not seen."""
-    table = np.array(camera.adc.black_offsets_dn, np.float64)
+    table = np.array(camera.converter.black_offsets_dn, np.float64)
     rows, cols = (math.lcm(*sizes) for sizes in zip(table.shape, camera.cfa.period, strict=True))
     offsets = np.tile(table, (rows // table.shape[0], cols // table.shape[1]))
-    return float(offsets[_places(camera, channel, (rows, cols))].std()) * camera.adc.electrons_per_dn_at(iso)
+    return float(offsets[_places(camera, channel, (rows, cols))].std()) * camera.converter.electrons_per_dn_at(iso)
 
 
 def _flat_e(camera: Camera) -> tuple[F64, F64]:
@@ -109,7 +110,7 @@ def _bend(camera: Camera, channel: str, iso: float, temperature_c: float | None)
     if camera.nonlinearity is None:
         return 0.0, 1.0
     own_e = float(_flat_e(camera)[0][_places(camera, channel, camera.cfa.period)].mean())
-    end_e = camera.adc.saturation_e(iso, camera.well_as_read_e(iso))
+    end_e = camera.converter.saturation_e(iso, camera.well_as_read_e(iso))
     dark_e = camera.dark_e(TIME_S, temperature_c)
     black_e = _as_read_e(camera, dark_e)
     if not own_e > 0.0 or black_e >= end_e:

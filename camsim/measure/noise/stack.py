@@ -24,6 +24,10 @@ _OF_ROWS = float(1.0 - 2.0 * _SMOOTH.max() + np.sum(_SMOOTH**2))
 """The part of the variance of independent rows that it leaves."""
 
 _FEW_CODES = 8
+_LEAST_SEEN = 3
+"""Codes: fewer tell no distance."""
+_MOST_CODES = 1 << 22
+"""Of any converter, summed over frames: more is no code's number."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -93,7 +97,7 @@ class Stack:
                    frames' means is than that: of few frames by chance, and less than none as often
     variance_dn2, variance_sigma_dn2 : temporal variance of a photosite, likewise, without what a frame has in common
     pattern, fine      : spatial variance of what stays: all of it, and without what is smooth over tens of photosites
-    rounding           : of its codes
+    rounding           : of its codes;  coarser_dn2: by how much its variance is more here, of companded codes
     clipped_low        : fraction of codes that are 0, or heaped on the smallest below it
     largest_dn, at_end : the largest code, and the fraction of codes that are heaped on it; 0 where they thin out to it
     """
@@ -108,6 +112,7 @@ class Stack:
     pattern: Pattern
     fine: Pattern
     rounding: Rounding
+    coarser_dn2: float
     clipped_low: float
     largest_dn: int
     at_end: float
@@ -135,6 +140,7 @@ class Level:
     def added_dn2(self) -> float:
         """What light adds to the temporal variance; the lamp's drift scales what is uneven of it, which is no noise."""
         added_dn2 = self.light.variance_dn2 - self.dark.variance_dn2
+        added_dn2 -= self.light.coarser_dn2 - self.dark.coarser_dn2
         if self.signal_dn > SURE * self.signal_sigma_dn:
             drift = self.light.frames * max(self.light.excess_dn2, 0.0) / self.signal_dn**2
             added_dn2 -= drift * max(self.light.pattern.dn2 - self.dark.pattern.dn2, 0.0)
@@ -207,10 +213,32 @@ def stack(frames: Sequence[Codes], channel: Chosen, rounding: Rounding = _EACH_C
         pattern=pattern(mean, of_rows, scatter),
         fine=pattern(fine, of_rows * _OF_ROWS / kept, max(scatter - of_rows * (1.0 - _OF_ROWS / kept), 0.0)),
         rounding=rounding,
+        coarser_dn2=_coarser_dn2(seen, rounding),
         clipped_low=low / (count * photosites),
         largest_dn=largest,
         at_end=at / (count * photosites) if at > below else 0.0,
     )
+
+
+def _coarser_dn2(codes: Sequence[Codes], rounding: Rounding) -> float:
+    """Return how much more variance rounding has here than where it is dark: codes that were companded lie far apart.
+
+    A code stands for what is nearer to it than to the next ones that are seen. Those never seen widen it by less than a
+    thousandth of the noise.
+    """
+    low, high = min(int(each.min()) for each in codes), max(int(each.max()) for each in codes)
+    if high - low > _MOST_CODES:
+        return 0.0
+    count = np.zeros(high - low + 1, np.int64)
+    for each in codes:
+        count += np.bincount(each.astype(np.int64) - low, minlength=count.size)
+    seen = np.flatnonzero(count)
+    if len(seen) < _LEAST_SEEN:
+        return 0.0
+    count, gap = count[seen], np.diff(seen.astype(np.float64))
+    width = 0.5 * (np.concatenate([gap[:1], gap]) + np.concatenate([gap, gap[-1:]]))
+    whole = (rounding.summed or 1) * float(np.sum(count * width**2) / np.sum(count)) / 12.0
+    return max(whole - rounding.dn2, 0.0)
 
 
 def _fine(mean: F64, channel: Chosen) -> tuple[F64, float]:

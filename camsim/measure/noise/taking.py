@@ -66,7 +66,7 @@ def take_shots(
         channels=channels,
         channel_index=index,
         groups=tuple(
-            Group(kind=kind, exposure=exposure, time_s=time_s, codes=[frame.mosaic for frame in each])
+            Group(kind=kind, exposure=exposure, time_s=time_s, codes=[frame.linear_dn for frame in each])
             for (kind, exposure, time_s), each in groups.items()
         ),
     )
@@ -123,7 +123,7 @@ def frames_of(
 
 def exposure_of(camera: Camera, *, iso: float | None, temperature_c: float | None) -> Exposure:
     """Return the exposure of flats, at the base ISO when ``iso`` is None."""
-    return Exposure(time_s=TIME_S, iso=camera.adc.base_iso if iso is None else iso, temperature_c=temperature_c)
+    return Exposure(time_s=TIME_S, iso=camera.converter.base_iso if iso is None else iso, temperature_c=temperature_c)
 
 
 def _bench_camera(camera: Camera, side: int) -> Camera:

@@ -13,5 +13,5 @@ def dark_e(plane: Plane, capture: Capture) -> float:
 
 def dark_signal(plane: Plane, capture: Capture) -> float:
     """Return the same in the plane's own unit: codes, which have a white level, or electrons."""
-    per_unit = 1.0 if plane.white is None else capture.camera.adc.electrons_per_dn_at(capture.exposure.iso)
+    per_unit = 1.0 if plane.white is None else capture.camera.converter.electrons_per_dn_at(capture.exposure.iso)
     return dark_e(plane, capture) / per_unit

@@ -29,9 +29,11 @@ from camsim.measure.given import check_given
 from camsim.measure.lens_places import refuse_distortion
 from camsim.measure.picture import Picture, Plane
 from camsim.measure.straight import straightened
+from camsim.measure.target.plates import Rings, aligned, rings_of
 from camsim.measure.target.star import FUNDAMENTAL, surface_contrast
 from camsim.measure.theory import CameraOtf
 from camsim.scene.charts import Chart
+from camsim.typed import Number, Positive, check
 
 _NEAR = 0.2
 """Of the sampling frequency: how fine a ghost's rings may be where it is fitted."""
@@ -54,7 +56,7 @@ class Ghost:
     x_pixel, y_pixel : where it lies, from the middle of the plate
     contrast  : of its rings, over that of the plate's own rings in the scene
     contrast_error : its standard error: of the picture's noise, and of what the transfer's polynomial does not follow
-    theory    : absolute value of the transfer function at that frequency
+    theory    : absolute value of the transfer function at that frequency; NaN where it is not known
     """
 
     channel: str
@@ -69,10 +71,15 @@ class Ghost:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MoireReport:
-    """All ghosts of one picture."""
+    """All ghosts of one picture.
+
+    middle_pixel, rim_pixel : of a plate that was found in anybody's picture: (x, y), and how far it is taken to reach
+    """
 
     file: str
     ghosts: tuple[Ghost, ...]
+    middle_pixel: tuple[float, float] | None = None
+    rim_pixel: float | None = None
 
     def moire(self, channel: str) -> float:
         """Return the moiré figure of a channel: the root mean square of its ghosts' contrasts."""
@@ -84,7 +91,8 @@ class MoireReport:
         return {
             "file": self.file,
             "moire": {channel: self.moire(channel) for channel in channels},
-            "ghosts": [asdict(ghost) for ghost in self.ghosts],
+            "ghosts": [asdict(g) | {"theory": g.theory if math.isfinite(g.theory) else None} for g in self.ghosts],
+            **({} if self.middle_pixel is None else {"middle_pixel": self.middle_pixel, "rim_pixel": self.rim_pixel}),
         }
 
 
@@ -106,6 +114,85 @@ def measure_moire(picture: Picture, capture: Capture) -> MoireReport:
     if not ghosts:
         raise UnsupportedError(_why_none(lattices, capture, plate), stage=picture.name)
     return MoireReport(file=picture.name, ghosts=ghosts)
+
+
+def measure_plate(picture: Picture, *, rim_pixel: Number | None = None) -> MoireReport:
+    """Measure the ghosts of a zone plate that anybody photographed, in every channel; no theory is known.
+
+    rim_pixel : radius of the plate in the picture; None: it goes on as far as the picture shows
+
+    The plate is looked for about the picture's middle, a little askew or not. Contrast is over that of its coarse
+    rings, in the middle. Raises UnsupportedError where it is not seen, or no ghost within the plate.
+    """
+    check_given(picture=picture)
+    rim = check(rim_pixel, Positive | None, "rim_pixel")
+    lattices = [channel.planes[0] for channel in picture.select("all") if len(channel.planes) == 1]
+    lattices = [plane for plane in lattices if plane.step == lattices[0].step]
+    if not lattices or lattices[0].step[0] != lattices[0].step[1]:
+        message = "no channel lies on one even lattice of one black level, which alone has one sampling frequency"
+        raise UnsupportedError(message, stage=picture.name)
+    rings = rings_of(lattices, picture.name)
+    step = lattices[0].step[0]
+    ghosts, reach = [], 0.0
+    for plane, own in zip(lattices, rings, strict=True):
+        for ghost, far in _of_rings(plane, own, math.inf if rim is None else rim / step):
+            ghosts.append(ghost)
+            reach = max(reach, far * step)
+    if not ghosts:
+        farthest = step / math.sqrt(float(np.linalg.det(rings[0].growth)))
+        message = f"the rings are as fine as the lattice of {lattices[0].name} {farthest:.4g} px from their middle"
+        way_out = "where the plate, with a fifth of that about it, does not lie in the picture; show more of it"
+        raise UnsupportedError(f"{message}, {way_out}", stage=picture.name)
+    row, col = lattices[0].first + step * rings[0].centre + 0.5
+    return MoireReport(
+        file=picture.name, ghosts=tuple(ghosts), middle_pixel=(float(col), float(row)),
+        rim_pixel=reach if rim is None else rim,
+    )  # fmt: skip
+
+
+def _of_rings(plane: Plane, rings: Rings, rim: float) -> Iterator[tuple[Ghost, float]]:
+    """Yield the ghosts of rings, and how far from their middle each reaches, samples."""
+    light = plane.samples.astype(np.float64) - plane.black
+    size = np.array(light.shape) - 1.0
+    growth = rings.growth
+    for axis, sign in ((1, 1.0), (1, -1.0), (0, 1.0), (0, -1.0)):
+        sampling = np.where(np.arange(2) == axis, sign, 0.0)
+        off = np.linalg.solve(growth, sampling)
+        radius = _NEAR * float(np.hypot(*off))
+        at = rings.centre + off
+        if (at < radius).any() or (at > size - radius).any() or float(np.hypot(*off)) + radius > rim:
+            continue
+        phase = rings.phase - 2.0 * math.pi * float(sampling @ rings.centre) - math.pi * float(off @ sampling)
+        ghost = aligned(light, Rings(centre=at, growth=growth, phase=phase), _NEAR)
+        places, offset, frequency = ghost.about(light.shape, _NEAR)
+        if len(places) < _LEAST_PHOTOSITES:
+            continue
+        seen = light[places[:, 0], places[:, 1]]
+        even = np.stack([np.ones(len(seen)), *offset.T], axis=1)
+        uneven = np.linalg.lstsq(even, seen, rcond=None)[0]
+        across = sampling[::-1] * (-1.0, 1.0)
+        photosites = _Near(
+            along=frequency @ sampling / _NEAR,
+            across=frequency @ across / _NEAR,
+            turn=ghost.turn(offset),
+            signal=seen - offset @ uneven[1:],
+            aside=math.sqrt(float(np.linalg.det(growth))) / (2.0 * math.pi * _NEAR**2),
+        )
+        found, error = photosites.contrast(ghost.phase)
+        contrast = found / rings.contrast
+        yield (
+            Ghost(
+                channel=plane.name,
+                fx_cycles_per_pixel=float(sampling[1]) / plane.step[1],
+                fy_cycles_per_pixel=float(sampling[0]) / plane.step[0],
+                x_pixel=float(ghost.centre[1] - rings.centre[1]) * plane.step[1],
+                y_pixel=float(ghost.centre[0] - rings.centre[0]) * plane.step[0],
+                contrast=contrast,
+                contrast_error=math.hypot(error / rings.contrast, contrast * rings.error / rings.contrast),
+                theory=math.nan,
+            ),
+            float(np.hypot(*off)) + radius,
+        )
 
 
 def _rim(capture: Capture, plate: Mapping[str, Any]) -> tuple[float, float]:

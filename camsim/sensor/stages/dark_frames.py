@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -15,6 +14,7 @@ from camsim.kind import array_of
 from camsim.own import is_own
 from camsim.sensor.stage import Context, ElectronicStage, Phase
 from camsim.sensor.stages.dark_current import DarkCurrent
+from camsim.sensor.stages.offset_map import OffsetMap, kept_pattern, pattern_at
 from camsim.typed import judge, refusal
 
 
@@ -49,14 +49,11 @@ class DarkFrames(ElectronicStage):
         if codes.ndim != 3 or codes.dtype.kind not in "fiu" or not codes.size:
             message = f"must be numbers (darks, rows, cols), not {codes.dtype} of shape {codes.shape}"
             raise refusal(self, "codes_dn", message)
-        codes = np.array(codes, np.float32)
-        if not np.isfinite(codes).all():
+        kept, sha256 = kept_pattern(codes)
+        if not np.isfinite(kept).all():
             raise refusal(self, "codes_dn", "must be finite")
-        codes.flags.writeable = False
-        told = hashlib.sha256(f"{codes.shape}".encode())
-        told.update(codes.data)
-        object.__setattr__(self, "codes_dn", codes)
-        object.__setattr__(self, "sha256", told.hexdigest())
+        object.__setattr__(self, "codes_dn", kept)
+        object.__setattr__(self, "sha256", sha256)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, DarkFrames) and self.sha256 == other.sha256
@@ -75,18 +72,14 @@ class DarkFrames(ElectronicStage):
         reading = [
             stage for stage in others if Phase.READ in stage.phases and stage.stream is not None and not is_own(stage)
         ]
-        twice = [stage.name for stage in others if stage in reading or isinstance(stage, DarkCurrent)]
+        twice = [stage.name for stage in others if stage in reading or isinstance(stage, DarkCurrent | OffsetMap)]
         twice = [name for name in twice if name != self.name]
         return f"have {', '.join(twice)} in them, which would be there twice; leave that out" if twice else ""
 
     def apply(self, electrons: F64, context: Context) -> F64:
         """Add the dark of this frame, its photosites where they lie in the frame."""
         drawn = int(context.frame_generator(self.stream).integers(len(self.codes_dn)))
-        row, col = (
-            (first + np.arange(count)) % size
-            for first, count, size in zip(context.first, electrons.shape, self.shape, strict=True)
-        )
-        dark: F64 = self.codes_dn[drawn][np.ix_(row, col)].astype(np.float64)
+        dark = pattern_at(self.codes_dn[drawn], context.first, electrons.shape)
         dark *= context.electrons_per_dn
         dark += electrons
         return dark

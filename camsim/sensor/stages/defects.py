@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, ClassVar, TypeAlias
 
@@ -91,7 +92,7 @@ class Defects(ElectronicStage):
         origin     : (row, col) of the window's first photosite in the full frame
         frame_cols : width of the full frame
         """
-        hot = [np.array(self.hot, dtype=np.float64).reshape(-1, 3)]
+        hot = [_table(tuple(self.hot))]
         dead = [np.array(self.dead, dtype=np.int64).reshape(-1, 2)]
         if self.hot_fraction or self.dead_fraction:
             for block in range(max(origin[0], 0) // BLOCK_ROWS, (origin[0] + shape[0] - 1) // BLOCK_ROWS + 1):
@@ -113,6 +114,12 @@ class Defects(ElectronicStage):
         places = np.stack([block * BLOCK_ROWS + index // frame_cols, index % frame_cols], axis=1)
         current = rng.exponential(1.0, hot_count) * (self.hot_e_per_s or 0.0)
         return np.column_stack([places[:hot_count], current]), places[hot_count:]
+
+
+@functools.lru_cache(maxsize=4)
+def _table(hot: tuple[tuple[int, int, float], ...]) -> F64:
+    """Return listed photosites as an array (n, 3): there may be many, and every block of rows asks for them."""
+    return np.array(hot, dtype=np.float64).reshape(-1, 3)
 
 
 def _inside(places: I64, shape: tuple[int, int], origin: tuple[int, int]) -> tuple[npt.NDArray[np.bool_], Places]:

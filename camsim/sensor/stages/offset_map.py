@@ -1,0 +1,95 @@
+"""Offsets of photosites as they were measured."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeAlias
+
+import numpy as np
+
+from camsim.arrays import F32, F64
+from camsim.kind import array_of
+from camsim.sensor.stage import Context, ElectronicStage
+from camsim.typed import judge, refusal
+
+OffsetUnit: TypeAlias = Literal["dn", "electrons"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class OffsetMap(ElectronicStage):
+    """A fixed offset of each photosite, such as the mean of many darks shows it.
+
+    offsets : (rows, cols), added to what is read; where the sensor has more photosites they are repeated
+    unit    : "dn": after the gain, the same data numbers at every ISO setting; "electrons": before it
+    source  : the file or folder that they came from;  sha256: of the offsets
+
+    >>> OffsetMap(offsets=np.zeros((4, 6)), unit="electrons").shape
+    (4, 6)
+    """
+
+    name: ClassVar = "offset_map"
+
+    offsets: Any = field(repr=False)
+    unit: OffsetUnit
+    source: str = ""
+    sha256: str = field(default="", init=False)
+
+    if TYPE_CHECKING:
+
+        def __init__(self, *, offsets: Any, unit: OffsetUnit, source: str = "") -> None: ...
+
+    def __post_init__(self) -> None:
+        judge(self)
+        offsets = array_of(self.offsets, "offsets", "OffsetMap")
+        if offsets.ndim != 2 or offsets.dtype.kind not in "fiu" or not offsets.size:
+            message = f"must be numbers (rows, cols), not {offsets.dtype} of shape {offsets.shape}"
+            raise refusal(self, "offsets", message)
+        kept, sha256 = kept_pattern(offsets)
+        if not np.isfinite(kept).all():
+            raise refusal(self, "offsets", "must be finite")
+        object.__setattr__(self, "offsets", kept)
+        object.__setattr__(self, "sha256", sha256)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, OffsetMap) and (self.sha256, self.unit) == (other.sha256, other.unit)
+
+    def __hash__(self) -> int:
+        return hash((self.sha256, self.unit))
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of the map."""
+        rows, cols = self.offsets.shape
+        return rows, cols
+
+    def spread_e(self, electrons_per_dn: float) -> float:
+        """Return the standard deviation of the offsets, electrons."""
+        spread = float(self.offsets.std(dtype=np.float64))
+        return spread * electrons_per_dn if self.unit == "dn" else spread
+
+    def apply(self, electrons: F64, context: Context) -> F64:
+        """Add each photosite's offset."""
+        offsets = pattern_at(self.offsets, context.first, electrons.shape)
+        if self.unit == "dn":
+            offsets *= context.electrons_per_dn
+        offsets += electrons
+        return offsets
+
+
+def kept_pattern(given: Any) -> tuple[F32, str]:
+    """Return numbers of photosites in single precision, which cannot be written into, and their SHA-256."""
+    kept = np.array(given, np.float32, order="C")
+    kept.flags.writeable = False
+    told = hashlib.sha256(f"{kept.shape}".encode())
+    told.update(kept.data)
+    return kept, told.hexdigest()
+
+
+def pattern_at(pattern: F32, first: tuple[int, int], shape: tuple[int, ...]) -> F64:
+    """Return the part of a pattern (rows, cols), repeated over the frame, that begins at photosite ``first``."""
+    row, col = (
+        (start + np.arange(count)) % size for start, count, size in zip(first, shape, pattern.shape, strict=True)
+    )
+    part: F64 = pattern[np.ix_(row, col)].astype(np.float64)
+    return part
