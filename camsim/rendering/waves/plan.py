@@ -42,7 +42,7 @@ OF_LIGHT, OF_BAND, OF_LEAK, OF_PRECISION, OF_TRANSFER, OF_MIXTURE = (
     0.15,
     0.06,
 )  # of the tolerance
-OF_RINGS, OF_SPIKES = 0.1, 0.3
+OF_RINGS, OF_SPIKES, OF_ECHO = 0.1, 0.3, 0.3
 HIDDEN = 0.4  # of a spike: the most that is missed of it where a corner cuts it
 RINGING = 2.0 / math.pi**4  # of an edge's ringing: 8 ends' (λN/R)^{5/2}/4π⁴
 CIRCLE_TAIL = 0.06  # an edge's light at R behind a pupil of perimeter p and area a: so much times (p/a)·λN/R
@@ -351,13 +351,17 @@ class Waves:
     def wavelengths(self, job: Job, tolerance: float) -> int:
         """Return how many nodes tell a transfer at all wavelengths: it changes as a wavefront turns, else slowly.
 
-        Measured on edges in daylight: 7 at 1e-4, 20 at 1e-6.
+        And rings that a spectrum has out of step come into step again where neighbouring nodes are a wave apart: no
+        nearer than where nothing is heard of them.
         """
         if not job.system.chromatic:
             return 1
         turned = wavefront_phase(job.system, job.signals.wavelength_nm) / (2.0 * math.pi)
         digits: float = max(-math.log10(min(self.rougher * tolerance, 0.1)), 1.0) ** DIGITS_POWER
-        return math.ceil(self.finer * math.ceil(digits + 2.0 + NODES_OF_WAVE * turned))
+        heard = _ringing(job, OF_ECHO / OF_RINGS * self.rougher * tolerance)
+        apart = float(1.0 / job.blur.min() - 1.0 / job.blur.max())
+        echoes = min(heard * apart, job.span * apart + digits) if len(job.edges) else heard * apart
+        return math.ceil(self.finer * math.ceil(max(digits, echoes) + 2.0 + NODES_OF_WAVE * turned))
 
 
 def _ringing(job: Job, tolerance: float) -> float:
