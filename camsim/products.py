@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from camsim.arrays import C128, F64
+from camsim.arrays import F64
 
 _MOST = 2**18  # multiplications: OpenBLAS's own limit; with a vector 9216
 _DEEP, _CUBE = 256, 64  # numbers along which products are added up: of more so many at once, else pieces are thin
@@ -37,19 +37,3 @@ def product(left: F64, right: F64) -> F64:
                 own = slice(top, top + deep)
                 part += np.matmul(left[first : first + rows, own], right[own, begin : begin + cols])
     return out
-
-
-def complex_product(left: C128, right: C128) -> C128:
-    """Return left @ right, of (m, k) and (k, n).
-
-    >>> complex_product(np.array([[1.0 + 2.0j]]), np.array([[3.0 - 1.0j]])).tolist()
-    [[(5+5j)]]
-    """
-    (m, k), n = left.shape, right.shape[1]
-    pairs, parts = np.empty((2 * m, 2 * k)), np.empty((2 * k, n))
-    pairs[:m, :k], pairs[:m, k:], pairs[m:, :k], pairs[m:, k:] = left.real, -left.imag, left.imag, left.real
-    parts[:k], parts[k:] = right.real, right.imag
-    found = product(pairs, parts)
-    both: C128 = np.empty((m, n), complex)
-    both.real, both.imag = found[:m], found[m:]
-    return both

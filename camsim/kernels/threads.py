@@ -8,7 +8,6 @@ from many threads, never wait for one another.
 
 from __future__ import annotations
 
-import contextlib
 import functools
 import os
 import threading
@@ -130,25 +129,6 @@ def ahead(work: Callable[[Item], Done], items: Iterable[Item], most: int) -> Ite
                 yield begun.popleft().result()
         while begun:
             yield begun.popleft().result()
-
-
-@contextlib.contextmanager
-def meanwhile(work: Callable[[], Done]) -> Iterator[Callable[[], Done]]:
-    """Do some work on another thread while a block is done, which may ask for it; what it raises is raised there too.
-
-    >>> with meanwhile(lambda: 6 * 7) as answer:
-    ...     print(answer())
-    42
-    """
-    if _cores() == 1:
-        once = functools.cache(work)
-        yield once
-        once()
-        return
-    with ThreadPoolExecutor(1) as pool:
-        begun = pool.submit(work)
-        yield begun.result
-        begun.result()
 
 
 def use_one_thread() -> None:

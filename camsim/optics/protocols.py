@@ -5,14 +5,12 @@ The second half are abilities. A lens that has one is quicker, or more exact; no
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, Protocol, TypeAlias, runtime_checkable
+from typing import Any, ClassVar, Protocol, runtime_checkable
 
 from camsim.arrays import F64
 from camsim.optics.pattern import Pattern
 from camsim.own import is_own
 from camsim.spectra.curve import Spectrum
-
-Span: TypeAlias = tuple[float, float]  # from where to where along an axis
 
 _ANSWERS: dict[tuple[type, type], bool] = {}
 

@@ -93,7 +93,10 @@ def _judge(plan: Plan, scene: Scene, fields: FieldJob | None) -> Checks:
     few = len(job.edges) <= MANY
     if isinstance(job.system.lens, RoundLens) and not job.system.more and job.tolerance >= DIRECT and few:
         return Judge(job, scene)
-    return JudgeBySums(job=job, scene=scene, fields=fields, like=like)
+    judge = JudgeBySums(job=job, scene=scene, fields=fields, like=like)
+    if not fits(judge.plan):
+        raise too_much("the check", judge.plan.cost.memory_bytes)
+    return judge
 
 
 def fits(plan: Plan) -> bool:

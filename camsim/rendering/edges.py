@@ -35,10 +35,6 @@ class Edges:
             return self
         return Edges(start=self.start[which], end=self.end[which], left=self.left[which], right=self.right[which])
 
-    def seen_from(self, point: F64 | tuple[float, float]) -> Edges:
-        """Return the same edges with a point (x, y) as the origin."""
-        return Edges(start=self.start - point, end=self.end - point, left=self.left, right=self.right)
-
     @cached_property
     def length(self) -> F64:
         """Length of each (n,)."""

@@ -135,11 +135,6 @@ def one_by_one(plan: Plan, channels: U8, progress: Progress) -> Iterator[Iterato
         yield plan.bands(channel, functools.partial(share, progress, k, len(channels)))
 
 
-def in_turn(costs: Sequence[Cost]) -> Cost:
-    """Return what parts take that are done one after the other."""
-    return Cost(seconds=sum(cost.seconds for cost in costs), memory_bytes=max(cost.memory_bytes for cost in costs))
-
-
 def added(each: Sequence[Iterator[F64]]) -> Iterator[F64]:
     """Yield the sum of images that come in bands, each of its own height; those of the first are written to."""
     rest: list[F64 | None] = [None] * len(each)

@@ -144,10 +144,6 @@ class Job:
         """Return what was left out as a job of its own, on no background."""
         return dataclasses.replace(self, **_paired(self.left_out.edges), base=np.zeros_like(self.base))
 
-    def with_edges(self, edges: Edges) -> Job:
-        """Return the same of other edges."""
-        return dataclasses.replace(self, **_paired(edges))
-
     @property
     def finest(self) -> float | None:
         """The smallest tolerance that edges in closed form keep, None where they cannot be rendered so."""

@@ -118,15 +118,6 @@ def joined_outlines(edges: Edges) -> tuple[I64, int]:
     return label[begins], count
 
 
-def outline_boxes(edges: Edges) -> tuple[I64, F64, F64]:
-    """Return the outline that each edge belongs to, and their lowest and highest x and y (n, 2)."""
-    outline, count = joined_outlines(edges)
-    low, high = np.full((count, 2), np.inf), np.full((count, 2), -np.inf)
-    np.minimum.at(low, np.tile(outline, 2), edges.points)
-    np.maximum.at(high, np.tile(outline, 2), edges.points)
-    return outline, low, high
-
-
 @kernel(allocates=True)
 def _label(begins: I64, ends: I64, label: I64) -> int:
     """Write the outline that each point belongs to, by the edges between points; return how many there are."""

@@ -117,14 +117,6 @@ def test_a_lens_with_a_pattern_is_hashed():
         rendered([Listed([1.0, 2.0]), SQUARE])
 
 
-def test_a_pattern_on_a_lattice_has_rows_first():
-    lens = changed(Lens, point_spread_on=lambda s, x, y, nm, precision: np.zeros((x.size, y.size)))
-    with pytest.raises(
-        InvalidValueError, match=r"gives shape \(5, 3\) for 5 places along x and 3 along y; give \(3, 5\)"
-    ):
-        rendered([lens, SQUARE])
-
-
 @pytest.mark.parametrize(
     ("facts", "message"),
     [

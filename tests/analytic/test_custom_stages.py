@@ -15,9 +15,6 @@ from tolerances import STATISTICAL
 import camsim
 from camsim.cli.info import text_of_file
 from camsim.errors import InputError, InvalidValueError
-from camsim.optics import OpticalSystem
-from camsim.rendering.fields.cost import unknown_reach
-from camsim.rendering.fourier.spread import kernel_of
 from camsim.revive import revive_capture
 
 TELEGRAPH = Telegraph(probability=0.1, step_e=50.0)
@@ -409,23 +406,3 @@ def test_what_a_blur_takes_is_foretold():
         notes.append(" ".join(capture.notes(capture.plan())))
     assert "the transfer of Motion at each wavelength; it is quicker with a lens that is all of it" in notes[1]
     assert "at each wavelength" not in notes[0]
-
-
-@dataclass(frozen=True)
-class Short(Motion):
-    def reach_um(self, lost_fraction, wavelength_nm):
-        return 0.5 * self.length_um
-
-
-def test_how_far_blurs_go_is_added_up():
-    photosite, nm = camsim.SquarePhotosite(side_um=4.0), np.array([550.0])
-    known, unknown = (
-        OpticalSystem.of([camsim.Airy(f_number=8.0), photosite, *blurs])
-        for blurs in ([Short(length_um=80.0)], [Short(length_um=80.0), Motion(length_um=3.0)])
-    )
-    alone = camsim.Airy(f_number=8.0).reach_um
-    far = kernel_of(known, nm, 4.0, 1e-3).reach * 4.0 - 40.0
-    assert alone(1e-3, 550.0) < far < alone(1e-5, 550.0)
-    assert kernel_of(unknown, nm, 4.0, 1e-3).reach == np.inf
-    assert unknown_reach(known, np.ones(2)) == ""
-    assert "how far Motion spreads light is not known (reach_um(" in unknown_reach(unknown, np.array([900.0, 40.0]))

@@ -12,7 +12,6 @@ from truth.closed_forms import grating_contrast
 
 import camsim
 from camsim.errors import InvalidValueError
-from camsim.rendering.check.gradient_samples import Cell, SeenGradient
 
 PITCH_UM, NM = 4.0, 500.0
 OPTICS = [camsim.Airy(f_number=8.0), camsim.FourSpotOlpf(split_um=3.0), camsim.SquarePhotosite(side_um=PITCH_UM)]
@@ -116,34 +115,6 @@ def test_far_larger_than_the_frame(lens, frames):
         assert worst(found.image, right) <= 1e-4 + far
     assert tracemalloc.get_traced_memory()[1] < 2e8
     tracemalloc.stop()
-
-
-def test_blocks_hold_all_that_is_seen():
-    """Of a ragged polygon with a hole the check's points add up to its moments, by the sums over its sides."""
-    random, parts = np.random.default_rng(5), []
-    for count, least, turn in ((120, 300.0, 1), (9, 60.0, -1)):
-        angle = np.sort(random.uniform(0.0, 2.0 * np.pi, count))[::turn]
-        about = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-        parts.append(random.uniform(least, 1.4 * least, (count, 1)) * about + np.array([4.3, 1.0]))
-    start, end = np.concatenate(parts), np.concatenate([np.roll(part, -1, axis=0) for part in parts])
-    ramp = camsim.LinearGradient(width_um=4000.0, height_um=3700.0, rotate_deg=30.0, low=0.2, high=0.8)
-    seen = SeenGradient(
-        picture=Cell.of(ramp, PITCH_UM), less=np.zeros(1), ones=False, outline=(start, end), pitch_um=PITCH_UM, order=8,
-        gradient=ramp, highest=0.9, allowed=1e-6,
-    )  # fmt: skip
-    lit = list(seen.lit_near(np.array([7.0, -31.0]), [(1.0, (0.0, 5.0)), (50.0, (5.0, 20.0))]))
-    places, light = np.concatenate([part for part, _ in lit]), np.concatenate([part for _, part in lit], axis=1)[0]
-    (x0, y0), (x1, y1) = start.T, end.T
-    cross = x0 * y1 - x1 * y0
-    area, mx, my = 0.5 * cross.sum(), (cross * (x0 + x1)).sum() / 6.0, (cross * (y0 + y1)).sum() / 6.0
-    mxx, myy = ((cross * (a * a + a * b + b * b)).sum() / 12.0 for a, b in ((x0, x1), (y0, y1)))
-    mxy = (cross * (x0 * y1 + 2.0 * x0 * y0 + 2.0 * x1 * y1 + x1 * y0)).sum() / 24.0
-    cos, sin = 0.6 / 1000.0 * np.cos(np.pi / 6.0), 0.6 / 1000.0 * np.sin(np.pi / 6.0)
-    assert light.sum() == pytest.approx(0.5 * area + cos * mx + sin * my, rel=1e-9)
-    assert places.T @ light == pytest.approx(
-        [0.5 * mx + cos * mxx + sin * mxy, 0.5 * my + cos * mxy + sin * myy], rel=1e-6
-    )
-    assert light.size < 60_000
 
 
 def test_two_curves_that_are_one_are_that_colour():

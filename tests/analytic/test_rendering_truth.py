@@ -13,7 +13,6 @@ from camsim.optics.pattern import SEVENTH
 from camsim.quadrature import gauss_error
 from camsim.rendering.boundary.far import Moments, far_edge, far_moments
 from camsim.rendering.boundary.tables import LONG, _filtered
-from camsim.rendering.check.pattern import oscillation, table_of
 from tests.truth import rays
 
 TRIANGLE = [(-3.1, -2.2), (6.7, -1.4), (0.9, 4.8)]
@@ -154,17 +153,6 @@ def test_a_field_is_the_potential_averaged_along_and_differenced_across(reach):
     along = np.exp(-((right / 25.0) ** 2)) @ average
     across = np.exp(-((down / 25.0) ** 2)) @ slope
     assert found == pytest.approx(np.outer(across, along), abs=1e-8)
-
-
-def test_what_the_check_takes_for_the_light_far_out_is_what_bessel_functions_leave():
-    """On the mean J0² + J1² = 2/(πx)·(1 + 1/(8x²) − 9/(128x⁴) …), x = πρ; what swings about it falls as ρ⁻²."""
-    airy, unit = camsim.Airy(f_number=2.0), (np.array([1.0]), np.ones((1, 1)))
-    table = table_of(airy, *unit, 60.0, 1e-9)
-    powers = [1.0, 2.0 / math.pi**2, 1.0 / (4.0 * math.pi**4), -9.0 / (64.0 * math.pi**6)]
-    assert table.far[0] == pytest.approx(powers, rel=1e-3)
-    rho = np.linspace(20.0, 60.0, 500)
-    swing = oscillation(airy, *unit, rho, 1e-9)[0] * math.pi**3 * rho**2
-    assert swing == pytest.approx(np.cos(2.0 * math.pi * rho), abs=0.02)
 
 
 def test_the_first_power_that_is_left_out_is_as_large_as_is_said():

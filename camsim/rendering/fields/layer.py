@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -118,11 +117,6 @@ class Layer:
         placed: F64 = self.corner + self.step * np.einsum("na,ax->nx", samples, self.axes)
         return placed
 
-    def samples_at(self, places: F64) -> F64:
-        """Return sample coordinates (n, 2) of places (n, 2), pitches."""
-        there: F64 = np.einsum("nx,ax->na", places - self.corner, self.axes) / self.step
-        return there
-
     @cached_property
     def _splines(self) -> F64:
         """Coefficients (planes, rows, cols), as the picture has them: without offset and ones."""
@@ -202,8 +196,3 @@ def basis(degree: int, t: F64) -> F64:
     s = 1.0 - t
     inner = (3.0 * t**3 - 6.0 * t**2 + 4.0) / 6.0
     return np.stack([s**3 / 6.0, inner, (3.0 * s**3 - 6.0 * s**2 + 4.0) / 6.0, t**3 / 6.0], axis=1)
-
-
-def reach_of(degree: int, step: float) -> float:
-    """Return how far from its sample a spline may be felt, pitches, on any diagonal, and a sample more."""
-    return (0.5 * (degree + 1) + 1.0) * step * math.sqrt(2.0)

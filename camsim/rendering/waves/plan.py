@@ -214,21 +214,21 @@ class WavesPlan:
         return spot_um(lens, wavelength_nm)
 
     @cached_property
-    def _frequencies(self) -> float:
-        """How many frequencies there are, of all levels and tiles."""
+    def _lattices(self) -> list[float]:
+        """How many frequencies the lattices have, of all levels and tiles."""
         image = self.image
         if image is None:
-            return 0.0
+            return []
         grid, (low, high) = self.job.grid, image.box
-        at, total = np.array(grid.first_centre), 0.0
+        at, found = np.array(grid.first_centre), []
         for level in image.levels:
             if level.takes is None:
                 for row, col, height, width in tiles((grid.rows, grid.cols)):
                     here = at + np.array([col, row], float)
-                    total += lattice_of(level, (width, height), low - here, high - here).size
+                    found.append(lattice_of(level, (width, height), low - here, high - here).size)
             else:
-                total += lattice_of(level, (grid.cols, grid.rows), low - at, high - at).size
-        return total
+                found.append(lattice_of(level, (grid.cols, grid.rows), low - at, high - at).size)
+        return found
 
     @cached_property
     def cost(self) -> Cost:
@@ -242,15 +242,10 @@ class WavesPlan:
                 SECONDS_EACH + weights.shape[1] * (SECONDS_CURVE if lens.is_round else SECONDS_POLAR)
             )
         nodes = 8.0 * len(self.job.edges)
-        seconds = self._frequencies * each + nodes * SECONDS_NODE
+        seconds = sum(self._lattices) * each + nodes * SECONDS_NODE
         most = max(len(weights) for _, weights, _ in image.sources)
-        grid = self.job.grid
-        largest = max(
-            lattice_of(image.levels[0], (width, height), np.full(2, -1e9), np.full(2, 1e9)).size
-            for _, _, height, width in tiles((grid.rows, grid.cols))
-        )
         tables = sum(len(lens.wavelength_nm) * SECONDS_TABLE for *_, lens in image.sources if not lens.is_round)
-        return Cost(seconds=0.005 + seconds + tables, memory_bytes=BYTES_EACH * largest * most)
+        return Cost(seconds=0.005 + seconds + tables, memory_bytes=BYTES_EACH * max(self._lattices) * most)
 
     def work(self, images: int) -> Work:
         """Count the work of ``images`` images."""
@@ -260,7 +255,7 @@ class WavesPlan:
             wavelength_nodes=self.wavelengths,
             channels=images,
             photosites=images * grid.rows * grid.cols,
-            frequencies=round(self._frequencies),
+            frequencies=round(sum(self._lattices)),
             samples_of_pictures=sum(layer.shape[0] * layer.shape[1] for layer in layers),
         )
 
@@ -280,7 +275,7 @@ class WavesPlan:
             )
         yield Decision(
             topic="settings",
-            decision=f"{self._frequencies:.2g} frequencies, up to {image.levels[0].cut:.3g} cycles a pitch",
+            decision=f"{sum(self._lattices):.2g} frequencies, up to {image.levels[0].cut:.3g} cycles a pitch",
             reason="lens, OLPF and photosite pass nothing beyond that counts",
         )
 
