@@ -15,6 +15,7 @@ from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.kept import cached_property
 from camsim.optics.of_pupil import OfPupil
 from camsim.optics.protocols import Fading, KnowsReach
+from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.engine import FEWEST_CHECKED, FINEST, Cost, Decision, Marks, Progress
 from camsim.rendering.fields.job import FieldJob
 from camsim.rendering.fields.layer import Layer
@@ -34,15 +35,11 @@ from camsim.repeated import Channels
 COARSEST = 1e-2
 BESIDE_SIGHT = 8.0  # pitches: patches that reach into what the first level sees
 NEAR, NEAR_OF_LARGE, LARGE = 24.0, 40.0, 700  # pitches that the first level sees, in frames up to so many photosites
-OF_LIGHT, OF_BAND, OF_LEAK, OF_PRECISION, OF_TRANSFER, OF_MIXTURE = (
-    0.05,
-    0.05,
-    0.1,
-    0.02,
-    0.15,
-    0.06,
-)  # of the tolerance
-OF_RINGS, OF_SPIKES, OF_ECHO = 0.1, 0.3, 0.3
+_share = ErrorBudget(1.0).allowed
+OF_LIGHT, OF_BAND, OF_LEAK = _share("far light"), _share("band"), min(_share("windows"), _share("between points"))
+OF_PRECISION, OF_TRANSFER, OF_MIXTURE = _share("spreading"), _share("transfers"), _share("mixtures")
+OF_RINGS, OF_SPIKES = _share("ringing"), _share("spikes")
+OF_ECHO = 0.3  # of the tolerance
 HIDDEN = 0.4  # of a spike: the most that is missed of it where a corner cuts it
 RINGING = 2.0 / math.pi**4  # of an edge's ringing: 8 ends' (λN/R)^{5/2}/4π⁴
 CIRCLE_TAIL = 0.06  # an edge's light at R behind a pupil of perimeter p and area a: so much times (p/a)·λN/R
