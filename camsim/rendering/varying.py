@@ -222,7 +222,13 @@ class JudgeOfPlaces:
         if isinstance(plan, FlatPlan):
             return base
         grid = plan.job.grid
-        one = dataclasses.replace(grid, rows=1, cols=1, origin=(grid.origin[0] + row, grid.origin[1] + col))
+        one = dataclasses.replace(
+            grid,
+            rows=1,
+            cols=1,
+            origin=(grid.origin[0] + row, grid.origin[1] + col),
+            frame=grid.frame or (grid.rows, grid.cols),
+        )
         tolerance = OF_CHECK * plan.job.tolerance
         job = dataclasses.replace(plan.job, grid=one, tolerance=tolerance)
         fields = plan.fields and dataclasses.replace(plan.fields, tolerance=OF_CHECK * plan.fields.tolerance)

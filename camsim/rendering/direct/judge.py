@@ -183,8 +183,8 @@ class Judge:
         rules, phases = phases_of(OF_PANELS * self.allowed, MOST_NODES)
         work = functools.partial(
             along_outlines, points, pieces.outlines, pieces.outlines.length, pair,
-            np.ascontiguousarray(of_kinds[left] - of_kinds[right]), table, rules, phases,
-            float(phases[-1] / (math.pi * self._highest)), out,
+            np.ascontiguousarray(of_kinds[left] - of_kinds[right]), table,
+            (rules, phases, float(phases[-1] / (math.pi * self._highest))), out,
         )  # fmt: skip
         shared(len(points), work)
         return out

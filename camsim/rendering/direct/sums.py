@@ -45,31 +45,37 @@ class JudgeBySums:
     fields: FieldJob | None = None
     like: WavesPlan | None = None
 
+    @property
+    def _again(self) -> bool:
+        """Whether the image's sources serve again."""
+        return self.like is not None and (self.fields is not None or len(self.job.edges) > MANY)
+
     @cached_property
     def _image(self) -> FrequencyImage:
-        again = self.like is not None and (self.fields is not None or len(self.job.edges) > MANY)
-        image = self._plan(again).image
+        image = self.plan.image
         assert image is not None
-        if again and self.like is not None and self.like.image is not None:
+        if self._again and self.like is not None and self.like.image is not None:
             return dataclasses.replace(image, sources=self.like.image.sources)
         return image
 
-    def _plan(self, again: bool) -> WavesPlan:
-        plan = self._planned(again, OF_TOLERANCE)
+    @cached_property
+    def plan(self) -> WavesPlan:
+        """What is summed once more, more roughly where it would take too much memory."""
+        plan = self._planned(OF_TOLERANCE)
         for share in COARSER:
             if plan.cost.memory_bytes <= MEMORY_LIMIT_BYTES:
                 break
-            plan = self._planned(again, share)
+            plan = self._planned(share)
         return plan
 
-    def _planned(self, again: bool, share: float) -> WavesPlan:
+    def _planned(self, share: float) -> WavesPlan:
         lens = self.job.system.lens
         tolerance = max(share * self.job.tolerance, FINEST)
         job = dataclasses.replace(self.job, tolerance=tolerance)
         fields = self.fields
         if fields is not None:
             fields = dataclasses.replace(fields, tolerance=max(share * fields.tolerance, FINEST))
-        if again or (
+        if self._again or (
             isinstance(lens, OfPupil)
             and (
                 lens.pupil.shape != "circular" or lens.waves_across(float(self.job.signals.wavelength_nm.min())) > STEEP

@@ -229,16 +229,16 @@ def _photosites(total: C128, every: int, out: F64) -> None:
         own += scipy.fft.ifft(columns, axis=1)[:, : own.shape[1]].real * scale
 
 
-def tiles(shape: tuple[int, int], side: int = TILE) -> Iterator[tuple[int, int, int, int]]:
+def tiles(shape: tuple[int, int]) -> Iterator[tuple[int, int, int, int]]:
     """Yield row, column, height and width of tiles, all about as large."""
-    heights, widths = (_parts(length, side) for length in shape)
+    heights, widths = (_parts(length) for length in shape)
     for row, height in heights:
         for col, width in widths:
             yield row, col, height, width
 
 
-def _parts(length: int, side: int) -> list[tuple[int, int]]:
-    count = max(1, math.ceil(length / (1.3 * side)))
+def _parts(length: int) -> list[tuple[int, int]]:
+    count = max(1, math.ceil(length / (1.3 * TILE)))
     ends = [length * k // count for k in range(count + 1)]
     return [(a, b - a) for a, b in pairwise(ends)]
 

@@ -15,6 +15,7 @@ from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.kept import cached_property
 from camsim.optics.of_pupil import OfPupil
 from camsim.optics.protocols import Fading, KnowsReach
+from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.engine import FEWEST_CHECKED, FINEST, Cost, Decision, Marks, Progress
 from camsim.rendering.fields.job import FieldJob
 from camsim.rendering.fields.layer import Layer
@@ -34,15 +35,11 @@ from camsim.repeated import Channels
 COARSEST = 1e-2
 BESIDE_SIGHT = 8.0  # pitches: patches that reach into what the first level sees
 NEAR, NEAR_OF_LARGE, LARGE = 24.0, 40.0, 700  # pitches that the first level sees, in frames up to so many photosites
-OF_LIGHT, OF_BAND, OF_LEAK, OF_PRECISION, OF_TRANSFER, OF_MIXTURE = (
-    0.05,
-    0.05,
-    0.1,
-    0.02,
-    0.15,
-    0.06,
-)  # of the tolerance
-OF_RINGS, OF_SPIKES = 0.1, 0.3
+_share = ErrorBudget(1.0).allowed
+OF_LIGHT, OF_BAND, OF_LEAK = _share("far light"), _share("band"), min(_share("windows"), _share("between points"))
+OF_PRECISION, OF_TRANSFER, OF_MIXTURE = _share("spreading"), _share("transfers"), _share("mixtures")
+OF_RINGS, OF_SPIKES = _share("ringing"), _share("spikes")
+OF_ECHO = 0.3  # of the tolerance
 HIDDEN = 0.4  # of a spike: the most that is missed of it where a corner cuts it
 RINGING = 2.0 / math.pi**4  # of an edge's ringing: 8 ends' (λN/R)^{5/2}/4π⁴
 CIRCLE_TAIL = 0.06  # an edge's light at R behind a pupil of perimeter p and area a: so much times (p/a)·λN/R
@@ -218,21 +215,21 @@ class WavesPlan:
         return spot_um(lens, wavelength_nm)
 
     @cached_property
-    def _frequencies(self) -> float:
-        """How many frequencies there are, of all levels and tiles."""
+    def _lattices(self) -> list[float]:
+        """How many frequencies the lattices have, of all levels and tiles."""
         image = self.image
         if image is None:
-            return 0.0
+            return []
         grid, (low, high) = self.job.grid, image.box
-        at, total = np.array(grid.first_centre), 0.0
+        at, found = np.array(grid.first_centre), []
         for level in image.levels:
             if level.takes is None:
                 for row, col, height, width in tiles((grid.rows, grid.cols)):
                     here = at + np.array([col, row], float)
-                    total += lattice_of(level, (width, height), low - here, high - here).size
+                    found.append(lattice_of(level, (width, height), low - here, high - here).size)
             else:
-                total += lattice_of(level, (grid.cols, grid.rows), low - at, high - at).size
-        return total
+                found.append(lattice_of(level, (grid.cols, grid.rows), low - at, high - at).size)
+        return found
 
     @cached_property
     def cost(self) -> Cost:
@@ -246,15 +243,10 @@ class WavesPlan:
                 SECONDS_EACH + weights.shape[1] * (SECONDS_CURVE if lens.is_round else SECONDS_POLAR)
             )
         nodes = 8.0 * len(self.job.edges)
-        seconds = self._frequencies * each + nodes * SECONDS_NODE
+        seconds = sum(self._lattices) * each + nodes * SECONDS_NODE
         most = max(len(weights) for _, weights, _ in image.sources)
-        grid = self.job.grid
-        largest = max(
-            lattice_of(image.levels[0], (width, height), np.full(2, -1e9), np.full(2, 1e9)).size
-            for _, _, height, width in tiles((grid.rows, grid.cols))
-        )
         tables = sum(len(lens.wavelength_nm) * SECONDS_TABLE for *_, lens in image.sources if not lens.is_round)
-        return Cost(seconds=0.005 + seconds + tables, memory_bytes=BYTES_EACH * largest * most)
+        return Cost(seconds=0.005 + seconds + tables, memory_bytes=BYTES_EACH * max(self._lattices) * most)
 
     def work(self, images: int) -> Work:
         """Count the work of ``images`` images."""
@@ -264,7 +256,7 @@ class WavesPlan:
             wavelength_nodes=self.wavelengths,
             channels=images,
             photosites=images * grid.rows * grid.cols,
-            frequencies=round(self._frequencies),
+            frequencies=round(sum(self._lattices)),
             samples_of_pictures=sum(layer.shape[0] * layer.shape[1] for layer in layers),
         )
 
@@ -284,7 +276,7 @@ class WavesPlan:
             )
         yield Decision(
             topic="settings",
-            decision=f"{self._frequencies:.2g} frequencies, up to {image.levels[0].cut:.3g} cycles a pitch",
+            decision=f"{sum(self._lattices):.2g} frequencies, up to {image.levels[0].cut:.3g} cycles a pitch",
             reason="lens, OLPF and photosite pass nothing beyond that counts",
         )
 
@@ -356,13 +348,17 @@ class Waves:
     def wavelengths(self, job: Job, tolerance: float) -> int:
         """Return how many nodes tell a transfer at all wavelengths: it changes as a wavefront turns, else slowly.
 
-        Measured on edges in daylight: 7 at 1e-4, 20 at 1e-6.
+        And rings that a spectrum has out of step come into step again where neighbouring nodes are a wave apart: no
+        nearer than where nothing is heard of them.
         """
         if not job.system.chromatic:
             return 1
         turned = wavefront_phase(job.system, job.signals.wavelength_nm) / (2.0 * math.pi)
         digits: float = max(-math.log10(min(self.rougher * tolerance, 0.1)), 1.0) ** DIGITS_POWER
-        return math.ceil(self.finer * math.ceil(digits + 2.0 + NODES_OF_WAVE * turned))
+        heard = _ringing(job, OF_ECHO / OF_RINGS * self.rougher * tolerance)
+        apart = float(1.0 / job.blur.min() - 1.0 / job.blur.max())
+        echoes = min(heard * apart, job.span * apart + digits) if len(job.edges) else heard * apart
+        return math.ceil(self.finer * math.ceil(max(digits, echoes) + 2.0 + NODES_OF_WAVE * turned))
 
 
 def _ringing(job: Job, tolerance: float) -> float:
