@@ -83,7 +83,8 @@ class WavesPlan:
     def image(self) -> FrequencyImage | None:
         """What sums; None where there is nothing."""
         job, tolerance = self.job, self.job.tolerance
-        precision = max(1e-13, OF_PRECISION * tolerance)
+        beside = tolerance if self.fields is None else tolerance / self.fields.brighter
+        precision = max(1e-13, OF_PRECISION * beside)
         found: list[tuple[Source, F64, Lens]] = []
         if len(job.edges):
             nodes = self.nodes
@@ -98,9 +99,9 @@ class WavesPlan:
             found += self._of_fields(self.fields, precision)
         if not found:
             return None
-        cut = max(self._band(lens, weights, tolerance) for _, weights, lens in found)
+        cut = max(self._band(lens, weights, beside) for _, weights, lens in found)
         farthest = max(_farthest(source, job) for source, *_ in found)
-        levels = self._levels(cut, farthest, tolerance)
+        levels = self._levels(cut, farthest, beside)
         if len(levels) > 1:
             low, reach = levels[1].cut, levels[0].reach + BESIDE_SIGHT
             first = np.array(job.grid.first_centre)
@@ -122,7 +123,7 @@ class WavesPlan:
             sources=found,
             footprint=Footprint(system=job.system, pitch_um=job.grid.pitch_um),
             levels=levels,
-            leak=OF_LEAK * tolerance,
+            leak=OF_LEAK * beside,
         )
 
     def fused(self, signals: Signals, tolerance: float) -> tuple[F64, F64]:
