@@ -59,7 +59,7 @@ class FieldSource:
         if finer > MOST_FINER:
             raise UnsupportedError(
                 f"its samples are {layer.step:.3g} pitches wide, and divided as finely as the lens passes they are "
-                f"{finer:.2g}, of {MOST_FINER:.0e} at the most: crop it to what lies near the frame, give more samples, "
+                f"{finer:.2g}, of {MOST_FINER:.0e} at most: crop it to what lies near the frame, give more samples, "
                 "or look at its units",
                 key="picture",
             )
