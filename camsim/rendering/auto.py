@@ -93,7 +93,8 @@ def _judge(plan: Plan, scene: Scene, fields: FieldJob | None) -> Checks:
     """Return what judges: direct sums of a scene that is no crowd, behind a round lens; else frequency sums again."""
     job, like = plan.job, plan if isinstance(plan, WavesPlan) else None
     few = len(job.edges) <= MANY and (fields is None or _waves_of_samples(fields) <= WIDEST)
-    if isinstance(job.system.lens, RoundLens) and not job.system.more and job.tolerance >= DIRECT and few:
+    finest = job.tolerance if fields is None else job.tolerance / fields.brighter
+    if isinstance(job.system.lens, RoundLens) and not job.system.more and finest >= DIRECT and few:
         return Judge(job, scene)
     judge = JudgeBySums(job=job, scene=scene, fields=fields, like=like)
     if judge.plan.cost.memory_bytes > FARTHER**2 * MEMORY_LIMIT_BYTES:  # than an image, of which that is the most

@@ -23,9 +23,7 @@ def test_powers_and_tones_are_all_of_the_light_far_out(obstruction):
 @pytest.mark.parametrize("number", [2199, 1877])
 def test_parts_of_a_footprint_are_all_of_it(number):
     system = draw(71, number)
-    choice = systems.choice(system, tolerance=system["tolerance"], method="boundary")
     image = systems.rendered(system, method="boundary").image
-    assert len(choice.plan.places) > 1
     truth = systems.Truth(system)
     for row, col in ((0, 0), (image.shape[0] - 1, image.shape[1] // 2)):
         channel = int(systems.channel(system)[row, col])

@@ -23,7 +23,7 @@ from camsim.scene.raster import Field, Raster
 from camsim.spectra.component import Component
 from camsim.spectra.curve import Curve, Spectrum
 
-POINT_ROOM = 10.0  # photosites' worth of a point's light that are taken for one of a diffuser's
+POINT_ROOM = 3.0  # photosites' worth of a point's light that are taken for one of a diffuser's
 OF_ALIASES = (
     0.4  # of the tolerance: the bound of what aliases of a gradient leave at a rim; a hundredth of it was measured
 )

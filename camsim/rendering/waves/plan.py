@@ -13,6 +13,7 @@ import numpy as np
 from camsim.arrays import F64, I64, U8
 from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.kept import cached_property
+from camsim.optics.annular import AnnularAiry
 from camsim.optics.of_pupil import OfPupil
 from camsim.optics.protocols import Fading, KnowsReach
 from camsim.rendering.budget import ErrorBudget
@@ -181,7 +182,7 @@ class WavesPlan:
             )
             return levels_of(cut, reach + extent, lost, OF_LEAK * tolerance, farthest, 0.0)
         near = NEAR if max(job.grid.rows, job.grid.cols) <= LARGE else NEAR_OF_LARGE
-        tail = 2.0 * CIRCLE_TAIL * longest
+        tail = 2.0 * CIRCLE_TAIL * longest / (1.0 - _obstruction(lens))
         spot = 0.0
         if isinstance(lens, OfPupil):
             pupil = lens.pupil
@@ -369,8 +370,17 @@ def _ringing(job: Job, tolerance: float) -> float:
     """
     longest, count = float(job.blur.max()), max(4, len(job.edges))
     passes = max(job.system.ring_share(job.signals.wavelength_nm), 1e-3)
-    loud = RINGING * passes * math.sqrt(min(count, 4000) / 4.0)
+    hole = _obstruction(job.system.lens)  # its rim's rings add to the outer one's
+    louder = (1.0 + math.sqrt(hole)) ** 2 / (1.0 - hole**2)
+    loud = RINGING * passes * louder * math.sqrt(min(count, 4000) / 4.0)
     return float(longest * (loud / (OF_RINGS * tolerance)) ** 0.4)
+
+
+def _obstruction(lens: object) -> float:
+    """Return the diameter of what is covered in the middle of a lens, over D."""
+    if isinstance(lens, OfPupil):
+        return lens.pupil.obstruction
+    return lens.obstruction if isinstance(lens, AnnularAiry) else 0.0
 
 
 def spot_um(lens: OfPupil, wavelength_nm: float) -> float:
