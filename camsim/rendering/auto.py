@@ -9,7 +9,7 @@ from camsim.optics import RoundLens
 from camsim.rendering.boundary.engine import Boundary
 from camsim.rendering.direct.checks import Checks
 from camsim.rendering.direct.judge import Judge
-from camsim.rendering.direct.sums import MANY, JudgeBySums
+from camsim.rendering.direct.sums import FARTHER, MANY, JudgeBySums
 from camsim.rendering.engine import FINEST, MEMORY_LIMIT_BYTES, Cost, Engine, Plan, too_much
 from camsim.rendering.fields.job import FieldJob
 from camsim.rendering.flat import FlatPlan
@@ -94,7 +94,7 @@ def _judge(plan: Plan, scene: Scene, fields: FieldJob | None) -> Checks:
     if isinstance(job.system.lens, RoundLens) and not job.system.more and job.tolerance >= DIRECT and few:
         return Judge(job, scene)
     judge = JudgeBySums(job=job, scene=scene, fields=fields, like=like)
-    if not fits(judge.plan):
+    if judge.plan.cost.memory_bytes > FARTHER**2 * MEMORY_LIMIT_BYTES:  # than an image, of which that is the most
         raise too_much("the check", judge.plan.cost.memory_bytes)
     return judge
 

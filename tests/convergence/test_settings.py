@@ -22,20 +22,9 @@ LENSES = [camsim.Airy(f_number=1.0 / 0.55), camsim.Gaussian(sigma_um=1.0)]
 
 
 def test_shares_add_to_one():
-    for engine in (budget.BOUNDARY, budget.FOURIER, budget.DIFFERENCE, budget.FIELD):
+    for engine in (budget.BOUNDARY, budget.FREQUENCIES):
         assert sum(share.part for share in (budget.SCENE | engine).values()) == pytest.approx(1.0, abs=1e-12)
-    assert sum(share.part for share in budget.CHECK.values()) == pytest.approx(1.0, abs=1e-12)
-    every = (
-        budget.SCENE
-        | budget.BOUNDARY
-        | budget.FOURIER
-        | budget.DIFFERENCE
-        | budget.ACROSS
-        | budget.CHECK
-        | budget.FIELD
-    )
-    assert sum(share.part for share in budget.ACROSS.values()) + budget.PLACES_PART == pytest.approx(1.0)
-    assert set(every) == set(typing.get_args(budget.Source))
+    assert set(budget.SCENE | budget.BOUNDARY | budget.FREQUENCIES) == set(typing.get_args(budget.Source))
 
 
 @pytest.mark.parametrize("page", list(PAGES["TABLES"]))

@@ -37,7 +37,7 @@ class FieldJob:
     layers        : those that can be seen, all points as the last one
     wavelength_nm : (n,);  density: (planes, channels, n) of all layers' planes, of full scale
     tolerance     : that they may take
-    split         : the lens as a round one, moved, and the rest, where it is that
+    brighter      : times by which it is finer than that of pictures, as points are bright
     """
 
     layers: tuple[Layer | PointLayer, ...]
@@ -46,6 +46,7 @@ class FieldJob:
     system: OpticalSystem
     grid: Grid
     tolerance: float
+    brighter: float = 1.0
 
     @classmethod
     def of(
@@ -75,7 +76,7 @@ class FieldJob:
             spectra.extend(raster.spectra)
             if layer.ones:
                 spectra.append(Component.less(scene.background))
-        points = seen_of(scene)
+        points, brighter = seen_of(scene), 1.0
         colours = list(dict.fromkeys(one.reflectance for one in points))
         nodes, density = multiplied([*spectra, *colours] or [0.0], response, wavelength_nm)
         if points:
@@ -83,7 +84,8 @@ class FieldJob:
             layers.append(lit)
             # Of light beyond R a photosite before a diffuser gets all, one beside a point 1/2πR² of it: with this much
             # room a hundredth of what is allowed was left, with point photosites and λN of 0.1 pitches 0.13.
-            tolerance = _beside_points(tolerance, max(1.0, lit.loud / POINT_ROOM))
+            brighter = max(1.0, lit.loud / POINT_ROOM)
+            tolerance = _beside_points(tolerance, brighter)
         nodes, density = _without_tails(nodes, density / scale[:, None], TAILS * tolerance)
         return cls(
             layers=tuple(layers),
@@ -92,6 +94,7 @@ class FieldJob:
             system=system,
             grid=grid,
             tolerance=tolerance,
+            brighter=brighter,
         )
 
 

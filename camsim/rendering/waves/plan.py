@@ -39,11 +39,12 @@ _share = ErrorBudget(1.0).allowed
 OF_LIGHT, OF_BAND, OF_LEAK = _share("far light"), _share("band"), min(_share("windows"), _share("between points"))
 OF_PRECISION, OF_TRANSFER, OF_MIXTURE = _share("spreading"), _share("transfers"), _share("mixtures")
 OF_RINGS, OF_SPIKES = _share("ringing"), _share("spikes")
+OF_ECHO = 0.3  # of the tolerance
 HIDDEN = 0.4  # of a spike: the most that is missed of it where a corner cuts it
 RINGING = 2.0 / math.pi**4  # of an edge's ringing: 8 ends' (λN/R)^{5/2}/4π⁴
 CIRCLE_TAIL = 0.06  # an edge's light at R behind a pupil of perimeter p and area a: so much times (p/a)·λN/R
 DIGITS_POWER, NODES_OF_WAVE = 1.6, 2.0  # of the number of wavelengths
-STEPS, DIRECTIONS = 256, 8  # in which a system is asked what it passes
+STEPS, DIRECTIONS = 256, 32  # in which a system is asked what it passes
 SECONDS_EACH, SECONDS_CURVE, SECONDS_POLAR, SECONDS_NODE = 6e-8, 4e-9, 3e-8, 1e-7  # of a frequency, and of a node
 SECONDS_TABLE = 0.02  # of a pupil's transfer at a wavelength
 BYTES_EACH = 40.0
@@ -82,7 +83,8 @@ class WavesPlan:
     def image(self) -> FrequencyImage | None:
         """What sums; None where there is nothing."""
         job, tolerance = self.job, self.job.tolerance
-        precision = max(1e-13, OF_PRECISION * tolerance)
+        beside = tolerance if self.fields is None else tolerance / self.fields.brighter
+        precision = max(1e-13, OF_PRECISION * beside)
         found: list[tuple[Source, F64, Lens]] = []
         if len(job.edges):
             nodes = self.nodes
@@ -97,9 +99,9 @@ class WavesPlan:
             found += self._of_fields(self.fields, precision)
         if not found:
             return None
-        cut = max(self._band(lens, weights, tolerance) for _, weights, lens in found)
+        cut = max(self._band(lens, weights, beside) for _, weights, lens in found)
         farthest = max(_farthest(source, job) for source, *_ in found)
-        levels = self._levels(cut, farthest, tolerance)
+        levels = self._levels(cut, farthest, beside)
         if len(levels) > 1:
             low, reach = levels[1].cut, levels[0].reach + BESIDE_SIGHT
             first = np.array(job.grid.first_centre)
@@ -121,7 +123,7 @@ class WavesPlan:
             sources=found,
             footprint=Footprint(system=job.system, pitch_um=job.grid.pitch_um),
             levels=levels,
-            leak=OF_LEAK * tolerance,
+            leak=OF_LEAK * beside,
         )
 
     def fused(self, signals: Signals, tolerance: float) -> tuple[F64, F64]:
@@ -214,7 +216,7 @@ class WavesPlan:
         return spot_um(lens, wavelength_nm)
 
     @cached_property
-    def _lattices(self) -> list[float]:
+    def _lattices(self) -> list[int]:
         """How many frequencies the lattices have, of all levels and tiles."""
         image = self.image
         if image is None:
@@ -347,13 +349,17 @@ class Waves:
     def wavelengths(self, job: Job, tolerance: float) -> int:
         """Return how many nodes tell a transfer at all wavelengths: it changes as a wavefront turns, else slowly.
 
-        Measured on edges in daylight: 7 at 1e-4, 20 at 1e-6.
+        And rings that a spectrum has out of step come into step again where neighbouring nodes are a wave apart: no
+        nearer than where nothing is heard of them.
         """
         if not job.system.chromatic:
             return 1
         turned = wavefront_phase(job.system, job.signals.wavelength_nm) / (2.0 * math.pi)
         digits: float = max(-math.log10(min(self.rougher * tolerance, 0.1)), 1.0) ** DIGITS_POWER
-        return math.ceil(self.finer * math.ceil(digits + 2.0 + NODES_OF_WAVE * turned))
+        heard = _ringing(job, OF_ECHO / OF_RINGS * self.rougher * tolerance)
+        apart = float(1.0 / job.blur.min() - 1.0 / job.blur.max())
+        echoes = min(heard * apart, job.span * apart + digits) if len(job.edges) else heard * apart
+        return math.ceil(self.finer * math.ceil(max(digits, echoes) + 2.0 + NODES_OF_WAVE * turned))
 
 
 def _ringing(job: Job, tolerance: float) -> float:
