@@ -59,9 +59,14 @@ test-oldest:  ## the core of the tests with the oldest packages that pyproject.t
 	$(VENV)-oldest/bin/python -m pytest -q -W default tests/files/test_formats.py \
 	  tests/analytic/test_radiometry.py tests/analytic/test_adc.py tests/analytic/test_cfa.py tests/analytic/test_oracle.py
 
-test-machines: $(READY)  ## forty captures, then the tests (TESTS=… for a part), as on other processors: the same codes and bytes
+# What last bits can decide: sums of BLAS and of kernels against truths, files' bytes, figures of measured edges, colours
+# and noise. Messages, layers, pages and laws of single stages are the same on every processor.
+BY_PROCESSOR := analytic files cli/test_info_and_recapture.py measured/test_same_bytes.py measured/test_mtf.py \
+  measured/test_colour.py measured/test_grey_card.py measured/test_photon_transfer.py measured/test_noise_truths.py
+
+test-machines: $(READY)  ## forty captures, then what depends on a processor (TESTS=… for another part), as on six: the same codes and bytes
 	$(BIN)/python -m bench.machines
-	$(BIN)/python -m bench.machines tests $(SIDE_BY_SIDE) $(TESTS)
+	$(BIN)/python -m bench.machines tests -q $(SIDE_BY_SIDE) $(or $(TESTS),$(BY_PROCESSOR:%=tests/%))
 
 test-clients: $(READY)  ## judge the files by programs from elsewhere; a missing one is a failure, never a skip
 	(for program in exiftool dcraw dcraw_emu rawtherapee-cli darktable-cli exrheader chromium; do \
@@ -84,9 +89,9 @@ attack: $(READY)  ## random systems against independent truths, ten minutes; SEE
 	  $(if $(SEED),--seed $(SEED)) $(if $(COUNT),--count $(COUNT))
 	NUMBA_NUM_THREADS=1 $(BIN)/python -m tests.attack.captures --seconds 60 $(if $(SEED),--seed $(SEED))
 
-attack-quick: $(READY)  ## the first few dozen of seed 1
-	NUMBA_NUM_THREADS=1 OMP_NUM_THREADS=1 $(BIN)/python -m tests.attack --quick --count 60 --seconds 60 --seed 1
-	NUMBA_NUM_THREADS=1 $(BIN)/python -m tests.attack.captures --count 40 --seconds 40 --seed 1
+attack-quick: $(READY)  ## a few dozen
+	NUMBA_NUM_THREADS=1 OMP_NUM_THREADS=1 $(BIN)/python -m tests.attack --quick --seed 1 --count 60 --seconds 60
+	NUMBA_NUM_THREADS=1 $(BIN)/python -m tests.attack.captures --seed 1 --count 40 --seconds 40
 
 mutants: $(READY)  ## one line of camsim changed at a time: do the tests notice? (docs/testing.md; an hour or two, goes on where it was)
 	NUMBA_NUM_THREADS=1 $(BIN)/python bench/mutants

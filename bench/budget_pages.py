@@ -8,7 +8,7 @@ from pathlib import Path
 from camsim.rendering import budget
 
 DOCS = Path(__file__).parents[1] / "docs"
-TABLES = {"mathematics.md": {"scene": budget.SCENE, "boundary": budget.BOUNDARY}}
+TABLES = {"mathematics.md": {"scene": budget.SCENE, "boundary": budget.BOUNDARY, "frequencies": budget.FREQUENCIES}}
 
 
 def written(text: str, tables: dict[str, dict[budget.Source, budget.Share]]) -> str:

@@ -1,9 +1,9 @@
-"""Forty captures and the tests as on other processors.
+"""Forty captures and tests as on other processors.
 
 ``python -m bench.machines`` takes the captures once for each of ``MACHINES``, a process each, and compares codes and
 every kind of file with the first one's. It exits with 1 where a code differs, or where more than two captures of a kind
 have other bytes: a mean that lies at the edge of its step may fall on either side. ``python -m bench.machines tests
-ARGUMENT…`` runs pytest on each with these arguments. ``make test-machines`` does both.
+ARGUMENT…`` runs pytest on each with these arguments. ``make test-machines`` does both, with some of the tests.
 
 SkylakeX wants a processor with AVX-512: without it OpenBLAS takes another core, and nothing is learnt there.
 """

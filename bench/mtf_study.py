@@ -6,12 +6,14 @@ python bench/mtf_study.py closed-form         # Gaussian edges that no renderer 
 python bench/mtf_study.py noise --draws 200
 python bench/mtf_study.py small --draws 5000  # sharp edges in up to 48 px of a Bayer channel: right, or refused
 python bench/mtf_study.py drawn --draws 900   # blocks of 25 px and more, near neighbours, tilted light: 4 errors
+python bench/mtf_study.py aberrated           # what coma and spherical aberration throw beyond a region
 python bench/mtf_study.py speed
 """
 
 from __future__ import annotations
 
 import argparse
+import functools
 import math
 import os
 import sys
@@ -23,11 +25,12 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
 import numpy as np
 from drawn_edges import drawn_edge_of_a_chart
-from edges import drawn_edge, gaussian_edge, gaussian_mtf, gaussian_sigma
+from edges import ABERRATED, drawn_edge, gaussian_edge, gaussian_mtf, gaussian_sigma, pupil_edge
 
 import camsim
 from camsim.errors import UnsupportedError
 from camsim.measure import CameraOtf, Picture, Plane, Roi, measure_edge, measure_mtf, picture_of_frame
+from camsim.optics import OpticalSystem
 
 F_NUMBERS = (2.8, 4.0, 5.6, 8.0, 11.0, 16.0, 22.0, 32.0)
 ANGLES_DEG = (2.0, 3.0, 5.0, 8.0, 11.0, 17.0, 24.0, 30.0, 38.0, 43.0)
@@ -187,6 +190,29 @@ def drawn(draws: int) -> list[str]:
     return wrong
 
 
+def _along(system: OpticalSystem, x: float, y: float, frequency: np.ndarray) -> np.ndarray:
+    return system.otf(x * frequency, y * frequency, 550.0)
+
+
+def aberrated(f_number: float = 5.6, pitch_um: float = 3.45, angle_deg: float = 5.3) -> None:
+    """Noise-free edges behind aberrations: MTF50 off, and the smaller stated error of the two sides, in per cent."""
+    turn = math.radians(angle_deg)
+    for name, waves in ABERRATED.items():
+        lens = camsim.Wavefront(f_number=f_number, zernike_waves=waves)
+        system = OpticalSystem.of([lens, camsim.SquarePhotosite(side_um=pitch_um)])
+        told = []
+        for size in (48, 64, 128):
+            both = []
+            for side in (1.0 / pitch_um, -1.0 / pitch_um):
+                along = functools.partial(_along, system, side * math.cos(turn), side * math.sin(turn))
+                image, true = pupil_edge(size, angle_deg, along, pitch_um * system.cutoff_per_um(550.0))
+                edge = measure_edge(Plane(name="Y", samples=image), Roi(0, 0, size, size))
+                found, error = (own.mtf50_cycles_per_pixel / true for own in (edge.figures, edge.standard_error))
+                both.append((100.0 * error, 100.0 * (found - 1.0)))
+            told.append("{1:+.2f}({0:.2f}) %".format(*min(both)))
+        print(f"{name}: rise {edge.figures.rise_10_90_pixel:.1f} px; {', '.join(told)}", flush=True)
+
+
 def speed() -> None:
     """A region of a megapixel, and 24 megapixels with 50 edges, kernels compiled before."""
     big = gaussian_edge(1000, 1000, 5.0, 0.8)
@@ -218,7 +244,7 @@ def speed() -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", choices=["accuracy", "closed-form", "noise", "small", "drawn", "speed"])
+    parser.add_argument("what", choices=["accuracy", "closed-form", "noise", "small", "drawn", "aberrated", "speed"])
     parser.add_argument("--size", type=int, default=64)
     parser.add_argument("--draws", type=int, default=200)
     arguments = parser.parse_args()
@@ -232,6 +258,8 @@ def main() -> None:
         small(arguments.draws)
     elif arguments.what == "drawn":
         drawn(arguments.draws)
+    elif arguments.what == "aberrated":
+        aberrated()
     else:
         speed()
 

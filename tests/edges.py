@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 from scipy import special
+from scipy.interpolate import CubicSpline
 
 
 def gaussian_edge(
@@ -35,6 +36,32 @@ def gaussian_limit(level, sigma_px):
 
 def gaussian_sigma(mtf50):
     return math.sqrt(math.log(2.0) / 2.0) / (math.pi * mtf50)
+
+
+def pupil_edge(size, angle_deg, transfer, cutoff_per_px, *, dark=0.05, bright=0.95, shift_px=-0.13):
+    """Samples (size, size) of an edge by its transfer along the normal, (m,) cycles/px → complex, and its MTF50."""
+    x, w = np.polynomial.legendre.leggauss(600)
+    f = 0.5 * cutoff_per_px * (1.0 + x)
+    otf, turn = transfer(f), math.radians(angle_deg)
+    row, col = np.mgrid[:size, :size] + 0.5 - 0.5 * size
+    d = np.linspace(-size, size, 64 * size + 1)
+    turns = 2.0 * np.pi * np.multiply.outer(d, f)
+    # ∫ Im(otf·exp(2πi·f·d))/πf: the integral over the line spread, less a half
+    share = 0.5 + (np.sin(turns) * otf.real + np.cos(turns) * otf.imag) @ (w / (1.0 + x)) / np.pi
+    across = col * math.cos(turn) + row * math.sin(turn) - shift_px
+    fine = np.linspace(0.0, cutoff_per_px, 20_001)
+    mtf = np.abs(CubicSpline(f, otf)(fine))
+    k = int(np.argmax(mtf < 0.5))
+    mtf50 = float(np.interp(0.5, mtf[[k, k - 1]], fine[[k, k - 1]]))
+    return dark + (bright - dark) * CubicSpline(d, share)(across), mtf50
+
+
+ABERRATED = {  # waves of Zernikes, which throw light far from an edge
+    "defocus 0.3": {4: 0.3},
+    "defocus 0.2, coma 0.15": {4: 0.2, 8: 0.15},
+    "spherical 0.2, coma 0.1": {12: 0.2, 8: 0.1},
+    "coma 0.2, astigmatism 0.2": {8: 0.2, 5: 0.2},
+}
 
 
 def drawn_edge(rng):

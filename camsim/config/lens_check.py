@@ -9,6 +9,7 @@ from scipy.interpolate import LinearNDInterpolator
 
 from camsim.arrays import F64
 from camsim.config.lens_rays import Prescription
+from camsim.errors import InputError, UnsupportedError
 from camsim.optics.field_lens import FieldLens
 from camsim.optics.zernike import cosines, orders
 
@@ -35,26 +36,36 @@ def least_squares(rows: F64, values: F64) -> F64:
     return found
 
 
-def compared(told: Prescription, full_rad: float, found: FieldLens) -> tuple[F64, tuple[float, ...]]:
+def compared(told: Prescription, full_rad: float, found: FieldLens, name: str) -> tuple[F64, tuple[float, ...]]:
     """Return by how much a file's transfers are larger than those of the rays, and where.
+
+    Raises InputError where a wavefront of the file is too steep to be sampled.
 
     The rays' are sums over their own pupil, as wide and as cut as it is, of the path and not of where rays fall.
     """
     lens, disc = told.of_wavelengths(CHECKED_NM), even_disc(CHECK_RAYS, RIM)
     beams = lens.beams([share * full_rad for share in CHECKED], disc)
     frequencies = np.array(CYCLES_PER_MM)
-    differences, places_um = np.empty((len(CHECKED), len(CHECKED_NM), 2, frequencies.size)), []
+    differences = np.empty((len(CHECKED), len(CHECKED_NM), 2, frequencies.size))
     order = min(max(orders(index)[0] for index in found.zernike) + MORE, MOST_ORDER)
     middle_of = told.of_wavelengths((told.middle_nm,))
-    for k, beam in enumerate(beams):
-        [at] = middle_of.beams([CHECKED[k] * full_rad], np.empty((2, 0)))
-        places_um.append(min(1e3 * abs(float(at.chief_mm[0])), found.height_um[-1]))
-        placed = found.at(places_um[-1], 0.0)
+    chief = middle_of.beams([share * full_rad for share in CHECKED], np.empty((2, 0)))
+    places_um = [min(1e3 * abs(float(at.chief_mm[0])), found.height_um[-1]) for at in chief]
+    for k in reversed(range(len(CHECKED))):  # from the rim, where most of what is too steep is so soonest
+        beam, placed = beams[k], found.at(places_um[k], 0.0)
         for w, nm in enumerate(CHECKED_NM):
             share = np.maximum(beam.share[w], np.hypot(*disc))
             right = _transfers(beam.pupil[:, w], beam.path_mm[w], share, nm / 1e6, frequencies, order)
             per_um, none = frequencies / 1e3, 0.0 * frequencies
-            own = np.stack([np.abs(placed.otf(per_um, none, nm)), np.abs(placed.otf(none, per_um, nm))])
+            try:
+                own = np.stack([np.abs(placed.otf(per_um, none, nm)), np.abs(placed.otf(none, per_um, nm))])
+            except UnsupportedError:
+                smaller = f"a smaller field (--field-mm {places_um[k - 1] / 1e3:.4g}), " if k > 1 else ""
+                raise InputError(
+                    f"{name!r} has a wavefront {places_um[k] / 1e3:.4g} mm from the axis that is too steep at its "
+                    f"pupil's rim to be sampled at {nm:g} nm; give it {smaller}a smaller pupil, or the surfaces that "
+                    "cut light their apertures (CLAP 0 RADIUS)"
+                ) from None
             differences[k, w] = own - right
     return differences, tuple(places_um)
 

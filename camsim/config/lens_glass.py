@@ -17,19 +17,20 @@ PLACEHOLDER = (1.5, 40.0)  # what Zemax writes beside every catalogue glass
 SEEN_UM = (0.44, 0.65)  # what is measured there is continued to 380 and 780 nm
 SAME_INDEX = 2e-4  # makers whose glasses of one name differ by less make one glass
 NEAR_INDEX = 2e-3  # a catalogue's glass that is as near to the file's own index is the one that it means
+ROUNDED_INDEX = 1e-4  # as near, the file's own index is the catalogue's with fewer digits
 OPAQUE = 1e-4  # extinction: a millimetre takes nine tenths of the light
 MIDDLE_UM, D_UM = 0.55, 0.5875618
-ALIASES = {  # of Zemax's catalogues MISC and INFRARED, and what stands in their place
-    "ACRYLIC": "organic/(C5H8O2)n - poly(methyl methacrylate)/Sultanova.yml",
-    "PMMA": "organic/(C5H8O2)n - poly(methyl methacrylate)/Sultanova.yml",
-    "POLYCARB": "organic/(C16H14O3)n - polycarbonate/Sultanova.yml",
-    "POLYSTYR": "organic/(C8H8)n - polystyren/Sultanova.yml",
-    "E48R": "other/commercial plastics/ZeonexE48R/Sultanova.yml",
-    "ZEONEX_E48R": "other/commercial plastics/ZeonexE48R/Sultanova.yml",
-    "SILICA": "main/SiO2/Malitson.yml",
-    "F_SILICA": "main/SiO2/Malitson.yml",
-    "CAF2": "main/CaF2/Malitson.yml",
-    "GERMANIUM": "main/Ge/Aspnes.yml",
+ALIASES = {  # of Zemax's catalogues MISC and INFRARED, and what stands in their place: the first, or what is nearer
+    "ACRYLIC": ("organic/(C5H8O2)n - poly(methyl methacrylate)/Sultanova.yml",),
+    "PMMA": ("organic/(C5H8O2)n - poly(methyl methacrylate)/Sultanova.yml",),
+    "POLYCARB": ("organic/(C16H14O3)n - polycarbonate/Sultanova.yml",),
+    "POLYSTYR": ("organic/(C8H8)n - polystyren/Sultanova.yml",),
+    "E48R": ("other/commercial plastics/ZeonexE48R/Sultanova.yml",),
+    "ZEONEX_E48R": ("other/commercial plastics/ZeonexE48R/Sultanova.yml",),
+    "SILICA": ("main/SiO2/Malitson.yml",),
+    "F_SILICA": ("main/SiO2/Malitson.yml",),
+    "CAF2": ("main/CaF2/Malitson.yml", "main/CaF2/Daimon-20.yml"),
+    "GERMANIUM": ("main/Ge/Aspnes.yml",),
 }
 BY_NUMBERS = {"COC": (1.5333, 56.2)}  # data sheet of TOPAS 5013
 ABSENT = "lens import needs optiland, which is not installed; pip install 'camsim-spectral[lens]'"
@@ -53,10 +54,10 @@ def by_name(
     """Return a glass's index, and a note where it is not the catalogue's own by this name.
 
     makers : catalogues that a file names; of none all are asked
-    told   : index at 587.56 nm and Abbe number that stand beside the name
+    told   : index at 587.56 nm and Abbe number that stand beside the name; a catalogue's glass that is near is meant
     where  : what a refusal begins with
     """
-    told = None if told is None or told == PLACEHOLDER or told[0] <= 1.0 else told
+    told = None if told is None or told[0] <= 1.0 else told
     if name.startswith("___") and told is not None:
         return by_numbers(*told), ""
     if code := re.fullmatch(r"(\d{3})[.]?(\d{3})", name):
@@ -71,6 +72,8 @@ def by_name(
         near = {maker: abs(_at(own, D_UM) - told[0]) for maker, own in materials.items()}
         best = min(near, key=near.__getitem__, default=None)
         if best is not None and near[best] < NEAR_INDEX:
+            if near[best] > ROUNDED_INDEX:
+                note = f"{name} of the catalogue, index {_at(materials[best], D_UM):.5f}; the file has {told[0]:.5f}"
             return _index(materials[best]), note
         return by_numbers(*told), f"{name} by the file's own index {told[0]:g} and Abbe number {told[1]:g}"
     if not materials and name.upper() in BY_NUMBERS:
@@ -96,8 +99,8 @@ def _candidates(name: str, makers: Sequence[str]) -> list[tuple[str, str]]:
         from optiland.materials.registry import MaterialRegistry
     except ImportError:
         raise InputError(ABSENT) from None
-    if ALIASES.get(name):
-        return [("", ALIASES[name])]
+    if name in ALIASES:
+        return [("", ALIASES[name][0]), *((file, file) for file in ALIASES[name][1:])]
     rows = MaterialRegistry.instance().built_in_df
     names = rows.filename_no_ext.str.upper()
     rows = rows[(rows.group == "glass") & names.isin([name, f"N-{name}"])].drop_duplicates("filename")

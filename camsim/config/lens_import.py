@@ -37,6 +37,7 @@ MIDDLE_NM = 550.0
 WIDEST_DEG = 89.0
 SCANNED = 179  # angles, among which an image height's is looked for
 
+MODEL = "1"  # behind a glass's name: by its index and Abbe number
 Operands = list[list[str]]
 
 
@@ -211,13 +212,12 @@ def _surface(number: int, own: Operands, mm: float, makers: Sequence[str], name:
     index = None
     if glass and not mirror:
         told = (float(glass[3].replace(",", ".")), float(glass[4].replace(",", "."))) if len(glass) > 4 else None
-        if len(glass) > 1 and glass[1] == "1" and told is not None:
-            index = lens_glass.by_numbers(*told)
-        else:
-            where = f"{name!r} has at SURF {number} the "
-            index, note = lens_glass.by_name(glass[0], makers, told, where=where)
-            if note and note not in notes:
-                notes.append(note)
+        if told == lens_glass.PLACEHOLDER and glass[1] != MODEL:
+            told = None
+        where = f"{name!r} has at SURF {number} the "
+        index, note = lens_glass.by_name(glass[0], makers, told, where=where)
+        if note and note not in notes:
+            notes.append(note)
     distance = (_values(own, "DISZ") or ["0"])[0]
     if distance == "INFINITY" or not math.isfinite(float(distance)):
         raise InputError(f"{name!r} has an infinite distance behind SURF {number}; give it a length (DISZ)")
@@ -323,9 +323,10 @@ def _angle_of(lens: Lens, height_mm: float, name: str) -> float:
     stop = int(beyond[0]) if beyond.size else 0
     if not stop or not np.isfinite(heights[:stop]).all():
         reached = float(np.nanmax(heights))
+        aimed = "" if lens.aim else "aim its rays at the stop (RAIM 0 2 in place of RAIM 0 0), or "
         raise InputError(
             f"{name!r} has no chief ray that falls {height_mm:g} mm from the axis; those that are found reach "
-            f"{reached:.4g} mm: give it a smaller field, such as --field-mm {0.95 * reached:.3g}"
+            f"{reached:.4g} mm: {aimed}give it a smaller field, such as --field-mm {0.95 * reached:.3g}"
         )
     low, high = float(angles[stop - 1]), float(angles[stop])
     while high - low > 1e-10:

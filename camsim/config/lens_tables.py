@@ -16,6 +16,7 @@ from camsim.config import yaml_source
 from camsim.config.lens_check import CHECKED_NM, CYCLES_PER_MM, compared, even_disc, least_squares
 from camsim.config.lens_files import lens_of
 from camsim.config.lens_rays import NEAR_AXIS, Beam, Lens, Prescription
+from camsim.cores import one_blas_thread
 from camsim.errors import InputError
 from camsim.optics.field_lens import FieldLens
 from camsim.optics.wavefront import MOST_WAVES
@@ -93,6 +94,7 @@ class Traced(NamedTuple):
         )
 
 
+@one_blas_thread()
 def lens_file(
     told: Prescription, full_rad: float, *, name: str, source: str, comment: str = "", notes: Sequence[str] = ()
 ) -> Traced:
@@ -120,11 +122,12 @@ def lens_file(
         # Half steps are what steps are judged by.
         chief_mm = np.array([beam.chief_mm[0] for beam in middle.beams(angles, np.empty((2, 0)))])
         side = math.copysign(1.0, float(chief_mm[1]))
-        _judge_heights(side * chief_mm, angles, name)
+        _judge_heights(side * chief_mm, angles, name, aim=told.aim)
         beams = lens.beams(angles, HALF_DISC)
         indices, waves, left = _fitted(beams, 0.5 / f_number, spread, side, angles, name)
         heights_um = 1e3 * np.abs(chief_mm)
-        if _between(f_number, heights_um, indices, waves) <= BETWEEN:
+        most = float(np.abs(waves).max())
+        if most > MOST_WAVES or _between(f_number, heights_um, indices, waves) <= BETWEEN:
             break
     kept = _needed(waves)
     left = math.hypot(left, DROPPED)
@@ -150,10 +153,10 @@ def lens_file(
         of_heights = [json.dumps(_rounded(row, 5)) for row in of_wavelength]
         body += [f"  {'- ' if k == 0 else '  '}- {row}" for k, row in enumerate(of_heights)]
     head.append(f"residual_waves: {left:.4f}")
-    if (most := float(np.abs(waves).max())) > MOST_WAVES:
+    if most > MOST_WAVES:
         return Traced("\n".join([*head, *body]) + "\n", most, len(kept), left, np.empty((0, 1, 1, 1)), (), tuple(notes))
     found = lens_of(yaml_source.parse("\n".join([*head, *body]).encode("utf-8"), f"{name}.yaml", Path()))
-    mtf, places_um = compared(told, full_rad, found)
+    mtf, places_um = compared(told, full_rad, found, name)
     head.append(f"residual_mtf: {np.abs(mtf).max():.4f}")
     return Traced("\n".join([*head, *body]) + "\n", most, len(kept), left, mtf, places_um, tuple(notes))
 
@@ -174,15 +177,16 @@ def _rounded(values: F64, digits: int) -> list[float]:
     return [float(v) + 0.0 for v in np.round(values, digits).tolist()]
 
 
-def _judge_heights(height_mm: F64, angles: F64, name: str) -> None:
+def _judge_heights(height_mm: F64, angles: F64, name: str, *, aim: bool) -> None:
     """Raise InputError where chief rays are lost, or do not fall farther out with the field."""
     lost = ~np.isfinite(height_mm)
     lost[1:] |= np.diff(height_mm) <= 0.0
     if lost.any():
         reached = math.degrees(angles[max(int(np.argmax(lost)) - 1, 0)])
+        aimed = "" if aim else "aim its rays at the stop (RAIM 0 2 in place of RAIM 0 0), or "
         raise InputError(
-            f"{name!r} has no chief ray past {reached:.4g}° from the axis that falls farther out; give it a smaller "
-            f"field, such as --field {reached:.3g}"
+            f"{name!r} has no chief ray past {reached:.4g}° from the axis that falls farther out; {aimed}give it a "
+            f"smaller field, such as --field {math.floor(10.0 * reached) / 10.0:g}"
         )
 
 

@@ -92,7 +92,7 @@ def rise_of(fit: EdgeFit) -> tuple[float, float]:
     others = []
     for other in fit.others:
         d, esf, _ = _esf(other.model, other.coefficients)
-        others.append(abs(crossing(d, esf, 0.9) - crossing(d, esf, 0.1) - rise))
+        others.append(float(other.error(crossing(d, esf, 0.9) - crossing(d, esf, 0.1) - rise, linear)))
     return rise, max(linear, math.hypot(*ends_error), *others)
 
 

@@ -45,6 +45,9 @@ _GAPS_PER_KNOT = 0.75
 _MOST_PASSES, _SAME = 6, 1e-5
 _NO_TAIL = 1e-9
 _COARSER = 1.25
+_NEARER, _NEARER_NOISE = 0.7, 2.0
+"""Of the region's reach: what lenses throw beyond it passes for shading, the more the nearer it ends."""
+
 _CELL, _MOST_CELLS = 5.0, 10_000
 """A side in samples, and how many: photosites whose misfit may be alike."""
 
@@ -53,15 +56,24 @@ _MOST_TURN_RAD = math.radians(1.0)
 
 
 class Other(NamedTuple):
-    """The same photosites by another model: as no model is right, the difference is an error."""
+    """The same photosites by another model, or the nearer ones: as no model is right, the difference is an error.
+
+    noise : in differences of figures, up to so many of their errors; it is taken off
+    """
 
     model: Model
     coefficients: F64
+    noise: float = 0.0
 
     @property
     def turn_rad(self) -> float:
         """What it would turn the edge by."""
         return float(self.coefficients[self.model.columns + TURN]) / self.model.scale
+
+    def error(self, difference: F64 | float, by_noise: F64 | float) -> F64:
+        """Return what a difference says of a figure's error, beside the standard error that noise gives it."""
+        beyond: F64 = np.sqrt(np.maximum(np.square(difference) - np.square(self.noise * by_noise), 0.0))
+        return beyond
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -69,7 +81,7 @@ class EdgeFit:
     """The fitted model; signals are in units of ``scale`` above ``dark``.
 
     line         : the edge;  model, coefficients: see ``spline``
-    others       : by coarser knots and another tail, and without other sides' light
+    others       : by coarser knots and another tail, without other sides' light, and in a smaller region
     covariance   : of the coefficients, from the photosites' own scatter about the fit
     rise         : from 10 to 90 %, as the fit's line was told
     dark, scale  : signal of the dark side and first estimate of the step, above black
@@ -182,9 +194,12 @@ def _fit(samples: Samples, channel: Channel, guess: Guess, *, reach: float, what
     rows, v, r, x, y = rows.only(keep), v[keep], r[keep], x[keep], y[keep]
     d = rows.d
     coarser = Model.of(half_width=half_width, spacing=_COARSER * spacing, scale=model.scale)._replace(far=FAR_ELSE)
+    near = np.abs(d) <= _NEARER * reach
+    nearer = Model.of(half_width=min(half_width, 0.75 * _NEARER * reach), spacing=spacing, scale=model.scale)
     others = (
         Other(coarser, solve(rows, v, coarser, beside=beside)[0]),
         Other(model, solve(rows, v, model)[0]),
+        Other(nearer, solve(rows.only(near), v[near], nearer, beside=beside)[0], noise=_NEARER_NOISE),
     )
     free = max(1, d.size - coefficients.size)
     variance = float(r @ r) / free
@@ -228,7 +243,9 @@ def _fit(samples: Samples, channel: Channel, guess: Guess, *, reach: float, what
         left_out=left_out,
         photosites=int(d.size),
         turn_rad=turn_rad,
-        turn_error_rad=max(turn_error_rad, *(abs(other.turn_rad - turn_rad) for other in others)),
+        turn_error_rad=max(
+            turn_error_rad, *(float(own.error(own.turn_rad - turn_rad, turn_error_rad)) for own in others)
+        ),
     )
 
 

@@ -5,11 +5,12 @@ from __future__ import annotations
 import functools
 import math
 from dataclasses import replace
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 
 from camsim.arrays import C128, F64
+from camsim.cores import one_blas_thread
 from camsim.errors import UnsupportedError
 from camsim.measure import spline
 from camsim.measure.crossings import errors_of, falls_to, limit, rise_of
@@ -91,8 +92,7 @@ def measure_edge(
             "on either side, 32 for good figures",
             stage=what,
         )
-    # Hundreds of small systems of equations: split over all cores they take ten times as long on a busy machine.
-    with _blas().limit(limits=1, user_api="blas"):
+    with one_blas_thread():
         fit = fit_edge(samples, channel, guess, reach=min(widths), what=what)
         _refuse_several(fit, what)
         _refuse_wide(fit, min(widths), what)
@@ -100,13 +100,6 @@ def measure_edge(
         edge = _result(fit, channel, roi, tail=tail, theory=theory)
     _refuse_unlike_light(edge, what)
     return edge
-
-
-@functools.cache
-def _blas() -> Any:
-    from threadpoolctl import ThreadpoolController
-
-    return ThreadpoolController()
 
 
 def _result(fit: EdgeFit, channel: Channel, roi: Roi, *, tail: bool, theory: TheoreticalOtf | None) -> EdgeMtf:
@@ -231,11 +224,12 @@ def _curve(fit: EdgeFit, frequency: F64, *, reach: tuple[float, float] | None) -
     mtf = np.abs(transform) / zero
     unit = np.conj(transform) / np.where(mtf > 0.0, np.abs(transform), 1.0)
     gradient = ((unit[:, None] * rows).real - mtf[:, None] * zero_row.real) / zero
-    error = errors_of(gradient, fit.covariance)
+    by_noise = errors_of(gradient, fit.covariance)
+    error = by_noise
     for other in fit.others:
         transform, zero = _transform(other.model, other.coefficients, frequency, reach)
         # Noise is in the difference too, so that it does not come on top.
-        error = np.maximum(error, np.abs(np.abs(transform) / zero - mtf))
+        error = np.maximum(error, other.error(np.abs(transform) / zero - mtf, by_noise))
     return mtf, error
 
 

@@ -12,6 +12,7 @@ from camsim.rendering.direct.judge import Judge
 from camsim.rendering.direct.sums import FARTHER, MANY, JudgeBySums
 from camsim.rendering.engine import FINEST, MEMORY_LIMIT_BYTES, Cost, Engine, Plan, too_much
 from camsim.rendering.fields.job import FieldJob
+from camsim.rendering.fields.layer import Layer
 from camsim.rendering.flat import FlatPlan
 from camsim.rendering.job import Job
 from camsim.rendering.paper import rules
@@ -31,6 +32,7 @@ CHEAP_SECONDS = 0.05  # the answer saves no more than this; to ask the other eng
 IMAGE_BYTES = 24.0  # of a photosite: whole images, which are no engine's tables and transforms
 CROWD = 20_000  # edges that closed forms are not asked for
 DIRECT = 2e-7  # the finest tolerance that direct sums judge
+WIDEST = 50.0  # waves along the side of a sample that direct sums follow
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -90,13 +92,19 @@ def choose(
 def _judge(plan: Plan, scene: Scene, fields: FieldJob | None) -> Checks:
     """Return what judges: direct sums of a scene that is no crowd, behind a round lens; else frequency sums again."""
     job, like = plan.job, plan if isinstance(plan, WavesPlan) else None
-    few = len(job.edges) <= MANY
+    few = len(job.edges) <= MANY and (fields is None or _waves_of_samples(fields) <= WIDEST)
     if isinstance(job.system.lens, RoundLens) and not job.system.more and job.tolerance >= DIRECT and few:
         return Judge(job, scene)
     judge = JudgeBySums(job=job, scene=scene, fields=fields, like=like)
     if judge.plan.cost.memory_bytes > FARTHER**2 * MEMORY_LIMIT_BYTES:  # than an image, of which that is the most
         raise too_much("the check", judge.plan.cost.memory_bytes)
     return judge
+
+
+def _waves_of_samples(fields: FieldJob) -> float:
+    """Return how many waves of the lens's highest frequency lie along the side of a picture's sample."""
+    step = max((layer.step for layer in fields.layers if isinstance(layer, Layer)), default=0.0)
+    return step * fields.grid.pitch_um * fields.system.highest_per_um(fields.wavelength_nm)
 
 
 def fits(plan: Plan) -> bool:

@@ -1,7 +1,7 @@
 """What may be wrong by how much: every source of error by name, and its share of the tolerance.
 
 An image's error is what the scene's preparation leaves and what one engine leaves: ``SCENE`` and ``BOUNDARY`` add to
-1, ``SCENE`` and ``FREQUENCIES`` to less.
+1, and so do ``SCENE`` and ``FREQUENCIES`` for each lens: none has spikes and bends edges.
 Shares are large where a digit costs most: ends and lines grow with the power −2/5 of what they may leave, everything
 else with −1/6 or slower.
 """
@@ -54,7 +54,7 @@ FREQUENCIES: dict[Source, Share] = {
     "transfers": Share(0.15, "tables of the lens's transfer, and nodes over overlaps of its pupil, tried between"),
     "spreading": Share(0.02, "precision of the non-uniform transforms of edges, pictures and points"),
     "mixtures": Share(0.06, "colours that are taken for mixtures of fewer"),
-    "spikes": Share(0.30, "of a pupil's straight sides, past the first level: 2/5 of what is thrown farther"),
+    "spikes": Share(0.27, "of a pupil's straight sides, past the first level: 2/5 of what is thrown farther"),
     "bent edges": Share(0.05, "edges bent by distortion as straight sides: two thirds of an arrow × line spread"),
 }
 

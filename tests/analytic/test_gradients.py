@@ -111,7 +111,7 @@ def test_far_larger_than_the_frame(lens, frames):
         found = camsim.render(
             camsim.Scene(background=0.3, shapes=[shape]), optics, GRID, wavelength_nm=NM, tolerance=1e-4
         )
-        assert found.error_estimate <= 1e-5
+        assert found.error_estimate <= 1e-4
         assert worst(found.image, right) <= 1e-4 + far
     assert tracemalloc.get_traced_memory()[1] < 2e8
     tracemalloc.stop()

@@ -330,7 +330,7 @@ def test_an_edge_in_a_fine_spectrum() -> None:
         exposure=camsim.Exposure(time_s=0.01, iso=100.0),
         region=camsim.Region(rows=1, cols=12),
         noise=False,
-        tolerance=1e-8,
+        tolerance=1e-7,
     )
     samples = camera.samples(light, [surface])
     weight = camera.electrons_per_reflectance(samples, 0.01)[0] * surface.at(samples.wavelength_nm)

@@ -23,7 +23,7 @@ def along(places, low, high):
     return 2.0 * np.cos(2.0 * np.pi * np.multiply.outer(places - 0.5 * (low + high), f)) @ spectrum
 
 
-@pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 1e-4, 1e-5])
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 1e-4])
 def test_boxes_behind_a_square_pupil_are_products_of_strips(tolerance):
     """One of them on a spike, 30 pitches away."""
     x, y = np.arange(SHAPE[1]) - 2.0, np.arange(SHAPE[0]) - 1.5

@@ -90,7 +90,7 @@ LIBRARIES = {
     "segno": ("camsim.scene.charts",),
     "imagecodecs": ("camsim.files",),
     "matplotlib": ("camsim.cli", "camsim.bench"),
-    "threadpoolctl": ("camsim.measure",),
+    "threadpoolctl": ("camsim.cores",),
     "typer": ("camsim.cli",),
     "rich": ("camsim.cli",),
     "platformdirs": ("camsim.kernels", "camsim.spectra.kept"),

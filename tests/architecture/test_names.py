@@ -78,6 +78,8 @@ DIMENSIONLESS = {
     "obstruction": "its diameter over the pupil's",
     "irradiance": "relative",
     "precision": "relative",
+    "outer": "half diameters of the pupil",
+    "border": "of λN",
     "share": "of a whole",
     "x": "half diameters of the pupil",
     "y": "half diameters of the pupil",

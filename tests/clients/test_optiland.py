@@ -14,6 +14,7 @@ import pytest
 import yaml
 
 import camsim
+from camsim.config.lens_glass import by_name
 from camsim.config.lens_import import _prescription, _read, import_zemax
 from camsim.errors import InputError
 
@@ -303,3 +304,41 @@ def test_what_is_written_is_read_and_says_what_it_leaves(tmp_path):
     assert ended["blurred"].returncode == 2
     assert "waves rms, and a lens file holds 50; give it a smaller field (--field)" in ended["blurred"].stderr
     assert not (tmp_path / "blurred.yaml").exists()
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_a_glass_is_the_nearest_of_its_name():
+    """Of two measurements of fluorite that of the file's own index, of a model what has its name; printed indices."""
+    d_nm = np.array([587.5618])
+    for told, right in (((1.43388, 95.15), 1.43388), ((1.43385, 95.0), 1.43385), (None, 1.43385)):
+        assert by_name("CAF2", (), told)[0](d_nm)[0] == pytest.approx(right, abs=5e-6)
+    index, note = by_name("N-SK16", ("SCHOTT",), (1.6207047, 60.2795))
+    assert index(d_nm)[0] == pytest.approx(1.62041, abs=1e-6)
+    assert note == "N-SK16 of the catalogue, index 1.62041; the file has 1.62070"
+    index, note = by_name("N-SK16", ("SCHOTT",), (1.7, 50.0))
+    assert index(d_nm)[0] == pytest.approx(1.7, abs=1e-6)
+    assert "own index 1.7" in note
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_a_model_glass_may_have_the_numbers_that_elsewhere_are_none(tmp_path):
+    """1.5 and 40 behind a 1: n = 1.5 by the lensmaker's equation; behind a 0 they stand beside every glass."""
+    prescription, heights = tmp_path / "singlet.zmx", []
+    for line in ("___BLANK 1 0 1.5 40", "N-BK7 0 0 1.5 40"):
+        prescription.write_text(SINGLET.replace("N-BK7 0 0 1.5168 64.17", line), encoding="utf-8")
+        told, _ = _prescription(*_read(prescription), "singlet.zmx")
+        heights.append(told.of_wavelengths((587.5618,)).index[0].item())
+    assert heights == [pytest.approx(1.5, abs=1e-5), pytest.approx(1.5168, abs=1e-5)]
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_rays_that_are_lost_as_they_are_not_aimed_are_said_to_be(tmp_path):
+    """A stop far behind a strong lens, seen from 50°: aimed rays find it."""
+    behind = SINGLET.replace("  STOP\n", "").replace("CURV 0.01\n", "CURV -0.05\n").replace("YFLN 0 5", "YFLN 0 55")
+    behind = behind.replace("  DISZ 94.5\n", "  DISZ 30\nSURF 3\n  STOP\n  CURV 0\n  DISZ 20\n").replace(
+        "SURF 3\n  TYPE", "SURF 4\n  TYPE"
+    )
+    prescription = tmp_path / "behind.zmx"
+    prescription.write_text(behind, encoding="utf-8")
+    with pytest.raises(InputError, match=r"no chief ray past .* aim its rays at the stop \(RAIM 0 2 in place of RAIM"):
+        import_zemax(prescription)

@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 import scipy
-from edges import gaussian_edge, gaussian_limit, gaussian_mtf, gaussian_sigma
+from edges import ABERRATED, gaussian_edge, gaussian_limit, gaussian_mtf, gaussian_sigma, pupil_edge
 from tolerances import STATISTICAL
 
 import camsim
@@ -265,23 +265,35 @@ def test_a_wide_edge_has_a_note_of_what_aberrations_may_do():
     assert plain.notes == measured(gaussian_edge(64, 64, 7, 1.2)).notes == ()
 
 
+def aberrated(size, waves, *, f_number=8.0, pitch_um=4.88, side=1.0):
+    """An edge behind a lens with aberrations, the light of its other side on request, and its MTF50."""
+    lens, angle = camsim.Wavefront(f_number=f_number, zernike_waves=waves), math.radians(5.3)
+    system = OpticalSystem.of([lens, camsim.SquarePhotosite(side_um=pitch_um)])
+    along = side * math.cos(angle) / pitch_um, side * math.sin(angle) / pitch_um
+    cutoff = pitch_um * system.cutoff_per_um(550.0)
+    return pupil_edge(size, 5.3, lambda f: system.otf(f * along[0], f * along[1], 550.0), cutoff)
+
+
 def test_noise_hides_nothing_of_what_coma_throws():
     """Its tail on the dark side, in a small region: 2.7 % high with knots so wide that it was taken for shading."""
-    lens, pitch_um, angle = camsim.Wavefront(f_number=8.0, zernike_waves={4: 0.2, 8: 0.15}), 4.88, math.radians(5.3)
-    system = OpticalSystem.of([lens, camsim.SquarePhotosite(side_um=pitch_um)])
-    x, w = np.polynomial.legendre.leggauss(400)
-    f = 0.5 * system.cutoff_per_um(550.0) * (1.0 + x)
-    otf = system.otf(f * math.cos(angle), f * math.sin(angle), 550.0)
-    row, col = np.mgrid[:48, :48] - 23.5
-    turns = 2.0 * np.pi * pitch_um * np.multiply.outer(col * math.cos(angle) + row * math.sin(angle) + 0.13, f)
-    # ∫ Im(otf·exp(2πi·f·d))/πf: the integral over the line spread, less a half
-    share = 0.5 + (np.sin(turns) * otf.real + np.cos(turns) * otf.imag) @ (w / (1.0 + x)) / np.pi
-    half = scipy.optimize.brentq(lambda k: np.interp(k, f, np.abs(otf)) - 0.5, 0.01, 0.05) * pitch_um
+    image, half = aberrated(48, {4: 0.2, 8: 0.15})
     rng, found = np.random.default_rng(3), []
     for _ in range(24):
-        noisy = 0.05 + 0.9 * share + rng.normal(0.0, 0.009, share.shape)
+        noisy = image + rng.normal(0.0, 0.009, image.shape)
         found.append(measured(noisy, size=48).figures.mtf50_cycles_per_pixel)
     assert np.mean(found) == pytest.approx(half, rel=0.012)  # four standard errors
+
+
+@pytest.mark.parametrize("name", ABERRATED)
+@pytest.mark.parametrize("size", [48, 128])
+def test_aberrations_stay_within_stated_errors(name, size):
+    """What they throw beyond a region passes for shading; MTF50 is then low, and the error says by how much."""
+    for side in (1.0, -1.0):
+        image, half = aberrated(size, ABERRATED[name], f_number=5.6, pitch_um=3.45, side=side)
+        edge = measured(image, size=size)
+        error = edge.standard_error.mtf50_cycles_per_pixel
+        assert abs(edge.figures.mtf50_cycles_per_pixel - half) <= 2.5 * error
+        assert error < (0.04 if size == 48 else 0.006) * half
 
 
 @pytest.mark.parametrize("radius", [100.0, 200.0])

@@ -10,7 +10,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import griddata
+from scipy.interpolate import CloughTocher2DInterpolator, LinearNDInterpolator
+from scipy.spatial import Delaunay
 
 AIR = lambda um: 1.0  # noqa: E731
 
@@ -98,7 +99,7 @@ def mtf(rows, stop, stop_mm, angle, um, per_mm):
     return mtf_through(rows, stop, Ellipse(True, 0.0, stop_mm, stop_mm), angle, um, per_mm, chief, reach, 80.0)
 
 
-def mtf_through(rows, stop, pupil, angle, um, per_mm, chief, reach, radius, across=161, lattice=300):
+def mtf_through(rows, stop, pupil, angle, um, per_mm, chief, reach, radius, across=161):
     """Likewise through an ellipse; chief: where a ray of its middle enters and falls; radius: of the sphere, mm."""
     entry, height = chief
     axis = np.linspace(-reach, reach, across)
@@ -113,15 +114,24 @@ def mtf_through(rows, stop, pupil, angle, um, per_mm, chief, reach, radius, acro
     p = (off - back * way)[:2] / radius
     path = path - back
     good = np.isfinite(path) & (share < 1.3)
-    p, path, share = p[:, good], path[good], share[good]
-    seen = p[:, share <= 1.0]
-    middle, half = 0.5 * (seen.max(axis=1) + seen.min(axis=1)), 0.5 * np.ptp(seen, axis=1).max() * 1.02
-    line = (np.arange(lattice) + 0.5) / lattice * 2.0 - 1.0
-    gx, gy = np.meshgrid(middle[0] + half * line, middle[1] + half * line)
-    waves = griddata(p.T, path, (gx, gy), method="cubic") / (um * 1e-3)
-    inside = griddata(p.T, share, (gx, gy), method="linear") <= 1.0
-    pupil = np.where(inside, np.exp(2j * np.pi * np.where(inside, waves, 0.0)), 0.0)
-    both = np.fft.fft2(pupil, (2 * lattice, 2 * lattice))
-    otf = np.abs(np.fft.ifft2(np.abs(both) ** 2)) / inside.sum()
-    shifts = np.arange(lattice) * 2.0 * half / lattice / (um * 1e-3)  # cycles/mm
-    return np.interp(per_mm, shifts, otf[0, :lattice]), np.interp(per_mm, shifts, otf[:lattice, 0])
+    return overlaps(p[:, good], path[good] / (um * 1e-3), share[good], um, per_mm)
+
+
+def overlaps(cosines, waves, share, um, per_mm, lattice=200):
+    """MTF along x and y: a pupil over itself, moved by what each frequency asks for; share: up to 1 it is open."""
+    seen = cosines[:, share <= 1.0]
+    low, high = seen.min(axis=1), seen.max(axis=1)
+    scale = (high - low).max()
+    points = Delaunay(((cosines - low[:, None]) / scale).T)
+    path, rim = CloughTocher2DInterpolator(points, waves), LinearNDInterpolator(points, share)
+    steps = [(np.arange(lattice) + 0.5) / lattice * 1.04 * side / scale - 0.02 for side in high - low]
+    x, y = np.meshgrid(*steps)
+    area = (rim(x, y) <= 1.0).sum()
+    found = np.empty((2, len(per_mm)))
+    for k, frequency in enumerate(per_mm):
+        half = 0.5 * frequency * um * 1e-3 / scale
+        for direction, (dx, dy) in enumerate(((half, 0.0), (0.0, half))):
+            both = np.maximum(rim(x - dx, y - dy), rim(x + dx, y + dy)) <= 1.0
+            at, to = (path(x[both] + side * dx, y[both] + side * dy) for side in (-1.0, 1.0))
+            found[direction, k] = abs(np.exp(2j * np.pi * (to - at)).sum()) / area
+    return found

@@ -334,8 +334,7 @@ class Fields:
         shared(
             len(points),
             functools.partial(
-                over_nodes, points, centres, reach, begins, fine[1], fine[2], coarse[0], coarse[1], coarse[2],
-                *behind, out,
+                over_nodes, points, centres, reach, (begins, fine[1], fine[2]), coarse, *behind, out
             ),
         )  # fmt: skip
 

@@ -116,8 +116,12 @@ class Judge:
 
     def hardest(self, plan: Plan) -> tuple[I64, I64]:
         """Return rows and columns of the photosites to look at."""
-        if self._nothing:
-            return np.zeros(1, np.int64), np.zeros(1, np.int64)
+        if self._nothing:  # there may be points under shapes
+            grid = self.job.grid
+            corner = np.array([grid.first_centre])
+            places = np.concatenate([corner, self._fields.places(grid, plan.fewest)]) - corner
+            cols, rows = np.clip(np.rint(places), 0, np.array([grid.cols, grid.rows]) - 1).astype(np.int64).T
+            return rows, cols
         count = self._count(plan)
         more = self._fields.places(self.job.grid, count)
         return hardest_photosites(self._seen[0].outlines, more, self.job.grid, plan.marks, count=count)
@@ -183,8 +187,8 @@ class Judge:
         rules, phases = phases_of(OF_PANELS * self.allowed, MOST_NODES)
         work = functools.partial(
             along_outlines, points, pieces.outlines, pieces.outlines.length, pair,
-            np.ascontiguousarray(of_kinds[left] - of_kinds[right]), table, rules, phases,
-            float(phases[-1] / (math.pi * self._highest)), out,
+            np.ascontiguousarray(of_kinds[left] - of_kinds[right]), table,
+            (rules, phases, float(phases[-1] / (math.pi * self._highest))), out,
         )  # fmt: skip
         shared(len(points), work)
         return out

@@ -142,9 +142,7 @@ def along_outlines(
     pair: I64,
     weights: F64,
     t: Table,
-    rules: F64,
-    phases: F64,
-    longest: float,
+    panels: tuple[F64, F64, float],
     out: F64,
     begin: int,
     end: int,
@@ -152,8 +150,9 @@ def along_outlines(
     """Add what photosites (n, 2) see to ``out`` (n, channels).
 
     pair, weights : each piece's (pieces,), and left less right (pairs, channels, kinds)
-    rules, phases : Gauss rules by their number of nodes, and which phases they follow;  longest: panel near by
+    panels        : Gauss rules by their number of nodes, which phases they follow, and the longest panel near by
     """
+    rules, phases, longest = panels
     seen, total = np.empty(t.kinds), np.empty(t.kinds)
     stack = np.empty((DEEP, 2))
     per_length = phases[-1] / longest
@@ -294,22 +293,20 @@ def over_nodes(
     points: F64,
     centres: F64,
     reach: float,
-    begins: I64,
-    fine: F64,
-    of_fine: F64,
-    first: I64,
-    coarse: F64,
-    of_coarse: F64,
+    fine: tuple[I64, F64, F64],
+    coarse: tuple[I64, F64, F64],
     t: Table,
     weights: F64,
     out: F64,
     begin: int,
     end: int,
 ) -> None:
-    """Add cells to photosites, by fine nodes (n, 2) where their centres are within reach, or coarse ones.
+    """Add cells to photosites, by fine nodes where their centres are within reach, or coarse ones.
 
-    begins : (cells, 2) where each one's fine nodes begin and end;  first: (cells + 1,) likewise coarse ones
+    fine   : (cells, 2) where each one's nodes begin and end, places (n, 2), and sizes (n, planes)
+    coarse : the same, but (cells + 1,) where they begin
     """
+    (begins, fine_at, of_fine), (first, coarse_at, of_coarse) = fine, coarse
     planes = len(weights)
     light, total = np.empty(t.kinds), np.empty((planes, t.kinds))
     for p in range(begin, end):
@@ -318,7 +315,7 @@ def over_nodes(
             near = math.hypot(centres[cell, 0] - points[p, 0], centres[cell, 1] - points[p, 1]) < reach
             low, high = (begins[cell, 0], begins[cell, 1]) if near else (first[cell], first[cell + 1])
             for k in range(low, high):
-                x, y = (fine[k, 0], fine[k, 1]) if near else (coarse[k, 0], coarse[k, 1])
+                x, y = (fine_at[k, 0], fine_at[k, 1]) if near else (coarse_at[k, 0], coarse_at[k, 1])
                 _light_at(t, x - points[p, 0], y - points[p, 1], light)
                 for plane in range(planes):
                     size = of_fine[k, plane] if near else of_coarse[k, plane]

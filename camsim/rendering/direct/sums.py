@@ -16,7 +16,7 @@ from camsim.kept import cached_property
 from camsim.optics.of_pupil import OfPupil
 from camsim.quadrature import GOLDEN
 from camsim.rendering.direct.checks import Found
-from camsim.rendering.engine import FINEST, Plan
+from camsim.rendering.engine import FINEST, MEMORY_LIMIT_BYTES, Plan
 from camsim.rendering.fields.job import FieldJob
 from camsim.rendering.grid import Grid
 from camsim.rendering.job import Job
@@ -25,6 +25,7 @@ from camsim.rendering.waves.plan import Waves, WavesPlan
 from camsim.scene import Scene
 
 OF_TOLERANCE = 0.1  # that the check may be wrong by
+COARSER = 0.3, 1.0  # likewise, where memory does not hold that
 FARTHER, FINER = 1.37, 1.13  # times: the first level's reach, and the wavelengths, beside the image's
 STEEP = 0.6  # waves across a pupil, from which on a second table of transfers takes too long
 MANY = 5_000  # edges whose transforms are not made twice
@@ -59,20 +60,28 @@ class JudgeBySums:
 
     @cached_property
     def plan(self) -> WavesPlan:
-        """What is summed once more."""
+        """What is summed once more, more roughly where it would take too much memory."""
+        plan = self._planned(OF_TOLERANCE)
+        for share in COARSER:
+            if plan.cost.memory_bytes <= MEMORY_LIMIT_BYTES:
+                break
+            plan = self._planned(share)
+        return plan
+
+    def _planned(self, share: float) -> WavesPlan:
         lens = self.job.system.lens
-        tolerance = max(OF_TOLERANCE * self.job.tolerance, FINEST)
+        tolerance = max(share * self.job.tolerance, FINEST)
         job = dataclasses.replace(self.job, tolerance=tolerance)
         fields = self.fields
         if fields is not None:
-            fields = dataclasses.replace(fields, tolerance=max(OF_TOLERANCE * fields.tolerance, FINEST))
+            fields = dataclasses.replace(fields, tolerance=max(share * fields.tolerance, FINEST))
         if self._again or (
             isinstance(lens, OfPupil)
             and (
                 lens.pupil.shape != "circular" or lens.waves_across(float(self.job.signals.wavelength_nm.min())) > STEEP
             )
         ):
-            return Waves(farther=FARTHER, rougher=1.0 / OF_TOLERANCE).plan(job, fields=fields)
+            return Waves(farther=FARTHER, rougher=1.0 / share).plan(job, fields=fields)
         return Waves(farther=FARTHER, finer=FINER).plan(job, fields=fields)
 
     def hardest(self, plan: Plan) -> tuple[I64, I64]:

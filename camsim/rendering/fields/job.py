@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from camsim.arrays import F64
-from camsim.errors import InvalidValueError
+from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.optics import OpticalSystem
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.engine import FINEST
@@ -23,6 +23,7 @@ from camsim.scene.raster import Field, Raster
 from camsim.spectra.component import Component
 from camsim.spectra.curve import Curve, Spectrum
 
+MOST_STEP = 1e4  # of a picture's samples, pitches
 POINT_ROOM = 10.0  # photosites' worth of a point's light that are taken for one of a diffuser's
 OF_ALIASES = (
     0.4  # of the tolerance: the bound of what aliases of a gradient leave at a rim; a hundredth of it was measured
@@ -37,7 +38,7 @@ class FieldJob:
     layers        : those that can be seen, all points as the last one
     wavelength_nm : (n,);  density: (planes, channels, n) of all layers' planes, of full scale
     tolerance     : that they may take
-    split         : the lens as a round one, moved, and the rest, where it is that
+    brighter      : times by which it is finer than that of pictures, as points are bright
     """
 
     layers: tuple[Layer | PointLayer, ...]
@@ -46,6 +47,7 @@ class FieldJob:
     system: OpticalSystem
     grid: Grid
     tolerance: float
+    brighter: float = 1.0
 
     @classmethod
     def of(
@@ -69,13 +71,14 @@ class FieldJob:
             outline = _seen(scene, number, system, grid, seen_nm, ErrorBudget(tolerance))
             if outline is not None and not len(outline[0]):
                 continue
+            _judge_samples(shape, grid.pitch_um)
             raster = _raster(shape, system, seen_nm, ErrorBudget(tolerance), grid.pitch_um)
             layer = Layer.of(raster, scene.background, grid.pitch_um, outline)
             layers.append(layer)
             spectra.extend(raster.spectra)
             if layer.ones:
                 spectra.append(Component.less(scene.background))
-        points = seen_of(scene)
+        points, brighter = seen_of(scene), 1.0
         colours = list(dict.fromkeys(one.reflectance for one in points))
         nodes, density = multiplied([*spectra, *colours] or [0.0], response, wavelength_nm)
         if points:
@@ -83,7 +86,8 @@ class FieldJob:
             layers.append(lit)
             # Of light beyond R a photosite before a diffuser gets all, one beside a point 1/2πR² of it: with this much
             # room a hundredth of what is allowed was left, with point photosites and λN of 0.1 pitches 0.13.
-            tolerance = _beside_points(tolerance, max(1.0, lit.loud / POINT_ROOM))
+            brighter = max(1.0, lit.loud / POINT_ROOM)
+            tolerance = _beside_points(tolerance, brighter)
         nodes, density = _without_tails(nodes, density / scale[:, None], TAILS * tolerance)
         return cls(
             layers=tuple(layers),
@@ -92,6 +96,17 @@ class FieldJob:
             system=system,
             grid=grid,
             tolerance=tolerance,
+            brighter=brighter,
+        )
+
+
+def _judge_samples(field: Field, pitch_um: float) -> None:
+    """Refuse a picture whose samples are of another size than photosites are."""
+    if isinstance(field, Picture) and field.step_um > MOST_STEP * pitch_um:
+        raise UnsupportedError(
+            f"its samples are {field.step_um / pitch_um:.3g} pitches of {pitch_um:g} µm wide; up to {MOST_STEP:g} are "
+            "rendered: crop it to what lies near the frame, and look at the units of both",
+            key="picture",
         )
 
 

@@ -102,24 +102,10 @@ def _nodes(start: F64, end: F64, lattice: Lattice, allowed: float) -> tuple[tupl
     rule = np.searchsorted(rules[2], orders)
     down, across = np.empty(first[-1]), np.empty(first[-1])
     owner, strengths = np.empty(first[-1], np.int64), np.empty(first[-1], complex)
-    middle = lattice.counts[0] // 2
+    middle, nodes = lattice.counts[0] // 2, (down, across, owner, strengths)
 
     def work(begin: int, stop: int) -> None:
-        _lay(
-            start,
-            end,
-            pieces,
-            rule,
-            rules,
-            first,
-            lattice.periods,
-            middle,
-            (down, across),
-            owner,
-            strengths,
-            begin,
-            stop,
-        )
+        _lay((start, end, pieces, first), (*rules, rule), lattice.periods, middle, nodes, begin, stop)
 
     shared(len(start), work, least=EDGES_AT_ONCE)
     return (down, across), owner, strengths
@@ -127,22 +113,17 @@ def _nodes(start: F64, end: F64, lattice: Lattice, allowed: float) -> tuple[tupl
 
 @kernel()
 def _lay(
-    start: F64,
-    end: F64,
-    pieces: I64,
-    which: I64,
-    rules: tuple[F64, F64, I64],
-    first: I64,
+    edges: tuple[F64, F64, I64, I64],
+    rules: tuple[F64, F64, I64, I64],
     periods: tuple[int, int],
     middle: int,
-    phases: tuple[F64, F64],
-    owner: I64,
-    strengths: C128,
+    nodes: tuple[F64, F64, I64, C128],
     begin: int,
     stop: int,
 ) -> None:
     """Write the nodes of some edges' pieces, by each one's rule."""
-    (x, w, count), (px, py), (down, across) = rules, periods, phases
+    (start, end, pieces, first), (x, w, count, which) = edges, rules
+    (px, py), (down, across, owner, strengths) = periods, nodes
     for e in range(begin, stop):
         n, rule, ex, ey = first[e], which[e], end[e, 0] - start[e, 0], end[e, 1] - start[e, 1]
         for piece in range(pieces[e]):

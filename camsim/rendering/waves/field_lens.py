@@ -76,7 +76,7 @@ class VaryingLens:
         flat = weights.reshape(len(weights), -1)
         _, triangle, order = scipy.linalg.qr(flat.T, mode="economic", pivoting=True)
         count = max(1, int(np.count_nonzero(np.abs(np.diag(triangle)) * math.sqrt(flat.shape[1]) > allowed)))
-        rows = np.sort(order[:count])
+        rows = np.sort(order[:count]).astype(np.int64)
         mixtures: F64 = np.asarray(np.linalg.lstsq(flat[rows].T, flat.T, rcond=None)[0], float)
         return rows, mixtures
 

@@ -15,6 +15,7 @@ from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.kept import cached_property
 from camsim.optics.of_pupil import OfPupil
 from camsim.optics.protocols import Fading, KnowsReach
+from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.engine import FEWEST_CHECKED, FINEST, Cost, Decision, Marks, Progress
 from camsim.rendering.fields.job import FieldJob
 from camsim.rendering.fields.layer import Layer
@@ -34,20 +35,16 @@ from camsim.repeated import Channels
 COARSEST = 1e-2
 BESIDE_SIGHT = 8.0  # pitches: patches that reach into what the first level sees
 NEAR, NEAR_OF_LARGE, LARGE = 24.0, 40.0, 700  # pitches that the first level sees, in frames up to so many photosites
-OF_LIGHT, OF_BAND, OF_LEAK, OF_PRECISION, OF_TRANSFER, OF_MIXTURE = (
-    0.05,
-    0.05,
-    0.1,
-    0.02,
-    0.15,
-    0.06,
-)  # of the tolerance
-OF_RINGS, OF_SPIKES, OF_ECHO = 0.1, 0.3, 0.3
+_share = ErrorBudget(1.0).allowed
+OF_LIGHT, OF_BAND, OF_LEAK = _share("far light"), _share("band"), min(_share("windows"), _share("between points"))
+OF_PRECISION, OF_TRANSFER, OF_MIXTURE = _share("spreading"), _share("transfers"), _share("mixtures")
+OF_RINGS, OF_SPIKES = _share("ringing"), _share("spikes")
+OF_ECHO = 0.3  # of the tolerance
 HIDDEN = 0.4  # of a spike: the most that is missed of it where a corner cuts it
 RINGING = 2.0 / math.pi**4  # of an edge's ringing: 8 ends' (λN/R)^{5/2}/4π⁴
 CIRCLE_TAIL = 0.06  # an edge's light at R behind a pupil of perimeter p and area a: so much times (p/a)·λN/R
 DIGITS_POWER, NODES_OF_WAVE = 1.6, 2.0  # of the number of wavelengths
-STEPS, DIRECTIONS = 256, 8  # in which a system is asked what it passes
+STEPS, DIRECTIONS = 256, 32  # in which a system is asked what it passes
 SECONDS_EACH, SECONDS_CURVE, SECONDS_POLAR, SECONDS_NODE = 6e-8, 4e-9, 3e-8, 1e-7  # of a frequency, and of a node
 SECONDS_TABLE = 0.02  # of a pupil's transfer at a wavelength
 BYTES_EACH = 40.0
@@ -86,7 +83,8 @@ class WavesPlan:
     def image(self) -> FrequencyImage | None:
         """What sums; None where there is nothing."""
         job, tolerance = self.job, self.job.tolerance
-        precision = max(1e-13, OF_PRECISION * tolerance)
+        beside = tolerance if self.fields is None else tolerance / self.fields.brighter
+        precision = max(1e-13, OF_PRECISION * beside)
         found: list[tuple[Source, F64, Lens]] = []
         if len(job.edges):
             nodes = self.nodes
@@ -101,9 +99,9 @@ class WavesPlan:
             found += self._of_fields(self.fields, precision)
         if not found:
             return None
-        cut = max(self._band(lens, weights, tolerance) for _, weights, lens in found)
+        cut = max(self._band(lens, weights, beside) for _, weights, lens in found)
         farthest = max(_farthest(source, job) for source, *_ in found)
-        levels = self._levels(cut, farthest, tolerance)
+        levels = self._levels(cut, farthest, beside)
         if len(levels) > 1:
             low, reach = levels[1].cut, levels[0].reach + BESIDE_SIGHT
             first = np.array(job.grid.first_centre)
@@ -125,7 +123,7 @@ class WavesPlan:
             sources=found,
             footprint=Footprint(system=job.system, pitch_um=job.grid.pitch_um),
             levels=levels,
-            leak=OF_LEAK * tolerance,
+            leak=OF_LEAK * beside,
         )
 
     def fused(self, signals: Signals, tolerance: float) -> tuple[F64, F64]:
@@ -218,7 +216,7 @@ class WavesPlan:
         return spot_um(lens, wavelength_nm)
 
     @cached_property
-    def _lattices(self) -> list[float]:
+    def _lattices(self) -> list[int]:
         """How many frequencies the lattices have, of all levels and tiles."""
         image = self.image
         if image is None:

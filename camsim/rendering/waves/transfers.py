@@ -26,7 +26,7 @@ POLAR_POINTS, FAR_POINTS = (
     32,
 )  # along the radius: at the least, and of a far level, where a transfer is nearly a cone
 OF_RADII = 6.0  # points for each of a table's radii, at 1e-5: cubics between them
-ASKED = 12  # directions in which a lens without a table is asked what passes
+ASKED = 180  # directions in which a lens without a table is asked what passes: of one 16 times as long as wide a degree
 FEW_KINDS = 4  # that need not be made fewer
 
 
