@@ -39,7 +39,7 @@ finally:
 """
 NOT_NEEDED = {
     *("scipy.special", "scipy.fft", "scipy.linalg", "statistics", "rich"),
-    *("camsim.rendering.fields.image", "camsim.rendering.fourier.engine"),
+    *("camsim.rendering.varying", "camsim.rendering.waves.field_lens", "camsim.rendering.waves.bent_fields"),
 }
 
 

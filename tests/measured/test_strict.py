@@ -175,7 +175,7 @@ class Coma:
 
 
 def test_fourier_judges_itself_where_nothing_else_can(monkeypatch):
-    """A lens that is not round: photosites of its own, by other periods, levels and bands; a corrupted image is seen."""
+    """A lens that is not round: photosites of its own, by other periods and levels; a corrupted image is seen."""
     optics = [Coma(), camsim.SquarePhotosite(side_um=4.0)]
     honest = rendered("auto", optics=optics, tolerance=1e-8)
     assert honest.method == "fourier"

@@ -59,7 +59,7 @@ class Wavefronts:
             for j, value in zip(own, values.T, strict=True):
                 if j in index:
                     waves[index.index(j), k] = value
-        return cls(index, waves.reshape(len(index), -1))
+        return cls(index, waves.reshape(len(index), len(lenses) * wavelength_nm.size))
 
     @property
     def mirrored(self) -> bool:

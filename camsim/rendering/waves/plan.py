@@ -217,7 +217,7 @@ class WavesPlan:
         return spot_um(lens, wavelength_nm)
 
     @cached_property
-    def _lattices(self) -> list[float]:
+    def _lattices(self) -> list[int]:
         """How many frequencies the lattices have, of all levels and tiles."""
         image = self.image
         if image is None:
