@@ -21,7 +21,7 @@ from camsim.rendering.engine import FEWEST_CHECKED, FINEST, Cost, Decision, Mark
 from camsim.rendering.fields.job import FieldJob
 from camsim.rendering.fields.layer import Layer
 from camsim.rendering.fields.points import PointLayer
-from camsim.rendering.fields.samples import Sight
+from camsim.rendering.fields.samples import LONGEST_SQUARE, Sight
 from camsim.rendering.job import Job, Nodes
 from camsim.rendering.spectral import Signals, fewer, fuse, kinds, wavefront_phase
 from camsim.rendering.waves.edges import EdgeSource
@@ -180,7 +180,7 @@ class WavesPlan:
             reach = (
                 max(lens.reach_um(0.1 * lost, nm) for nm in (float(wavelengths[0]), float(wavelengths[-1]))) / pitch_um
             )
-            return levels_of(cut, reach + extent, lost, OF_LEAK * tolerance, farthest, 0.0)
+            return levels_of(cut, reach + extent + self._support, lost, OF_LEAK * tolerance, farthest, 0.0)
         near = NEAR if max(job.grid.rows, job.grid.cols) <= LARGE else NEAR_OF_LARGE
         tail = 2.0 * CIRCLE_TAIL * longest / (1.0 - _obstruction(lens))
         spot = 0.0
@@ -195,8 +195,15 @@ class WavesPlan:
             spot = 1.5 * max(self._spot_um(nm) for nm in (float(wavelengths[0]), float(wavelengths[-1]))) / pitch_um
         spikes = self._spikes(longest) / (OF_SPIKES * self.settings.rougher * tolerance)
         near = max(near, _ringing(job, tolerance), 2.0 * longest, spikes)
-        first = self.settings.farther * (near + spot + extent)
+        first = self.settings.farther * (near + spot + extent) + self._support
         return levels_of(cut, first, lost, OF_LEAK * tolerance, farthest, tail)
+
+    @property
+    def _support(self) -> float:
+        """How far from its middle a sample of a picture has light, pitches: middles say which are in reach."""
+        layers = () if self.fields is None else self.fields.layers
+        each = ((layer.degree + 1) * min(layer.step, LONGEST_SQUARE) for layer in layers if isinstance(layer, Layer))
+        return math.sqrt(0.5) * max(each, default=0.0)
 
     def _spikes(self, longest: float) -> float:
         """Return c of the light c/r that a corner may hide of a spike of a pupil's sides beyond r, pitches.
