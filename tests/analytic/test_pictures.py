@@ -365,11 +365,11 @@ def test_samples_far_larger_than_the_frame_are_refused_in_a_sentence(width_um):
         rendered(picture, tolerance=1e-4, background=0.1)
 
 
-def test_a_picture_of_samples_wider_than_the_frame_is_one_of_a_few():
-    """A frame that lies in the middle of one sample of white sees white, but for light from beyond its sides."""
-    picture = camsim.Picture(planes=np.ones((40, 60)), width_um=1e5, rotate_deg=10.0)
+def test_samples_wider_than_the_frame():
+    """White as far as 3300 µm sees white, but for light from beyond its four sides: 2λN/π³d of each at the most."""
+    picture = camsim.Picture(planes=np.ones((40, 60)), width_um=1e4, rotate_deg=10.0)
     white = rendered(picture, tolerance=1e-4, background=0.1)
-    assert worst(white, 1.0) <= 1e-4 + 2.0 * 0.9 * 1.0 / (np.pi**2 * 8000.0) * 2.0
+    assert worst(white, 1.0) <= 1e-4 + 4 * 2.0 * 4.0 / (np.pi**3 * 3300.0)
 
 
 @pytest.mark.parametrize(
