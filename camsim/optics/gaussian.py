@@ -30,6 +30,7 @@ class Gaussian:
     """
 
     place: ClassVar[str] = "lens"
+    fades: ClassVar[bool] = True
     chromatic: ClassVar[bool] = False
 
     sigma_um: Positive

@@ -394,15 +394,3 @@ def test_the_page_names_what_is_there():
     named = set(re.findall(r"context\.(\w+)", page.read_text(encoding="utf-8")))
     assert {"iso", "first", "generator", "normals"} <= named
     assert all(hasattr(camsim.Context, name) for name in named)
-
-
-def test_what_a_blur_takes_is_foretold():
-    """From some tens of seconds on; what makes it quicker is a lens that knows its pattern."""
-    how = SMALL | {"light": camsim.Light("D55", illuminance_lux=500.0), "tolerance": 1e-4}
-    wide = camsim.Scene(background=0.9, shapes=[camsim.Rectangle(width_um=4000.0, height_um=4000.0, reflectance=0.1)])
-    notes = []
-    for more in ((), (Motion(length_um=3.0),)):
-        capture = camsim.Capture(camera=camera_with().replace(extra_optics=more), scene=wide, **how)
-        notes.append(" ".join(capture.notes(capture.plan())))
-    assert "the transfer of Motion at each wavelength; it is quicker with a lens that is all of it" in notes[1]
-    assert "at each wavelength" not in notes[0]

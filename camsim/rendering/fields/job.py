@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from camsim.arrays import F64
-from camsim.errors import InvalidValueError, UnsupportedError
+from camsim.errors import InvalidValueError
 from camsim.optics import OpticalSystem
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.engine import FINEST
@@ -23,7 +23,6 @@ from camsim.scene.raster import Field, Raster
 from camsim.spectra.component import Component
 from camsim.spectra.curve import Curve, Spectrum
 
-MOST_STEP = 1e4  # of a picture's samples, pitches
 POINT_ROOM = 10.0  # photosites' worth of a point's light that are taken for one of a diffuser's
 OF_ALIASES = (
     0.4  # of the tolerance: the bound of what aliases of a gradient leave at a rim; a hundredth of it was measured
@@ -71,7 +70,6 @@ class FieldJob:
             outline = _seen(scene, number, system, grid, seen_nm, ErrorBudget(tolerance))
             if outline is not None and not len(outline[0]):
                 continue
-            _judge_samples(shape, grid.pitch_um)
             raster = _raster(shape, system, seen_nm, ErrorBudget(tolerance), grid.pitch_um)
             layer = Layer.of(raster, scene.background, grid.pitch_um, outline)
             layers.append(layer)
@@ -97,16 +95,6 @@ class FieldJob:
             grid=grid,
             tolerance=tolerance,
             brighter=brighter,
-        )
-
-
-def _judge_samples(field: Field, pitch_um: float) -> None:
-    """Refuse a picture whose samples are of another size than photosites are."""
-    if isinstance(field, Picture) and field.step_um > MOST_STEP * pitch_um:
-        raise UnsupportedError(
-            f"its samples are {field.step_um / pitch_um:.3g} pitches of {pitch_um:g} µm wide; up to {MOST_STEP:g} are "
-            "rendered: crop it to what lies near the frame, and look at the units of both",
-            key="picture",
         )
 
 

@@ -13,13 +13,14 @@ import numpy as np
 import scipy
 
 from camsim.arrays import C128, F64, I64
+from camsim.errors import UnsupportedError
 from camsim.kept import cached_property
 from camsim.kernels import shared
 from camsim.nonuniform import modes, modes_of_lines
 from camsim.quadrature import gauss_legendre
 from camsim.rendering.fields.layer import Layer, basis
 from camsim.rendering.fields.points import PointLayer
-from camsim.rendering.fields.samples import Sight, Splines, splines_of
+from camsim.rendering.fields.samples import LONGEST_SQUARE, Sight, Splines, parts_of, splines_of
 from camsim.rendering.waves.edges import half_plane, phases
 from camsim.rendering.waves.kernels import repeat
 from camsim.rendering.waves.levels import Lattice
@@ -28,6 +29,7 @@ SPARSE = 8.0  # samples for a frequency: of more an FFT makes too many that nobo
 MOST_SAMPLES, MOST_PITCHES = 64, 64  # that are as long as one another, for transforms along rows to be FFTs
 WHOLE = 1e-12  # of a number of samples: it is a whole number
 ROWS_AT_ONCE = 16
+MOST_FINER = 4e7  # samples that larger ones are divided into
 FAR_IN = 8  # samples: as far from a border as any spline is felt
 BORDER_NODES = 24  # of a rule on a sample at a picture's border, and more the more waves there are on it
 
@@ -48,6 +50,25 @@ class FieldSource:
     cut: float
     precision: float
     sight: Sight | None = None
+
+    def __post_init__(self) -> None:
+        layer = self.layer
+        if isinstance(layer, PointLayer) or self._as_they_are:
+            return
+        finer = float(layer.shape[0] * layer.shape[1]) * parts_of(layer, self.cut) ** 2 * len(self.mixture)
+        if finer > MOST_FINER:
+            raise UnsupportedError(
+                f"its samples are {layer.step:.3g} pitches wide, and divided as finely as the lens passes they are "
+                f"{finer:.2g}, of {MOST_FINER:.0e} at most: crop it to what lies near the frame, give more samples, "
+                "or look at its units",
+                key="picture",
+            )
+
+    @property
+    def _as_they_are(self) -> bool:
+        """Whether an upright picture's samples are transformed undivided: of wide ones a part would be in sight."""
+        layer = self.layer
+        return isinstance(layer, Layer) and layer.upright and layer.outline is None and layer.step <= LONGEST_SQUARE
 
     @cached_property
     def box(self) -> tuple[F64, F64]:
@@ -72,7 +93,7 @@ class FieldSource:
         out = np.zeros((len(self.mixture), 2 * rows - 1, columns), complex)
         if isinstance(layer, PointLayer):
             return out if self._add_points(out, layer.at, self._mixed(layer.light), lattice, origin) else None
-        if layer.upright and layer.outline is None:
+        if self._as_they_are:
             corner = layer.corner + 0.5 * layer.step * layer.axes.sum(axis=0)
             there = self._upright(out, self._planes, corner, layer.step, lattice, origin)
             return out if there else None
