@@ -31,6 +31,7 @@ NODES = 6, 8, 10, 12, 16, 20, 24, 32, 40, 52, 64, 88, 120, 160, 220, 300  # each
 RADII = 8, 10, 12, 16, 20, 24, 32, 48, 64, 96, 128, 192
 DIRECTIONS = 6, 8, 12, 16, 20, 24, 32, 48, 64, 96, 128, 192, 256  # over half a turn
 TRIED_RADII, TRIED_DIRECTIONS = np.array([0.03, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0]), np.array([0.4, 1.3])
+BETWEEN = np.pi * np.array([0.031, 0.173, 0.342, 0.561])  # directions that no even ones are
 MANY_RADII, MANY_DIRECTIONS = (24, 48, 96, 240), (24, 48, 96, 320)  # of which few are found to be enough
 S3, S5, S7, S9, S11, S13, S15 = (math.pow(-1.0, n) / math.factorial(2 * n + 1) for n in range(1, 8))
 C2, C4, C6, C8, C10, C12, C14, C16 = (math.pow(-1.0, n) / math.factorial(2 * n) for n in range(1, 9))
@@ -170,16 +171,24 @@ class Rule:
         raise UnsupportedError("its wavefronts turn too often along the pupil's radius", key="lens")
 
     def _directions(self, fronts: Wavefronts, allowed: float) -> int:
-        """Return how many directions tell those between, by the harmonics on a few radii."""
+        """Return how many directions tell those between, by the harmonics on a few radii.
+
+        Of a wavefront that repeats around the pupil harmonics hide behind one another: in other directions they show.
+        """
         rho = self.outer * TRIED_RADII[1::3]
+        right = self.at(fronts, np.repeat(rho, BETWEEN.size), np.tile(BETWEEN, rho.size))
         for count in MANY_DIRECTIONS:
-            angle = np.pi * np.arange(count) / count
+            angle, order = np.pi * np.arange(count) / count, np.fft.fftfreq(2 * count, 0.5 / count)
             half = self.at(fronts, np.repeat(rho, count), np.tile(angle, rho.size)).reshape(rho.size, count, -1)
             waves = scipy.fft.fft(np.concatenate([half, half.conj()], axis=1), axis=1) / (2 * count)
             size = np.abs(waves).max(axis=(0, 2))
             size = size[:count] + np.concatenate([[0.0], size[:count:-1]])
             if (fits := _fewest(size, DIRECTIONS, 0.5 * allowed)) is not None:
-                return fits
+                kept = np.abs(order) < fits
+                turned = np.exp(1j * np.outer(BETWEEN, order[kept]))
+                found = np.einsum("am,rmp->rap", turned, waves[:, kept], optimize=True).reshape(right.shape)
+                if np.abs(found - right).max() <= allowed:
+                    return fits
         raise UnsupportedError("its wavefronts turn too often around the pupil", key="lens")
 
 
