@@ -113,16 +113,28 @@ def test_a_lens_that_one_engine_renders_is_judged_by_that_one_at_its_finest(scen
     assert "judged by itself" in " ".join(words_of_truths(found.truths))
 
 
-def test_a_picture_is_judged_by_the_engine_that_renders_it(scene):
-    grating = "{kind: sine-grating, width: 12, height: 5, period: 6, low: 0.1, high: 0.7}"
-    few = {"region": Region(rows=2, cols=2), "overrides": [f"scene.shapes=[{grating}]"]}
-    found = bench_scene(scene, methods=("boundary", "fourier"), tolerances=(1e-3,), **few)
+GRATING = "{kind: sine-grating, width: 12, height: 5, period: 6, low: 0.1, high: 0.7}"
+SQUARE = "{kind: rectangle, width: 4, height: 4, reflectance: 0.1}"
+POINT = "{kind: point-source, electrons: 500}"
+
+
+def test_what_both_engines_render_the_same_way_is_no_truth_of_another(scene):
+    """Pictures have an engine of their own, whatever renders the edges."""
+    few = {"region": Region(rows=2, cols=2), "overrides": ["scene.shapes=" + f"[{GRATING}]"]}
+    found = bench_scene(scene, methods=("boundary", "fourier"), tolerances=(1e-3, 1e-11), **few)
     (truth,) = found.truths
-    assert (truth.engine, truth.also, truth.difference) == ("fourier", None, None)
-    assert [p.label for p in found.points] == ["fourier 1e-3"]
+    assert (truth.engine, truth.also, truth.difference) == ("fourier", "fourier", None)
+    assert [p.label for p in found.points] == ["boundary 1e-3", "fourier 1e-3"]
     assert all(p.by_itself and p.error_max > 0.0 for p in found.points)
-    assert {left.label for left in found.left_out} == {"boundary 1e-3"}
-    assert " from itself at 1e-11; " in " ".join(finding.sentence for finding in found.findings)
+    assert {left.label for left in found.left_out} == {"boundary 1e-11", "fourier 1e-11"}
+    sentences = " ".join(finding.sentence for finding in found.findings)
+    assert "Both engines render this window the same way: fourier is judged by itself" in sentences
+    assert " from itself at 1e-11; " in sentences
+    few["overrides"] = ["scene.shapes=" + f"[{GRATING}, {SQUARE}, {POINT}]"]
+    found = bench_scene(scene, methods=("boundary", "fourier"), tolerances=(1e-3,), **few)
+    assert [truth.shared for truth in found.truths] == ["pictures, gradients and points"] * 2
+    assert not any(p.by_itself for p in found.points)
+    assert "Both render pictures, gradients and points the same way" in " ".join(words_of_truths(found.truths))
 
 
 def test_no_time_for_any_truth_is_said(scene):
