@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
 
 from camsim.arrays import F64, I64, same_rows
 from camsim.optics import OpticalSystem
@@ -207,7 +206,7 @@ def fuse_by_light(signals: Signals, count: int) -> tuple[F64, F64]:
             following = following - np.sum(following * vector) * vector
         beside[k] = math.sqrt(np.sum(following**2))
         vectors.append(following / beside[k])
-    zeros = scipy.linalg.eigvalsh_tridiagonal(own, beside[:-1])
+    zeros = np.linalg.eigvalsh(np.diag(own) + np.diag(beside[:-1], -1))  # scipy.linalg takes long to import
 
     basis = np.ones((wavelength_nm.size, count))
     for j in range(count):
