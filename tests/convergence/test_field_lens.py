@@ -425,7 +425,7 @@ def test_an_outline_that_closes_smoothly_is_no_line():
 
 @pytest.mark.parametrize("worst", ["nearest to the axis", "half way", "farthest", "where low orders are small"])
 def test_wavefronts_that_are_steepest_at_one_radius(worst):
-    high = {"nearest to the axis": [0.4, 0.1, 0.0, 0.0], "half way": [0.0, 0.1, 0.0, 0.0], "farthest": [0, 0, 0, 0.4]}
+    high = {"nearest to the axis": [0.4, 0.1, 0.0, 0.0], "half way": [0.0, 0.4, 0.0, 0.0], "farthest": [0, 0, 0, 0.4]}
     high = high.get(worst, [0.0, 0.0, 0.25, 0.0])
     low = [0.6, 0.6, 0.1, 0.6] if worst.startswith("where") else [0.1] * 4
     lens = FieldLens(
@@ -448,7 +448,7 @@ def test_wavefronts_that_are_steepest_at_one_radius(worst):
         assert abs(found.image[0, col] - right[0, 0]) <= 1e-5
 
 
-@pytest.mark.parametrize(("zernike", "many_waves"), [(24, 1.0), (14, 1.0), (27, 1.0), (44, 0.6)])
+@pytest.mark.parametrize(("zernike", "many_waves"), [(24, 1.0), (24, 2.0), (14, 1.0), (27, 1.0), (44, 0.6)])
 def test_a_single_term_of_high_order(zernike, many_waves):
     """Photosites of one place see what they do behind a plain lens with the wavefront of that place."""
     rows = [[many_waves * height_um / RADIUS_UM] for height_um in HEIGHTS_UM]
