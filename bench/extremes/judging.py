@@ -2,7 +2,7 @@
 
 Lengths are in pitches of 4 µm unless a case says otherwise. The truth is never the engine that is judged: the boundary
 integral by plain quadrature (tests/truth/quadrature.py, "quadrature"), the light beyond a straight edge ray by ray
-("rays"), the Fourier engine to 1e-11 ("fourier"), or what must come out whatever the optics ("identity").
+("rays"), the Fourier engine to 1e-10 ("fourier"), or what must come out whatever the optics ("identity").
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from tests.truth.quadrature import photosite_value
 
 PITCH_UM = 4.0
 ASKED = 1e-6
-FINE = 1e-11
+FINE = 1e-10
 Outline = Sequence[tuple[float, float]] | F64
 
 
@@ -157,11 +157,11 @@ def by_quadrature(picture: Picture, places: Sequence[tuple[int, int]], *, render
 
 
 def by_fourier(picture: Picture) -> Outcome:
-    """Judge the whole image by the Fourier engine to 1e-11."""
+    """Judge the whole image by the Fourier engine to 1e-10."""
     return judged(
         picture,
         lambda image: float(np.abs(image - picture.render("fourier", FINE).image).max()),
-        "fourier to 1e-11, all photosites",
+        "fourier to 1e-10, all photosites",
     )
 
 
@@ -178,7 +178,7 @@ def by_rays(picture: Picture, edge: float, light: float) -> Outcome:
             x = math.pi * abs(distance) / math.cos(angle) / picture.lambda_n
             return float(special.j0(x) ** 2 + special.j1(x) ** 2)
 
-        beyond = integrate.quad(lost, 0.0, 0.5 * math.pi - 1e-12, limit=4000, epsabs=1e-11)[0] / math.pi
+        beyond = integrate.quad(lost, 0.0, 0.5 * math.pi - 1e-12, limit=4000, epsabs=1e-10)[0] / math.pi
         return 1.0 - beyond if distance >= 0.0 else beyond
 
     def worst(image: F64) -> float:

@@ -44,8 +44,6 @@ class TruthLine:
     checked_photosites : how many those were
     difference         : largest difference from the other truth, anywhere in the window; None without another
     believed_to        : ``checked_to``, and of the coarser of two truths ``difference`` if that is more
-    also               : the other engine where it takes the same road, so that this is its truth too
-    shared             : what both truths render the same way, where it is not all
     """
 
     engine: str
@@ -55,8 +53,6 @@ class TruthLine:
     believed_to: float
     seconds: float
     difference: float | None = None
-    also: str | None = None
-    shared: str | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

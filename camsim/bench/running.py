@@ -54,7 +54,7 @@ def bench_scene(
 
     scene, sensor, overrides, sensors : as of ``camsim.capture``
     methods    : of ``camsim.render``; the paper's take ``samples`` where they have any
-    tolerances : every second decade from 1e-2 to 1e-10 and the scene's own when left out
+    tolerances : every second decade from 1e-2 to 1e-8 and the scene's own when left out
     region     : the window, of the sensor's frame; the busiest 128 × 128 photosites when left out
     whole      : take the scene's own region instead
     longest_s  : leave out what is expected to take more seconds of one core; a truth may take four times that

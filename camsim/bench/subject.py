@@ -15,7 +15,6 @@ from camsim.errors import CamsimError
 from camsim.optics import OpticalSystem
 from camsim.rendering import Grid, Rendering, render_channels
 from camsim.rendering.auto import Choice
-from camsim.rendering.flat import FlatPlan
 from camsim.rendering.render import plan_render
 from camsim.scene import Scene
 from camsim.spectra.curve import spectrum_at
@@ -109,8 +108,3 @@ class Subject:
             method=setting.method,
             samples=setting.samples,
         )
-
-
-def roads_of(choice: Choice) -> frozenset[str]:
-    """Return what makes the parts of an image: two that have none in common are independent of one another."""
-    return frozenset(() if isinstance(choice.plan, FlatPlan) else (choice.method,))

@@ -1,6 +1,6 @@
 """The truth of a window: both exact engines at their finest, each checked directly at some photosites.
 
-Where they take one road, which they do for pictures and for what is flat, there is one truth, and it says so.
+Pictures, gradients and points are rendered by one of them: then there is one truth, and it says so.
 """
 
 from __future__ import annotations
@@ -13,31 +13,25 @@ import numpy as np
 from camsim.arrays import F64
 from camsim.bench.records import TruthLine
 from camsim.bench.settings import EXACT, Setting, power
-from camsim.bench.subject import Subject, roads_of
+from camsim.bench.subject import Subject
 from camsim.errors import CamsimError, UnsupportedError
 
-FINEST = (1e-11, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6)  # tried in turn
-FINER = 5.0  # times as fine as what it judges must be what takes the same road
+FINEST = (1e-9, 1e-8, 1e-7, 1e-6)  # tried in turn
+FINER = 5.0  # times as fine as what it judges a truth must be that judges its own engine
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Truth:
-    """One truth: its image (rows, cols) relative to full scale, and what is known of it.
-
-    roads : what made the parts of its image
-    """
+    """One truth: its image (rows, cols) relative to full scale, and what is known of it."""
 
     image: F64
     line: TruthLine
-    roads: frozenset[str]
 
 
 def truths_of(
     subject: Subject, *, longest_s: float, tell: Callable[[str], None] = lambda words: None
 ) -> dict[str, Truth]:
     """Return the truth of each engine that has one, by its name; UnsupportedError when none has.
-
-    Of engines that take one road there is one truth.
 
     longest_s : what is expected to take longer, seconds of one core, is not tried
     """
@@ -47,10 +41,6 @@ def truths_of(
         setting, why = _finest(subject, engine, longest_s)
         if setting is None:
             without[engine] = why
-            continue
-        roads = roads_of(subject.plan(setting))
-        if same := next((name for name, truth in found.items() if truth.roads == roads), None):
-            found[same] = replace(found[same], line=replace(found[same].line, also=engine))
             continue
         tell(f"truth: {setting.label}")
         rendering = subject.render(setting)
@@ -64,7 +54,6 @@ def truths_of(
                 believed_to=rendering.error_estimate,
                 seconds=rendering.seconds,
             ),
-            roads=roads,
         )
     if not found:
         reasons = "; ".join(f"{engine}: {why}" for engine, why in without.items())
@@ -77,10 +66,7 @@ def truths_of(
         for engine, truth in found.items():
             # Direct checks are of some photosites; what else the two differ by is laid to the one that promises less.
             believed_to = max(truth.line.checked_to, apart if engine == coarser else 0.0)
-            shared = " and ".join(found["boundary"].roads & found["fourier"].roads) or None
-            found[engine] = replace(
-                truth, line=replace(truth.line, difference=apart, believed_to=believed_to, shared=shared)
-            )
+            found[engine] = replace(truth, line=replace(truth.line, difference=apart, believed_to=believed_to))
     return found
 
 
@@ -101,9 +87,9 @@ def _finest(subject: Subject, engine: str, longest_s: float) -> tuple[Setting | 
 
 
 def is_the_truth(setting: Setting, truths: dict[str, Truth]) -> bool:
-    """Whether a setting takes the road of the only truth and is hardly coarser: it would be judged by itself."""
+    """Whether a setting is the engine of the only truth, and hardly coarser: it would be judged by itself."""
     (name, truth), *others = truths.items()
-    of_it = setting.method in (name, truth.line.also, "auto")
+    of_it = setting.method in (name, "auto")
     return not others and of_it and setting.asked < FINER * truth.line.tolerance
 
 

@@ -44,15 +44,11 @@ def words_of_truths(truths: Sequence[TruthLine]) -> Iterator[str]:
             "each engine is judged by the other's, and errors below "
             f"{' and '.join(f'{short(t.believed_to)} ({t.engine})' for t in truths)} are not told apart."
         )
-        if truths[0].shared:
-            yield (
-                f"Both render {truths[0].shared} the same way: of these an engine is judged by itself at its finest, "
-                "and by what was computed directly."
-            )
     elif truths:
-        no_other = "No other engine renders this window so finely in the time"
-        why = "Both engines render this window the same way" if truths[0].also else no_other
-        yield f"{why}: {truths[0].engine} is judged by itself at its finest, and by what was computed directly."
+        yield (
+            f"No other engine renders this window so finely in the time: {truths[0].engine} is judged by itself at its "
+            "finest, and by what was computed directly."
+        )
 
 
 def words_of_point(point: Point, points: Sequence[Point]) -> str:

@@ -86,7 +86,9 @@ def test_where_every_photosite_is_checked_the_check_says_the_same(scene):
     found = bench_scene(scene, methods=("boundary",), tolerances=(1e-3, 1e-4, 1e-6), region=few)
     for point in found.points:
         assert point.error_max > 1e3 * point.believed_to
-        assert point.error_estimate == pytest.approx(point.error_max, rel=0.1)
+        # Of a twentieth of its tolerance an image and its check may have the same part.
+        same = point.error_estimate == pytest.approx(point.error_max, rel=0.1)
+        assert same or max(point.error_estimate, point.error_max) < 0.05 * point.tolerance
 
 
 def test_more_light_is_no_more_error(scene):
@@ -118,23 +120,16 @@ SQUARE = "{kind: rectangle, width: 4, height: 4, reflectance: 0.1}"
 POINT = "{kind: point-source, electrons: 500}"
 
 
-def test_what_both_engines_render_the_same_way_is_no_truth_of_another(scene):
-    """Pictures have an engine of their own, whatever renders the edges."""
-    few = {"region": Region(rows=2, cols=2), "overrides": ["scene.shapes=" + f"[{GRATING}]"]}
-    found = bench_scene(scene, methods=("boundary", "fourier"), tolerances=(1e-3, 1e-11), **few)
+def test_what_one_engine_alone_renders_is_judged_by_itself(scene):
+    few = {"region": Region(rows=2, cols=2), "overrides": ["scene.shapes=" + f"[{GRATING}, {SQUARE}, {POINT}]"]}
+    found = bench_scene(scene, methods=("boundary", "fourier"), tolerances=(1e-3, 1e-9), **few)
     (truth,) = found.truths
-    assert (truth.engine, truth.also, truth.difference) == ("fourier", "fourier", None)
-    assert [p.label for p in found.points] == ["boundary 1e-3", "fourier 1e-3"]
+    assert (truth.engine, truth.difference) == ("fourier", None)
+    assert [p.label for p in found.points] == ["fourier 1e-3"]
     assert all(p.by_itself and p.error_max > 0.0 for p in found.points)
-    assert {left.label for left in found.left_out} == {"boundary 1e-11", "fourier 1e-11"}
+    assert {left.label for left in found.left_out} == {"boundary 1e-3", "fourier 1e-9"}
     sentences = " ".join(finding.sentence for finding in found.findings)
-    assert "Both engines render this window the same way: fourier is judged by itself" in sentences
-    assert " from itself at 1e-11; " in sentences
-    few["overrides"] = ["scene.shapes=" + f"[{GRATING}, {SQUARE}, {POINT}]"]
-    found = bench_scene(scene, methods=("boundary", "fourier"), tolerances=(1e-3,), **few)
-    assert [truth.shared for truth in found.truths] == ["pictures, gradients and points"] * 2
-    assert not any(p.by_itself for p in found.points)
-    assert "Both render pictures, gradients and points the same way" in " ".join(words_of_truths(found.truths))
+    assert "No other engine renders this window so finely in the time: fourier is judged by itself" in sentences
 
 
 def test_no_time_for_any_truth_is_said(scene):
@@ -257,9 +252,9 @@ def test_a_flat_scene_has_no_error_and_a_page():
 
     found = bench_scene("flat-field", methods=("auto",), tolerances=(1e-3,))
     assert found.points[0].error_max <= 1e-15
-    assert "error 0 from itself at 1e-11; nothing is faster" in found.findings[-2].sentence
+    assert "error 0; nothing is faster" in found.findings[-2].sentence
     assert "from [935, 1439] of 446 × 446, the middle of" in found.findings[0].sentence
-    assert found.findings[2].sentence.startswith("Both engines render this window the same way: boundary is judged by ")
+    assert "The two truths differ by 0 at most" in found.findings[3].sentence
     assert "<svg" in page(found)
 
 

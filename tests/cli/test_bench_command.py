@@ -29,7 +29,7 @@ def small(tmp_path_factory):
 def test_words_say_what_was_found(small):
     _, out, lines = small
     assert "Rendered: 16 × 20 photosites from [992, 1494], all that the scene captures." in out
-    assert re.search(r"Truth: fourier at 1e-11; \d+ of its photosites computed directly differ by \S+ at most\.", out)
+    assert re.search(r"Truth: fourier at 1e-9; \d+ of its photosites computed directly differ by \S+ at most\.", out)
     assert re.search(r"auto at 1e-6 \(boundary\): \S+ s, error \S+; .*\.", out)
     assert "written: small-bench/bench.jsonl, small-bench/bench.html, small-bench/bench.svg" in out
     assert [line["sentence"] for line in lines if line["kind"] == "finding"] == out.splitlines()[:-1]

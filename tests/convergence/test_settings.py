@@ -22,8 +22,10 @@ LENSES = [camsim.Airy(f_number=1.0 / 0.55), camsim.Gaussian(sigma_um=1.0)]
 
 
 def test_shares_add_to_one():
-    for engine in (budget.BOUNDARY, budget.FREQUENCIES):
+    spiked = {source: share for source, share in budget.FREQUENCIES.items() if source != "bent edges"}
+    for engine in (budget.BOUNDARY, spiked):
         assert sum(share.part for share in (budget.SCENE | engine).values()) == pytest.approx(1.0, abs=1e-12)
+    assert budget.FREQUENCIES["bent edges"].part < budget.FREQUENCIES["spikes"].part  # of lenses that bend none spikes
     assert set(budget.SCENE | budget.BOUNDARY | budget.FREQUENCIES) == set(typing.get_args(budget.Source))
 
 

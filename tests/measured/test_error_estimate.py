@@ -477,7 +477,7 @@ CORRUPTIONS = {
         lambda f: lambda own, pitch_um, colours: f(own, 1.01 * pitch_um, colours),
         {"scene": "stars", "method": "fourier"},
     ),
-    "three wavelengths in fourier": (job, "fuse", few_nodes, {"colour": True, "method": "fourier"}),
+    "three wavelengths in fourier": (plan, "fuse", few_nodes, {"colour": True, "method": "fourier"}),
 }
 
 

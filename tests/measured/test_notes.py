@@ -111,11 +111,11 @@ def test_a_camera_of_python_has_the_notes_that_a_sensors_file_gets() -> None:
 def test_a_tolerance_far_finer_than_the_noise_is_said_where_it_costs() -> None:
     """Planned and not rendered. A coarser one is as good where there is noise, and wanted where the mean is."""
     costly = dataclasses.replace(
-        READY, tolerance=1e-11, region=None, camera=CAMERA.replace(lens=camsim.Wavefront(f_number=8.0, defocus_um=40.0))
+        READY, tolerance=1e-8, region=None, camera=CAMERA.replace(lens=camsim.Wavefront(f_number=8.0, defocus_um=40.0))
     )
     choice = costly.plan()
     (note,) = costly.notes(choice)
-    assert "the tolerance of 1e-11 is " in note
+    assert "the tolerance of 1e-08 is " in note
     assert f"takes about {choice.plan.cost.seconds:.2g} s of one core" in note
     would_do = float(note.split(" would do")[0].rpartition(" ")[2])
     coarser = dataclasses.replace(costly, tolerance=would_do)

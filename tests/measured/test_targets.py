@@ -119,7 +119,7 @@ def test_dead_leaves_tell_the_mtf_by_their_own_truth():
     report = measure_texture(picture_of_frame(capture.frame()), capture)
     (grey,) = report.channels
     assert grey.mtf50_cycles_per_pixel == pytest.approx(grey.theory_mtf50_cycles_per_pixel, rel=0.02)
-    assert grey.mtf50_error < 0.02 * grey.mtf50_cycles_per_pixel
+    assert grey.mtf50_error < 0.025 * grey.mtf50_cycles_per_pixel
     off = (grey.mtf - grey.theory) / grey.mtf_error
     assert np.sqrt(np.mean(off**2)) < 2.0
 

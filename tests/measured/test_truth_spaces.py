@@ -73,7 +73,7 @@ def test_codes_are_the_truth_but_for_noise_dark_current_and_rounding():
 @pytest.mark.parametrize("surface", [1.0, camsim.reflectance("orange")])
 def test_points_given_in_electrons_have_the_colours_of_their_light(surface):
     lens, electrons = camsim.Gaussian(sigma_um=2.0), 30_000.0
-    even = flat(surface, lens=lens)
+    even = dataclasses.replace(flat(surface, lens=lens), tolerance=1e-5)
     one = even.frame(products=("truth",)).truth[4, 4].max()  # of a photosite full of that surface
     point = camsim.PointSource(electrons=electrons, reflectance=surface)
     dark = dataclasses.replace(even, scene=camsim.Scene(background=0.0, shapes=[point]))

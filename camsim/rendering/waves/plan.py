@@ -48,7 +48,7 @@ DIGITS_POWER, NODES_OF_WAVE = 1.6, 2.0  # of the number of wavelengths
 STEPS, DIRECTIONS = 256, 32  # in which a system is asked what it passes
 SECONDS_EACH, SECONDS_CURVE, SECONDS_POLAR, SECONDS_NODE = 6e-8, 4e-9, 3e-8, 1e-7  # of a frequency, and of a node
 SECONDS_TABLE = 0.02  # of a pupil's transfer at a wavelength
-BYTES_EACH = 40.0
+BYTES_EACH, BYTES_EACH_POINT = 40.0, 16.0  # of a frequency of a kind, and of a point in a channel
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -224,20 +224,19 @@ class WavesPlan:
         return spot_um(lens, wavelength_nm)
 
     @cached_property
-    def _lattices(self) -> list[int]:
-        """How many frequencies the lattices have, of all levels and tiles."""
+    def _lattices(self) -> list[tuple[int, int]]:
+        """How many frequencies the lattices have, of all levels and tiles, and how many points their images have."""
         image = self.image
         if image is None:
             return []
         grid, (low, high) = self.job.grid, image.box
         at, found = np.array(grid.first_centre), []
         for level in image.levels:
-            if level.takes is None:
-                for row, col, height, width in tiles((grid.rows, grid.cols)):
-                    here = at + np.array([col, row], float)
-                    found.append(lattice_of(level, (width, height), low - here, high - here).size)
-            else:
-                found.append(lattice_of(level, (grid.cols, grid.rows), low - at, high - at).size)
+            size, parts = (grid.rows, grid.cols), [(0, 0, grid.rows, grid.cols)]
+            for row, col, height, width in tiles(size) if level.takes is None else parts:
+                here = at + np.array([col, row], float)
+                lattice = lattice_of(level, (width, height), low - here, high - here)
+                found.append((lattice.size, math.prod(lattice.periods) // level.every**2))
         return found
 
     @cached_property
@@ -252,10 +251,13 @@ class WavesPlan:
                 SECONDS_EACH + weights.shape[1] * (SECONDS_CURVE if lens.is_round else SECONDS_POLAR)
             )
         nodes = 8.0 * len(self.job.edges)
-        seconds = sum(self._lattices) * each + nodes * SECONDS_NODE
+        frequencies, points = zip(*self._lattices, strict=True)
+        seconds = sum(frequencies) * each + nodes * SECONDS_NODE
         most = max(len(weights) for _, weights, _ in image.sources)
         tables = sum(len(lens.wavelength_nm) * SECONDS_TABLE for *_, lens in image.sources if not lens.is_round)
-        return Cost(seconds=0.005 + seconds + tables, memory_bytes=BYTES_EACH * max(self._lattices) * most)
+        channels = image.sources[0][1].shape[1]
+        memory = max(BYTES_EACH * max(frequencies) * most, BYTES_EACH_POINT * channels * max(points))
+        return Cost(seconds=0.005 + seconds + tables, memory_bytes=memory)
 
     def work(self, images: int) -> Work:
         """Count the work of ``images`` images."""
@@ -265,7 +267,7 @@ class WavesPlan:
             wavelength_nodes=self.wavelengths,
             channels=images,
             photosites=images * grid.rows * grid.cols,
-            frequencies=round(sum(self._lattices)),
+            frequencies=sum(size for size, _ in self._lattices),
             samples_of_pictures=sum(layer.shape[0] * layer.shape[1] for layer in layers),
         )
 
@@ -283,9 +285,10 @@ class WavesPlan:
                 decision=f"beyond {image.levels[0].reach:.3g} photosites on {len(image.levels) - 1} coarser lattices",
                 reason="the lens's tail is smooth there",
             )
+        frequencies = sum(size for size, _ in self._lattices)
         yield Decision(
             topic="settings",
-            decision=f"{sum(self._lattices):.2g} frequencies, up to {image.levels[0].cut:.3g} cycles a pitch",
+            decision=f"{frequencies:.2g} frequencies, up to {image.levels[0].cut:.3g} cycles a pitch",
             reason="lens, OLPF and photosite pass nothing beyond that counts",
         )
 
