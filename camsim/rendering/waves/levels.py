@@ -106,7 +106,9 @@ class Lattice:
         return across * (2 * down - 1)
 
 
-def levels_of(cut: float, first: float, light: float, leak: float, farthest: float, tail: float) -> list[Level]:
+def levels_of(
+    cut: float, first: float, light: float, leak: float, farthest: float, tail: float, extent: float = 0.0
+) -> list[Level]:
     """Return the levels of a lens.
 
     cut      : its highest frequency
@@ -114,13 +116,14 @@ def levels_of(cut: float, first: float, light: float, leak: float, farthest: flo
     tail     : c of a tail c/r, the most light that an edge shows r pitches away; 0: the lens's light ends at ``first``
     light    : light that may be left out;  leak: what windows' kernels may leave
     farthest : distance of the farthest source
+    extent   : how far photosite and low-pass filter spread light, around which a window's kernel lies
     """
     if tail == 0.0:
         return [Level(cut, first, None, None)]
     levels: list[Level] = []
     takes, reach = None, first
     while tail / reach > light and (reach < 4.0 * farthest or tail / reach > 0.3 * light):
-        window = Window.reaching(reach, leak)
+        window = Window.reaching(reach - extent, leak)
         if window.end >= cut:
             reach *= 2.0
             continue

@@ -196,7 +196,7 @@ class WavesPlan:
         spikes = self._spikes(longest) / (OF_SPIKES * self.settings.rougher * tolerance)
         near = max(near, _ringing(job, tolerance), 2.0 * longest, spikes)
         first = self.settings.farther * (near + spot + extent) + self._support
-        return levels_of(cut, first, lost, OF_LEAK * tolerance, farthest, tail)
+        return levels_of(cut, first, lost, OF_LEAK * tolerance, farthest, tail, extent)
 
     @property
     def _support(self) -> float:

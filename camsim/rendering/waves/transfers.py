@@ -21,10 +21,7 @@ from camsim.optics.transfer_table import NO_BORDER, TransferTable, transfer_tabl
 from camsim.rendering.waves.levels import Lattice, Level
 
 FEWEST_POINTS, MOST_POINTS = 2048, 1 << 16
-POLAR_POINTS, FAR_POINTS = (
-    128,
-    32,
-)  # along the radius: at the least, and of a far level, where a transfer is nearly a cone
+POLAR_POINTS = 128  # along the radius, at the least: what aberrations spread turns a far level's transfer too
 OF_RADII = 6.0  # points for each of a table's radii, at 1e-5: cubics between them
 ASKED = 180  # directions in which a lens without a table is asked what passes: of one 16 times as long as wide a degree
 FEW_KINDS = 4  # that need not be made fewer
@@ -81,7 +78,7 @@ class Lens:
         table = self._table
         radii, directions = table.values.shape[1:]
         each = min(max(OF_RADII * (1e-5 / self.allowed) ** 0.25, 3.0), 8.0)
-        points = max(POLAR_POINTS, min(math.ceil(each * radii), 1024)) if level.takes is None else FAR_POINTS
+        points = max(POLAR_POINTS, min(math.ceil(each * radii), 1024)) if level.takes is None else POLAR_POINTS
         frequency = np.linspace(0.0, level.cut, points + 1)
         per_um, per = frequency / self.pitch_um, points / level.cut
         there = np.full(points + 1, weights.shape[1])
