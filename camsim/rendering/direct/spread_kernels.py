@@ -91,12 +91,16 @@ def fill_rows(
     k, weight : (n,) 2π times frequencies, and that times the rule's weights
     shapes, curves : (harmonics, n) and (n, kinds): transfers;  odd: whether there are odd orders
     """
-    most = int(orders.max()) + 2
+    most = 2
+    for m in orders:
+        most = max(most, m + 2)
     j, integral = np.zeros(most + 2), np.zeros(most + 2)
     far = max(FAR, most + 0.0)
     step = radius[1] - radius[0]
-    one = 1.0 / np.maximum(radius, 1e-300)
-    size = 1.0 / np.sqrt(math.pi * np.maximum(radius, 1e-300))
+    one, size = np.empty(len(radius)), np.empty(len(radius))
+    for row in range(begin, end):
+        one[row] = 1.0 / max(radius[row], 1e-300)
+        size[row] = math.sqrt(one[row] / math.pi)
     for n in range(len(k)):
         x = k[n] * radius[begin] if begin < end else 0.0
         cos, sin, step_cos, step_sin = math.cos(x), math.sin(x), math.cos(k[n] * step), math.sin(k[n] * step)
