@@ -20,6 +20,7 @@ from camsim.rendering.waves.levels import Lattice, Level, lattice_of
 from camsim.rendering.waves.transfers import Footprint, Lens
 
 TILE = 512  # photosites along a tile's side
+FEW_ROWS = 64  # of photosites, which are summed one by one rather than with all that a period holds
 ROWS_OF_PLANE = 400_000  # frequencies whose transfers are asked at a time
 
 
@@ -129,7 +130,9 @@ class FrequencyImage:
         whole = max(source.whole for source, *_ in self.sources)
         lattice = lattice_of(level, size, low - at, high - at, whole)
         px, py = lattice.periods
-        total = np.zeros((channels, py // every, px // every), complex)
+        columns, rows = lattice.counts
+        lines = 2 * rows - 1 if out.shape[1] <= FEW_ROWS else py // every
+        total = np.zeros((channels, min(lines, py // every), min(columns, px // every)), complex)
         found = False
         footprint = self.footprint.on(lattice)
         for source, weights, lens in self.sources:
@@ -139,7 +142,7 @@ class FrequencyImage:
             found = True
             self._add(total, transform, level, lattice, (weights, lens), footprint)
         if found:
-            _photosites(total, every, out)
+            _photosites(total, every, lattice.periods, out)
         return out
 
     def _add(
@@ -221,12 +224,21 @@ class FrequencyImage:
         return np.min([low for low, _ in boxes], axis=0), np.max([high for _, high in boxes], axis=0)
 
 
-def _photosites(total: C128, every: int, out: F64) -> None:
-    """Add the image of which there is half of the transform (n, …) at every so many photosites (n, rows, cols)."""
+def _photosites(total: C128, every: int, periods: tuple[int, int], out: F64) -> None:
+    """Add the image of which there is half of the transform (n, …) at every so many photosites (n, rows, cols).
+
+    Of a few rows whose frequencies do not alias they are sums, one by one.
+    """
     scale = 2.0 / every**2
+    (px, py), lines = (period // every for period in periods), total.shape[1]
+    turns = np.outer(np.arange(out.shape[1]), np.rint(np.fft.fftfreq(lines, 1.0 / lines))) % py
+    waves = np.exp(2j * np.pi / py * turns) / py if lines < py else None
     for own, whole in zip(out, total, strict=True):
-        columns = scipy.fft.ifft(whole, axis=0, overwrite_x=True)[: own.shape[0]]
-        own += scipy.fft.ifft(columns, axis=1)[:, : own.shape[1]].real * scale
+        if waves is None:
+            columns = scipy.fft.ifft(whole, axis=0, overwrite_x=True)[: own.shape[0]]
+        else:
+            columns = waves @ whole
+        own += scipy.fft.ifft(columns, px, axis=1)[:, : own.shape[1]].real * scale
 
 
 def tiles(shape: tuple[int, int]) -> Iterator[tuple[int, int, int, int]]:

@@ -193,7 +193,7 @@ class WavesPlan:
             )
             tail = CIRCLE_TAIL * longest * around / pupil.area
             spot = 1.5 * max(self._spot_um(nm) for nm in (float(wavelengths[0]), float(wavelengths[-1]))) / pitch_um
-        spikes = self._spikes(longest) / (OF_SPIKES * self.settings.rougher * tolerance)
+        spikes = self._spikes(longest, OF_SPIKES * self.settings.rougher * tolerance, farthest)
         near = max(near, _ringing(job, tolerance), 2.0 * longest, spikes)
         first = self.settings.farther * (near + spot + extent) + self._support
         return levels_of(cut, first, lost, OF_LEAK * tolerance, farthest, tail)
@@ -205,17 +205,21 @@ class WavesPlan:
         each = ((layer.degree + 1) * min(layer.step, LONGEST_SQUARE) for layer in layers if isinstance(layer, Layer))
         return math.sqrt(0.5) * max(each, default=0.0)
 
-    def _spikes(self, longest: float) -> float:
-        """Return c of the light c/r that a corner may hide of a spike of a pupil's sides beyond r, pitches.
+    def _spikes(self, longest: float, allowed: float, farthest: float) -> float:
+        """Return how far the first level has to see along spikes of a pupil's sides, pitches.
 
         Of a side of length l of a pupil of area a, half diameters, (l/2π²a)·λN/r are thrown beyond r, either way square
         on it; opposite sides add up. Spikes are as narrow as λN however far they reach: no coarser level holds them.
+        What a corner hides of them beyond the reach is missed, where there is scenery; and scenery that ends shows
+        again a period further on, and further, to both sides: in all π²/3 of what its width takes of a spike there.
         """
         lens = self.job.system.lens
         if not isinstance(lens, OfPupil) or lens.pupil.shape == "circular":
             return 0.0
         sides = 1.0 if lens.pupil.sides % 2 else 2.0
-        return HIDDEN * sides * lens.pupil.side_length * longest / (2.0 * math.pi**2 * lens.pupil.area)
+        thrown = sides * lens.pupil.side_length * longest / (2.0 * math.pi**2 * lens.pupil.area)
+        again = math.sqrt(math.pi**2 / 3.0 * thrown * farthest / allowed)
+        return min(HIDDEN * thrown / allowed, max(farthest, again))
 
     def _spot_um(self, wavelength_nm: float) -> float:
         """Return how far from the middle rays fall at the most."""
