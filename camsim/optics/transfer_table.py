@@ -63,6 +63,14 @@ class TransferTable:
     first_rad: float
     border: F64
 
+    @property
+    def nearest(self) -> float:
+        """The smallest ρ of a vector of length 1, in units of λN: what its border's corners make of it."""
+        if not self.panels:
+            return 1.0
+        ends = self.first_rad + (np.pi / self.panels) * (np.arange(self.panels) + np.array([[0.0], [1.0]]))
+        return float((self.border[:, 0] * np.cos(ends) + self.border[:, 1] * np.sin(ends)).min())
+
     def in_panels(self, frequency_per_um: F64, each: int) -> C128:
         """Return transfers (j, n, panels, each + 3) in directions evenly from a step before each panel.
 

@@ -106,7 +106,8 @@ class Lens:
         """Return the most that passes in any direction at frequencies (n,) in cycles/pitch; light: (j,) weights."""
         per_um = frequency / self.pitch_um
         if self.is_pupil:
-            each = np.abs(self._table.along(per_um, self._table.values.shape[2])).max(axis=2)
+            table = self._table
+            each = np.abs(table.along(per_um * table.nearest, table.values.shape[2])).max(axis=2)
         else:
             angle = np.pi * np.arange(1 if self.is_round else ASKED) / ASKED
             fx, fy = np.outer(np.cos(angle), per_um), np.outer(np.sin(angle), per_um)
