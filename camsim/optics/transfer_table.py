@@ -25,9 +25,10 @@ from camsim.products import product
 from camsim.quadrature import chebyshev, gauss_legendre, interpolation
 
 FIRST_RULE, MOST_RULE = 6, 600  # nodes each way of the integrals over overlaps
+MOST_WORK = 2e9  # nodes of all of a table in one strip of an overlap: a minute
 RADII = 10, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256
 DIRECTIONS = 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256
-IN_PANEL = 4, 6, 8, 12, 16, 24, 32, 48, 64
+IN_PANEL = 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192
 PANEL_TRIED = 0.023, 0.19, 0.46, 0.71, 0.94  # of a panel
 DEGREES = 2, 4, 6, 8, 12, 16, 20
 ROUNDING, DIGITS = 1e-12, 12  # waves; of directions that are one
@@ -182,6 +183,8 @@ def transfer_table(lens: OfPupil, wavelength_nm: tuple[float, ...], allowed: flo
         angle = np.pi * np.arange(count) / count
     radii = _fewest(RADII, lambda n: _radii_off(at, n, nodes), allowed)
     rho = radial_places(radii, at.breaks)
+    if rho.size * angle.size * nodes**2 > MOST_WORK:
+        raise _too_often()
     values = at(np.outer(rho, at.border_at(angle)).ravel(), np.tile(angle, rho.size), nodes)
     blur_um = np.array([lens.blur_um(nm) for nm in wavelength_nm])
     table = np.ascontiguousarray(values.reshape(len(blur_um), rho.size, angle.size))
@@ -191,8 +194,18 @@ def transfer_table(lens: OfPupil, wavelength_nm: tuple[float, ...], allowed: flo
 
 
 def _fewest(counts: tuple[int, ...], off: Callable[[int], float], allowed: float) -> int:
-    """Return the smallest count that is off by no more than allowed, or the largest."""
-    return next((count for count in counts if off(count) <= allowed), counts[-1])
+    """Return the smallest count that is off by no more than allowed."""
+    for count in counts:
+        if off(count) <= allowed:
+            return count
+    raise _too_often()
+
+
+def _too_often() -> UnsupportedError:
+    return UnsupportedError(
+        "its wavefront turns too often over the pupil; give fewer waves of aberration, or a larger tolerance",
+        key="lens",
+    )
 
 
 def _cell(count: int) -> F64:
@@ -331,15 +344,14 @@ class _Overlaps:
         both, which = np.unique(np.round(rho, DIGITS) + 1j * angle, return_inverse=True)
         rho, angle = np.ascontiguousarray(both.real), np.ascontiguousarray(both.imag)
         plain = not self.paths.any()  # then all wavelengths have one
-        radians = 2.0 * np.pi / (self.wavelength_nm[:1] if plain else self.wavelength_nm)
-        out = np.empty((rho.size, radians.size), complex)
+        per_nm = 1.0 / (self.wavelength_nm[:1] if plain else self.wavelength_nm)
+        out = np.empty((rho.size, per_nm.size), complex)
         normals = np.array([] if pupil.shape == "circular" else [*pupil.normals()], float)
         opening = normals, float(pupil.inner_radius), float(pupil.obstruction)
-        waves, rule = (radians, self.which[: radians.size]), _rule(nodes)
+        waves, rule = (per_nm, self.which[: per_nm.size]), _rule(nodes)
 
         def work(begin: int, stop: int) -> None:
-            cuts = np.empty((pupil.sides + 2) * (pupil.sides + 6) + 32)
-            overlaps(2.0 * rho, angle, opening, self.paths, waves, rule, cuts, out, begin, stop)
+            overlaps(2.0 * rho, angle, opening, self.paths, waves, rule, out, begin, stop)
 
         shared(rho.size, work, least=8)
         return np.broadcast_to(out[which].T / pupil.area, (self.wavelength_nm.size, which.size))

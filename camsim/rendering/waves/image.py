@@ -234,10 +234,7 @@ def _photosites(total: C128, every: int, periods: tuple[int, int], out: F64) -> 
     turns = np.outer(np.arange(out.shape[1]), np.rint(np.fft.fftfreq(lines, 1.0 / lines))) % py
     waves = np.exp(2j * np.pi / py * turns) / py if lines < py else None
     for own, whole in zip(out, total, strict=True):
-        if waves is None:
-            columns = scipy.fft.ifft(whole, axis=0, overwrite_x=True)[: own.shape[0]]
-        else:
-            columns = waves @ whole
+        columns = scipy.fft.ifft(whole, axis=0)[: own.shape[0]] if waves is None else waves @ whole
         own += scipy.fft.ifft(columns, px, axis=1)[:, : own.shape[1]].real * scale
 
 
