@@ -25,7 +25,7 @@ from camsim.products import product
 from camsim.quadrature import chebyshev, gauss_legendre, interpolation
 
 FIRST_RULE, MOST_RULE = 6, 600  # nodes each way of the integrals over overlaps
-MOST_WORK = 2e9  # nodes of all of a table in one strip of an overlap: a minute
+MOST_WORK = 5e9  # nodes of all of a table in one strip of an overlap: a minute
 RADII = 10, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256
 DIRECTIONS = 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256
 IN_PANEL = 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192

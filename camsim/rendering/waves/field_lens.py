@@ -18,7 +18,6 @@ import numpy as np
 import scipy
 
 from camsim.arrays import C128, F64, I64
-from camsim.errors import UnsupportedError
 from camsim.kept import cached_property
 from camsim.kernels import shared
 from camsim.optics import OpticalSystem
@@ -38,7 +37,7 @@ FAR_NODES = *NODES, 10, 12, 16  # of all of it, for low frequencies
 TRIED = np.array([[-0.83, 0.41], [0.37, -0.71], [0.92, 0.88], [-0.15, 0.07]])  # places of a part, −1 … 1
 LOOKED_AT = 48  # radial frequencies at which transfers are compared
 BANDS = 4, 8, 14, 21, 28, 36, 48  # of these: where bands of frequencies end, each with mixtures of its own
-POINTS, FAR_POINTS = 320, 96  # along the radius of a table
+POINTS, OF_RADII, FAR_POINTS = 320, 5, 96  # along the radius of a table: at the least, for each radius, far out
 TURNS = 32, 48, 64, 96, 128, 192, 256, 384, 512  # directions of a table over half a turn
 OF_RULE, OF_PLACES, OF_MIXTURES, OF_TURNS = 1.0, 2.0, 2.0, 0.6  # of what is allowed
 CUBIC = 0.0234  # of the fourth power of a wave's step: what a cubic between four points leaves
@@ -262,7 +261,7 @@ class Mixtures:
 
     def polar(self, level: Level, weights: F64) -> tuple[tuple[C128, I64], float, tuple[float, float, int, F64]]:
         """Return the table of ``Lens.polar``, mixtures as its channels; weights are in it."""
-        points = POINTS if level.takes is None else FAR_POINTS
+        points = max(POINTS, OF_RADII * self.rule.radii) if level.takes is None else FAR_POINTS
         frequency = np.linspace(0.0, level.cut, points + 1)
         shape = self.harmonics.shape[2:]
         total = np.zeros((points + 1, *shape), complex)
@@ -347,12 +346,13 @@ class VaryingImage:
         near = [level for level in self.levels if level.every <= NEAR_EVERY]
         coarse = [near[-1], *self.levels[len(near) :]]
         far = [self._far(one, coarse, origin, shape) for one in self.sources] if len(coarse) > 1 else []
+        nearby = [near if one else self.levels for one in far] or [near] * len(self.sources)
         for row, col, height, width in tiles(shape):
             image = np.zeros((channels, height, width))
             part = slice(row, row + height), slice(col, col + width)
-            for one in self.sources:
-                self._add_near(image, one, near, (origin[0] + col, origin[1] + row))
-            for mixtures, among, values, every in far:
+            for one, levels in zip(self.sources, nearby, strict=True):
+                self._add_near(image, one, levels, (origin[0] + col, origin[1] + row))
+            for mixtures, among, values, every in filter(None, far):
                 mixtures.add(image, among._between(values, every, part), part, shape)
             yield *part, image
 
@@ -381,12 +381,15 @@ class VaryingImage:
         levels: Sequence[Level],
         origin: tuple[float, float],
         shape: tuple[int, int],
-    ) -> tuple[Mixtures, FrequencyImage, F64, int]:
-        """Return what levels but the first give of each mixture for the whole frame, and its points' distance."""
+    ) -> tuple[Mixtures, FrequencyImage, F64, int] | None:
+        """Return what levels but the first give of each mixture for the whole frame, and its points' distance.
+
+        None: it changes too fast for one set of mixtures.
+        """
         source, weights, lens = one
         mixtures = lens.mixtures(_corners_um(origin, shape, lens), levels[1].cut, weights, FAR_NODES)
         if mixtures is None:
-            raise UnsupportedError("it changes too fast over the frame; render a smaller region", key="lens")
+            return None
         among = self._among(source, weights, mixtures, levels)
         values, every = among._far(origin, shape, mixtures.number)
         assert values is not None

@@ -29,11 +29,11 @@ from camsim.optics.zernike import layout, orders, zernike
 from camsim.quadrature import chebyshev, gauss_rules
 
 NODES = 6, 8, 10, 12, 16, 20, 24, 32, 40, 52, 64, 88, 120, 160, 220, 300  # each way of an overlap
-RADII = 8, 10, 12, 16, 20, 24, 32, 48, 64, 96, 128, 192
+RADII = 8, 10, 12, 16, 20, 24, 32, 48, 64, 96, 128, 192, 256, 320, 400
 DIRECTIONS = 6, 8, 12, 16, 20, 24, 32, 48, 64, 96, 128, 192, 256  # over half a turn
 TRIED_RADII, TRIED_DIRECTIONS = np.array([0.03, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0]), np.array([0.4, 1.3])
 BETWEEN = np.pi * np.array([0.031, 0.173, 0.342, 0.561])  # directions that no even ones are
-MANY_RADII, MANY_DIRECTIONS = (24, 48, 96, 240), (24, 48, 96, 320)  # of which few are found to be enough
+MANY_RADII, MANY_DIRECTIONS = (24, 48, 96, 240, 480), (24, 48, 96, 320)  # of which few are found to be enough
 TERMS = 66  # Zernikes to order 10, as which a wavefront of somebody's own is taken first
 MOST_TERMS, FITTED = 231, 1e-4  # and to order 20; waves that may be left
 
