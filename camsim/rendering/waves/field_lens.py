@@ -39,7 +39,7 @@ LOOKED_AT = 48  # radial frequencies at which transfers are compared
 BANDS = 4, 8, 14, 21, 28, 36, 48  # of these: where bands of frequencies end, each with mixtures of its own
 POINTS, OF_RADII, FAR_POINTS = 320, 5, 96  # along the radius of a table: at the least, for each radius, far out
 TURNS = 32, 48, 64, 96, 128, 192, 256, 384, 512  # directions of a table over half a turn
-OF_RULE, OF_PLACES, OF_MIXTURES, OF_TURNS = 1.0, 2.0, 2.0, 0.6  # of what is allowed
+OF_RULE, OF_PLACES, OF_MIXTURES, OF_TURNS = 1.0, 2.0, 1.0, 0.6  # of what is allowed
 CUBIC = 0.0234  # of the fourth power of a wave's step: what a cubic between four points leaves
 ALIKE_UM = 1e-6  # heights that are one
 NEAR_EVERY = 2  # photosites between points of levels that are summed tile by tile
@@ -402,6 +402,11 @@ class VaryingImage:
             levels=levels,
             leak=self.leak,
         )
+
+    @property
+    def in_parts(self) -> bool:
+        """Whether all sources take parts of a lattice."""
+        return all(source.in_parts for source, *_ in self.sources)
 
     @cached_property
     def box(self) -> tuple[F64, F64]:

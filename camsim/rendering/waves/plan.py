@@ -26,7 +26,7 @@ from camsim.rendering.job import Job, Nodes
 from camsim.rendering.spectral import Signals, fewer, fuse, kinds, wavefront_phase
 from camsim.rendering.waves.edges import EdgeSource
 from camsim.rendering.waves.fields import FieldSource
-from camsim.rendering.waves.image import FrequencyImage, Source, tiles
+from camsim.rendering.waves.image import MOST_AT_ONCE, FrequencyImage, Source, summed_shape, tiles
 from camsim.rendering.waves.levels import Level, lattice_of, levels_of
 from camsim.rendering.waves.low import WIDER, LowFrequencies
 from camsim.rendering.waves.transfers import Footprint, Lens
@@ -48,7 +48,7 @@ DIGITS_POWER, NODES_OF_WAVE = 1.6, 2.0  # of the number of wavelengths
 STEPS, DIRECTIONS = 256, 32  # in which a system is asked what it passes
 SECONDS_EACH, SECONDS_CURVE, SECONDS_POLAR, SECONDS_NODE = 6e-8, 4e-9, 3e-8, 1e-7  # of a frequency, and of a node
 SECONDS_TABLE = 0.02  # of a pupil's transfer at a wavelength
-BYTES_EACH = 40.0
+BYTES_EACH, BYTES_SUMMED = 32.0, 32.0  # of a frequency, and of where they add up
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -228,21 +228,24 @@ class WavesPlan:
         return spot_um(lens, wavelength_nm)
 
     @cached_property
-    def _lattices(self) -> list[int]:
-        """How many frequencies the lattices have, of all levels and tiles."""
+    def _lattices(self) -> list[tuple[int, int]]:
+        """How many frequencies the lattices have, of all levels and tiles, and in how many places they add up."""
         image = self.image
         if image is None:
             return []
         grid, (low, high) = self.job.grid, image.box
         at, found = np.array(grid.first_centre), []
+        whole = 0, 0, grid.rows, grid.cols
         for level in image.levels:
-            if level.takes is None:
-                for row, col, height, width in tiles((grid.rows, grid.cols)):
-                    here = at + np.array([col, row], float)
-                    found.append(lattice_of(level, (width, height), low - here, high - here).size)
-            else:
-                found.append(lattice_of(level, (grid.cols, grid.rows), low - at, high - at).size)
+            for row, col, height, width in tiles((grid.rows, grid.cols)) if level.takes is None else (whole,):
+                here = at + np.array([col, row], float)
+                lattice = lattice_of(level, (width, height), low - here, high - here)
+                found.append((lattice.size, math.prod(summed_shape(lattice, level.every, -(-height // level.every)))))
         return found
+
+    @property
+    def _frequencies(self) -> int:
+        return sum(size for size, _ in self._lattices)
 
     @cached_property
     def cost(self) -> Cost:
@@ -256,10 +259,13 @@ class WavesPlan:
                 SECONDS_EACH + weights.shape[1] * (SECONDS_CURVE if lens.is_round else SECONDS_POLAR)
             )
         nodes = 8.0 * len(self.job.edges)
-        seconds = sum(self._lattices) * each + nodes * SECONDS_NODE
+        seconds = self._frequencies * each + nodes * SECONDS_NODE
         most = max(len(weights) for _, weights, _ in image.sources)
         tables = sum(len(lens.wavelength_nm) * SECONDS_TABLE for *_, lens in image.sources if not lens.is_round)
-        return Cost(seconds=0.005 + seconds + tables, memory_bytes=BYTES_EACH * max(self._lattices) * most)
+        bytes_each = most * BYTES_EACH, image.sources[0][1].shape[1] * BYTES_SUMMED
+        at_once = MOST_AT_ONCE if image.in_parts else math.inf
+        memory = max(min(size, at_once) * bytes_each[0] + places * bytes_each[1] for size, places in self._lattices)
+        return Cost(seconds=0.005 + seconds + tables, memory_bytes=memory)
 
     def work(self, images: int) -> Work:
         """Count the work of ``images`` images."""
@@ -269,7 +275,7 @@ class WavesPlan:
             wavelength_nodes=self.wavelengths,
             channels=images,
             photosites=images * grid.rows * grid.cols,
-            frequencies=round(sum(self._lattices)),
+            frequencies=round(self._frequencies),
             samples_of_pictures=sum(layer.shape[0] * layer.shape[1] for layer in layers),
         )
 
@@ -289,7 +295,7 @@ class WavesPlan:
             )
         yield Decision(
             topic="settings",
-            decision=f"{sum(self._lattices):.2g} frequencies, up to {image.levels[0].cut:.3g} cycles a pitch",
+            decision=f"{self._frequencies:.2g} frequencies, up to {image.levels[0].cut:.3g} cycles a pitch",
             reason="lens, OLPF and photosite pass nothing beyond that counts",
         )
 

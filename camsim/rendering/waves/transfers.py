@@ -171,9 +171,9 @@ class Footprint:
 
     def on(self, lattice: Lattice) -> tuple[C128, C128, C128]:
         """Return its transfer along x (m,), along y (2n − 1,), and what is no product of them (2n − 1, m) or (0, 0)."""
-        columns, rows = lattice.counts
+        columns = lattice.counts[0]
         fx = np.arange(columns) / (lattice.periods[0] * self.pitch_um)
-        fy = np.arange(1 - rows, rows) / (lattice.periods[1] * self.pitch_um)
+        fy = np.array(lattice.rows) / (lattice.periods[1] * self.pitch_um)
         across, down, both = np.ones(columns, complex), np.ones(fy.size, complex), np.empty((0, 0), complex)
         for stage in (self.system.olpf, self.system.photosite):
             if stage is None:
