@@ -102,7 +102,8 @@ class WavesPlan:
             return None
         cut = max(self._band(lens, weights, beside) for _, weights, lens in found)
         farthest = max(_farthest(source, job) for source, *_ in found)
-        levels = self._levels(cut, farthest, beside)
+        width = max(float(np.hypot(*np.subtract(*source.box))) for source, *_ in found)
+        levels = self._levels(cut, farthest, width, beside)
         if len(levels) > 1:
             low, reach = levels[1].cut, levels[0].reach + BESIDE_SIGHT
             first = np.array(job.grid.first_centre)
@@ -171,7 +172,7 @@ class WavesPlan:
         kept = int(np.count_nonzero(beyond > allowed))
         return float(highest * max(kept, 8) / STEPS)
 
-    def _levels(self, cut: float, farthest: float, tolerance: float) -> Sequence[Level]:
+    def _levels(self, cut: float, farthest: float, width: float, tolerance: float) -> Sequence[Level]:
         job, system = self.job, self.job.system
         pitch_um, extent = job.grid.pitch_um, job.extent
         lens, longest = system.lens, float(job.blur.max())
@@ -193,7 +194,7 @@ class WavesPlan:
             )
             tail = CIRCLE_TAIL * longest * around / pupil.area
             spot = 1.5 * max(self._spot_um(nm) for nm in (float(wavelengths[0]), float(wavelengths[-1]))) / pitch_um
-        spikes = self._spikes(longest, OF_SPIKES * self.settings.rougher * tolerance, farthest)
+        spikes = self._spikes(longest, OF_SPIKES * self.settings.rougher * tolerance, farthest, width)
         near = max(near, _ringing(job, tolerance), 2.0 * longest, spikes)
         first = self.settings.farther * (near + spot + extent) + self._support
         return levels_of(cut, first, lost, OF_LEAK * tolerance, farthest, tail)
@@ -205,7 +206,7 @@ class WavesPlan:
         each = ((layer.degree + 1) * min(layer.step, LONGEST_SQUARE) for layer in layers if isinstance(layer, Layer))
         return math.sqrt(0.5) * max(each, default=0.0)
 
-    def _spikes(self, longest: float, allowed: float, farthest: float) -> float:
+    def _spikes(self, longest: float, allowed: float, farthest: float, width: float) -> float:
         """Return how far the first level has to see along spikes of a pupil's sides, pitches.
 
         Of a side of length l of a pupil of area a, half diameters, (l/2π²a)·λN/r are thrown beyond r, either way square
@@ -218,7 +219,7 @@ class WavesPlan:
             return 0.0
         sides = 1.0 if lens.pupil.sides % 2 else 2.0
         thrown = sides * lens.pupil.side_length * longest / (2.0 * math.pi**2 * lens.pupil.area)
-        again = math.sqrt(math.pi**2 / 3.0 * thrown * farthest / allowed)
+        again = math.sqrt(math.pi**2 / 3.0 * thrown * width / allowed)
         return min(HIDDEN * thrown / allowed, max(farthest, again))
 
     def _spot_um(self, wavelength_nm: float) -> float:
