@@ -53,6 +53,7 @@ class VaryingLens:
     lens    : what it is at every place
     system  : with stages of the user's own, of which no place changes anything
     allowed : largest error of a transfer
+    planes_nm : of Zernikes 1 and 2, which are taken out of it everywhere: photosites look as far the other way
     """
 
     lens: Varies
@@ -60,6 +61,7 @@ class VaryingLens:
     wavelength_nm: F64
     pitch_um: float
     allowed: float
+    planes_nm: tuple[float, float] = (0.0, 0.0)
 
     is_round, is_pupil = False, True
 
@@ -88,6 +90,15 @@ class VaryingLens:
     def _f_number(self) -> float:
         number: float = self.lens.f_number  # type: ignore[attr-defined]  # as every lens of a camera
         return number
+
+    @property
+    def moved(self) -> F64:
+        """By how much the planes move its pattern along x and y, pitches."""
+        return np.array(self.planes_nm[::-1]) * (4.0 * self._f_number / (1e3 * self.pitch_um))
+
+    def _fronts(self, places_um: F64, wavelength_nm: F64) -> Wavefronts:
+        lenses = [self.lens.at(*place) for place in places_um.tolist()]
+        return Wavefronts.of(lenses, wavelength_nm).less(self.planes_nm, wavelength_nm)
 
     @property
     def _turns(self) -> bool:
@@ -119,14 +130,13 @@ class VaryingLens:
             away = np.unique(np.hypot(*np.array(places).T))
             places = [(away[0], 0.0), (away[away.size // 2], 0.0), (away[-1], 0.0)]
         some = np.unique(np.linspace(0, self.wavelength_nm.size - 1, 3).astype(int))
-        fronts = Wavefronts.of([self.lens.at(*place) for place in places], self.wavelength_nm[some])
+        fronts = self._fronts(np.array(places), self.wavelength_nm[some])
         return Rule.of(fronts, OF_RULE * self.allowed, outer)
 
     def transfers(self, rule: Rule, places_um: F64) -> C128:
         """Return harmonics (places, j, radii, 2·directions) of transfers at places (n, 2)."""
         if not self._turns:
-            fronts = Wavefronts.of([self.lens.at(*place) for place in places_um.tolist()], self.wavelength_nm)
-            return self._of(rule, fronts)
+            return self._of(rule, self._fronts(places_um, self.wavelength_nm))
         away = np.round(np.hypot(*places_um.T) / ALIKE_UM) * ALIKE_UM
         heights, which = np.unique(away, return_inverse=True)
         own = self._along(rule, tuple(heights.tolist()))[which]
@@ -369,8 +379,9 @@ class VaryingImage:
                     self._add_near(image[:, rows, cols], one, near, (at[0] + cols.start, at[1] + rows.start))
             return
         among, whole = self._among(source, weights, mixtures, near), (slice(0, height), slice(0, width))
-        own = among._part(near[0], at, (width, height), mixtures.number)
-        values, every = among._far(at, (height, width), mixtures.number)
+        x, y = np.array(at) - lens.moved
+        own = among._part(near[0], (x, y), (width, height), mixtures.number)
+        values, every = among._far((x, y), (height, width), mixtures.number)
         if values is not None:
             own += among._between(values, every, whole)
         mixtures.add(image, own, whole, (height, width))
@@ -391,7 +402,8 @@ class VaryingImage:
         if mixtures is None:
             return None
         among = self._among(source, weights, mixtures, levels)
-        values, every = among._far(origin, shape, mixtures.number)
+        x, y = np.array(origin) - lens.moved
+        values, every = among._far((x, y), shape, mixtures.number)
         assert values is not None
         return mixtures, among, values, every
 

@@ -34,6 +34,7 @@ DIRECTIONS = 6, 8, 12, 16, 20, 24, 32, 48, 64, 96, 128, 192, 256  # over half a 
 TRIED_RADII, TRIED_DIRECTIONS = np.array([0.03, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0]), np.array([0.4, 1.3])
 BETWEEN = np.pi * np.array([0.031, 0.173, 0.342, 0.561])  # directions that no even ones are
 MANY_RADII, MANY_DIRECTIONS = (24, 48, 96, 240, 480), (24, 48, 96, 320)  # of which few are found to be enough
+PLANES = 1, 2  # along y and along x
 TERMS = 66  # Zernikes to order 10, as which a wavefront of somebody's own is taken first
 MOST_TERMS, FITTED = 231, 1e-4  # and to order 20; waves that may be left
 
@@ -60,6 +61,14 @@ class Wavefronts:
                 if j in index:
                     waves[index.index(j), k] = value
         return cls(index, waves.reshape(len(index), len(lenses) * wavelength_nm.size))
+
+    def less(self, planes_nm: tuple[float, float], wavelength_nm: F64) -> Wavefronts:
+        """Return them without planes of Zernikes 1 and 2, path differences that all places share."""
+        waves = self.waves.reshape(len(self.zernike), -1, wavelength_nm.size).copy()
+        for index, path_nm in zip(PLANES, planes_nm, strict=True):
+            if index in self.zernike:
+                waves[self.zernike.index(index)] -= path_nm / wavelength_nm
+        return Wavefronts(self.zernike, waves.reshape(self.waves.shape))
 
     @property
     def mirrored(self) -> bool:
