@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from camsim.arrays import C128, F64, I64
 from camsim.kernels import kernel
 
+S3, S5, S7, S9, S11, S13, S15 = (math.pow(-1.0, n) / math.factorial(2 * n + 1) for n in range(1, 8))
+C2, C4, C6, C8, C10, C12, C14, C16 = (math.pow(-1.0, n) / math.factorial(2 * n) for n in range(1, 9))
 
-@kernel()
+
+@kernel(allocates=True)
 def overlaps(
     shifts: F64,
     angles: F64,
@@ -16,7 +21,6 @@ def overlaps(
     paths: F64,
     waves: tuple[F64, I64],
     rule: tuple[F64, F64, F64, F64],
-    cuts: F64,
     out: C128,
     begin: int,
     stop: int,
@@ -26,18 +30,24 @@ def overlaps(
     shifts, angles : (n,) in half diameters, and their direction
     opening : directions of a polygon's sides (none: a circle of radius 1), its inner radius, radius of the obstruction
     paths   : (w, d + 1, d + 1) coefficients of x^a·y^b of path differences
-    waves   : (j,) radians per unit of path, and which path difference each wavelength has
+    waves   : (j,) waves per unit of path, and which path difference each wavelength has
     rule    : places −cos u and their weights across a strip, Gauss nodes on 0 … 1 and weights along it
-    cuts    : (m,) room for the distances at which the overlap's boundary changes
     """
     normals, inner, hole = opening
-    radians, which = waves
+    per_path, which = waves
     spaced, slope, along, weight = rule
+    degree = paths.shape[1] - 1
+    cuts = np.empty((len(normals) + 2) * (len(normals) + 6) + 32)  # distances at which the overlap's boundary changes
+    rotated, room = np.empty_like(paths), np.empty((degree + 1, degree + 1))
+    u, v, path, other = np.empty((4, len(along)))
+    real, imag = np.empty((len(per_path), len(along))), np.empty((len(per_path), len(along)))
     for n in range(begin, stop):
         s, angle = shifts[n], angles[n]
         cos, sin = math.cos(angle), math.sin(angle)
-        for j in range(len(radians)):
-            out[n, j] = 0.0
+        real[:] = 0.0
+        imag[:] = 0.0
+        for w in range(len(paths)):
+            _rotated(paths[w], cos, sin, rotated[w], room)
         count = _cuts(s, angle, normals, inner, hole, cuts)
         for cut in range(count - 1):
             low, high = cuts[cut], cuts[cut + 1]
@@ -59,35 +69,64 @@ def overlaps(
                         length = min(right_a - 0.5 * s, right_b + 0.5 * s) - left
                         if length <= 0.0:
                             continue
+                        before = -1
                         for p in range(len(along)):
-                            u = left + length * along[p]
-                            own = of_line * length * weight[p]
-                            before = -1
-                            path = 0.0
-                            for j in range(len(radians)):
-                                if which[j] != before:
-                                    before = which[j]
-                                    path = _path(
-                                        paths[before], (u - 0.5 * s) * cos - t * sin, (u - 0.5 * s) * sin + t * cos
-                                    )
-                                    path -= _path(
-                                        paths[before], (u + 0.5 * s) * cos - t * sin, (u + 0.5 * s) * sin + t * cos
-                                    )
-                                phase = path * radians[j]
-                                out[n, j] += complex(own * math.cos(phase), own * math.sin(phase))
+                            u[p], v[p] = left + length * along[p] - 0.5 * s, left + length * along[p] + 0.5 * s
+                        for j in range(len(per_path)):
+                            if which[j] != before:
+                                before = which[j]
+                                path[:], other[:] = 0.0, 0.0
+                                for k in range(degree, 0, -1):  # level alike in both
+                                    power = 0.0
+                                    for m in range(degree - k, -1, -1):
+                                        power = power * t + rotated[before, k, m]
+                                    for p in range(len(along)):
+                                        path[p], other[p] = (path[p] + power) * u[p], (other[p] + power) * v[p]
+                            times, size = per_path[j], of_line * length
+                            for p in range(len(along)):
+                                c, d = turned((path[p] - other[p]) * times)
+                                real[j, p] += size * weight[p] * c
+                                imag[j, p] += size * weight[p] * d
+        for j in range(len(per_path)):
+            out[n, j] = complex(real[j].sum(), imag[j].sum())
+
+
+@kernel(forceinline=True)
+def turned(turns: float) -> tuple[float, float]:
+    """Return cosine and sine, of half the angle by Taylor's series, to 1e-11: loops of it are vectors."""
+    h = math.pi * (turns - math.floor(turns + 0.5))
+    z = h * h
+    odd = S13 + z * S15
+    odd = h * (1.0 + z * (S3 + z * (S5 + z * (S7 + z * (S9 + z * (S11 + z * odd))))))
+    even = C12 + z * (C14 + z * C16)
+    even = 1.0 + z * (C2 + z * (C4 + z * (C6 + z * (C8 + z * (C10 + z * even)))))
+    return 1.0 - 2.0 * odd * odd, 2.0 * odd * even
 
 
 @kernel()
-def _path(terms: F64, x: float, y: float) -> float:
-    """Return Σ terms[a, b]·x^a·y^b, a + b no more than the degree."""
+def _rotated(terms: F64, cos: float, sin: float, out: F64, inner: F64) -> None:
+    """Write Σ terms[a, b]·x^a·y^b, a + b no more than the degree, as powers of u and t.
+
+    x + iy = (u + it)(cos + i·sin)
+    """
     degree = len(terms) - 1
-    total = 0.0
+    out[:] = 0.0
     for a in range(degree, -1, -1):
-        inner = 0.0
+        inner[:] = 0.0
         for b in range(degree - a, -1, -1):
-            inner = inner * y + terms[a, b]
-        total = total * x + inner
-    return total
+            _times(inner, degree - a - b, sin, cos)
+            inner[0, 0] += terms[a, b]
+        _times(out, degree - a, cos, -sin)
+        out += inner
+
+
+@kernel()
+def _times(powers: F64, degree: int, u: float, t: float) -> None:
+    """Multiply a polynomial, of this degree afterwards, by a sum of u and t."""
+    for i in range(degree, -1, -1):
+        for j in range(degree - i, -1, -1):
+            value = u * powers[i - 1, j] if i else 0.0
+            powers[i, j] = value + t * powers[i, j - 1] if j else value
 
 
 @kernel()

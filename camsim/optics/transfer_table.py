@@ -25,9 +25,11 @@ from camsim.products import product
 from camsim.quadrature import chebyshev, gauss_legendre, interpolation
 
 FIRST_RULE, MOST_RULE = 6, 600  # nodes each way of the integrals over overlaps
+SHARES, TRIED = np.array([0.05, 0.15, 0.25, 0.4, 0.55, 0.7, 0.85, 0.95]), np.array([0.3, 1.2, 2.1, 2.9])
+MOST_WORK = 5e9  # nodes of all of a table in one strip of an overlap: a minute
 RADII = 10, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256
 DIRECTIONS = 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256
-IN_PANEL = 4, 6, 8, 12, 16, 24, 32, 48, 64
+IN_PANEL = 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192
 PANEL_TRIED = 0.023, 0.19, 0.46, 0.71, 0.94  # of a panel
 DEGREES = 2, 4, 6, 8, 12, 16, 20
 ROUNDING, DIGITS = 1e-12, 12  # waves; of directions that are one
@@ -62,6 +64,14 @@ class TransferTable:
     panels: int
     first_rad: float
     border: F64
+
+    @property
+    def nearest(self) -> float:
+        """The smallest ρ of a vector of length 1, in units of λN: what its border's corners make of it."""
+        if not self.panels:
+            return 1.0
+        ends = self.first_rad + (np.pi / self.panels) * (np.arange(self.panels) + np.array([[0.0], [1.0]]))
+        return float((self.border[:, 0] * np.cos(ends) + self.border[:, 1] * np.sin(ends)).min())
 
     def in_panels(self, frequency_per_um: F64, each: int) -> C128:
         """Return transfers (j, n, panels, each + 3) in directions evenly from a step before each panel.
@@ -174,7 +184,10 @@ def transfer_table(lens: OfPupil, wavelength_nm: tuple[float, ...], allowed: flo
         angle = np.pi * np.arange(count) / count
     radii = _fewest(RADII, lambda n: _radii_off(at, n, nodes), allowed)
     rho = radial_places(radii, at.breaks)
-    values = at(np.outer(rho, at.border_at(angle)).ravel(), np.tile(angle, rho.size), nodes)
+    asked = np.outer(rho, at.border_at(angle)).ravel(), np.tile(angle, rho.size)
+    if float(np.sum(np.square(at._counts(*asked, nodes), dtype=float))) > MOST_WORK:
+        raise _too_often()
+    values = at(*asked, nodes)
     blur_um = np.array([lens.blur_um(nm) for nm in wavelength_nm])
     table = np.ascontiguousarray(values.reshape(len(blur_um), rho.size, angle.size))
     if not at.panels:
@@ -183,8 +196,18 @@ def transfer_table(lens: OfPupil, wavelength_nm: tuple[float, ...], allowed: flo
 
 
 def _fewest(counts: tuple[int, ...], off: Callable[[int], float], allowed: float) -> int:
-    """Return the smallest count that is off by no more than allowed, or the largest."""
-    return next((count for count in counts if off(count) <= allowed), counts[-1])
+    """Return the smallest count that is off by no more than allowed."""
+    for count in counts:
+        if off(count) <= allowed:
+            return count
+    raise _too_often()
+
+
+def _too_often() -> UnsupportedError:
+    return UnsupportedError(
+        "its wavefront turns too often over the pupil; give fewer waves of aberration, or a larger tolerance",
+        key="lens",
+    )
 
 
 def _cell(count: int) -> F64:
@@ -192,7 +215,7 @@ def _cell(count: int) -> F64:
     return 0.5 * (1.0 + chebyshev(count))
 
 
-def _panel_off(at: _Overlaps, count: int, nodes: int) -> float:
+def _panel_off(at: _Overlaps, count: int, nodes: I64) -> float:
     """Return how far off places between a panel's nodes are, in every panel, on a few radii."""
     rho, width = np.array(RADII_TRIED), np.pi / at.panels
     tried = np.array(PANEL_TRIED)
@@ -208,7 +231,7 @@ def _panel_off(at: _Overlaps, count: int, nodes: int) -> float:
     return off
 
 
-def _directions_off(at: _Overlaps, outer: float, count: int, nodes: int) -> float:
+def _directions_off(at: _Overlaps, outer: float, count: int, nodes: I64) -> float:
     """Return how far off the middles between directions are on a few radii."""
     rho = outer * np.array(RADII_TRIED)
     angle = np.pi * np.arange(count) / count
@@ -219,7 +242,7 @@ def _directions_off(at: _Overlaps, outer: float, count: int, nodes: int) -> floa
     return float(np.abs(found - right).max())
 
 
-def _radii_off(at: _Overlaps, count: int, nodes: int) -> float:
+def _radii_off(at: _Overlaps, count: int, nodes: I64) -> float:
     """Return how far off radii between the nodes are, in two directions."""
     places = radial_places(count, at.breaks)
     tried = 0.5 * (places[1:] + places[:-1])
@@ -313,8 +336,11 @@ class _Overlaps:
             turns = 0.0 if lens.pupil.shape == "circular" else 2.0 * math.pi / lens.pupil.sides
         return cls(lens, wavelength_nm, paths, which.astype(np.int64), turns)
 
-    def __call__(self, rho: F64, angle: F64, nodes: int) -> C128:
-        """Return transfers (j, n) at ρ and directions (n,), each kind of direction computed once."""
+    def __call__(self, rho: F64, angle: F64, nodes: I64) -> C128:
+        """Return transfers (j, n) at ρ and directions (n,), each kind of direction computed once.
+
+        nodes : each way of overlaps at the shares ``SHARES`` of the border's ρ; between two the larger
+        """
         pupil = self.lens.pupil
         if 0.0 < self.turns < math.pi:  # a regular polygon is the same turned, and mirrored about its corners
             first = math.radians(pupil.rotate_deg) + (0.25 * math.pi if pupil.shape == "square" else 0.0)
@@ -323,31 +349,37 @@ class _Overlaps:
         both, which = np.unique(np.round(rho, DIGITS) + 1j * angle, return_inverse=True)
         rho, angle = np.ascontiguousarray(both.real), np.ascontiguousarray(both.imag)
         plain = not self.paths.any()  # then all wavelengths have one
-        radians = 2.0 * np.pi / (self.wavelength_nm[:1] if plain else self.wavelength_nm)
-        out = np.empty((rho.size, radians.size), complex)
+        per_nm = 1.0 / (self.wavelength_nm[:1] if plain else self.wavelength_nm)
+        out = np.empty((rho.size, per_nm.size), complex)
         normals = np.array([] if pupil.shape == "circular" else [*pupil.normals()], float)
         opening = normals, float(pupil.inner_radius), float(pupil.obstruction)
-        waves, rule = (radians, self.which[: radians.size]), _rule(nodes)
-
-        def work(begin: int, stop: int) -> None:
-            cuts = np.empty((pupil.sides + 2) * (pupil.sides + 6) + 32)
-            overlaps(2.0 * rho, angle, opening, self.paths, waves, rule, cuts, out, begin, stop)
-
-        shared(rho.size, work, least=8)
+        waves, counts = (per_nm, self.which[: per_nm.size]), self._counts(rho, angle, nodes)
+        for count in np.unique(counts).tolist():
+            own = np.flatnonzero(counts == count)
+            found = np.empty((own.size, per_nm.size), complex)
+            given = 2.0 * rho[own], angle[own], opening, self.paths, waves, _rule(count), found
+            shared(own.size, functools.partial(overlaps, *given), least=8)
+            out[own] = found
         return np.broadcast_to(out[which].T / pupil.area, (self.wavelength_nm.size, which.size))
 
-    def nodes_for(self, allowed: float) -> int:
+    def _counts(self, rho: F64, angle: F64, nodes: I64) -> I64:
+        beside = np.searchsorted(SHARES, rho / self.border_at(angle))
+        counts: I64 = np.maximum(nodes[np.minimum(beside, nodes.size - 1)], nodes[np.maximum(beside - 1, 0)])
+        return counts
+
+    def nodes_for(self, allowed: float) -> I64:
         """Return how many nodes each way are enough: so many that half as many more change nothing."""
-        outer = self.lens.pupil.outer_radius
-        rho = outer * np.array([0.05, 0.2, 0.35, 0.5, 0.65, 0.8, 0.95])
-        angle = np.array([0.3, 1.2, 2.1, 3.0, 0.8, 1.7, 2.6])
-        nodes = FIRST_RULE
-        before = self(rho, angle, nodes)
+        rho, angle = (own.ravel() for own in np.meshgrid(SHARES, TRIED, indexing="ij"))
+        rho = rho * self.border_at(angle)
+        enough, nodes = np.zeros(SHARES.size, np.int64), FIRST_RULE
+        before = self(rho, angle, np.full(SHARES.size, nodes))
         while True:
             more = math.ceil(1.5 * nodes)
-            found = self(rho, angle, more)
-            if np.abs(found - before).max() <= allowed:
-                return nodes
+            found = self(rho, angle, np.full(SHARES.size, more))
+            off = np.abs(found - before).reshape(-1, SHARES.size, TRIED.size).max(axis=(0, 2))
+            enough[(enough == 0) & (off <= allowed)] = nodes
+            if enough.all():
+                return enough
             if more > MOST_RULE:
                 raise UnsupportedError(
                     f"the wavefront turns too fast to be integrated at {self.wavelength_nm.min():g} nm; "

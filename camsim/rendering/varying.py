@@ -15,6 +15,7 @@ from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.kept import cached_property
 from camsim.optics import OpticalSystem
 from camsim.optics.of_pupil import OfPupil
+from camsim.optics.placed import PlacedLens, Revolves
 from camsim.optics.protocols import KnowsWaves, Rectangular, Varies
 from camsim.rendering.auto import FREQUENCIES, Choice, fits
 from camsim.rendering.bending import Bending
@@ -30,6 +31,7 @@ from camsim.rendering.job import Job
 from camsim.rendering.spectral import Signals, carrying, fuse_by_light
 from camsim.rendering.waves.bent_fields import BentSource
 from camsim.rendering.waves.field_lens import VaryingImage, VaryingLens
+from camsim.rendering.waves.field_transfers import PLANES
 from camsim.rendering.waves.image import Source
 from camsim.rendering.waves.plan import OF_TRANSFER, WavesPlan, planned, spot_um
 from camsim.scene import Scene
@@ -58,7 +60,20 @@ class VaryingPlan(WavesPlan):
             wavelength_nm=wavelength_nm,
             pitch_um=self.job.grid.pitch_um,
             allowed=OF_TRANSFER * tolerance,
+            planes_nm=self._planes_nm,
         )
+
+    @cached_property
+    def _planes_nm(self) -> tuple[float, float]:
+        """Path differences of planes in the middle of the window; of a lens of revolution they turn with the place."""
+        low, high = window_um(self.job.grid)
+        x, y = (0.5 * (low + high)).tolist()
+        middle = self.lens.at(x, y)
+        if not isinstance(middle, PlacedLens) or (isinstance(self.lens, Revolves) and self.lens.turns):
+            return 0.0, 0.0
+        nm = float(np.mean(self.job.signals.wavelength_nm))
+        paths = dict(zip(middle.zernike, (middle.coefficients(np.array([nm]))[0] * nm).tolist(), strict=True))
+        return paths.get(PLANES[0], 0.0), paths.get(PLANES[1], 0.0)
 
     def _source(self, layer: Layer | PointLayer, mixture: F64, cut: float, precision: float) -> Source:
         if not self.lens.distorts:

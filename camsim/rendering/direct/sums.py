@@ -25,7 +25,7 @@ from camsim.rendering.waves.plan import Waves, WavesPlan
 from camsim.scene import Scene
 
 OF_TOLERANCE = 0.1  # that the check may be wrong by
-COARSER = 0.3, 1.0  # likewise, where memory does not hold that
+COARSER, LONGEST = (0.3, 1.0), 5.0  # likewise, where memory does not hold that, or it takes so many seconds
 FARTHER, FINER = 1.37, 1.13  # times: the first level's reach, and the wavelengths, beside the image's
 STEEP = 0.6  # waves across a pupil, from which on a second table of transfers takes too long
 MANY = 5_000  # edges whose transforms are not made twice
@@ -63,7 +63,7 @@ class JudgeBySums:
         """What is summed once more, more roughly where it would take too much memory."""
         plan = self._planned(OF_TOLERANCE)
         for share in COARSER:
-            if plan.cost.memory_bytes <= MEMORY_LIMIT_BYTES:
+            if plan.cost.memory_bytes <= MEMORY_LIMIT_BYTES and plan.cost.seconds <= LONGEST:
                 break
             plan = self._planned(share)
         return plan

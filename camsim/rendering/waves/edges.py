@@ -46,6 +46,11 @@ class EdgeSource:
         return 1
 
     @property
+    def in_parts(self) -> bool:
+        """Its transform takes parts of a lattice."""
+        return True
+
+    @property
     def kinds(self) -> int:
         """Number of kinds."""
         kinds: int = self.shares.shape[1]
@@ -63,8 +68,9 @@ class EdgeSource:
         twice = start[:, 0] * end[:, 1] - end[:, 0] * start[:, 1]
         areas = [0.5 * float(np.sum(twice * own)) for own in jump.T]
         places, which, along = _nodes(start, end, lattice, 0.5 * self.precision)
-        columns, rows = lattice.counts
-        out = np.empty((self.kinds, 2 * rows - 1, columns), complex)
+        rows = lattice.rows
+        out = np.empty((self.kinds, len(rows), lattice.counts[0]), complex)
+        along *= np.exp(-1j * (rows.start + len(rows) // 2) * places[0])
         step_x, step_y = (1.0 / period for period in lattice.periods)
         for k, (own, area) in enumerate(zip(jump.T, areas, strict=True)):
             whole = out[k]
@@ -72,7 +78,7 @@ class EdgeSource:
             whole[:] = modes(places, strengths, whole.shape, precision=self.precision, sign=-1)
             shared(
                 len(whole),
-                functools.partial(slope, whole, rows - 1, step_x, step_y, area),
+                functools.partial(slope, whole, -rows.start, step_x, step_y, area),
                 least=ROWS_AT_ONCE,
             )
         return out

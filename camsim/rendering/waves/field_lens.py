@@ -18,7 +18,6 @@ import numpy as np
 import scipy
 
 from camsim.arrays import C128, F64, I64
-from camsim.errors import UnsupportedError
 from camsim.kept import cached_property
 from camsim.kernels import shared
 from camsim.optics import OpticalSystem
@@ -38,9 +37,9 @@ FAR_NODES = *NODES, 10, 12, 16  # of all of it, for low frequencies
 TRIED = np.array([[-0.83, 0.41], [0.37, -0.71], [0.92, 0.88], [-0.15, 0.07]])  # places of a part, −1 … 1
 LOOKED_AT = 48  # radial frequencies at which transfers are compared
 BANDS = 4, 8, 14, 21, 28, 36, 48  # of these: where bands of frequencies end, each with mixtures of its own
-POINTS, FAR_POINTS = 320, 96  # along the radius of a table
+POINTS, OF_RADII, FAR_POINTS = 320, 5, 96  # along the radius of a table: at the least, for each radius, far out
 TURNS = 32, 48, 64, 96, 128, 192, 256, 384, 512  # directions of a table over half a turn
-OF_RULE, OF_PLACES, OF_MIXTURES, OF_TURNS = 1.0, 2.0, 2.0, 0.6  # of what is allowed
+OF_RULE, OF_PLACES, OF_MIXTURES, OF_TURNS = 1.0, 2.0, 1.0, 0.6  # of what is allowed
 CUBIC = 0.0234  # of the fourth power of a wave's step: what a cubic between four points leaves
 ALIKE_UM = 1e-6  # heights that are one
 NEAR_EVERY = 2  # photosites between points of levels that are summed tile by tile
@@ -54,6 +53,7 @@ class VaryingLens:
     lens    : what it is at every place
     system  : with stages of the user's own, of which no place changes anything
     allowed : largest error of a transfer
+    planes_nm : of Zernikes 1 and 2, which are taken out of it everywhere: photosites look as far the other way
     """
 
     lens: Varies
@@ -61,6 +61,7 @@ class VaryingLens:
     wavelength_nm: F64
     pitch_um: float
     allowed: float
+    planes_nm: tuple[float, float] = (0.0, 0.0)
 
     is_round, is_pupil = False, True
 
@@ -89,6 +90,15 @@ class VaryingLens:
     def _f_number(self) -> float:
         number: float = self.lens.f_number  # type: ignore[attr-defined]  # as every lens of a camera
         return number
+
+    @property
+    def moved(self) -> F64:
+        """By how much the planes move its pattern along x and y, pitches."""
+        return np.array(self.planes_nm[::-1]) * (4.0 * self._f_number / (1e3 * self.pitch_um))
+
+    def _fronts(self, places_um: F64, wavelength_nm: F64) -> Wavefronts:
+        lenses = [self.lens.at(*place) for place in places_um.tolist()]
+        return Wavefronts.of(lenses, wavelength_nm).less(self.planes_nm, wavelength_nm)
 
     @property
     def _turns(self) -> bool:
@@ -120,14 +130,13 @@ class VaryingLens:
             away = np.unique(np.hypot(*np.array(places).T))
             places = [(away[0], 0.0), (away[away.size // 2], 0.0), (away[-1], 0.0)]
         some = np.unique(np.linspace(0, self.wavelength_nm.size - 1, 3).astype(int))
-        fronts = Wavefronts.of([self.lens.at(*place) for place in places], self.wavelength_nm[some])
+        fronts = self._fronts(np.array(places), self.wavelength_nm[some])
         return Rule.of(fronts, OF_RULE * self.allowed, outer)
 
     def transfers(self, rule: Rule, places_um: F64) -> C128:
         """Return harmonics (places, j, radii, 2·directions) of transfers at places (n, 2)."""
         if not self._turns:
-            fronts = Wavefronts.of([self.lens.at(*place) for place in places_um.tolist()], self.wavelength_nm)
-            return self._of(rule, fronts)
+            return self._of(rule, self._fronts(places_um, self.wavelength_nm))
         away = np.round(np.hypot(*places_um.T) / ALIKE_UM) * ALIKE_UM
         heights, which = np.unique(away, return_inverse=True)
         own = self._along(rule, tuple(heights.tolist()))[which]
@@ -262,7 +271,7 @@ class Mixtures:
 
     def polar(self, level: Level, weights: F64) -> tuple[tuple[C128, I64], float, tuple[float, float, int, F64]]:
         """Return the table of ``Lens.polar``, mixtures as its channels; weights are in it."""
-        points = POINTS if level.takes is None else FAR_POINTS
+        points = max(POINTS, OF_RADII * self.rule.radii) if level.takes is None else FAR_POINTS
         frequency = np.linspace(0.0, level.cut, points + 1)
         shape = self.harmonics.shape[2:]
         total = np.zeros((points + 1, *shape), complex)
@@ -347,12 +356,13 @@ class VaryingImage:
         near = [level for level in self.levels if level.every <= NEAR_EVERY]
         coarse = [near[-1], *self.levels[len(near) :]]
         far = [self._far(one, coarse, origin, shape) for one in self.sources] if len(coarse) > 1 else []
+        nearby = [near if one else self.levels for one in far] or [near] * len(self.sources)
         for row, col, height, width in tiles(shape):
             image = np.zeros((channels, height, width))
             part = slice(row, row + height), slice(col, col + width)
-            for one in self.sources:
-                self._add_near(image, one, near, (origin[0] + col, origin[1] + row))
-            for mixtures, among, values, every in far:
+            for one, levels in zip(self.sources, nearby, strict=True):
+                self._add_near(image, one, levels, (origin[0] + col, origin[1] + row))
+            for mixtures, among, values, every in filter(None, far):
                 mixtures.add(image, among._between(values, every, part), part, shape)
             yield *part, image
 
@@ -369,8 +379,9 @@ class VaryingImage:
                     self._add_near(image[:, rows, cols], one, near, (at[0] + cols.start, at[1] + rows.start))
             return
         among, whole = self._among(source, weights, mixtures, near), (slice(0, height), slice(0, width))
-        own = among._part(near[0], at, (width, height), mixtures.number)
-        values, every = among._far(at, (height, width), mixtures.number)
+        x, y = np.array(at) - lens.moved
+        own = among._part(near[0], (x, y), (width, height), mixtures.number)
+        values, every = among._far((x, y), (height, width), mixtures.number)
         if values is not None:
             own += among._between(values, every, whole)
         mixtures.add(image, own, whole, (height, width))
@@ -381,14 +392,18 @@ class VaryingImage:
         levels: Sequence[Level],
         origin: tuple[float, float],
         shape: tuple[int, int],
-    ) -> tuple[Mixtures, FrequencyImage, F64, int]:
-        """Return what levels but the first give of each mixture for the whole frame, and its points' distance."""
+    ) -> tuple[Mixtures, FrequencyImage, F64, int] | None:
+        """Return what levels but the first give of each mixture for the whole frame, and its points' distance.
+
+        None: it changes too fast for one set of mixtures.
+        """
         source, weights, lens = one
         mixtures = lens.mixtures(_corners_um(origin, shape, lens), levels[1].cut, weights, FAR_NODES)
         if mixtures is None:
-            raise UnsupportedError("it changes too fast over the frame; render a smaller region", key="lens")
+            return None
         among = self._among(source, weights, mixtures, levels)
-        values, every = among._far(origin, shape, mixtures.number)
+        x, y = np.array(origin) - lens.moved
+        values, every = among._far((x, y), shape, mixtures.number)
         assert values is not None
         return mixtures, among, values, every
 
@@ -399,6 +414,11 @@ class VaryingImage:
             levels=levels,
             leak=self.leak,
         )
+
+    @property
+    def in_parts(self) -> bool:
+        """Whether all sources take parts of a lattice."""
+        return all(source.in_parts for source, *_ in self.sources)
 
     @cached_property
     def box(self) -> tuple[F64, F64]:

@@ -20,6 +20,7 @@ import scipy
 from camsim.arrays import C128, F64, I64
 from camsim.errors import UnsupportedError
 from camsim.kernels import kernel, shared
+from camsim.optics.overlaps import turned
 from camsim.optics.placed import PlacedLens
 from camsim.optics.protocols import Placed
 from camsim.optics.pupil import Pupil
@@ -28,13 +29,12 @@ from camsim.optics.zernike import layout, orders, zernike
 from camsim.quadrature import chebyshev, gauss_rules
 
 NODES = 6, 8, 10, 12, 16, 20, 24, 32, 40, 52, 64, 88, 120, 160, 220, 300  # each way of an overlap
-RADII = 8, 10, 12, 16, 20, 24, 32, 48, 64, 96, 128, 192
+RADII = 8, 10, 12, 16, 20, 24, 32, 48, 64, 96, 128, 192, 256, 320, 400
 DIRECTIONS = 6, 8, 12, 16, 20, 24, 32, 48, 64, 96, 128, 192, 256  # over half a turn
 TRIED_RADII, TRIED_DIRECTIONS = np.array([0.03, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0]), np.array([0.4, 1.3])
 BETWEEN = np.pi * np.array([0.031, 0.173, 0.342, 0.561])  # directions that no even ones are
-MANY_RADII, MANY_DIRECTIONS = (24, 48, 96, 240), (24, 48, 96, 320)  # of which few are found to be enough
-S3, S5, S7, S9, S11, S13, S15 = (math.pow(-1.0, n) / math.factorial(2 * n + 1) for n in range(1, 8))
-C2, C4, C6, C8, C10, C12, C14, C16 = (math.pow(-1.0, n) / math.factorial(2 * n) for n in range(1, 9))
+MANY_RADII, MANY_DIRECTIONS = (24, 48, 96, 240, 480), (24, 48, 96, 320)  # of which few are found to be enough
+PLANES = 1, 2  # along y and along x
 TERMS = 66  # Zernikes to order 10, as which a wavefront of somebody's own is taken first
 MOST_TERMS, FITTED = 231, 1e-4  # and to order 20; waves that may be left
 
@@ -61,6 +61,14 @@ class Wavefronts:
                 if j in index:
                     waves[index.index(j), k] = value
         return cls(index, waves.reshape(len(index), len(lenses) * wavelength_nm.size))
+
+    def less(self, planes_nm: tuple[float, float], wavelength_nm: F64) -> Wavefronts:
+        """Return them without planes of Zernikes 1 and 2, path differences that all places share."""
+        waves = self.waves.reshape(len(self.zernike), -1, wavelength_nm.size).copy()
+        for index, path_nm in zip(PLANES, planes_nm, strict=True):
+            if index in self.zernike:
+                waves[self.zernike.index(index)] -= path_nm / wavelength_nm
+        return Wavefronts(self.zernike, waves.reshape(self.waves.shape))
 
     @property
     def mirrored(self) -> bool:
@@ -260,14 +268,8 @@ def _overlaps(
                                 phase[q] += waves[k, q] * step
                 weight = w[a] * w[v] * widest * chord * half / math.pi
                 for q in range(places):
-                    # Of half the angle by Taylor's series, to 1e-11: loops are vectors.
-                    h = math.pi * (phase[q] - math.floor(phase[q] + 0.5))
-                    z = h * h
-                    odd = S13 + z * S15
-                    odd = h * (1.0 + z * (S3 + z * (S5 + z * (S7 + z * (S9 + z * (S11 + z * odd))))))
-                    even = C12 + z * (C14 + z * C16)
-                    even = 1.0 + z * (C2 + z * (C4 + z * (C6 + z * (C8 + z * (C10 + z * even)))))
-                    real[q] += weight * (1.0 - 2.0 * odd * odd)
-                    imag[q] += weight * (2.0 * odd * even)
+                    c, d = turned(phase[q])
+                    real[q] += weight * c
+                    imag[q] += weight * d
         for q in range(places):
             out[n, q] = complex(real[q], imag[q])

@@ -86,6 +86,11 @@ class FieldSource:
         same = abs(float(step) - layer.step) <= WHOLE * layer.step
         return step.numerator if same and step.numerator <= MOST_PITCHES else 1
 
+    @property
+    def in_parts(self) -> bool:
+        """Its transform repeats, and takes a lattice whole."""
+        return False
+
     def transform(self, lattice: Lattice, origin: tuple[float, float]) -> C128 | None:
         """Return the transform of each mixture of planes."""
         layer = self.layer

@@ -20,6 +20,8 @@ from camsim.rendering.waves.levels import Lattice, Level, lattice_of
 from camsim.rendering.waves.transfers import Footprint, Lens
 
 TILE = 512  # photosites along a tile's side
+FEW_ROWS = 64  # of photosites, which are summed one by one rather than with all that a period holds
+MOST_AT_ONCE = 1 << 24  # frequencies of a transform, where it is made in parts
 ROWS_OF_PLANE = 400_000  # frequencies whose transfers are asked at a time
 
 
@@ -36,8 +38,13 @@ class Source(Protocol):
         """Pitches of which a lattice's period had better be a multiple."""
         ...
 
+    @property
+    def in_parts(self) -> bool:
+        """Whether it takes parts of a lattice."""
+        ...
+
     def transform(self, lattice: Lattice, origin: tuple[float, float]) -> C128 | None:
-        """Return its transform (kinds, 2n − 1, m) at j = −n … n, i = 0 … m, from an origin; None: nothing there."""
+        """Return its transform (kinds, n, m) at all j and i = 0 … m, from an origin; None: nothing there."""
         ...
 
 
@@ -128,18 +135,18 @@ class FrequencyImage:
         low, high = (np.array(own) for own in self.box)
         whole = max(source.whole for source, *_ in self.sources)
         lattice = lattice_of(level, size, low - at, high - at, whole)
-        px, py = lattice.periods
-        total = np.zeros((channels, py // every, px // every), complex)
+        total = np.zeros((channels, *summed_shape(lattice, every, out.shape[1])), complex)
         found = False
-        footprint = self.footprint.on(lattice)
-        for source, weights, lens in self.sources:
-            transform = source.transform(lattice, at)
-            if transform is None:
-                continue
-            found = True
-            self._add(total, transform, level, lattice, (weights, lens), footprint)
+        for some in lattice.parts(MOST_AT_ONCE) if self.in_parts else (lattice,):
+            footprint = self.footprint.on(some)
+            for source, weights, lens in self.sources:
+                transform = source.transform(some, at)
+                if transform is None:
+                    continue
+                found = True
+                self._add(total, transform, level, some, (weights, lens), footprint)
         if found:
-            _photosites(total, every, out)
+            _photosites(total, every, lattice.periods, out)
         return out
 
     def _add(
@@ -156,13 +163,16 @@ class FrequencyImage:
         share = level.shares(self.leak)
         if lens.is_round:
             curves, per = self._table("curves", level, weights, lens)
-            work = functools.partial(add_curves, total, transform, curves, footprint, share, (step_x, step_y, per))
+            scale = step_x, step_y, per
+            work = functools.partial(add_curves, total, transform, curves, footprint, share, scale, lattice.rows.start)
         elif lens.is_pupil:
             (polar, there), per, turn = self._table("polar", level, weights, lens)
             # Channels last, and real and imaginary parts as numbers of their own: see there.
             sums = np.zeros((*total.shape[1:], 2 * len(total)))
-            parts, scale = polar.view(np.float64), (step_x, step_y, per, lattice.cut)
-            work = functools.partial(add_polar, sums, transform, parts, there, footprint, share, scale, turn)
+            parts, steps = polar.view(np.float64), (step_x, step_y, per, lattice.cut)
+            work = functools.partial(
+                add_polar, sums, transform, parts, there, footprint, share, steps, turn, lattice.rows.start
+            )
             shared(total.shape[1], work)
             total += np.moveaxis(sums.view(np.complex128), 2, 0)
             return
@@ -182,23 +192,23 @@ class FrequencyImage:
         share: tuple[F64, float],
     ) -> None:
         """Add what a lens passes that is known by its transfer alone, asked row by row."""
-        (weights, lens), (columns, rows) = behind, lattice.counts
+        (weights, lens), columns, rows = behind, lattice.counts[0], lattice.rows
         across, down, both = footprint
         fx = np.arange(columns) / lattice.periods[0]
         half = np.where(np.arange(columns) == 0, 0.5, 1.0) * across
         values, per = share
         shape = total.shape[1]
         step = max(1, ROWS_OF_PLANE // columns)
-        for first in range(1 - rows, rows, step):
-            j = np.arange(first, min(first + step, rows))
+        for first in range(rows.start, rows.stop, step):
+            j = np.arange(first, min(first + step, rows.stop))
             fy = j[:, None] / lattice.periods[1]
             radius = np.hypot(fx, fy)
             times = np.interp(radius * per, np.arange(len(values)), values) * (radius <= lattice.cut)
-            own = times * half * down[j + rows - 1, None]
+            own = times * half * down[j - rows.start, None]
             if both.size:
-                own = own * both[j + rows - 1]
+                own = own * both[j - rows.start]
             plane = lens.plane(weights, fx[None, :], fy)
-            added = np.einsum("kji,kcji->cji", transform[:, j + rows - 1], plane) * own
+            added = np.einsum("kji,kcji->cji", transform[:, j - rows.start], plane) * own
             for row, line in zip(j.tolist(), np.moveaxis(added, 1, 0), strict=True):
                 for begin in range(0, columns, total.shape[2]):
                     part = line[:, begin : begin + total.shape[2]]
@@ -214,6 +224,11 @@ class FrequencyImage:
     def _tables(self) -> dict[tuple[str, int, int], Any]:
         return {}
 
+    @property
+    def in_parts(self) -> bool:
+        """Whether all sources take parts of a lattice."""
+        return all(source.in_parts for source, *_ in self.sources)
+
     @cached_property
     def box(self) -> tuple[F64, F64]:
         """Low and high corner of all light."""
@@ -221,12 +236,24 @@ class FrequencyImage:
         return np.min([low for low, _ in boxes], axis=0), np.max([high for _, high in boxes], axis=0)
 
 
-def _photosites(total: C128, every: int, out: F64) -> None:
-    """Add the image of which there is half of the transform (n, …) at every so many photosites (n, rows, cols)."""
+def summed_shape(lattice: Lattice, every: int, height: int) -> tuple[int, int]:
+    """Return rows and columns of what frequencies add up in, for so many rows of photosites."""
+    (px, py), (columns, rows) = (period // every for period in lattice.periods), lattice.counts
+    return min(2 * rows - 1 if height <= FEW_ROWS else py, py), min(columns, px)
+
+
+def _photosites(total: C128, every: int, periods: tuple[int, int], out: F64) -> None:
+    """Add the image of which there is half of the transform (n, …) at every so many photosites (n, rows, cols).
+
+    Of a few rows whose frequencies do not alias they are sums, one by one.
+    """
     scale = 2.0 / every**2
+    (px, py), lines = (period // every for period in periods), total.shape[1]
+    turns = np.outer(np.arange(out.shape[1]), np.rint(np.fft.fftfreq(lines, 1.0 / lines))) % py
+    waves = np.exp(2j * np.pi / py * turns) / py if lines < py else None
     for own, whole in zip(out, total, strict=True):
-        columns = scipy.fft.ifft(whole, axis=0, overwrite_x=True)[: own.shape[0]]
-        own += scipy.fft.ifft(columns, axis=1)[:, : own.shape[1]].real * scale
+        columns = scipy.fft.ifft(whole, axis=0)[: own.shape[0]] if waves is None else waves @ whole
+        own += scipy.fft.ifft(columns, px, axis=1)[:, : own.shape[1]].real * scale
 
 
 def tiles(shape: tuple[int, int]) -> Iterator[tuple[int, int, int, int]]:

@@ -20,31 +20,32 @@ def add_curves(
     footprint: tuple[C128, C128, C128],
     share: tuple[F64, float],
     scale: tuple[float, float, float],
+    lowest: int,
     begin: int,
     stop: int,
 ) -> None:
     """Add source × transfer to rows begin … stop of the photosites' lattice, for a round lens.
 
     total  : (channels, rows, cols) the image's transform, aliases added up
-    source : (kinds, 2n − 1, m) transforms at j = −n … n, i = 0 … m
+    source : (kinds, n, m) transforms at j = lowest, lowest + 1 …, i = 0 … m
     curves : (points, kinds, channels) the lens at radial frequencies in even steps
-    footprint : its transfer along x (m,), along y (2n − 1,), and what is no product of these (2n − 1, m) or (0, 0)
+    footprint : its transfer along x (m,), along y (n,), and what is no product of these (n, m) or (0, 0)
     share  : how much of a frequency is this level's: values on straight lines, points per cycle/pitch
     scale  : steps of i and of j in cycles/pitch, points per cycle/pitch
     """
     (across, down, both), (step_x, step_y, per) = footprint, scale
     kinds, lines, columns = source.shape
     channels, rows, cols = total.shape
-    points, middle = len(curves), lines // 2
+    points = len(curves)
     most = (points - 1) / per
     for row in range(begin, stop):
-        first = row - ((row + middle) // rows) * rows
-        for j in range(first, middle + 1, rows):
+        first = row - ((row - lowest) // rows) * rows
+        for j in range(first, lowest + lines, rows):
             fy = j * step_y
             if abs(fy) >= most:
                 continue
             last = min(columns - 1, int(math.sqrt(most * most - fy * fy) / step_x))
-            own = down[j + middle]
+            own = down[j - lowest]
             col = 0
             for i in range(last + 1):
                 fx = i * step_x
@@ -55,14 +56,14 @@ def add_curves(
                     t = place - at
                     times = across[i] * own * _line(share, radius)
                     if both.size:
-                        times *= both[j + middle, i]
+                        times *= both[j - lowest, i]
                     if i == 0:
                         times *= 0.5
                     for c in range(channels):
                         value = 0j
                         for k in range(kinds):
                             lens = curves[at, k, c] + t * (curves[at + 1, k, c] - curves[at, k, c])
-                            value += source[k, j + middle, i] * lens
+                            value += source[k, j - lowest, i] * lens
                         total[c, row, col] += value * times
                 col += 1
                 if col == cols:
@@ -90,6 +91,7 @@ def add_polar(
     share: tuple[F64, float],
     scale: tuple[float, float, float, float],
     turn: tuple[float, float, int, F64],
+    lowest: int,
     begin: int,
     stop: int,
 ) -> None:
@@ -106,7 +108,7 @@ def add_polar(
     (across, down, both), (step_x, step_y, per, most) = footprint, scale
     kinds, lines, columns = source.shape
     rows, cols, parts = total.shape
-    points, middle = len(polar), lines // 2
+    points = len(polar)
     turns = polar.shape[1]
     begins, per_radian, steps, border = turn
     panels = turns // (steps + 3)
@@ -114,13 +116,13 @@ def add_polar(
     radial, turned = np.empty(4), np.ones(4)
     ways = 1 if turns == 1 else 4
     for row in range(begin, stop):
-        first = row - ((row + middle) // rows) * rows
-        for j in range(first, middle + 1, rows):
+        first = row - ((row - lowest) // rows) * rows
+        for j in range(first, lowest + lines, rows):
             fy = j * step_y
             if abs(fy) >= most:
                 continue
             last = min(columns - 1, int(math.sqrt(most * most - fy * fy) / step_x))
-            own = down[j + middle]
+            own = down[j - lowest]
             col = 0
             for i in range(last + 1):
                 fx = i * step_x
@@ -144,13 +146,13 @@ def add_polar(
                 if place <= points - 1:
                     times = across[i] * own * _line(share, radius)
                     if both.size:
-                        times *= both[j + middle, i]
+                        times *= both[j - lowest, i]
                     if i == 0:
                         times *= 0.5
                     _cubic(place - at, radial)
                     parts = 2 * there[at]
                     for k in range(kinds):
-                        value = source[k, j + middle, i] * times
+                        value = source[k, j - lowest, i] * times
                         for c in range(parts):
                             lens[c] = 0.0
                         for q in range(4):

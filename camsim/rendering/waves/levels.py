@@ -10,7 +10,9 @@ coarser by as much, which takes few frequencies however long it is.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -87,12 +89,28 @@ class Lattice:
     """Frequencies (i/px, j/py) of a part of the frame, |f| up to ``cut``, and the light that they are of.
 
     low, high : corners of all that the part sees, pitches from its first photosite
+    some : the first j and the one past the last, of a lattice that is taken in parts; None: all
     """
 
     periods: tuple[int, int]
     cut: float
     low: tuple[float, float]
     high: tuple[float, float]
+    some: tuple[int, int] | None = None
+
+    @property
+    def rows(self) -> range:
+        """All j."""
+        down = self.counts[1]
+        return range(*self.some) if self.some else range(1 - down, down)
+
+    def parts(self, most: float) -> Iterator[Lattice]:
+        """Yield parts of about so many frequencies."""
+        rows, columns = self.rows, self.counts[0]
+        count = math.ceil(columns * len(rows) / most)
+        ends = [rows.start + len(rows) * k // count for k in range(count + 1)]
+        for some in pairwise(ends):
+            yield replace(self, some=some)
 
     @property
     def counts(self) -> tuple[int, int]:

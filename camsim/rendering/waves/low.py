@@ -54,6 +54,11 @@ class LowFrequencies:
         """As the source has it."""
         return self.source.whole
 
+    @property
+    def in_parts(self) -> bool:
+        """As the source has it."""
+        return self.source.in_parts
+
     def transform(self, lattice: Lattice, origin: tuple[float, float]) -> C128 | None:
         """Return its transform; None: nothing there."""
         low, high = self.box

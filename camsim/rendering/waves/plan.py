@@ -26,7 +26,7 @@ from camsim.rendering.job import Job, Nodes
 from camsim.rendering.spectral import Signals, fewer, fuse, kinds, wavefront_phase
 from camsim.rendering.waves.edges import EdgeSource
 from camsim.rendering.waves.fields import FieldSource
-from camsim.rendering.waves.image import FrequencyImage, Source, tiles
+from camsim.rendering.waves.image import MOST_AT_ONCE, FrequencyImage, Source, summed_shape, tiles
 from camsim.rendering.waves.levels import Level, lattice_of, levels_of
 from camsim.rendering.waves.low import WIDER, LowFrequencies
 from camsim.rendering.waves.transfers import Footprint, Lens
@@ -48,7 +48,7 @@ DIGITS_POWER, NODES_OF_WAVE = 1.6, 2.0  # of the number of wavelengths
 STEPS, DIRECTIONS = 256, 32  # in which a system is asked what it passes
 SECONDS_EACH, SECONDS_CURVE, SECONDS_POLAR, SECONDS_NODE = 6e-8, 4e-9, 3e-8, 1e-7  # of a frequency, and of a node
 SECONDS_TABLE = 0.02  # of a pupil's transfer at a wavelength
-BYTES_EACH, BYTES_EACH_POINT = 40.0, 16.0  # of a frequency of a kind, and of a point in a channel
+BYTES_EACH, BYTES_SUMMED = 32.0, 32.0  # of a frequency, and of where they add up
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -102,7 +102,8 @@ class WavesPlan:
             return None
         cut = max(self._band(lens, weights, beside) for _, weights, lens in found)
         farthest = max(_farthest(source, job) for source, *_ in found)
-        levels = self._levels(cut, farthest, beside)
+        width = max(float(np.hypot(*np.subtract(*source.box))) for source, *_ in found)
+        levels = self._levels(cut, farthest, width, beside)
         if len(levels) > 1:
             low, reach = levels[1].cut, levels[0].reach + BESIDE_SIGHT
             first = np.array(job.grid.first_centre)
@@ -171,7 +172,7 @@ class WavesPlan:
         kept = int(np.count_nonzero(beyond > allowed))
         return float(highest * max(kept, 8) / STEPS)
 
-    def _levels(self, cut: float, farthest: float, tolerance: float) -> Sequence[Level]:
+    def _levels(self, cut: float, farthest: float, width: float, tolerance: float) -> Sequence[Level]:
         job, system = self.job, self.job.system
         pitch_um, extent = job.grid.pitch_um, job.extent
         lens, longest = system.lens, float(job.blur.max())
@@ -193,7 +194,7 @@ class WavesPlan:
             )
             tail = CIRCLE_TAIL * longest * around / pupil.area
             spot = 1.5 * max(self._spot_um(nm) for nm in (float(wavelengths[0]), float(wavelengths[-1]))) / pitch_um
-        spikes = self._spikes(longest) / (OF_SPIKES * self.settings.rougher * tolerance)
+        spikes = self._spikes(longest, OF_SPIKES * self.settings.rougher * tolerance, farthest, width)
         near = max(near, _ringing(job, tolerance), 2.0 * longest, spikes)
         first = self.settings.farther * (near + spot + extent) + self._support
         return levels_of(cut, first, lost, OF_LEAK * tolerance, farthest, tail, extent)
@@ -205,17 +206,21 @@ class WavesPlan:
         each = ((layer.degree + 1) * min(layer.step, LONGEST_SQUARE) for layer in layers if isinstance(layer, Layer))
         return math.sqrt(0.5) * max(each, default=0.0)
 
-    def _spikes(self, longest: float) -> float:
-        """Return c of the light c/r that a corner may hide of a spike of a pupil's sides beyond r, pitches.
+    def _spikes(self, longest: float, allowed: float, farthest: float, width: float) -> float:
+        """Return how far the first level has to see along spikes of a pupil's sides, pitches.
 
         Of a side of length l of a pupil of area a, half diameters, (l/2π²a)·λN/r are thrown beyond r, either way square
         on it; opposite sides add up. Spikes are as narrow as λN however far they reach: no coarser level holds them.
+        What a corner hides of them beyond the reach is missed, where there is scenery; and scenery that ends shows
+        again a period further on, and further, to both sides: in all π²/3 of what its width takes of a spike there.
         """
         lens = self.job.system.lens
         if not isinstance(lens, OfPupil) or lens.pupil.shape == "circular":
             return 0.0
         sides = 1.0 if lens.pupil.sides % 2 else 2.0
-        return HIDDEN * sides * lens.pupil.side_length * longest / (2.0 * math.pi**2 * lens.pupil.area)
+        thrown = sides * lens.pupil.side_length * longest / (2.0 * math.pi**2 * lens.pupil.area)
+        again = math.sqrt(math.pi**2 / 3.0 * thrown * width / allowed)
+        return min(HIDDEN * thrown / allowed, max(farthest, again))
 
     def _spot_um(self, wavelength_nm: float) -> float:
         """Return how far from the middle rays fall at the most."""
@@ -225,19 +230,23 @@ class WavesPlan:
 
     @cached_property
     def _lattices(self) -> list[tuple[int, int]]:
-        """How many frequencies the lattices have, of all levels and tiles, and how many points their images have."""
+        """How many frequencies the lattices have, of all levels and tiles, and in how many places they add up."""
         image = self.image
         if image is None:
             return []
         grid, (low, high) = self.job.grid, image.box
         at, found = np.array(grid.first_centre), []
+        whole = 0, 0, grid.rows, grid.cols
         for level in image.levels:
-            size, parts = (grid.rows, grid.cols), [(0, 0, grid.rows, grid.cols)]
-            for row, col, height, width in tiles(size) if level.takes is None else parts:
+            for row, col, height, width in tiles((grid.rows, grid.cols)) if level.takes is None else (whole,):
                 here = at + np.array([col, row], float)
                 lattice = lattice_of(level, (width, height), low - here, high - here)
-                found.append((lattice.size, math.prod(lattice.periods) // level.every**2))
+                found.append((lattice.size, math.prod(summed_shape(lattice, level.every, -(-height // level.every)))))
         return found
+
+    @property
+    def _frequencies(self) -> int:
+        return sum(size for size, _ in self._lattices)
 
     @cached_property
     def cost(self) -> Cost:
@@ -251,12 +260,12 @@ class WavesPlan:
                 SECONDS_EACH + weights.shape[1] * (SECONDS_CURVE if lens.is_round else SECONDS_POLAR)
             )
         nodes = 8.0 * len(self.job.edges)
-        frequencies, points = zip(*self._lattices, strict=True)
-        seconds = sum(frequencies) * each + nodes * SECONDS_NODE
+        seconds = self._frequencies * each + nodes * SECONDS_NODE
         most = max(len(weights) for _, weights, _ in image.sources)
         tables = sum(len(lens.wavelength_nm) * SECONDS_TABLE for *_, lens in image.sources if not lens.is_round)
-        channels = image.sources[0][1].shape[1]
-        memory = max(BYTES_EACH * max(frequencies) * most, BYTES_EACH_POINT * channels * max(points))
+        bytes_each = most * BYTES_EACH, image.sources[0][1].shape[1] * BYTES_SUMMED
+        at_once = MOST_AT_ONCE if image.in_parts else math.inf
+        memory = max(min(size, at_once) * bytes_each[0] + places * bytes_each[1] for size, places in self._lattices)
         return Cost(seconds=0.005 + seconds + tables, memory_bytes=memory)
 
     def work(self, images: int) -> Work:
@@ -267,7 +276,7 @@ class WavesPlan:
             wavelength_nodes=self.wavelengths,
             channels=images,
             photosites=images * grid.rows * grid.cols,
-            frequencies=sum(size for size, _ in self._lattices),
+            frequencies=self._frequencies,
             samples_of_pictures=sum(layer.shape[0] * layer.shape[1] for layer in layers),
         )
 
@@ -285,10 +294,9 @@ class WavesPlan:
                 decision=f"beyond {image.levels[0].reach:.3g} photosites on {len(image.levels) - 1} coarser lattices",
                 reason="the lens's tail is smooth there",
             )
-        frequencies = sum(size for size, _ in self._lattices)
         yield Decision(
             topic="settings",
-            decision=f"{frequencies:.2g} frequencies, up to {image.levels[0].cut:.3g} cycles a pitch",
+            decision=f"{self._frequencies:.2g} frequencies, up to {image.levels[0].cut:.3g} cycles a pitch",
             reason="lens, OLPF and photosite pass nothing beyond that counts",
         )
 

@@ -7,6 +7,7 @@ dimension), ``Polar`` (a pupil: radius and direction) or planes, row by row, of 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +23,7 @@ from camsim.rendering.waves.levels import Lattice, Level
 
 FEWEST_POINTS, MOST_POINTS = 2048, 1 << 16
 POLAR_POINTS = 128  # along the radius, at the least: what aberrations spread turns a far level's transfer too
+MOST_POLAR, MOST_STEPS, FEW_RADII = 2048, 1000, 24  # points, and directions, of a table; radii at which it is tried
 OF_RADII = 6.0  # points for each of a table's radii, at 1e-5: cubics between them
 ASKED = 180  # directions in which a lens without a table is asked what passes: of one 16 times as long as wide a degree
 FEW_KINDS = 4  # that need not be made fewer
@@ -78,10 +80,10 @@ class Lens:
         table = self._table
         radii, directions = table.values.shape[1:]
         each = min(max(OF_RADII * (1e-5 / self.allowed) ** 0.25, 3.0), 8.0)
-        points = max(POLAR_POINTS, min(math.ceil(each * radii), 1024)) if level.takes is None else POLAR_POINTS
+        points = max(POLAR_POINTS, min(math.ceil(each * radii), MOST_POLAR)) if level.takes is None else POLAR_POINTS
         frequency = np.linspace(0.0, level.cut, points + 1)
         per_um, per = frequency / self.pitch_um, points / level.cut
-        there = np.full(points + 1, weights.shape[1])
+        there, few = np.full(points + 1, weights.shape[1]), per_um[:: max(1, points // FEW_RADII)]
         if directions == 1:
             polar = np.einsum("kcj,jnt->ntkc", weights, table.along(per_um, 1))
             return (np.ascontiguousarray(polar), there), per, (0.0, 0.0, 1, NO_BORDER)
@@ -89,21 +91,23 @@ class Lens:
             border = np.concatenate([table.border, -table.border[:1]])
             stretched = level.cut * float(np.hypot(*table.border.T).max())
             per_um, per = per_um * (stretched / level.cut), points / stretched
-            steps = min(max(12, 3 * directions // table.panels), 64)
+            steps = _followed(lambda count: table.in_panels(few, count), 12, self.allowed)
             along = table.in_panels(per_um, steps)
             along = np.concatenate([along, along[:, :, :1].conj()], axis=2)  # half a turn further on: the conjugate
             polar = np.einsum("kcj,jnt->ntkc", weights, along.reshape(*along.shape[:2], -1))
             return (np.ascontiguousarray(polar), there), per, (table.first_rad, table.panels / math.pi, steps, border)
-        steps = max(32, min(4 * directions, 256), directions)
-        polar = np.einsum("kcj,jnt->ntkc", weights, table.along(per_um, steps, -0.5 * math.pi))
+        turn = -0.5 * math.pi
+        steps = _followed(lambda count: table.along(few, count, turn), max(32, directions), self.allowed)
+        polar = np.einsum("kcj,jnt->ntkc", weights, table.along(per_um, steps, turn))
         polar = np.concatenate([polar[:, -1:].conj(), polar, polar[:, :2].conj()], axis=1)
-        return (np.ascontiguousarray(polar), there), per, (-0.5 * math.pi, 1.0 / math.pi, steps, NO_BORDER)
+        return (np.ascontiguousarray(polar), there), per, (turn, 1.0 / math.pi, steps, NO_BORDER)
 
     def size(self, frequency: F64, light: F64) -> F64:
         """Return the most that passes in any direction at frequencies (n,) in cycles/pitch; light: (j,) weights."""
         per_um = frequency / self.pitch_um
         if self.is_pupil:
-            each = np.abs(self._table.along(per_um, self._table.values.shape[2])).max(axis=2)
+            table = self._table
+            each = np.abs(table.along(per_um * table.nearest, table.values.shape[2])).max(axis=2)
         else:
             angle = np.pi * np.arange(1 if self.is_round else ASKED) / ASKED
             fx, fy = np.outer(np.cos(angle), per_um), np.outer(np.sin(angle), per_um)
@@ -141,6 +145,20 @@ class Lens:
         return out
 
 
+def _followed(asked: Callable[[int], C128], fewest: int, allowed: float) -> int:
+    """Return how many steps cubics follow: of what is asked of twice as many, each other one tells those between."""
+    steps = fewest
+    while steps < MOST_STEPS:
+        known = asked(2 * steps)
+        nodes, right = known[..., ::2], known[..., 3:-3:2]
+        found = (9.0 * (nodes[..., 1:-2] + nodes[..., 2:-1]) - nodes[..., :-3] - nodes[..., 3:]) / 16.0
+        count = min(found.shape[-1], right.shape[-1])
+        if np.abs(found[..., :count] - right[..., :count]).max() <= allowed:
+            break
+        steps *= 2
+    return steps
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Footprint:
     """OLPF and photosite: what no wavelength changes."""
@@ -150,9 +168,9 @@ class Footprint:
 
     def on(self, lattice: Lattice) -> tuple[C128, C128, C128]:
         """Return its transfer along x (m,), along y (2n − 1,), and what is no product of them (2n − 1, m) or (0, 0)."""
-        columns, rows = lattice.counts
+        columns = lattice.counts[0]
         fx = np.arange(columns) / (lattice.periods[0] * self.pitch_um)
-        fy = np.arange(1 - rows, rows) / (lattice.periods[1] * self.pitch_um)
+        fy = np.array(lattice.rows) / (lattice.periods[1] * self.pitch_um)
         across, down, both = np.ones(columns, complex), np.ones(fy.size, complex), np.empty((0, 0), complex)
         for stage in (self.system.olpf, self.system.photosite):
             if stage is None:
