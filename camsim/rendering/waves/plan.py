@@ -45,6 +45,7 @@ OF_ECHO = 0.3  # of the tolerance
 HIDDEN = 0.4  # of a spike: the most that is missed of it where a corner cuts it
 RINGING = 2.0 / math.pi**4  # of an edge's ringing: 8 ends' (λN/R)^{5/2}/4π⁴
 CIRCLE_TAIL = 0.06  # an edge's light at R behind a pupil of perimeter p and area a: so much times (p/a)·λN/R
+CROWD = 4000  # edges, that no more of are told apart
 NEARLY_ALL = 0.92  # of the lens's frequencies, that are worth all: what a picture's rings do beyond them is not asked
 DIGITS_POWER, NODES_OF_WAVE = 1.6, 2.0  # of the number of wavelengths
 STEPS, DIRECTIONS = 256, 32  # in which a system is asked what it passes
@@ -188,7 +189,7 @@ class WavesPlan:
         jump = light[job.sides[:, 0]] - light[job.sides[:, 1]]
         loudest = np.take_along_axis(jump, np.abs(jump).argmax(axis=1)[:, None], axis=1)[:, 0]
         highest = job.system.highest_per_um(job.signals.wavelength_nm) * job.grid.pitch_um
-        return Rings.of(job.edges, loudest[job.pair], job.grid, float(job.blur.max()), highest)
+        return Rings.of(job, loudest[job.pair], float(job.blur.max()), highest)
 
     def _levels(self, cut: float, farthest: float, tolerance: float) -> Sequence[Level]:
         job, system = self.job, self.job.system
@@ -216,7 +217,7 @@ class WavesPlan:
         if self._rings is not None:
             light = np.abs(job.signals.density).sum(axis=(0, 1))
             near = max(near, self._rings.reach(job.blur, light / light.sum(), _loud(job), OF_RINGS * tolerance))
-        near = max(near, _ringing(job, tolerance), 2.0 * longest, spikes)
+        near = max(near, _ringing(job, tolerance, self.fields is not None), 2.0 * longest, spikes)
         first = self.settings.farther * (near + spot + extent) + self._support
         return levels_of(cut, first, lost, OF_LEAK * tolerance, farthest, tail)
 
@@ -392,13 +393,13 @@ class Waves:
         return math.ceil(self.finer * math.ceil(max(digits, echoes) + 2.0 + NODES_OF_WAVE * turned))
 
 
-def _ringing(job: Job, tolerance: float) -> float:
+def _ringing(job: Job, tolerance: float, crowded: bool = False) -> float:
     """Return from where on the ringing of all edges in sight stays within its share, pitches.
 
-    Of a crowd ringing adds up as of random phases.
+    Of a crowd, as pictures are, ringing adds up as of random phases.
     """
-    longest, count = float(job.blur.max()), max(4, len(job.edges))
-    loud = RINGING * _loud(job) * math.sqrt(min(count, 4000) / 4.0)
+    longest, count = float(job.blur.max()), CROWD if crowded else min(max(4, len(job.edges)), CROWD)
+    loud = RINGING * _loud(job) * math.sqrt(count / 4.0)
     return float(longest * (loud / (OF_RINGS * tolerance)) ** 0.4)
 
 

@@ -18,9 +18,11 @@ from camsim.kernels import kernel
 from camsim.rendering.edges import Edges
 from camsim.rendering.fast_length import fast_length
 from camsim.rendering.grid import Grid
+from camsim.rendering.job import Job
 
 PLACES = 4  # centres that are asked, besides the frame's middle
 A_WAVE, MOST_BINS = 8, 1 << 16  # bins of distances in a wave of the highest frequency, and of all
+MOST_PAIRS = 20_000  # of edges that are asked what they are bent about
 MOST_WAVES = 16  # wavelengths whose rings are added up
 
 
@@ -38,14 +40,14 @@ class Rings:
     most: float
 
     @classmethod
-    def of(cls, edges: Edges, jump: F64, grid: Grid, longest: float, highest: float) -> Rings:
+    def of(cls, job: Job, jump: F64, longest: float, highest: float) -> Rings:
         """Ask at the frame's middle and the centres that outlines are bent about.
 
         jump : (n,) light on edges' left less that on their right;  longest: a blur, pitches;  highest: cycles/pitch
         """
-        step = 1.0 / (A_WAVE * highest)
+        edges, grid, step = job.edges, job.grid, 1.0 / (A_WAVE * highest)
         places = _places(edges, jump, grid)
-        reach = min(edges.farthest(grid) + 1.0, (MOST_BINS - 2) * step)
+        reach = min(job.farthest + 1.0, (MOST_BINS - 2) * step)
         bins = math.ceil(reach / step) + 2
         shares = np.zeros((len(places), bins))
         for own, place in zip(shares, places, strict=True):
@@ -112,10 +114,8 @@ def _see(start: F64, end: F64, jump: F64, place: tuple[float, float], longest: f
             continue
         low, ratio = begin / apart, length * apart / (apart * apart + begin * (begin + length))
         low = low - low**3 / 3.0 if abs(low) < 0.02 else math.atan(low)
-        if 0.0 < ratio < 0.02:  # the angle between the ends
-            high = low + ratio - ratio**3 / 3.0
-        else:
-            high = math.atan((begin + length) / apart)
+        short = 0.0 < ratio < 0.02  # the angle between the ends
+        high = low + ratio - ratio**3 / 3.0 if short else math.atan((begin + length) / apart)
         low, high = min(max(low, -half), half), min(max(high, -half), half)
         light = math.copysign((high - low) / (2.0 * math.pi), aside) * jump[e]
         at = apart / math.cos(0.5 * (low + high)) / step
@@ -131,7 +131,8 @@ def _places(edges: Edges, jump: F64, grid: Grid) -> F64:
     last = first + np.array([grid.cols - 1, grid.rows - 1])
     places = [0.5 * (first + last)]
     # Where the lines square on the middles of two edges that follow one another meet.
-    following = np.flatnonzero((edges.end[:-1] == edges.start[1:]).all(axis=1))
+    following = np.arange(0, len(edges) - 1, 1 + len(edges) // MOST_PAIRS)
+    following = following[(edges.end[following] == edges.start[following + 1]).all(axis=1)]
     a, b = edges.along[following], edges.along[following + 1]
     turn = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
     apart = 0.5 * (edges.length[following] + edges.length[following + 1] * np.sum(a * b, axis=1))
