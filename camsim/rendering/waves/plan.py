@@ -45,6 +45,8 @@ OF_ECHO = 0.3  # of the tolerance
 HIDDEN = 0.4  # of a spike: the most that is missed of it where a corner cuts it
 RINGING = 2.0 / math.pi**4  # of an edge's ringing: 8 ends' (λN/R)^{5/2}/4π⁴
 CIRCLE_TAIL = 0.06  # an edge's light at R behind a pupil of perimeter p and area a: so much times (p/a)·λN/R
+NO_WAVES, LOUDER = 1e-6, 10.0  # ringing behind so many waves is 1 + so many times them as loud
+RINGS_AT = 0.8, 0.85, 0.9, 0.95  # of the cut-off: ringing behind a wavefront
 CROWD = 4000  # edges, that no more of are told apart
 NEARLY_ALL = 0.92  # of the lens's frequencies, that are worth all: what a picture's rings do beyond them is not asked
 DIGITS_POWER, NODES_OF_WAVE = 1.6, 2.0  # of the number of wavelengths
@@ -404,10 +406,26 @@ def _ringing(job: Job, tolerance: float, crowded: bool = False) -> float:
 
 
 def _loud(job: Job) -> float:
-    """Return how loud an edge's ringing is, over that of a clear lens seen by points."""
-    passes = max(job.system.ring_share(job.signals.wavelength_nm), 1e-3)
-    hole = _obstruction(job.system.lens)  # its rim's rings add to the outer one's
-    return passes * (1.0 + math.sqrt(hole)) ** 2 / (1.0 - hole**2)
+    """Return how loud an edge's ringing is, over that of a clear lens seen by points.
+
+    Behind a wavefront its frequencies lie below the cut-off too, where a footprint passes more of them.
+    """
+    wavelengths, lens, louder = job.signals.wavelength_nm, job.system.lens, 1.0
+    passes = max(job.system.ring_share(wavelengths), 1e-3)
+    if isinstance(lens, OfPupil) and (waves := _rms_waves(lens, float(wavelengths[0]))) > NO_WAVES:
+        passes = max(passes, *(job.system.ring_share(wavelengths / share) for share in RINGS_AT))
+        louder = 1.0 + LOUDER * waves
+    hole = _obstruction(lens)  # its rim's rings add to the outer one's
+    return louder * passes * (1.0 + math.sqrt(hole)) ** 2 / (1.0 - hole**2)
+
+
+def _rms_waves(lens: OfPupil, wavelength_nm: float) -> float:
+    """Return how rough a wavefront is, but for tilts, over the disc that the pupil is in."""
+    angle, radius = 2.0 * np.pi * np.arange(24) / 24, np.sqrt((np.arange(12) + 0.5) / 12)[:, None]
+    x, y = (radius * np.cos(angle)).ravel(), (radius * np.sin(angle)).ravel()
+    waves = lens.waves(x, y, wavelength_nm)
+    tilted = np.stack([np.ones_like(x), x, y], axis=1)
+    return float(np.std(waves - tilted @ np.linalg.lstsq(tilted, waves, rcond=None)[0]))
 
 
 def _obstruction(lens: object) -> float:

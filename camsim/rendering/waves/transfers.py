@@ -81,7 +81,7 @@ class Lens:
         table = self._table
         radii, directions = table.values.shape[1:]
         each = min(max(OF_RADII * (1e-5 / self.allowed) ** 0.25, 3.0), 8.0)
-        points = max(POLAR_POINTS, min(math.ceil(each * radii), 1024)) if level.takes is None else FAR_POINTS
+        points = max(POLAR_POINTS, min(math.ceil(each * radii), 2048)) if level.takes is None else FAR_POINTS
         frequency = np.linspace(0.0, level.cut, points + 1)
         per_um, per = frequency / self.pitch_um, points / level.cut
         there = np.full(points + 1, weights.shape[1])
@@ -97,7 +97,7 @@ class Lens:
             along = np.concatenate([along, along[:, :, :1].conj()], axis=2)  # half a turn further on: the conjugate
             polar = np.einsum("kcj,jnt->ntkc", weights, along.reshape(*along.shape[:2], -1))
             return (np.ascontiguousarray(polar), there), per, (table.first_rad, table.panels / math.pi, steps, border)
-        steps = max(32, min(4 * directions, 256), directions)
+        steps = max(32, min(4 * directions, 512), directions)
         polar = np.einsum("kcj,jnt->ntkc", weights, table.along(per_um, steps, -0.5 * math.pi))
         polar = np.concatenate([polar[:, -1:].conj(), polar, polar[:, :2].conj()], axis=1)
         return (np.ascontiguousarray(polar), there), per, (-0.5 * math.pi, 1.0 / math.pi, steps, NO_BORDER)
