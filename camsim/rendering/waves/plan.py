@@ -45,7 +45,7 @@ OF_ECHO = 0.3  # of the tolerance
 HIDDEN = 0.4  # of a spike: the most that is missed of it where a corner cuts it
 RINGING = 2.0 / math.pi**4  # of an edge's ringing: 8 ends' (λN/R)^{5/2}/4π⁴
 CIRCLE_TAIL = 0.06  # an edge's light at R behind a pupil of perimeter p and area a: so much times (p/a)·λN/R
-NO_WAVES, LOUDER = 1e-6, 20.0  # ringing behind so many waves is 1 + so many times them as loud
+LOUDER = 15.0  # ringing behind w waves: 1 + so much times w²
 RINGS_AT = 0.8, 0.85, 0.9, 0.95  # of the cut-off: ringing behind a wavefront
 CROWD = 4000  # edges, that no more of are told apart
 NEARLY_ALL = 0.92  # of the lens's frequencies, that are worth all: what a picture's rings do beyond them is not asked
@@ -219,7 +219,8 @@ class WavesPlan:
         if self._rings is not None:
             light = np.abs(job.signals.density).sum(axis=(0, 1))
             near = max(near, self._rings.reach(job.blur, light / light.sum(), _loud(job), OF_RINGS * tolerance))
-        near = max(near, _ringing(job, tolerance, crowded=self.fields is not None), 2.0 * longest, spikes)
+        crowded, followed = self.fields is not None, self.settings.rougher * tolerance
+        near = max(near, _ringing(job, tolerance, crowded=crowded), _slow(job, followed), 2.0 * longest, spikes)
         first = self.settings.farther * (near + spot + extent) + self._support
         return levels_of(cut, first, lost, OF_LEAK * tolerance, farthest, tail)
 
@@ -361,7 +362,8 @@ class Waves:
     """The engine of frequency sums: any source, any lens, any photosite.
 
     farther, finer : times the first level's reach and the number of wavelengths: the check's differ from the image's
-    rougher        : times the tolerance to which tables of transfers are made and spikes are followed, as in the image
+    rougher        : times the tolerance to which tables of transfers are made, and spikes and slow beats are followed, as
+                     in the image
     """
 
     farther: float = 1.0
@@ -389,40 +391,49 @@ class Waves:
             return 1
         turned = wavefront_phase(job.system, job.signals.wavelength_nm) / (2.0 * math.pi)
         digits: float = max(-math.log10(min(self.rougher * tolerance, 0.1)), 1.0) ** DIGITS_POWER
-        heard = _ringing(job, OF_ECHO / OF_RINGS * self.rougher * tolerance, slow=False)
+        heard = _ringing(job, OF_ECHO / OF_RINGS * self.rougher * tolerance)
         apart = float(1.0 / job.blur.min() - 1.0 / job.blur.max())
         echoes = min(heard * apart, job.span * apart + digits) if len(job.edges) else heard * apart
         return math.ceil(self.finer * math.ceil(max(digits, echoes) + 2.0 + NODES_OF_WAVE * turned))
 
 
-def _ringing(job: Job, tolerance: float, *, crowded: bool = False, slow: bool = True) -> float:
+def _ringing(job: Job, tolerance: float, *, crowded: bool = False) -> float:
     """Return from where on the ringing of all edges in sight stays within its share, pitches.
 
     Of a crowd, as pictures are, ringing adds up as of random phases.
     """
     longest, count = float(job.blur.max()), CROWD if crowded else min(max(4, len(job.edges)), CROWD)
-    loud = RINGING * _loud(job, slow) * math.sqrt(count / 4.0)
+    loud = RINGING * _loud(job) * math.sqrt(count / 4.0)
     return float(longest * (loud / (OF_RINGS * tolerance)) ** 0.4)
 
 
-def _loud(job: Job, slow: bool = True) -> float:
+def _loud(job: Job) -> float:
     """Return how loud an edge's ringing is, over that of a clear lens seen by points.
 
-    Behind a wavefront its frequencies lie below the cut-off too, where a footprint passes more of them. ``slow``: with
-    beats that are long beside λN.
+    Behind a wavefront its frequencies lie below the cut-off too, where a footprint passes more of them.
     """
-    wavelengths, lens, louder = job.signals.wavelength_nm, job.system.lens, 1.0
+    wavelengths, lens = job.signals.wavelength_nm, job.system.lens
     passes = max(job.system.ring_share(wavelengths), 1e-3)
-    if isinstance(lens, OfPupil) and (waves := _rms_waves(lens, float(wavelengths[0]))) > NO_WAVES:
-        passes = max(passes, *(job.system.ring_share(wavelengths, share) for share in RINGS_AT))
-        louder = 1.0 + LOUDER * waves
-    hole = _obstruction(lens)
-    if hole:
-        # Of two rims that light comes from each pair beats, those of one side slowly: a footprint passes that.
-        beats = ((hole, hole), (2.0 * math.sqrt(hole), 0.5 + 0.5 * hole), (2.0 * math.sqrt(hole), 0.5 - 0.5 * hole))
-        for size, share in beats[: 3 if slow else 2]:
-            passes += size * job.system.ring_share(wavelengths, share) / share**1.5
-    return louder * passes / (1.0 - hole**2)
+    hole = _obstruction(lens)  # its rim's rings add to the outer one's
+    louder = (1.0 + math.sqrt(hole)) ** 2 / (1.0 - hole**2)
+    if isinstance(lens, OfPupil):
+        waves = _rms_waves(lens, float(wavelengths[0]))
+        passes += min(waves, 1.0) * max(job.system.ring_share(wavelengths, share) for share in RINGS_AT)
+        louder *= 1.0 + LOUDER * waves**2
+    return louder * passes
+
+
+def _slow(job: Job, tolerance: float) -> float:
+    """Return from where on a straight edge's slow beats stay within their share, pitches.
+
+    Of what comes from two rims on one side; round lenses have no spikes, whose share that is.
+    """
+    hole = _obstruction(job.system.lens)
+    if not hole:
+        return 0.0
+    share = 0.5 - 0.5 * hole
+    loud = 2.0 * math.sqrt(hole) * job.system.ring_share(job.signals.wavelength_nm, share) / share**1.5
+    return float(job.blur.max() * (0.25 * RINGING * loud / (1.0 - hole**2) / (OF_SPIKES * tolerance)) ** 0.4)
 
 
 def _rms_waves(lens: OfPupil, wavelength_nm: float) -> float:
