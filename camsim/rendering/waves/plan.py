@@ -45,7 +45,7 @@ OF_ECHO = 0.3  # of the tolerance
 HIDDEN = 0.4  # of a spike: the most that is missed of it where a corner cuts it
 RINGING = 2.0 / math.pi**4  # of an edge's ringing: 8 ends' (λN/R)^{5/2}/4π⁴
 CIRCLE_TAIL = 0.06  # an edge's light at R behind a pupil of perimeter p and area a: so much times (p/a)·λN/R
-LOUDER = 15.0  # ringing behind w waves: 1 + so much times w²
+STEEP, LOUDER = 20.0, 3.5  # spots of so many λN; ringing behind s of them: 1 + so much times s²
 RINGS_AT = 0.8, 0.85, 0.9, 0.95  # of the cut-off: ringing behind a wavefront
 CROWD = 4000  # edges, that no more of are told apart
 NEARLY_ALL = 0.92  # of the lens's frequencies, that are worth all: what a picture's rings do beyond them is not asked
@@ -362,8 +362,8 @@ class Waves:
     """The engine of frequency sums: any source, any lens, any photosite.
 
     farther, finer : times the first level's reach and the number of wavelengths: the check's differ from the image's
-    rougher        : times the tolerance to which tables of transfers are made, and spikes and slow beats are followed, as
-                     in the image
+    rougher        : times the tolerance to which tables of transfers are made, and spikes and slow beats followed, as in
+                     the image
     """
 
     farther: float = 1.0
@@ -417,9 +417,10 @@ def _loud(job: Job) -> float:
     hole = _obstruction(lens)  # its rim's rings add to the outer one's
     louder = (1.0 + math.sqrt(hole)) ** 2 / (1.0 - hole**2)
     if isinstance(lens, OfPupil):
-        waves = _rms_waves(lens, float(wavelengths[0]))
-        passes += min(waves, 1.0) * max(job.system.ring_share(wavelengths, share) for share in RINGS_AT)
-        louder *= 1.0 + LOUDER * waves**2
+        slope = spot_um(lens, float(wavelengths[0])) / lens.blur_um(float(wavelengths[0]))
+        steep = (slope / STEEP) ** 2
+        passes += min(steep, 1.0) * max(job.system.ring_share(wavelengths, share) for share in RINGS_AT)
+        louder *= 1.0 + LOUDER * steep
     return louder * passes
 
 
@@ -434,15 +435,6 @@ def _slow(job: Job, tolerance: float) -> float:
     share = 0.5 - 0.5 * hole
     loud = 2.0 * math.sqrt(hole) * job.system.ring_share(job.signals.wavelength_nm, share) / share**1.5
     return float(job.blur.max() * (0.25 * RINGING * loud / (1.0 - hole**2) / (OF_SPIKES * tolerance)) ** 0.4)
-
-
-def _rms_waves(lens: OfPupil, wavelength_nm: float) -> float:
-    """Return how rough a wavefront is, but for tilts, over the disc that the pupil is in."""
-    angle, radius = 2.0 * np.pi * np.arange(24) / 24, np.sqrt((np.arange(12) + 0.5) / 12)[:, None]
-    x, y = (radius * np.cos(angle)).ravel(), (radius * np.sin(angle)).ravel()
-    waves = lens.waves(x, y, wavelength_nm)
-    tilted = np.stack([np.ones_like(x), x, y], axis=1)
-    return float(np.std(waves - tilted @ np.linalg.lstsq(tilted, waves, rcond=None)[0]))
 
 
 def _obstruction(lens: object) -> float:
