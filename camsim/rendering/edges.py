@@ -77,6 +77,14 @@ class Edges:
         return before[middle], middle, after[middle]
 
     @cached_property
+    def turning(self) -> float:
+        """How many straight edges they are like: curves count by the radians that they turn by."""
+        a, b = self.along[:-1], self.along[1:]
+        turn = np.arctan2(np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]), np.sum(a * b, axis=1))
+        goes_on = (self.end[:-1] == self.start[1:]).all(axis=1)
+        return float(np.where(goes_on, np.minimum(turn, 1.0), 1.0).sum()) + min(len(self), 1)
+
+    @cached_property
     def boxes(self) -> EdgeBoxes:
         """Boxes about them; there is one at least."""
         return EdgeBoxes.of(self.start, self.end, self.along, self.length)

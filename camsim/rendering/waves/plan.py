@@ -402,7 +402,7 @@ def _ringing(job: Job, tolerance: float, *, crowded: bool = False) -> float:
 
     Of a crowd, as pictures are, ringing adds up as of random phases.
     """
-    longest, count = float(job.blur.max()), CROWD if crowded else min(max(4, len(job.edges)), CROWD)
+    longest, count = float(job.blur.max()), CROWD if crowded else min(max(4.0, job.edges.turning), CROWD)
     loud = RINGING * _loud(job) * math.sqrt(count / 4.0)
     return float(longest * (loud / (OF_RINGS * tolerance)) ** 0.4)
 
