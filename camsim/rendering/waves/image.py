@@ -20,6 +20,7 @@ from camsim.rendering.waves.levels import Lattice, Level, lattice_of
 from camsim.rendering.waves.transfers import Footprint, Lens
 
 TILE = 512  # photosites along a tile's side
+FEW_ROWS = 32  # of photosites, that need no transform of a period
 ROWS_OF_PLANE = 400_000  # frequencies whose transfers are asked at a time
 
 
@@ -129,7 +130,11 @@ class FrequencyImage:
         whole = max(source.whole for source, *_ in self.sources)
         lattice = lattice_of(level, size, low - at, high - at, whole)
         px, py = lattice.periods
-        total = np.zeros((channels, py // every, px // every), complex)
+        columns, rows = lattice.counts
+        shape = py // every, px // every
+        # A few photosites of a long period are summed one by one.
+        few = out.shape[1] <= FEW_ROWS and 4 * rows * columns < shape[0] * shape[1]
+        total = np.zeros((channels, *((2 * rows, columns) if few else shape)), complex)
         found = False
         footprint = self.footprint.on(lattice)
         for source, weights, lens in self.sources:
@@ -138,7 +143,14 @@ class FrequencyImage:
                 continue
             found = True
             self._add(total, transform, level, lattice, (weights, lens), footprint)
-        if found:
+        if found and few:
+            j = np.arange(2 * rows)
+            j[rows:] -= 2 * rows
+            down = np.exp(2j * np.pi / py * np.outer(every * np.arange(out.shape[1]), j))
+            across = np.exp(2j * np.pi / px * np.outer(np.arange(columns), every * np.arange(out.shape[2])))
+            for own, whole in zip(out, total, strict=True):
+                own += (2.0 / (px * py)) * ((down @ whole) @ across).real
+        elif found:
             _photosites(total, every, out)
         return out
 

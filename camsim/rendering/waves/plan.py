@@ -362,8 +362,8 @@ class Waves:
     """The engine of frequency sums: any source, any lens, any photosite.
 
     farther, finer : times the first level's reach and the number of wavelengths: the check's differ from the image's
-    rougher        : times the tolerance to which tables of transfers are made, and spikes and slow beats followed, as in
-                     the image
+    rougher        : times the tolerance to which tables of transfers are made, and spikes and slow beats followed, as
+                     in the image
     """
 
     farther: float = 1.0
