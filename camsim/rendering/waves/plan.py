@@ -45,7 +45,8 @@ OF_ECHO = 0.3  # of the tolerance
 HIDDEN = 0.4  # of a spike: the most that is missed of it where a corner cuts it
 RINGING = 2.0 / math.pi**4  # of an edge's ringing: 8 ends' (λN/R)^{5/2}/4π⁴
 CIRCLE_TAIL = 0.06  # an edge's light at R behind a pupil of perimeter p and area a: so much times (p/a)·λN/R
-STEEP, LOUDER = 20.0, 3.5  # spots of so many λN; ringing behind s of them: 1 + so much times s²
+STEEP, BENT = 20.0, 40.0  # a spot of so many λN; waves a radian² along the rim
+LOUDER = 3.5  # ringing behind s times as much: 1 + so much times s²
 RINGS_AT = 0.8, 0.85, 0.9, 0.95  # of the cut-off: ringing behind a wavefront
 CROWD = 4000  # edges, that no more of are told apart
 NEARLY_ALL = 0.92  # of the lens's frequencies, that are worth all: what a picture's rings do beyond them is not asked
@@ -418,7 +419,10 @@ def _loud(job: Job) -> float:
     louder = (1.0 + math.sqrt(hole)) ** 2 / (1.0 - hole**2)
     if isinstance(lens, OfPupil):
         slope = spot_um(lens, float(wavelengths[0])) / lens.blur_um(float(wavelengths[0]))
-        steep = (slope / STEEP) ** 2
+        angle, every = np.arange(256) * (math.pi / 128), math.pi / 128
+        rim = lens.waves(np.cos(angle), np.sin(angle), float(wavelengths[0]))
+        bend = np.abs(np.roll(rim, 1) - 2.0 * rim + np.roll(rim, -1)).max() / every**2
+        steep = (slope / STEEP) ** 2 + (float(bend) / BENT) ** 2
         passes += min(steep, 1.0) * max(job.system.ring_share(wavelengths, share) for share in RINGS_AT)
         louder *= 1.0 + LOUDER * steep
     return louder * passes
