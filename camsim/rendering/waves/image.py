@@ -144,12 +144,12 @@ class FrequencyImage:
             found = True
             self._add(total, transform, level, lattice, (weights, lens), footprint)
         if found and few:
-            j = np.arange(2 * rows)
-            j[rows:] -= 2 * rows
-            down = np.exp(2j * np.pi / py * np.outer(every * np.arange(out.shape[1]), j))
+            numbers = np.arange(2 * rows)
+            numbers[rows:] -= 2 * rows
+            down = np.exp(2j * np.pi / py * np.outer(every * np.arange(out.shape[1]), numbers))
             across = np.exp(2j * np.pi / px * np.outer(np.arange(columns), every * np.arange(out.shape[2])))
-            for own, whole in zip(out, total, strict=True):
-                own += (2.0 / (px * py)) * ((down @ whole) @ across).real
+            for own, plane in zip(out, total, strict=True):
+                own += (2.0 / (px * py)) * ((down @ plane) @ across).real
         elif found:
             _photosites(total, every, out)
         return out
