@@ -120,10 +120,13 @@ class OpticalSystem:
         product: F64 = self.point_otf(fx_per_um, fy_per_um, wavelength_nm) * self.footprint_otf(fx_per_um, fy_per_um)
         return product
 
-    def ring_share(self, wavelength_nm: F64) -> float:
-        """What OLPF and photosite leave of a pattern's rings, at the most: of waves of the length of its blur."""
+    def ring_share(self, wavelength_nm: F64, of_cutoff: float = 1.0) -> float:
+        """What OLPF and photosite leave of a pattern's rings, at the most: of waves of the length of its blur.
+
+        of_cutoff : times that frequency
+        """
         angle = np.pi * np.arange(RING_DIRECTIONS) / RING_DIRECTIONS
-        frequency = 1.0 / self.blurs_um(wavelength_nm)
+        frequency = of_cutoff / self.blurs_um(wavelength_nm)
         passes = self.footprint_otf(np.outer(np.cos(angle), frequency), np.outer(np.sin(angle), frequency))
         return float(np.abs(passes).max())
 

@@ -35,7 +35,7 @@ DEGREES = 2, 4, 6, 8, 12, 16, 20
 ROUNDING, DIGITS = 1e-12, 12  # waves; of directions that are one
 SAME_PATH = 1e-9  # nm: path differences that are one
 RADII_TRIED, DIRECTIONS_TRIED = (
-    (0.15, 0.45, 0.8),
+    (0.15, 0.45, 0.8, 0.97),  # near its end only phases of opposite rims differ: they turn fastest with the direction
     (0.031, 0.173, 0.342, 0.561, 0.777, 0.913),
 )  # of the largest; of half a turn
 

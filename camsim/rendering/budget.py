@@ -50,7 +50,9 @@ FREQUENCIES: dict[Source, Share] = {
     "far light": Share(0.05, "an edge's light beyond the last level: c·λN/R, c by the pupil's perimeter and area"),
     "windows": Share(0.10, "what a level's window leaves beyond its kernel: 1/sinh β of the light it works on"),
     "between points": Share(0.10, "coarse levels between their points: side lobes of the interpolating kernel"),
-    "ringing": Share(0.10, "ringing beyond the first level: (λN/R)^{5/2}/4π⁴ of eight ends, times √(edges/4)"),
+    "ringing": Share(
+        0.10, "ringing beyond the first level: (λN/R)^{5/2}/4π⁴ of eight ends × √(edges/4); (λN/R)²/π³ of circles"
+    ),
     "transfers": Share(0.15, "tables of the lens's transfer, and nodes over overlaps of its pupil, tried between"),
     "spreading": Share(0.02, "precision of the non-uniform transforms of edges, pictures and points"),
     "mixtures": Share(0.06, "colours that are taken for mixtures of fewer"),

@@ -77,6 +77,15 @@ class Edges:
         return before[middle], middle, after[middle]
 
     @cached_property
+    def turning(self) -> float:
+        """How many straight edges they are like: curves count by how much they turn."""
+        a, b = self.along[:-1], self.along[1:]
+        sine = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
+        goes_on = (self.end[:-1, 0] == self.start[1:, 0]) & (self.end[:-1, 1] == self.start[1:, 1])
+        ahead = a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1] > 0.0
+        return float(np.where(goes_on & ahead, sine, 1.0).sum()) + min(len(self), 1)
+
+    @cached_property
     def boxes(self) -> EdgeBoxes:
         """Boxes about them; there is one at least."""
         return EdgeBoxes.of(self.start, self.end, self.along, self.length)

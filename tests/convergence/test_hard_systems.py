@@ -538,7 +538,7 @@ def test_sides_of_an_outline_that_is_cut(shape, over):
     for tolerance in (1e-4, 1e-6):
         for method in ("boundary", "fourier"):
             rendering = systems.rendered(system, tolerance=tolerance, method=method)
-            assert np.abs(rendering.image.ravel() - truth.base[0] - exact).max() <= 0.2 * tolerance
+            assert np.abs(rendering.image.ravel() - truth.base[0] - exact).max() <= 0.5 * tolerance
             assert rendering.error_estimate <= tolerance
 
 

@@ -104,7 +104,7 @@ def test_circles_behind_coma(radius, count, tolerance):
     found = rendered(discs(rings), tolerance, lens=COMA)
     edges = np.array([r for r, _ in rings])
     exact = float(np.sum(through_coma(edges[::2]) - through_coma(edges[1::2])))
-    assert abs(found.image[1, 1] - exact) <= MOST * tolerance
+    assert abs(found.image[1, 1] - exact) <= 0.6 * tolerance
     assert found.error_estimate <= tolerance
 
 

@@ -29,6 +29,7 @@ from camsim.rendering.waves.fields import FieldSource
 from camsim.rendering.waves.image import MOST_AT_ONCE, FrequencyImage, Source, summed_shape, tiles
 from camsim.rendering.waves.levels import Level, lattice_of, levels_of
 from camsim.rendering.waves.low import WIDER, LowFrequencies
+from camsim.rendering.waves.rings import Rings
 from camsim.rendering.waves.transfers import Footprint, Lens
 from camsim.rendering.work import Work
 from camsim.repeated import Channels
@@ -44,6 +45,11 @@ OF_ECHO = 0.3  # of the tolerance
 HIDDEN = 0.4  # of a spike: the most that is missed of it where a corner cuts it
 RINGING = 2.0 / math.pi**4  # of an edge's ringing: 8 ends' (λN/R)^{5/2}/4π⁴
 CIRCLE_TAIL = 0.06  # an edge's light at R behind a pupil of perimeter p and area a: so much times (p/a)·λN/R
+STEEP, BENT = 20.0, 40.0  # a spot of so many λN; waves a radian² along the rim
+LOUDER = 3.5  # ringing behind s times as much: 1 + so much times s²
+RINGS_AT = 0.8, 0.85, 0.9, 0.95  # of the cut-off: ringing behind a wavefront
+CROWD = 4000  # edges, that no more of are told apart
+NEARLY_ALL = 0.92  # of the lens's frequencies, that are worth all: what a picture's rings do beyond them is not asked
 DIGITS_POWER, NODES_OF_WAVE = 1.6, 2.0  # of the number of wavelengths
 STEPS, DIRECTIONS = 256, 32  # in which a system is asked what it passes
 SECONDS_EACH, SECONDS_CURVE, SECONDS_POLAR, SECONDS_NODE = 6e-8, 4e-9, 3e-8, 1e-7  # of a frequency, and of a node
@@ -165,12 +171,29 @@ class WavesPlan:
         frequency = highest * (np.arange(STEPS) + 0.5) / STEPS
         angle = np.pi * np.arange(DIRECTIONS) / DIRECTIONS
         fx, fy = np.outer(np.cos(angle), frequency) / pitch_um, np.outer(np.sin(angle), frequency) / pitch_um
-        footprint = np.abs(self.job.system.footprint_otf(fx, fy)).max(axis=0)
-        passes = lens.size(frequency, np.abs(weights).max(axis=(0, 1))) * footprint
+        footprint = np.abs(self.job.system.footprint_otf(fx, fy))
+        light = lens.size(frequency, np.abs(weights).max(axis=(0, 1)))
+        passes = light * footprint.max(axis=0)
         beyond = np.cumsum((passes / frequency)[::-1])[::-1] * (4.0 / math.pi * highest / STEPS)
+        if self._rings is not None:
+            beyond = np.maximum(beyond, self._rings.beyond(light * footprint.mean(axis=0), highest))  # all round
         allowed = OF_BAND * tolerance
         kept = int(np.count_nonzero(beyond > allowed))
+        if self.fields is not None and kept >= NEARLY_ALL * STEPS:
+            kept = STEPS
         return float(highest * max(kept, 8) / STEPS)
+
+    @cached_property
+    def _rings(self) -> Rings | None:
+        """What a few places of the frame see of the edges square on; None without edges."""
+        job = self.job
+        if not len(job.edges):
+            return None
+        light = job.signals.density.sum(axis=2)
+        jump = light[job.sides[:, 0]] - light[job.sides[:, 1]]
+        loudest = np.take_along_axis(jump, np.abs(jump).argmax(axis=1)[:, None], axis=1)[:, 0]
+        highest = job.system.highest_per_um(job.signals.wavelength_nm) * job.grid.pitch_um
+        return Rings.of(job, loudest[job.pair], float(job.blur.max()), highest)
 
     def _levels(self, cut: float, farthest: float, width: float, tolerance: float) -> Sequence[Level]:
         job, system = self.job, self.job.system
@@ -195,7 +218,11 @@ class WavesPlan:
             tail = CIRCLE_TAIL * longest * around / pupil.area
             spot = 1.5 * max(self._spot_um(nm) for nm in (float(wavelengths[0]), float(wavelengths[-1]))) / pitch_um
         spikes = self._spikes(longest, OF_SPIKES * self.settings.rougher * tolerance, farthest, width)
-        near = max(near, _ringing(job, tolerance), 2.0 * longest, spikes)
+        if self._rings is not None:
+            light = np.abs(job.signals.density).sum(axis=(0, 1))
+            near = max(near, self._rings.reach(job.blur, light / light.sum(), _loud(job), OF_RINGS * tolerance))
+        crowded, followed = self.fields is not None, self.settings.rougher * tolerance
+        near = max(near, _ringing(job, tolerance, crowded=crowded), _slow(job, followed), 2.0 * longest, spikes)
         first = self.settings.farther * (near + spot + extent) + self._support
         return levels_of(cut, first, lost, OF_LEAK * tolerance, farthest, tail, extent)
 
@@ -347,7 +374,8 @@ class Waves:
     """The engine of frequency sums: any source, any lens, any photosite.
 
     farther, finer : times the first level's reach and the number of wavelengths: the check's differ from the image's
-    rougher        : times the tolerance to which tables of transfers are made and spikes are followed, as in the image
+    rougher        : times the tolerance to which tables of transfers are made, and spikes and slow beats followed, as
+                     in the image
     """
 
     farther: float = 1.0
@@ -381,17 +409,47 @@ class Waves:
         return math.ceil(self.finer * math.ceil(max(digits, echoes) + 2.0 + NODES_OF_WAVE * turned))
 
 
-def _ringing(job: Job, tolerance: float) -> float:
+def _ringing(job: Job, tolerance: float, *, crowded: bool = False) -> float:
     """Return from where on the ringing of all edges in sight stays within its share, pitches.
 
-    Of a crowd ringing adds up as of random phases.
+    Of a crowd, as pictures are, ringing adds up as of random phases.
     """
-    longest, count = float(job.blur.max()), max(4, len(job.edges))
-    passes = max(job.system.ring_share(job.signals.wavelength_nm), 1e-3)
-    hole = _obstruction(job.system.lens)  # its rim's rings add to the outer one's
-    louder = (1.0 + math.sqrt(hole)) ** 2 / (1.0 - hole**2)
-    loud = RINGING * passes * louder * math.sqrt(min(count, 4000) / 4.0)
+    longest, count = float(job.blur.max()), CROWD if crowded else min(max(4.0, job.edges.turning), CROWD)
+    loud = RINGING * _loud(job) * math.sqrt(count / 4.0)
     return float(longest * (loud / (OF_RINGS * tolerance)) ** 0.4)
+
+
+def _loud(job: Job) -> float:
+    """Return how loud an edge's ringing is, over that of a clear lens seen by points.
+
+    Behind a wavefront its frequencies lie below the cut-off too, where a footprint passes more of them.
+    """
+    wavelengths, lens = job.signals.wavelength_nm, job.system.lens
+    passes = max(job.system.ring_share(wavelengths), 1e-3)
+    hole = _obstruction(lens)  # its rim's rings add to the outer one's
+    louder = (1.0 + math.sqrt(hole)) ** 2 / (1.0 - hole**2)
+    if isinstance(lens, OfPupil):
+        slope = spot_um(lens, float(wavelengths[0])) / lens.blur_um(float(wavelengths[0]))
+        angle, every = np.arange(256) * (math.pi / 128), math.pi / 128
+        rim = lens.waves(np.cos(angle), np.sin(angle), float(wavelengths[0]))
+        bend = np.abs(np.roll(rim, 1) - 2.0 * rim + np.roll(rim, -1)).max() / every**2
+        steep = (slope / STEEP) ** 2 + (float(bend) / BENT) ** 2
+        passes += min(steep, 1.0) * max(job.system.ring_share(wavelengths, share) for share in RINGS_AT)
+        louder *= 1.0 + LOUDER * steep
+    return louder * passes
+
+
+def _slow(job: Job, tolerance: float) -> float:
+    """Return from where on a straight edge's slow beats stay within their share, pitches.
+
+    Of what comes from two rims on one side; round lenses have no spikes, whose share that is.
+    """
+    hole = _obstruction(job.system.lens)
+    if not hole:
+        return 0.0
+    share = 0.5 - 0.5 * hole
+    loud = 2.0 * math.sqrt(hole) * job.system.ring_share(job.signals.wavelength_nm, share) / share**1.5
+    return float(job.blur.max() * (0.25 * RINGING * loud / (1.0 - hole**2) / (OF_SPIKES * tolerance)) ** 0.4)
 
 
 def _obstruction(lens: object) -> float:

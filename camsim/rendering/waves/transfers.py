@@ -16,6 +16,7 @@ import scipy
 from camsim.arrays import C128, F64, I64
 from camsim.kept import cached_property
 from camsim.optics import OpticalSystem
+from camsim.optics.annular import AnnularAiry
 from camsim.optics.of_pupil import OfPupil
 from camsim.optics.protocols import Round, Separable
 from camsim.optics.transfer_table import NO_BORDER, TransferTable, transfer_table
@@ -64,7 +65,9 @@ class Lens:
 
         weights : (kinds, channels, j)
         """
-        points = int(min(MOST_POINTS, max(FEWEST_POINTS, math.sqrt(1.0 / self.allowed)))) + 1
+        lens = self.system.lens
+        bends = 2.0 / (1.0 - lens.obstruction) if isinstance(lens, AnnularAiry) else 1.0  # as fast as rims come to meet
+        points = int(min(MOST_POINTS, bends * max(FEWEST_POINTS, math.sqrt(1.0 / self.allowed)))) + 1
         frequency = np.linspace(0.0, level.cut, points)
         fx, zero = frequency / self.pitch_um, np.zeros_like(frequency)
         otf = np.stack([np.real(self.system.point_otf(fx, zero, nm)) for nm in self.wavelength_nm.tolist()])

@@ -1,0 +1,153 @@
+"""Edges about a place by their distance: what meets in step in the middle of concentric outlines.
+
+A place sees ∮ E(r)·dφ/2π of a region, along its outline. Of an edge only what is square on to the line of sight
+counts: the rest is out of step with itself. Edges that go on and on square to it, as circles do about their centre, are
+louder than straight ones, and many add up where their distances are waves apart.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+
+from camsim.arrays import F64
+from camsim.kernels import kernel
+from camsim.rendering.edges import Edges
+from camsim.rendering.fast_length import fast_length
+from camsim.rendering.grid import Grid
+from camsim.rendering.job import Job
+
+PLACES = 4  # centres that are asked, besides the frame's middle
+A_WAVE, MOST_BINS = 8, 1 << 16  # bins of distances in a wave of the highest frequency, and of all
+MOST_PAIRS = 20_000  # of edges that are asked what they are bent about
+MOST_WAVES = 16  # wavelengths whose rings are added up
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Rings:
+    """What is square on to the line of sight of a few places.
+
+    shares : (places, bins) jump × part of the circle, by distance
+    step   : from a distance to the next, pitches
+    most   : the largest jump
+    """
+
+    shares: F64
+    step: float
+    most: float
+
+    @classmethod
+    def of(cls, job: Job, jump: F64, longest: float, highest: float) -> Rings:
+        """Ask at the frame's middle and the centres that outlines are bent about.
+
+        jump : (n,) light on edges' left less that on their right;  longest: a blur, pitches;  highest: cycles/pitch
+        """
+        edges, grid, step = job.edges, job.grid, 1.0 / (A_WAVE * highest)
+        places = _places(edges, jump, grid)
+        reach = min(job.farthest + 1.0, (MOST_BINS - 2) * step)
+        bins = math.ceil(reach / step) + 2
+        shares = np.zeros((len(places), bins))
+        for own, place in zip(shares, places, strict=True):
+            _see(edges.start, edges.end, jump, (place[0], place[1]), longest, step, own)
+        return cls(shares=shares, step=step, most=float(np.abs(jump).max()))
+
+    @property
+    def distances(self) -> F64:
+        """Distances of the bins."""
+        distances: F64 = self.step * np.maximum(np.arange(self.shares.shape[1]), 0.5)
+        return distances
+
+    def beyond(self, passes: F64, highest: float) -> F64:
+        """Return the most light that any of the places sees of frequencies from each of even steps on.
+
+        passes : (steps,) transfer at their middles, up to the highest frequency, × light of the largest jump
+
+        Of a frequency it sees Σ share·2πr·J1(2πrf): 1/πf of a straight edge.
+        """
+        steps = passes.size
+        count = fast_length(2 * max(self.shares.shape[1], math.ceil(steps / (highest * self.step))))
+        lines = scipy.fft.rfft(self.shares * (2.0 / self.most * np.sqrt(self.distances)), count, axis=1)
+        frequency = (np.arange(lines.shape[1]) + 0.5) / (count * self.step)
+        within = frequency < highest
+        cell = np.floor(frequency[within] * (steps / highest)).astype(np.int64)
+        seen = lines[:, within] * (passes[cell] / np.sqrt(frequency[within]) / (count * self.step))
+        last = np.append(np.searchsorted(cell, np.arange(steps)), cell.size - 1)[:steps]
+        beyond = np.abs(np.cumsum(seen[:, ::-1], axis=1)[:, ::-1]).max(axis=0)
+        most: F64 = np.maximum.accumulate(beyond[::-1])[::-1][last]
+        return most
+
+    def reach(self, blur: F64, light: F64, loud: float, allowed: float) -> float:
+        """Return the distance beyond which the ringing of everything stays within ``allowed``.
+
+        blur, light : (n,) lengths of a wave, pitches, and their shares;  loud: × (λN/r)²/π³ is a circle's ringing
+        """
+        every = -(-blur.size // MOST_WAVES)
+        starts = np.arange(0, blur.size, every)
+        light, blur = np.add.reduceat(light, starts), blur[starts + (np.diff(starts, append=blur.size) // 2)]
+        distances, farthest = self.distances, 0.0
+        for shares in self.shares:
+            each = shares * (loud / math.pi**3 / distances**2)
+            if np.sum(np.abs(each)) * np.max(blur) ** 2 <= allowed:
+                continue
+            beyond = np.zeros(each.size, complex)
+            for own, wave in zip(light.tolist(), blur.tolist(), strict=True):
+                beyond += np.cumsum((own * wave**2 * each * np.exp(2j * math.pi / wave * distances))[::-1])[::-1]
+            over = np.flatnonzero(np.abs(beyond) > allowed)
+            farthest = max(farthest, float(distances[over[-1]]) if over.size else 0.0)
+        return farthest
+
+
+@kernel()
+def _see(start: F64, end: F64, jump: F64, place: tuple[float, float], longest: float, step: float, shares: F64) -> None:
+    """Add each edge's part of the circle about a place that it is square on in: within half a wave's difference."""
+    for e in range(len(start)):
+        x, y, ex, ey = start[e, 0] - place[0], start[e, 1] - place[1], end[e, 0] - start[e, 0], end[e, 1] - start[e, 1]
+        length = math.hypot(ex, ey)
+        begin, aside = (x * ex + y * ey) / length, (x * ey - y * ex) / length
+        apart = max(abs(aside), step)
+        half = min(0.5 * math.sqrt(longest / apart), 1.5)
+        slack = 1.2 * half * apart if half < 0.8 else math.inf
+        if begin > slack or begin + length < -slack:
+            continue
+        low, ratio = begin / apart, length * apart / (apart * apart + begin * (begin + length))
+        low = low - low**3 / 3.0 if abs(low) < 0.02 else math.atan(low)
+        short = 0.0 < ratio < 0.02  # the angle between the ends
+        high = low + ratio - ratio**3 / 3.0 if short else math.atan((begin + length) / apart)
+        low, high = min(max(low, -half), half), min(max(high, -half), half)
+        light = math.copysign((high - low) / (2.0 * math.pi), aside) * jump[e]
+        at = apart / math.cos(0.5 * (low + high)) / step
+        if at < len(shares) - 1:
+            first = int(at)
+            shares[first] += light * (1.0 - at + first)
+            shares[first + 1] += light * (at - first)
+
+
+def _places(edges: Edges, jump: F64, grid: Grid) -> F64:
+    """Return the frame's middle, and the centres in it that most of the edges' turning is about: (n, 2)."""
+    first = np.array(grid.first_centre)
+    last = first + np.array([grid.cols - 1, grid.rows - 1])
+    places = [0.5 * (first + last)]
+    # Where the lines square on the middles of two edges that follow one another meet.
+    following = np.arange(0, len(edges) - 1, 1 + len(edges) // MOST_PAIRS)
+    following = following[(edges.end[following] == edges.start[following + 1]).all(axis=1)]
+    a, b = edges.along[following], edges.along[following + 1]
+    turn = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+    apart = 0.5 * (edges.length[following] + edges.length[following + 1] * np.sum(a * b, axis=1))
+    bent = np.flatnonzero((np.abs(turn) > 1e-6) & (np.abs(turn) < 0.5))
+    a, apart, turn, following = a[bent], apart[bent], turn[bent], following[bent]
+    radius = apart / turn
+    middle = 0.5 * (edges.start[following] + edges.end[following])
+    centre = middle + radius[:, None] * np.stack([-a[:, 1], a[:, 0]], axis=1)
+    within = ((centre >= first - 1.0) & (centre <= last + 1.0)).all(axis=1)
+    centre = centre[within]
+    weight = np.abs(jump[following] * turn)[within] * np.sqrt(np.abs(radius[within]))
+    column, row = np.round(centre - first + 0.2578125).astype(np.int64).T
+    cells, which = np.unique(row * (1 << 32) + column, return_inverse=True)
+    if len(cells):
+        total = np.bincount(which, weight)
+        means = np.stack([np.bincount(which, weight * own) for own in centre.T], axis=1) / total[:, None]
+        places += list(means[np.argsort(-total)[:PLACES]])
+    return np.array(places)
