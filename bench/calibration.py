@@ -20,11 +20,11 @@ import numpy as np
 import numpy.typing as npt
 import scipy.stats
 
+from camsim.camera.sensor import Sensor
 from camsim.measure.calibrate import Calibration, calibrate, read_folder
 from camsim.measure.calibrate.likeness import side_by_side, simulated, together
 from camsim.measure.calibrate.profile_file import profile_text
 from camsim.measure.noise import Estimate
-from camsim.sensor_alone import Sensor
 
 CAMERAS, SIDE = 20, 512
 FLATS, DARKS = 6, 8

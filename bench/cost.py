@@ -20,7 +20,7 @@ SCENES = ("colorchecker", "edge-chart", "flat-field", "knife-edge", "paper-squar
 
 def one(name: str) -> dict[str, float]:
     """Return expected and measured seconds and bytes of a scene's capture (nothing is written)."""
-    from camsim.capturing import load
+    from camsim.api import load
     from camsim.cli.explain import explained
 
     small = load("slanted-edge", overrides=["region.rows=16", "region.cols=16", "region.origin=null"])

@@ -21,9 +21,9 @@ import scipy
 
 import camsim
 from bench.field import SQUARE_UM, scene_of
+from camsim.camera.optical_image import OpticalImage
 from camsim.measure import CameraOtf, Roi, measure_mtf, read_picture
 from camsim.measure.geometry import EdgeLine
-from camsim.optical_image import OpticalImage
 from camsim.rendering.varying import VaryingPlan
 from camsim.rendering.waves.image import tiles
 

@@ -7,7 +7,7 @@ import time
 from pathlib import Path
 
 import camsim
-from camsim.capturing import load
+from camsim.api import load
 from camsim.config import library
 
 ROOT = Path(__file__).parents[1]

@@ -11,7 +11,7 @@ import numpy as np
 from PIL import Image
 
 import camsim
-from camsim.frame import Frame
+from camsim.camera.frame import Frame
 
 FOLDER = Path(__file__).resolve().parents[1] / "docs" / "pictures"
 NAMES = ("astronaut", "cat", "coffee", "rocket", "hubble")

@@ -15,7 +15,7 @@ import math
 import sys
 
 import camsim
-from camsim.capturing import load_camera
+from camsim.api import load_camera
 from camsim.config import library
 from camsim.measure.noise import ChannelNoise, expected_of, measure_noise, take_shots
 

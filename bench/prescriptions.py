@@ -22,11 +22,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camsim.arrays import F64
 from camsim.config import lens_import, yaml_source
 from camsim.config.lens_files import lens_of
 from camsim.config.lens_rays import NEAR_AXIS, Prescription
-from camsim.errors import CamsimError
+from camsim.core.arrays import F64
+from camsim.core.errors import CamsimError
 from camsim.optics import FieldLens
 from tests.truth import lens_rays as truth
 

@@ -11,8 +11,8 @@ from typing import Any
 from camsim.bench.lines import LinesFile
 from camsim.bench.machine import machine, versions
 from camsim.bench.records import Line, rounded
-from camsim.cores import cores
-from camsim.errors import InputError
+from camsim.core.cores import cores
+from camsim.core.errors import InputError
 
 FORMAT = "camsim-bench/2"
 FILE = "results.jsonl"

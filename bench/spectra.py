@@ -21,7 +21,7 @@ from pathlib import Path
 import numpy as np
 
 import camsim
-from camsim.capturing import load
+from camsim.api import load
 
 SCENES = ("slanted-edge", "colorchecker", "flat-field", "knife-edge", "paper-square", "edge-chart")
 WINDOW = ("region.rows=446", "region.cols=446", "region.origin=null", "noise.enabled=false")

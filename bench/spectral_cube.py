@@ -20,7 +20,7 @@ import numpy as np
 import OpenEXR
 
 import camsim
-from camsim.capturing import load
+from camsim.api import load
 
 MOST_MB = 400
 AGAIN_NM = (400.0, 550.0, 700.0)

@@ -11,7 +11,7 @@ _load, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 def __getattr__(name: str) -> object:
     found = _load(name)
     if isinstance(found, type):
-        from camsim.calls import constructors_in_words
+        from camsim.core.calls import constructors_in_words
 
         constructors_in_words(found)
     globals()[name] = found

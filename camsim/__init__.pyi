@@ -2,21 +2,23 @@
 
 from . import bench as bench
 from . import measure as measure
-from .camera import Camera as Camera
-from .capturing import capture as capture
-from .capturing import load as load
-from .capturing import read_lens as read_lens
-from .errors import CamsimError as CamsimError
-from .exposing import Capture as Capture
+from .api import capture as capture
+from .api import load as load
+from .api import read_lens as read_lens
+from .camera.camera import Camera as Camera
+from .camera.capture import Capture as Capture
+from .camera.frame import Frame as Frame
+from .camera.frame import Report as Report
+from .camera.given_light import GivenLight as GivenLight
+from .camera.noise import Noise as Noise
+from .camera.sensor import Sensor as Sensor
+from .camera.window import Region as Region
+from .core.errors import CamsimError as CamsimError
 from .files import save as save
 from .files.given import develop as develop
 from .files.given import write_dng as write_dng
 from .files.light_file import read_light as read_light
 from .files.picture_file import read_picture as read_picture
-from .frame import Frame as Frame
-from .frame import Report as Report
-from .given_light import GivenLight as GivenLight
-from .noise import Noise as Noise
 from .optics import Airy as Airy
 from .optics import AnnularAiry as AnnularAiry
 from .optics import CircularPhotosite as CircularPhotosite
@@ -98,14 +100,12 @@ from .sensor.stages.reset_noise import ResetNoise as ResetNoise
 from .sensor.stages.row_noise import RowNoise as RowNoise
 from .sensor.stages.shot_noise import ShotNoise as ShotNoise
 from .sensor.stages.telegraph_noise import TelegraphNoise as TelegraphNoise
-from .sensor_alone import Sensor as Sensor
 from .spectra.curve import Curve as Curve
 from .spectra.light import Light as Light
 from .spectra.named import reflectance as reflectance
-from .sweeping import dataset as dataset
-from .sweeping import read_pair as read_pair
-from .sweeping import sweep as sweep
+from .study import dataset as dataset
+from .study import read_pair as read_pair
+from .study import sweep as sweep
 from .version import __version__ as __version__
-from .window import Region as Region
 
 __all__: list[str]

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from camsim.frame import ChannelSignal, Frame, Report
+from camsim.camera.frame import ChannelSignal, Frame, Report
 from camsim.sensor.cfa import Cfa
 from camsim.sensor.colour_matrix import ColourResponse, MatrixOf
 from camsim.sensor.quantum_efficiency import QuantumEfficiency

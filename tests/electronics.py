@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import camsim
-from camsim.capturing import load_camera
-from camsim.errors import CamsimError
+from camsim.api import load_camera
+from camsim.core.errors import CamsimError
 from camsim.sensor import streams
 from camsim.sensor.chain import record
 from camsim.sensor.electronics import ORDER, Electronics

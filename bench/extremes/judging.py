@@ -16,7 +16,7 @@ import numpy as np
 from scipy import integrate, special
 
 import camsim
-from camsim.arrays import F64
+from camsim.core.arrays import F64
 from camsim.optics import OpticalSystem
 from camsim.rendering import render_channels
 from tests.truth.lattice import Lens

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from bench.extremes.judging import ExtremeCase, Outcome, refused
-from camsim.arrays import F64
-from camsim.camera import Camera
+from camsim.camera.camera import Camera
+from camsim.core.arrays import F64
 from camsim.optics import Airy
 from camsim.sensor.adc import Adc
 from camsim.sensor.chain import record

@@ -211,7 +211,7 @@ def enter(tree: Path, interpreted: bool, compiled_anew: Set[str] = frozenset()) 
     sys.dont_write_bytecode = True
     sys.path[:] = [str(tree), *(entry for entry in sys.path if entry not in (str(ROOT), ""))]
 
-    from camsim.kernels import cache
+    from camsim.core.kernels import cache
 
     key_of = cache._key
     cache.KEPT = 1_000_000  # or the unchanged kernels would be forgotten after eight mutants

@@ -25,7 +25,7 @@ from scipy.stats import qmc
 
 from bench.paper import cases
 from bench.paper.cases import Psf, Setting
-from camsim.arrays import F64
+from camsim.core.arrays import F64
 from camsim.rendering.edges import Edges
 from camsim.rendering.paper import rules
 

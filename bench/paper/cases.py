@@ -14,9 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from camsim.arrays import F64
-from camsim.camera import Camera
-from camsim.errors import UnknownNameError
+from camsim.camera.camera import Camera
+from camsim.core.arrays import F64
+from camsim.core.errors import UnknownNameError
 from camsim.optics import Airy, FourSpotOlpf, Gaussian, OpticalStage, OpticalSystem, SquarePhotosite
 from camsim.rendering import Grid, Rendering, render, render_channels
 from camsim.rendering.render import plan_render

@@ -11,7 +11,7 @@ import numpy as np
 from bench.paper.cases import Psf, Setting
 from bench.paper.measuring import Lap, clock_frame, clock_setup, draw_window, weigh_frame
 from bench.worker import Worker
-from camsim.arrays import F64
+from camsim.core.arrays import F64
 
 FEWEST_LAPS = 2  # of anything but the long: the quickest of many laps would flatter beside the only one
 SETUP_LAPS = (101, 102, 103)  # numbers of laps that no frame had: lenses that no cache has seen

@@ -9,7 +9,7 @@ import numpy as np
 
 from bench.paper.cases import IMPORTANCE, TURN_DEG, Psf, Setting, edge_distance_px
 from bench.results import Results
-from camsim.arrays import F64
+from camsim.core.arrays import F64
 
 PANELS = {"gaussian-0.25": "13", "airy-f8": "14"}
 METHODS = ("uniform-pixel", "uniform", "importance", "strips", "auto")

@@ -16,9 +16,9 @@ from bench.paper.measuring import Drawn, cut_window, draw_window
 from bench.paper.peers import Peer, settings_of_peer
 from bench.results import Results
 from bench.worker import GIVES_BACK, Worker, WorkerError
-from camsim.arrays import F64
 from camsim.bench.machine import Spin, spin, words_of_load
-from camsim.cores import cores
+from camsim.core.arrays import F64
+from camsim.core.cores import cores
 from tests.truth.lattice import Lens, window_truths
 from tests.truth.quadrature import photosite_value
 

@@ -31,7 +31,7 @@ from scipy.stats import qmc
 
 import camsim
 from bench.paper import cases, findings
-from camsim.arrays import F64
+from camsim.core.arrays import F64
 from camsim.rendering.edges import Edges
 from camsim.rendering.paper import rules
 from camsim.rendering.paper.kernels import Steps, _covered

@@ -16,7 +16,7 @@ from scipy import special
 
 from bench.paper.cases import MTF50S, SAMPLED, SHIFTS, TURN_DEG, WAVELENGTH_NM, Setting
 from bench.results import Results
-from camsim.arrays import F64
+from camsim.core.arrays import F64
 from camsim.measure import Plane, Roi, measure_edge
 from camsim.optics import Gaussian, SquarePhotosite
 from camsim.rendering import Grid, render

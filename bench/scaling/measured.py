@@ -26,7 +26,7 @@ from bench.scaling.sizes import run_scaling
 from bench.teller import Teller
 from bench.worker import GIVES_BACK, Worker
 from camsim.bench.records import Line
-from camsim.cores import cores
+from camsim.core.cores import cores
 
 PITCH_UM = 4.88
 ROWS, COLS = 2000, 3008

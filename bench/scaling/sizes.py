@@ -15,7 +15,7 @@ from bench.memory import forget_peak, held_memory_mb, peak_memory_mb
 from bench.results import Results, of_kind
 from bench.worker import GIVES_BACK, Worker
 from camsim.bench.records import Line
-from camsim.cores import cores
+from camsim.core.cores import cores
 from camsim.optics import Airy, OpticalSystem, SquarePhotosite
 from camsim.rendering import Grid, render_channels
 from camsim.scene import Polygon, Rectangle, Scene

@@ -8,7 +8,7 @@ from pathlib import Path
 from types import TracebackType
 
 from camsim.bench.records import Line
-from camsim.errors import OutputError
+from camsim.core.errors import OutputError
 
 
 class LinesFile:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from camsim.cores import cores
+from camsim.core.cores import cores
 
 PACKAGES = ("camsim-spectral", "numpy", "scipy", "numba", "finufft", "galsim", "prysm")
 SPIN_LAPS = 12

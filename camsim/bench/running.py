@@ -18,13 +18,13 @@ from camsim.bench.subject import Subject
 from camsim.bench.truths import Truth, is_the_truth, judge_of, truths_of
 from camsim.bench.window import busiest
 from camsim.bench.words import findings
-from camsim.errors import CamsimError
+from camsim.camera.window import Region
+from camsim.core.errors import CamsimError
+from camsim.core.typed import NonNegative, check
 from camsim.rendering import Rendering
-from camsim.typed import NonNegative, check
-from camsim.window import Region
 
 if TYPE_CHECKING:
-    from camsim.exposing import Capture
+    from camsim.camera.capture import Capture
 
 LAPS = 3
 LONG_S = 1.0  # what takes longer is clocked once
@@ -64,12 +64,12 @@ def bench_scene(
     Rendered is what a capture renders: mean electrons of every photosite in its own channel, before fall-off, crosstalk
     and noise. Errors are relative to full scale, the larger of a perfect diffuser and the brightest surface.
 
-    >>> from camsim.window import Region
+    >>> from camsim.camera.window import Region
     >>> found = bench_scene("paper-square", methods=("boundary",), tolerances=(1e-3,), region=Region(rows=4, cols=4))
     >>> [point.label for point in found.points]
     ['boundary 1e-3']
     """
-    from camsim.capturing import load
+    from camsim.api import load
 
     capture = load(scene, sensor=sensor, overrides=overrides, sensors=sensors)
     wanted = default_tolerances(capture.tolerance) if tolerances is None else tolerances

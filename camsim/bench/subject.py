@@ -9,19 +9,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from camsim.arrays import F64, U8
 from camsim.bench.settings import Setting
-from camsim.errors import CamsimError
+from camsim.camera.window import Region
+from camsim.core.arrays import F64, U8
+from camsim.core.errors import CamsimError
 from camsim.optics import OpticalSystem
 from camsim.rendering import Grid, Rendering, render_channels
 from camsim.rendering.auto import Choice
 from camsim.rendering.render import plan_render
 from camsim.scene import Scene
 from camsim.spectra.curve import spectrum_at
-from camsim.window import Region
 
 if TYPE_CHECKING:
-    from camsim.exposing import Capture
+    from camsim.camera.capture import Capture
 
 
 ROUGH = 1e-2

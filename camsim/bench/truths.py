@@ -10,11 +10,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from camsim.arrays import F64
 from camsim.bench.records import TruthLine
 from camsim.bench.settings import EXACT, Setting, power
 from camsim.bench.subject import Subject
-from camsim.errors import CamsimError, UnsupportedError
+from camsim.core.arrays import F64
+from camsim.core.errors import CamsimError, UnsupportedError
 
 FINEST = (1e-9, 1e-8, 1e-7, 1e-6)  # tried in turn
 FINER = 5.0  # times as fine as what it judges a truth must be that judges its own engine

@@ -6,13 +6,13 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from camsim.arrays import F64
+from camsim.camera.window import Region
+from camsim.core.arrays import F64
 from camsim.rendering import Grid
 from camsim.rendering.edges import shares_within
 from camsim.scene import Scene, flattened
 from camsim.scene.outlines import Outlines
 from camsim.scene.side_limits import SideLimits
-from camsim.window import Region
 
 SIDE = 128  # photosites: a second or two for every engine at its finest
 STEPS = 4  # places of the window along its own side

@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from camsim.cli.options import Changes, Quiet, SensorName, Sensors
-from camsim.errors import InvalidValueError, OutputError
+from camsim.core.errors import InvalidValueError, OutputError
 
 if TYPE_CHECKING:
     from camsim.bench import Bench
     from camsim.bench.records import Record
-    from camsim.window import Region
+    from camsim.camera.window import Region
 
 LINES = "bench.jsonl"
 
@@ -112,7 +112,7 @@ def bench(
 
 def _region(text: str | None, *, whole: bool) -> Region | None:
     from camsim.bench.settings import numbers
-    from camsim.window import Region
+    from camsim.camera.window import Region
 
     if text is None:
         return None

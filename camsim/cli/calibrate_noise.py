@@ -13,10 +13,10 @@ from annotated_types import Ge, Le
 
 from camsim.cli.measure_mtf_table import with_error
 from camsim.cli.tables import check_text_file, print_table
-from camsim.errors import InvalidValueError
+from camsim.core.errors import InvalidValueError
+from camsim.core.typed import Pitch, Seed, check
 from camsim.files.atomic import together, write_whole
 from camsim.files.hot_list import hot_text
-from camsim.typed import Pitch, Seed, check
 
 if TYPE_CHECKING:
     from camsim.measure.calibrate import Calibration, Shot, ShotsOfCamera
@@ -194,8 +194,8 @@ def _print(found: Calibration) -> None:
 
 
 def _check(request: CalibrationRequest, shots: ShotsOfCamera, found: Calibration) -> None:
+    from camsim.camera.sensor import Sensor
     from camsim.measure.calibrate.likeness import side_by_side, simulated
-    from camsim.sensor_alone import Sensor
 
     assert request.check is not None
     sensor = Sensor.from_yaml(request.check)

@@ -9,7 +9,7 @@ import typer
 
 from camsim.cli.options import AsJson, Quiet, Scheduler, Workers
 from camsim.cli.sweep import say_failures, say_figures, say_forecast, say_notes
-from camsim.errors import InvalidValueError
+from camsim.core.errors import InvalidValueError
 
 
 def dataset(
@@ -28,8 +28,8 @@ def dataset(
     Shards that are there already are not made again, and nothing depends on the number of workers.
     """
     from camsim.cli.progress import Bar
-    from camsim.sweeping import dataset as make
-    from camsim.sweeping import forecast_dataset
+    from camsim.study import dataset as make
+    from camsim.study import forecast_dataset
 
     gc.enable()
     if dry_run:

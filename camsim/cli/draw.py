@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from camsim.arrays import F64
+from camsim.core.arrays import F64
+from camsim.core.words import kebab, percent
 from camsim.scene.outlines import loops_of
 from camsim.spectra.curve import Curve, Spectrum, spectrum_at
-from camsim.words import kebab, percent
 
 if TYPE_CHECKING:
-    from camsim.exposing import Capture
+    from camsim.camera.capture import Capture
 
 _RED_GREEN_BLUE_NM = ((600.0, 700.0), (500.0, 600.0), (400.0, 500.0))
 _DISPLAY_GAMMA = 2.2

@@ -7,8 +7,8 @@ import json
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
+from camsim.core.words import kebab
 from camsim.spectra.curve import Curve
-from camsim.words import kebab
 
 _IN_ITS_FILE = ("planes", "spectra", "source", "read")
 """Of a picture: what its file holds, and how that is read."""
@@ -16,7 +16,7 @@ _IN_ITS_FILE = ("planes", "spectra", "source", "read")
 
 def expanded(name: str, sensors: Sequence[str] = ()) -> Iterator[str]:
     """Return the lines of a scene's ``scene`` table with nothing in it but ordinary shapes."""
-    from camsim.capturing import load
+    from camsim.api import load
 
     scene = load(name, sensors=sensors).scene
     yield from ("scene:", "  unit: um", f"  background: {{reflectance: {_text(_plain(scene.background))}}}")

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from camsim.cli.options import AsJson, Changes, Force, SensorName, Sensors
-from camsim.errors import CamsimError, InvalidValueError, UnknownNameError
+from camsim.core.errors import CamsimError, InvalidValueError, UnknownNameError
 
 if TYPE_CHECKING:
-    from camsim.exposing import Capture
-    from camsim.frame import Products
+    from camsim.camera.capture import Capture
+    from camsim.camera.frame import Products
     from camsim.rendering.engine import Decision
 
 # Seconds of one core: what comes before, a random number with what is done to it, a photosite's code, a byte of a file.
@@ -51,7 +51,7 @@ def explain(
     force: Force = False,
 ) -> None:
     """Print what a capture will compute and what it leaves out, each with its reason, time, memory and error."""
-    from camsim.capturing import load
+    from camsim.api import load
     from camsim.cli.outputs import check
 
     if plot is not None:
@@ -77,7 +77,7 @@ def explain(
 
 def explained(capture: Capture, products: Products, files: list[tuple[str, str]]) -> dict[str, Any]:
     """Return every decision about a capture and what it is expected to take, as a plain tree."""
-    from camsim.memory import needed_bytes
+    from camsim.core.memory import needed_bytes
     from camsim.rendering.decisions import expectation, rendering_decisions
 
     choice = capture.plan()
@@ -138,8 +138,8 @@ def _of_channels(capture: Capture, products: Products) -> Iterator[Decision]:
 
 
 def _of_camera(capture: Capture) -> Iterator[Decision]:
+    from camsim.core.words import brief
     from camsim.rendering.engine import Decision
-    from camsim.words import brief
 
     camera = capture.camera
     yield _of_falloff(capture)
@@ -160,10 +160,10 @@ def _of_camera(capture: Capture) -> Iterator[Decision]:
 
 
 def _of_falloff(capture: Capture) -> Decision:
+    from camsim.camera.window import rows_of
+    from camsim.core.words import brief
     from camsim.optics.protocols import Illuminates
     from camsim.rendering.engine import Decision
-    from camsim.window import rows_of
-    from camsim.words import brief
 
     window, falloff = capture.window, capture.camera.falloff
     if window.on_sensor:
@@ -182,8 +182,8 @@ def _of_falloff(capture: Capture) -> Decision:
 
 
 def _of_glare(capture: Capture) -> Decision:
+    from camsim.core.words import percent
     from camsim.rendering.engine import Decision
-    from camsim.words import percent
 
     camera = capture.camera
     if not camera.veil.there:
@@ -213,7 +213,7 @@ def _print(told: dict[str, Any]) -> None:
     from rich.console import Console
     from rich.table import Table
 
-    from camsim.memory import readable
+    from camsim.core.memory import readable
 
     console = Console(highlight=False, markup=False, emoji=False)
     if not console.is_terminal:

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from camsim.errors import UnsupportedError
+from camsim.core.errors import UnsupportedError
 from camsim.optics import FieldLens
 from camsim.optics.placed import PlacedLens
 from camsim.optics.sampled import sampled_otf
 
 if TYPE_CHECKING:
-    from camsim.exposing import Capture
+    from camsim.camera.capture import Capture
 
 PLACES = 17  # along a radius
 LINE_PAIRS_PER_MM = (10.0, 20.0, 40.0)

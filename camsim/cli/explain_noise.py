@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from camsim.arrays import F64
 from camsim.cli.plot import colour_of_channel
+from camsim.core.arrays import F64
 from camsim.spectra.curve import spectrum_at
 
 if TYPE_CHECKING:
-    from camsim.exposing import Capture
+    from camsim.camera.capture import Capture
 
 _POINTS = 200
 _LEAST_PART = 0.01  # of all noise: what is less is not drawn

@@ -12,7 +12,7 @@ from camsim.cli.plot import bytes_of, colour_of_channel, new_figure
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from camsim.exposing import Capture
+    from camsim.camera.capture import Capture
     from camsim.sensor.cfa import Cfa
 
 SIZES = {

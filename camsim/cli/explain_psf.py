@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import scipy
 
-from camsim.arrays import C128, F64
 from camsim.cli.explain_field import field_lens
 from camsim.cli.plot import colour_of_channel
-from camsim.errors import UnsupportedError
+from camsim.core.arrays import C128, F64
+from camsim.core.errors import UnsupportedError
 from camsim.optics import Airy, AnnularAiry, FieldLens, Wavefront
 
 if TYPE_CHECKING:
-    from camsim.exposing import Capture
+    from camsim.camera.capture import Capture
 
 FOOTPRINT = "photosite"
 LEAST_PITCHES, MOST_PITCHES = 4.0, 128.0  # what is shown to either side

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from camsim.arrays import F64
 from camsim.cli.plot import colour_of_channel
+from camsim.core.arrays import F64
 from camsim.spectra.curve import Curve, Spectrum, spectrum_at
 
 if TYPE_CHECKING:
-    from camsim.exposing import Capture
+    from camsim.camera.capture import Capture
 
 _POINTS = 800
 _MOST_TOGETHER = 8  # surfaces on one pair of axes

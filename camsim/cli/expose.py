@@ -15,13 +15,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 import typer
 
 from camsim.cli.options import AllowOddCfa, Changes, Compress, Force, Quiet, Sensors
-from camsim.errors import CamsimError, InputError, InvalidValueError
+from camsim.core.errors import CamsimError, InputError, InvalidValueError
 
 if TYPE_CHECKING:
+    from camsim.camera.frame import Frame, Product
+    from camsim.camera.sensor import Sensor
     from camsim.cli.outputs import Output
-    from camsim.frame import Frame, Product
     from camsim.sensor.exposure import Exposure
-    from camsim.sensor_alone import Sensor
 
 _MOST_FAULTS = 8
 
@@ -84,16 +84,16 @@ def expose(
 ) -> None:
     """Expose a sensor to light of your own: no lens, no scene, nothing resampled."""
     began_s = time.perf_counter()
+    from camsim.camera.given_light import Unit
+    from camsim.camera.sensor import Sensor
     from camsim.cli import outputs as outputs_of
     from camsim.cli.report import print_report
     from camsim.cli.take import as_json_of, compression_faults, odd_cfa_of, with_files
+    from camsim.core.typed import known_name
     from camsim.files import save
     from camsim.files.atomic import together
     from camsim.files.light_file import read_light
-    from camsim.given_light import Unit
-    from camsim.sensor_alone import Sensor
     from camsim.spectra.light import Light
-    from camsim.typed import known_name
 
     files = _files(light)
     several = Path(light).is_dir()
@@ -198,8 +198,8 @@ def _wavelengths(text: str | None) -> list[float] | None:
 
 def _exposure(body: Sensor, iso: float | None, time_s: str | None) -> Callable[[Any], Exposure]:
     """Return how long light of a unit is exposed, and at which ISO."""
-    from camsim.sensor_alone import usual_exposure
-    from camsim.words import number_hint
+    from camsim.camera.sensor import usual_exposure
+    from camsim.core.words import number_hint
 
     seconds: float | Literal["auto"] | None = None
     if time_s is not None and time_s != "auto":

@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from camsim.arrays import I64
+from camsim.camera.description import OWN_STAGES
 from camsim.config.yaml_text import yaml_text
-from camsim.description import OWN_STAGES
+from camsim.core.arrays import I64
+from camsim.core.memory import readable
 from camsim.files.reading import Held, opened, read_file, read_record
-from camsim.memory import readable
 from camsim.sensor.companding import told_points
 
 _MOST_SHOWN = 100

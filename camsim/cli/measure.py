@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from camsim.cli.measured import Outputs
 from camsim.cli.progress import Bar
-from camsim.errors import CamsimError, InvalidValueError, UnknownNameError, UnsupportedError
+from camsim.core.errors import CamsimError, InvalidValueError, UnknownNameError, UnsupportedError
 from camsim.files.atomic import together, write_whole
 
 if TYPE_CHECKING:
@@ -124,8 +124,8 @@ def _theory(picture: Picture) -> tuple[CameraOtf | None, str]:
     """Return the transfer function that the file's own description gives, or why there is none."""
     if picture.description is None:
         return None, "the file does not say what it was taken with"
+    from camsim.config.from_record import revive_capture
     from camsim.measure import CameraOtf
-    from camsim.revive import revive_capture
 
     try:
         return CameraOtf.of(revive_capture(picture.description)), ""

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any
 
 from camsim.cli.measured import Outputs, picture_and_capture
 from camsim.cli.tables import check_text_file, print_table
-from camsim.errors import InvalidValueError, OutputError
+from camsim.core.errors import InvalidValueError, OutputError
 from camsim.files.atomic import together, write_whole
 
 if TYPE_CHECKING:
-    from camsim.arrays import U8
+    from camsim.core.arrays import U8
     from camsim.measure import Picture
     from camsim.measure.colour import ColourReport, PatchColour
     from camsim.spectra.light import Light

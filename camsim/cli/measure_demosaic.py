@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Any
 from camsim.cli.measure import gamma_of
 from camsim.cli.measured import Outputs
 from camsim.cli.tables import check_text_file, print_table
-from camsim.errors import InputError, InvalidValueError
+from camsim.core.errors import InputError, InvalidValueError
 from camsim.files.atomic import together, write_whole
 
 if TYPE_CHECKING:
-    from camsim.arrays import F32
+    from camsim.camera.capture import Capture
     from camsim.cli.measure_demosaic_page import Page
-    from camsim.exposing import Capture
+    from camsim.core.arrays import F32
     from camsim.measure.demosaic import Ranking, Subject, Verdict
 
 HEADS = (
@@ -123,7 +123,7 @@ def _check_options(request: DemosaicRequest) -> None:
 
 def _of_scenes(request: DemosaicRequest, page: Page | None) -> Iterator[Ranking]:
     """Capture every scene and run methods and programs on its mosaic."""
-    from camsim.capturing import load
+    from camsim.api import load
     from camsim.measure.demosaic import Method, compete, judge, methods, ranked, run_program
     from camsim.measure.demosaic.subject import subject_of_capture
 
@@ -180,11 +180,11 @@ def _subject(file: str, request: DemosaicRequest) -> Subject:
     """Return the truth that a file holds or tells: electrons of ours, a capture of ours taken again, or any picture."""
     import numpy as np
 
+    from camsim.config.from_record import revive_capture
     from camsim.measure.demosaic import subject_of_picture
     from camsim.measure.demosaic.subject import subject_of_capture
     from camsim.measure.filters import filter_rows
     from camsim.measure.reading import read_picture
-    from camsim.revive import revive_capture
 
     picture = read_picture(file)
     if picture.description is None:

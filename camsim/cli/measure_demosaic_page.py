@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from camsim.arrays import F32, U8
 from camsim.bench.html import bullets, document, paragraph, section, table
+from camsim.core.arrays import F32, U8
 from camsim.files.png import plain
 from camsim.measure.demosaic.artefacts import delta_e_map
 from camsim.measure.demosaic.develop import developed

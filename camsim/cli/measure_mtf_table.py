@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from camsim.cli.tables import print_table
+from camsim.core.words import percent_range
 from camsim.measure.full_frame import NYQUIST_OF_SENSOR_CYCLES_PER_PIXEL
-from camsim.words import percent_range
 
 if TYPE_CHECKING:
     from camsim.measure import EdgeMtf, MtfReport, MtfSeries

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any, get_type_hints
 from camsim.cli.measure_mtf_table import with_error
 from camsim.cli.measured import Outputs
 from camsim.cli.tables import check_text_file, print_table
-from camsim.errors import ConfigError, InvalidValueError, OutputError
+from camsim.core.errors import ConfigError, InvalidValueError, OutputError
+from camsim.core.typed import Iso, Seed, check
 from camsim.files.atomic import made_together, together, write_whole
-from camsim.typed import Iso, Seed, check
 
 if TYPE_CHECKING:
     from camsim.measure.noise import NoiseReport
@@ -111,7 +111,7 @@ def _report(request: NoiseRequest) -> NoiseReport:
 
     if request.folder is not None:
         return measure_noise(read_shots(request.folder, cfa=request.cfa))
-    from camsim.capturing import load_camera
+    from camsim.api import load_camera
     from camsim.measure.noise.taking import frames_of
     from camsim.optics import Airy
 

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from camsim.cli.tables import print_table
-from camsim.errors import InputError, UnknownNameError
+from camsim.core.errors import InputError, UnknownNameError
 from camsim.files.planes import check_planes_file, write_planes
 
 if TYPE_CHECKING:
-    from camsim.exposing import Capture
+    from camsim.camera.capture import Capture
 
 _YAML = (".yaml", ".yml", "")
 
@@ -75,7 +75,7 @@ def measure(request: TruthRequest) -> None:
 def _capture(request: TruthRequest) -> Capture:
     """Return the capture of a scene's name or file, or the one that a file of ours tells."""
     if Path(request.source).suffix.lower() in _YAML:
-        from camsim.capturing import load
+        from camsim.api import load
 
         return load(
             request.source,
@@ -84,8 +84,8 @@ def _capture(request: TruthRequest) -> Capture:
             sensors=request.sensors,
             products=("truth",),
         )
+    from camsim.config.from_record import revive_capture
     from camsim.files.reading import read_file
-    from camsim.revive import revive_capture
 
     held = read_file(request.source)
     try:

@@ -10,11 +10,11 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from camsim.cli.tables import check_text_file, csv_text
-from camsim.errors import InvalidValueError, UnsupportedError
+from camsim.core.errors import InvalidValueError, UnsupportedError
 from camsim.files.atomic import together, write_whole
 
 if TYPE_CHECKING:
-    from camsim.exposing import Capture
+    from camsim.camera.capture import Capture
     from camsim.measure import Picture
 
 
@@ -80,7 +80,7 @@ def picture_and_capture(file: str) -> tuple[Picture, Capture]:
 
 def capture_of(picture: Picture, file: str) -> Capture:
     """Return what a file's picture says it was taken of; raises UnsupportedError where it says nothing."""
-    from camsim.revive import revive_capture
+    from camsim.config.from_record import revive_capture
 
     if picture.description is None:
         raise UnsupportedError(

@@ -7,10 +7,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from camsim.errors import CamsimError, OutputError
+from camsim.camera.frame import Product
+from camsim.core.errors import CamsimError, OutputError
 from camsim.files import check_output
 from camsim.files.naming import split_product
-from camsim.frame import Product
 
 
 @dataclass(frozen=True, slots=True)

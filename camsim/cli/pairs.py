@@ -12,20 +12,20 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from camsim.camera.capture import Capture, Progress
+from camsim.camera.frame import Frame
+from camsim.camera.optical_image import OpticalImage
+from camsim.camera.window import Region
 from camsim.cli.pairs_readme import readme
-from camsim.errors import CamsimError, InvalidValueError, OutputError
-from camsim.exposing import Capture, Progress
+from camsim.core.errors import CamsimError, InvalidValueError, OutputError
+from camsim.core.typed import LARGEST_SEED, LONGEST_S, SHORTEST_S
 from camsim.files import save
 from camsim.files.atomic import replacing, write_chunks
 from camsim.files.describe import record
 from camsim.files.dng_tags import odd_cfa
-from camsim.frame import Frame
-from camsim.optical_image import OpticalImage
 from camsim.sensor.cfa import Cfa
 from camsim.sensor.colour_matrix import as_shot_neutral
-from camsim.sweeping.work import Shared
-from camsim.typed import LARGEST_SEED, LONGEST_S, SHORTEST_S
-from camsim.window import Region
+from camsim.study.work import Shared
 
 USUAL_LEVELS = (1.0, 0.25, 0.0625)
 """Light, relative to the scene's exposure: as it is, and two and four stops less."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from camsim.exposing import Capture
+from camsim.camera.capture import Capture
 from camsim.files.describe import software
 
 _COLUMNS = {

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from camsim.arrays import F32, F64
 from camsim.cli.plot import bytes_of, new_figure
+from camsim.core.arrays import F32, F64
 from camsim.measure.demosaic.develop import developed
 from camsim.sensor.colour_matrix import XYZ_D50
 

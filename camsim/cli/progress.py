@@ -8,7 +8,7 @@ from contextlib import ExitStack
 from types import TracebackType
 from typing import TYPE_CHECKING
 
-from camsim.words import duration, percent
+from camsim.core.words import duration, percent
 
 if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
@@ -36,7 +36,7 @@ class Bar:
 
     def __enter__(self) -> Bar:
         if self._wanted:
-            from camsim.kernels import compiling
+            from camsim.core.kernels import compiling
 
             self._listening.enter_context(compiling(self._say_what_is_compiled))
         self._compile()

@@ -16,14 +16,14 @@ from camsim.cli import outputs as outputs_of
 from camsim.cli.outputs import Output
 from camsim.cli.progress import Bar
 from camsim.cli.row_by_row import come_row_by_row, write_mosaics
-from camsim.errors import CamsimError, InputError, OutputError
+from camsim.core.errors import CamsimError, InputError, OutputError
 from camsim.files.atomic import together
 from camsim.files.reading import Held, is_altered, read_arrays, read_file
 
 if TYPE_CHECKING:
-    from camsim.exposing import Capture
-    from camsim.frame import Frame, Product, Products
-    from camsim.shot import Shot
+    from camsim.camera.capture import Capture
+    from camsim.camera.frame import Frame, Product, Products
+    from camsim.camera.shot import Shot
 
 
 def recapture(file: str, texts: Sequence[str], *, force: bool, quiet: bool) -> None:
@@ -79,14 +79,14 @@ def _written_row_by_row(held: Held, outputs: Sequence[Output], bar: Bar, **how: 
 
 def _capture_of(held: Held) -> Capture | Shot:
     """Return the capture that a file describes; it must give an image of the file's size."""
-    from camsim.revive import revive_shot
+    from camsim.config.from_record import revive_shot
 
     held.record.check_size(held.rows, held.cols)
     return revive_shot(held.description, held.path.parent)
 
 
 def _refuse_what_does_not_fit(capture: Capture | Shot, products: Products, *, held: bool) -> None:
-    from camsim import memory
+    from camsim.core import memory
 
     grid = capture.grid
     needed = memory.needed_bytes(grid.rows, grid.cols, len(capture.camera.cfa.channels), products, held=held)

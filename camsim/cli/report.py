@@ -8,11 +8,11 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
+from camsim.camera.frame import ChannelSignal, Frame
 from camsim.cli.outputs import Output
 from camsim.config.yaml_text import yaml_text
-from camsim.frame import ChannelSignal, Frame
-from camsim.memory import readable
-from camsim.words import percent
+from camsim.core.memory import readable
+from camsim.core.words import percent
 
 _WIDTH_OF_A_LOG = 1000
 _LONGEST_LIST = 12

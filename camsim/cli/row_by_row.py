@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 from camsim.cli.outputs import Output
 
 if TYPE_CHECKING:
-    from camsim.arrays import U16
-    from camsim.body import Body
-    from camsim.frame import Frame
-    from camsim.window import Region
+    from camsim.camera.body import Body
+    from camsim.camera.frame import Frame
+    from camsim.camera.window import Region
+    from camsim.core.arrays import U16
 
 
 def come_row_by_row(outputs: Iterable[Output]) -> bool:

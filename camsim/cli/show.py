@@ -14,7 +14,7 @@ from camsim.optics.protocols import KnowsSplits
 from camsim.sensor.companding import told_points
 
 if TYPE_CHECKING:
-    from camsim.body import Body
+    from camsim.camera.body import Body
 
 Row = tuple[str, str]
 
@@ -83,9 +83,9 @@ def _first_comment(text: str) -> str:
 
 
 def _figures_of_sensor(located: Located) -> list[Row]:
-    from camsim.capturing import load_camera
+    from camsim.api import load_camera
+    from camsim.camera.notes import notes_of_sensor
     from camsim.measure.noise.photon_transfer import sensitivity_threshold_e
-    from camsim.notes import notes_of_sensor
     from camsim.optics import Airy
 
     # None of the figures depends on the lens.
@@ -185,7 +185,7 @@ def _saturation_exposures(camera: Body, saturation_e: float) -> list[Row]:
 
 
 def _figures_of_scene(located: Located, search: SensorSearch) -> list[Row]:
-    from camsim.capturing import load
+    from camsim.api import load
 
     setup = load(located.path, sensors=search.own)
     camera, light = setup.camera, setup.light

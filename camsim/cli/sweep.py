@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from camsim.cli.options import AsJson, Force, Quiet, Scheduler, Workers
-from camsim.errors import InvalidValueError
+from camsim.core.errors import InvalidValueError
 
 if TYPE_CHECKING:
-    from camsim.sweeping import Forecast
+    from camsim.study import Forecast
 
 _MOST, _MOST_NOTES = 20, 5
 _NOT_SHOWN = ("index", "frame", "seed", "frame_number", "bytes", "rows", "cols")
@@ -49,8 +49,8 @@ def sweep(
     """
     from camsim.cli.progress import Bar
     from camsim.cli.sweep_plot import draw_columns
-    from camsim.sweeping import forecast
-    from camsim.sweeping import sweep as carry_out
+    from camsim.study import forecast
+    from camsim.study import sweep as carry_out
 
     if plot is not None:
         from camsim.cli.plot import check_drawing
@@ -106,7 +106,7 @@ def _say_columns(rows: Sequence[Mapping[str, Any]]) -> None:
 
 def say_notes(rows: Sequence[Mapping[str, Any]], more: Sequence[str] = ()) -> None:
     """Say what surprises in captures that are done, with how many of the rows say so; ``more``: what all of them do."""
-    from camsim.sweeping.manifest import BETWEEN_NOTES
+    from camsim.study.manifest import BETWEEN_NOTES
 
     good = [row for row in rows if row["status"] == "done"]
     of = Counter(note for row in good for note in str(row["message"]).split(BETWEEN_NOTES) if note)
@@ -154,8 +154,8 @@ def say_figures(figures: Mapping[str, float], *, as_json: bool, quiet: bool, tit
 
 
 def _shown(name: str, value: float) -> tuple[str, str]:
-    from camsim.memory import readable
-    from camsim.words import duration
+    from camsim.core.memory import readable
+    from camsim.core.words import duration
 
     kind, _, unit = name.rpartition("_")
     if unit == "bytes":

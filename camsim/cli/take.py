@@ -17,13 +17,13 @@ from camsim.cli import outputs as outputs_of
 from camsim.cli.outputs import Output
 from camsim.cli.progress import Bar
 from camsim.cli.row_by_row import come_row_by_row, write_mosaics
-from camsim.errors import CamsimError, InvalidValueError, OutputError
+from camsim.core.errors import CamsimError, InvalidValueError, OutputError
 from camsim.files.atomic import made_together, together
 
 if TYPE_CHECKING:
-    from camsim.exposing import Capture
-    from camsim.frame import Frame, Products, Report
-    from camsim.shot import Shot
+    from camsim.camera.capture import Capture
+    from camsim.camera.frame import Frame, Products, Report
+    from camsim.camera.shot import Shot
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,7 +54,7 @@ def take(request: Request) -> None:
     outputs, errors = outputs_of.check(outputs_of.numbered(texts, request.frames), force=request.force)
     products = {output.product for output in outputs}
     held = request.frames > 1 or not come_row_by_row(outputs)
-    from camsim.capturing import load_any
+    from camsim.api import load_any
 
     try:
         ready = load_any(
@@ -110,7 +110,7 @@ def take_pairs(request: Request) -> None:
         raise InvalidValueError("is of --pairs; name a folder with --pairs FOLDER", key="--levels")
     if request.outputs or request.frames != 1 or request.as_json:
         raise InvalidValueError("names its files itself; leave out -o, --frames and --json", key="--pairs")
-    from camsim.capturing import load
+    from camsim.api import load
     from camsim.cli.pairs import check_folder, parse_levels, plan_pairs, write_pairs
 
     levels = parse_levels(request.levels)

@@ -5,18 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from camsim.capturing import load, load_any, load_camera
+from camsim.api import load, load_any, load_camera
+from camsim.camera.capture import Capture
+from camsim.camera.notes import notes_of_sensor
 from camsim.cli.draw import lines, picture
 from camsim.cli.plot import check_drawing
 from camsim.config import yaml_source
 from camsim.config.lens_files import read_lens_file
 from camsim.config.sensor_search import SensorSearch
-from camsim.errors import CamsimError, InvalidValueError
-from camsim.exposing import Capture
+from camsim.core.errors import CamsimError, InvalidValueError
 from camsim.files.atomic import write_whole
-from camsim.notes import notes_of_sensor
 from camsim.optics import Airy
-from camsim.sweeping import check_dataset, check_study
+from camsim.study import check_dataset, check_study
 
 TERMINAL = "-"
 A_SCENE = "a scene"

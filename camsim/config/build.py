@@ -6,7 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
-from camsim.camera import Camera
+from camsim.camera.camera import Camera
+from camsim.camera.window import Region
 from camsim.config import build_optics, build_picture, schema
 from camsim.config.build_sensor import filters_at
 from camsim.config.build_shapes import shape_at, spectrum_at
@@ -20,7 +21,6 @@ from camsim.sensor.falloff import Cos4Falloff, Falloff, RadialFalloff
 from camsim.spectra import named
 from camsim.spectra.curve import Curve, Spectrum
 from camsim.spectra.light import Light
-from camsim.window import Region
 
 Progress: TypeAlias = Callable[[str, float], None]
 

@@ -7,11 +7,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from camsim.camera import Camera
+from camsim.camera.camera import Camera
 from camsim.config import build_optics, schema
 from camsim.config.judged import Judged
 from camsim.config.tree import KeyPath
-from camsim.errors import InputError
+from camsim.core.errors import InputError
 from camsim.optics import Lens
 from camsim.sensor.adc import Adc
 from camsim.sensor.cfa import GREENS, Cfa

@@ -6,14 +6,14 @@ import dataclasses
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from camsim.camera import Camera
+from camsim.camera.camera import Camera
+from camsim.camera.given_light import GivenLight
+from camsim.camera.sensor import Sensor, usual_exposure
+from camsim.camera.shot import Shot
 from camsim.config import build, library, schema
 from camsim.config.judged import Judged
 from camsim.config.tree import Document
-from camsim.given_light import GivenLight
 from camsim.sensor.exposure import Exposure
-from camsim.sensor_alone import Sensor, usual_exposure
-from camsim.shot import Shot
 from camsim.spectra.light import Light
 
 ShotDocument: TypeAlias = Judged[schema.ShotFile]

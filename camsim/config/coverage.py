@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from camsim.camera import Camera
+from camsim.camera.camera import Camera
 from camsim.config import schema
 from camsim.config.build_sensor import curve_of
 from camsim.config.judged import Judged

@@ -12,8 +12,8 @@ from camsim.config.expect import Expected, along
 from camsim.config.faults import judge, validate
 from camsim.config.schema import Table
 from camsim.config.tree import MOST_FAULTS, Document, KeyPath
-from camsim.errors import CamsimError, ConfigError, Fault, UnknownNameError
-from camsim.words import number_hint
+from camsim.core.errors import CamsimError, ConfigError, Fault, UnknownNameError
+from camsim.core.words import number_hint
 
 M = TypeVar("M", bound=Table)
 P = TypeVar("P", bound=Table)

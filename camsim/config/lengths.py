@@ -8,7 +8,7 @@ from typing import Any, TypeAlias, TypeVar
 from camsim.config import schema
 from camsim.config.judged import Judged
 from camsim.config.tree import KeyPath
-from camsim.errors import CamsimError
+from camsim.core.errors import CamsimError
 
 T = TypeVar("T")
 

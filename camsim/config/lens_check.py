@@ -7,9 +7,9 @@ import math
 import numpy as np
 from scipy.interpolate import LinearNDInterpolator
 
-from camsim.arrays import F64
 from camsim.config.lens_rays import Prescription
-from camsim.errors import InputError, UnsupportedError
+from camsim.core.arrays import F64
+from camsim.core.errors import InputError, UnsupportedError
 from camsim.optics.field_lens import FieldLens
 from camsim.optics.zernike import cosines, orders
 

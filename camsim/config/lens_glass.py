@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from camsim.arrays import F64
-from camsim.errors import InputError
+from camsim.core.arrays import F64
+from camsim.core.errors import InputError
 
 PLACEHOLDER = (1.5, 40.0)  # what Zemax writes beside every catalogue glass
 SEEN_UM = (0.44, 0.65)  # what is measured there is continued to 380 and 780 nm

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from camsim.arrays import F64
+from camsim.core.arrays import F64
 
 NEWTON = 40  # steps to a surface that is no conic, and to a place in the stop
 MET = 1e-12  # of a stop's radius or a ray's length, mm: met

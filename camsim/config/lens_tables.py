@@ -11,13 +11,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from camsim.arrays import F64
 from camsim.config import yaml_source
 from camsim.config.lens_check import CHECKED_NM, CYCLES_PER_MM, compared, even_disc, least_squares
 from camsim.config.lens_files import lens_of
 from camsim.config.lens_rays import NEAR_AXIS, Beam, Lens, Prescription, or_aim
-from camsim.cores import one_blas_thread
-from camsim.errors import InputError
+from camsim.core.arrays import F64
+from camsim.core.cores import one_blas_thread
+from camsim.core.errors import InputError
 from camsim.optics.field_lens import FieldLens
 from camsim.optics.wavefront import MOST_WAVES
 from camsim.optics.zernike import cosines, orders

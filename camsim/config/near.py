@@ -8,7 +8,7 @@ from typing import get_args, get_origin
 from camsim.config.expect import Expected, expected_of_field
 from camsim.config.schema import SceneFile, SensorFile, Table
 from camsim.config.tree import KeyPath, dotted
-from camsim.words import meant
+from camsim.core.words import meant
 
 
 def elsewhere(key: str, root: type[Table], here: KeyPath) -> list[str]:

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from camsim.config.library import YAML_SUFFIXES, Kind, Located, beside, locate, locate_path, looks_like_path, shipped
-from camsim.errors import InvalidValueError, UnknownNameError
-from camsim.words import shown
+from camsim.core.errors import InvalidValueError, UnknownNameError
+from camsim.core.words import shown
 
 PATH_VARIABLE = "CAMSIM_PATH"
 """Folders with sensors, separated as in PATH; those that do not exist are passed over, as there."""

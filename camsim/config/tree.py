@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from camsim.errors import Fault
-from camsim.kept import cached_property
+from camsim.core.cached import cached_property
+from camsim.core.errors import Fault
 
 Scalar: TypeAlias = str | int | float | bool | None
 KeyPath: TypeAlias = tuple[str | int, ...]

@@ -9,14 +9,14 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from camsim.body import Body
-from camsim.calls import in_words
-from camsim.errors import OutputError, did_you_mean
+from camsim.camera.body import Body
+from camsim.camera.frame import PRODUCTS, Frame, Product
+from camsim.camera.window import Region
+from camsim.core.calls import in_words
+from camsim.core.errors import OutputError, did_you_mean
+from camsim.core.typed import FilePath, check, check_truths
 from camsim.files import dng, exr, npy, npz, png, tiff
 from camsim.files.atomic import reason, replacing
-from camsim.frame import PRODUCTS, Frame, Product
-from camsim.typed import FilePath, check, check_truths
-from camsim.window import Region
 
 
 @dataclass(frozen=True, slots=True)

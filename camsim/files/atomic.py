@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator
 from contextvars import ContextVar
 from pathlib import Path
 
-from camsim.errors import OutputError
+from camsim.core.errors import OutputError
 
 _STEM_LETTERS = 40
 """Of the name, so that the name beside fits wherever the name itself does (255 bytes)."""

@@ -13,8 +13,8 @@ from typing import Any, Literal
 import numpy as np
 import scipy
 
-from camsim.arrays import F64
-from camsim.errors import CamsimError, InputError, UnknownNameError, in_brief
+from camsim.core.arrays import F64
+from camsim.core.errors import CamsimError, InputError, UnknownNameError, in_brief
 from camsim.spectra.csv_table import MAX_BYTES, columns, read_points
 from camsim.spectra.curve import Curve
 

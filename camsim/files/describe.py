@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from camsim.errors import OutputError
-from camsim.frame import Frame
+from camsim.camera.frame import Frame
+from camsim.core.errors import OutputError
 
 RECORD_FORMAT = "frame/1"
 """Names the format of the record; another number is another format."""

@@ -12,9 +12,10 @@ from typing import BinaryIO
 
 import numpy as np
 
-from camsim.arrays import U16
-from camsim.body import MID_GREY
-from camsim.errors import OutputError
+from camsim.camera.body import MID_GREY
+from camsim.camera.frame import Frame
+from camsim.core.arrays import U16
+from camsim.core.errors import OutputError
 from camsim.files.describe import description_hash, error_text, exif_datetime, record_json
 from camsim.files.dng_image import Image, LosslessTiles, Strip
 from camsim.files.dng_tags import CFA, D65, LINEAR_RAW, RGB, STANDARD_LIGHT_A, Colour, Said, odd_cfa, xmp_packet
@@ -28,7 +29,6 @@ from camsim.files.tiff_ifd import (
     short,
     undefined,
 )
-from camsim.frame import Frame
 from camsim.sensor.cfa import filters_of
 from camsim.sensor.colour_matrix import as_shot_neutral, fit, fit_to_scene
 from camsim.sensor.companding import decoding, steps_dn

@@ -14,12 +14,12 @@ from pathlib import Path
 
 import numpy as np
 
-from camsim.arrays import F32, F64
-from camsim.errors import InputError
+from camsim.camera.frame import Frame
+from camsim.core.arrays import F32, F64
+from camsim.core.errors import InputError
 from camsim.files.describe import description_hash, error_text, exif_datetime, record_json, software
 from camsim.files.exr_reader import end_of_chunks, read_header
 from camsim.files.exr_stream import write_exr
-from camsim.frame import Frame
 
 
 def write_truth(frame: Frame, path: Path) -> None:

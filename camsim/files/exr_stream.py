@@ -13,10 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
-from camsim.arrays import F32
-from camsim.cores import cores
+from camsim.core.arrays import F32
+from camsim.core.cores import cores
+from camsim.core.kernels import ahead
 from camsim.files.exr_reader import MAGIC
-from camsim.kernels import ahead
 
 ROWS_PER_CHUNK = 16
 """Of ZIP compression, by the format's definition."""

@@ -11,21 +11,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from camsim.arrays import F64, U8, U16
-from camsim.calls import in_words
-from camsim.errors import InvalidValueError, OutputError, did_you_mean
+from camsim.camera.frame import LARGEST_CODE, codes_of
+from camsim.core.arrays import F64, U8, U16
+from camsim.core.calls import in_words
+from camsim.core.errors import InvalidValueError, OutputError, did_you_mean
+from camsim.core.number_kinds import array_of
+from camsim.core.typed import FilePath, check, check_truths
+from camsim.core.words import shown
 from camsim.files.atomic import replacing
 from camsim.files.describe import canonical
 from camsim.files.dng_image import Image, LosslessTiles, Strip
 from camsim.files.dng_tags import CFA, D65, LINEAR_RAW, Colour, Said, odd_cfa
 from camsim.files.preview import Balance, developed
 from camsim.files.tiff_ifd import Tag, directories, refuse_over_4_gib, undefined
-from camsim.frame import LARGEST_CODE, codes_of
-from camsim.kind import array_of
 from camsim.sensor.cfa import BAYER, PATTERNS, Cfa
 from camsim.sensor.colour_matrix import ColourFit, fit_white
-from camsim.typed import FilePath, check, check_truths
-from camsim.words import shown
 
 _LARGEST_PERIOD = 16  # of black levels: what readers of ours take
 _FAINTEST_NEUTRAL, _STRONGEST_NEUTRAL = 1e-3, 1e3

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from camsim.errors import InputError
+from camsim.core.errors import InputError
 
 MOST_UNPACKED_BYTES = 256 << 20
 """What any file may unpack to, however small it is: 128 megapixels of 16 bits."""

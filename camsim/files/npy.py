@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from camsim.arrays import F64
+from camsim.camera.frame import Frame
+from camsim.core.arrays import F64
 from camsim.files.atomic import write_chunks
-from camsim.frame import Frame
 
 
 def write_mosaic(frame: Frame, path: Path) -> None:

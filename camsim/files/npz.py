@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from camsim.camera.frame import Frame
 from camsim.files.describe import record_json
 from camsim.files.npy import in_steps
-from camsim.frame import Frame
 
 RECORD_NAME = "record.json"
 

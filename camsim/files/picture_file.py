@@ -9,16 +9,16 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from camsim.arrays import F64
-from camsim.calls import in_words
-from camsim.errors import CamsimError, InputError, InvalidValueError
+from camsim.core.arrays import F64
+from camsim.core.calls import in_words
+from camsim.core.errors import CamsimError, InputError, InvalidValueError
+from camsim.core.typed import FilePath, NonNegative, Number, Place, Positive, Several, check
 from camsim.files.picture_samples import Read, read_samples
 from camsim.files.reading import opened
 from camsim.scene import Picture
 from camsim.scene.raster import Interpolation
 from camsim.spectra.light import Light
 from camsim.spectra.rgb import Encoding, linear_colours
-from camsim.typed import FilePath, NonNegative, Number, Place, Positive, Several, check
 
 TOLERANCE = 1e-4
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import io
 from pathlib import Path
 
-from camsim.arrays import U8, U16
+from camsim.camera.frame import Frame
+from camsim.core.arrays import U8, U16
 from camsim.files.atomic import write_chunks
 from camsim.files.describe import record_json
 from camsim.files.preview import develop
-from camsim.frame import Frame
 
 _DEFLATE_LEVEL = 3
 """Level 6 takes up to 1.6 times as long on a noisy frame, for 3-5 % fewer bytes."""

@@ -10,9 +10,9 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from camsim.arrays import F32, F64, U8, U16
-from camsim.errors import CamsimError
-from camsim.frame import Frame
+from camsim.camera.frame import Frame
+from camsim.core.arrays import F32, F64, U8, U16
+from camsim.core.errors import CamsimError
 from camsim.sensor.cfa import filters_of
 from camsim.sensor.colour_matrix import XYZ_D50, as_shot_neutral, fit_for_development
 

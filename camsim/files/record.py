@@ -9,13 +9,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Any
 
-from camsim.arrays import I64
-from camsim.errors import CamsimError, InputError, InvalidValueError
+from camsim.camera.frame import check_products
+from camsim.core.arrays import I64
+from camsim.core.errors import CamsimError, InputError, InvalidValueError
+from camsim.core.typed import hints, judge
 from camsim.files.describe import RECORD_FORMAT, checksum
-from camsim.frame import check_products
 from camsim.sensor.adc import full_codes
 from camsim.sensor.companding import are_points
-from camsim.typed import hints, judge
 
 LONGEST_RECORD = 16 << 20
 """Bytes of JSON. A scene file has at most as many."""

@@ -6,10 +6,10 @@ import io
 from pathlib import Path
 from typing import Literal
 
-from camsim.arrays import F32, U16
+from camsim.camera.frame import Frame
+from camsim.core.arrays import F32, U16
 from camsim.files.atomic import write_chunks
 from camsim.files.describe import exif_datetime, record_json, software
-from camsim.frame import Frame
 
 
 def write_mosaic(frame: Frame, path: Path) -> None:

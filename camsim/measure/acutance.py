@@ -11,8 +11,8 @@ import math
 
 import numpy as np
 
-from camsim.arrays import F64
-from camsim.errors import InvalidValueError
+from camsim.core.arrays import F64
+from camsim.core.errors import InvalidValueError
 
 DISTANCES_PICTURE_HEIGHTS = (1.0, 2.0, 4.0)
 """Viewing distances that reports have it for."""

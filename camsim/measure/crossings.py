@@ -8,7 +8,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from camsim.arrays import F64
+from camsim.core.arrays import F64
 from camsim.measure import spline
 from camsim.measure.fit import EdgeFit, crossing
 from camsim.measure.spline import TAIL, Model

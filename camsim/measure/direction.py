@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from camsim.arrays import F64
+from camsim.core.arrays import F64
 from camsim.measure import spline
 from camsim.measure.geometry import EdgeLine
 from camsim.measure.solve import solve

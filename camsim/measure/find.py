@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 import scipy
 
-from camsim.arrays import F64
-from camsim.errors import UnsupportedError
+from camsim.core.arrays import F64
+from camsim.core.errors import UnsupportedError
 from camsim.measure.geometry import Roi
 from camsim.measure.grow import grow
 from camsim.measure.picture import LARGEST_SIGNAL, Picture, Plane

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
-from camsim.errors import CamsimError
-from camsim.typed import known_name
-from camsim.window import Region, grid_of
+from camsim.camera.window import Region, grid_of
+from camsim.core.errors import CamsimError
+from camsim.core.typed import known_name
 
 Unit: TypeAlias = Literal["cycles/px", "lp/mm", "lw/ph"]
 

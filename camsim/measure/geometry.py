@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from camsim.arrays import F64
-from camsim.errors import InvalidValueError
-from camsim.typed import check, judge
+from camsim.core.arrays import F64
+from camsim.core.errors import InvalidValueError
+from camsim.core.typed import check, judge
 
 
 @dataclass(frozen=True, slots=True)

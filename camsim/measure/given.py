@@ -6,12 +6,12 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from camsim.errors import UnsupportedError
-from camsim.exposing import Capture
-from camsim.frame import Frame
-from camsim.marks import Called
+from camsim.camera.capture import Capture
+from camsim.camera.frame import Frame
+from camsim.core.annotations import Called
+from camsim.core.errors import UnsupportedError
+from camsim.core.typed import check
 from camsim.measure.picture import Picture
-from camsim.typed import check
 
 _ARRAY = Annotated[np.ndarray, Called("an array")]
 _KINDS = {
@@ -30,7 +30,8 @@ def check_given(**given: Any) -> None:
     >>> check_given(capture="slanted-edge")
     Traceback (most recent call last):
         ...
-    camsim.errors.InvalidValueError: capture: must be a Capture, not 'slanted-edge'; camsim.load of a scene gives one
+    camsim.core.errors.InvalidValueError: capture: must be a Capture, not 'slanted-edge'; camsim.load of a scene \
+gives one
     """
     for name, value in given.items():
         check(value, _KINDS[name], name)

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from camsim.arrays import F64
-from camsim.kernels import kernel
+from camsim.core.arrays import F64
+from camsim.core.kernels import kernel
 
 
 @kernel(allocates=True)

@@ -10,7 +10,7 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from camsim.arrays import F64
+from camsim.core.arrays import F64
 
 Places: TypeAlias = dict[tuple[int, int], F64]
 """Places (x, y) by column and row in a lattice."""

@@ -11,10 +11,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from camsim.arrays import F64
-from camsim.body import Body
-from camsim.errors import UnsupportedError
-from camsim.exposing import Capture
+from camsim.camera.body import Body
+from camsim.camera.capture import Capture
+from camsim.core.arrays import F64
+from camsim.core.errors import UnsupportedError
 from camsim.measure.neighbours import neighbours
 from camsim.optics import OpticalSystem
 from camsim.optics.protocols import Varies

@@ -10,10 +10,10 @@ import numpy as np
 import numpy.typing as npt
 import scipy
 
-from camsim.arrays import F64
-from camsim.errors import UnsupportedError
+from camsim.core.arrays import F64
+from camsim.core.errors import UnsupportedError
+from camsim.core.words import percent
 from camsim.measure.geometry import EdgeLine, Roi
-from camsim.words import percent
 
 LEAST_CONTRAST = 0.05
 _MOST_LINES = 256

@@ -6,7 +6,8 @@ import functools
 from collections.abc import Callable, Sequence
 from typing import TypeAlias
 
-from camsim.errors import UnsupportedError
+from camsim.core.errors import UnsupportedError
+from camsim.core.typed import check
 from camsim.measure.find import find_edges
 from camsim.measure.geometry import Roi
 from camsim.measure.given import check_given
@@ -14,7 +15,6 @@ from camsim.measure.mtf import TheoreticalOtf, measure_edge
 from camsim.measure.picture import Channel, Picture
 from camsim.measure.result import EdgeMtf, MtfReport
 from camsim.rendering.running import to_nobody
-from camsim.typed import check
 
 _Tried: TypeAlias = tuple[list[EdgeMtf], list[str]]
 """Edges measured, and the reasons of those that could not be."""

@@ -9,9 +9,11 @@ from typing import Protocol
 
 import numpy as np
 
-from camsim.arrays import C128, F64
-from camsim.cores import one_blas_thread
-from camsim.errors import UnsupportedError
+from camsim.core.arrays import C128, F64
+from camsim.core.cores import one_blas_thread
+from camsim.core.errors import UnsupportedError
+from camsim.core.typed import check
+from camsim.core.words import percent
 from camsim.measure import spline
 from camsim.measure.crossings import errors_of, falls_to, limit, rise_of
 from camsim.measure.fit import EdgeFit, fit_edge
@@ -21,8 +23,6 @@ from camsim.measure.locate import locate
 from camsim.measure.picture import LARGEST_SIGNAL, Channel, Plane, Samples
 from camsim.measure.result import EdgeMtf, Figures, Theory
 from camsim.measure.spline import TAIL
-from camsim.typed import check
-from camsim.words import percent
 
 HIGHEST_CYCLES_PER_PIXEL, FREQUENCIES = 1.0, 201
 _MOST_MTF = 1.3  # light has 1, a sharpened picture a little more

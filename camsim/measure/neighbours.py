@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from camsim.arrays import C128, F64
-from camsim.body import Body
+from camsim.camera.body import Body
+from camsim.core.arrays import C128, F64
 from camsim.measure.picture import places_of
 from camsim.sensor.stages.crosstalk import senders
 

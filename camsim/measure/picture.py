@@ -12,14 +12,14 @@ import numpy as np
 import numpy.typing as npt
 import scipy
 
-from camsim.arrays import F64
-from camsim.errors import InvalidValueError, UnknownNameError
-from camsim.kind import array_of
+from camsim.core.arrays import F64
+from camsim.core.errors import InvalidValueError, UnknownNameError
+from camsim.core.number_kinds import array_of
+from camsim.core.typed import Count, Index, Positive, check
+from camsim.core.words import shown
 from camsim.measure.full_frame import FullFrame
 from camsim.measure.geometry import Roi
 from camsim.measure.libraw import Noted
-from camsim.typed import Count, Index, Positive, check
-from camsim.words import shown
 
 LARGEST_SIGNAL = 1e30
 """More than light, electrons or codes ever are; the eighth power of it is still a number."""

@@ -15,8 +15,10 @@ from typing import Any, BinaryIO
 import numpy as np
 import numpy.typing as npt
 
-from camsim.arrays import F64
-from camsim.errors import InputError, InvalidValueError
+from camsim.camera.frame import Frame
+from camsim.core.arrays import F64
+from camsim.core.errors import InputError, InvalidValueError
+from camsim.core.typed import FilePath, check
 from camsim.files import exr_reader, jpeg_reader, npy_reader, npz_reader, pgm_reader, png_reader
 from camsim.files.exif import setting_noted
 from camsim.files.full_scale import largest_sample, opaque, refuse_transparent
@@ -26,7 +28,6 @@ from camsim.files.record import LONGEST_RECORD, Record
 from camsim.files.tiff_image import bits_per_sample, read_image
 from camsim.files.tiff_reader import DNG_VERSION, read_directory, read_image_directory
 from camsim.files.which_image import image_array, image_layer
-from camsim.frame import Frame
 from camsim.measure import libraw
 from camsim.measure.dng import read_colours, read_raw
 from camsim.measure.filters import filter_rows, mosaic_of
@@ -34,7 +35,6 @@ from camsim.measure.given import check_given
 from camsim.measure.picture import Picture, Plane, mosaic_planes
 from camsim.sensor.companding import data_numbers
 from camsim.spectra.rgb import linear_of_srgb
-from camsim.typed import FilePath, check
 
 _NAMES = {1: ("Y",), 3: ("R", "G", "B")}
 _CFA_TAG, _COLOUR_PROFILE_TAG = 33422, 34675

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
 from typing import Any
 
-from camsim.arrays import F64
+from camsim.core.arrays import F64
 from camsim.measure.acutance import DISTANCES_PICTURE_HEIGHTS, acutance
 from camsim.measure.field import FieldPlace, field_place
 from camsim.measure.full_frame import NYQUIST_OF_SENSOR_CYCLES_PER_PIXEL, FullFrame

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import PurePath
 from typing import Any, TypeAlias
 
-from camsim.errors import InvalidValueError, UnknownNameError, UnsupportedError
+from camsim.core.errors import InvalidValueError, UnknownNameError, UnsupportedError
+from camsim.core.typed import check
 from camsim.measure.result import MtfReport
-from camsim.typed import check
 
 Value: TypeAlias = float | str | bool | None
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import scipy
 
-from camsim.arrays import F64
+from camsim.core.arrays import F64
 from camsim.measure import spline
 from camsim.measure.spline import ACROSS, BESIDE, EXTRAS, TAIL, TURN, Model, Placed
 

@@ -19,8 +19,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camsim.arrays import F64
-from camsim.kernels import kernel
+from camsim.core.arrays import F64
+from camsim.core.kernels import kernel
 
 TAIL, ACROSS, ALONG, TURN, BEND, BESIDE = range(6)
 BESIDE_POWERS = ((1, 0), (2, 0), (0, 1), (0, 2), (1, 1))

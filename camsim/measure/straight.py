@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from camsim.arrays import F64
-from camsim.exposing import Capture
+from camsim.camera.capture import Capture
+from camsim.core.arrays import F64
 from camsim.measure.picture import Picture, Plane
 from camsim.sensor.stages.nonlinearity import Nonlinearity, charge_e
 

@@ -10,27 +10,27 @@ from typing import Annotated
 
 import numpy as np
 
-from camsim.arrays import C128, F64
-from camsim.body import Body
-from camsim.exposing import Capture
-from camsim.marks import Called
+from camsim.camera.body import Body
+from camsim.camera.capture import Capture
+from camsim.camera.window import Region
+from camsim.core.annotations import Called
+from camsim.core.arrays import C128, F64
+from camsim.core.custom import is_own
+from camsim.core.typed import check, judge
 from camsim.measure.full_frame import NYQUIST_OF_SENSOR_CYCLES_PER_PIXEL
 from camsim.measure.geometry import EdgeLine
 from camsim.measure.given import check_given
 from camsim.measure.lens_places import scene_place_um, system_at
 from camsim.measure.neighbours import neighbours, spread_otf
+from camsim.numerics.quadrature import gauss_legendre
 from camsim.optics.of_pupil import OfPupil
 from camsim.optics.protocols import KnowsWaves, Varies
 from camsim.optics.system import OpticalSystem
-from camsim.own import is_own
-from camsim.quadrature import gauss_legendre
 from camsim.scene import Scene
 from camsim.scene.outlines import surface_at
 from camsim.spectra.curve import Reflectance, Spectrum, spectrum_at
 from camsim.spectra.integral import lagrange, lumped
 from camsim.spectra.light import Light
-from camsim.typed import check, judge
-from camsim.window import Region
 
 _BESIDE_PIXEL = 3.0
 _DIRECTIONS = 36

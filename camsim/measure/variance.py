@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from camsim.arrays import F64
+from camsim.core.arrays import F64
 
 _FEW = 8.0
 """Free photosites, below which a group tells no variance of its own."""

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from camsim.arrays import F64
+from camsim.core.arrays import F64
+from camsim.core.typed import Number, Positive, judge
 from camsim.optics.bessel import bessel_j0_j1
 from camsim.optics.pattern import POWERS, RING, SEVENTH, Pattern, Tone, of_unit
 from camsim.spectra.curve import NumberOrCurve, Transmission
-from camsim.typed import Number, Positive, judge
 
 NM_PER_UM = 1e3
 # J0² + J1² = (smooth) + ½·Re G(x), x = πρ, with Hankel functions G = H0² + H1²; by the series of DLMF 10.17.5

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 import scipy
 
-from camsim.arrays import C128, F64
+from camsim.core.arrays import C128, F64
+from camsim.core.typed import Number, Positive, judge
+from camsim.numerics.quadrature import gauss_legendre
 from camsim.optics.airy import AIRY, NM_PER_UM, SERIES_FROM, airy_otf, airy_tone
 from camsim.optics.pattern import POWERS, RING, SEVENTH, Pattern, Tone, of_unit
 from camsim.optics.pupil import Obstruction
-from camsim.quadrature import gauss_legendre
 from camsim.spectra.curve import NumberOrCurve, Transmission
-from camsim.typed import Number, Positive, judge
 
 PANEL = 0.5  # of the tabulated integral, in x: 12 Gauss nodes on it are exact
 TERMS = 10  # of the asymptotic series beyond the table

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from camsim.arrays import F64
+from camsim.core.arrays import F64
 
 FAR = 30.0
 NODES = 18  # the mean over them takes in the 72nd order, 2·J₇₂(30) < 1e-17

@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 import numpy as np
 from annotated_types import Ge, Le
 
-from camsim.arrays import F64
+from camsim.core.arrays import F64
+from camsim.core.typed import Fraction, NonNegative, Number, Positive, Several, Whole, judge, refusal
 from camsim.optics.airy import NM_PER_UM, Airy
 from camsim.optics.placed import PlacedLens, along, defocus_nm
 from camsim.optics.pupil import Pupil
 from camsim.optics.wavefront import MOST_WAVES, check_focus
 from camsim.optics.zernike import LARGEST_INDEX, orders
 from camsim.spectra.curve import NumberOrCurve, Transmission, Wavelength
-from camsim.typed import Fraction, NonNegative, Number, Positive, Several, Whole, judge, refusal
 
 POWERS_HOLD = 2.0  # times the last height: so far at most a distortion's polynomial is followed
 FOLD_POINTS = 1024  # along a radius, where a distortion that folds is looked for

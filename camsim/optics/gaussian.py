@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from camsim.arrays import F64
+from camsim.core.arrays import F64
+from camsim.core.typed import Number, Positive, check, judge, refusal
 from camsim.optics.pattern import Pattern, of_unit
 from camsim.spectra.curve import NumberOrCurve, Transmission
-from camsim.typed import Number, Positive, check, judge, refusal
 
 HIGHEST = 1.37  # cycles per σ: exp(−2π²·1.37²) is 8e-17
 

@@ -15,8 +15,8 @@ from itertools import pairwise
 import numpy as np
 import scipy
 
-from camsim.arrays import C128, F64
-from camsim.quadrature import chebyshev, gauss_legendre, interpolation
+from camsim.core.arrays import C128, F64
+from camsim.numerics.quadrature import chebyshev, gauss_legendre, interpolation
 
 # Radians from a Bessel function's middle, nodes on the way up, and Chebyshev places from a radius to twice it, of what
 # is smooth in it: 1e-12 of the pattern there, however far out (16 places: 1e-9).

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 import scipy
 
-from camsim.arrays import C128, F64
-from camsim.nonuniform import at_points
+from camsim.core.arrays import C128, F64
+from camsim.core.typed import Number, Positive, Several, judge, refusal
+from camsim.core.words import brief
+from camsim.numerics.nonuniform import at_points
 from camsim.spectra.curve import NumberOrCurve, Transmission
-from camsim.typed import Number, Positive, Several, judge, refusal
-from camsim.words import brief
 
 MOST_SAMPLES = 256  # along a side: the description in every file holds them all
 MOST_NEGATIVE = 0.5  # of the light: noise and rings of a measurement

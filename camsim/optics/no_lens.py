@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from camsim.arrays import F64
+from camsim.core.arrays import F64
 
 
 @dataclass(frozen=True, slots=True)

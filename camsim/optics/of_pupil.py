@@ -10,8 +10,8 @@ from abc import abstractmethod
 import numpy as np
 import scipy
 
-from camsim.arrays import C128, F64
-from camsim.errors import UnsupportedError
+from camsim.core.arrays import C128, F64
+from camsim.core.errors import UnsupportedError
 from camsim.optics.airy import NM_PER_UM, Airy
 from camsim.optics.annular import AnnularAiry
 from camsim.optics.pupil import Pupil
@@ -129,7 +129,7 @@ class OfPupil:
         The amplitude is summed over a rule that is exact within the pupil's boundaries, with more nodes until it
         settles in the lattice's corners and its middle, by a non-uniform FFT.
         """
-        from camsim.nonuniform import modes  # with finufft, which no lens needs before it is rendered
+        from camsim.numerics.nonuniform import modes  # with finufft, which no lens needs before it is rendered
 
         radius = 0.5 / self.blur_um(wavelength_nm)  # of the pupil, as a frequency
         x, y, strengths = self._settled(x_um, y_um, wavelength_nm, precision)

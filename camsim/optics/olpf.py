@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, TypeAlias
 
 import numpy as np
 
-from camsim.arrays import F64
-from camsim.marks import Called
-from camsim.turns import cosine_and_sine
-from camsim.typed import Number, Positive, check, judge
+from camsim.core.annotations import Called
+from camsim.core.arrays import F64
+from camsim.core.typed import Number, Positive, check, judge
+from camsim.numerics.rotations import cosine_and_sine
 
 Split: TypeAlias = Annotated[Positive, Called("a number above 0", "without a split leave the filter out")]
 

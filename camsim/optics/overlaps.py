@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from camsim.arrays import C128, F64, I64
-from camsim.kernels import kernel
+from camsim.core.arrays import C128, F64, I64
+from camsim.core.kernels import kernel
 
 S3, S5, S7, S9, S11, S13, S15 = (math.pow(-1.0, n) / math.factorial(2 * n + 1) for n in range(1, 8))
 C2, C4, C6, C8, C10, C12, C14, C16 = (math.pow(-1.0, n) / math.factorial(2 * n) for n in range(1, 9))

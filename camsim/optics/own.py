@@ -8,14 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from camsim.arrays import F64
-from camsim.errors import CamsimError, InvalidValueError
+from camsim.core.arrays import F64
+from camsim.core.custom import check_described, is_own, refused
+from camsim.core.errors import CamsimError, InvalidValueError
+from camsim.core.typed import NonNegative, Positive, check
+from camsim.core.words import both, shown
+from camsim.numerics.quadrature import GOLDEN
 from camsim.optics.protocols import Illuminates, KnowsOpening, OpticalStage, PhotositeShape, Varies
-from camsim.own import check_described, is_own, refused
-from camsim.quadrature import GOLDEN
 from camsim.spectra.curve import Transmission
-from camsim.typed import NonNegative, Positive, check
-from camsim.words import both, shown
 
 _WAVELENGTH_NM, _HIGHEST_PER_UM, _ROUNDING = 550.0, 0.4, 1e-9
 _PLACES, _COLOURS = 32, 32  # frequencies in half of the plane, and wavelengths, that are looked at

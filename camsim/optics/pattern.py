@@ -13,8 +13,8 @@ from typing import Protocol, TypeAlias
 
 import numpy as np
 
-from camsim.arrays import F64
-from camsim.quadrature import gauss_legendre
+from camsim.core.arrays import F64
+from camsim.numerics.quadrature import gauss_legendre
 
 MOMENT_NODES = 60  # of a bound: a per cent of it does not matter
 Tone: TypeAlias = tuple[float, tuple[complex, ...]]

@@ -12,11 +12,11 @@ import numpy as np
 import scipy
 from annotated_types import Gt, Le
 
-from camsim.arrays import C128, F64
-from camsim.products import product
-from camsim.quadrature import gauss_legendre
-from camsim.typed import Corners, NonNegative, Number, Place, Positive, Several, check, judge, refusal
-from camsim.words import brief
+from camsim.core.arrays import C128, F64
+from camsim.core.typed import Corners, NonNegative, Number, Place, Positive, Several, check, judge, refusal
+from camsim.core.words import brief
+from camsim.numerics.matrix_products import product
+from camsim.numerics.quadrature import gauss_legendre
 
 POWERS = 14  # of a polygon's transfer where its phases are below 0.45 radians: 0.45¹⁴/14! is 2e-16
 

@@ -12,7 +12,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 import scipy
 
-from camsim.arrays import F64
+from camsim.core.arrays import F64
 from camsim.optics.airy import NM_PER_UM
 from camsim.optics.of_pupil import ACROSS, OfPupil
 from camsim.optics.protocols import Varies

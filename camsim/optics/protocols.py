@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from typing import Any, ClassVar, Protocol, runtime_checkable
 
-from camsim.arrays import F64
+from camsim.core.arrays import F64
+from camsim.core.custom import is_own
 from camsim.optics.pattern import Pattern
-from camsim.own import is_own
 from camsim.spectra.curve import Spectrum
 
 _ANSWERS: dict[tuple[type, type], bool] = {}

@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 import numpy as np
 from annotated_types import Ge, Le
 
-from camsim.arrays import F64
-from camsim.errors import InvalidValueError
-from camsim.marks import After
-from camsim.quadrature import even_rule, gauss_legendre
-from camsim.typed import Number, Whole, judge, refusal
+from camsim.core.annotations import After
+from camsim.core.arrays import F64
+from camsim.core.errors import InvalidValueError
+from camsim.core.typed import Number, Whole, judge, refusal
+from camsim.numerics.quadrature import even_rule, gauss_legendre
 
 MOST_BLADES = 64
 LEAST_OBSTRUCTION, LARGEST_OBSTRUCTION = 1e-3, 0.95

@@ -12,12 +12,12 @@ import numpy as np
 import scipy
 from annotated_types import Ge, Le
 
-from camsim.arrays import F64
+from camsim.core.arrays import F64
+from camsim.core.typed import NonNegative, Number, Positive, Several, judge, refusal
+from camsim.core.words import brief
 from camsim.optics.hankel import hankel
 from camsim.optics.pattern import UNIT_NM, Pattern
 from camsim.spectra.curve import NumberOrCurve, Transmission
-from camsim.typed import NonNegative, Number, Positive, Several, judge, refusal
-from camsim.words import brief
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -13,11 +13,11 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from camsim.arrays import C128, F64
+from camsim.core.arrays import C128, F64
+from camsim.core.custom import is_own
 from camsim.optics.of_pupil import OfPupil
 from camsim.optics.protocols import OpticalStage, Varies
 from camsim.optics.pupil import Pupil
-from camsim.own import is_own
 
 ACROSS, PER_EXTENT = 128, 5.0  # points across a pupil, and for each λN that the pattern reaches: 5e-4 of random lenses
 SLOPES = 32  # points across a pupil, between which the wavefront's slope is taken

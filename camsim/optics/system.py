@@ -10,8 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from camsim.arrays import F64
-from camsim.errors import UnsupportedError
+from camsim.core.arrays import F64
+from camsim.core.custom import is_own
+from camsim.core.errors import UnsupportedError
+from camsim.core.typed import check
 from camsim.optics.photosite import SquarePhotosite
 from camsim.optics.protocols import (
     KnowsBlur,
@@ -24,8 +26,6 @@ from camsim.optics.protocols import (
     Tilts,
 )
 from camsim.optics.sampled import sampled_otf
-from camsim.own import is_own
-from camsim.typed import check
 
 PLACES: dict[str, type] = {"lens": object, "olpf": LowPass, "photosite": PhotositeShape}
 """What a stage can stand for, and what it must be for that; one that knows less is a blur besides the others."""

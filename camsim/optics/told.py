@@ -14,8 +14,11 @@ from typing import Any
 import numpy as np
 import scipy
 
-from camsim.arrays import F64
-from camsim.errors import CamsimError
+from camsim.core.arrays import F64
+from camsim.core.custom import is_own, refused
+from camsim.core.errors import CamsimError
+from camsim.core.typed import NonNegative, Positive, check
+from camsim.numerics.quadrature import gauss_legendre
 from camsim.optics.own import check_extent, disc_of_frequencies
 from camsim.optics.pattern import Pattern
 from camsim.optics.protocols import (
@@ -29,9 +32,6 @@ from camsim.optics.protocols import (
     Separable,
 )
 from camsim.optics.system import OpticalSystem
-from camsim.own import is_own, refused
-from camsim.quadrature import gauss_legendre
-from camsim.typed import NonNegative, Positive, check
 
 _ROUNDING = 1e-9
 _ALIKE = 1e-6  # transfers that are given twice

@@ -15,14 +15,14 @@ from itertools import pairwise
 
 import numpy as np
 
-from camsim.arrays import C128, F64, I64
-from camsim.errors import UnsupportedError
-from camsim.kept import cached_property
-from camsim.kernels import shared
+from camsim.core.arrays import C128, F64, I64
+from camsim.core.cached import cached_property
+from camsim.core.errors import UnsupportedError
+from camsim.core.kernels import shared
+from camsim.numerics.matrix_products import product
+from camsim.numerics.quadrature import chebyshev, gauss_legendre, interpolation
 from camsim.optics.of_pupil import OfPupil
 from camsim.optics.overlaps import overlaps
-from camsim.products import product
-from camsim.quadrature import chebyshev, gauss_legendre, interpolation
 
 FIRST_RULE, MOST_RULE = 6, 600  # nodes each way of the integrals over overlaps
 SHARES, TRIED = np.array([0.05, 0.15, 0.25, 0.4, 0.55, 0.7, 0.85, 0.95]), np.array([0.3, 1.2, 2.1, 2.9])

@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, TypeAlias
 import numpy.typing as npt
 from annotated_types import Ge, Le
 
-from camsim.arrays import F64
-from camsim.marks import Before, Called
+from camsim.core.annotations import Before, Called
+from camsim.core.arrays import F64
+from camsim.core.typed import Number, Positive, Whole, judge, refusal
+from camsim.core.words import brief
 from camsim.optics.airy import NM_PER_UM
 from camsim.optics.of_pupil import OfPupil
 from camsim.optics.pupil import Pupil
 from camsim.optics.zernike import LARGEST_INDEX, orders, zernike_sum
 from camsim.spectra.curve import NumberOrCurve, Transmission, Wavelength
-from camsim.typed import Number, Positive, Whole, judge, refusal
-from camsim.words import brief
 
 MOST_WAVES = 50.0
 FOCUS_NM = 550.0  # where as many on the rim are the most that a focus shift may make

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from camsim.arrays import F64, I64
+from camsim.core.arrays import F64, I64
 
 LARGEST_INDEX = 230  # order 20
 
@@ -62,7 +62,7 @@ def zernike_sum(index: tuple[int, ...], coefficients: Sequence[float], x: F64, y
     array([-1.7321,  1.7321])
     """
     # Who reads a lens from a file needs no compiler.
-    from camsim.kernels.zernike import fill_sum
+    from camsim.core.kernels.zernike import fill_sum
 
     values = np.empty(np.broadcast_shapes(np.shape(x), np.shape(y)))
     # Copies: what is read-only is another type, for which all would be compiled once more.

@@ -11,7 +11,7 @@ import dataclasses
 
 import numpy as np
 
-from camsim.arrays import F64
+from camsim.core.arrays import F64
 from camsim.rendering.grid import Grid
 from camsim.scene import Arrangement
 

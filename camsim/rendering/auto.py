@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from camsim.errors import UnsupportedError
+from camsim.core.errors import UnsupportedError
+from camsim.core.typed import known_name
 from camsim.optics import RoundLens
 from camsim.rendering.boundary.engine import Boundary
 from camsim.rendering.direct.checks import Checks
@@ -19,7 +20,6 @@ from camsim.rendering.paper import rules
 from camsim.rendering.paper.engine import Paper
 from camsim.rendering.waves.plan import Waves, WavesPlan
 from camsim.scene import Scene
-from camsim.typed import known_name
 
 BOUNDARY, FREQUENCIES = Boundary(), Waves()
 ENGINES: dict[str, Engine] = {

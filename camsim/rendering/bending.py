@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camsim.arrays import F64, I64
+from camsim.core.arrays import F64, I64
 from camsim.optics.protocols import Varies
 from camsim.rendering.grid import Grid
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from camsim.arrays import F64, I64, kinds_of
-from camsim.kernels import kernel
+from camsim.core.arrays import F64, I64, kinds_of
+from camsim.core.kernels import kernel
 from camsim.rendering.edges import Edges
 from camsim.rendering.focus import ZONE, normals
 from camsim.rendering.grid import Grid

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from camsim.arrays import F32, F64
-from camsim.errors import InvalidValueError, UnsupportedError
+from camsim.core.arrays import F32, F64
+from camsim.core.errors import InvalidValueError, UnsupportedError
 from camsim.optics import OpticalSystem
 from camsim.rendering.grid import Grid
 from camsim.rendering.render import render_channels

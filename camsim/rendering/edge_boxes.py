@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camsim.arrays import F64, I64
-from camsim.kernels import kernel
+from camsim.core.arrays import F64, I64
+from camsim.core.kernels import kernel
 
 GROUP = 8  # edges that follow one another, as along an outline, have one box
 TURNS = 20  # halvings of the scene by which groups are sorted along either axis

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from camsim.arrays import F64, I64, kinds_of
-from camsim.kept import cached_property
+from camsim.core.arrays import F64, I64, kinds_of
+from camsim.core.cached import cached_property
 from camsim.rendering.edge_boxes import EdgeBoxes
 from camsim.rendering.grid import Grid
 

@@ -7,11 +7,11 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from camsim.arrays import F64, I64, U8
-from camsim.errors import InvalidValueError
+from camsim.core.arrays import F64, I64, U8
+from camsim.core.errors import InvalidValueError
+from camsim.core.tiled import Channels
 from camsim.rendering.job import Job
 from camsim.rendering.work import Work
-from camsim.repeated import Channels
 
 MEMORY_LIMIT_BYTES = 2e9  # of one engine's tables and transforms
 SET_UP_SECONDS = 5e-3

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from camsim.arrays import F64
+from camsim.core.arrays import F64
 from camsim.optics import OpticalSystem
 
 PER_OCTAVE, OCTAVES = 4, 6  # frequencies that are asked below the highest; what is lower is taken to pass

@@ -13,8 +13,8 @@ import sys
 import numba as nb
 import numpy as np
 
-from camsim.arrays import U8
-from camsim.kernels import is_kept
+from camsim.core.arrays import U8
+from camsim.core.kernels import is_kept
 from camsim.optics import Airy, FourSpotOlpf, OpticalSystem, SquarePhotosite
 from camsim.rendering.auto import Choice
 from camsim.rendering.boundary.tiles import render_tiles

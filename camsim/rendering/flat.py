@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from camsim.arrays import F64, I64, U8
+from camsim.core.arrays import F64, I64, U8
+from camsim.core.tiled import Channels
 from camsim.rendering.engine import Cost, Decision, Marks, Progress, one_by_one
 from camsim.rendering.job import Job
 from camsim.rendering.work import Work
-from camsim.repeated import Channels
 
 ROWS = 256
 

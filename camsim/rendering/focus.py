@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camsim.arrays import F64, I64
-from camsim.kernels import kernel, shared
+from camsim.core.arrays import F64, I64
+from camsim.core.kernels import kernel, shared
 from camsim.rendering.edge_boxes import GROUP, EdgeBoxes, groups_about
 from camsim.rendering.edges import Edges
 

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from camsim.arrays import F64
-from camsim.errors import UnsupportedError
-from camsim.kept import cached_property
+from camsim.core.arrays import F64
+from camsim.core.cached import cached_property
+from camsim.core.errors import UnsupportedError
+from camsim.numerics.quadrature import gauss_legendre
 from camsim.optics import OpticalStage, OpticalSystem, RoundLens
 from camsim.optics.pattern import Pattern
 from camsim.optics.protocols import Rectangular
-from camsim.quadrature import gauss_legendre
 from camsim.rendering.envelope import Envelope
 
 BEYOND = (8, 10, 12, 14, 16)  # powers of the harmonic moments that the far form leaves out

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING
 
-from camsim.typed import Count, Number, Positive, Whole, judge
+from camsim.core.typed import Count, Number, Positive, Whole, judge
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camsim.arrays import F64, kinds_of
+from camsim.core.arrays import F64, kinds_of
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.circles import circles, in_step
 from camsim.rendering.edges import Edges

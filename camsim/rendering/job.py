@@ -8,9 +8,9 @@ from typing import TypedDict
 
 import numpy as np
 
-from camsim.arrays import F64, I64
-from camsim.errors import UnsupportedError
-from camsim.kept import cached_property
+from camsim.core.arrays import F64, I64
+from camsim.core.cached import cached_property
+from camsim.core.errors import UnsupportedError
 from camsim.optics import OpticalSystem
 from camsim.optics.pattern import Pattern
 from camsim.rendering.bending import Bending

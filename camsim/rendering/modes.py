@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from camsim.arrays import F64
+from camsim.core.arrays import F64
 
 
 def mixed(curves: F64, allowed: float, most: int | None = None) -> tuple[F64, F64]:

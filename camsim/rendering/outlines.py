@@ -7,10 +7,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from camsim.arrays import F64
+from camsim.core.arrays import F64
+from camsim.numerics.quadrature import gauss_legendre
 from camsim.optics import OpticalSystem
 from camsim.optics.protocols import Varies
-from camsim.quadrature import gauss_legendre
 from camsim.rendering.anchors import anchored
 from camsim.rendering.bending import undistorted
 from camsim.rendering.budget import ErrorBudget

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from camsim.arrays import F64, I64, kinds_of, same_rows
-from camsim.kernels import kernel
+from camsim.core.arrays import F64, I64, kinds_of, same_rows
+from camsim.core.kernels import kernel
 from camsim.optics.pattern import Pattern
 from camsim.rendering.edges import Edges
 from camsim.rendering.grid import Grid

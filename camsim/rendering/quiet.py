@@ -8,10 +8,10 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from camsim.arrays import C128, F64
-from camsim.kept import cached_property
+from camsim.core.arrays import C128, F64
+from camsim.core.cached import cached_property
+from camsim.numerics.matrix_products import product
 from camsim.optics.pattern import Pattern
-from camsim.products import product
 from camsim.rendering.falling import falls_to
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.spectral import different

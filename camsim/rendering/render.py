@@ -13,10 +13,11 @@ from typing import Annotated, Literal, TypeAlias
 import numpy as np
 from annotated_types import MinLen
 
-from camsim.arrays import F64, U8
-from camsim.calls import in_words
-from camsim.errors import InvalidValueError
-from camsim.memory import too_large
+from camsim.core.arrays import F64, U8
+from camsim.core.calls import in_words
+from camsim.core.errors import InvalidValueError
+from camsim.core.memory import too_large
+from camsim.core.typed import Number, Positive, Several, Whole, check, check_truths
 from camsim.optics import OpticalStage, OpticalSystem
 from camsim.optics.own import check_transfer
 from camsim.optics.protocols import Varies
@@ -36,7 +37,6 @@ from camsim.rendering.spectral import carrying
 from camsim.scene import Scene
 from camsim.scene.arrange import Arrangement
 from camsim.spectra.curve import check_wavelengths
-from camsim.typed import Number, Positive, Several, Whole, check, check_truths
 
 AnyMethod: TypeAlias = Literal[
     "auto", "boundary", "fourier", "area", "uniform-pixel", "uniform", "importance", "strips"

@@ -10,14 +10,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from camsim.arrays import F64, I64, U8
-from camsim.errors import AccuracyError
+from camsim.core.arrays import F64, I64, U8
+from camsim.core.errors import AccuracyError
+from camsim.core.tiled import Channels, multiply
+from camsim.core.typed import check
 from camsim.rendering.auto import Choice, choose
 from camsim.rendering.direct.checks import Found
 from camsim.rendering.engine import Plan, Progress, share
 from camsim.rendering.work import Work
-from camsim.repeated import Channels, multiply
-from camsim.typed import check
 
 TAKEN_PHOTOSITES = 2_000_000
 Report = Callable[[str, float], None]

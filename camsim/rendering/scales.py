@@ -5,8 +5,8 @@ Tables, tiles and boxes grow with either ratio; what lies beyond these is no cam
 
 from __future__ import annotations
 
-from camsim.arrays import F64
-from camsim.errors import UnsupportedError
+from camsim.core.arrays import F64
+from camsim.core.errors import UnsupportedError
 from camsim.optics import OpticalSystem
 from camsim.optics.protocols import KnowsBlur
 from camsim.rendering.grid import Grid
@@ -23,8 +23,8 @@ def check_scales(system: OpticalSystem, grid: Grid, wavelength_nm: F64) -> None:
     >>> check_scales(OpticalSystem(lens=Gaussian(sigma_um=1e-9)), Grid(rows=1, cols=1, pitch_um=4.0), np.ones(1))
     Traceback (most recent call last):
         ...
-    camsim.errors.UnsupportedError: lens: its pattern is 2.5e-10 pitches of 4 µm wide; 0.001 to 10000 are rendered: \
-look at the units of both
+    camsim.core.errors.UnsupportedError: lens: its pattern is 2.5e-10 pitches of 4 µm wide; 0.001 to 10000 are \
+rendered: look at the units of both
     """
     if isinstance(system.lens, KnowsBlur):
         for nm in (float(wavelength_nm.min()), float(wavelength_nm.max())):

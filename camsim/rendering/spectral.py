@@ -8,11 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from camsim.arrays import F64, I64, same_rows
+from camsim.core.arrays import F64, I64, same_rows
+from camsim.numerics.matrix_products import product
+from camsim.numerics.quadrature import gauss_legendre
 from camsim.optics import OpticalSystem
 from camsim.optics.protocols import KnowsWaves
-from camsim.products import product
-from camsim.quadrature import gauss_legendre
 from camsim.rendering.modes import mixed
 from camsim.scene import Arrangement
 from camsim.spectra.component import Component

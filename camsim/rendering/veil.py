@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from camsim.arrays import F64
+from camsim.core.arrays import F64
 from camsim.optics import Gaussian, OpticalSystem, SquarePhotosite
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.fields.job import FieldJob

@@ -14,7 +14,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from camsim.arrays import C128, F64, I64
+from camsim.core.arrays import C128, F64, I64
 from camsim.scene.curves import ARC, CUBIC, Curves
 
 HALVINGS = 40

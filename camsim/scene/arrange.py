@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camsim.arrays import F64, I64, same_rows
+from camsim.core.arrays import F64, I64, same_rows
 from camsim.scene.outlines import Outlines
 from camsim.scene.primitives import Primitive, flattened, numbered
 from camsim.scene.rim_sides import sides_of

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camsim.arrays import F64, I64
+from camsim.core.arrays import F64, I64
 from camsim.scene.curves import ARC, CUBIC, Curves
 from camsim.scene.outlines import Outlines
 from camsim.scene.primitives import Primitive

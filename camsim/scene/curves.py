@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camsim.arrays import F64, I64
+from camsim.core.arrays import F64, I64
 
 STRAIGHT, CUBIC, ARC = 0, 1, 2
 ROUND = 1e-12  # by which half axes of a circle differ, relative

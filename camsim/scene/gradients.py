@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 from annotated_types import Ge, Le
 
-from camsim.arrays import F64
+from camsim.core.arrays import F64
+from camsim.core.typed import Number, Place, Point, Positive, Whole, judge
 from camsim.scene.primitives import Shape
 from camsim.scene.raster import Field
 from camsim.scene.shapes import Disc, Rectangle, Ring
 from camsim.scene.shapes.rounds import judge_radii
 from camsim.spectra.curve import Curve, NumberOrCurve, Reflectance, Spectrum, spectrum_at
-from camsim.typed import Number, Place, Point, Positive, Whole, judge
 
 Cycles = Annotated[int, Ge(1), Le(100_000)]
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from camsim.arrays import F64, I64, same_rows
+from camsim.core.arrays import F64, I64, same_rows
 from camsim.scene.curves import STRAIGHT, Curves, joined
 from camsim.scene.primitives import Primitive, flattened
 from camsim.scene.regions import common, joined_areas, region_of, without

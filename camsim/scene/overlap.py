@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from camsim.arrays import F64, I64
-from camsim.kernels import kernel
+from camsim.core.arrays import F64, I64
+from camsim.core.kernels import kernel
 
 
 def common_area(area: Any, other: Any) -> float:

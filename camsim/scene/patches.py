@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from camsim.arrays import F64, I64
+from camsim.core.arrays import F64, I64
 
 
 def pieces_of(start: F64, end: F64, cut: I64) -> tuple[np.ndarray, F64]:

@@ -10,18 +10,18 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from camsim.arrays import F64
-from camsim.errors import InvalidValueError
-from camsim.kind import array_of
-from camsim.marks import After, Before, Called
+from camsim.core.annotations import After, Before, Called
+from camsim.core.arrays import F64
+from camsim.core.errors import InvalidValueError
+from camsim.core.number_kinds import array_of
+from camsim.core.typed import Fraction, Number, Place, Point, Positive, Several, check, judge, refusal
+from camsim.core.words import shown
 from camsim.scene.raster import Field, Interpolation, Raster
 from camsim.scene.shapes import Rectangle
 from camsim.spectra.component import Component
 from camsim.spectra.curve import Curve, Spectrum, spectrum_at
 from camsim.spectra.pca import planes_of_cube
 from camsim.spectra.rgb import Encoding, linear_colours, rgb_basis
-from camsim.typed import Fraction, Number, Place, Point, Positive, Several, check, judge, refusal
-from camsim.words import shown
 
 MOST_PLANES = 64
 _ROUNDING = 1e-6  # of samples of reflectance in single precision

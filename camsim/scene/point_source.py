@@ -6,12 +6,12 @@ import dataclasses
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from camsim.arrays import F64
+from camsim.core.arrays import F64
+from camsim.core.typed import Number, Place, Point, Positive, judge, refusal
 from camsim.scene.primitives import Shape
 from camsim.scene.raster import Field
 from camsim.scene.shapes import Group
 from camsim.spectra.curve import NumberOrCurve, Reflectance, Spectrum, spectrum_at
-from camsim.typed import Number, Place, Point, Positive, judge, refusal
 
 NOTHING = Group(shapes=())
 """What a point looks like to those who look at outlines."""

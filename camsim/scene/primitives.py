@@ -8,11 +8,11 @@ from typing import Literal, NamedTuple, Protocol
 
 import numpy as np
 
-from camsim.arrays import F64, I64
-from camsim.errors import InvalidValueError
+from camsim.core.arrays import F64, I64
+from camsim.core.errors import InvalidValueError
+from camsim.numerics.rotations import cosine_and_sine
 from camsim.scene.curves import Curves
 from camsim.spectra.curve import Spectrum
-from camsim.turns import cosine_and_sine
 
 MOST_PIECES = 5_000_000
 """Sides and curves of a scene; what repeats or draws more is refused before memory is taken."""

@@ -8,11 +8,11 @@ from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
-from camsim.arrays import F64
+from camsim.core.arrays import F64
+from camsim.numerics.rotations import cosine_and_sine
 from camsim.scene.primitives import Primitive, Shape
 from camsim.spectra.component import Component
 from camsim.spectra.curve import Curve, Spectrum
-from camsim.turns import cosine_and_sine
 
 Interpolation: TypeAlias = Literal["squares", "linear", "cubic"]
 DEGREES: dict[str, int] = {"squares": 0, "linear": 1, "cubic": 3}

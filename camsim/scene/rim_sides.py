@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from camsim.arrays import F64, I64
+from camsim.core.arrays import F64, I64
 from camsim.scene.rims import Rims
 from camsim.scene.side_limits import SideLimits, judge_sides
 

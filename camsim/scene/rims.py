@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camsim.arrays import F64, I64
+from camsim.core.arrays import F64, I64
 from camsim.scene.curves import circles_among
 from camsim.scene.outlines import Outlines
 

@@ -7,15 +7,16 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from camsim import notebook
-from camsim.arrays import F64
-from camsim.errors import InvalidValueError
+from camsim.core import notebook
+from camsim.core.arrays import F64
+from camsim.core.doors import above
+from camsim.core.errors import InvalidValueError
+from camsim.core.typed import judge, refusal
+from camsim.core.words import brief
 from camsim.scene.point_source import PointSource
 from camsim.scene.primitives import Shape, counted, numbered
 from camsim.scene.raster import Field
 from camsim.spectra.curve import NumberOrCurve, Reflectance, Spectrum
-from camsim.typed import judge, refusal
-from camsim.words import brief
 
 _SHOWN = 10
 """Shapes that notebooks list."""
@@ -85,9 +86,9 @@ class Scene:
 
         sensor, overrides, sensors : as of ``camsim.load``; lengths in pixels are of the sensor's pitch
         """
-        from camsim.capturing import load  # a door upward: the name users look for is here
-
-        return load(scene, sensor=sensor, overrides=overrides, sensors=sensors, held=False).scene
+        capture = above("api.load")(scene, sensor=sensor, overrides=overrides, sensors=sensors, held=False)
+        found: Scene = capture.scene
+        return found
 
     def _repr_html_(self) -> str:
         rows = [("background", brief(self.background)), ("shapes", str(len(self.shapes)))]

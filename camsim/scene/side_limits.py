@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camsim.arrays import F64
-from camsim.errors import InvalidValueError
+from camsim.core.arrays import F64
+from camsim.core.errors import InvalidValueError
 
 ROUGH_TURN = 2.0 * math.pi / 64.0
 """Of a side that is only drawn, radians: it lies off its circle by a thousandth of the radius."""

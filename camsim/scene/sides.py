@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camsim.arrays import F64, I64
+from camsim.core.arrays import F64, I64
 from camsim.scene.curves import STRAIGHT, Curves, circles_among, cross
 from camsim.scene.side_limits import SideLimits, judge_sides
 from camsim.scene.stretches import Stretches, followers, gradual, stretches

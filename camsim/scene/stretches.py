@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camsim.arrays import F64, I64
+from camsim.core.arrays import F64, I64
 from camsim.scene.curves import ARC, Curves, cross
 
 TURN = 0.25  # radians over which a bend is taken for the same

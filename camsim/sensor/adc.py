@@ -12,11 +12,11 @@ import numpy as np
 from annotated_types import Ge, Le
 from numpy.typing import ArrayLike, NDArray
 
-from camsim.arrays import F64, I64, U16
-from camsim.marks import Called
+from camsim.core.annotations import Called
+from camsim.core.arrays import F64, I64, U16
+from camsim.core.typed import Index, Iso, Number, Positive, Several, Whole, judge, refusal
+from camsim.core.words import brief
 from camsim.sensor.companding import LARGEST, are_points, data_numbers, encoding, steps_dn
-from camsim.typed import Index, Iso, Number, Positive, Several, Whole, judge, refusal
-from camsim.words import brief
 
 
 def full_codes(white_level_dn: int, offsets_dn: ArrayLike, largest_dn: int) -> I64:

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 from annotated_types import Ge, Le
 
-from camsim.arrays import U8
-from camsim.errors import InvalidValueError, UnknownNameError
-from camsim.marks import Called
-from camsim.repeated import Repeated
-from camsim.typed import Several, Whole, check, judge, refusal
-from camsim.words import brief
+from camsim.core.annotations import Called
+from camsim.core.arrays import U8
+from camsim.core.errors import InvalidValueError, UnknownNameError
+from camsim.core.tiled import Repeated
+from camsim.core.typed import Several, Whole, check, judge, refusal
+from camsim.core.words import brief
 
 _FIRST = "RGB"
 

@@ -9,9 +9,9 @@ from typing import TypeAlias
 
 import numpy as np
 
-from camsim.arrays import F64
-from camsim.cores import cores
-from camsim.own import is_own
+from camsim.core.arrays import F64
+from camsim.core.cores import cores
+from camsim.core.custom import is_own
 from camsim.sensor.own import acted, drawn
 from camsim.sensor.stage import Context, ElectronicStage, Phase
 from camsim.sensor.stages.crosstalk import Crosstalk

@@ -11,7 +11,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from camsim.arrays import F64, I64, U16
+from camsim.core.arrays import F64, I64, U16
 
 LARGEST = 65535
 """Code and data number."""

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import numpy as np
 
-from camsim.arrays import F64
+from camsim.core.arrays import F64
+from camsim.core.typed import NonNegative, Number, Positive, judge, refusal
 from camsim.sensor.adc import Adc
 from camsim.sensor.companding import LARGEST
-from camsim.typed import NonNegative, Number, Positive, judge, refusal
 
 ReadOut: TypeAlias = Literal["merged", "low", "high"]
 

@@ -6,8 +6,9 @@ import dataclasses
 from dataclasses import dataclass
 from typing import Annotated, Any, TypeAlias, TypedDict
 
-from camsim.errors import InvalidValueError
-from camsim.marks import Called
+from camsim.core.annotations import Called
+from camsim.core.errors import InvalidValueError
+from camsim.core.typed import Several, judge
 from camsim.sensor.own import check_own
 from camsim.sensor.stage import ElectronicStage
 from camsim.sensor.stages.blooming import Blooming
@@ -28,7 +29,6 @@ from camsim.sensor.stages.reset_noise import ResetNoise
 from camsim.sensor.stages.row_noise import RowNoise
 from camsim.sensor.stages.shot_noise import ShotNoise
 from camsim.sensor.stages.telegraph_noise import TelegraphNoise
-from camsim.typed import Several, judge
 
 Own: TypeAlias = Annotated[ElectronicStage, Called("a dataclass that inherits from camsim.ElectronicStage")]
 

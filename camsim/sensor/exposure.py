@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from camsim.arrays import F64
-from camsim.errors import InvalidValueError
+from camsim.core.arrays import F64
+from camsim.core.errors import InvalidValueError
+from camsim.core.typed import LONGEST_S, SHORTEST_S, Celsius, Iso, Number, Seconds, judge, refusal
 from camsim.sensor.quantum_efficiency import QuantumEfficiency
 from camsim.spectra.curve import Spectrum, spectrum_at
 from camsim.spectra.light import LightSamples, photons_per_um2_per_j_m2
-from camsim.typed import LONGEST_S, SHORTEST_S, Celsius, Iso, Number, Seconds, judge, refusal
 
 # Where "auto" puts a perfect diffuser: the brightest surface without a highlight keeps a quarter of headroom.
 AUTO_LEVEL = 0.8

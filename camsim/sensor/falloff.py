@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 import numpy as np
 from annotated_types import Ge, Le
 
-from camsim.arrays import F64
-from camsim.typed import Fraction, NonNegative, Number, Positive, Several, check, judge, refusal
-from camsim.words import brief
+from camsim.core.arrays import F64
+from camsim.core.typed import Fraction, NonNegative, Number, Positive, Several, check, judge, refusal
+from camsim.core.words import brief
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 import numpy as np
 from annotated_types import MaxLen, MinLen
 
-from camsim.arrays import F64
-from camsim.marks import Called
-from camsim.typed import Several, judge, refusal
-from camsim.words import brief
+from camsim.core.annotations import Called
+from camsim.core.arrays import F64
+from camsim.core.typed import Several, judge, refusal
+from camsim.core.words import brief
 
 _LEAST_RANK = 1e-6
 

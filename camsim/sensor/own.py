@@ -9,13 +9,13 @@ from typing import Annotated, Any
 import numpy as np
 from annotated_types import MinLen
 
-from camsim.arrays import F64
-from camsim.errors import InvalidValueError
-from camsim.marks import Called
-from camsim.own import check_described, is_own, refused
+from camsim.core.annotations import Called
+from camsim.core.arrays import F64
+from camsim.core.custom import check_described, is_own, refused
+from camsim.core.errors import InvalidValueError
+from camsim.core.typed import Index, NonNegative, check
+from camsim.core.words import shown
 from camsim.sensor.stage import OWN_STREAMS, Context, ElectronicStage, Phase, streams_of
-from camsim.typed import Index, NonNegative, check
-from camsim.words import shown
 
 KEY = "extra_stages"
 

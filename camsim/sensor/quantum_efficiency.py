@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import numpy as np
 from annotated_types import Gt, Le
 
-from camsim.arrays import F64
-from camsim.errors import InvalidValueError
-from camsim.marks import Called
+from camsim.core.annotations import Called
+from camsim.core.arrays import F64
+from camsim.core.errors import InvalidValueError
+from camsim.core.typed import Number, judge, refusal
+from camsim.core.words import brief
 from camsim.sensor.cfa import GREENS
 from camsim.spectra.curve import Curve
 from camsim.spectra.light import LIGHT_SPEED_M_PER_S, PLANCK_J_S
 from camsim.spectra.named import sensitivities
-from camsim.typed import Number, judge, refusal
-from camsim.words import brief
 
 ELECTRON_CHARGE_C = 1.602176634e-19
 """Exact in the SI of 2019."""

@@ -10,8 +10,8 @@ from typing import Any, ClassVar, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 
-from camsim.arrays import F32, F64
-from camsim.own import is_own, refused
+from camsim.core.arrays import F32, F64
+from camsim.core.custom import is_own, refused
 from camsim.sensor import streams
 
 OWN_STREAMS = 1000

@@ -11,8 +11,8 @@ import threading
 
 import numpy as np
 
-from camsim.arrays import F32
-from camsim.errors import InvalidValueError
+from camsim.core.arrays import F32
+from camsim.core.errors import InvalidValueError
 
 BLOCK_ROWS = 64
 _AT_ONCE = 1 << 18  # normals, as many as stay in a processor's cache

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from camsim.arrays import F64
+from camsim.core.arrays import F64
 from camsim.spectra.curve import Curve, Spectrum
 
 

@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Annotated, Literal, Protocol, Self, TypeAlias
 import numpy as np
 from annotated_types import Ge, Le
 
-from camsim import notebook
-from camsim.arrays import F64
-from camsim.errors import InvalidValueError
-from camsim.marks import After, Called, Hinted
+from camsim.core import notebook
+from camsim.core.annotations import After, Called, Hinted
+from camsim.core.arrays import F64
+from camsim.core.errors import InvalidValueError
+from camsim.core.typed import Count, Fraction, NonNegative, Number, Positive, Several, check, judge
+from camsim.core.words import LIGHT_NM, brief, wavelength_hint
 from camsim.spectra.csv_table import Column, read_points
-from camsim.typed import Count, Fraction, NonNegative, Number, Positive, Several, check, judge
-from camsim.words import LIGHT_NM, brief, wavelength_hint
 
 Wavelength: TypeAlias = Annotated[float, Ge(LIGHT_NM[0]), Le(LIGHT_NM[1]), Hinted(wavelength_hint)]
 """Nanometres."""

@@ -11,8 +11,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from camsim.arrays import F64, I64
-from camsim.quadrature import barycentric
+from camsim.core.arrays import F64, I64
+from camsim.numerics.quadrature import barycentric
 
 # What varies smoothly and is no table (a thermal radiator, and the optics) is met by six nodes in 5 nm, in panels of at
 # most 8 nm. With five, a plan for 1e-9 saw waves that are not there, and asked for 400 wavelengths in place of 136.

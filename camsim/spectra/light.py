@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 import numpy as np
 from annotated_types import Ge, Le
 
-from camsim.arrays import F64
-from camsim.errors import InvalidValueError, UnknownNameError
-from camsim.marks import After
+from camsim.core.annotations import After
+from camsim.core.arrays import F64
+from camsim.core.errors import InvalidValueError, UnknownNameError
+from camsim.core.typed import NonNegative, Number, Positive, judge, refusal
+from camsim.core.words import LIGHT_NM, brief, either, percent, wavelength_hint
 from camsim.spectra.curve import Curve, Spectrum
 from camsim.spectra.integral import nodes_between
 from camsim.spectra.named import illuminant, photopic_observer
-from camsim.typed import NonNegative, Number, Positive, judge, refusal
-from camsim.words import LIGHT_NM, brief, either, percent, wavelength_hint
 
 # CODATA 2018; all three are exact in the SI of 2019.
 PLANCK_J_S = 6.62607015e-34

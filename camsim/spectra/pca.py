@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from camsim.arrays import F64
-from camsim.errors import InvalidValueError
+from camsim.core.arrays import F64
+from camsim.core.errors import InvalidValueError
+from camsim.core.words import LIGHT_NM
 from camsim.spectra.component import Component
 from camsim.spectra.curve import ends_where_no_light_is
-from camsim.words import LIGHT_NM
 
 MOST_BANDS = 1024
 _PART = 65_536  # samples at a time

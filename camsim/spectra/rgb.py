@@ -11,12 +11,12 @@ import numpy as np
 from annotated_types import Ge, Le
 from numpy.typing import NDArray
 
-from camsim.arrays import F64
-from camsim.errors import InvalidValueError
+from camsim.core.arrays import F64
+from camsim.core.errors import InvalidValueError
+from camsim.core.typed import Number, check
 from camsim.spectra.colour_science import colour_science
 from camsim.spectra.curve import Curve, Spectrum
 from camsim.spectra.kept import kept
-from camsim.typed import Number, check
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from camsim.errors import InvalidValueError
+from camsim.core.errors import InvalidValueError
 from camsim.sensor.adc import Adc
 
 

@@ -11,9 +11,9 @@ import pytest
 from electronics import EVERY as EXAMPLES
 
 import camsim
-from camsim.errors import InvalidValueError
+from camsim.config.from_record import revive
+from camsim.core.errors import InvalidValueError
 from camsim.files.preview import develop
-from camsim.revive import revive
 from camsim.sensor.colour_matrix import as_shot_neutral
 from camsim.spectra.colour_science import colour_science
 

@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 import pytest
 
-from camsim.errors import InvalidValueError
+from camsim.core.errors import InvalidValueError
 from camsim.sensor.cfa import Cfa
 
 X_TRANS = Cfa(("GBGGRG", "RGRBGB", "GBGGRG", "GRGGBG", "BGBRGR", "GRGGBG"))

@@ -12,11 +12,11 @@ import shapely
 from tolerances import STATISTICAL
 
 import camsim
-from camsim.description import describe
+from camsim.camera.description import describe
+from camsim.config.from_record import revive
 from camsim.optics import OpticalSystem
 from camsim.rendering.decisions import rendering_decisions
 from camsim.rendering.render import plan_render
-from camsim.revive import revive
 from camsim.scene.charts import KNOWN, Chart, meanings, parameters
 
 # One of each, as small as says something; lengths in µm.

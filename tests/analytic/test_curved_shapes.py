@@ -5,7 +5,7 @@ import pytest
 from scipy import integrate, special
 
 import camsim
-from camsim.quadrature import gauss_legendre
+from camsim.numerics.quadrature import gauss_legendre
 from camsim.scene.arcs import Fineness, arcs_of
 from camsim.scene.arrange import arrange
 from camsim.scene.curves import CUBIC, Curves

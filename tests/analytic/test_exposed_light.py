@@ -5,8 +5,8 @@ import pytest
 import scipy.stats
 
 import camsim
-from camsim.errors import InvalidValueError
-from camsim.kernels.counts import fill_counts
+from camsim.core.errors import InvalidValueError
+from camsim.core.kernels.counts import fill_counts
 from camsim.spectra.rgb import reflectance_of_rgb
 
 MONO = camsim.Sensor.from_yaml("mono-345")

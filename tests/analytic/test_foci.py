@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import camsim
-from camsim.quadrature import gauss_legendre
+from camsim.numerics.quadrature import gauss_legendre
 from camsim.rendering.boundary.rings import is_short, piece_phases, ring_amplitudes, ring_part, ring_tail, tone_lengths
 from camsim.rendering.edges import Edges
 from camsim.rendering.focus import SAME, Foci, distinct, foci, touching

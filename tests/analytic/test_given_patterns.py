@@ -7,7 +7,7 @@ import pytest
 from scipy import integrate, special
 
 import camsim
-from camsim.errors import InvalidValueError
+from camsim.core.errors import InvalidValueError
 
 SQUARE = camsim.SquarePhotosite(side_um=1.0)
 SCENE = camsim.Scene(

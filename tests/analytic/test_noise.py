@@ -11,7 +11,7 @@ from electronics import context, recorded
 from tolerances import PROBABILITY, STATISTICAL
 
 from camsim import DarkCurrent, Dsnu, FullWell, Prnu, ReadNoise, ShotNoise
-from camsim.errors import InvalidValueError
+from camsim.core.errors import InvalidValueError
 from camsim.sensor.adc import Adc
 
 F64 = np.ndarray[Any, np.dtype[np.float64]]

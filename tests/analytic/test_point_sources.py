@@ -12,7 +12,7 @@ from examples import worst
 from truth.round_lenses import Airy
 
 import camsim
-from camsim.errors import CamsimError
+from camsim.core.errors import CamsimError
 from camsim.rendering.fields import job
 
 PITCH_UM, NM, ROWS, COLS = 4.0, 550.0, 30, 41

@@ -12,9 +12,9 @@ import scipy.constants
 import scipy.integrate
 import scipy.interpolate
 
-from camsim.capturing import load_camera
+from camsim.api import load_camera
 from camsim.config.library import shipped
-from camsim.errors import InvalidValueError, UnknownNameError
+from camsim.core.errors import InvalidValueError, UnknownNameError
 from camsim.optics import Airy
 from camsim.sensor.adc import Adc
 from camsim.sensor.exposure import (

@@ -9,8 +9,8 @@ import shapely
 from scipy import special
 
 import camsim
+from camsim.numerics.quadrature import gauss_error
 from camsim.optics.pattern import SEVENTH
-from camsim.quadrature import gauss_error
 from camsim.rendering.boundary.far import Moments, far_edge, far_moments
 from camsim.rendering.boundary.tables import LONG, _filtered
 from tests.truth import rays

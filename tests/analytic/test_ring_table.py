@@ -7,8 +7,8 @@ import pytest
 from scipy import special
 
 import camsim
+from camsim.numerics.quadrature import gauss_legendre
 from camsim.optics import OpticalSystem
-from camsim.quadrature import gauss_legendre
 from camsim.rendering.boundary import engine as boundary_engine
 from camsim.rendering.boundary import image as boundary_image
 from camsim.rendering.boundary import ring_counts

@@ -34,7 +34,7 @@ from camsim import (
     RowNoise,
     TelegraphNoise,
 )
-from camsim.errors import InvalidValueError
+from camsim.core.errors import InvalidValueError
 from camsim.sensor.cfa import Cfa
 from camsim.sensor.chain import mixed
 from camsim.sensor.falloff import falloff_at, working_f_number

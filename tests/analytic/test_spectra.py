@@ -9,7 +9,7 @@ import warnings
 import numpy as np
 import pytest
 
-from camsim.errors import InvalidValueError, UnknownNameError
+from camsim.core.errors import InvalidValueError, UnknownNameError
 from camsim.sensor.quantum_efficiency import QuantumEfficiency
 from camsim.spectra import pca
 from camsim.spectra.colour_science import colour_science

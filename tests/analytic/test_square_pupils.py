@@ -7,8 +7,8 @@ import pytest
 import scipy
 
 import camsim
+from camsim.numerics.quadrature import gauss_legendre
 from camsim.optics import Pupil, SquarePhotosite, Wavefront
-from camsim.quadrature import gauss_legendre
 
 SHAPE, BLUR, SIDE = (4, 5), 0.21, 0.8
 BOXES = [(-1.3, -0.7, 1.1, 2.4), (31.0, -0.8, 35.5, 0.9), (-26.0, -21.0, -21.0, -16.5)]  # x0, y0, x1, y1

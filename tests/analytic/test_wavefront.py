@@ -10,7 +10,7 @@ import scipy.special
 from scipy import integrate
 
 import camsim
-from camsim.errors import InvalidValueError
+from camsim.core.errors import InvalidValueError
 from camsim.optics import OpticalSystem, Pupil, Wavefront
 from camsim.optics.airy import airy_otf
 from camsim.optics.zernike import orders, zernike, zernike_sum

@@ -13,13 +13,13 @@ from pathlib import Path
 import pytest
 from numba.core import types
 
-from camsim.kernels import kernel
-from camsim.kernels.cache import KEPT, _sources
+from camsim.core.kernels import kernel
+from camsim.core.kernels.cache import KEPT, _sources
 
 KERNELS = Path(__file__).parents[2] / "camsim" / "kernels"
 OUTER = """
 from camsim.inner import inside
-from camsim.kernels import is_kept, kernel
+from camsim.core.kernels import is_kept, kernel
 
 @kernel()
 def outer(x):
@@ -30,7 +30,7 @@ if __name__ == "__main__":
     print(outer(1.0), before, bool(outer.stats.cache_hits))
 """
 INNER = """
-from camsim.kernels import kernel
+from camsim.core.kernels import kernel
 
 @kernel()
 def inside(x):

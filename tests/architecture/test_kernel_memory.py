@@ -5,7 +5,7 @@ import pytest
 from numba.core.errors import TypingError
 from numba.core.runtime import _nrt_python, rtsys
 
-from camsim.kernels import kernel
+from camsim.core.kernels import kernel
 
 
 @kernel(allocates=True)

@@ -10,7 +10,7 @@ import sys
 
 import camsim
 from camsim.config.schema import SceneFile, SensorFile
-from camsim.kernels.dispatch import _Kernel
+from camsim.core.kernels.dispatch import _Kernel
 from camsim.rendering import kernels_compiled
 
 LIBRARIES = (

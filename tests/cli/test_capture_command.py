@@ -180,8 +180,8 @@ def test_control_c_ends_it_with_130_and_no_file(folder: Path) -> None:
 
 
 def test_a_bug_is_a_plain_traceback_and_1(patched: Run, folder: Path) -> None:
-    code = "import camsim.capturing\ndef broken(*a, **k): secret = 'value of a local'; 1 / 0\n"
-    done = patched(code + "import sys; sys.modules['camsim.capturing'].load_any = broken", "capture", "small.yaml")
+    code = "import camsim.api\ndef broken(*a, **k): secret = 'value of a local'; 1 / 0\n"
+    done = patched(code + "import sys; sys.modules['camsim.api'].load_any = broken", "capture", "small.yaml")
     assert done.returncode == 1
     assert "Traceback (most recent call last)" in done.stderr
     assert done.stderr.endswith(
@@ -193,8 +193,8 @@ def test_a_bug_is_a_plain_traceback_and_1(patched: Run, folder: Path) -> None:
 
 
 def test_the_systems_word_is_one_line_and_1(patched: Run) -> None:
-    code = "import camsim.capturing, sys\ndef broken(*a, **k): raise OSError(5, 'Input/output error')\n"
-    done = patched(code + "sys.modules['camsim.capturing'].load_any = broken", "capture", "small.yaml")
+    code = "import camsim.api, sys\ndef broken(*a, **k): raise OSError(5, 'Input/output error')\n"
+    done = patched(code + "sys.modules['camsim.api'].load_any = broken", "capture", "small.yaml")
     assert (done.returncode, done.stderr) == (1, "camsim: the system says: [Errno 5] Input/output error\n")
 
 

@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from camsim.capturing import load
+from camsim.api import load
+from camsim.camera.description import describe
 from camsim.cli.expand import expanded
 from camsim.config import library
-from camsim.description import describe
 from camsim.scene import flattened
 
 

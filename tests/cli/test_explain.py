@@ -194,7 +194,7 @@ def test_a_plot_on_a_full_disk_leaves_no_half_of_one(patched: Run, folder: Path)
 
 UNDRAWN = """\
 import camsim.cli.plot_mtf_map as plot
-from camsim.errors import InvalidValueError
+from camsim.core.errors import InvalidValueError
 def draw_map(*given):
     raise InvalidValueError("cannot be drawn")
 plot.draw_map = draw_map"""

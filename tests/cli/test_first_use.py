@@ -13,9 +13,9 @@ from .conftest import Run
 
 CODE = """
 import sys
-from camsim.kernels.dispatch import _Kernel
+from camsim.core.kernels.dispatch import _Kernel
 from camsim.rendering.first_use import compile_check, compile_kernels
-import camsim.capturing
+import camsim.api
 
 def types():
     modules = [module for name, module in list(sys.modules.items()) if name.startswith("camsim.")]
@@ -25,7 +25,7 @@ def types():
 compile_kernels()
 compile_check()
 ahead = types()
-camsim.capturing.capture("slanted-edge", overrides=["region.rows=24", "region.cols=24"])
+camsim.api.capture("slanted-edge", overrides=["region.rows=24", "region.cols=24"])
 print(len(ahead), [name for name, _ in types() - ahead])
 """
 NEXT = """

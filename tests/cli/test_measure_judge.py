@@ -12,7 +12,7 @@ from pages import assert_numbers_are_from
 
 from camsim.cli.measure_demosaic import DemosaicRequest, measure
 from camsim.cli.measured import Outputs
-from camsim.errors import CamsimError
+from camsim.core.errors import CamsimError
 
 RINGS = """\
 camsim: scene/1

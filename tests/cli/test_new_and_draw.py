@@ -11,7 +11,7 @@ import pytest
 from PIL import Image
 from typer.testing import CliRunner
 
-from camsim.capturing import load, load_camera
+from camsim.api import load, load_camera
 from camsim.cli.app import app
 from camsim.cli.draw import lines
 from camsim.cli.new import template

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from camsim.capturing import load
+from camsim.api import load
 
 Run = Callable[..., subprocess.CompletedProcess[str]]
 

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from camsim.cli import progress
-from camsim.kernels import kernel
+from camsim.core.kernels import kernel
 
 
 class Terminal(io.StringIO):

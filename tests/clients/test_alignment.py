@@ -17,7 +17,7 @@ import rawpy
 from scipy import ndimage
 
 import camsim
-from camsim.frame import Frame
+from camsim.camera.frame import Frame
 
 pytestmark = pytest.mark.clients
 

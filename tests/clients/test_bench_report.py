@@ -12,7 +12,7 @@ import bench.report
 import camsim.bench.report
 from bench.results import read_results
 from camsim.bench import bench_scene
-from camsim.window import Region
+from camsim.camera.window import Region
 from tests.pages import assert_numbers_are_from
 
 pytestmark = pytest.mark.clients

@@ -19,9 +19,9 @@ import table
 from raw_programs import PROGRAMS, Program, Refused, quiet, run, simple_dcraw_opens
 
 import camsim
+from camsim.camera.frame import Frame
 from camsim.files import SUFFIXES, save
 from camsim.files.dng import TRUTH_WHITE_DN
-from camsim.frame import Frame
 from camsim.rendering.cube import SpectralCube
 from camsim.sensor.colour_matrix import fit
 from tests import colorchecker as chart

@@ -13,8 +13,8 @@ from types import SimpleNamespace
 import pytest
 
 import camsim
-from camsim.errors import CamsimError, InvalidValueError
-from camsim.sweeping import batches
+from camsim.core.errors import CamsimError, InvalidValueError
+from camsim.study import batches
 
 pytestmark = pytest.mark.clients
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import camsim
-from camsim.capturing import load_camera
+from camsim.api import load_camera
 from camsim.measure.noise import measure_noise, take_shots
 from camsim.measure.noise.taking import TIME_S
 

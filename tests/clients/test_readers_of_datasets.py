@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 
-from camsim.sweeping import dataset, read_pair
+from camsim.study import dataset, read_pair
 
 pytestmark = pytest.mark.clients
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from camsim.errors import ConfigError
+from camsim.core.errors import ConfigError
 
 SCENE = """\
 camsim: scene/1

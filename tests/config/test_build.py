@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 import camsim
-from camsim import memory
-from camsim.capturing import load, load_camera
-from camsim.errors import ConfigError
+from camsim.api import load, load_camera
+from camsim.core import memory
+from camsim.core.errors import ConfigError
 from camsim.optics import Airy, FourSpotOlpf, SquarePhotosite
 from camsim.scene import Disc, Polygon, Rectangle
 from camsim.sensor.adc import Adc

@@ -7,8 +7,8 @@ from collections.abc import Callable
 import pytest
 
 import camsim
-from camsim.capturing import load
-from camsim.errors import ConfigError
+from camsim.api import load
+from camsim.core.errors import ConfigError
 
 pytestmark = pytest.mark.usefixtures("folder")
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import camsim
-from camsim.capturing import load
+from camsim.api import load
 from camsim.config.overrides import parse
 from camsim.files import save
 from camsim.spectra.named import sensitivities
@@ -99,7 +99,7 @@ def test_progress_is_told() -> None:
     assert all(stage and 0.0 <= fraction <= 1.0 for stage, fraction in told)
 
 
-@pytest.mark.parametrize("first", ["import camsim.capturing", "from camsim.capturing import load", "import camsim"])
+@pytest.mark.parametrize("first", ["import camsim.api", "from camsim.api import load", "import camsim"])
 def test_the_function_is_not_hidden_by_its_module(first: str) -> None:
     code = f"{first}\nimport camsim\nassert callable(camsim.capture)\nassert callable(camsim.capture)"
     subprocess.run([sys.executable, "-c", code], check=True)

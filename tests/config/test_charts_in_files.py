@@ -5,8 +5,8 @@ import re
 import pytest
 
 import camsim
-from camsim.capturing import load
-from camsim.errors import ConfigError
+from camsim.api import load
+from camsim.core.errors import ConfigError
 
 HEAD = """\
 camsim: scene/1

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 import camsim
-from camsim.capturing import load
-from camsim.errors import CamsimError, ConfigError
+from camsim.api import load
+from camsim.config.from_record import revive_capture
+from camsim.core.errors import CamsimError, ConfigError
 from camsim.files.reading import read_file
-from camsim.revive import revive_capture
 
 POINTS = ((400.0, 550.5, 700.0), (0.1, 0.35, 0.2))
 

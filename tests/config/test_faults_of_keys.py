@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 import pytest
 
-from camsim.capturing import load
-from camsim.errors import ConfigError
+from camsim.api import load
+from camsim.core.errors import ConfigError
 
 KINDS = (
     "rectangle, polygon, regular-polygon, star, disc, ellipse, ring, sector, half-plane, path, line, text, group, "

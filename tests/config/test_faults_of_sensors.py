@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 import pytest
 
-from camsim.capturing import load
-from camsim.errors import ConfigError
+from camsim.api import load
+from camsim.core.errors import ConfigError
 
 # What is replaced in the good file of conftest.py, by what, and the messages.
 FAULTS = {

@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 import pytest
 
-from camsim.capturing import load
-from camsim.errors import ConfigError
+from camsim.api import load
+from camsim.core.errors import ConfigError
 
 REFLECTANCE = "a number from 0 to 1, a name or a table {wavelength_nm, values, csv, column, outside}"
 OF_REFLECTANCE = "(fraction of the light that it returns; names: camsim list reflectances)"

@@ -9,9 +9,9 @@ from typing import Any
 
 import pytest
 
-from camsim.capturing import load
+from camsim.api import load
 from camsim.config.tree import MOST_FAULTS, Document
-from camsim.errors import ConfigError, Fault
+from camsim.core.errors import ConfigError, Fault
 
 KINDS = (
     "rectangle, polygon, regular-polygon, star, disc, ellipse, ring, sector, half-plane, path, line, text, group, "

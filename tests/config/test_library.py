@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 import camsim
-from camsim.capturing import load, load_camera
+from camsim.api import load, load_camera
 from camsim.config import library
-from camsim.errors import CamsimError, ConfigError, UnknownNameError
+from camsim.core.errors import CamsimError, ConfigError, UnknownNameError
 from camsim.optics import Airy
 
 LENS = Airy(f_number=8.0)

@@ -10,9 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from camsim.capturing import load
-from camsim.description import describe
-from camsim.errors import ConfigError
+from camsim.api import load
+from camsim.camera.description import describe
+from camsim.config.from_record import revive
+from camsim.core.errors import ConfigError
 from camsim.optics import (
     AnnularAiry,
     CircularPhotosite,
@@ -30,7 +31,6 @@ from camsim.optics import (
     TwoSpotOlpf,
     Wavefront,
 )
-from camsim.revive import revive
 
 LENSES = {
     "annular": ("{kind: annular-airy, f_number: 8, obstruction: 0.3}", AnnularAiry(f_number=8.0, obstruction=0.3)),

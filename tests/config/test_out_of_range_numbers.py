@@ -18,10 +18,10 @@ import numpy as np
 import pytest
 import yaml
 
-from camsim.capturing import load
+from camsim.api import load
 from camsim.config.reference import examples
 from camsim.config.schema import SceneFile, SensorFile
-from camsim.errors import CamsimError
+from camsim.core.errors import CamsimError
 from camsim.rendering.scales import LEAST_BLUR, MOST_BLUR, check_scales
 from tests.blocks import SCENE, SENSOR
 

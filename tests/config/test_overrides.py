@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from camsim.capturing import load
-from camsim.errors import ConfigError
-from camsim.exposing import Capture
+from camsim.api import load
+from camsim.camera.capture import Capture
+from camsim.core.errors import ConfigError
 
 pytestmark = pytest.mark.usefixtures("folder")
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import camsim
-from camsim.errors import InputError
-from camsim.revive import revive_capture
+from camsim.config.from_record import revive_capture
+from camsim.core.errors import InputError
 
 RED = {"wavelength_nm": [400, 700], "values": [0.1, 0.9]}
 PLACED: dict[str, Any] = {"centre": [2.0, -1.0], "low": 0.1, "high": RED}

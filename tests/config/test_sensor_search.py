@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 import camsim
-from camsim.capturing import load, load_camera
+from camsim.api import load, load_camera
 from camsim.config.sensor_search import SensorSearch
-from camsim.errors import CamsimError, ConfigError
+from camsim.core.errors import CamsimError, ConfigError
 from camsim.optics import Airy
 
 from .conftest import SCENE, SENSOR

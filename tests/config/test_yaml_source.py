@@ -13,7 +13,7 @@ import yaml
 
 from camsim.config import yaml_source
 from camsim.config.scalars import resolve
-from camsim.errors import ConfigError
+from camsim.core.errors import ConfigError
 
 PARSERS = [loader for loader in ("CSafeLoader", "SafeLoader") if hasattr(yaml, loader)]
 

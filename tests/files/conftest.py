@@ -13,7 +13,7 @@ import pytest
 import rawpy
 from planes_by_rows import rows_of_plane
 
-from camsim.frame import ChannelSignal, Frame, Report
+from camsim.camera.frame import ChannelSignal, Frame, Report
 from camsim.rendering.cube import SpectralCube
 from camsim.sensor.colour_matrix import ColourResponse
 from camsim.sensor.quantum_efficiency import QuantumEfficiency

@@ -11,9 +11,9 @@ import pytest
 import rawpy
 
 import camsim
-from camsim.errors import CamsimError, InvalidValueError, OutputError
+from camsim.camera.frame import Frame
+from camsim.core.errors import CamsimError, InvalidValueError, OutputError
 from camsim.files import preview
-from camsim.frame import Frame
 from camsim.measure import read_picture
 from camsim.sensor.colour_matrix import as_shot_neutral, fit
 

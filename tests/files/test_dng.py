@@ -17,12 +17,12 @@ import tifffile
 from tolerances import STATISTICAL
 
 import camsim
-from camsim.errors import OutputError
+from camsim.camera.frame import Frame
+from camsim.core.errors import OutputError
 from camsim.files import save
 from camsim.files.dng import noise_profile
 from camsim.files.dng_tags import odd_cfa
 from camsim.files.reading import XMP_NAMESPACE
-from camsim.frame import Frame
 from camsim.spectra.colour_science import colour_science
 from camsim.spectra.curve import Curve
 

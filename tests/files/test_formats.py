@@ -14,9 +14,9 @@ import pytest
 import tifffile
 from PIL import Image
 
+from camsim.camera.frame import Frame
 from camsim.files import SUFFIXES, save
 from camsim.files.planes import write_planes
-from camsim.frame import Frame
 
 EVERYTHING = [(suffix, product) for suffix, form in SUFFIXES.items() for product in form.writers]
 

@@ -11,10 +11,10 @@ import pytest
 import rawpy
 import tifffile
 
-from camsim.errors import OutputError
+from camsim.camera.frame import Frame
+from camsim.core.errors import OutputError
 from camsim.files import save
 from camsim.files.reading import read_file
-from camsim.frame import Frame
 from tests.files.conftest import X_TRANS
 
 # Around the sizes at which tiles are full: 128 rows, multiples of 32 columns.

@@ -11,8 +11,8 @@ import pytest
 import tifffile
 from PIL import Image
 
+from camsim.camera.frame import Frame
 from camsim.files import save
-from camsim.frame import Frame
 
 PHASES = ["RG GB", "BG GR", "GR BG", "GB RG"]
 

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from camsim.errors import OutputError
+from camsim.camera.frame import Frame
+from camsim.core.errors import OutputError
 from camsim.files import PRODUCTS, SUFFIXES, check_output, save
-from camsim.frame import Frame
 from camsim.rendering.cube import SpectralCube
 
 

@@ -20,9 +20,9 @@ from scipy import io as scipy_io
 
 import camsim
 import camsim.measure
-from camsim.description import describe
-from camsim.errors import CamsimError, InputError
-from camsim.revive import revive
+from camsim.camera.description import describe
+from camsim.config.from_record import revive
+from camsim.core.errors import CamsimError, InputError
 
 ROWS, COLS = 5, 7
 RGB = np.random.default_rng(3).integers(0, 256, (ROWS, COLS, 3)).astype(np.uint8)

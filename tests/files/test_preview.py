@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from camsim.camera.frame import Frame
 from camsim.files import save
 from camsim.files.preview import _XYZ_D50_TO_SRGB, _srgb_bytes, demosaic, develop
-from camsim.frame import Frame
 from camsim.spectra.colour_science import colour_science
 
 PATTERNS = ["RG GB", "BG GR", "GR BG", "GB RG"]

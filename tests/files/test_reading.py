@@ -17,16 +17,16 @@ import tifffile
 from PIL import Image
 
 import camsim
-from camsim.camera import Camera
-from camsim.description import describe
-from camsim.errors import CamsimError, InputError
+from camsim.camera.camera import Camera
+from camsim.camera.description import describe
+from camsim.camera.frame import Frame
+from camsim.config.from_record import revive
+from camsim.core.errors import CamsimError, InputError
 from camsim.files import save
 from camsim.files.describe import canonical, checksum
 from camsim.files.reading import read_file
 from camsim.files.record import parse_record
-from camsim.frame import Frame
 from camsim.measure import read_picture
-from camsim.revive import revive
 
 KINDS = [
     ("a.dng", "mosaic", "DNG"),

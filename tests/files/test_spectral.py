@@ -11,10 +11,10 @@ import OpenEXR
 import pytest
 
 import camsim
-from camsim.errors import InvalidValueError, OutputError, UnsupportedError
+from camsim.camera.frame import Frame
+from camsim.core.errors import InvalidValueError, OutputError, UnsupportedError
 from camsim.files import save
 from camsim.files.exr_stream import write_exr
-from camsim.frame import Frame
 from camsim.spectra.colour_science import colour_science
 
 PLANCK_J_S, LIGHT_M_PER_S = 6.62607015e-34, 299_792_458.0

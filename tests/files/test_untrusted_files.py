@@ -17,15 +17,15 @@ import numpy as np
 import pytest
 
 import camsim
-from camsim.camera import Camera
-from camsim.description import describe
-from camsim.errors import CamsimError, InputError, InvalidValueError
+from camsim.camera.camera import Camera
+from camsim.camera.description import describe
+from camsim.config.from_record import revive, revive_capture
+from camsim.core.errors import CamsimError, InputError, InvalidValueError
+from camsim.core.typed import check
 from camsim.files import exr_reader, jpeg_reader, save, tiff_reader
 from camsim.files.limits import MOST_RATIO, MOST_UNPACKED_BYTES, refuse_bomb
 from camsim.files.reading import read_file
 from camsim.measure import read_picture
-from camsim.revive import revive, revive_capture
-from camsim.typed import check
 
 BENCH = Path(__file__).parents[2] / "bench"
 SLOW_MACHINE_S = float("inf")

@@ -17,10 +17,10 @@ from pathlib import Path
 
 import pytest
 
-from camsim.errors import InvalidValueError, OutputError
+from camsim.camera.frame import Frame
+from camsim.core.errors import InvalidValueError, OutputError
 from camsim.files import SUFFIXES, save
 from camsim.files.atomic import replacing, together, write_whole
-from camsim.frame import Frame
 
 HERE = Path(__file__).parent
 KILLS = 8

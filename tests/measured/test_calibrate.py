@@ -13,14 +13,14 @@ import scipy.stats
 from tolerances import STATISTICAL
 
 from bench.calibration import draw_camera, judged, verdict, write_frames
-from camsim.errors import CamsimError
+from camsim.camera.sensor import Sensor
+from camsim.core.errors import CamsimError
 from camsim.files.hot_list import hot_text
 from camsim.measure.calibrate import Calibration, calibrate, read_folder
 from camsim.measure.calibrate.likeness import kl_nats
 from camsim.measure.calibrate.profile_file import profile_text
 from camsim.measure.calibrate.tails import fit_tails
 from camsim.measure.noise import Estimate
-from camsim.sensor_alone import Sensor
 
 SIDE, GAIN_E, READ_E, BLACK = 96, 2.0, 6.0, 400
 LEVELS_E = (600.0, 1500.0, 3000.0, 6000.0, 12000.0)

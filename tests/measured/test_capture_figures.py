@@ -10,8 +10,8 @@ import pytest
 from tolerances import STATISTICAL
 
 import camsim
-from camsim.capturing import load
-from camsim.errors import InvalidValueError
+from camsim.api import load
+from camsim.core.errors import InvalidValueError
 from camsim.files.dng import noise_profile
 from camsim.measure import picture_of_frame, read_picture
 from camsim.measure.target.star import measure_star

@@ -18,9 +18,9 @@ import numpy as np
 import pytest
 import rawpy
 
+from camsim.camera.frame import Frame
 from camsim.files import save
 from camsim.files.preview import develop
-from camsim.frame import Frame
 from camsim.spectra.colour_science import colour_science
 from tests.colorchecker import WHITE, chart, delta_e, patch_means, reference_xyz
 

@@ -13,9 +13,10 @@ from maker_files import Tags, mosaic_tags, tiff_raw
 from tolerances import STATISTICAL
 
 import camsim
-from camsim.capturing import load_camera
+from camsim.api import load_camera
 from camsim.cli.app import app
-from camsim.errors import CamsimError, InvalidValueError
+from camsim.config.from_record import revive_shot
+from camsim.core.errors import CamsimError, InvalidValueError
 from camsim.files.reading import read_record
 from camsim.measure import read_picture
 from camsim.measure.calibrate import calibrate, read_folder
@@ -23,7 +24,6 @@ from camsim.measure.calibrate.likeness import side_by_side, simulated
 from camsim.measure.calibrate.profile_file import profile_text
 from camsim.measure.noise import measure_noise, take_shots
 from camsim.measure.reading import picture_of_frame
-from camsim.revive import revive_shot
 from camsim.sensor.companding import decoding, encoding
 
 POINTS = ((0, 0), (512, 512), (1024, 640), (4095, 831))

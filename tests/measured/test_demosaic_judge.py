@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy import ndimage, signal
 
-from camsim.errors import CamsimError, InvalidValueError, UnsupportedError
+from camsim.core.errors import CamsimError, InvalidValueError, UnsupportedError
 from camsim.files.preview import demosaic
 from camsim.measure.demosaic import compete, judge, methods, subject_of_capture
 from camsim.measure.demosaic.artefacts import artefacts

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import camsim
-from camsim.capturing import load
+from camsim.api import load
+from camsim.camera.window import Region
 from camsim.config import library
-from camsim.window import Region
 
 SCENES = library.shipped("scene")
 ROWS, COLS = 8, 12  # of the window that is compared; a scene's own says where it lies

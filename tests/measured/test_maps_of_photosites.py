@@ -10,9 +10,9 @@ import pytest
 from electronics import refused_in_a_sentence
 
 import camsim
-from camsim.errors import InputError
+from camsim.config.from_record import revive_shot
+from camsim.core.errors import InputError
 from camsim.files.reading import read_record
-from camsim.revive import revive_shot
 
 SENSOR = """\
 camsim: sensor/1

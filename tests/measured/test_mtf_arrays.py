@@ -8,7 +8,7 @@ import pytest
 from edges import gaussian_edge, gaussian_limit, gaussian_mtf, gaussian_sigma
 
 import camsim
-from camsim.errors import InvalidValueError, UnsupportedError
+from camsim.core.errors import InvalidValueError, UnsupportedError
 from camsim.measure import CameraOtf, Picture, Roi, measure_edge, measure_mtf, picture_of_frame, read_picture
 from camsim.measure.find import find_edges
 from camsim.measure.picture import mosaic_planes

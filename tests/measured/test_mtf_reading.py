@@ -8,7 +8,7 @@ import tifffile
 from edges import gaussian_edge, gaussian_limit
 
 import camsim
-from camsim.errors import CamsimError
+from camsim.core.errors import CamsimError
 from camsim.measure import CameraOtf, EdgeLine, Roi, measure_mtf, read_picture
 
 EDGE = gaussian_edge(96, 96, 5, 0.8)

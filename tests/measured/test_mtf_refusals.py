@@ -11,7 +11,7 @@ from edges import gaussian_edge
 from PIL import Image
 
 import camsim
-from camsim.errors import CamsimError, InputError, InvalidValueError, UnsupportedError
+from camsim.core.errors import CamsimError, InputError, InvalidValueError, UnsupportedError
 from camsim.measure import FullFrame, Picture, Plane, Roi, measure_edge, measure_mtf, read_picture
 from camsim.measure.acutance import acutance
 from camsim.measure.picture import Channel, mosaic_planes

@@ -9,7 +9,7 @@ import pytest
 from tolerances import STATISTICAL
 
 import camsim
-from camsim.capturing import load_camera
+from camsim.api import load_camera
 from camsim.measure.noise import expected_of, measure_noise, take_shots
 
 BENT = camsim.PolynomialResponse((-0.2,), scale_e=40_000.0)

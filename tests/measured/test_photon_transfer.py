@@ -10,7 +10,7 @@ import pytest
 from tolerances import STATISTICAL
 
 import camsim
-from camsim.capturing import load_camera
+from camsim.api import load_camera
 from camsim.measure.noise.estimate import Estimate
 from camsim.measure.noise.photon_transfer import _dark_current, photon_transfer
 from camsim.measure.noise.stack import Level, stack

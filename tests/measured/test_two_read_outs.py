@@ -11,9 +11,9 @@ import rawpy
 from tolerances import STATISTICAL
 
 import camsim
-from camsim.errors import CamsimError, InvalidValueError
+from camsim.config.from_record import revive_shot
+from camsim.core.errors import CamsimError, InvalidValueError
 from camsim.files.reading import read_record
-from camsim.revive import revive_shot
 
 LOW_E, HIGH_E = 8.0, 0.5
 """Electrons per data number."""

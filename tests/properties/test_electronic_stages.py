@@ -10,13 +10,13 @@ from electronics import ELECTRONS_PER_DN, EVERY, LAWS, OWN, Spy, context, fields
 from tolerances import ROUNDING, STATISTICAL
 
 import camsim
+from camsim.camera.description import describe
 from camsim.config import schema
-from camsim.description import describe
-from camsim.revive import revive
+from camsim.config.from_record import revive
+from camsim.core.words import brief
 from camsim.sensor.chain import random_numbers
 from camsim.sensor.electronics import ORDER, Electronics
 from camsim.sensor.stage import OWN_STREAMS, Phase, streams_of
-from camsim.words import brief
 
 LIGHT = camsim.Light(line_nm=488.0, irradiance_w_per_m2=0.1)
 EXPOSURE = camsim.Exposure(time_s=0.01, iso=100.0)

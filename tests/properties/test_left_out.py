@@ -8,7 +8,7 @@ from examples import OPTICS, PICTURE, TOLERANCE, WAVELENGTH_NM, grid_of, moved, 
 from tolerances import METHOD, ROUNDING
 
 import camsim
-from camsim.exposing import Capture
+from camsim.camera.capture import Capture
 from camsim.optics import OpticalSystem
 from camsim.rendering import render_channels
 from camsim.rendering.edges import Edges

@@ -11,7 +11,7 @@ import shapely
 from PIL import Image
 
 import camsim
-from camsim.errors import CamsimError
+from camsim.core.errors import CamsimError
 from camsim.measure import colour, demosaic, distortion, noise, target, truth
 
 A = np.array([400.0, 700.0])

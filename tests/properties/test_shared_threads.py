@@ -12,9 +12,9 @@ import numba as nb
 import numpy as np
 import pytest
 
-from camsim.kept import Keeps, cached_property
-from camsim.kernels import ahead, shared
-from camsim.kernels.threads import _helpers
+from camsim.core.cached import Keeps, cached_property
+from camsim.core.kernels import ahead, shared
+from camsim.core.kernels.threads import _helpers
 
 
 @pytest.fixture(autouse=True)

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import camsim
-from camsim.errors import CamsimError, ConfigError, InputError, OutputError
-from camsim.exposing import Capture
-from camsim.sweeping import check_dataset, dataset, forecast_dataset, read_dataset, read_pair, samples, shards
-from camsim.sweeping.captures import captures_of
-from camsim.sweeping.dataset import shards_of
+from camsim.camera.capture import Capture
+from camsim.core.errors import CamsimError, ConfigError, InputError, OutputError
+from camsim.study import check_dataset, dataset, forecast_dataset, read_dataset, read_pair, samples, shards
+from camsim.study.captures import captures_of
+from camsim.study.dataset import shards_of
 
 MADE_OF = {
     "scene": ["slanted-edge", "flat-field", "grey-steps", "checkerboard"],

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from camsim.config import library
-from camsim.errors import ConfigError
-from camsim.sweeping import read_dataset, read_study
-from camsim.sweeping.captures import captures_of
+from camsim.core.errors import ConfigError
+from camsim.study import read_dataset, read_study
+from camsim.study.captures import captures_of
 
 
 def study(**keys):

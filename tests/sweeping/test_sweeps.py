@@ -16,10 +16,10 @@ import pytest
 from filelock import FileLock
 
 import camsim
-from camsim import optical_image
+from camsim.camera import optical_image
 from camsim.cli.sweep_plot import draw_columns
-from camsim.errors import CamsimError, ConfigError, OutputError
-from camsim.sweeping import batches, engines, forecast, work
+from camsim.core.errors import CamsimError, ConfigError, OutputError
+from camsim.study import batches, engines, forecast, work
 
 SMALL = {
     "scene": "slanted-edge",

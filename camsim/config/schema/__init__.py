@@ -80,7 +80,7 @@ from camsim.config.schema.shapes import (
     Text,
 )
 from camsim.config.schema.study import DatasetFile, StudyFile, Values, Varying
-from camsim.marks import Called
+from camsim.core.annotations import Called
 
 __all__ = [
     "LISTS",

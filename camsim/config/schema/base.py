@@ -9,8 +9,8 @@ from typing import Annotated, Any, ClassVar, Literal, TypeAlias
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
 from pydantic.fields import FieldInfo
 
-from camsim.marks import Called
-from camsim.typed import Count, Fraction, NonNegative, Positive
+from camsim.core.annotations import Called
+from camsim.core.typed import Count, Fraction, NonNegative, Positive
 
 
 class Table(BaseModel):

@@ -12,9 +12,9 @@ from typing import Annotated, Any, Literal, TypeAlias, Union, get_args, get_orig
 from pydantic import Field, create_model
 
 from camsim.config.schema.base import Point, Reflectance, Table
+from camsim.core.typed import Point as ParameterPoint
 from camsim.scene.charts import KNOWN, meanings, parameters
 from camsim.spectra import curve
-from camsim.typed import Point as ParameterPoint
 
 LENGTH = "_um"
 """How parameters end that a file gives in the scene's unit, without this."""

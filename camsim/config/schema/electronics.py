@@ -9,8 +9,9 @@ from typing import Annotated, Any, Literal, TypeAlias
 from pydantic import Field, Tag
 
 from camsim.config.schema.base import Makes, Name, Table, by_form
+from camsim.core.annotations import Called
+from camsim.core.typed import Fraction, NonNegative
 from camsim.files.hot_list import Hot, read_hot
-from camsim.marks import Called
 from camsim.sensor import conversion_gain
 from camsim.sensor.conversion_gain import ReadOut
 from camsim.sensor.stages import defects, flicker_rows, nonlinearity, telegraph_noise
@@ -27,7 +28,6 @@ from camsim.sensor.stages.read_noise import ReadNoise
 from camsim.sensor.stages.reset_noise import ResetNoise
 from camsim.sensor.stages.row_noise import RowNoise
 from camsim.sensor.stages.shot_noise import ShotNoise
-from camsim.typed import Fraction, NonNegative
 
 Place: TypeAlias = Annotated[int, Field(ge=0)]
 

@@ -8,8 +8,8 @@ from typing import Annotated, Any, Literal, TypeAlias
 from pydantic import Field
 
 from camsim.config.schema.base import Filter, Name, Table, Transmission
-from camsim.marks import Called
-from camsim.typed import FNumber, Fraction, NonNegative
+from camsim.core.annotations import Called
+from camsim.core.typed import FNumber, Fraction, NonNegative
 
 
 class Cos4Falloff(Table):

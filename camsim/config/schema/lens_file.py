@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from camsim.config.schema.base import Name, Table
-from camsim.typed import FNumber, Fraction, NonNegative, Positive
+from camsim.core.typed import FNumber, Fraction, NonNegative, Positive
 
 
 class LensFile(Table):

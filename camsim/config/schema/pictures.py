@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 from pydantic import Field, Tag
 
 from camsim.config.schema.base import Name, Point, Reflectance, Table, by_form
-from camsim.typed import Positive
+from camsim.core.typed import Positive
 
 Encoding: TypeAlias = Annotated[
     Annotated[float, Field(ge=0.1, le=10.0), Tag("number")] | Annotated[Literal["srgb", "linear"], Tag("word")], by_form

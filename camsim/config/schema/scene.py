@@ -9,12 +9,12 @@ from typing import Annotated, Any, Literal, TypeAlias
 from pydantic import AfterValidator, Field, Tag
 from pydantic_core import PydanticCustomError
 
+from camsim.camera.given_light import MOST_SAMPLES
 from camsim.config.schema.base import LightTable, Name, Reflectance, Table, by_form
 from camsim.config.schema.lens import Lens
 from camsim.config.schema.shapes import Placed
-from camsim.given_light import MOST_SAMPLES
-from camsim.marks import Called
-from camsim.typed import FrameNumber, Iso, Positive, Seconds, Seed
+from camsim.core.annotations import Called
+from camsim.core.typed import FrameNumber, Iso, Positive, Seconds, Seed
 
 
 class Light(Table):

@@ -9,8 +9,8 @@ from pydantic import Field, Tag
 
 from camsim.config.schema.base import Curve, Filter, Name, Table, by_form
 from camsim.config.schema.electronics import Charge, Readout
-from camsim.marks import Called
-from camsim.typed import Pitch
+from camsim.core.annotations import Called
+from camsim.core.typed import Pitch
 
 
 class SensorFrame(Table):

@@ -17,8 +17,8 @@ from camsim.config.schema.gradients import (
     SineZonePlate,
 )
 from camsim.config.schema.pictures import Picture, PointSource
-from camsim.marks import Called
-from camsim.typed import NonNegative, Positive
+from camsim.core.annotations import Called
+from camsim.core.typed import NonNegative, Positive
 
 Segment: TypeAlias = Annotated[list[float | str], Called("a segment such as [line, 1, 2]")]
 _Painted: TypeAlias = Annotated[

@@ -9,8 +9,8 @@ from typing import Annotated, Any, Literal, TypeAlias
 from pydantic import Field, Tag
 
 from camsim.config.schema.base import Name, Table, by_form
-from camsim.marks import Called
-from camsim.typed import Fraction
+from camsim.core.annotations import Called
+from camsim.core.typed import Fraction
 
 MOST = 1_000_000
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from camsim.arrays import F64
+from camsim.core.arrays import F64
 from camsim.files.hot_list import Hot
 from camsim.measure.calibrate import figures
 from camsim.measure.calibrate.estimates import best_of, mean_of, root, without

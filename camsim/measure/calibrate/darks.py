@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from camsim.arrays import F64
+from camsim.core.arrays import F64
 from camsim.measure.noise.estimate import SURE
 from camsim.measure.noise.stack import Chosen, Codes
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import scipy.optimize
 
-from camsim.arrays import F64
+from camsim.core.arrays import F64
 from camsim.files.hot_list import Hot
 from camsim.measure.calibrate.darks import dark_statistics
 from camsim.measure.calibrate.estimates import best_of, mean_of, root

@@ -13,13 +13,13 @@ from typing import get_args
 
 import numpy as np
 
-from camsim.arrays import U8
-from camsim.errors import InputError
+from camsim.core.arrays import U8
+from camsim.core.errors import InputError
+from camsim.core.typed import FilePath, check
 from camsim.measure.noise.shots import INDEX, Kind, codes_of, setting_of
 from camsim.measure.noise.stack import Codes
 from camsim.measure.picture import Picture
 from camsim.measure.reading import RAW, read_picture
-from camsim.typed import FilePath, check
 
 COLUMNS = ("file", "kind", "iso", "time_s", "exposure", "temperature_c")
 """Of an index; only ``file`` must be there."""

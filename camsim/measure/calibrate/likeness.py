@@ -13,15 +13,15 @@ import scipy.ndimage
 import scipy.special
 import scipy.stats
 
-from camsim.arrays import F64
+from camsim.camera.sensor import Sensor
+from camsim.camera.window import Region
+from camsim.core.arrays import F64
 from camsim.measure.calibrate.calibration import Calibration
 from camsim.measure.calibrate.darks import DarkStatistics, dark_statistics
 from camsim.measure.calibrate.folder import Shot, ShotsOfCamera
 from camsim.measure.calibrate.setting import Setting
 from camsim.measure.noise.stack import Codes, Rounding, stack
 from camsim.sensor.exposure import Exposure
-from camsim.sensor_alone import Sensor
-from camsim.window import Region
 
 _SMOOTH_PX = 31
 _BANDS = 10

@@ -10,7 +10,7 @@ import numpy as np
 import scipy.linalg
 import scipy.stats
 
-from camsim.arrays import F64
+from camsim.core.arrays import F64
 from camsim.measure.noise.estimate import SURE, Estimate, no_figure
 
 _CHANCE = 1e-2

@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.stats
 
-from camsim.arrays import F64
-from camsim.errors import UnsupportedError
+from camsim.core.arrays import F64
+from camsim.core.errors import UnsupportedError
 from camsim.measure.calibrate.darks import DarkStatistics, dark_statistics
 from camsim.measure.calibrate.estimates import mean_of
 from camsim.measure.calibrate.folder import Shot, ShotsOfCamera

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from camsim.arrays import F64, I64
+from camsim.core.arrays import F64, I64
 
 _BLOCKS = 64
 _TAIL, _CORE = 14, 14

@@ -19,7 +19,7 @@ import scipy.interpolate
 import scipy.optimize
 import scipy.special
 
-from camsim.arrays import F64, I64
+from camsim.core.arrays import F64, I64
 from camsim.measure.calibrate.tail_counts import PairCounts, SingleCounts
 from camsim.measure.noise.estimate import SURE, Estimate, no_figure
 from camsim.sensor.stages.read_noise import tukey_quantiles, tukey_sigma

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from camsim.arrays import F64
-from camsim.body import Body
-from camsim.errors import UnsupportedError
-from camsim.exposing import Capture
+from camsim.camera.body import Body
+from camsim.camera.capture import Capture
+from camsim.core.arrays import F64
+from camsim.core.errors import UnsupportedError
 from camsim.measure.geometry import Roi
 from camsim.measure.lens_places import fallen_um, middles_um, scene_place_um, system_at
 from camsim.optics import OpticalSystem

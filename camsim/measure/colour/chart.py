@@ -11,15 +11,15 @@ import numpy as np
 import numpy.typing as npt
 import scipy
 
-from camsim.arrays import F32, F64
-from camsim.errors import InvalidValueError, UnsupportedError
+from camsim.core.arrays import F32, F64
+from camsim.core.errors import InvalidValueError, UnsupportedError
+from camsim.core.typed import known_name
 from camsim.measure.colour.areas import PatchArea, photosites_in
 from camsim.measure.colour.matrix import PatchColours, quick_difference
 from camsim.measure.demosaic.subject import CHANNELS
 from camsim.measure.lattice import Places, homography, lattices, moved
 from camsim.measure.picture import Picture
 from camsim.spectra import named
-from camsim.typed import known_name
 
 ROWS, COLS = 4, 6
 CHARTS = {"ISO 17321-1": "", "BabelColor Average": "BabelColor Average/"}

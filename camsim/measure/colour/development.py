@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from camsim.arrays import F64
+from camsim.core.arrays import F64
 from camsim.measure.picture import Picture
 from camsim.sensor.colour_matrix import XYZ_D50, adaptation, fit_white
 

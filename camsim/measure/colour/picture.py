@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from camsim.arrays import F32, F64, U8
-from camsim.exposing import Capture
+from camsim.camera.capture import Capture
+from camsim.core.arrays import F32, F64, U8
 from camsim.measure.colour.areas import PatchArea, patch_areas
 from camsim.measure.colour.chart import Corner
 from camsim.measure.colour.measuring import developed_chart, developed_light, linear_light

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from camsim.arrays import F64
+from camsim.core.arrays import F64
 from camsim.files.camera_curves import CameraCurves
 from camsim.measure.colour.matrix import PatchColours
 from camsim.spectra import named

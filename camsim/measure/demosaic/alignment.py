@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import scipy
 
-from camsim.arrays import F32, F64
+from camsim.core.arrays import F32, F64
 from camsim.measure.demosaic.subject import Subject, Used
 
 SHIFTED_PX = 0.1

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from camsim.arrays import F32, F64
+from camsim.core.arrays import F32, F64
 from camsim.measure.demosaic.develop import ROWS_AT_ONCE, lab
 from camsim.measure.demosaic.subject import Subject, Used
 from camsim.spectra.colour_science import colour_science

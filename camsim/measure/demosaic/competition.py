@@ -6,14 +6,14 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
-from camsim.arrays import F32
-from camsim.errors import CamsimError
-from camsim.frame import Frame
+from camsim.camera.frame import Frame
+from camsim.core.arrays import F32
+from camsim.core.errors import CamsimError
+from camsim.core.typed import check
 from camsim.measure.demosaic.methods import Method
 from camsim.measure.demosaic.subject import Subject
 from camsim.measure.demosaic.verdict import Verdict, judge
 from camsim.measure.given import check_given
-from camsim.typed import check
 
 Seen = Callable[[Verdict, F32], None]
 

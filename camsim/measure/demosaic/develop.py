@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from camsim.arrays import F32, F64
+from camsim.core.arrays import F32, F64
 from camsim.measure.truth.spaces import XYZ_TO_SRGB
 from camsim.sensor.colour_matrix import XYZ_D50, adaptation, fit_white
 

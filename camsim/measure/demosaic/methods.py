@@ -16,11 +16,11 @@ from typing import Any
 
 import numpy as np
 
-from camsim.arrays import F32
-from camsim.errors import CamsimError, UnsupportedError, in_brief
+from camsim.camera.frame import Frame
+from camsim.core.arrays import F32
+from camsim.core.errors import CamsimError, UnsupportedError, in_brief
 from camsim.files import save
 from camsim.files.preview import demosaic
-from camsim.frame import Frame
 from camsim.measure.given import check_given
 from camsim.sensor.cfa import BAYER, PATTERNS
 from camsim.sensor.colour_matrix import as_shot_neutral

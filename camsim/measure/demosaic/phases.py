@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from camsim.arrays import F32, U8
+from camsim.core.arrays import F32, U8
 from camsim.files.preview import demosaic
 from camsim.measure.demosaic.scaling import Fault
 from camsim.measure.demosaic.subject import CHANNELS, Subject, Used

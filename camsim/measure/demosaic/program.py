@@ -8,14 +8,14 @@ import subprocess
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from camsim.arrays import F32
-from camsim.errors import InvalidValueError, UnsupportedError, in_brief
+from camsim.camera.frame import Frame
+from camsim.core.arrays import F32
+from camsim.core.errors import InvalidValueError, UnsupportedError, in_brief
+from camsim.core.typed import check
 from camsim.files import save
-from camsim.frame import Frame
 from camsim.measure.demosaic.subject import planes_of
 from camsim.measure.given import check_given
 from camsim.measure.reading import Gamma, read_picture
-from camsim.typed import check
 
 LONGEST_S = 600
 RESULTS = (".tiff", ".tif", ".png", ".exr", ".npy")

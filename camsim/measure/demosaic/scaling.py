@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 import scipy
 
-from camsim.arrays import F32, F64
+from camsim.core.arrays import F32, F64
 from camsim.measure.demosaic.subject import CHANNELS, Subject
 
 _BALANCE_OFF, _OFFSET_OFF, _EXPONENT_OFF = 0.02, 0.01, 0.08

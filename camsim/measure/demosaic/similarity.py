@@ -8,8 +8,8 @@ from types import ModuleType
 
 import numpy as np
 
-from camsim.arrays import F32
-from camsim.errors import UnsupportedError
+from camsim.core.arrays import F32
+from camsim.core.errors import UnsupportedError
 from camsim.measure.demosaic.subject import Used
 
 SCALES = (0.0448, 0.2856, 0.3001, 0.2363, 0.1333)

@@ -9,16 +9,16 @@ import numpy as np
 import numpy.typing as npt
 import scipy
 
-from camsim.arrays import F32, F64, U8
-from camsim.errors import InvalidValueError, UnsupportedError
-from camsim.exposing import Capture
+from camsim.camera.capture import Capture
+from camsim.core.arrays import F32, F64, U8
+from camsim.core.errors import InvalidValueError, UnsupportedError
+from camsim.core.typed import check
 from camsim.measure.given import check_given
 from camsim.measure.picture import Picture
 from camsim.measure.truth.spaces import XYZ_TO_SRGB, balanced, neutral_of
 from camsim.sensor.adc import full_codes
 from camsim.sensor.cfa import Cfa
 from camsim.sensor.colour_matrix import XYZ_D50, adaptation, fit_for_development, fit_white
-from camsim.typed import check
 
 CHANNELS = ("R", "G", "B")
 BORDER = 8

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from camsim.arrays import F32
-from camsim.errors import InvalidValueError, UnsupportedError
+from camsim.core.arrays import F32
+from camsim.core.errors import InvalidValueError, UnsupportedError
+from camsim.core.typed import check
 from camsim.measure.demosaic.alignment import SHIFTED_PX, best_shift
 from camsim.measure.demosaic.artefacts import artefacts
 from camsim.measure.demosaic.develop import developed
@@ -19,7 +20,6 @@ from camsim.measure.demosaic.similarity import ms_ssim, psnr_db, ssim
 from camsim.measure.demosaic.subject import CHANNELS, Subject
 from camsim.measure.demosaic.whole import channel_shifted, enlarged, overflowed, turned
 from camsim.measure.given import check_given
-from camsim.typed import check
 
 _ROUNDING = 2e-6
 """Of the largest value: what 32-bit numbers cannot tell apart once they were scaled."""

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from camsim.arrays import F32, F64
+from camsim.core.arrays import F32, F64
 from camsim.measure.demosaic.alignment import channel_shifts
 from camsim.measure.demosaic.scaling import Fault
 from camsim.measure.demosaic.subject import CHANNELS, Subject

@@ -16,7 +16,7 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 import scipy
 
-from camsim.arrays import F64
+from camsim.core.arrays import F64
 from camsim.scene import Scene
 from camsim.scene.charts import Chart
 from camsim.scene.charts.chart import Card

@@ -9,9 +9,9 @@ from dataclasses import fields
 
 import numpy as np
 
-from camsim.arrays import F64
-from camsim.errors import UnsupportedError
-from camsim.exposing import Capture, Progress
+from camsim.camera.capture import Capture, Progress
+from camsim.core.arrays import F64
+from camsim.core.errors import UnsupportedError
 from camsim.measure.distortion.marks import Marks, locate_mark, marks_of
 from camsim.measure.distortion.result import (
     ChannelDistortion,

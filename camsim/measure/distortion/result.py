@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from camsim.arrays import F64
+from camsim.core.arrays import F64
 from camsim.measure.full_frame import FullFrame
 
 _UNTOLD = 1e-9

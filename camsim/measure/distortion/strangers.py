@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 import scipy
 
-from camsim.arrays import F64
-from camsim.errors import UnsupportedError
+from camsim.core.arrays import F64
+from camsim.core.errors import UnsupportedError
 from camsim.measure.distortion.marks import Marks, locate_mark
 from camsim.measure.geometry import Roi
 from camsim.measure.given import check_given

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from camsim.arrays import F64
-from camsim.exposing import Capture
+from camsim.camera.capture import Capture
+from camsim.core.arrays import F64
 from camsim.measure.distortion.marks import Marks
 from camsim.measure.lens_places import fallen_um, middles_um
 

@@ -9,16 +9,16 @@ from typing import Annotated
 
 import numpy as np
 
-from camsim.arrays import F64, U8
-from camsim.errors import UnsupportedError
-from camsim.marks import Called
+from camsim.core.annotations import Called
+from camsim.core.arrays import F64, U8
+from camsim.core.errors import UnsupportedError
+from camsim.core.typed import check
 from camsim.measure.noise.estimate import SURE, Estimate, no_figure
 from camsim.measure.noise.fullness import saturation
 from camsim.measure.noise.photon_transfer import PhotonTransfer, photon_transfer, sensitivity_threshold_e
 from camsim.measure.noise.result import BENT, ChannelNoise, NoiseReport, Spectrogram
 from camsim.measure.noise.shots import Group, Shots
 from camsim.measure.noise.stack import Chosen, Level, Rounding, Stack, stack, step_between_codes_dn
-from camsim.typed import check
 
 _LEAST_FLATS, _LEAST_FRAMES = 4, 2
 _SAME_TIME = 1e-3

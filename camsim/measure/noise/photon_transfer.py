@@ -14,11 +14,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from camsim.arrays import F64
+from camsim.core.arrays import F64
+from camsim.core.words import percent
 from camsim.measure.noise.estimate import SURE, Estimate, no_figure, over, root_over
 from camsim.measure.noise.fullness import full_well, not_full
 from camsim.measure.noise.stack import Level, Stack
-from camsim.words import percent
 
 # EMVA 1288 R4.0: the gain from 0 to 70 % of saturation, linearity from 5 to 95 %.
 LEAST_LEVELS = 3

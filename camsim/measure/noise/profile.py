@@ -7,13 +7,13 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from camsim.arrays import F64
-from camsim.camera import Camera
-from camsim.errors import UnknownNameError
+from camsim.camera.camera import Camera
+from camsim.core.arrays import F64
+from camsim.core.errors import UnknownNameError
+from camsim.core.typed import check
 from camsim.measure.noise.photon_transfer import LEAST_LEVELS, off_the_line, within_linearity
 from camsim.measure.noise.taking import DARK_TIMES_S, LEVELS, TIME_S, even_light, exposure_of
 from camsim.measure.picture import channel_names, places_of
-from camsim.typed import check
 
 _STEP = 1e-4
 """Of a charge: over which the read-out's slope is taken."""

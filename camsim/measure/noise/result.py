@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, fields
 from typing import Any
 
-from camsim.arrays import F64
+from camsim.core.arrays import F64
 from camsim.measure.noise.estimate import Estimate
 from camsim.measure.noise.photon_transfer import PhotonTransfer
 

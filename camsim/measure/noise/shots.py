@@ -12,20 +12,20 @@ from typing import Literal, TypeAlias, get_args
 
 import numpy as np
 
-from camsim.arrays import U8
-from camsim.errors import InputError, OutputError, UnsupportedError
+from camsim.camera.frame import Frame
+from camsim.core.arrays import U8
+from camsim.core.errors import InputError, OutputError, UnsupportedError
+from camsim.core.typed import FilePath, check
+from camsim.core.words import percent
 from camsim.files import save
 from camsim.files.atomic import made_together, write_whole
 from camsim.files.exif import setting_noted
 from camsim.files.reading import opened
 from camsim.files.tiff_reader import read_directory
-from camsim.frame import Frame
 from camsim.measure.noise.estimate import SURE
 from camsim.measure.noise.stack import Codes
 from camsim.measure.picture import Picture
 from camsim.measure.reading import read_picture
-from camsim.typed import FilePath, check
-from camsim.words import percent
 
 Kind: TypeAlias = Literal["flat", "dark", "clipped"]
 

@@ -9,17 +9,17 @@ from typing import Annotated, TypeAlias
 import numpy as np
 from annotated_types import Ge, Le
 
-from camsim.camera import Camera
-from camsim.errors import UnsupportedError
-from camsim.exposing import Capture
-from camsim.frame import Frame
+from camsim.camera.camera import Camera
+from camsim.camera.capture import Capture
+from camsim.camera.frame import Frame
+from camsim.core.errors import UnsupportedError
+from camsim.core.typed import check
+from camsim.core.words import both
 from camsim.measure.noise.shots import Group, Kind, Shots
 from camsim.measure.picture import mosaic_planes
 from camsim.scene import Scene
 from camsim.sensor.exposure import Exposure
 from camsim.spectra.light import Light
-from camsim.typed import check
-from camsim.words import both
 
 TIME_S = 0.01
 DARK_TIMES_S = (0.001, 3.0, 10.0, 20.0, 30.0)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from camsim.exposing import Capture
+from camsim.camera.capture import Capture
 from camsim.measure.picture import Plane
 
 

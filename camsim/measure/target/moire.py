@@ -22,9 +22,10 @@ from typing import Any
 
 import numpy as np
 
-from camsim.arrays import F64
-from camsim.errors import UnsupportedError
-from camsim.exposing import Capture
+from camsim.camera.capture import Capture
+from camsim.core.arrays import F64
+from camsim.core.errors import UnsupportedError
+from camsim.core.typed import Number, Positive, check
 from camsim.measure.given import check_given
 from camsim.measure.lens_places import refuse_distortion
 from camsim.measure.picture import Picture, Plane
@@ -33,7 +34,6 @@ from camsim.measure.target.plates import Rings, aligned, rings_of
 from camsim.measure.target.star import FUNDAMENTAL, surface_contrast
 from camsim.measure.theory import CameraOtf
 from camsim.scene.charts import Chart
-from camsim.typed import Number, Positive, check
 
 _NEAR = 0.2
 """Of the sampling frequency: how fine a ghost's rings may be where it is fitted."""

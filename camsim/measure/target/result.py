@@ -8,7 +8,7 @@ from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
-from camsim.arrays import F64
+from camsim.core.arrays import F64
 from camsim.measure.crossings import falls_to
 from camsim.measure.full_frame import NYQUIST_OF_SENSOR_CYCLES_PER_PIXEL, FullFrame
 

@@ -18,10 +18,12 @@ from typing import Any
 
 import numpy as np
 
-from camsim.arrays import F64
-from camsim.errors import UnsupportedError
-from camsim.exposing import Capture
-from camsim.lit import Window
+from camsim.camera.capture import Capture
+from camsim.camera.exposed_rows import Window
+from camsim.camera.window import Region
+from camsim.core.arrays import F64
+from camsim.core.errors import UnsupportedError
+from camsim.core.words import percent
 from camsim.measure.given import check_given
 from camsim.measure.lens_places import refuse_distortion
 from camsim.measure.picture import Picture, Plane
@@ -30,8 +32,6 @@ from camsim.measure.target.dark import dark_signal
 from camsim.measure.target.result import TargetMtf, TargetReport, curve
 from camsim.measure.theory import CameraOtf
 from camsim.optics import Gaussian, SquarePhotosite
-from camsim.window import Region
-from camsim.words import percent
 
 _FINER = 4
 _SIGMA_PX = 0.12

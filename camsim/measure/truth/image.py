@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
-from camsim.arrays import F32
+from camsim.core.arrays import F32
 
 Space: TypeAlias = Literal["electrons", "camera-rgb", "xyz", "srgb"]
 

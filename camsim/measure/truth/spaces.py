@@ -13,14 +13,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from camsim.arrays import F32, F64
-from camsim.errors import UnsupportedError
-from camsim.exposing import Capture, Progress
+from camsim.camera.capture import Capture, Progress
+from camsim.core.arrays import F32, F64
+from camsim.core.errors import UnsupportedError
+from camsim.core.typed import known_name
 from camsim.measure.given import check_given
 from camsim.measure.truth.image import SPACES, Space, TruthImage
 from camsim.rendering.render import render_channels
 from camsim.sensor.colour_matrix import adaptation, as_shot_neutral, fit_white, observer
-from camsim.typed import known_name
 
 XYZ_TO_SRGB = np.array(
     [

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camsim.arrays import F64, I64, U8
-from camsim.kernels import kernel
+from camsim.core.arrays import F64, I64, U8
+from camsim.core.kernels import kernel
 from camsim.rendering.boundary.crowd import Cells, cell_at_points
 from camsim.rendering.boundary.records import Numbers, TabledEdges, Tables, moments_in_frame
 from camsim.rendering.boundary.smooth import ENDS, LINE, WHOLE, add_weighed, far_at_points

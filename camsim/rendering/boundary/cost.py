@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from camsim.arrays import I64
+from camsim.core.arrays import I64
 from camsim.rendering.boundary.image import inside_length, largest_tile
 from camsim.rendering.boundary.potential import ORDER
 from camsim.rendering.boundary.ring_counts import HARMONIC, MOST_ENDS, OF_TABLE, TERM, VALUE, ring_counts, within

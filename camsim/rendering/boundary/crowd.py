@@ -11,9 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camsim.arrays import F64, I64
-from camsim.kernels import kernel
-from camsim.quadrature import chebyshev, gauss_legendre
+from camsim.core.arrays import F64, I64
+from camsim.core.kernels import kernel
+from camsim.numerics.quadrature import chebyshev, gauss_legendre
 from camsim.rendering.boundary.dipole import dipole_at_points
 from camsim.rendering.boundary.far import Moments
 from camsim.rendering.edges import Edges

@@ -14,8 +14,8 @@ from __future__ import annotations
 
 import math
 
-from camsim.arrays import F64
-from camsim.kernels import kernel
+from camsim.core.arrays import F64
+from camsim.core.kernels import kernel
 from camsim.rendering.boundary.far import Moments
 
 GAUSS = 0.5 / math.sqrt(3.0)  # of an edge's length, to either side of its middle: the rule of two nodes

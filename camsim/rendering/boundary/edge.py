@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from camsim.arrays import F64
-from camsim.kernels import kernel
+from camsim.core.arrays import F64
+from camsim.core.kernels import kernel
 from camsim.rendering.boundary.far import across, far_edge, far_line, far_tail, mirrored, weigh
 from camsim.rendering.boundary.potential import eight_points
 from camsim.rendering.boundary.records import Numbers, TabledEdges, Tables, moments_of

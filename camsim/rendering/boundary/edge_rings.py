@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from camsim.arrays import F64
-from camsim.kernels import kernel
+from camsim.core.arrays import F64
+from camsim.core.kernels import kernel
 from camsim.rendering.boundary.records import Numbers, TabledEdges, Tables
 from camsim.rendering.boundary.ring_table import tabled_part
 from camsim.rendering.boundary.rings import is_short, ring_part, ring_tail

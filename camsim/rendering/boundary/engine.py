@@ -9,9 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from camsim.arrays import F64, I64, U8
-from camsim.errors import UnsupportedError
-from camsim.kept import cached_property
+from camsim.core.arrays import F64, I64, U8
+from camsim.core.cached import cached_property
+from camsim.core.errors import UnsupportedError
+from camsim.core.tiled import Channels
 from camsim.optics.pattern import Pattern
 from camsim.rendering.boundary.cost import Counts, boundary_cost, boundary_counts
 from camsim.rendering.boundary.image import boundary_bands, directions
@@ -22,7 +23,6 @@ from camsim.rendering.footprint import Footprint
 from camsim.rendering.job import Job, Nodes
 from camsim.rendering.spectral import multiples
 from camsim.rendering.work import Work
-from camsim.repeated import Channels
 
 MOST_PARTS, OF_TABLES = 64, 0.5  # along a photosite; of a plan's seconds: then it is worth while to look for parts
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from camsim.arrays import F64, U8
-from camsim.kernels import kernel
+from camsim.core.arrays import F64, U8
+from camsim.core.kernels import kernel
 from camsim.rendering.boundary.collect import CELL, Scratch, Stack, World, gap_from
 from camsim.rendering.boundary.crowd import cell_at_points
 from camsim.rendering.boundary.edge import edge_at, line_at

@@ -8,9 +8,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from camsim.arrays import C128, F64, I64, kinds_of
+from camsim.core.arrays import C128, F64, I64, kinds_of
+from camsim.core.tiled import Channels
+from camsim.numerics.quadrature import chebyshev, gauss_order, gauss_rules, interpolation
 from camsim.optics.pattern import Pattern
-from camsim.quadrature import chebyshev, gauss_order, gauss_rules, interpolation
 from camsim.rendering.boundary.crowd import gather
 from camsim.rendering.boundary.far import far_moments
 from camsim.rendering.boundary.records import Numbers, TabledEdges, Tables
@@ -26,7 +27,6 @@ from camsim.rendering.footprint import Footprint, footprint_rule
 from camsim.rendering.grid import Grid
 from camsim.rendering.job import Job, Nodes
 from camsim.rendering.spectral import multiples
-from camsim.repeated import Channels
 
 NO_RINGS = np.empty((0, 2, 1, 1), np.complex128)
 BAND_PHOTOSITES = 2_000_000

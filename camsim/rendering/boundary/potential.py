@@ -11,10 +11,10 @@ import threading
 
 import numpy as np
 
-from camsim.arrays import F64
-from camsim.kernels import kernel
+from camsim.core.arrays import F64
+from camsim.core.kernels import kernel
+from camsim.numerics.quadrature import gauss_legendre
 from camsim.optics.pattern import Pattern
-from camsim.quadrature import gauss_legendre
 
 STEP_PER_BLUR = 1.0 / 32.0
 ORDER = 10  # points of the Lagrange rule; with the step above its error is below 1e-12

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from camsim.arrays import C128, F64, I64
-from camsim.kernels import kernel
+from camsim.core.arrays import C128, F64, I64
+from camsim.core.kernels import kernel
 from camsim.rendering.boundary.far import Moments
 from camsim.rendering.boundary.ring_table import RingTable
 

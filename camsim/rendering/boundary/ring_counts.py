@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camsim.arrays import F64, I64
+from camsim.core.arrays import F64, I64
 from camsim.rendering.boundary.image import inside_length, rings_order, turns
 from camsim.rendering.boundary.ring_table import BEYOND, MARGIN, harmonics_heard, ring_step
 from camsim.rendering.boundary.rings import RAY_NODES, piece_nodes, ring_terms

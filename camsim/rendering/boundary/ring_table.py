@@ -15,9 +15,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camsim.arrays import C128, F64
-from camsim.kernels import kernel, shared
-from camsim.quadrature import EIGHT_POINTS
+from camsim.core.arrays import C128, F64
+from camsim.core.kernels import kernel, shared
+from camsim.numerics.quadrature import EIGHT_POINTS
 from camsim.rendering.boundary.potential import eight_points
 from camsim.rendering.boundary.rings import PIECE_W, PIECE_X, left_of_waves, nodes_on
 

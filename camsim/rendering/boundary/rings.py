@@ -18,10 +18,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from camsim.arrays import C128, F64
-from camsim.kernels import kernel
+from camsim.core.arrays import C128, F64
+from camsim.core.kernels import kernel
+from camsim.numerics.quadrature import gauss_legendre, gauss_phases, gauss_rules
 from camsim.optics.pattern import Tone
-from camsim.quadrature import gauss_legendre, gauss_phases, gauss_rules
 
 RAY_NODES = 14
 RAY_DECAY = 16.0  # nepers along the ray

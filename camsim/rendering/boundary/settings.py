@@ -21,9 +21,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from camsim.errors import InvalidValueError
+from camsim.core.errors import InvalidValueError
+from camsim.numerics.quadrature import EIGHT_POINTS, SIX_POINTS, gauss_error
 from camsim.optics.pattern import Pattern
-from camsim.quadrature import EIGHT_POINTS, SIX_POINTS, gauss_error
 from camsim.rendering.boundary.dipole import longest_dipoles
 from camsim.rendering.focus import Foci
 from camsim.rendering.footprint import Footprint

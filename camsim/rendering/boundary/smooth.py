@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import math
 
-from camsim.arrays import F64, U8
-from camsim.kernels import kernel
+from camsim.core.arrays import F64, U8
+from camsim.core.kernels import kernel
 from camsim.rendering.boundary.dipole import GAUSS, dipole_at_points
 from camsim.rendering.boundary.far import Moments, across, far_line, mirrored, smooth_tail, weigh
 from camsim.rendering.boundary.records import Numbers, TabledEdges, moments_in_frame, moments_of

@@ -12,12 +12,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camsim.arrays import F64, I64
-from camsim.kernels import kernel, shared
+from camsim.core.arrays import F64, I64
+from camsim.core.kernels import kernel, shared
+from camsim.numerics.matrix_products import product
+from camsim.numerics.quadrature import gauss_legendre
+from camsim.numerics.quintics import quintic_cells
 from camsim.optics.pattern import Pattern
-from camsim.products import product
-from camsim.quadrature import gauss_legendre
-from camsim.quintics import quintic_cells
 from camsim.rendering.boundary.potential import ORDER, SCALE, at_cell, contract, lagrange_weights, potential
 from camsim.rendering.footprint import Footprint
 

@@ -11,8 +11,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from camsim.arrays import F64, U8
-from camsim.kernels import kernel, shared
+from camsim.core.arrays import F64, U8
+from camsim.core.kernels import kernel, shared
 from camsim.rendering.boundary.collect import Scratch, Stack, World, collect, scratch_of, stack_of
 from camsim.rendering.boundary.crowd import Cells
 from camsim.rendering.boundary.finish import finish

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camsim.arrays import F64, I64, U8
-from camsim.kernels import kernel, shared
+from camsim.core.arrays import F64, I64, U8
+from camsim.core.kernels import kernel, shared
 from camsim.rendering.boundary.edge_rings import rings_at
 from camsim.rendering.boundary.records import Numbers, TabledEdges, Tables
 

@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from camsim.arrays import F64, I64
-from camsim.kernels import kernel
-from camsim.quadrature import gauss_legendre
+from camsim.core.arrays import F64, I64
+from camsim.core.kernels import kernel
+from camsim.numerics.quadrature import gauss_legendre
 
 NEXT_TO = 1e-9  # of a cell: an outline this near to a side may be on it
 ASKED_AT = 0.3137  # of a cell, where it is asked whether it is seen: no field's own side is there, as in its middle

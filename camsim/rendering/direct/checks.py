@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
-from camsim.arrays import F64, I64, U8
+from camsim.core.arrays import F64, I64, U8
 from camsim.rendering.engine import Plan
 
 

@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camsim.arrays import F64, I64
-from camsim.kernels import kernel
+from camsim.core.arrays import F64, I64
+from camsim.core.kernels import kernel
 from camsim.rendering.direct.records import Outlines
 
 STEPS = 2  # of Newton's rule

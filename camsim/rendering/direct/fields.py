@@ -16,10 +16,10 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 import scipy
 
-from camsim.arrays import F64, I64
-from camsim.kept import cached_property
-from camsim.kernels import shared
-from camsim.quadrature import GOLDEN, gauss_legendre, gauss_order
+from camsim.core.arrays import F64, I64
+from camsim.core.cached import cached_property
+from camsim.core.kernels import shared
+from camsim.numerics.quadrature import GOLDEN, gauss_legendre, gauss_order
 from camsim.rendering.direct.cells import cell_states, cut_nodes
 from camsim.rendering.direct.painter import Rows, covered
 from camsim.rendering.direct.photosites import over_nodes, over_points, over_samples

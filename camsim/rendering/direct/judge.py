@@ -7,10 +7,10 @@ import math
 
 import numpy as np
 
-from camsim.arrays import F64, I64, U8, kinds_of
-from camsim.kept import cached_property
-from camsim.kernels import shared
-from camsim.products import product
+from camsim.core.arrays import F64, I64, U8, kinds_of
+from camsim.core.cached import cached_property
+from camsim.core.kernels import shared
+from camsim.numerics.matrix_products import product
 from camsim.rendering.direct.checks import Found
 from camsim.rendering.direct.fields import Fields
 from camsim.rendering.direct.light import condensed, count_of, densities, heard_until

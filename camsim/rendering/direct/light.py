@@ -7,9 +7,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from camsim.arrays import F64
+from camsim.core.arrays import F64
+from camsim.numerics.matrix_products import product
 from camsim.optics import OpticalSystem, RoundLens
-from camsim.products import product
 from camsim.rendering.direct.scenery import Pieces
 from camsim.rendering.direct.spread import breaks_of, fades, smooth_energy
 from camsim.spectra.component import Component

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camsim.arrays import F64, I64
-from camsim.kernels import kernel, shared
+from camsim.core.arrays import F64, I64
+from camsim.core.kernels import kernel, shared
 from camsim.rendering.direct.cuts import lies_on
 from camsim.rendering.direct.records import Outlines, Owners
 

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from camsim.arrays import F64, I64
-from camsim.kernels import kernel
+from camsim.core.arrays import F64, I64
+from camsim.core.kernels import kernel
 from camsim.rendering.direct.records import POWERS, Outlines, Table
 
 FAR_LENGTH, SMALL_LENGTH = 0.5, 0.1  # of its distance: the longest far panel, and one for which two nodes do

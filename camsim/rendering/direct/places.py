@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from camsim.arrays import F64, I64, kinds_of
-from camsim.quadrature import GOLDEN
+from camsim.core.arrays import F64, I64, kinds_of
+from camsim.numerics.quadrature import GOLDEN
 from camsim.rendering.direct.records import Outlines
 from camsim.rendering.engine import Marks
 from camsim.rendering.grid import Grid

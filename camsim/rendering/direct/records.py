@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camsim.arrays import F64, I64
+from camsim.core.arrays import F64, I64
 
 POWERS = 7  # of 1/r, of what is far
 

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camsim.arrays import F64, I64
+from camsim.core.arrays import F64, I64
 from camsim.rendering.direct.cuts import Squares, pairs, pieces_between_cuts
 from camsim.rendering.direct.painter import BESIDE, Near, Rows, sides_of
 from camsim.rendering.direct.records import Outlines, Owners

@@ -15,11 +15,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camsim.arrays import F64, I64
-from camsim.kernels import shared
+from camsim.core.arrays import F64, I64
+from camsim.core.kernels import shared
+from camsim.numerics.matrix_products import product
+from camsim.numerics.quadrature import chebyshev, gauss_legendre, gauss_phases, gauss_pieces
 from camsim.optics import OpticalSystem, RoundLens
-from camsim.products import product
-from camsim.quadrature import chebyshev, gauss_legendre, gauss_phases, gauss_pieces
 from camsim.rendering.direct.records import POWERS, Table
 from camsim.rendering.direct.spread_kernels import fill_rows
 

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from camsim.arrays import F64, I64
-from camsim.kernels import kernel
+from camsim.core.arrays import F64, I64
+from camsim.core.kernels import kernel
 
 FAR, TERMS = 25.0, 9  # arguments, from which on Hankel's series of so many terms has all digits
 FARTHER, FEWER = 60.0, 4  # and of so many

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from camsim.arrays import F64, I64, U8
-from camsim.kept import cached_property
+from camsim.core.arrays import F64, I64, U8
+from camsim.core.cached import cached_property
+from camsim.numerics.quadrature import GOLDEN
 from camsim.optics.of_pupil import OfPupil
-from camsim.quadrature import GOLDEN
 from camsim.rendering.direct.checks import Found
 from camsim.rendering.engine import FINEST, MEMORY_LIMIT_BYTES, Plan
 from camsim.rendering.fields.job import FieldJob

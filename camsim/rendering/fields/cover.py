@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camsim.arrays import F64, I64
+from camsim.core.arrays import F64, I64
 from camsim.rendering.edges import shares_within
 from camsim.rendering.fields.layer import Rings
 from camsim.scene.patches import edges_of, pieces_of

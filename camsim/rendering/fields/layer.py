@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from camsim.arrays import F64
-from camsim.kept import cached_property
+from camsim.core.arrays import F64
+from camsim.core.cached import cached_property
 from camsim.scene.raster import DEGREES, Raster
 from camsim.spectra.curve import Spectrum
 

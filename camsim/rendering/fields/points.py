@@ -8,8 +8,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from camsim.arrays import F64
-from camsim.errors import InvalidValueError
+from camsim.core.arrays import F64
+from camsim.core.errors import InvalidValueError
 from camsim.scene import PointSource, Primitive, Scene, flattened
 from camsim.scene.covering import covered
 from camsim.spectra.curve import Spectrum

@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camsim.arrays import F64, I64
-from camsim.quadrature import gauss_legendre, gauss_pieces
+from camsim.core.arrays import F64, I64
+from camsim.numerics.quadrature import gauss_legendre, gauss_pieces
 from camsim.rendering.fields.cover import Cover, cover_of
 from camsim.rendering.fields.layer import Layer, basis, refined
 

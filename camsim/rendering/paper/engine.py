@@ -8,8 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from camsim.arrays import F64, I64, U8
-from camsim.errors import UnsupportedError
+from camsim.core.arrays import F64, I64, U8
+from camsim.core.errors import UnsupportedError
+from camsim.core.tiled import Channels
 from camsim.optics import EllipticalGaussian
 from camsim.rendering.boundary.settings import check_tolerance
 from camsim.rendering.engine import FEWEST_CHECKED, Cost, Decision, Marks, Progress, one_by_one
@@ -17,7 +18,6 @@ from camsim.rendering.footprint import Footprint
 from camsim.rendering.job import Job
 from camsim.rendering.paper import rules
 from camsim.rendering.work import Work
-from camsim.repeated import Channels
 
 SECONDS_PER_CLIP = 4e-9  # of one square against one edge
 

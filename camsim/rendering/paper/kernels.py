@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camsim.arrays import F64
-from camsim.kernels import kernel
+from camsim.core.arrays import F64
+from camsim.core.kernels import kernel
 
 
 class Steps(NamedTuple):

@@ -25,9 +25,9 @@ from typing import Any
 import numpy as np
 import scipy
 
-from camsim.arrays import F64
-from camsim.errors import InvalidValueError, UnsupportedError
-from camsim.kernels import shared
+from camsim.core.arrays import F64
+from camsim.core.errors import InvalidValueError, UnsupportedError
+from camsim.core.kernels import shared
 from camsim.optics import Airy, EllipticalGaussian, Gaussian, OpticalSystem
 from camsim.rendering.edges import Edges
 from camsim.rendering.footprint import Footprint

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from camsim.arrays import C128, F64
-from camsim.kept import cached_property
+from camsim.core.arrays import C128, F64
+from camsim.core.cached import cached_property
 from camsim.optics.protocols import Varies
 from camsim.rendering.fields.points import PointLayer
 from camsim.rendering.fields.samples import Splines, splines_of

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from camsim.arrays import F64, I64
-from camsim.kernels import kernel
+from camsim.core.arrays import F64, I64
+from camsim.core.kernels import kernel
 from camsim.rendering.edges import Edges
 
 ROOM = 1000  # edges, at the least, that are expected in a box; and as many again for every eighth of the scene's

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from camsim.arrays import C128, F64, I64
-from camsim.kept import cached_property
-from camsim.kernels import kernel, shared
-from camsim.nonuniform import modes
-from camsim.quadrature import gauss_pieces, gauss_rules
+from camsim.core.arrays import C128, F64, I64
+from camsim.core.cached import cached_property
+from camsim.core.kernels import kernel, shared
+from camsim.numerics.nonuniform import modes
+from camsim.numerics.quadrature import gauss_pieces, gauss_rules
 from camsim.rendering.edges import Edges
 from camsim.rendering.waves.clamped import clamped, netted
 from camsim.rendering.waves.kernels import slope

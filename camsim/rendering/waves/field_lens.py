@@ -17,15 +17,15 @@ from itertools import pairwise
 import numpy as np
 import scipy
 
-from camsim.arrays import C128, F64, I64
-from camsim.kept import cached_property
-from camsim.kernels import shared
+from camsim.core.arrays import C128, F64, I64
+from camsim.core.cached import cached_property
+from camsim.core.kernels import shared
+from camsim.numerics.quadrature import chebyshev, interpolation
 from camsim.optics import OpticalSystem
 from camsim.optics.airy import Airy
 from camsim.optics.placed import Revolves
 from camsim.optics.protocols import Varies
 from camsim.optics.transfer_table import NO_BORDER
-from camsim.quadrature import chebyshev, interpolation
 from camsim.rendering.waves.field_transfers import Rule, Wavefronts
 from camsim.rendering.waves.image import FrequencyImage, Source, tiles
 from camsim.rendering.waves.kernels import mix

@@ -17,16 +17,16 @@ from itertools import pairwise
 import numpy as np
 import scipy
 
-from camsim.arrays import C128, F64, I64
-from camsim.errors import UnsupportedError
-from camsim.kernels import kernel, shared
+from camsim.core.arrays import C128, F64, I64
+from camsim.core.errors import UnsupportedError
+from camsim.core.kernels import kernel, shared
+from camsim.numerics.quadrature import chebyshev, gauss_rules
 from camsim.optics.overlaps import turned
 from camsim.optics.placed import PlacedLens
 from camsim.optics.protocols import Placed
 from camsim.optics.pupil import Pupil
 from camsim.optics.transfer_table import radial_matrix, radial_places
 from camsim.optics.zernike import layout, orders, zernike
-from camsim.quadrature import chebyshev, gauss_rules
 
 NODES = 6, 8, 10, 12, 16, 20, 24, 32, 40, 52, 64, 88, 120, 160, 220, 300  # each way of an overlap
 RADII = 8, 10, 12, 16, 20, 24, 32, 48, 64, 96, 128, 192, 256, 320, 400

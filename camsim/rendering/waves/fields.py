@@ -12,12 +12,12 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from camsim.arrays import C128, F64, I64
-from camsim.errors import UnsupportedError
-from camsim.kept import cached_property
-from camsim.kernels import shared
-from camsim.nonuniform import modes, modes_of_lines
-from camsim.quadrature import gauss_legendre
+from camsim.core.arrays import C128, F64, I64
+from camsim.core.cached import cached_property
+from camsim.core.errors import UnsupportedError
+from camsim.core.kernels import shared
+from camsim.numerics.nonuniform import modes, modes_of_lines
+from camsim.numerics.quadrature import gauss_legendre
 from camsim.rendering.fields.layer import Layer, basis
 from camsim.rendering.fields.points import PointLayer
 from camsim.rendering.fields.samples import LONGEST_SQUARE, Sight, Splines, parts_of, splines_of

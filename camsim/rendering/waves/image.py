@@ -12,9 +12,9 @@ from typing import Any, Protocol
 import numpy as np
 import scipy
 
-from camsim.arrays import C128, F64, I64
-from camsim.kept import cached_property
-from camsim.kernels import shared
+from camsim.core.arrays import C128, F64, I64
+from camsim.core.cached import cached_property
+from camsim.core.kernels import shared
 from camsim.rendering.waves.kernels import add_curves, add_polar, between
 from camsim.rendering.waves.levels import Lattice, Level, lattice_of
 from camsim.rendering.waves.transfers import Footprint, Lens

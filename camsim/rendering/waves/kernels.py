@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from camsim.arrays import C128, F64, I64
-from camsim.kernels import kernel
+from camsim.core.arrays import C128, F64, I64
+from camsim.core.kernels import kernel
 
 HERMITE = 4
 

@@ -16,7 +16,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from camsim.arrays import F64
+from camsim.core.arrays import F64
 from camsim.rendering.fast_length import fast_length
 from camsim.rendering.waves.taper import taper, taper_margin, tapered
 

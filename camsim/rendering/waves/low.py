@@ -13,9 +13,9 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from camsim.arrays import C128, F64
-from camsim.kept import cached_property
-from camsim.nonuniform import modes_of_lines
+from camsim.core.arrays import C128, F64
+from camsim.core.cached import cached_property
+from camsim.numerics.nonuniform import modes_of_lines
 from camsim.rendering.fast_length import fast_length
 from camsim.rendering.waves.image import Source
 from camsim.rendering.waves.levels import Lattice

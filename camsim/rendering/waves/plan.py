@@ -10,9 +10,10 @@ from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
-from camsim.arrays import F64, I64, U8
-from camsim.errors import InvalidValueError, UnsupportedError
-from camsim.kept import cached_property
+from camsim.core.arrays import F64, I64, U8
+from camsim.core.cached import cached_property
+from camsim.core.errors import InvalidValueError, UnsupportedError
+from camsim.core.tiled import Channels
 from camsim.optics.annular import AnnularAiry
 from camsim.optics.of_pupil import OfPupil
 from camsim.optics.protocols import Fading, KnowsReach
@@ -32,7 +33,6 @@ from camsim.rendering.waves.low import WIDER, LowFrequencies
 from camsim.rendering.waves.rings import Rings
 from camsim.rendering.waves.transfers import Footprint, Lens
 from camsim.rendering.work import Work
-from camsim.repeated import Channels
 
 COARSEST = 1e-2
 BESIDE_SIGHT = 8.0  # pitches: patches that reach into what the first level sees

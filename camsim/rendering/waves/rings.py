@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from camsim.arrays import F64
-from camsim.kernels import kernel
+from camsim.core.arrays import F64
+from camsim.core.kernels import kernel
 from camsim.rendering.edges import Edges
 from camsim.rendering.fast_length import fast_length
 from camsim.rendering.grid import Grid

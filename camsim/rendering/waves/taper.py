@@ -8,7 +8,7 @@ import math
 import numpy as np
 import scipy
 
-from camsim.arrays import F64
+from camsim.core.arrays import F64
 
 TAPER_DEGREE = 63
 

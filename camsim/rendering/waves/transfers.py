@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from camsim.arrays import C128, F64, I64
-from camsim.kept import cached_property
+from camsim.core.arrays import C128, F64, I64
+from camsim.core.cached import cached_property
 from camsim.optics import OpticalSystem
 from camsim.optics.annular import AnnularAiry
 from camsim.optics.of_pupil import OfPupil

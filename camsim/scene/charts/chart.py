@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, ParamSpec, TypeAlias,
 import numpy as np
 from annotated_types import Ge, Le
 
-from camsim.arrays import F64
-from camsim.errors import InvalidValueError, UnknownNameError, in_brief
+from camsim.core.arrays import F64
+from camsim.core.errors import InvalidValueError, UnknownNameError, in_brief
+from camsim.core.typed import Point, Positive, Several, check, judge
 from camsim.scene.primitives import Primitive, Shape, flattened, turned
 from camsim.scene.primitives import counted as count_pieces
 from camsim.scene.shapes import Disc, Polygon, Rectangle, Text
 from camsim.spectra.curve import Spectrum
-from camsim.typed import Point, Positive, Several, check, judge
 
 Place: TypeAlias = tuple[float, float]
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Literal
 
+from camsim.core.typed import Fraction, Point, Positive
 from camsim.scene.charts.chart import Card, chart
 from camsim.scene.primitives import Shape
 from camsim.spectra import named
 from camsim.spectra.curve import Reflectance
-from camsim.typed import Fraction, Point, Positive
 
 _ROWS, _COLS = 4, 6
 

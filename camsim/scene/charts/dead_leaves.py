@@ -9,11 +9,11 @@ from typing import Annotated
 import numpy as np
 from annotated_types import Ge, Le, MinLen
 
+from camsim.core.typed import Fraction, Point, Positive, Seed, Several
 from camsim.scene.charts.chart import Many, chart, counted, instead, refused
 from camsim.scene.primitives import Shape
 from camsim.scene.shapes import Disc
 from camsim.spectra.curve import Reflectance
-from camsim.typed import Fraction, Point, Positive, Seed, Several
 
 
 @chart

@@ -6,11 +6,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from camsim.core.typed import Fraction, Point, Positive
 from camsim.scene.charts.chart import Card, Place, chart, refused, with_densities
 from camsim.scene.primitives import Shape
 from camsim.scene.shapes import Sector
 from camsim.spectra.curve import Reflectance, Spectrum
-from camsim.typed import Fraction, Point, Positive
 
 _SLANT_DEG = 5.0
 _STEPS = 20

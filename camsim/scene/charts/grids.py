@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from camsim.core.typed import Point, Positive
 from camsim.scene.charts.chart import Card, Many, chart, counted
 from camsim.scene.primitives import Shape
 from camsim.spectra.curve import Reflectance
-from camsim.typed import Point, Positive
 
 
 @chart

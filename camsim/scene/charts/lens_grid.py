@@ -7,11 +7,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from camsim.core.typed import Point, Positive
 from camsim.scene.charts.chart import Card, Many, chart, counted, refused
 from camsim.scene.primitives import Shape
 from camsim.scene.shapes import Polygon, Rectangle
 from camsim.spectra.curve import Reflectance
-from camsim.typed import Point, Positive
 
 
 @chart

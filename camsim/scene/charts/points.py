@@ -8,10 +8,10 @@ from typing import Annotated
 import numpy as np
 from annotated_types import Ge, Le
 
+from camsim.core.typed import Point, Positive, Seed, Several
 from camsim.scene.charts.chart import Card, Many, chart, instead, refused
 from camsim.scene.primitives import Shape
 from camsim.spectra.curve import Reflectance
-from camsim.typed import Point, Positive, Seed, Several
 
 _PER_MAGNITUDE = 0.6  # stars evenly spread in space: 10^0.6 times as many a magnitude fainter
 

@@ -7,10 +7,10 @@ from typing import Annotated, Literal
 
 from annotated_types import MinLen
 
+from camsim.core.typed import Point, Positive
 from camsim.scene.charts.chart import Card, chart, refused
 from camsim.scene.primitives import Shape
 from camsim.spectra.curve import Reflectance
-from camsim.typed import Point, Positive
 
 
 @chart

@@ -9,12 +9,12 @@ from typing import Annotated
 import numpy as np
 from annotated_types import Ge, Le, MinLen
 
+from camsim.core.typed import Point, Positive, Seed, Several
 from camsim.scene.charts.chart import chart
 from camsim.scene.primitives import Shape
 from camsim.scene.shapes import Ellipse, Path, Polygon, Rectangle, RegularPolygon, Ring, Sector, Star, Text
 from camsim.spectra import named
 from camsim.spectra.curve import Reflectance, Spectrum
-from camsim.typed import Point, Positive, Seed, Several
 
 _BANDS = 24
 _LETTERS = "ABCDEFGHKMRSWXabdegkqrs2345689&%?"

@@ -8,11 +8,11 @@ from typing import Annotated
 
 from annotated_types import Ge, Le
 
+from camsim.core.typed import NonNegative, Point, Positive
 from camsim.scene.charts.chart import Card, chart, refused
 from camsim.scene.primitives import Shape
 from camsim.scene.shapes import Path
 from camsim.spectra.curve import Reflectance
-from camsim.typed import NonNegative, Point, Positive
 
 # The card reaches beyond the sectors: round outlines that coincide are cut more finely than any other.
 _RIM = 1.05

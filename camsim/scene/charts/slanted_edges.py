@@ -7,10 +7,10 @@ from typing import Annotated
 
 from annotated_types import MinLen
 
+from camsim.core.typed import Point, Positive, Several
 from camsim.scene.charts.chart import Card, Many, chart, counted
 from camsim.scene.primitives import Shape
 from camsim.spectra.curve import Reflectance
-from camsim.typed import Point, Positive, Several
 
 
 @chart

@@ -8,10 +8,10 @@ from typing import Annotated, Literal
 import numpy as np
 from annotated_types import Ge, Le, MinLen
 
+from camsim.core.typed import Fraction, Point, Positive, Several
 from camsim.scene.charts.chart import Card, chart, counted, instead, with_densities
 from camsim.scene.primitives import Shape
 from camsim.spectra.curve import Reflectance
-from camsim.typed import Fraction, Point, Positive, Several
 
 
 @chart

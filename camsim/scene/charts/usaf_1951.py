@@ -8,10 +8,10 @@ from typing import Annotated
 
 from annotated_types import Ge, Le, MinLen
 
+from camsim.core.typed import Point, Several
 from camsim.scene.charts.chart import Card, Place, chart
 from camsim.scene.primitives import Shape
 from camsim.spectra.curve import Reflectance, Spectrum
-from camsim.typed import Point, Several
 
 # In widths of a bar: three bars with their gaps are a square, an element two of them.
 _SQUARE, _GAP = 5.0, 2.0

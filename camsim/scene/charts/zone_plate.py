@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+from camsim.core.typed import Point, Positive
 from camsim.scene.charts.chart import Card, chart, counted, periods
 from camsim.scene.primitives import Shape
 from camsim.spectra.curve import Reflectance
-from camsim.typed import Point, Positive
 
 
 @chart

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import numpy as np
 from annotated_types import Ge, Le
 
-from camsim.arrays import F64
-from camsim.errors import InvalidValueError
+from camsim.core.arrays import F64
+from camsim.core.errors import InvalidValueError
+from camsim.core.typed import Count, Number, Place, Point, Positive, Several, Truth, Whole, judge, refusal
+from camsim.numerics.rotations import cosine_and_sine
 from camsim.scene.primitives import Fill, Primitive, Shape, counted
-from camsim.turns import cosine_and_sine
-from camsim.typed import Count, Number, Place, Point, Positive, Several, Truth, Whole, judge, refusal
 
 Matrix = tuple[float, float, float, float, float, float]
 Finite = Annotated[float, Ge(-1e6), Le(1e6)]

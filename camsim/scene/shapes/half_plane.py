@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
+from camsim.core.typed import Number, Place, Point, judge
 from camsim.scene.curves import through
 from camsim.scene.primitives import Primitive, Shape, one, turned
 from camsim.spectra.curve import NumberOrCurve, Reflectance
-from camsim.typed import Number, Place, Point, judge
 
 REACH_UM = 1e10
 """How far it goes: behind an f/8 lens less than 1e-10 of the light comes from beyond."""

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 import numpy as np
 from annotated_types import Ge, Le
 
+from camsim.core.typed import NonNegative, Number, Positive, Several, judge, refusal
 from camsim.scene.arcs import Arcs, Fineness, arcs_of
 from camsim.scene.curves import STRAIGHT, Curves, Pen
 from camsim.scene.shapes.path import Drawn, Segments
 from camsim.scene.shapes.ways import DOT, Way, dashes_of, unit
 from camsim.spectra.curve import NumberOrCurve, Reflectance
-from camsim.typed import NonNegative, Number, Positive, Several, judge, refusal
 
 Cap = Literal["butt", "round", "square"]
 Join = Literal["miter", "round", "bevel"]

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 
-from camsim.errors import InvalidValueError
-from camsim.kind import Misfit, number
-from camsim.marks import After, Called
+from camsim.core.annotations import After, Called
+from camsim.core.errors import InvalidValueError
+from camsim.core.number_kinds import Misfit, number
+from camsim.core.typed import Several, judge, refusal
+from camsim.core.words import DECIMAL_POINT
 from camsim.scene.curves import Curves, Pen
 from camsim.scene.primitives import MOST_PIECES, FillRule, Primitive, Shape, one
 from camsim.spectra.curve import NumberOrCurve, Reflectance
-from camsim.typed import Several, judge, refusal
-from camsim.words import DECIMAL_POINT
 
 Segment = tuple[Any, ...]
 
@@ -103,7 +103,7 @@ class Path(Drawn):
     >>> Path(segments_um=[("line", 1, 0)], reflectance=0.0)
     Traceback (most recent call last):
         ...
-    camsim.errors.InvalidValueError: Path.segments_um: begins with 'line'; a path begins with ('move', x, y)
+    camsim.core.errors.InvalidValueError: Path.segments_um: begins with 'line'; a path begins with ('move', x, y)
     """
 
     segments_um: Segments

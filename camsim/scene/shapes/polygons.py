@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 import numpy as np
 from annotated_types import Ge, Le
 
-from camsim.arrays import F64
+from camsim.core.arrays import F64
+from camsim.core.typed import Corners, Number, Place, Point, Positive, Several, Whole, judge, refusal
+from camsim.core.words import brief
+from camsim.numerics.rotations import cosine_and_sine
 from camsim.scene.curves import joined, through
 from camsim.scene.primitives import Primitive, Shape, one
 from camsim.spectra.curve import NumberOrCurve, Reflectance
-from camsim.turns import cosine_and_sine
-from camsim.typed import Corners, Number, Place, Point, Positive, Several, Whole, judge, refusal
-from camsim.words import brief
 
 Sides = Annotated[int, Ge(3), Le(100_000)]
 
@@ -32,7 +32,7 @@ class Polygon(Shape):
     >>> Polygon(points_um=[(0, 0), (2, 2), (2, 0), (0, 2)], reflectance=0.0)  # doctest: +ELLIPSIS
     Traceback (most recent call last):
         ...
-    camsim.errors.InvalidValueError: Polygon.points_um: the outline crosses itself at (1, 1); list ...
+    camsim.core.errors.InvalidValueError: Polygon.points_um: the outline crosses itself at (1, 1); list ...
     """
 
     depth: ClassVar[int] = 0

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 import numpy as np
 from annotated_types import Ge, Gt, Le
 
+from camsim.core.typed import NonNegative, Number, Place, Point, Positive, judge, refusal
 from camsim.scene.curves import ARC, Curves, around, joined
 from camsim.scene.primitives import Primitive, Shape, one, turned
 from camsim.spectra.curve import NumberOrCurve, Reflectance
-from camsim.typed import NonNegative, Number, Place, Point, Positive, judge, refusal
 
 Turn = Annotated[float, Gt(0), Le(360)]
 Angle = Annotated[float, Ge(-1e6), Le(1e6)]

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 import numpy as np
 from annotated_types import Ge, Le
 
+from camsim.core.typed import Number, Place, Point, Positive, judge, refusal
 from camsim.scene.curves import Curves, Pen
 from camsim.scene.primitives import MOST_PIECES, Fill, Primitive, Shape, turned
 from camsim.scene.separate import separated
 from camsim.spectra.curve import NumberOrCurve, Reflectance
-from camsim.typed import Number, Place, Point, Positive, judge, refusal
 
 Weight = Literal[
     "Light", "LightItalic", "Regular", "Italic", "SemiBold", "SemiBoldItalic", "Bold", "BoldItalic", "ExtraBold",

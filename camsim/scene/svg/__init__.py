@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from camsim.errors import InvalidValueError
+from camsim.core.errors import InvalidValueError
+from camsim.core.typed import FilePath, Number, Place, Point, Positive, Several, check, judge
 from camsim.scene.primitives import Primitive, Shape, counted, flattened
 from camsim.scene.shapes import Group, Rectangle
 from camsim.spectra.curve import Reflectance, Spectrum
-from camsim.typed import FilePath, Number, Place, Point, Positive, Several, check, judge
 
 __all__ = ["Svg", "read_svg"]
 

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from camsim.arrays import F64
-from camsim.errors import InvalidValueError
+from camsim.core.arrays import F64
+from camsim.core.errors import InvalidValueError
+from camsim.core.typed import Fraction, Number, judge
 from camsim.sensor.stage import Context, ElectronicStage, Phase
 from camsim.sensor.stages.full_well import FullWell
-from camsim.typed import Fraction, Number, judge
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from camsim.arrays import F32, F64
+from camsim.core.arrays import F32, F64
+from camsim.core.typed import NonNegative, Number, judge
 from camsim.sensor import streams
 from camsim.sensor.stage import Context, ElectronicStage
-from camsim.typed import NonNegative, Number, judge
 
 
 @dataclass(frozen=True, slots=True)

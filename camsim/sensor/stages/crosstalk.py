@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from camsim.arrays import F64
-from camsim.marks import Called
+from camsim.core.annotations import Called
+from camsim.core.arrays import F64
+from camsim.core.typed import Fraction, Number, Several, judge, refusal
 from camsim.sensor.cfa import Cfa
 from camsim.sensor.stage import Context, ElectronicStage, Phase
-from camsim.typed import Fraction, Number, Several, judge, refusal
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 
 from annotated_types import Ge, Le
 
-from camsim.arrays import F64
+from camsim.core.arrays import F64
+from camsim.core.typed import Celsius, Fraction, NonNegative, Number, check, judge
 from camsim.sensor.stage import Context, ElectronicStage, Phase, gains
-from camsim.typed import Celsius, Fraction, NonNegative, Number, check, judge
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from camsim.arrays import F64
-from camsim.own import is_own
+from camsim.core.arrays import F64
+from camsim.core.custom import is_own
+from camsim.core.typed import judge
 from camsim.sensor.stage import Context, ElectronicStage, Phase
 from camsim.sensor.stages.dark_current import DarkCurrent
 from camsim.sensor.stages.offset_map import OffsetMap, keep_pattern, pattern_at
-from camsim.typed import judge
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

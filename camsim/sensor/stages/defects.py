@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from camsim.arrays import F64, I64
-from camsim.marks import Called
+from camsim.core.annotations import Called
+from camsim.core.arrays import F64, I64
+from camsim.core.typed import Fraction, Index, NonNegative, Number, Several, Whole, judge, refusal
+from camsim.core.words import brief
 from camsim.sensor import streams
 from camsim.sensor.stage import Context, ElectronicStage, Phase
 from camsim.sensor.stages.dark_current import DarkCurrent
 from camsim.sensor.streams import BLOCK_ROWS
-from camsim.typed import Fraction, Index, NonNegative, Number, Several, Whole, judge, refusal
-from camsim.words import brief
 
 Places: TypeAlias = tuple[I64, I64]
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from camsim.arrays import F64
+from camsim.core.arrays import F64
+from camsim.core.typed import NonNegative, Number, judge
 from camsim.sensor.stage import Context, ElectronicStage, add_normals
-from camsim.typed import NonNegative, Number, judge
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 import numpy as np
 from annotated_types import Ge, Le
 
-from camsim.arrays import F64
+from camsim.core.arrays import F64
+from camsim.core.typed import NonNegative, Number, judge
 from camsim.sensor.stage import Context, ElectronicStage
-from camsim.typed import NonNegative, Number, judge
 
 
 @dataclass(frozen=True, slots=True)

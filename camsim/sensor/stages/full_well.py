@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from camsim.arrays import F64
+from camsim.core.arrays import F64
+from camsim.core.typed import Number, Positive, judge
 from camsim.sensor.stage import Context, ElectronicStage, Phase
-from camsim.typed import Number, Positive, judge
 
 
 @dataclass(frozen=True, slots=True)

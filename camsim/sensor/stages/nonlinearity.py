@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, ClassVar, TypeAlias
 
 import numpy as np
 
-from camsim.arrays import F64
+from camsim.core.arrays import F64
+from camsim.core.typed import NonNegative, Number, Positive, Several, judge, refusal
+from camsim.core.words import brief
 from camsim.sensor.stage import Context, ElectronicStage
-from camsim.typed import NonNegative, Number, Positive, Several, judge, refusal
-from camsim.words import brief
 
 
 @dataclass(frozen=True, slots=True)

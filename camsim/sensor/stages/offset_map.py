@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeAlias
 
 import numpy as np
 
-from camsim.arrays import F32, F64
-from camsim.kind import array_of
+from camsim.core.arrays import F32, F64
+from camsim.core.number_kinds import array_of
+from camsim.core.typed import judge, refusal
 from camsim.sensor.stage import Context, ElectronicStage
-from camsim.typed import judge, refusal
 
 OffsetUnit: TypeAlias = Literal["dn", "electrons"]
 

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 import numpy as np
 from annotated_types import Ge, Gt, Le
 
-from camsim.arrays import F64
+from camsim.core.arrays import F64
+from camsim.core.typed import NonNegative, Number, judge, refusal
+from camsim.core.words import brief
 from camsim.sensor.stage import Context, ElectronicStage, add_normals
-from camsim.typed import NonNegative, Number, judge, refusal
-from camsim.words import brief
 
 _FINEST = 2.0**-53
 """Probabilities nearer to 0 or 1 are none of a random number's."""

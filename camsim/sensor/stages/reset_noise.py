@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from camsim.arrays import F64
+from camsim.core.arrays import F64
+from camsim.core.typed import Celsius, NonNegative, Number, check, judge
 from camsim.sensor.stage import Context, ElectronicStage, add_normals
-from camsim.typed import Celsius, NonNegative, Number, check, judge
 
 
 @dataclass(frozen=True, slots=True)

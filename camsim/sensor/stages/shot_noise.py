@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from camsim.arrays import F64
+from camsim.core.arrays import F64
 from camsim.sensor.stage import Context, ElectronicStage, Phase
 
 # numpy's Poisson takes means up to about 9.2e18. No photosite holds a billionth of this.

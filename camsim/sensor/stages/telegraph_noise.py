@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from camsim.arrays import F64, I64
+from camsim.core.arrays import F64, I64
+from camsim.core.typed import Fraction, NonNegative, Number, judge
 from camsim.sensor import streams
 from camsim.sensor.stage import Context, ElectronicStage
 from camsim.sensor.streams import BLOCK_ROWS
-from camsim.typed import Fraction, NonNegative, Number, judge
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

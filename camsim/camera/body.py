@@ -1,0 +1,383 @@
+"""A camera's body and lens: the stages in the order light meets them, and what follows from them."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import Annotated, Any, Self, TypeAlias, Unpack
+
+import numpy as np
+from annotated_types import MinLen
+
+from camsim.camera.window import Region, grid_of
+from camsim.core.annotations import Called
+from camsim.core.arrays import F64
+from camsim.core.custom import is_own
+from camsim.core.errors import UnknownNameError
+from camsim.core.typed import Count, FNumber, Number, Pitch, Seed, Several, Whole, check, refusal, spelled_out
+from camsim.optics import Lens, LowPass, OpticalStage, OpticalSystem, PhotositeShape
+from camsim.optics.own import check_blur, check_extent, check_own, settled
+from camsim.optics.protocols import KnowsOpening
+from camsim.rendering import Grid
+from camsim.rendering.veil import Veil
+from camsim.scene import Scene
+from camsim.sensor.adc import Adc
+from camsim.sensor.cfa import Cfa, filters_of
+from camsim.sensor.colour_matrix import ColourResponse, MatrixOf
+from camsim.sensor.conversion_gain import DualGain
+from camsim.sensor.electronics import ElectronicChanges, Electronics
+from camsim.sensor.exposure import AUTO_LEVEL, Exposure, auto_time_s, electrons_per_reflectance
+from camsim.sensor.falloff import Falloff, Magnification, working_f_number
+from camsim.sensor.measured_matrix import MeasuredMatrix
+from camsim.sensor.quantum_efficiency import QuantumEfficiency
+from camsim.sensor.stage import ElectronicStage
+from camsim.sensor.stages.full_well import FullWell
+from camsim.sensor.stages.nonlinearity import charge_e
+from camsim.sensor.stages.read_noise import ReadNoise
+from camsim.spectra.curve import Curve, Filter, NumberOrCurve, Spectrum, Transmission
+from camsim.spectra.light import Light, LightSamples
+
+OwnLens: TypeAlias = Annotated[
+    Lens, Called("a lens", "such as Airy(f_number=8); one of your own has f_number, transmission and otf")
+]
+Photosite: TypeAlias = Annotated[PhotositeShape, Called("a photosite", "such as SquarePhotosite(side_um=…)")]
+Blur: TypeAlias = Annotated[OpticalStage, Called("a stage with otf(fx_per_um, fy_per_um, wavelength_nm)")]
+Olpf: TypeAlias = Annotated[LowPass, Called("an OLPF", "such as FourSpotOlpf(split_um=…)")]
+
+_FINEST_STEP_E = 2.0**-60  # of channels that see nothing of the light
+
+MID_GREY = 0.18
+"""Share of black..white that half-tones lie about: a grey card's where white just clips."""
+
+
+class Changes(ElectronicChanges, total=False):
+    """What ``replace`` may exchange: the fields of ``Body``."""
+
+    name: str
+    serial: Whole
+    rows: Whole
+    cols: Whole
+    pitch_um: Number
+    lens: OwnLens
+    olpf: Olpf | None
+    photosite: Photosite
+    cfa: Cfa
+    quantum_efficiency: QuantumEfficiency
+    colour_matrices: Several[MeasuredMatrix]
+    filters: Several[NumberOrCurve]
+    magnification: Number
+    falloff: Falloff | None
+    veiling_glare: NumberOrCurve
+    dual_gain: DualGain | None
+    adc: Adc
+    extra_optics: Several[Blur]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Body(Electronics):
+    """A lens and a sensor, stage by stage; a stage that is None is left out. The electronic ones are ``Electronics``'.
+
+    name       : of the model, goes into files
+    serial     : seeds the fixed patterns
+    rows, cols : of the full frame;  pitch_um: distance between photosites, µm
+    colour_matrices : that a chart told (``camsim calibrate colour``), which files carry in place of fitted ones
+    filters    : in front of the sensor (infrared cut, grey, colour): fractions that pass, all of them multiply
+    magnification : image size over object size; makes the working f-number N·(1 + m), in brightness and in blur
+    falloff    : light towards the corners, relative to the axis
+    veiling_glare : fraction of the light that is spread evenly over the frame (docs/glare.md)
+    extra_optics : blurs of one's own besides the lens (docs/developers.md), such as a haze
+    """
+
+    name: Annotated[str, MinLen(1)] = "camera"
+    serial: Seed = 1
+    rows: Count
+    cols: Count
+    pitch_um: Pitch
+    lens: OwnLens
+    olpf: Olpf | None = None
+    photosite: Photosite
+    cfa: Cfa
+    quantum_efficiency: QuantumEfficiency
+    colour_matrices: Several[MeasuredMatrix] = dataclasses.field(default=(), metadata={"described": "if any"})
+    filters: Several[Filter] = ()
+    magnification: Magnification = 0.0
+    falloff: Falloff | None = None
+    veiling_glare: Transmission = dataclasses.field(default=0.0, metadata={"described": "if any"})
+    dual_gain: DualGain | None = None
+    adc: Adc
+    extra_optics: Several[Blur] = dataclasses.field(default=(), metadata={"described": "if any"})
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for key in ("lens", "olpf", "photosite"):
+            check_own(getattr(self, key), key)
+        for blur in self.extra_optics:
+            check_own(blur, "extra_optics")
+            check_blur(blur)
+        check(self.lens.f_number, FNumber, "f_number", type(self.lens).__name__)
+        if is_own(self.lens):
+            farthest_um = 0.5 * self.pitch_um * math.hypot(self.rows, self.cols)
+            object.__setattr__(self, "lens", settled(self.lens, farthest_um))
+        known = self.quantum_efficiency.channels
+        if "G" in known and "g" in known and "g" not in self.cfa.channels:
+            object.__setattr__(self, "cfa", self.cfa.greens_apart())
+            if "g" not in self.cfa.channels:
+                message = "curves of Gr and Gb, and no row of the cfa has green and blue without red; give one of G"
+                raise refusal(self, "quantum_efficiency", message)
+        if missing := [letter for letter in self.cfa.channels if letter not in known]:
+            message = f"no curve for {', '.join(missing)} of the cfa; there are {', '.join(known)}"
+            raise refusal(self, "quantum_efficiency", message)
+        if self.colour_matrices and sorted(filters_of(self.cfa.channels)) != ["B", "G", "R"]:
+            message = f"are of red, green and blue, and the cfa has {', '.join(self.cfa.channels)}; leave them out"
+            raise refusal(self, "colour_matrices", message)
+        listed = () if self.defects is None else (*self.defects.hot, *self.defects.dead)
+        if outside := [place[:2] for place in listed if place[0] >= self.rows or place[1] >= self.cols]:
+            places = ", ".join(f"({row}, {col})" for row, col in outside[:3])
+            raise refusal(self, "defects", f"no photosite {places} in a frame of {self.rows} × {self.cols}")
+        well, high = self.full_well, self.dual_gain
+        if well and high and high.capacity_e and high.capacity_e > well.capacity_e:
+            message = f"holds {high.capacity_e:g} e⁻, and the full well is {well.capacity_e:g} e⁻"
+            raise refusal(self, "dual_gain", f"{message}; a high conversion gain holds less, give it no more")
+        if high and high.electrons_per_dn is not None:
+            if high.electrons_per_dn >= self.adc.electrons_per_dn:
+                message = f"has {high.electrons_per_dn:g} electrons_per_dn, and the low gain's are"
+                way_out = "a high conversion gain has fewer"
+                raise refusal(self, "dual_gain", f"{message} {self.adc.electrons_per_dn:g}; {way_out}")
+            if self.adc.companding:
+                raise refusal(
+                    self, "dual_gain", "reads both gains, whose codes are not companded; leave one of them out"
+                )
+        if is_own(self.photosite):
+            check_extent(self.photosite)
+        widest_um = 2.0 * max(self.photosite.half_extent_um)
+        if widest_um > self.pitch_um * (1.0 + 1e-9):
+            overlap = f"is {widest_um:g} µm wide; photosites may not overlap, and the pitch is {self.pitch_um:g} µm"
+            raise refusal(self, "photosite", overlap)
+        if not self.photosite.area_um2 > 0.0:
+            raise refusal(self, "photosite", "has no area and sees no light; give one with a side above 0")
+
+    @spelled_out(Changes)
+    def replace(self, **changes: Unpack[Changes]) -> Self:
+        """Return a camera with some stages exchanged, such as ``replace(olpf=None)``."""
+        known = [field.name for field in dataclasses.fields(self)]
+        for name in changes:
+            if name not in known:
+                raise UnknownNameError("parameter", name, known, stage=type(self).__name__)
+        exchanged: dict[str, Any] = {**changes}  # dataclasses.replace knows of the kept types only
+        return dataclasses.replace(self, **exchanged)
+
+    @property
+    def working_f_number(self) -> float:
+        """The f-number as the sensor sees it, N·(1 + m)."""
+        return working_f_number(self.lens.f_number, self.magnification)
+
+    @property
+    def opening(self) -> float:
+        """Area of the lens's pupil over that of a circle of diameter f/N: so much of the light passes."""
+        return self.lens.opening if isinstance(self.lens, KnowsOpening) else 1.0
+
+    @property
+    def optics(self) -> OpticalSystem:
+        """Lens (at its working f-number), blurs of one's own, OLPF and photosite as one."""
+        lens = dataclasses.replace(self.lens, f_number=self.working_f_number) if self.magnification else self.lens
+        return OpticalSystem(lens=lens, olpf=self.olpf, photosite=self.photosite, more=tuple(self.extra_optics))
+
+    def _open_curves(self) -> Iterator[tuple[str, Curve]]:
+        """Yield the curves that do not say what lies beyond their tables, each with the parameter that it is in."""
+        seen = self.cfa.channels
+        efficiencies = [("quantum_efficiency", c) for letter, c in self.quantum_efficiency.curves if letter in seen]
+        for part, curve in (*efficiencies, *(("filters", spectrum) for spectrum in self.filters)):
+            if isinstance(curve, Curve) and curve.outside is None:
+                yield part, curve
+
+    def with_ends(self, light: Light | None) -> Self:
+        """Return the camera whose every curve says what lies beyond its table: where it did not, nothing.
+
+        Raises InvalidValueError where light lies there; None: where no spectrum meets them.
+        """
+        opened = list(self._open_curves())
+        if not opened:
+            return self
+        for part, curve in opened:
+            if light is not None and (missing := light.beyond(curve)):
+                way_out = "extend the table, or say outside='zero' (or 'hold') of the curve"
+                raise refusal(self, part, f"{missing}; {way_out}")
+        curves = tuple((letter, curve.going_on("zero")) for letter, curve in self.quantum_efficiency.curves)
+        filters = tuple(f.going_on("zero") if isinstance(f, Curve) else f for f in self.filters)
+        efficiency = dataclasses.replace(self.quantum_efficiency, curves=curves)
+        return self.replace(quantum_efficiency=efficiency, filters=filters)
+
+    def samples(self, light: Light, surfaces: Iterable[Spectrum] = ()) -> LightSamples:
+        """Return a light at nodes that follow every curve it meets: surfaces, lens, filters, quantum efficiency."""
+        efficiencies = [curve for _, curve in self.quantum_efficiency.select(self.cfa.channels).curves]
+        passes = ([spectrum] for spectrum in (self.lens.transmission, self.veiling_glare, *self.filters))
+        return light.samples(surfaces, *passes, efficiencies)
+
+    def dimmed_by(self, light: Light) -> tuple[tuple[str, Spectrum], ...]:
+        """Return what a light passes on its way to the photosites, named: no lens where it is given on the sensor."""
+        lens = () if light.at == "sensor" else (("lens", self.lens.transmission),)
+        return *lens, *((f"filter {number}", spectrum) for number, spectrum in enumerate(self.filters, 1))
+
+    def electrons_per_reflectance(self, samples: LightSamples, time_s: float) -> F64:
+        """Return (channels, n) mean electrons of a perfect diffuser at every wavelength, on the optical axis.
+
+        samples : as ``samples`` returns them;  before crosstalk
+        """
+        return electrons_per_reflectance(
+            samples,
+            f_number=self.working_f_number,
+            transmission=self.lens.transmission,
+            filters=tuple(self.filters),
+            quantum_efficiency=self.quantum_efficiency.select(self.cfa.channels),
+            photosite_area_um2=self.photosite.area_um2,
+            time_s=time_s,
+            opening=self.opening,
+        )
+
+    def diffuser_electrons(self, light: Light, time_s: float) -> F64:
+        """Return (channels,) mean electrons of a perfect diffuser on the optical axis, after crosstalk."""
+        return self.after_crosstalk(self.electrons_per_reflectance(self.samples(light), time_s).sum(axis=1))
+
+    def steps_e(self, light: Light, time_s: float, tolerance: float) -> tuple[float, ...]:
+        """Return the channels' ``Frame.steps_e``: powers of two, half of one within a thousandth of the tolerance."""
+        finest_e = np.maximum(2e-3 * tolerance * self.diffuser_electrons(light, time_s), _FINEST_STEP_E)
+        return tuple(np.ldexp(1.0, np.frexp(finest_e)[1] - 1).tolist())
+
+    def after_crosstalk(self, own_e: F64) -> F64:
+        """Return (channels, …) mean electrons on flat light, of what each channel's photosites get of it."""
+        return own_e if self.crosstalk is None else self.crosstalk.mixing(self.cfa) @ own_e
+
+    @property
+    def prnu_on_grey(self) -> float:
+        """PRNU as frames show it where all channels are alike: crosstalk averages gains."""
+        if self.prnu is None or self.crosstalk is None:
+            return 0.0 if self.prnu is None else self.prnu.fraction
+        even = np.ones(len(self.cfa.channels))
+        return self.prnu.fraction * float(self.crosstalk.left_of_pattern(self.cfa, even)[0])
+
+    def colour_response(self, light: Light, matrix: MatrixOf = "standard") -> ColourResponse:
+        """Return how the channels see light, the capture's and others, for white balance and colour matrices."""
+        return ColourResponse(
+            quantum_efficiency=self.quantum_efficiency.select(self.cfa.channels),
+            passes=tuple(passes for _, passes in self.dimmed_by(light)),
+            crosstalk=None if self.crosstalk is None else tuple(map(tuple, self.crosstalk.mixing(self.cfa).tolist())),
+            light=light,
+            matrix=matrix,
+            measured=tuple(self.colour_matrices),
+        )
+
+    def image_per_reflectance(self, samples: LightSamples) -> F64:
+        """Return (channels, n) what veiling glare leaves to the image of a perfect diffuser, electrons per J/m²."""
+        return self.veil.spared(self.electrons_per_reflectance(samples, 1.0), samples.wavelength_nm)
+
+    def veil_of(self, scene: Scene, samples: LightSamples, tolerance: float) -> F64:
+        """Return (channels,) what it spreads over all photosites, on the axis, electrons per J/m²."""
+        response = self.electrons_per_reflectance(samples, 1.0)
+        return self.veil.light(scene, response, samples.wavelength_nm, tolerance)
+
+    @property
+    def veil(self) -> Veil:
+        """What veiling glare does to the light."""
+        return Veil(share=self.veiling_glare, frame=self.grid())
+
+    @property
+    def converter(self) -> Adc:
+        """What gives the codes: ``adc``, and where each exposure is read twice that of the image that is recorded."""
+        return self.adc if self.dual_gain is None else self.dual_gain.converter(self.adc)
+
+    @property
+    def read_outs(self) -> tuple[Self, ...]:
+        """This camera; of one that merges two images of an exposure those of low and of high gain."""
+        dual = self.dual_gain
+        if dual is None or dual.read != "merged":
+            return (self,)
+        return tuple(self.replace(dual_gain=dataclasses.replace(dual, read=read)) for read in ("low", "high"))
+
+    @property
+    def read_out_number(self) -> int:
+        """Which of an exposure's it is: one of high gain draws other read-out noise than that of low gain."""
+        return int(self.dual_gain is not None and self.dual_gain.read == "high")
+
+    def full_well_at(self, iso: float) -> FullWell | None:
+        """Return the full well at an ISO setting: a high conversion gain holds less."""
+        dual = self.dual_gain
+        if dual is None or dual.capacity_e is None or not dual.is_small_at(iso):
+            return self.full_well
+        return FullWell(dual.capacity_e)
+
+    def read_noise_at(self, iso: float) -> ReadNoise | None:
+        """Return the read noise at an ISO setting: a high conversion gain is quieter."""
+        dual = self.dual_gain
+        if dual is None or dual.read_noise_e is None or not dual.is_quiet_at(iso):
+            return self.read_noise
+        if self.read_noise is None:
+            return ReadNoise(dual.read_noise_e)
+        return dataclasses.replace(self.read_noise, sigma_e=dual.read_noise_e)
+
+    def dark_noise_e(self, iso: float) -> float:
+        """Return all temporal noise of the read-out at an ISO setting as one standard deviation, electrons."""
+        electrons_per_dn = self.converter.electrons_per_dn_at(iso)
+        return math.hypot(*(stage.dark_noise_e(electrons_per_dn) for stage in self.electronics(iso)))
+
+    def dark_e(self, time_s: float, temperature_c: float | None) -> float:
+        """Return the charge that gathers without light, the mean of all photosites."""
+        current = self.dark_current
+        return 0.0 if current is None else current.e_per_s * time_s * current.warming(temperature_c)
+
+    def well_as_read_e(self, iso: float) -> float | None:
+        """Return the full well as the converter sees it, after the non-linearity; None without a full well.
+
+        Of two merged read-outs the end of the low gain's converter, where that comes first.
+        """
+        well = self.full_well_at(iso)
+        read_e = None if well is None else well.capacity_e
+        if read_e is not None and self.nonlinearity is not None:
+            read_e = float(self.nonlinearity.response(np.array([read_e]))[0])
+        if self.dual_gain is None or self.dual_gain.read != "merged":
+            return read_e
+        low_e = self.adc.saturation_e(iso)
+        return low_e if read_e is None else min(read_e, low_e)
+
+    def charge_at_e(self, share: float, iso: float) -> float:
+        """Return the charge whose code lies at a share of black..white; at 1 white clips."""
+        signal_e = share * self.converter.saturation_e(iso, self.well_as_read_e(iso))
+        return signal_e if self.nonlinearity is None else charge_e(self.nonlinearity, signal_e)
+
+    def shot_e2_per_e(self, iso: float) -> float:
+        """Return the variance of shot noise per electron of signal, both as read at mid-grey; 1 where nothing bends.
+
+        A charge q scatters by √q, and a read-out that bends has r(q ± √q) for it: half of their distance is the
+        noise as read, its square over r(q) what is returned. It falls with q where the response does; mid-grey is
+        where most of a picture lies, and there it holds.
+        """
+        if self.shot_noise is None or self.nonlinearity is None:
+            return float(self.shot_noise is not None)
+        charge_e = self.charge_at_e(MID_GREY, iso)
+        low_e, signal_e, high_e = self.nonlinearity.response(
+            charge_e + math.sqrt(charge_e) * np.array([-1.0, 0.0, 1.0])
+        )
+        return float((0.5 * (high_e - low_e)) ** 2 / signal_e)
+
+    def exposure_time_s(self, light: Light, exposure: Exposure) -> float:
+        """Return the exposure time; "auto" puts the most responsive channel's white at 80 % of black..white."""
+        if not isinstance(exposure.time_s, str):
+            return exposure.time_s
+        level_e = self.charge_at_e(AUTO_LEVEL, exposure.iso)
+        return auto_time_s(self.diffuser_electrons(light, 1.0), level_e=level_e)
+
+    def grid(self, region: Region | None = None) -> Grid:
+        """Return the photosites of a window, None for all of the frame."""
+        check(region, Region | None, "region")
+        return grid_of(region, frame=(self.rows, self.cols), period=self.cfa.period, pitch_um=self.pitch_um)
+
+    def electronics(self, iso: float, *, noise: bool = True) -> tuple[ElectronicStage, ...]:
+        """Return the electronic stages that act at an ISO setting, in their order; without noise those of the mean."""
+        set_to = self.replace(full_well=self.full_well_at(iso), read_noise=self.read_noise_at(iso))
+        return tuple(stage for stage in set_to.stages if noise or stage.without_noise)
+
+    @property
+    def needs_whole_window(self) -> bool:
+        """Whether a stage runs over all rows, so that a window cannot be recorded band by band."""
+        return any(stage.whole_window for stage in self.stages)

@@ -1,0 +1,137 @@
+"""The camera: a body that takes pictures."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Unpack
+
+from camsim.camera.body import Body
+from camsim.camera.capture import Capture, Method
+from camsim.camera.frame import Frame, Products
+from camsim.camera.notes import notes_of_sensor
+from camsim.camera.window import Region
+from camsim.core.doors import above
+from camsim.core.typed import Number, Several, Truth, Whole
+from camsim.core.words import brief
+from camsim.optics import Lens, LowPass, OpticalStage, PhotositeShape
+from camsim.scene import Scene
+from camsim.sensor.adc import Adc
+from camsim.sensor.cfa import Cfa
+from camsim.sensor.colour_matrix import MatrixOf
+from camsim.sensor.conversion_gain import DualGain
+from camsim.sensor.electronics import ElectronicChanges
+from camsim.sensor.exposure import Exposure
+from camsim.sensor.falloff import Falloff
+from camsim.sensor.measured_matrix import MeasuredMatrix
+from camsim.sensor.quantum_efficiency import QuantumEfficiency
+from camsim.spectra.curve import NumberOrCurve
+from camsim.spectra.light import Light
+
+
+@dataclass(frozen=True, kw_only=True)
+class Camera(Body):
+    """A lens and a sensor, stage by stage; a stage that is None is left out.
+
+    name, serial : of the model, which files carry; of the specimen, which seeds its fixed patterns
+    rows, cols   : of the full frame
+    pitch_um     : distance between photosites
+    lens, extra_optics, olpf, photosite : optical stages; blurs of one's own besides the lens
+    cfa, quantum_efficiency, filters    : channels, their electrons per photon, and what lies in front of the sensor
+    colour_matrices : that a chart told, which files carry in place of fitted ones
+    magnification, falloff : image size over object size, in brightness and blur; light towards the corners
+    veiling_glare  : fraction of the light that is spread evenly over the frame
+    extra_stages   : electronic stages of one's own
+    dual_gain, adc : conversion gain by ISO, and electrons to codes
+
+    An electronic stage goes by its class: ``read_noise=ReadNoise(3.0)``, ``prnu=Prnu(0.006)``, and so on.
+    Whatever does not fit is refused by InvalidValueError with the field's name.
+
+    >>> import camsim
+    >>> camera = camsim.Camera.from_yaml("mono-345", lens=camsim.Airy(f_number=4.0))
+    >>> camera.rows, camera.cols, camera.pitch_um
+    (2048, 2448, 3.45)
+    >>> camera.replace(full_well=camsim.FullWell(5000.0)).full_well
+    FullWell(capacity_e=5000.0)
+    """
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            *,
+            name: str = "camera",
+            serial: Whole = 1,
+            rows: Whole,
+            cols: Whole,
+            pitch_um: Number,
+            lens: Lens,
+            olpf: LowPass | None = None,
+            photosite: PhotositeShape,
+            cfa: Cfa,
+            quantum_efficiency: QuantumEfficiency,
+            colour_matrices: Several[MeasuredMatrix] = (),
+            filters: Several[NumberOrCurve] = (),
+            magnification: Number = 0.0,
+            falloff: Falloff | None = None,
+            veiling_glare: NumberOrCurve = 0.0,
+            dual_gain: DualGain | None = None,
+            adc: Adc,
+            extra_optics: Several[OpticalStage] = (),
+            **electronics: Unpack[ElectronicChanges],
+        ) -> None: ...
+
+    __repr__ = brief
+
+    @classmethod
+    def from_yaml(cls, sensor: str | os.PathLike[str], *, lens: Lens) -> Camera:
+        """Return the camera of a sensor file (a path, or the name of a shipped one) behind ``lens``."""
+        camera: Camera = above("api.load_camera")(sensor, lens=lens)
+        return camera
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What looks like a slip in copying a data sheet, such as a PRNU in per cent; ``camsim validate`` prints it."""
+        return tuple(notes_of_sensor(self))
+
+    def expose(
+        self,
+        scene: Scene,
+        *,
+        light: Light,
+        exposure: Exposure,
+        seed: Whole = 0,
+        frame_number: Whole = 0,
+        region: Region | None = None,
+        tolerance: Number = 1e-6,
+        method: Method = "auto",
+        strict: Truth = False,
+        noise: Truth = True,
+        colour_matrix: MatrixOf = "standard",
+        spectral_nm: Several[Number] | None = None,
+        scene_name: str = "scene",
+        products: Products = ("mosaic",),
+        progress: Callable[[str, float], None] | None = None,
+    ) -> Frame:
+        """Take a picture; the arguments are those of ``Capture`` and of its ``frame``.
+
+        ``Capture`` itself takes several pictures of a scene (``frames``), or one that memory need not hold (``rows``).
+        """
+        capture = Capture(
+            camera=self,
+            scene=scene,
+            light=light,
+            exposure=exposure,
+            seed=seed,
+            frame_number=frame_number,
+            region=region,
+            tolerance=tolerance,
+            method=method,
+            strict=strict,
+            noise=noise,
+            colour_matrix=colour_matrix,
+            spectral_nm=spectral_nm,
+            scene_name=scene_name,
+        )
+        return capture.frame(products=products, progress=progress)

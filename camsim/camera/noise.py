@@ -1,0 +1,131 @@
+"""A sensor's noise for arrays in a loop: the same stages, their numbers drawn as fast as they come."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from camsim.camera.body import Body
+from camsim.camera.shot import reflected
+from camsim.camera.window import Region
+from camsim.core.arrays import F32, F64
+from camsim.core.errors import InvalidValueError
+from camsim.core.kernels.counts import fill_counts
+from camsim.core.number_kinds import array_of
+from camsim.core.typed import Iso, Number, Positive, Seed, Whole, check, judge
+from camsim.core.words import brief
+from camsim.sensor.chain import record
+from camsim.sensor.stage import Context
+
+
+class _QuickGenerator:
+    """numpy's quickest generator, and Poisson counts that are quicker."""
+
+    def __init__(self, *words: int) -> None:
+        seeds = np.random.SeedSequence(words)
+        self._numpy = np.random.Generator(np.random.SFC64(seeds))
+        self._state = np.asarray(seeds.generate_state(1, np.uint64), np.uint64)
+
+    def __getattr__(self, verb: str) -> Any:
+        return getattr(self._numpy, verb)
+
+    def poisson(self, mean: F64) -> F64:
+        """Return a count for each mean, of any shape."""
+        counts = np.empty(mean.shape)
+        fill_counts(counts.reshape(-1), np.ascontiguousarray(mean).reshape(-1), self._state)
+        return counts
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Quick(Context):
+    """Draws what is temporal from the quickest generators."""
+
+    def generator(self, stream: int) -> Any:
+        """Return the generator of a temporal stage for these rows."""
+        return _QuickGenerator(self.seed, stream, self.frame_number, self.rows_before, *self._more)
+
+    def frame_generator(self, stream: int) -> Any:
+        """Return the generator of a temporal stage that draws once for all rows."""
+        return _QuickGenerator(self.seed, stream, self.frame_number, *self._more)
+
+    @property
+    def _more(self) -> tuple[int, ...]:
+        return (self._own_read_out,) if self._own_read_out else ()
+
+
+@dataclass(frozen=True, eq=False)
+class Noise:
+    """A sensor's electronics without the converter, for training loops: mean electrons in, noisy electrons out.
+
+    sensor        : a Sensor or a Camera
+    iso           : which sets gain, and what follows it; None: the base ISO
+    time_s        : in which dark current gathers
+    temperature_c : of the sensor, °C; None: the one that its dark current is given for
+
+    Called with electrons (rows, cols), or (…, rows, cols) of several images, and a seed, it gives as many float32
+    electrons as read; the seed and the image's number draw the noise, the sensor's serial the fixed patterns, which lie
+    as ``Sensor.expose`` lays them, in the middle of the frame. A CPU tensor is read where it is, through the array
+    protocol; ``torch.from_numpy`` takes the result without a copy. ``sensor.converter.quantise(noisy, iso=…)`` gives
+    codes.
+
+    >>> import camsim
+    >>> noise = camsim.Noise(camsim.Sensor.from_yaml("mono-345"), iso=800)
+    >>> noisy = noise(np.full((64, 64), 100.0), seed=1)
+    >>> noisy.shape, noisy.dtype, bool(90.0 < noisy.mean() < 110.0)
+    ((64, 64), dtype('float32'), True)
+    """
+
+    sensor: Body
+    iso: Iso | None = None
+    time_s: Positive = 0.01
+    temperature_c: float | None = None
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self, sensor: Body, iso: Number | None = None, time_s: Number = 0.01, temperature_c: Number | None = None
+        ) -> None: ...
+
+    __repr__ = brief
+
+    def __post_init__(self) -> None:
+        judge(self)
+        if len(self.sensor.read_outs) > 1:
+            message = "merges two read-outs; give one, replace(dual_gain=dataclasses.replace(…, read='high'))"
+            raise InvalidValueError(message, key="sensor", stage="Noise")
+
+    def __call__(self, electrons: ArrayLike, seed: Whole) -> F32:
+        """Return (…, rows, cols) electrons as read, of mean electrons of light."""
+        given = array_of(electrons, "electrons", "Noise")
+        if given.dtype.kind not in "fiu" or given.ndim < 2 or not given.size:
+            message = f"must be numbers (rows, cols) or (…, rows, cols), not {given.dtype} of shape {given.shape}"
+            raise InvalidValueError(message, key="electrons", stage="Noise")
+        if not 0.0 <= given.min() <= given.max() < np.inf:
+            message = "must be finite, and 0 or more: a mean charge"
+            raise InvalidValueError(message, key="electrons", stage="Noise")
+        context = self._context(given.shape[-2], given.shape[-1], check(seed, Seed, "seed", "Noise"))
+        stages = self.sensor.electronics(context.iso)
+        images = given.reshape(-1, *given.shape[-2:])
+        noisy = np.empty(images.shape, np.float32)
+        for number, image in enumerate(images):
+            mean_e: F64 = image.astype(np.float64)
+            if any(stage.margin for stage in stages):
+                period = self.sensor.cfa.period
+                rows, cols = (reflected(size, step) for size, step in zip(mean_e.shape, period, strict=True))
+                mean_e = mean_e[rows[:, None], cols]
+            noisy[number] = record(mean_e, stages, dataclasses.replace(context, frame_number=number))
+        return noisy.reshape(given.shape)
+
+    def _context(self, rows: int, cols: int, seed: int) -> _Quick:
+        sensor = self.sensor
+        iso = sensor.adc.base_iso if self.iso is None else self.iso
+        grid = sensor.grid(None if (rows, cols) == (sensor.rows, sensor.cols) else Region(rows=rows, cols=cols))
+        return _Quick(
+            time_s=self.time_s, iso=iso, temperature_c=self.temperature_c,
+            electrons_per_dn=sensor.converter.electrons_per_dn_at(iso), seed=seed, serial=sensor.serial,
+            read_out=sensor.read_out_number, origin=grid.origin, frame_cols=sensor.cols, rows_in_all=rows,
+        )  # fmt: skip

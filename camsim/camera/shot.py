@@ -1,0 +1,254 @@
+"""Light of one's own through a sensor into a Frame: no lens, no scene, nothing resampled."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+
+import numpy as np
+
+from camsim.camera.body import Body
+from camsim.camera.frame import Frame, Products, Report, check_products, frame_numbers
+from camsim.camera.given_light import RELATIVE, GivenLight
+from camsim.camera.notes import notes_after, notes_of_exposed
+from camsim.camera.recording import Recording
+from camsim.camera.reporting import Clock
+from camsim.camera.window import Region
+from camsim.core.annotations import Called
+from camsim.core.arrays import F64, I64, U16
+from camsim.core.cached import cached_property
+from camsim.core.errors import InvalidValueError
+from camsim.core.memory import needed_bytes, too_large
+from camsim.core.typed import FrameNumber, Seed, Truth, Whole, judge, refusal
+from camsim.core.words import brief
+from camsim.optics.no_lens import NoLens
+from camsim.sensor.colour_matrix import MatrixOf
+from camsim.sensor.exposure import Exposure
+from camsim.spectra.light import Light
+
+WHITE = Light("D65", illuminance_lux=10.0, at="sensor")
+"""What a perfect diffuser is lit with where nobody says it: a scene of 640 lux has that behind a lens at f/4."""
+
+
+_WAY_OUT = "time, ISO or the light itself sets how bright it is"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shot(Recording):
+    """An array of light, and the sensor that it lies on.
+
+    camera        : a Sensor
+    image         : the light of the whole exposure
+    light         : of a perfect diffuser, on the sensor, for an image of reflectances; else the white balance's
+    region        : where in the frame the image lies; None: in the middle
+    exposure, seed, frame_number, noise, colour_matrix : as of ``Capture``
+
+    >>> from camsim.camera.sensor import Sensor
+    >>> image = GivenLight(samples=np.full((4, 6), 1000.0), unit="electrons")
+    >>> shot = Shot(camera=Sensor.from_yaml("d40-like"), image=image, exposure=Exposure(time_s=0.01, iso=200))
+    >>> shot.frame().mosaic.shape
+    (4, 6)
+    """
+
+    made_of: ClassVar = (
+        *("camera", "image", "light", "exposure", "region"),
+        *("seed", "frame_number", "noise", "colour_matrix"),
+    )
+
+    camera: Annotated[Body, Called("a Sensor", "Sensor.from_yaml makes one")]
+    image: GivenLight
+    light: Annotated[Light, Called("a Light", "such as Light('D65', illuminance_lux=10, at='sensor')")] = WHITE
+    exposure: Annotated[Exposure, Called("an Exposure", "such as Exposure(time_s=0.01, iso=200)")]
+    seed: Seed = 0
+    frame_number: FrameNumber = 0
+    region: Region | None = None
+    noise: bool = True
+    colour_matrix: MatrixOf = "standard"
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            *,
+            camera: Body,
+            image: GivenLight,
+            light: Light = WHITE,
+            exposure: Exposure,
+            seed: Whole = 0,
+            frame_number: Whole = 0,
+            region: Region | None = None,
+            noise: Truth = True,
+            colour_matrix: MatrixOf = "standard",
+        ) -> None: ...
+
+    __repr__ = brief
+
+    def __post_init__(self) -> None:
+        judge(self)
+        if not isinstance(self.camera.lens, NoLens):
+            raise refusal(self, "camera", "has a lens, and light on the sensor passes none; give a Sensor")
+        if self.light.at != "sensor":
+            raise refusal(self, "light", "is on a scene, and here is none; give Light(…, at='sensor')")
+        relative = self.image.unit in RELATIVE
+        if isinstance(self.exposure.time_s, str) and not relative:
+            message = f"is auto, and {self.image.unit} say how much light there is; give seconds"
+            raise InvalidValueError(message, key="time_s", stage="Exposure")
+        image = self.image.settled((self.camera.rows, self.camera.cols))
+        region = self.region
+        if region is None and (image.rows, image.cols) != (self.camera.rows, self.camera.cols):
+            region = Region(rows=image.rows, cols=image.cols)
+        if region is not None and (region.rows, region.cols) != (image.rows, image.cols):
+            message = f"is {region.rows} × {region.cols}, and the light has {image.rows} × {image.cols} photosites"
+            raise refusal(self, "region", f"{message}; give one of that size, or none")
+        seen = self.light if relative else None if image.unit == "electrons" else image.spectrum
+        object.__setattr__(self, "image", image)
+        object.__setattr__(self, "region", region)
+        object.__setattr__(self, "camera", self.camera.with_ends(seen))
+        self.camera.grid(region)  # refuses a window that leaves the frame
+
+    @cached_property
+    def response(self) -> F64 | None:
+        """Mean electrons (channels, n) for 1 in each of the image's planes; None: its numbers are a mosaic's own."""
+        return self.image.per_channel(self.camera, self.light, self.time_s)
+
+    @property
+    def tells_every_channel(self) -> bool:
+        """Whether the light says what photosites of every channel would get at every place."""
+        return self.response is not None
+
+    def frame(self, *, products: Products | None = None, progress: Callable[[str, float], None] | None = None) -> Frame:
+        """Expose.
+
+        products : "truth" fills ``Frame.truth``; None, and "frame": where the light tells it
+        progress : called with (stage, fraction done)
+        """
+        check_products(products or ())
+        wanted = {"mosaic", "frame"} if products is None else set(products)
+        if "frame" in wanted and self.tells_every_channel:
+            wanted.add("truth")
+        if "spectral" in wanted:
+            raise InvalidValueError("has no spectral: it is of a scene's radiance, and here is none", key="products")
+        if "truth" in wanted and not self.tells_every_channel:
+            message = "has no truth: a mosaic of electrons says nothing of the other channels; give a plane for each"
+            raise InvalidValueError(message, key="products")
+        rows, cols = self.grid.rows, self.grid.cols
+        if message := too_large(rows, cols, needed_bytes(rows, cols, len(self.camera.cfa.channels), wanted)):
+            raise refusal(self, "image", f"{message}; give a smaller one")
+        clock = Clock()
+        samples = self._with_neighbours()
+        image = self._sampled(samples)
+        below = int(np.count_nonzero(image < 0.0)) if self.image.unit in RELATIVE else 0
+        dark = np.zeros(len(self.camera.cfa.channels))
+        lit = self.window.lit(image, dark, 0)
+        truth = self.window.truth(self._planes(samples), dark, lit.shown_e) if "truth" in wanted else None
+        del samples
+        clock.lap("light")
+        signals = self._signals()
+        electrons, codes = self._recorded(lit, self.frame_number, clock, signals)
+        signal, iso = signals.all(), self.exposure.iso
+        report = Report(
+            scene=self.image.source or "array",
+            optics=("none: light as it lies on the photosites",),
+            electronics=tuple(brief(stage) for stage in self.electronics),
+            wavelengths=self._wavelengths(),
+            method="none",
+            tolerance=0.0,
+            error_estimate=0.0,
+            checked_photosites=0,
+            truth_error_estimate=None if truth is None else 0.0,
+            seconds=dict(clock.seconds),
+            signal=signal,
+            notes=(*notes_of_exposed(self.camera, iso, below), *notes_after(signal, self.camera, iso, _WAY_OUT)),
+            work={"random_numbers": self.random_numbers},
+        )
+        return self._frame(
+            mosaic=codes, electrons=electrons, mean_electrons=lit.shown_e, truth=truth, channel_index=lit.channel,
+            frame_number=self.frame_number, report=report,
+        )  # fmt: skip
+
+    @cached_property
+    def optical_key(self) -> str:
+        """What is the same of shots of the same light."""
+        return self.image.sha256
+
+    def frames(
+        self,
+        count: int = 1,
+        *,
+        products: Products | None = None,
+        progress: Callable[[str, float], None] | None = None,
+    ) -> Iterator[Frame]:
+        """Yield exposures to the same light: the same fixed patterns, fresh noise."""
+        for number in frame_numbers(self.frame_number, count):
+            yield dataclasses.replace(self, frame_number=number).frame(products=products, progress=progress)
+
+    def rows(
+        self,
+        take: Callable[[U16], None],
+        *,
+        products: Products = ("mosaic",),
+        progress: Callable[[str, float], None] | None = None,
+    ) -> Frame:
+        """Give the codes to ``take``, as ``Capture.rows`` does: all of them at once, for the light is held anyway."""
+        check_products(products, streamed=True)
+        frame = self.frame(products=products, progress=progress)
+        take(frame.mosaic)
+        return frame
+
+    def description(self, frame_number: int) -> dict[str, Any]:
+        """Return all that a frame is made of; of the light its name, place and hash."""
+        told = super().description(frame_number)
+        told["image"]["sha256"] = self.image.sha256
+        return told
+
+    def _with_neighbours(self) -> Any:
+        """Return the light of all photosites that take part: beyond the border it is reflected, in its own channel."""
+        samples = self.image.on_photosites()
+        if self.camera.crosstalk is None:
+            return samples
+        # A photosite of a mosaic says nothing of another channel: the next of its own kind stands beyond the border.
+        steps = self.camera.cfa.period if self.response is None else (1, 1)
+        rows, cols = (reflected(size, step) for size, step in zip(samples.shape[:2], steps, strict=True))
+        return samples[rows[:, None], cols]
+
+    def _sampled(self, samples: Any) -> F64:
+        """Return (rows, cols) mean electrons, each photosite in its own channel."""
+        if self.response is None:
+            return np.array(samples, np.float64)
+        cfa, wide = self.camera.cfa, self.window.wide
+        image = np.empty((wide.rows, wide.cols))
+        index = cfa.channel_index(*cfa.period, wide.origin)
+        for (row, col), channel in np.ndenumerate(index):
+            here = np.s_[row :: cfa.period[0], col :: cfa.period[1]]
+            image[here] = _weighed(samples[here], self.response[channel])
+        return image
+
+    def _planes(self, samples: Any) -> F64:
+        """Return (channels, rows, cols) mean electrons of every channel."""
+        assert self.response is not None
+        return np.stack([_weighed(samples, own) for own in self.response])
+
+    def _wavelengths(self) -> str:
+        unit = self.image.unit
+        if unit == "electrons":
+            return "none: electrons have no colour"
+        low_nm, high_nm = (self.light if unit in RELATIVE else self.image.spectrum).ends_nm
+        return f"{low_nm:g}–{high_nm:g} nm"
+
+
+def reflected(size: int, step: int) -> I64:
+    """Return the index of each place from one before the first to one behind the last."""
+    inside = np.arange(-1, size + 1)
+    inside[0], inside[-1] = min(step, size) - 1, max(size - step, 0)
+    return inside
+
+
+def _weighed(samples: Any, weights: F64) -> F64:
+    """Return Σ plane × weight, (rows, cols), in double precision; a plane of weight 0 is not looked at."""
+    planes = samples[..., None] if samples.ndim == 2 else samples
+    total: F64 = np.multiply(planes[..., 0], weights[0], dtype=np.float64)
+    for plane in np.flatnonzero(weights[1:]) + 1:
+        total += np.multiply(planes[..., plane], weights[plane], dtype=np.float64)
+    return total

@@ -1,0 +1,210 @@
+"""A description (of a file, say) turned back into the stages that it describes."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, cast, get_args
+
+import camsim
+from camsim.camera.capture import Capture
+from camsim.camera.description import OWN_STAGES
+from camsim.camera.given_light import GivenLight
+from camsim.camera.shot import Shot
+from camsim.core.errors import CamsimError, InputError
+from camsim.core.words import both
+from camsim.files.light_file import read_light
+from camsim.files.picture_file import read_picture
+from camsim.measure.dark_frames import read_darks, read_offsets
+from camsim.optics.no_lens import NO_LENS
+from camsim.scene import Picture
+from camsim.sensor.stages.dark_frames import DarkFrames
+from camsim.sensor.stages.offset_map import OffsetMap, OffsetUnit
+
+_RESULTS = ("Frame", "Rendering", "Report", "Context")
+"""Public too, but what comes out and never what goes in."""
+
+_HOW_READ = ("encoding", "scale", "wavelength_nm", "tolerance", "layer")
+_PLACED = ("width_um", "centre_um", "rotate_deg", "interpolation")
+"""What a picture's description says of its file, and of its place."""
+
+
+def revive(tree: Any, folder: Path | None = None) -> Any:
+    """Return the objects that ``describe`` turned into a tree; lists become tuples.
+
+    folder : where pictures are looked for
+
+    Only camsim's own public stages are ever made from a tree, and each judges its parameters. Raises InputError when it
+    names another one, a parameter that does not exist, or a value that cannot be.
+
+    >>> revive({"kind": "SquarePhotosite", "side_um": 3.66})
+    SquarePhotosite(side_um=3.66)
+    """
+    try:
+        return _revived(tree, "description", folder)
+    except RecursionError:
+        raise InputError("it is nested too deeply", key="description") from None
+
+
+def revive_capture(description: Mapping[str, Any], folder: Path | None = None) -> Capture:
+    """Return the capture that a description is of; ``folder``: where pictures are looked for."""
+    if "image" in description:
+        raise InputError("it was exposed to light of someone's own, and there is no scene that says what is right")
+    return cast(Capture, _exposure(Capture, description, folder))
+
+
+def revive_shot(description: Mapping[str, Any], folder: Path | None = None) -> Capture | Shot:
+    """Return what a description is of, a capture or light on a sensor; ``folder``: where pictures and light may lie."""
+    if "image" in description:
+        return cast(Shot, _exposure(Shot, description, folder))
+    return revive_capture(description, folder)
+
+
+def _exposure(exposed: type, description: Mapping[str, Any], folder: Path | None) -> Any:
+    if own := description.get(OWN_STAGES):
+        names = [ascii(name)[1:-1][:40] for name in own if isinstance(name, str)] if isinstance(own, list) else []
+        taken = f"it was taken with {both(names) or 'stages'} of someone's own"
+        raise InputError(f"not reproducible by camsim alone: {taken}; take it again in Python, where these are there")
+    parts = revive(description, folder)
+    kinds = _parameters(exposed)
+    for name, needed in kinds.items():
+        if needed and name not in parts:
+            raise InputError(f"there is no {name!r}, which a capture needs", key="description")
+    if unknown := [name for name in parts if name not in kinds]:
+        raise InputError(f"a capture has no {ascii(unknown[0])[:40]}", key="description")
+    return _judged(exposed, parts, "description")
+
+
+def _revived(tree: Any, place: str, folder: Path | None) -> Any:
+    if isinstance(tree, Mapping):
+        parts = {key: _revived(value, f"{place}.{key}", folder) for key, value in tree.items() if key != "kind"}
+        return _make(tree["kind"], parts, place, folder) if "kind" in tree else parts
+    if isinstance(tree, (list, tuple)):
+        return tuple(
+            _revived(value, place, folder) if isinstance(value, (Mapping, list, tuple)) else value for value in tree
+        )
+    return tree
+
+
+def _make(kind: Any, parts: Mapping[str, Any], place: str, folder: Path | None) -> Any:
+    if kind == "Picture":
+        return _picture(parts, place, folder)
+    if kind in ("DarkFrames", "OffsetMap"):
+        return _dark_signal(kind, parts, place, folder)
+    if kind == "NoLens":
+        return NO_LENS
+    if kind == "GivenLight":
+        return _given_light(parts, place, folder)
+    stage = _stages().get(kind) if isinstance(kind, str) else None
+    if stage is None:
+        raise InputError(f"{ascii(kind)[:40]} is not a stage of this version of camsim", stage=place)
+    kinds = _parameters(stage)
+    if unknown := [name for name in parts if name not in kinds]:
+        raise InputError(f"{kind} has no {ascii(unknown[0])[:40]}", stage=place)
+    if missing := [name for name, needed in kinds.items() if needed and name not in parts]:
+        raise InputError(f"{kind} lacks {missing[0]!r}", stage=place)
+    return _judged(stage, parts, place)
+
+
+def _picture(parts: Mapping[str, Any], place: str, folder: Path | None) -> Picture:
+    """Read a picture again: descriptions hold its name, how it was read, and the hash of its samples."""
+    source, how = parts.get("source") or "an array", parts.get("read")
+    name = ascii(source)[:80]
+    if folder is None or not isinstance(how, Mapping) or Path(str(source)).name != source:
+        raise InputError(
+            f"it shows the picture {name}, which such a file does not hold; capture its scene again", stage=place
+        )
+    if not (folder / source).is_file():
+        raise InputError(
+            f"it shows the picture {name}, which such a file does not hold; put that beside it", stage=place
+        )
+    placed = {key: value for key, value in parts.items() if key not in ("source", "read", "sha256")}
+    if unknown := [*({*how} - {*_HOW_READ}), *({*placed} - {*_PLACED})]:
+        raise InputError(f"a picture has no {ascii(unknown[0])[:40]}", stage=place)
+    try:
+        picture = read_picture(folder / source, **how, **placed)
+    except CamsimError as error:
+        raise InputError(str(error), stage=place) from None
+    except (TypeError, ValueError):
+        raise InputError(f"it does not say rightly how the picture {name} was read", stage=place) from None
+    if picture.sha256 != parts.get("sha256"):
+        raise InputError(
+            f"the picture {name} beside it is another one than was captured: its samples differ", stage=place
+        )
+    return picture
+
+
+def _dark_signal(kind: str, parts: Mapping[str, Any], place: str, folder: Path | None) -> DarkFrames | OffsetMap:
+    """Read darks or offsets again, beside the file or where the user stands: descriptions hold their place and hash."""
+    source, what = parts.get("source"), "darks" if kind == "DarkFrames" else "offsets"
+    if not isinstance(source, str) or not source:
+        message = f"not reproducible: its {what} were an array in Python, which such a file does not hold"
+        raise InputError(f"{message}; expose again with them", stage=place)
+    beside = () if folder is None else (folder / source, folder / Path(source).name)
+    found = next((each for each in (*beside, Path(source)) if each.exists()), None)
+    if found is None:
+        message = f"not reproducible without the {what} {ascii(source)[:200]}"
+        raise InputError(f"{message}; put them there, or beside this file", stage=place)
+    unit = parts.get("unit")
+    if kind == "OffsetMap" and unit not in get_args(OffsetUnit):
+        raise InputError(f"offsets have no unit {ascii(unit)[:40]}", stage=place)
+    read = read_darks(found, source) if kind == "DarkFrames" else read_offsets(found, source, cast(OffsetUnit, unit))
+    if read.sha256 != parts.get("sha256"):
+        message = f"not reproducible: the {what} {str(found)!r} are others than were taken, their numbers differ"
+        raise InputError(message, stage=place)
+    return read
+
+
+def _given_light(parts: Mapping[str, Any], place: str, folder: Path | None) -> GivenLight:
+    """Read light of one's own again, beside the file or where it was: descriptions hold its place and its hash."""
+    source, how = parts.get("source"), parts.get("read")
+    if not isinstance(source, str) or not source:
+        message = "not reproducible: its light was an array in Python, which such a file does not hold"
+        raise InputError(f"{message}; expose the array again", stage=place)
+    name, path = ascii(source)[:200], Path(source)
+    beside = () if folder is None else (folder / path, folder / path.name)
+    found = next((each for each in (*beside, path) if each.is_file()), None)
+    if found is None:
+        raise InputError(f"not reproducible without the light {name}; put it there, or beside this file", stage=place)
+    told = {key: value for key, value in parts.items() if key not in ("source", "read", "sha256")}
+    layer = how.get("layer") if isinstance(how, Mapping) else None
+    if unknown := {*told} - {"unit", "wavelength_nm", "per_photosite"}:
+        raise InputError(f"light has no {ascii(min(unknown))[:40]}", stage=place)
+    try:
+        light = read_light(found, layer=layer, **told)
+    except CamsimError as error:
+        raise InputError(str(error), stage=place) from None
+    except (TypeError, ValueError):
+        raise InputError(f"it does not say rightly how the light {name} was read", stage=place) from None
+    if light.sha256 != parts.get("sha256"):
+        message = f"not reproducible: the light {str(found)!r} is another one than was exposed, its samples differ"
+        raise InputError(message, stage=place)
+    return dataclasses.replace(light, source=source)
+
+
+def _judged(stage: Any, parts: Mapping[str, Any], place: str) -> Any:
+    """Make a stage, which judges its parameters."""
+    try:
+        return stage(**parts)
+    except CamsimError as error:
+        raise InputError(error.message, key=error.key, stage=place) from None
+
+
+@functools.cache
+def _stages() -> Mapping[str, Any]:
+    """Return the public dataclasses by name."""
+    public = {name: getattr(camsim, name) for name in camsim.__all__ if name not in _RESULTS}
+    return {name: stage for name, stage in public.items() if dataclasses.is_dataclass(stage)}
+
+
+@functools.cache
+def _parameters(stage: Any) -> Mapping[str, bool]:
+    """Return the parameters of a stage, and whether each must be given."""
+    nothing = dataclasses.MISSING
+    return {
+        field.name: field.default is nothing and field.default_factory is nothing
+        for field in dataclasses.fields(stage)
+        if field.init
+    }

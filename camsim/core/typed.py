@@ -1,0 +1,186 @@
+"""Parameters judged by the types that they declare: what does not fit is refused, what fits is kept in one form.
+
+A constructor calls ``judge(self)`` first. Numbers of numpy become Python's, lists and arrays tuples; a number is within
+the limits of its type, finite, and never a truth value or a text. Files are judged by the same limits and in the same
+words (``camsim.config``).
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import inspect
+import os
+import typing
+from collections.abc import Callable, Collection, Sequence
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+from annotated_types import Ge, Gt, Le
+
+from camsim.core.annotations import Before, Called
+from camsim.core.declared_types import kind_of
+from camsim.core.errors import InvalidValueError, UnknownNameError
+from camsim.core.number_kinds import Kind
+from camsim.core.words import either, shown
+
+Number: TypeAlias = float | np.floating[Any] | np.integer[Any]
+Whole: TypeAlias = int | np.integer[Any]
+Truth: TypeAlias = bool | np.bool_
+"""What constructors take where Python's float, int and bool are kept."""
+
+Positive: TypeAlias = Annotated[float, Gt(0)]
+NonNegative: TypeAlias = Annotated[float, Ge(0)]
+Fraction: TypeAlias = Annotated[float, Ge(0), Le(1)]
+Celsius: TypeAlias = Annotated[float, Ge(-273.15), Le(1000)]
+# In air no lens is faster than f/0.5, where rays come from the whole half-space; pinholes are slower than f/100.
+FNumber: TypeAlias = Annotated[float, Ge(0.5), Le(10_000)]
+# Below a few tenths of a wavelength nothing is told apart; a detector of a centimetre is one, and no array.
+Pitch: TypeAlias = Annotated[float, Ge(0.1), Le(10_000)]
+# The fastest gates are open for fractions of a nanosecond; 30 years is what files can say.
+SHORTEST_S, LONGEST_S = 1e-9, 1e9
+Seconds: TypeAlias = Annotated[float, Ge(SHORTEST_S), Le(LONGEST_S)]
+Count: TypeAlias = Annotated[int, Ge(1)]
+Index: TypeAlias = Annotated[int, Ge(0)]
+Iso: TypeAlias = Annotated[float, Ge(1e-3), Le(1e9)]
+LARGEST_SEED, LARGEST_FRAME_NUMBER = 2**63 - 1, 2**31 - 1
+Seed: TypeAlias = Annotated[int, Ge(0), Le(LARGEST_SEED)]
+FrameNumber: TypeAlias = Annotated[int, Ge(0), Le(LARGEST_FRAME_NUMBER)]
+
+
+def text_of_path(given: Any) -> Any:
+    """Return a path as text; anything else as it is."""
+    return os.fspath(given) if isinstance(given, os.PathLike) else given
+
+
+FilePath: TypeAlias = Annotated[str, Before(text_of_path), Called("a path")]
+
+T = TypeVar("T")
+F = TypeVar("F", bound=Callable[..., Any])
+
+if TYPE_CHECKING:
+    Several: TypeAlias = Sequence[T] | npt.NDArray[Any]
+    Point: TypeAlias = Sequence[float] | npt.NDArray[Any]
+else:
+
+    class Several:
+        """A list, a tuple or an array, as a parameter; a tuple is kept."""
+
+        def __class_getitem__(cls, item: Any) -> Any:
+            return tuple[item, ...]
+
+    Point = tuple[float, float]
+
+Place: TypeAlias = Sequence[Number] | npt.NDArray[Any]
+"""What constructors take for a point."""
+
+Corners: TypeAlias = Annotated[
+    Several[Point], Called("a list of corners (x, y)", "of a shapely polygon give its exterior.coords")
+]
+
+
+def judge(stage: Any) -> None:
+    """Judge the parameters of a frozen dataclass, and keep what becomes of them.
+
+    >>> from camsim.optics import Airy
+    >>> Airy(f_number="8")
+    Traceback (most recent call last):
+        ...
+    camsim.core.errors.InvalidValueError: Airy.f_number: must be a number above 0, not '8'
+    """
+    for name, kind in _parameters(stage.__class__):
+        given = getattr(stage, name)
+        if kind.as_is(given):
+            continue
+        try:
+            kept = kind.take(given)
+        except InvalidValueError as error:
+            raise refusal(stage, name, error.message) from None
+        if kept is not given:
+            object.__setattr__(stage, name, kept)
+
+
+def refusal(stage: object, key: str, message: str) -> InvalidValueError:
+    """Return the error of a constructor about one of its parameters."""
+    return InvalidValueError(message, key=key, stage=type(stage).__name__)
+
+
+def check(value: Any, kind: Any, key: str, stage: str = "") -> Any:
+    """Return a value as a type keeps it; raises InvalidValueError that names the key and the stage."""
+    try:
+        return kind_of(kind).take(value)
+    except InvalidValueError as error:
+        raise InvalidValueError(error.message, key=key, stage=stage) from None
+
+
+def check_truths(**given: Any) -> None:
+    """Raise InvalidValueError for the first that is neither true nor false: of a text such as "no" there is no telling.
+
+    >>> check_truths(force=True, compress="no")
+    Traceback (most recent call last):
+        ...
+    camsim.core.errors.InvalidValueError: compress: must be true or false, not 'no'
+    """
+    for key, value in given.items():
+        check(value, bool, key)
+
+
+def known_name(kind: str, name: Any, known: Collection[str], key: str = "") -> str:
+    """Return a name of a short list; raises UnknownNameError for another, InvalidValueError for what is no text.
+
+    >>> known_name("method", None, ["boundary", "fourier"])
+    Traceback (most recent call last):
+        ...
+    camsim.core.errors.InvalidValueError: method: must be 'boundary' or 'fourier', not None
+    """
+    if not isinstance(name, str):
+        raise InvalidValueError(f"must be {either([repr(word) for word in known])}, not {shown(name)}", key=key or kind)
+    if name not in known:
+        raise UnknownNameError(kind, name, known, key=key)
+    return name
+
+
+def spelled_out(keywords: type) -> Callable[[F], F]:
+    """Make help and completion list the keywords of a method that takes ``**changes: Unpack[keywords]``.
+
+    keywords : a TypedDict, of which none is required
+    """
+
+    def spelled(method: F) -> F:
+        named = [
+            inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=_KEPT, annotation=_as_written(kind))
+            for name, kind in keywords.__annotations__.items()
+        ]
+        signature = inspect.signature(method)
+        first = [part for part in signature.parameters.values() if part.kind is not inspect.Parameter.VAR_KEYWORD]
+        method.__signature__ = signature.replace(parameters=[*first, *named])  # type: ignore[attr-defined]
+        return method
+
+    return spelled
+
+
+class _Kept:
+    """The default that help shows of a keyword whose absence changes nothing."""
+
+    def __repr__(self) -> str:
+        return "kept"
+
+
+_KEPT = _Kept()
+
+
+def _as_written(kind: Any) -> Any:
+    return kind.__forward_arg__ if isinstance(kind, typing.ForwardRef) else kind
+
+
+@functools.cache
+def _parameters(stage: type) -> tuple[tuple[str, Kind], ...]:
+    kinds = hints(stage)
+    return tuple((field.name, kind_of(kinds[field.name])) for field in dataclasses.fields(stage) if field.init)
+
+
+@functools.cache
+def hints(kind: type) -> dict[str, Any]:
+    """Return the types of a class's fields, with their limits."""
+    return typing.get_type_hints(kind, include_extras=True)

@@ -1,6 +1,0 @@
-"""What compiled kernels have in common: how they are compiled, kept for the next process, and shared among threads."""
-
-from camsim.kernels.dispatch import compiling, is_kept, kernel
-from camsim.kernels.threads import ahead, shared, use_one_thread
-
-__all__ = ["ahead", "compiling", "is_kept", "kernel", "shared", "use_one_thread"]

@@ -1,0 +1,1 @@
+"""Quadrature, transforms and algebra: no camera in it."""

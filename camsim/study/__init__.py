@@ -1,0 +1,23 @@
+"""Many captures of one study: points among the keys, engines that take them, the manifest of what there is."""
+
+from camsim.study.dataset import Made, check_dataset, dataset, read_pair
+from camsim.study.forecasting import Forecast, forecast, forecast_dataset
+from camsim.study.study import Point, Study, read_dataset, read_study
+from camsim.study.sweep import Swept, check_study, sweep
+
+__all__ = [
+    "Forecast",
+    "Made",
+    "Point",
+    "Study",
+    "Swept",
+    "check_dataset",
+    "check_study",
+    "dataset",
+    "forecast",
+    "forecast_dataset",
+    "read_dataset",
+    "read_pair",
+    "read_study",
+    "sweep",
+]

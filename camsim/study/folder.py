@@ -1,0 +1,103 @@
+"""The folder of a sweep, for one at a time: what is there is kept, what is missing is made."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Collection, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from camsim.core.errors import OutputError
+from camsim.files.atomic import reason
+from camsim.study.captures import Progress
+from camsim.study.manifest import (
+    CSV,
+    DONE,
+    FAILED,
+    HIDDEN,
+    Journal,
+    Results,
+    Row,
+    in_order,
+    remove_halves,
+    write_manifest,
+)
+
+
+@contextlib.contextmanager
+def alone(folder: Path, others: str) -> Iterator[None]:
+    """Keep the folder for one sweep at a time; the system lets go of it when the process ends, however it ends.
+
+    others : a column that the manifests of data sets have and those of studies have not, or the reverse
+    """
+    from filelock import FileLock, Timeout
+
+    try:
+        (folder / HIDDEN).mkdir(parents=True, exist_ok=True)
+        lock = FileLock(folder / HIDDEN / "lock")
+        lock.acquire(timeout=0)
+    except Timeout:
+        raise OutputError(f"another sweep is writing into {str(folder)!r}; wait for it") from None
+    except OSError as error:
+        raise OutputError(f"cannot write into {str(folder)!r}: {reason(error)}") from error
+    try:
+        _refuse_another(folder, others)
+        remove_halves(folder)
+        yield
+        remove_halves(folder)  # of a worker that died, whose task another has done
+    finally:
+        lock.release()
+
+
+def _refuse_another(folder: Path, others: str) -> None:
+    """Raise OutputError where the folder's manifest, and all that is known of its files, would be lost."""
+    with contextlib.suppress(OSError), (folder / CSV).open(encoding="utf-8", errors="replace") as manifest:
+        if others in manifest.readline().rstrip().split(","):
+            message = "its manifest is of another kind; give a study and a data set a folder each"
+            raise OutputError(f"cannot write into {str(folder)!r}: {message}")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Outcome:
+    """All rows in order, and how many identities were made now, found whole from before, and failed."""
+
+    rows: tuple[Row, ...]
+    made: int
+    found: int
+    failed: int
+
+
+def completed(
+    folder: Path,
+    wanted: Sequence[str],
+    make: Callable[[Collection[str]], Iterator[Results]],
+    report: Progress,
+    *,
+    kept: Callable[[str, list[Row]], list[Row]] = lambda identity, rows: rows,
+) -> Outcome:
+    """Make what is not there yet, and write the manifest, also when that is interrupted; the folder is one's own.
+
+    wanted : identities
+    make   : makes all but those that are there
+    kept   : returns rows from before as they are called now
+    """
+    journal = Journal(folder)
+    there = journal.finished(wanted)
+    journal.begin(there)
+    old, new = [kept(identity, there[identity]) for identity in wanted if identity in there], list[list[Row]]()
+    every: list[Row] = []
+    try:
+        for results in make(there):
+            for identity, own in results:
+                if own[0]["status"] == DONE:
+                    journal.add(identity, own)
+                new.append(own)
+                report("capture", (len(old) + len(new)) / len(wanted))
+    finally:
+        every = in_order(row for own in (*old, *new) for row in own)
+        if every:
+            write_manifest(folder, every)
+    if lost := len(wanted) - len(old) - len(new):
+        raise RuntimeError(f"{lost} of {len(wanted)} tasks came back from nobody")
+    failed = sum(own[0]["status"] == FAILED for own in new)
+    return Outcome(rows=tuple(every), made=len(new) - failed, found=len(old), failed=failed)

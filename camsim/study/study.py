@@ -1,0 +1,240 @@
+"""A study: which captures it has, each a pure function of its index."""
+
+from __future__ import annotations
+
+import glob
+import itertools
+import json
+import math
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Generic, TypeAlias, TypeVar
+
+from camsim.config import library, schema, yaml_source
+from camsim.config.judged import Judged
+from camsim.config.schema.study import LIGHT_FILE
+from camsim.config.tree import Document, KeyPath
+from camsim.config.yaml_text import yaml_text
+from camsim.core.errors import CamsimError, ConfigError, Fault, UnknownNameError
+from camsim.core.typed import FilePath, check
+from camsim.study.mapping import plain
+from camsim.study.names import Template, columns_of, field_of
+from camsim.study.values import drawn, is_drawn, listed
+
+V = TypeVar("V", bound=schema.Varying)
+StudyOrFile: TypeAlias = str | os.PathLike[str] | Mapping[str, Any]
+MOST_POINTS = 10_000_000
+_FILES = ("sensor", LIGHT_FILE)
+"""Keys whose values may be files of the study's folder."""
+
+_LIGHT_ALONE = Path(library.__file__).with_name("light.yaml")
+"""The scene of studies that have light in its place."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Point:
+    """One capture of a study.
+
+    settings : of the keys that vary, in their order
+    """
+
+    index: int
+    scene: str
+    settings: tuple[tuple[str, Any], ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Study(Generic[V]):
+    """What the file of a study, or of a data set, says, its scenes found.
+
+    document, model : what the file says, and where
+    scenes : paths, or names of shipped scenes
+    """
+
+    name: str
+    document: Document
+    model: V
+    scenes: tuple[str, ...]
+
+    @property
+    def count(self) -> int:
+        """How many captures it has, each of so many frames."""
+        lengths = [len(values) for values in self._fixed]
+        if not lengths:
+            combinations = 1
+        elif self.model.combine == "product":
+            combinations = math.prod(lengths)
+        else:
+            combinations = max(lengths) if self.model.combine == "zip" else sum(lengths)
+        return len(self.scenes) * combinations * self.model.draws
+
+    def fault(self, fault: Fault) -> Fault:
+        """Return a fault of an override where the study has it."""
+        word, _, key = fault.file.partition(" ")
+        if word != "--set":
+            return fault
+        if key == LIGHT_FILE and self.model.light is not None:
+            return self.document.fault(("light",), fault.message)
+        part = "vary" if key in self.model.vary else "set"
+        return self.document.fault((part, key), fault.message)
+
+    @property
+    def sensor(self) -> str | None:
+        """The sensor instead of the scenes' own."""
+        return None if self.model.sensor is None else self._beside(self.model.sensor)
+
+    def told(self, point: Point) -> dict[str, Any]:
+        """Return what tables say of a capture: its scene, and the keys that vary; none where it is not varied there.
+
+        A scene has its file's name, and its folder's too where another one is called so.
+        """
+        path, here = Path(point.scene).with_suffix(""), self.document.folder
+        alone = len({scene for scene in self.scenes if Path(scene).stem == path.name}) == 1
+        whole = path.relative_to(here) if path.is_relative_to(here) else path
+        scene = path.name if alone else whole.as_posix()
+        told: dict[str, Any] = dict.fromkeys(("scene", *map(field_of, self.model.vary))) | {"scene": scene}
+        for key, value in point.settings:
+            told |= columns_of(key, value)
+        return told
+
+    def overrides(self, point: Point) -> tuple[str, ...]:
+        """Return a capture's keys as ``camsim capture --set`` takes them, after those that are the same everywhere."""
+        given = (*self.model.set.items(), *point.settings)
+        return tuple(f"{key}={_in_yaml(self._beside(value) if key in _FILES else value)}" for key, value in given)
+
+    def _beside(self, name: Any) -> Any:
+        """Return a file of the study's folder by its path; what else may be named as it is."""
+        beside = self.document.folder / name if isinstance(name, str) else None
+        return os.fspath(beside) if beside is not None and beside.is_file() else name
+
+    def points(self) -> Iterator[Point]:
+        """Yield its captures in the order of their indices; scenes outermost, draws innermost."""
+        places = itertools.product(self.scenes, self._combinations(), range(self.model.draws))
+        for index, (scene, fixed, _) in enumerate(places):
+            settings = dict(fixed)
+            for key, values in self.model.vary.items():
+                if isinstance(values, schema.Values) and is_drawn(values):
+                    settings[key] = drawn(values, seed=self.model.seed, key=key, index=index)
+            ordered = tuple((key, settings[key]) for key in self.model.vary if key in settings)
+            yield Point(index=index, scene=scene, settings=ordered)
+
+    @property
+    def _fixed(self) -> list[list[tuple[str, Any]]]:
+        """What is not drawn: (key, value) of each value of each key."""
+        fixed = {key: listed(values) for key, values in self.model.vary.items() if not is_drawn(values)}
+        return [[(key, value) for value in values] for key, values in fixed.items()]
+
+    def _combinations(self) -> Iterator[tuple[tuple[str, Any], ...]]:
+        """Yield what is not drawn, combined."""
+        pairs = self._fixed
+        if self.model.combine == "zip" and pairs:
+            return zip(*pairs, strict=True)
+        if self.model.combine == "sequential" and pairs:
+            return ((pair,) for key in pairs for pair in key)
+        return itertools.product(*pairs)
+
+
+def read_study(study: StudyOrFile) -> tuple[Study[schema.StudyFile], tuple[Template, ...]]:
+    """Read a study, a file or its keys as a mapping, and how its files are called. Raises ConfigError."""
+    judged, stem = _judged(study, schema.StudyFile, "study")
+    files = _templates(judged)
+    return _found(judged, stem), files
+
+
+def read_dataset(dataset: StudyOrFile) -> Study[schema.DatasetFile]:
+    """Read what a data set is made of, a file or its keys as a mapping. Raises ConfigError with every fault."""
+    return _found(*_judged(dataset, schema.DatasetFile, "dataset"))
+
+
+def _in_yaml(value: Any) -> str:
+    """Return a value as JSON, with YAML's escapes: it knows no pairs of them for what lies beyond 2^16."""
+    text = json.dumps(value, ensure_ascii=False)
+    return "".join(letter if letter.isascii() else f"\\U{ord(letter):08X}" for letter in text)
+
+
+def _judged(given: StudyOrFile, model: type[V], kind: str) -> tuple[Judged[V], str]:
+    if isinstance(given, Mapping):
+        text = yaml_text({"camsim": f"{kind}/1", **plain(given, kind)})
+        return Judged.of(yaml_source.parse(text.encode(), kind, Path()), model), kind
+    file = check(given, FilePath, kind)
+    library.refuse_pictures(Path(file), file)
+    return Judged.of(yaml_source.read(Path(file), file), model), Path(file).stem
+
+
+def _found(judged: Judged[V], stem: str) -> Study[V]:
+    """Return what the file says; raises ConfigError with all that is wrong with it."""
+    scenes, model = _scenes(judged), _globbed(judged)
+    if model is not None and model.combine == "zip":
+        lengths = {key: len(listed(values)) for key, values in model.vary.items() if not is_drawn(values)}
+        if len(set(lengths.values())) > 1:
+            told = ", ".join(f"{key} has {length}" for key, length in lengths.items())
+            judged.refuse(("combine",), f"zip takes lists of one length, and {told}; or combine: product")
+    if not judged.faults and model is not None:
+        found = Study(name=model.name or stem, document=judged.document, model=model, scenes=scenes)
+        frames = found.count * (model.frames if isinstance(model, schema.StudyFile) else 1)
+        if frames <= MOST_POINTS:
+            return found
+        judged.refuse(("vary",), f"makes {frames} frames; {MOST_POINTS} are the most")
+    raise ConfigError(judged.faults)
+
+
+def _globbed(study: Judged[V]) -> V | None:
+    """Return what the file says with the names of the files that match in place of their patterns."""
+    if (model := study.model) is None:
+        return None
+    folder, vary = study.document.folder, dict(model.vary)
+    if model.light is not None:
+        vary = {LIGHT_FILE: schema.Values(glob=model.light), **vary}
+    for key, values in list(vary.items()):
+        if isinstance(values, schema.Values) and values.glob is not None:
+            names = glob.glob(values.glob, root_dir=folder, recursive=True)
+            files = sorted(Path(name).as_posix() for name in names if (folder / name).is_file())
+            if not files:
+                place: KeyPath = ("light",) if key == LIGHT_FILE and model.light else ("vary", key, "glob")
+                study.refuse(place, f"no file of {str(folder)!r} matches {values.glob!r}")
+            vary[key] = list(files)
+    return model.model_copy(update={"vary": vary})
+
+
+def _scenes(study: Judged[V]) -> tuple[str, ...]:
+    given = study.value(("scene",))
+    if given is None and study.value(("light",)) is not None:
+        return (os.fspath(_LIGHT_ALONE),)
+    names = given if isinstance(given, list) else [given]
+    found = []
+    for number, name in enumerate(names):
+        if not isinstance(name, str):
+            continue
+        place = ("scene", number) if isinstance(given, list) else ("scene",)
+        beside = study.document.folder / name
+        try:
+            if beside.is_file():
+                library.refuse_pictures(beside, name)
+                found.append(os.fspath(beside))
+                continue
+            found.append(os.fspath(library.locate("scene", name).path) if library.looks_like_path(name) else name)
+            library.locate("scene", name)
+        except UnknownNameError as error:
+            study.refuse(place, error.message)
+        except ConfigError as error:
+            study.refuse(place, f"{name!r}: {error.faults[0].message}")
+    return tuple(found)
+
+
+def _templates(study: Judged[schema.StudyFile]) -> tuple[Template, ...]:
+    given, vary = study.value(("files",)), study.value(("vary",))
+    if isinstance(study.value(("light",)), str):
+        vary = {LIGHT_FILE: None, **(vary if isinstance(vary, Mapping) else {})}
+    default = schema.StudyFile.model_fields["files"].default
+    texts = given if isinstance(given, list) else [default if given is None else given]
+    keys = tuple(vary) if isinstance(vary, Mapping) else ()
+    made = []
+    for number, text in enumerate(texts):
+        if isinstance(text, str):
+            try:
+                made.append(Template.of(text, keys))
+            except CamsimError as error:
+                study.refuse(("files", number) if isinstance(given, list) else ("files",), error.message)
+    return tuple(made)
