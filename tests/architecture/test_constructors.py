@@ -54,7 +54,7 @@ def parameters(block: str) -> Iterator[tuple[str, bool, bool]]:
 
 @pytest.mark.parametrize(
     ("file", "stages", "changes"),
-    [("body.py", "Body", "Changes"), ("sensor/electronics.py", "Electronics", "ElectronicChanges")],
+    [("camera/body.py", "Body", "Changes"), ("sensor/electronics.py", "Electronics", "ElectronicChanges")],
 )
 def test_a_camera_exchanges_what_its_fields_keep(file: str, stages: str, changes: str) -> None:
     kept, exchanged = (annotations(file, name) for name in (stages, changes))
@@ -73,7 +73,7 @@ def annotations(file: str, name: str) -> dict[str, ast.expr]:
 
 def test_a_camera_tells_what_runs() -> None:
     """Its electronic stages are told as those that ``replace`` exchanges."""
-    tree = ast.parse((PACKAGE / "camera.py").read_text(encoding="utf-8"))
+    tree = ast.parse((PACKAGE / "camera" / "camera.py").read_text(encoding="utf-8"))
     told = next(written(node) for node in tree.body if isinstance(node, ast.ClassDef) and node.name == "Camera")
     assert told is not None
     runs = inspect.signature(camsim.Camera).parameters.values()

@@ -16,7 +16,7 @@ from numba.core import types
 from camsim.core.kernels import kernel
 from camsim.core.kernels.cache import KEPT, _sources
 
-KERNELS = Path(__file__).parents[2] / "camsim" / "kernels"
+CORE = Path(__file__).parents[2] / "camsim" / "core"
 OUTER = """
 from camsim.inner import inside
 from camsim.core.kernels import is_kept, kernel
@@ -45,7 +45,7 @@ def small(tmp_path):
     package.mkdir()
     (package / "__init__.py").write_text("")
     (package / "outer.py").write_text(OUTER)
-    shutil.copytree(KERNELS, package / "kernels", ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(CORE, package / "core", ignore=shutil.ignore_patterns("__pycache__"))
 
     def begin(inside, cache="cache"):
         (package / "inner.py").write_text(INNER.format(inside))
@@ -100,7 +100,7 @@ def test_processes_share_a_cache(small):
 
 def test_old_versions_go(small, tmp_path):
     """Fewer are kept here than by camsim: each takes a process."""
-    cache = tmp_path / "camsim" / "kernels" / "cache.py"
+    cache = tmp_path / "camsim" / "core" / "kernels" / "cache.py"
     cache.write_text(cache.read_text().replace(f"KEPT = {KEPT} ", "KEPT = 2 "))
     for inside in range(4):
         small(f"{inside}.0")
@@ -110,7 +110,7 @@ def test_old_versions_go(small, tmp_path):
 
 def test_no_kernel_is_compiled_anew_for_a_change_far_away():
     """A kernel's key has all that its module imports; a scene or a YAML table among that would be half the package."""
-    package = KERNELS.parent
+    package = CORE.parent
     modules = [file for file in package.rglob("*.py") if re.search(r"^@kernel\(", file.read_text(), re.MULTILINE)]
     assert len(modules) > 20
     assert [file.name for file in modules if _sources(str(file)) & {str(package / "scene" / "__init__.py")}] == []

@@ -29,6 +29,8 @@ UNITS = (
 DIMENSIONLESS = {
     "f_number": "focal length over aperture",
     "fill_factor": "fraction of the pitch's area",
+    "of_cutoff": "frequencies over the cut-off",
+    "band": "rows of codes or electrons, as its name says",
     "reflectance": "fraction, or a curve of it",
     "low": "a reflectance",
     "high": "a reflectance",
@@ -118,7 +120,7 @@ NUMBERS = ("float", "F64", "F32", "Spectrum", "Reflectance", "Transmission", "Fi
 LIMITED = ("Positive", "NonNegative", "Fraction", "Celsius")
 NUMBER = re.compile(rf"\b({'|'.join((*NUMBERS, *LIMITED))})\b")
 # The rooms of the public stages; in rendering and measure lengths are in pitches and pixels, as their docstrings say.
-ROOMS = ("optics", "scene", "sensor", "spectra", "frame.py", "body.py", "exposing.py", "camera.py")
+ROOMS = ("optics", "scene", "sensor", "spectra", "camera")
 ROOMS += ("rendering/grid.py", "rendering/render.py", "rendering/running.py")
 
 

@@ -19,7 +19,7 @@ from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLoca
 from numba.core.runtime.nrt import rtsys
 
 KEPT = 8  # versions of a kernel: as many branches may be worked on in turns
-_ROOT = str(Path(__file__).resolve().parents[2])
+_ROOT = str(Path(__file__).resolve().parents[3])
 _IMPORTS = re.compile(rb"\n[ \t]*(?:from|import) (camsim[\w.]*)")
 
 

@@ -20,8 +20,8 @@ import scipy
 from camsim.core.arrays import C128, F64, I64
 from camsim.core.errors import UnsupportedError
 from camsim.core.kernels import kernel, shared
+from camsim.core.kernels.turning import turned
 from camsim.numerics.quadrature import chebyshev, gauss_rules
-from camsim.optics.overlaps import turned
 from camsim.optics.placed import PlacedLens
 from camsim.optics.protocols import Placed
 from camsim.optics.pupil import Pupil
