@@ -193,7 +193,7 @@ class WavesPlan:
         jump = light[job.sides[:, 0]] - light[job.sides[:, 1]]
         loudest = np.take_along_axis(jump, np.abs(jump).argmax(axis=1)[:, None], axis=1)[:, 0]
         highest = job.system.highest_per_um(job.signals.wavelength_nm) * job.grid.pitch_um
-        return Rings.of(job, loudest[job.pair], float(job.blur.max()), highest)
+        return Rings.of(job.edges, job.grid, job.farthest, loudest[job.pair], float(job.blur.max()), highest)
 
     def _levels(self, cut: float, farthest: float, width: float, tolerance: float) -> Sequence[Level]:
         job, system = self.job, self.job.system

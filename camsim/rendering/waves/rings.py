@@ -18,7 +18,6 @@ from camsim.core.kernels import kernel
 from camsim.rendering.edges import Edges
 from camsim.rendering.fast_length import fast_length
 from camsim.rendering.grid import Grid
-from camsim.rendering.job import Job
 
 PLACES = 4  # centres that are asked, besides the frame's middle
 A_WAVE, MOST_BINS = 8, 1 << 16  # bins of distances in a wave of the highest frequency, and of all
@@ -40,14 +39,15 @@ class Rings:
     most: float
 
     @classmethod
-    def of(cls, job: Job, jump: F64, longest: float, highest: float) -> Rings:
+    def of(cls, edges: Edges, grid: Grid, farthest: float, jump: F64, longest: float, highest: float) -> Rings:
         """Ask at the frame's middle and the centres that outlines are bent about.
 
+        farthest : distance, pitches, of what is seen
         jump : (n,) light on edges' left less that on their right;  longest: a blur, pitches;  highest: cycles/pitch
         """
-        edges, grid, step = job.edges, job.grid, 1.0 / (A_WAVE * highest)
+        step = 1.0 / (A_WAVE * highest)
         places = _places(edges, jump, grid)
-        reach = min(job.farthest + 1.0, (MOST_BINS - 2) * step)
+        reach = min(farthest + 1.0, (MOST_BINS - 2) * step)
         bins = math.ceil(reach / step) + 2
         shares = np.zeros((len(places), bins))
         for own, place in zip(shares, places, strict=True):
