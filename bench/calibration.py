@@ -31,7 +31,7 @@ FLATS, DARKS = 6, 8
 """Levels of light, two frames of each; darks of their time. Of every ISO setting."""
 TIME_S = 0.01
 WITHIN, MOST, LEAST_SHARE = 2.0, 4.0, 0.95
-MOST_TOLD_APART = 3
+MOST_DISTINGUISHED = 3
 
 _RESULTS = Path(__file__).with_suffix(".jsonl")
 
@@ -161,11 +161,11 @@ def _noise(camera: SyntheticCamera, shape: tuple[int, int], rng: np.random.Gener
 
 def figures(camera: SyntheticCamera, found: Calibration) -> dict[str, tuple[float, Estimate]]:
     """Return every figure that was calibrated with the camera's own; one that is not there has none."""
-    told = {
-        f"electrons_per_dn {iso:g}": (own, setting.electrons_per_dn)
-        for iso, own, setting in zip(camera.iso, camera.electrons_per_dn, found.settings, strict=True)
+    stated = {
+        f"electrons_per_dn {iso:g}": (item, setting.electrons_per_dn)
+        for iso, item, setting in zip(camera.iso, camera.electrons_per_dn, found.settings, strict=True)
     }
-    told |= {
+    stated |= {
         "black_dn": (camera.black_dn, found.black_dn),
         "read_noise_e": (camera.read_noise_e[0], found.read_noise_e),
         "output_noise_dn": (camera.output_noise_dn, found.output_noise_dn),
@@ -178,10 +178,10 @@ def figures(camera: SyntheticCamera, found: Calibration) -> dict[str, tuple[floa
         "telegraph_e": (camera.telegraph_e, found.telegraph_e),
     }
     if found.dual_read_noise_e is not None:
-        told["dual_read_noise_e"] = (camera.read_noise_e[-1], found.dual_read_noise_e)
+        stated["dual_read_noise_e"] = (camera.read_noise_e[-1], found.dual_read_noise_e)
     if found.law is not None and found.law.shape.law != "normal":
-        told["tails"] = (camera.tails, Estimate(found.law.shape.tails, found.law.errors["tails"]))
-    return {name: each for name, each in told.items() if each[1].measurable}
+        stated["tails"] = (camera.tails, Estimate(found.law.shape.tails, found.law.errors["tails"]))
+    return {name: each for name, each in stated.items() if each[1].measurable}
 
 
 def faults(camera: SyntheticCamera, found: Calibration) -> list[str]:
@@ -195,7 +195,7 @@ def faults(camera: SyntheticCamera, found: Calibration) -> list[str]:
         "bits": (camera.bits, found.bit_depth),
         "jumps": (camera.telegraph_fraction > 0.0, found.telegraph_fraction.measurable),
     }
-    return [f"{name}: {told} for {own}" for name, (own, told) in seen.items() if own != told]
+    return [f"{name}: {stated} for {item}" for name, (item, stated) in seen.items() if item != stated]
 
 
 def judged(number: int, *, side: int = SIDE, levels: int = FLATS, darks: int = DARKS) -> dict[str, Any]:
@@ -218,8 +218,8 @@ def judged(number: int, *, side: int = SIDE, levels: int = FLATS, darks: int = D
     return {
         "camera": number,
         "is": asdict(camera),
-        "figures": {n: {"is": own, "told": e.value, "error": e.sigma} for n, (own, e) in compared.items()},
-        "off": {name: (each.value - own) / each.sigma for name, (own, each) in compared.items()},
+        "figures": {n: {"is": item, "told": e.value, "error": e.sigma} for n, (item, e) in compared.items()},
+        "off": {name: (each.value - item) / each.sigma for name, (item, each) in compared.items()},
         "faults": faults(camera, found),
         "probability": {
             kind: together([each for one in sides for each in one.tests if each.test == kind]) for kind in kinds
@@ -233,16 +233,16 @@ def judged(number: int, *, side: int = SIDE, levels: int = FLATS, darks: int = D
 def verdict(results: list[dict[str, Any]]) -> tuple[str, bool]:
     """Return a sentence, and whether all is as it must be."""
     off = np.abs([each for result in results for each in result["off"].values()])
-    told = [p for result in results for p in result["probability"].values()]
-    apart = sum(p < 0.01 for p in told)
+    stated = [p for result in results for p in result["probability"].values()]
+    apart = sum(p < 0.01 for p in stated)
     wrong = sum(len(result["faults"]) for result in results)
     within = float(np.mean(off <= WITHIN))
     sentence = (
         f"{off.size} figures of {len(results)} cameras: the farthest {off.max():.2f} of its errors off, "
         f"{100 * within:.1f} % within {WITHIN:g}; {wrong} not recognised; "
-        f"{apart} of {len(told)} tests told apart at 1 %"
+        f"{apart} of {len(stated)} tests told apart at 1 %"
     )
-    allowed = MOST_TOLD_APART * len(told) / 60
+    allowed = MOST_DISTINGUISHED * len(stated) / 60
     return sentence, bool(off.max() <= MOST and within >= LEAST_SHARE and not wrong and apart <= allowed)
 
 

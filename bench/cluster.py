@@ -34,10 +34,10 @@ def cluster(workers: int) -> Iterator[tuple[str, list[int]]]:
         try:
             yield address, [program.pid for program in programs]
         finally:
-            own = [
+            one = [
                 child for p in programs if p.poll() is None for child in psutil.Process(p.pid).children(recursive=True)
             ]
-            for process in (*programs, *own):
+            for process in (*programs, *one):
                 with contextlib.suppress(psutil.NoSuchProcess):
                     process.kill()
             for program in programs:

@@ -30,7 +30,7 @@ WIDER = {
 """What is taken for the kinds of values that fields keep."""
 
 
-def judged(tree: ast.Module) -> Iterator[ast.ClassDef]:
+def validating(tree: ast.Module) -> Iterator[ast.ClassDef]:
     """Yield the public classes of a module that judge what they are given."""
     for node in ast.walk(tree):
         if isinstance(node, ast.ClassDef) and node.name in dir(camsim):
@@ -115,7 +115,7 @@ def main() -> None:
     for path in files():
         source = path.read_text(encoding="utf-8")
         lines = source.splitlines()
-        for node in sorted(judged(ast.parse(source)), key=lambda node: -node.lineno):
+        for node in sorted(validating(ast.parse(source)), key=lambda node: -node.lineno):
             made = constructor(node, names_of(path))
             if (old := written(node)) is not None:
                 if ast.dump(old) == ast.dump(made):

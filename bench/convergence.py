@@ -129,8 +129,8 @@ def main() -> None:
         for engine, finest in FINEST.items():
             points = [(t, error(engine, t)) for t in DECADES if t >= 0.99 * max(finest, reaches)]
             found[name, engine] = points
-            told = "  ".join(f"{t:.0e}: {e:.1e}{' ABOVE' if e > t else ''}" for t, e in points)
-            print(f"{name}, {engine}: {told}", flush=True)
+            stated = "  ".join(f"{t:.0e}: {e:.1e}{' ABOVE' if e > t else ''}" for t, e in points)
+            print(f"{name}, {engine}: {stated}", flush=True)
     draw(found)
 
 

@@ -26,8 +26,8 @@ def one(name: str) -> dict[str, float]:
     small = load("slanted-edge", overrides=["region.rows=16", "region.cols=16", "region.origin=null"])
     small.frame()  # kernels and libraries are there from now on
     setup = load(name)
-    told = explained(setup, ("mosaic",), [])
-    expected = told["expected"]
+    stated = explained(setup, ("mosaic",), [])
+    expected = stated["expected"]
     begin_bytes = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
     seconds, rendering = [], []
     for _ in range(3):

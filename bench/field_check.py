@@ -52,12 +52,12 @@ def places(plan: VaryingPlan, count: int, rng: np.random.Generator) -> tuple[np.
     near = np.flatnonzero(distance(plan, rows, cols) < NEAR)[:quarter]
     at_rows, at_cols = rng.integers(0, grid.rows, 4 * DRAWN), rng.integers(0, grid.cols, 4 * DRAWN)
     corners = np.array([corner for *corner, _, _ in tiles((grid.rows, grid.cols))])
-    borders = [np.unique(own)[1:] for own in corners.T]
+    borders = [np.unique(each)[1:] for each in corners.T]
     beside = rng.integers(0, 2, 4 * DRAWN)
     down = rng.integers(0, 2, 4 * DRAWN) == 0
-    for own, border, here in ((at_rows, borders[0], down), (at_cols, borders[1], ~down)):
+    for each, border, here in ((at_rows, borders[0], down), (at_cols, borders[1], ~down)):
         if border.size:
-            own[here] = (rng.choice(border, own.size) - beside)[here]
+            each[here] = (rng.choice(border, each.size) - beside)[here]
     at = np.flatnonzero(distance(plan, at_rows, at_cols) < NEAR)[: count - 2 * quarter]
     whose = np.repeat([0, 1, 2], [quarter, near.size, at.size])
     return (
@@ -103,8 +103,8 @@ def measured(capture: camsim.Capture, seen: OpticalImage) -> None:
     worst: dict[str, float] = {}
     for edge in report.edges:
         assert edge.theory is not None
-        heard = edge.frequency_cycles_per_pixel <= edge.nyquist_cycles_per_pixel
-        off = float(np.abs(edge.mtf - edge.theory.mtf)[heard].max())
+        counted = edge.frequency_cycles_per_pixel <= edge.nyquist_cycles_per_pixel
+        off = float(np.abs(edge.mtf - edge.theory.mtf)[counted].max())
         worst[edge.channel] = max(worst.get(edge.channel, 0.0), off)
         print(f"  {report.place(edge).radius_pixel:6.0f} px from the axis, {edge.channel}: ΔMTF {off:.2g}")
     said = ", ".join(f"{channel} {off:.2g}" for channel, off in worst.items())

@@ -52,12 +52,12 @@ def developers() -> Image.Image:
         path = Path(folder) / "a.dng"
         camsim.save(chart(300, 446), path)
         for program in PROGRAMS:
-            own = Path(folder) / program.name
-            own.mkdir()
-            xyz = program.picture(path, own)
+            one = Path(folder) / program.name
+            one.mkdir()
+            xyz = program.picture(path, one)
             if xyz is not None:
-                shown = srgb(xyz)
-                pictures[program.name] = shown.resize((WIDTH, round(WIDTH * shown.height / shown.width)))
+                displayed = srgb(xyz)
+                pictures[program.name] = displayed.resize((WIDTH, round(WIDTH * displayed.height / displayed.width)))
     return labelled(pictures)
 
 
@@ -79,7 +79,7 @@ def pair() -> Image.Image:
     noisy, clean = camera.expose(scene, **settings), camera.expose(scene, noise=False, **settings)
     white_e = noisy.electrons_per_dn * (noisy.white_level_dn - noisy.black_level_dn) / 3
 
-    def shown(linear: np.ndarray) -> Image.Image:
+    def displayed(linear: np.ndarray) -> Image.Image:
         grey = np.rint(255 * np.clip(linear, 0, 1) ** (1 / 2.2)).astype(np.uint8)
         return Image.fromarray(grey).convert("RGB").resize((WIDTH, 125), Image.Resampling.NEAREST)
 
@@ -89,9 +89,9 @@ def pair() -> Image.Image:
     neutral = as_shot_neutral(noisy.colour)
     return labelled(
         {
-            "noisy": shown(codes(noisy)),
-            "clean": shown(codes(clean)),
-            "truth": shown(clean.truth / white_e / neutral),
+            "noisy": displayed(codes(noisy)),
+            "clean": displayed(codes(clean)),
+            "truth": displayed(clean.truth / white_e / neutral),
         }
     )
 

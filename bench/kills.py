@@ -85,23 +85,23 @@ def _killed(kind: str, study: Path, folder: Path, drawn: random.Random, files: i
             with contextlib.suppress(psutil.NoSuchProcess):
                 victim.kill()
         _, said = sweep.communicate()  # until no worker is left either
-    told = f"after {there:2} files" if victims else "after the end"
+    stated = f"after {there:2} files" if victims else "after the end"
     if sweep.returncode == 0:
-        return f"{told}, went on to the end"
+        return f"{stated}, went on to the end"
     again = camsim.sweep(study, folder, workers=0)
     why = f" ({said.strip().splitlines()[-1]})" if sweep.returncode > 0 else ""
-    return f"{told}, ended with {sweep.returncode}{why}, resumed: {again.found} found, {again.taken} taken"
+    return f"{stated}, ended with {sweep.returncode}{why}, resumed: {again.found} found, {again.taken} taken"
 
 
 def _victims(kind: str, sweep: subprocess.Popen[str], hosts: list[int], drawn: random.Random) -> list[psutil.Process]:
-    own = psutil.Process(sweep.pid)
+    one = psutil.Process(sweep.pid)
     if kind == "the sweep":
-        return [own]
+        return [one]
     if kind == "sweep and workers":
-        return [own, *own.children(recursive=True)]
+        return [one, *one.children(recursive=True)]
     if kind == "a cluster's scheduler":
         return [psutil.Process(hosts[0])]
-    children = own.children() if kind == "a worker" else psutil.Process(hosts[1]).children(recursive=True)
+    children = one.children() if kind == "a worker" else psutil.Process(hosts[1]).children(recursive=True)
     workers = [child for child in children if "resource_tracker" not in " ".join(child.cmdline())]
     return [drawn.choice(workers)] if workers else []
 

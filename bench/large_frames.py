@@ -52,9 +52,9 @@ def main() -> None:
             with tempfile.TemporaryDirectory() as folder:
                 samples = _write(Path(folder), kind, rows, cols)
                 seconds, peak_mb = _captured(Path(folder), rows, cols, options.tolerance)
-            told = f", samples {samples / 1e6:.0f} MB of 8 bits" if kind == "large-photograph" else ""
+            stated = f", samples {samples / 1e6:.0f} MB of 8 bits" if kind == "large-photograph" else ""
             print(
-                f"{kind}, {megapixels:g} MP at {options.tolerance:g}: {seconds:.1f} CPU s, {peak_mb:.0f} MB{told}",
+                f"{kind}, {megapixels:g} MP at {options.tolerance:g}: {seconds:.1f} CPU s, {peak_mb:.0f} MB{stated}",
                 flush=True,
             )
 

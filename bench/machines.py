@@ -125,8 +125,8 @@ def tests(arguments: Sequence[str]) -> bool:
 
 
 def _environment(name: str) -> dict[str, str]:
-    told = {key for machine in MACHINES.values() for key in machine}
-    return {key: value for key, value in os.environ.items() if key not in told} | dict(MACHINES[name])
+    stated = {key for machine in MACHINES.values() for key in machine}
+    return {key: value for key, value in os.environ.items() if key not in stated} | dict(MACHINES[name])
 
 
 def _taken_on(name: str, place: Path) -> list[dict[str, str]]:

@@ -200,17 +200,17 @@ def aberrated(f_number: float = 5.6, pitch_um: float = 3.45, angle_deg: float = 
     for name, waves in ABERRATED.items():
         lens = camsim.Wavefront(f_number=f_number, zernike_waves=waves)
         system = OpticalSystem.of([lens, camsim.SquarePhotosite(side_um=pitch_um)])
-        told = []
+        stated = []
         for size in (48, 64, 128):
             both = []
             for side in (1.0 / pitch_um, -1.0 / pitch_um):
                 along = functools.partial(_along, system, side * math.cos(turn), side * math.sin(turn))
                 image, true = pupil_edge(size, angle_deg, along, pitch_um * system.cutoff_per_um(550.0))
                 edge = measure_edge(Plane(name="Y", samples=image), Roi(0, 0, size, size))
-                found, error = (own.mtf50_cycles_per_pixel / true for own in (edge.figures, edge.standard_error))
+                found, error = (one.mtf50_cycles_per_pixel / true for one in (edge.figures, edge.standard_error))
                 both.append((100.0 * error, 100.0 * (found - 1.0)))
-            told.append("{1:+.2f}({0:.2f}) %".format(*min(both)))
-        print(f"{name}: rise {edge.figures.rise_10_90_pixel:.1f} px; {', '.join(told)}", flush=True)
+            stated.append("{1:+.2f}({0:.2f}) %".format(*min(both)))
+        print(f"{name}: rise {edge.figures.rise_10_90_pixel:.1f} px; {', '.join(stated)}", flush=True)
 
 
 def speed() -> None:

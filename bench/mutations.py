@@ -214,12 +214,12 @@ def by_attributes(rng: np.random.Generator, content: bytes) -> bytes:
     attributes, end = exr_attributes(content)
     (first,) = struct.unpack_from("<Q", content, end)
     for _ in range(int(rng.integers(1, 4))):
-        own = [
+        one = [
             k
             for k, (name, _, _) in enumerate(attributes)
             if name.startswith((b"data", b"chan", b"comp", b"disp", b"line"))
         ]
-        k = int(rng.choice(own)) if own and rng.random() < 0.7 else int(rng.integers(0, len(attributes)))
+        k = int(rng.choice(one)) if one and rng.random() < 0.7 else int(rng.integers(0, len(attributes)))
         name, kind, value = attributes[k]
         how = rng.integers(0, 5)
         if how == 0 and len(attributes) > 1:

@@ -63,10 +63,10 @@ def main() -> int:
         shots = take_shots(camera, side=asked.side, frames=asked.frames)
         report = measure_noise(shots, expected={letter: expected_of(camera, letter) for letter in shots.channels})
         for channel in report.channels:
-            told = channel.as_dict()
+            stated = channel.as_dict()
             line = {
                 "sensor": name,
-                **{key: told[key] for key in ("channel", "photosites", "defects_left_out", "figures")},
+                **{key: stated[key] for key in ("channel", "photosites", "defects_left_out", "figures")},
             }
             print(json.dumps(line, ensure_ascii=False), flush=True)
             off = failures(channel)

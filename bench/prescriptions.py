@@ -68,8 +68,8 @@ def _by_height(file: Path, optic: Any, by: int) -> Path:
     largest = math.radians(float(optic.fields.max_field))
     real_mm = float(abs(optic.trace_generic(0.0, 1.0, 0.0, 0.0, optic.primary_wavelength).y[0]))
     height_mm = real_mm if by == 3 else abs(float(optic.paraxial.f2())) * math.tan(largest)
-    told = file.read_text(encoding="utf-8").replace("FTYP 0", f"FTYP {by}")
-    lines = [f"YFLN 0 {height_mm!r} 0" if line.startswith("YFLN") else line for line in told.splitlines()]
+    stated = file.read_text(encoding="utf-8").replace("FTYP 0", f"FTYP {by}")
+    lines = [f"YFLN 0 {height_mm!r} 0" if line.startswith("YFLN") else line for line in stated.splitlines()]
     copy = file.with_stem(f"{file.stem}-FTYP-{by}")
     copy.write_text("\n".join(lines) + "\n", encoding="utf-8")
     return copy
@@ -89,22 +89,22 @@ def fallen_um(lens: FieldLens, ideal_um: float) -> float:
 class Rays:
     """The second trace: ``tests/truth``, of surfaces as camsim reads them."""
 
-    def __init__(self, told: Prescription) -> None:
-        self._lens = told.of_wavelengths((told.middle_nm,))
-        self._um = told.middle_nm / 1e3
+    def __init__(self, stated: Prescription) -> None:
+        self._lens = stated.of_wavelengths((stated.middle_nm,))
+        self._um = stated.middle_nm / 1e3
         self.rows = [
             (
-                own.curvature_per_mm,
-                own.conic,
-                dict(own.powers),
-                own.thickness_mm,
-                "mirror" if own.mirror else _index(own.index),
-                own.rim_mm,
+                each.curvature_per_mm,
+                each.conic,
+                dict(each.powers),
+                each.thickness_mm,
+                "mirror" if each.mirror else _index(each.index),
+                each.rim_mm,
             )
-            for own in told.surfaces
+            for each in stated.surfaces
         ]
-        self.stop = next(k for k, own in enumerate(told.surfaces) if own.stop)
-        self.aim = told.aim
+        self.stop = next(k for k, each in enumerate(stated.surfaces) if each.stop)
+        self.aim = stated.aim
 
     def chief_mm(self, angle: float) -> tuple[float, float]:
         """Return where a field's chief ray enters and falls."""
@@ -141,19 +141,19 @@ def _index(index: Any) -> Any:
 class Optiland:
     """The file as optiland reads and traces it, in fields of angles: rays, path differences and pupils are its own."""
 
-    def __init__(self, file: Path, told: Prescription, full: float) -> None:
+    def __init__(self, file: Path, stated: Prescription, full: float) -> None:
         from optiland.fileio import load_zemax_file
 
         self.optic = load_zemax_file(str(file))
-        if told.aim:
+        if stated.aim:
             self.optic.ray_tracer.set_aiming("robust")
         self.optic.fields.fields.clear()
         self.optic.fields.set_type("angle")
         for share in (0.0, 1.0):
             self.optic.fields.add(y=share * math.degrees(full))
         self.optic.wavelengths.wavelengths.clear()
-        self.optic.wavelengths.add(value=told.middle_nm / 1e3, is_primary=True)
-        self._vignetted = told.of_wavelengths((told.middle_nm,)).vignetted
+        self.optic.wavelengths.add(value=stated.middle_nm / 1e3, is_primary=True)
+        self._vignetted = stated.of_wavelengths((stated.middle_nm,)).vignetted
 
     def fallen_mm(self, share: float, um: float) -> float:
         """Return where the chief ray falls."""
@@ -166,9 +166,9 @@ class Optiland:
         from optiland.wavefront import Wavefront
 
         axis = np.linspace(-BEYOND, BEYOND, ACROSS)
-        x, y = (own.ravel() for own in np.meshgrid(axis, axis))
+        x, y = (each.ravel() for each in np.meshgrid(axis, axis))
         radius = np.hypot(x, y)
-        x, y, radius = (own[radius <= BEYOND] for own in (x, y, radius))
+        x, y, radius = (each[radius <= BEYOND] for each in (x, y, radius))
         middle, along, across = self._vignetted(angle)
 
         class Places(BaseDistribution):
@@ -187,22 +187,22 @@ class Optiland:
         return np.array(truth.overlaps(cosines[:, known], wave.opd[known], rim[known], nm / 1e3, PER_MM))
 
 
-def held(file: Path, told: Prescription, full: float, lens: FieldLens) -> Held:
+def held(file: Path, stated: Prescription, full: float, lens: FieldLens) -> Held:
     """Compare an imported lens with the other traces."""
-    rays, other = Rays(told), Optiland(file, told, full)
+    rays, other = Rays(stated), Optiland(file, stated, full)
     scale = abs(rays.chief_mm(1e-3)[1]) / math.tan(1e-3)
     worst = np.zeros(4)
     for share in FIELDS:
         angle = share * full
         height_um = 1e3 * abs(rays.chief_mm(angle)[1])
         for nm in NM:
-            own = transfers(lens, height_um, nm)
-            worst[0] = max(worst[0], np.abs(own - rays.transfers(angle, nm)).max())
-            worst[1] = max(worst[1], np.abs(own - other.transfers(share, angle, nm)).max())
+            each = transfers(lens, height_um, nm)
+            worst[0] = max(worst[0], np.abs(each - rays.transfers(angle, nm)).max())
+            worst[1] = max(worst[1], np.abs(each - other.transfers(share, angle, nm)).max())
         if share:
             fallen = fallen_um(lens, 1e3 * scale * math.tan(angle))
             worst[2] = max(worst[2], abs(fallen / height_um - 1.0))
-            right_um = 1e3 * other.fallen_mm(share, told.middle_nm / 1e3)
+            right_um = 1e3 * other.fallen_mm(share, stated.middle_nm / 1e3)
             worst[3] = max(worst[3], abs(fallen / right_um - 1.0))
     return Held(*worst.tolist())
 
@@ -211,15 +211,15 @@ def row(file: Path, field_mm: float | None) -> str:
     """Return what becomes of a file, on a line."""
     began = time.perf_counter()
     try:
-        told, full, notes = lens_import.read_zemax(file, field_mm=field_mm)
-        traced = lens_import.lens_file(told, full, name=file.stem, source=file.name, notes=notes)
+        stated, full, notes = lens_import.read_zemax(file, field_mm=field_mm)
+        traced = lens_import.lens_file(stated, full, name=file.stem, source=file.name, notes=notes)
         traced.judge(WITHIN, file.name)
     except CamsimError as refused:
         return f"{file.name}: refused in {time.perf_counter() - began:.1f} s: {refused}"
     seconds = time.perf_counter() - began
     lens = lens_of(yaml_source.parse(traced.text.encode("utf-8"), file.name, Path()))
     largest = f"{math.degrees(full):.3g}°, {lens.height_um[-1] / 1e3:.3g} mm, f/{lens.f_number:.3g}"
-    found = held(file, told, full, lens)
+    found = held(file, stated, full, lens)
     return (
         f"{file.name} ({largest}): {seconds:.1f} s; MTF off {found.mtf_truth:.4f} (own), {found.mtf_optiland:.4f} "
         f"(optiland); distortion off {100 * found.fall_truth:.4f} %, {100 * found.fall_optiland:.4f} %"

@@ -87,8 +87,8 @@ def _of_commands() -> Iterator[str]:
     yield from ("## Options of many commands", "", "| option | meaning |", "|---|---|", *common, "")
     for path, lines in options.items():
         also = ", ".join(f"`{_LONG.findall(line)[0]}`" for line in lines if line in common)
-        own = [line for line in lines if line not in common]
-        yield from (f"## {' '.join(path)}", "", helps[path], "", "| option | meaning |", "|---|---|", *own, "")
+        one = [line for line in lines if line not in common]
+        yield from (f"## {' '.join(path)}", "", helps[path], "", "| option | meaning |", "|---|---|", *one, "")
         yield from (f"Also {also}.", "") if also else ()
 
 
@@ -106,17 +106,19 @@ def _option(option: Any) -> str:
     argument = value if option.required else f"[{value}]"
     names = argument if is_argument else ", ".join(option.opts) + takes
     default = option.default
-    shown = "" if default in (None, False, (), []) or callable(default) or option.required else f" Default: {default}."
-    return f"| `{_cell(names)}` | {_cell(option.help or '')}{_cell(shown)} |"
+    displayed = (
+        "" if default in (None, False, (), []) or callable(default) or option.required else f" Default: {default}."
+    )
+    return f"| `{_cell(names)}` | {_cell(option.help or '')}{_cell(displayed)} |"
 
 
-def _first(told: str) -> str:
+def _first(stated: str) -> str:
     """Return the first paragraph of a docstring as a cell of a table.
 
     >>> _first("Return ``a | b``\\n  or c.\\n\\nMore.")
     'Return `a \\\\| b` or c.'
     """
-    return _cell(" ".join(told.partition("\n\n")[0].split()).replace("``", "`"))
+    return _cell(" ".join(stated.partition("\n\n")[0].split()).replace("``", "`"))
 
 
 def _cell(text: str) -> str:

@@ -16,7 +16,7 @@ from bench.paper.tables import paper_tables, point_table
 from bench.results import Results, of_kind
 from bench.scaling.figures import scaling_panels
 from camsim.bench.diagram import png, svg
-from camsim.bench.html import bullets, document, paragraph, section, shown, table, two_widths
+from camsim.bench.html import bullets, displayed, document, paragraph, section, table, two_widths
 from camsim.bench.records import Line
 
 FIGURE = "work-precision"
@@ -125,12 +125,12 @@ def _words(point: Line) -> str:
     """Return what a marker tells: figures of its line."""
     cpu = seconds(point)
     text = f"{contender(point)}: {point['label']}\n"
-    text += f"largest error {shown(true_error(point))}, rms {shown(point['error_rms'])}"
+    text += f"largest error {displayed(true_error(point))}, rms {displayed(point['error_rms'])}"
     if cpu is not None:
-        text += f"\n{shown(cpu)} s of one core"
+        text += f"\n{displayed(cpu)} s of one core"
     if "all_threads" in point:
-        text += f", {shown(point['all_threads']['wall_s'])} s with all threads"
-    return text + (f"\npeak {shown(point['peak_mb'])} MB" if "peak_mb" in point else "")
+        text += f", {displayed(point['all_threads']['wall_s'])} s with all threads"
+    return text + (f"\npeak {displayed(point['peak_mb'])} MB" if "peak_mb" in point else "")
 
 
 def _paper(lines: Sequence[Line]) -> str:

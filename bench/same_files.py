@@ -54,8 +54,8 @@ def main() -> None:
 
 
 def _sums(rows: tuple[dict[str, Any], ...]) -> str:
-    told = repr([(row["index"], row["file"], row["sha256"], row.get("place")) for row in rows])
-    return hashlib.sha256(told.encode()).hexdigest()[:16]
+    stated = repr([(row["index"], row["file"], row["sha256"], row.get("place")) for row in rows])
+    return hashlib.sha256(stated.encode()).hexdigest()[:16]
 
 
 if __name__ == "__main__":

@@ -78,14 +78,14 @@ def main() -> None:
         peak = peak_mb([*capture, scene, "-q", "-o", f"{path}:spectral"])
         print(f"{rows} × {cols}: {time.perf_counter() - began:.0f} s, {path.stat().st_size / 1e6:.0f} MB on disk")
         header = subprocess.run([exrheader, path], capture_output=True, text=True, check=True).stdout
-        shown = {
+        displayed = {
             "spectralLayoutVersion": 'spectralLayoutVersion (type string): "1.0"',
             "emissiveUnits": 'emissiveUnits (type string): "W.m^-2.sr^-1.nm^-1"',
             "record": "camsim:record (type string)",
             "channels": "S0.700,000000nm, 32-bit floating-point",
         }
-        missing = [name for name, line in shown.items() if line not in header]
-        print(f"exrheader shows {len(shown) - len(missing)} of {len(shown)} attributes")
+        missing = [name for name, line in displayed.items() if line not in header]
+        print(f"exrheader shows {len(displayed) - len(missing)} of {len(displayed)} attributes")
         wrong = wrong_planes(path, scene)
         print(f"OpenEXR reads back {len(AGAIN_NM) - len(wrong)} of {len(AGAIN_NM)} planes exactly")
         print(f"peak memory {peak:.0f} MB (asked: {MOST_MB}), camsim {camsim.__version__}")

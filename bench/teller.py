@@ -11,14 +11,14 @@ EVERY_S = 2.0
 class Teller:
     """Says how far the work is and how long it may yet take: every two seconds, on one line if it can."""
 
-    def __init__(self, *, shown: bool = True) -> None:
-        self._shown, self._began, self._last = shown, time.perf_counter(), -EVERY_S
+    def __init__(self, *, displayed: bool = True) -> None:
+        self._displayed, self._began, self._last = displayed, time.perf_counter(), -EVERY_S
         self._over = "\r\x1b[K" if sys.stderr.isatty() else ""
 
     def tell(self, fraction: float, words: str) -> None:
         """Say which fraction is done, and what was done last."""
         now = time.perf_counter() - self._began
-        if not self._shown or (now - self._last < EVERY_S and fraction < 1.0):
+        if not self._displayed or (now - self._last < EVERY_S and fraction < 1.0):
             return
         self._last = now
         left = f", about {duration(now * (1.0 - fraction) / fraction)} left" if 0.0 < fraction < 1.0 else ""

@@ -148,10 +148,10 @@ def _add(sums: dict[float, Any], parts: dict[str, Any]) -> None:
     stated = about["shot_dn"], about["read_dn2"]
     # A square of a normal deviate has a variance that goes with its mean's square.
     weight = 1.0 / (stated[0] * mean + stated[1]) ** 2
-    own = sums[about["iso"]]
-    own[0] += [[np.sum(weight * mean**2), np.sum(weight * mean)], [np.sum(weight * mean), np.sum(weight)]]
-    own[1] += [np.sum(weight * mean * square), np.sum(weight * square)]
-    own[2] = stated
+    one = sums[about["iso"]]
+    one[0] += [[np.sum(weight * mean**2), np.sum(weight * mean)], [np.sum(weight * mean), np.sum(weight)]]
+    one[1] += [np.sum(weight * mean * square), np.sum(weight * square)]
+    one[2] = stated
 
 
 def _splits(rows: tuple[dict[str, Any], ...]) -> bool:
@@ -160,7 +160,7 @@ def _splits(rows: tuple[dict[str, Any], ...]) -> bool:
         of[row["scene"]].add(row["split"])
     twice = [scene for scene, splits in of.items() if len(splits) > 1]
     print(
-        f"scenes in two splits: {len(twice)}; {', '.join(f'{scene} {min(own)}' for scene, own in sorted(of.items()))}"
+        f"scenes in two splits: {len(twice)}; {', '.join(f'{scene} {min(one)}' for scene, one in sorted(of.items()))}"
     )
     return not twice
 

@@ -88,11 +88,11 @@ def captured(name: str, folder: Path) -> dict[str, Any]:
 def commanded(name: str, folder: Path) -> dict[str, Any]:
     """Run a command, and before it what it takes."""
     _, command, before, keys = (*COMMANDS[name], "", {})[:4]
-    words = [shlex.split(own) for own in (before, command) if own]
-    words[0] += [word for own in overrides(keys) for word in ("--set", own)]
-    for own in words:
+    words = [shlex.split(one) for one in (before, command) if one]
+    words[0] += [word for one in overrides(keys) for word in ("--set", one)]
+    for one in words:
         began, then = time.perf_counter(), os.times()
-        run = [sys.executable, "-m", "camsim", *own]
+        run = [sys.executable, "-m", "camsim", *one]
         done = subprocess.run(run, cwd=folder, capture_output=True, text=True, check=False)
         if done.returncode:
             raise RuntimeError((done.stderr.strip().splitlines() or ["it failed"])[-1])
@@ -112,7 +112,7 @@ def measured(name: str, folder: Path) -> dict[str, Any]:
         return {"failed": str(error).splitlines()[0][:300]}
 
 
-def told(line: dict[str, Any], before: dict[str, Any]) -> str:
+def stated(line: dict[str, Any], before: dict[str, Any]) -> str:
     """Return a line of the table on the screen."""
     if "failed" in line:
         return f"{line['name']:22s} FAILED {line['failed']}"
@@ -157,7 +157,7 @@ def main() -> None:
         files(Path(folder))
         for name in given.names or [*CAPTURES, *COMMANDS]:
             lines.append({"name": name} | measured(name, Path(folder)))
-            print(told(lines[-1], before.get(name, {})), flush=True)
+            print(stated(lines[-1], before.get(name, {})), flush=True)
             if given.o:
                 with given.o.open("a", encoding="utf-8") as out:
                     out.write(json.dumps(lines[-1]) + "\n")

@@ -7,19 +7,19 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Annotated, Any, TypeAlias, TypeVar
 
-from camsim.camera.body import OwnLens
+from camsim.camera.body import CustomLens
 from camsim.camera.camera import Camera
 from camsim.camera.capture import Capture, Progress
 from camsim.camera.frame import Frame, Products, check_products
 from camsim.camera.shot import Shot
 from camsim.config import build, build_sensor, build_shot, coverage, csv_curves, library, overrides, schema, yaml_source
 from camsim.config.build_sensor import SensorDocument
-from camsim.config.judged import Judged
 from camsim.config.lengths import SceneDocument
 from camsim.config.lens_files import read_lens_file
 from camsim.config.overrides import Override
 from camsim.config.sensor_search import SensorSearch
 from camsim.config.tree import MOST_FAULTS
+from camsim.config.validated import Validated
 from camsim.core import memory
 from camsim.core.annotations import Before, Called
 from camsim.core.calls import in_words
@@ -129,17 +129,17 @@ def load_any(
     path = check(scene, _PATH, "scene")
     check_products(products)
     located = _collected(faults, lambda: library.locate("scene", path))
-    judged = located and _collected(faults, lambda: _read_scene(located, changes))
-    if not located or not judged:
+    validated = located and _collected(faults, lambda: _read_scene(located, changes))
+    if not located or not validated:
         raise ConfigError(_in_order(faults))
-    search = _collected(faults, lambda: _search(sensors, judged.document.folder))
-    body = None if search is None else _collected(faults, lambda: _sensor_of(judged, sensor, changes, search))
+    search = _collected(faults, lambda: _search(sensors, validated.document.folder))
+    body = None if search is None else _collected(faults, lambda: _sensor_of(validated, sensor, changes, search))
     ready: Exposed | None
-    if judged.model_type is schema.ShotFile:
-        ready = _shot(judged, body, seed)
+    if validated.model_type is schema.ShotFile:
+        ready = _shot(validated, body, seed)
     else:
-        ready = _capture(judged, body, Path(located.path).stem, seed, products, held=held)
-    faults += [*judged.faults, *(body.faults if body else ())]
+        ready = _capture(validated, body, Path(located.path).stem, seed, products, held=held)
+    faults += [*validated.faults, *(body.faults if body else ())]
     if faults or ready is None:
         raise ConfigError(_in_order(faults))
     return ready
@@ -162,7 +162,7 @@ def load_camera(
 
     overrides  of the sensor, such as "sensor.olpf=null": there is no scene whose keys could be set
     """
-    check(lens, OwnLens, "lens")  # no fault of the sensor's file
+    check(lens, CustomLens, "lens")  # no fault of the sensor's file
     changes, faults = _parsed(overrides)
     faults += [
         Fault(change.place.file, 0, 0, "", "a sensor without a scene has no such key; its own begin with 'sensor.'")
@@ -171,9 +171,9 @@ def load_camera(
     ]
     search = _collected(faults, lambda: _search(sensors, Path()))
     path = check(sensor, _PATH, "sensor")
-    judged = search and _collected(faults, lambda: _sensor(path, changes, search, asked_by="sensor"))
-    camera = judged and build_sensor.camera(judged, lens)
-    faults += judged.faults if judged else []
+    validated = search and _collected(faults, lambda: _sensor(path, changes, search, asked_by="sensor"))
+    camera = validated and build_sensor.camera(validated, lens)
+    faults += validated.faults if validated else []
     if faults or not camera:
         raise ConfigError(_in_order(faults))
     return camera
@@ -222,7 +222,7 @@ def _capture(
     )
 
 
-def _shot(document: Judged[schema.ShotFile], sensor: SensorDocument | None, seed: int | None) -> Shot | None:
+def _shot(document: Validated[schema.ShotFile], sensor: SensorDocument | None, seed: int | None) -> Shot | None:
     frame = sensor.part(("frame",), schema.SensorFrame) if sensor else None
     camera = build_sensor.camera(sensor, NO_LENS) if sensor else None
     return build_shot.shot(document, camera, frame, seed)
@@ -251,7 +251,7 @@ def _search(folders: Iterable[PathOrName], beside: Path) -> SensorSearch:
 
 
 def _sensor_of(
-    scene: Judged[Any], sensor: PathOrName | None, changes: Iterable[Override], search: SensorSearch
+    scene: Validated[Any], sensor: PathOrName | None, changes: Iterable[Override], search: SensorSearch
 ) -> SensorDocument | None:
     """Read the sensor of a capture: the flag's, or else the scene's."""
     if sensor is not None:
@@ -282,20 +282,20 @@ def _sensor(name: str, changes: Iterable[Override], search: SensorSearch, *, ask
     return _read(located, changes, schema.SensorFile)
 
 
-def _read_scene(located: library.Located, changes: Iterable[Override]) -> Judged[Any]:
+def _read_scene(located: library.Located, changes: Iterable[Override]) -> Validated[Any]:
     """Read a capture's file, whose schema is another one where it says ``lens: none``."""
     mine = [change for change in changes if not change.of_sensor]
-    document = overrides.apply(yaml_source.read(located.path, located.shown), mine, schema.SceneFile)
+    document = overrides.apply(yaml_source.read(located.path, located.displayed), mine, schema.SceneFile)
     if build_shot.has_no_lens(document):
         return _read(located, changes, schema.ShotFile)
-    return Judged.of(csv_curves.read_in(document, schema.SceneFile), schema.SceneFile)
+    return Validated.of(csv_curves.read_in(document, schema.SceneFile), schema.SceneFile)
 
 
-def _read(located: library.Located, changes: Iterable[Override], model: type[M]) -> Judged[M]:
+def _read(located: library.Located, changes: Iterable[Override], model: type[M]) -> Validated[M]:
     of_sensor = issubclass(model, schema.SensorFile)
-    document = yaml_source.read(located.path, located.shown)
+    document = yaml_source.read(located.path, located.displayed)
     mine = [change for change in changes if change.of_sensor == of_sensor]
-    return Judged.of(csv_curves.read_in(overrides.apply(document, mine, model), model), model)
+    return Validated.of(csv_curves.read_in(overrides.apply(document, mine, model), model), model)
 
 
 def _parsed(texts: Iterable[str]) -> tuple[list[Override], list[Fault]]:

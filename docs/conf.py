@@ -7,7 +7,7 @@ from pathlib import Path
 
 sys.path[:0] = [str(Path(__file__).parent / "_ext"), str(Path(__file__).parents[1])]
 
-from camsim import __version__# noqa: E402
+from camsim import __version__  # noqa: E402
 
 project = "camsim"
 author = "The camsim developers"

@@ -2,7 +2,7 @@
 
 import re
 
-from camsim.bench.html import shown
+from camsim.bench.html import displayed
 
 
 def assert_numbers_are_from(text, lines):
@@ -13,7 +13,7 @@ def assert_numbers_are_from(text, lines):
     for value, printed in cells:
         assert float(value) in values, value
         decimals = len(printed.partition(".")[2])
-        assert printed in (shown(float(value)), f"{round(float(value), decimals) + 0.0:.{decimals}f}")
+        assert printed in (displayed(float(value)), f"{round(float(value), decimals) + 0.0:.{decimals}f}")
     assert not re.findall(r"<td[^>]*>\s*[-+]?\d[\d.e-]*\s*</td>", re.sub(r"<td data-v=[^<]+</td>", "", text))
     said = "\n".join(line["sentence"] for line in lines if "sentence" in line)
     for item in re.findall(r"<li>([^<]+)</li>", text):

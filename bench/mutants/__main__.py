@@ -42,18 +42,18 @@ def main() -> None:
     parser.add_argument("--record", nargs="*", metavar="TESTS", help="only note which lines these tests run (all)")
     parser.add_argument("--interpreted", action="store_true", help="with --record: kernels as plain Python")
     parser.add_argument("--table", action="store_true", help="only show what came out")
-    told = parser.parse_args()
-    mutants = [m for m in drawn(told.each, told.seed) if m.folder in told.folders.split(",")]
-    if told.table:
+    stated = parser.parse_args()
+    mutants = [m for m in drawn(stated.each, stated.seed) if m.folder in stated.folders.split(",")]
+    if stated.table:
         print(table(mutants))
-    elif told.record is not None:
-        record(told.record, interpreted=told.interpreted)
+    elif stated.record is not None:
+        record(stated.record, interpreted=stated.interpreted)
     else:
         # In processes of their own: a mutant's must not find a camsim that is loaded already.
         for path, asked in ((LINES, []), (KERNEL_LINES, [*KERNEL_TESTS, "--interpreted"])):
             if not path.exists():
                 subprocess.run([sys.executable, str(Path(__file__).parent), "--record", *asked], check=True)
-        run(mutants, told.most, told.again)
+        run(mutants, stated.most, stated.again)
         print(table(mutants))
 
 

@@ -77,8 +77,8 @@ class Mutant:
     @property
     def key(self) -> str:
         """What names it while its file changes around it: nothing of where the line stands."""
-        told = "\n".join((self.path, self.before.strip(), self.after.strip()))
-        return hashlib.sha256(told.encode()).hexdigest()[:12]
+        stated = "\n".join((self.path, self.before.strip(), self.after.strip()))
+        return hashlib.sha256(stated.encode()).hexdigest()[:12]
 
     @property
     def folder(self) -> str:

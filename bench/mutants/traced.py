@@ -58,13 +58,13 @@ class Recorder:
             lines: dict[str, set[int]] = defaultdict(set)
             for code, numbers in self._seen.items():
                 lines[code.co_filename.removeprefix(self._root)] |= numbers
-            told = {
+            stated = {
                 "test": item.nodeid,
                 "seconds": round(time.perf_counter() - began, 3),
                 "lines": {path: sorted(numbers) for path, numbers in sorted(lines.items())},
             }
             if not self._failed:
-                print(json.dumps(told, ensure_ascii=False), file=self._file, flush=True)
+                print(json.dumps(stated, ensure_ascii=False), file=self._file, flush=True)
 
     def _call(self, frame: FrameType, event: str, argument: Any) -> Any:
         code = frame.f_code

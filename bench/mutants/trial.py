@@ -70,12 +70,12 @@ class Selection:
         self._seconds: dict[str, float] = {}
         self._lines: dict[str, int] = {}
         self._by_line: dict[tuple[str, int], set[str]] = defaultdict(set)
-        for told in map(json.loads, lines.read_text(encoding="utf-8").splitlines()):
-            self._seconds[told["test"]] = told["seconds"]
-            self._lines[told["test"]] = sum(map(len, told["lines"].values()))
-            for path, numbers in told["lines"].items():
+        for stated in map(json.loads, lines.read_text(encoding="utf-8").splitlines()):
+            self._seconds[stated["test"]] = stated["seconds"]
+            self._lines[stated["test"]] = sum(map(len, stated["lines"].values()))
+            for path, numbers in stated["lines"].items():
                 for number in numbers:
-                    self._by_line[path, number].add(told["test"])
+                    self._by_line[path, number].add(stated["test"])
         self._killers: dict[str, Counter[str]] = defaultdict(Counter)
 
     def of(self, mutant: Mutant, references: References, most_s: float) -> tuple[list[str], float]:
@@ -180,8 +180,8 @@ def run_tests(
         os.killpg(child, signal.SIGKILL)
         os.waitpid(child, 0)
         return "timeout", ""
-    told: dict[str, Any] = json.loads(result.read_text()) if result.exists() else {"failed": "the process itself"}
-    return ("killed" if told["failed"] else "survived"), told["failed"]
+    stated: dict[str, Any] = json.loads(result.read_text()) if result.exists() else {"failed": "the process itself"}
+    return ("killed" if stated["failed"] else "survived"), stated["failed"]
 
 
 def _as_child(tree: Path, tests: list[str], result: Path, interpreted: bool, compiled_anew: Set[str]) -> None:

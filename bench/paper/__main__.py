@@ -56,7 +56,7 @@ def _run(asked: argparse.Namespace, psfs: Sequence[str], methods: Sequence[str])
     )
     old = None if asked.compare is None else read_results(asked.compare)
     with Results(asked.output / FILE) as results, close(results, "report.html"):
-        run(request, results, Teller(shown=not asked.quiet).tell)
+        run(request, results, Teller(displayed=not asked.quiet).tell)
         if old is not None:
             for line in compared(old, results.lines):
                 results.add("compared", **line)

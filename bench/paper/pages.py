@@ -20,7 +20,7 @@ from bench.paper.figures import work_precision
 from bench.paper.findings import PAPERS_PROGRAM, TABLE_PSF, cheapest, contender, seconds, three_digits, true_error
 from bench.results import of_kind, read_results
 from camsim.bench.diagram import png
-from camsim.bench.html import shown
+from camsim.bench.html import displayed
 from camsim.bench.records import Line
 
 ROOT = Path(__file__).parents[2]
@@ -80,7 +80,7 @@ def peers(lines: list[Line], only: Sequence[str] | None = None) -> str:
         rows.append(
             [
                 name,
-                shown(true_error(p)),
+                displayed(true_error(p)),
                 duration(seconds(p)),
                 f"{p['peak_mb']:.0f} MB" if "peak_mb" in p else "",
                 f"{three_digits((seconds(p) or 0) / (seconds(best) or 1))} ×" if best else "",
@@ -129,7 +129,7 @@ def _rmse(lines: list[Line], table: str, system: str) -> str:
     """Return a table of RMSE: of a printed column the method that is ours, of a printed row the system."""
     columns, rows = PRINTED[table]["columns"], PRINTED[table]["rows"]
     found = {(p["psf"], p["label"]): p["error_rms_16bit"] for p in of_kind(lines, "point")}
-    exact = [[key, shown(found[system.format(key.replace("/", "")), EXACT])] for key in rows]
+    exact = [[key, displayed(found[system.format(key.replace("/", "")), EXACT])] for key in rows]
     body = []
     for (key, ours), row in zip(exact, rows.values(), strict=True):
         psf = system.format(key.replace("/", ""))
@@ -145,8 +145,8 @@ def _table_two(lines: list[Line]) -> str:
         [
             key,
             *(beside(found[OURS[c]][key], v) for c, v in zip(printed["columns"], row, strict=True)),
-            shown(found["boundary"][key]),
-            shown(found["closed form"][key]),
+            displayed(found["boundary"][key]),
+            displayed(found["closed form"][key]),
         ]
         for key, row in printed["rows"].items()
     ]
@@ -160,11 +160,11 @@ def beside(ours: float | None, theirs: float) -> str:
     ('0.00479 (0.00304) **1.58**', '0.0118 (0.0124) 0.95', 'none (150)')
     """
     if ours is None:
-        return f"none ({shown(theirs)})"
+        return f"none ({displayed(theirs)})"
     ratio = ours / theirs
-    words = f"{ratio:.2f}" if ratio >= 0.095 else shown(float(f"{ratio:.1g}"))
+    words = f"{ratio:.2f}" if ratio >= 0.095 else displayed(float(f"{ratio:.1g}"))
     mark = "" if 1.0 / FACTOR <= ratio <= FACTOR else "**"
-    return f"{shown(ours)} ({shown(theirs)}) {mark}{words}{mark}"
+    return f"{displayed(ours)} ({displayed(theirs)}) {mark}{words}{mark}"
 
 
 def times(lines: list[Line]) -> str:

@@ -137,7 +137,7 @@ def colour(chart: bool, rows: int, cols: int) -> dict[str, float]:
         region=camsim.Region(rows=rows, cols=cols),
         tolerance=1e-6,
     )
-    channel = camera.cfa.repeated_index(rows, cols, capture.grid.origin)
+    channel = camera.cfa.tiled_index(rows, cols, capture.grid.origin)
     assert capture.samples.wavelength_nm.size  # the light is there before the clock runs
     return _Clock().run(lambda: carry_out(capture.plan(), channel))
 

@@ -14,7 +14,7 @@ from typing import Any
 def document(title: str, parts: Sequence[str], marks: Mapping[str, str], *, heading: str | None = None) -> str:
     """Return a page: ``parts`` below the heading, in order; ``marks`` is what each marker of its figures tells."""
     css, script = (files("camsim.bench.page").joinpath(f"report.{suffix}").read_text("utf-8") for suffix in _SUFFIXES)
-    told = json.dumps(dict(marks), ensure_ascii=False).replace("<", "\\u003c")
+    stated = json.dumps(dict(marks), ensure_ascii=False).replace("<", "\\u003c")
     whole = [
         "<!doctype html>\n<html lang='en'>\n<head>\n<meta charset='utf-8'>",
         "<meta name='viewport' content='width=device-width, initial-scale=1'>",
@@ -22,7 +22,7 @@ def document(title: str, parts: Sequence[str], marks: Mapping[str, str], *, head
         f"<title>{escape(title)}</title>\n<style>\n{css}</style>\n</head>\n<body>\n<h1>{escape(heading or title)}</h1>",
         *parts,
         "<p id='hover' role='status' hidden></p>",
-        f"<script type='application/json' id='words'>{told}</script>",
+        f"<script type='application/json' id='words'>{stated}</script>",
         f"<script>\n{script}</script>\n</body>\n</html>\n",
     ]
     return "\n".join(part for part in whole if part)
@@ -55,7 +55,7 @@ def two_widths(wide: str, narrow: str, caption: str) -> str:
     )
 
 
-def shown(value: float) -> str:
+def displayed(value: float) -> str:
     """Return a number as people read it: three digits, powers of ten where they help.
 
     >>> shown(0.01234), shown(1.235e-07), shown(446), shown(0.0), shown(2.0)
@@ -83,8 +83,8 @@ def cell(value: Any, *, mark: str = "", decimals: int | None = None) -> str:
         return f'<td class="{mark}"></td>' if mark else "<td></td>"
     if isinstance(value, int | float) and not isinstance(value, bool):
         # Rounded first: there is no −0.00.
-        told = shown(float(value)) if decimals is None else f"{round(value, decimals) + 0.0:.{decimals}f}"
-        return f'<td data-v="{value!r}">{told}</td>'
+        stated = displayed(float(value)) if decimals is None else f"{round(value, decimals) + 0.0:.{decimals}f}"
+        return f'<td data-v="{value!r}">{stated}</td>'
     return f'<td class="{mark or "words"}">{escape(str(value))}</td>'
 
 

@@ -76,14 +76,14 @@ def spin(threads: int | None = None) -> Spin:
     grain = np.linspace(0.1, 1.0, 200_000)
 
     def work(k: int) -> None:
-        own = grain.copy()
+        one = grain.copy()
         try:
             start.wait()
         except threading.BrokenBarrierError:
             return
         wall, cpu = time.perf_counter(), time.thread_time()
         for _ in range(SPIN_LAPS):
-            np.sqrt(np.exp(np.sin(own)), out=own)
+            np.sqrt(np.exp(np.sin(one)), out=one)
         found[k] = (time.perf_counter() - wall, time.thread_time() - cpu)
 
     workers = [threading.Thread(target=work, args=(k,)) for k in range(count)]

@@ -50,7 +50,7 @@ class TruthLine:
     tolerance: float
     checked_to: float
     checked_photosites: int
-    believed_to: float
+    accurate_to: float
     seconds: float
     difference: float | None = None
 
@@ -78,7 +78,7 @@ class Point:
     row: int
     col: int
     truth: str
-    believed_to: float
+    accurate_to: float
     error_estimate: float
     wall_s: float
     cpu_s: float
@@ -88,7 +88,7 @@ class Point:
     @property
     def at_most(self) -> float:
         """The error that was found, or how far the truth is to be believed where that is more."""
-        return max(self.error_max, self.believed_to)
+        return max(self.error_max, self.accurate_to)
 
     @property
     def by_itself(self) -> bool:
@@ -96,9 +96,9 @@ class Point:
         return self.truth.partition(" at ")[0] == self.engine
 
     @property
-    def told_apart(self) -> bool:
+    def distinguishable(self) -> bool:
         """Whether more than half of the error is the setting's own, not the truth's."""
-        return self.error_max > 2.0 * self.believed_to
+        return self.error_max > 2.0 * self.accurate_to
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

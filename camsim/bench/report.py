@@ -84,7 +84,7 @@ def page(bench: Bench) -> str:
             html.section("Left out", _left_out(bench)),
             html.section("What the errors are taken against", _truths(bench)),
         ],
-        {str(number): _told(point) for number, point in enumerate(bench.points)},
+        {str(number): _stated(point) for number, point in enumerate(bench.points)},
         heading=f"Error against run time: {head.scene}, {head.camera}",
     )
 
@@ -110,10 +110,10 @@ def _truths(bench: Bench) -> str:
     return html.table("Each engine is judged by the other one where both render the scene.", list(TRUTHS), rows)
 
 
-def _told(point: Point) -> str:
+def _stated(point: Point) -> str:
     """Return what a marker tells."""
     figures = {
-        name: html.shown(rounded(getattr(point, name))) for name in ("error_max", "error_rms", "wall_s", "cpu_s")
+        name: html.displayed(rounded(getattr(point, name))) for name in ("error_max", "error_rms", "wall_s", "cpu_s")
     }
     return (
         f"{point.label} ({point.engine})\n"

@@ -194,7 +194,7 @@ def _measured(subject: Subject, setting: Setting, truths: dict[str, Truth], long
         row=subject.grid.origin[0] + int(row),
         col=subject.grid.origin[1] + int(col),
         truth=f"{truth.line.engine} at {truth.line.tolerance:g}",
-        believed_to=truth.line.believed_to,
+        accurate_to=truth.line.accurate_to,
         error_estimate=rendering.error_estimate,
         wall_s=wall_s,
         cpu_s=cpu_s,

@@ -72,10 +72,10 @@ def settings_of(methods: Sequence[str], tolerances: Sequence[float], samples: Se
     return list(dict.fromkeys(found))
 
 
-def default_tolerances(own: float) -> tuple[float, ...]:
+def default_tolerances(one: float) -> tuple[float, ...]:
     """Return every second decade, and the scene's own tolerance."""
-    near = any(math.isclose(own, t, rel_tol=1e-9) for t in TOLERANCES)
-    return TOLERANCES if near else (*TOLERANCES, own)
+    near = any(math.isclose(one, t, rel_tol=1e-9) for t in TOLERANCES)
+    return TOLERANCES if near else (*TOLERANCES, one)
 
 
 def numbers(text: str, option: str, example: str, kind: Callable[[str], N]) -> tuple[N, ...]:

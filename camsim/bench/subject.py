@@ -55,7 +55,7 @@ class Subject:
         scale = np.maximum(response.sum(axis=1), np.max(seen, axis=0))
         channel = camera.cfa.channel_index(grid.rows, grid.cols, grid.origin)
         return cls(
-            scene=capture.lit_scene,
+            scene=capture.exposed_scene,
             system=camera.optics,
             grid=grid,
             response=response,

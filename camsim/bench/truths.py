@@ -51,7 +51,7 @@ def truths_of(
                 tolerance=setting.asked,
                 checked_to=rendering.error_estimate,
                 checked_photosites=rendering.checked_photosites,
-                believed_to=rendering.error_estimate,
+                accurate_to=rendering.error_estimate,
                 seconds=rendering.seconds,
             ),
         )
@@ -65,8 +65,8 @@ def truths_of(
         coarser = max(found, key=lambda engine: (found[engine].line.tolerance, found[engine].line.checked_to))
         for engine, truth in found.items():
             # Direct checks are of some photosites; what else the two differ by is laid to the one that promises less.
-            believed_to = max(truth.line.checked_to, apart if engine == coarser else 0.0)
-            found[engine] = replace(truth, line=replace(truth.line, difference=apart, believed_to=believed_to))
+            accurate_to = max(truth.line.checked_to, apart if engine == coarser else 0.0)
+            found[engine] = replace(truth, line=replace(truth.line, difference=apart, accurate_to=accurate_to))
     return found
 
 
@@ -96,4 +96,4 @@ def is_the_truth(setting: Setting, truths: dict[str, Truth]) -> bool:
 def judge_of(truths: dict[str, Truth], engine: str) -> Truth:
     """Return the truth for what an engine made: the other engine's where there is one; of two the better known."""
     others: Sequence[Truth] = [truth for name, truth in truths.items() if name != engine] or list(truths.values())
-    return min(others, key=lambda truth: truth.line.believed_to)
+    return min(others, key=lambda truth: truth.line.accurate_to)

@@ -47,7 +47,7 @@ def along_outlines(scene: Scene, grid: Grid) -> F64:
     """Return points (n, 2), row and col of the grid, spread evenly along what of the outlines lies within it."""
     primitives = flattened(scene.shapes)
     rings = Outlines.of(primitives).rings(SideLimits(64.0 * grid.pitch_um))
-    outlines = [ring / grid.pitch_um for own in rings for ring in own]
+    outlines = [ring / grid.pitch_um for one in rings for ring in one]
     if not outlines:
         return np.empty((0, 2))
     starts = np.concatenate(outlines)

@@ -17,8 +17,8 @@ def findings(records: Iterable[Record]) -> Iterator[str]:
     for head in (r for r in found if isinstance(r, Head)):
         yield words_of_window(head)
     yield from words_of_truths([r for r in found if isinstance(r, TruthLine)])
-    own = [p for p in points if p.method == "auto"] or points
-    for point in own:
+    each = [p for p in points if p.method == "auto"] or points
+    for point in each:
         yield words_of_point(point, points)
 
 
@@ -42,7 +42,7 @@ def words_of_truths(truths: Sequence[TruthLine]) -> Iterator[str]:
         yield (
             f"The two truths differ by {short(truths[0].difference)} at most, anywhere in the window; "
             "each engine is judged by the other's, and errors below "
-            f"{' and '.join(f'{short(t.believed_to)} ({t.engine})' for t in truths)} are not told apart."
+            f"{' and '.join(f'{short(t.accurate_to)} ({t.engine})' for t in truths)} are not told apart."
         )
     elif truths:
         yield (
@@ -58,7 +58,7 @@ def words_of_point(point: Point, points: Sequence[Point]) -> str:
     error, reached = f"error {short(point.error_max)}", point.error_max
     if point.by_itself:
         error += f" from itself at {point.truth.partition(' at ')[2]}"
-    if not point.told_apart and point.at_most > 0.0:
+    if not point.distinguishable and point.at_most > 0.0:
         error = f"error about {short(point.at_most)} or less ({short(point.error_estimate)} where computed directly)"
         reached = min(point.error_max, point.error_estimate)
     quicker = [p for p in points if p.at_most <= reached and is_faster(p, point)]

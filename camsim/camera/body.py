@@ -14,11 +14,11 @@ from annotated_types import MinLen
 from camsim.camera.window import Region, grid_of
 from camsim.core.annotations import Called
 from camsim.core.arrays import F64
-from camsim.core.custom import is_own
+from camsim.core.custom import is_custom
 from camsim.core.errors import UnknownNameError
 from camsim.core.typed import Count, FNumber, Number, Pitch, Seed, Several, Whole, check, refusal, spelled_out
 from camsim.optics import Lens, LowPass, OpticalStage, OpticalSystem, PhotositeShape
-from camsim.optics.own import check_blur, check_extent, check_own, settled
+from camsim.optics.custom import check_blur, check_custom, check_extent, settled
 from camsim.optics.protocols import KnowsOpening
 from camsim.rendering import Grid
 from camsim.rendering.veil import Veil
@@ -39,7 +39,7 @@ from camsim.sensor.stages.read_noise import ReadNoise
 from camsim.spectra.curve import Curve, Filter, NumberOrCurve, Spectrum, Transmission
 from camsim.spectra.light import Light, LightSamples
 
-OwnLens: TypeAlias = Annotated[
+CustomLens: TypeAlias = Annotated[
     Lens, Called("a lens", "such as Airy(f_number=8); one of your own has f_number, transmission and otf")
 ]
 Photosite: TypeAlias = Annotated[PhotositeShape, Called("a photosite", "such as SquarePhotosite(side_um=…)")]
@@ -60,7 +60,7 @@ class Changes(ElectronicChanges, total=False):
     rows: Whole
     cols: Whole
     pitch_um: Number
-    lens: OwnLens
+    lens: CustomLens
     olpf: Olpf | None
     photosite: Photosite
     cfa: Cfa
@@ -95,7 +95,7 @@ class Body(Electronics):
     rows: Count
     cols: Count
     pitch_um: Pitch
-    lens: OwnLens
+    lens: CustomLens
     olpf: Olpf | None = None
     photosite: Photosite
     cfa: Cfa
@@ -112,12 +112,12 @@ class Body(Electronics):
     def __post_init__(self) -> None:
         super().__post_init__()
         for key in ("lens", "olpf", "photosite"):
-            check_own(getattr(self, key), key)
+            check_custom(getattr(self, key), key)
         for blur in self.extra_optics:
-            check_own(blur, "extra_optics")
+            check_custom(blur, "extra_optics")
             check_blur(blur)
         check(self.lens.f_number, FNumber, "f_number", type(self.lens).__name__)
-        if is_own(self.lens):
+        if is_custom(self.lens):
             farthest_um = 0.5 * self.pitch_um * math.hypot(self.rows, self.cols)
             object.__setattr__(self, "lens", settled(self.lens, farthest_um))
         known = self.quantum_efficiency.channels
@@ -149,7 +149,7 @@ class Body(Electronics):
                 raise refusal(
                     self, "dual_gain", "reads both gains, whose codes are not companded; leave one of them out"
                 )
-        if is_own(self.photosite):
+        if is_custom(self.photosite):
             check_extent(self.photosite)
         widest_um = 2.0 * max(self.photosite.half_extent_um)
         if widest_um > self.pitch_um * (1.0 + 1e-9):
@@ -245,9 +245,9 @@ class Body(Electronics):
         finest_e = np.maximum(2e-3 * tolerance * self.diffuser_electrons(light, time_s), _FINEST_STEP_E)
         return tuple(np.ldexp(1.0, np.frexp(finest_e)[1] - 1).tolist())
 
-    def after_crosstalk(self, own_e: F64) -> F64:
+    def after_crosstalk(self, each_e: F64) -> F64:
         """Return (channels, …) mean electrons on flat light, of what each channel's photosites get of it."""
-        return own_e if self.crosstalk is None else self.crosstalk.mixing(self.cfa) @ own_e
+        return each_e if self.crosstalk is None else self.crosstalk.mixing(self.cfa) @ each_e
 
     @property
     def prnu_on_grey(self) -> float:
@@ -310,7 +310,7 @@ class Body(Electronics):
     def read_noise_at(self, iso: float) -> ReadNoise | None:
         """Return the read noise at an ISO setting: a high conversion gain is quieter."""
         dual = self.dual_gain
-        if dual is None or dual.read_noise_e is None or not dual.is_quiet_at(iso):
+        if dual is None or dual.read_noise_e is None or not dual.has_low_noise_at(iso):
             return self.read_noise
         if self.read_noise is None:
             return ReadNoise(dual.read_noise_e)

@@ -18,14 +18,14 @@ from camsim.camera.notes import Setting, notes_after, notes_before
 from camsim.camera.optical_image import OpticalImage, key_of
 from camsim.camera.recording import Recording
 from camsim.camera.reporting import Clock, Signals, accuracy_notes, rounding_notes, wavelengths
-from camsim.camera.row_batches import Regrouped
+from camsim.camera.row_batches import RowBatches
 from camsim.camera.window import Region
 from camsim.core.annotations import Called
 from camsim.core.arrays import F64, U16, read_only
 from camsim.core.cached import cached_property
 from camsim.core.errors import InvalidValueError
 from camsim.core.memory import needed_bytes, too_large
-from camsim.core.typed import FrameNumber, Number, Positive, Seed, Several, Truth, Whole, check, judge, refusal
+from camsim.core.typed import FrameNumber, Number, Positive, Seed, Several, Truth, Whole, check, refusal, validate
 from camsim.core.words import brief
 from camsim.optics.no_lens import NoLens
 from camsim.rendering import Rendering
@@ -102,7 +102,7 @@ class Capture(Recording):
     __repr__ = brief
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
         if isinstance(self.camera.lens, NoLens):
             message = "has no lens, through which a scene is seen; give one of Camera.from_yaml(…, lens=…)"
             raise refusal(self, "camera", message)
@@ -132,23 +132,25 @@ class Capture(Recording):
         """A name of all that makes the optical image: captures that share it may share one."""
         camera, how = self.camera, (self.tolerance, self.method, self.strict)
         response = camera.image_per_reflectance(self.samples)
-        return key_of(self.lit_scene, camera.optics.stages, self.window.wide, camera.cfa, response, self.samples, how)
+        return key_of(
+            self.exposed_scene, camera.optics.stages, self.window.wide, camera.cfa, response, self.samples, how
+        )
 
     @cached_property
-    def lit_scene(self) -> Scene:
+    def exposed_scene(self) -> Scene:
         """The scene, its points as bright as their electrons make them."""
         full_e = self.camera.electrons_per_reflectance(self.samples, self.radiant_exposure_j_per_m2)
-        return self.scene.lit(self.samples.wavelength_nm, full_e)
+        return self.scene.exposed(self.samples.wavelength_nm, full_e)
 
     @cached_property
     def veil_e(self) -> F64:
         """(channels,) electrons that veiling glare adds to every photosite on the axis."""
-        return self.radiant_exposure_j_per_m2 * self.camera.veil_of(self.lit_scene, self.samples, self.tolerance)
+        return self.radiant_exposure_j_per_m2 * self.camera.veil_of(self.exposed_scene, self.samples, self.tolerance)
 
     def plan(self) -> Choice:
         """Decide how the scene is rendered, in electrons per J/m², and render nothing."""
         return plan_render(
-            self.lit_scene, self.camera.optics, self.window.wide,
+            self.exposed_scene, self.camera.optics, self.window.wide,
             response=self.camera.image_per_reflectance(self.samples), wavelength_nm=self.samples.wavelength_nm,
             tolerance=self.tolerance, method=self.method,
         )  # fmt: skip
@@ -204,20 +206,20 @@ class Capture(Recording):
         clock.lap("light")
         choice, rendering = (given.choice, given.rendering) if given else self._seen(products, progress)
         own = given is None  # and may be overwritten: a large frame needs no second copy
-        lit = self.window.lit(self._exposed(rendering.image, own=own), self.veil_e, 0)
+        exposed = self.window.exposed(self._exposed(rendering.image, own=own), self.veil_e, 0)
         planes = None if rendering.planes is None else self._exposed(rendering.planes, own=own)
-        truth = self.window.truth(planes, self.veil_e, lit.shown_e)
+        truth = self.window.truth(planes, self.veil_e, exposed.displayed_e)
         if count > 1:  # what is changed in one frame would be the next one's light
-            read_only(lit.mean_e, lit.shown_e, lit.channel, truth)
+            read_only(exposed.mean_e, exposed.displayed_e, exposed.channel, truth)
         diffuser_e = self.camera.diffuser_electrons(self.light, self.time_s)
         notes = *self.notes(choice, products), *rounding_notes(truth, diffuser_e, self.tolerance)
         clock.lap("render")
         for frame_number in numbers:
             signals = self._signals()
-            recorded_e, codes = self._recorded(lit, frame_number, clock, signals)
+            recorded_e, codes = self._recorded(exposed, frame_number, clock, signals)
             yield self._frame(
-                mosaic=codes, electrons=recorded_e, mean_electrons=lit.shown_e, truth=truth, spectral=cube,
-                channel_index=lit.channel, frame_number=frame_number,
+                mosaic=codes, electrons=recorded_e, mean_electrons=exposed.displayed_e, truth=truth, spectral=cube,
+                channel_index=exposed.channel, frame_number=frame_number,
                 report=self._report(rendering, clock, signals, notes),
             )  # fmt: skip
             clock = Clock()
@@ -243,20 +245,20 @@ class Capture(Recording):
 
         def record_rows(image: F64) -> None:
             nonlocal passed
-            lit = self.window.lit(self._exposed(image, own=True), self.veil_e, passed)
+            exposed = self.window.exposed(self._exposed(image, own=True), self.veil_e, passed)
             clock.lap("render")
-            _, codes = self._recorded(lit, self.frame_number, clock, signals)
+            _, codes = self._recorded(exposed, self.frame_number, clock, signals)
             take(codes)
             clock.lap("write")
             passed += len(codes)
 
         # Noise is drawn in blocks of rows; blooming runs over all of them.
         together = self.grid.rows if self.camera.needs_whole_window else BLOCK_ROWS
-        regrouped = Regrouped(record_rows, together=together, overlap=self.window.wide.rows - self.grid.rows)
+        batches = RowBatches(record_rows, together=together, overlap=self.window.wide.rows - self.grid.rows)
         rendering = carry_out(
-            choice, self.window.channels_of_all(), take=regrouped.add, strict=self.strict, progress=progress
+            choice, self.window.channels_of_all(), take=batches.add, strict=self.strict, progress=progress
         )
-        regrouped.finish()
+        batches.finish()
         none = np.empty((0, self.grid.cols))
         return self._frame(
             mosaic=none.astype(np.uint16), electrons=none, mean_electrons=none, truth=None, spectral=cube,
@@ -272,7 +274,7 @@ class Capture(Recording):
         if "spectral" not in products:
             return None
         return radiance_cube(
-            self.lit_scene, self.camera.optics, self.grid, light=self.light, veil=self.camera.veil,
+            self.exposed_scene, self.camera.optics, self.grid, light=self.light, veil=self.camera.veil,
             wavelength_nm=None if self.spectral_nm is None else tuple(self.spectral_nm),
             tolerance=self.tolerance, method=self.method, strict=self.strict,
         )  # fmt: skip

@@ -20,8 +20,8 @@ def describe(value: Any) -> Any:
         fields = {f.name: getattr(value, f.name) for f in dataclasses.fields(value) if f.repr}
         # A field that few ever use is told where it is used: files without it keep their bytes.
         usual = {f.name: f.default for f in dataclasses.fields(value) if f.metadata.get("described") == "if any"}
-        told = {name: describe(part) for name, part in fields.items() if name not in usual or part != usual[name]}
-        return {"kind": type(value).__name__, **told}
+        stated = {name: describe(part) for name, part in fields.items() if name not in usual or part != usual[name]}
+        return {"kind": type(value).__name__, **stated}
     if isinstance(value, Mapping):
         return {str(k): describe(v) for k, v in value.items()}
     if isinstance(value, (tuple, list)):
@@ -40,7 +40,7 @@ def describe(value: Any) -> Any:
     return getattr(value, "__qualname__", type(value).__qualname__)
 
 
-OWN_STAGES = "not_reproducible_by_camsim_alone"
+CUSTOM_STAGES = "not_reproducible_by_camsim_alone"
 """Where a description names the stages of one's own that a capture was taken with."""
 
 OF_A_FRAME = (

@@ -9,7 +9,7 @@ import numpy as np
 from camsim.camera.body import Body
 from camsim.camera.window import rows_of, widened
 from camsim.core.arrays import F32, F64, U8
-from camsim.core.tiled import Repeated
+from camsim.core.tiled import Tiled
 from camsim.optics.protocols import Illuminates
 from camsim.rendering import Grid
 from camsim.sensor.chain import mixed
@@ -17,7 +17,7 @@ from camsim.sensor.falloff import falloff_at
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Lit:
+class ExposedRows:
     """Rows of the window.
 
     rows_before : of the window
@@ -28,7 +28,7 @@ class Lit:
 
     rows_before: int
     mean_e: F64
-    shown_e: F64
+    displayed_e: F64
     channel: U8
 
 
@@ -52,12 +52,12 @@ class Window:
         """Return each photosite's channel."""
         return self.camera.cfa.channel_index(grid.rows, grid.cols, grid.origin)
 
-    def channels_of_all(self) -> Repeated:
+    def channels_of_all(self) -> Tiled:
         """Return the channel of each photosite that is rendered; no array of a large frame is made."""
         grid = self.wide
-        return self.camera.cfa.repeated_index(grid.rows, grid.cols, grid.origin)
+        return self.camera.cfa.tiled_index(grid.rows, grid.cols, grid.origin)
 
-    def lit(self, image: F64, veil_e: F64, rows_before: int) -> Lit:
+    def exposed(self, image: F64, veil_e: F64, rows_before: int) -> ExposedRows:
         """Return rows as they are lit: of the rendered image and each channel's veil, from a row of the window on."""
         grid = rows_of(self.wide, rows_before, len(image))
         # An error of the tolerance may lie below black. In place: a large frame needs no second copy.
@@ -66,9 +66,9 @@ class Window:
             mean_e += veil_e[self.channel(grid)]
         if self.falls_off:
             mean_e = mean_e * self.falloff(grid)
-        shown_e = mean_e if self.camera.crosstalk is None else mixed(mean_e, self.camera.crosstalk)
-        channel = self.channel(rows_of(self.grid, rows_before, len(shown_e)))
-        return Lit(rows_before=rows_before, mean_e=mean_e, shown_e=shown_e, channel=channel)
+        displayed_e = mean_e if self.camera.crosstalk is None else mixed(mean_e, self.camera.crosstalk)
+        channel = self.channel(rows_of(self.grid, rows_before, len(displayed_e)))
+        return ExposedRows(rows_before=rows_before, mean_e=mean_e, displayed_e=displayed_e, channel=channel)
 
     def truth(self, planes: F64 | None, veil_e: F64, mean_electrons: F64) -> F32 | None:
         """Return (rows, cols, channels) of every channel's rendered plane; its own is a photosite's mean electrons."""
@@ -79,10 +79,10 @@ class Window:
         if self.falls_off:
             planes *= self.falloff(self.wide)
         truth = np.empty((self.grid.rows, self.grid.cols, len(planes)), np.float32)
-        own, crosstalk = self.channel(self.grid), self.camera.crosstalk
+        one, crosstalk = self.channel(self.grid), self.camera.crosstalk
         for k in range(len(planes)):
             plane = planes[k] if crosstalk is None else crosstalk.seen_by(k, planes, self.camera.cfa)
-            truth[..., k] = np.where(own == k, mean_electrons, plane)
+            truth[..., k] = np.where(one == k, mean_electrons, plane)
         return truth
 
     @property

@@ -16,7 +16,7 @@ from camsim.core.doors import above
 from camsim.core.errors import InvalidValueError
 from camsim.core.number_kinds import array_of
 from camsim.core.typed import LARGEST_FRAME_NUMBER, Count, Whole, check, known_name
-from camsim.core.words import shown
+from camsim.core.words import displayed
 from camsim.sensor.adc import full_codes
 from camsim.sensor.colour_matrix import ColourResponse
 from camsim.sensor.companding import data_numbers
@@ -51,7 +51,7 @@ def check_products(products: Collection[str], *, streamed: bool = False) -> None
     A bare string is a mistake for a tuple of one.
     """
     if not isinstance(products, Collection):
-        raise InvalidValueError(f"must be a list of names, not {shown(products)}", key="products")
+        raise InvalidValueError(f"must be a list of names, not {displayed(products)}", key="products")
     for product in (products,) if isinstance(products, str) else products:
         known_name("product", product, PRODUCTS, "products")
     if isinstance(products, str):
@@ -263,7 +263,7 @@ class Frame:
         for key, wanted in sizes.items():
             array = getattr(self, key)
             if not isinstance(array, np.ndarray) or array.shape != wanted or array.dtype.kind not in "fiu":
-                message = f"must be numbers of shape {wanted}, as the mosaic has photosites, not {shown(array)}"
+                message = f"must be numbers of shape {wanted}, as the mosaic has photosites, not {displayed(array)}"
                 raise InvalidValueError(message, key=key, stage="Frame")
 
     @property

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from camsim.camera.body import Body
 from camsim.core.arrays import F64
-from camsim.core.cached import Keeps, cached_property
+from camsim.core.cached import Caching, cached_property
 from camsim.core.number_kinds import LARGEST, array_of
-from camsim.core.typed import Number, Several, Whole, judge, refusal
+from camsim.core.typed import Number, Several, Whole, refusal, validate
 from camsim.spectra.curve import Curve, Wavelength, spectrum_at
 from camsim.spectra.light import Light, photons_per_um2_per_j_m2
 from camsim.spectra.rgb import linear_colours, rgb_basis
@@ -30,7 +30,7 @@ MOST_SAMPLES = 64
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class GivenLight(Keeps):
+class GivenLight(Caching):
     """Light on a sensor as an array, before any stage of the sensor has acted.
 
     samples       : (rows, cols), or (rows, cols, n): finite, not written into while it is exposed
@@ -70,7 +70,7 @@ class GivenLight(Keeps):
         ) -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
         if np.ma.is_masked(self.samples):
             raise refusal(self, "samples", "has masked numbers; fill them, in numpy by .filled(…)")
         samples = array_of(self.samples, "samples", type(self).__name__)
@@ -115,9 +115,9 @@ class GivenLight(Keeps):
     @cached_property
     def sha256(self) -> str:
         """A name of its numbers."""
-        told = hashlib.sha256(f"{self.samples.dtype.str} {self.samples.shape}".encode())
-        told.update(np.ascontiguousarray(self.samples).data)
-        return told.hexdigest()
+        stated = hashlib.sha256(f"{self.samples.dtype.str} {self.samples.shape}".encode())
+        stated.update(np.ascontiguousarray(self.samples).data)
+        return stated.hexdigest()
 
     @property
     def spectrum(self) -> Light:
@@ -172,10 +172,10 @@ class GivenLight(Keeps):
 
     def _of_diffuser(self, camera: Body, light: Light, time_s: float, bands: int) -> F64:
         if self.wavelength_nm is not None:
-            told = tuple(self.wavelength_nm)
-            bends = Curve(told if bands > 1 else (told[0], told[0] + 1.0), (1.0,) * max(bands, 2), outside="hold")
+            stated = tuple(self.wavelength_nm)
+            bends = Curve(stated if bands > 1 else (stated[0], stated[0] + 1.0), (1.0,) * max(bands, 2), outside="hold")
             samples = camera.samples(light, (bends,))
-            shares = _straight(np.asarray(told), samples.wavelength_nm)
+            shares = _straight(np.asarray(stated), samples.wavelength_nm)
         elif bands == 3:
             basis = rgb_basis()
             bends = Curve(tuple(basis.wavelength_nm.tolist()), tuple(basis.values[0].tolist()), outside="hold")
@@ -227,4 +227,4 @@ def _electrons_per_photon(camera: Body, wavelength_nm: F64) -> F64:
 
 def _straight(nodes_nm: F64, at_nm: F64) -> F64:
     """Return (n, m) how much of each node's number is at wavelengths between: straight lines, held beyond."""
-    return np.stack([np.interp(at_nm, nodes_nm, own) for own in np.eye(nodes_nm.size)])
+    return np.stack([np.interp(at_nm, nodes_nm, one) for one in np.eye(nodes_nm.size)])

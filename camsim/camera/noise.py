@@ -16,7 +16,7 @@ from camsim.core.arrays import F32, F64
 from camsim.core.errors import InvalidValueError
 from camsim.core.kernels.counts import fill_counts
 from camsim.core.number_kinds import array_of
-from camsim.core.typed import Iso, Number, Positive, Seed, Whole, check, judge
+from camsim.core.typed import Iso, Number, Positive, Seed, Whole, check, validate
 from camsim.core.words import brief
 from camsim.sensor.chain import record
 from camsim.sensor.stage import Context
@@ -54,7 +54,7 @@ class _Quick(Context):
 
     @property
     def _more(self) -> tuple[int, ...]:
-        return (self._own_read_out,) if self._own_read_out else ()
+        return (self._its_read_out,) if self._its_read_out else ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +93,7 @@ class Noise:
     __repr__ = brief
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
         if len(self.sensor.read_outs) > 1:
             message = "merges two read-outs; give one, replace(dual_gain=dataclasses.replace(…, read='high'))"
             raise InvalidValueError(message, key="sensor", stage="Noise")

@@ -11,7 +11,7 @@ import numpy as np
 from camsim.camera.body import Body
 from camsim.camera.frame import ChannelSignal
 from camsim.core.arrays import F64
-from camsim.core.custom import is_own, own_stages
+from camsim.core.custom import custom_stages, is_custom
 from camsim.core.words import both, percent
 from camsim.optics.protocols import KnowsSplits, Round
 from camsim.rendering.auto import Choice
@@ -61,7 +61,7 @@ class Setting:
 
 def notes_before(setting: Setting, choice: Choice) -> Iterator[str]:
     """Yield what can be said before the picture is taken; ``choice``: how it will be rendered."""
-    yield from _of_own_stages(setting.camera)
+    yield from _of_custom_stages(setting.camera)
     yield from _of_the_optics(setting.camera)
     yield from _of_one_line(setting.camera, setting.light)
     yield from _of_tables_beside_the_light(setting)
@@ -82,7 +82,7 @@ def notes_before(setting: Setting, choice: Choice) -> Iterator[str]:
 
 def notes_of_exposed(camera: Body, iso: float, below: int) -> Iterator[str]:
     """Yield what can be said of light of one's own on a sensor; ``below``: photosites with less than none."""
-    yield from _of_own_stages(camera)
+    yield from _of_custom_stages(camera)
     yield from _of_the_converter(camera, iso)
     yield from _of_a_low_iso(camera, iso)
     yield from _of_prnu(camera)
@@ -127,9 +127,9 @@ def notes_after(signal: Sequence[ChannelSignal], camera: Body, iso: float, way_o
         )
 
 
-def _of_own_stages(camera: Body) -> Iterator[str]:
-    if own := own_stages((*camera.optics.stages, *camera.stages)):
-        yield f"not reproducible by camsim alone: {both(own)} {'is' if len(own) == 1 else 'are'} of your own"
+def _of_custom_stages(camera: Body) -> Iterator[str]:
+    if each := custom_stages((*camera.optics.stages, *camera.stages)):
+        yield f"not reproducible by camsim alone: {both(each)} {'is' if len(each) == 1 else 'are'} of your own"
 
 
 def _of_the_optics(camera: Body) -> Iterator[str]:
@@ -197,7 +197,7 @@ def _of_glare(setting: Setting) -> Iterator[str]:
 def _of_slow_stages(camera: Body, choice: Choice) -> Iterator[str]:
     """Yield why it takes long, where that is an optical stage of one's own whose pattern nobody knows."""
     more = tuple(camera.extra_optics)
-    slow = [stage for stage in more or (camera.lens,) if is_own(stage) and not isinstance(stage, Round)]
+    slow = [stage for stage in more or (camera.lens,) if is_custom(stage) and not isinstance(stage, Round)]
     if not slow or choice.cost.seconds < _WORTH_WAITING:
         return
     way_out = "with a lens that is all of it and has" if more else "with"
@@ -222,16 +222,19 @@ def _of_a_low_iso(camera: Body, iso: float) -> Iterator[str]:
     adc, well_e = camera.converter, camera.well_as_read_e(iso)
     if iso >= adc.base_iso:
         return
-    told = f"ISO {iso:g} is below the base of {adc.base_iso:g}: a code stands for {adc.electrons_per_dn_at(iso):.4g} e⁻"
+    stated = (
+        f"ISO {iso:g} is below the base of {adc.base_iso:g}: a code stands for {adc.electrons_per_dn_at(iso):.4g} e⁻"
+    )
     if well_e is None:
         yield (
-            f"{told}, and white for {_reach_e(camera, iso):.0f} e⁻, more than at the base, as no full well ends it; "
+            f"{stated}, and white for {_reach_e(camera, iso):.0f} e⁻, more than at the base, as no full well ends it; "
             "cameras have no such setting, give full_well_e or the base"
         )
     else:
         white_dn = adc.white_level_dn(iso, well_e)
         yield (
-            f"{told}, the well holds no more than at the base, and white is {white_dn} DN of {adc.largest_dn}; cameras "
+            f"{stated}, the well holds no more than at the base, and white is {white_dn} DN of {adc.largest_dn}; "
+            "cameras "
             f"that offer it expose as at ISO {adc.base_iso:g} and let raw programs darken the picture"
         )
 

@@ -73,6 +73,6 @@ class _Plain(pickle.Pickler):
     def reducer_override(self, obj: Any) -> Any:
         if not dataclasses.is_dataclass(obj) or isinstance(obj, type):
             return NotImplemented
-        own = type(obj)
+        one = type(obj)
         fields = [(field.name, getattr(obj, field.name)) for field in dataclasses.fields(obj) if field.init]
-        return tuple, ((own.__module__, own.__qualname__, *fields),)
+        return tuple, ((one.__module__, one.__qualname__, *fields),)

@@ -6,14 +6,14 @@ from collections.abc import Sequence
 from typing import Any, ClassVar
 
 from camsim.camera.body import Body
-from camsim.camera.description import OWN_STAGES, describe
-from camsim.camera.exposed_rows import Lit, Window
+from camsim.camera.description import CUSTOM_STAGES, describe
+from camsim.camera.exposed_rows import ExposedRows, Window
 from camsim.camera.frame import Frame
 from camsim.camera.reporting import Clock, Signals
 from camsim.camera.window import Region
 from camsim.core.arrays import F64, U16
-from camsim.core.cached import Keeps, cached_property
-from camsim.core.custom import own_stages
+from camsim.core.cached import Caching, cached_property
+from camsim.core.custom import custom_stages
 from camsim.optics.no_lens import NoLens
 from camsim.rendering import Grid
 from camsim.sensor.chain import random_numbers, record
@@ -24,7 +24,7 @@ from camsim.sensor.stage import Context, ElectronicStage
 from camsim.spectra.light import Light
 
 
-class Recording(Keeps):
+class Recording(Caching):
     """A camera's electronics at one exposure; what puts the light there has these fields, and says what it is made of.
 
     made_of : fields that a description holds
@@ -82,19 +82,19 @@ class Recording(Keeps):
         """The electronic stages that act."""
         return self.camera.electronics(self.exposure.iso, noise=self.noise)
 
-    def _recorded(self, lit: Lit, frame_number: int, clock: Clock, signals: Signals) -> tuple[F64, U16]:
+    def _recorded(self, exposed: ExposedRows, frame_number: int, clock: Clock, signals: Signals) -> tuple[F64, U16]:
         """Return rows as they are read, every electronic stage applied, and their codes."""
         row, col = self.grid.origin
-        first, iso = (row + lit.rows_before, col), self.exposure.iso
+        first, iso = (row + exposed.rows_before, col), self.exposure.iso
         read = [
-            record(lit.mean_e, stages, self._context(camera, frame_number, lit.rows_before))
+            record(exposed.mean_e, stages, self._context(camera, frame_number, exposed.rows_before))
             for camera, stages in self._read_outs
         ]
         clock.lap("noise")
         electrons = read[0] if len(read) == 1 else self._merged(read, first)
         codes = self.camera.converter.quantise(electrons, iso=iso, origin=first)
         clock.lap("adc")
-        signals.add(lit, self.camera.converter.data_numbers(codes))
+        signals.add(exposed, self.camera.converter.data_numbers(codes))
         return electrons, codes
 
     def _merged(self, read: Sequence[F64], first: tuple[int, int]) -> F64:
@@ -135,9 +135,9 @@ class Recording(Keeps):
 
     @cached_property
     def _described(self) -> dict[str, Any]:
-        own = own_stages((*self.camera.optics.stages, *self.camera.stages))
+        one = custom_stages((*self.camera.optics.stages, *self.camera.stages))
         parts = {name: getattr(self, name) for name in self.made_of}
-        described: dict[str, Any] = describe(parts | ({OWN_STAGES: own} if own else {}))
+        described: dict[str, Any] = describe(parts | ({CUSTOM_STAGES: one} if one else {}))
         return described
 
     def _steps_e(self) -> tuple[float, ...]:

@@ -7,7 +7,7 @@ import time
 import numpy as np
 
 from camsim.camera.body import Body
-from camsim.camera.exposed_rows import Lit
+from camsim.camera.exposed_rows import ExposedRows
 from camsim.camera.frame import ChannelSignal
 from camsim.core.arrays import F32, F64, I64, U16
 from camsim.rendering import Rendering
@@ -44,8 +44,8 @@ def rounding_notes(truth: F32 | None, diffuser_e: F64, tolerance: float) -> tupl
     """Return a warning when single precision holds a truth (rows, cols, channels) less finely than was asked for."""
     if truth is None or not truth.size:
         return ()
-    lit = diffuser_e > 0.0
-    rounded = truth.max(axis=(0, 1))[lit] * (0.5 * np.finfo(np.float32).eps) / diffuser_e[lit]
+    exposed = diffuser_e > 0.0
+    rounded = truth.max(axis=(0, 1))[exposed] * (0.5 * np.finfo(np.float32).eps) / diffuser_e[exposed]
     if (worst := float(rounded.max(initial=0.0))) <= tolerance:
         return ()
     return (
@@ -69,16 +69,16 @@ class Signals:
         self._sum_e, self._max_e, self._sum_dn = np.zeros((3, len(channels)))
         self._min_e = np.full(len(channels), np.inf)
 
-    def add(self, lit: Lit, mosaic: U16) -> None:
+    def add(self, exposed: ExposedRows, mosaic: U16) -> None:
         """Take in some rows, as they were lit, and their data numbers."""
         row, col = self._origin
-        offsets_dn = np.array(self._adc.window_black_offsets_dn((row + lit.rows_before, col)))
+        offsets_dn = np.array(self._adc.window_black_offsets_dn((row + exposed.rows_before, col)))
         white_dn = full_codes(self._white_level_dn, offsets_dn, self._adc.largest_dn)
         # Filters and offsets repeat: of a large frame every so many photosites are looked at, and none is copied.
         period = np.lcm(self._cfa_period, white_dn.shape)
         for first_row, first_col in np.ndindex(*np.minimum(period, mosaic.shape).tolist()):
             here = np.s_[first_row :: period[0], first_col :: period[1]]
-            electrons, codes, k = lit.shown_e[here], mosaic[here], int(lit.channel[first_row, first_col])
+            electrons, codes, k = exposed.displayed_e[here], mosaic[here], int(exposed.channel[first_row, first_col])
             full_dn = white_dn[first_row % white_dn.shape[0], first_col % white_dn.shape[1]]
             self._photosites[k] += electrons.size
             self._clipped[k] += np.count_nonzero((codes >= full_dn) | (electrons >= self._full_e))

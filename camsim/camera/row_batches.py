@@ -9,7 +9,7 @@ import numpy as np
 from camsim.core.arrays import F64
 
 
-class Regrouped:
+class RowBatches:
     """Rows as they come, handed on in groups of so many, the last group as it is.
 
     together : rows of a group, or a multiple of it;  overlap: rows that a group shares with the next

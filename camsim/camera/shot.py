@@ -21,7 +21,7 @@ from camsim.core.arrays import F64, I64, U16
 from camsim.core.cached import cached_property
 from camsim.core.errors import InvalidValueError
 from camsim.core.memory import needed_bytes, too_large
-from camsim.core.typed import FrameNumber, Seed, Truth, Whole, judge, refusal
+from camsim.core.typed import FrameNumber, Seed, Truth, Whole, refusal, validate
 from camsim.core.words import brief
 from camsim.optics.no_lens import NoLens
 from camsim.sensor.colour_matrix import MatrixOf
@@ -86,7 +86,7 @@ class Shot(Recording):
     __repr__ = brief
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
         if not isinstance(self.camera.lens, NoLens):
             raise refusal(self, "camera", "has a lens, and light on the sensor passes none; give a Sensor")
         if self.light.at != "sensor":
@@ -141,12 +141,12 @@ class Shot(Recording):
         image = self._sampled(samples)
         below = int(np.count_nonzero(image < 0.0)) if self.image.unit in RELATIVE else 0
         dark = np.zeros(len(self.camera.cfa.channels))
-        lit = self.window.lit(image, dark, 0)
-        truth = self.window.truth(self._planes(samples), dark, lit.shown_e) if "truth" in wanted else None
+        exposed = self.window.exposed(image, dark, 0)
+        truth = self.window.truth(self._planes(samples), dark, exposed.displayed_e) if "truth" in wanted else None
         del samples
         clock.lap("light")
         signals = self._signals()
-        electrons, codes = self._recorded(lit, self.frame_number, clock, signals)
+        electrons, codes = self._recorded(exposed, self.frame_number, clock, signals)
         signal, iso = signals.all(), self.exposure.iso
         report = Report(
             scene=self.image.source or "array",
@@ -164,7 +164,8 @@ class Shot(Recording):
             work={"random_numbers": self.random_numbers},
         )
         return self._frame(
-            mosaic=codes, electrons=electrons, mean_electrons=lit.shown_e, truth=truth, channel_index=lit.channel,
+            mosaic=codes, electrons=electrons, mean_electrons=exposed.displayed_e, truth=truth,
+            channel_index=exposed.channel,
             frame_number=self.frame_number, report=report,
         )  # fmt: skip
 
@@ -199,9 +200,9 @@ class Shot(Recording):
 
     def description(self, frame_number: int) -> dict[str, Any]:
         """Return all that a frame is made of; of the light its name, place and hash."""
-        told = super().description(frame_number)
-        told["image"]["sha256"] = self.image.sha256
-        return told
+        stated = super().description(frame_number)
+        stated["image"]["sha256"] = self.image.sha256
+        return stated
 
     def _with_neighbours(self) -> Any:
         """Return the light of all photosites that take part: beyond the border it is reflected, in its own channel."""
@@ -228,7 +229,7 @@ class Shot(Recording):
     def _planes(self, samples: Any) -> F64:
         """Return (channels, rows, cols) mean electrons of every channel."""
         assert self.response is not None
-        return np.stack([_weighed(samples, own) for own in self.response])
+        return np.stack([_weighed(samples, one) for one in self.response])
 
     def _wavelengths(self) -> str:
         unit = self.image.unit

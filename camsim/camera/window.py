@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from camsim.core.errors import InvalidValueError
-from camsim.core.typed import Count, Index, Whole, judge
+from camsim.core.typed import Count, Index, Whole, validate
 from camsim.rendering import Grid
 
 
@@ -30,7 +30,7 @@ class Region:
         def __init__(self, rows: Whole, cols: Whole, origin: tuple[Whole, Whole] | None = None) -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
 
 
 def grid_of(region: Region | None, *, frame: tuple[int, int], period: tuple[int, int], pitch_um: float) -> Grid:

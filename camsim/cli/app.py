@@ -83,12 +83,12 @@ app = typer.Typer(
 def _one_of(known: tuple[str, ...], kind: str) -> Any:
     """Return an argument that is one of a few names; any other is refused as files and Python refuse it."""
 
-    def judged(name: str) -> str:
+    def validated(name: str) -> str:
         if name not in known:
             raise UnknownNameError(kind, name, known)
         return name
 
-    return typer.Argument(metavar="WHAT", help=f"One of {', '.join(known)}.", callback=judged)
+    return typer.Argument(metavar="WHAT", help=f"One of {', '.join(known)}.", callback=validated)
 
 
 LISTS = ("sensors", "scenes", "lenses", "illuminants", "reflectances", "sensitivities")
@@ -126,10 +126,10 @@ def _name_of(command: CommandInfo) -> str:
 
 def _say(text: str) -> None:
     lines = text.splitlines()
-    shown = lines[:_MOST_LINES]
-    if len(lines) > len(shown):
-        shown.append(f"… and {len(lines) - len(shown)} more")
-    print("\n".join(shown), file=sys.stderr)
+    displayed = lines[:_MOST_LINES]
+    if len(lines) > len(displayed):
+        displayed.append(f"… and {len(lines) - len(displayed)} more")
+    print("\n".join(displayed), file=sys.stderr)
 
 
 def _version(wanted: bool) -> None:

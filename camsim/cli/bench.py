@@ -79,7 +79,7 @@ def bench(
             f"{str(folder / LINES)!r} exists; overwrite it with --force, or choose another folder with -o"
         )
     records: list[Record] = []
-    with Bar(shown=not quiet) as bar, ExitStack() as files:
+    with Bar(displayed=not quiet) as bar, ExitStack() as files:
         # Made with the first record: a scene that is refused leaves no folder behind.
         made = functools.cache(lambda: files.enter_context(LinesFile(folder / LINES)))
 

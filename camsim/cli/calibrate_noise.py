@@ -115,13 +115,13 @@ def _print_shots(shots: ShotsOfCamera) -> None:
     """Print what each group of frames is taken for, and what says so."""
     alike: dict[tuple[object, ...], list[Shot]] = {}
     for shot in sorted(shots.shots, key=lambda each: (each.iso, each.kind, each.time_s or 0.0, each.exposure)):
-        key = shot.iso, shot.kind, shot.time_s, shot.exposure, shot.temperature_c, shot.told_by
+        key = shot.iso, shot.kind, shot.time_s, shot.exposure, shot.temperature_c, shot.stated_by
         alike.setdefault(key, []).append(shot)
     rows = []
     for group in alike.values():
         first = group[0]
         rows.append([
-            f"{first.iso:g}" if first.iso_said else "?", first.kind, first.told_by,
+            f"{first.iso:g}" if first.iso_stated else "?", first.kind, first.stated_by,
             "?" if first.time_s is None else f"{first.time_s:g}",
             "" if first.temperature_c is None else f"{first.temperature_c:g}", str(len(group)),
             f"{sum(shot.mean_dn for shot in group) / len(group):.1f}",

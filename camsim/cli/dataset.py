@@ -37,7 +37,7 @@ def dataset(
         return
     if output is None:
         raise InvalidValueError("missing; name a folder, or look with --dry-run", key="-o")
-    with Bar(shown=not quiet) as bar:
+    with Bar(displayed=not quiet) as bar:
         made = make(study, output, workers=workers, scheduler=scheduler, progress=bar.update)
     samples = sum(row["status"] == "done" for row in made.rows)
     figures = {

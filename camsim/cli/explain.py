@@ -63,16 +63,16 @@ def explain(
         raise CamsimError("\n".join(map(str, errors)))
     products = {file.product for file in files}
     capture = load(scene, sensor=sensor, overrides=changes or (), products=products, sensors=sensors or ())
-    told = explained(capture, products, [(file.path, file.product) for file in files])
+    stated = explained(capture, products, [(file.path, file.product) for file in files])
     if plot is not None:
         from camsim.cli.explain_plot import draw
         from camsim.files.atomic import write_whole
 
         write_whole(plot[1], draw(capture, plot[0], plot[1], at_um))
     if as_json:
-        print(json.dumps(told, indent=2, ensure_ascii=False))
+        print(json.dumps(stated, indent=2, ensure_ascii=False))
     else:
-        _print(told)
+        _print(stated)
 
 
 def explained(capture: Capture, products: Products, files: list[tuple[str, str]]) -> dict[str, Any]:
@@ -173,11 +173,11 @@ def _of_falloff(capture: Capture) -> Decision:
         return Decision(topic="fall-off", decision="left out", reason="the lens has none: even light")
     first_and_last = [window.falloff(rows_of(capture.grid, row, 1)) for row in (0, capture.grid.rows - 1)]
     dimmest = min(float(row[0, end]) for row in first_and_last for end in (0, -1))
-    own = ["the lens's own"] if isinstance(capture.camera.lens, Illuminates) else []
+    one = ["the lens's own"] if isinstance(capture.camera.lens, Illuminates) else []
     return Decision(
         topic="fall-off",
         decision=f"{dimmest:.4g} of the axis's light in the window's dimmest corner",
-        reason=" and ".join([*own, *([] if falloff is None else [brief(falloff)])]),
+        reason=" and ".join([*one, *([] if falloff is None else [brief(falloff)])]),
     )
 
 
@@ -209,7 +209,7 @@ def _of_files(files: list[tuple[str, str]]) -> Iterator[Decision]:
         yield Decision(topic="colour matrix", decision="none", reason="no DNG and no preview is written")
 
 
-def _print(told: dict[str, Any]) -> None:
+def _print(stated: dict[str, Any]) -> None:
     from rich.console import Console
     from rich.table import Table
 
@@ -219,21 +219,21 @@ def _print(told: dict[str, Any]) -> None:
     if not console.is_terminal:
         console.width = 200
     console.print(
-        f"{told['scene']}: {told['rows']} × {told['cols']} photosites of {told['pitch_um']:g} µm, "
-        f"camera {told['camera']}, tolerance {told['tolerance']:g}"
+        f"{stated['scene']}: {stated['rows']} × {stated['cols']} photosites of {stated['pitch_um']:g} µm, "
+        f"camera {stated['camera']}, tolerance {stated['tolerance']:g}"
     )
     table = Table(box=None, pad_edge=False, show_header=False)
     for style in ("bold", "", "dim"):
         table.add_column(style=style, overflow="fold")
-    for line in told["decisions"]:
+    for line in stated["decisions"]:
         table.add_row(line["topic"], line["decision"], line["reason"])
-    expected = told["expected"]
+    expected = stated["expected"]
     seconds = expected["seconds"]
     parts = ", ".join(f"{name} {value:.2g}" for name, value in seconds.items())
     table.add_row("time", f"about {sum(seconds.values()):.2g} s of one core", f"kernels compiled: {parts}")
     table.add_row("memory", f"about {readable(expected['memory_bytes'])}", "beyond what the program itself holds")
     table.add_row("error", f"at most {expected['error']:g}", "of a perfect diffuser, or of the brightest surface")
-    for note in told["notes"]:
+    for note in stated["notes"]:
         table.add_row("note", note)
     with console.capture() as printed:
         console.print(table)

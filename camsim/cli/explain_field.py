@@ -90,5 +90,5 @@ def _pattern(axes: Any, placed: PlacedLens, wavelength_nm: float, place: str) ->
     axes.set_title(f"{place}, Strehl {strehl:.2g}", fontsize=7)
     axes.set_xlabel("x, µm", fontsize=7)
     axes.tick_params(labelsize=6)
-    shown = np.sqrt(pattern / pattern.max())
-    return axes.imshow(shown, extent=extent, cmap="magma", interpolation="nearest", vmin=0.0, vmax=1.0)
+    displayed = np.sqrt(pattern / pattern.max())
+    return axes.imshow(displayed, extent=extent, cmap="magma", interpolation="nearest", vmin=0.0, vmax=1.0)

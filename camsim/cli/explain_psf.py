@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 FOOTPRINT = "photosite"
 LEAST_PITCHES, MOST_PITCHES = 4.0, 128.0  # what is shown to either side
-SHOWN = 0.8  # of the lens's light
+DISPLAYED = 0.8  # of the lens's light
 PERIODS = 8.0  # of what is shown to one side: the transform's period, which hardly wraps
 LEAST_CELLS, MOST_CELLS = 1024, 4096  # of a period
 FAINTEST = 1e-4  # of the brightest
@@ -53,8 +53,8 @@ class _Window:
         pattern = scipy.fft.fftshift(scipy.fft.irfft2(otf, (self.cells, self.cells)))
         half = round(self.pitches / self.step_pitch)
         middle = slice(self.cells // 2 - half, self.cells // 2 + half + 1)
-        shown: F64 = pattern[middle, middle] / (self.step_pitch * self.pitch_um) ** 2
-        return shown
+        displayed: F64 = pattern[middle, middle] / (self.step_pitch * self.pitch_um) ** 2
+        return displayed
 
 
 def draw_psf(figure: Any, capture: Capture, title: str, at_um: tuple[float, float] | None, crosstalk: str) -> None:
@@ -85,10 +85,10 @@ def draw_psf(figure: Any, capture: Capture, title: str, at_um: tuple[float, floa
     patterns: dict[str, tuple[F64, str]] = {}
     for name in names:
         of_channel = window.pattern(of_lens(name), highest)
-        told = f"lens, {name}"
+        stated = f"lens, {name}"
         if ideal is not None:
-            told += f"; Strehl ratio {_peak(of_channel) / _peak(window.pattern(of_lens(name, ideal), highest)):.3f}"
-        patterns[told] = of_channel, colour_of_channel(name) if at_um is not None else "black"
+            stated += f"; Strehl ratio {_peak(of_channel) / _peak(window.pattern(of_lens(name, ideal), highest)):.3f}"
+        patterns[stated] = of_channel, colour_of_channel(name) if at_um is not None else "black"
     if at_um is None:
         # A photosite's transfer never ends; a little blur keeps what the samples cut off from ringing.
         blur = -2.0 * (np.pi * 1.2 * window.step_pitch) ** 2
@@ -100,9 +100,9 @@ def draw_psf(figure: Any, capture: Capture, title: str, at_um: tuple[float, floa
         patterns[FOOTPRINT if system.olpf is None else "OLPF ⊗ photosite"] = footprint, "black"
         patterns[f"system, {names[0]}{crosstalk}"] = whole, "black"
     pictures, slices = figure.subplots(2, len(patterns), height_ratios=[3, 2], squeeze=False)
-    for above, below, (told, (pattern, colour)) in zip(pictures, slices, patterns.items(), strict=True):
+    for above, below, (stated, (pattern, colour)) in zip(pictures, slices, patterns.items(), strict=True):
         _show(figure, above, below, pattern, window)
-        above.set_title(told, fontsize=10, color=colour)
+        above.set_title(stated, fontsize=10, color=colour)
     place = "" if at_um is None else f"; at ({at_um[0]:g}, {at_um[1]:g}) µm"
     figure.suptitle(f"{title}{place}")
 
@@ -114,7 +114,7 @@ def _window(lens: Transfer, highest: float, pitch_um: float) -> _Window:
         cells = 2 ** math.ceil(math.log2(2.0 * highest * PERIODS * pitches))
         window = _Window(pitches=pitches, cells=min(max(cells, LEAST_CELLS), MOST_CELLS), pitch_um=pitch_um)
         light = window.pattern(lens, highest).sum() * (window.step_pitch * pitch_um) ** 2
-        if light >= SHOWN or pitches >= MOST_PITCHES:
+        if light >= DISPLAYED or pitches >= MOST_PITCHES:
             return window
         pitches *= 2.0
 
@@ -146,8 +146,8 @@ def _show(figure: Any, above: Any, below: Any, pattern: F64, window: _Window) ->
     half_um = window.pitches * window.pitch_um
     half, brightest = pattern.shape[0] // 2, pattern.max()
     extent = (-half_um, half_um, half_um, -half_um)
-    shown = np.sqrt(np.maximum(pattern, 0.0) / brightest)
-    image = above.imshow(shown, extent=extent, cmap="magma", interpolation="nearest", vmin=0.0, vmax=1.0)
+    displayed = np.sqrt(np.maximum(pattern, 0.0) / brightest)
+    image = above.imshow(displayed, extent=extent, cmap="magma", interpolation="nearest", vmin=0.0, vmax=1.0)
     above.set(xlabel="x, µm", ylabel="y (down), µm")
     pitch_um = window.pitch_um
     above.add_patch(_square(pitch_um))

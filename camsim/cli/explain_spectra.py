@@ -21,9 +21,9 @@ _COLUMNS, _MOST_ROWS = 8, 8  # of small axes, one for each surface
 
 def nodes_nm(capture: Capture, curves: Iterable[Spectrum], ends_nm: tuple[float, float]) -> F64:
     """Return wavelengths to draw curves at: even ones, and the curves' own points, where they bend."""
-    own = [nm for curve in curves if isinstance(curve, Curve) for nm in curve.wavelength_nm]
+    one = [nm for curve in curves if isinstance(curve, Curve) for nm in curve.wavelength_nm]
     low_nm, high_nm = ends_nm
-    inside = [nm for nm in own if low_nm <= nm <= high_nm]
+    inside = [nm for nm in one if low_nm <= nm <= high_nm]
     return np.unique(np.concatenate([np.linspace(low_nm, high_nm, _POINTS), inside]))
 
 

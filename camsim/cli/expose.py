@@ -101,9 +101,9 @@ def expose(
     checked, errors = outputs_of.check(texts, force=force)
     errors += compression_faults(checked) if compress else []
     if errors:
-        shown = [str(error) for error in errors[:_MOST_FAULTS]]
-        more = [f"… and {len(errors) - len(shown)} more"] if len(errors) > len(shown) else []
-        raise CamsimError("\n".join([*shown, *more]))
+        displayed = [str(error) for error in errors[:_MOST_FAULTS]]
+        more = [f"… and {len(errors) - len(displayed)} more"] if len(errors) > len(displayed) else []
+        raise CamsimError("\n".join([*displayed, *more]))
     known: Any = None if unit is None else known_name("unit", unit, get_args(Unit), "--as")
     body = Sensor.from_yaml(sensor, overrides=changes or (), sensors=sensors or ())
     if warning := odd_cfa_of(tuple(body.cfa.pattern), checked, allowed=allow_odd_cfa):
@@ -113,7 +113,7 @@ def expose(
     exposure = _exposure(body, iso, time_s)
     gc.freeze()
     gc.enable()
-    told: list[tuple[str, Frame, list[Output], dict[str, float]]] = []
+    stated: list[tuple[str, Frame, list[Output], dict[str, float]]] = []
     with together():
         for number, file in enumerate(files):
             image = read_light(file, unit=known, wavelength_nm=nodes_nm, per_photosite=per_photosite, layer=layer)
@@ -128,9 +128,9 @@ def expose(
                 how = {"allow_odd_cfa": allow_odd_cfa, "compress": compress}
                 save(frame, output.path, product=output.product, force=True, **how)
             seconds = {**frame.report.seconds, "write": time.perf_counter() - written_s}
-            told.append((file, _without_photosites(frame), mine, seconds))
+            stated.append((file, _without_photosites(frame), mine, seconds))
     total_s, trees = time.perf_counter() - began_s, []
-    for file, frame, mine, seconds in told:
+    for file, frame, mine, seconds in stated:
         frame = dataclasses.replace(frame, report=with_files(frame, mine))
         if not quiet and not several:
             print_report(frame, mine, seconds, total_s, verbose=False)

@@ -10,14 +10,14 @@ from typing import Any
 
 import numpy as np
 
-from camsim.camera.description import OWN_STAGES
+from camsim.camera.description import CUSTOM_STAGES
 from camsim.config.yaml_text import yaml_text
 from camsim.core.arrays import I64
 from camsim.core.memory import readable
 from camsim.files.reading import Held, opened, read_file, read_record
-from camsim.sensor.companding import told_points
+from camsim.sensor.companding import stated_points
 
-_MOST_SHOWN = 100
+_MOST_DISPLAYED = 100
 """Parts of a list for people to look at; --json prints all."""
 _SHORT_LIST, _MOST_STAGES, _LONGEST_SENTENCE = 4, 12, 400
 
@@ -27,7 +27,7 @@ def text_of_file(path: str, *, full: bool = False) -> str:
     if _is_cameras(path):
         tree = _tree_of_camera(path)
         width = max(map(len, tree))
-        return "\n".join(f"{label:<{width}}  {_told(value)}" for label, value in tree.items())
+        return "\n".join(f"{label:<{width}}  {_stated(value)}" for label, value in tree.items())
     held = read_file(path)
     rows = [*_figures(held), *(() if full else _summary(held.description))]
     width = max(len(label) for label, _ in rows)
@@ -79,7 +79,7 @@ def _tree_of_camera(path: str) -> dict[str, Any]:
     levels = {plane.name: plane for plane in picture.planes}
     step = picture.planes[0].step
     places = {plane.first: plane.name[0] for plane in picture.planes}
-    told = {
+    stated = {
         "file": path,
         "bytes": Path(path).stat().st_size,
         **{name: value for name, value in said.items() if value not in (None, "", ())},
@@ -91,13 +91,13 @@ def _tree_of_camera(path: str) -> dict[str, Any]:
         "black_dn": [plane.black for plane in levels.values()],
         "white_dn": [plane.white for plane in levels.values()],
     }
-    return told if Path(path).suffix.lower() == ".dng" else {**told, "read": CHANGED}
+    return stated if Path(path).suffix.lower() == ".dng" else {**stated, "read": CHANGED}
 
 
-def _told(value: Any) -> str:
+def _stated(value: Any) -> str:
     """Return numbers, texts and rows of them in one line."""
     if isinstance(value, list | tuple):
-        return ("; " if value and isinstance(value[0], tuple) else ", ").join(map(_told, value))
+        return ("; " if value and isinstance(value[0], tuple) else ", ").join(map(_stated, value))
     if isinstance(value, float):
         return f"{value:.6g}"
     return _printable(str(value), _LONGEST_SENTENCE)
@@ -107,8 +107,8 @@ def _figures(held: Held) -> list[tuple[str, str]]:
     record = held.record
     black_dn = record.black_level_dn + np.array(record.black_offsets_dn)
     channels, pattern = _printable(", ".join(record.channels)), _printable(" / ".join(record.cfa_pattern))
-    error, own = record.error_estimate, record.description.get(OWN_STAGES)
-    alone = f"no, it was taken with stages of someone's own: {_printable(', '.join(map(str, own)))}" if own else "yes"
+    error, one = record.error_estimate, record.description.get(CUSTOM_STAGES)
+    alone = f"no, it was taken with stages of someone's own: {_printable(', '.join(map(str, one)))}" if one else "yes"
     whole = "whole: it fits its checksum"
     if image := _part(record.description, "image"):
         source = _printable(str(image.get("source") or ""))
@@ -123,7 +123,7 @@ def _figures(held: Held) -> list[tuple[str, str]]:
         ("camera", _printable(record.camera)),
         ("channels", f"{channels}; colour filters {pattern}"),
         ("levels", f"black {_levels(black_dn)} DN, white {_levels(record.white_levels_dn)} DN"),
-        *((("codes", f"companded: {told_points(record.companding)}"),) if record.companding else ()),
+        *((("codes", f"companded: {stated_points(record.companding)}"),) if record.companding else ()),
         ("gain", f"{record.electrons_per_dn:.6g} e⁻ per DN"),
         ("seed", str(record.seed)),
         ("error", "unknown" if error is None else f"{error:.2g} of a perfect diffuser"),
@@ -151,10 +151,10 @@ def _summary(description: Any) -> list[tuple[str, str]]:
     if image := _part(description, "image"):
         given = f"{_word(image.get('unit'))} of {_word(image.get('source')) or 'an array in Python'}, without a lens"
         rows = [("scene", given), *rows[1:-1]]
-    told = {label: _printable(value) for label, value in rows}
-    told["optics"], told["own stages"] = _in_turn(optics), _in_turn(_parts(camera, "extra_stages"))
+    stated = {label: _printable(value) for label, value in rows}
+    stated["optics"], stated["own stages"] = _in_turn(optics), _in_turn(_parts(camera, "extra_stages"))
     order = ("scene", "light", "optics", "exposure", "window", "noise", "own stages", "computed")
-    return [(label, told[label]) for label in order if told.get(label)]
+    return [(label, stated[label]) for label in order if stated.get(label)]
 
 
 def _of_frame(camera: Mapping[str, Any]) -> str:
@@ -177,8 +177,8 @@ def _parts(tree: Mapping[str, Any], key: str) -> list[Mapping[str, Any]]:
 
 def _in_turn(stages: list[Mapping[str, Any]]) -> str:
     """Return the stages that are there, each as far as people read."""
-    told = [_printable(_stage(stage)) for stage in stages if stage]
-    return " → ".join([*told[:_MOST_STAGES], *(["…"] if len(told) > _MOST_STAGES else [])])
+    stated = [_printable(_stage(stage)) for stage in stages if stage]
+    return " → ".join([*stated[:_MOST_STAGES], *(["…"] if len(stated) > _MOST_STAGES else [])])
 
 
 def _stage(tree: Any) -> str:
@@ -212,10 +212,10 @@ def _levels(levels_dn: I64) -> str:
     return _printable(" / ".join(", ".join(map(str, row)) for row in levels_dn.tolist()))
 
 
-def _printable(text: str, most: int = _MOST_SHOWN) -> str:
+def _printable(text: str, most: int = _MOST_DISPLAYED) -> str:
     """Return a stranger's text in one line without anything that a terminal would obey."""
-    shown = text if len(text) <= most else f"{text[:most]}…"
-    return "".join(letter if letter.isprintable() else ascii(letter)[1:-1] for letter in shown)
+    displayed = text if len(text) <= most else f"{text[:most]}…"
+    return "".join(letter if letter.isprintable() else ascii(letter)[1:-1] for letter in displayed)
 
 
 def _flat(tree: Any) -> Any:
@@ -223,10 +223,10 @@ def _flat(tree: Any) -> Any:
     if isinstance(tree, dict):
         return {key: _flat(value) for key, value in tree.items()}
     if isinstance(tree, list):
-        rest = len(tree) - _MOST_SHOWN
+        rest = len(tree) - _MOST_DISPLAYED
         if len(tree) > 12 and all(isinstance(value, int | float) for value in tree):
             return ", ".join(f"{value:.6g}" for value in tree)
-        return [_flat(value) for value in tree[:_MOST_SHOWN]] + ([f"… and {rest} more"] if rest > 0 else [])
+        return [_flat(value) for value in tree[:_MOST_DISPLAYED]] + ([f"… and {rest} more"] if rest > 0 else [])
     return tree
 
 

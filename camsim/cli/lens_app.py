@@ -47,5 +47,5 @@ def import_lens(
     write_whole(output, traced.text.encode("utf-8"))
     for note in traced.notes:
         print(f"{output}: note: {note}")
-    print(f"{output}: {traced.told}")
+    print(f"{output}: {traced.stated}")
     print(f"{output}: lens: {{kind: field, file: {Path(output).name}}} takes it")

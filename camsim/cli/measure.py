@@ -44,7 +44,7 @@ def measure(request: MtfRequest) -> None:
     rois = tuple(Roi.parse(text) for text in request.rois)
     unit = _unit(request.unit)
     _check_outputs(request)
-    with Bar(shown=True, compiles=False) as bar:
+    with Bar(displayed=True, compiles=False) as bar:
         measured = [_measured(file, rois, request, bar) for file in request.files]
     series = mtf_series([report for report, _, _ in measured], by=request.by)
     _check_unit(series.reports, unit, request.unit)
@@ -57,8 +57,8 @@ def measure(request: MtfRequest) -> None:
 
             write_whole(request.map, draw_map(series.reports[0], request.map, unit))
     without = {report.file: why_not for report, _, why_not in measured if why_not}
-    told = series if len(series.reports) > 1 else series.reports[0]
-    request.outputs.tell(told, lambda _: print_series(series, unit, without))
+    stated = series if len(series.reports) > 1 else series.reports[0]
+    request.outputs.tell(stated, lambda _: print_series(series, unit, without))
 
 
 def _draw(series: MtfSeries, unit: Unit, stages: Sequence[str], file: str) -> bytes:
@@ -124,10 +124,10 @@ def _theory(picture: Picture) -> tuple[CameraOtf | None, str]:
     """Return the transfer function that the file's own description gives, or why there is none."""
     if picture.description is None:
         return None, "the file does not say what it was taken with"
-    from camsim.config.from_record import revive_capture
+    from camsim.config.from_record import capture_from_record
     from camsim.measure import CameraOtf
 
     try:
-        return CameraOtf.of(revive_capture(picture.description)), ""
+        return CameraOtf.of(capture_from_record(picture.description)), ""
     except CamsimError as error:
         return None, f"what the file says of its stages cannot be used ({error})"

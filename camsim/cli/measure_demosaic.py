@@ -180,7 +180,7 @@ def _subject(file: str, request: DemosaicRequest) -> Subject:
     """Return the truth that a file holds or tells: electrons of ours, a capture of ours taken again, or any picture."""
     import numpy as np
 
-    from camsim.config.from_record import revive_capture
+    from camsim.config.from_record import capture_from_record
     from camsim.measure.demosaic import subject_of_picture
     from camsim.measure.demosaic.subject import subject_of_capture
     from camsim.measure.filters import filter_rows
@@ -193,7 +193,7 @@ def _subject(file: str, request: DemosaicRequest) -> Subject:
     for option, given in (("--cfa", request.cfa), ("--white", request.white)):
         if given is not None:
             raise InvalidValueError(f"{file} says it itself; leave it out", key=option)
-    capture: Capture = replace(revive_capture(picture.description), scene_name=file)
+    capture: Capture = replace(capture_from_record(picture.description), scene_name=file)
     channels = capture.camera.cfa.channels
     planes = {plane.name: plane.samples for plane in picture.planes}
     whole = all(plane.step == (1, 1) for plane in picture.planes) and set(planes) == set(channels)

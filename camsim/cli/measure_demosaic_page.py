@@ -38,7 +38,7 @@ _DECIMALS = dict(enumerate((2, 2, 2, 2, 2, 4, 4, 2, 2, 4, 2, 2, 2), start=1))
 
 
 @dataclass(frozen=True, slots=True)
-class _Shown:
+class _Displayed:
     name: str
     picture: bytes
     error: bytes | None
@@ -48,7 +48,7 @@ class _Shown:
 class _Gallery:
     subject: Subject
     window: tuple[slice, slice]
-    shown: list[_Shown]
+    displayed: list[_Displayed]
 
 
 @dataclass(slots=True)
@@ -61,7 +61,7 @@ class Page:
         """Begin a subject with its truth."""
         rows, cols = (slice(max(0, (n - LARGEST) // 2), (n - min(n, LARGEST)) // 2 + LARGEST) for n in subject.shape)
         truth = plain(_bytes(developed(subject.truth[rows, cols], subject.to_xyz)))
-        self.galleries.append(_Gallery(subject, (rows, cols), [_Shown("truth", truth, None)]))
+        self.galleries.append(_Gallery(subject, (rows, cols), [_Displayed("truth", truth, None)]))
 
     def keep(self, verdict: Verdict, image: F32) -> None:
         """Keep a result's picture and error map."""
@@ -69,7 +69,7 @@ class Page:
         subject, window = here.subject, here.window
         picture = plain(_bytes(developed(np.ascontiguousarray(image[window]), subject.to_xyz)))
         heat = np.clip(delta_e_map(image, subject)[window] / WORST_DELTA_E, 0.0, 1.0)
-        here.shown.append(_Shown(verdict.method, picture, plain(_heat(heat))))
+        here.displayed.append(_Displayed(verdict.method, picture, plain(_heat(heat))))
 
     def html(self, rankings: Sequence[Ranking]) -> str:
         """Return the page."""
@@ -119,23 +119,23 @@ def _table(ranking: Ranking) -> str:
 
 
 def _faults(ranking: Ranking) -> str:
-    told = [f"{v.method}: {fault.name}: {fault.sentence}" for v in ranking.verdicts for fault in v.faults]
-    return bullets([*told, *(f"left out: {sentence}" for sentence in ranking.left_out)])
+    stated = [f"{v.method}: {fault.name}: {fault.sentence}" for v in ranking.verdicts for fault in v.faults]
+    return bullets([*stated, *(f"left out: {sentence}" for sentence in ranking.left_out)])
 
 
 def _viewer(number: int, ranking: Ranking, gallery: _Gallery) -> str:
     order = {verdict.method: rank for rank, verdict in enumerate(ranking.verdicts, start=1)}
-    shown = sorted(gallery.shown, key=lambda each: order.get(each.name, 0))
+    displayed = sorted(gallery.displayed, key=lambda each: order.get(each.name, 0))
     best = {verdict.method: verdict for verdict in ranking.verdicts}
     panels = [
         {
             "name": each.name,
             "told": f"{order[each.name]}. {each.name}" if each.name in order else each.name,
-            "cpsnr": _told(best[each.name]) if each.name in best else "",
+            "cpsnr": _stated(best[each.name]) if each.name in best else "",
             "picture": _url(each.picture),
             "error": _url(each.error) if each.error is not None else None,
         }
-        for each in shown
+        for each in displayed
     ]
     rows, cols = gallery.window
     data = {"row": rows.start, "col": cols.start, "panels": panels}
@@ -154,7 +154,7 @@ def _viewer(number: int, ranking: Ranking, gallery: _Gallery) -> str:
     )
 
 
-def _told(verdict: Verdict) -> str:
+def _stated(verdict: Verdict) -> str:
     return "identical" if verdict.identical else f"{verdict.cpsnr_db:.2f} dB, ΔE2000 {verdict.delta_e_mean:.2f}"
 
 

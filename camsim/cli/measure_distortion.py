@@ -33,7 +33,7 @@ def measure(file: str, cfa: str | None, outputs: Outputs) -> None:
     if picture.description is None:
         _measure_grid(picture, outputs)
         return
-    with Bar(shown=True, compiles=False) as bar:
+    with Bar(displayed=True, compiles=False) as bar:
         report = measure_distortion(picture, capture_of(picture, file), progress=bar.update)
     rows = [[getattr(mark, name) for name in _COLUMNS] for channel in report.channels for mark in channel.marks]
     outputs.write(_COLUMNS, rows, functools.partial(_draw, report))
@@ -44,7 +44,7 @@ def _measure_grid(picture: Picture, outputs: Outputs) -> None:
     """Measure the dots of anybody's picture."""
     from camsim.measure.distortion import measure_grid
 
-    with Bar(shown=True, compiles=False) as bar:
+    with Bar(displayed=True, compiles=False) as bar:
         report = measure_grid(picture, progress=bar.update)
     columns = _COLUMNS[:6]
     rows = [[getattr(dot, name) for name in columns] for channel in report.channels for dot in channel.dots]
@@ -62,8 +62,8 @@ def _print_grid(report: GridReport) -> None:
     rows = []
     for channel in report.channels:
         lateral = (channel.lateral_rms_pixel, channel.lateral_largest_pixel)
-        told = ("reference" if value is None else f"{value:.4f}" for value in lateral)
-        rows.append((channel.channel, str(len(channel.dots)), *told))
+        stated = ("reference" if value is None else f"{value:.4f}" for value in lateral)
+        rows.append((channel.channel, str(len(channel.dots)), *stated))
     print_table(f"{report.file}: dot grid, projection and radial polynomial", ("channel", "dots", *_HEADS[9:11]), rows)
     k1, k2 = with_error(report.k1, report.k1_error), with_error(report.k2, report.k2_error)
     largest = with_error(100.0 * report.largest_distortion, 100.0 * report.largest_distortion_error)
@@ -90,8 +90,8 @@ def _with_errors(found: ChannelDistortion) -> tuple[str, ...]:
     """Return the polynomial's figures with as many digits as their standard errors leave them."""
     error = found.standard_error
     names = ("shift_x_pixel", "shift_y_pixel", "scale", "k1", "k2")
-    told = (with_error(getattr(found, name), getattr(error, name)) for name in names)
-    return *told, f"{with_error(100.0 * found.largest_distortion, 100.0 * error.largest_distortion)} %"
+    stated = (with_error(getattr(found, name), getattr(error, name)) for name in names)
+    return *stated, f"{with_error(100.0 * found.largest_distortion, 100.0 * error.largest_distortion)} %"
 
 
 def _figures(found: Displacement) -> tuple[str, ...]:

@@ -28,12 +28,12 @@ def curves_of(series: MtfSeries) -> tuple[Sequence[str], Sequence[Sequence[objec
             roi = edge.roi
             place = report.place(edge)
             where = number, edge.channel, roi.row, roi.col, roi.rows, roi.cols, f"{edge.figures.angle_deg:.6g}"
-            own = report.file, "" if value is None else value, *where, place.direction, f"{place.radius_pixel:.6g}"
+            one = report.file, "" if value is None else value, *where, place.direction, f"{place.radius_pixel:.6g}"
             for k, f in enumerate(edge.frequency_cycles_per_pixel.tolist()):
                 units = report.full_frame.in_units(f).values()
                 theory = "" if edge.theory is None else f"{edge.theory.mtf[k]:.8g}"
                 each = ("" if math.isnan(unit) else f"{unit:.6g}" for unit in units)
-                rows.append((*own, *each, f"{edge.mtf[k]:.8g}", f"{edge.mtf_error[k]:.3g}", theory))
+                rows.append((*one, *each, f"{edge.mtf[k]:.8g}", f"{edge.mtf_error[k]:.3g}", theory))
     heads = ("file", series.by or "name", *_HEADS, "direction", "radius_pixel", *_FREQUENCIES)
     return (*heads, "mtf", "mtf_error", "theory_mtf"), rows
 
@@ -55,10 +55,10 @@ def print_series(series: MtfSeries, unit: Unit, why_not: Mapping[str, str]) -> N
     alike = len(set(nyquists)) == 1
     if alike:
         print(nyquists[0])
-    for report, told in zip(series.reports, nyquists, strict=True):
+    for report, stated in zip(series.reports, nyquists, strict=True):
         before = f"{report.file}: " if several else ""
         if not alike:
-            print(before + told)
+            print(before + stated)
         _print_rest(report, before, why_not.get(report.file, ""))
 
 
@@ -102,11 +102,11 @@ def _row(report: MtfReport, edge: EdgeMtf, unit: Unit) -> tuple[str, ...]:
 
 def _nyquist(report: MtfReport) -> str:
     """Say the Nyquist frequencies, and whose they are."""
-    told = "; ".join(
+    stated = "; ".join(
         f"{'of the sensor' if name == 'sensor' else f'of {name}'} {_in_words(each)}"
         for name, each in report.nyquist().items()
     )
-    return f"Nyquist frequency {told}; picture height {report.full_frame.rows} px"
+    return f"Nyquist frequency {stated}; picture height {report.full_frame.rows} px"
 
 
 def _print_rest(report: MtfReport, before: str, why_not: str) -> None:
@@ -114,8 +114,8 @@ def _print_rest(report: MtfReport, before: str, why_not: str) -> None:
         print(f"{before}theory: none, {why_not}")
     if report.edges[0].tail:
         beyond = [edge.tail_fraction for edge in report.edges]
-        told = percent_range(min(beyond), max(beyond))
-        print(f"{before}line spread beyond the regions, added by a fit of 1/x²: {told}")
+        stated = percent_range(min(beyond), max(beyond))
+        print(f"{before}line spread beyond the regions, added by a fit of 1/x²: {stated}")
     else:
         print(f"{before}line spread beyond the regions left out (plain ISO 12233)")
     for edge in report.edges:
@@ -128,8 +128,8 @@ def _print_rest(report: MtfReport, before: str, why_not: str) -> None:
 
 
 def _in_words(units: Mapping[str, float]) -> str:
-    shown = zip(_SHORT.values(), units.values(), strict=True)
-    return " = ".join(f"{value:.4g} {name}" for name, value in shown if math.isfinite(value))
+    displayed = zip(_SHORT.values(), units.values(), strict=True)
+    return " = ".join(f"{value:.4g} {name}" for name, value in displayed if math.isfinite(value))
 
 
 def _number(value: float) -> str:

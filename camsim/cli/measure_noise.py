@@ -161,10 +161,10 @@ def _apart(texts: Sequence[str]) -> tuple[list[str], dict[str, Any]]:
 def _print(report: NoiseReport) -> None:
     from camsim.measure.noise.result import UNITS
 
-    told = any(channel.expected for channel in report.channels)
+    stated = any(channel.expected for channel in report.channels)
     heads = ["figure", "unit"]
     for channel in report.channels:
-        heads += [channel.channel, *(["profile"] if told else [])]
+        heads += [channel.channel, *(["profile"] if stated else [])]
     rows: list[list[str]] = []
     reasons: dict[str, tuple[dict[str, None], dict[str, None]]] = {}  # the figures and the channels of each
     for name, unit in UNITS.items():
@@ -177,7 +177,7 @@ def _print(report: NoiseReport) -> None:
             if not estimate.measurable:
                 figures, channels = reasons.setdefault(estimate.why_not, ({}, {}))
                 figures[row[0]] = channels[channel.channel] = None
-            if told:
+            if stated:
                 expected = (channel.expected or {}).get(name, math.nan)
                 row.append(f"{expected:.5g}" if math.isfinite(expected) else "")
         rows.append(row)

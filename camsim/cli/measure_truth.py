@@ -43,7 +43,7 @@ def measure(request: TruthRequest) -> None:
     if space is None:
         raise UnknownNameError("space", request.space, SPACES, key="--space")
     truth = truth_in(_capture(request), space)
-    told: dict[str, Any] = {
+    stated: dict[str, Any] = {
         "file": request.output,
         "space": truth.space,
         "unit": truth.unit,
@@ -63,12 +63,12 @@ def measure(request: TruthRequest) -> None:
     }
     write_planes(request.output, truth.image, truth.channels, {"camsim:space": truth.space, "camsim:units": truth.unit})
     if request.as_json:
-        print(json.dumps(told, indent=2, ensure_ascii=False))
+        print(json.dumps(stated, indent=2, ensure_ascii=False))
         return
     rows = [
-        [c["name"], *(f"{c[key]:.6g}" for key in ("diffuser", "mean", "least", "largest"))] for c in told["channels"]
+        [c["name"], *(f"{c[key]:.6g}" for key in ("diffuser", "mean", "least", "largest"))] for c in stated["channels"]
     ]
-    title = f"{request.output}: {told['rows']} × {told['cols']}, {truth.unit}; error {truth.error_estimate:.2g}"
+    title = f"{request.output}: {stated['rows']} × {stated['cols']}, {truth.unit}; error {truth.error_estimate:.2g}"
     print_table(title, ("channel", "perfect diffuser", "mean", "least", "largest"), rows)
 
 
@@ -84,12 +84,12 @@ def _capture(request: TruthRequest) -> Capture:
             sensors=request.sensors,
             products=("truth",),
         )
-    from camsim.config.from_record import revive_capture
+    from camsim.config.from_record import capture_from_record
     from camsim.files.reading import read_file
 
     held = read_file(request.source)
     try:
         held.record.check_size(held.rows, held.cols)
-        return revive_capture(held.description)
+        return capture_from_record(held.description)
     except InputError as error:
         raise InputError(f"cannot take {request.source!r} again: {error}") from None

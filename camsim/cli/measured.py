@@ -18,13 +18,13 @@ if TYPE_CHECKING:
     from camsim.measure import Picture
 
 
-class Told(Protocol):
+class Stated(Protocol):
     """A report that can be said as JSON."""
 
     def as_dict(self) -> dict[str, Any]: ...  # noqa: D102 (above)
 
 
-R = TypeVar("R", bound=Told)
+R = TypeVar("R", bound=Stated)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,10 +80,10 @@ def picture_and_capture(file: str) -> tuple[Picture, Capture]:
 
 def capture_of(picture: Picture, file: str) -> Capture:
     """Return what a file's picture says it was taken of; raises UnsupportedError where it says nothing."""
-    from camsim.config.from_record import revive_capture
+    from camsim.config.from_record import capture_from_record
 
     if picture.description is None:
         raise UnsupportedError(
             "does not say what it was taken of; camsim's own files do (.dng, .tiff, .exr, .png:mosaic)", stage=file
         )
-    return replace(revive_capture(picture.description), scene_name=file)
+    return replace(capture_from_record(picture.description), scene_name=file)

@@ -44,9 +44,9 @@ def draw(series: MtfSeries, file: str, unit: Unit, stages: Sequence[str] = ()) -
             _curve(top, below, edge, factor, style)
             if edge.theory is not None:
                 named = f"theory: {' · '.join(stages)}" if stages else "theory"
-                told = None if "theory" in seen else named
+                stated = None if "theory" in seen else named
                 f = factor * edge.frequency_cycles_per_pixel
-                top.plot(f, edge.theory.mtf, color=colour if several else "black", lw=1.0, ls=(0, (2, 2)), label=told)
+                top.plot(f, edge.theory.mtf, color=colour if several else "black", lw=1.0, ls=(0, (2, 2)), label=stated)
                 seen.add("theory")
     _nyquists(series.reports, most, unit, top, below)
     top.set_ylim(0.0, 1.05)
@@ -79,9 +79,9 @@ def _nyquists(reports: Sequence[MtfReport], most: int, unit: Unit, top: Any, bel
     """Draw the Nyquist frequencies of sensors and channels, and say whose each is."""
     whose: dict[float, list[str]] = {}
     for report in reports:
-        factor, shown = report.full_frame.per_unit(unit), {edge.channel for edge in report.edges[:most]}
+        factor, displayed = report.full_frame.per_unit(unit), {edge.channel for edge in report.edges[:most]}
         for name, units in report.nyquist().items():
-            if name == "sensor" or name in shown:
+            if name == "sensor" or name in displayed:
                 at = round(factor * units["cycles_per_pixel"], 9)
                 called = "the sensor" if name == "sensor" else name
                 whose.setdefault(at, [])

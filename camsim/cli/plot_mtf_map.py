@@ -33,13 +33,13 @@ def draw_map(report: MtfReport, file: str, unit: Unit) -> bytes:
             theory = edge.theory.mtf50_cycles_per_pixel if edge.theory is not None else np.nan
             points = (place.x_pixel, place.y_pixel, place.radius_pixel, half, frame.per_unit(unit) * theory)
             found[edge.channel, place.direction].append((*points, edge.normal_deg))
-    shown = {key: np.array(points) for key, points in found.items() if points}
-    if not shown:
+    displayed = {key: np.array(points) for key, points in found.items() if points}
+    if not displayed:
         raise UnsupportedError(
             "no edge lies along the radius or across it, and a map shows those; camsim's chart lens-grid has many",
             stage=report.file,
         )
-    every = np.concatenate([points[:, 3] for points in shown.values()])
+    every = np.concatenate([points[:, 3] for points in displayed.values()])
     limits = {"vmin": float(every.min()), "vmax": float(every.max())}
     half_size = _half_size(report)
     figure = new_figure(10.0, 3.4 * len(channels) + 2.4)
@@ -47,14 +47,14 @@ def draw_map(report: MtfReport, file: str, unit: Unit) -> bytes:
     mark: Any = None
     for channel, axes_of_channel in zip(channels, rows[:-1], strict=True):
         for axes, direction in zip(axes_of_channel, _DIRECTIONS, strict=True):
-            drawn = shown.get((channel, direction))
+            drawn = displayed.get((channel, direction))
             if drawn is not None:
                 mark = _map(axes, drawn, limits)
             axes.set(xlim=(-half_size[0], half_size[0]), ylim=(half_size[1], -half_size[1]), aspect="equal")
             axes.plot([0], [0], "+", color="grey")
             axes.set_title(f"{channel}, {direction}: {0 if drawn is None else len(drawn)} edges", fontsize=9)
     figure.colorbar(mark, ax=rows[:-1].ravel().tolist(), label=f"MTF50, {UNITS[unit]}", shrink=0.8)
-    _course(rows[-1], shown, f"MTF50, {unit}")
+    _course(rows[-1], displayed, f"MTF50, {unit}")
     figure.suptitle(f"{report.file}: MTF50 over the frame, pixels from the optical axis")
     return bytes_of(figure, file)
 
@@ -78,15 +78,15 @@ def _map(axes: Any, points: Any, limits: dict[str, float]) -> Any:
     return axes.scatter(x, y, c=half, s=28, edgecolor="black", lw=0.4, **limits)
 
 
-def _course(row: Any, shown: dict[tuple[str, str], Any], label: str) -> None:
+def _course(row: Any, displayed: dict[tuple[str, str], Any], label: str) -> None:
     for axes, direction in zip(row, _DIRECTIONS, strict=True):
-        for (channel, own), points in shown.items():
-            if own == direction:
+        for (channel, one), points in displayed.items():
+            if one == direction:
                 order = np.argsort(points[:, 2])
                 colour = colour_of_channel(channel)
                 axes.plot(points[order, 2], points[order, 3], "o", ms=4, color=colour, label=channel)
                 axes.plot(points[order, 2], points[order, 4], "--", marker="_", lw=1.0, color=colour)
         axes.set(xlabel="pixels from the optical axis; dashed: theory", ylabel=label, title=direction)
         axes.grid(alpha=0.3)
-        if any(own == direction for _, own in shown):
+        if any(one == direction for _, one in displayed):
             axes.legend(fontsize=7)

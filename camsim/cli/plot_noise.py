@@ -27,8 +27,8 @@ def draw(report: NoiseReport, file: str) -> bytes:
         signal, gain = channel.signal_dn, channel.transfer.gain_dn_per_e
         points = {"marker": marker, "ls": "", "ms": 5, "color": colour, "mfc": "none"}
         seen = (signal > 0.0) & (channel.variance_dn2 > 0.0)
-        told = f"{name}, {gain.value:.3g} DN/e⁻" if gain.measurable else name
-        transfer.loglog(signal[seen], channel.variance_dn2[seen], **points, label=told)
+        stated = f"{name}, {gain.value:.3g} DN/e⁻" if gain.measurable else name
+        transfer.loglog(signal[seen], channel.variance_dn2[seen], **points, label=stated)
         if gain.measurable and seen.any():
             full = channel.saturation_e
             line = np.array([0.3 * signal[seen].min(), 1.5 * signal[seen].max()])

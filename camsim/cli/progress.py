@@ -25,14 +25,14 @@ class Bar:
     compiles : False for work that needs few of them or none
     """
 
-    def __init__(self, *, shown: bool, compiles: bool = True) -> None:
-        self._shown, self._compiles = shown, compiles
-        self._wanted = shown and sys.stderr.isatty()
+    def __init__(self, *, displayed: bool, compiles: bool = True) -> None:
+        self._displayed, self._compiles = displayed, compiles
+        self._wanted = displayed and sys.stderr.isatty()
         self._began = time.perf_counter()
         self._bar: tuple[Progress, TaskID] | None = None
         self._fraction, self._compiled = 0.0, 0
         self._listening = ExitStack()
-        self._stage, self._stage_began, self._said = "", self._began, self._began
+        self._stage, self._stage_began, self._statement = "", self._began, self._began
 
     def __enter__(self) -> Bar:
         if self._wanted:
@@ -49,7 +49,7 @@ class Bar:
         from camsim.rendering import compile_kernels, kernels_compiled
 
         if not kernels_compiled():
-            if self._shown:
+            if self._displayed:
                 print("camsim: compiling its kernels, once on this machine (about 20 s)", file=sys.stderr)
             compile_kernels()
 
@@ -67,7 +67,7 @@ class Bar:
     def update(self, stage: str, fraction: float) -> None:
         """Say which stage is at work and which fraction of it is done."""
         if not self._wanted:
-            if self._shown:
+            if self._displayed:
                 self._say_in_a_line(stage, fraction)
             return
         self._fraction = fraction
@@ -81,10 +81,10 @@ class Bar:
     def _say_in_a_line(self, stage: str, fraction: float) -> None:
         now = time.perf_counter()
         if stage != self._stage:
-            self._stage, self._stage_began, self._said = stage, now, now
-        if now - self._said < _LINE_EVERY_S:
+            self._stage, self._stage_began, self._statement = stage, now, now
+        if now - self._statement < _LINE_EVERY_S:
             return
-        self._said = now
+        self._statement = now
         left = ""
         if 0.0 < fraction < 1.0:
             left = f", about {duration((now - self._stage_began) * (1.0 / fraction - 1.0))} left"

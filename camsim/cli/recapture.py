@@ -39,7 +39,7 @@ def recapture(file: str, texts: Sequence[str], *, force: bool, quiet: bool) -> N
     from camsim.files import save
 
     gc.enable()
-    with Bar(shown=not quiet) as bar, together():
+    with Bar(displayed=not quiet) as bar, together():
         how = {"allow_odd_cfa": True, "compress": held.compressed}
         row_by_row = come_row_by_row(outputs) and not held.has_truth
         frame = _written_row_by_row(held, outputs, bar, **how) if row_by_row else _frame_of(held, outputs, bar)
@@ -79,10 +79,10 @@ def _written_row_by_row(held: Held, outputs: Sequence[Output], bar: Bar, **how: 
 
 def _capture_of(held: Held) -> Capture | Shot:
     """Return the capture that a file describes; it must give an image of the file's size."""
-    from camsim.config.from_record import revive_shot
+    from camsim.config.from_record import shot_from_record
 
     held.record.check_size(held.rows, held.cols)
-    return revive_shot(held.description, held.path.parent)
+    return shot_from_record(held.description, held.path.parent)
 
 
 def _refuse_what_does_not_fit(capture: Capture | Shot, products: Products, *, held: bool) -> None:

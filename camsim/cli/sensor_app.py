@@ -51,9 +51,9 @@ def import_sensor(
         parts["filters"] = ""
     made = written(output, base, parts)
     ends = [nm for curve in found.curves.values() for nm in (curve.wavelength_nm[0], curve.wavelength_nm[-1])]
-    told = f"{', '.join(found.curves)} per {found.per} from {min(ends):g} to {max(ends):g} nm"
+    stated = f"{', '.join(found.curves)} per {found.per} from {min(ends):g} to {max(ends):g} nm"
     scale = (
         "absolute" if found.absolute else f"relative, {base.peak:g} electrons per photon at the highest, of {sensor}"
     )
-    print(f"{output}: {found.name}: {told}; {scale}")
+    print(f"{output}: {found.name}: {stated}; {scale}")
     print(f"{output}: all else is of {made.rows} × {made.cols} photosites, {sensor}")

@@ -11,7 +11,7 @@ from camsim.config import library, yaml_source
 from camsim.config.library import Located
 from camsim.config.sensor_search import SensorSearch
 from camsim.optics.protocols import KnowsSplits
-from camsim.sensor.companding import told_points
+from camsim.sensor.companding import stated_points
 
 if TYPE_CHECKING:
     from camsim.camera.body import Body
@@ -41,7 +41,7 @@ def text_of(name: str, sensors: Sequence[str] = ()) -> str:
     """Return the file of a sensor, scene or lens, then what follows from it, as comments: still valid YAML."""
     search = SensorSearch.of(sensors, Path())
     kind, located = search.locate_any(name)
-    document = yaml_source.read(located.path, located.shown)
+    document = yaml_source.read(located.path, located.displayed)
     said = document.tree.get("camsim") if isinstance(document.tree, dict) else None
     named: dict[str, library.Kind] = {"sensor": "sensor", "scene": "scene", "lens": "lens"}
     if isinstance(said, str):
@@ -53,7 +53,7 @@ def text_of(name: str, sensors: Sequence[str] = ()) -> str:
     text = located.path.read_text(encoding="utf-8").rstrip("\n")
     width = max(len(label) for label, _ in rows)
     figures = "\n".join(f"#   {label:<{width}}  {value}" for label, value in rows)
-    return f"# {located.shown}\n{text}\n\n# What follows from it:\n{figures}"
+    return f"# {located.displayed}\n{text}\n\n# What follows from it:\n{figures}"
 
 
 def _sensors(search: SensorSearch) -> Iterator[str]:
@@ -61,7 +61,7 @@ def _sensors(search: SensorSearch) -> Iterator[str]:
     width = max(map(len, found))
     for name, located in sorted(found.items()):
         words = _first_comment(located.path.read_text(encoding="utf-8", errors="replace"))
-        place = "shipped" if located.path == library.shipped("sensor").get(name) else located.shown
+        place = "shipped" if located.path == library.shipped("sensor").get(name) else located.displayed
         yield f"{name:<{width}}  {words}{' ' if words else ''}({place})"
 
 
@@ -107,7 +107,7 @@ def _figures_of_sensor(located: Located) -> list[Row]:
         rows.append(("OLPF null", _olpf_null(camera.olpf, pitch_um)))
     rows += [
         ("white level", f"{adc.white_level_dn(adc.base_iso, well_e)} DN at ISO {adc.base_iso:g}"),
-        *((("codes", f"companded: {told_points(tuple(adc.companding))}"),) if adc.companding else ()),
+        *((("codes", f"companded: {stated_points(tuple(adc.companding))}"),) if adc.companding else ()),
         ("saturation", f"{saturation_e:.0f} e⁻ at ISO {adc.base_iso:g}"),
         ("SNR maximum", _snr_maximum(camera, saturation_e, dark_e)),
         *_saturation_exposures(camera, saturation_e),
@@ -134,8 +134,8 @@ def _figures_of_lens(located: Located) -> list[Row]:
     ]
     if lens.turns:
         rows.append(("image circle", f"{2e-3 * lens.height_um[-1]:.4g} mm"))
-        shown = [lens.height_um[k] for k in (0, len(lens.height_um) // 2, -1)]
-        waves = ", ".join(f"{lens.at(h, 0.0).waves_rms(middle_nm):.3g} at {1e-3 * h:.3g} mm" for h in shown)
+        displayed = [lens.height_um[k] for k in (0, len(lens.height_um) // 2, -1)]
+        waves = ", ".join(f"{lens.at(h, 0.0).waves_rms(middle_nm):.3g} at {1e-3 * h:.3g} mm" for h in displayed)
         rows.append(("wavefront", f"waves rms at {middle_nm:g} nm, tilt apart: {waves}"))
     return rows
 
@@ -177,11 +177,11 @@ def _saturation_exposures(camera: Body, saturation_e: float) -> list[Row]:
 
     light = Light("D55", illuminance_lux=1.0, at="sensor")
     per_lux_s = camera.diffuser_electrons(light, 1.0)
-    shown = [
+    displayed = [
         f"{channel} {saturation_e / electrons:.3g}" if electrons > 0.0 else f"{channel} never"
         for channel, electrons in zip(camera.cfa.channels, per_lux_s, strict=True)
     ]
-    return [("lux·s to white", f"{', '.join(shown)}, of D55 on the sensor")]
+    return [("lux·s to white", f"{', '.join(displayed)}, of D55 on the sensor")]
 
 
 def _figures_of_scene(located: Located, search: SensorSearch) -> list[Row]:

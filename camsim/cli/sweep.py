@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from camsim.study import Forecast
 
 _MOST, _MOST_NOTES = 20, 5
-_NOT_SHOWN = ("index", "frame", "seed", "frame_number", "bytes", "rows", "cols")
+_NOT_DISPLAYED = ("index", "frame", "seed", "frame_number", "bytes", "rows", "cols")
 
 
 def sweep(
@@ -62,7 +62,7 @@ def sweep(
         return
     if output is None:
         raise InvalidValueError("missing; name a folder, or look with --dry-run", key="-o")
-    with Bar(shown=not quiet) as bar:
+    with Bar(displayed=not quiet) as bar:
         done = carry_out(study, output, workers=workers, scheduler=scheduler, progress=bar.update)
     summary = {
         "captures": done.taken + done.found + done.failed,
@@ -95,7 +95,7 @@ def _say_columns(rows: Sequence[Mapping[str, Any]]) -> None:
     from rich.table import Table
 
     table = Table("column", "least", "median", "most", box=None)
-    for name in dict.fromkeys(key for row in rows for key in row if key not in _NOT_SHOWN):
+    for name in dict.fromkeys(key for row in rows for key in row if key not in _NOT_DISPLAYED):
         values = [row.get(name) for row in rows]
         numbers = sorted(v for v in values if isinstance(v, int | float) and not isinstance(v, bool))
         if numbers and numbers[0] < numbers[-1]:
@@ -121,9 +121,9 @@ def say_failures(rows: Sequence[Mapping[str, Any]]) -> None:
     """Say what failed and why, and end with 1."""
     failures = [row for row in rows if row["status"] != "done"]
     if failures:
-        shown = [f"capture {row['index']}: {row['message']}" for row in failures[:_MOST]]
+        displayed = [f"capture {row['index']}: {row['message']}" for row in failures[:_MOST]]
         more = [f"… and {len(failures) - _MOST} more"] if len(failures) > _MOST else []
-        typer.echo("\n".join((*shown, *more)), err=True)
+        typer.echo("\n".join((*displayed, *more)), err=True)
         raise typer.Exit(1)
 
 
@@ -131,7 +131,7 @@ def say_forecast(look: Callable[..., Forecast], study: str, output: str | None, 
     """Print what would be taken, and what is there."""
     from camsim.cli.progress import Bar
 
-    with Bar(shown=not quiet) as bar:
+    with Bar(displayed=not quiet) as bar:
         expected = look(study, bar.update, folder=output)
     say_figures(dataclasses.asdict(expected), as_json=as_json, quiet=quiet, title="would take")
     if not (quiet or as_json):
@@ -149,11 +149,11 @@ def say_figures(figures: Mapping[str, float], *, as_json: bool, quiet: bool, tit
         print(title)
         table = Table(show_header=False, box=None)
         for name, value in figures.items():
-            table.add_row(*_shown(name, value))
+            table.add_row(*_displayed(name, value))
         Console().print(table)
 
 
-def _shown(name: str, value: float) -> tuple[str, str]:
+def _displayed(name: str, value: float) -> tuple[str, str]:
     from camsim.core.memory import readable
     from camsim.core.words import duration
 

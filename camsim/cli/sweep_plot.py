@@ -53,7 +53,7 @@ def draw_columns(rows: Sequence[dict[str, Any]], x: str, y: str, file: Path, *, 
             line.set_label(label or "median")
         pairs = [(place, value) for place in places for value in at[place]]
         axes.plot(*zip(*pairs, strict=True), "o", ms=4, alpha=0.5, color=line.get_color())
-    if len(groups) <= _MOST_NAMED and (others or any(len(own) > 1 for at in groups.values() for own in at.values())):
+    if len(groups) <= _MOST_NAMED and (others or any(len(one) > 1 for at in groups.values() for one in at.values())):
         axes.legend(fontsize="small")
     axes.set_xlabel(_with_unit(x))
     axes.set_ylabel(_with_unit(y))
@@ -85,5 +85,5 @@ def _word(value: Any) -> str:
     if value is None:
         return "none"
     if isinstance(value, dict):
-        return " ".join(_word(own) for own in value.values())
+        return " ".join(_word(one) for one in value.values())
     return f"{value:g}" if _is_number(value) else str(value)

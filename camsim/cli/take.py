@@ -81,7 +81,7 @@ def take(request: Request) -> None:
     ready_s = time.perf_counter()
     # Of all frames: a frame's report has its own.
     seconds = defaultdict[str, float](float, {"set up": ready_s - request.began_s})
-    with Bar(shown=not request.quiet) as bar, together():
+    with Bar(displayed=not request.quiet) as bar, together():
         if held:
             frames = ready.frames(request.frames, products=products, progress=bar.update)
         else:
@@ -90,8 +90,8 @@ def take(request: Request) -> None:
             began_s = time.perf_counter()
             of_frame = outputs[number * len(texts) : (number + 1) * len(texts)]
             _write(frame, [output for output in of_frame if held or output.product == "spectral"], bar, request)
-            for name, own_s in frame.report.seconds.items():
-                seconds[name] += own_s
+            for name, its_s in frame.report.seconds.items():
+                seconds[name] += its_s
             seconds["write"] += time.perf_counter() - began_s
     done_s = time.perf_counter()
     total_s = done_s - request.began_s
@@ -130,7 +130,7 @@ def take_pairs(request: Request) -> None:
     folder = check_folder(request.pairs, force=request.force)
     gc.freeze()
     gc.enable()
-    with Bar(shown=not request.quiet) as bar, made_together(folder):
+    with Bar(displayed=not request.quiet) as bar, made_together(folder):
         write_pairs(ready, pairs, folder, compress=request.compress, quiet=request.quiet, progress=bar.update)
 
 

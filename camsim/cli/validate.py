@@ -64,7 +64,7 @@ def draw_scene(
 def _validated(file: str, search: SensorSearch, overrides: Sequence[str] = ()) -> tuple[str, Sequence[str]]:
     """Return what a file is, and what is worth a sentence in it."""
     _, located = search.locate_any(file)
-    tree = yaml_source.read(located.path, located.shown).tree
+    tree = yaml_source.read(located.path, located.displayed).tree
     said = tree.get("camsim") if isinstance(tree, dict) else None
     if isinstance(said, str) and said.startswith("sensor/"):
         # A sensor is whole without a lens; any will do to build the camera.

@@ -11,9 +11,9 @@ from camsim.camera.window import Region
 from camsim.config import build_optics, build_picture, schema
 from camsim.config.build_sensor import filters_at
 from camsim.config.build_shapes import shape_at, spectrum_at
-from camsim.config.judged import Judged
 from camsim.config.lengths import SceneDocument
 from camsim.config.tree import KeyPath
+from camsim.config.validated import Validated
 from camsim.optics import Lens
 from camsim.scene import Picture, Scene, Shape
 from camsim.sensor.exposure import Exposure
@@ -85,8 +85,8 @@ def light(scene: SceneDocument) -> Light | None:
     if table is None or any(schema.Light.contradictions(scene.value(("light",)))):
         return None
     curve: Curve | None = None
-    if (own := table.table) is not None:
-        curve = scene.build(("light", "table"), lambda: Curve(tuple(own.wavelength_nm), tuple(own.values)))
+    if (one := table.table) is not None:
+        curve = scene.build(("light", "table"), lambda: Curve(tuple(one.wavelength_nm), tuple(one.values)))
         if curve is None:
             return None
     return scene.build(
@@ -118,7 +118,7 @@ def exposure(scene: SceneDocument) -> Exposure | None:
     )
 
 
-def region(scene: Judged[Any], frame: schema.SensorFrame | None) -> Region | None:
+def region(scene: Validated[Any], frame: schema.SensorFrame | None) -> Region | None:
     """Make the window of a scene file; it must lie inside the sensor's frame (when that is known)."""
     table = scene.part(("region",), schema.Region) if scene.value(("region",)) is not None else None
     if table is None:

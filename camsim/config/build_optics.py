@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from camsim.config import library, schema
-from camsim.config.judged import Judged
 from camsim.config.lens_files import locate_lens, read_lens_file
 from camsim.config.tree import KeyPath
+from camsim.config.validated import Validated
 from camsim.core.errors import InvalidValueError
 from camsim.optics import (
     Airy,
@@ -37,7 +37,7 @@ from camsim.optics import (
 from camsim.spectra.curve import Spectrum
 
 
-def lens(scene: Judged[schema.SceneFile], table: schema.MountTable, transmission: Spectrum) -> Lens | None:
+def lens(scene: Validated[schema.SceneFile], table: schema.MountTable, transmission: Spectrum) -> Lens | None:
     """Make the lens at ``lens`` of a scene; None when it is wrong (the document has the faults)."""
     path: KeyPath = ("lens",)
     if any(type(table).contradictions(scene.value(path))):
@@ -135,7 +135,7 @@ def _rows(rows: list[list[float]]) -> Any:
     return np.array(rows)
 
 
-def photosite(sensor: Judged[schema.SensorFile]) -> PhotositeShape | None:
+def photosite(sensor: Validated[schema.SensorFile]) -> PhotositeShape | None:
     """Make the photosite of a sensor; None when it is wrong."""
     model = sensor.model
     if model is None:
@@ -157,7 +157,7 @@ def _photosite(table: schema.Table, pitch_um: float) -> PhotositeShape:
     return SquarePhotosite.from_fill_factor(pitch_um=pitch_um, fill_factor=table.fill_factor)
 
 
-def olpf(sensor: Judged[schema.SensorFile]) -> LowPass | None:
+def olpf(sensor: Validated[schema.SensorFile]) -> LowPass | None:
     """Make the low-pass filter of a sensor; None for none, or when it is wrong."""
     model, path = sensor.model, ("olpf",)
     if model is None or model.olpf is None or any(type(model.olpf).contradictions(sensor.value(path))):

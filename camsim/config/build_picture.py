@@ -5,12 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 from camsim.config import library, schema
-from camsim.config.judged import Judged
 from camsim.config.tree import KeyPath
+from camsim.config.validated import Validated
 from camsim.scene import Picture
 
 
-def picture(scene: Judged[schema.SceneFile], path: KeyPath, unit_um: float) -> Picture | None:
+def picture(scene: Validated[schema.SceneFile], path: KeyPath, unit_um: float) -> Picture | None:
     """Make the picture at a place of a scene; None when it is wrong (the document has the faults)."""
     table = scene.part(path, schema.Picture)
     if table is None:

@@ -9,8 +9,8 @@ from typing import Any, TypeAlias
 
 from camsim.camera.camera import Camera
 from camsim.config import build_optics, schema
-from camsim.config.judged import Judged
 from camsim.config.tree import KeyPath
+from camsim.config.validated import Validated
 from camsim.core.errors import InputError
 from camsim.optics import Lens
 from camsim.sensor.adc import Adc
@@ -20,10 +20,10 @@ from camsim.sensor.quantum_efficiency import QuantumEfficiency
 from camsim.spectra import named
 from camsim.spectra.curve import Curve, Spectrum
 
-SensorDocument: TypeAlias = Judged[schema.SensorFile]
+SensorDocument: TypeAlias = Validated[schema.SensorFile]
 
 
-_JUDGED_TOGETHER = (("charge", "defects"), ("charge", "dark_frames"), ("readout", "dual_gain"))
+_VALIDATED_TOGETHER = (("charge", "defects"), ("charge", "dark_frames"), ("readout", "dual_gain"))
 """Tables and keys that the camera judges by its other parts."""
 
 
@@ -59,7 +59,7 @@ def camera(sensor: SensorDocument, lens: Lens | None) -> Camera | None:
             **charge,
             **readout,
         ),
-        keys={name: (table, name) for table, name in _JUDGED_TOGETHER},
+        keys={name: (table, name) for table, name in _VALIDATED_TOGETHER},
     )
 
 
@@ -82,7 +82,7 @@ def _colour_matrix(sensor: SensorDocument, index: int) -> MeasuredMatrix | None:
     )
 
 
-def filters_at(document: Judged[Any], path: KeyPath) -> tuple[Spectrum, ...] | None:
+def filters_at(document: Validated[Any], path: KeyPath) -> tuple[Spectrum, ...] | None:
     """Make the list of filters at ``path``; None when one of them is wrong."""
     given = document.value(path)
     made = [_filter(document, (*path, index)) for index in range(len(given) if isinstance(given, list) else 0)]
@@ -90,7 +90,7 @@ def filters_at(document: Judged[Any], path: KeyPath) -> tuple[Spectrum, ...] | N
     return whole if len(whole) == len(made) else None
 
 
-def _filter(document: Judged[Any], path: KeyPath) -> Spectrum | None:
+def _filter(document: Validated[Any], path: KeyPath) -> Spectrum | None:
     value = document.value(path)
     if isinstance(value, dict):
         table = document.part(path, schema.FilterCurve)

@@ -11,12 +11,12 @@ from camsim.camera.given_light import GivenLight
 from camsim.camera.sensor import Sensor, usual_exposure
 from camsim.camera.shot import Shot
 from camsim.config import build, library, schema
-from camsim.config.judged import Judged
 from camsim.config.tree import Document
+from camsim.config.validated import Validated
 from camsim.sensor.exposure import Exposure
 from camsim.spectra.light import Light
 
-ShotDocument: TypeAlias = Judged[schema.ShotFile]
+ShotDocument: TypeAlias = Validated[schema.ShotFile]
 
 
 def has_no_lens(document: Document) -> bool:
@@ -55,7 +55,7 @@ def shot(
 
 
 def _image(document: ShotDocument) -> GivenLight | None:
-    table = document.part(("light",), schema.OwnLight)
+    table = document.part(("light",), schema.CustomLight)
     file = document.document.find(("light", "file"))
     if table is None or file is None:
         return None
@@ -64,9 +64,9 @@ def _image(document: ShotDocument) -> GivenLight | None:
         from camsim.files.light_file import read_light
 
         # An override is the user's own word: its path begins where the user stands.
-        own = Path(table.file) if not file.place.line else library.beside(document.document.folder, table.file)
+        one = Path(table.file) if not file.place.line else library.beside(document.document.folder, table.file)
         return read_light(
-            own,
+            one,
             unit=table.unit,
             wavelength_nm=table.wavelength_nm,
             per_photosite=table.per_photosite,
@@ -77,7 +77,7 @@ def _image(document: ShotDocument) -> GivenLight | None:
 
 
 def _light(document: ShotDocument) -> Light | None:
-    table = document.part(("light",), schema.OwnLight)
+    table = document.part(("light",), schema.CustomLight)
     if table is None:
         return None
     return document.build(
@@ -87,7 +87,7 @@ def _light(document: ShotDocument) -> Light | None:
     )
 
 
-def _exposure(table: schema.OwnExposure, sensor: Sensor, image: GivenLight) -> Exposure:
+def _exposure(table: schema.CustomExposure, sensor: Sensor, image: GivenLight) -> Exposure:
     usual = usual_exposure(sensor.adc.base_iso if table.iso is None else table.iso, image.unit, table.time_s)
-    told: dict[str, Any] = {"datetime": table.datetime, "temperature_c": table.temperature_c}
-    return dataclasses.replace(usual, **told)
+    stated: dict[str, Any] = {"datetime": table.datetime, "temperature_c": table.temperature_c}
+    return dataclasses.replace(usual, **stated)

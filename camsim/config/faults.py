@@ -19,7 +19,7 @@ from camsim.core.words import DECIMAL_POINT, either, meant, number_hint, percent
 
 T = TypeVar("T", bound=Table)
 
-_LONGEST_SHOWN = 40
+_LONGEST_DISPLAYED = 40
 _TRUTHS = {"true": ("yes", "on", "y"), "false": ("no", "off", "n", "none")}
 
 
@@ -42,8 +42,8 @@ def judge(document: Document, model: type[T]) -> tuple[T | None, list[Fault]]:
             misspelt = False
             for detail in error.errors(include_url=False, include_context=False, include_input=False):
                 path = _path_of(root, document.root, detail["loc"], detail["type"])
-                judged = path[:-1] if detail["type"] == "extra_forbidden" else path
-                if path not in said and not document.refuses(judged) and not _misspelt(root, document, path):
+                validated = path[:-1] if detail["type"] == "extra_forbidden" else path
+                if path not in said and not document.refuses(validated) and not _misspelt(root, document, path):
                     said.add(path)
                     faults.append(_fault(document, model, path, detail))
                 misspelt |= detail["type"].startswith("union_tag") and _mend_kind(tree, root, document, path)
@@ -240,7 +240,7 @@ def _got(node: Node) -> str:
         return "a table"
     if isinstance(node.content, tuple):
         return f"a list of {len(node.content)}" if node.content else "an empty list"
-    text = node.text if len(node.text) <= _LONGEST_SHOWN else node.text[: _LONGEST_SHOWN - 1] + "…"
+    text = node.text if len(node.text) <= _LONGEST_DISPLAYED else node.text[: _LONGEST_DISPLAYED - 1] + "…"
     return repr(text) if isinstance(node.content, str) else text
 
 

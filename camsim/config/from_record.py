@@ -10,7 +10,7 @@ from typing import Any, cast, get_args
 
 import camsim
 from camsim.camera.capture import Capture
-from camsim.camera.description import OWN_STAGES
+from camsim.camera.description import CUSTOM_STAGES
 from camsim.camera.given_light import GivenLight
 from camsim.camera.shot import Shot
 from camsim.core.errors import CamsimError, InputError
@@ -31,7 +31,7 @@ _PLACED = ("width_um", "centre_um", "rotate_deg", "interpolation")
 """What a picture's description says of its file, and of its place."""
 
 
-def revive(tree: Any, folder: Path | None = None) -> Any:
+def stages_from_record(tree: Any, folder: Path | None = None) -> Any:
     """Return the objects that ``describe`` turned into a tree; lists become tuples.
 
     folder : where pictures are looked for
@@ -43,47 +43,50 @@ def revive(tree: Any, folder: Path | None = None) -> Any:
     SquarePhotosite(side_um=3.66)
     """
     try:
-        return _revived(tree, "description", folder)
+        return _stage_from_record(tree, "description", folder)
     except RecursionError:
         raise InputError("it is nested too deeply", key="description") from None
 
 
-def revive_capture(description: Mapping[str, Any], folder: Path | None = None) -> Capture:
+def capture_from_record(description: Mapping[str, Any], folder: Path | None = None) -> Capture:
     """Return the capture that a description is of; ``folder``: where pictures are looked for."""
     if "image" in description:
         raise InputError("it was exposed to light of someone's own, and there is no scene that says what is right")
     return cast(Capture, _exposure(Capture, description, folder))
 
 
-def revive_shot(description: Mapping[str, Any], folder: Path | None = None) -> Capture | Shot:
+def shot_from_record(description: Mapping[str, Any], folder: Path | None = None) -> Capture | Shot:
     """Return what a description is of, a capture or light on a sensor; ``folder``: where pictures and light may lie."""
     if "image" in description:
         return cast(Shot, _exposure(Shot, description, folder))
-    return revive_capture(description, folder)
+    return capture_from_record(description, folder)
 
 
 def _exposure(exposed: type, description: Mapping[str, Any], folder: Path | None) -> Any:
-    if own := description.get(OWN_STAGES):
-        names = [ascii(name)[1:-1][:40] for name in own if isinstance(name, str)] if isinstance(own, list) else []
+    if one := description.get(CUSTOM_STAGES):
+        names = [ascii(name)[1:-1][:40] for name in one if isinstance(name, str)] if isinstance(one, list) else []
         taken = f"it was taken with {both(names) or 'stages'} of someone's own"
         raise InputError(f"not reproducible by camsim alone: {taken}; take it again in Python, where these are there")
-    parts = revive(description, folder)
+    parts = stages_from_record(description, folder)
     kinds = _parameters(exposed)
     for name, needed in kinds.items():
         if needed and name not in parts:
             raise InputError(f"there is no {name!r}, which a capture needs", key="description")
     if unknown := [name for name in parts if name not in kinds]:
         raise InputError(f"a capture has no {ascii(unknown[0])[:40]}", key="description")
-    return _judged(exposed, parts, "description")
+    return _validated(exposed, parts, "description")
 
 
-def _revived(tree: Any, place: str, folder: Path | None) -> Any:
+def _stage_from_record(tree: Any, place: str, folder: Path | None) -> Any:
     if isinstance(tree, Mapping):
-        parts = {key: _revived(value, f"{place}.{key}", folder) for key, value in tree.items() if key != "kind"}
+        parts = {
+            key: _stage_from_record(value, f"{place}.{key}", folder) for key, value in tree.items() if key != "kind"
+        }
         return _make(tree["kind"], parts, place, folder) if "kind" in tree else parts
     if isinstance(tree, (list, tuple)):
         return tuple(
-            _revived(value, place, folder) if isinstance(value, (Mapping, list, tuple)) else value for value in tree
+            _stage_from_record(value, place, folder) if isinstance(value, (Mapping, list, tuple)) else value
+            for value in tree
         )
     return tree
 
@@ -105,7 +108,7 @@ def _make(kind: Any, parts: Mapping[str, Any], place: str, folder: Path | None) 
         raise InputError(f"{kind} has no {ascii(unknown[0])[:40]}", stage=place)
     if missing := [name for name, needed in kinds.items() if needed and name not in parts]:
         raise InputError(f"{kind} lacks {missing[0]!r}", stage=place)
-    return _judged(stage, parts, place)
+    return _validated(stage, parts, place)
 
 
 def _picture(parts: Mapping[str, Any], place: str, folder: Path | None) -> Picture:
@@ -168,12 +171,12 @@ def _given_light(parts: Mapping[str, Any], place: str, folder: Path | None) -> G
     found = next((each for each in (*beside, path) if each.is_file()), None)
     if found is None:
         raise InputError(f"not reproducible without the light {name}; put it there, or beside this file", stage=place)
-    told = {key: value for key, value in parts.items() if key not in ("source", "read", "sha256")}
+    stated = {key: value for key, value in parts.items() if key not in ("source", "read", "sha256")}
     layer = how.get("layer") if isinstance(how, Mapping) else None
-    if unknown := {*told} - {"unit", "wavelength_nm", "per_photosite"}:
+    if unknown := {*stated} - {"unit", "wavelength_nm", "per_photosite"}:
         raise InputError(f"light has no {ascii(min(unknown))[:40]}", stage=place)
     try:
-        light = read_light(found, layer=layer, **told)
+        light = read_light(found, layer=layer, **stated)
     except CamsimError as error:
         raise InputError(str(error), stage=place) from None
     except (TypeError, ValueError):
@@ -184,7 +187,7 @@ def _given_light(parts: Mapping[str, Any], place: str, folder: Path | None) -> G
     return dataclasses.replace(light, source=source)
 
 
-def _judged(stage: Any, parts: Mapping[str, Any], place: str) -> Any:
+def _validated(stage: Any, parts: Mapping[str, Any], place: str) -> Any:
     """Make a stage, which judges its parameters."""
     try:
         return stage(**parts)

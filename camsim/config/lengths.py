@@ -6,13 +6,13 @@ from collections.abc import Callable, Mapping
 from typing import Any, TypeAlias, TypeVar
 
 from camsim.config import schema
-from camsim.config.judged import Judged
 from camsim.config.tree import KeyPath
+from camsim.config.validated import Validated
 from camsim.core.errors import CamsimError
 
 T = TypeVar("T")
 
-SceneDocument: TypeAlias = Judged[schema.SceneFile]
+SceneDocument: TypeAlias = Validated[schema.SceneFile]
 
 _NO_LENGTHS = {"arc": (3, 4, 5)}
 """Of a segment: which of its numbers are none."""

@@ -36,19 +36,19 @@ def least_squares(rows: F64, values: F64) -> F64:
     return found
 
 
-def compared(told: Prescription, full_rad: float, found: FieldLens, name: str) -> tuple[F64, tuple[float, ...]]:
+def compared(stated: Prescription, full_rad: float, found: FieldLens, name: str) -> tuple[F64, tuple[float, ...]]:
     """Return by how much a file's transfers are larger than those of the rays, and where.
 
     Raises InputError where a wavefront of the file is too steep to be sampled.
 
     The rays' are sums over their own pupil, as wide and as cut as it is, of the path and not of where rays fall.
     """
-    lens, disc = told.of_wavelengths(CHECKED_NM), even_disc(CHECK_RAYS, RIM)
+    lens, disc = stated.of_wavelengths(CHECKED_NM), even_disc(CHECK_RAYS, RIM)
     beams = lens.beams([share * full_rad for share in CHECKED], disc)
     frequencies = np.array(CYCLES_PER_MM)
     differences = np.empty((len(CHECKED), len(CHECKED_NM), 2, frequencies.size))
     order = min(max(orders(index)[0] for index in found.zernike) + MORE, MOST_ORDER)
-    middle_of = told.of_wavelengths((told.middle_nm,))
+    middle_of = stated.of_wavelengths((stated.middle_nm,))
     chief = middle_of.beams([share * full_rad for share in CHECKED], np.empty((2, 0)))
     places_um = [min(1e3 * abs(float(at.chief_mm[0])), found.height_um[-1]) for at in chief]
     for k in reversed(range(len(CHECKED))):  # from the rim, where most of what is too steep is so soonest
@@ -58,7 +58,7 @@ def compared(told: Prescription, full_rad: float, found: FieldLens, name: str) -
             right = _transfers(beam.pupil[:, w], beam.path_mm[w], share, nm / 1e6, frequencies, order)
             per_um, none = frequencies / 1e3, 0.0 * frequencies
             try:
-                own = np.stack([np.abs(placed.otf(per_um, none, nm)), np.abs(placed.otf(none, per_um, nm))])
+                one = np.stack([np.abs(placed.otf(per_um, none, nm)), np.abs(placed.otf(none, per_um, nm))])
             except UnsupportedError:
                 smaller = f"a smaller field (--field-mm {places_um[k - 1] / 1e3:.4g}), " if k > 1 else ""
                 raise InputError(
@@ -66,7 +66,7 @@ def compared(told: Prescription, full_rad: float, found: FieldLens, name: str) -
                     f"pupil's rim to be sampled at {nm:g} nm; give it {smaller}a smaller pupil, or the surfaces that "
                     "cut light their apertures (CLAP 0 RADIUS)"
                 ) from None
-            differences[k, w] = own - right
+            differences[k, w] = one - right
     return differences, tuple(places_um)
 
 

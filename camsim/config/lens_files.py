@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from camsim.config import library, schema, yaml_source
-from camsim.config.judged import Judged
 from camsim.config.library import Located
 from camsim.config.tree import Document
+from camsim.config.validated import Validated
 from camsim.core.errors import ConfigError
 from camsim.optics import FieldLens
 from camsim.spectra.curve import Spectrum
@@ -17,12 +17,12 @@ ABOUT = ("camsim", "name", "source", "residual_waves", "residual_mtf")  # keys t
 
 def read_lens_file(located: Located, *, focus_um: float = 0.0, transmission: Spectrum = 1.0) -> FieldLens:
     """Return the lens of a file; raises ConfigError with all of its faults."""
-    return lens_of(yaml_source.read(located.path, located.shown), focus_um=focus_um, transmission=transmission)
+    return lens_of(yaml_source.read(located.path, located.displayed), focus_um=focus_um, transmission=transmission)
 
 
 def lens_of(source: Document, *, focus_um: float = 0.0, transmission: Spectrum = 1.0) -> FieldLens:
     """Return the lens of what a file holds; raises ConfigError with all of its faults."""
-    document = Judged.of(source, schema.LensFile)
+    document = Validated.of(source, schema.LensFile)
     table = document.model
     lens = None
     if table is not None:
@@ -33,7 +33,7 @@ def lens_of(source: Document, *, focus_um: float = 0.0, transmission: Spectrum =
     return lens
 
 
-def locate_lens(name: str, scene: Judged[Any]) -> Located:
+def locate_lens(name: str, scene: Validated[Any]) -> Located:
     """Find what a scene names: a shipped lens, or a file under the scene's folder (an override's: from here)."""
     node = scene.document.find(("lens", "file"))
     if not library.looks_like_path(name) or node is None or not node.place.line:

@@ -49,7 +49,7 @@ def by_numbers(nd: float, vd: float) -> Index:
 
 
 def by_name(
-    name: str, makers: Sequence[str] = (), told: tuple[float, float] | None = None, *, where: str = ""
+    name: str, makers: Sequence[str] = (), stated: tuple[float, float] | None = None, *, where: str = ""
 ) -> tuple[Index, str]:
     """Return a glass's index, and a note where it is not the catalogue's own by this name.
 
@@ -57,25 +57,25 @@ def by_name(
     told   : index at 587.56 nm and Abbe number that stand beside the name; a catalogue's glass that is near is meant
     where  : what a refusal begins with
     """
-    told = None if told is None or told[0] <= 1.0 else told
-    if name.startswith("___") and told is not None:
-        return by_numbers(*told), ""
+    stated = None if stated is None or stated[0] <= 1.0 else stated
+    if name.startswith("___") and stated is not None:
+        return by_numbers(*stated), ""
     if code := re.fullmatch(r"(\d{3})[.]?(\d{3})", name):
         return by_numbers(1.0 + float(code[1]) / 1e3, float(code[2]) / 10.0), f"{name} read as a code of six digits"
     found, note = _candidates(name.upper(), makers), ""
     materials = {maker: _material(file, name, where) for maker, file in found}
-    if makers and found and found[0][0] not in ("", *(own.upper() for own in makers)):
+    if makers and found and found[0][0] not in ("", *(one.upper() for one in makers)):
         note = f"{name} of {found[0][0]}"
     if found and found[0][1].endswith(f"N-{name.upper()}.yml"):
         note = f"{name} taken as N-{name.upper()}"
-    if told is not None:
-        near = {maker: abs(_at(own, D_UM) - told[0]) for maker, own in materials.items()}
+    if stated is not None:
+        near = {maker: abs(_at(one, D_UM) - stated[0]) for maker, one in materials.items()}
         best = min(near, key=near.__getitem__, default=None)
         if best is not None and near[best] < NEAR_INDEX:
             if near[best] > ROUNDED_INDEX:
-                note = f"{name} of the catalogue, index {_at(materials[best], D_UM):.5f}; the file has {told[0]:.5f}"
+                note = f"{name} of the catalogue, index {_at(materials[best], D_UM):.5f}; the file has {stated[0]:.5f}"
             return _index(materials[best]), note
-        return by_numbers(*told), f"{name} by the file's own index {told[0]:g} and Abbe number {told[1]:g}"
+        return by_numbers(*stated), f"{name} by the file's own index {stated[0]:g} and Abbe number {stated[1]:g}"
     if not materials and name.upper() in BY_NUMBERS:
         nd, vd = BY_NUMBERS[name.upper()]
         return by_numbers(nd, vd), f"{name} by index {nd:g} and Abbe number {vd:g}"
@@ -84,7 +84,7 @@ def by_name(
             f"{where}glass {name!r}, which is in no catalogue of optiland's; write its index at 587.56 nm and its Abbe "
             f"number in its place (GLAS ___BLANK 1 0 1.5168 64.17), or six digits such as 517642"
         )
-    indices = [_at(own, MIDDLE_UM) for own in materials.values()]
+    indices = [_at(one, MIDDLE_UM) for one in materials.values()]
     if max(indices) - min(indices) > SAME_INDEX:
         raise InputError(
             f"{where}glass {name!r}, which is another one by {', '.join(materials)}; name whose it is (GCAT "
@@ -108,7 +108,7 @@ def _candidates(name: str, makers: Sequence[str]) -> list[tuple[str, str]]:
     exact = [(maker, file) for file, maker in every.items() if not file.upper().endswith(f"/N-{name}.YML")]
     newer = [(maker, file) for file, maker in every.items() if (maker, file) not in exact and maker == "SCHOTT"]
     wanted = [maker.upper() for maker in makers]
-    of_makers = sorted((own for own in exact if own[0] in wanted), key=lambda own: wanted.index(own[0]))
+    of_makers = sorted((one for one in exact if one[0] in wanted), key=lambda one: wanted.index(one[0]))
     if of_makers:
         return of_makers[:1]
     return newer if newer and ("SCHOTT" in wanted or not exact) else exact
@@ -133,8 +133,8 @@ def _material(file: str, name: str, where: str) -> Any:
 
 def _known_um(material: Any) -> tuple[float, float]:
     """Return from where to where an index is known."""
-    told = material._formula_wavelength_range if material._n is None else material._n_wavelength
-    return (0.0, 99.0) if told is None else (float(np.min(told)), float(np.max(told)))
+    stated = material._formula_wavelength_range if material._n is None else material._n_wavelength
+    return (0.0, 99.0) if stated is None else (float(np.min(stated)), float(np.max(stated)))
 
 
 def _at(material: Any, um: float) -> float:
@@ -143,6 +143,6 @@ def _at(material: Any, um: float) -> float:
 
 def _index(material: Any) -> Index:
     def index(nm: F64) -> F64:
-        return np.array([_at(material, float(own) / 1e3) for own in np.ravel(nm)])
+        return np.array([_at(material, float(one) / 1e3) for one in np.ravel(nm)])
 
     return index

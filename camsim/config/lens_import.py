@@ -51,8 +51,8 @@ def trace_zemax(file: Path, *, field_deg: float | None = None, field_mm: float |
 
     field_deg, field_mm : the largest field, an angle or a height in the image, in place of the file's own
     """
-    told, full, notes = read_zemax(file, field_deg=field_deg, field_mm=field_mm)
-    return lens_file(told, full, name=file.stem, source=f"traced from {file.name}", notes=notes)
+    stated, full, notes = read_zemax(file, field_deg=field_deg, field_mm=field_mm)
+    return lens_file(stated, full, name=file.stem, source=f"traced from {file.name}", notes=notes)
 
 
 def read_zemax(
@@ -62,9 +62,9 @@ def read_zemax(
     if not file.is_file():
         raise InputError(f"no such file: {str(file)!r}")
     head, surfaces = _read(file)
-    told, notes = _prescription(head, surfaces, file.name)
-    told = _stopped(told, file.name, notes)
-    lens = told.of_wavelengths((told.middle_nm,))
+    stated, notes = _prescription(head, surfaces, file.name)
+    stated = _stopped(stated, file.name, notes)
+    lens = stated.of_wavelengths((stated.middle_nm,))
     fields = _fields(head)
     if field_deg is not None:
         full = math.radians(field_deg)
@@ -73,9 +73,9 @@ def read_zemax(
     else:
         full = _angle(lens, head, max(math.hypot(x, y) for x, y, *_ in fields), file.name)
     if any(any(factors) for _, _, *factors in fields):
-        told = dataclasses.replace(told, vignetting=_vignetting(lens, head, fields, file.name))
+        stated = dataclasses.replace(stated, vignetting=_vignetting(lens, head, fields, file.name))
         notes.append("the pupil is that of the file's vignetting factors, linear between its fields")
-    return told, full, notes
+    return stated, full, notes
 
 
 def _read(file: Path) -> tuple[Operands, list[Operands]]:
@@ -133,7 +133,7 @@ def _prescription(head: Operands, blocks: list[Operands], name: str) -> tuple[Pr
         )
     notes: list[str] = []
     makers = _values(head, "GCAT")
-    surfaces = [_surface(number, own, mm, makers, name, notes) for number, own in enumerate(blocks[1:image], start=1)]
+    surfaces = [_surface(number, one, mm, makers, name, notes) for number, one in enumerate(blocks[1:image], start=1)]
     if not any(surface.stop for surface in surfaces):
         raise InputError(f"{name!r} has no aperture stop (STOP); mark the surface that is it")
     middle_nm = _primary_nm(head)
@@ -149,7 +149,7 @@ def _prescription(head: Operands, blocks: list[Operands], name: str) -> tuple[Pr
 
 def _aperture(head: Operands, blocks: list[Operands], mm: float, name: str) -> tuple[str, float]:
     if any(words[0] == "FLOA" for words in head):
-        [stop] = [own for own in blocks if any(words[0] == "STOP" for words in own)][:1]
+        [stop] = [one for one in blocks if any(words[0] == "STOP" for words in one)][:1]
         found = ("stop", mm * _number(stop, "DIAM"))
     elif any(words[0] == "ENPD" for words in head):
         found = ("EPD", mm * _number(head, "ENPD"))
@@ -170,10 +170,10 @@ def _primary_nm(head: Operands) -> float:
     return each.get(int(_number(head, "PWAV", otherwise=1.0)), MIDDLE_NM)
 
 
-def _surface(number: int, own: Operands, mm: float, makers: Sequence[str], name: str, notes: list[str]) -> Surface:
+def _surface(number: int, one: Operands, mm: float, makers: Sequence[str], name: str, notes: list[str]) -> Surface:
     """Return a surface; raises InputError where it is not the same all round, or not known."""
-    kind = (_values(own, "TYPE") or ["STANDARD"])[0]
-    parameters = {int(values[0]): float(values[1]) for key, *values in own if key == "PARM" and len(values) > 1}
+    kind = (_values(one, "TYPE") or ["STANDARD"])[0]
+    parameters = {int(values[0]): float(values[1]) for key, *values in one if key == "PARM" and len(values) > 1}
     if kind == "COORDBRK" and not any(parameters.get(k, 0.0) for k in range(1, 6)):
         kind, parameters = "STANDARD", {}
     if kind in ("COORDBRK", "TOROIDAL", "TILTSURF", "BICONICX", "IRREGULA"):
@@ -186,7 +186,7 @@ def _surface(number: int, own: Operands, mm: float, makers: Sequence[str], name:
             f"{name!r} has a surface of a type that rays are not traced through (SURF {number}, TYPE {kind}); "
             f"those that are: {', '.join(ASPHERES)}"
         )
-    for key, *values in own:
+    for key, *values in one:
         if key in RIMS:
             raise InputError(
                 f"{name!r} has {RIMS[key]} ({key} of SURF {number}), and rays are stopped by circles alone; "
@@ -196,68 +196,68 @@ def _surface(number: int, own: Operands, mm: float, makers: Sequence[str], name:
             raise InputError(f"{name!r} has a decentred aperture ({key} of SURF {number}); centre it")
     rim_mm = math.inf
     for key in ("CLAP", "FLAP"):
-        if _number(own, key, 0):
+        if _number(one, key, 0):
             raise InputError(
                 f"{name!r} has an aperture with a covered middle ({key} of SURF {number}), and rays are stopped by "
                 "circles alone; save it with circular apertures that are open in the middle (CLAP 0 RADIUS), or none"
             )
-        rim_mm = min(rim_mm, mm * _number(own, key, 1, math.inf))
+        rim_mm = min(rim_mm, mm * _number(one, key, 1, math.inf))
     powers = [(ASPHERES[kind] * k, value * mm ** (1 - ASPHERES[kind] * k)) for k, value in parameters.items() if value]
     if kind == "STANDARD":
         powers = []
     if any(power < 2 for power, _ in powers):
         raise InputError(f"{name!r} has a cone (PARM 1 of SURF {number}), whose tip no ray is traced through")
-    glass = _values(own, "GLAS")
+    glass = _values(one, "GLAS")
     mirror = bool(glass) and glass[0].upper() == "MIRROR"
     index = None
     if glass and not mirror:
-        told = (float(glass[3].replace(",", ".")), float(glass[4].replace(",", "."))) if len(glass) > 4 else None
-        if told == lens_glass.PLACEHOLDER and glass[1] != MODEL:
-            told = None
+        stated = (float(glass[3].replace(",", ".")), float(glass[4].replace(",", "."))) if len(glass) > 4 else None
+        if stated == lens_glass.PLACEHOLDER and glass[1] != MODEL:
+            stated = None
         where = f"{name!r} has at SURF {number} the "
-        index, note = lens_glass.by_name(glass[0], makers, told, where=where)
+        index, note = lens_glass.by_name(glass[0], makers, stated, where=where)
         if note and note not in notes:
             notes.append(note)
-    distance = (_values(own, "DISZ") or ["0"])[0]
+    distance = (_values(one, "DISZ") or ["0"])[0]
     if distance == "INFINITY" or not math.isfinite(float(distance)):
         raise InputError(f"{name!r} has an infinite distance behind SURF {number}; give it a length (DISZ)")
     return Surface(
-        curvature_per_mm=_number(own, "CURV") / mm,
-        conic=_number(own, "CONI"),
+        curvature_per_mm=_number(one, "CURV") / mm,
+        conic=_number(one, "CONI"),
         powers=tuple(powers),
         thickness_mm=mm * float(distance),
         index=index,
         mirror=mirror,
         rim_mm=rim_mm,
-        stop=any(words[0] == "STOP" for words in own),
+        stop=any(words[0] == "STOP" for words in one),
     )
 
 
-def _stopped(told: Prescription, name: str, notes: list[str]) -> Prescription:
+def _stopped(stated: Prescription, name: str, notes: list[str]) -> Prescription:
     """Return a lens whose stop is what stops the axis's light; raises InputError where it has no focal length."""
-    lens = told.of_wavelengths((told.middle_nm,))
+    lens = stated.of_wavelengths((stated.middle_nm,))
     if not math.isfinite(lens.focal_mm) or abs(lens.focal_mm) > FAR_MM or not math.isfinite(lens.radius_mm):
         raise InputError(f"{name!r} has no focal length: light of a far point leaves it as parallel as it came")
     radius = np.linspace(0.0, 1.0, 501)
     [axis] = lens.beams([0.0], np.stack([radius, 0.0 * radius]))
     if axis.passes[0].all():
-        return told
+        return stated
     open_to = max(int(np.argmin(axis.passes[0])) - 1, 1)
     places = np.array([[radius[open_to]], [0.0]])
 
     def share(number: int) -> float:
-        alone = [dataclasses.replace(own, rim_mm=own.rim_mm if k == number else math.inf) for k, own in rims]
+        alone = [dataclasses.replace(one, rim_mm=one.rim_mm if k == number else math.inf) for k, one in rims]
         [beam] = dataclasses.replace(lens, surfaces=tuple(alone)).beams([0.0], places)
         return float(beam.share[0, 0])
 
-    rims = list(enumerate(told.surfaces))
+    rims = list(enumerate(stated.surfaces))
     first = max(range(len(rims)), key=share)
     notes.append(f"the aperture of SURF {first + 1} is taken for the stop, as it stops more of the axis's light")
     surfaces = [
-        dataclasses.replace(own, stop=k == first, rim_mm=min(own.rim_mm, lens.stop_mm) if own.stop else own.rim_mm)
-        for k, own in rims
+        dataclasses.replace(one, stop=k == first, rim_mm=min(one.rim_mm, lens.stop_mm) if one.stop else one.rim_mm)
+        for k, one in rims
     ]
-    return dataclasses.replace(told, surfaces=tuple(surfaces), aperture=("stop", surfaces[first].rim_mm))
+    return dataclasses.replace(stated, surfaces=tuple(surfaces), aperture=("stop", surfaces[first].rim_mm))
 
 
 def _fields(head: Operands) -> list[list[float]]:
@@ -279,16 +279,16 @@ def _vignetting(
     for number, (x, y, *factors) in enumerate(fields, start=1):
         shift_x, shift_y, less_x, less_y = factors
         along, across = ((shift_y, less_y), (shift_x, less_x)) if y else ((shift_x, less_x), (shift_y, less_y))
-        own = math.copysign(1.0, x + y) * along[0], along[1], across[1]
+        one = math.copysign(1.0, x + y) * along[0], along[1], across[1]
         at = _angle(lens, head, math.hypot(x, y), name) if x or y else 0.0
         even = (x and y) or at == 0.0
-        if across[0] or (even and (along[0] or along[1] != across[1])) or (at and rows.get(at, own) != own):
+        if across[0] or (even and (along[0] or along[1] != across[1])) or (at and rows.get(at, one) != one):
             raise InputError(
                 f"{name!r} has vignetting factors that are not the same all round the axis (VDXN, VDYN, VCXN, VCYN of "
                 f"field {number}), and lens files are of systems that are; clear them and give the surfaces that cut "
                 "light their apertures (CLAP 0 RADIUS)"
             )
-        rows[at] = own
+        rows[at] = one
     return tuple((at, *rows[at]) for at in sorted(rows))
 
 

@@ -123,23 +123,23 @@ class Lens:
     vignetting: tuple[tuple[float, float, float, float], ...] = ()
 
     @classmethod
-    def of(cls, told: Prescription, nm: F64) -> Lens:
+    def of(cls, stated: Prescription, nm: F64) -> Lens:
         """Return it, first-order quantities taken of rays so near to the axis that they are paraxial."""
 
         def at(some: F64) -> tuple[F64, ...]:
             behind = np.ones((some.size, 1))
             rows = []
-            for surface in told.surfaces:
+            for surface in stated.surfaces:
                 if not surface.mirror:
                     behind = np.ones((some.size, 1)) if surface.index is None else surface.index(some).reshape(-1, 1)
                 rows.append(behind)
             return tuple(rows)
 
-        stop = next((k for k, own in enumerate(told.surfaces) if own.stop), 0)
-        bare = tuple(replace(own, rim_mm=math.inf) for own in told.surfaces)
+        stop = next((k for k, one in enumerate(stated.surfaces) if one.stop), 0)
+        bare = tuple(replace(one, rim_mm=math.inf) for one in stated.surfaces)
         lens = cls(
             surfaces=bare,
-            index=at(np.array([told.middle_nm])),
+            index=at(np.array([stated.middle_nm])),
             stop=stop,
             focal_mm=1.0,
             entrance_mm=0.0,
@@ -148,14 +148,14 @@ class Lens:
             sphere_mm=1.0,
             aim=False,
         )
-        scale = 1e-6 * max(1.0, sum(abs(own.thickness_mm) for own in told.surfaces))
+        scale = 1e-6 * max(1.0, sum(abs(one.thickness_mm) for one in stated.surfaces))
         marginal = lens.trace(0.0, np.array([[[scale]], [[0.0]]]))
         slope = (marginal.direction[0] / marginal.direction[2]).item()
         focal_mm = -scale / slope * math.copysign(1.0, marginal.direction[2].item())
         to_stop = marginal.stop_mm[0].item() / scale
         through = lens.trace(NEAR_AXIS, np.zeros((2, 1, 1)))
         entrance_mm = through.stop_mm[0].item() / to_stop / NEAR_AXIS
-        kind, value = told.aperture
+        kind, value = stated.aperture
         radius_mm = {"EPD": 0.5 * value, "FNO": 0.5 * abs(focal_mm) / value, "stop": abs(value / to_stop)}[kind]
         lens = replace(lens, focal_mm=focal_mm, entrance_mm=entrance_mm, radius_mm=radius_mm)
         real = lens.trace(0.0, np.array([[[radius_mm]], [[0.0]]])).stop_mm[0].item()
@@ -166,17 +166,17 @@ class Lens:
         sphere_mm = min(abs(chief.place_mm[0].item() / slope), most_mm) if slope else most_mm
         return replace(
             lens,
-            surfaces=told.surfaces,
+            surfaces=stated.surfaces,
             index=at(nm),
             stop_mm=stop_mm,
             sphere_mm=max(sphere_mm, 0.1 * abs(focal_mm)),
-            aim=told.aim,
-            vignetting=told.vignetting,
+            aim=stated.aim,
+            vignetting=stated.vignetting,
         )
 
     def trace(self, angle_rad: float, entry_mm: F64) -> Traced:
         """Trace rays of a field along +x that cross the first vertex's plane at places (2, w, n)."""
-        x, y = (np.array(own) for own in entry_mm)
+        x, y = (np.array(one) for one in entry_mm)
         z = np.zeros_like(x)
         across, along = math.sin(angle_rad), math.cos(angle_rad)
         dx, dy, dz = np.full_like(x, across), np.zeros_like(x), np.full_like(x, along)
@@ -245,9 +245,9 @@ class Lens:
         beams = []
         for angle in angles_rad:
             middle, along, across = self.vignetted(angle)
-            own = np.stack([middle + along * places[0], across * places[1]])
-            own[:, 0] = 0.0  # the chief ray, which factors leave alone
-            wanted = np.broadcast_to(own[:, None, :], shape)
+            one = np.stack([middle + along * places[0], across * places[1]])
+            one[:, 0] = 0.0  # the chief ray, which factors leave alone
+            wanted = np.broadcast_to(one[:, None, :], shape)
             if self.aim:
                 found = self._aimed(before, angle, entry, moved, self.stop_mm * wanted)
                 if angle > before:
@@ -305,9 +305,9 @@ def _met(surface: Surface, x: F64, y: F64, dx: F64, dy: F64, dz: F64) -> tuple[F
         square = px**2 + py**2
         root = np.sqrt(1.0 - (1.0 + k) * c**2 * square)
         sag, per_r = c * square / (1.0 + root), c / root  # slope over r
-        for power, own in surface.powers:
-            sag = sag + own * square ** (0.5 * power)
-            per_r = per_r + power * own * square ** (0.5 * power - 1.0)
+        for power, one in surface.powers:
+            sag = sag + one * square ** (0.5 * power)
+            per_r = per_r + power * one * square ** (0.5 * power - 1.0)
         slope_x, slope_y = per_r * px, per_r * py
         if not surface.powers:
             break

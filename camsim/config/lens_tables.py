@@ -30,7 +30,7 @@ LEFT = 0.005  # waves rms that these may leave
 DROPPED = 0.002  # waves rms of all coefficients together that are left out
 CLOSED = 0.1  # weight of a ray that a rim stops: nothing falls there, but the wavefront must go somewhere
 RAYS = 720  # over the pupil, of equal areas; one half of them is traced
-LIT_STEP = 2e-4  # of the field, over which the sky is compared with where it falls
+EXPOSED_STEP = 2e-4  # of the field, over which the sky is compared with where it falls
 BRIGHTER = 1e-3  # of the axis's light, above which light off the axis is refused and not taken for rounding
 DRAWN = 1e-5  # of a height: what distortion between its heights may be off by
 DRAWN_STEPS = (16, 32, 64, 128, 256)
@@ -61,9 +61,9 @@ class Traced(NamedTuple):
     notes: tuple[str, ...]
 
     @property
-    def told(self) -> str:
+    def stated(self) -> str:
         """What the file leaves of the rays, on a line."""
-        each = ", ".join(f"{own:.4f} at {um / 1e3:.4g} mm" for um, own in zip(self.places_um, self._off, strict=True))
+        each = ", ".join(f"{one:.4f} at {um / 1e3:.4g} mm" for um, one in zip(self.places_um, self._off, strict=True))
         return f"{self.zernikes} Zernikes leave {self.left:.4f} waves rms; MTF off the rays' by {each}"
 
     @property
@@ -79,7 +79,7 @@ class Traced(NamedTuple):
                 f"{name!r} makes {self.largest:.3g} waves rms, and a lens file holds {MOST_WAVES:g}; give it a smaller "
                 "field (--field), or a sensor in focus"
             )
-        good = [own <= within for own in self._off]
+        good = [one <= within for one in self._off]
         if all(good):
             return
         k = good.index(False)
@@ -96,20 +96,20 @@ class Traced(NamedTuple):
 
 @one_blas_thread()
 def lens_file(
-    told: Prescription, full_rad: float, *, name: str, source: str, comment: str = "", notes: Sequence[str] = ()
+    stated: Prescription, full_rad: float, *, name: str, source: str, comment: str = "", notes: Sequence[str] = ()
 ) -> Traced:
     """Trace a lens to a field, radians, and return its file; raises InputError where a file cannot hold it.
 
     Off the axis the cone of light is no circle. A file's is: its wavefront is the one whose rays fall where the
     lens's own do, over the circle that the open part of the pupil, an ellipse by its second moments, is drawn to.
     """
-    lens, middle = told.of_wavelengths(WAVELENGTHS_NM), told.of_wavelengths((told.middle_nm,))
+    lens, middle = stated.of_wavelengths(WAVELENGTHS_NM), stated.of_wavelengths((stated.middle_nm,))
     [axis] = middle.beams([0.0], np.concatenate([[[1.0], [0.0]], HALF_DISC], axis=1))
     aperture = float(np.abs(axis.pupil[0, 0, 0]))
     f_number = 0.5 / aperture
     spread = np.sqrt((axis.pupil[:, 0, 1:] ** 2).mean(axis=1)) / aperture  # of a disc, and of it one half
     notes = list(notes)
-    if out_mm := _out_of_focus(axis, told.middle_nm / 1e6):
+    if out_mm := _out_of_focus(axis, stated.middle_nm / 1e6):
         f_number = 0.5 * abs(middle.focal_mm) / (middle.radius_mm * middle.vignetted(0.0)[1])
         side_of = "behind" if out_mm > 0.0 else "before"
         notes.append(
@@ -122,7 +122,7 @@ def lens_file(
         # Half steps are what steps are judged by.
         chief_mm = np.array([beam.chief_mm[0] for beam in middle.beams(angles, np.empty((2, 0)))])
         side = math.copysign(1.0, float(chief_mm[1]))
-        _judge_heights(side * chief_mm, angles, name, aim=told.aim)
+        _validate_heights(side * chief_mm, angles, name, aim=stated.aim)
         beams = lens.beams(angles, HALF_DISC)
         indices, waves, left = _fitted(beams, 0.5 / f_number, spread, side, angles, name)
         heights_um = 1e3 * np.abs(chief_mm)
@@ -156,7 +156,7 @@ def lens_file(
     if most > MOST_WAVES:
         return Traced("\n".join([*head, *body]) + "\n", most, len(kept), left, np.empty((0, 1, 1, 1)), (), tuple(notes))
     found = lens_of(yaml_source.parse("\n".join([*head, *body]).encode("utf-8"), f"{name}.yaml", Path()))
-    mtf, places_um = compared(told, full_rad, found, name)
+    mtf, places_um = compared(stated, full_rad, found, name)
     head.append(f"residual_mtf: {np.abs(mtf).max():.4f}")
     return Traced("\n".join([*head, *body]) + "\n", most, len(kept), left, mtf, places_um, tuple(notes))
 
@@ -177,7 +177,7 @@ def _rounded(values: F64, digits: int) -> list[float]:
     return [float(v) + 0.0 for v in np.round(values, digits).tolist()]
 
 
-def _judge_heights(height_mm: F64, angles: F64, name: str, *, aim: bool) -> None:
+def _validate_heights(height_mm: F64, angles: F64, name: str, *, aim: bool) -> None:
     """Raise InputError where chief rays are lost, or do not fall farther out with the field."""
     lost = ~np.isfinite(height_mm)
     lost[1:] |= np.diff(height_mm) <= 0.0
@@ -201,11 +201,11 @@ def _fitted(
         [_fit(beam, w, order, aperture, spread, side, angle, name) for beam, angle in zip(beams, angles, strict=True)]
         for w in range(len(WAVELENGTHS_NM))
     ]
-    waves = np.array([[own[1] for own in row] for row in found])
+    waves = np.array([[one[1] for one in row] for row in found])
     indices = found[0][0][0]
     # On the axis all is the same all round.
     waves[:, 0, [k for k, index in enumerate(indices) if orders(index)[1]]] = 0.0
-    return indices, waves, max(own[2] for row in found for own in row)
+    return indices, waves, max(one[2] for row in found for one in row)
 
 
 def _fit(
@@ -269,7 +269,10 @@ def _light(lens: Lens, angles: F64, height_mm: F64, name: str) -> F64:
     sensor, however sharp it is there: its light's middle is followed, which coma takes away from the chief ray.
     """
     full = float(angles[-1])
-    near = [(max(angle - LIT_STEP * full, 0.0), angle, min(angle + LIT_STEP * full, full)) for angle in angles.tolist()]
+    near = [
+        (max(angle - EXPOSED_STEP * full, 0.0), angle, min(angle + EXPOSED_STEP * full, full))
+        for angle in angles.tolist()
+    ]
     beams = lens.beams([angle for each in near for angle in each], HALF_DISC)
     light, places_mm = np.empty_like(angles), np.empty_like(angles)
     for k, (inner, angle, outer) in enumerate(near):
@@ -286,8 +289,8 @@ def _light(lens: Lens, angles: F64, height_mm: F64, name: str) -> F64:
         sky = math.sin(outer) ** 2 - math.sin(inner) ** 2
         light[k] = area.sum() * sky / (to_mm**2 - from_mm**2)
     mirrored = np.concatenate([-places_mm[:0:-1], places_mm]), np.concatenate([light[:0:-1], light])
-    shown: F64 = CubicSpline(*mirrored)(height_mm)
-    relative: F64 = shown / shown[0]
+    displayed: F64 = CubicSpline(*mirrored)(height_mm)
+    relative: F64 = displayed / displayed[0]
     if relative.max() > 1.0 + BRIGHTER:
         brightest = int(relative.argmax())
         raise InputError(

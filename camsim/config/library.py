@@ -27,7 +27,7 @@ class Located:
     """A file to read, and what to call it: as the user gave it, or ``scenes/NAME.yaml`` for a shipped one."""
 
     path: Path
-    shown: str
+    displayed: str
 
 
 def shipped(kind: Kind) -> Mapping[str, Path]:
@@ -65,10 +65,10 @@ def locate_path(kind: Kind, name: str) -> Located | None:
     return Located(Path(name), name)
 
 
-def refuse_pictures(path: Path, shown: str) -> None:
+def refuse_pictures(path: Path, displayed: str) -> None:
     """Raise ConfigError for a picture in place of a YAML file, with the scene that shows it."""
     if way_out := way_out_of(path):
-        raise ConfigError([Fault(shown, 0, 0, "", way_out)])
+        raise ConfigError([Fault(displayed, 0, 0, "", way_out)])
 
 
 def beside(folder: Path, name: str, *, way_out: str = "put it there", also: Path | None = None) -> Path:

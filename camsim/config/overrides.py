@@ -99,7 +99,7 @@ def _without_the_others(node: Node, content: Mapping[str, Node], key: str, expec
     table = expected.table(node)
     groups = table.alternatives if table is not None else ()
     others = {other for group in groups if key in group for other in group if other != key}
-    return {name: own for name, own in content.items() if name not in others or not own.place.line}
+    return {name: one for name, one in content.items() if name not in others or not one.place.line}
 
 
 def _with(content: Any, key: str | int, new: Node | None) -> tuple[Node, ...] | dict[str, Node]:

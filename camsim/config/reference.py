@@ -30,10 +30,10 @@ FILES: dict[str, type[Table]] = {
 def json_schema(kind: Kind) -> dict[str, Any]:
     """Return the JSON Schema (draft 2020-12) of a scene, sensor or study file, descriptions and units included."""
     model = FILES[kind]
-    told = {key: value for key, value in model.model_json_schema().items() if key != "title"}
+    stated = {key: value for key, value in model.model_json_schema().items() if key != "title"}
     if model is SceneFile:
-        told = _with_or_without_a_lens(told, ShotFile.model_json_schema())
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": f"camsim {format_of(model)}", **told}
+        stated = _with_or_without_a_lens(stated, ShotFile.model_json_schema())
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": f"camsim {format_of(model)}", **stated}
 
 
 def _with_or_without_a_lens(scene: dict[str, Any], shot: dict[str, Any]) -> dict[str, Any]:
@@ -60,7 +60,7 @@ def markdown() -> str:
         "are parts of files from their top, but for `shapes`, which stands in `scene`; files that they name are yours.",
         "",
     ]
-    shown = examples()
+    displayed = examples()
     for name, model in FILES.items():
         lines += [f"## {name.capitalize()} files", "", f"{_sentence(model)}", ""]
         places: dict[type[Table], list[str]] = {}
@@ -72,7 +72,7 @@ def markdown() -> str:
             lines += ["| key | value | default | meaning |", "|---|---|---|---|"]
             lines += [_row(key, field) for key, field in table.fields().items() if key != "source"]
             lines.append("")
-            for example in shown.get(table.__name__, ()):
+            for example in displayed.get(table.__name__, ()):
                 lines += ["```yaml", example.rstrip(), "```", ""]
     return "\n".join(lines).rstrip("\n") + "\n"
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from camsim.config.library import YAML_SUFFIXES, Kind, Located, beside, locate, locate_path, looks_like_path, shipped
 from camsim.core.errors import InvalidValueError, UnknownNameError
-from camsim.core.words import shown
+from camsim.core.words import displayed
 
 PATH_VARIABLE = "CAMSIM_PATH"
 """Folders with sensors, separated as in PATH; those that do not exist are passed over, as there."""
@@ -41,7 +41,7 @@ class SensorSearch:
         try:
             named = [Path(folder) for folder in given]
         except TypeError:
-            message = f"must be a list of folders, not {shown(folders)}"
+            message = f"must be a list of folders, not {displayed(folders)}"
             raise InvalidValueError(message, key="--sensors") from None
         for folder in named:
             if not folder.is_dir():

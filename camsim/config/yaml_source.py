@@ -44,7 +44,7 @@ _SYNTAX = (
 )
 
 
-def read(path: Path, shown: str) -> Document:
+def read(path: Path, displayed: str) -> Document:
     """Read a file.
 
     path    the file
@@ -57,20 +57,20 @@ def read(path: Path, shown: str) -> Document:
         with path.open("rb") as stream:
             data = stream.read(MAX_BYTES + 1)
     except FileNotFoundError:
-        raise ConfigError([Fault(shown, 0, 0, "", "no such file")]) from None
+        raise ConfigError([Fault(displayed, 0, 0, "", "no such file")]) from None
     except (OSError, ValueError) as error:
         reason = (getattr(error, "strerror", None) or str(error)).lower()
-        raise ConfigError([Fault(shown, 0, 0, "", f"cannot be read: {reason}")]) from None
-    return parse(data, shown, path.parent)
+        raise ConfigError([Fault(displayed, 0, 0, "", f"cannot be read: {reason}")]) from None
+    return parse(data, displayed, path.parent)
 
 
-def parse(data: bytes, shown: str, folder: Path) -> Document:
+def parse(data: bytes, displayed: str, folder: Path) -> Document:
     """Make a document of the bytes of a file; see ``read``."""
     if len(data) > MAX_BYTES:
-        raise ConfigError([Fault(shown, 0, 0, "", f"larger than {MAX_BYTES // 2**20} MB, the most that is read")])
-    reader = _Reader(shown)
-    root = reader.document(_decode(data, shown))
-    return Document(shown, folder, root, tuple(reader.faults))
+        raise ConfigError([Fault(displayed, 0, 0, "", f"larger than {MAX_BYTES // 2**20} MB, the most that is read")])
+    reader = _Reader(displayed)
+    root = reader.document(_decode(data, displayed))
+    return Document(displayed, folder, root, tuple(reader.faults))
 
 
 def parse_value(text: str, place: Place) -> Node:
@@ -82,17 +82,17 @@ def parse_value(text: str, place: Place) -> Node:
     return root
 
 
-def _decode(data: bytes, shown: str) -> str:
+def _decode(data: bytes, displayed: str) -> str:
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line, column = _line_and_column(data[: error.start].decode("utf-8", "replace"))
         message = f"byte 0x{data[error.start]:02x} is not UTF-8; save the file as UTF-8"
-        raise ConfigError([Fault(shown, line, column, "", message)]) from None
+        raise ConfigError([Fault(displayed, line, column, "", message)]) from None
     if bad := _FORBIDDEN_CHARACTER.search(text):
         line, column = _line_and_column(text[: bad.start()])
         message = f"the control character U+{ord(bad[0]):04X} has no place in a YAML file; delete it"
-        raise ConfigError([Fault(shown, line, column, "", message)])
+        raise ConfigError([Fault(displayed, line, column, "", message)])
     return text
 
 
@@ -104,8 +104,8 @@ def _line_and_column(before: str) -> tuple[int, int]:
 class _Reader:
     """One pass over the events of a document."""
 
-    def __init__(self, shown: str, place: Place | None = None) -> None:
-        self.shown = shown
+    def __init__(self, displayed: str, place: Place | None = None) -> None:
+        self.displayed = displayed
         self.fixed_place = place
         self.faults: list[Fault] = []
 
@@ -130,7 +130,7 @@ class _Reader:
         except yaml.MarkedYAMLError as error:
             raise ConfigError([*self.faults, self._syntax_fault(error, text)]) from None
         except yaml.YAMLError as error:
-            raise ConfigError([*self.faults, Fault(self.shown, 0, 0, "", f"not YAML: {error}")]) from None
+            raise ConfigError([*self.faults, Fault(self.displayed, 0, 0, "", f"not YAML: {error}")]) from None
 
     def _syntax_fault(self, error: yaml.MarkedYAMLError, text: str) -> Fault:
         problem = error.problem or "not YAML"
@@ -150,12 +150,12 @@ class _Reader:
             line, column = error.context_mark.line + 1, error.context_mark.column + 1
         if self.fixed_place is not None:
             line = column = 0
-        return Fault(self.shown, line, column, "", message or f"not YAML: {problem}")
+        return Fault(self.displayed, line, column, "", message or f"not YAML: {problem}")
 
     def _place(self, event: Any) -> Place:
         if self.fixed_place is not None:
             return self.fixed_place
-        return Place(self.shown, event.start_mark.line + 1, event.start_mark.column + 1)
+        return Place(self.displayed, event.start_mark.line + 1, event.start_mark.column + 1)
 
     def _refuse(self, event: Any, path: KeyPath, message: str) -> None:
         self._add(self._place(event), path, message)

@@ -11,12 +11,12 @@ import functools
 import threading
 from typing import Any, Self, TypeVar, overload
 
-Kept = TypeVar("Kept")
+Cached = TypeVar("Cached")
 
 _MAKING = " is being made"
 
 
-class Keeps:
+class Caching:
     """What keeps such properties, and may be pickled or copied while another thread works one out."""
 
     def __getstate__(self) -> dict[str, Any]:
@@ -25,7 +25,7 @@ class Keeps:
         return {name: value for name, value in held.items() if not name.endswith(_MAKING)}
 
 
-class cached_property(functools.cached_property[Kept]):
+class cached_property(functools.cached_property[Cached]):
     """A method that is called once, when its value is first asked for.
 
     >>> class Circle:
@@ -43,7 +43,7 @@ class cached_property(functools.cached_property[Kept]):
     def __get__(self, instance: None, owner: type[Any] | None = None) -> Self: ...
 
     @overload
-    def __get__(self, instance: object, owner: type[Any] | None = None) -> Kept: ...
+    def __get__(self, instance: object, owner: type[Any] | None = None) -> Cached: ...
 
     def __get__(self, instance: object, owner: type[Any] | None = None) -> Any:
         """Return the value, which from now on lies in the instance's own dictionary and is found there."""

@@ -16,7 +16,7 @@ from camsim.core.words import both, meant
 P = ParamSpec("P")
 R = TypeVar("R")
 
-_LONGEST_SHOWN = 40
+_LONGEST_DISPLAYED = 40
 
 
 def in_words(call: Callable[P, R]) -> Callable[P, R]:
@@ -33,7 +33,7 @@ def in_words(call: Callable[P, R]) -> Callable[P, R]:
         ...
     camsim.core.errors.WrongCallError: expose: takes time_s by name; write expose(time_s=0.01)
     """
-    return _told(call, lambda given: (call.__name__, given))
+    return _stated(call, lambda given: (call.__name__, given))
 
 
 def constructors_in_words(kind: type) -> None:
@@ -42,18 +42,18 @@ def constructors_in_words(kind: type) -> None:
         call = made.__func__ if isinstance(made, classmethod) else made
         if not inspect.isfunction(call) or hasattr(call, "__wrapped__"):
             continue
-        told: Any
+        stated: Any
         if name == "__init__":
-            told = _told(call, lambda given: (type(given[0]).__name__, given[1:]), kind)
+            stated = _stated(call, lambda given: (type(given[0]).__name__, given[1:]), kind)
         elif name.startswith("_"):
             continue
         elif isinstance(made, classmethod):
-            told = classmethod(_told(call, _of_class(name)))
+            stated = classmethod(_stated(call, _of_class(name)))
         elif _takes_names(call):
-            told = _told(call, _of_object(name))
+            stated = _stated(call, _of_object(name))
         else:
             continue
-        setattr(kind, name, told)
+        setattr(kind, name, stated)
 
 
 def _kinds(kind: type | None) -> Mapping[str, Kind]:
@@ -80,9 +80,9 @@ def _of_object(name: str) -> Split:
     return lambda given: (f"{type(given[0]).__name__}.{name}", given[1:])
 
 
-def _told(call: Callable[P, R], split: Split, kind: type | None = None) -> Callable[P, R]:
+def _stated(call: Callable[P, R], split: Split, kind: type | None = None) -> Callable[P, R]:
     @functools.wraps(call)
-    def told(*given: P.args, **named: P.kwargs) -> R:
+    def stated(*given: P.args, **named: P.kwargs) -> R:
         try:
             return call(*given, **named)
         except TypeError:
@@ -95,7 +95,7 @@ def _told(call: Callable[P, R], split: Split, kind: type | None = None) -> Calla
                 raise _refusal(called, taken, rest, named, _kinds(kind)) from None
             raise
 
-    return told
+    return stated
 
 
 def _refusal(
@@ -153,4 +153,4 @@ def _paired(
 def _written(value: Any) -> str:
     """Return a value as it may stand in a call; … for what is long."""
     plain = isinstance(value, int | float | str | list | tuple | dict)
-    return text if plain and len(text := repr(value)) <= _LONGEST_SHOWN else "…"
+    return text if plain and len(text := repr(value)) <= _LONGEST_DISPLAYED else "…"

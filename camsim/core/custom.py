@@ -10,20 +10,20 @@ from typing import Any
 import numpy as np
 
 from camsim.core.errors import InvalidValueError
-from camsim.core.words import shown
+from camsim.core.words import displayed
 
 _LARGEST_WHOLE = 2**64
 _HELD = "finite numbers, truth values, texts, None, and tuples, tables by name or frozen dataclasses of these"
 
 
-def is_own(stage: object) -> bool:
+def is_custom(stage: object) -> bool:
     """Whether a stage is of the user's own and not one of camsim's."""
     return stage is not None and type(stage).__module__.partition(".")[0] != "camsim"
 
 
-def own_stages(stages: Iterable[object]) -> tuple[str, ...]:
+def custom_stages(stages: Iterable[object]) -> tuple[str, ...]:
     """Return the names of the stages of one's own among these."""
-    return tuple(dict.fromkeys(type(stage).__name__ for stage in stages if is_own(stage)))
+    return tuple(dict.fromkeys(type(stage).__name__ for stage in stages if is_custom(stage)))
 
 
 def refused(key: str, message: str) -> InvalidValueError:
@@ -41,7 +41,7 @@ def check_described(stage: Any, key: str) -> None:
         raise refused(key, f"{name} could change after files have described it; write @dataclass(frozen=True)")
     for place, value in _fields(stage, name):
         for where, part in _unheld(value, place):
-            what = shown(part) if not isinstance(part, np.ndarray) else f"{shown(part)}, to be given as a tuple"
+            what = displayed(part) if not isinstance(part, np.ndarray) else f"{displayed(part)}, to be given as a tuple"
             raise refused(key, f"{where} is {what}; a record of the stage holds {_HELD}")
 
 
@@ -70,7 +70,7 @@ def _unheld(value: Any, place: str) -> Iterator[tuple[str, Any]]:
             yield from _unheld(item, f"{place}[{name!r}]") if isinstance(name, str) else iter([(place, value)])
     elif dataclasses.is_dataclass(value) and not isinstance(value, type):
         # Those of camsim have judged their own.
-        for where, part in _fields(value, place) if is_own(value) else ():
+        for where, part in _fields(value, place) if is_custom(value) else ():
             yield from _unheld(part, where)
     else:
         yield place, value

@@ -97,8 +97,8 @@ def _one_of(declared: Any) -> Kind:
                     if misfit.item:
                         raise
                     hint = _way_out(members, value) if isinstance(value, str) else misfit.hint
-                    told = either([misfit.words if one is member else one.words for one in members])
-                    raise Misfit(told, value, hint=hint) from None
+                    stated = either([misfit.words if one is member else one.words for one in members])
+                    raise Misfit(stated, value, hint=hint) from None
         raise Misfit(words, value, hint=_way_out(members, value))
 
     def as_is(value: Any) -> bool:

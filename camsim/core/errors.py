@@ -107,11 +107,11 @@ def in_brief(error: BaseException | str, most: int = 120) -> str:
     'damaged [31m at byte 3'
     """
     words = "".join(letter if letter.isprintable() else " " for letter in str(error)[: 4 * most]).split()
-    shown = " ".join(words)
-    return shown if len(shown) <= most else f"{shown[: most - 1]}…"
+    displayed = " ".join(words)
+    return displayed if len(displayed) <= most else f"{displayed[: most - 1]}…"
 
 
-def did_you_mean(name: str, known: Iterable[str], shown: int = 12) -> str:
+def did_you_mean(name: str, known: Iterable[str], displayed: int = 12) -> str:
     """Return the tail of a message about an unknown name: the likely one, and the list when it is short.
 
     Names may be a stranger's, as members of an archive are: of any length and with any letters.
@@ -122,7 +122,7 @@ def did_you_mean(name: str, known: Iterable[str], shown: int = 12) -> str:
     names = [in_brief(name) for name in known]
     near = nearest(name, names)
     text = f"; did you mean {' or '.join(repr(n) for n in near)}?" if near else ";" if names else ""
-    if names and len(names) <= shown:
+    if names and len(names) <= displayed:
         text += f" (known: {', '.join(names)})"
     elif not near:
         text = ""

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from annotated_types import Ge, Gt, Le
 
 from camsim.core.errors import InvalidValueError
-from camsim.core.words import in_range, number_hint, percent_hint, shown
+from camsim.core.words import displayed, in_range, number_hint, percent_hint
 
 LARGEST = 1e15
 """No light, length, time or count is more; products of such numbers are far from overflow."""
@@ -33,7 +33,7 @@ def array_of(given: Any, key: str = "", stage: str = "") -> npt.NDArray[Any]:
             given = given.numpy()
         return np.asarray(given)
     except (RuntimeError, TypeError, ValueError):
-        message = f"must be numbers, not {shown(given)}"
+        message = f"must be numbers, not {displayed(given)}"
         if hasattr(given, "detach"):
             why = "needs gradients, which end here" if getattr(given, "requires_grad", False) else "NumPy cannot read"
             message = f"is a tensor that {why}; give {key or 'x'}.detach().cpu().numpy()"
@@ -47,7 +47,7 @@ class Misfit(InvalidValueError):
         if isinstance(value, type) and not hint:
             hint = f"; give one of it, {value.__name__}(…)"
         self.words, self.value, self.item, self.hint = words, value, item, hint
-        super().__init__(f"{f'item {item} ' if item else ''}must be {words}, not {shown(value)}{hint}")
+        super().__init__(f"{f'item {item} ' if item else ''}must be {words}, not {displayed(value)}{hint}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,10 +100,10 @@ def number(bare: type, limits: Sequence[Any]) -> Kind:
 
 def _closed(limits: Sequence[Any], most: float) -> tuple[Any, ...]:
     """Return limits with those that hold for every number, on the sides that have none of their own."""
-    own = [limit for limit in limits if not (isinstance(limit, Gt) and limit.gt == 0)]
-    low = () if any(isinstance(limit, Ge | Gt) for limit in own) else (Ge(SMALLEST if own != list(limits) else -most),)
+    one = [limit for limit in limits if not (isinstance(limit, Gt) and limit.gt == 0)]
+    low = () if any(isinstance(limit, Ge | Gt) for limit in one) else (Ge(SMALLEST if one != list(limits) else -most),)
     high = () if any(isinstance(limit, Le) for limit in limits) else (Le(most),)
-    return (*own, *low, *high)
+    return (*one, *low, *high)
 
 
 def complex_number() -> Kind:

@@ -11,7 +11,7 @@ from camsim.core.arrays import F64, U8
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Repeated:
+class Tiled:
     """A small array (p, q) repeated over (rows, cols), of which only what is asked for is ever made.
 
     >>> index = Repeated(np.array([[0, 1], [1, 2]], np.uint8), (3, 5))
@@ -38,12 +38,12 @@ class Repeated:
         count = len(self.period)
         some = self.period[row[:count, None], col]
         found = np.empty((row.size, col.size), np.uint8)
-        for k, own in enumerate(some):  # a gather of every photosite's would take ten times as long
-            found[k::count] = own
+        for k, one in enumerate(some):  # a gather of every photosite's would take ten times as long
+            found[k::count] = one
         return found
 
 
-Channels: TypeAlias = U8 | Repeated
+Channels: TypeAlias = U8 | Tiled
 """The channel of each photosite, (rows, cols); ``[:]`` makes it an array."""
 
 
@@ -62,7 +62,7 @@ def multiply(rows: F64, channel: Channels, first: int, values: F64, out: F64) ->
         if values[0] != 1.0 or out is not rows:
             np.multiply(rows, values[0], out=out)
         return
-    if not isinstance(channel, Repeated):
+    if not isinstance(channel, Tiled):
         np.multiply(rows, values[channel[first : first + len(rows)]], out=out)
         return
     period = len(channel.period)

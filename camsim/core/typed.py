@@ -23,7 +23,7 @@ from camsim.core.annotations import Before, Called
 from camsim.core.declared_types import kind_of
 from camsim.core.errors import InvalidValueError, UnknownNameError
 from camsim.core.number_kinds import Kind
-from camsim.core.words import either, shown
+from camsim.core.words import displayed, either
 
 Number: TypeAlias = float | np.floating[Any] | np.integer[Any]
 Whole: TypeAlias = int | np.integer[Any]
@@ -80,7 +80,7 @@ Corners: TypeAlias = Annotated[
 ]
 
 
-def judge(stage: Any) -> None:
+def validate(stage: Any) -> None:
     """Judge the parameters of a frozen dataclass, and keep what becomes of them.
 
     >>> from camsim.optics import Airy
@@ -135,7 +135,9 @@ def known_name(kind: str, name: Any, known: Collection[str], key: str = "") -> s
     camsim.core.errors.InvalidValueError: method: must be 'boundary' or 'fourier', not None
     """
     if not isinstance(name, str):
-        raise InvalidValueError(f"must be {either([repr(word) for word in known])}, not {shown(name)}", key=key or kind)
+        raise InvalidValueError(
+            f"must be {either([repr(word) for word in known])}, not {displayed(name)}", key=key or kind
+        )
     if name not in known:
         raise UnknownNameError(kind, name, known, key=key)
     return name
@@ -160,14 +162,14 @@ def spelled_out(keywords: type) -> Callable[[F], F]:
     return spelled
 
 
-class _Kept:
+class _Cached:
     """The default that help shows of a keyword whose absence changes nothing."""
 
     def __repr__(self) -> str:
         return "kept"
 
 
-_KEPT = _Kept()
+_KEPT = _Cached()
 
 
 def _as_written(kind: Any) -> Any:

@@ -235,7 +235,7 @@ def number_hint(text: str) -> str:
     return "; write the number alone, its unit is fixed" if _WITH_UNIT.fullmatch(text) else ""
 
 
-def shown(value: Any) -> str:
+def displayed(value: Any) -> str:
     """Return a value in a few letters of one line.
 
     >>> shown(-1.0), shown("eight"), shown([1, 2]), shown(None)
@@ -283,13 +283,13 @@ def brief(value: object) -> str:
     >>> Curve(range(400, 701, 10), [0.5] * 31)
     Curve(wavelength_nm=(400.0, 410.0, …, 700.0: 31), values=(0.5, 0.5, …, 0.5: 31))
     """
-    if (told := getattr(value, "told_shortly", None)) is not None:
-        return str(told)  # a stage that is all tables
+    if (stated := getattr(value, "stated_briefly", None)) is not None:
+        return str(stated)  # a stage that is all tables
     if not dataclasses.is_dataclass(value):
         return _in_short(value) if isinstance(value, int | float | str) else f"{type(value).__name__}(…)"
     parts = ((field, getattr(value, field.name)) for field in dataclasses.fields(value) if field.repr)
-    told = [f"{field.name}={_in_short(part)}" for field, part in parts if not _as_usual(field, part)]
-    return f"{type(value).__name__}({', '.join(told)})"
+    stated = [f"{field.name}={_in_short(part)}" for field, part in parts if not _as_usual(field, part)]
+    return f"{type(value).__name__}({', '.join(stated)})"
 
 
 def duration(seconds: float) -> str:
@@ -320,7 +320,7 @@ def _in_short(value: object) -> str:
         whole = f"{items}: {len(value)}" if len(value) > _MOST_ITEMS else f"{items}," if len(value) == 1 else items
         return f"({whole})"
     if isinstance(value, np.ndarray):
-        return shown(value)
+        return displayed(value)
     text = brief(value) if dataclasses.is_dataclass(value) and not isinstance(value, type) else repr(value)
     if len(text) <= _MOST_LETTERS:
         return text

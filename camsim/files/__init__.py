@@ -136,42 +136,42 @@ def check_output(path: str | os.PathLike[str], product: str | None = None) -> Pr
 
     To be called before the work begins: looks at the suffix, the product and the folder.
     """
-    shown, target = repr(str(path)), Path(path)
-    chosen = _product(shown, target.suffix, product)
+    displayed, target = repr(str(path)), Path(path)
+    chosen = _product(displayed, target.suffix, product)
     try:
         if target.is_dir():
-            raise OutputError(f"cannot write {shown}: it is a folder")
+            raise OutputError(f"cannot write {displayed}: it is a folder")
         if target.exists() and not target.is_file():
-            raise OutputError(f"cannot write {shown}: it is a device and not a file")
+            raise OutputError(f"cannot write {displayed}: it is a device and not a file")
         # Where a link points to is where the file goes.
         folder = Path(os.path.realpath(target)).parent
         if not folder.exists():
-            raise OutputError(f"cannot write {shown}: the folder {str(folder)!r} does not exist; make it first")
+            raise OutputError(f"cannot write {displayed}: the folder {str(folder)!r} does not exist; make it first")
         if not folder.is_dir():
-            raise OutputError(f"cannot write {shown}: {str(folder)!r} is a file and not a folder")
+            raise OutputError(f"cannot write {displayed}: {str(folder)!r} is a file and not a folder")
         if not os.access(folder, os.W_OK | os.X_OK):
-            raise OutputError(f"cannot write {shown}: the folder {str(folder)!r} does not allow writing")
+            raise OutputError(f"cannot write {displayed}: the folder {str(folder)!r} does not allow writing")
     except OSError as error:
-        raise OutputError(f"cannot write {shown}: {reason(error)}") from error
+        raise OutputError(f"cannot write {displayed}: {reason(error)}") from error
     except ValueError as error:
-        raise OutputError(f"cannot write {shown}: {error}") from error
+        raise OutputError(f"cannot write {displayed}: {error}") from error
     return chosen
 
 
-def _product(shown: str, suffix: str, product: str | None) -> Product:
+def _product(displayed: str, suffix: str, product: str | None) -> Product:
     form = SUFFIXES.get(suffix.lower())
     if form is None:
         what = f"unknown suffix {suffix!r}" if suffix else "the name has no suffix to choose the format by"
-        raise OutputError(f"cannot write {shown}: {what}{did_you_mean(suffix, SUFFIXES)}")
+        raise OutputError(f"cannot write {displayed}: {what}{did_you_mean(suffix, SUFFIXES)}")
     if product is None:
         return form.default
     if product not in PRODUCTS:
-        raise OutputError(f"cannot write {shown}: unknown product {product!r}{did_you_mean(product, PRODUCTS)}")
+        raise OutputError(f"cannot write {displayed}: unknown product {product!r}{did_you_mean(product, PRODUCTS)}")
     known: dict[str, Product] = {name: name for name in PRODUCTS}
     if known[product] not in form.writers:
         able = [name for name, other in SUFFIXES.items() if product in other.writers]
         raise OutputError(
-            f"cannot write {shown}: {form.title} holds {_either(form.writers)} and not {product}; "
+            f"cannot write {displayed}: {form.title} holds {_either(form.writers)} and not {product}; "
             f"{product} goes into {_either(able)}"
         )
     return known[product]

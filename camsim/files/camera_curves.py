@@ -78,8 +78,8 @@ def camera_of(path: Path, name: str | None) -> CameraCurves:
     """Return the camera of a file, of several the one that is named; raises UnknownNameError with those there are."""
     cameras = {camera.name: camera for camera in read_cameras(path)}
     if name is None and len(cameras) > 1:
-        shown = ", ".join(sorted(cameras))
-        raise InputError(f"{str(path)!r} has {len(cameras)} cameras; say which by --camera: {shown}")
+        displayed = ", ".join(sorted(cameras))
+        raise InputError(f"{str(path)!r} has {len(cameras)} cameras; say which by --camera: {displayed}")
     if name is not None and name not in cameras:
         raise UnknownNameError("camera", name, sorted(cameras), key="--camera")
     return cameras[name or next(iter(cameras))]

@@ -18,7 +18,7 @@ from camsim.core.arrays import U16
 from camsim.core.errors import OutputError
 from camsim.files.describe import description_hash, error_text, exif_datetime, record_json
 from camsim.files.dng_image import Image, LosslessTiles, Strip
-from camsim.files.dng_tags import CFA, D65, LINEAR_RAW, RGB, STANDARD_LIGHT_A, Colour, Said, odd_cfa, xmp_packet
+from camsim.files.dng_tags import CFA, D65, LINEAR_RAW, RGB, STANDARD_LIGHT_A, Colour, Metadata, odd_cfa, xmp_packet
 from camsim.files.tiff_ifd import (
     Tag,
     ascii_string,
@@ -178,7 +178,7 @@ def _finish(
     }
 
     def all_tags(layout: tuple[Tag, ...], identity: bytes, at: int) -> tuple[bytes, int]:
-        said = Said(
+        said = Metadata(
             shape=frame.shape,
             photometric=photometric,
             samples=samples,

@@ -37,7 +37,7 @@ class Colour:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Said:
+class Metadata:
     """What a file says of its one image.
 
     shape                : rows and columns
@@ -172,12 +172,13 @@ def odd_cfa(pattern: tuple[str, ...]) -> str | None:
     period = len(pattern), len(pattern[0])
     if len(letters) == 1 or pattern in BAYER or (period == (6, 6) and letters == set(RGB)):
         return None
-    shown = " / ".join(pattern)
+    displayed = " / ".join(pattern)
     unknown = sorted(letters - set(CFA_CODES))
     if unknown or max(period) > 255:
-        return f"a DNG cannot hold the colour filter array {shown}; write a .tiff, .exr or .npy instead"
+        return f"a DNG cannot hold the colour filter array {displayed}; write a .tiff, .exr or .npy instead"
     return (
-        f"raw developers misread a DNG of the colour filter array {shown}: dcraw, LibRaw, RawTherapee and darktable "
+        f"raw developers misread a DNG of the colour filter array {displayed}: dcraw, LibRaw, RawTherapee and "
+        "darktable "
         "take it for another one and Adobe's SDK does not interpolate it; write a .tiff, .exr or .npy instead"
     )
 

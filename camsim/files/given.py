@@ -17,11 +17,11 @@ from camsim.core.calls import in_words
 from camsim.core.errors import InvalidValueError, OutputError, did_you_mean
 from camsim.core.number_kinds import array_of
 from camsim.core.typed import FilePath, check, check_truths
-from camsim.core.words import shown
+from camsim.core.words import displayed
 from camsim.files.atomic import replacing
 from camsim.files.describe import canonical
 from camsim.files.dng_image import Image, LosslessTiles, Strip
-from camsim.files.dng_tags import CFA, D65, LINEAR_RAW, Colour, Said, odd_cfa
+from camsim.files.dng_tags import CFA, D65, LINEAR_RAW, Colour, Metadata, odd_cfa
 from camsim.files.preview import Balance, developed
 from camsim.files.tiff_ifd import Tag, directories, refuse_over_4_gib, undefined
 from camsim.sensor.cfa import BAYER, PATTERNS, Cfa
@@ -81,7 +81,7 @@ def write_dng(
     image: Any = mosaic if np.ma.isMaskedArray(mosaic) else array_of(mosaic, "mosaic")
     linear = image.ndim == 3
     if linear and cfa != "RGGB":
-        raise InvalidValueError(f"{shown(cfa)}, and each pixel has all colours; leave it out", key="cfa")
+        raise InvalidValueError(f"{displayed(cfa)}, and each pixel has all colours; leave it out", key="cfa")
     codes = _side_by_side(image) if linear else image
     given = _Given.of(codes, cfa, black_level_dn, white_level_dn, colour_matrix, as_shot_neutral)
     if linear:
@@ -178,11 +178,11 @@ class _Given:
         colour = None if len(array.channels) == 1 else _colour(array.channels, colour_matrix, as_shot_neutral)
         if colour is None and not (colour_matrix is None and as_shot_neutral is None):
             key = "as_shot_neutral" if colour_matrix is None else "colour_matrix"
-            raise InvalidValueError(f"cfa {shown(cfa)} has one channel, which has no colour; leave it out", key=key)
+            raise InvalidValueError(f"cfa {displayed(cfa)} has one channel, which has no colour; leave it out", key=key)
         return cls(codes=codes, cfa=array, black_dn=black_dn, white_dn=white_dn, colour=colour)
 
-    def said(self, camera_name: str) -> Said:
-        return Said(
+    def said(self, camera_name: str) -> Metadata:
+        return Metadata(
             shape=(self.codes.shape[0], self.codes.shape[1]),
             photometric=CFA if self.colour is not None and self.codes.ndim == 2 else LINEAR_RAW,
             samples=self.codes[0, 0].size,
@@ -258,7 +258,8 @@ def _colour(channels: tuple[str, ...], colour_matrix: ArrayLike | None, as_shot_
     in_daylight = np.einsum("cx,x->c", matrix, white_xyz)
     if not in_daylight.min() > 0:
         raise InvalidValueError(
-            f"white under D65 gives {names} {shown(in_daylight.tolist())}; a matrix from XYZ to the camera makes all "
+            f"white under D65 gives {names} {displayed(in_daylight.tolist())}; a matrix from XYZ to the camera "
+            "makes all "
             "of them positive: is it the inverse?",
             key="colour_matrix",
         )
@@ -279,7 +280,7 @@ def _colour(channels: tuple[str, ...], colour_matrix: ArrayLike | None, as_shot_
 def _numbers(values: Any, key: str) -> F64:
     given = array_of(values, key)
     if given.dtype.kind not in "fiu" or np.ma.is_masked(values):
-        raise InvalidValueError(f"must be numbers, not {shown(values)}", key=key)
+        raise InvalidValueError(f"must be numbers, not {displayed(values)}", key=key)
     numbers = given.astype(np.float64)
     if not np.isfinite(numbers).all():
         raise InvalidValueError("must be finite numbers", key=key)

@@ -17,7 +17,7 @@ _MOST_BYTES = 64 << 20
 Hot = tuple[int, int, float]
 
 
-def read_hot(path: Path, shown: str) -> tuple[Hot, ...]:
+def read_hot(path: Path, displayed: str) -> tuple[Hot, ...]:
     """Read a list of hot photosites: the columns row, col and e_per_s.
 
     shown : what messages call the file
@@ -26,18 +26,18 @@ def read_hot(path: Path, shown: str) -> tuple[Hot, ...]:
     """
     with opened(path) as (file, size):
         if size > _MOST_BYTES:
-            raise InputError(f"{shown!r} has {size} bytes; {_MOST_BYTES} are the most of a list of photosites")
+            raise InputError(f"{displayed!r} has {size} bytes; {_MOST_BYTES} are the most of a list of photosites")
         text = file.read(size).decode("utf-8-sig", errors="replace")
     lines = csv.DictReader(line for line in io.StringIO(text) if not line.startswith("#"))
     if set(HEADS) - {head.strip() for head in lines.fieldnames or ()}:
-        raise InputError(f"{shown!r} needs the columns {', '.join(HEADS)}: a line for each hot photosite")
+        raise InputError(f"{displayed!r} needs the columns {', '.join(HEADS)}: a line for each hot photosite")
     found = []
     for number, line in enumerate(lines, start=1):
         row, col, e_per_s = ((line[head] or "").strip() for head in HEADS)
         if not (row.isdecimal() and col.isdecimal() and _is_current(e_per_s)):
             says = f"{row},{col},{e_per_s}"
             raise InputError(
-                f"{shown!r}, photosite {number}: {says[:60]!r}; give row and col, whole numbers from 0, and a dark "
+                f"{displayed!r}, photosite {number}: {says[:60]!r}; give row and col, whole numbers from 0, and a dark "
                 "current of 0 e⁻/s or more"
             )
         found.append((int(row), int(col), float(e_per_s)))

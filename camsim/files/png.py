@@ -14,7 +14,7 @@ from camsim.files.preview import develop
 _DEFLATE_LEVEL = 3
 """Level 6 takes up to 1.6 times as long on a noisy frame, for 3-5 % fewer bytes."""
 
-_SMALLEST_SHOWN, _LARGEST_SHOWN = 240, 800
+_SMALLEST_DISPLAYED, _LARGEST_DISPLAYED = 240, 800
 """Pixels along the longer side of what notebooks show."""
 
 
@@ -36,14 +36,14 @@ def picture(pixels: U8) -> bytes:
     from PIL import Image
 
     longest = max(pixels.shape[:2])
-    shown = Image.fromarray(pixels)
-    if longest > _LARGEST_SHOWN:
-        shown.thumbnail((_LARGEST_SHOWN, _LARGEST_SHOWN), Image.Resampling.BOX)
+    displayed = Image.fromarray(pixels)
+    if longest > _LARGEST_DISPLAYED:
+        displayed.thumbnail((_LARGEST_DISPLAYED, _LARGEST_DISPLAYED), Image.Resampling.BOX)
     else:
-        times = max(1, _SMALLEST_SHOWN // longest)
-        shown = shown.resize((shown.width * times, shown.height * times), Image.Resampling.NEAREST)
+        times = max(1, _SMALLEST_DISPLAYED // longest)
+        displayed = displayed.resize((displayed.width * times, displayed.height * times), Image.Resampling.NEAREST)
     buffer = io.BytesIO()
-    shown.save(buffer, format="png")
+    displayed.save(buffer, format="png")
     return buffer.getvalue()
 
 

@@ -90,7 +90,7 @@ def demosaic(signal: F32, channel_index: U8, channels: int) -> F32:
 
     planes = np.empty((channels, *signal.shape), dtype=np.float32)
     for channel in range(channels):
-        own = (channel_index == channel).astype(np.float32)
+        one = (channel_index == channel).astype(np.float32)
         reach = 1
         while True:
             tent = np.minimum(np.arange(1, 2 * reach + 2), np.arange(2 * reach + 1, 0, -1)) / (reach + 1)
@@ -100,12 +100,12 @@ def demosaic(signal: F32, channel_index: U8, channels: int) -> F32:
                 down: F32 = scipy.ndimage.correlate1d(across, tent, axis=0, mode="constant")
                 return down
 
-            weight = spread(own)
+            weight = spread(one)
             if weight.min() > 0 or reach >= max(signal.shape):
                 break
             reach += 1
-        mean = spread(signal * own) / np.maximum(weight, np.finfo(np.float32).tiny)
-        planes[channel] = np.where(own > 0, signal, mean)
+        mean = spread(signal * one) / np.maximum(weight, np.finfo(np.float32).tiny)
+        planes[channel] = np.where(one > 0, signal, mean)
     return planes
 
 

@@ -16,6 +16,6 @@ def other_than_srgb(x_y: Sequence[float], where: str) -> str:
     >>> other_than_srgb((0.64, 0.33, 0.21, 0.71, 0.15, 0.06, 0.3127, 0.329), "cHRM")
     'cHRM, other primaries or another white'
     """
-    if not x_y or all(abs(own - its) <= _SAME for own, its in zip(x_y, _SRGB, strict=True)):
+    if not x_y or all(abs(one - its) <= _SAME for one, its in zip(x_y, _SRGB, strict=True)):
         return ""
     return f"{where}, other primaries or another white"

@@ -12,7 +12,7 @@ from typing import Any
 from camsim.camera.frame import check_products
 from camsim.core.arrays import I64
 from camsim.core.errors import CamsimError, InputError, InvalidValueError
-from camsim.core.typed import hints, judge
+from camsim.core.typed import hints, validate
 from camsim.files.describe import RECORD_FORMAT, checksum
 from camsim.sensor.adc import full_codes
 from camsim.sensor.companding import are_points
@@ -52,7 +52,7 @@ class Record:
     description: Mapping[str, Any]
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
         check_products((self.product,))
         if not self.channels or not self.cfa_pattern or len({len(row) for row in (*self.cfa_pattern, "")} - {0}) != 1:
             raise InvalidValueError("give one letter for each filter, in rows of one length", key="cfa_pattern")
@@ -94,8 +94,8 @@ class Record:
     @property
     def size(self) -> tuple[int, int] | None:
         """Rows and columns of the picture that it was written beside; None where the description does not say them."""
-        told = self.description.get("region") or self.description.get("camera")
-        rows, cols = (told.get(side) if isinstance(told, Mapping) else None for side in ("rows", "cols"))
+        stated = self.description.get("region") or self.description.get("camera")
+        rows, cols = (stated.get(side) if isinstance(stated, Mapping) else None for side in ("rows", "cols"))
         return (rows, cols) if isinstance(rows, int) and isinstance(cols, int) else None
 
     def check_size(self, rows: int, cols: int) -> None:

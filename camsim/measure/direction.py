@@ -94,8 +94,8 @@ def _of_noise(rows: Placed, signal: F64, model: Model, smooth: Model, rise: floa
         scale=model.scale,
     )
     noisy, true = (_Slope.of(rows, signal, model, shape) for shape in (smooth, coarse))
-    told = true.information - (variance * true.noise(rows) if rows.d.size <= _FEW else 0.0)
-    return max(noisy.information / told, 1.0) if told > 0.0 else math.inf
+    stated = true.information - (variance * true.noise(rows) if rows.d.size <= _FEW else 0.0)
+    return max(noisy.information / stated, 1.0) if stated > 0.0 else math.inf
 
 
 class _Slope(NamedTuple):

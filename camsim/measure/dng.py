@@ -64,18 +64,18 @@ class Raw:
 
 def read_colours(file: BinaryIO, size: int) -> tuple[tuple[float, ...], tuple[tuple[float, ...], ...]]:
     """Return factors of the channels that make white as shot, and rows of XYZ under D65 to camera; empty if unsaid."""
-    told = read_directory(file, size)
-    balance = np.array(told.values(_ANALOG_BALANCE) or (1.0,))
+    stated = read_directory(file, size)
+    balance = np.array(stated.values(_ANALOG_BALANCE) or (1.0,))
     for matrix, light in _COLOUR_MATRICES:
-        numbers = told.values(matrix)
+        numbers = stated.values(matrix)
         if len(numbers) >= 9 and len(numbers) % 3 == 0 and len(balance) in (1, len(numbers) // 3):
             to_camera = balance[:, None] * np.array(numbers).reshape(-1, 3)
-            white = fit_white(_ILLUMINANTS.get(told.number(light, 21), "D65"))
+            white = fit_white(_ILLUMINANTS.get(stated.number(light, 21), "D65"))
             break
     else:
         return (), ()
-    neutral = np.array(told.values(_NEUTRAL))
-    if (xy := told.values(_WHITE_XY)) and not neutral.size and len(xy) == 2 and xy[1] > 0.0:
+    neutral = np.array(stated.values(_NEUTRAL))
+    if (xy := stated.values(_WHITE_XY)) and not neutral.size and len(xy) == 2 and xy[1] > 0.0:
         neutral = to_camera @ np.array([xy[0] / xy[1], 1.0, (1.0 - xy[0] - xy[1]) / xy[1]])
     of_d65 = to_camera @ adaptation(fit_white("D65"), white)
     known = neutral.size == len(to_camera) and np.isfinite(neutral).all() and neutral.min() > 0.0
@@ -120,13 +120,13 @@ def read_raw(path: Path, file: BinaryIO, size: int, *, stored: bool = False) -> 
     samples = image.shape[2] if image.ndim == 3 else 1
     white, black, offsets = _white(here, image.dtype, samples), _black(here, samples), _offsets(here, image.shape)
     if image.ndim == 3:
-        offsets, black = offsets + _repeated(black - black[0, 0], image.shape), black[:1, :1]
+        offsets, black = offsets + _tiled(black - black[0, 0], image.shape), black[:1, :1]
     image, white, lowest = _without(np.rint(offsets) if stored else offsets, image, white)
     black = black[:, :, 0] if image.ndim == 2 else black[0, 0]
     if operations.on_light and not stored:
         image, black, white, lowest = _operated(operations, image, black, white, lowest, period)
     return Raw(
-        image=image, pattern=pattern, black=black, white=white, lowest=lowest, operations=operations.told(),
+        image=image, pattern=pattern, black=black, white=white, lowest=lowest, operations=operations.stated(),
         linear_dn=here.numbers(_LINEARIZATION),
     )  # fmt: skip
 
@@ -140,7 +140,7 @@ def _operated(
     period: tuple[int, int],
 ) -> tuple[npt.NDArray[Any], F64, tuple[float, ...], float]:
     """Return an image after its second list, its levels and its lowest number: black is 0 and white 1."""
-    level = _repeated(black[:, :, None], image.shape)[:, :, 0] if image.ndim == 2 else black
+    level = _tiled(black[:, :, None], image.shape)[:, :, 0] if image.ndim == 2 else black
     span = np.array(white) - level if image.ndim == 3 else white[0] - level
     light = operations.on_linear((image - level) / span, period)
     least = float(np.max((lowest - level) / span))
@@ -201,11 +201,11 @@ def _offsets(directory: Directory, shape: tuple[int, ...]) -> F64:
     return offsets
 
 
-def _repeated(levels: F64, shape: tuple[int, ...]) -> F64:
+def _tiled(levels: F64, shape: tuple[int, ...]) -> F64:
     """Return a rectangle of levels (rows, cols, samples) repeated over an image."""
     rows, cols = (np.arange(size) % period for size, period in zip(shape[:2], levels.shape[:2], strict=True))
-    repeated: F64 = levels[rows[:, None], cols]
-    return repeated
+    tiled: F64 = levels[rows[:, None], cols]
+    return tiled
 
 
 def _without(

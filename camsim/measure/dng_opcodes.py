@@ -59,7 +59,7 @@ class Operations:
         """Return the lists of an image; raises InputError for one that is cut short."""
         return cls(*(tuple(_listed(directory, number)) for number in _LISTS))
 
-    def told(self) -> tuple[str, ...]:
+    def stated(self) -> tuple[str, ...]:
         """Return what is done to the samples, and what is not, for people to read."""
         known: tuple[dict[int, _Apply], ...] = (_ON_STORED, _ON_LINEAR, {})
         return tuple(

@@ -152,7 +152,7 @@ def _cells(picture: Picture) -> _Cells:
     rows, cols = (max(0, (size - side) // every + 1) for size in picture.shape)
     grey = np.zeros((rows, cols))
     weights = [
-        (plane, 1.0 / (sum(1.0 / math.prod(own.step) for own in channel.planes) * side**2))
+        (plane, 1.0 / (sum(1.0 / math.prod(one.step) for one in channel.planes) * side**2))
         for channel in picture.select("all")
         for plane in channel.planes
     ]
@@ -306,13 +306,13 @@ def _holds_others(
     y = (np.arange(label.shape[0]) + top)[:, None] * cells.every + cells.middle - segment.y
     x = (np.arange(label.shape[1]) + left)[None, :] * cells.every + cells.middle - segment.x
     across, along = np.abs(y * segment.tx - x * segment.ty), np.abs(x * segment.tx + y * segment.ty)
-    own = 2.0 * cells.every + 3.0
+    one = 2.0 * cells.every + 3.0
     strength = np.hypot(gx, gy)
     turned = (gx * segment.ty - gy * segment.tx < _ALIKE * strength) & (strength > _OTHER * segment.strength)
     # A blurred edge is wide, and all of it is its own.
-    wide = np.where(label == segment.label, own + 4.0 * segment.thick, own)
+    wide = np.where(label == segment.label, one + 4.0 * segment.thick, one)
     # Where it has come to its level, what is strong again is not.
-    again = (across > max(own, 3.0 * segment.thick)) & (strength > _OTHER * segment.strength)
+    again = (across > max(one, 3.0 * segment.thick)) & (strength > _OTHER * segment.strength)
     others = (across > wide) | (along > segment.half + wide) | (turned & (label != segment.label)) | again
     others &= label > 0
     total = np.zeros((label.shape[0] + 1, label.shape[1] + 1), np.int64)

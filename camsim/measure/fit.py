@@ -206,12 +206,12 @@ def _fit(samples: Samples, channel: Channel, guess: Guess, *, reach: float, what
     away = min(2.0 + rise, 0.5 * half_width)
     noise = tuple(float(np.std(r[side])) if np.count_nonzero(side) > 1 else 0.0 for side in (d < -away, d > away))
     leverage = spline.leverages(rows, model, inverse)
-    own = variances(d, v - r, r, leverage, away=away, rise=rise)
-    thrown = spline.scatter(rows, own, model)
+    one = variances(d, v - r, r, leverage, away=away, rise=rise)
+    thrown = spline.scatter(rows, one, model)
     # What the model does not follow is alike in photosites that lie together.
     side = max(_CELL * pitch, math.sqrt(float(np.ptp(x)) * float(np.ptp(y)) / _MOST_CELLS))
     for place in (x, y, np.floor(x / side) + 2.0**20 * np.floor(y / side)):
-        thrown += shared_scatter(place, rows, r, own, model, inverse)
+        thrown += shared_scatter(place, rows, r, one, model, inverse)
     n = model.columns
     # What the penalties stand for is no less unknown than noise is.
     thrown[range(n + BESIDE, n + EXTRAS), range(n + BESIDE, n + EXTRAS)] += beside * variance
@@ -225,7 +225,7 @@ def _fit(samples: Samples, channel: Channel, guess: Guess, *, reach: float, what
         shape=shape,
         rise=rise,
         variance=variance,
-        most=float(own.max()),
+        most=float(one.max()),
         linear_rad=math.sqrt(max(float(covariance[n + TURN, n + TURN]), 0.0)) / model.scale,
     )
     return EdgeFit(
@@ -244,7 +244,7 @@ def _fit(samples: Samples, channel: Channel, guess: Guess, *, reach: float, what
         photosites=int(d.size),
         turn_rad=turn_rad,
         turn_error_rad=max(
-            turn_error_rad, *(float(own.error(own.turn_rad - turn_rad, turn_error_rad)) for own in others)
+            turn_error_rad, *(float(one.error(one.turn_rad - turn_rad, turn_error_rad)) for one in others)
         ),
     )
 

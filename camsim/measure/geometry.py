@@ -13,7 +13,7 @@ import numpy as np
 
 from camsim.core.arrays import F64
 from camsim.core.errors import InvalidValueError
-from camsim.core.typed import check, judge
+from camsim.core.typed import check, validate
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +41,7 @@ class Roi:
         return cls(row, col, rows, cols)
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
 
     def check_inside(self, shape: tuple[int, int]) -> None:
         """Refuse a region that reaches beyond an image of (rows, cols)."""

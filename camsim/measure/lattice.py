@@ -89,19 +89,19 @@ def _grown(
     others, used = middles[alike], {seed}
     while left and len(found) < most:
         place = left.pop(0)
-        own = steps[place]
+        each = steps[place]
         for axis, sign in ((0, 1), (0, -1), (1, 1), (1, -1)):
             to = (place[0] + sign, place[1]) if axis == 0 else (place[0], place[1] + sign)
             if to in found:
                 continue
-            guess = middles[found[place]] + sign * own[axis]
+            guess = middles[found[place]] + sign * each[axis]
             distance = np.hypot(*(others - guess).T)
             nearest = int(np.argmin(distance))
-            if distance[nearest] > 0.25 * np.hypot(*own[axis]) or int(alike[nearest]) in used:
+            if distance[nearest] > 0.25 * np.hypot(*each[axis]) or int(alike[nearest]) in used:
                 continue
             step = sign * (others[nearest] - middles[found[place]])
             found[to] = int(alike[nearest])
             used.add(found[to])
-            steps[to] = (step, own[1]) if axis == 0 else (own[0], step)
+            steps[to] = (step, each[1]) if axis == 0 else (each[0], step)
             left.append(to)
     return found

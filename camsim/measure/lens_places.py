@@ -70,7 +70,7 @@ def middles_um(
     weight = camera.image_per_reflectance(samples) * np.abs(light - dark)
     seen = samples.wavelength_nm[weight.max(axis=0) > 0.0]
     names = camera.cfa.channels if channels is None else channels
-    shares = {name: own for name in names if (own := neighbours(camera, name)) is not None}
+    shares = {name: one for name in names if (one := neighbours(camera, name)) is not None}
     if not seen.size:
         return {name: np.zeros_like(places_um) for name in shares}
     nm = np.unique(np.linspace(float(seen.min()), float(seen.max()), _WAVELENGTHS))
@@ -78,13 +78,13 @@ def middles_um(
     centres = np.array([[_middle_um(camera, place, float(each)) for each in nm] for place in places.tolist()])
     share = np.array([np.interp(samples.wavelength_nm, nm, row) for row in np.eye(nm.size)])  # (wavelengths, samples)
     # Of each of the camera's channels, times the light that it gets.
-    own = np.einsum("kn,cn,mkx->cmx", share, weight, centres)
+    one = np.einsum("kn,cn,mkx->cmx", share, weight, centres)
     down, right = np.meshgrid(_STEPS, _STEPS, indexing="ij")
     from_um = camera.pitch_um * np.stack([right, down])
     found = {}
     for name, part in shares.items():
         held = np.einsum("ijc,c->ij", part, weight.sum(axis=1))
-        moved = np.einsum("ijc,cmx->mx", part, own) + np.einsum("ij,xij->x", held, from_um)
+        moved = np.einsum("ijc,cmx->mx", part, one) + np.einsum("ij,xij->x", held, from_um)
         found[name] = np.broadcast_to(moved / max(float(held.sum()), 1e-300), places_um.shape)
     return found
 

@@ -96,7 +96,7 @@ def read_unpacked(path: Path) -> Unpacked:
             return Unpacked(image=image[:, :, :count], pattern=None, black=levels[:count], white=white, noted=noted)
         if raw.num_colors == 1:
             return Unpacked(image=image, pattern=("Y",), black=levels[:1, None], white=white, noted=noted)
-        cell = _repeated(raw.raw_colors_visible)
+        cell = _tiled(raw.raw_colors_visible)
         letters = raw.color_desc.decode("ascii", "replace")
     return Unpacked(
         image=image,
@@ -129,7 +129,7 @@ def _opened(path: Path, *, unpack: bool) -> Iterator[Any]:
 
     raw = rawpy.RawPy()
     try:
-        with _heard() as lines:
+        with _counted() as lines:
             raw.open_file(str(path))
             sizes = raw.sizes
             refuse_bomb(2 * sizes.raw_height * sizes.raw_width, path.stat().st_size)
@@ -149,7 +149,7 @@ def _opened(path: Path, *, unpack: bool) -> Iterator[Any]:
 
 
 @contextlib.contextmanager
-def _heard() -> Iterator[list[str]]:
+def _counted() -> Iterator[list[str]]:
     """Take what LibRaw prints, which is the only place where it says that it goes on with damaged codes."""
     lines: list[str] = []
     with _ONE_AT_A_TIME, tempfile.TemporaryFile() as said:
@@ -168,7 +168,7 @@ def _heard() -> Iterator[list[str]]:
             lines += said.read().decode("utf-8", "replace").splitlines()
 
 
-def _repeated(colors: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
+def _tiled(colors: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
     """Return the smallest rectangle of filters that is repeated all over a mosaic."""
     looked = colors[:_LOOKED_AT, :_LOOKED_AT]
     rows = next((p for p in _PERIODS if np.array_equal(looked[p:], looked[:-p])), 0)

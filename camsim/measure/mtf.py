@@ -202,7 +202,7 @@ def with_theory(edge: EdgeMtf, line: EdgeLine, theory: TheoreticalOtf) -> EdgeMt
         np.array([nyquist, NYQUIST_OF_SENSOR_CYCLES_PER_PIXEL]), channel=edge.channel, line=line
     )
     assert of_nyquists is not None
-    at_own, at_sensors = np.abs(of_nyquists).tolist()
+    at_its, at_sensors = np.abs(of_nyquists).tolist()
     difference: F64 = edge.mtf - mtf
     return replace(
         edge,
@@ -210,7 +210,7 @@ def with_theory(edge: EdgeMtf, line: EdgeLine, theory: TheoreticalOtf) -> EdgeMt
             mtf=mtf,
             difference=difference,
             mtf50_cycles_per_pixel=half,
-            mtf_at_nyquist=at_own,
+            mtf_at_nyquist=at_its,
             mtf_at_nyquist_of_sensor=at_sensors,
             difference_to_nyquist=float(np.abs(difference[frequency <= nyquist + 1e-9]).max()),
         ),
@@ -294,13 +294,14 @@ def _refuse_unlike_light(edge: EdgeMtf, what: str) -> None:
     """Raise UnsupportedError when the transform is not that of an edge: what lies beyond the region outweighs it."""
     most = edge.frequency_cycles_per_pixel[edge.mtf.argmax()]
     if not (edge.mtf[0] > 0.0 and edge.mtf.max() <= _MOST_MTF):
-        told = (
+        stated = (
             f"comes to {edge.mtf.max():.2g} at {most:.2g} cycles per pixel, and light gives 1 at the most"
             if edge.mtf[0] > 0.0
             else f"has no step left with the {percent(abs(edge.tail_fraction))} that a fit of 1/x² adds beyond it"
         )
         raise UnsupportedError(
-            f"its transfer function {told}: the region holds structure or light that changes, not one edge between two "
+            f"its transfer function {stated}: the region holds structure or light that changes, not one edge "
+            "between two "
             "even surfaces (or it was sharpened); make it smaller, or choose another",
             stage=what,
         )

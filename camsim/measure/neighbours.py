@@ -18,12 +18,12 @@ def neighbours(camera: Body, channel: str) -> F64 | None:
     [1 + i, 1 + j] : what comes from i rows above and j columns to the left, and without crosstalk 1 of its own
     channel        : a plane's, G1 or G2 apart; None for one that the camera does not have
     """
-    own = places_of(channel, list(camera.cfa.pattern))
-    if not own.any():
+    one = places_of(channel, list(camera.cfa.pattern))
+    if not one.any():
         return None
     alone = ((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 0.0))
     kernel = np.array(alone if camera.crosstalk is None else camera.crosstalk.kernel, np.float64)
-    return kernel[..., None] * senders(camera.cfa, own)
+    return kernel[..., None] * senders(camera.cfa, one)
 
 
 def spread_otf(shares: F64, fx: F64, fy: F64) -> F64 | C128:

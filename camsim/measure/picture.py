@@ -16,7 +16,7 @@ from camsim.core.arrays import F64
 from camsim.core.errors import InvalidValueError, UnknownNameError
 from camsim.core.number_kinds import array_of
 from camsim.core.typed import Count, Index, Positive, check
-from camsim.core.words import shown
+from camsim.core.words import displayed
 from camsim.measure.full_frame import FullFrame
 from camsim.measure.geometry import Roi
 from camsim.measure.libraw import Noted
@@ -64,7 +64,7 @@ class Plane:
                 continue
             number = math.nan if isinstance(level, bool) or not isinstance(level, _NUMBER) else float(level)
             if not abs(number) <= LARGEST_SIGNAL:
-                message = f"{shown(level)}; must be a number up to {LARGEST_SIGNAL:g}"
+                message = f"{displayed(level)}; must be a number up to {LARGEST_SIGNAL:g}"
                 raise InvalidValueError(message, key=key, stage=self.name)
             kept[key] = number  # which can be taken off unsigned codes
         for key, value in kept.items():

@@ -120,7 +120,7 @@ def read_picture(
     check(cfa, str | None, "cfa")
     check(layer, str | None, "layer")
     check(stored, bool, "stored")
-    shown = repr(str(path))
+    displayed = repr(str(path))
     suffix = Path(path).suffix
     with opened(path) as (file, size):
         reader = _READERS.get(suffix.lower())
@@ -132,21 +132,21 @@ def read_picture(
             )
         kind = suffix.lower()
         if layer is not None and kind not in _LAYERED:
-            raise InvalidValueError(f"a {kind} has none; leave it out", key="layer", stage=shown)
+            raise InvalidValueError(f"a {kind} has none; leave it out", key="layer", stage=displayed)
         if gamma not in (None, 1.0) and kind in _LINEAR:
-            raise InvalidValueError(f"a {kind} is linear; leave it out", key="gamma", stage=shown)
+            raise InvalidValueError(f"a {kind} is linear; leave it out", key="gamma", stage=displayed)
         record = None if kind in libraw.SUFFIXES else read_record(file, size)
         if record is not None and record.product == "preview" and gamma is None:
             raise InvalidValueError(
                 "is a developed preview (tone curve, white balance, demosaiced), and linear data is needed; "
                 "measure the capture's mosaic instead (.dng, .tiff or FILE.png:mosaic)",
-                stage=shown,
+                stage=displayed,
             )
         source = _Source(Path(path), file, size, record, gamma, cfa, layer, stored)
         try:
             return reader(source)
         except InvalidValueError as error:
-            raise InvalidValueError(f"{error}", stage=shown) from None
+            raise InvalidValueError(f"{error}", stage=displayed) from None
 
 
 @dataclass(frozen=True, slots=True)
@@ -226,7 +226,7 @@ def _unfiltered(planes: tuple[Plane, ...], source: _Source) -> tuple[Plane, ...]
     return planes
 
 
-def _shown(image: npt.NDArray[Any], source: _Source, largest: float) -> npt.NDArray[Any]:
+def _displayed(image: npt.NDArray[Any], source: _Source, largest: float) -> npt.NDArray[Any]:
     """Return the image without an alpha channel that hides nothing; files of ours have none."""
     return opaque(image, largest) if source.record is None else image
 
@@ -283,7 +283,7 @@ def _of_stored(
     source: _Source, stored: npt.NDArray[Any], product: str | None, *, largest: float, encoded: bool, why: str
 ) -> Picture:
     """Return the picture of samples as a file holds them, (rows, cols) or (rows, cols, n), made linear."""
-    image, changed = _linear(_shown(stored, source, largest), source.gamma, largest, encoded=encoded, why=why)
+    image, changed = _linear(_displayed(stored, source, largest), source.gamma, largest, encoded=encoded, why=why)
     planes = _grey_or_planes(image, source, product, **_after(_levels(image, source, product, largest), changed))
     return _picture(source, planes, image.shape)
 
@@ -393,8 +393,8 @@ def _read_png(source: _Source) -> Picture:
 
 def _read_exr(source: _Source) -> Picture:
     layers = exr_reader.read_layers(source.path, source.file, source.size)
-    own = "noisy" if source.product == "electrons" else None
-    chosen = image_layer(layers, own if source.layer is None else source.layer)
+    one = "noisy" if source.product == "electrons" else None
+    chosen = image_layer(layers, one if source.layer is None else source.layer)
     here = layers[chosen]
     if alpha := {"A"}.intersection(here if source.record is None else ()):  # in files of ours it is a filter
         refuse_transparent(here["A"], 1.0)
@@ -423,11 +423,11 @@ def _read_npz(source: _Source) -> Picture:
         names = archive.arrays
         if not names:
             raise InputError("it holds no array")
-        own = "mosaic" if "mosaic" in names else None
-        chosen = image_array({name: archive.header(name).shape for name in names}, source.layer or own)
+        one = "mosaic" if "mosaic" in names else None
+        chosen = image_array({name: archive.header(name).shape for name in names}, source.layer or one)
         stored = _packed(_light(archive.array(chosen)), source)
     largest = largest_sample(stored.dtype)
-    image = _shown(stored, source, largest)
+    image = _displayed(stored, source, largest)
     planes = _grey_or_planes(image, source, chosen, **_levels(image, source, chosen, largest))
     return _picture(source, planes, image.shape)
 

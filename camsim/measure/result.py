@@ -103,8 +103,8 @@ class EdgeMtf:
         tree: dict[str, Any] = {"channel": self.channel, "roi": asdict(self.roi)}
         tree |= {f.name: getattr(self.figures, f.name) for f in fields(Figures)}
         tree["standard_error"] = asdict(self.standard_error)
-        shown = {f.name for f in fields(self)} - {"figures", "standard_error", "channel", "roi", "theory"}
-        tree |= {f.name: getattr(self, f.name) for f in fields(self) if f.name in shown}
+        displayed = {f.name for f in fields(self)} - {"figures", "standard_error", "channel", "roi", "theory"}
+        tree |= {f.name: getattr(self, f.name) for f in fields(self) if f.name in displayed}
         if self.theory is not None:
             tree["theory"] = asdict(self.theory)
         return {key: _plain(value) for key, value in tree.items()}
@@ -131,8 +131,8 @@ class MtfReport:
 
     def nyquist(self) -> dict[str, dict[str, float]]:
         """Return the Nyquist frequency of the sensor and that of each channel, in every unit."""
-        own = {edge.channel: edge.nyquist_cycles_per_pixel for edge in self.edges}
-        every = {"sensor": NYQUIST_OF_SENSOR_CYCLES_PER_PIXEL, **own}
+        one = {edge.channel: edge.nyquist_cycles_per_pixel for edge in self.edges}
+        every = {"sensor": NYQUIST_OF_SENSOR_CYCLES_PER_PIXEL, **one}
         return {name: self.full_frame.in_units(frequency) for name, frequency in every.items()}
 
     def acutance(self, edge: EdgeMtf, distance_picture_heights: float) -> float:

@@ -13,7 +13,7 @@ _REPEATED_PERIODS = 3.0
 _DIAGONALS = ((1, 1), (1, 2), (2, 1))
 
 
-def refuse_gap(gap: float, line: EdgeLine, length: float, own_length: float, channel: Channel, what: str) -> None:
+def refuse_gap(gap: float, line: EdgeLine, length: float, its_length: float, channel: Channel, what: str) -> None:
     """Raise UnsupportedError when phases are missing or come once only: then a wrong angle fits as well as blur does.
 
     gap        : longest stretch across the edge without a photosite
@@ -32,7 +32,7 @@ def refuse_gap(gap: float, line: EdgeLine, length: float, own_length: float, cha
             f"phases are missing; {longer}turn the edge to {enough:.0f}° or more",
             stage=what,
         )
-    if gap > LARGEST_GAP or (len(channel.planes) == 1 and _come_once(angle, own_length, channel)):
+    if gap > LARGEST_GAP or (len(channel.planes) == 1 and _come_once(angle, its_length, channel)):
         never = f"a gap of {gap:.2f} px across the edge is never sampled" if gap > LARGEST_GAP else "each comes once"
         raise UnsupportedError(
             f"at {angle:.2f}° the sampling phases repeat ({never}), as they do at 45°, atan(1/2) and their like; "

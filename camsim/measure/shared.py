@@ -9,7 +9,7 @@ from camsim.measure import spline
 from camsim.measure.spline import Model, Placed
 
 
-def shared_scatter(place: F64, rows: Placed, r: F64, own: F64, model: Model, inverse: F64) -> F64:
+def shared_scatter(place: F64, rows: Placed, r: F64, one: F64, model: Model, inverse: F64) -> F64:
     """Return what the noise shared by photosites of one place adds to the sum of variance·row·rowᵀ.
 
     place : row, or column, of each photosite;  rows: as the fit has them
@@ -25,7 +25,7 @@ def shared_scatter(place: F64, rows: Placed, r: F64, own: F64, model: Model, inv
     """
     values, group = np.unique(place, return_inverse=True)
     sums = spline.group_sums(rows, np.ones(r.size), group, values.size, model)
-    weighted = spline.group_sums(rows, own, group, values.size, model)
+    weighted = spline.group_sums(rows, one, group, values.size, model)
     count = np.bincount(group, minlength=values.size)
     taken = np.einsum("aj,ab,bj->j", sums, inverse, sums, optimize=True)
     free = float(r.size - taken.sum())
@@ -34,8 +34,8 @@ def shared_scatter(place: F64, rows: Placed, r: F64, own: F64, model: Model, inv
     square = float(np.sum(count**2) - 2.0 * np.sum(count * taken) + np.einsum("ab,ba->", gram, gram))
     if not square > 2.0 * free:
         return np.zeros_like(inverse)
-    spread = inverse @ spline.scatter(rows, own, model) @ inverse
-    independent = float(np.sum(own) - 2.0 * np.einsum("aj,ab,bj->", sums, inverse, weighted, optimize=True))
+    spread = inverse @ spline.scatter(rows, one, model) @ inverse
+    independent = float(np.sum(one) - 2.0 * np.einsum("aj,ab,bj->", sums, inverse, weighted, optimize=True))
     independent += float(np.einsum("ab,ab->", spread, outer))
     found = float(np.sum(np.bincount(group, r, minlength=values.size) ** 2))
     more: F64 = max((found - independent) / (square - free), 0.0) * outer

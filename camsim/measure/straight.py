@@ -51,5 +51,5 @@ def _nodes(bends: Nonlinearity, low_e: float, high_e: float) -> F64:
     """Return charges whose responses reach from one signal to another; noise has some below 0, where all but x is x."""
     most = charge_e(bends, high_e) if high_e > 0.0 else 1.0
     even = np.linspace(min(2.0 * low_e, 0.0), most, _NODES)
-    own = getattr(bends, "electrons_in", ())
-    return np.union1d(even, [at for at in own if at < most])
+    one = getattr(bends, "electrons_in", ())
+    return np.union1d(even, [at for at in one if at < most])

@@ -15,8 +15,8 @@ from camsim.camera.capture import Capture
 from camsim.camera.window import Region
 from camsim.core.annotations import Called
 from camsim.core.arrays import C128, F64
-from camsim.core.custom import is_own
-from camsim.core.typed import check, judge
+from camsim.core.custom import is_custom
+from camsim.core.typed import check, validate
 from camsim.measure.full_frame import NYQUIST_OF_SENSOR_CYCLES_PER_PIXEL
 from camsim.measure.geometry import EdgeLine
 from camsim.measure.given import check_given
@@ -66,7 +66,7 @@ class CameraOtf:
     region: Region | None = None
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
         object.__setattr__(self, "camera", self.camera.with_ends(self.light))
 
     @classmethod
@@ -156,11 +156,11 @@ class CameraOtf:
         dark, bright = (check(s, Reflectance, key, "CameraOtf") for key, s in (("dark", dark), ("bright", bright)))
         samples = camera.samples(self.light, (dark, bright))
         difference = spectrum_at(bright, samples.wavelength_nm) - spectrum_at(dark, samples.wavelength_nm)
-        heard = shares.any(axis=(0, 1))
+        counted = shares.any(axis=(0, 1))
         # All channels have the same wavelengths, so that they share what the lens does to them.
         wavelength_nm, weight = lumped(samples.wavelength_nm, camera.image_per_reflectance(samples) * difference)
-        lit = _seen(weight)
-        wavelength_nm, weight = wavelength_nm[lit], weight[:, lit]
+        exposed = _seen(weight)
+        wavelength_nm, weight = wavelength_nm[exposed], weight[:, exposed]
         total = float(shares.sum(axis=(0, 1)) @ weight.sum(axis=1))
         if total == 0.0:
             return None
@@ -170,11 +170,11 @@ class CameraOtf:
             low, high = wavelength_nm[0], wavelength_nm[-1]
             nodes_nm = 0.5 * (low + high) + 0.5 * (high - low) * x
             wavelength_nm, weight = nodes_nm, np.einsum("cn,nj->cj", weight, lagrange(wavelength_nm, nodes_nm, x, w))
-        spread = spread_otf(shares[..., heard], fx, fy)
+        spread = spread_otf(shares[..., counted], fx, fy)
         fx, fy = fx / camera.pitch_um, fy / camera.pitch_um
         lens = sum(
             np.einsum("c,c...->...", part, spread) * system.point_otf(fx, fy, nm, sampled=True)
-            for nm, part in zip(wavelength_nm.tolist(), weight[heard].T, strict=True)
+            for nm, part in zip(wavelength_nm.tolist(), weight[counted].T, strict=True)
         )
         otf: F64 | C128 = lens * (1.0 if lens_alone else system.footprint_otf(fx, fy)) / total
         return otf
@@ -201,7 +201,7 @@ def _nodes(system: OpticalSystem, wavelength_nm: F64) -> int:
     if not system.chromatic:
         return 1
     lens = system.lens
-    if system.more or is_own(lens):
+    if system.more or is_custom(lens):
         return int(wavelength_nm.size)
     turned = lens.waves_turned(*wavelength_nm[[0, -1]].tolist()) if isinstance(lens, KnowsWaves) else 0.0
     return (_FEW_NODES if isinstance(lens, OfPupil) else _NODES) + math.ceil(math.pi * turned)

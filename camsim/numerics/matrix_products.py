@@ -34,6 +34,6 @@ def product(left: F64, right: F64) -> F64:
             part = out[first : first + rows, begin : begin + cols]
             np.matmul(left[first : first + rows, :deep], right[:deep, begin : begin + cols], out=part)
             for top in range(deep, k, deep):
-                own = slice(top, top + deep)
-                part += np.matmul(left[first : first + rows, own], right[own, begin : begin + cols])
+                one = slice(top, top + deep)
+                part += np.matmul(left[first : first + rows, one], right[one, begin : begin + cols])
     return out

@@ -43,8 +43,8 @@ def modes(
 
     if strengths.size <= FEW:
         down, across = (
-            np.exp(1j * sign * np.outer(np.arange(count) - count // 2, own))
-            for count, own in zip(shape, phases, strict=True)
+            np.exp(1j * sign * np.outer(np.arange(count) - count // 2, one))
+            for count, one in zip(shape, phases, strict=True)
         )
         down, across = down * strengths, np.ascontiguousarray(across.T)
         both = np.concatenate([across, 1j * across]).view(np.float64)

@@ -33,9 +33,9 @@ def gauss_legendre(order: int) -> tuple[F64, F64]:
     half, half_weights = x, 2.0 / ((1.0 - x * x) * slope * slope)
     if order % 2:
         half[-1] = 0.0
-    own = slice(order % 2, None)
-    nodes = np.concatenate([0.0 - half, half[::-1][own]])
-    weights = np.concatenate([half_weights, half_weights[::-1][own]])
+    one = slice(order % 2, None)
+    nodes = np.concatenate([0.0 - half, half[::-1][one]])
+    weights = np.concatenate([half_weights, half_weights[::-1][one]])
     nodes.flags.writeable = weights.flags.writeable = False
     return nodes, weights
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from camsim.core.arrays import F64
-from camsim.core.typed import Number, Positive, judge
+from camsim.core.typed import Number, Positive, validate
 from camsim.optics.bessel import bessel_j0_j1
 from camsim.optics.pattern import POWERS, RING, SEVENTH, Pattern, Tone, of_unit
 from camsim.spectra.curve import NumberOrCurve, Transmission
@@ -74,7 +74,7 @@ class Airy:
         def __init__(self, *, f_number: Number, transmission: NumberOrCurve = 1.0) -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
 
     def blur_um(self, wavelength_nm: float) -> float:
         """The pattern's own length, µm: λN, wavelength × f-number, the inverse of the cut-off frequency."""
@@ -114,7 +114,7 @@ class Airy:
         return airy_encircled_energy(r_um, f_number=self.f_number, wavelength_nm=wavelength_nm)
 
 
-def airy_tone(scale: float, times: float) -> Tone:
+def airy_oscillation(scale: float, times: float) -> Tone:
     """Return what oscillates in ``times`` (J0² + J1²)(π·scale·ρ)."""
     return scale, tuple(
         times * 1j ** (k + 2) * d / math.pi * (math.pi * scale) ** (-2 - k) for k, d in enumerate(_SERIES)
@@ -129,8 +129,8 @@ AIRY = Pattern(
     breaks=(1.0,),
     powers=POWERS,  # DLMF 10.18.17
     rings=((1.0, RING, 2.5),),
-    tones=(airy_tone(1.0, 1.0),),
-    tones_from_blurs=SERIES_FROM,
+    oscillations=(airy_oscillation(1.0, 1.0),),
+    oscillations_from_blurs=SERIES_FROM,
     signed=False,
     quiet=lambda allowed: max(5.0, (SEVENTH / allowed) ** (1.0 / 7.0)),
     finest=1e-11,

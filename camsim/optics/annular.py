@@ -11,9 +11,9 @@ import numpy as np
 import scipy
 
 from camsim.core.arrays import C128, F64
-from camsim.core.typed import Number, Positive, judge
+from camsim.core.typed import Number, Positive, validate
 from camsim.numerics.quadrature import gauss_legendre
-from camsim.optics.airy import AIRY, NM_PER_UM, SERIES_FROM, airy_otf, airy_tone
+from camsim.optics.airy import AIRY, NM_PER_UM, SERIES_FROM, airy_oscillation, airy_otf
 from camsim.optics.pattern import POWERS, RING, SEVENTH, Pattern, Tone, of_unit
 from camsim.optics.pupil import Obstruction
 from camsim.spectra.curve import NumberOrCurve, Transmission
@@ -48,7 +48,7 @@ class AnnularAiry:
         def __init__(self, *, f_number: Number, obstruction: Number, transmission: NumberOrCurve = 1.0) -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
 
     @property
     def opening(self) -> float:
@@ -205,7 +205,7 @@ def _pattern(e: float) -> Pattern:
         return u, share * 4.0 * math.sqrt(e) / (1.0 + sign * e) * RING / math.sqrt(u), 2.5
 
     # Times −4e, with x = πρ.
-    tones: list[Tone] = [
+    oscillations: list[Tone] = [
         (0.5 * omega, tuple(-4.0 * e * share * c * math.pi ** (-2 - k) for k, c in enumerate(series.tolist())))
         for omega, series in _cross_series(e)
     ]
@@ -221,8 +221,8 @@ def _pattern(e: float) -> Pattern:
             POWERS[2] * share * (1.0 + e**-3.0),
         ),
         rings=rings,
-        tones=(airy_tone(1.0, share), airy_tone(e, share * e * e), *tones),
-        tones_from_blurs=SERIES_FROM * max(1.0 / e, 2.0 / (1.0 - e)),
+        oscillations=(airy_oscillation(1.0, share), airy_oscillation(e, share * e * e), *oscillations),
+        oscillations_from_blurs=SERIES_FROM * max(1.0 / e, 2.0 / (1.0 - e)),
         signed=False,
         quiet=lambda allowed: max(
             SERIES_FROM,

@@ -13,7 +13,7 @@ import numpy as np
 from annotated_types import Ge, Le
 
 from camsim.core.arrays import F64
-from camsim.core.typed import Fraction, NonNegative, Number, Positive, Several, Whole, judge, refusal
+from camsim.core.typed import Fraction, NonNegative, Number, Positive, Several, Whole, refusal, validate
 from camsim.optics.airy import NM_PER_UM, Airy
 from camsim.optics.placed import PlacedLens, along, defocus_nm
 from camsim.optics.pupil import Pupil
@@ -101,10 +101,10 @@ class FieldLens:
         ) -> None: ...
 
     def __repr__(self) -> str:
-        return self.told_shortly
+        return self.stated_briefly
 
     @property
-    def told_shortly(self) -> str:
+    def stated_briefly(self) -> str:
         """What it is on a line, without its tables."""
         low, high, count = self.wavelength_nm[0], self.wavelength_nm[-1], len(self.wavelength_nm)
         colours = f"{count} wavelengths, {low:g} to {high:g} nm" if count > 1 else f"{low:g} nm"
@@ -114,8 +114,8 @@ class FieldLens:
         return f"FieldLens(f_number={self.f_number:g}, {colours}, {places}, {len(self.zernike)} Zernikes{focus})"
 
     def __post_init__(self) -> None:
-        judge(self)
-        self._judge_places()
+        validate(self)
+        self._validate_places()
         if len(set(self.zernike)) < len(self.zernike):
             raise refusal(self, "zernike", "an index is given twice; give each once")
         check_focus(self, "focus_um", self.focus_um, self.f_number)
@@ -131,10 +131,10 @@ class FieldLens:
             raise refusal(self, "waves", f"must be numbers from {-MOST_WAVES:g} to {MOST_WAVES:g}")
         object.__setattr__(self, "waves", _tuples(waves.tolist()))
         if self.turns:
-            self._judge_revolution(waves)
-        self._judge_tables()
+            self._validate_revolution(waves)
+        self._validate_tables()
 
-    def _judge_places(self) -> None:
+    def _validate_places(self) -> None:
         radii = [("height_um", self.height_um), ("distortion_height_um", self.distortion_height_um)]
         for key, places in (("wavelength_nm", self.wavelength_nm), ("x_um", self.x_um), ("y_um", self.y_um), *radii):
             if any(after <= before for before, after in pairwise(places)):
@@ -150,7 +150,7 @@ class FieldLens:
             if places and (len(places) < 2 or places[0] != 0.0):
                 raise refusal(self, key, f"{list(places)}; give two or more, the first 0")
 
-    def _judge_revolution(self, waves: F64) -> None:
+    def _validate_revolution(self, waves: F64) -> None:
         for k, index in enumerate(self.zernike):
             m = orders(index)[1]
             if m < 0:
@@ -160,7 +160,7 @@ class FieldLens:
             if m > 0 and waves[:, 0, k].any():
                 raise refusal(self, "waves", f"Zernike {index} on the axis must be 0 of a lens of revolution")
 
-    def _judge_tables(self) -> None:
+    def _validate_tables(self) -> None:
         heights = len(self.height_um)
         if self.distortion_height_um and not self.distortion:
             raise refusal(self, "distortion", "missing; distortion_height_um are its heights")
@@ -224,11 +224,11 @@ class FieldLens:
                 f"lies {farthest_um / 1e3:.4g} mm from it; take a smaller sensor, or a region"
             )
         for axis, places in (("x", self.x_um), ("y", self.y_um)):
-            own = corners_um[:, int(axis == "y")]
-            if len(places) > 1 and not (BEYOND * places[0] <= own.min() and own.max() <= BEYOND * places[-1]):
+            item = corners_um[:, int(axis == "y")]
+            if len(places) > 1 and not (BEYOND * places[0] <= item.min() and item.max() <= BEYOND * places[-1]):
                 return (
                     f"is known from {places[0]:g} to {places[-1]:g} µm along {axis}, and the picture goes from "
-                    f"{own.min():g} to {own.max():g}; take a smaller sensor, or a region"
+                    f"{item.min():g} to {item.max():g}; take a smaller sensor, or a region"
                 )
         return ""
 
@@ -244,7 +244,7 @@ class FieldLens:
                 for index, part in ((TILT, math.cos(angle)), (TILT - 1, math.sin(angle))):
                     paths[index] = paths.get(index, 0.0) + part * moved
         if self.turns:
-            paths = {index: path for own, path in paths.items() for index, path in _turned(own, path, angle)}
+            paths = {index: path for item, path in paths.items() for index, path in _turned(item, path, angle)}
         if self.focus_um:
             shift = np.full(len(self.wavelength_nm), defocus_nm(self.focus_um, self.f_number))
             paths[DEFOCUS] = paths.get(DEFOCUS, 0.0) + shift
@@ -268,10 +268,10 @@ class FieldLens:
         """Return the light at distances from the axis, relative to that on the axis."""
         if not self.relative_illumination:
             return np.ones_like(radius_um)
-        shown: F64 = _even(self.height_um, np.array(self.relative_illumination))(
+        displayed: F64 = _even(self.height_um, np.array(self.relative_illumination))(
             np.minimum(radius_um, self.height_um[-1])
         )
-        return np.clip(shown, 0.0, None)
+        return np.clip(displayed, 0.0, None)
 
     def otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float) -> F64:
         """Transfer on the axis at (fx, fy) cycles/µm."""

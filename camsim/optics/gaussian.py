@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from camsim.core.arrays import F64
-from camsim.core.typed import Number, Positive, check, judge, refusal
+from camsim.core.typed import Number, Positive, check, refusal, validate
 from camsim.optics.pattern import Pattern, of_unit
 from camsim.spectra.curve import NumberOrCurve, Transmission
 
@@ -42,7 +42,7 @@ class Gaussian:
         def __init__(self, *, sigma_um: Number, f_number: Number = 8.0, transmission: NumberOrCurve = 1.0) -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
 
     @classmethod
     def from_mtf50(cls, mtf50_per_um: Number) -> Gaussian:
@@ -116,7 +116,7 @@ class EllipticalGaussian:
         ) -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
         (xx, xy), (yx, yy) = self.covariance_um2
         if xy != yx or xx <= 0 or xx * yy <= xy * xy:
             message = "must be ((xx, xy), (xy, yy)) in µm² with xx and yy above 0 and xy² below xx·yy"
@@ -181,8 +181,8 @@ _PATTERN = Pattern(
     breaks=(1.37,),
     powers=(0.0, 0.0, 0.0),
     rings=(),
-    tones=(),
-    tones_from_blurs=0.0,
+    oscillations=(),
+    oscillations_from_blurs=0.0,
     signed=False,
     quiet=lambda allowed: math.sqrt(2.0 * math.log(1.0 / allowed)),
     finest=1e-9,

@@ -46,13 +46,13 @@ def hankel(curve: scipy.interpolate.PPoly, r: F64, order: int) -> F64:
         points, ways = _upwards(curve, order, up_from, least)
         step = max(1, CHUNK // (f.size + points.size))
         for first in range(start, stop, step):
-            own = radii[first : min(first + step, stop)]
-            values = _bessel(order, 2.0 * np.pi * f[:, None] * own).T @ share
+            one = radii[first : min(first + step, stop)]
+            values = _bessel(order, 2.0 * np.pi * f[:, None] * one).T @ share
             if points.size:
-                smooth = interpolation(chebyshev(PLACES), 2.0 * own / least - 3.0)
-                turned = np.exp(2j * np.pi * np.multiply.outer(own, points))
+                smooth = interpolation(chebyshev(PLACES), 2.0 * one / least - 3.0)
+                turned = np.exp(2j * np.pi * np.multiply.outer(one, points))
                 values += np.real((smooth @ ways) * turned).sum(axis=1)
-            out[by_radius[first : first + own.size]] = values
+            out[by_radius[first : first + one.size]] = values
         start = stop
     values_at: F64 = out.reshape(r.shape)
     return values_at
@@ -72,13 +72,13 @@ def _on_the_axis(curve: scipy.interpolate.PPoly, order: int, end: float, longest
 
 def _upwards(curve: scipy.interpolate.PPoly, order: int, start: float, least: float) -> tuple[F64, C128]:
     """Return frequencies (m,) from which paths go up, and what these add at ``PLACES`` radii up to 2·least: (n, m)."""
-    x, own = curve.x, np.searchsorted(curve.x, start, side="right") - 1
-    if own == x.size - 1:
+    x, one = curve.x, np.searchsorted(curve.x, start, side="right") - 1
+    if one == x.size - 1:
         return np.empty(0), np.empty((PLACES, 0), complex)
-    points = np.concatenate([[start], x[own + 1 :]])
-    begin = np.concatenate([[start - x[own]], np.zeros(x.size - 1 - own)])
-    after = _about(np.pad(curve.c, ((0, 0), (0, 1)))[:, own:], begin)
-    before = _about(curve.c[:, own:], np.diff(x)[own:])
+    points = np.concatenate([[start], x[one + 1 :]])
+    begin = np.concatenate([[start - x[one]], np.zeros(x.size - 1 - one)])
+    after = _about(np.pad(curve.c, ((0, 0), (0, 1)))[:, one:], begin)
+    before = _about(curve.c[:, one:], np.diff(x)[one:])
     after[:, 1:] -= before
     t, w = np.polynomial.laguerre.laggauss(STEEP)
     radii = least * (1.5 + 0.5 * chebyshev(PLACES))

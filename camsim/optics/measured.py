@@ -11,7 +11,7 @@ import numpy as np
 import scipy
 
 from camsim.core.arrays import C128, F64
-from camsim.core.typed import Number, Positive, Several, judge, refusal
+from camsim.core.typed import Number, Positive, Several, refusal, validate
 from camsim.core.words import brief
 from camsim.numerics.nonuniform import at_points
 from camsim.spectra.curve import NumberOrCurve, Transmission
@@ -65,7 +65,7 @@ class MeasuredPsf:
     __repr__ = brief
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
         rows = self.irradiance
         if len({len(row) for row in rows}) != 1 or not len(rows[0]):
             raise refusal(self, "irradiance", "the rows are not all equally long; give a rectangle of samples")
@@ -160,7 +160,7 @@ class MeasuredOtf:
     __repr__ = brief
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
         transfer = self._transfer()
         pattern = np.fft.fftshift(np.fft.ifft2(np.fft.ifftshift(transfer)).real)
         if (share := _negative(pattern)) > MOST_NEGATIVE:

@@ -9,7 +9,7 @@ import numpy as np
 
 from camsim.core.annotations import Called
 from camsim.core.arrays import F64
-from camsim.core.typed import Number, Positive, check, judge
+from camsim.core.typed import Number, Positive, check, validate
 from camsim.numerics.rotations import cosine_and_sine
 
 Split: TypeAlias = Annotated[Positive, Called("a number above 0", "without a split leave the filter out")]
@@ -41,7 +41,7 @@ class FourSpotOlpf:
         def __init__(self, *, split_um: Number, split_y_um: Number | None = None, rotate_deg: Number = 0.0) -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
 
     @classmethod
     def from_pitches(
@@ -93,7 +93,7 @@ class TwoSpotOlpf:
         def __init__(self, *, split_um: Number, rotate_deg: Number = 0.0) -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
 
     @classmethod
     def from_pitches(cls, *, pitch_um: Number, split_pitches: Number, rotate_deg: Number = 0.0) -> TwoSpotOlpf:

@@ -32,7 +32,7 @@ class Pattern:
     rings   : (u, a, n): an edge's end at distance R leaves oscillation of frequency u, at most a·R⁻ⁿ, in the far form
     tones   : (u, (a₀, a₁ …)): what oscillates in 1 − E is Re Σ aₖ·ρ^(−2−k)·e^{2πiuρ}, all of it added up; none where
               that is not known, and it is kept out by distance
-    tones_from_blurs : ρ past which they hold, to 3e-8 of the loudest
+    oscillations_from_blurs : ρ past which they hold, to 3e-8 of the strongest
     signed  : the pattern has negative rings, as no light has: a transfer that was measured or made up
     quiet   : an error → ρ past which the smooth powers leave no more
     finest  : the smallest tolerance
@@ -44,8 +44,8 @@ class Pattern:
     breaks: tuple[float, ...]
     powers: tuple[float, float, float]
     rings: tuple[tuple[float, float, float], ...]
-    tones: tuple[Tone, ...]
-    tones_from_blurs: float
+    oscillations: tuple[Tone, ...]
+    oscillations_from_blurs: float
     signed: bool
     quiet: Callable[[float], float]
     finest: float
@@ -85,8 +85,8 @@ class Pattern:
         2πu times its slope.
         """
         smooth = sum(k * abs(c) * rho ** -(k + 2.0) for k, c in zip((1, 3, 5), self.powers, strict=True))
-        swing = sum(8.0 * math.pi**2 * u**1.5 * a * rho ** -(n + 0.5) for u, a, n in self.rings)
-        light: F64 = (smooth + swing + np.zeros_like(rho)) / (2.0 * math.pi)
+        amplitude = sum(8.0 * math.pi**2 * u**1.5 * a * rho ** -(n + 0.5) for u, a, n in self.rings)
+        light: F64 = (smooth + amplitude + np.zeros_like(rho)) / (2.0 * math.pi)
         return light
 
 

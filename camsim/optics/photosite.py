@@ -13,7 +13,7 @@ import scipy
 from annotated_types import Gt, Le
 
 from camsim.core.arrays import C128, F64
-from camsim.core.typed import Corners, NonNegative, Number, Place, Positive, Several, check, judge, refusal
+from camsim.core.typed import Corners, NonNegative, Number, Place, Positive, Several, check, refusal, validate
 from camsim.core.words import brief
 from camsim.numerics.matrix_products import product
 from camsim.numerics.quadrature import gauss_legendre
@@ -39,7 +39,7 @@ class SquarePhotosite:
         def __init__(self, *, side_um: Number) -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
 
     @classmethod
     def from_fill_factor(cls, *, pitch_um: Number, fill_factor: Number) -> SquarePhotosite:
@@ -88,7 +88,7 @@ class RectangularPhotosite:
         def __init__(self, *, width_um: Number, height_um: Number) -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
 
     @property
     def half_extent_um(self) -> tuple[float, float]:
@@ -129,7 +129,7 @@ class CircularPhotosite:
         def __init__(self, *, diameter_um: Number) -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
 
     @property
     def half_extent_um(self) -> tuple[float, float]:
@@ -171,7 +171,7 @@ class RoundedPhotosite:
         def __init__(self, *, width_um: Number, height_um: Number, radius_um: Number) -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
         most = 0.5 * min(self.width_um, self.height_um)
         if self.radius_um > most:
             message = f"must be at most {most:g}, half the photosite's shorter side, not {self.radius_um!r}"
@@ -241,7 +241,7 @@ class PolygonPhotosite:
     __repr__ = brief
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
         points = np.array(self.points_um)
         if len(set(self.points_um)) < 3:
             message = f"{len(set(self.points_um))} different points make no polygon; give at least 3"
@@ -280,10 +280,10 @@ class PolygonPhotosite:
         out[~low] = _by_edges(points, fx[~low], fy[~low]) / (0.5 * _doubled_area(points))
         x, y, powers = fx[low] * size, fy[low] * size, np.zeros(np.count_nonzero(low), complex)
         for row in _series(tuple((float(a), float(b)) for a, b in points / size))[::-1]:
-            own = np.zeros(x.size, complex)
+            one = np.zeros(x.size, complex)
             for coefficient in row[::-1]:
-                own = own * y + coefficient
-            powers = powers * x + own
+                one = one * y + coefficient
+            powers = powers * x + one
         out[low] = powers
         return out
 

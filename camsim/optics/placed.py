@@ -58,8 +58,8 @@ class PlacedLens(OfPupil):
     def waves_rms(self, wavelength_nm: float) -> float:
         """Return the root mean square of the path difference over the pupil in waves, but for piston and tilt."""
         path = _spline(self)(wavelength_nm)
-        shown = [p for index, p in zip(self.zernike, path, strict=True) if index > TILTS]
-        return math.hypot(*shown) / wavelength_nm
+        displayed = [p for index, p in zip(self.zernike, path, strict=True) if index > TILTS]
+        return math.hypot(*displayed) / wavelength_nm
 
     @property
     def _symmetric(self) -> bool:

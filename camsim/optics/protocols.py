@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Any, ClassVar, Protocol, runtime_checkable
 
 from camsim.core.arrays import F64
-from camsim.core.custom import is_own
+from camsim.core.custom import is_custom
 from camsim.optics.pattern import Pattern
 from camsim.spectra.curve import Spectrum
 
@@ -20,7 +20,7 @@ class _Asked(type(Protocol)):  # type: ignore[misc]
 
     def __instancecheck__(cls, instance: object) -> bool:
         key = cls, type(instance)
-        if key not in _ANSWERS or is_own(instance):
+        if key not in _ANSWERS or is_custom(instance):
             _ANSWERS[key] = super().__instancecheck__(instance)
         return _ANSWERS[key]
 

@@ -18,7 +18,7 @@ from annotated_types import Ge, Le
 from camsim.core.annotations import After
 from camsim.core.arrays import F64
 from camsim.core.errors import InvalidValueError
-from camsim.core.typed import Number, Whole, judge, refusal
+from camsim.core.typed import Number, Whole, refusal, validate
 from camsim.numerics.quadrature import even_rule, gauss_legendre
 
 MOST_BLADES = 64
@@ -67,7 +67,7 @@ class Pupil:
         ) -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
         if self.shape == "bladed" and self.blades < 3:
             raise refusal(self, "blades", f"must be 3 to {MOST_BLADES} of an iris, not {self.blades}")
         if self.shape != "bladed" and self.blades:

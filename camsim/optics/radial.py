@@ -13,7 +13,7 @@ import scipy
 from annotated_types import Ge, Le
 
 from camsim.core.arrays import F64
-from camsim.core.typed import NonNegative, Number, Positive, Several, judge, refusal
+from camsim.core.typed import NonNegative, Number, Positive, Several, refusal, validate
 from camsim.core.words import brief
 from camsim.optics.hankel import hankel
 from camsim.optics.pattern import UNIT_NM, Pattern
@@ -58,7 +58,7 @@ class RadialOtf:
     __repr__ = brief
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
         frequency, values = self.freq_per_um, self.values
         if len(frequency) != len(values):
             message = f"there are {len(values)} for {len(frequency)} frequencies; every point has one of each"
@@ -134,8 +134,8 @@ def _pattern(lens: RadialOtf) -> Pattern:
         breaks=tuple(float(u) for u in knots[1:]),
         powers=(float(-at_zero[1] / (2.0 * math.pi)), float(3.0 * at_zero[3] / (2.0 * math.pi) ** 3), 0.0),
         rings=tuple(rings),
-        tones=(),
-        tones_from_blurs=0.0,
+        oscillations=(),
+        oscillations_from_blurs=0.0,
         signed=True,
         quiet=lambda allowed: max(5.0, 2.0 / float(knots[1])),
         finest=1e-7,

@@ -14,7 +14,7 @@ import numpy as np
 import scipy
 
 from camsim.core.arrays import C128, F64
-from camsim.core.custom import is_own
+from camsim.core.custom import is_custom
 from camsim.optics.of_pupil import OfPupil
 from camsim.optics.protocols import OpticalStage, Varies
 from camsim.optics.pupil import Pupil
@@ -39,9 +39,9 @@ def sampled_otf(lens: OpticalStage, fx_per_um: F64, fy_per_um: F64, wavelength_n
     >>> np.abs(sampled_otf(coma, f, 0.0 * f, 550.0)).round(3), np.abs(coma.otf(f, 0.0 * f, 550.0)).round(3)
     (array([1.   , 0.427, 0.228]), array([1.   , 0.427, 0.228]))
     """
-    if isinstance(lens, Varies) and not is_own(lens):
+    if isinstance(lens, Varies) and not is_custom(lens):
         lens = lens.at(0.0, 0.0)
-    if is_own(lens) or not isinstance(lens, OfPupil):
+    if is_custom(lens) or not isinstance(lens, OfPupil):
         return lens.otf(fx_per_um, fy_per_um, wavelength_nm)
     tilt, extent = _tilt_and_extent(lens, wavelength_nm)
     count = scipy.fft.next_fast_len(math.ceil(lens.pupil.outer_radius * max(ACROSS, PER_EXTENT * extent)))
@@ -111,10 +111,10 @@ _large = functools.lru_cache(maxsize=4)(_bent)
 def _spline(power: F64, pupil: Pupil, step: float) -> _Lattice:
     """Return the autocorrelation whose transform is given, as coefficients of a spline: divided by a spline's own."""
     turn = 2.0 * np.pi * np.arange(len(power)) / len(power)
-    own = (66.0 + 52.0 * np.cos(turn) + 2.0 * np.cos(2.0 * turn)) / 120.0  # 26, 66, 26 and 1 of 120 at whole places
+    one = (66.0 + 52.0 * np.cos(turn) + 2.0 * np.cos(2.0 * turn)) / 120.0  # 26, 66, 26 and 1 of 120 at whole places
     scale = step * step / (pupil.area * power.size)
     # The amplitude of a point is paired with the conjugate of that a shift further on: the transform's other sign.
-    return _Lattice(scipy.fft.fft2((power * scale / own / own[:, None]).astype(np.float32)), step)
+    return _Lattice(scipy.fft.fft2((power * scale / one / one[:, None]).astype(np.float32)), step)
 
 
 def _flat_otf(lens: OfPupil, fx: F64, fy: F64, wavelength_nm: float) -> F64 | C128:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from camsim.core.arrays import F64
-from camsim.core.custom import is_own
+from camsim.core.custom import is_custom
 from camsim.core.errors import UnsupportedError
 from camsim.core.typed import check
 from camsim.optics.photosite import SquarePhotosite
@@ -162,7 +162,7 @@ class OpticalSystem:
 
         A lens of one's own does what its ``otf`` says, whatever it inherits.
         """
-        if is_own(self.lens) or not isinstance(self.lens, Tilts):
+        if is_custom(self.lens) or not isinstance(self.lens, Tilts):
             return self, (0.0, 0.0)
         lens, moved_um = self.lens.without_tilt()
         return replace(self, lens=lens), moved_um

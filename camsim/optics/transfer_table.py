@@ -80,10 +80,10 @@ class TransferTable:
         """
         count = self.values.shape[2] // self.panels
         place = np.arange(-1.0, each + 2.0) / each
-        own = interpolation(chebyshev(count), 2.0 * place - 1.0)
+        one = interpolation(chebyshev(count), 2.0 * place - 1.0)
         values = self.values.reshape(-1, count)
-        spread = product(np.ascontiguousarray(values.real), np.ascontiguousarray(own.T)) + 1j * product(
-            np.ascontiguousarray(values.imag), np.ascontiguousarray(own.T)
+        spread = product(np.ascontiguousarray(values.real), np.ascontiguousarray(one.T)) + 1j * product(
+            np.ascontiguousarray(values.imag), np.ascontiguousarray(one.T)
         )
         turned = spread.reshape(*self.values.shape[:2], -1)
         found = self._at_radii(frequency_per_um, _parts(turned), turned.shape[2])
@@ -98,13 +98,13 @@ class TransferTable:
 
     def _at_radii(self, frequency_per_um: F64, turned: list[tuple[F64, F64 | None]], directions: int) -> C128:
         out = np.zeros((len(self.values), frequency_per_um.size, directions), complex)
-        for own, (real, imaginary), blur in zip(out, turned, self.blur_um, strict=True):
+        for one, (real, imaginary), blur in zip(out, turned, self.blur_um, strict=True):
             rho = frequency_per_um * (blur / self.outer)
             within = rho < 1.0
             matrix = radial_matrix(len(real), rho[within], self.breaks)
-            own.real[within] = product(matrix, real)
+            one.real[within] = product(matrix, real)
             if imaginary is not None:
-                own.imag[within] = product(matrix, imaginary)
+                one.imag[within] = product(matrix, imaginary)
         return out
 
     def _turned(self, directions: int, angle_rad: float) -> list[tuple[F64, F64 | None]]:
@@ -126,7 +126,7 @@ class TransferTable:
 def _parts(values: C128) -> list[tuple[F64, F64 | None]]:
     """Return real and imaginary parts at each wavelength; None: the transfer is real."""
     return [
-        (np.ascontiguousarray(own.real), np.ascontiguousarray(own.imag) if own.imag.any() else None) for own in values
+        (np.ascontiguousarray(one.real), np.ascontiguousarray(one.imag) if one.imag.any() else None) for one in values
     ]
 
 
@@ -324,11 +324,11 @@ class _Overlaps:
     def of(cls, lens: OfPupil, wavelength_nm: F64) -> _Overlaps:
         """Find the polynomial that a wavefront is."""
         terms, degree = _polynomials(lens, wavelength_nm)
-        same = [int(np.argmax(np.abs(terms[: k + 1] - own).max(axis=1) <= SAME_PATH)) for k, own in enumerate(terms)]
+        same = [int(np.argmax(np.abs(terms[: k + 1] - one).max(axis=1) <= SAME_PATH)) for k, one in enumerate(terms)]
         kept, which = np.unique(same, return_inverse=True)
         paths = np.zeros((kept.size, degree + 1, degree + 1))
-        for out, own in zip(paths, terms[kept], strict=True):
-            out[_powers(degree)] = own
+        for out, one in zip(paths, terms[kept], strict=True):
+            out[_powers(degree)] = one
         x = np.array([0.3, 0.7, 1.0])
         turned = [lens.waves(x * math.cos(a), x * math.sin(a), float(wavelength_nm[0])) for a in (0.0, 1.1, 2.9)]
         turns = math.pi  # after which directions repeat, conjugate
@@ -355,11 +355,11 @@ class _Overlaps:
         opening = normals, float(pupil.inner_radius), float(pupil.obstruction)
         waves, counts = (per_nm, self.which[: per_nm.size]), self._counts(rho, angle, nodes)
         for count in np.unique(counts).tolist():
-            own = np.flatnonzero(counts == count)
-            found = np.empty((own.size, per_nm.size), complex)
-            given = 2.0 * rho[own], angle[own], opening, self.paths, waves, _rule(count), found
-            shared(own.size, functools.partial(overlaps, *given), least=8)
-            out[own] = found
+            one = np.flatnonzero(counts == count)
+            found = np.empty((one.size, per_nm.size), complex)
+            given = 2.0 * rho[one], angle[one], opening, self.paths, waves, _rule(count), found
+            shared(one.size, functools.partial(overlaps, *given), least=8)
+            out[one] = found
         return np.broadcast_to(out[which].T / pupil.area, (self.wavelength_nm.size, which.size))
 
     def _counts(self, rho: F64, angle: F64, nodes: I64) -> I64:
@@ -369,7 +369,7 @@ class _Overlaps:
 
     def nodes_for(self, allowed: float) -> I64:
         """Return how many nodes each way are enough: so many that half as many more change nothing."""
-        rho, angle = (own.ravel() for own in np.meshgrid(SHARES, TRIED, indexing="ij"))
+        rho, angle = (one.ravel() for one in np.meshgrid(SHARES, TRIED, indexing="ij"))
         rho = rho * self.border_at(angle)
         enough, nodes = np.zeros(SHARES.size, np.int64), FIRST_RULE
         before = self(rho, angle, np.full(SHARES.size, nodes))

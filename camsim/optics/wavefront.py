@@ -11,7 +11,7 @@ from annotated_types import Ge, Le
 
 from camsim.core.annotations import Before, Called
 from camsim.core.arrays import F64
-from camsim.core.typed import Number, Positive, Whole, judge, refusal
+from camsim.core.typed import Number, Positive, Whole, refusal, validate
 from camsim.core.words import brief
 from camsim.optics.airy import NM_PER_UM
 from camsim.optics.of_pupil import OfPupil
@@ -84,7 +84,7 @@ class Wavefront(OfPupil):
     __repr__ = brief
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
         if len({index for index, _ in self._pairs}) < len(self._pairs):
             raise refusal(self, "zernike_waves", "an index is given twice; add the two up")
         check_focus(self, "defocus_um", self.defocus_um, self.f_number)
@@ -93,7 +93,7 @@ class Wavefront(OfPupil):
         """Return the path difference in waves at (x, y), in units of D/2."""
         ratio = self.reference_nm / wavelength_nm
         defocus: F64 = (self.defocus_um * NM_PER_UM / (8.0 * self.f_number**2 * wavelength_nm)) * (x * x + y * y)
-        index, coefficients = tuple(j for j, _ in self._pairs), [ratio * own for _, own in self._pairs]
+        index, coefficients = tuple(j for j, _ in self._pairs), [ratio * one for _, one in self._pairs]
         return defocus + zernike_sum(index, coefficients, x, y) if index else defocus
 
     def without_tilt(self) -> tuple[Wavefront, tuple[float, float]]:

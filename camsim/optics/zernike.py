@@ -42,10 +42,10 @@ def radial_steps(m: int, count: int) -> F64:
         if p == 1:
             steps[p] = m + 2.0, -(m + 1.0), 0.0
             continue
-        whole, own = 2.0 * p + m, 2.0 * p * (p + m) * (2 * p + m - 2.0)
-        steps[p, 0] = 2.0 * (whole - 1.0) * whole * (whole - 2.0) / own
-        steps[p, 1] = -(whole - 1.0) * (whole * (whole - 2.0) + m * m) / own
-        steps[p, 2] = 2.0 * (p - 1.0) * (p + m - 1.0) * whole / own
+        whole, one = 2.0 * p + m, 2.0 * p * (p + m) * (2 * p + m - 2.0)
+        steps[p, 0] = 2.0 * (whole - 1.0) * whole * (whole - 2.0) / one
+        steps[p, 1] = -(whole - 1.0) * (whole * (whole - 2.0) + m * m) / one
+        steps[p, 2] = 2.0 * (p - 1.0) * (p + m - 1.0) * whole / one
     return steps
 
 
@@ -66,7 +66,7 @@ def zernike_sum(index: tuple[int, ...], coefficients: Sequence[float], x: F64, y
 
     values = np.empty(np.broadcast_shapes(np.shape(x), np.shape(y)))
     # Copies: what is read-only is another type, for which all would be compiled once more.
-    x, y = (np.array(own, float).ravel() for own in np.broadcast_arrays(x, y))
+    x, y = (np.array(one, float).ravel() for one in np.broadcast_arrays(x, y))
     places, norms, steps = layout(index)
     count = len(steps) * 2 * steps.shape[1]
     terms = np.zeros(count)
@@ -82,7 +82,7 @@ def layout(index: tuple[int, ...]) -> tuple[I64, F64, F64]:
     p = (n - np.abs(m)) // 2
     turns, degrees = int(np.abs(m).max(initial=0)) + 1, int(p.max(initial=0)) + 1
     places = (2 * np.abs(m) + (m < 0)) * degrees + p
-    return places, np.array([norm(j) for j in index]), np.stack([radial_steps(own, degrees) for own in range(turns)])
+    return places, np.array([norm(j) for j in index]), np.stack([radial_steps(one, degrees) for one in range(turns)])
 
 
 def zernike(index: int, x: F64, y: F64) -> F64:

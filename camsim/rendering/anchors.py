@@ -49,10 +49,10 @@ def anchored(arrangement: Arrangement, grid: Grid, tolerance: float) -> Arrangem
     first = np.cumsum(times) - times
     start_um: F64 = np.repeat(arrangement.start_um, times, axis=0)
     end_um: F64 = np.repeat(arrangement.end_um, times, axis=0)
-    for k, (own, corner) in enumerate(zip(within, corners, strict=True)):
+    for k, (one, corner) in enumerate(zip(within, corners, strict=True)):
         # The corner before the middle ends a side's first part, the one after it that of its last but one.
-        ended = first[far[own]] + (k * count[0, far[own]])
-        end_um[ended] = start_um[ended + 1] = corner[own]
+        ended = first[far[one]] + (k * count[0, far[one]])
+        end_um[ended] = start_um[ended + 1] = corner[one]
     return dataclasses.replace(
         arrangement,
         start_um=start_um,

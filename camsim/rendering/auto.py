@@ -9,8 +9,8 @@ from camsim.core.typed import known_name
 from camsim.optics import RoundLens
 from camsim.rendering.boundary.engine import Boundary
 from camsim.rendering.direct.checks import Checks
-from camsim.rendering.direct.judge import Judge
-from camsim.rendering.direct.sums import FARTHER, MANY, JudgeBySums
+from camsim.rendering.direct.direct_check import DirectCheck
+from camsim.rendering.direct.fourier_check import FARTHER, MANY, FourierCheck
 from camsim.rendering.engine import FINEST, MEMORY_LIMIT_BYTES, Cost, Engine, Plan, too_much
 from camsim.rendering.fields.job import FieldJob
 from camsim.rendering.fields.layer import Layer
@@ -42,7 +42,7 @@ class Choice:
     method: str
     why: str
     plan: Plan
-    judge: Checks
+    checker: Checks
     samples: int | None = None
 
     def __repr__(self) -> str:
@@ -52,7 +52,7 @@ class Choice:
     def cost(self) -> Cost:
         """What one image takes, the check included."""
         cost = self.plan.cost
-        return Cost(seconds=cost.seconds + self.judge.seconds(self.plan), memory_bytes=cost.memory_bytes)
+        return Cost(seconds=cost.seconds + self.checker.seconds(self.plan), memory_bytes=cost.memory_bytes)
 
 
 def check_method(method: str) -> None:
@@ -86,20 +86,20 @@ def choose(
         name, why, plan = _auto(job, samples)
     if not fits(plan):
         raise too_much(name, plan.cost.memory_bytes)
-    return Choice(method=name, why=why, plan=plan, judge=_judge(plan, scene or job.scene, fields), samples=samples)
+    return Choice(method=name, why=why, plan=plan, checker=_checker(plan, scene or job.scene, fields), samples=samples)
 
 
-def _judge(plan: Plan, scene: Scene, fields: FieldJob | None) -> Checks:
+def _checker(plan: Plan, scene: Scene, fields: FieldJob | None) -> Checks:
     """Return what judges: direct sums of a scene that is no crowd, behind a round lens; else frequency sums again."""
     job, like = plan.job, plan if isinstance(plan, WavesPlan) else None
     few = len(job.edges) <= MANY and (fields is None or _waves_of_samples(fields) <= WIDEST)
     finest = job.tolerance if fields is None else job.tolerance / fields.brighter
     if isinstance(job.system.lens, RoundLens) and not job.system.more and finest >= DIRECT and few:
-        return Judge(job, scene)
-    judge = JudgeBySums(job=job, scene=scene, fields=fields, like=like)
-    if judge.plan.cost.memory_bytes > FARTHER**2 * MEMORY_LIMIT_BYTES:  # than an image, of which that is the most
-        raise too_much("the check", judge.plan.cost.memory_bytes)
-    return judge
+        return DirectCheck(job, scene)
+    checker = FourierCheck(job=job, scene=scene, fields=fields, like=like)
+    if checker.plan.cost.memory_bytes > FARTHER**2 * MEMORY_LIMIT_BYTES:  # than an image, of which that is the most
+        raise too_much("the check", checker.plan.cost.memory_bytes)
+    return checker
 
 
 def _waves_of_samples(fields: FieldJob) -> float:
@@ -131,14 +131,14 @@ def _auto(job: Job, samples: int | None) -> tuple[str, str, Plan]:
         return "fourier", f"boundary: {unfollowed.message}", FREQUENCIES.plan(job, samples)
     if not len(job.edges):
         return "boundary", "there is no edge to render", FlatPlan(job=job)
-    own = boundary.cost
-    if own.seconds <= CHEAP_SECONDS:
+    one = boundary.cost
+    if one.seconds <= CHEAP_SECONDS:
         return "boundary", "exact for this lens, and cheap", boundary
     frequencies = FREQUENCIES.plan(job, samples)
     cost = frequencies.cost
-    if fits(frequencies) and (cost.seconds < own.seconds or not fits(boundary)):
-        return "fourier", f"{_taking(cost)} expected, boundary {_taking(own)}", frequencies
-    return "boundary", f"{_taking(own)} expected, fourier {_taking(cost)}", boundary
+    if fits(frequencies) and (cost.seconds < one.seconds or not fits(boundary)):
+        return "fourier", f"{_taking(cost)} expected, boundary {_taking(one)}", frequencies
+    return "boundary", f"{_taking(one)} expected, fourier {_taking(cost)}", boundary
 
 
 def _taking(cost: Cost) -> str:

@@ -114,9 +114,9 @@ class Bending:
         spread = self._line_spread(a, b)
         length = np.hypot(*(b - a).T)
         lacks = off * np.minimum(length / self.blur_um, 1.0) * spread / 3.0  # of more no photosite sees both ends
-        own = np.where((low == 0.0) | (high == 1.0), 2.0, np.minimum(length / (4.0 * self.blur_um), 1.0))
-        short = (length <= 0.5 * self.blur_um) & (own * lacks <= self.allowed)
-        fine: np.ndarray = short | (2.0 / 3.0 * off * spread + own * lacks <= self.allowed)
+        one = np.where((low == 0.0) | (high == 1.0), 2.0, np.minimum(length / (4.0 * self.blur_um), 1.0))
+        short = (length <= 0.5 * self.blur_um) & (one * lacks <= self.allowed)
+        fine: np.ndarray = short | (2.0 / 3.0 * off * spread + one * lacks <= self.allowed)
         return fine
 
     def _line_spread(self, a: F64, b: F64) -> F64:

@@ -135,12 +135,12 @@ def in_step(centre: F64, radius: F64, share: F64, blur: float) -> tuple[F64, I64
     cell = np.floor(centre / (SAME_CENTRE * blur) + 0.137)  # no places as even as those of scenes
     _, whose = kinds_of(cell[:, 0] + 1j * cell[:, 1])
     order = np.lexsort((-radius, whose))
-    r, own = radius[order], whose[order]
-    first = np.append(True, own[1:] != own[:-1])
+    r, each = radius[order], whose[order]
+    first = np.append(True, each[1:] != each[:-1])
     apart = first | np.append(True, r[:-1] - r[1:] > NEXT * blur)
-    loud = np.where(apart, share[order] / r**2, 0.0)
-    total = np.cumsum(loud)
-    before = (total - loud)[first][np.cumsum(first) - 1]
+    strength = np.where(apart, share[order] / r**2, 0.0)
+    total = np.cumsum(strength)
+    before = (total - strength)[first][np.cumsum(first) - 1]
     summed = np.empty_like(share)
     summed[order] = np.maximum((total - before) * r**2, share[order])
     return summed, whose

@@ -14,10 +14,10 @@ from camsim.rendering.engine import Decision
 from camsim.rendering.job import Job
 from camsim.scene.point_source import NOTHING
 
-MOST_TOLD = 20  # shapes one by one
+MOST_STATED = 20  # shapes one by one
 
 
-class Told(NamedTuple):
+class Stated(NamedTuple):
     """What a shape became: outlines, their sides, curves in them, and how many outlines lie under later ones."""
 
     outlines: int
@@ -55,7 +55,7 @@ def _stages(job: Job) -> Iterator[Decision]:
 
 def _shapes(job: Job) -> Iterator[Decision]:
     """Yield what each shape became; of many, what all of a kind did."""
-    told: dict[str, list[Told]] = {}
+    stated: dict[str, list[Stated]] = {}
     made_of: dict[str, Counter[str]] = {}
     first = 0
     for number, shape in enumerate(job.scene.shapes):
@@ -66,11 +66,13 @@ def _shapes(job: Job) -> Iterator[Decision]:
         bent = sum(int(np.count_nonzero(fill.curves.kind)) for one in primitives for fill in one.fills)
         hidden = int(job.left_out.hidden[first:last].sum())
         kind = getattr(shape, "name", type(shape).__name__)  # a chart's own
-        name = kind if len(job.scene.shapes) > MOST_TOLD else f"{kind} {number}"
-        told.setdefault(name, []).append(Told(len(primitives), int(job.left_out.sides[first:last].sum()), bent, hidden))
+        name = kind if len(job.scene.shapes) > MOST_STATED else f"{kind} {number}"
+        stated.setdefault(name, []).append(
+            Stated(len(primitives), int(job.left_out.sides[first:last].sum()), bent, hidden)
+        )
         first = last
         made_of.setdefault(name, Counter()).update(_leaves(shape) if hasattr(shape, "name") else ())
-    for name, parts in told.items():
+    for name, parts in stated.items():
         outlines, sides, bent, hidden = (sum(column) for column in zip(*parts, strict=True))
         drawn = "".join(f"{count} × {kind}, " for kind, count in made_of[name].most_common())
         many = f"{len(parts)} × " if len(parts) > 1 else ""

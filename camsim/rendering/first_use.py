@@ -14,7 +14,7 @@ import numba as nb
 import numpy as np
 
 from camsim.core.arrays import U8
-from camsim.core.kernels import is_kept
+from camsim.core.kernels import is_cached
 from camsim.optics import Airy, FourSpotOlpf, OpticalSystem, SquarePhotosite
 from camsim.rendering.auto import Choice
 from camsim.rendering.boundary.tiles import render_tiles
@@ -27,7 +27,7 @@ SIDE, WAVELENGTHS = 16, 24  # photosites; so many that the check looks its patte
 
 def kernels_compiled() -> bool:
     """Whether the kernels lie compiled in the cache (the first use on a machine compiles them, once)."""
-    return is_kept(render_tiles)
+    return is_cached(render_tiles)
 
 
 def compile_kernels() -> None:
@@ -47,8 +47,8 @@ def compile_kernels() -> None:
 def compile_check() -> None:
     """Compile what checks a rendering of edges."""
     choice, channel = _tiny()
-    rows, cols = choice.judge.hardest(choice.plan)
-    choice.judge.values(rows, cols, channel[rows, cols])
+    rows, cols = choice.checker.hardest(choice.plan)
+    choice.checker.values(rows, cols, channel[rows, cols])
 
 
 def _tiny() -> tuple[Choice, U8]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING
 
-from camsim.core.typed import Count, Number, Positive, Whole, judge
+from camsim.core.typed import Count, Number, Positive, Whole, validate
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,7 +40,7 @@ class Grid:
         ) -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
 
     @property
     def moved_um(self) -> tuple[float, float]:
@@ -56,8 +56,8 @@ class Grid:
 
     def behind(self, moved_um: tuple[float, float]) -> Grid:
         """Return photosites that see through a pattern what these see through it where it is moved along x and y."""
-        own = {field.name: getattr(self, field.name) for field in fields(Grid)}
-        return _Behind(**own, by_um=moved_um) if any(moved_um) else self
+        one = {field.name: getattr(self, field.name) for field in fields(Grid)}
+        return _Behind(**one, by_um=moved_um) if any(moved_um) else self
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

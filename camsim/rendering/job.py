@@ -15,12 +15,12 @@ from camsim.optics import OpticalSystem
 from camsim.optics.pattern import Pattern
 from camsim.rendering.bending import Bending
 from camsim.rendering.budget import ErrorBudget
+from camsim.rendering.coherence import Waves
 from camsim.rendering.edges import Edges
 from camsim.rendering.footprint import Footprint, pattern_of
 from camsim.rendering.grid import Grid
-from camsim.rendering.heard import Heard, heard
 from camsim.rendering.prune import LeftOut, equal_sides, far_outlines
-from camsim.rendering.quiet import Waves
+from camsim.rendering.ringing import RingingReach, counted
 from camsim.rendering.spectral import Signals, blur_of, different, fuse
 from camsim.scene import Scene
 from camsim.scene.arrange import Arrangement
@@ -182,13 +182,13 @@ class Job:
         return Waves(pattern=pattern, blur=self.blur, shares=self.shares, footprint=footprint)
 
     @cached_property
-    def heard(self) -> Heard:
+    def counted(self) -> RingingReach:
         """How far rings are heard; the pattern is known."""
         assert self.pattern is not None
-        return heard(self.waves(self.pattern, self.hearing), self.edges, self.grid, self.budget)
+        return counted(self.waves(self.pattern, self.counting), self.edges, self.grid, self.budget)
 
     @cached_property
-    def hearing(self) -> Footprint:
+    def counting(self) -> Footprint:
         """What hears rings: the footprint, or a point that lets as much of them pass where it is not known."""
         return self.footprint or Footprint.enveloped(self.system, self.grid.pitch_um, 1.0 / float(self.blur.min()))
 

@@ -27,8 +27,8 @@ def mixed(curves: F64, allowed: float, most: int | None = None) -> tuple[F64, F6
         size = np.einsum("pn,pn->p", rest, rest)
         worst = int(np.argmax(size))
         basis.append(rest[worst] / np.sqrt(size[worst]))
-        for own in basis[-1:] + basis:
-            rest -= np.einsum("pn,n->p", rest, own)[:, None] * own
+        for one in basis[-1:] + basis:
+            rest -= np.einsum("pn,n->p", rest, one)[:, None] * one
     if not basis:
         return np.zeros((1, curves.shape[1])), np.zeros((1, len(curves)))
     modes = np.stack(basis)

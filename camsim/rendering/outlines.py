@@ -88,10 +88,10 @@ def _limits(system: OpticalSystem, shortest_nm: float, allowed: float) -> SideLi
     # What waves of frequency u show, in the direction where they show most: that of f and u together.
     u = highest * np.arange(1, WAVES + 1) / WAVES
     most = np.maximum.accumulate(passes[:, ::-1].max(axis=0) / w[::-1])[::-1]
-    shown = np.interp(np.hypot(f, u[:, None]), f, most, right=0.0) @ w
+    displayed = np.interp(np.hypot(f, u[:, None]), f, most, right=0.0) @ w
     side_um = SIDES / highest
     n = np.arange(1, WAVES + 1)[:, None]
-    waves = np.interp(n / side_um, u, shown, left=line_per_um, right=0.0)
+    waves = np.interp(n / side_um, u, displayed, left=line_per_um, right=0.0)
     radius_um = side_um**2 * (waves / n**2).sum(axis=0) / (2.0 * math.pi**2 * allowed)
     return SideLimits(
         segment_um=1.0 / highest,

@@ -78,13 +78,13 @@ def far_outlines(
     away = np.flatnonzero(~stays[outline])
     if not away.size:
         return drop, 0.0
-    _, own = kinds_of(outline[away])
-    bound = _bounds(edges.some(away), own, density, pattern, longest, (first - extent, last + extent))
+    _, one = kinds_of(outline[away])
+    bound = _bounds(edges.some(away), one, density, pattern, longest, (first - extent, last + extent))
     order = np.argsort(bound, kind="stable")
     total = np.cumsum(bound[order])
     smallest = np.zeros(bound.size, bool)
     smallest[order[total <= allowed]] = True
-    drop[away] = smallest[own]
+    drop[away] = smallest[one]
     return drop, float(total[np.count_nonzero(smallest) - 1]) if smallest.any() else 0.0
 
 
@@ -103,9 +103,9 @@ def _bounds(edges: Edges, outline: I64, density: F64, pattern: Pattern, longest:
         lost = lost * np.maximum(0.5 * np.bincount(outline, minlength=count), 1.0)
     # A side's contrast to the outside is no more than the sum over the kinds of edges that lie between.
     sides, pair = edges.pairs()
-    own, kind = np.divmod(np.unique(outline * len(sides) + pair), len(sides))
+    one, kind = np.divmod(np.unique(outline * len(sides) + pair), len(sides))
     step = np.abs(density[sides[:, 0]] - density[sides[:, 1]]).sum(axis=2).max(axis=1)
-    contrast = np.bincount(own, weights=step[kind], minlength=count)
+    contrast = np.bincount(one, weights=step[kind], minlength=count)
     bound: F64 = contrast * angle / (2.0 * np.pi) * lost
     return bound
 

@@ -19,9 +19,9 @@ from camsim.core.errors import InvalidValueError
 from camsim.core.memory import too_large
 from camsim.core.typed import Number, Positive, Several, Whole, check, check_truths
 from camsim.optics import OpticalStage, OpticalSystem
-from camsim.optics.own import check_transfer
+from camsim.optics.custom import check_transfer
+from camsim.optics.declared import check_declared, check_lengths
 from camsim.optics.protocols import Varies
-from camsim.optics.told import check_lengths, check_told
 from camsim.rendering.auto import IMAGE_BYTES, Choice, check_method, choose
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.engine import FINEST
@@ -251,13 +251,13 @@ def _check(system: OpticalSystem, grid: Grid, wavelength_nm: F64, tolerance: flo
     for w in (wavelength_nm.min(), wavelength_nm.max()):
         if not (math.isfinite(w) and w > 0):
             raise InvalidValueError(f"{float(w)!r} is not a wavelength; give nm above 0", key="wavelength_nm")
-    own = [(stage, getattr(stage, "place", "optics")) for stage in system.stages]
-    for stage, key in own:
+    one = [(stage, getattr(stage, "place", "optics")) for stage in system.stages]
+    for stage, key in one:
         check_transfer(stage, key, wavelength_nm[:1])  # before it is asked how far it passes anything
     check_lengths(system, wavelength_nm)
     highest_per_um = float(np.max(system.highest_per_um(wavelength_nm)))
-    for stage, key in own:
+    for stage, key in one:
         check_transfer(stage, key, wavelength_nm, highest_per_um)
-    check_told(system, wavelength_nm, tolerance)
+    check_declared(system, wavelength_nm, tolerance)
     if method not in rules.METHODS:
         check_scales(system, grid, wavelength_nm)

@@ -82,11 +82,11 @@ def carry_out(
     check(take, Take | None, "take")
     check(progress, Report | None, "progress")
     begin = time.perf_counter()
-    plan, judge, job = choice.plan, choice.judge, choice.plan.job
+    plan, checker, job = choice.plan, choice.checker, choice.plan.job
     plans = [plan] if prune or not len(job.left_out.edges) else [plan, _rest(choice)]
     report, scale = progress or to_nobody, job.signals.scale
     report("render", 0.0)
-    rows, cols = judge.hardest(plan)
+    rows, cols = checker.hardest(plan)
     sets = channel[rows, cols]
     planes, planes_found, images = None, None, 1
     if every_channel or not prune:
@@ -97,21 +97,21 @@ def carry_out(
         channels = np.broadcast_to(each[..., None], planes.shape)
         for k, bands in enumerate(_images(plans, channels, _part(report, 0.0, 0.9))):
             values[k] = _passed(bands, channels[k], scale, (rows, cols), _Into(planes[k]))
-        right = judge.values(rows, cols, np.broadcast_to(each, values.shape))
-        found_of = [judge.compare(plan, own, its, rows, cols) for own, its in zip(values, right, strict=True)]
+        right = checker.values(rows, cols, np.broadcast_to(each, values.shape))
+        found_of = [checker.compare(plan, item, its, rows, cols) for item, its in zip(values, right, strict=True)]
         planes_found = max(found_of, key=lambda found: found.error)
         image = np.take_along_axis(planes, channel[None].astype(np.intp), axis=0)[0]
-        own_channel = sets, np.arange(rows.size)
-        found = judge.compare(plan, values[own_channel], right[own_channel], rows, cols)
+        each_channel = sets, np.arange(rows.size)
+        found = checker.compare(plan, values[each_channel], right[each_channel], rows, cols)
     else:
         whole = _Into(np.empty((0 if take is not None else channel.shape[0], channel.shape[1])), or_itself=True)
         one = _passed(plan.bands(channel, _part(report, 0.0, 0.9)), channel, scale, (rows, cols), take or whole)
         image = whole.image
-        found = judge.compare(plan, one, judge.values(rows, cols, sets), rows, cols)
+        found = checker.compare(plan, one, checker.values(rows, cols, sets), rows, cols)
     if strict:
-        for judged in (found, planes_found):
-            if judged is not None:
-                _refuse(judged, choice)
+        for one in (found, planes_found):
+            if one is not None:
+                _refuse(one, choice)
     report("render", 1.0)
     checked = found.photosites + (0 if planes_found is None else images * planes_found.photosites)
     return Rendering(

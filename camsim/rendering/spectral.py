@@ -87,8 +87,8 @@ def multiples(weights: F64) -> tuple[I64, F64]:
     which[order] = order[first][group]
     which = _joined(weights, which)
     there = largest[which]
-    own, other = weights[np.arange(len(weights)), there], weights[which, there]
-    return which, np.where(other == 0.0, 1.0, own / np.where(other == 0.0, 1.0, other))
+    one, other = weights[np.arange(len(weights)), there], weights[which, there]
+    return which, np.where(other == 0.0, 1.0, one / np.where(other == 0.0, 1.0, other))
 
 
 def different(weights: F64) -> F64:
@@ -136,12 +136,12 @@ def _joined(weights: F64, which: I64) -> I64:
     for k, leader in enumerate(leaders.tolist()):
         if of[leader] != leader:
             continue
-        own, others = weights[leader], leaders[k + 1 :]
-        there = int(np.abs(own).argmax())
-        if own[there] != 0.0:
+        one, others = weights[leader], leaders[k + 1 :]
+        there = int(np.abs(one).argmax())
+        if one[there] != 0.0:
             for columns in (slice(None, None, PROBED), slice(None)):  # most differ in the first columns looked at
-                factor = weights[others, there] / own[there]
-                rest = weights[others, columns] - factor[:, None] * own[columns]
+                factor = weights[others, there] / one[there]
+                rest = weights[others, columns] - factor[:, None] * one[columns]
                 others = others[np.abs(rest).max(axis=1) <= noise]
             of[others] = leader
     joined: I64 = of[which]
@@ -197,16 +197,16 @@ def fuse_by_light(signals: Signals, count: int) -> tuple[F64, F64]:
     middle, half = 0.5 * (wavelength_nm[0] + wavelength_nm[-1]), 0.5 * (wavelength_nm[-1] - wavelength_nm[0])
     place = (wavelength_nm - middle) / half
     # Lanczos's recurrence of the polynomials that are orthogonal under the light: their zeros are the nodes.
-    own, beside = np.zeros(count), np.zeros(count)
+    one, beside = np.zeros(count), np.zeros(count)
     vectors = [np.sqrt(light / light.sum())]
     for k in range(count):
         following = place * vectors[-1]
-        own[k] = np.sum(following * vectors[-1])
+        one[k] = np.sum(following * vectors[-1])
         for vector in (*vectors, *vectors):
             following = following - np.sum(following * vector) * vector
         beside[k] = math.sqrt(np.sum(following**2))
         vectors.append(following / beside[k])
-    zeros = np.linalg.eigvalsh(np.diag(own) + np.diag(beside[:-1], -1))  # scipy.linalg takes long to import
+    zeros = np.linalg.eigvalsh(np.diag(one) + np.diag(beside[:-1], -1))  # scipy.linalg takes long to import
 
     basis = np.ones((wavelength_nm.size, count))
     for j in range(count):

@@ -92,7 +92,7 @@ class VaryingPlan(WavesPlan):
         """The lens at places over the window."""
         low, high = window_um(self.job.grid)
         x, y = (np.unique(np.linspace(a, b, PLACES)) for a, b in zip(low, high, strict=True))
-        each = [self.lens.at(own, other) for own in x.tolist() for other in y.tolist()]
+        each = [self.lens.at(item, other) for item in x.tolist() for other in y.tolist()]
         return [one for one in each if isinstance(one, OfPupil)]
 
     def fused(self, signals: Signals, tolerance: float) -> tuple[F64, F64]:
@@ -187,16 +187,16 @@ def choose_varying(
         fields = fields if fields.layers else None
     if not len(job.edges) and fields is None:
         flat = FlatPlan(job=job)
-        return Choice(method="fourier", why="there is nothing to render", plan=flat, judge=JudgeOfPlaces(plan=flat))
+        return Choice(method="fourier", why="there is nothing to render", plan=flat, checker=FieldCheck(plan=flat))
     plan = planned(VaryingPlan, job=job, fields=fields, lens=lens, settings=FREQUENCIES)
     if not fits(plan):
         raise too_much("fourier", plan.cost.memory_bytes)
     why = "asked for" if method == "fourier" else "the lens changes over the frame"
-    return Choice(method="fourier", why=why, plan=plan, judge=JudgeOfPlaces(plan=plan))
+    return Choice(method="fourier", why=why, plan=plan, checker=FieldCheck(plan=plan))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class JudgeOfPlaces:
+class FieldCheck:
     """What recomputes photosites: each behind the lens of its own place, with tables and levels of its own.
 
     plan : whose sources are taken, and nothing that was made of the lens

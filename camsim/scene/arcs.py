@@ -217,9 +217,9 @@ def _stretches(curves: Curves, owner: I64, t0: F64, t1: F64) -> _Stretches:
     """Cut them out; what begins or ends with its curve does so at the very same place."""
     begin, out = _places(curves, owner, t0)
     finish, into = _places(curves, owner, t1)
-    own = curves.points[owner]
-    begin = np.where(t0 == 0.0, own[:, 0, 0] + 1j * own[:, 0, 1], begin)
-    finish = np.where(t1 == 1.0, own[:, 3, 0] + 1j * own[:, 3, 1], finish)
+    one = curves.points[owner]
+    begin = np.where(t0 == 0.0, one[:, 0, 0] + 1j * one[:, 0, 1], begin)
+    finish = np.where(t1 == 1.0, one[:, 3, 0] + 1j * one[:, 3, 1], finish)
     return _Stretches(owner, t0, t1, begin, out, finish, into, curves.some(owner).areas(t0, t1))
 
 

@@ -149,9 +149,9 @@ def _rims_drawn(rims: Rims, outlines: Outlines, limits: SideLimits) -> _Drawn:
 def _alone_drawn(outlines: Outlines, polygons: Polygons, regions: I64, alone: np.ndarray) -> tuple[F64, F64, I64, I64]:
     """Return the edges of simple polygons that touch no other shape."""
     loops = (alone & (regions != 0))[outlines.loop_of]
-    owner, own = outlines.loop_of[loops], polygons.some(loops)
-    start, end = own.sides_um(np.append(True, owner[1:] != owner[:-1])[: len(owner)])
-    left = np.repeat(regions[owner], np.diff(own.first))
+    owner, item = outlines.loop_of[loops], polygons.some(loops)
+    start, end = item.sides_um(np.append(True, owner[1:] != owner[:-1])[: len(owner)])
+    left = np.repeat(regions[owner], np.diff(item.first))
     keep = _long(start, end)
     return start[keep], end[keep], left[keep], np.zeros_like(left[keep])
 

@@ -11,11 +11,11 @@ import numpy as np
 from annotated_types import Ge, Le
 
 from camsim.core.arrays import F64
-from camsim.core.typed import Number, Place, Point, Positive, Whole, judge
+from camsim.core.typed import Number, Place, Point, Positive, Whole, validate
 from camsim.scene.primitives import Shape
 from camsim.scene.raster import Field
 from camsim.scene.shapes import Disc, Rectangle, Ring
-from camsim.scene.shapes.rounds import judge_radii
+from camsim.scene.shapes.rounds import validate_radii
 from camsim.spectra.curve import Curve, NumberOrCurve, Reflectance, Spectrum, spectrum_at
 
 Cycles = Annotated[int, Ge(1), Le(100_000)]
@@ -114,7 +114,7 @@ class LinearGradient(Gradient):
         ) -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
 
     @property
     def half_um(self) -> tuple[float, float]:
@@ -156,7 +156,7 @@ class RadialGradient(Gradient):
         ) -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
 
     @property
     def half_um(self) -> tuple[float, float]:
@@ -208,7 +208,7 @@ class SineGrating(Gradient):
         ) -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
 
     @property
     def half_um(self) -> tuple[float, float]:
@@ -264,8 +264,8 @@ class SineStar(Gradient):
         ) -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
-        judge_radii(self, self.inner_radius_um, self.radius_um)
+        validate(self)
+        validate_radii(self, self.inner_radius_um, self.radius_um)
 
     @property
     def half_um(self) -> tuple[float, float]:
@@ -330,7 +330,7 @@ class SineZonePlate(Gradient):
         ) -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
 
     @property
     def half_um(self) -> tuple[float, float]:

@@ -93,8 +93,8 @@ class Outlines:
         """Return the polygons of picked primitives, fill by fill."""
         begin, end = (np.searchsorted(self.loop_of, which, side) for side in ("left", "right"))
         return [
-            [sides.corners_um[sides.first[loop] : sides.first[loop + 1]] for loop in range(*own)]
-            for own in zip(begin.tolist(), end.tolist(), strict=True)
+            [sides.corners_um[sides.first[loop] : sides.first[loop + 1]] for loop in range(*item)]
+            for item in zip(begin.tolist(), end.tolist(), strict=True)
         ]
 
     def rings(self, limits: SideLimits) -> list[list[F64]]:
@@ -112,8 +112,8 @@ def _different(curves: Curves) -> tuple[I64, I64]:
     kept: list[int] = []
     kind = np.empty(count, np.int64)
     for loop, (first, end) in enumerate(itertools.pairwise(curves.first.tolist())):
-        own = tuple(column[first:end].tobytes() for column in (curves.points, curves.turn_rad, curves.kind))
-        kind[loop] = known.setdefault(own, len(known))
+        item = tuple(column[first:end].tobytes() for column in (curves.points, curves.turn_rad, curves.kind))
+        kind[loop] = known.setdefault(item, len(known))
         if kind[loop] == len(kept):
             kept.append(loop)
     return np.array(kept), kind
@@ -159,7 +159,7 @@ def surface_at(scene: Scene, x_um: float, y_um: float) -> Spectrum:
     about = (boxes[:, 0] <= x_um) & (x_um <= boxes[:, 2]) & (boxes[:, 1] <= y_um) & (y_um <= boxes[:, 3])
     for number in np.flatnonzero(about)[::-1]:
         primitive = primitives[int(number)]
-        own = Outlines.of([primitive]).rings(SideLimits())[0]
-        if area_of(primitive, own).contains(shapely.Point(x_um, y_um)):
+        item = Outlines.of([primitive]).rings(SideLimits())[0]
+        if area_of(primitive, item).contains(shapely.Point(x_um, y_um)):
             return primitive.reflectance
     return scene.background

@@ -52,7 +52,7 @@ def _common(edges: F64, owner: I64) -> float:
     begun, count = np.empty((2, len(edges)), np.int64), np.zeros(2, np.int64)
     total, lost = 0.0, 0.0
     for k in range(len(edges)):
-        own, other = owner[k], 1 - owner[k]
+        each, other = owner[k], 1 - owner[k]
         x0, y0, x1, y1 = edges[k]
         left, right = min(x0, x1), max(x0, x1)
         met = 0
@@ -80,6 +80,6 @@ def _common(edges: F64, owner: I64) -> float:
             raised = total + part
             lost = (raised - total) - part
             total = raised
-        begun[own, count[own]] = k
-        count[own] += 1
+        begun[each, count[each]] = k
+        count[each] += 1
     return total

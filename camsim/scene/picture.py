@@ -14,8 +14,8 @@ from camsim.core.annotations import After, Before, Called
 from camsim.core.arrays import F64
 from camsim.core.errors import InvalidValueError
 from camsim.core.number_kinds import array_of
-from camsim.core.typed import Fraction, Number, Place, Point, Positive, Several, check, judge, refusal
-from camsim.core.words import shown
+from camsim.core.typed import Fraction, Number, Place, Point, Positive, Several, check, refusal, validate
+from camsim.core.words import displayed
 from camsim.scene.raster import Field, Interpolation, Raster
 from camsim.scene.shapes import Rectangle
 from camsim.spectra.component import Component
@@ -84,7 +84,7 @@ class Picture(Raster, Field):
         ) -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
         planes = _all_given(self.planes, "planes", "Picture")
         if planes.dtype.kind not in "fui":
             raise refusal(self, "planes", f"must be numbers, not {planes.dtype}")
@@ -270,9 +270,8 @@ def _all_given(samples: ArrayLike, key: str, stage: str) -> NDArray[Any]:
         raise InvalidValueError(message, key=key, stage=stage)
     array = array_of(samples, key, stage)
     if array.dtype.kind == "U" and not array.ndim:
-        message = (
-            f"must be samples, not {shown(samples)}; camsim.read_picture({shown(samples)}, width_um=…) reads a file"
-        )
+        name = displayed(samples)
+        message = f"must be samples, not {name}; camsim.read_picture({name}, width_um=…) reads a file"
         raise InvalidValueError(message, key=key, stage=stage)
     return array
 

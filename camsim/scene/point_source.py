@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from camsim.core.arrays import F64
-from camsim.core.typed import Number, Place, Point, Positive, judge, refusal
+from camsim.core.typed import Number, Place, Point, Positive, refusal, validate
 from camsim.scene.primitives import Shape
 from camsim.scene.raster import Field
 from camsim.scene.shapes import Group
@@ -49,14 +49,14 @@ class PointSource(Field):
         ) -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
         if (self.electrons is None) == (self.photosites is None):
             said = "missing; give one of electrons and photosites"
             raise refusal(
                 self, "electrons", said if self.electrons is None else "given beside photosites; leave one out"
             )
 
-    def lit(self, wavelength_nm: F64, electrons: F64) -> PointSource:
+    def exposed(self, wavelength_nm: F64, electrons: F64) -> PointSource:
         """Return it in photosites; electrons: (channels, n) of one full of a perfect diffuser, by wavelength."""
         if self.electrons is None:
             return self

@@ -35,7 +35,7 @@ def region_of(rings: Sequence[F64], rule: FillRule, *, simple: bool) -> Any:
     nested = nesting(rings, rule)
     if nested is not None:
         return shapely.MultiPolygon([(rings[outline], [rings[hole] for hole in holes]) for outline, holes in nested])
-    _judge_crossings(rings)
+    _validate_crossings(rings)
     return _by_faces(rings, _lines(rings), rule)
 
 
@@ -221,7 +221,7 @@ def _inside(winds: I64, times: I64, rule: FillRule) -> np.ndarray:
     return filled
 
 
-def _judge_crossings(rings: Sequence[F64]) -> None:
+def _validate_crossings(rings: Sequence[F64]) -> None:
     """Refuse outlines that cross more often than anyone draws: every crossing is a corner more, of several faces."""
     import shapely
 

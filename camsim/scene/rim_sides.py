@@ -12,13 +12,13 @@ import numpy as np
 
 from camsim.core.arrays import F64, I64
 from camsim.scene.rims import Rims
-from camsim.scene.side_limits import SideLimits, judge_sides
+from camsim.scene.side_limits import SideLimits, validate_sides
 
 
 def sides_of(rims: Rims, limits: SideLimits) -> tuple[I64, F64, F64]:
     """Return the sides of open parts: whose (n,), and their starts and ends (n, 2)."""
     sides = rims.radius_um * rims.turn_rad / limits.end_um(rims.radius_um)
-    judge_sides(float(sides.sum()))
+    validate_sides(float(sides.sum()))
     count = np.maximum(np.ceil(sides - 1e-9), 1.0).astype(np.int64)
     each = rims.turn_rad / count
     out = rims.radius_um * np.sqrt(each / np.sin(each))

@@ -158,8 +158,8 @@ def _joined(whose: I64, angle: F64, behind: I64, place: F64, centre: F64, radius
     following[_last(disc, len(radius))] = run
     turn = (angle[start[following]] - angle[start]) % math.tau
     turn[closed[disc]] = math.tau
-    shown = behind[start] != HIDDEN
-    start, end, turn = start[shown], start[following][shown], turn[shown]
+    displayed = behind[start] != HIDDEN
+    start, end, turn = start[displayed], start[following][displayed], turn[displayed]
     disc = whose[start]
     return Rims(disc, behind[start], centre[disc], radius[disc], angle[start], turn, place[start], place[end])
 

@@ -11,14 +11,14 @@ from camsim.core import notebook
 from camsim.core.arrays import F64
 from camsim.core.doors import above
 from camsim.core.errors import InvalidValueError
-from camsim.core.typed import judge, refusal
+from camsim.core.typed import refusal, validate
 from camsim.core.words import brief
 from camsim.scene.point_source import PointSource
 from camsim.scene.primitives import Shape, counted, numbered
 from camsim.scene.raster import Field
 from camsim.spectra.curve import NumberOrCurve, Reflectance, Spectrum
 
-_SHOWN = 10
+_DISPLAYED = 10
 """Shapes that notebooks list."""
 
 
@@ -44,7 +44,7 @@ class Scene:
     __repr__ = brief
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
         try:
             counted(shape for shape in self.shapes if not isinstance(shape, Field))
         except InvalidValueError as error:
@@ -55,8 +55,8 @@ class Scene:
         """Distinct curves that bend wherever a reflectance of the scene does, the background's first."""
         painted: list[Spectrum] = [self.background]
         for shape in self.shapes:
-            own = shape.surfaces if isinstance(shape, Field) else (one.reflectance for one in shape.primitives())
-            painted.extend(own)
+            each = shape.surfaces if isinstance(shape, Field) else (one.reflectance for one in shape.primitives())
+            painted.extend(each)
         return numbered(painted)[0]
 
     def framed(self, reflectance: Spectrum) -> Scene:
@@ -66,11 +66,11 @@ class Scene:
         shapes = [shape.frame(reflectance) if isinstance(shape, Field) else shape for shape in self.shapes]
         return Scene(background=self.background, shapes=shapes)
 
-    def lit(self, wavelength_nm: F64, electrons: F64) -> Scene:
+    def exposed(self, wavelength_nm: F64, electrons: F64) -> Scene:
         """Return the scene with its points as bright as electrons make them; see ``PointSource.lit``."""
         if not any(isinstance(shape, PointSource) for shape in self.shapes):
             return self
-        shapes = [one.lit(wavelength_nm, electrons) if isinstance(one, PointSource) else one for one in self.shapes]
+        shapes = [one.exposed(wavelength_nm, electrons) if isinstance(one, PointSource) else one for one in self.shapes]
         return Scene(background=self.background, shapes=shapes)
 
     @classmethod
@@ -92,6 +92,6 @@ class Scene:
 
     def _repr_html_(self) -> str:
         rows = [("background", brief(self.background)), ("shapes", str(len(self.shapes)))]
-        rows += [(str(number), brief(shape)) for number, shape in enumerate(self.shapes[:_SHOWN])]
-        rows += [("…", f"{len(self.shapes) - _SHOWN} more")] * (len(self.shapes) > _SHOWN)
+        rows += [(str(number), brief(shape)) for number, shape in enumerate(self.shapes[:_DISPLAYED])]
+        rows += [("…", f"{len(self.shapes) - _DISPLAYED} more")] * (len(self.shapes) > _DISPLAYED)
         return notebook.table(rows, "Scene")

@@ -73,7 +73,7 @@ class SideLimits(NamedTuple):
         return longest
 
 
-def judge_sides(total: float) -> None:
+def validate_sides(total: float) -> None:
     """Refuse more sides than memory holds."""
     if total > MOST_SIDES:
         raise InvalidValueError(

@@ -13,7 +13,7 @@ import numpy as np
 
 from camsim.core.arrays import F64, I64
 from camsim.scene.curves import STRAIGHT, Curves, circles_among, cross
-from camsim.scene.side_limits import SideLimits, judge_sides
+from camsim.scene.side_limits import SideLimits, validate_sides
 from camsim.scene.stretches import Stretches, followers, gradual, stretches
 
 SMOOTH = 1e-7  # sine of the angle between curves that go on in one another
@@ -77,13 +77,13 @@ def polygons(curves: Curves, limits: SideLimits, cut: np.ndarray | None = None) 
     last = np.ones(owner.size, bool)
     last[:-1] = owner[1:] != owner[:-1]
     t1 = np.where(last, 1.0, np.roll(t0, -1))
-    own = curves.some(owner)
-    corners = own.at(t0)
+    one = curves.some(owner)
+    corners = one.at(t0)
     corners[begin] = curves.points[:, 0]
     first = np.concatenate([begin, [owner.size]])[curves.first]
     free = np.ones(owner.size, bool)
     free[begin] = through
-    moved = _with_areas(corners, own.areas(t0, t1), free, first)
+    moved = _with_areas(corners, one.areas(t0, t1), free, first)
     # Corners that curves have in common differ by rounding; on a grid they are the same.
     largest = float(np.abs(moved[(curves.kind != STRAIGHT)[owner]]).max())
     grid = math.ldexp(1.0, math.frexp(largest)[1] - GRID_BITS)
@@ -114,7 +114,7 @@ def _laid(curves: Curves, limits: SideLimits, uneven: np.ndarray, corners: np.nd
     found = stretches(curves.some(others))
     side = limits.side_um(found.radius_um, uneven[others][found.owner])
     side = np.maximum(np.minimum(side, limits.segment_um), gradual(side, found))
-    judge_sides(float(np.sum(found.length_um / side)))
+    validate_sides(float(np.sum(found.length_um / side)))
     inner, t = _even_steps(found, side, len(others))
     circles = np.flatnonzero(round_ones)
     along, steps = _whole_steps(curves.some(circles), limits, uneven[circles])
@@ -137,7 +137,7 @@ def _whole_steps(curves: Curves, limits: SideLimits, uneven: np.ndarray) -> tupl
     begin, way = np.arctan2(u[:, 1], u[:, 0]), np.sign(cross(u, v)) * curves.turn_rad
     radius = np.hypot(u[:, 0], u[:, 1])
     wanted = math.tau * radius / limits.side_um(radius, uneven)
-    judge_sides(float(np.sum(wanted)))
+    validate_sides(float(np.sum(wanted)))
     eighth = 2.0 ** (np.floor(np.log2(wanted)) - 3.0)
     step = math.tau / (eighth * np.ceil(wanted / eighth - NEARLY))
     ends = np.stack([begin, begin + way]) / step

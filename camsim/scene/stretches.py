@@ -66,10 +66,10 @@ def stretches(curves: Curves, apart: Apart | None = None) -> Stretches:
 
 def _measured(curves: Curves, owner: I64, t0: F64, t1: F64) -> tuple[Stretches, F64]:
     """Return stretches and how far each turns."""
-    own = curves.some(owner)
+    one = curves.some(owner)
     speeds, radii, ways = [], [], []
     for t in (t0, 0.5 * (t0 + t1), t1):
-        along, bend = own.slopes(t)
+        along, bend = one.slopes(t)
         speed = np.hypot(along[:, 0], along[:, 1])
         turning = np.abs(cross(along, bend))
         straight = turning <= 1e-300 + 1e-15 * speed * np.hypot(bend[:, 0], bend[:, 1])
@@ -80,7 +80,7 @@ def _measured(curves: Curves, owner: I64, t0: F64, t1: F64) -> tuple[Stretches, 
     bends = _angle(ways[0], ways[1]) + _angle(ways[1], ways[2])
     # A cusp's radius is 0 in one point; what a stretch turns says enough of it.
     radius = np.maximum(np.minimum.reduce(radii), length / TURN * 0.1)
-    return Stretches(owner, t0, t1, own.at(0.5 * (t0 + t1)), radius, length), bends
+    return Stretches(owner, t0, t1, one.at(0.5 * (t0 + t1)), radius, length), bends
 
 
 def _angle(a: F64, b: F64) -> F64:

@@ -143,7 +143,7 @@ def visible_rings(
         return []
     import shapely
 
-    areas = np.array([area_of(primitive, own) for (primitive, _), own in zip(seen, rings, strict=True)], object)
+    areas = np.array([area_of(primitive, one) for (primitive, _), one in zip(seen, rings, strict=True)], object)
     covers = covers.met(shapely.intersects(areas[covers.first], areas[covers.second]))
     hiding = covers.some_pairs(~shapely.touches(areas[covers.first], areas[covers.second]))
     sizes = shapely.area(areas)

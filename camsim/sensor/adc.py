@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from camsim.core.annotations import Called
 from camsim.core.arrays import F64, I64, U16
-from camsim.core.typed import Index, Iso, Number, Positive, Several, Whole, judge, refusal
+from camsim.core.typed import Index, Iso, Number, Positive, Several, Whole, refusal, validate
 from camsim.core.words import brief
 from camsim.sensor.companding import LARGEST, are_points, data_numbers, encoding, steps_dn
 
@@ -83,9 +83,9 @@ class Adc:
     __repr__ = brief
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
         if self.companding:
-            self._judge_companding()
+            self._validate_companding()
         if self.black_level_dn >= self.largest_dn:
             most = f"{self.largest_dn - 1}, below the largest code of {self.bit_depth} bits"
             raise refusal(self, "black_level_dn", f"must be at most {most}, not {self.black_level_dn}")
@@ -107,7 +107,7 @@ class Adc:
             way_out = "its gain is electrons_per_dn; leave it out here"
             raise refusal(self, "gain_at_iso", f"has ISO {self.base_iso:g}, which is base_iso: {way_out}")
 
-    def _judge_companding(self) -> None:
+    def _validate_companding(self) -> None:
         if not are_points(self.companding):
             message = f"must be two points or more, data numbers and codes both increasing, {LARGEST} at most"
             raise refusal(self, "companding", message)

@@ -12,8 +12,8 @@ from annotated_types import Ge, Le
 from camsim.core.annotations import Called
 from camsim.core.arrays import U8
 from camsim.core.errors import InvalidValueError, UnknownNameError
-from camsim.core.tiled import Repeated
-from camsim.core.typed import Several, Whole, check, judge, refusal
+from camsim.core.tiled import Tiled
+from camsim.core.typed import Several, Whole, check, refusal, validate
 from camsim.core.words import brief
 
 _FIRST = "RGB"
@@ -72,7 +72,7 @@ class Cfa:
     __repr__ = brief
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
         if not self.pattern or not self.pattern[0]:
             raise refusal(self, "pattern", "is empty; give one text of letters per row, such as ('RG', 'GB')")
         widths = sorted({len(row) for row in self.pattern})
@@ -132,13 +132,13 @@ class Cfa:
 
     def channel_index(self, rows: int, cols: int, origin: tuple[int, int] = (0, 0)) -> U8:
         """Return (rows, cols) indices into ``channels`` of the window that begins at photosite ``origin``."""
-        return self.repeated_index(rows, cols, origin)[:]
+        return self.tiled_index(rows, cols, origin)[:]
 
-    def repeated_index(self, rows: int, cols: int, origin: tuple[int, int] = (0, 0)) -> Repeated:
+    def tiled_index(self, rows: int, cols: int, origin: tuple[int, int] = (0, 0)) -> Tiled:
         """Return the same, of which no array is made before it is asked for."""
         channels = self.channels
         codes = np.array([[channels.index(c) for c in row] for row in self.window_pattern(origin)], dtype=np.uint8)
-        return Repeated(codes, (rows, cols))
+        return Tiled(codes, (rows, cols))
 
     def window_pattern(self, origin: tuple[int, int]) -> tuple[str, ...]:
         """Return the pattern as seen from photosite ``origin``: the window's own (0,0) (0,1) …

@@ -11,8 +11,8 @@ import numpy as np
 
 from camsim.core.arrays import F64
 from camsim.core.cores import cores
-from camsim.core.custom import is_own
-from camsim.sensor.own import acted, drawn
+from camsim.core.custom import is_custom
+from camsim.sensor.custom import acted, drawn
 from camsim.sensor.stage import Context, ElectronicStage, Phase
 from camsim.sensor.stages.crosstalk import Crosstalk
 from camsim.sensor.streams import BLOCK_ROWS
@@ -46,7 +46,7 @@ def record(
         if acts and acts[0][0].whole_window:
             (stage, phase), *acts = acts
             electrons = acted(stage, electrons, dataclasses.replace(here, phase=phase, asking=stage))
-            kept = is_own(stage)  # what came in, perhaps, or an array that it gives again
+            kept = is_custom(stage)  # what came in, perhaps, or an array that it gives again
         electrons = _in_blocks(electrons, acts, here, threads, ours=not kept and electrons is not mean_electrons)
     return electrons
 

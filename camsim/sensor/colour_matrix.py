@@ -20,10 +20,10 @@ from camsim.sensor.cfa import filters_of
 from camsim.sensor.exposure import electrons_per_reflectance
 from camsim.sensor.measured_matrix import MeasuredMatrix
 from camsim.sensor.quantum_efficiency import QuantumEfficiency
+from camsim.spectra.cached import kept
 from camsim.spectra.colour_science import colour_science
 from camsim.spectra.curve import Curve, Spectrum
 from camsim.spectra.integral import lumped
-from camsim.spectra.kept import kept
 from camsim.spectra.light import Light, LightSamples
 
 XYZ_D50 = np.array([0.9642, 1.0, 0.8249])
@@ -79,9 +79,9 @@ class ColourResponse:
         filters = filters_of(self.channels)
         if len(filters) == len(self.channels):
             return self
-        own = np.array([[letter.upper() == colour for letter in self.channels] for colour in filters], np.float64)
+        each = np.array([[letter.upper() == colour for letter in self.channels] for colour in filters], np.float64)
         mixed = np.eye(len(self.channels)) if self.crosstalk is None else np.array(self.crosstalk)
-        means = np.einsum("fc,ck->fk", own / own.sum(axis=1, keepdims=True), mixed)
+        means = np.einsum("fc,ck->fk", each / each.sum(axis=1, keepdims=True), mixed)
         return dataclasses.replace(self, crosstalk=tuple(map(tuple, means.tolist())))
 
     def to(self, light: Light, *beside: Iterable[Spectrum]) -> tuple[LightSamples, F64]:
@@ -192,11 +192,11 @@ def _measured(response: ColourResponse, light: str) -> ColourFit:
     white_xyz = np.array(one.white_xyz, np.float64)
     neutral = np.asarray(np.linalg.solve(to_xyz, white_xyz), np.float64)
     largest = float(neutral.max())
-    told = ColourFit(
+    stated = ColourFit(
         neutral=neutral / largest, white_xyz=white_xyz, camera_to_xyz=to_xyz * largest,
         xyz_to_camera=np.asarray(np.linalg.inv(to_xyz), np.float64) / largest,
     )  # fmt: skip
-    return told if same else told.seen_under(fit_white(light))
+    return stated if same else stated.seen_under(fit_white(light))
 
 
 def fit_to_scene(response: ColourResponse) -> ColourFit:

@@ -91,7 +91,7 @@ def points_of(linear_dn: Sequence[int]) -> Points:
     return tuple(points)
 
 
-def told_points(points: Sequence[tuple[int, int]]) -> str:
+def stated_points(points: Sequence[tuple[int, int]]) -> str:
     """Return points in words.
 
     >>> told_points(((0, 0), (512, 512), (4095, 1023)))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal, TypeAlias
 import numpy as np
 
 from camsim.core.arrays import F64
-from camsim.core.typed import NonNegative, Number, Positive, judge, refusal
+from camsim.core.typed import NonNegative, Number, Positive, refusal, validate
 from camsim.sensor.adc import Adc
 from camsim.sensor.companding import LARGEST
 
@@ -59,7 +59,7 @@ class DualGain:
         ) -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
         if (self.from_iso is None) == (self.electrons_per_dn is None):
             message = "give one of from_iso, and electrons_per_dn of a sensor that reads both gains of each exposure"
             raise refusal(self, "from_iso", message)
@@ -72,7 +72,7 @@ class DualGain:
         elif self.read is None:
             object.__setattr__(self, "read", "merged")
 
-    def is_quiet_at(self, iso: float) -> bool:
+    def has_low_noise_at(self, iso: float) -> bool:
         """Whether the dark has this mode's read noise."""
         return self.read != "low" if self.from_iso is None else iso >= self.from_iso
 

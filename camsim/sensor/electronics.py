@@ -8,8 +8,8 @@ from typing import Annotated, Any, TypeAlias, TypedDict
 
 from camsim.core.annotations import Called
 from camsim.core.errors import InvalidValueError
-from camsim.core.typed import Several, judge
-from camsim.sensor.own import check_own
+from camsim.core.typed import Several, validate
+from camsim.sensor.custom import check_custom
 from camsim.sensor.stage import ElectronicStage
 from camsim.sensor.stages.blooming import Blooming
 from camsim.sensor.stages.column_noise import ColumnNoise
@@ -30,7 +30,7 @@ from camsim.sensor.stages.row_noise import RowNoise
 from camsim.sensor.stages.shot_noise import ShotNoise
 from camsim.sensor.stages.telegraph_noise import TelegraphNoise
 
-Own: TypeAlias = Annotated[ElectronicStage, Called("a dataclass that inherits from camsim.ElectronicStage")]
+Custom: TypeAlias = Annotated[ElectronicStage, Called("a dataclass that inherits from camsim.ElectronicStage")]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,11 +58,11 @@ class Electronics:
     offset_map: OffsetMap | None = dataclasses.field(default=None, metadata={"described": "if any"})
     output_noise: OutputNoise | None = None
     dark_frames: DarkFrames | None = dataclasses.field(default=None, metadata={"described": "if any"})
-    extra_stages: Several[Own] = dataclasses.field(default=(), metadata={"described": "if any"})
+    extra_stages: Several[Custom] = dataclasses.field(default=(), metadata={"described": "if any"})
 
     def __post_init__(self) -> None:
-        judge(self)
-        check_own(tuple(self.extra_stages))
+        validate(self)
+        check_custom(tuple(self.extra_stages))
         stages = self.stages
         for stage in stages:
             if missing := stage.lacks(stages):
@@ -98,7 +98,7 @@ class ElectronicChanges(TypedDict, total=False):
     offset_map: OffsetMap | None
     output_noise: OutputNoise | None
     dark_frames: DarkFrames | None
-    extra_stages: Several[Own]
+    extra_stages: Several[Custom]
 
 
 ORDER = tuple(field.name for field in dataclasses.fields(Electronics) if field.name != "extra_stages")

@@ -11,7 +11,7 @@ import numpy as np
 
 from camsim.core.arrays import F64
 from camsim.core.errors import InvalidValueError
-from camsim.core.typed import LONGEST_S, SHORTEST_S, Celsius, Iso, Number, Seconds, judge, refusal
+from camsim.core.typed import LONGEST_S, SHORTEST_S, Celsius, Iso, Number, Seconds, refusal, validate
 from camsim.sensor.quantum_efficiency import QuantumEfficiency
 from camsim.spectra.curve import Spectrum, spectrum_at
 from camsim.spectra.light import LightSamples, photons_per_um2_per_j_m2
@@ -52,7 +52,7 @@ class Exposure:
         ) -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
         try:
             right = str(datetime.strptime(self.datetime, "%Y-%m-%d %H:%M:%S")) == self.datetime  # with all its digits
         except ValueError:

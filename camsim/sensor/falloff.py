@@ -10,7 +10,7 @@ import numpy as np
 from annotated_types import Ge, Le
 
 from camsim.core.arrays import F64
-from camsim.core.typed import Fraction, NonNegative, Number, Positive, Several, check, judge, refusal
+from camsim.core.typed import Fraction, NonNegative, Number, Positive, Several, check, refusal, validate
 from camsim.core.words import brief
 
 
@@ -32,7 +32,7 @@ class Cos4Falloff:
         def __init__(self, *, exit_pupil_mm: Number) -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
 
     def relative(self, radius_mm: F64) -> F64:
         """Return the light at a distance from the axis, relative to that on the axis."""
@@ -62,7 +62,7 @@ class RadialFalloff:
     __repr__ = brief
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
         if len(self.radius_mm) != len(self.values) or len(self.values) < 2:
             message = f"{len(self.values)} for {len(self.radius_mm)} of radius_mm; give two or more of each"
             raise refusal(self, "values", message)

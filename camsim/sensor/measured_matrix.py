@@ -10,7 +10,7 @@ from annotated_types import MaxLen, MinLen
 
 from camsim.core.annotations import Called
 from camsim.core.arrays import F64
-from camsim.core.typed import Several, judge, refusal
+from camsim.core.typed import Several, refusal, validate
 from camsim.core.words import brief
 
 _LEAST_RANK = 1e-6
@@ -47,15 +47,15 @@ class MeasuredMatrix:
     __repr__ = brief
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
         if not min(self.white_xyz) > 0.0:
             raise refusal(self, "white_xyz", f"{self.white_xyz}; a white has X, Y and Z above 0")
         spread = np.linalg.svd(self.matrix, compute_uv=False)
         if not spread[-1] > _LEAST_RANK * spread[0]:
             raise refusal(self, "camera_to_xyz", "its rows are not independent: no colour can be told by it")
         if not min(self.neutral) > 0.0:
-            told = ", ".join(f"{value:.4g}" for value in self.neutral)
-            raise refusal(self, "camera_to_xyz", f"its white has red, green and blue of {told}; all are above 0")
+            stated = ", ".join(f"{value:.4g}" for value in self.neutral)
+            raise refusal(self, "camera_to_xyz", f"its white has red, green and blue of {stated}; all are above 0")
 
     @property
     def matrix(self) -> F64:

@@ -13,7 +13,7 @@ from annotated_types import Gt, Le
 from camsim.core.annotations import Called
 from camsim.core.arrays import F64
 from camsim.core.errors import InvalidValueError
-from camsim.core.typed import Number, judge, refusal
+from camsim.core.typed import Number, refusal, validate
 from camsim.core.words import brief
 from camsim.sensor.cfa import GREENS
 from camsim.spectra.curve import Curve
@@ -68,7 +68,7 @@ class QuantumEfficiency:
     __repr__ = brief
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
         named = tuple((GREENS.get(letter, letter), curve) for letter, curve in self.curves)
         object.__setattr__(self, "curves", named)
         if not self.curves:

@@ -11,10 +11,10 @@ from typing import Any, ClassVar, Protocol, TypeVar, runtime_checkable
 import numpy as np
 
 from camsim.core.arrays import F32, F64
-from camsim.core.custom import is_own, refused
+from camsim.core.custom import is_custom, refused
 from camsim.sensor import streams
 
-OWN_STREAMS = 1000
+CUSTOM_STREAMS = 1000
 """Streams from here on are free for stages of one's own; those below are camsim's."""
 
 _NORMAL = 0.25  # the largest standard deviation of normal gains: four of them above 0
@@ -105,18 +105,18 @@ class Context:
 
     def _drawing(self, stream: int, block: int) -> np.random.Generator:
         return streams.generator(
-            self.seed, stream, block=block, frame_number=self.frame_number, read_out=self._own_read_out
+            self.seed, stream, block=block, frame_number=self.frame_number, read_out=self._its_read_out
         )
 
     @property
-    def _own_read_out(self) -> int:
+    def _its_read_out(self) -> int:
         """The read-out that draws by itself: what happens to the charge before is all read-outs'."""
         return self.read_out if self.phase is Phase.READ else 0
 
     def normals(self, stream: int, shape: tuple[int, ...]) -> F32:
         """Return the (rows, cols) standard normals of a fixed pattern that belong to these photosites."""
         self._check_declared(stream, temporal=False)
-        if self.shape not in (None, tuple(shape)) and is_own(self.asking):
+        if self.shape not in (None, tuple(shape)) and is_custom(self.asking):
             asked = f"{type(self.asking).__name__} asks for normals of shape {tuple(shape)} for {self.shape} photosites"
             way_out = "there is one for each photosite; context.column_normals gives one for each column"
             raise refused("extra_stages", f"{asked}; {way_out}")
@@ -124,7 +124,7 @@ class Context:
         normals = streams.fixed_normals(
             self.serial, stream, rows=rows, cols=cols, origin=self.first, frame_cols=self.frame_cols
         )
-        return normals.copy() if is_own(self.asking) else normals  # one of one's own may write into them
+        return normals.copy() if is_custom(self.asking) else normals  # one of one's own may write into them
 
     def column_normals(self, stream: int, cols: int) -> F32:
         """Return the (cols,) standard normals of a fixed pattern that belong to these photosites' columns."""
@@ -142,7 +142,7 @@ class Context:
     def _check_declared(self, stream: int, *, temporal: bool) -> None:
         """Refuse draws of a stage of one's own that its facts do not tell: others could have the same numbers."""
         stage = self.asking
-        if stage is None or not is_own(stage):
+        if stage is None or not is_custom(stage):
             return
         name = type(stage).__name__
         if stream not in streams_of(stage):
@@ -224,13 +224,13 @@ def add_normals(electrons: F64, sigma_e: float, normals: F32) -> F64:
 def gains(fraction: float, normals: F32) -> F64:
     """Return gains of mean 1 and standard deviation ``fraction``, nowhere below 0: as normals are, and large ones
     log-normal, of which a normal one would be cut at 0, and its mean higher than 1."""
-    own = normals.astype(np.float64)
+    one = normals.astype(np.float64)
     if fraction > _NORMAL:
         variance = math.log1p(fraction**2)
-        own *= math.sqrt(variance)
-        own -= 0.5 * variance
-        return np.exp(own, out=own)
-    own *= fraction
-    own += 1.0
-    raised: F64 = np.maximum(own, 0.0, out=own)
+        one *= math.sqrt(variance)
+        one -= 0.5 * variance
+        return np.exp(one, out=one)
+    one *= fraction
+    one += 1.0
+    raised: F64 = np.maximum(one, 0.0, out=one)
     return raised

@@ -20,7 +20,7 @@ _PER_LENGTH = re.compile(
     rf"(?:[\d²]\s*[/·*]?|(?:\)|{_BEGIN}(?:m?w|j|photons?|electrons?|counts?))\s*/)\s*{_LENGTH}{_END}"
 )
 # "wavelengths in µm", also among other words.
-_SAID = re.compile(rf"{_WAVE}[\W_]*(?:(?:are|is|given|in)[\W_]+)*{_LENGTH}{_END}")
+_STATED = re.compile(rf"{_WAVE}[\W_]*(?:(?:are|is|given|in)[\W_]+)*{_LENGTH}{_END}")
 
 # A number before it makes a unit one of what was measured, not of the column: "QE at 25 µm pitch".
 _PER_CENT = r"(?<![\w.,])\d+(?:[.,]\d+)?\s*[%‰]"
@@ -85,9 +85,9 @@ def may_be_per_cent(name: str) -> bool:
     return bool(_MAY_BE_PER_CENT.search(name))
 
 
-def said_nm(remarks: str) -> set[float | None]:
+def stated_nm(remarks: str) -> set[float | None]:
     """Return the units that remarks give the wavelengths, word beside word."""
-    return {scale for found in _SAID.findall(_bare(remarks)) for scale in scales_nm(found)}
+    return {scale for found in _STATED.findall(_bare(remarks)) for scale in scales_nm(found)}
 
 
 def wavenumbers(remark: str) -> str:
@@ -101,7 +101,7 @@ def unclear(remark: str) -> str:
 
     µm and m would not: read as nm they are no light.
     """
-    text = _SAID.sub(" ", _bare(remark))
+    text = _STATED.sub(" ", _bare(remark))
     found = re.search("|".join(pattern for pattern, scale in (*_NM, *_FRACTIONS) if scale and scale < 1.0), text)
     return found[0] if found else ""
 

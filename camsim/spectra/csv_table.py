@@ -37,7 +37,7 @@ class _Row:
 
 
 def read_points(
-    path: str | os.PathLike[str], column: Column | None = None, shown: str = ""
+    path: str | os.PathLike[str], column: Column | None = None, displayed: str = ""
 ) -> tuple[list[float], list[float]]:
     """Return wavelengths (nm, increasing) and values of one column of a CSV file.
 
@@ -50,23 +50,23 @@ def read_points(
     is one where it names the wavelengths, directly above the numbers. Raises InputError or InvalidValueError (about the
     column) with one sentence.
     """
-    return _Table(os.fspath(path), shown or os.fspath(path)).points(column)
+    return _Table(os.fspath(path), displayed or os.fspath(path)).points(column)
 
 
-def columns(path: str | os.PathLike[str], shown: str = "") -> list[tuple[int, str]]:
+def columns(path: str | os.PathLike[str], displayed: str = "") -> list[tuple[int, str]]:
     """Return number and name of each column but the wavelengths'; the number in place of a name where there is none."""
-    return _Table(os.fspath(path), shown or os.fspath(path)).columns()
+    return _Table(os.fspath(path), displayed or os.fspath(path)).columns()
 
 
 class _Table:
     """The cells of a file: rows of numbers, and the header above them."""
 
-    def __init__(self, path: str, shown: str) -> None:
-        self.shown = repr(shown)
-        lines = _text(path, self.shown).splitlines()
+    def __init__(self, path: str, displayed: str) -> None:
+        self.displayed = repr(displayed)
+        lines = _text(path, self.displayed).splitlines()
         first = next((k for k, line in enumerate(lines) if _BEGINS.match(line)), None)
         if first is None:
-            raise InputError(f"{self.shown}: no line begins with a number; give a row for each wavelength")
+            raise InputError(f"{self.displayed}: no line begins with a number; give a row for each wavelength")
         self.separator = _separator(lines[first])
         self.rows = [
             _Row(first + k + 1, self._cells(line))
@@ -97,14 +97,14 @@ class _Table:
     def _names(self, line: str, width: int) -> Sequence[str]:
         """Return the cells of a line above the numbers; names may be separated otherwise than those."""
         bare = _COMMENT.sub("", line, count=1)
-        own = self._cells(bare)
-        if len(own) == width and self.separator != " ":
-            return own
+        one = self._cells(bare)
+        if len(one) == width and self.separator != " ":
+            return one
         for mark in _APART if self.separator == " " else _APART[:-1]:
             cells = [cell.strip() for cell in re.split(mark, bare.strip())]
             if len(cells) == width > 1 and csv_header.is_header(cells):
                 return cells
-        return own
+        return one
 
     def columns(self) -> list[tuple[int, str]]:
         """Return number and name of each column but the wavelengths'."""
@@ -118,7 +118,7 @@ class _Table:
         points: dict[float, tuple[float, int]] = {}
         to_nm, to_value = self._scale_nm(place), self._scale_of(chosen)
         if to_value is None:
-            self._judge_signs(chosen)
+            self._validate_signs(chosen)
         for row in self.rows:
             if self.header and len(row.cells) > len(self.header[0].cells):
                 self._refuse(
@@ -140,8 +140,8 @@ class _Table:
                 self._refuse(row, f"{wavelength_nm:g} nm is there twice, first on line {first}; keep one")
             scale = 0.01 if row.cells[chosen].endswith("%") else to_value or 1.0
             points[wavelength_nm] = _rounded(value * scale), row.line
-        self._judge_thousands(chosen)
-        self._judge(sorted(points), chosen)
+        self._validate_thousands(chosen)
+        self._validate(sorted(points), chosen)
         return sorted(points), [points[nm][0] for nm in sorted(points)]
 
     def _place(self) -> int:
@@ -151,10 +151,12 @@ class _Table:
         called = csv_header.columns_called(self._texts())
         if len(called) > 1:
             names = " and ".join(f"{self._name(k)} ({k + 1})" for k in called[:2])
-            raise InputError(f"{self.shown}: {names} are columns of wavelengths; keep one, and the columns it is of")
+            raise InputError(
+                f"{self.displayed}: {names} are columns of wavelengths; keep one, and the columns it is of"
+            )
         return csv_header.wavelengths_at(self._texts()) or 0
 
-    def _judge_signs(self, chosen: int) -> None:
+    def _validate_signs(self, chosen: int) -> None:
         """Refuse a column with a % in some cells only: the others may be per cent or not."""
         rows = [row for row in self.rows if chosen < len(row.cells) and row.cells[chosen].strip("0., ")]
         signed = [row.cells[chosen].endswith("%") for row in rows]
@@ -162,7 +164,7 @@ class _Table:
             row = rows[signed.index(False)]
             self._refuse(row, f"{row.cells[chosen][:40]!r} has no %, and other cells have; give all of them one")
 
-    def _judge_thousands(self, chosen: int) -> None:
+    def _validate_thousands(self, chosen: int) -> None:
         """Refuse 900 beside 1,000: with a mark between thousands the one would be 900 times the other."""
         cells = [(row, row.cells[chosen]) for row in self.rows if chosen < len(row.cells)]
         marked = [(row, cell) for row, cell in cells if "," in cell]
@@ -172,17 +174,19 @@ class _Table:
             number = cell.replace(",", "")
             self._refuse(row, f"{cell!r} may be {number}; write no mark between thousands, and 100.0 for 100 otherwise")
 
-    def _judge(self, wavelength_nm: Sequence[float], chosen: int) -> None:
+    def _validate(self, wavelength_nm: Sequence[float], chosen: int) -> None:
         if len(wavelength_nm) < 2:
-            raise InputError(f"{self.shown}: column {self._name(chosen)} has fewer than 2 numbers; a curve needs 2")
+            raise InputError(f"{self.displayed}: column {self._name(chosen)} has fewer than 2 numbers; a curve needs 2")
         if wavelength_nm[0] < LEAST_NM:
             raise InputError(
-                f"{self.shown}: wavelengths from {wavelength_nm[0]:g} to {wavelength_nm[-1]:g} nm are no light; name "
+                f"{self.displayed}: wavelengths from {wavelength_nm[0]:g} to {wavelength_nm[-1]:g} nm are no light; "
+                "name "
                 "their unit in the header, such as wavelength_um"
             )
         if wavelength_nm[0] > MOST_NM:
             raise InputError(
-                f"{self.shown}: wavelengths from {wavelength_nm[0]:g} to {wavelength_nm[-1]:g} nm are no light; give "
+                f"{self.displayed}: wavelengths from {wavelength_nm[0]:g} to {wavelength_nm[-1]:g} nm are no light; "
+                "give "
                 "nm, or name their unit in the header"
             )
 
@@ -210,12 +214,12 @@ class _Table:
         others = self._others(wavelengths)
         there = ", ".join(map(self._name, others)) or "none but the wavelengths"
         if not others:
-            raise InputError(f"{self.shown}: one column only; a curve needs wavelengths and values")
+            raise InputError(f"{self.displayed}: one column only; a curve needs wavelengths and values")
         if column is None:
             if len(others) == 1:
                 return others[0]
             raise InvalidValueError(
-                f"{self.shown} has the columns {there}; say which, as column: {self._name(others[0])}", key="column"
+                f"{self.displayed} has the columns {there}; say which, as column: {self._name(others[0])}", key="column"
             )
         if isinstance(column, int):
             found = [k for k in others if k + 1 == column]
@@ -224,9 +228,11 @@ class _Table:
             names = [self.header[0].cells[k] for k in others] if self.header else []
             found = self._named(column, others)
         if len(found) > 1:
-            raise InvalidValueError(f"{self.shown} has {len(found)} columns {column!r}; give its number", key="column")
+            raise InvalidValueError(
+                f"{self.displayed} has {len(found)} columns {column!r}; give its number", key="column"
+            )
         if not found:
-            message = f"{self.shown} has no column {column!r}{did_you_mean(str(column), names)}"
+            message = f"{self.displayed} has no column {column!r}{did_you_mean(str(column), names)}"
             raise InvalidValueError(message, key="column")
         return found[0]
 
@@ -252,14 +258,14 @@ class _Table:
         text = "".join(self._texts()[place : place + 1])
         scales = csv_header.scales_nm(text)
         if self.remarks:
-            text, scales = "wavelengths", csv_header.said_nm(" ".join(self.remarks))
+            text, scales = "wavelengths", csv_header.stated_nm(" ".join(self.remarks))
         for line, remark in enumerate(self.remarks, 1):
             if word := csv_header.wavenumbers(remark):
-                raise InputError(f"{self.shown}, line {line}: {word!r} is no wavelength; give nm or µm")
+                raise InputError(f"{self.displayed}, line {line}: {word!r} is no wavelength; give nm or µm")
         if None in scales:
-            raise InputError(f"{self.shown}: {text.strip()!r} is no wavelength; give nm or µm")
+            raise InputError(f"{self.displayed}: {text.strip()!r} is no wavelength; give nm or µm")
         if len(scales) > 1:
-            raise InputError(f"{self.shown}: {text.strip()!r} in two units; name one, such as wavelength_um")
+            raise InputError(f"{self.displayed}: {text.strip()!r} in two units; name one, such as wavelength_um")
         return next((scale for scale in scales if scale), 1.0)
 
     def _scale_of(self, chosen: int) -> float | None:
@@ -267,22 +273,23 @@ class _Table:
         for line, remark in enumerate(self.remarks, 1):
             if unit := csv_header.unclear(remark):
                 raise InputError(
-                    f"{self.shown}, line {line}: {unit!r} stands in no header, and may be the numbers' or not; give "
-                    "each column a name, as in '# wavelength_nm, T / %', or leave it out"
+                    f"{self.displayed}, line {line}: {unit!r} stands in no header, and may be the numbers' or not; "
+                    "give each column a name, as in '# wavelength_nm, T / %', or leave it out"
                 )
         if self.remarks or not self.header:
             return None
         text = self._texts()[chosen]
         scales = csv_header.scales_of(text)
         if None in scales:
-            raise InputError(f"{self.shown}: {text!r} is a logarithm; give fractions or per cent")
+            raise InputError(f"{self.displayed}: {text!r} is a logarithm; give fractions or per cent")
         if len(scales) > 1:
-            raise InputError(f"{self.shown}: {text!r} in two units; name one, such as [%]")
+            raise InputError(f"{self.displayed}: {text!r} in two units; name one, such as [%]")
         if not scales and any(
             csv_header.may_be_per_cent(r.cells[chosen]) for r in self.header if chosen < len(r.cells)
         ):
             raise InputError(
-                f"{self.shown}: {text!r} may be of per cent or not; write [%] where it is, else leave the % out, and "
+                f"{self.displayed}: {text!r} may be of per cent or not; write [%] where it is, else leave the % out, "
+                "and "
                 "begin remarks with #"
             )
         return next((scale for scale in scales if scale), None)
@@ -306,7 +313,7 @@ class _Table:
         return float(bare.replace(",", "."))
 
     def _refuse(self, row: _Row, what: str) -> NoReturn:
-        raise InputError(f"{self.shown}, line {row.line}: {what}")
+        raise InputError(f"{self.displayed}, line {row.line}: {what}")
 
 
 def _rounded(number: float) -> float:
@@ -314,18 +321,18 @@ def _rounded(number: float) -> float:
     return float(f"{number:.14g}")
 
 
-def _text(path: str, shown: str) -> str:
+def _text(path: str, displayed: str) -> str:
     """Return the text of a file: UTF-8, UTF-16 with its mark, or what Windows writes."""
     try:
         if Path(path).exists() and not Path(path).is_file():
-            raise InputError(f"{shown}: not a file")
+            raise InputError(f"{displayed}: not a file")
         with open(path, "rb") as stream:
             data = stream.read(MAX_BYTES + 1)
     except (OSError, ValueError) as error:
         reason = "no such file" if isinstance(error, FileNotFoundError) else getattr(error, "strerror", None) or error
-        raise InputError(f"{shown}: {str(reason).lower()}") from None
+        raise InputError(f"{displayed}: {str(reason).lower()}") from None
     if len(data) > MAX_BYTES:
-        raise InputError(f"{shown}: larger than {MAX_BYTES // 2**20} MB, the most that is read")
+        raise InputError(f"{displayed}: larger than {MAX_BYTES // 2**20} MB, the most that is read")
     if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
         return data.decode("utf-16", "replace")
     try:
@@ -333,7 +340,7 @@ def _text(path: str, shown: str) -> str:
     except UnicodeDecodeError:
         text = data.decode("cp1252", "replace")
     if "\0" in text:
-        raise InputError(f"{shown}: not a text; a table of numbers is wanted")
+        raise InputError(f"{displayed}: not a text; a table of numbers is wanted")
     return text
 
 

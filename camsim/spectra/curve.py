@@ -16,7 +16,7 @@ from camsim.core import notebook
 from camsim.core.annotations import After, Called, Hinted
 from camsim.core.arrays import F64
 from camsim.core.errors import InvalidValueError
-from camsim.core.typed import Count, Fraction, NonNegative, Number, Positive, Several, check, judge
+from camsim.core.typed import Count, Fraction, NonNegative, Number, Positive, Several, check, validate
 from camsim.core.words import LIGHT_NM, brief, wavelength_hint
 from camsim.spectra.csv_table import Column, read_points
 
@@ -58,7 +58,7 @@ class Curve:
     __repr__ = brief
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
         what = f"Curve {self.name!r}" if self.name else "Curve"
         if len(self.wavelength_nm) != len(self.values):
             raise InvalidValueError(

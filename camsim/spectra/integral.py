@@ -74,12 +74,12 @@ def lumped(wavelength_nm: F64, density: F64) -> tuple[F64, F64]:
     x, w = _gauss_legendre(LUMPED)
     nodes, parts = [], []
     for start, size in zip(first.tolist(), count.tolist(), strict=True):
-        own, held = wavelength_nm[start : start + size], density[..., start : start + size]
+        one, held = wavelength_nm[start : start + size], density[..., start : start + size]
         if size > LUMPED:
-            here = 0.5 * (own[0] + own[-1]) + 0.5 * (own[-1] - own[0]) * x
-            held = np.einsum("...n,nj->...j", held, lagrange(own, here, x, w))  # no BLAS: the same bits on any cores
-            own = here
-        nodes.append(own)
+            here = 0.5 * (one[0] + one[-1]) + 0.5 * (one[-1] - one[0]) * x
+            held = np.einsum("...n,nj->...j", held, lagrange(one, here, x, w))  # no BLAS: the same bits on any cores
+            one = here
+        nodes.append(one)
         parts.append(held)
     return np.concatenate(nodes), np.concatenate(parts, axis=-1)
 

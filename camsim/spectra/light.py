@@ -15,7 +15,7 @@ from annotated_types import Ge, Le
 from camsim.core.annotations import After
 from camsim.core.arrays import F64
 from camsim.core.errors import InvalidValueError, UnknownNameError
-from camsim.core.typed import NonNegative, Number, Positive, judge, refusal
+from camsim.core.typed import NonNegative, Number, Positive, refusal, validate
 from camsim.core.words import LIGHT_NM, brief, either, percent, wavelength_hint
 from camsim.spectra.curve import Curve, Spectrum
 from camsim.spectra.integral import nodes_between
@@ -120,7 +120,7 @@ class Light:
     __repr__ = brief
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
         for keys, what in ((_SPECTRA, "spectrum"), (_LEVELS, "level")):
             given = [key for key in keys if getattr(self, key) is not None]
             if not given:
@@ -207,8 +207,8 @@ class Light:
     def irradiance_at(self, wavelength_nm: F64) -> F64:
         """Return W/m² per nm at ``wavelength_nm``; of a line without width all of its W/m² there, 0 elsewhere."""
         nodes, (first_nm, last_nm) = np.asarray(wavelength_nm, np.float64), self.ends_nm
-        lit = (first_nm <= nodes) & (nodes <= last_nm)
-        irradiance: F64 = np.where(lit, _level_per_power(self) * _shape(self).power(nodes), 0.0)
+        exposed = (first_nm <= nodes) & (nodes <= last_nm)
+        irradiance: F64 = np.where(exposed, _level_per_power(self) * _shape(self).power(nodes), 0.0)
         return irradiance
 
     def samples(self, *stages: Iterable[Spectrum]) -> LightSamples:
@@ -232,10 +232,10 @@ class Light:
         """
         first_nm, last_nm = curve.wavelength_nm[0], curve.wavelength_nm[-1]
         samples = self.samples([Curve((first_nm, last_nm), (1.0, 1.0))])
-        photons, lit_nm, parts = samples.weight_nm * samples.photons_per_um2_s_nm, self.ends_nm, []
+        photons, exposed_nm, parts = samples.weight_nm * samples.photons_per_um2_s_nm, self.ends_nm, []
         for outside, ends in (
-            (samples.wavelength_nm < first_nm, (lit_nm[0], first_nm)),
-            (samples.wavelength_nm > last_nm, (last_nm, lit_nm[1])),
+            (samples.wavelength_nm < first_nm, (exposed_nm[0], first_nm)),
+            (samples.wavelength_nm > last_nm, (last_nm, exposed_nm[1])),
         ):
             share = float(photons[outside].sum() / photons.sum())
             if share > 0.5 * _NEGLIGIBLE:

@@ -15,9 +15,9 @@ import numpy as np
 from camsim.core.arrays import F64
 from camsim.core.errors import UnknownNameError
 from camsim.core.typed import check
+from camsim.spectra.cached import kept
 from camsim.spectra.colour_science import colour_science
 from camsim.spectra.curve import Curve
-from camsim.spectra.kept import kept
 
 # The 24 patches of ISO 17321-1 go by their bare names; the other charts by "chart/patch". Ohta's chart holds
 # the same numbers as ISO 17321-1, so it is left out.

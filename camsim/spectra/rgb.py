@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from camsim.core.arrays import F64
 from camsim.core.errors import InvalidValueError
 from camsim.core.typed import Number, check
+from camsim.spectra.cached import kept
 from camsim.spectra.colour_science import colour_science
 from camsim.spectra.curve import Curve, Spectrum
-from camsim.spectra.kept import kept
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,8 +66,10 @@ def reflectance_of_rgb(rgb: Sequence[float], name: str = "") -> Spectrum:
     """
     red, green, blue = (float(part) for part in rgb)
     if not all(0.0 <= part <= 1.0 for part in (red, green, blue)):
-        shown = ", ".join(f"{part:g}" for part in (red, green, blue))
-        raise InvalidValueError(f"components must be from 0 to 1, not ({shown}); linear, white is (1, 1, 1)", key="rgb")
+        displayed = ", ".join(f"{part:g}" for part in (red, green, blue))
+        raise InvalidValueError(
+            f"components must be from 0 to 1, not ({displayed}); linear, white is (1, 1, 1)", key="rgb"
+        )
     if red == green == blue:
         return red
     basis = rgb_basis()

@@ -64,7 +64,7 @@ def _says_its_seed(settings: Mapping[str, Any]) -> bool:
     return "noise.seed" in settings or (isinstance(noise, Mapping) and "seed" in noise)
 
 
-def judge_values(study: Study[V], products: Sequence[Product]) -> list[Exposed]:
+def validate_values(study: Study[V], products: Sequence[Product]) -> list[Exposed]:
     """Load a capture with every listed value in every scene, and draws; raises ConfigError with what is wrong."""
     faults = _Faults()
     found = [_loaded(study, point, products, faults) for point in _telling(study)]
@@ -77,10 +77,10 @@ def _telling(study: Study[V]) -> Iterator[Point]:
     seen = set[tuple[str, str, str]]()
     drawn = {key for key, values in study.model.vary.items() if is_drawn(values)}
     for point in study.points():
-        told = {(point.scene, key, json.dumps(value)) for key, value in point.settings if key not in drawn}
-        told.add((point.scene, "", ""))
-        if not told <= seen:
-            seen |= told
+        stated = {(point.scene, key, json.dumps(value)) for key, value in point.settings if key not in drawn}
+        stated.add((point.scene, "", ""))
+        if not stated <= seen:
+            seen |= stated
             yield point
 
 

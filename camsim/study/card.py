@@ -98,11 +98,11 @@ def _page(study: Study[schema.DatasetFile], rows: Sequence[Row], sources: Sequen
 
 def pattern_of(rows: Sequence[Row], split: str) -> str:
     """Return the shards of a split as shells and webdataset write them, and how many samples they hold."""
-    own = [row for row in rows if row["split"] == split]
-    last = max(int(row["shard"]) for row in own)
+    one = [row for row in rows if row["split"] == split]
+    last = max(int(row["shard"]) for row in one)
     numbers = f"{{00000..{last:05d}}}" if last else "00000"
-    suffix = ".tar" if str(own[0]["file"]).endswith(".tar") else ""
-    return f"`{split}-{numbers}{suffix}`, {len(own)} samples"
+    suffix = ".tar" if str(one[0]["file"]).endswith(".tar") else ""
+    return f"`{split}-{numbers}{suffix}`, {len(one)} samples"
 
 
 def _layout(form: str) -> str:

@@ -46,11 +46,11 @@ def _signal(frame: Frame) -> dict[str, Any]:
     columns: dict[str, Any] = {}
     codes = frame.linear_dn.astype(float)
     for number, signal in enumerate(frame.report.signal):
-        own = codes[frame.channel_index == number]
+        one = codes[frame.channel_index == number]
         columns |= {
             f"mean_{signal.name}_e": signal.mean_e,
             f"mean_{signal.name}_dn": signal.mean_dn,
-            f"std_{signal.name}_dn": float(np.std(own)) if own.size else None,
+            f"std_{signal.name}_dn": float(np.std(one)) if one.size else None,
             f"clipped_{signal.name}": signal.clipped_photosites / max(signal.photosites, 1),
         }
     return columns
@@ -80,11 +80,11 @@ def _noise(frame: Frame, capture: Exposed) -> Columns:
     said: list[str] = []
     for number, name in enumerate(frame.channels):
         there = frame.channel_index == number
-        own = whole & there
-        noise = float(np.std(off[own])) if np.any(own) else math.nan
+        one = whole & there
+        noise = float(np.std(off[one])) if np.any(one) else math.nan
         columns[f"noise_{name}_e"] = noise if math.isfinite(noise) else None
-        columns[f"snr_{name}"] = float(np.mean(frame.mean_electrons[own])) / noise if noise > 0.0 else None
-        if np.any(there) and not np.any(own):
+        columns[f"snr_{name}"] = float(np.mean(frame.mean_electrons[one])) / noise if noise > 0.0 else None
+        if np.any(there) and not np.any(one):
             said.append(f"noise: codes of {name} are cut at white or at 0")
     return columns, said
 
@@ -101,9 +101,9 @@ def _mtf(frame: Frame, capture: Exposed) -> Columns:
     said: list[str] = []
     per_mm = 1e3 / capture.camera.pitch_um
     for channel in dict.fromkeys(edge.channel for edge in edges):
-        own = [edge for edge in edges if edge.channel == channel]
+        one = [edge for edge in edges if edge.channel == channel]
         for name in ("mtf50_cycles_per_pixel", "mtf_at_nyquist"):
-            pairs = [(getattr(edge.figures, name), getattr(edge.standard_error, name)) for edge in own]
+            pairs = [(getattr(edge.figures, name), getattr(edge.standard_error, name)) for edge in one]
             pairs = [(value, error) for value, error in pairs if math.isfinite(value)]
             columns[f"{name}_{channel}"] = float(np.median([value for value, _ in pairs])) if pairs else None
             error = math.hypot(*(error for _, error in pairs)) / max(len(pairs), 1)
@@ -111,10 +111,10 @@ def _mtf(frame: Frame, capture: Exposed) -> Columns:
             columns[f"{name}_{channel}_error"] = error if pairs and math.isfinite(error) else None
         mtf50 = columns[f"mtf50_cycles_per_pixel_{channel}"]
         columns[f"mtf50_lp_per_mm_{channel}"] = None if mtf50 is None else mtf50 * per_mm
-        theory = [edge.theory.mtf50_cycles_per_pixel for edge in own if edge.theory is not None]
+        theory = [edge.theory.mtf50_cycles_per_pixel for edge in one if edge.theory is not None]
         theory = [value for value in theory if math.isfinite(value)]
         columns[f"mtf50_cycles_per_pixel_{channel}_theory"] = float(np.median(theory)) if theory else None
-        columns[f"edges_{channel}"] = len(own)
+        columns[f"edges_{channel}"] = len(one)
         if mtf50 is None:
             said.append(f"mtf: {channel} does not fall to 50 % where it is measured")
     return columns, said
@@ -127,7 +127,7 @@ def _moire(frame: Frame, capture: Exposed) -> Columns:
     report = measure_moire(picture_of_frame(frame), capture)
     columns: dict[str, Any] = {}
     for channel in dict.fromkeys(ghost.channel for ghost in report.ghosts):
-        own = [ghost.theory for ghost in report.ghosts if ghost.channel == channel]
+        one = [ghost.theory for ghost in report.ghosts if ghost.channel == channel]
         columns[f"moire_{channel}"] = report.moire(channel)
-        columns[f"moire_{channel}_theory"] = float(np.sqrt(np.mean(np.square(own))))
+        columns[f"moire_{channel}_theory"] = float(np.sqrt(np.mean(np.square(one))))
     return columns, []

@@ -26,7 +26,7 @@ from camsim.core.typed import FilePath, check
 from camsim.rendering.running import to_nobody
 from camsim.scene.raster import Raster
 from camsim.study import engines
-from camsim.study.captures import Progress, captures_of, checksum, identity_of, judge_values
+from camsim.study.captures import Progress, captures_of, checksum, identity_of, validate_values
 from camsim.study.card import write_card
 from camsim.study.folder import alone, completed
 from camsim.study.manifest import HIDDEN, PARQUET, Journal, Row
@@ -125,7 +125,7 @@ def dataset(
 def check_dataset(study: StudyOrFile) -> None:
     """Refuse a data set that could not be made: its keys in every scene, and its windows. Takes nothing."""
     read = read_dataset(study)
-    for capture in judge_values(read, products_of(tuple(read.model.hold))):
+    for capture in validate_values(read, products_of(tuple(read.model.hold))):
         _crop(read, capture, 0, 0)
 
 
@@ -200,15 +200,15 @@ def _source(
     numbers: Sequence[int],
     hold: tuple[str, ...],
 ) -> Source:
-    crops, told = study.model.crops, {"capture": point.index, **study.told(point)}
+    crops, stated = study.model.crops, {"capture": point.index, **study.stated(point)}
     first = point.index * crops.each
     cut = tuple(_crop(study, capture, first + place, number) for place, number in enumerate(numbers))
     places = [(crop.index, crop.shard, crop.row, crop.col) for crop in cut]
     return Source(
-        identity=identity_of(capture, split, told, places, (crops.rows, crops.cols), hold),
+        identity=identity_of(capture, split, stated, places, (crops.rows, crops.cols), hold),
         capture=capture,
         split=split,
-        told=told,
+        stated=stated,
         crops=cut,
     )
 
@@ -237,7 +237,7 @@ def _splits(study: Study[schema.DatasetFile], captures: list[tuple[Point, Expose
 
     The scenes are put in the order of their checksums, which is as good as drawn, and dealt out by share.
     """
-    content = _scenes_shown(captures)
+    content = _scenes_displayed(captures)
     scenes = sorted(set(content))
     shares = [getattr(study.model.splits, name) for name in SPLITS]
     wanted = sum(share > 0.0 for share in shares)
@@ -256,33 +256,33 @@ def _splits(study: Study[schema.DatasetFile], captures: list[tuple[Point, Expose
             counts[int(np.argmin([o if count > 1 else 1e9 for o, count in zip(off, counts, strict=True)]))] -= 1
     dealt = [name for name, count in zip(SPLITS, counts, strict=True) for _ in range(count)]
     split_of = dict(zip(scenes, dealt, strict=True))
-    return [split_of[own] for own in content]
+    return [split_of[item] for item in content]
 
 
-def _scenes_shown(captures: list[tuple[Point, Exposed]]) -> list[bytes]:
+def _scenes_displayed(captures: list[tuple[Point, Exposed]]) -> list[bytes]:
     """Return the checksum of the scene that each capture shows, the least where it is the same in other lengths.
 
     A scene in photosites or frames has other lengths on every sensor, and shows the same.
     """
     # Those of one scene hold it once.
-    shown = {id(capture.scene): capture.scene for _, capture in captures if not isinstance(capture, Shot)}
-    known = {key: checksum(scene) for key, scene in shown.items()}
+    displayed = {id(capture.scene): capture.scene for _, capture in captures if not isinstance(capture, Shot)}
+    known = {key: checksum(scene) for key, scene in displayed.items()}
     content = [
         bytes.fromhex(capture.image.sha256) if isinstance(capture, Shot) else known[id(capture.scene)]
         for _, capture in captures
     ]
-    same = {own: own for own in content}
+    same = {item: item for item in content}
     first: dict[str, bytes] = {}
 
-    def least(own: bytes) -> bytes:
-        while same[own] != own:
-            own = same[own]
-        return own
+    def least(item: bytes) -> bytes:
+        while same[item] != item:
+            item = same[item]
+        return item
 
-    for (point, _), own in zip(captures, content, strict=True):
+    for (point, _), item in zip(captures, content, strict=True):
         said = [
             setting for setting in point.settings if setting[0].split(".")[0] == "scene" or setting[0] == LIGHT_FILE
         ]
-        one, other = sorted((least(own), least(first.setdefault(json.dumps([point.scene, said]), own))))
+        one, other = sorted((least(item), least(first.setdefault(json.dumps([point.scene, said]), item))))
         same[other] = one
-    return [least(own) for own in content]
+    return [least(item) for item in content]

@@ -88,16 +88,16 @@ def completed(
     every: list[Row] = []
     try:
         for results in make(there):
-            for identity, own in results:
-                if own[0]["status"] == DONE:
-                    journal.add(identity, own)
-                new.append(own)
+            for identity, one in results:
+                if one[0]["status"] == DONE:
+                    journal.add(identity, one)
+                new.append(one)
                 report("capture", (len(old) + len(new)) / len(wanted))
     finally:
-        every = in_order(row for own in (*old, *new) for row in own)
+        every = in_order(row for one in (*old, *new) for row in one)
         if every:
             write_manifest(folder, every)
     if lost := len(wanted) - len(old) - len(new):
         raise RuntimeError(f"{lost} of {len(wanted)} tasks came back from nobody")
-    failed = sum(own[0]["status"] == FAILED for own in new)
+    failed = sum(one[0]["status"] == FAILED for one in new)
     return Outcome(rows=tuple(every), made=len(new) - failed, found=len(old), failed=failed)

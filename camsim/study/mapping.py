@@ -12,7 +12,7 @@ import numpy as np
 from camsim.config.tree import KeyPath, dotted
 from camsim.config.yaml_source import MAX_DEPTH
 from camsim.core.errors import ConfigError, Fault
-from camsim.core.words import shown
+from camsim.core.words import displayed
 
 
 def plain(value: Any, kind: str, path: KeyPath = ()) -> Any:
@@ -29,7 +29,7 @@ def plain(value: Any, kind: str, path: KeyPath = ()) -> Any:
         value = value.tolist()
     if isinstance(value, Mapping):
         if (wrong := next((key for key in value if not isinstance(key, str)), None)) is not None:
-            raise _fault(kind, path, f"its keys must be texts, not {shown(wrong)}")
+            raise _fault(kind, path, f"its keys must be texts, not {displayed(wrong)}")
         return {str(key): plain(part, kind, (*path, str(key))) for key, part in value.items()}
     if isinstance(value, list | tuple | range):
         return [plain(part, kind, (*path, number)) for number, part in enumerate(value)]
@@ -42,7 +42,9 @@ def plain(value: Any, kind: str, path: KeyPath = ()) -> Any:
         return os.fspath(value)
     if isinstance(value, datetime.date):
         return str(value)
-    raise _fault(kind, path, f"must be what a file can say: a number, a text, a list or a table, not {shown(value)}")
+    raise _fault(
+        kind, path, f"must be what a file can say: a number, a text, a list or a table, not {displayed(value)}"
+    )
 
 
 def _fault(kind: str, path: KeyPath, message: str) -> ConfigError:

@@ -66,9 +66,9 @@ def _in_a_name(value: Any) -> Any:
     if value is None:
         return "none"
     if isinstance(value, Mapping):
-        return "_".join(f"{key}-{_in_a_name(own)}" for key, own in value.items())
+        return "_".join(f"{key}-{_in_a_name(one)}" for key, one in value.items())
     if isinstance(value, list | tuple):
-        return "_".join(str(_in_a_name(own)) for own in value)
+        return "_".join(str(_in_a_name(one)) for one in value)
     return re.sub(r"[^\w.+-]+", "-", value).strip("-") if isinstance(value, str) else value
 
 
@@ -80,8 +80,8 @@ def columns_of(key: str, value: Any) -> dict[str, Any]:
     """
     columns = {field_of(key): value}
     if isinstance(value, Mapping):
-        for name, own in value.items():
-            columns |= columns_of(f"{key}.{name}", own)
+        for name, one in value.items():
+            columns |= columns_of(f"{key}.{name}", one)
     return columns
 
 

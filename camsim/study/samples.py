@@ -51,13 +51,13 @@ class Source:
     identity: str
     capture: Exposed
     split: str
-    told: Row
+    stated: Row
     crops: tuple[Crop, ...]
 
     @property
     def file(self) -> str:
         """Where its samples are kept."""
-        return f"{self.told['capture']:08d}.tar"
+        return f"{self.stated['capture']:08d}.tar"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -105,7 +105,7 @@ class Cuts:
                         "shard": crop.shard,
                         "row": crop.row,
                         "col": crop.col,
-                        **source.told,
+                        **source.stated,
                         **about,
                         "black_offsets_dn": np.roll(offsets_dn, (-crop.row, -crop.col), (0, 1)).tolist(),
                         "status": DONE,
@@ -152,7 +152,7 @@ def noise_model(frame: Frame, capture: Exposed) -> dict[str, Any]:
         elif isinstance(stage, OffsetMap):
             offsets_e.append(stage.spread_e(gain))
     read_e = math.hypot(*(stage.dark_noise_e(gain) for stage in acting))
-    told = {
+    stated = {
         "cfa": "/".join(frame.cfa_pattern),
         "channels": "".join(frame.channels) if all(len(c) == 1 for c in frame.channels) else "/".join(frame.channels),
         "black_level_dn": frame.black_level_dn,
@@ -174,11 +174,11 @@ def noise_model(frame: Frame, capture: Exposed) -> dict[str, Any]:
     }
     if len(frame.channels) > 1:
         neutral = as_shot_neutral(frame.colour)
-        told |= {f"neutral_{name}": float(value) for name, value in zip(frame.channels, neutral, strict=True)}
+        stated |= {f"neutral_{name}": float(value) for name, value in zip(frame.channels, neutral, strict=True)}
         with contextlib.suppress(UnsupportedError):  # of filters that are too much alike there is no matrix
             matrix = fit(frame.colour.of_filters, "D65").xyz_to_camera
-            told["xyz_to_camera_d65"] = [[round(float(value), 6) for value in row] for row in matrix]
-    return told
+            stated["xyz_to_camera_d65"] = [[round(float(value), 6) for value in row] for row in matrix]
+    return stated
 
 
 Write: TypeAlias = Callable[[Row, Mapping[str, Any]], None]

@@ -47,14 +47,14 @@ class Shard:
 
     def packed(self, cut: Mapping[str, Sequence[Row]], parts: Path, folder: Path) -> Results:
         """Write it. ``cut``: rows of every source, whose files lie in ``parts``. What failed are rows that say why."""
-        own = [[row for row in cut[source.identity] if row["shard"] == self.number] for source in self.sources]
-        if failed := [rows[0] for rows in own if rows[0]["status"] == FAILED]:
+        one = [[row for row in cut[source.identity] if row["shard"] == self.number] for source in self.sources]
+        if failed := [rows[0] for rows in one if rows[0]["status"] == FAILED]:
             return [(self.identity, failed)]
         try:
-            return [(self.identity, self._written([row for rows in own for row in rows], parts, folder))]
+            return [(self.identity, self._written([row for rows in one for row in rows], parts, folder))]
         except FAILURES as error:
             about = {"frame": 0, "file": "", "status": FAILED, "message": said(error)}
-            return [(self.identity, [{"index": own[0][0]["index"], **about}])]
+            return [(self.identity, [{"index": one[0][0]["index"], **about}])]
 
     @property
     def stem(self) -> str:
@@ -118,8 +118,8 @@ def made(
 def _tasks(sources: Iterable[Source], shards: Sequence[Shard], size: tuple[int, int], parts: Path) -> list[Cuts]:
     place, by = os.fspath(parts.resolve()), software()
     return [
-        Cuts(sources=own, size=size, hold=shards[0].hold, folder=place, software=by)
-        for own in batches(sources, frames=1)
+        Cuts(sources=one, size=size, hold=shards[0].hold, folder=place, software=by)
+        for one in batches(sources, frames=1)
     ]
 
 
@@ -190,14 +190,14 @@ def remove_others(folder: Path, rows: Iterable[Row]) -> int:
 
     They are of an earlier making: whoever reads all shards of a split would have samples that are in another one now.
     """
-    own = {file for row in rows for file in (row["file"], *row.get("also", ()))}
+    one = {file for row in rows for file in (row["file"], *row.get("also", ()))}
     removed = 0
     for path in sorted(folder.iterdir()):
         if not _SHARD.fullmatch(path.name) or path.is_symlink():
             continue
         held = [file for file in path.iterdir() if _SAMPLE.fullmatch(file.name)] if path.is_dir() else [path]
         for file in held:
-            if file.relative_to(folder).as_posix() not in own:
+            if file.relative_to(folder).as_posix() not in one:
                 file.unlink()
                 removed += 1
         if path.is_dir() and not any(path.iterdir()):

@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import Any, Generic, TypeAlias, TypeVar
 
 from camsim.config import library, schema, yaml_source
-from camsim.config.judged import Judged
 from camsim.config.schema.study import LIGHT_FILE
 from camsim.config.tree import Document, KeyPath
+from camsim.config.validated import Validated
 from camsim.config.yaml_text import yaml_text
 from camsim.core.errors import CamsimError, ConfigError, Fault, UnknownNameError
 from camsim.core.typed import FilePath, check
@@ -85,7 +85,7 @@ class Study(Generic[V]):
         """The sensor instead of the scenes' own."""
         return None if self.model.sensor is None else self._beside(self.model.sensor)
 
-    def told(self, point: Point) -> dict[str, Any]:
+    def stated(self, point: Point) -> dict[str, Any]:
         """Return what tables say of a capture: its scene, and the keys that vary; none where it is not varied there.
 
         A scene has its file's name, and its folder's too where another one is called so.
@@ -94,10 +94,10 @@ class Study(Generic[V]):
         alone = len({scene for scene in self.scenes if Path(scene).stem == path.name}) == 1
         whole = path.relative_to(here) if path.is_relative_to(here) else path
         scene = path.name if alone else whole.as_posix()
-        told: dict[str, Any] = dict.fromkeys(("scene", *map(field_of, self.model.vary))) | {"scene": scene}
+        stated: dict[str, Any] = dict.fromkeys(("scene", *map(field_of, self.model.vary))) | {"scene": scene}
         for key, value in point.settings:
-            told |= columns_of(key, value)
-        return told
+            stated |= columns_of(key, value)
+        return stated
 
     def overrides(self, point: Point) -> tuple[str, ...]:
         """Return a capture's keys as ``camsim capture --set`` takes them, after those that are the same everywhere."""
@@ -138,14 +138,14 @@ class Study(Generic[V]):
 
 def read_study(study: StudyOrFile) -> tuple[Study[schema.StudyFile], tuple[Template, ...]]:
     """Read a study, a file or its keys as a mapping, and how its files are called. Raises ConfigError."""
-    judged, stem = _judged(study, schema.StudyFile, "study")
-    files = _templates(judged)
-    return _found(judged, stem), files
+    validated, stem = _validated(study, schema.StudyFile, "study")
+    files = _templates(validated)
+    return _found(validated, stem), files
 
 
 def read_dataset(dataset: StudyOrFile) -> Study[schema.DatasetFile]:
     """Read what a data set is made of, a file or its keys as a mapping. Raises ConfigError with every fault."""
-    return _found(*_judged(dataset, schema.DatasetFile, "dataset"))
+    return _found(*_validated(dataset, schema.DatasetFile, "dataset"))
 
 
 def _in_yaml(value: Any) -> str:
@@ -154,33 +154,33 @@ def _in_yaml(value: Any) -> str:
     return "".join(letter if letter.isascii() else f"\\U{ord(letter):08X}" for letter in text)
 
 
-def _judged(given: StudyOrFile, model: type[V], kind: str) -> tuple[Judged[V], str]:
+def _validated(given: StudyOrFile, model: type[V], kind: str) -> tuple[Validated[V], str]:
     if isinstance(given, Mapping):
         text = yaml_text({"camsim": f"{kind}/1", **plain(given, kind)})
-        return Judged.of(yaml_source.parse(text.encode(), kind, Path()), model), kind
+        return Validated.of(yaml_source.parse(text.encode(), kind, Path()), model), kind
     file = check(given, FilePath, kind)
     library.refuse_pictures(Path(file), file)
-    return Judged.of(yaml_source.read(Path(file), file), model), Path(file).stem
+    return Validated.of(yaml_source.read(Path(file), file), model), Path(file).stem
 
 
-def _found(judged: Judged[V], stem: str) -> Study[V]:
+def _found(validated: Validated[V], stem: str) -> Study[V]:
     """Return what the file says; raises ConfigError with all that is wrong with it."""
-    scenes, model = _scenes(judged), _globbed(judged)
+    scenes, model = _scenes(validated), _globbed(validated)
     if model is not None and model.combine == "zip":
         lengths = {key: len(listed(values)) for key, values in model.vary.items() if not is_drawn(values)}
         if len(set(lengths.values())) > 1:
-            told = ", ".join(f"{key} has {length}" for key, length in lengths.items())
-            judged.refuse(("combine",), f"zip takes lists of one length, and {told}; or combine: product")
-    if not judged.faults and model is not None:
-        found = Study(name=model.name or stem, document=judged.document, model=model, scenes=scenes)
+            stated = ", ".join(f"{key} has {length}" for key, length in lengths.items())
+            validated.refuse(("combine",), f"zip takes lists of one length, and {stated}; or combine: product")
+    if not validated.faults and model is not None:
+        found = Study(name=model.name or stem, document=validated.document, model=model, scenes=scenes)
         frames = found.count * (model.frames if isinstance(model, schema.StudyFile) else 1)
         if frames <= MOST_POINTS:
             return found
-        judged.refuse(("vary",), f"makes {frames} frames; {MOST_POINTS} are the most")
-    raise ConfigError(judged.faults)
+        validated.refuse(("vary",), f"makes {frames} frames; {MOST_POINTS} are the most")
+    raise ConfigError(validated.faults)
 
 
-def _globbed(study: Judged[V]) -> V | None:
+def _globbed(study: Validated[V]) -> V | None:
     """Return what the file says with the names of the files that match in place of their patterns."""
     if (model := study.model) is None:
         return None
@@ -198,7 +198,7 @@ def _globbed(study: Judged[V]) -> V | None:
     return model.model_copy(update={"vary": vary})
 
 
-def _scenes(study: Judged[V]) -> tuple[str, ...]:
+def _scenes(study: Validated[V]) -> tuple[str, ...]:
     given = study.value(("scene",))
     if given is None and study.value(("light",)) is not None:
         return (os.fspath(_LIGHT_ALONE),)
@@ -223,7 +223,7 @@ def _scenes(study: Judged[V]) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _templates(study: Judged[schema.StudyFile]) -> tuple[Template, ...]:
+def _templates(study: Validated[schema.StudyFile]) -> tuple[Template, ...]:
     given, vary = study.value(("files",)), study.value(("vary",))
     if isinstance(study.value(("light",)), str):
         vary = {LIGHT_FILE: None, **(vary if isinstance(vary, Mapping) else {})}

@@ -17,7 +17,7 @@ from camsim.files.describe import software
 from camsim.rendering.running import to_nobody
 from camsim.study import engines
 from camsim.study.batches import batches
-from camsim.study.captures import Progress, captures_of, identity_of, judge_values
+from camsim.study.captures import Progress, captures_of, identity_of, validate_values
 from camsim.study.folder import alone, completed
 from camsim.study.manifest import Row
 from camsim.study.names import Template, field_of
@@ -103,7 +103,7 @@ def sweep(
 def check_study(study: StudyOrFile) -> None:
     """Refuse a study whose keys no scene knows, or cannot take. Takes nothing."""
     read, files = read_study(study)
-    judge_values(read, tuple(template.product for template in files))
+    validate_values(read, tuple(template.product for template in files))
 
 
 def items_of(study: Study[schema.StudyFile], files: Sequence[Template], report: Progress) -> list[Item]:
@@ -137,7 +137,7 @@ def _item(study: Study[schema.StudyFile], templates: Sequence[Template], point: 
     return Item(
         identity=identity_of(capture, files, study.model.measure),
         capture=capture,
-        told={"index": point.index, **study.told(point)},
+        stated={"index": point.index, **study.stated(point)},
         files=files,
         measure=tuple(study.model.measure),
     )
@@ -145,9 +145,9 @@ def _item(study: Study[schema.StudyFile], templates: Sequence[Template], point: 
 
 def _renumbered(item: Item, rows: list[Row]) -> list[Row]:
     """Return rows from before as they are called now: a study that has grown gives other indices."""
-    return [{**item.told, **{key: value for key, value in row.items() if key not in item.told}} for row in rows]
+    return [{**item.stated, **{key: value for key, value in row.items() if key not in item.stated}} for row in rows]
 
 
 def _tasks(items: list[Item], folder: Path) -> list[Task]:
     frames = len(items[0].files) if items else 1
-    return [Task(own, os.fspath(folder.resolve()), software()) for own in batches(items, frames=frames)]
+    return [Task(one, os.fspath(folder.resolve()), software()) for one in batches(items, frames=frames)]

@@ -32,7 +32,7 @@ class Item:
 
     identity: str
     capture: Exposed
-    told: Row
+    stated: Row
     files: tuple[tuple[tuple[str, Product], ...], ...]
     measure: tuple[str, ...]
 
@@ -53,14 +53,14 @@ class Task:
             try:
                 rows = list(_taken(item, Path(self.folder), shared))
             except FAILURES as error:
-                rows = [{**item.told, "frame": 0, "file": "", "status": FAILED, "message": said(error)}]
+                rows = [{**item.stated, "frame": 0, "file": "", "status": FAILED, "message": said(error)}]
             done.append((item.identity, rows))
         return done
 
     def given_up(self, why: str) -> Results:
         """Return rows that say why nobody could take the captures."""
         row = {"frame": 0, "file": "", "status": FAILED, "message": why}
-        return [(item.identity, [{**item.told, **row}]) for item in self.items]
+        return [(item.identity, [{**item.stated, **row}]) for item in self.items]
 
 
 FAILURES = (CamsimError, OSError, MemoryError, ArithmeticError, ValueError)
@@ -111,7 +111,7 @@ def _taken(item: Item, folder: Path, shared: Shared) -> Iterator[Row]:
             path.parent.mkdir(parents=True, exist_ok=True)
             save(frame, path, product=product, force=True)
             seconds = time.perf_counter() - began_s
-            yield {**item.told, **_of_file(frame, number, path, name, product, why), "seconds": seconds, **figures}
+            yield {**item.stated, **_of_file(frame, number, path, name, product, why), "seconds": seconds, **figures}
         began_s = time.perf_counter()
 
 

@@ -52,10 +52,10 @@ def test_a_preview_is_three_channels_of_bytes(frame: camsim.Frame, grey: camsim.
 def test_a_notebooks_picture_has_a_readable_size(size: tuple[int, int]) -> None:
     pixels = np.zeros((*size, 3), np.uint8)
     pixels[: size[0] // 2 + 1] = 200
-    shown = np.asarray(Image.open(io.BytesIO(picture(pixels))))
-    assert 200 <= max(shown.shape) <= 800
-    assert shown[0, 0, 0] == 200
-    assert shown.shape[0] / shown.shape[1] == pytest.approx(size[0] / size[1], rel=0.01)
+    displayed = np.asarray(Image.open(io.BytesIO(picture(pixels))))
+    assert 200 <= max(displayed.shape) <= 800
+    assert displayed[0, 0, 0] == 200
+    assert displayed.shape[0] / displayed.shape[1] == pytest.approx(size[0] / size[1], rel=0.01)
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ import pytest
 from electronics import EVERY as EXAMPLES
 
 import camsim
-from camsim.config.from_record import revive
+from camsim.config.from_record import stages_from_record
 from camsim.core.errors import InvalidValueError
 from camsim.files.preview import develop
 from camsim.sensor.colour_matrix import as_shot_neutral
@@ -67,8 +67,8 @@ def test_light_falls_off_from_the_axis_of_the_frame_not_of_the_window() -> None:
     angle = math.atan(math.hypot(x_mm, y_mm) / 0.2)
     assert whole.mean_electrons[3, 60] == pytest.approx(even * math.cos(angle) ** 4, rel=1e-9)
     assert whole.truth is not None
-    own = np.take_along_axis(whole.truth, whole.channel_index[..., None].astype(int), axis=2)[..., 0]
-    np.testing.assert_allclose(own, whole.mean_electrons, rtol=1e-6)
+    one = np.take_along_axis(whole.truth, whole.channel_index[..., None].astype(int), axis=2)[..., 0]
+    np.testing.assert_allclose(one, whole.mean_electrons, rtol=1e-6)
 
 
 def test_filters_stand_before_the_sensor() -> None:
@@ -119,8 +119,8 @@ def test_the_truth_holds_what_crosstalk_makes_of_every_channel(pattern: tuple[st
     wide = exposed(camera.replace(crosstalk=None), region=camsim.Region(rows=14, cols=14, origin=(18, 13)), **how)
     assert mixed.truth is not None
     assert wide.truth is not None
-    own = np.take_along_axis(mixed.truth, mixed.channel_index[..., None].astype(int), axis=2)[..., 0]
-    np.testing.assert_array_equal(own, mixed.mean_electrons.astype(np.float32))
+    one = np.take_along_axis(mixed.truth, mixed.channel_index[..., None].astype(int), axis=2)[..., 0]
+    np.testing.assert_array_equal(one, mixed.mean_electrons.astype(np.float32))
 
     # Every place of a channel within one period, in the middle of a wide array: who sends to it from where?
     rows, cols = cfa.period
@@ -315,12 +315,12 @@ def test_every_stage_is_described_and_comes_back() -> None:
     assert left_out == {"olpf", "dark_frames", "offset_map"}  # which are of files, or stand in many others' place
     how: dict[str, Any] = {"light": LIGHT, "exposure": EXPOSURE, "tolerance": 1e-3, "seed": 3, "frame_number": 4}
     frame = camera.expose(SCENE, **how)
-    parts = revive(frame.description)
+    parts = stages_from_record(frame.description)
     assert parts["camera"] == camera.with_ends(LIGHT)
     again = parts.pop("camera").expose(parts.pop("scene"), **parts)
     np.testing.assert_array_equal(again.mosaic, frame.mosaic)
     table = camera.replace(nonlinearity=camsim.ResponseTable((0.0, 9e3), (0.0, 8e3)))
-    assert revive(exposed(table).description)["camera"] == table.with_ends(LIGHT)
+    assert stages_from_record(exposed(table).description)["camera"] == table.with_ends(LIGHT)
 
 
 @pytest.mark.parametrize(

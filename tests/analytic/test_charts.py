@@ -13,7 +13,7 @@ from tolerances import STATISTICAL
 
 import camsim
 from camsim.camera.description import describe
-from camsim.config.from_record import revive
+from camsim.config.from_record import stages_from_record
 from camsim.optics import OpticalSystem
 from camsim.rendering.decisions import rendering_decisions
 from camsim.rendering.render import plan_render
@@ -54,9 +54,9 @@ def extent(shape):
 def test_a_chart_is_told_by_its_name_and_parameters(name):
     """So small are files that hold it, and so it is made again from them."""
     chart = Chart(name=name, parameters=EXAMPLES[name])
-    told = json.loads(json.dumps(describe(chart)))
-    assert len(json.dumps(told)) < 2000
-    again = revive(told)
+    stated = json.loads(json.dumps(describe(chart)))
+    assert len(json.dumps(stated)) < 2000
+    again = stages_from_record(stated)
     assert again == chart
     assert again.shapes == chart.shapes
 
@@ -84,10 +84,10 @@ def test_it_is_told_what_a_chart_became_and_what_was_left_out(name):
             tolerance=1e-2,
             method="boundary",
         )
-        told = [
+        stated = [
             (d.topic, d.decision, d.reason) for d in rendering_decisions(choice, light_samples=1, shapes=len(shapes))
         ]
-        ((_, became, made_of), *_) = [line for line in told if line[0] == "shape"]
+        ((_, became, made_of), *_) = [line for line in stated if line[0] == "shape"]
         left_out = choice.plan.job.left_out
         assert became == f"{name} 0: {left_out.sides[:outlines].sum()} sides"
         assert made_of.startswith("".join(f"{count} × {kind}, " for kind, count in kinds.most_common()))
@@ -97,7 +97,7 @@ def test_it_is_told_what_a_chart_became_and_what_was_left_out(name):
             assert made_of.count(f", {one_each} curves among them") == made_of.count("curves") == (one_each > 0)
         if cover in shapes:
             assert f"{outlines} left out: wholly under a later one" in made_of
-            assert any(topic == "scene" and text.startswith("4 edges from ") for topic, text, _ in told)
+            assert any(topic == "scene" and text.startswith("4 edges from ") for topic, text, _ in stated)
 
 
 def test_every_chart_has_an_example():

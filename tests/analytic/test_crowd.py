@@ -69,10 +69,10 @@ def test_every_edge_is_in_one_cell_and_within_its_box():
     end = start + rng.normal(size=start.shape) * 10 ** rng.uniform(-3, 2, (3000, 1))
     order, cells = gather(of(start, end), np.zeros(3000, np.int64), np.ones((1, 1, 4)), 4)
     assert cells.first_edge[-1] == 3000
-    own = np.repeat(np.arange(cells.x.size), np.diff(cells.first_edge))
+    one = np.repeat(np.arange(cells.x.size), np.diff(cells.first_edge))
     for points in (start[order], end[order]):
-        assert np.all(np.abs(points[:, 0] - cells.x[own]) <= cells.half_x[own] * (1 + 1e-12) + 1e-12)
-        assert np.all(np.abs(points[:, 1] - cells.y[own]) <= cells.half_y[own] * (1 + 1e-12) + 1e-12)
+        assert np.all(np.abs(points[:, 0] - cells.x[one]) <= cells.half_x[one] * (1 + 1e-12) + 1e-12)
+        assert np.all(np.abs(points[:, 1] - cells.y[one]) <= cells.half_y[one] * (1 + 1e-12) + 1e-12)
     children = np.concatenate(
         [np.arange(a, b) for a, b in zip(cells.first_child[:-1], cells.first_child[1:], strict=True)]
     )

@@ -49,9 +49,9 @@ def gaussian_ellipse(a, b, place, sigma):
 @pytest.mark.parametrize("tolerance", DECADES)
 def test_an_ellipse(tolerance):
     for place in ((5.8, 0.3), (1.0, 2.1)):
-        own = camsim.Ellipse(radius_x_um=6.0, radius_y_um=2.0, reflectance=1.0)
+        item = camsim.Ellipse(radius_x_um=6.0, radius_y_um=2.0, reflectance=1.0)
         turned = np.array([[0.6, -0.8], [0.8, 0.6]]) @ place
-        upright = camsim.Group(shapes=[own], turn_deg=np.degrees(np.arctan2(0.8, 0.6)))
+        upright = camsim.Group(shapes=[item], turn_deg=np.degrees(np.arctan2(0.8, 0.6)))
         expected = gaussian_ellipse(6.0, 2.0, place, 0.7)
         lens = camsim.Gaussian(sigma_um=0.7)
         assert seen([upright], lens, turned, tolerance) == pytest.approx(expected, abs=tolerance)
@@ -152,8 +152,8 @@ def test_what_crosses_once_more_beside_its_corner_keeps_its_areas(cut_um2, strai
         leaf = flattened([camsim.Path(segments_um=segments, fill_rule="evenodd", reflectance=1.0)])
         outlines = Outlines.of(leaf)
         sides = outlines.polygons(limits, meets=np.ones(1, bool))
-        own = area_of(leaf[0], outlines.each(sides, np.zeros(1, int))[0])
-        worst = max(worst, abs(own.area - region_of([drawn], "evenodd", simple=False).area))
+        item = area_of(leaf[0], outlines.each(sides, np.zeros(1, int))[0])
+        worst = max(worst, abs(item.area - region_of([drawn], "evenodd", simple=False).area))
     assert worst <= 4.0 * cut_um2 + 1e-8
 
 
@@ -184,8 +184,8 @@ def test_pairs_of_arcs_have_their_curves_areas_and_no_corners():
         assert np.array_equal(start[1:], end[:-1])
         turn = np.angle((end - start)[1:] / (end - start)[:-1]) - 0.5 * (bend[1:] + bend[:-1])
         assert np.abs(np.sin(turn)).max() < 1e-7
-        own = curves.some(np.full(t.size, k))
-        (x, y), (along_x, along_y) = own.at(0.5 + 0.5 * t).T, own.slopes(0.5 + 0.5 * t)[0].T
+        item = curves.some(np.full(t.size, k))
+        (x, y), (along_x, along_y) = item.at(0.5 + 0.5 * t).T, item.slopes(0.5 + 0.5 * t)[0].T
         under = 0.25 * np.sum(weights * (x * along_y - y * along_x))
         round_ones = bend != 0.0
         safe = np.where(round_ones, bend, 1.0)

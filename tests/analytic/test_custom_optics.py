@@ -73,9 +73,9 @@ def changed(stage, **facts):
 
 @pytest.mark.parametrize("method", ["boundary", "fourier"])
 def test_what_is_right_is_taken(method):
-    own = rendered([Whole(), Olpf(), Photosite()], method=method)
+    one = rendered([Whole(), Olpf(), Photosite()], method=method)
     theirs = rendered([AIRY, SPLIT, SQUARE], method=method)
-    assert np.abs(own.image - theirs.image).max() <= 1e-4
+    assert np.abs(one.image - theirs.image).max() <= 1e-4
 
 
 @pytest.mark.parametrize(
@@ -144,9 +144,9 @@ def olpf_of(spots):
 @pytest.mark.parametrize("method", ["boundary", "fourier"])
 def test_one_plate_of_ones_own(method):
     """By fourier it ended in a division by zero: it does not reach up or down at all."""
-    own = rendered([AIRY, olpf_of([(-1.5, 0.0), (1.5, 0.0)]), SQUARE], method=method)
+    one = rendered([AIRY, olpf_of([(-1.5, 0.0), (1.5, 0.0)]), SQUARE], method=method)
     theirs = rendered([AIRY, camsim.TwoSpotOlpf(split_um=3.0), SQUARE], method=method)
-    assert np.abs(own.image - theirs.image).max() <= 1e-4
+    assert np.abs(one.image - theirs.image).max() <= 1e-4
 
 
 @pytest.mark.parametrize("spots", [[(1.0, 0.0)], [(-1.0, -1.0), (1.0, -1.0), (0.0, 2.0)]])

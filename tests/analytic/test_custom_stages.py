@@ -14,7 +14,7 @@ from tolerances import STATISTICAL
 
 import camsim
 from camsim.cli.info import text_of_file
-from camsim.config.from_record import revive_capture
+from camsim.config.from_record import capture_from_record
 from camsim.core.errors import InputError, InvalidValueError
 
 TELEGRAPH = Telegraph(probability=0.1, step_e=50.0)
@@ -46,9 +46,9 @@ class Glow(camsim.ElectronicStage):
         return electrons + self.e_per_s * context.time_s * np.exp(-col / 20.0)
 
 
-def camera_with(*own, **stages):
+def camera_with(*each, **stages):
     camera = camsim.Camera.from_yaml("paper-488", lens=camsim.Airy(f_number=8.0)).replace(rows=400, cols=300)
-    return camera.replace(extra_stages=own, **({"shot_noise": None} | stages))
+    return camera.replace(extra_stages=each, **({"shot_noise": None} | stages))
 
 
 def test_it_acts_in_its_phase():
@@ -108,10 +108,10 @@ def test_files_say_that_it_was_there_and_others_keep_their_bytes():
 def test_a_capture_with_it_is_not_taken_again_without_it():
     described = json.loads(json.dumps(camera_with(TELEGRAPH).expose(GREY, **HOW).description))
     with pytest.raises(InputError, match="not reproducible by camsim alone: it was taken with Telegraph of some"):
-        revive_capture(described)
+        capture_from_record(described)
 
 
-def own(*, frozen=True, fields=None, **facts):
+def each(*, frozen=True, fields=None, **facts):
     """Return a stage with these facts and verbs, right or wrong."""
     fields = fields or {}
     body = {"name": "own", "apply": lambda self, electrons, context: electrons} | facts
@@ -134,10 +134,12 @@ def own(*, frozen=True, fields=None, **facts):
     ],
 )
 def test_fields_are_what_a_record_can_hold(value, message, tmp_path):
-    told = {"level": value}
+    stated = {"level": value}
     joins = [
-        lambda: camera_with(own(fields=told)),
-        lambda: camera_with().replace(extra_optics=[own(fields=told, otf=lambda self, fx, fy, nm: np.ones_like(fx))]),
+        lambda: camera_with(each(fields=stated)),
+        lambda: camera_with().replace(
+            extra_optics=[each(fields=stated, otf=lambda self, fx, fy, nm: np.ones_like(fx))]
+        ),
     ]
     for join in joins:
         if message is None:
@@ -181,7 +183,7 @@ def changed(electrons, context):
     ],
 )
 def test_what_it_gives_is_looked_at(apply, message, whole_window):
-    stage = own(apply=lambda self, electrons, context: apply(electrons, context), whole_window=whole_window)
+    stage = each(apply=lambda self, electrons, context: apply(electrons, context), whole_window=whole_window)
     with pytest.raises(InvalidValueError, match=f"Camera.extra_stages: {message}"):
         camera_with(stage).expose(GREY, **SMALL)
 
@@ -190,7 +192,7 @@ def test_what_it_keeps_stays_as_it_is():
     """What came in, or an array that it gives again, is not written over by the stages after it."""
     kept = np.full((12, 10), 7.0)
     for gives in (kept, None):
-        stage = own(apply=lambda self, e, context, gives=gives: e if gives is None else gives, whole_window=True)
+        stage = each(apply=lambda self, e, context, gives=gives: e if gives is None else gives, whole_window=True)
         frame = camera_with(stage, read_noise=camsim.ReadNoise(3.0)).expose(GREY, **SMALL)
         assert (kept == 7.0).all()
         assert np.ptp(frame.mean_electrons) < 1e-3 * frame.mean_electrons.max()
@@ -201,17 +203,17 @@ def test_several_streams_and_the_exposure():
         fixed, fresh = context.normals(1001, electrons.shape), context.generator(1002).normal(size=electrons.shape)
         return context.iso + fixed + fresh
 
-    stage = own(apply=apply, stream=(1001, 1002), temporal=True)
+    stage = each(apply=apply, stream=(1001, 1002), temporal=True)
     one, two = (camera_with(stage).expose(GREY, **SMALL, frame_number=n).electrons - 100.0 for n in (0, 1))
     assert abs(np.corrcoef(one.ravel(), two.ravel())[0, 1] - 0.5) < STATISTICAL * 0.75 / np.sqrt(one.size)
-    twice = own(
+    twice = each(
         apply=lambda self, e, context: e + context.generator(1001).normal() + context.generator(1001).normal(),
         stream=1001,
         temporal=True,
     )
     with pytest.raises(InvalidValueError, match="Own asks for the generator of stream 1001 twice; it begins anew"):
         camera_with(twice).expose(GREY, **SMALL)
-    both = own(
+    both = each(
         apply=lambda self, e, context: e,
         over=lambda self, context: (context.frame_generator(1001), self)[1],
         stream=1001,
@@ -219,14 +221,14 @@ def test_several_streams_and_the_exposure():
         phases=(camsim.Phase.CHARGE, camsim.Phase.READ),
     )
     assert camera_with(both).expose(GREY, **SMALL).shape == (12, 10)  # once in each of its phases
-    still = own(apply=apply, stream=(1001, 1002))
+    still = each(apply=apply, stream=(1001, 1002))
     with pytest.raises(InvalidValueError, match="Own draws anew in each frame, and its temporal is False"):
         camera_with(still).expose(GREY, **SMALL)
 
 
 def test_a_pattern_of_columns_goes_on_through_all_rows():
     """Normals of one row began anew with each block of 64 rows, whatever row it was."""
-    stage = own(apply=lambda self, e, context: e + context.column_normals(1001, e.shape[1]), stream=1001)
+    stage = each(apply=lambda self, e, context: e + context.column_normals(1001, e.shape[1]), stream=1001)
     still = camera_with(stage, read_noise=None, full_well=None)
     for origin in ((0, 0), (150, 40)):
         frame = still.expose(GREY, **HOW | {"region": camsim.Region(rows=130, cols=90, origin=origin)})
@@ -234,7 +236,7 @@ def test_a_pattern_of_columns_goes_on_through_all_rows():
         drawn = np.random.Generator(np.random.Philox(np.random.SeedSequence([still.serial, 1001, 0, 0])))
         columns = drawn.standard_normal(300, np.float32)[origin[1] : origin[1] + 90]
         np.testing.assert_allclose(added, np.tile(columns, (130, 1)), atol=1e-9)
-    one_row = own(apply=lambda self, e, context: e + context.normals(1001, (1, e.shape[1])), stream=1001)
+    one_row = each(apply=lambda self, e, context: e + context.normals(1001, (1, e.shape[1])), stream=1001)
     with pytest.raises(InvalidValueError, match=r"Own asks for normals of shape \(1, 90\) for \(64, 90\) photosites"):
         camera_with(one_row).expose(GREY, **HOW)
 
@@ -259,7 +261,7 @@ class Taken(Telegraph):
 
 
 @pytest.mark.parametrize(
-    ("own", "message"),
+    ("each", "message"),
     [
         ([object()], "extra_stages: item 0 must be a dataclass that inherits from camsim.ElectronicStage"),
         ([Neighbourly()], "Neighbourly: margin 1; only crosstalk sees beyond the window"),
@@ -270,19 +272,19 @@ class Taken(Telegraph):
             "^Camera.extra_stages: Telegraph and Telegraph both draw from stream 1002; .* own, 1003 is free",
         ),
         ([Telegraph], "item 0 must be a dataclass that .*, not the class Telegraph; give one of it"),
-        ([own(name=None)], "Own.name: must be a text, not None; such as name"),
-        ([own(phases=("READ",))], "Own.phases: item 0 must be a camsim.Phase, not 'READ'; such as camsim.Phase.READ"),
-        ([own(phases=camsim.Phase.READ)], "Own.phases: must be a tuple of camsim.Phase"),
-        ([own(stream=(1001, 5))], "Own: stream 5; those below 1000 are camsim's"),
-        ([own(stream="noise")], "Own.stream: must be a whole number, a tuple of them or None, not 'noise'"),
-        ([own(temporal="yes")], "Own.temporal: must be true or false, not 'yes'"),
-        ([own(dark_noise_e=lambda self, electrons_per_dn: None)], r"Own.dark_noise_e\(1.0\): must be a number"),
-        ([own(frozen=False)], "Own could change after files have described it; write @dataclass.frozen=True"),
+        ([each(name=None)], "Own.name: must be a text, not None; such as name"),
+        ([each(phases=("READ",))], "Own.phases: item 0 must be a camsim.Phase, not 'READ'; such as camsim.Phase.READ"),
+        ([each(phases=camsim.Phase.READ)], "Own.phases: must be a tuple of camsim.Phase"),
+        ([each(stream=(1001, 5))], "Own: stream 5; those below 1000 are camsim's"),
+        ([each(stream="noise")], "Own.stream: must be a whole number, a tuple of them or None, not 'noise'"),
+        ([each(temporal="yes")], "Own.temporal: must be true or false, not 'yes'"),
+        ([each(dark_noise_e=lambda self, electrons_per_dn: None)], r"Own.dark_noise_e\(1.0\): must be a number"),
+        ([each(frozen=False)], "Own could change after files have described it; write @dataclass.frozen=True"),
     ],
 )
-def test_what_cannot_join_is_refused(own, message):
+def test_what_cannot_join_is_refused(each, message):
     with pytest.raises(InvalidValueError, match=message):
-        camera_with(*own)
+        camera_with(*each)
 
 
 def own_optics():
@@ -302,7 +304,7 @@ def test_optical_stages_of_ones_own_join_a_camera():
     """Each is told, and the picture is that of the product of all transfers; files say that camsim alone cannot."""
     camera = own_optics()
     frame = camera.expose(EDGE, **SMALL, noise=False)
-    names = [told.partition("(")[0] for told in frame.report.optics]
+    names = [stated.partition("(")[0] for stated in frame.report.optics]
     assert names == ["Blurred", "Motion", "SixSpotOlpf", "Diamond"]
     stages = [camera.lens, *camera.extra_optics, camera.olpf, camera.photosite]
     rendering = camsim.render(EDGE, stages, camera.grid(SMALL["region"]), wavelength_nm=550.0, tolerance=1e-8)
@@ -324,10 +326,10 @@ def test_the_f_number_of_a_lens_of_ones_own_grows_with_the_magnification():
 
 def test_a_file_of_it_says_so(tmp_path):
     own_optics().replace(extra_stages=[TELEGRAPH]).expose(EDGE, **SMALL).save(tmp_path / "a.tiff")
-    told = text_of_file(str(tmp_path / "a.tiff"))
-    assert "stages of someone's own: Blurred, Motion, SixSpotOlpf, Diamond, Telegraph" in told
-    assert "Motion(length_um=3) → SixSpotOlpf(radius_um=1.5) → Diamond(half_um=2)" in told
-    assert "Telegraph(probability=0.1, step_e=50)" in told
+    stated = text_of_file(str(tmp_path / "a.tiff"))
+    assert "stages of someone's own: Blurred, Motion, SixSpotOlpf, Diamond, Telegraph" in stated
+    assert "Motion(length_um=3) → SixSpotOlpf(radius_um=1.5) → Diamond(half_um=2)" in stated
+    assert "Telegraph(probability=0.1, step_e=50)" in stated
 
 
 class Plain:

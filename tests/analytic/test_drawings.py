@@ -129,7 +129,7 @@ def ratio(file):
         return small.height / small.width
 
 
-def shown(file, side=40, finer=16):
+def displayed(file, side=40, finer=16):
     """What resvg shows of it: the mean of finer pixels."""
     data = bytes(resvg_py.svg_to_bytes(svg_path=str(file), width=side * finer, background="white", dpi=96))
     with Image.open(io.BytesIO(data)) as picture:
@@ -142,7 +142,7 @@ def shown(file, side=40, finer=16):
 def test_a_construct_looks_as_in_another_program(tmp_path, name):
     file = tmp_path / "drawing.svg"
     file.write_text(page(CONSTRUCTS[name]))
-    ours, theirs = seen(file), shown(file)
+    ours, theirs = seen(file), displayed(file)
     assert np.ptp(theirs) > 0.4
     assert np.abs(ours - theirs).max() < 0.02
     assert abs(ours.mean() - theirs.mean()) < 5e-4
@@ -162,7 +162,7 @@ def test_a_construct_looks_as_in_another_program(tmp_path, name):
 def test_the_page_is_placed_as_in_another_program(tmp_path, head):
     file = tmp_path / "drawing.svg"
     file.write_text(page('<path d="M2 2H30L10 38Z"/>', head))
-    ours, theirs = seen(file), shown(file)
+    ours, theirs = seen(file), displayed(file)
     assert ours.shape == theirs.shape
     assert np.abs(ours - theirs).max() < 0.02
 
@@ -177,7 +177,7 @@ def test_percentages_are_of_user_units(tmp_path):
             'width="80" height="80" viewBox="0 0 40 40"',
         )
     )
-    assert np.abs(seen(file) - shown(file)).max() < 0.02
+    assert np.abs(seen(file) - displayed(file)).max() < 0.02
 
 
 @pytest.mark.parametrize(
@@ -203,7 +203,7 @@ def test_words_of_css_in_any_case_and_for_what_is_above(tmp_path, said, plain):
         file.write_text(page(f'{before}<g fill="#808080" fill-rule="evenodd">{inside}</g>'))
         looks.append(seen(file))
     np.testing.assert_allclose(*looks, atol=1e-12)
-    assert np.abs(looks[1] - shown(file)).max() < 0.02 or "HIDDEN" in plain
+    assert np.abs(looks[1] - displayed(file)).max() < 0.02 or "HIDDEN" in plain
 
 
 @pytest.mark.parametrize(
@@ -275,7 +275,7 @@ def test_icons_that_others_drew():
     opaque = [icon for icon in icons if not re.search(r"opacity[:=]\"?0?\.", icon.read_text())]
     assert len(opaque) >= 10
     for icon in opaque:
-        assert np.abs(seen(icon, side=24) - shown(icon, side=24)).max() < 0.03, icon
+        assert np.abs(seen(icon, side=24) - displayed(icon, side=24)).max() < 0.03, icon
 
 
 def test_a_drawing_of_matplotlib_s_own(tmp_path):
@@ -287,7 +287,7 @@ def test_a_drawing_of_matplotlib_s_own(tmp_path):
     axes.plot(np.linspace(0.0, 1.0, 50), np.linspace(-0.5, 0.5, 50) ** 2, color="black")
     axes.set_title("MTF 0.5", fontsize=14)
     figure.savefig(tmp_path / "plot.svg")
-    ours, theirs = seen(tmp_path / "plot.svg", side=96), shown(tmp_path / "plot.svg", side=96)
+    ours, theirs = seen(tmp_path / "plot.svg", side=96), displayed(tmp_path / "plot.svg", side=96)
     assert np.abs(ours - theirs).max() < 0.03
 
 
@@ -370,11 +370,11 @@ def test_a_qr_code_that_segno_drew_is_the_chart(tmp_path):
         *(
             (
                 page(
-                    f'<clipPath id="k" {of}><circle r="3" {own}/></clipPath><g clip-path="url(#k)"><circle r="3"/></g>'
+                    f'<clipPath id="k" {of}><circle r="3" {one}/></clipPath><g clip-path="url(#k)"><circle r="3"/></g>'
                 ),
                 said,
             )
-            for of, own, said in (
+            for of, one, said in (
                 ('style="clip-path:url(#j)"', "", "<clipPath>: is not supported: give it"),
                 ('transform="scale(2)" transform-origin="3 3"', "", "<clipPath>: its transform-origin '3 3' is not"),
                 ("", 'style="r:5px"', "<circle>: its r '5px' is not supported"),

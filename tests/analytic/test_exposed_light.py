@@ -95,8 +95,8 @@ def test_a_cube_of_a_flat_reflectance_is_grey_and_more_than_white_is_light():
 
 def test_an_irradiance_is_the_light_that_has_it():
     nodes_nm = np.arange(400.0, 701.0, 20.0)
-    told = np.linspace(1.0, 3.0, nodes_nm.size)
-    light = camsim.Light(camsim.Curve(nodes_nm, told), irradiance_w_per_m2=2e-3, at="sensor")
+    stated = np.linspace(1.0, 3.0, nodes_nm.size)
+    light = camsim.Light(camsim.Curve(nodes_nm, stated), irradiance_w_per_m2=2e-3, at="sensor")
     level = light.irradiance_at(nodes_nm)
     by_light = BAYER.expose(np.ones((4, 4)), unit="reflectance", light=light, exposure=HOW)
     by_bands = BAYER.expose(

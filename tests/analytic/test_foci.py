@@ -7,7 +7,14 @@ import pytest
 
 import camsim
 from camsim.numerics.quadrature import gauss_legendre
-from camsim.rendering.boundary.rings import is_short, piece_phases, ring_amplitudes, ring_part, ring_tail, tone_lengths
+from camsim.rendering.boundary.rings import (
+    is_short,
+    oscillation_lengths,
+    piece_phases,
+    ring_amplitudes,
+    ring_part,
+    ring_tail,
+)
 from camsim.rendering.edges import Edges
 from camsim.rendering.focus import SAME, Foci, distinct, foci, touching
 
@@ -90,8 +97,8 @@ def test_rings_of_short_pieces_along_them_and_off_the_real_axis(lens, tolerance,
     pattern, blur, weights, near = lens.pattern(), np.array([0.55, 0.63]), np.array([0.4, 0.6]), 8.0
     x, w = gauss_legendre(12)
     nodes, footprint = 0.5 * np.stack(np.meshgrid(x, x), axis=-1).reshape(-1, 2), 0.25 * np.outer(w, w).ravel()
-    amplitude = ring_amplitudes(pattern.tones, blur, nodes, footprint, turns=4, nearest=near)
-    lengths, rng, pieces, ends = tone_lengths(pattern.tones, blur), np.random.default_rng(1), [], []
+    amplitude = ring_amplitudes(pattern.oscillations, blur, nodes, footprint, turns=4, nearest=near)
+    lengths, rng, pieces, ends = oscillation_lengths(pattern.oscillations, blur), np.random.default_rng(1), [], []
     known = (weights, lengths, amplitude, 4, near)
     for _ in range(300):
         (h, s), long = np.exp(rng.uniform(2.1, 4.0, 2)), np.exp(rng.uniform(-4.0, 0.5))
@@ -100,7 +107,7 @@ def test_rings_of_short_pieces_along_them_and_off_the_real_axis(lens, tolerance,
             pieces.append(ring_part(h, (s, s + long), way, *known, piece_phases(tolerance)))
             ends.append([ring_tail(h, end, way.real, way.imag, *known) for end in (s, s + long)])
     assert len(pieces) > 200
-    loudest = np.abs(ends).max()
-    assert np.abs(pieces).max() > 0.5 * loudest
+    strongest = np.abs(ends).max()
+    assert np.abs(pieces).max() > 0.5 * strongest
     # Rays end where e⁻¹⁶ is left.
-    assert np.abs(pieces + np.diff(ends, axis=1)[:, 0]).max() <= left * loudest
+    assert np.abs(pieces + np.diff(ends, axis=1)[:, 0]).max() <= left * strongest

@@ -142,8 +142,8 @@ class OwnPhotosite(Box):
 
 def test_a_blur_of_ones_own_goes_besides_the_lens():
     expected = polygon_image([AIRY, SQUARE], 1e-6, shape=(8, 9))
-    for own in (Box(), OwnPhotosite()):
-        assert np.abs(polygon_image([AIRY, own], 1e-6, shape=(8, 9)) - expected).max() <= 2e-6
+    for one in (Box(), OwnPhotosite()):
+        assert np.abs(polygon_image([AIRY, one], 1e-6, shape=(8, 9)) - expected).max() <= 2e-6
     scene = camsim.Scene(background=1.0, shapes=[camsim.Polygon(points_um=tuple(map(tuple, OUTLINE)), reflectance=0.0)])
     rendering = camsim.render(
         scene, [AIRY, Box()], camsim.Grid(rows=8, cols=9, pitch_um=1.0), wavelength_nm=500.0, tolerance=1e-6

@@ -123,9 +123,9 @@ def test_two_curves_that_are_one_are_that_colour():
     placed = {"radius_um": 15.0, "inner_radius_um": 7.0, "centre_um": (1.0, 2.0)}
     picture = camsim.Picture(planes=np.random.default_rng(1).random((3, 3)), width_um=30.0)
     cover = camsim.Disc(radius_um=6.0, centre_um=(8.0, 0.0), reflectance=0.1)
-    shown = rendered(picture, camsim.SineStar(cycles=5, low=curve, high=curve, **placed), cover, tolerance=1e-4)
+    displayed = rendered(picture, camsim.SineStar(cycles=5, low=curve, high=curve, **placed), cover, tolerance=1e-4)
     right = rendered(picture, camsim.Ring(reflectance=curve, **placed), cover, tolerance=1e-5)
-    assert worst(shown, right) <= 1e-4
+    assert worst(displayed, right) <= 1e-4
 
 
 def test_too_many_samples_are_one_sentence():

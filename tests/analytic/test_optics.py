@@ -16,7 +16,7 @@ from camsim.optics import (
     SquarePhotosite,
     TwoSpotOlpf,
 )
-from camsim.optics.airy import airy_encircled_energy, airy_otf, airy_tone
+from camsim.optics.airy import airy_encircled_energy, airy_oscillation, airy_otf
 from tests.truth import rays
 
 
@@ -88,11 +88,11 @@ def test_the_end_of_an_unknown_band_is_looked_for_in_every_direction():
 
 
 def test_a_stage_without_a_place_is_the_lens_where_there_is_no_other():
-    own, besides = Placed(None), Placed(None)
-    system = OpticalSystem.of([own, besides, SquarePhotosite(side_um=3.0)])
-    assert system.lens is own
+    one, besides = Placed(None), Placed(None)
+    system = OpticalSystem.of([one, besides, SquarePhotosite(side_um=3.0)])
+    assert system.lens is one
     assert system.more == (besides,)
-    assert system.stages == (own, besides, SquarePhotosite(side_um=3.0))
+    assert system.stages == (one, besides, SquarePhotosite(side_um=3.0))
 
 
 def test_a_gaussian_of_two_axes_has_their_variances():
@@ -117,7 +117,7 @@ def test_energy_never_falls_and_no_table_of_it_ends_in_a_step(obstruction):
 def test_what_oscillates_in_an_airy_pattern_is_the_hankel_functions_own():
     """By SciPy's H0² + H1²; at x = 40 what is left out is 4e-15."""
     x = np.linspace(40.0, 60.0, 101)
-    scale, terms = airy_tone(1.0, 1.0)
+    scale, terms = airy_oscillation(1.0, 1.0)
     rho = x / np.pi
     ours = (np.exp(2j * x) * sum(term * rho ** (-2.0 - k) for k, term in enumerate(terms))).real
     exact = 0.5 * (special.hankel1(0, x) ** 2 + special.hankel1(1, x) ** 2).real

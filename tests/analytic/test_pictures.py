@@ -182,8 +182,8 @@ def test_a_chart_of_shapes_is_a_picture_of_squares_under_shapes():
     drawn = tiles(planes, 9.0, np.array([2.0, -1.0]), 23.0)
     right = rendered(under, *drawn, *above, tolerance=1e-8, background=0.3, method="fourier")
     for tolerance in (1e-4, 1e-7):
-        shown = rendered(under, picture, *above, tolerance=tolerance, background=0.3, method="fourier")
-        assert worst(shown, right) <= tolerance
+        displayed = rendered(under, picture, *above, tolerance=tolerance, background=0.3, method="fourier")
+        assert worst(displayed, right) <= tolerance
 
 
 @pytest.mark.parametrize("interpolation", INTERPOLATIONS)

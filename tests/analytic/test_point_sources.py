@@ -140,9 +140,9 @@ def test_a_point_behind_any_lens_is_what_a_small_square_of_as_much_light_is():
     side_um = 0.2 * PITCH_UM
     square = camsim.Rectangle(width_um=side_um, height_um=side_um, centre_um=(1.2, -4.4), reflectance=1.0)
     small = rendered([square], lens, 1e-4, background=0.0)
-    own = rendered([point(0.3, -1.1, 0.2**2)], lens, 1e-4, background=0.0)
+    one = rendered([point(0.3, -1.1, 0.2**2)], lens, 1e-4, background=0.0)
     assert small.max() > 4e-3
-    assert worst(own, small) <= 2e-4
+    assert worst(one, small) <= 2e-4
 
 
 def test_its_electrons_are_those_of_the_channel_that_collects_most():

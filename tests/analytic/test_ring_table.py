@@ -15,11 +15,11 @@ from camsim.rendering.boundary import ring_counts
 from camsim.rendering.boundary.ring_table import BEYOND, MARGIN, ring_step, ring_table, tabled_part
 from camsim.rendering.boundary.rings import (
     left_of_waves,
+    oscillation_lengths,
     piece_nodes,
     piece_phases,
     ring_amplitudes,
     ring_part,
-    tone_lengths,
 )
 from camsim.rendering.render import plan_render
 
@@ -43,9 +43,11 @@ class Rings:
         turn = np.array([[math.cos(angle), math.sin(angle)], [-math.sin(angle), math.cos(angle)]])
         self.nodes, self.shares = nodes @ turn, 0.25 * np.outer(w, w).ravel()
         self.weights = rng.uniform(-1.0, 1.0, (2, 2, self.blur.size))
-        tones = lens.pattern().tones
-        self.amplitude = ring_amplitudes(tones, self.blur, self.nodes, self.shares, turns=turns, nearest=self.near)
-        self.lengths, self.phases = tone_lengths(tones, self.blur), piece_phases(tolerance)
+        oscillations = lens.pattern().oscillations
+        self.amplitude = ring_amplitudes(
+            oscillations, self.blur, self.nodes, self.shares, turns=turns, nearest=self.near
+        )
+        self.lengths, self.phases = oscillation_lengths(oscillations, self.blur), piece_phases(tolerance)
         rows = math.ceil((FARTHEST - self.near) / ring_step(self.lengths.min(), tolerance)) + MARGIN + BEYOND
         self.table = ring_table(
             self.amplitude, self.lengths, self.weights, nearest=self.near, rows=rows, tolerance=tolerance
@@ -98,9 +100,9 @@ def test_pieces_by_hankel_functions(blur, turns):
     """The sign of an angle, a wavelength, a harmonic: any of them left out would be as large as the rings are."""
     rings = Rings(AIRY, blur, turns, 1e-9)
     found, true = rings.looked_up(0, 1), rings.by_hankel_functions(0, 1)
-    loudest = np.abs(true / rings.sizes).max()
+    strongest = np.abs(true / rings.sizes).max()
     # Amplitudes hold to 1e-6 of themselves.
-    assert np.abs((found - true) / rings.sizes).max() <= 2e-6 * loudest
+    assert np.abs((found - true) / rings.sizes).max() <= 2e-6 * strongest
 
 
 @pytest.mark.parametrize("tolerance", [1e-7, 1e-9, 1e-11])
@@ -111,8 +113,8 @@ def test_looked_up_and_one_by_one(lens, turns, blur, tolerance):
     """What a look-up leaves of a wave is what nodes on pieces do, and so are harmonics that the table is without."""
     rings = Rings(lens, blur, turns, tolerance)
     found, direct = rings.looked_up(1, 1), rings.one_by_one(1, 1)
-    loudest = np.abs(direct / rings.sizes).max()
-    assert np.abs((found - direct) / rings.sizes).max() <= 3.0 * left_of_waves(tolerance) * loudest
+    strongest = np.abs(direct / rings.sizes).max()
+    assert np.abs((found - direct) / rings.sizes).max() <= 3.0 * left_of_waves(tolerance) * strongest
 
 
 RED = camsim.Curve((450.0, 700.0), (0.05, 0.9), outside="hold")
@@ -161,7 +163,7 @@ def test_images_by_a_table_by_half_of_one_and_by_none(system, monkeypatch):
     rows = whole.counts.ring_rows
     assert rows > 0
     if system == "in foci alone":
-        assert whole.settings.quiet_end == whole.settings.near
+        assert whole.settings.negligible_end == whole.settings.near
         assert len(whole.settings.foci.radius)
     image = image_of(whole)
     values = 0.0

@@ -83,8 +83,8 @@ def test_others_are_asked_themselves():
     for lens in (camsim.Airy(f_number=N), camsim.MeasuredPsf(irradiance=((0, 1), (1, 2)), spacing_um=1.0)):
         np.testing.assert_array_equal(sampled_otf(lens, f, 0.5 * f, NM), lens.otf(f, 0.5 * f, NM))
 
-    class Own(Wavefront):
+    class Custom(Wavefront):
         def otf(self, fx_per_um, fy_per_um, wavelength_nm):
             return np.exp(-np.hypot(fx_per_um, fy_per_um))
 
-    np.testing.assert_array_equal(sampled_otf(Own(f_number=N), f, 0.0 * f, NM), np.exp(-f))
+    np.testing.assert_array_equal(sampled_otf(Custom(f_number=N), f, 0.0 * f, NM), np.exp(-f))

@@ -70,11 +70,11 @@ def test_uneven_read_noise_is_a_pattern_of_the_sensor() -> None:
         recorded(np.zeros((200, 300)), read_noise=ReadNoise(3.0, spread=0.4), **{**QUIET, "frame_number": k})
         for k in range(200)
     ])  # fmt: skip
-    own = frames.var(axis=0, ddof=1)
+    each = frames.var(axis=0, ddof=1)
     normal = 2.0 / (len(frames) - 1)
-    assert np.mean(own) == pytest.approx(9.0, rel=0.02)
+    assert np.mean(each) == pytest.approx(9.0, rel=0.02)
     # A logarithm of a variance has 2/(n − 1) of its own; half of it is that of a standard deviation.
-    assert 0.5 * np.sqrt(np.log(own).var() - normal) == pytest.approx(0.4, rel=0.02)
+    assert 0.5 * np.sqrt(np.log(each).var() - normal) == pytest.approx(0.4, rel=0.02)
     other = recorded(np.zeros((200, 300)), read_noise=ReadNoise(3.0, spread=0.4), **{**QUIET, "serial": 4})
     assert not np.array_equal(other, frames[0])
 
@@ -88,11 +88,11 @@ def test_telegraph_noise_jumps_between_two_values() -> None:
     jumping = np.ptp(frames, axis=0) > 0.0
     share = jumping.mean()
     assert abs(share - 0.05) < STATISTICAL * np.sqrt(0.05 * 0.95 / jumping.size)
-    own = frames[:, jumping]
-    distance = np.ptp(own, axis=0)
-    np.testing.assert_allclose(np.abs(own), np.broadcast_to(0.5 * distance, own.shape))
+    each = frames[:, jumping]
+    distance = np.ptp(each, axis=0)
+    np.testing.assert_allclose(np.abs(each), np.broadcast_to(0.5 * distance, each.shape))
     assert scipy.stats.kstest(distance, scipy.stats.expon(scale=20.0).cdf).pvalue > PROBABILITY
-    assert abs((own > 0.0).mean() - 0.5) < STATISTICAL * 0.5 / np.sqrt(own.size)
+    assert abs((each > 0.0).mean() - 0.5) < STATISTICAL * 0.5 / np.sqrt(each.size)
 
 
 @pytest.mark.parametrize("rows", [1, 63, 64, 65, 200])
@@ -382,12 +382,12 @@ def test_an_impossible_stage_is_refused(make: Any, message: str) -> None:
 def test_crosstalk_averages_gains(cfa: Cfa, kernel: tuple[tuple[float, ...], ...]) -> None:
     """Photosite by photosite: what random gains add to flat light, of which neighbours have more or less."""
     rows, sigma = 602, 0.05
-    own_e = np.array([200.0, 1000.0, 500.0])[: len(cfa.channels)]
-    level = own_e[cfa.channel_index(rows, rows, (-1, -1))]
+    each_e = np.array([200.0, 1000.0, 500.0])[: len(cfa.channels)]
+    level = each_e[cfa.channel_index(rows, rows, (-1, -1))]
     gains = np.random.default_rng(5).normal(0.0, sigma, level.shape)
     mixes, index = Crosstalk(kernel), cfa.channel_index(rows - 2, rows - 2, (0, 0))
     mean, off = mixes.spread(level), mixes.spread(level * gains)
-    for channel, left in enumerate(mixes.left_of_pattern(cfa, own_e)):
+    for channel, left in enumerate(mixes.left_of_pattern(cfa, each_e)):
         here = index == channel
         found = np.sqrt(np.mean(off[here] ** 2)) / mean[here].mean() / sigma
         assert found == pytest.approx(left, rel=STATISTICAL * 2.2 * np.sqrt(0.5 / np.count_nonzero(here)))

@@ -12,9 +12,9 @@ from tests.attack.draw import draw
 def test_powers_and_tones_are_all_of_the_light_far_out(obstruction):
     lens = camsim.AnnularAiry(f_number=1.0, obstruction=obstruction)
     pattern = lens.pattern()
-    rho = 2.0 * pattern.tones_from_blurs + np.linspace(0.0, 9.0, 50)
+    rho = 2.0 * pattern.oscillations_from_blurs + np.linspace(0.0, 9.0, 50)
     beyond = sum(c / rho**n for c, n in zip(pattern.powers, (1, 3, 5), strict=True))
-    for u, series in pattern.tones:
+    for u, series in pattern.oscillations:
         beyond += np.real(np.exp(2j * np.pi * u * rho) * sum(a * rho ** (-2.0 - k) for k, a in enumerate(series)))
     # The next power of an Airy pattern is 5e-5·ρ⁻⁷, 5e-12 at 10 λN.
     assert np.abs(1.0 - lens.encircled_energy(rho, 1000.0) - beyond).max() < 6e-12

@@ -269,8 +269,8 @@ def test_photosites_have_their_area_and_transfer():
 @pytest.mark.parametrize("interpolation", ["squares", "cubic"])
 def test_the_light_of_fields(interpolation):
     """Behind a disc: line integrals and Fourier sums; with nothing in front: nodes over halves of samples."""
-    own = {"samples": [[0.2, 0.9, 0.4], [0.7, 0.1, 1.0]], "step": 1.3, "centre": [0.4, -0.3], "rotate_deg": 25.0}
-    field = {"kind": "picture", "interpolation": interpolation, **own}
+    one = {"samples": [[0.2, 0.9, 0.4], [0.7, 0.1, 1.0]], "step": 1.3, "centre": [0.4, -0.3], "rotate_deg": 25.0}
+    field = {"kind": "picture", "interpolation": interpolation, **one}
     cover = {"kind": "ellipse", "centre": (0.5, 0.2), "radii": (1.2, 0.7), "rotate_deg": 30.0}
     lens, x, y = round_lenses.Airy(1.5), np.array([-1.0, 0.5]), np.array([0.25])
     points = np.stack([axis.ravel() for axis in np.meshgrid(x, y)], axis=1)
@@ -284,7 +284,7 @@ def test_the_light_of_fields(interpolation):
         value, unsure = lines.values(points)
         assert max(unsure.max(), np.abs(waved.values(x, y)[0].ravel() - value).max()) < 1e-11
         found.append(value)
-    light = samples.light_of_picture(np.array(own.pop("samples")), interpolation=interpolation, nodes=6, **own)
+    light = samples.light_of_picture(np.array(one.pop("samples")), interpolation=interpolation, nodes=6, **one)
     plain = samples.photosites(light, centres=points, blur=1.5, side=SQUARE["side"], spots=np.zeros((1, 2)), nodes=10)
     assert np.abs(plain - found[0]).max() < 1e-11
     assert np.all(found[1] < found[0] - 1e-3)

@@ -222,8 +222,8 @@ def test_the_eyes_truth_follows_its_steps(light, wavelength_nm, values):
     low_nm, high_nm = light.ends_nm
     nm = np.unique(np.concatenate([np.arange(low_nm, high_nm, 0.002), wavelength_nm]))
     nm = nm[(nm >= low_nm) & (nm <= high_nm)]
-    lit = light.irradiance_at(nm) * observer()[1].at(nm)
-    share = np.trapezoid(lit * np.interp(nm, wavelength_nm, values), nm) / np.trapezoid(lit, nm)
+    exposed = light.irradiance_at(nm) * observer()[1].at(nm)
+    share = np.trapezoid(exposed * np.interp(nm, wavelength_nm, values), nm) / np.trapezoid(exposed, nm)
     image = truth_in(capture, "xyz").image
     np.testing.assert_allclose(image[..., 1], share * WHITE_SHARE, atol=1e-5)
 
@@ -239,7 +239,7 @@ def test_a_sweep_has_it(tmp_path):
     rows = list(csv.DictReader((swept.folder / "manifest.csv").read_text(encoding="utf-8").splitlines()))
     assert [float(row["lens_veiling_glare"]) for row in rows] == [0.0, 0.05]
     overrides = ["region={rows: 8, cols: 9}", "render.tolerance=1e-3", "lens.veiling_glare=0.05"]
-    own = camsim.load("slanted-edge", sensor="mono-345", overrides=overrides, seed=1 + 1).frame()
-    camsim.save(own, tmp_path / "own.dng")
+    one = camsim.load("slanted-edge", sensor="mono-345", overrides=overrides, seed=1 + 1).frame()
+    camsim.save(one, tmp_path / "own.dng")
     assert (tmp_path / "own.dng").read_bytes() == (swept.folder / rows[1]["file"]).read_bytes()
-    assert any("veiling glare" in note for note in own.report.notes)
+    assert any("veiling glare" in note for note in one.report.notes)

@@ -9,37 +9,41 @@ from pathlib import Path
 import pytest
 
 import camsim
-from bench.constructors import PACKAGE, constructor, files, judged, names_of, taken_for, written
+from bench.constructors import PACKAGE, constructor, files, names_of, taken_for, validating, written
 from camsim.sensor.electronics import ElectronicChanges
 
 
 def classes() -> Iterator[tuple[str, str, str]]:
     """Yield each class with what it tells and what it should."""
     for path in files():
-        for node in judged(ast.parse(path.read_text(encoding="utf-8"))):
-            told = written(node)
-            yield node.name, "" if told is None else ast.unparse(told), ast.unparse(constructor(node, names_of(path)))
+        for node in validating(ast.parse(path.read_text(encoding="utf-8"))):
+            stated = written(node)
+            yield (
+                node.name,
+                "" if stated is None else ast.unparse(stated),
+                ast.unparse(constructor(node, names_of(path))),
+            )
 
 
 CLASSES = list(classes())
 
 
 def test_constructors_take_what_the_fields_keep() -> None:
-    wrong = [name for name, told, wanted in CLASSES if told != wanted]
+    wrong = [name for name, stated, wanted in CLASSES if stated != wanted]
     assert wrong == [], "python -m bench.constructors writes them"
     assert len(CLASSES) > 60
 
 
-@pytest.mark.parametrize(("name", "told"), [(name, told) for name, told, _ in CLASSES])
-def test_what_is_told_is_what_runs(name: str, told: str) -> None:
+@pytest.mark.parametrize(("name", "stated"), [(name, stated) for name, stated, _ in CLASSES])
+def test_what_is_told_is_what_runs(name: str, stated: str) -> None:
     runs = inspect.signature(getattr(camsim, name)).parameters.values()
-    assert list(parameters(told)) == [(p.name, p.kind is p.KEYWORD_ONLY, p.default is not p.empty) for p in runs]
+    assert list(parameters(stated)) == [(p.name, p.kind is p.KEYWORD_ONLY, p.default is not p.empty) for p in runs]
 
 
 def test_type_checkers_see_numpys_numbers_in_each() -> None:
     """tests/typing/right.py makes one of every class that takes a number, of NumPy's numbers."""
     made = (Path(__file__).parents[1] / "typing" / "right.py").read_text(encoding="utf-8").partition("# NumPy's")[2]
-    taking = [name for name, told, _ in CLASSES if re.search(r"Number|Whole|Truth|Place|Segments", told)]
+    taking = [name for name, stated, _ in CLASSES if re.search(r"Number|Whole|Truth|Place|Segments", stated)]
     assert [name for name in taking if f"camsim.{name}(" not in made] == ["Capture"]  # made by ``expose``
 
 
@@ -74,9 +78,9 @@ def annotations(file: str, name: str) -> dict[str, ast.expr]:
 def test_a_camera_tells_what_runs() -> None:
     """Its electronic stages are told as those that ``replace`` exchanges."""
     tree = ast.parse((PACKAGE / "camera" / "camera.py").read_text(encoding="utf-8"))
-    told = next(written(node) for node in tree.body if isinstance(node, ast.ClassDef) and node.name == "Camera")
-    assert told is not None
+    stated = next(written(node) for node in tree.body if isinstance(node, ast.ClassDef) and node.name == "Camera")
+    assert stated is not None
     runs = inspect.signature(camsim.Camera).parameters.values()
-    assert list(parameters(ast.unparse(told))) == [
+    assert list(parameters(ast.unparse(stated))) == [
         (p.name, True, p.default is not p.empty) for p in runs if p.name not in ElectronicChanges.__annotations__
     ]

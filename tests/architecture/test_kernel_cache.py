@@ -19,14 +19,14 @@ from camsim.core.kernels.cache import KEPT, _sources
 CORE = Path(__file__).parents[2] / "camsim" / "core"
 OUTER = """
 from camsim.inner import inside
-from camsim.core.kernels import is_kept, kernel
+from camsim.core.kernels import is_cached, kernel
 
 @kernel()
 def outer(x):
     return 10.0 * inside(x)
 
 if __name__ == "__main__":
-    before = is_kept(outer)
+    before = is_cached(outer)
     print(outer(1.0), before, bool(outer.stats.cache_hits))
 """
 INNER = """

@@ -24,7 +24,7 @@ LIBRARIES = {
     "threadpoolctl": ("camsim.core.cores",),
     "typer": ("camsim.cli",),
     "rich": ("camsim.cli",),
-    "platformdirs": ("camsim.core.kernels", "camsim.spectra.kept"),
+    "platformdirs": ("camsim.core.kernels", "camsim.spectra.cached"),
     "lazy_loader": ("camsim",),
     "psutil": ("camsim.core.memory", "camsim.bench", "camsim.study"),
     "optiland": ("camsim.config.lens_glass",),
@@ -152,5 +152,5 @@ assert not loaded, loaded
 
 def test_properties_have_no_lock_in_common():
     """Python 3.11's own has one for all instances; kernels, which stand alone, ask for theirs once a process."""
-    own = [path for path in SOURCES if "functools.cached_property" in path.read_text(encoding="utf-8")]
-    assert {path.relative_to(PACKAGE).as_posix() for path in own} == {"core/cached.py", "core/kernels/dispatch.py"}
+    each = [path for path in SOURCES if "functools.cached_property" in path.read_text(encoding="utf-8")]
+    assert {path.relative_to(PACKAGE).as_posix() for path in each} == {"core/cached.py", "core/kernels/dispatch.py"}

@@ -104,8 +104,8 @@ def test_it_takes_the_files_that_the_page_names(copy):
 
 def test_it_takes_part_in_every_law(copy):
     folder, _ = copy
-    told = run(folder, "-m", "pytest", "-q", "-p", "no:cacheprovider", "tests", "-k", "popcorn or every or additive")
-    assert int(re.search(r"(\d+) passed", told)[1]) > 25
+    stated = run(folder, "-m", "pytest", "-q", "-p", "no:cacheprovider", "tests", "-k", "popcorn or every or additive")
+    assert int(re.search(r"(\d+) passed", stated)[1]) > 25
 
 
 def test_it_runs_from_yaml_and_is_taken_again(copy):

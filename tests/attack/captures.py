@@ -213,9 +213,9 @@ def _add_noise(rng, sensor):
     charge, readout = sensor["charge"], sensor["readout"]
     sensor["frame"] |= {"rows": 180, "cols": 180}
     readout |= {"bit_depth": 16, "black_level_dn": 3000}
-    for name, largest, told in (("prnu", 0.03, charge), ("dsnu_e", 8.0, charge), ("column_noise_e", 6.0, readout)):
+    for name, largest, stated in (("prnu", 0.03, charge), ("dsnu_e", 8.0, charge), ("column_noise_e", 6.0, readout)):
         if rng.random() < 0.5:
-            told[name] = float(rng.uniform(0.1, 1.0)) * largest
+            stated[name] = float(rng.uniform(0.1, 1.0)) * largest
     largest_of = {"read_noise_e": 12.0, "reset_noise_e": 8.0, "row_noise_e": 5.0, "output_noise_dn": 4.0}
     for name, largest in largest_of.items():
         if rng.random() < 0.6:
@@ -258,14 +258,14 @@ def _place(rng, scene, sensor):
     scene["scene"]["unit"] = unit
     for shape in shapes:
         shape |= {key: shape[key] * each for key in ("width", "height")}
-        shape["centre"] = [own * each for own in shape["centre"]]
+        shape["centre"] = [item * each for item in shape["centre"]]
 
 
 @functools.cache
 def observer():
     """The photopic observer of 1924: (nm, values)."""
-    told = colour.SDS_LEFS["CIE 1924 Photopic Standard Observer"]
-    return told.wavelengths, told.values
+    stated = colour.SDS_LEFS["CIE 1924 Photopic Standard Observer"]
+    return stated.wavelengths, stated.values
 
 
 def _expose(rng, scene, sensor):
@@ -285,8 +285,8 @@ def judged(seed, number):
     """What is wrong with a capture, in words; nothing where nothing is."""
     scene, sensor = draw(seed, number)
     with tempfile.TemporaryDirectory() as folder:
-        for name, told in (("scene.yaml", scene), ("sensor.yaml", sensor)):
-            (Path(folder) / name).write_text(yaml.safe_dump(told, sort_keys=False), encoding="utf-8")
+        for name, stated in (("scene.yaml", scene), ("sensor.yaml", sensor)):
+            (Path(folder) / name).write_text(yaml.safe_dump(stated, sort_keys=False), encoding="utf-8")
         capture = camsim.load(Path(folder) / "scene.yaml")
     return (_noise if scene["noise"]["enabled"] else _numbers)(scene, sensor, capture)
 
@@ -343,7 +343,7 @@ def _deviations(pair, level, scene, sensor):
     row, column = ((readout.get(name, 0.0) / gain) ** 2 for name in ("row_noise_e", "column_noise_e"))
     one, two = pair
     high, wide = one.shape
-    plain = [own - own.mean(1, keepdims=True) - own.mean(0) + own.mean() for own in pair]
+    plain = [item - item.mean(1, keepdims=True) - item.mean(0) + item.mean() for item in pair]
     free = (high - 1) * (wide - 1)
     # Poisson's fourth moment, and variances that are as unequal as the dark currents.
     uneven = charge.get("dcnu", 0.0) * dark / max(level + dark, 1.0)
@@ -372,7 +372,7 @@ def main(arguments=None):
     options = parser.parse_args(arguments)
     if options.case:
         seed, number = map(int, options.case.split(":"))
-        print("\n---\n".join(yaml.safe_dump(own, sort_keys=False) for own in draw(seed, number)))
+        print("\n---\n".join(yaml.safe_dump(item, sort_keys=False) for item in draw(seed, number)))
         found, words = judged(seed, number)
         print(found, words)
         return int(bool(words))

@@ -75,8 +75,8 @@ def _leaf(rng, middle, radius):
     bend = rng.uniform(-1.5, 1.5, 2)
     quadratic = rng.random() < 0.5
     outline = [(middle - tip).tolist()]
-    for sign, own in ((1.0, bend[0]), (-1.0, bend[1])):
-        handle = middle + own * across
+    for sign, one in ((1.0, bend[0]), (-1.0, bend[1])):
+        handle = middle + one * across
         handles = [handle] if quadratic else [handle - 0.4 * sign * tip, handle + 0.7 * sign * tip]
         outline.append([*(h.tolist() for h in handles), (middle + sign * tip).tolist()])
     return outline

@@ -30,9 +30,9 @@ def add_field_lens(rng, system, curves):
         _daylight(rng, system)
     half = size * 10.0 ** rng.uniform(0.3, 3.0)
     frame = [max(2 * math.ceil(half * rng.uniform(0.5, 1.0)), n) for n in (rows, cols)]
-    origin = [int(rng.integers(0, n - own + 1)) for n, own in zip(frame, (rows, cols), strict=True)]
+    origin = [int(rng.integers(0, n - one + 1)) for n, one in zip(frame, (rows, cols), strict=True)]
     if rng.random() < 0.2:
-        origin = [(n - own) // 2 for n, own in zip(frame, (rows, cols), strict=True)]  # the axis in its middle
+        origin = [(n - one) // 2 for n, one in zip(frame, (rows, cols), strict=True)]  # the axis in its middle
     grid |= {"frame": frame, "origin": origin}
     system["tolerance"] = float(10.0 ** -rng.uniform(*DIGITS))
     nm = _known_at(rng, system["wavelength_nm"])
@@ -103,10 +103,10 @@ def _of_revolution(rng, frame, colours, zernike, strength):
     inner = np.linspace(0.0, 1.0, count)[1:-1] + rng.choice([0.0, 0.2]) * rng.uniform(-1.0, 1.0, count - 2) / count
     heights = radius * np.array([0.0, *inner, 1.0])
     turns = np.array([field_lens.order(index) == 0 for index in zernike])
-    own = _table(rng, heights, len(zernike), strength)
-    own[0, ~turns] = 0.0
+    one = _table(rng, heights, len(zernike), strength)
+    one[0, ~turns] = 0.0
     times = 1.0 + rng.choice([0.0, 0.3]) * rng.normal(size=(colours, 1, 1))
-    lens = {"zernike": zernike, "heights": heights.tolist(), "waves": (times * own).tolist()}
+    lens = {"zernike": zernike, "heights": heights.tolist(), "waves": (times * one).tolist()}
     u = heights / radius
     if rng.random() < LIKELY:
         lens["distortion"] = (rng.uniform(-0.1, 0.1) * u**2 + 0.01 * rng.normal() * u**4).tolist()

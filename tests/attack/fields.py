@@ -48,8 +48,8 @@ def _field(rng, size, paint):
         step = size * 10.0 ** rng.uniform(-1.0, 0.0) / max(rows, cols) * 1.5
         step = max(round(2.0 * step), 1) / 2.0 if rng.random() < 0.4 else float(step)
         interpolation = str(rng.choice(["squares", "linear", "cubic"]))
-        own = {"samples": rng.random((rows, cols)).tolist(), "step": step, "interpolation": interpolation}
-        return {"kind": kind, **placed, **own, "reflectance": paint(rng)}
+        one = {"samples": rng.random((rows, cols)).tolist(), "step": step, "interpolation": interpolation}
+        return {"kind": kind, **placed, **one, "reflectance": paint(rng)}
     low, high = rng.random(2).tolist()
     if kind == "radial-gradient":
         placed |= {"rotate_deg": 0.0, "radius": float(size * 10.0 ** rng.uniform(-0.7, 0.0))}

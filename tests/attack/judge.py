@@ -156,11 +156,11 @@ def _errors(system, rendering, rng, thorough):
         found |= {"error": float(worst.max()), "truth_error": tolerance, "judge": f"{method} at {tolerance:.1g}"}
         found |= _place(worst) | {"photosites_judged": image.size}
     if is_round:
-        own = _by_lines(system, truth, image, planes, base, channel, worst, rng, thorough)
+        one = _by_lines(system, truth, image, planes, base, channel, worst, rng, thorough)
         # The truth judged the photosites that the other engine thought worst: it has the last word.
-        if found["error"] - own["error"] > system["tolerance"]:
-            own["other"] = f"{found['judge']} is {found['error']:.1g} off"
-        found |= own
+        if found["error"] - one["error"] > system["tolerance"]:
+            one["other"] = f"{found['judge']} is {found['error']:.1g} off"
+        found |= one
         found["judge"] = "lines" if other is None else "lines and the other engine"
     return found
 
@@ -179,15 +179,17 @@ def _by_places(system, truth, image, planes, base, channel, rng, thorough):
         if planes is not None and rng.random() < 0.5:
             c = int(rng.integers(len(planes)))
         at = truth.x[col], truth.y[row]
-        own = truth.placed(c)
-        allowed -= own.cost(at)
+        one = truth.placed(c)
+        allowed -= one.cost(at)
         if allowed < 0.0:
             break
-        value, error = own.value(at)
-        shown = image[row, col] if planes is None else planes[c, row, col]
-        lit = float(lens.illumination(np.array(system["pitch_um"] * np.hypot(*at))))
+        value, error = one.value(at)
+        displayed = image[row, col] if planes is None else planes[c, row, col]
+        exposed = float(lens.illumination(np.array(system["pitch_um"] * np.hypot(*at))))
         right = base[c] + value
-        off = max(abs(shown - right), abs(lit * shown - field_lens.illumination(system["lens"], at) * right))
+        off = max(
+            abs(displayed - right), abs(exposed * displayed - field_lens.illumination(system["lens"], at) * right)
+        )
         found |= {"judge": "places", "photosites_judged": found["photosites_judged"] + 1}
         if off - error >= found["error"] - found["truth_error"]:
             found |= {"error": float(off), "truth_error": error, "row": row, "col": col}

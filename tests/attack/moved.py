@@ -84,36 +84,36 @@ def _large(rng, size, largest, paint):
             away = np.hypot(place, place[:, None]) * float(rng.uniform(0.3, 1.0))
             samples, placed["centre"] = 0.5 + 0.5 * np.cos(2.0 * math.pi * away), np.round(middle / size).tolist()
         interpolation = str(rng.choice(["squares", "linear", "cubic"]))
-        own = {"samples": samples.tolist(), "step": largest / count, "interpolation": interpolation}
-        return {"kind": "picture", **placed, **own, "reflectance": paint(rng)}
+        one = {"samples": samples.tolist(), "step": largest / count, "interpolation": interpolation}
+        return {"kind": "picture", **placed, **one, "reflectance": paint(rng)}
     low, high = rng.random(2).tolist()
     if kind == "radial-gradient":
         return {"kind": kind, **placed, "rotate_deg": 0.0, "radius": 0.5 * largest, "low": low, "high": high}
-    own = {"width": largest, "height": largest * float(rng.uniform(0.1, 1.0)), "low": low, "high": high}
+    one = {"width": largest, "height": largest * float(rng.uniform(0.1, 1.0)), "low": low, "high": high}
     if kind == "sine-grating":
-        own["period"] = float(max(0.4, largest / rng.integers(1, 40)))
-    return {"kind": kind, **placed, **own}
+        one["period"] = float(max(0.4, largest / rng.integers(1, 40)))
+    return {"kind": kind, **placed, **one}
 
 
 def moved(shape, by):
     """A shape of a system as it is when it is moved ``by`` (x, y); groups and repeats with all that is in them."""
     if shape["kind"] == "group":
         return shape | {"move": _sum(shape["move"], by)}
-    own = dict(shape)
-    if "centre" in own:
-        own["centre"] = _sum(own["centre"], by)
-    if "shapes" in own:
-        own["shapes"] = [moved(each, by) for each in own["shapes"]]
-    if "points" in own:
-        own["points"] = [_sum(point, by) for point in own["points"]]
-    if "holes" in own:
-        own["holes"] = [[_sum(point, by) for point in hole] for hole in own["holes"]]
-    if "outlines" in own:
-        own["outlines"] = [
+    one = dict(shape)
+    if "centre" in one:
+        one["centre"] = _sum(one["centre"], by)
+    if "shapes" in one:
+        one["shapes"] = [moved(each, by) for each in one["shapes"]]
+    if "points" in one:
+        one["points"] = [_sum(point, by) for point in one["points"]]
+    if "holes" in one:
+        one["holes"] = [[_sum(point, by) for point in hole] for hole in one["holes"]]
+    if "outlines" in one:
+        one["outlines"] = [
             [_sum(start, by), *([_sum(point, by) for point in segment] for segment in segments)]
-            for start, *segments in own["outlines"]
+            for start, *segments in one["outlines"]
         ]
-    return own
+    return one
 
 
 def _sum(place, by):

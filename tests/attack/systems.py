@@ -29,38 +29,38 @@ def _shape(shape, p):
         return _field(shape, p)
     if "shapes" in shape:
         return _of_shapes(shape, p)
-    own = {"reflectance": _surface(shape["reflectance"])}
+    item = {"reflectance": _surface(shape["reflectance"])}
     if shape["kind"] == "disc":
-        return camsim.Disc(radius_um=shape["radius"] * p, centre_um=_times(shape["centre"], p), **own)
+        return camsim.Disc(radius_um=shape["radius"] * p, centre_um=_times(shape["centre"], p), **item)
     if shape["kind"] == "ellipse":
         return camsim.Ellipse(
             radius_x_um=shape["radii"][0] * p,
             radius_y_um=shape["radii"][1] * p,
             centre_um=_times(shape["centre"], p),
             rotate_deg=shape["rotate_deg"],
-            **own,
+            **item,
         )
     if shape["kind"] in ("ring", "sector"):
-        own |= {"radius_um": shape["radius"] * p, "centre_um": _times(shape["centre"], p)}
-        own["inner_radius_um"] = shape["inner"] * p
+        item |= {"radius_um": shape["radius"] * p, "centre_um": _times(shape["centre"], p)}
+        item["inner_radius_um"] = shape["inner"] * p
         if shape["kind"] == "ring":
-            return camsim.Ring(**own)
-        return camsim.Sector(from_deg=shape["from_deg"], turn_deg=shape["turn_deg"], **own)
+            return camsim.Ring(**item)
+        return camsim.Sector(from_deg=shape["from_deg"], turn_deg=shape["turn_deg"], **item)
     if shape["kind"] == "capsule":
         a, b = (_times(point, p) for point in shape["points"])
-        return camsim.Line(segments_um=[("move", *a), ("line", *b)], width_um=shape["width"] * p, cap="round", **own)
+        return camsim.Line(segments_um=[("move", *a), ("line", *b)], width_um=shape["width"] * p, cap="round", **item)
     if shape["kind"] == "path":
-        return camsim.Path(segments_um=_segments(shape["outlines"], p), fill_rule=shape["rule"], **own)
+        return camsim.Path(segments_um=_segments(shape["outlines"], p), fill_rule=shape["rule"], **item)
     if shape["kind"] == "rectangle":
         return camsim.Rectangle(
             width_um=shape["width"] * p,
             height_um=shape["height"] * p,
             centre_um=_times(shape["centre"], p),
             rotate_deg=shape["rotate_deg"],
-            **own,
+            **item,
         )
     holes = tuple(tuple(_times(point, p) for point in hole) for hole in shape.get("holes", ()))
-    return camsim.Polygon(points_um=tuple(_times(point, p) for point in shape["points"]), holes_um=holes, **own)
+    return camsim.Polygon(points_um=tuple(_times(point, p) for point in shape["points"]), holes_um=holes, **item)
 
 
 def _segments(outlines, p):
@@ -75,18 +75,18 @@ def _segments(outlines, p):
 
 def _of_shapes(shape, p):
     """A group or a repeat; what clips is given some reflectance, which plays no part."""
-    own = {"shapes": [_shape(each, p) for each in shape["shapes"]]}
+    item = {"shapes": [_shape(each, p) for each in shape["shapes"]]}
     if shape["kind"] == "repeat-on-grid":
-        return camsim.RepeatOnGrid(rows=shape["rows"], cols=shape["cols"], step_um=_times(shape["step"], p), **own)
+        return camsim.RepeatOnGrid(rows=shape["rows"], cols=shape["cols"], step_um=_times(shape["step"], p), **item)
     if shape["kind"] == "repeat-on-ring":
-        return camsim.RepeatOnRing(count=shape["count"], centre_um=_times(shape["centre"], p), **own)
+        return camsim.RepeatOnRing(count=shape["count"], centre_um=_times(shape["centre"], p), **item)
     return camsim.Group(
         mirror=shape["mirror"],
         scale=tuple(shape["scale"]),
         turn_deg=shape["turn_deg"],
         move_um=_times(shape["move"], p),
         clip=None if shape["clip"] is None else _shape(shape["clip"] | {"reflectance": 0.0}, p),
-        **own,
+        **item,
     )
 
 
@@ -101,13 +101,13 @@ def _field(shape, p):
             interpolation=shape["interpolation"],
             **placed,
         )
-    own = placed | {"low": shape["low"], "high": shape["high"]}
+    item = placed | {"low": shape["low"], "high": shape["high"]}
     if shape["kind"] == "radial-gradient":
-        return camsim.RadialGradient(radius_um=shape["radius"] * p, **own)
-    own |= {name + "_um": shape[name] * p for name in ("width", "height")} | {"rotate_deg": shape["rotate_deg"]}
+        return camsim.RadialGradient(radius_um=shape["radius"] * p, **item)
+    item |= {name + "_um": shape[name] * p for name in ("width", "height")} | {"rotate_deg": shape["rotate_deg"]}
     if shape["kind"] == "linear-gradient":
-        return camsim.LinearGradient(**own)
-    return camsim.SineGrating(period_um=shape["period"] * p, **own)
+        return camsim.LinearGradient(**item)
+    return camsim.SineGrating(period_um=shape["period"] * p, **item)
 
 
 def _times(values, p):
@@ -171,16 +171,16 @@ def _lens(lens, p):
 
 
 def _field_lens(lens, p, f_number):
-    own = {name: lens[name] for name in ("wavelength_nm", "zernike", "waves")}
-    own |= {name: lens[name] for name in ("distortion", "distortion_powers") if name in lens}
+    item = {name: lens[name] for name in ("wavelength_nm", "zernike", "waves")}
+    item |= {name: lens[name] for name in ("distortion", "distortion_powers") if name in lens}
     if "illumination" in lens:
-        own["relative_illumination"] = lens["illumination"]
+        item["relative_illumination"] = lens["illumination"]
     if "lateral" in lens:
-        own["lateral_colour_um"] = [_times(row, p) for row in lens["lateral"]]
+        item["lateral_colour_um"] = [_times(row, p) for row in lens["lateral"]]
     for name, key in (("heights", "height_um"), ("x", "x_um"), ("y", "y_um")):
         if name in lens:
-            own[key] = _times(lens[name], p)
-    return camsim.FieldLens(f_number=f_number, **own)
+            item[key] = _times(lens[name], p)
+    return camsim.FieldLens(f_number=f_number, **item)
 
 
 def _defocus_um(lens, p):
@@ -207,20 +207,20 @@ def _photosite(photosite, p):
 
 
 def grid(system):
-    own = system["grid"]
+    item = system["grid"]
     return camsim.Grid(
-        rows=own["rows"],
-        cols=own["cols"],
+        rows=item["rows"],
+        cols=item["cols"],
         pitch_um=system["pitch_um"],
-        origin=tuple(own["origin"]),
-        frame=None if own["frame"] is None else tuple(own["frame"]),
+        origin=tuple(item["origin"]),
+        frame=None if item["frame"] is None else tuple(item["frame"]),
     )
 
 
 def channel(system):
-    own = system["grid"]
+    item = system["grid"]
     tile = np.array(system["layout"], np.uint8).reshape(2, 2)
-    rows, cols = own["rows"], own["cols"]
+    rows, cols = item["rows"], item["cols"]
     return np.tile(tile, (rows // 2 + 1, cols // 2 + 1))[:rows, :cols].copy()
 
 
@@ -284,7 +284,7 @@ class Truth:
         ground = _values(system["background"], nm)
         self.response = response
         self.base = response @ ground
-        lit = sorted({k for k in owner if k >= 0})
+        exposed = sorted({k for k in owner if k >= 0})
         brightest = (response @ np.array([ground, *spectra]).T).max(axis=1)
         self.scale = np.maximum(response.sum(axis=1), brightest)
         self.scale = np.where(self.scale > 0.0, self.scale, 1.0)
@@ -293,14 +293,14 @@ class Truth:
         self.pieces = [p for p in pieces if np.any(of[p.left] != of[p.right])]
         self.difference = np.array([of[p.left] - of[p.right] for p in self.pieces]).reshape(-1, nm.size)
         self.lights = []
-        for k in lit:
+        for k in exposed:
             cutoff = max(lens.cutoff for lens in self.any_lens)
             ways = (fields.light_of(drawn, pieces, owner, k, cutoff=cutoff, more=more) for more in (9, 7))
             self.lights.append((*ways, _values(drawn[k].get("reflectance", 1.0), nm)))
-        own = system["grid"]
-        rows, cols = own["frame"] or (own["rows"], own["cols"])
-        self.x = own["origin"][1] + 0.5 - 0.5 * cols + np.arange(own["cols"])
-        self.y = own["origin"][0] + 0.5 - 0.5 * rows + np.arange(own["rows"])
+        item = system["grid"]
+        rows, cols = item["frame"] or (item["rows"], item["cols"])
+        self.x = item["origin"][1] + 0.5 - 0.5 * cols + np.arange(item["cols"])
+        self.y = item["origin"][0] + 0.5 - 0.5 * rows + np.arange(item["rows"])
 
     @property
     def round(self):
@@ -333,7 +333,7 @@ class Truth:
             return [waves.Ellipse(covariance)] * len(self.system["wavelength_nm"])
         if lens["kind"] == "measured":
             return [waves.Samples(lens["irradiance"], 0.5 * lens["blur"])] * len(self.system["wavelength_nm"])
-        own = {
+        item = {
             "pupil": lens["pupil"],
             "zernike_waves": lens["zernike_waves"],
             "reference_nm": REFERENCE_NM,
@@ -342,7 +342,7 @@ class Truth:
             "defocus_um": lens["defocus_waves"] * REFERENCE_NM * 8e-3,
             "blur": lens["blur"] / REFERENCE_NM,
         }
-        return [waves.Opening(own, nm) for nm in self.system["wavelength_nm"]]
+        return [waves.Opening(item, nm) for nm in self.system["wavelength_nm"]]
 
     def everywhere(self, channel=0):
         """Light (rows, cols) of every photosite as if it were in one channel, relative to full scale, and its error."""
@@ -386,7 +386,7 @@ class Truth:
 
     def _lights(self, channel):
         weights = self.response[channel] / self.scale[channel]
-        return [(*ways, own * weights) for *ways, own in self.lights if len(ways[0][1])]
+        return [(*ways, item * weights) for *ways, item in self.lights if len(ways[0][1])]
 
 
 def _values(surface, nm):

@@ -15,13 +15,13 @@ def summary(records):
         "  error over tolerance"
     ]
     for lens in sorted({r["lens"] for r in records}):
-        own = [r for r in records if r["lens"] == lens]
-        ratios = sorted(r["error"] / r["tolerance"] for r in own if r.get("error", -1.0) >= 0.0)
+        one = [r for r in records if r["lens"] == lens]
+        ratios = sorted(r["error"] / r["tolerance"] for r in one if r.get("error", -1.0) >= 0.0)
         median = ratios[len(ratios) // 2] if ratios else math.nan
         worst = ratios[-1] if ratios else math.nan
-        slowest = max(r["seconds"] for r in own)
-        refused, aside = sum("refused" in r for r in own), sum("set_aside" in r for r in own)
-        lines.append(f"{lens:<10} {len(own):>7} {refused:>7} {aside:>7} {median:>9.2g} {worst:>9.2g} {slowest:>6.1f} s")
+        slowest = max(r["seconds"] for r in one)
+        refused, aside = sum("refused" in r for r in one), sum("set_aside" in r for r in one)
+        lines.append(f"{lens:<10} {len(one):>7} {refused:>7} {aside:>7} {median:>9.2g} {worst:>9.2g} {slowest:>6.1f} s")
     judges = Counter(r.get("judge", "set aside" if "set_aside" in r else "refused").split(" at ")[0] for r in records)
     lines.append("judged by: " + ", ".join(f"{name} {count}" for name, count in judges.most_common()))
     faults = Counter(fault for r in records for fault in r["faults"])

@@ -69,7 +69,7 @@ def test_errors_are_what_an_independent_truth_says(exact):
         assert point.error_rms == pytest.approx(np.sqrt(np.mean(error**2)), rel=1e-3)
         assert (point.row - 80, point.col - 90) == np.unravel_index(np.argmax(error), error.shape)
     for line in found.truths:
-        assert line.checked_to <= line.believed_to <= line.tolerance
+        assert line.checked_to <= line.accurate_to <= line.tolerance
         assert line.difference <= sum(truth.tolerance for truth in found.truths)
 
 
@@ -85,7 +85,7 @@ def test_where_every_photosite_is_checked_the_check_says_the_same(scene):
     few = Region(rows=2, cols=3, origin=(997, 1514))
     found = bench_scene(scene, methods=("boundary",), tolerances=(1e-3, 1e-4, 1e-6), region=few)
     for point in found.points:
-        assert point.error_max > 1e3 * point.believed_to
+        assert point.error_max > 1e3 * point.accurate_to
         # Of a twentieth of its tolerance an image and its check may have the same part.
         same = point.error_estimate == pytest.approx(point.error_max, rel=0.1)
         assert same or max(point.error_estimate, point.error_max) < 0.05 * point.tolerance
@@ -173,7 +173,7 @@ def test_the_window_of_an_even_scene_is_the_middle_and_of_a_small_one_all():
     assert busiest(camsim.Scene(background=1.0), small) == Region(rows=100, cols=128, origin=(0, 86))
 
 
-def point(label, error, seconds, *, method="auto", believed_to=1e-13, cpu_s=None, estimate=0.0):
+def point(label, error, seconds, *, method="auto", accurate_to=1e-13, cpu_s=None, estimate=0.0):
     return Point(
         method=method,
         label=label,
@@ -185,7 +185,7 @@ def point(label, error, seconds, *, method="auto", believed_to=1e-13, cpu_s=None
         row=0,
         col=0,
         truth="fourier at 1e-11",
-        believed_to=believed_to,
+        accurate_to=accurate_to,
         error_estimate=estimate,
         wall_s=seconds,
         cpu_s=cpu_s or seconds,
@@ -216,8 +216,8 @@ def test_what_is_faster_is_said_and_noise_is_not():
 
 
 def test_an_error_that_the_truth_cannot_tell_is_not_called_one():
-    auto = point("auto 1e-10", 7.1e-11, 5.0, believed_to=7e-11, estimate=2e-14)
-    coarse = point("boundary 1e-9", 6.9e-11, 1.0, method="boundary", believed_to=1e-14)
+    auto = point("auto 1e-10", 7.1e-11, 5.0, accurate_to=7e-11, estimate=2e-14)
+    coarse = point("boundary 1e-9", 6.9e-11, 1.0, method="boundary", accurate_to=1e-14)
     assert words_of_point(auto, [auto, coarse]).endswith(
         "error about 7e-11 or less (2e-14 where computed directly); nothing is clearly faster at that error "
         "(boundary 1e-9: 1 s)."
@@ -231,11 +231,11 @@ def test_the_words_of_two_truths():
             tolerance=tolerance,
             checked_to=checked_to,
             checked_photosites=18,
-            believed_to=believed_to,
+            accurate_to=accurate_to,
             seconds=1.0,
             difference=7e-11,
         )
-        for engine, tolerance, checked_to, believed_to in (
+        for engine, tolerance, checked_to, accurate_to in (
             ("boundary", 1e-9, 4e-12, 7e-11),
             ("fourier", 1e-11, 1e-14, 1e-14),
         )

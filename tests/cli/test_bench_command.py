@@ -63,9 +63,9 @@ def test_json_is_all_that_is_printed_and_a_report_is_not_overwritten(camsim, fol
     arguments = ("bench", "small.yaml", "--methods", "boundary", "--tolerances", "1e-3", "-o", "out", "-q")
     done = camsim(*arguments, "--json")
     assert (done.returncode, done.stderr) == (0, "")
-    told = json.loads(done.stdout)
-    assert told["files"] == ["out/bench.jsonl", "out/bench.html", "out/bench.svg"]
-    assert told["lines"] == [json.loads(line) for line in (folder / "out" / "bench.jsonl").read_text().splitlines()]
+    stated = json.loads(done.stdout)
+    assert stated["files"] == ["out/bench.jsonl", "out/bench.html", "out/bench.svg"]
+    assert stated["lines"] == [json.loads(line) for line in (folder / "out" / "bench.jsonl").read_text().splitlines()]
     again = camsim(*arguments)
     assert again.returncode == 2
     assert again.stderr == ("'out/bench.jsonl' exists; overwrite it with --force, or choose another folder with -o\n")

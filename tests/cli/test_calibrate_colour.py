@@ -51,13 +51,13 @@ def chart(folder: Path, camsim: Run) -> Path:
 
 
 def test_a_chart_becomes_a_sensor_that_sees_as_the_camera_did(chart: Path, folder: Path, camsim: Run) -> None:
-    told = json.loads(
+    stated = json.loads(
         done(camsim, "calibrate", "colour", "chart.dng", "--light", "D55", *BABEL, "-o", "mine.yaml", "--json")
     )
-    assert told["delta_e_2000_mean"]["after"] < 1.6
-    assert told["delta_e_2000_mean"]["after"] <= told["delta_e_2000_mean"]["before"]
+    assert stated["delta_e_2000_mean"]["after"] < 1.6
+    assert stated["delta_e_2000_mean"]["after"] <= stated["delta_e_2000_mean"]["before"]
     power = aligned("light", "D55") @ CAMERA
-    assert told["white_balance"] == pytest.approx((power / power[1]).tolist(), rel=0.02)
+    assert stated["white_balance"] == pytest.approx((power / power[1]).tolist(), rel=0.02)
     assert "no faults" in done(camsim, "validate", "mine.yaml")
     # The same chart, taken by the profile, is developed by its matrix: the colours are the camera's own.
     done(camsim, "capture", "colorchecker-card", "--sensor", "mine.yaml", *CHART, "-o", "again.dng", "-q")
@@ -74,7 +74,7 @@ def test_a_chart_becomes_a_sensor_that_sees_as_the_camera_did(chart: Path, folde
     d55, d65 = (colour_science().xy_to_XYZ(colour_science().CCS_ILLUMINANTS["CIE 1931 2 Degree Standard Observer"][k])
                 for k in ("D55", "D65"))  # fmt: skip
     adapt = colour_science().adaptation.matrix_chromatic_adaptation_VonKries(d65, d55, "Bradford")
-    expected = np.linalg.inv(np.array(told["camera_to_xyz"])) @ adapt
+    expected = np.linalg.inv(np.array(stated["camera_to_xyz"])) @ adapt
     assert to_camera / np.abs(to_camera).max() == pytest.approx(expected / np.abs(expected).max(), abs=3e-3)
 
 
@@ -100,14 +100,14 @@ def test_the_rest_of_a_sensor_stays_and_a_second_light_is_added(chart: Path, fol
 def test_a_measured_light_is_a_table(chart: Path, folder: Path, camsim: Run) -> None:
     rows = [f"{nm:g},{power:.5f}" for nm, power in zip(NODES_NM, aligned("light", "D55"), strict=True)]
     (folder / "lamp.csv").write_text("\n".join(["wavelength_nm,power", *rows]), "utf-8")
-    told = [
+    stated = [
         json.loads(
             done(camsim, "calibrate", "colour", "chart.dng", "--light", light, *BABEL, "-o", f"{k}.yaml", "--json")
         )
         for k, light in enumerate(("D55", "lamp.csv"))
     ]
-    assert told[1]["light"] == "lamp"
-    for one, other in zip(*(each["camera_to_xyz"] for each in told), strict=True):
+    assert stated[1]["light"] == "lamp"
+    for one, other in zip(*(each["camera_to_xyz"] for each in stated), strict=True):
         assert other == pytest.approx(one, abs=2e-3)
 
 
@@ -121,11 +121,11 @@ def test_a_makers_raw_and_a_strangers_dng_are_measured_as_the_capture_is(
     tiff_raw(folder / "chart.nef", above.astype("<u2").tobytes(), tags, make="NIKON CORPORATION", model="NIKON D3")
     stranger(folder / "other.dng", codes.astype(np.uint16), package.measure.read_picture(chart).noted)
     light = ("--light", "D55", *BABEL)
-    own = json.loads(done(camsim, "measure", "colour", "chart.dng", *light, "--json"))
+    item = json.loads(done(camsim, "measure", "colour", "chart.dng", *light, "--json"))
     other = json.loads(done(camsim, "measure", "colour", "other.dng", *light, "--json"))
     maker = json.loads(done(camsim, "measure", "colour", "chart.nef", *light, "--json"))
-    assert other["delta_e_2000_mean"] == pytest.approx(own["delta_e_2000_mean"], abs=0.02)
-    assert own["delta_e_2000_mean"] < 2.5
+    assert other["delta_e_2000_mean"] == pytest.approx(item["delta_e_2000_mean"], abs=0.02)
+    assert item["delta_e_2000_mean"] < 2.5
     # The maker's matrix is another camera's: its colours are wrong, and that is what is measured.
     assert maker["delta_e_2000_mean"] > 3.0
     assert maker["white_balance"] is None
@@ -164,8 +164,8 @@ def stranger(path: Path, codes: np.ndarray, noted: object) -> None:
 def test_curves_of_other_programs_become_a_sensor(folder: Path, camsim: Run) -> None:
     values = np.stack([np.interp(NODES_NM, NODES_NM, curve) for curve in CAMERA.T], axis=1)
     rawtoaces(folder / "acme.json", values)
-    told = done(camsim, "sensor", "import", "acme.json", "--sensor", "d40-like", "-o", "acme.yaml")
-    assert "acme.yaml: Acme One: R, G, B per energy from 380 to 780 nm; relative" in told
+    stated = done(camsim, "sensor", "import", "acme.json", "--sensor", "d40-like", "-o", "acme.yaml")
+    assert "acme.yaml: Acme One: R, G, B per energy from 380 to 780 nm; relative" in stated
     assert "no faults" in done(camsim, "validate", "acme.yaml")
     camera = package.Camera.from_yaml(folder / "acme.yaml", lens=package.Airy(f_number=8.0))
     efficiency = camera.quantum_efficiency.at(NODES_NM)

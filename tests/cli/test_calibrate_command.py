@@ -47,15 +47,15 @@ def test_a_profile_from_a_folder_of_raw_files(folder: Path, taken: Any) -> None:
     assert (folder / "hot.csv").read_text(encoding="utf-8").startswith("row,col,e_per_s\n")
     assert 'defects: {hot: "hot.csv"}' in (folder / "listed.yaml").read_text(encoding="utf-8")
     assert taken("validate", "listed.yaml").returncode == 0
-    shown = taken("calibrate", "noise", "frames", "--json")
-    told = json.loads(shown.stdout)
-    assert told["iso"] == [200.0, 1600.0]
+    displayed = taken("calibrate", "noise", "frames", "--json")
+    stated = json.loads(displayed.stdout)
+    assert stated["iso"] == [200.0, 1600.0]
     for name, value in {
         "electrons_per_dn at ISO 200": 10.0,
         "electrons_per_dn at ISO 1600": 1.25,
         "read_noise_e": 9.0,
     }.items():
-        figure = told["figures"][name]
+        figure = stated["figures"][name]
         assert abs(figure["value"] - value) < 4.5 * figure["standard_error"] < 0.3 * value, name
     done = taken("expose", "frames/iso200/index.csv", "--sensor", "./mine.yaml")
     assert done.returncode == 2  # no light, but the sensor was found
@@ -70,10 +70,10 @@ def test_the_profile_beside_the_camera(folder: Path, taken: Any) -> None:
     text = (folder / "mine.yaml").read_text(encoding="utf-8")
     other = "\n".join("  read_noise_e: 12" if "  read_noise_e:" in line else line for line in text.splitlines())
     (folder / "other.yaml").write_text(other + "\n", encoding="utf-8")
-    told = json.loads(taken("calibrate", "noise", "frames", "--check", "other.yaml", "--json").stdout)
-    assert min(side["probability"]["variance against mean"] for side in told) < 1e-6
-    assert min(side["probability"]["quantiles of darks"] for side in told) < 1e-6
-    assert max(side["kl_nats"] for side in told) > 0.01
+    stated = json.loads(taken("calibrate", "noise", "frames", "--check", "other.yaml", "--json").stdout)
+    assert min(side["probability"]["variance against mean"] for side in stated) < 1e-6
+    assert min(side["probability"]["quantiles of darks"] for side in stated) < 1e-6
+    assert max(side["kl_nats"] for side in stated) > 0.01
 
 
 @pytest.mark.parametrize(

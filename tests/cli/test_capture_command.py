@@ -25,7 +25,7 @@ def test_one_command_writes_the_files_and_a_report(camsim: Run, folder: Path) ->
     assert (done.returncode, done.stdout) == (0, "")
     assert files_in(folder) == {"small.yaml", "a.dng", "a.exr", "b.npy", "a.png"}
     assert np.load(folder / "b.npy").shape == (16, 20, 3)
-    for told in (
+    for stated in (
         "small, 16 × 20 photosites of 4.88 µm",
         "D40-like, 4.88 µm, 12 bits, 10 e⁻ per DN",
         "0.01 s, ISO 200, seed 1",
@@ -41,7 +41,7 @@ def test_one_command_writes_the_files_and_a_report(camsim: Run, folder: Path) ->
         "b.npy (truth, ",
         "a.png (preview, ",
     ):
-        assert told in done.stderr
+        assert stated in done.stderr
     assert [line for line in done.stderr.splitlines() if line != line.rstrip()] == []
 
 

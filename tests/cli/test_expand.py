@@ -20,9 +20,9 @@ def test_the_shapes_of_a_scene_paint_the_same(name, tmp_path):
     whole = library.shipped("scene")[name].read_text(encoding="utf-8")
     head, tail = whole.split("scene:\n")[0], "render:" + whole.split("render:")[1]
     (tmp_path / "scene.yaml").write_text(f"{head}{text}\n{tail}", encoding="utf-8")
-    told, again = load(name).scene, load(tmp_path / "scene.yaml").scene
-    assert again.background == told.background
-    for one, two in zip(flattened(told.shapes), flattened(again.shapes), strict=True):
+    stated, again = load(name).scene, load(tmp_path / "scene.yaml").scene
+    assert again.background == stated.background
+    for one, two in zip(flattened(stated.shapes), flattened(again.shapes), strict=True):
         assert one.reflectance == two.reflectance or one.reflectance.values == two.reflectance.values
         for fill, other in zip(one.fills, two.fills, strict=True):
             np.testing.assert_allclose(fill.curves.points, other.curves.points, rtol=0, atol=1e-9)

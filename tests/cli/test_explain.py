@@ -21,30 +21,30 @@ SHIPPED = ("colorchecker", "edge-chart", "flat-field", "knife-edge", "paper-squa
 def decisions_of(camsim: Run, *arguments: str) -> dict[str, list[str]]:
     done = camsim("explain", *arguments, "--json")
     assert done.returncode == 0, done.stderr
-    told: dict[str, list[str]] = {}
+    stated: dict[str, list[str]] = {}
     for line in json.loads(done.stdout)["decisions"]:
-        told.setdefault(line["topic"], []).append(f"{line['decision']}: {line['reason']}")
-    return told
+        stated.setdefault(line["topic"], []).append(f"{line['decision']}: {line['reason']}")
+    return stated
 
 
 def test_every_decision_has_its_reason(camsim: Run, folder: Path) -> None:
-    told = decisions_of(camsim, "small.yaml")
-    assert told["engine"] == ["boundary: exact for this lens, and cheap"]
-    assert told["wavelengths"] == ["one: the light is a line"]
-    assert told["channels"] == ["each photosite in its own: nobody reads the other 2: no truth is written"]
-    assert "ShotNoise()" in told["noise"][0]
-    assert told["colour matrix"][0].startswith("fitted")
+    stated = decisions_of(camsim, "small.yaml")
+    assert stated["engine"] == ["boundary: exact for this lens, and cheap"]
+    assert stated["wavelengths"] == ["one: the light is a line"]
+    assert stated["channels"] == ["each photosite in its own: nobody reads the other 2: no truth is written"]
+    assert "ShotNoise()" in stated["noise"][0]
+    assert stated["colour matrix"][0].startswith("fitted")
     assert [path.name for path in folder.iterdir()] == ["small.yaml"]
 
 
 def test_what_is_switched_off_is_left_out(camsim: Run) -> None:
-    told = decisions_of(
+    stated = decisions_of(
         camsim, "small.yaml", "-o", "a.exr", "--set", "noise.enabled=false", "--set", "sensor.olpf=null"
     )
-    assert told["OLPF"] == ["left out: the camera has none: one spot"]
-    assert told["noise"] == ["no random number: noise is switched off"]
-    assert told["channels"] == ["all 3 everywhere: the truth is to be written"]
-    assert told["colour matrix"] == ["none: no DNG and no preview is written"]
+    assert stated["OLPF"] == ["left out: the camera has none: one spot"]
+    assert stated["noise"] == ["no random number: noise is switched off"]
+    assert stated["channels"] == ["all 3 everywhere: the truth is to be written"]
+    assert stated["colour matrix"] == ["none: no DNG and no preview is written"]
 
 
 def test_a_tilt_is_left_out(camsim: Run) -> None:
@@ -81,12 +81,12 @@ def test_fall_off_is_told(camsim: Run, changes: list[str], said: str) -> None:
 def test_a_field_lens_dims(camsim: Run) -> None:
     """As its frames have it: a flat's corner over its middle, of a lens that was said to be even."""
     (said,) = decisions_of(camsim, "field-lens")["fall-off"]
-    told, words = said.split(" ", 1)
+    stated, words = said.split(" ", 1)
     assert words == "of the axis's light in the window's dimmest corner: the lens's own"
     window = ["region={rows: 2, cols: 2, origin: [200, 200]}", "region={rows: 2, cols: 2, origin: [1023, 1223]}"]
     flat = ["scene.shapes=[]", "render.tolerance=1e-3", "exposure.time_s=1e-3"]
     corner, middle = (capture("field-lens", overrides=[*flat, place]).mean_electrons[0, 0] for place in window)
-    assert float(told) == pytest.approx(corner / middle, abs=1e-4)
+    assert float(stated) == pytest.approx(corner / middle, abs=1e-4)
 
 
 def test_the_engine_follows_the_tolerance_and_the_word(camsim: Run) -> None:
@@ -129,9 +129,9 @@ def test_every_shipped_scene(camsim: Run, scene: str) -> None:
 )
 def test_what_has_no_edge_may_be_wrong_too(camsim: Run, shapes: str, error: float) -> None:
     done = camsim("explain", "small.yaml", "--set", f"scene.shapes={shapes}", "--json")
-    told = json.loads(done.stdout)
-    assert told["expected"]["error"] == error, done.stderr
-    assert sum(line["topic"] == "wavelengths" for line in told["decisions"]) == bool(error)
+    stated = json.loads(done.stdout)
+    assert stated["expected"]["error"] == error, done.stderr
+    assert sum(line["topic"] == "wavelengths" for line in stated["decisions"]) == bool(error)
 
 
 @pytest.mark.parametrize("kind", ["mtf", "psf", "qe", "spectra", "noise"])
@@ -179,9 +179,9 @@ def test_the_report_counts_what_was_done(camsim: Run, folder: Path) -> None:
     )["work"]
     assert (less["colour_matrices"], less["random_numbers"], less["channels"]) == (0, 0, 1)
     assert less["bytes_written"] < written
-    told = camsim("capture", "small.yaml", "-v", "-o", "c.dng").stderr
-    assert "edges 4, " in told
-    assert "bytes written " in told
+    stated = camsim("capture", "small.yaml", "-v", "-o", "c.dng").stderr
+    assert "edges 4, " in stated
+    assert "bytes written " in stated
 
 
 def test_a_plot_on_a_full_disk_leaves_no_half_of_one(patched: Run, folder: Path) -> None:

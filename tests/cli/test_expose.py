@@ -31,8 +31,8 @@ def test_electrons_become_codes_and_come_again(folder: Path, camsim: Run) -> Non
     electrons = np.linspace(0.0, 9000.0, 24 * 32).reshape(24, 32)
     np.save(folder / "mean.npy", electrons)
     out = ("-o", "shot.dng", "-o", "truth.exr", "-o", "all.npz")
-    told = done(camsim, "mean.npy", "--sensor", "mono-345", "--as", "electrons", "--seed", "3", *out)
-    assert "optics       none: light as it lies on the photosites" in told.stderr
+    stated = done(camsim, "mean.npy", "--sensor", "mono-345", "--as", "electrons", "--seed", "3", *out)
+    assert "optics       none: light as it lies on the photosites" in stated.stderr
     truth = OpenEXR.File(str(folder / "truth.exr"), separate_channels=True).channels()
     np.testing.assert_allclose(next(iter(truth.values())).pixels, electrons, rtol=1e-6)
     held = np.load(folder / "all.npz")
@@ -89,8 +89,8 @@ def test_a_folder_of_pictures_is_as_many_raw_files(folder: Path, camsim: Run) ->
     for number in range(100):
         Image.fromarray(np.full((4, 6), 2 * number + 9, np.uint8)).save(folder / "frames" / f"{number:03}.png")
     (folder / "frames" / "notes.txt").write_text("none of them", encoding="utf-8")
-    told = done(camsim, "frames", "--sensor", "d40-like", "-o", "raw/shot.dng", "--seed", "5")
-    assert told.stderr.splitlines()[0].endswith("000.png: raw/shot-000.dng")
+    stated = done(camsim, "frames", "--sensor", "d40-like", "-o", "raw/shot.dng", "--seed", "5")
+    assert stated.stderr.splitlines()[0].endswith("000.png: raw/shot-000.dng")
     means = [codes(folder / "raw" / f"shot-{number:03}.dng").mean() for number in range(100)]
     assert len(list((folder / "raw").iterdir())) == 100
     assert means[-1] > means[50] > means[0] > 100.0
@@ -212,8 +212,8 @@ def test_sweeps_and_data_sets_take_a_folder_of_light(folder: Path, camsim: Run) 
     }
     assert len(rows) == 10
     assert len(splits) == 5
-    assert all(len(own) == 1 for own in splits.values())
-    assert sorted(split for own in splits.values() for split in own) == ["test", "train", "train", "train", "val"]
+    assert all(len(one) == 1 for one in splits.values())
+    assert sorted(split for one in splits.values() for split in one) == ["test", "train", "train", "train", "val"]
     for text, why in (
         (made.replace("lights/*.exr", "none/*.exr"), "no file of '.' matches 'none/*.exr'"),
         (made.replace("sensor: d40-like\n", ""), "sensor: missing; without a scene"),

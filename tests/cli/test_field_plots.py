@@ -25,9 +25,9 @@ waves: [[[0], [0.2]]]
 def test_shipped_lenses_are_listed_and_shown() -> None:
     names = [line.split()[0] for line in lines_of_list("lenses")]
     assert names == list(library.shipped("lens")) == ["cooke-triplet", "double-gauss", "mobile", "perfect"]
-    shown = text_of("double-gauss")
-    assert shown.startswith("# lenses/double-gauss.yaml\n")
-    assert "#   image circle  49.34 mm" in shown
+    displayed = text_of("double-gauss")
+    assert displayed.startswith("# lenses/double-gauss.yaml\n")
+    assert "#   image circle  49.34 mm" in displayed
 
 
 def test_a_lens_file_lies_beside_its_scene(tmp_path) -> None:

@@ -82,14 +82,16 @@ def test_info_is_short_unless_told(camsim: Run) -> None:
     take(camsim, "a.dng", "a.exr")
     short = camsim("info", "a.dng")
     assert short.returncode == 0, short.stderr
-    told = dict(line.split("  ", 1) for line in short.stdout.splitlines() if "  " in line)
+    stated = dict(line.split("  ", 1) for line in short.stdout.splitlines() if "  " in line)
     assert len(short.stdout.splitlines()) < 22
-    assert told["scene"].strip() == "1 shape, background 0.9"
-    assert told["light"].strip() == "Light(at=scene, illuminance_lux=5000, line_nm=550)"
-    assert told["optics"].strip().startswith("Airy(f_number=8, transmission=1) → FourSpotOlpf(split_um=3.66) → ")
-    assert told["exposure"].strip().startswith("Exposure(datetime=2000-01-01 00:00:00, iso=800, time_s=0.01")
-    assert told["window"].strip() == "Region(cols=20, origin=[901, 1200], rows=16) of 2000 × 3008 photosites of 4.88 µm"
-    assert told["computed"].strip() == "tolerance 0.0001, method auto"
+    assert stated["scene"].strip() == "1 shape, background 0.9"
+    assert stated["light"].strip() == "Light(at=scene, illuminance_lux=5000, line_nm=550)"
+    assert stated["optics"].strip().startswith("Airy(f_number=8, transmission=1) → FourSpotOlpf(split_um=3.66) → ")
+    assert stated["exposure"].strip().startswith("Exposure(datetime=2000-01-01 00:00:00, iso=800, time_s=0.01")
+    assert (
+        stated["window"].strip() == "Region(cols=20, origin=[901, 1200], rows=16) of 2000 × 3008 photosites of 4.88 µm"
+    )
+    assert stated["computed"].strip() == "tolerance 0.0001, method auto"
     said = camsim("info", "a.dng", "--full")
     assert said.returncode == 0, said.stderr
     figures, _, computed = said.stdout.partition("\n\n")

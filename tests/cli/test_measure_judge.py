@@ -141,11 +141,11 @@ def test_truth_of_a_file_in_another_space(rings, camsim):
     assert camsim("capture", "rings.yaml", "-q", "-o", "mosaic.dng").returncode == 0
     done = camsim("measure", "truth", "mosaic.dng", "--space", "srgb", "-o", "t.npy", "--json")
     assert done.returncode == 0, done.stderr
-    told = json.loads(done.stdout)
+    stated = json.loads(done.stdout)
     image = np.load(rings / "t.npy")
     assert image.shape == (60, 64, 3)
     np.testing.assert_allclose(image[2, 2], 0.6, atol=0.01)
-    np.testing.assert_allclose([channel["mean"] for channel in told["channels"]], image.mean((0, 1)), rtol=1e-5)
+    np.testing.assert_allclose([channel["mean"] for channel in stated["channels"]], image.mean((0, 1)), rtol=1e-5)
     assert camsim("measure", "truth", "rings.yaml", "--space", "xyz", "-o", "t.exr").returncode == 0
     refused = camsim("measure", "truth", "rings.yaml", "--space", "adobe", "-o", "t.exr", "--force")
     assert refused.returncode == 2
@@ -180,12 +180,12 @@ def test_colour_of_a_chart_in_a_file(folder, camsim):
     assert made.returncode == 0, made.stderr
     done = camsim("measure", "colour", "a.dng", "--json", "--csv", "a.csv", "--plot", "a.svg", "--picture", "a.png")
     assert done.returncode == 0, done.stderr
-    told = json.loads(done.stdout)
-    assert [patch["name"] for patch in told["patches"]] == ["red", "yellow", "neutral 6.5", "neutral 5"]
+    stated = json.loads(done.stdout)
+    assert [patch["name"] for patch in stated["patches"]] == ["red", "yellow", "neutral 6.5", "neutral 5"]
     with (folder / "a.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     assert [float(row["delta_e_2000"]) for row in rows] == pytest.approx(
-        [patch["delta_e_2000"] for patch in told["patches"]], rel=1e-5
+        [patch["delta_e_2000"] for patch in stated["patches"]], rel=1e-5
     )
     assert (folder / "a.png").read_bytes().startswith(b"\x89PNG")
     words = camsim("measure", "colour", "a.dng", "--plot", "a.svg", "--force")
@@ -202,9 +202,9 @@ def test_a_star_in_a_file(folder, camsim):
     assert made.returncode == 0, made.stderr
     done = camsim("measure", "star", "a.dng", "--json", "--csv", "a.csv", "--plot", "a.svg")
     assert done.returncode == 0, done.stderr
-    told = json.loads(done.stdout)
-    assert told["nyquist_of_sensor"]["cycles_per_pixel"] == 0.5
-    (grey,) = told["channels"]
+    stated = json.loads(done.stdout)
+    assert stated["nyquist_of_sensor"]["cycles_per_pixel"] == 0.5
+    (grey,) = stated["channels"]
     assert grey["mtf50_cycles_per_pixel"] == pytest.approx(grey["theory_mtf50_cycles_per_pixel"], rel=0.03)
     with (folder / "a.csv").open(newline="") as file:
         assert [float(row["mtf"]) for row in csv.DictReader(file)] == grey["mtf"]

@@ -170,8 +170,10 @@ def test_sensors_of_ones_own_are_listed_with_their_place(monkeypatch: pytest.Mon
     assert (listed["theirs"], listed["d40-like"]) == ("far/theirs.yaml", "path/d40-like.yaml")
     assert "\nname: Theirs " in run("show", "theirs", "--sensors", "far")[1]
     assert run("validate", "theirs", "--sensors", "far")[1] == "theirs: a sensor, no faults\n"
-    told = run("explain", "scene.yaml", "--sensor", "theirs", "--sensors", "far", "--set", "region={rows: 8, cols: 8}")
-    assert "8 × 8 photosites of 3.45 µm, camera Theirs," in told[1]
+    stated = run(
+        "explain", "scene.yaml", "--sensor", "theirs", "--sensors", "far", "--set", "region={rows: 8, cols: 8}"
+    )
+    assert "8 × 8 photosites of 3.45 µm, camera Theirs," in stated[1]
     code, _, error = run("capture", "scene.yaml", "--sensor", "theirs", "-o", "a.dng")
     assert code == 2
     assert error.startswith("--sensor: unknown sensor 'theirs'")
@@ -263,10 +265,10 @@ def test_what_is_no_scene_is_told_what_it_is(words: list[str], said: str) -> Non
     Path("set.yaml").write_text("camsim: dataset/1\nscene: [photos/no 0.jpg]\ncrops: {rows: 4, cols: 4}\n")
     Path("study.yaml").write_text("camsim: study/1\nscene: photos/no 1.jpg\nvary: {exposure.iso: [200, 400]}\n")
     before = sorted(Path().rglob("*"))
-    code, _, told = run(*words)
+    code, _, stated = run(*words)
     assert code == 2
-    assert re.search(said, told), told
-    assert "UTF-8" not in told
+    assert re.search(said, stated), stated
+    assert "UTF-8" not in stated
     assert sorted(Path().rglob("*")) == before
 
 
@@ -293,6 +295,6 @@ def test_a_pattern_that_matches_nothing_is_refused_where_it_stands() -> None:
         "camsim: dataset/1\nscene: flat-field\ncrops: {rows: 4, cols: 4}\n"
         'vary: {scene.shapes.0.file: {glob: "photos/*.png"}}\n'
     )
-    code, _, told = run("dataset", "set.yaml", "-o", "out")
+    code, _, stated = run("dataset", "set.yaml", "-o", "out")
     assert code == 2
-    assert re.search(r"set.yaml:4:\d+: vary.scene.shapes.0.file.glob: no file of .* matches .photos", told), told
+    assert re.search(r"set.yaml:4:\d+: vary.scene.shapes.0.file.glob: no file of .* matches .photos", stated), stated

@@ -87,8 +87,8 @@ def test_a_turned_filter_has_its_nulls_along_its_own_axes() -> None:
 
 def test_a_lens_that_is_all_tables_is_told_on_a_line() -> None:
     few = ("--set", "region={rows: 2, cols: 2}", "--set", "render.tolerance=1e-2", "-o", "f.dng")
-    told = "FieldLens(f_number=5, 13 wavelengths, 380 to 780 nm, 13 heights to 24.6723 mm, 9 Zernikes)"
-    assert told in run("capture", "field-lens", *few)[2]
+    stated = "FieldLens(f_number=5, 13 wavelengths, 380 to 780 nm, 13 heights to 24.6723 mm, 9 Zernikes)"
+    assert stated in run("capture", "field-lens", *few)[2]
     tables = "FieldLens(distortion: 17, distortion_height_um: 17, f_number=5, height_um: 13, lateral_colour_um: 13"
     assert tables in run("info", "f.dng")[1]
 
@@ -169,8 +169,8 @@ def test_a_pattern_tells_its_strehl_ratio(waves: float) -> None:
     """Of a focus shift in closed form: the squared sinc of what the phase runs through."""
     lens = f"lens={{kind: wavefront, f_number: 5.6, zernike_waves: [[4, {waves}]], reference_nm: 550}}"
     written = texts_of("psf", *MONO, lens, "light={line_nm: 550, illuminance_lux: 1000}")
-    (told,) = (float(text.rsplit(" ", 1)[1]) for text in written if "Strehl ratio" in text)
-    assert told == pytest.approx(np.sinc(2.0 * np.sqrt(3.0) * waves) ** 2, abs=2e-3)
+    (stated,) = (float(text.rsplit(" ", 1)[1]) for text in written if "Strehl ratio" in text)
+    assert stated == pytest.approx(np.sinc(2.0 * np.sqrt(3.0) * waves) ** 2, abs=2e-3)
 
 
 def test_what_is_drawn_of_the_system_has_its_crosstalk() -> None:

@@ -95,19 +95,19 @@ def test_show_a_sensor(camsim: Run) -> None:
     printed, shipped = done.stdout, Path(__file__).parents[2] / "sensors" / "d40-like.yaml"
     assert yaml.safe_load(printed) == yaml.safe_load(shipped.read_text(encoding="utf-8"))
     figures = [line.strip("# ") for line in printed.splitlines() if line.startswith("#   ")]
-    told = {line[:18].strip(): line[18:].strip() for line in figures}
-    assert told["photosites"] == "2000 × 3008, 6.0 million"
+    stated = {line[:18].strip(): line[18:].strip() for line in figures}
+    assert stated["photosites"] == "2000 × 3008, 6.0 million"
     # 1/(2 · 4.88 µm); 1/(2 · 3.66 µm), 4.88/3.66 times as high.
-    assert told["Nyquist frequency"] == "0.10246 cycles/µm (102.5 line pairs/mm), all photosites"
-    assert told["OLPF null"] == "0.13661 cycles/µm along x and y, 1.33 of Nyquist"
+    assert stated["Nyquist frequency"] == "0.10246 cycles/µm (102.5 line pairs/mm), all photosites"
+    assert stated["OLPF null"] == "0.13661 cycles/µm along x and y, 1.33 of Nyquist"
     # 4095 − 128 codes of 10 e⁻ are less than the full well of 40 000 e⁻.
-    assert told["saturation"] == "39670 e⁻ at ISO 200"
+    assert stated["saturation"] == "39670 e⁻ at ISO 200"
     # 39670/√(39670 + 9.4516²).
-    assert told["SNR maximum"] == "199, 46.0 dB, 7.6 bits"
-    assert told["lux·s to white"].endswith("of D55 on the sensor")
+    assert stated["SNR maximum"] == "199, 46.0 dB, 7.6 bits"
+    assert stated["lux·s to white"].endswith("of D55 on the sensor")
     # √(9² + 10²/12) e⁻; as large as its noise: √(9.4516² + ¼) + ½ e⁻; 20·log10(39670/9.9648) dB.
-    assert told["dark noise"] == "9.45 e⁻ (read noise and rounding)"
-    assert told["dynamic range"] == "72.0 dB, 12.0 stops, at ISO 200: saturation over 9.96 e⁻, SNR 1"
+    assert stated["dark noise"] == "9.45 e⁻ (read noise and rounding)"
+    assert stated["dynamic range"] == "72.0 dB, 12.0 stops, at ISO 200: saturation over 9.96 e⁻, SNR 1"
 
 
 def test_show_a_scene_and_files_of_ones_own(camsim: Run) -> None:

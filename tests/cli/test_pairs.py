@@ -63,8 +63,8 @@ def test_pairs_belong_together(folder: Path, camsim: Run) -> None:
         truth = truth_of(folder / "out" / str(row["truth"]))
         letters = str(row["cfa"]).split("/")
         index = np.array([["RGB".index(letters[r % 2][c % 2]) for c in range(20)] for r in range(16)])
-        own = np.take_along_axis(truth, index[:, :, None], axis=2)[:, :, 0]
-        expected = np.minimum(row["black_level_dn"] + own / row["electrons_per_dn"], 4095)
+        one = np.take_along_axis(truth, index[:, :, None], axis=2)[:, :, 0]
+        expected = np.minimum(row["black_level_dn"] + one / row["electrons_per_dn"], 4095)
         # A clean mosaic is the truth's own channel, rounded.
         assert np.abs(clean - expected).max() <= 0.5 + 1e-3
         # 9 e⁻ of read noise are 0.9 DN; the noise is there and its mean is not.

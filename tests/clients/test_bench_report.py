@@ -46,7 +46,7 @@ class Report:
     marked: dict
 
 
-def own_scene(folder):
+def its_scene(folder):
     found = bench_scene("paper-square", tolerances=(1e-3, 1e-6, 1e-9), region=Region(rows=40, cols=48, origin=(80, 80)))
     file = folder / "bench.html"
     file.write_text(camsim.bench.report.page(found), encoding="utf-8")
@@ -61,7 +61,7 @@ def papers_square(folder):
     return Report(file, lines, {n: line for n, line in enumerate(lines) if line["kind"] == "point"})
 
 
-@pytest.fixture(scope="module", params=[own_scene, papers_square], ids=["own scene", "paper's square"])
+@pytest.fixture(scope="module", params=[its_scene, papers_square], ids=["own scene", "paper's square"])
 def report(request, tmp_path_factory):
     return request.param(tmp_path_factory.mktemp("report"))
 

@@ -61,21 +61,21 @@ def optic_of(name):
     from optiland.materials import AbbeMaterial
     from optiland.optic import Optic
 
-    told, optic = MAKE["LENSES"][name], Optic()
+    stated, optic = MAKE["LENSES"][name], Optic()
     optic.surfaces.add(index=0, radius=math.inf, thickness=math.inf)
-    for index, (radius, thickness, glass, stop, *asphere) in enumerate(told.surfaces, start=1):
+    for index, (radius, thickness, glass, stop, *asphere) in enumerate(stated.surfaces, start=1):
         more = {} if glass is None else {"material": glass}
         if isinstance(glass, tuple) and isinstance(glass[0], float):
             more["material"] = AbbeMaterial(*glass, model="buchdahl")
         for conic, coefficients in asphere:
             more |= {"surface_type": "odd_asphere", "conic": conic, "coefficients": [0.0, 0.0, *coefficients]}
         optic.surfaces.add(index=index, radius=radius, thickness=thickness, is_stop=stop, **more)
-    optic.surfaces.add(index=len(told.surfaces) + 1)
-    kind, value = told.aperture
+    optic.surfaces.add(index=len(stated.surfaces) + 1)
+    kind, value = stated.aperture
     optic.set_aperture(aperture_type={"FNO": "imageFNO"}.get(kind, kind), value=value)
     optic.fields.set_type(field_type="angle")
     for share in (0.0, 1.0):
-        optic.fields.add(y=share * told.half_deg)
+        optic.fields.add(y=share * stated.half_deg)
     optic.wavelengths.add(value=0.55, is_primary=True)
     return optic
 
@@ -84,8 +84,8 @@ def optic_of(name):
 @pytest.mark.parametrize("name", ["cooke-triplet", "double-gauss", "mobile"])
 def test_rays_are_optilands(name):
     """Places and path lengths of rays through the paraxial entrance pupil."""
-    optic, told = optic_of(name), MAKE["prescription_of"](MAKE["LENSES"][name])
-    lens = dataclasses.replace(told, aim=False).of_wavelengths((450.0, 650.0))
+    optic, stated = optic_of(name), MAKE["prescription_of"](MAKE["LENSES"][name])
+    lens = dataclasses.replace(stated, aim=False).of_wavelengths((450.0, 650.0))
     places = np.array([[0.0, 0.6, 0.0, -0.5, 0.9], [0.0, 0.0, 0.7, 0.4, 0.3]])
     full = math.radians(MAKE["LENSES"][name].half_deg)
     for share in (0.0, 0.6):
@@ -109,8 +109,8 @@ def test_optilands_transfer_on_the_axis_is_that_of_the_file(name):
         # It counts frequencies by focal length over pupil, where the cone of light is as wide as its sine.
         counted = float(optic.paraxial.FNO()) / lens.f_number
         frequencies, curve = counted * np.ravel(theirs.freq[0]), np.ravel(theirs.mtf[0][0])
-        own = np.abs(lens.at(0.0, 0.0).otf(per_um, 0 * per_um, nm))
-        assert np.abs(own - np.interp(LINE_PAIRS_PER_MM, frequencies[: curve.size], curve)).max() <= 0.01
+        each = np.abs(lens.at(0.0, 0.0).otf(per_um, 0 * per_um, nm))
+        assert np.abs(each - np.interp(LINE_PAIRS_PER_MM, frequencies[: curve.size], curve)).max() <= 0.01
 
 
 def test_the_mobile_lens_is_that_of_another_program():
@@ -146,11 +146,11 @@ def in_unit(unit, mm):
 def test_one_lens_told_in_many_ways(tmp_path):
     """One singlet told in four units, in none, and by its stop, is one lens."""
     prescription, tables = tmp_path / "singlet.zmx", []
-    told = [(in_unit(unit, mm), "utf-8") for unit, mm in (("MM", 1.0), ("CM", 10.0), ("METER", 1000.0))]
-    told += [(in_unit("IN", 25.4), "utf-16"), (SINGLET.replace("UNIT MM", "NOTE"), "utf-8")]
+    stated = [(in_unit(unit, mm), "utf-8") for unit, mm in (("MM", 1.0), ("CM", 10.0), ("METER", 1000.0))]
+    stated += [(in_unit("IN", 25.4), "utf-16"), (SINGLET.replace("UNIT MM", "NOTE"), "utf-8")]
     # A stop that the pupil floats by: as Zemax writes it, by half of its diameter.
-    told += [(SINGLET.replace("ENPD 10.0", "FLOA").replace("  STOP\n", '  STOP\n  DIAM 5.0 1 0 0 1 ""\n'), "utf-8")]
-    for text, encoding in told:
+    stated += [(SINGLET.replace("ENPD 10.0", "FLOA").replace("  STOP\n", '  STOP\n  DIAM 5.0 1 0 0 1 ""\n'), "utf-8")]
+    for text, encoding in stated:
         prescription.write_text(text, encoding=encoding)
         tables.append(yaml.safe_load(import_zemax(prescription)))
     for table in tables[1:]:
@@ -256,9 +256,9 @@ def test_a_field_is_told_in_many_ways(tmp_path):
 def test_wavelengths_in_one_line_are_read(tmp_path):
     prescription = tmp_path / "singlet.zmx"
     prescription.write_text(SINGLET.replace("WAVM 1 0.55 1", "WAVL 0.48 0.55 0.65").replace("PWAV 1", "PWAV 2"))
-    told = import_zemax(prescription)
+    stated = import_zemax(prescription)
     prescription.write_text(SINGLET, encoding="utf-8")
-    assert import_zemax(prescription) == told
+    assert import_zemax(prescription) == stated
 
 
 def test_rays_are_aimed_at_the_stop_where_the_file_says_so(tmp_path):
@@ -276,8 +276,8 @@ SURF 4"""
     for aims in (0, 2):
         prescription = tmp_path / "behind.zmx"
         prescription.write_text(text.replace("FTYP", f"RAIM 0 {aims} 1 1 0 0 0\nFTYP"), encoding="utf-8")
-        told, _ = _prescription(*_read(prescription), "behind.zmx")
-        lens = told.of_wavelengths((550.0,))
+        stated, _ = _prescription(*_read(prescription), "behind.zmx")
+        lens = stated.of_wavelengths((550.0,))
         turned = np.linspace(0.0, 2.0 * np.pi, 9)
         beams = lens.beams([0.0, math.radians(12.0)], np.stack([np.cos(turned), np.sin(turned)]))
         stop = lens.trace(math.radians(12.0), beams[1].entry_mm).stop_mm
@@ -310,8 +310,8 @@ def test_what_is_written_is_read_and_says_what_it_leaves(tmp_path):
 def test_a_glass_is_the_nearest_of_its_name():
     """Of two measurements of fluorite that of the file's own index, of a model what has its name; printed indices."""
     d_nm = np.array([587.5618])
-    for told, right in (((1.43388, 95.15), 1.43388), ((1.43385, 95.0), 1.43385), (None, 1.43385)):
-        assert by_name("CAF2", (), told)[0](d_nm)[0] == pytest.approx(right, abs=5e-6)
+    for stated, right in (((1.43388, 95.15), 1.43388), ((1.43385, 95.0), 1.43385), (None, 1.43385)):
+        assert by_name("CAF2", (), stated)[0](d_nm)[0] == pytest.approx(right, abs=5e-6)
     index, note = by_name("N-SK16", ("SCHOTT",), (1.6207047, 60.2795))
     assert index(d_nm)[0] == pytest.approx(1.62041, abs=1e-6)
     assert note == "N-SK16 of the catalogue, index 1.62041; the file has 1.62070"
@@ -326,8 +326,8 @@ def test_a_model_glass_may_have_the_numbers_that_elsewhere_are_none(tmp_path):
     prescription, heights = tmp_path / "singlet.zmx", []
     for line in ("___BLANK 1 0 1.5 40", "N-BK7 0 0 1.5 40"):
         prescription.write_text(SINGLET.replace("N-BK7 0 0 1.5168 64.17", line), encoding="utf-8")
-        told, _ = _prescription(*_read(prescription), "singlet.zmx")
-        heights.append(told.of_wavelengths((587.5618,)).index[0].item())
+        stated, _ = _prescription(*_read(prescription), "singlet.zmx")
+        heights.append(stated.of_wavelengths((587.5618,)).index[0].item())
     assert heights == [pytest.approx(1.5, abs=1e-5), pytest.approx(1.5168, abs=1e-5)]
 
 

@@ -93,10 +93,10 @@ def test_frames_are_numbered_from_the_scenes_own() -> None:
 
 
 def test_progress_is_told() -> None:
-    told: list[tuple[str, float]] = []
-    camsim.capture("good.yaml", progress=lambda stage, fraction: told.append((stage, fraction)))
-    assert told
-    assert all(stage and 0.0 <= fraction <= 1.0 for stage, fraction in told)
+    stated: list[tuple[str, float]] = []
+    camsim.capture("good.yaml", progress=lambda stage, fraction: stated.append((stage, fraction)))
+    assert stated
+    assert all(stage and 0.0 <= fraction <= 1.0 for stage, fraction in stated)
 
 
 @pytest.mark.parametrize("first", ["import camsim.api", "from camsim.api import load", "import camsim"])

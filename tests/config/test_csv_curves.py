@@ -12,7 +12,7 @@ import pytest
 
 import camsim
 from camsim.api import load
-from camsim.config.from_record import revive_capture
+from camsim.config.from_record import capture_from_record
 from camsim.core.errors import CamsimError, ConfigError
 from camsim.files.reading import read_file
 
@@ -267,7 +267,7 @@ def test_a_capture_needs_the_file_no_more_once_it_is_taken(
     frame = load(folder / "good.yaml").frame()
     camsim.save(frame, folder / "a.dng")
     shutil.rmtree(folder / "measured")
-    again = revive_capture(read_file(folder / "a.dng").description).frame()
+    again = capture_from_record(read_file(folder / "a.dng").description).frame()
     np.testing.assert_array_equal(again.mosaic, frame.mosaic)
 
 

@@ -41,7 +41,7 @@ LENSES = {  # rows, the stop, half of the pupil's diameter, the field
 
 
 def index_of(glass):
-    return lambda nm: np.array([glass(float(own) / 1e3) for own in np.ravel(nm)])
+    return lambda nm: np.array([glass(float(one) / 1e3) for one in np.ravel(nm)])
 
 
 @functools.cache
@@ -60,8 +60,8 @@ def made(name):
         )
         for number, (c, k, powers, thickness, glass, rim) in enumerate(rows)
     )
-    told = Prescription(surfaces=surfaces, aperture=("EPD", 2.0 * radius))
-    return lens_file(told, math.radians(full_deg), name=name, source="a textbook")
+    stated = Prescription(surfaces=surfaces, aperture=("EPD", 2.0 * radius))
+    return lens_file(stated, math.radians(full_deg), name=name, source="a textbook")
 
 
 def lens_of(name, folder: Path):

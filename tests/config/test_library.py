@@ -36,10 +36,10 @@ def test_an_installed_wheel_has_them_inside(tmp_path: Path, monkeypatch: pytest.
 
 
 def test_a_file_is_called_what_the_user_called_it(folder: Path) -> None:
-    assert library.locate("scene", "good.yaml").shown == "good.yaml"
-    assert library.locate("scene", "./good.yaml").shown == "./good.yaml"
-    assert library.locate("scene", str(folder / "good.yaml")).shown == str(folder / "good.yaml")
-    assert library.locate("sensor", "d40-like").shown == "sensors/d40-like.yaml"
+    assert library.locate("scene", "good.yaml").displayed == "good.yaml"
+    assert library.locate("scene", "./good.yaml").displayed == "./good.yaml"
+    assert library.locate("scene", str(folder / "good.yaml")).displayed == str(folder / "good.yaml")
+    assert library.locate("sensor", "d40-like").displayed == "sensors/d40-like.yaml"
     (folder / "plain").write_text("camsim: scene/1")
     assert library.locate("scene", "plain").path == Path("plain")
 

@@ -12,7 +12,7 @@ import pytest
 
 from camsim.api import load
 from camsim.camera.description import describe
-from camsim.config.from_record import revive
+from camsim.config.from_record import stages_from_record
 from camsim.core.errors import ConfigError
 from camsim.optics import (
     AnnularAiry,
@@ -122,7 +122,7 @@ GOOD_LENS, GOOD_PHOTOSITE, GOOD_OLPF = (
 
 def kept(stage: object) -> object:
     """What a file would hold of a stage, read back."""
-    return revive(json.loads(json.dumps(describe(stage))))
+    return stages_from_record(json.loads(json.dumps(describe(stage))))
 
 
 @pytest.mark.parametrize(("text", "lens"), LENSES.values(), ids=LENSES)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import camsim
-from camsim.config.from_record import revive_capture
+from camsim.config.from_record import capture_from_record
 from camsim.core.errors import InputError
 
 RED = {"wavelength_nm": [400, 700], "values": [0.1, 0.9]}
@@ -62,7 +62,7 @@ def test_gradients_and_their_twins(kind: str, make: Any, tmp_path: Path, monkeyp
     twin = of_python(make(**named, centre_um=(2.0, -1.0), low=0.1, high=curve))
     assert frame.mosaic.tobytes() == twin.mosaic.tobytes()
     assert frame.description == twin.description
-    again = revive_capture(frame.description).frame()
+    again = capture_from_record(frame.description).frame()
     assert again.mosaic.tobytes() == frame.mosaic.tobytes()
 
 
@@ -71,15 +71,15 @@ def test_a_picture_and_its_twin_and_again(tmp_path: Path, monkeypatch: pytest.Mo
     twin = of_python(camsim.read_picture("photo.npy", width_um=30.0, centre_um=(2.0, -1.0), rotate_deg=10.0, scale=0.5))
     assert frame.mosaic.tobytes() == twin.mosaic.tobytes()
     assert frame.description == twin.description
-    again = revive_capture(json.loads(json.dumps(frame.description)), tmp_path)
+    again = capture_from_record(json.loads(json.dumps(frame.description)), tmp_path)
     assert again.frame().mosaic.tobytes() == frame.mosaic.tobytes()
     with pytest.raises(InputError, match=r"shows the picture 'photo.npy', which such a file does not hold; capture"):
-        revive_capture(frame.description)
+        capture_from_record(frame.description)
     with pytest.raises(InputError, match=r"which such a file does not hold; put that beside it"):
-        revive_capture(frame.description, tmp_path / "elsewhere")
+        capture_from_record(frame.description, tmp_path / "elsewhere")
     np.save("photo.npy", np.zeros((4, 5, 3)))
     with pytest.raises(InputError, match=r"the picture 'photo.npy' beside it is another one than was captured"):
-        revive_capture(frame.description, tmp_path)
+        capture_from_record(frame.description, tmp_path)
 
 
 def test_our_own_spectra_go_in_and_come_out(tmp_path: Path) -> None:

@@ -57,14 +57,14 @@ def test_every_key_has_an_example() -> None:
         for key in table.model_fields
         if key != "source"
     }
-    shown = {
+    displayed = {
         (name, key)
         for name, parts in examples().items()
         for part in parts
         for key in keys_in(yaml.safe_load(part))
         if (name, key) in keys
     }
-    assert keys - shown == set()
+    assert keys - displayed == set()
     assert {name for name, _ in keys} == set(examples())
 
 

@@ -60,7 +60,7 @@ def test_ones_own_comes_before_a_shipped_one_and_a_scene_is_no_sensor() -> None:
     put("sensors/d40-like.yaml", "Mine of that name")
     assert load("scenes/d40-like.yaml").camera.name == "Mine of that name"
     names = dict(SensorSearch.of((), Path("scenes")).all())
-    assert names["d40-like"].shown == "sensors/d40-like.yaml"
+    assert names["d40-like"].displayed == "sensors/d40-like.yaml"
     assert "a" not in names
 
 

@@ -52,7 +52,7 @@ def test_every_tolerance_is_kept_everywhere(name):
 def exactly(name):
     """What 12 × 12 photosites see less than the background."""
     zernike_waves, obstruction, pitch_um = SYSTEMS[name]
-    own = {
+    each = {
         "pupil": {"shape": "circular", "obstruction": obstruction},
         "zernike_waves": list(zernike_waves.items()),
         "reference_nm": NM,
@@ -62,7 +62,7 @@ def exactly(name):
     }
     pieces = [picture.Piece(tuple(a), tuple(b), 0, -1) for a, b in zip(OUTLINE, np.roll(OUTLINE, -1, 0), strict=True)]
     photosite = {"kind": "square", "side": 1.0}
-    truth = waves.WaveTruth(pieces, [waves.Opening(own, NM)], -0.8 * np.ones((4, 1)), photosite, None)
+    truth = waves.WaveTruth(pieces, [waves.Opening(each, NM)], -0.8 * np.ones((4, 1)), photosite, None)
     at = np.arange(12) - 5.5
     values, error = truth.values(at, at)
     assert error < 1e-10

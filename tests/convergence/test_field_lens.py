@@ -58,29 +58,29 @@ def test_tables_of_few_heights_follow_what_they_were_taken_from() -> None:
 
 
 @pytest.mark.parametrize(
-    ("powers", "told"),
+    ("powers", "stated"),
     [((-0.1, -0.1), math.sqrt(math.sqrt(1.89) - 0.3)), ((0.07,), 2.0), ((-0.08,), math.sqrt(0.62 / 0.24)), (None, 1.0)],
 )  # 1 − 0.3u² − 0.5u⁴ is 0.1, half of what it is at 1; 1 − 0.24u² is 0.38
-def test_beyond_what_is_told_scenery_falls_straight_on(powers, told) -> None:
+def test_beyond_what_is_told_scenery_falls_straight_on(powers, stated) -> None:
     """As steeply as distortion ends: it was a secant of the last thousandth, 0.05 pitches off at a third farther out,
     which engine and check share: 2.4e-3 at 4e-5, unseen."""
     last = 500.0
     barrel = -0.08 * np.linspace(0.0, 1.0, 6) ** 2
-    own = {"distortion": barrel.tolist()} if powers is None else {"distortion_powers": powers}
+    one = {"distortion": barrel.tolist()} if powers is None else {"distortion_powers": powers}
     lens = FieldLens(
         f_number=N,
         wavelength_nm=[450.0, 600.0],
         zernike=[4],
         waves=np.zeros((2, 6, 1)).tolist(),
         height_um=np.linspace(0.0, last, 6).tolist(),
-        **own,
+        **one,
     )
     share = [-0.08] if powers is None else powers  # a spline through a parabola is that parabola
     u = np.array([1.0, 1.001, 1.03, 1.37, 1.9, 40.0])
     fallen_um = lens.distorted(np.stack([0.6 * u * last, -0.8 * u * last], axis=1))
-    inside = np.minimum(u, told)
+    inside = np.minimum(u, stated)
     ends = inside * (1.0 + sum(k * inside ** (2 * n) for n, k in enumerate(share, 1)))
-    slope = 1.0 + sum((2 * n + 1) * k * told ** (2 * n) for n, k in enumerate(share, 1))
+    slope = 1.0 + sum((2 * n + 1) * k * stated ** (2 * n) for n, k in enumerate(share, 1))
     wanted = ends + slope * (u - inside)
     np.testing.assert_allclose(fallen_um, last * np.outer(wanted, [0.6, -0.8]), rtol=1e-12)
 
@@ -120,13 +120,13 @@ def truth_at(
     nm, light : wavelengths, and how much of the signal each has;  longer: of nm, how much longer its paths are
     """
     height, angle = math.hypot(*place_um), math.atan2(place_um[1], place_um[0])
-    own = coefficients(height) | {2: tilt_um / (4.0 * N * NM / 1e3)}
+    one = coefficients(height) | {2: tilt_um / (4.0 * N * NM / 1e3)}
     turned: dict[int, float] = {}
     for (radial, m), index, opposite in (((2, 0), 4, 4), ((2, 2), 5, 3), ((3, 1), 8, 7), ((1, 1), 2, 1)):
         assert radial >= m
-        turned[index] = own[index] * math.cos(m * angle)
+        turned[index] = one[index] * math.cos(m * angle)
         if m:
-            turned[opposite] = own[index] * math.sin(m * angle)
+            turned[opposite] = one[index] * math.sin(m * angle)
     openings = []
     for each_nm in nm:
         lens = {"pupil": {"shape": "circular", "obstruction": 0.0}, "reference_nm": NM}
@@ -324,11 +324,11 @@ def test_lateral_colour_moves_each_wavelength_by_what_it_says():
     place_um = middle_um(grid)
     dot = camsim.Disc(radius_um=6.0, centre_um=tuple(place_um), reflectance=0.0)
     found = rendered(lens, camsim.Scene(background=1.0, shapes=[dot]), grid, 1e-3, wavelength_nm=[550.0, 650.0])
-    for own, moved in zip(found.image, (-1, 1), strict=True):
+    for one, moved in zip(found.image, (-1, 1), strict=True):
         # The table is of where light falls: x = X + s(x), s = k·x.
         per_um = moved * PITCH_UM / HEIGHTS_UM[2]
         stated = (place_um[0] / (1.0 - per_um) - place_um[0]) / PITCH_UM - moved
-        about = own[3:-3, 3 + moved : 22 + moved]
+        about = one[3:-3, 3 + moved : 22 + moved]
         assert np.abs(centroid(1.0 - about) - np.array([stated, 0.0])).max() <= 1e-3
 
 
@@ -444,9 +444,9 @@ def test_wavefronts_that_are_steepest_at_one_radius(worst):
     assert found.error_estimate <= 1e-5
     for col in (0, 3, 6):
         x0, y0 = grid.first_centre
-        own = camsim.Grid(rows=1, cols=1, pitch_um=10.0, origin=(8, 8 + col), frame=(16, 16))
+        one = camsim.Grid(rows=1, cols=1, pitch_um=10.0, origin=(8, 8 + col), frame=(16, 16))
         optics = [lens.at(10.0 * (x0 + col), 10.0 * y0), photosite]
-        right = camsim.render(scene, optics, own, wavelength_nm=NM, tolerance=1e-6).image
+        right = camsim.render(scene, optics, one, wavelength_nm=NM, tolerance=1e-6).image
         assert abs(found.image[0, col] - right[0, 0]) <= 1e-5
 
 
@@ -458,9 +458,9 @@ def test_a_single_term_of_high_order(zernike, many_waves):
     scene = polygon(OUTLINE_UM + middle_um(grid))
     found = rendered(lens, scene, grid, 1e-5)
     assert found.error_estimate <= 1e-5
-    own = camsim.Grid(rows=1, cols=1, pitch_um=PITCH_UM, origin=ORIGIN, frame=(SIDE, SIDE))
-    plain = lens.at(*(PITCH_UM * np.array(own.first_centre)))
-    assert abs(found.image[0, 0] - rendered(plain, scene, own, 1e-6).image[0, 0]) <= 1e-5
+    one = camsim.Grid(rows=1, cols=1, pitch_um=PITCH_UM, origin=ORIGIN, frame=(SIDE, SIDE))
+    plain = lens.at(*(PITCH_UM * np.array(one.first_centre)))
+    assert abs(found.image[0, 0] - rendered(plain, scene, one, 1e-6).image[0, 0]) <= 1e-5
 
 
 def test_a_tolerance_finer_than_is_kept_is_refused():

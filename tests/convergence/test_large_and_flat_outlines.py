@@ -99,8 +99,8 @@ def test_half_planes_side_by_side(towards_deg, apart_um):
 def test_outlines_that_are_all_but_one(turned_deg):
     """An estimate of 1.4 of four squares, each turned by 1e-10 degrees against the last."""
     squares = [
-        camsim.Rectangle(width_um=6.0, height_um=6.0, rotate_deg=k * turned_deg, reflectance=own)
-        for k, own in enumerate((0.1, 0.9, 0.3, 0.7))
+        camsim.Rectangle(width_um=6.0, height_um=6.0, rotate_deg=k * turned_deg, reflectance=one)
+        for k, one in enumerate((0.1, 0.9, 0.3, 0.7))
     ]
     found = render(squares, camsim.Airy(f_number=4.0), 1e-6, size=6, pitch_um=2.0)
     assert found.error_estimate <= 1e-6

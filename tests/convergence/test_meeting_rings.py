@@ -124,10 +124,10 @@ def dashes(count, radius, circles):
     corners = []
     for r in radius + np.arange(circles):
         half = r * math.tan(0.5 * math.pi / count)
-        own = np.array([(r, -half), (r + 0.5, -half), (r + 0.5, half), (r, half)])
+        one = np.array([(r, -half), (r + 0.5, -half), (r + 0.5, half), (r, half)])
         for angle in 2.0 * math.pi * np.arange(count) / count:
             c, s = math.cos(angle), math.sin(angle)
-            corners.append(own @ np.array([(c, s), (-s, c)]))
+            corners.append(one @ np.array([(c, s), (-s, c)]))
     return corners
 
 
@@ -146,7 +146,7 @@ def wheel(teeth, radius):
 )
 def test_patterns_about_a_photosite(outlines, tolerance, method, size):
     """No three edges in a row touch their circle."""
-    shapes = [camsim.Polygon(points_um=(PITCH_UM * own).tolist(), reflectance=1.0) for own in outlines]
+    shapes = [camsim.Polygon(points_um=(PITCH_UM * one).tolist(), reflectance=1.0) for one in outlines]
     found = rendered(shapes, tolerance, method=method, size=size)
     exact = sum(map(seen_from_the_middle, outlines))
     assert abs(found.image[size // 2, size // 2] - exact) <= MOST * tolerance
@@ -173,8 +173,8 @@ def about_coma(x, y):
     r = np.linspace(0.0, 1.01 * float(np.hypot(x, y).max()), 6000)
     turns, total = 2.0 * math.pi * r[:, None] * f, 0.0
     for harmonic, times in ((0, 1.0), (4, 2.0)):
-        own = np.mean(otf * np.cos(harmonic * directions), axis=1)
-        along = times * 2.0 * math.pi * np.sum(scipy.special.jv(harmonic, turns) * own * f * weight, axis=1)
+        one = np.mean(otf * np.cos(harmonic * directions), axis=1)
+        along = times * 2.0 * math.pi * np.sum(scipy.special.jv(harmonic, turns) * one * f * weight, axis=1)
         light = scipy.interpolate.CubicSpline(r, along)(np.hypot(x, y))
         total = total + light * np.cos(harmonic * np.arctan2(y, x))
     return total

@@ -48,9 +48,9 @@ def test_the_28_cameras(tmp_path: Path) -> None:
     values = jiang(tmp_path / "camspec_database.txt")
     cameras = read_cameras(tmp_path / "camspec_database.txt")
     assert [camera.name for camera in cameras] == ["Canon 1DMarkIII", "Nikon D40"]
-    for camera, own in zip(cameras, values, strict=True):
+    for camera, one in zip(cameras, values, strict=True):
         assert list(camera.curves) == ["R", "G", "B"]
-        for letter, row in zip("RGB", own, strict=True):
+        for letter, row in zip("RGB", one, strict=True):
             assert camera.curves[letter].at(JIANG_NM.astype(float)) == pytest.approx(row)
     assert camera_of(tmp_path / "camspec_database.txt", "Nikon D40").name == "Nikon D40"
     with pytest.raises(InputError, match="has 2 cameras; say which by --camera: Canon 1DMarkIII, Nikon D40"):

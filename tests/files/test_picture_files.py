@@ -21,7 +21,7 @@ from scipy import io as scipy_io
 import camsim
 import camsim.measure
 from camsim.camera.description import describe
-from camsim.config.from_record import revive
+from camsim.config.from_record import stages_from_record
 from camsim.core.errors import CamsimError, InputError
 
 ROWS, COLS = 5, 7
@@ -244,7 +244,7 @@ def test_another_image_comes_back_by_its_name(tmp_path: Path, monkeypatch: pytes
     """Of two images in an EXR, NPZ or MATLAB file; a picture's description says which of them it shows."""
     path = exr(tmp_path / "a.exr", {"left": DIM, "right": RED})
     picture = camsim.read_picture(path, width_um=9.0, layer="right")
-    assert revive(describe(picture), tmp_path).sha256 == picture.sha256
+    assert stages_from_record(describe(picture), tmp_path).sha256 == picture.sha256
     for name, write in (("a.npz", np.savez), ("a.mat", lambda path, **arrays: scipy_io.savemat(path, arrays))):
         write(tmp_path / name, Other=RGB / 510, image=RGB / 255)
         np.testing.assert_array_equal(planes_of(tmp_path / name, layer="image", encoding="linear"), RGB / 255)
@@ -254,10 +254,12 @@ def test_another_image_comes_back_by_its_name(tmp_path: Path, monkeypatch: pytes
 def test_spectral_exr(tmp_path: Path, name: str) -> None:
     names = [name.format(nm) for nm in WAVELENGTH_NM]
     if name.startswith(("T", "S0")):
-        names = [f"{own[:3] if own[0] == 'S' else own[:2]}{own.split('.', 1)[1].replace('.', ',')}" for own in names]
-    channels = {own: CUBE[..., k].astype(np.float32) for k, own in enumerate(names)}
+        names = [
+            f"{item[:3] if item[0] == 'S' else item[:2]}{item.split('.', 1)[1].replace('.', ',')}" for item in names
+        ]
+    channels = {item: CUBE[..., k].astype(np.float32) for k, item in enumerate(names)}
     if name.startswith("S0"):
-        channels |= {own.replace("S0", "S1"): np.full((ROWS, COLS), -9.0, np.float32) for own in names}
+        channels |= {item.replace("S0", "S1"): np.full((ROWS, COLS), -9.0, np.float32) for item in names}
     OpenEXR.File({}, channels).write(str(tmp_path / "a.exr"))
     np.testing.assert_allclose(cube_of(tmp_path / "a.exr"), CUBE, rtol=0, atol=2e-6)
 

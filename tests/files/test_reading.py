@@ -20,7 +20,7 @@ import camsim
 from camsim.camera.camera import Camera
 from camsim.camera.description import describe
 from camsim.camera.frame import Frame
-from camsim.config.from_record import revive
+from camsim.config.from_record import stages_from_record
 from camsim.core.errors import CamsimError, InputError
 from camsim.files import save
 from camsim.files.describe import canonical, checksum
@@ -231,7 +231,7 @@ def test_forged_descriptions_give_a_sentence() -> None:
                 at = at[key]
             at[path[-1]] = value
             try:
-                revive(tree)
+                stages_from_record(tree)
             except CamsimError as error:
                 refused += "\n" not in str(error)
     assert refused > len(places)
@@ -242,7 +242,7 @@ def test_every_shipped_camera_comes_back_whole() -> None:
 
     for name in library.shipped("sensor"):
         camera = Camera.from_yaml(name, lens=camsim.Airy(f_number=5.6))
-        assert describe(revive(json.loads(json.dumps(describe(camera))))) == describe(camera)
+        assert describe(stages_from_record(json.loads(json.dumps(describe(camera))))) == describe(camera)
 
 
 def test_rawpy_still_reads_a_dng_with_its_record(tmp_path: Path, make_frame: Callable[..., Frame]) -> None:

@@ -19,7 +19,7 @@ import pytest
 import camsim
 from camsim.camera.camera import Camera
 from camsim.camera.description import describe
-from camsim.config.from_record import revive, revive_capture
+from camsim.config.from_record import capture_from_record, stages_from_record
 from camsim.core.errors import CamsimError, InputError, InvalidValueError
 from camsim.core.typed import check
 from camsim.files import exr_reader, jpeg_reader, save, tiff_reader
@@ -122,7 +122,7 @@ STAGES = (
 
 @pytest.mark.parametrize("stage", STAGES, ids=lambda stage: type(stage).__name__)
 def test_what_was_described_comes_back(stage: Any) -> None:
-    assert revive(json.loads(json.dumps(describe(stage)))) == stage
+    assert stages_from_record(json.loads(json.dumps(describe(stage)))) == stage
 
 
 @pytest.mark.parametrize(
@@ -143,7 +143,7 @@ def test_what_was_described_comes_back(stage: Any) -> None:
 def test_a_parameter_of_another_type_is_refused(change: dict[str, Any], message: str) -> None:
     tree = json.loads(json.dumps(describe(Camera.from_yaml("d40-like", lens=camsim.Airy(f_number=8.0)))))
     with pytest.raises(InputError, match=message):
-        revive_capture({"camera": {**tree, **change}})
+        capture_from_record({"camera": {**tree, **change}})
 
 
 @pytest.mark.parametrize(
@@ -218,10 +218,10 @@ def test_tiles_of_an_exr_count_whole() -> None:
     kinds = ((b"B", 1), (b"G", 1), (b"R", 2))
     channels = b"".join(name + b"\0" + struct.pack("<4i", kind, 0, 1, 1) for name, kind in kinds) + b"\0"
     window = ("box2i", struct.pack("<4i", 0, 0, 999, 9))
-    told = {"dataWindow": window, "channels": ("chlist", channels)}
-    assert exr_reader._image_bytes(exr_reader.Header(told, 0), 9999) == 10 * 1000 * (2 + 2 + 4)
+    stated = {"dataWindow": window, "channels": ("chlist", channels)}
+    assert exr_reader._image_bytes(exr_reader.Header(stated, 0), 9999) == 10 * 1000 * (2 + 2 + 4)
     for across, down, pixels in ((64, 32, 32 * 1000), (2000, 5, 10 * 2000)):
-        tiled = {**told, "tiles": ("tiledesc", struct.pack("<2IB", across, down, 0))}
+        tiled = {**stated, "tiles": ("tiledesc", struct.pack("<2IB", across, down, 0))}
         assert exr_reader._image_bytes(exr_reader.Header(tiled, 0), 9999) == pixels * (2 + 2 + 4)
 
 
@@ -249,9 +249,9 @@ def test_an_archive_that_ends_as_those_beyond_4_gib_do(
     whole = (tmp_path / "a.npz").read_bytes()
     with zipfile.ZipFile(io.BytesIO(whole)) as archive:
         count, start = len(archive.namelist()), archive.start_dir
-    own = len(whole) - 22 - start
-    large = struct.pack("<4sQ2H2I4Q", b"PK\6\6", 44, 45, 45, 0, 0, count, count, length or own, start)
-    where = struct.pack("<4sIQI", b"PK\6\7", 0, start + own, 1)
+    one = len(whole) - 22 - start
+    large = struct.pack("<4sQ2H2I4Q", b"PK\6\6", 44, 45, 45, 0, 0, count, count, length or one, start)
+    where = struct.pack("<4sIQI", b"PK\6\7", 0, start + one, 1)
     end = struct.pack("<4s4H2IH", b"PK\5\6", 0, 0, 0xFFFF, 0xFFFF, 0xFFFFFFFF, 0xFFFFFFFF, 0)
     (tmp_path / "a.npz").write_bytes(whole[:-22] + large + where + end)
     if length is None:

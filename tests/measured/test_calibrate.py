@@ -35,8 +35,8 @@ def test_synthetic_cameras_come_back() -> None:
     assert off.size > 50
     assert off.max() <= 4.0, sentence
     assert np.mean(off <= 2.0) >= 0.9, sentence
-    told = [p for result in results for p in result["probability"].values()]
-    assert sum(p < 0.01 for p in told) <= 1, sentence
+    stated = [p for result in results for p in result["probability"].values()]
+    assert sum(p < 0.01 for p in stated) <= 1, sentence
 
 
 def frames_at(rng: np.random.Generator, light_e: float, count: int, *, dark_e: Any = 0.0, rows: Any = None) -> Any:
@@ -54,11 +54,11 @@ def put(tmp_path: Path) -> Put:
     """Write frames into the folder, with a line of the index each."""
     lines: list[dict[str, object]] = []
 
-    def write(kind: str, frames: Sequence[Any], **told: object) -> None:
+    def write(kind: str, frames: Sequence[Any], **stated: object) -> None:
         for frame in frames:
             name = f"{len(lines):03d}.npy"
             np.save(tmp_path / name, frame)
-            lines.append({"file": name, "kind": kind, **told})
+            lines.append({"file": name, "kind": kind, **stated})
         heads = list(dict.fromkeys(key for line in lines for key in line))
         with (tmp_path / "index.csv").open("w", newline="", encoding="utf-8") as file:
             table = csv.DictWriter(file, heads)
@@ -68,18 +68,18 @@ def put(tmp_path: Path) -> Put:
     return write
 
 
-def usual(put: Put, rng: np.random.Generator, darks: int = 8, **told: object) -> None:
+def usual(put: Put, rng: np.random.Generator, darks: int = 8, **stated: object) -> None:
     for level in LEVELS_E:
-        put("flat", list(frames_at(rng, level, 2)), exposure=level, time_s=0.01, **told)
-    put("dark", list(frames_at(rng, 0.0, darks)), time_s=0.01, **told)
+        put("flat", list(frames_at(rng, level, 2)), exposure=level, time_s=0.01, **stated)
+    put("dark", list(frames_at(rng, 0.0, darks)), time_s=0.01, **stated)
 
 
 def calibrated(folder: Path) -> Calibration:
     return calibrate(read_folder(folder, cfa="mono"))
 
 
-def near(told: Estimate, value: float) -> bool:
-    return told.measurable and abs(told.value - value) < STATISTICAL * told.sigma < 0.5 * value
+def near(stated: Estimate, value: float) -> bool:
+    return stated.measurable and abs(stated.value - value) < STATISTICAL * stated.sigma < 0.5 * value
 
 
 def test_dark_current_its_doubling_and_hot_photosites(tmp_path: Path, put: Put, rng: np.random.Generator) -> None:
@@ -132,8 +132,8 @@ def test_rows_with_a_pink_spectrum(tmp_path: Path, put: Put, rng: np.random.Gene
 
 
 def test_uneven_noise_is_not_taken_for_tails(rng: np.random.Generator) -> None:
-    own = 5.0 * np.exp(0.3 * rng.standard_normal((300, 300)) - 0.3**2)
-    frames = [np.rint(1000.0 + own * rng.standard_normal(own.shape)).astype(np.int64) for _ in range(8)]
+    one = 5.0 * np.exp(0.3 * rng.standard_normal((300, 300)) - 0.3**2)
+    frames = [np.rint(1000.0 + one * rng.standard_normal(one.shape)).astype(np.int64) for _ in range(8)]
     found = fit_tails(frames, step_dn=1.0, normal_dn2=0.0)
     assert found.shape.law == "normal"
     assert abs(found.shape.spread - 0.3) < STATISTICAL * found.errors["spread"] < 0.05
@@ -166,8 +166,8 @@ def test_the_divergence_is_that_of_two_normals(rng: np.random.Generator) -> None
     """ln(s/r) + r²/2s² − ½ nats for standard deviations r and s."""
     ours, theirs = ([np.rint(500.0 + s * rng.standard_normal((600, 600)))] for s in (20.0, 24.0))
     whole = np.log(24.0 / 20.0) + 20.0**2 / (2.0 * 24.0**2) - 0.5
-    told = kl_nats([np.asarray(a, np.int64) for a in ours], [np.asarray(a, np.int64) for a in theirs], 1.0)
-    assert told == pytest.approx(whole, rel=0.05)
+    stated = kl_nats([np.asarray(a, np.int64) for a in ours], [np.asarray(a, np.int64) for a in theirs], 1.0)
+    assert stated == pytest.approx(whole, rel=0.05)
 
 
 def test_kinds_come_from_folders_names_and_content(tmp_path: Path, rng: np.random.Generator) -> None:
@@ -179,8 +179,8 @@ def test_kinds_come_from_folders_names_and_content(tmp_path: Path, rng: np.rando
     np.save(tmp_path / "IMG_3.npy", next(frames_at(rng, 4000.0, 1)))
     for beside in ("IMG_3.JPG", "plot.png", "._IMG_3.npy"):
         (tmp_path / beside).write_bytes(b"a preview, a plot, a note of the system's")
-    told = {shot.file: (shot.kind, shot.told_by) for shot in read_folder(tmp_path).shots}
-    assert told == {
+    stated = {shot.file: (shot.kind, shot.stated_by) for shot in read_folder(tmp_path).shots}
+    assert stated == {
         "darks/IMG_1.npy": ("dark", "folder"),
         "Flat-1/IMG_1.npy": ("flat", "folder"),
         "bias_7.npy": ("dark", "name"),

@@ -26,8 +26,8 @@ def camera(**changes):
     return camsim.Camera.from_yaml("mono-345", lens=LENS).replace(**changes)
 
 
-def exposed(own, *, light=None, exposure=EXPOSURE, size=8, reflectance=1.0, noise=False):
-    return own.expose(
+def exposed(one, *, light=None, exposure=EXPOSURE, size=8, reflectance=1.0, noise=False):
+    return one.expose(
         camsim.Scene(background=reflectance),
         light=light or camsim.Light("D55", illuminance_lux=500),
         exposure=exposure,
@@ -51,8 +51,8 @@ def exposed(own, *, light=None, exposure=EXPOSURE, size=8, reflectance=1.0, nois
 )
 def test_light_goes_with_the_pupils_area(lens, opening):
     """An obstruction took none of it."""
-    whole, own = (exposed(camera(lens=each)).mean_electrons.mean() for each in (LENS, lens))
-    assert own / whole == pytest.approx(opening, rel=1e-12)
+    whole, one = (exposed(camera(lens=each)).mean_electrons.mean() for each in (LENS, lens))
+    assert one / whole == pytest.approx(opening, rel=1e-12)
 
 
 def test_light_on_the_sensor_is_dimmed_by_no_lens():
@@ -60,10 +60,10 @@ def test_light_on_the_sensor_is_dimmed_by_no_lens():
     falloff = camsim.Cos4Falloff(exit_pupil_mm=5.0)
     corner = camsim.Region(rows=4, cols=4, origin=(0, 0))
     plain, dimmed = (
-        camera(falloff=own).expose(
+        camera(falloff=one).expose(
             camsim.Scene(background=1.0), light=light, exposure=EXPOSURE, region=corner, noise=False, tolerance=1e-3
         )
-        for own in (None, falloff)
+        for one in (None, falloff)
     )
     np.testing.assert_array_equal(plain.mean_electrons, dimmed.mean_electrons)
 
@@ -78,11 +78,11 @@ def test_light_on_the_sensor_is_dimmed_by_no_lens():
 )
 def test_auto_exposure_knows_that_the_read_out_bends(bends):
     """White at 67 … 100 % of black..white in place of 80, and a truth that was cut far below the camera's own white."""
-    own = camera(nonlinearity=bends)
-    frame = exposed(own, exposure=camsim.Exposure(time_s="auto", iso=100))
+    one = camera(nonlinearity=bends)
+    frame = exposed(one, exposure=camsim.Exposure(time_s="auto", iso=100))
     assert (frame.mosaic.mean() - 64) / (frame.white_level_dn - 64) == pytest.approx(0.8, abs=1e-3)
     brighter = camsim.Exposure(time_s=frame.time_s * frame.clips_at_e / frame.mean_electrons.mean(), iso=100)
-    assert exposed(own, exposure=brighter).mosaic.mean() == pytest.approx(frame.white_level_dn, abs=1.0)
+    assert exposed(one, exposure=brighter).mosaic.mean() == pytest.approx(frame.white_level_dn, abs=1.0)
 
 
 def test_a_response_begins_in_black():
@@ -121,11 +121,11 @@ def test_no_photon_noise_is_told_where_there_is_none():
 @pytest.mark.parametrize("iso", [100, 800])
 def test_the_noise_profile_of_a_bent_read_out_holds_at_mid_grey(bends, iso):
     """Scatter of a flat's frames, fixed patterns away: what the file said was 0.89 … 1.35 times the σ."""
-    own = camera(nonlinearity=bends, prnu=None, dsnu=None, dark_current=None)
-    linear = exposed(own, exposure=camsim.Exposure(time_s="auto", iso=iso))
-    charge_e = own.charge_at_e(0.18, iso)
+    one = camera(nonlinearity=bends, prnu=None, dsnu=None, dark_current=None)
+    linear = exposed(one, exposure=camsim.Exposure(time_s="auto", iso=iso))
+    charge_e = one.charge_at_e(0.18, iso)
     at_grey = camsim.Exposure(time_s=linear.time_s * charge_e / linear.mean_electrons.mean(), iso=iso)
-    frame = exposed(own, exposure=at_grey, size=400, noise=True)
+    frame = exposed(one, exposure=at_grey, size=400, noise=True)
     x = (frame.mosaic - 64.0) / (frame.white_level_dn - 64.0)
     assert x.mean() == pytest.approx(0.18, rel=2e-3)
     slope, floor = noise_profile(frame)
@@ -230,13 +230,13 @@ class Odd:
     transmission: float = 1.0
 
     def otf(self, fx, fy, wavelength_nm):
-        own = np.exp(-60.0 * (np.asarray(fx) ** 2 + np.asarray(fy) ** 2))
+        one = np.exp(-60.0 * (np.asarray(fx) ** 2 + np.asarray(fy) ** 2))
         faults = {
-            "nan": own * (np.nan if wavelength_nm < 500.0 else 1.0),
-            "twice": own * (2.0 if wavelength_nm < 500.0 else 1.0),
-            "step": np.where(np.hypot(fx, fy) == 0.0, 1.0, 0.5 * own),
-            "odd": own * np.exp(9j * np.abs(fx)),
-            "none": own,
+            "nan": one * (np.nan if wavelength_nm < 500.0 else 1.0),
+            "twice": one * (2.0 if wavelength_nm < 500.0 else 1.0),
+            "step": np.where(np.hypot(fx, fy) == 0.0, 1.0, 0.5 * one),
+            "odd": one * np.exp(9j * np.abs(fx)),
+            "none": one,
         }
         return faults[self.fault]
 
@@ -304,18 +304,18 @@ def test_a_study_takes_the_seeds_that_it_is_told(tmp_path):
     text = (PROJECT / "scenes" / "flat-field.yaml").read_text(encoding="utf-8")
     for name, seed in (("one", 2), ("other", 1)):
         (tmp_path / f"{name}.yaml").write_text(text.replace("seed: 1}", f"seed: {seed}}}"), encoding="utf-8")
-    own = rows("c", set=small, scene=[str(tmp_path / "one.yaml"), str(tmp_path / "other.yaml")])
-    assert len({row["seed"] for row in own}) == len({row["sha256"] for row in own}) == 2
+    one = rows("c", set=small, scene=[str(tmp_path / "one.yaml"), str(tmp_path / "other.yaml")])
+    assert len({row["seed"] for row in one}) == len({row["sha256"] for row in one}) == 2
 
 
 @pytest.mark.parametrize("fraction", [0.1, 0.25, 0.5, 1.0])
 def test_gains_have_the_mean_and_deviation_that_are_said(fraction):
     """Cut at 0, the mean of dark current with a DCNU of 1 was 8 % too high, and its deviation 0.87."""
     normals = np.random.default_rng(3).standard_normal(4_000_000).astype(np.float32)
-    own = gains(fraction, normals)
-    assert own.min() >= 0.0
-    assert own.mean() == pytest.approx(1.0, abs=STATISTICAL * fraction / 2000.0)
-    assert own.std() == pytest.approx(fraction, rel=0.02)
+    one = gains(fraction, normals)
+    assert one.min() >= 0.0
+    assert one.mean() == pytest.approx(1.0, abs=STATISTICAL * fraction / 2000.0)
+    assert one.std() == pytest.approx(fraction, rel=0.02)
 
 
 def test_white_is_the_code_at_which_a_half_integer_well_clips():

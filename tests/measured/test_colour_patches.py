@@ -75,8 +75,8 @@ def test_noise_is_that_of_a_bilinear_development():
         roi, planes = patch.roi, []
         at = np.s_[roi.row : roi.row + roi.rows, roi.col : roi.col + roi.cols]
         for k in range(3):
-            own = frame.channel_index == k
-            signal = np.where(own, frame.mosaic.astype(float) - frame.black_level_dn, 0.0)
+            one = frame.channel_index == k
+            signal = np.where(one, frame.mosaic.astype(float) - frame.black_level_dn, 0.0)
             planes.append(ndimage.convolve(signal, tent if k != 1 else cross, mode="constant")[at])
         # Luminance is the only figure that needs no Lab: the second row of the camera's matrix.
         forward = fit_for_development(frame.colour).forward[1]
@@ -113,13 +113,13 @@ def test_halves_show_what_is_measured_and_what_should_be():
     capture = captured("noise.enabled=false")
     picture = picture_of_frame(capture.frame(), "electrons")
     report = measure_colour(picture, capture)
-    shown, colour = halves(picture, capture, report), colour_science()
+    displayed, colour = halves(picture, capture, report), colour_science()
     white = colour.XYZ_to_xy([0.9642, 1.0, 0.8249])
-    assert shown.shape == (56, 72, 3)
+    assert displayed.shape == (56, 72, 3)
     for patch in report.patches:
         roi = patch.roi
         row, middle = roi.row + roi.rows // 2, roi.col + roi.cols // 2
-        left, right = (shown[row, middle + side].astype(int) for side in (-2, 2))
+        left, right = (displayed[row, middle + side].astype(int) for side in (-2, 2))
         assert np.abs(left - right).max() < 30
         wanted = colour.XYZ_to_sRGB(colour.Lab_to_XYZ(patch.reference_lab, white), white)
         assert right / 255 == pytest.approx(np.clip(wanted, 0, 1), abs=0.01)

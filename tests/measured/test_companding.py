@@ -15,7 +15,7 @@ from tolerances import STATISTICAL
 import camsim
 from camsim.api import load_camera
 from camsim.cli.app import app
-from camsim.config.from_record import revive_shot
+from camsim.config.from_record import shot_from_record
 from camsim.core.errors import CamsimError, InvalidValueError
 from camsim.files.reading import read_record
 from camsim.measure import read_picture
@@ -128,7 +128,7 @@ def test_it_is_taken_again_from_its_record(tmp_path: Path) -> None:
         record = read_record(file, (tmp_path / "shot.dng").stat().st_size)
     assert record is not None
     assert record.companding == frame.companding == POINTS
-    np.testing.assert_array_equal(revive_shot(record.description, tmp_path).frame().mosaic, frame.mosaic)
+    np.testing.assert_array_equal(shot_from_record(record.description, tmp_path).frame().mosaic, frame.mosaic)
 
 
 def test_the_noise_of_a_camera_is_measured_through_it() -> None:

@@ -10,7 +10,7 @@ import pytest
 from electronics import refused_in_a_sentence
 
 import camsim
-from camsim.config.from_record import revive_shot
+from camsim.config.from_record import shot_from_record
 from camsim.core.errors import InputError
 from camsim.files.reading import read_record
 from camsim.measure.dark_frames import read_darks
@@ -67,16 +67,16 @@ def test_it_is_taken_again_while_the_darks_are_there(darks: np.ndarray, tmp_path
     with Path("shot.dng").open("rb") as file:
         record = read_record(file, Path("shot.dng").stat().st_size)
     assert record is not None
-    again = revive_shot(record.description, tmp_path)
+    again = shot_from_record(record.description, tmp_path)
     np.testing.assert_array_equal(again.frame().mosaic, frame.mosaic)  # type: ignore[union-attr]
     np.save("darks/0.npy", darks[1])
     with pytest.raises(InputError, match="are others than were taken, their numbers differ"):
-        revive_shot(record.description, tmp_path)
+        shot_from_record(record.description, tmp_path)
     for path in Path("darks").iterdir():
         path.unlink()
     Path("darks").rmdir()
     with pytest.raises(InputError, match="not reproducible without the darks 'darks'; put them there"):
-        revive_shot(record.description, tmp_path)
+        shot_from_record(record.description, tmp_path)
 
 
 def no_folder() -> None:

@@ -203,9 +203,9 @@ def with_black_offsets(offsets):
 def test_black_offsets_change_no_level():
     """The least of them is LibRaw's black, and moves the file's white as well."""
     _, frame = with_black_offsets(((-20, 10), (0, -20)))
-    own, others = (next(m for m in methods(f)[0] if m.name == "LibRaw: linear").run(f) for f in (judged.frame(), frame))
+    one, others = (next(m for m in methods(f)[0] if m.name == "LibRaw: linear").run(f) for f in (judged.frame(), frame))
     # Codes are rounded, and LibRaw's scale as well.
-    assert others.mean() == pytest.approx(own.mean(), rel=5e-4)
+    assert others.mean() == pytest.approx(one.mean(), rel=5e-4)
 
 
 def test_photosites_that_black_offsets_let_clip_are_not_judged():

@@ -96,6 +96,6 @@ def test_an_edge_tells_a_shift_across_it_and_none_along(rng):
 
     subject = subject_of(edge(0.0, 0.0))
     found = subject_of(edge(0.3, -0.5)).truth + rng.normal(0.0, 0.02, (SIDE, SIDE, 3)).astype(np.float32)
-    told = np.array(best_shift(found, subject))
-    assert told @ across == pytest.approx(0.3 * across[0] - 0.5 * across[1], abs=0.035)
-    assert abs(told @ (-across[1], across[0])) < 0.01
+    stated = np.array(best_shift(found, subject))
+    assert stated @ across == pytest.approx(0.3 * across[0] - 0.5 * across[1], abs=0.035)
+    assert abs(stated @ (-across[1], across[0])) < 0.01

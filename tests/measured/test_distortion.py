@@ -39,14 +39,14 @@ def displaced(kind, noise=0.0):
     index = np.array([[0, 1], [1, 2]])[np.indices((ROWS, COLS))[0] % 2, np.indices((ROWS, COLS))[1] % 2]
     mosaic, rng = np.full((ROWS, COLS), 900.0), np.random.default_rng(2)
     for k, channel in enumerate("RGB"):
-        own = index == k
+        one = index == k
         if kind == "checkerboard":
-            mosaic[own] = 500.0 + 400.0 * squares(*straight(x[own], y[own], channel))
+            mosaic[one] = 500.0 + 400.0 * squares(*straight(x[one], y[one], channel))
             continue
         for v in np.arange(-2, 2.1) * SPACING:
             for u in np.arange(-3, 3.1) * SPACING:
                 cx, cy = bent(u, v, channel)
-                near = (np.hypot(x - cx, y - cy) < 16) & own
+                near = (np.hypot(x - cx, y - cy) < 16) & one
                 mosaic[near] -= 800.0 * blurred_disc(np.hypot(x[near] - cx, y[near] - cy), 5.0, 0.8)
     return mosaic + noise * rng.standard_normal(mosaic.shape)
 
@@ -249,7 +249,7 @@ def test_lateral_colour_in_daylight_is_what_the_lens_states():
                         mosaic[near] -= 800.0 * share * blurred_disc(away, 5.0, 0.8)
     planes = mosaic_planes(mosaic, ("RG", "GB"))
     report = measure_distortion(Picture(name="grid", shape=(ROWS, COLS), planes=planes), capture)
-    mean_nm = {letter: (nm * own).sum() / own.sum() for letter, own in weight.items()}
+    mean_nm = {letter: (nm * one).sum() / one.sum() for letter, one in weight.items()}
     for channel in report.channels:
         letter = channel.channel[0]
         assert len(channel.marks) == 21

@@ -38,8 +38,8 @@ def light(picture: Picture) -> np.ndarray:
     """Samples from black to white, rebuilt."""
     out = np.full(picture.shape, np.nan)
     for plane in picture.planes:
-        own = (plane.samples.astype(np.float64) - plane.black) / (plane.white - plane.black)
-        out[plane.first[0] :: plane.step[0], plane.first[1] :: plane.step[1]] = own
+        one = (plane.samples.astype(np.float64) - plane.black) / (plane.white - plane.black)
+        out[plane.first[0] :: plane.step[0], plane.first[1] :: plane.step[1]] = one
     return out
 
 
@@ -161,5 +161,5 @@ def test_fractional_blacks_of_columns_leave_codes_where_noise_is_measured(tmp_pa
     whole = read_picture(path, stored=True)
     assert all(plane.samples.dtype.kind == "i" for plane in whole.planes)
     for plane in whole.planes:
-        own = CODES - np.rint(blacks)[None, :]
-        assert np.array_equal(plane.samples, own[plane.first[0] :: plane.step[0], plane.first[1] :: plane.step[1]])
+        one = CODES - np.rint(blacks)[None, :]
+        assert np.array_equal(plane.samples, one[plane.first[0] :: plane.step[0], plane.first[1] :: plane.step[1]])

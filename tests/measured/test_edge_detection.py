@@ -42,8 +42,8 @@ def block(shape, centre, sides, angle_deg, sigma):
 def places_of(found):
     """Middles of regions, and the places that reasons tell, (x, y)."""
     regions = [(best.col + 0.5 * best.cols, best.row + 0.5 * best.rows) for best, *_ in found.edges]
-    told = [re.search(r"at row (\d+), column (\d+)", sentence) for sentence in found.without]
-    return np.array([*regions, *((float(place[2]), float(place[1])) for place in told)])
+    stated = [re.search(r"at row (\d+), column (\d+)", sentence) for sentence in found.without]
+    return np.array([*regions, *((float(place[2]), float(place[1])) for place in stated)])
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,9 @@ from examples import OPTICS, PICTURE, PITCH_UM, TOLERANCE, WAVELENGTH_NM, grid_o
 
 import camsim
 from camsim.optics import OpticalSystem, airy
-from camsim.rendering import focus, footprint, heard, job, outlines, quiet
+from camsim.rendering import coherence as quiet
+from camsim.rendering import focus, footprint, job, outlines
+from camsim.rendering import ringing as counted
 from camsim.rendering.boundary import engine as boundary_engine
 from camsim.rendering.boundary import image as boundary_image
 from camsim.rendering.boundary import tables
@@ -328,9 +330,9 @@ CORRUPTIONS = {
     ),
     "the pattern's energy": (airy, "AIRY", pattern(energy=lambda f: lambda rho: f(1.01 * rho)), {}),
     "the pattern's transfer": (airy, "AIRY", pattern(otf=lambda f: lambda u: f(1.01 * u)), {"optics": WIDE}),
-    "quiet too soon": (quiet.Waves, "quiet_distance", lambda f: scaled(f, 0.2), {"optics": SHARP}),
+    "quiet too soon": (quiet.Waves, "negligible_distance", lambda f: scaled(f, 0.2), {"optics": SHARP}),
     "moments end too soon": (
-        heard,
+        counted,
         "_moment_distance",
         lambda f: scaled(f, 0.3),
         {"optics": WIDER, "scene": "overlap"},
@@ -351,7 +353,7 @@ CORRUPTIONS = {
     "careless radii": (
         boundary_engine,
         "plan_boundary",
-        fields(near=0.3, reach=0.3, quiet_end=0.3, quiet_line=0.3),
+        fields(near=0.3, reach=0.3, negligible_end=0.3, negligible_line=0.3),
         {"optics": WIDE},
     ),
     "a coarse field": (boundary_engine, "plan_boundary", fields(field_step=8.0), {"optics": WIDE}),
@@ -462,7 +464,7 @@ CORRUPTIONS = {
     "a picture that nothing hides": (
         samples,
         "_cover",
-        lambda f: lambda own, times, first, shape: f(dataclasses.replace(own, outline=None), times, first, shape),
+        lambda f: lambda one, times, first, shape: f(dataclasses.replace(one, outline=None), times, first, shape),
         {"scene": "hidden photograph", "method": "fourier"},
     ),
     "points that are hidden": (
@@ -474,7 +476,7 @@ CORRUPTIONS = {
     "a point a tenth of a photosite beside": (
         field_job,
         "layer_of",
-        lambda f: lambda own, pitch_um, colours: f(own, 1.01 * pitch_um, colours),
+        lambda f: lambda one, pitch_um, colours: f(one, 1.01 * pitch_um, colours),
         {"scene": "stars", "method": "fourier"},
     ),
     "three wavelengths in fourier": (plan, "fuse", few_nodes, {"colour": True, "method": "fourier"}),

@@ -88,8 +88,8 @@ def test_red_green_and_blue_surfaces_stay_in_their_places(name: str) -> None:
     for stripe, letter in enumerate("RGB"):
         columns = np.zeros(signal.shape, dtype=bool)
         columns[:, 20 * stripe + 4 : 20 * stripe + 16] = True
-        own = frame.channel_index == frame.channels.index(letter)
-        assert signal[columns & own].min() > 10.0 * signal[columns & ~own].max()
+        one = frame.channel_index == frame.channels.index(letter)
+        assert signal[columns & one].min() > 10.0 * signal[columns & ~one].max()
 
 
 @pytest.mark.parametrize("origin", ORIGINS)
@@ -103,9 +103,9 @@ def test_the_dng_tells_the_same(name: str, origin: tuple[int, int], tmp_path: Pa
         rows, cols = tags[33421].value
         codes = np.frombuffer(bytes(tags[33422].value), dtype=np.uint8).reshape(rows, cols)
         np.testing.assert_array_equal(file.pages[0].asarray(), frame.mosaic)
-    repeated = np.tile(codes, (24 // rows + 1, 30 // cols + 1))[:24, :30]
+    tiled = np.tile(codes, (24 // rows + 1, 30 // cols + 1))[:24, :30]
     # The codes of TIFF/EP: 0 red, 1 green, 2 blue, as ours.
-    np.testing.assert_array_equal(repeated, frame.channel_index)
+    np.testing.assert_array_equal(tiled, frame.channel_index)
     if len(name) == 4:
         with rawpy.imread(str(path)) as raw:
             # LibRaw calls the second green 3.

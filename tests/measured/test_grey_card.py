@@ -66,8 +66,8 @@ def test_mean_electrons_of_every_channel(light, lux, f_number):
             area_um2=4.88**2,
             time_s=0.01,
         )
-        own = frame.mean_electrons[frame.channel_index == k]
-        np.testing.assert_allclose(own, expected_e, rtol=1e-3)
+        one = frame.mean_electrons[frame.channel_index == k]
+        np.testing.assert_allclose(one, expected_e, rtol=1e-3)
         assert signal.mean_e == pytest.approx(expected_e, rel=1e-3)
 
 

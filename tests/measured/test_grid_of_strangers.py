@@ -77,9 +77,9 @@ def test_the_command_measures_anybodys_file(tmp_path: Path, capsys: pytest.Captu
     np.save(tmp_path / "grid.npy", codes)
     words = ["measure", "distortion", str(tmp_path / "grid.npy"), "--cfa", "RGGB", "--plot", str(tmp_path / "grid.svg")]
     assert not app([*words, "--json"], standalone_mode=False)
-    told = json.loads(capsys.readouterr().out)
-    assert told["k1"] == pytest.approx(K1, abs=2e-3)
-    assert {channel["channel"] for channel in told["channels"]} == {"R", "G1", "G2", "B"}
+    stated = json.loads(capsys.readouterr().out)
+    assert stated["k1"] == pytest.approx(K1, abs=2e-3)
+    assert {channel["channel"] for channel in stated["channels"]} == {"R", "G1", "G2", "B"}
     assert (tmp_path / "grid.svg").stat().st_size > 1000
     assert not app([*words, "--force"], standalone_mode=False)
     assert "dot grid, projection and radial polynomial" in capsys.readouterr().out

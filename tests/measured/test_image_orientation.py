@@ -95,9 +95,9 @@ def spots_in(mosaic, letters):
     rows, cols = (n // 2 * 2 for n in mosaic.shape)
     planes = []
     for letter in "RGB":
-        own = (letters == letter)[:rows, :cols].reshape(rows // 2, 2, cols // 2, 2)
-        values = np.where(own, mosaic[:rows, :cols].reshape(own.shape).astype(float), 0.0)
-        planes.append(values.sum(axis=(1, 3)) / own.sum(axis=(1, 3)))
+        one = (letters == letter)[:rows, :cols].reshape(rows // 2, 2, cols // 2, 2)
+        values = np.where(one, mosaic[:rows, :cols].reshape(one.shape).astype(float), 0.0)
+        planes.append(values.sum(axis=(1, 3)) / one.sum(axis=(1, 3)))
     return spots(*planes, scale=2, first=np.argwhere(letters[:2, :2] == "R")[0])
 
 

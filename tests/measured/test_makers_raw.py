@@ -143,9 +143,9 @@ def test_both_readers_of_a_dng_agree(storing: str, tmp_path: Path, monkeypatch: 
     tags = {**mosaic_tags(CODES, bits, compression), 50713: ("H", (2, 2)), 50714: ("R", black), 50717: ("I", 4000)}
     path = tmp_path / "a.dng"
     tiff_raw(path, data, tags, make="Acme", model="One", first=DNG)
-    own = read_picture(path)
-    assert np.array_equal(mosaic(own), CODES)
-    assert [plane.black for plane in own.planes] == list(black)
+    one = read_picture(path)
+    assert np.array_equal(mosaic(one), CODES)
+    assert [plane.black for plane in one.planes] == list(black)
     with rawpy.imread(str(path)) as raw:
         assert np.array_equal(raw.raw_image, CODES)
         assert raw.white_level == 4000

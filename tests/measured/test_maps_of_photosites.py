@@ -10,7 +10,7 @@ import pytest
 from electronics import refused_in_a_sentence
 
 import camsim
-from camsim.config.from_record import revive_shot
+from camsim.config.from_record import shot_from_record
 from camsim.core.errors import InputError
 from camsim.files.reading import read_record
 
@@ -85,14 +85,14 @@ def test_it_is_taken_again_while_the_map_is_there(bias: np.ndarray, tmp_path: Pa
     with Path("shot.dng").open("rb") as file:
         record = read_record(file, Path("shot.dng").stat().st_size)
     assert record is not None
-    again = revive_shot(record.description, tmp_path).frame()
+    again = shot_from_record(record.description, tmp_path).frame()
     np.testing.assert_array_equal(again.mosaic, frame.mosaic)
     np.save("bias.npy", bias.T)
     with pytest.raises(InputError, match=r"the offsets .* are others than were taken, their numbers differ"):
-        revive_shot(record.description, tmp_path)
+        shot_from_record(record.description, tmp_path)
     Path("bias.npy").unlink()
     with pytest.raises(InputError, match=r"not reproducible without the offsets .bias.npy.; put them there"):
-        revive_shot(record.description, tmp_path)
+        shot_from_record(record.description, tmp_path)
 
 
 def no_map() -> None:

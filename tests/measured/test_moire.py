@@ -65,12 +65,12 @@ def test_a_ghost_has_the_contrast_of_its_middle(olpf, f_number, split):
     for product in ("mean_electrons", "mosaic"):
         for ghost in measure_moire(picture_of_frame(frame, product), capture).ghosts:
             lies_along_x = ghost.fx_cycles_per_pixel != 0.0
-            own = lens * np.sinc((2.0 if lies_along_x else 1.2) / 3.45)
-            own *= abs(math.cos(math.pi * split)) if lies_along_x or olpf == "four-spot" else 1.0
-            assert abs(ghost.contrast - own) < 3.0 * ghost.contrast_error + 5e-4
+            one = lens * np.sinc((2.0 if lies_along_x else 1.2) / 3.45)
+            one *= abs(math.cos(math.pi * split)) if lies_along_x or olpf == "four-spot" else 1.0
+            assert abs(ghost.contrast - one) < 3.0 * ghost.contrast_error + 5e-4
             assert ghost.contrast_error < 0.02
             if product == "mean_electrons":
-                assert ghost.contrast == pytest.approx(own, abs=0.0025)
+                assert ghost.contrast == pytest.approx(one, abs=0.0025)
 
 
 def test_a_plate_that_shows_no_ghost_says_what_would():

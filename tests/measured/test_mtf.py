@@ -386,8 +386,8 @@ def test_noise_that_rows_or_columns_share_is_in_the_errors(rng, angle, lines):
         edge = measured(image + rng.normal(0.0, 0.012, image.shape) + (shared if lines == "rows" else shared.T))
         figures, error = edge.figures, edge.standard_error
         f = edge.frequency_cycles_per_pixel
-        told = (f > 0.02) & (f < 0.3)
-        curve = (edge.mtf - gaussian_mtf(f, 0.8))[told] / edge.mtf_error[told]
+        stated = (f > 0.02) & (f < 0.3)
+        curve = (edge.mtf - gaussian_mtf(f, 0.8))[stated] / edge.mtf_error[stated]
         turned = figures.angle_deg - ((angle + 45) % 90 - 45)
         pulls = [(figures.contrast - 0.8) / error.contrast, turned / error.angle_deg]
         off.append([*pulls, math.sqrt(np.mean(curve**2))])

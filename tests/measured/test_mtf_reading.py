@@ -131,8 +131,8 @@ def test_levels_of_linear_planes_are_each_planes_own(tmp_path):
     assert [(plane.name, plane.black, plane.white) for plane in planes] == [
         ("R", 1, 4000), ("G", 2, 3000), ("B", 3, 2000)
     ]  # fmt: skip
-    repeated = [(50713, "H", 2, (1, 2)), (50714, "H", 6, (1, 2, 3, 11, 22, 33))]
-    planes = read_picture(dng(tmp_path / "b.dng", image, levels, *repeated, photometric=34892)).planes
+    tiled = [(50713, "H", 2, (1, 2)), (50714, "H", 6, (1, 2, 3, 11, 22, 33))]
+    planes = read_picture(dng(tmp_path / "b.dng", image, levels, *tiled, photometric=34892)).planes
     for plane, even, odd in zip(planes, (1, 2, 3), (11, 22, 33), strict=True):
         np.testing.assert_array_equal(plane.samples - plane.black, np.tile([1000 - even, 1000 - odd], (6, 4)))
     with pytest.raises(CamsimError, match="it has 2 white levels for 3 samples"):

@@ -49,10 +49,10 @@ def test_what_a_key_does_not_say_is_refused():
 
 
 def test_the_frame_of_a_window_and_its_units():
-    told = report(description(8))
-    assert told.full_frame == FullFrame(rows=400, cols=600, axis_x_pixel=280.0, axis_y_pixel=190.0, pitch_um=4.0)
-    assert told.nyquist()["sensor"] == {"cycles_per_pixel": 0.5, "lp_per_mm": 125.0, "lw_per_ph": 400.0}
-    edge = told.as_dict()["edges"][0]
+    stated = report(description(8))
+    assert stated.full_frame == FullFrame(rows=400, cols=600, axis_x_pixel=280.0, axis_y_pixel=190.0, pitch_um=4.0)
+    assert stated.nyquist()["sensor"] == {"cycles_per_pixel": 0.5, "lp_per_mm": 125.0, "lw_per_ph": 400.0}
+    edge = stated.as_dict()["edges"][0]
     assert edge["mtf50_lp_per_mm"] == pytest.approx(250.0 * edge["mtf50_cycles_per_pixel"])
     assert edge["mtf50_lw_per_ph"] == pytest.approx(800.0 * edge["mtf50_cycles_per_pixel"])
     assert edge["field"]["x_um"] == pytest.approx(4.0 * (edge["x_pixel"] - 280.0))
@@ -76,10 +76,10 @@ def test_sagittal_and_tangential_edges_around_the_axis():
         image[64 * row : 64 * row + 64, 64 * col : 64 * col + 64] = gaussian_edge(64, 64, normal, sigma)
         rois.append((Roi(64 * row, 64 * col, 64, 64), "sagittal" if sagittal else "tangential", sigma))
     picture = Picture(name="map", shape=image.shape, planes=(Plane(name="Y", samples=image),))
-    told = measure_mtf(picture, rois=[roi for roi, _, _ in rois])
-    assert len(told.edges) == len(rois) > 12
-    for edge, (roi, direction, sigma) in zip(told.edges, rois, strict=True):
-        place = told.place(edge)
+    stated = measure_mtf(picture, rois=[roi for roi, _, _ in rois])
+    assert len(stated.edges) == len(rois) > 12
+    for edge, (roi, direction, sigma) in zip(stated.edges, rois, strict=True):
+        place = stated.place(edge)
         assert (edge.roi, place.direction) == (roi, direction)
         assert edge.figures.mtf50_cycles_per_pixel == pytest.approx(gaussian_limit(0.5, sigma), rel=2e-3)
 
@@ -88,10 +88,10 @@ def test_sagittal_and_tangential_edges_around_the_axis():
 def test_a_map_shows_its_edges_wherever_the_window_lies(origin, monkeypatch):
     """Right of the axis and below it a map ended before its first edge."""
     monkeypatch.setattr(plot_mtf_map, "bytes_of", lambda figure, file: figure)
-    told = report(description(8, origin=origin))
-    place = dataclasses.replace(told.place(told.edges[0]), direction="sagittal")
-    monkeypatch.setattr(type(told), "place", lambda report, edge: place)
-    axes = plot_mtf_map.draw_map(told, "map.png", "cycles/px").axes[0]
+    stated = report(description(8, origin=origin))
+    place = dataclasses.replace(stated.place(stated.edges[0]), direction="sagittal")
+    monkeypatch.setattr(type(stated), "place", lambda report, edge: place)
+    axes = plot_mtf_map.draw_map(stated, "map.png", "cycles/px").axes[0]
     (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
     assert left < place.x_pixel < right
     assert top < place.y_pixel < bottom

@@ -61,14 +61,14 @@ def test_a_transfer_is_taken_warm_at_another_gain_and_again(camera):
     assert not np.array_equal(first, fresh)
     for shots in (one, other):
         transfer = measure_noise(shots).channels[0].transfer
-        told = expected_of(camera, "R", **warm)
+        stated = expected_of(camera, "R", **warm)
         for name, true in (
             ("gain_dn_per_e", 2.0 / camera.adc.electrons_per_dn),
             ("dark_current_e_per_s", 4.0 * camera.dark_current.e_per_s),
         ):
             estimate = getattr(transfer, name)
             assert abs(estimate.value - true) < STATISTICAL * estimate.sigma, name
-            assert told[name] == pytest.approx(true)
+            assert stated[name] == pytest.approx(true)
 
 
 def test_rounding_alone_makes_no_defects():
@@ -98,8 +98,8 @@ def test_the_reference_implementation_reads_the_xml(folder, tmp_path):
         ("dsnu1288", "dsnu_e", 1.0),
         ("prnu1288", "prnu", 100.0),
     ):
-        told = figures[ours]
-        assert read[theirs] == (pytest.approx(factor * told.value, rel=1e-8) if told.measurable else None), theirs
+        stated = figures[ours]
+        assert read[theirs] == (pytest.approx(factor * stated.value, rel=1e-8) if stated.measurable else None), theirs
     # The signal whose noise (read noise, a twelfth of a squared code, its own photons) is as large as itself.
     least_e = read["u_e_min"]
     assert least_e**2 == pytest.approx(read["sigma_d"] ** 2 + read["inverse_k"] ** 2 / 12.0 + least_e, rel=1e-6)
@@ -314,9 +314,9 @@ def test_frames_that_rounding_or_the_converter_makes_alike_are_no_copies():
 def test_what_tells_no_gain_is_not_measurable(shots, reason):
     """Frames that a program has averaged; a well that every flat fills, which ended in a traceback."""
     (channel,) = measure_noise(made(**shots)).channels
-    told = channel.figures()
+    stated = channel.figures()
     for name in ("gain_dn_per_e", "read_noise_e", "dark_current_e_per_s", "saturation_e", "dynamic_range_db"):
-        assert told[name].why_not.startswith(reason), name
+        assert stated[name].why_not.startswith(reason), name
     assert channel.as_dict()["figures"]["gain_dn_per_e"]["value"] is None
     xml_of(channel)
 

@@ -65,11 +65,11 @@ def test_flats_and_darks_agree_with_the_profile(figure, sensor, iso, changes):
     """
     camera = camera_of(sensor, **changes)
     for channel in measure_noise(take_shots(camera, side=48, frames=4, iso=iso)).channels:
-        told, found = expected_of(camera, channel.channel, iso=iso)[figure], channel.figures()[figure]
+        stated, found = expected_of(camera, channel.channel, iso=iso)[figure], channel.figures()[figure]
         if math.isfinite(found.at_most):
-            assert told < found.at_most, channel.channel
+            assert stated < found.at_most, channel.channel
         else:
-            assert abs(found.value - told) < STATISTICAL * found.sigma, channel.channel
+            assert abs(found.value - stated) < STATISTICAL * found.sigma, channel.channel
 
 
 @pytest.mark.parametrize(
@@ -84,10 +84,10 @@ def test_linearity_by_hand(iso, dual_gain, by_hand):
 
 
 def test_a_blind_channel_has_no_flats():
-    told = expected_of(camera_of("d40-like", filters=(0.0,), nonlinearity=BENT), "B")
-    assert math.isnan(told["prnu"])
-    assert math.isnan(told["linearity_error"])
-    assert told["gain_dn_per_e"] == pytest.approx(0.1)
+    stated = expected_of(camera_of("d40-like", filters=(0.0,), nonlinearity=BENT), "B")
+    assert math.isnan(stated["prnu"])
+    assert math.isnan(stated["linearity_error"])
+    assert stated["gain_dn_per_e"] == pytest.approx(0.1)
 
 
 def test_greens_of_a_lopsided_crosstalk_are_told_apart():

@@ -63,8 +63,8 @@ class Sensor:
         """Return how far figures of fresh sensors are off, root of mean square, in their own standard errors."""
         off = []
         for seed in range(trials):
-            told = measure_noise(self.shots(np.random.default_rng(seed), **taken)).channels[0].figures()
-            off.append([(told[name].value - true) / told[name].sigma for name, true in truth.items()])
+            stated = measure_noise(self.shots(np.random.default_rng(seed), **taken)).channels[0].figures()
+            off.append([(stated[name].value - true) / stated[name].sigma for name, true in truth.items()])
         return dict(zip(truth, np.sqrt(np.mean(np.square(off), axis=0)), strict=True))
 
 
@@ -73,7 +73,7 @@ MONO, TWO_FULL = (500, 1000, 2000, 4000, 6000), (500, 1000, 2000, 3000, 4000, 90
 
 
 @pytest.mark.parametrize(
-    ("sensor", "levels", "clipped", "told"),
+    ("sensor", "levels", "clipped", "stated"),
     [
         (Sensor(well_e=12_000), (*MONO, 9000), None, {"Y": NONE_FULL}),
         (
@@ -95,10 +95,10 @@ MONO, TWO_FULL = (500, 1000, 2000, 4000, 6000), (500, 1000, 2000, 3000, 4000, 90
         (Sensor(last_dn=4900), MONO, 9000, {"Y": r"^the converter ends at [89]\d\d\d e⁻"}),
     ],
 )
-def test_a_channel_is_full_or_has_no_full_well(rng, sensor, levels, clipped, told):
+def test_a_channel_is_full_or_has_no_full_well(rng, sensor, levels, clipped, stated):
     """The brightest flat of all was a full well of 2800 e⁻ where 12 000 fit in, and of R where G alone was full."""
     for channel in measure_noise(sensor.shots(rng, levels, clipped=clipped)).channels:
-        figures, expected = channel.figures(), told[channel.channel]
+        figures, expected = channel.figures(), stated[channel.channel]
         well, saturation = figures["full_well_e"], figures["saturation_e"]
         if isinstance(expected, int):
             assert abs(well.value - expected) < 4.5 * well.sigma
@@ -184,12 +184,12 @@ def test_patterns_that_chance_hides_have_a_limit():
         for seed in range(12):
             shots = Sensor(well_e=8000, prnu=prnu, side=40).shots(np.random.default_rng(seed), MONO, clipped=30_000)
             (channel,) = measure_noise(shots).channels
-            told = channel.as_dict()["figures"]
+            stated = channel.as_dict()["figures"]
             for name, true in (("prnu", prnu), ("dsnu_e", 0.0)):
-                assert told[name]["value"] is None
-                assert "noise gives as much by chance" in told[name]["not_measurable"]
-                assert told[name]["at_most"] > true
-            assert told["prnu"]["at_most"] < 0.02
+                assert stated[name]["value"] is None
+                assert "noise gives as much by chance" in stated[name]["not_measurable"]
+                assert stated[name]["at_most"] > true
+            assert stated["prnu"]["at_most"] < 0.02
 
 
 @pytest.mark.parametrize("kind", ["u4", "u8", ">u4"])

@@ -41,13 +41,13 @@ def measured(camera: camsim.Camera) -> Any:
     whole = np.ones((camera.rows, camera.cols), dtype=bool)
     dark = stack(codes_of(camera, 0.0, seed=50), whole)
 
-    def lit(level: float, **taken: int) -> Level:
+    def exposed(level: float, **taken: int) -> Level:
         return Level(exposure=level, light=stack(codes_of(camera, level, **taken), whole), dark=dark)
 
     return photon_transfer(
-        flats=[lit(level, seed=n) for n, level in enumerate(LEVELS)],
+        flats=[exposed(level, seed=n) for n, level in enumerate(LEVELS)],
         darks=[(t, stack(codes_of(camera, 0.0, seed=60, time_s=t), whole)) for t in (0.001, 5.0, 15.0, 30.0)],
-        brightest=lit(3.0, seed=70, count=2),
+        brightest=exposed(3.0, seed=70, count=2),
     )
 
 

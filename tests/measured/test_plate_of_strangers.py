@@ -68,10 +68,10 @@ def test_a_shipped_camera_measures_as_with_its_scene() -> None:
     picture = picture_of_frame(capture.frame())
     known, found = measure_moire(picture, capture), measure_plate(picture, rim_pixel=150.0)
     assert [ghost.channel for ghost in found.ghosts] == [ghost.channel for ghost in known.ghosts]
-    for own, other in zip(known.ghosts, found.ghosts, strict=True):
-        assert other.x_pixel == pytest.approx(own.x_pixel, abs=0.3)
-        assert other.y_pixel == pytest.approx(own.y_pixel, abs=0.3)
-        assert abs(other.contrast - own.contrast) < 0.015 + 4.0 * np.hypot(own.contrast_error, other.contrast_error)
+    for one, other in zip(known.ghosts, found.ghosts, strict=True):
+        assert other.x_pixel == pytest.approx(one.x_pixel, abs=0.3)
+        assert other.y_pixel == pytest.approx(one.y_pixel, abs=0.3)
+        assert abs(other.contrast - one.contrast) < 0.015 + 4.0 * np.hypot(one.contrast_error, other.contrast_error)
 
 
 def test_the_rim_leaves_ghosts_beyond_it_out() -> None:
@@ -98,9 +98,9 @@ def test_the_command_measures_anybodys_raw_file(tmp_path: Path, capsys: pytest.C
         np.testing.assert_array_equal(raw.raw_image_visible, codes)
     words = ["measure", "moire", str(tmp_path / "plate.dng"), "--plot", str(tmp_path / "plate.svg")]
     assert not app([*words, "--json"], standalone_mode=False)
-    told = json.loads(capsys.readouterr().out)
-    assert told["moire"]["G1"] == pytest.approx(np.exp(-2.0 * (np.pi * 0.55 * 0.5) ** 2), abs=0.005)
-    assert told["ghosts"][0]["theory"] is None
+    stated = json.loads(capsys.readouterr().out)
+    assert stated["moire"]["G1"] == pytest.approx(np.exp(-2.0 * (np.pi * 0.55 * 0.5) ** 2), abs=0.005)
+    assert stated["ghosts"][0]["theory"] is None
     assert (tmp_path / "plate.svg").stat().st_size > 1000
     assert not app([*words, "--force", "--rim", "400"], standalone_mode=False)
     assert "taken to reach 400 px from there (--rim)" in capsys.readouterr().out

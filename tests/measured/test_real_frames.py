@@ -111,7 +111,7 @@ def test_figures_of_a_bent_read_out_say_so(bend: float, tmp_path: Path, capsys: 
     place = flats_and_darks(tmp_path, npy(lambda codes: codes.astype(np.uint16)), side=64, bend=bend)
     (channel,) = channels(place)
     tree = channel.as_dict()["figures"]
-    bent = {name for name, told in tree.items() if told.get("remark") == "bent"}
+    bent = {name for name, stated in tree.items() if stated.get("remark") == "bent"}
     assert (channel.notes == ()) == (bend == 0.0)
     assert ({"gain_dn_per_e", "read_noise_e", "dsnu_e"} <= bent) == (bend > 0.0)
     assert not {"prnu", "linearity_error"} & bent

@@ -194,8 +194,8 @@ def test_the_products_asked_for_change_no_code(tmp_path):
     assert alone.truth is None
     assert all_of_them.truth is not None
     assert all_of_them.mosaic.tobytes() == alone.mosaic.tobytes()
-    own = np.take_along_axis(all_of_them.truth, alone.channel_index[:, :, None].astype(int), axis=2)[:, :, 0]
-    np.testing.assert_array_equal(own, alone.mean_electrons.astype(np.float32))
+    one = np.take_along_axis(all_of_them.truth, alone.channel_index[:, :, None].astype(int), axis=2)[:, :, 0]
+    np.testing.assert_array_equal(one, alone.mean_electrons.astype(np.float32))
 
 
 def test_a_window_has_the_full_frames_fixed_patterns(tmp_path):

@@ -62,12 +62,12 @@ def test_codes_are_the_truth_but_for_noise_dark_current_and_rounding():
     np.testing.assert_array_equal(truth, truth_in(capture, "camera-rgb").image)
     span = frame.white_level_dn - frame.black_level_dn
     neutral = frame.truth.mean(axis=(0, 1)) / truth.mean(axis=(0, 1)) / frame.electrons_per_dn / span
-    own = np.take_along_axis(truth, frame.channel_index[..., None].astype(int), axis=2)[..., 0]
+    each = np.take_along_axis(truth, frame.channel_index[..., None].astype(int), axis=2)[..., 0]
     codes = (frame.mosaic.astype(float) - frame.black_level_dn) / span / neutral[frame.channel_index]
     for k in range(3):
         here = frame.channel_index == k
         noise = np.sqrt(frame.mean_electrons[here].mean() + 100.0) / (frame.electrons_per_dn * span * neutral[k])
-        assert abs(codes[here].mean() - own[here].mean()) < 5 * noise / np.sqrt(here.sum())
+        assert abs(codes[here].mean() - each[here].mean()) < 5 * noise / np.sqrt(here.sum())
 
 
 @pytest.mark.parametrize("surface", [1.0, camsim.reflectance("orange")])

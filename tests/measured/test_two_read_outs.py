@@ -11,7 +11,7 @@ import rawpy
 from tolerances import STATISTICAL
 
 import camsim
-from camsim.config.from_record import revive_shot
+from camsim.config.from_record import shot_from_record
 from camsim.core.errors import CamsimError, InvalidValueError
 from camsim.files.reading import read_record
 
@@ -39,8 +39,8 @@ def test_two_images_share_the_charge_and_nothing_of_the_read_out() -> None:
     count = low.size
     covariance = np.cov(low, high)
     rounding = LOW_E**2 / 12, HIGH_E**2 / 12
-    for k, own in enumerate((READ_LOW_E**2 + rounding[0], READ_HIGH_E**2 + rounding[1])):
-        variance = 1000.0 + own
+    for k, one in enumerate((READ_LOW_E**2 + rounding[0], READ_HIGH_E**2 + rounding[1])):
+        variance = 1000.0 + one
         assert abs(covariance[k, k] - variance) < STATISTICAL * variance * np.sqrt(2 / count)
     assert abs(covariance[0, 1] - 1000.0) < STATISTICAL * 1100.0 * np.sqrt(2 / count)
     apart = (low - high).var()
@@ -123,7 +123,7 @@ def test_a_scene_and_its_windows_have_them_too(tmp_path: Path) -> None:
     with (tmp_path / "merged.dng").open("rb") as file:
         record = read_record(file, (tmp_path / "merged.dng").stat().st_size)
     assert record is not None
-    np.testing.assert_array_equal(revive_shot(record.description).frame().mosaic, frame.mosaic)
+    np.testing.assert_array_equal(shot_from_record(record.description).frame().mosaic, frame.mosaic)
 
 
 def test_noise_for_loops_takes_one_image() -> None:

@@ -42,9 +42,9 @@ def test_areas_are_those_of_polygons_painted_one_after_the_other(seed):
         np.testing.assert_allclose(whole, 0.0, atol=1e-11)
     painted = {level: shapely.Point() for level in LEVELS}
     for disc in shapes:
-        own = shapely.Point(disc.centre_um).buffer(disc.radius_um, quad_segs=800)
-        painted = {level: area.difference(own) for level, area in painted.items()}
-        painted[disc.reflectance] = painted[disc.reflectance].union(own)
+        one = shapely.Point(disc.centre_um).buffer(disc.radius_um, quad_segs=800)
+        painted = {level: area.difference(one) for level, area in painted.items()}
+        painted[disc.reflectance] = painted[disc.reflectance].union(one)
     expected = [painted[level].area for level in found.spectra[1:]]
     np.testing.assert_allclose(areas, expected, rtol=1e-5, atol=1e-4)
 

@@ -12,11 +12,11 @@ from tolerances import ROUNDING, STATISTICAL
 import camsim
 from camsim.camera.description import describe
 from camsim.config import schema
-from camsim.config.from_record import revive
+from camsim.config.from_record import stages_from_record
 from camsim.core.words import brief
 from camsim.sensor.chain import random_numbers
 from camsim.sensor.electronics import ORDER, Electronics
-from camsim.sensor.stage import OWN_STREAMS, Phase, streams_of
+from camsim.sensor.stage import CUSTOM_STREAMS, Phase, streams_of
 
 LIGHT = camsim.Light(line_nm=488.0, irradiance_w_per_m2=0.1)
 EXPOSURE = camsim.Exposure(time_s=0.01, iso=100.0)
@@ -72,9 +72,9 @@ def test_every_stage_has_a_stream_of_its_own():
     """For ever: a stage that took another's number would change old captures."""
     stages = {law.stage.name: law.stage for law in LAWS.values()}
     numbers = {name: streams_of(stage) for name, stage in stages.items() if stage.stream is not None}
-    every = [number for own in numbers.values() for number in own]
+    every = [number for item in numbers.values() for number in item]
     assert len(set(every)) == len(every)
-    assert all(0 < number < OWN_STREAMS for number in every)
+    assert all(0 < number < CUSTOM_STREAMS for number in every)
     known = {"prnu": (1,), "shot_noise": (2,), "read_noise": (3, 12), "dsnu": (4,), "dark_current": (5,)}
     known |= {"reset_noise": (6,), "row_noise": (7,), "column_noise": (8,), "output_noise": (9,), "defects": (10,)}
     known |= {"flicker_rows": (11,), "telegraph_noise": (13, 14), "dark_frames": (15,)}
@@ -86,7 +86,7 @@ def test_it_is_public_and_comes_back_from_its_description(listed):
     assert getattr(camsim, kind.__name__) is kind
     if kind in (camsim.DarkFrames, camsim.OffsetMap):
         return  # of files: tests/measured/test_dark_frames.py
-    assert revive(json.loads(json.dumps(describe(listed.stage)))) == listed.stage
+    assert stages_from_record(json.loads(json.dumps(describe(listed.stage)))) == listed.stage
 
 
 def test_the_facts_agree(law):
@@ -195,9 +195,9 @@ def test_the_stage_switched_off_takes_away_its_own_draws_alone(law, rng, monkeyp
         return spy.drawn
 
     whole, without = drawn(stages), drawn(stages | off)
-    own = {key for key in whole if key[1] in streams_of(law.stage)}
-    assert bool(own) == draws(law, electrons.shape)
-    assert set(without) == set(whole) - own
+    item = {key for key in whole if key[1] in streams_of(law.stage)}
+    assert bool(item) == draws(law, electrons.shape)
+    assert set(without) == set(whole) - item
     # Photons follow the mean that they are given, and without crosstalk the window has no neighbours with patterns.
     others = {camsim.ShotNoise.stream}
     if law.stage.margin:

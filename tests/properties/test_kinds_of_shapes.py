@@ -20,9 +20,9 @@ FINE = SideLimits(segment_um=0.7, wobble_um=1e-3, cut_um2=1e-3, moment_um3=1e-3)
 RING, CIRCLE = math.pi * (49 - 16), math.pi * 49
 
 
-def path(*places, **own):
+def path(*places, **item):
     (x, y), *others = places
-    return camsim.Path(segments_um=[("move", x, y), *(("line", *p) for p in others)], reflectance=0.2, **own)
+    return camsim.Path(segments_um=[("move", x, y), *(("line", *p) for p in others)], reflectance=0.2, **item)
 
 
 def pentagram(fill_rule):
@@ -295,7 +295,7 @@ LEVELS = (0.0, 0.2, 0.7, 1.0)
 
 def random_shape(rng, depth=0):
     """A shape and the function that tells whether places lie in it, by its own coordinates."""
-    own = {"reflectance": float(rng.choice(LEVELS))}
+    item = {"reflectance": float(rng.choice(LEVELS))}
     kind, centre = rng.integers(8 if depth < 2 else 6), rng.uniform(-4, 4, 2)
     radius, inner = np.sort(rng.uniform(0.5, 4.0, 2))[::-1]
     angle = rng.uniform(-180, 180)
@@ -304,22 +304,22 @@ def random_shape(rng, depth=0):
         return np.hypot(x - centre[0], y - centre[1]), np.degrees(np.arctan2(y - centre[1], x - centre[0]))
 
     if kind == 0:
-        made = camsim.Ring(radius_um=radius, inner_radius_um=inner, centre_um=centre, **own)
+        made = camsim.Ring(radius_um=radius, inner_radius_um=inner, centre_um=centre, **item)
         return made, lambda x, y: (polar(x, y)[0] < radius) & (polar(x, y)[0] > inner)
     if kind == 1:
         turn = rng.uniform(10, 350)
-        made = camsim.Sector(radius_um=radius, from_deg=angle, turn_deg=turn, centre_um=centre, **own)
+        made = camsim.Sector(radius_um=radius, from_deg=angle, turn_deg=turn, centre_um=centre, **item)
         return made, lambda x, y: (polar(x, y)[0] < radius) & ((polar(x, y)[1] - angle) % 360 < turn)
     if kind == 2:
-        made = camsim.Ellipse(radius_x_um=radius, radius_y_um=inner, rotate_deg=angle, centre_um=centre, **own)
+        made = camsim.Ellipse(radius_x_um=radius, radius_y_um=inner, rotate_deg=angle, centre_um=centre, **item)
         return made, lambda x, y: np.hypot(*(turned(x - centre[0], y - centre[1], -angle) / [[radius], [inner]])) < 1
     if kind == 3:
-        made = camsim.HalfPlane(through_um=centre, towards_deg=angle, **own)
+        made = camsim.HalfPlane(through_um=centre, towards_deg=angle, **item)
         return made, lambda x, y: turned(x - centre[0], y - centre[1], -angle)[0] > 0
     if kind in (4, 5):
         corners = np.round(rng.uniform(-5, 5, (int(rng.integers(4, 8)), 2)), 3)
         rule = ("nonzero", "evenodd")[kind - 4]
-        made = dataclasses.replace(path(*corners.tolist(), fill_rule=rule), **own)
+        made = dataclasses.replace(path(*corners.tolist(), fill_rule=rule), **item)
         return made, lambda x, y: wound(corners, x, y, rule)
     (one, in_one), (two, in_two) = random_shape(rng, depth + 1), random_shape(rng, 2)
     if kind == 6:
@@ -394,9 +394,9 @@ def test_text_is_where_freetype_puts_it(weight):
     found = arrange(camsim.Scene(background=1.0, shapes=[text]), SideLimits(segment_um=0.02))
     (x0, y0), (x1, y1) = found.start_um.T, found.end_um.T
     weight_of = (x0 * y1 - y0 * x1) * np.where(found.left == 1, 0.5, -0.5)
-    own = np.array([(weight_of * (x0 + x1)).sum(), (weight_of * (y0 + y1)).sum()]) / 3.0 / weight_of.sum()
+    item = np.array([(weight_of * (x0 + x1)).sum(), (weight_of * (y0 + y1)).sum()]) / 3.0 / weight_of.sum()
     assert weight_of.sum() == pytest.approx(area / size**2, rel=2e-3)
-    assert own == pytest.approx(middle, abs=1e-3)
+    assert item == pytest.approx(middle, abs=1e-3)
 
 
 def test_lines_of_text_stand_as_they_are_told():

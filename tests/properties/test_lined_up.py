@@ -60,10 +60,10 @@ def image(optics, tolerance, corner, angle_deg, shift_um):
 def test_an_image_moves_with_its_scene(olpf, photosite, tolerance):
     """Every second case of all: no two that differ in one thing only."""
     stages = [stage for stage in (OLPFS[olpf], PHOTOSITES[photosite]) if stage is not None]
-    own = list(OLPFS).index(olpf) + list(PHOTOSITES).index(photosite) + (tolerance < 1e-5)
+    one = list(OLPFS).index(olpf) + list(PHOTOSITES).index(photosite) + (tolerance < 1e-5)
     way = SHIFT_UM * (-1.0) ** list(OLPFS).index(olpf)
     for lens, corner, turn in itertools.product(range(2), range(2), range(3)):
-        if (own + lens + corner + turn) % 2:
+        if (one + lens + corner + turn) % 2:
             continue
         optics = [list(LENSES.values())[lens], *stages]
         aligned, moved = (image(optics, tolerance, 0.5 * corner, 45.0 * turn, by) for by in (0.0, way))

@@ -222,8 +222,8 @@ def test_every_channel_changes_no_bit_of_the_mosaic(rng):
     every = channels_rendered(coloured(), wavelength_nm, response, channel, every_channel=True)
     assert alone.planes is None
     assert every.image.tobytes() == alone.image.tobytes()
-    own = np.take_along_axis(every.planes, channel[None].astype(int), axis=0)[0]
-    assert worst(own, every.image) == 0.0
+    one = np.take_along_axis(every.planes, channel[None].astype(int), axis=0)[0]
+    assert worst(one, every.image) == 0.0
     assert every.planes_error <= TOLERANCE
 
 

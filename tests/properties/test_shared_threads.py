@@ -12,7 +12,7 @@ import numba as nb
 import numpy as np
 import pytest
 
-from camsim.core.cached import Keeps, cached_property
+from camsim.core.cached import Caching, cached_property
 from camsim.core.kernels import ahead, shared
 from camsim.core.kernels.threads import _helpers
 
@@ -29,8 +29,8 @@ def counted(rows: int = 40, cols: int = 30) -> np.ndarray:
     def row(first: int, end: int) -> None:
         for r in range(first, end):
 
-            def some(begin: int, stop: int, own: np.ndarray = done[r]) -> None:
-                own[begin:stop] += 1
+            def some(begin: int, stop: int, one: np.ndarray = done[r]) -> None:
+                one[begin:stop] += 1
 
             shared(cols, some)
 
@@ -107,7 +107,7 @@ def test_a_forked_process_has_helpers_of_its_own() -> None:
     child.join()
 
 
-class Made(Keeps):
+class Made(Caching):
     """Something with a property that two threads are to be in at once, or never."""
 
     def __init__(self, together: threading.Barrier | None = None) -> None:
@@ -139,7 +139,7 @@ def test_a_property_of_one_instance_is_made_once() -> None:
 def test_a_copy_while_a_property_is_made_has_no_lock() -> None:
     """Captures that one thread took and another one pickled, for other processes, ended in a TypeError."""
 
-    class Copied(Keeps):
+    class Copied(Caching):
         @cached_property
         def value(self) -> dict[str, object]:
             return dict(vars(copy.deepcopy(self)), pickled=pickle.dumps(self.__getstate__()))

@@ -103,7 +103,7 @@ def test_shapes_that_only_touch_keep_their_very_numbers(monkeypatch):
     points = np.stack(np.meshgrid(steps, steps), axis=-1)
     points[1:-1, 1:-1] += np.random.default_rng(3).uniform(-1.0, 1.0, (11, 11, 2))
     corners = np.stack([points[:-1, :-1], points[:-1, 1:], points[1:, 1:], points[1:, :-1]], axis=2).reshape(-1, 4, 2)
-    shapes = [camsim.Polygon(points_um=own, reflectance=0.1 + 0.2 * (k % 3)) for k, own in enumerate(corners)]
+    shapes = [camsim.Polygon(points_um=each, reflectance=0.1 + 0.2 * (k % 3)) for k, each in enumerate(corners)]
     monkeypatch.setattr(shapely, "difference", None)
     seen = arrange(camsim.Scene(background=0.0, shapes=shapes))
     drawn = {tuple(place) for place in points.reshape(-1, 2).tolist()}

@@ -61,8 +61,8 @@ def test_no_scene_is_in_two_splits_and_none_is_empty(made):
     splits = {}
     for row in made.rows:
         splits.setdefault(row["scene"], set()).add(row["split"])
-    assert all(len(own) == 1 for own in splits.values())
-    count = [sum(own == {name} for own in splits.values()) for name in ("train", "val", "test")]
+    assert all(len(each) == 1 for each in splits.values())
+    count = [sum(each == {name} for each in splits.values()) for name in ("train", "val", "test")]
     assert count == [2, 1, 1]
 
 
@@ -73,7 +73,7 @@ def test_a_scene_in_photosites_is_the_same_on_every_pitch():
     sources = {source.identity: source for shard in shards_of(read, captures) for source in shard.sources}
     splits = {}
     for source in sources.values():
-        splits.setdefault(source.told["scene"], set()).add(source.split)
+        splits.setdefault(source.stated["scene"], set()).add(source.split)
     assert sorted(split for (split,) in splits.values()) == ["test", "train", "train", "val"]
 
 
@@ -124,8 +124,8 @@ def test_the_card_says_whose_the_sources_are(made):
 def test_shards_of_each_split_are_numbered_from_none_on(made):
     """A brace pattern finds no file where numbers are left out: those of all splits together leave most of them out."""
     for split in ("train", "val", "test"):
-        own = [row for row in made.rows if row["split"] == split]
-        assert [row["file"] for row in own] == [f"{split}-{place // 10:05d}.tar" for place in range(len(own))]
+        each = [row for row in made.rows if row["split"] == split]
+        assert [row["file"] for row in each] == [f"{split}-{place // 10:05d}.tar" for place in range(len(each))]
     for row in made.rows:
         assert row["key"] == f"{row['index']:08d}"
     places = [(row["file"], row["place"]) for row in made.rows]

@@ -33,16 +33,16 @@ A, B = "exposure.iso", "lens.f_number"
 )
 def test_lists_are_combined(combine, points):
     found = settings(vary={A: [100, 200], B: [4, 8]}, combine=combine)
-    assert [(own.get(A), own.get(B)) for own in found] == points
+    assert [(one.get(A), one.get(B)) for one in found] == points
 
 
 def test_ranges():
     found = settings(vary={A: {"log": [100, 1600, 3]}, B: {"linear": [4, 5, 3]}}, combine="zip")
-    assert [(own[A], own[B]) for own in found] == [(100.0, 4.0), (400.0, 4.5), (1600.0, 5.0)]
+    assert [(one[A], one[B]) for one in found] == [(100.0, 4.0), (400.0, 4.5), (1600.0, 5.0)]
 
 
 def test_ranges_of_whole_numbers_are_whole():
-    assert [type(own[A]) for own in settings(vary={A: {"linear": [1, 5, 3]}})] == [int] * 3
+    assert [type(one[A]) for one in settings(vary={A: {"linear": [1, 5, 3]}})] == [int] * 3
 
 
 @pytest.mark.parametrize(
@@ -57,7 +57,7 @@ def test_ranges_of_whole_numbers_are_whole():
     ],
 )
 def test_numbers_and_arrays_of_numpy_are_what_they_hold(given, values):
-    found = [own[A] for own in settings(vary={A: given})]
+    found = [one[A] for one in settings(vary={A: given})]
     assert (found, [type(value) for value in found]) == (values, [type(value) for value in values])
 
 
@@ -102,7 +102,7 @@ def test_draws_are_functions_of_seed_key_and_index_and_have_their_distributions(
     assert settings(vary=DRAWN, draws=10) == found[:10]
     assert settings(vary=DRAWN, draws=10, seed=1) != found[:10]
     assert settings(vary={"u": DRAWN["u"], "new": [1]}, draws=10)[3]["u"] == found[3]["u"]
-    of = {key: [own[key] for own in found] for key in DRAWN}
+    of = {key: [one[key] for one in found] for key in DRAWN}
     # Means of 4000 lie within four standard errors of the distributions' own.
     assert sum(of["u"]) / 4000 == pytest.approx(2.5, abs=4 * 0.2887 / 63)
     assert sum(of["n"]) / 4000 == pytest.approx(5.0, abs=4 * 2 / 63)
@@ -185,9 +185,9 @@ def test_tables_tell_scenes_apart_and_what_each_capture_was_given(tmp_path):
         encoding="utf-8",
     )
     read, _ = read_study(file)
-    told = [read.told(point) for point in read.points()]
-    assert [row["scene"] for row in told[::2]] == ["day/street", "night/street", "slanted-edge"]
-    assert [row["exposure_iso"] for row in told[:2]] == [300, 400]
+    stated = [read.stated(point) for point in read.points()]
+    assert [row["scene"] for row in stated[::2]] == ["day/street", "night/street", "slanted-edge"]
+    assert [row["exposure_iso"] for row in stated[:2]] == [300, 400]
 
 
 def test_files_of_a_study_lie_beside_it(tmp_path, monkeypatch):

@@ -48,15 +48,15 @@ class Bezier:
 
     def part(self, t, u):
         """From one parameter to another."""
-        own = self.points
+        each = self.points
         for share, keep_last in ((u, False), (t / u if u else 0.0, True)):
-            rows, left, right = own, [own[0]], [own[-1]]
+            rows, left, right = each, [each[0]], [each[-1]]
             while len(rows) > 1:
                 rows = rows[:-1] + share * (rows[1:] - rows[:-1])
                 left.append(rows[0])
                 right.append(rows[-1])
-            own = np.array(right[::-1] if keep_last else left)
-        return Bezier(own)
+            each = np.array(right[::-1] if keep_last else left)
+        return Bezier(each)
 
     def one_way(self):
         """Parts along which neither x nor y turns back."""
@@ -107,8 +107,8 @@ def on_line(curve, a, direction):
 def on_ellipse(curve, arc):
     """Parameters where a curve meets the whole outline of an arc."""
     gap = curve.powers - np.array([arc.centre, (0.0, 0.0), (0.0, 0.0), (0.0, 0.0)])
-    own = np.stack([dot(gap.T, arc.u), dot(gap.T, arc.v)], axis=1) / arc.axes**2
-    square = sum(np.convolve(own[:, axis], own[:, axis]) for axis in (0, 1))
+    each = np.stack([dot(gap.T, arc.u), dot(gap.T, arc.v)], axis=1) / arc.axes**2
+    square = sum(np.convolve(each[:, axis], each[:, axis]) for axis in (0, 1))
     square[0] -= 1.0
     return [t for t in (_polished(square, t) for t in _roots(square)) if -1e-12 <= t <= 1.0 + 1e-12]
 

@@ -50,10 +50,10 @@ class BoundaryTruth:
         points = np.asarray(points, float)
         fine = self._values(points, panel=3.0, density=7.0, resolved=self.resolved, cells=CELLS)
         other = self._values(points, panel=4.0, density=5.0, resolved=0.6 * self.resolved, cells=CELLS - 3)
-        fine, other = fine + self._lit(points, 0), other + self._lit(points, 1)
+        fine, other = fine + self._exposed(points, 0), other + self._exposed(points, 1)
         return fine, np.abs(fine - other) + 1e-14 * (1.0 + len(self.pieces))
 
-    def _lit(self, points, way):
+    def _exposed(self, points, way):
         """Light of the fields' nodes: the pattern between each of them and nodes over photosite and spots."""
         total = np.zeros(len(points))
         spots = photosites.spots(self.olpf)

@@ -64,8 +64,8 @@ def captured(scene, sensor, eye):
     mean, truth = collected(planes, kernel, places, (top, left))
     sees = mixed(white.sum(axis=1), kernel, places)
     rows, cols = np.ogrid[top : top + region["rows"], left : left + region["cols"]]
-    own = places[rows % len(places), cols % len(places[0])]
-    return Truth(mean, truth, codes(scene, sensor, mean, (top, left)), sees[own], letters)
+    each = places[rows % len(places), cols % len(places[0])]
+    return Truth(mean, truth, codes(scene, sensor, mean, (top, left)), sees[each], letters)
 
 
 def filters_of(cfa):
@@ -84,10 +84,10 @@ def filters_of(cfa):
 
 def photosite_um(sensor):
     """Width and height of a rectangle that collects light."""
-    own, pitch_um = sensor.get("photosite", {"kind": "square"}), sensor["frame"]["pitch_um"]
-    if own["kind"] == "rectangular":
-        return own["width_um"], own["height_um"]
-    side_um = pitch_um * math.sqrt(own.get("fill_factor", 1.0))
+    each, pitch_um = sensor.get("photosite", {"kind": "square"}), sensor["frame"]["pitch_um"]
+    if each["kind"] == "rectangular":
+        return each["width_um"], each["height_um"]
+    side_um = pitch_um * math.sqrt(each.get("fill_factor", 1.0))
     return side_um, side_um
 
 
@@ -108,7 +108,7 @@ def photons_per_um2(scene, sensor, eye):
     filters = [*lens.get("filters", []), *sensor.get("filters", [])]
     tables += [*filters, *sensor["quantum_efficiency"]["curves"].values()]
     points = [*points, *(nm for table in tables if isinstance(table, dict) for nm in table["wavelength_nm"])]
-    nm, weight = _panels([first, *(own for own in points if first < own < last), last])
+    nm, weight = _panels([first, *(each for each in points if first < each < last), last])
     power = shape(nm) * weight
     fine_nm, fine = _panels([first, *eye[0][(eye[0] > first) & (eye[0] < last)], *points, last])
     lumens = LUMENS_PER_W * np.sum(shape(fine_nm) * fine * np.interp(fine_nm, *eye, left=0.0, right=0.0))
@@ -122,8 +122,8 @@ def photons_per_um2(scene, sensor, eye):
         working = lens["f_number"] * (1.0 + lens.get("magnification", 0.0))
         power *= curve(lens.get("transmission", 1.0), nm) / (4.0 * working**2)
         power *= opening(lens)
-    for own in filters:
-        power *= curve(own, nm, outside="zero")
+    for each in filters:
+        power *= curve(each, nm, outside="zero")
     joules = scipy.constants.h * scipy.constants.c / (nm * 1e-9)
     return nm, power / joules * 1e-12
 
@@ -170,20 +170,20 @@ def _panels(points):
     return (middle + half * node).ravel(), (half * weight).ravel()
 
 
-def efficiencies(told, letters, nm):
+def efficiencies(stated, letters, nm):
     """Electrons per photon, (channels, n)."""
     volts = scipy.constants.h * scipy.constants.c / scipy.constants.e / (nm * 1e-9)
-    per_energy = told["per"] == "energy"
-    rows = [curve(told["curves"][letter], nm, "zero") * (volts if per_energy else 1.0) for letter in letters]
-    if told["peak"] == "as given":
+    per_energy = stated["per"] == "energy"
+    rows = [curve(stated["curves"][letter], nm, "zero") * (volts if per_energy else 1.0) for letter in letters]
+    if stated["peak"] == "as given":
         return np.array(rows)
     highest = 0.0
     for letter in letters:
-        at_nm, values = (np.array(told["curves"][letter][key], float) for key in ("wavelength_nm", "values"))
+        at_nm, values = (np.array(stated["curves"][letter][key], float) for key in ("wavelength_nm", "values"))
         highest = max(highest, (values / at_nm if per_energy else values).max())
     if per_energy:
         highest *= scipy.constants.h * scipy.constants.c / scipy.constants.e * 1e9
-    return np.array(rows) * told["peak"] / highest
+    return np.array(rows) * stated["peak"] / highest
 
 
 def cells(scene, pitch_um):
@@ -197,7 +197,7 @@ def cells(scene, pitch_um):
     on = np.zeros((len(ys) - 1, len(xs) - 1), int)
     for number, box in enumerate(boxes, start=1):
         across, down = (
-            (edges[:-1] >= own[0]) & (edges[1:] <= own[1]) for edges, own in zip((xs, ys), box, strict=True)
+            (edges[:-1] >= each[0]) & (edges[1:] <= each[1]) for edges, each in zip((xs, ys), box, strict=True)
         )
         on[np.ix_(down, across)] = number
     return xs, ys, on
@@ -205,11 +205,11 @@ def cells(scene, pitch_um):
 
 def _planes(scene, sensor, nm, white, x, y):
     """Electrons of each channel, (channels, len(y), len(x)), before fall-off and crosstalk."""
-    told, pitch_um, lens = scene["scene"], sensor["frame"]["pitch_um"], scene["lens"]
-    surfaces = [told["background"]["reflectance"], *(shape["reflectance"] for shape in told["shapes"])]
+    stated, pitch_um, lens = scene["scene"], sensor["frame"]["pitch_um"], scene["lens"]
+    surfaces = [stated["background"]["reflectance"], *(shape["reflectance"] for shape in stated["shapes"])]
     surfaces = np.array([curve(surface, nm) for surface in surfaces])
     glare = curve(lens.get("veiling_glare", 0.0), nm)
-    xs, ys, on = cells(told, pitch_um)
+    xs, ys, on = cells(stated, pitch_um)
     mean = surfaces[0] + _areas(xs, ys, on, sensor["frame"], len(surfaces)) @ (surfaces - surfaces[0])
     planes = ((white * ((1.0 - glare) * surfaces[0] + glare * mean)).sum(axis=1))[:, None, None]
     planes = planes + np.zeros((1, len(y), len(x)))
@@ -228,12 +228,12 @@ def _planes(scene, sensor, nm, white, x, y):
             planes += (change @ seen)[:, None, :]
             continue
         sigma_x, sigma_y = _sigmas(lens)
-        own = np.zeros(planes.shape[1:])
+        each = np.zeros(planes.shape[1:])
         for dx, dy in spots:
             along = np.diff(_step(xs[:, None] - (x - dx), sigma_x, width_um), axis=0)
             down = np.diff(_step(ys[:, None] - (y - dy), sigma_y, height_um), axis=0)
-            own += np.einsum("ij,jx,iy->yx", covered.astype(float), along, down) / len(spots)
-        planes += change.sum(axis=1)[:, None, None] * own
+            each += np.einsum("ij,jx,iy->yx", covered.astype(float), along, down) / len(spots)
+        planes += change.sum(axis=1)[:, None, None] * each
     return planes
 
 
@@ -316,13 +316,13 @@ def spots_um(olpf, pitch_um):
     return [(px * cos - py * sin, px * sin + py * cos) for px, py in places]
 
 
-def falloff(told, radius_mm):
+def falloff(stated, radius_mm):
     """Light relative to the axis's."""
-    if told is None:
+    if stated is None:
         return np.ones_like(radius_mm)
-    if told["kind"] == "cos4":
-        return (1.0 + (radius_mm / told["exit_pupil_mm"]) ** 2) ** -2.0
-    return np.interp(radius_mm, told["radius_mm"], told["values"])
+    if stated["kind"] == "cos4":
+        return (1.0 + (radius_mm / stated["exit_pupil_mm"]) ** 2) ** -2.0
+    return np.interp(radius_mm, stated["radius_mm"], stated["values"])
 
 
 def collected(planes, kernel, places, origin):
@@ -330,8 +330,8 @@ def collected(planes, kernel, places, origin):
     rows, cols = (size - 2 for size in planes.shape[:2])
     high, wide = places.shape
     at = np.add.outer(np.arange(origin[0] - 1, origin[0] + rows + 1) % high * wide, np.zeros(cols + 2, int))
-    own = places.ravel()[at + np.arange(origin[1] - 1, origin[1] + cols + 1) % wide]
-    held = np.take_along_axis(planes, own[..., None], axis=2)[..., 0]
+    each = places.ravel()[at + np.arange(origin[1] - 1, origin[1] + cols + 1) % wide]
+    held = np.take_along_axis(planes, each[..., None], axis=2)[..., 0]
     mean = np.zeros((rows, cols))
     truth = np.zeros((rows, cols, planes.shape[2]))
     for i, j in np.ndindex(3, 3):
@@ -342,7 +342,7 @@ def collected(planes, kernel, places, origin):
         for channel in range(planes.shape[2]):
             shares = np.bincount(sent[places == channel], minlength=planes.shape[2]) / (places == channel).sum()
             truth[..., channel] += kernel[i, j] * planes[here] @ shares
-    index = own[1:-1, 1:-1]
+    index = each[1:-1, 1:-1]
     for channel in range(planes.shape[2]):
         truth[index == channel, channel] = mean[index == channel]
     return mean, truth

@@ -50,9 +50,9 @@ class PlacedTruth:
         """The pupil at a place, at every wavelength."""
         lens, found = self.lens, []
         for nm in self.nm:
-            own = {"pupil": CIRCLE, "reference_nm": nm, "f_number": 1.0, "defocus_um": 0.0}
-            own |= {"zernike_waves": zernikes(lens, place, nm, self.reference_nm)}
-            found.append(waves.Opening(own | {"blur": lens["blur"] / self.reference_nm}, nm))
+            one = {"pupil": CIRCLE, "reference_nm": nm, "f_number": 1.0, "defocus_um": 0.0}
+            one |= {"zernike_waves": zernikes(lens, place, nm, self.reference_nm)}
+            found.append(waves.Opening(one | {"blur": lens["blur"] / self.reference_nm}, nm))
         return found
 
 
@@ -62,8 +62,8 @@ def zernikes(lens, place, nm, reference_nm):
     table = np.array(lens["waves"]) * known.reshape(-1, *(1,) * (np.ndim(lens["waves"]) - 1))
     paths = _spline(known, table, nm) / nm  # waves: (heights, k), or (y, x, k)
     if "heights" not in lens:
-        own = _spline(lens["x"], _spline(lens["y"], paths, place[1]), place[0])
-        return list(zip(lens["zernike"], own.tolist(), strict=True))
+        one = _spline(lens["x"], _spline(lens["y"], paths, place[1]), place[0])
+        return list(zip(lens["zernike"], one.tolist(), strict=True))
     height, angle = math.hypot(*place), math.atan2(place[1], place[0])
     along = [
         (index, _about_the_axis(lens, paths[:, k], height, order(index))) for k, index in enumerate(lens["zernike"])
@@ -73,12 +73,12 @@ def zernikes(lens, place, nm, reference_nm):
         moved = _about_the_axis(lens, _spline(known, np.array(lens["lateral"]), nm), height, 1)
         along.append((2, moved / (4.0 * lens["blur"] * nm / reference_nm)))
     found = []
-    for index, own in along:
+    for index, one in along:
         # cos m(θ − φ) = cos mφ·cos mθ + sin mφ·sin mθ; the one with the sine has the index of m less
         m = order(index)
-        found.append((index, own * math.cos(m * angle)))
+        found.append((index, one * math.cos(m * angle)))
         if m:
-            found.append((index - m, own * math.sin(m * angle)))
+            found.append((index - m, one * math.sin(m * angle)))
     return found
 
 
@@ -102,10 +102,10 @@ def falls(lens, height):
     """Where what would fall at heights falls, and how fast that moves with them; beyond what is told straight on."""
     height = np.asarray(height, float)
     last = lens["heights"][-1]
-    inside = np.minimum(height, last * _told(tuple(lens.get("distortion_powers") or ())))
+    inside = np.minimum(height, last * _stated(tuple(lens.get("distortion_powers") or ())))
     if lens.get("distortion"):
-        own = _both_sides(lens["heights"], np.array(lens["distortion"]), 0)
-        share, slope = own(inside), own.derivative()(inside)
+        one = _both_sides(lens["heights"], np.array(lens["distortion"]), 0)
+        share, slope = one(inside), one.derivative()(inside)
     elif lens.get("distortion_powers"):
         u = inside / last
         share = sum(k * u ** (2 * n) for n, k in enumerate(lens["distortion_powers"], 1))
@@ -117,7 +117,7 @@ def falls(lens, height):
 
 
 @functools.cache
-def _told(powers):
+def _stated(powers):
     """How many heights far a polynomial is followed: until it is half as steep as at the last, to 2 at most."""
     if not powers:
         return 1.0

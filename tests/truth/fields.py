@@ -25,9 +25,9 @@ def parted(shapes):
     """Shapes with the patches of every field in its place, and of each whose field it is part of: −1 of none."""
     found, owner = [], []
     for number, shape in enumerate(shapes):
-        own = _patches(shape) if is_field(shape) else [shape]
-        found += own
-        owner += [number if is_field(shape) else -1] * len(own)
+        one = _patches(shape) if is_field(shape) else [shape]
+        found += one
+        owner += [number if is_field(shape) else -1] * len(one)
     return found, owner
 
 
@@ -69,12 +69,12 @@ def value(shape, places):
     elif shape["kind"] == "sine-grating":
         share = 0.5 + 0.5 * np.cos(2.0 * np.pi * x / shape["period"])
     else:
-        own = np.array(shape["samples"])
-        rows, cols = own.shape
+        one = np.array(shape["samples"])
+        rows, cols = one.shape
         how = shape["interpolation"]
         u, v = np.clip(x / shape["step"] + 0.5 * cols, 1e-12, cols - 1e-12), y / shape["step"] + 0.5 * rows
         across = samples.spline(cols, u, how)
-        return np.einsum("ni,ij,nj->n", samples.spline(rows, np.clip(v, 1e-12, rows - 1e-12), how), own, across)
+        return np.einsum("ni,ij,nj->n", samples.spline(rows, np.clip(v, 1e-12, rows - 1e-12), how), one, across)
     return shape["low"] + (shape["high"] - shape["low"]) * share
 
 

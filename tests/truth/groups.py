@@ -43,40 +43,40 @@ def _moved(shape, matrix, by):
     def at(points):
         return (_mapped(matrix, points) + by).tolist()
 
-    kind, own = shape["kind"], dict(shape)
+    kind, each = shape["kind"], dict(shape)
     if "clips" in shape:
-        own["clips"] = [_moved(clip, matrix, by) for clip in shape["clips"]]
+        each["clips"] = [_moved(clip, matrix, by) for clip in shape["clips"]]
     if kind == "path":
-        return own | {
+        return each | {
             "outlines": [[at(start), *(at(segment) for segment in rest)] for start, *rest in shape["outlines"]]
         }
     if kind == "polygon":
-        return own | {"points": at(shape["points"]), "holes": [at(hole) for hole in shape.get("holes", ())]}
+        return each | {"points": at(shape["points"]), "holes": [at(hole) for hole in shape.get("holes", ())]}
     if kind == "rectangle":
         a = math.radians(shape.get("rotate_deg", 0.0))
         across = 0.5 * shape["width"] * np.array([math.cos(a), math.sin(a)])
         down = 0.5 * shape["height"] * np.array([-math.sin(a), math.cos(a)])
         corners = np.array(shape["centre"]) + np.array([-across - down, across - down, across + down, down - across])
-        return own | {"kind": "polygon", "points": at(corners)}
+        return each | {"kind": "polygon", "points": at(corners)}
     if kind == "ellipse":
         a = math.radians(shape["rotate_deg"])
         u, v = np.array([math.cos(a), math.sin(a)]), np.array([-math.sin(a), math.cos(a)])
         radii, turn = _half_axes(_mapped(matrix, shape["radii"][0] * u), _mapped(matrix, shape["radii"][1] * v))
-        return own | {"centre": at(shape["centre"]), "radii": radii, "rotate_deg": math.degrees(turn)}
+        return each | {"centre": at(shape["centre"]), "radii": radii, "rotate_deg": math.degrees(turn)}
     (a, b), (c, d) = matrix
     scale, mirrored = math.hypot(a, c), a * d < b * c
     assert np.allclose([math.hypot(b, d), a * b + c * d], [scale, 0.0], atol=1e-12 * scale**2), "scaled unevenly"
     if kind == "capsule":
-        return own | {"points": at(shape["points"]), "width": scale * shape["width"]}
-    own |= {"centre": at(shape["centre"]), "radius": scale * shape["radius"]}
+        return each | {"points": at(shape["points"]), "width": scale * shape["width"]}
+    each |= {"centre": at(shape["centre"]), "radius": scale * shape["radius"]}
     if "inner" in shape:
-        own["inner"] = scale * shape["inner"]
+        each["inner"] = scale * shape["inner"]
     if kind == "sector":
         # Where its first side comes to lie; mirrored, that is where it ends.
         first = math.radians(shape["from_deg"] + (shape["turn_deg"] if mirrored else 0.0))
         x, y = _mapped(matrix, (math.cos(first), math.sin(first)))
-        own["from_deg"] = math.degrees(math.atan2(y, x))
-    return own
+        each["from_deg"] = math.degrees(math.atan2(y, x))
+    return each
 
 
 def _mapped(matrix, points):

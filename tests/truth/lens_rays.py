@@ -103,7 +103,7 @@ def mtf_through(rows, stop, pupil, angle, um, per_mm, chief, reach, radius, acro
     """Likewise through an ellipse; chief: where a ray of its middle enters and falls; radius: of the sphere, mm."""
     entry, height = chief
     axis = np.linspace(-reach, reach, across)
-    x, y = (own.ravel() for own in np.meshgrid(entry + axis, axis))
+    x, y = (one.ravel() for one in np.meshgrid(entry + axis, axis))
     with np.errstate(all="ignore"):
         at, way, path, in_stop, met = trace(rows, stop, angle, x, y, um)
     place = in_stop if pupil.in_stop else np.stack([x, y])

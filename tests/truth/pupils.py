@@ -127,9 +127,9 @@ def nodes_for(lens, wavelength_nm, turns):
     ends = np.array([_chord(lens["pupil"], level) for level in y[:, 0]])  # of rows below a flat side, longer ones
     w = np.where((x >= ends[:, :1] - 0.01) & (x <= ends[:, 1:] + 0.01), w, np.nan)
     steps = [np.abs(np.diff(w, axis=axis)) for axis in (0, 1)]
-    own = max(float(np.nansum(step, axis=axis).max()) for axis, step in enumerate(steps))
+    one = max(float(np.nansum(step, axis=axis).max()) for axis, step in enumerate(steps))
     steepest = 400.0 * max(float(np.nanmax(step)) for step in steps)
-    return math.ceil(1.02 * math.pi * (turns + max(own, 0.3 * steepest))) + 32
+    return math.ceil(1.02 * math.pi * (turns + max(one, 0.3 * steepest))) + 32
 
 
 def pattern(lens, wavelength_nm, x, y, spare=1.0):

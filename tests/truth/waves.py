@@ -37,7 +37,7 @@ class WaveTruth:
     def __init__(self, pieces, lenses, jumps, photosite, olpf, *, lights=()):
         self.pieces, self.lenses, self.photosite, self.olpf = pieces, lenses, photosite, olpf
         self.lights = lights
-        weights = np.array([own for *_, own in lights], float).reshape(-1, len(lenses))
+        weights = np.array([one for *_, one in lights], float).reshape(-1, len(lenses))
         jumps = np.concatenate([np.asarray(jumps, float).reshape(-1, len(lenses)), weights])
         self.rows, self.kind_of, self.times = alike(jumps)
         self.cutoff = max(lens.cutoff for lens in lenses)
@@ -53,8 +53,8 @@ class WaveTruth:
 
     def plan(self, x, y, wider):
         """Centre of what is looked at, distance to keep, outer distance, period and points along a side."""
-        lit = [[*places.min(axis=0), *places.max(axis=0)] for ((places, _), *_) in self.lights]
-        boxes = np.array([_box(piece) for piece in self.pieces] + lit)
+        exposed = [[*places.min(axis=0), *places.max(axis=0)] for ((places, _), *_) in self.lights]
+        boxes = np.array([_box(piece) for piece in self.pieces] + exposed)
         low, high = boxes[:, :2].min(axis=0), boxes[:, 2:].max(axis=0)
         footprint = photosites.reach(self.photosite) + float(np.hypot(*photosites.spots(self.olpf).T).max())
         first, last = np.array([x.min(), y.min()]), np.array([x.max(), y.max()])
@@ -86,8 +86,8 @@ class WaveTruth:
         total = np.zeros((ky.size, kx.size), complex)
         kinds, times = np.split(self.kind_of, [len(self.pieces)]), np.split(self.times, [len(self.pieces)])
         for row in range(len(self.rows)):
-            own = [(p, t) for p, t, k in zip(self.pieces, times[0], kinds[0], strict=True) if k == row]
-            seen = _scene(own, kx, ky, (24, 20)[way])
+            one = [(p, t) for p, t, k in zip(self.pieces, times[0], kinds[0], strict=True) if k == row]
+            seen = _scene(one, kx, ky, (24, 20)[way])
             for (*ways, _), t, kind in zip(self.lights, times[1], kinds[1], strict=True):
                 if kind == row:
                     places, light = ways[way]
@@ -100,8 +100,8 @@ class WaveTruth:
         sums = [0.0] * len(self.rows)
         if taper is None:
             for j, lens in enumerate(self.lenses):
-                own = lens.transfer(kx, ky)
-                sums = [s + row[j] * own for s, row in zip(sums, self.rows, strict=True)]
+                one = lens.transfer(kx, ky)
+                sums = [s + row[j] * one for s, row in zip(sums, self.rows, strict=True)]
             return sums
         step = period / count
         far = math.floor(outer / step)
@@ -109,14 +109,14 @@ class WaveTruth:
         window = 0.5 * special.erfc(6.0 * (2.0 * (np.abs(at) - inner) / (outer - inner) - 1.0))
         window = np.outer(window, window) * step**2
         for j, lens in enumerate(self.lenses):
-            own = lens.samples(at, spare) * window
-            sums = [s + row[j] * own for s, row in zip(sums, self.rows, strict=True)]
+            one = lens.samples(at, spare) * window
+            sums = [s + row[j] * one for s, row in zip(sums, self.rows, strict=True)]
         found = []
         place = np.arange(-far, far + 1) % count
-        for own in sums:
+        for one in sums:
             # Rows and columns a period apart fall on one another: frequencies are multiples of 1/period.
             folded = np.zeros((count, count))
-            np.add.at(folded, (place[:, None], place[None]), own)
+            np.add.at(folded, (place[:, None], place[None]), one)
             found.append(fft.rfft2(folded.T).T)
         return found
 
@@ -269,16 +269,16 @@ def _box(piece):
     return [*np.minimum(a, b), *np.maximum(a, b)]
 
 
-def _scene(own, kx, ky, order):
+def _scene(one, kx, ky, order):
     """∫ exp(−2πi k·y) over what lies left of the pieces, (ky, kx), each so many times: parts of closed outlines."""
     total = np.zeros((ky.size, kx.size), complex)
-    straight = [(p, t) for p, t in own if not isinstance(p, Mapped) and p.straight]
+    straight = [(p, t) for p, t in one if not isinstance(p, Mapped) and p.straight]
     if straight:
         a, b = (np.array([getattr(p, end) for p, _ in straight]) for end in ("start", "end"))
         _straight(a, b, np.array([t for _, t in straight]), kx, ky, total)
     at_zero = sum(0.5 * t * (p.start[0] * p.end[1] - p.end[0] * p.start[1]) for p, t in straight)
     highest = math.hypot(float(np.abs(kx).max()), float(ky.max()))
-    bent = [(_nodes(p, highest, order), t) for p, t in own if isinstance(p, Mapped) or not p.straight]
+    bent = [(_nodes(p, highest, order), t) for p, t in one if isinstance(p, Mapped) or not p.straight]
     if bent:
         places = np.concatenate([at for (at, _), _ in bent])
         steps = np.concatenate([t * along for (_, along), t in bent])

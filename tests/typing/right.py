@@ -67,7 +67,7 @@ camera = body.replace(rows=20, cols=20, pitch_um=4, photosite=photosite, cfa=cam
 seeing = camera.replace(quantum_efficiency=efficiency, lens=lens)
 noisy = camera.replace(read_noise=camsim.ReadNoise(3), prnu=camsim.Prnu(0.01), defects=camsim.Defects(hot=[(1, 2, 3)]))
 bare = camera.replace(olpf=None, filters=[0.5, camsim.Curve(A, A / 1000.0, outside="hold")], name="bare", pitch_um=5)
-own = camera.replace(extra_stages=[Pedestal(5.0)], extra_optics=[Haze(1.0)])
+one = camera.replace(extra_stages=[Pedestal(5.0)], extra_optics=[Haze(1.0)])
 frame = camera.expose(scene, light=light, exposure=exposure, region=region, tolerance=1e-2, products={"truth"})
 numbers: npt.NDArray[np.uint16] = frame.mosaic
 truth: npt.NDArray[np.float32] | None = frame.truth

@@ -43,7 +43,7 @@ def pages(folder: Path) -> list[Path]:
     return files
 
 
-def told(files: list[Path], *arguments: str) -> str:
+def stated(files: list[Path], *arguments: str) -> str:
     """Return what a checker says of files; it sees the package of this checkout."""
     paths = {"PYTHONPATH": str(ROOT), "MYPYPATH": str(ROOT)}
     ran = subprocess.run(
@@ -59,12 +59,12 @@ def told(files: list[Path], *arguments: str) -> str:
 
 
 def by_mypy(files: list[Path]) -> Iterator[tuple[str, int]]:
-    for name, line in re.findall(r"(\w+\.py):(\d+): error", told(files, "mypy", "--no-error-summary")):
+    for name, line in re.findall(r"(\w+\.py):(\d+): error", stated(files, "mypy", "--no-error-summary")):
         yield name, int(line)
 
 
 def by_pyright(files: list[Path]) -> Iterator[tuple[str, int]]:
-    for found in json.loads(told(files, "basedpyright", "--outputjson"))["generalDiagnostics"]:
+    for found in json.loads(stated(files, "basedpyright", "--outputjson"))["generalDiagnostics"]:
         if found["severity"] == "error":
             yield Path(found["file"]).name, found["range"]["start"]["line"] + 1
 

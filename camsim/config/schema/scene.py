@@ -153,7 +153,7 @@ class Files(Table):
     )
 
 
-class OwnLight(Table):
+class CustomLight(Table):
     """Light from a file, as it lies on the sensor: a render, a photograph, a cube, an array."""
 
     file: Name = Field(description="NPY, NPZ, EXR, TIFF, PNG, JPEG, ENVI or MATLAB, in this file's folder")
@@ -169,7 +169,7 @@ class OwnLight(Table):
     illuminance_lux: Positive = Field(default=10.0, description="on the sensor, from a reflectance of 1, lux")
 
 
-class OwnExposure(Table):
+class CustomExposure(Table):
     """How long, and how much the signal is amplified, without a lens."""
 
     time_s: Time | None = Field(
@@ -195,8 +195,10 @@ class ShotFile(Table):
         default=None, description="its name (camsim list sensors), or a file in this file's folder or in ../sensors"
     )
     lens: Literal["none"] = Field(description="none: the light lies on the photosites")
-    light: OwnLight = Field(description="the light of the whole exposure")
-    exposure: OwnExposure = Field(default=OwnExposure(), description="how long, and how much the signal is amplified")
+    light: CustomLight = Field(description="the light of the whole exposure")
+    exposure: CustomExposure = Field(
+        default=CustomExposure(), description="how long, and how much the signal is amplified"
+    )
     region: Region | None = Field(
         default=None, description="the window that the light fills; in the middle of the frame when left out"
     )

@@ -50,7 +50,7 @@ class _Locator(_CacheLocator):
         return cls(function, file)
 
 
-class _Kept(CompileResultCacheImpl):
+class _Cached(CompileResultCacheImpl):
     _locator_classes = [_Locator]  # noqa: RUF012 (as Numba has it)
 
     def reduce(self, cres: Any) -> Any:
@@ -71,7 +71,7 @@ class Cache(FunctionCache):
     Numba's own cache knows no file but the function's own, while kernels take in functions of others.
     """
 
-    _impl_class = _Kept
+    _impl_class = _Cached
 
     @property
     def index(self) -> Path:

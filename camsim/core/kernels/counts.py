@@ -60,17 +60,17 @@ def fill_counts(counts: F64, mean: F64, state: npt.NDArray[np.uint64]) -> None:
     """
     at = state[0]
     for place in range(mean.size):
-        own = mean[place]
-        if own < _FEW:
+        one = mean[place]
+        if one < _FEW:
             at += _STEP
-            left, chance, few = _uniform(at), math.exp(-own), 0
+            left, chance, few = _uniform(at), math.exp(-one), 0
             while left >= chance and chance > _NOTHING:
                 left -= chance
                 few += 1
-                chance *= own * _INVERSE[few]
+                chance *= one * _INVERSE[few]
             counts[place] = few
             continue
-        root = math.sqrt(own)
+        root = math.sqrt(one)
         b = 0.931 + 2.53 * root
         a = -0.059 + 0.02483 * b
         quick = 0.9277 - 3.6224 / (b - 2.0)
@@ -82,14 +82,14 @@ def fill_counts(counts: F64, mean: F64, state: npt.NDArray[np.uint64]) -> None:
             us = 0.5 - abs(u)
             if us <= 0.0:
                 continue
-            count = math.floor((2.0 * a / us + b) * u + own + 0.43)
+            count = math.floor((2.0 * a / us + b) * u + one + 0.43)
             if us >= 0.07 and v <= quick:
                 break
             if count < 0.0 or (us < 0.013 and v > us) or v <= 0.0:
                 continue
             inverse = 1.1239 + 1.1328 / (b - 3.4)
             height = math.log(v * inverse / (a / (us * us) + b))
-            if height <= count * math.log(own) - own - _log_factorial(count):
+            if height <= count * math.log(one) - one - _log_factorial(count):
                 break
         counts[place] = count
     state[0] = at

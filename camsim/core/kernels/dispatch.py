@@ -48,7 +48,7 @@ def kernel(*, allocates: bool = False, **options: Any) -> Callable[[F], F]:
     return compiled
 
 
-def is_kept(compiled: Any) -> bool:
+def is_cached(compiled: Any) -> bool:
     """Whether a kernel was compiled in this process, or another has left it."""
     if not isinstance(compiled, _Kernel) or compiled.signatures:  # with NUMBA_DISABLE_JIT it is Python
         return True
@@ -69,7 +69,7 @@ def compiling(tell: Callable[[str], None]) -> Iterator[None]:
     ['dispatch.thrice']
     """
 
-    class Told(event.Listener):
+    class Stated(event.Listener):
         def on_start(self, event: Any) -> None:
             function = event.data["dispatcher"].py_func
             tell(f"{function.__module__.rpartition('.')[2]}.{function.__name__}")
@@ -77,7 +77,7 @@ def compiling(tell: Callable[[str], None]) -> Iterator[None]:
         def on_end(self, event: Any) -> None:
             pass
 
-    with event.install_listener("numba:compile", Told()):
+    with event.install_listener("numba:compile", Stated()):
         yield
 
 

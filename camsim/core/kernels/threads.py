@@ -114,12 +114,12 @@ def ahead(work: Callable[[Item], Done], items: Iterable[Item], most: int) -> Ite
 
     def placed(item: Item) -> Done:
         # One has the caller's place, who waits, others a helper's each: what they share has no more threads than cores.
-        own = next((place for place in places if place.acquire(blocking=False)), None)
+        one = next((place for place in places if place.acquire(blocking=False)), None)
         try:
             return work(item)
         finally:
-            if own is not None:
-                own.release()
+            if one is not None:
+                one.release()
 
     with ThreadPoolExecutor(threads) as pool:
         begun: deque[Future[Done]] = deque()

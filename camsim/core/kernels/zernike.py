@@ -27,10 +27,10 @@ def fill_sum(values: F64, x: F64, y: F64, terms: F64, steps: F64) -> None:
     real, other, turned = np.empty(AT_ONCE), np.empty(AT_ONCE), np.empty(AT_ONCE)
     for first in range(0, x.size, AT_ONCE):
         count = min(AT_ONCE, x.size - first)
-        px, py, own = x[first : first + count], y[first : first + count], values[first : first + count]
+        px, py, one = x[first : first + count], y[first : first + count], values[first : first + count]
         for i in range(count):
             square[i] = px[i] * px[i] + py[i] * py[i]
-            own[i], real[i], other[i] = 0.0, 1.0, 0.0
+            one[i], real[i], other[i] = 0.0, 1.0, 0.0
         for m in range(len(terms)):
             if m > 0:
                 for i in range(count):
@@ -52,4 +52,4 @@ def fill_sum(values: F64, x: F64, y: F64, terms: F64, steps: F64) -> None:
                 cosine, sine = terms[m, 0, p], terms[m, 1, p]
                 if cosine != 0.0 or sine != 0.0:
                     for i in range(count):
-                        own[i] += (cosine * real[i] + sine * other[i]) * last[i]
+                        one[i] += (cosine * real[i] + sine * other[i]) * last[i]

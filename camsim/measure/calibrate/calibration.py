@@ -76,7 +76,7 @@ def calibrate(shots: ShotsOfCamera) -> Calibration:
     step_dn = step_between_codes_dn(shot.codes for shot in shots.shots)
     settings = settings_of(shots, notes)
     own, shared = gain_errors(settings)
-    if shots.exposures_said and (agreed := linked(settings)) is not None:
+    if shots.exposures_stated and (agreed := linked(settings)) is not None:
         settings, own, shared = agreed
     base = settings[0]
     one = [_one(each, error, step_dn) for each, error in zip(settings, own, strict=True)]
@@ -96,7 +96,7 @@ def calibrate(shots: ShotsOfCamera) -> Calibration:
     white = max(largest, int(shots.white_dn or 0), *shots.linear_dn)
     current, at_c, doubling = figures.dark_current(shots, settings, notes)
     hot_fraction, hot_e_per_s, hot = figures.hot(shots, settings)
-    if any(not shot.iso_said for shot in shots.shots):
+    if any(not shot.iso_stated for shot in shots.shots):
         notes.append("no file says its ISO setting, which is called 100 here; a column iso in index.csv tells it")
     found = Calibration(
         shots=shots,
@@ -145,14 +145,14 @@ def _widened(found: Calibration) -> Calibration:
     return Calibration(**changed | {"settings": settings, "law": law})
 
 
-def _one(setting: Setting, gain_own: float, step_dn: float) -> OneSetting:
+def _one(setting: Setting, gain_alone: float, step_dn: float) -> OneSetting:
     rounding = step_dn**2 / 12.0
     return OneSetting(
         iso=setting.iso,
         gain_dn_per_e=setting.gain_dn_per_e.value,
-        gain_own=gain_own,
+        gain_alone=gain_alone,
         dn2=setting.darks.own.dn2 - rounding,
-        dn2_rows=setting.darks.own_rows - rounding,
+        dn2_rows=setting.darks.its_rows - rounding,
     )
 
 
@@ -193,7 +193,7 @@ def _after(settings: Sequence[Setting], law: Fitted, law_setting: Setting, step_
         AtGain(
             frames=[np.asarray(codes).astype(np.int64) for codes in each.dark_codes],
             gain_dn_per_e=each.gain_dn_per_e.value,
-            own_dn2=each.darks.own.dn2 - step_dn**2 / 12.0,
+            each_dn2=each.darks.own.dn2 - step_dn**2 / 12.0,
             rows_dn2=max(each.darks.rows.dn2, 0.0),
         )
         for each in settings

@@ -53,7 +53,7 @@ class DarkStatistics:
     black_sigma_dn: float
     cells_dn: F64
     own: Squared
-    own_rows: F64
+    its_rows: F64
     rows: Squared
     row_frequency: F64
     row_power: F64
@@ -78,17 +78,17 @@ def dark_statistics(frames: Sequence[Codes], period: tuple[int, int]) -> DarkSta
     mean /= count
     cells = _cells(mean, period)
     hot, excess = _hot(frames, mean - _tiled(cells, mean.shape))
-    own_rows, offsets = np.zeros(height), np.zeros((count, height))
+    its_rows, offsets = np.zeros(height), np.zeros((count, height))
     used = ~hot
     per_row = used.sum(axis=1)
     for k, frame in enumerate(frames):
         off = np.where(used, frame - mean, 0.0)
         row = off.sum(axis=1) / np.maximum(per_row, 1)
-        own_rows += np.where(used, (off - row[:, None]) ** 2, 0.0).sum(axis=1)
+        its_rows += np.where(used, (off - row[:, None]) ** 2, 0.0).sum(axis=1)
         offsets[k] = row - row.mean()
-    own_rows /= (count - 1) * np.maximum(per_row - 1, 1)
-    own = float(own_rows.mean())
-    own_sigma = float(own_rows.std(ddof=1)) / math.sqrt(height)
+    its_rows /= (count - 1) * np.maximum(per_row - 1, 1)
+    own = float(its_rows.mean())
+    its_sigma = float(its_rows.std(ddof=1)) / math.sqrt(height)
     freedom = (count - 1) * (height - 1)
     whole = float(np.sum(offsets**2)) / freedom
     chance = own / width
@@ -101,7 +101,7 @@ def dark_statistics(frames: Sequence[Codes], period: tuple[int, int]) -> DarkSta
         for row, line in enumerate(_lattices(period))
     ])  # fmt: skip
     fixed = np.where(used, mean - _tiled(cells, mean.shape), 0.0)
-    columns, blocks, of_columns = _fixed(fixed, used, own_rows / count)
+    columns, blocks, of_columns = _fixed(fixed, used, its_rows / count)
     scatter = float(blocks.std(ddof=1)) / math.sqrt(blocks.size) if blocks.size > 1 else float(abs(blocks[0]))
     pattern = Squared(dn2=float(blocks.mean()), sigma_dn2=scatter, null_dn2=scatter)
     frame_means = np.array([float(frame.mean(dtype=np.float64)) for frame in frames])
@@ -117,8 +117,8 @@ def dark_statistics(frames: Sequence[Codes], period: tuple[int, int]) -> DarkSta
         black_dn=float(np.mean(mean[used])),
         black_sigma_dn=black_sigma,
         cells_dn=cells,
-        own=Squared(dn2=own, sigma_dn2=own_sigma),
-        own_rows=own_rows,
+        own=Squared(dn2=own, sigma_dn2=its_sigma),
+        its_rows=its_rows,
         rows=rows,
         row_frequency=np.arange(1, height // 2 + 1) / height,
         row_power=power[1:],

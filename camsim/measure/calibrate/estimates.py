@@ -27,11 +27,11 @@ def root(squared: Estimate) -> Estimate:
     return no_figure(f"its square is within {SURE:g} standard errors of 0", at_most=most)
 
 
-def mean_of(told: Sequence[Estimate]) -> Estimate:
+def mean_of(stated: Sequence[Estimate]) -> Estimate:
     """Return the mean of independent figures by their errors; that of those which disagree has a wider one."""
-    known = [each for each in told if each.measurable]
+    known = [each for each in stated if each.measurable]
     if not known:
-        return told[0]
+        return stated[0]
     if any(each.sigma == 0.0 for each in known):
         return known[0]
     weight = np.array([1.0 / each.sigma**2 for each in known])
@@ -42,7 +42,7 @@ def mean_of(told: Sequence[Estimate]) -> Estimate:
     return Estimate(mean, math.sqrt(wider / float(np.sum(weight))))
 
 
-def best_of(told: Sequence[Estimate]) -> Estimate:
+def best_of(stated: Sequence[Estimate]) -> Estimate:
     """Return the figure of the least relative error: settings see the same photosites, and are not independent."""
-    known = [each for each in told if each.measurable]
-    return min(known, key=lambda each: each.sigma / each.value) if known else told[0]
+    known = [each for each in stated if each.measurable]
+    return min(known, key=lambda each: each.sigma / each.value) if known else stated[0]

@@ -37,31 +37,31 @@ def pattern(settings: Sequence[Setting]) -> Estimate:
 
 def columns(settings: Sequence[Setting]) -> Estimate:
     """Return what columns have of their own in all darks, electrons, of the setting that tells it best."""
-    told = []
+    stated = []
     for setting in settings:
         squared, gain = setting.darks.columns, setting.gain_dn_per_e.value
         if squared.there:
             own = math.sqrt(squared.dn2)
             by_gain = own / gain * setting.gain_dn_per_e.sigma / gain
-            told.append(Estimate(own / gain, math.hypot(0.5 * squared.sigma_dn2 / own / gain, by_gain)))
+            stated.append(Estimate(own / gain, math.hypot(0.5 * squared.sigma_dn2 / own / gain, by_gain)))
         else:
             most = math.sqrt(max(squared.dn2, 0.0) + SURE * squared.null_dn2) / gain
-            told.append(no_figure("noise gives as much by chance; more darks tell more", at_most=most))
-    known = [each for each in told if each.measurable]
-    return best_of(told) if known else min(told, key=lambda each: each.at_most)
+            stated.append(no_figure("noise gives as much by chance; more darks tell more", at_most=most))
+    known = [each for each in stated if each.measurable]
+    return best_of(stated) if known else min(stated, key=lambda each: each.at_most)
 
 
 def full_well(base: Setting) -> Estimate:
     """Return the full well of all channels, counted by the setting's gain."""
-    gain, told = base.gain_dn_per_e, []
+    gain, stated = base.gain_dn_per_e, []
     for channel in base.report.channels:
         own, well = channel.transfer.gain_dn_per_e, channel.transfer.full_well_e
         if not well.measurable:
             return well
         alone = math.sqrt(max((well.sigma / well.value) ** 2 - (own.sigma / own.value) ** 2, 0.0))
         value = well.value * own.value / gain.value
-        told.append(Estimate(value, value * max(alone, 1e-6)))
-    mean = mean_of(told)
+        stated.append(Estimate(value, value * max(alone, 1e-6)))
+    mean = mean_of(stated)
     return Estimate(mean.value, math.hypot(mean.sigma, mean.value * gain.sigma / gain.value))
 
 
@@ -122,10 +122,10 @@ def dark_current(
         math.sqrt(max((float(np.mean(scatter)) if scatter else 0.0) / len(each), setting.darks.black_sigma_dn**2))
         for each in points.values()
     ])  # fmt: skip
-    told = [celsius for _, celsius in points if celsius is not None]
+    stated = [celsius for _, celsius in points if celsius is not None]
     degrees = np.array([25.0 if celsius is None else celsius for _, celsius in points])
-    at_c = float(np.median(told)) if told else 25.0
-    if len(told) == len(points) and max(told) - min(told) >= _APART_C and len(points) > 3:
+    at_c = float(np.median(stated)) if stated else 25.0
+    if len(stated) == len(points) and max(stated) - min(stated) >= _APART_C and len(points) > 3:
 
         def warm(_: F64, black: float, current: float, doubling: float) -> F64:
             dark: F64 = black + current * time_s * 2.0 ** ((degrees - at_c) / doubling)

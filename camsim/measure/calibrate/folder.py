@@ -53,9 +53,9 @@ class Shot:
 
     file: str
     kind: Kind
-    told_by: str
+    stated_by: str
     iso: float
-    iso_said: bool
+    iso_stated: bool
     time_s: float | None
     exposure: float
     temperature_c: float | None
@@ -87,8 +87,8 @@ class ShotsOfCamera:
     white_dn: float | None
     pitch_um: float | None
     linear_dn: tuple[int, ...]
-    filters_said: bool
-    exposures_said: bool
+    filters_stated: bool
+    exposures_stated: bool
 
     @property
     def period(self) -> tuple[int, int]:
@@ -149,8 +149,8 @@ def read_folder(folder: str | Path, *, cfa: str | None = None, side: int = 1024)
         white_dn=picture.planes[0].white if _says_white(picture, shots[0].file) else None,
         pitch_um=picture.pitch_um,
         linear_dn=picture.noted.linear_dn if picture.noted is not None else (),
-        exposures_said=not any(math.isnan(shot.exposure) for shot in shots if shot.kind != "dark"),
-        filters_said=cfa is not None or _says_white(picture, shots[0].file),
+        exposures_stated=not any(math.isnan(shot.exposure) for shot in shots if shot.kind != "dark"),
+        filters_stated=cfa is not None or _says_white(picture, shots[0].file),
     )
 
 
@@ -169,20 +169,20 @@ def _listed(place: Path) -> Iterator[dict[str, str]]:
     seen: set[str] = set()
     for number, line in enumerate(lines, start=2):
         where = f"{str(index)!r}, line {number}"
-        told = {key: (line.get(key) or "").strip() for key in COLUMNS}
-        name = told["file"]
+        stated = {key: (line.get(key) or "").strip() for key in COLUMNS}
+        name = stated["file"]
         if not name or Path(name).is_absolute() or ".." in Path(name).parts:
             raise InputError(f"{where}: {name!r} must be a file in this folder")
         if name in seen:
             raise InputError(f"{where}: {name!r} is named before, and is one frame; name each once")
         seen.add(name)
-        if told["kind"] and told["kind"] not in get_args(Kind):
-            raise InputError(f"{where}: {told['kind']!r} is no kind; give {', '.join(get_args(Kind))}")
+        if stated["kind"] and stated["kind"] not in get_args(Kind):
+            raise InputError(f"{where}: {stated['kind']!r} is no kind; give {', '.join(get_args(Kind))}")
         for key in ("iso", "time_s", "exposure", "temperature_c"):
             least = {"iso": 1e-3, "time_s": 1e-9, "exposure": 0.0, "temperature_c": -273.15}[key]
-            if told[key] and not (_is_number(told[key]) and float(told[key]) >= least):
-                raise InputError(f"{where}: {key} must be a number of {least:g} or more, not {told[key]!r}")
-        yield {key: value for key, value in told.items() if value}
+            if stated[key] and not (_is_number(stated[key]) and float(stated[key]) >= least):
+                raise InputError(f"{where}: {key} must be a number of {least:g} or more, not {stated[key]!r}")
+        yield {key: value for key, value in stated.items() if value}
 
 
 def _is_number(text: str) -> bool:
@@ -194,7 +194,7 @@ def _is_number(text: str) -> bool:
 
 def _shot(line: dict[str, str], path: Path, picture: Picture, codes: Codes) -> Shot:
     """Return a frame; of what nothing tells yet the kind is a flat's, the exposure NaN."""
-    kind, told_by = _kind_of(line)
+    kind, stated_by = _kind_of(line)
     iso, time_s = setting_of(path, picture)
 
     def number(key: str, otherwise: float | None = None) -> float | None:
@@ -206,9 +206,9 @@ def _shot(line: dict[str, str], path: Path, picture: Picture, codes: Codes) -> S
     return Shot(
         file=line["file"],
         kind=kind,
-        told_by=told_by,
+        stated_by=stated_by,
         iso=_CALLED_ISO if iso is None else iso,
-        iso_said=iso is not None,
+        iso_stated=iso is not None,
         time_s=number("time_s", time_s),
         exposure=float(line.get("exposure", "nan")),
         temperature_c=number("temperature_c", temperature),
@@ -223,11 +223,11 @@ def _kind_of(line: dict[str, str]) -> tuple[Kind, str]:
     if "kind" in line:
         return kinds[line["kind"]], "index"
     *folders, name = Path(line["file"]).parts
-    for told_by, texts in (("folder", reversed(folders)), ("name", [name])):
+    for stated_by, texts in (("folder", reversed(folders)), ("name", [name])):
         for text in texts:
             for kind, words in _WORDS.items():
                 if any(re.search(rf"(?<![a-z]){word}", text.lower()) for word in words):
-                    return kind, told_by
+                    return kind, stated_by
     return "flat", _CONTENT
 
 
@@ -237,7 +237,7 @@ def _kinds(shots: Sequence[Shot]) -> Iterator[Shot]:
     most = max(shot.mean_dn for shot in shots)
     for shot in shots:
         dark = shot.mean_dn - least < max(_UNLIT * (most - least), 1.0)
-        yield replace(shot, kind="dark") if shot.told_by == _CONTENT and dark else shot
+        yield replace(shot, kind="dark") if shot.stated_by == _CONTENT and dark else shot
 
 
 def _clusters(shots: Sequence[Shot]) -> Iterator[Shot]:

@@ -28,7 +28,7 @@ class OneSetting:
 
     iso: float
     gain_dn_per_e: float
-    gain_own: float
+    gain_alone: float
     dn2: float
     dn2_rows: F64
 
@@ -98,7 +98,7 @@ def _sound(fit: ReadNoiseOverIso) -> bool:
 
 def _fit(settings: Sequence[OneSetting], split: int | None, after_dn2: Estimate | None) -> ReadNoiseOverIso:
     gain = np.array([each.gain_dn_per_e for each in settings])
-    gain_sigma = gain * np.array([each.gain_own for each in settings])
+    gain_sigma = gain * np.array([each.gain_alone for each in settings])
     measured = np.array([each.dn2 for each in settings])
     scatter = np.atleast_2d(np.cov([each.dn2_rows for each in settings])) / len(settings[0].dn2_rows)
     columns = [gain**2, np.ones_like(gain)] if len(settings) > 1 else [gain**2]
@@ -125,13 +125,13 @@ def _fit(settings: Sequence[OneSetting], split: int | None, after_dn2: Estimate 
     freedom = len(measured) - len(found)
     # Where the settings follow no such law the errors say so.
     wider = misfit / freedom if freedom and scipy.stats.chi2.sf(misfit, freedom) < _CHANCE else 1.0
-    told = [Estimate(float(v), math.sqrt(wider * float(covariance[k, k]))) for k, v in enumerate(found)]
+    stated = [Estimate(float(v), math.sqrt(wider * float(covariance[k, k]))) for k, v in enumerate(found)]
     one = no_figure("one ISO setting tells no noise after the gain from that before it: all is taken as before it")
     return ReadNoiseOverIso(
-        before_e2=told[0],
-        after_dn2=told[1] if len(told) > 1 else one,
+        before_e2=stated[0],
+        after_dn2=stated[1] if len(stated) > 1 else one,
         dual_from_iso=None if split is None else settings[split].iso,
-        dual_e2=None if split is None else told[2],
+        dual_e2=None if split is None else stated[2],
         misfit=misfit,
         freedom=freedom,
     )

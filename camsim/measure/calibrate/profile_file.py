@@ -29,7 +29,7 @@ def profile_text(found: Calibration, *, name: str, pitch_um: float | None = None
     shots = found.shots
     isos = ", ".join(f"{each.iso:g}" for each in found.settings)
     rows, cols = shots.channel_index.shape
-    pitch, told = _pitch(found, pitch_um)
+    pitch, stated = _pitch(found, pitch_um)
     lines = [
         f"# Calibrated from the {len(shots.shots)} frames of {json.dumps(shots.name, ensure_ascii=False)}: ISO {isos},",
         f"# the middle {rows} × {cols} photosites. A number ± its standard error; “typical”: not told by frames.",
@@ -37,7 +37,8 @@ def profile_text(found: Calibration, *, name: str, pitch_um: float | None = None
         "camsim: sensor/1",
         f"name: {json.dumps(name, ensure_ascii=False)}",
         "serial: 1                                  # of the fixed patterns: another number is another specimen",
-        f"frame: {{rows: {shots.rows}, cols: {shots.cols}, pitch_um: {pitch:g}}}    # rows, cols: files; pitch: {told}",
+        f"frame: {{rows: {shots.rows}, cols: {shots.cols}, pitch_um: {pitch:g}}}    # rows, cols: files; "
+        f"pitch: {stated}",
         f"photosite: {{kind: square, fill_factor: 1.0}}    # {_TYPICAL}",
         f"cfa: {_cfa(shots.pattern)}",
         *_efficiency(shots.pattern),
@@ -80,7 +81,7 @@ def _efficiency(pattern: Sequence[str]) -> Iterator[str]:
     yield "  peak: as given"
 
 
-def _told(key: str, found: Estimate, source: str) -> str:
+def _stated(key: str, found: Estimate, source: str) -> str:
     """Return a line of a table: the key with its number, or why there is none in a comment."""
     if found.measurable:
         return f"  {key}: {_number(found.value)}    # ± {found.sigma:.2g}; {source}"
@@ -94,18 +95,18 @@ def _number(value: float) -> str:
 
 def _charge(found: Calibration, hot_file: str | None) -> Iterator[str]:
     base = found.settings[0]
-    yield _told("full_well_e", found.full_well_e, f"clipped flats of ISO {base.iso:g}")
-    yield _told("prnu", found.prnu, "flats near half of saturation, after the high-pass of EMVA 1288 R4")
-    yield _told("dsnu_e", found.dsnu_e, "what stays in darks, without the columns'")
+    yield _stated("full_well_e", found.full_well_e, f"clipped flats of ISO {base.iso:g}")
+    yield _stated("prnu", found.prnu, "flats near half of saturation, after the high-pass of EMVA 1288 R4")
+    yield _stated("dsnu_e", found.dsnu_e, "what stays in darks, without the columns'")
     longest = max((shot.time_s or 0.0) for shot in found.shots.shots if shot.kind == "dark")
     current = found.dark_current_e_per_s
     if current.measurable:
-        yield _told("dark_current_e_per_s", current, "means of darks over their time")
+        yield _stated("dark_current_e_per_s", current, "means of darks over their time")
         yield f"  dark_current_at_c: {_number(found.dark_current_at_c)}"
         if found.doubling_c.measurable:
-            yield _told("dark_current_doubles_every_c", found.doubling_c, "means of darks over temperature and time")
+            yield _stated("dark_current_doubles_every_c", found.doubling_c, "means of darks over temperature and time")
     else:
-        yield _told("dark_current_e_per_s", current, "")
+        yield _stated("dark_current_e_per_s", current, "")
         typical = 0.0 if longest > _LONGEST_S else min(_TYPICAL_DARK, current.at_most)
         yield f"  dark_current_e_per_s: {_number(typical)}    # {_TYPICAL}"
     if hot_file is not None:
@@ -114,8 +115,8 @@ def _charge(found: Calibration, hot_file: str | None) -> Iterator[str]:
         yield f"  defects: {{hot: {json.dumps(hot_file, ensure_ascii=False)}}}    # {what}"
     elif found.hot:
         yield "  defects:"
-        yield "  " + _told("hot_fraction", found.hot_fraction, f"photosites steadily far above others, {longest:g} s")
-        yield "  " + _told("hot_e_per_s", found.hot_e_per_s, "their mean excess over the time of those darks")
+        yield "  " + _stated("hot_fraction", found.hot_fraction, f"photosites steadily far above others, {longest:g} s")
+        yield "  " + _stated("hot_e_per_s", found.hot_e_per_s, "their mean excess over the time of those darks")
 
 
 def _readout(found: Calibration) -> Iterator[str]:
@@ -135,41 +136,41 @@ def _readout(found: Calibration) -> Iterator[str]:
     elif offsets is not None:
         yield f"  black_offsets_dn: {json.dumps(offsets)}    # means of darks over the filter array"
     yield f"  base_iso: {base.iso:g}    # the lowest setting that was taken"
-    yield _told("electrons_per_dn", gain, "photon transfer")
+    yield _stated("electrons_per_dn", gain, "photon transfer")
     if others:
         yield "  gain_at_iso:"
         for each in others:
-            own = each.electrons_per_dn
-            row = f"{{iso: {each.iso:g}, electrons_per_dn: {_number(own.value)}}}"
-            yield f"    - {row}    # ± {own.sigma:.2g}; photon transfer"
+            one = each.electrons_per_dn
+            row = f"{{iso: {each.iso:g}, electrons_per_dn: {_number(one.value)}}}"
+            yield f"    - {row}    # ± {one.sigma:.2g}; photon transfer"
     yield from _noise(found)
-    yield _told("row_noise_e", found.row_noise_e, "power of rows' offsets in darks, the white part")
+    yield _stated("row_noise_e", found.row_noise_e, "power of rows' offsets in darks, the white part")
     flicker = found.flicker_rows_e
     if flicker.measurable:
         row = f"{{sigma_e: {_number(flicker.value)}, exponent: 1}}"
         yield f"  flicker_rows: {row}    # ± {flicker.sigma:.2g}; the 1/f part"
-    yield _told("column_noise_e", found.column_noise_e, "columns' offsets that stay in darks")
+    yield _stated("column_noise_e", found.column_noise_e, "columns' offsets that stay in darks")
 
 
 def _noise(found: Calibration) -> Iterator[str]:
     how = "darks over ISO" if len(found.settings) > 1 else "darks of one ISO, in which noise after the gain is too"
-    yield _told("read_noise_e", found.read_noise_e, f"{how}, before the gain, without jumps")
+    yield _stated("read_noise_e", found.read_noise_e, f"{how}, before the gain, without jumps")
     if found.law is not None and found.read_noise_e.measurable:
         yield from _law(found.law)
     if found.telegraph_fraction.measurable:
         yield "  telegraph_noise:"
-        yield "  " + _told(
+        yield "  " + _stated(
             "fraction", found.telegraph_fraction, "pairs of darks that differ by more than the law gives"
         )
-        yield "  " + _told("amplitude_e", found.telegraph_e, "likewise")
+        yield "  " + _stated("amplitude_e", found.telegraph_e, "likewise")
     if found.dual_read_noise_e is not None and found.over_iso.dual_from_iso is not None:
         at = found.over_iso.dual_from_iso
         dual = found.dual_read_noise_e
         if dual.measurable:
             yield "  dual_gain:"
             yield f"    from_iso: {at:g}    # one conversion gain does not fit the darks over ISO"
-            yield "  " + _told("read_noise_e", dual, "darks from that ISO on")
-    yield _told("output_noise_dn", found.output_noise_dn, "darks over ISO, after the gain")
+            yield "  " + _stated("read_noise_e", dual, "darks from that ISO on")
+    yield _stated("output_noise_dn", found.output_noise_dn, "darks over ISO, after the gain")
 
 
 def _law(law: Fitted) -> Iterator[str]:
@@ -183,8 +184,8 @@ def _law(law: Fitted) -> Iterator[str]:
     else:
         yield "  # its law: normal; tails do not raise the likelihood by 4 standard errors of the rise"
     if shape.spread:
-        told = f"± {law.errors['spread']:.2g}; pairs of darks that differ much together"
-        yield f"  read_noise_spread: {_number(shape.spread)}    # {told}"
+        stated = f"± {law.errors['spread']:.2g}; pairs of darks that differ much together"
+        yield f"  read_noise_spread: {_number(shape.spread)}    # {stated}"
 
 
 def _black(found: Calibration) -> tuple[int, list[list[int]] | None]:

@@ -85,7 +85,7 @@ def _setting(shots: ShotsOfCamera, iso: float, here: Sequence[Shot], notes: list
             group = replace(group, time_s=nearest)
         matched.append(group)
     taken = Shots(name=name, channels=shots.channels, channel_index=shots.channel_index, groups=tuple(_merged(matched)))
-    if not shots.filters_said:
+    if not shots.filters_stated:
         refuse_filters(taken)
     report = measure_noise(taken)
     gains = [channel.transfer.gain_dn_per_e for channel in report.channels]
@@ -160,17 +160,17 @@ def linked(settings: Sequence[Setting]) -> tuple[tuple[Setting, ...], list[float
 
     found = [slopes(setting) for setting in settings]
     ratio = np.array([np.mean([logs[c] - found[0][0][c] for c in channels]) for logs, _ in found])
-    own = np.array([math.hypot(float(np.sqrt(np.mean(error**2))), _CLOCK) for _, error in found])
+    one = np.array([math.hypot(float(np.sqrt(np.mean(error**2))), _CLOCK) for _, error in found])
     photon, _ = gain_errors(settings)
     logs = np.log([each.gain_dn_per_e.value for each in settings]) - ratio
-    weight = 1.0 / (np.square(photon) + own**2)
+    weight = 1.0 / (np.square(photon) + one**2)
     mean = float(np.sum(weight * logs) / np.sum(weight))
     misfit = float(np.sum(weight * (logs - mean) ** 2))
     if len(settings) < 2 or scipy.stats.chi2.sf(misfit, len(settings) - 1) < _CHANCE:
         return None
     shared = 1.0 / math.sqrt(float(np.sum(weight)))
     agreed = []
-    for setting, by, error in zip(settings, ratio, own, strict=True):
+    for setting, by, error in zip(settings, ratio, one, strict=True):
         gain = math.exp(mean + by)
         agreed.append(replace(setting, gain_dn_per_e=Estimate(gain, gain * math.hypot(shared, error))))
-    return tuple(agreed), own.tolist(), shared
+    return tuple(agreed), one.tolist(), shared

@@ -37,8 +37,8 @@ class PairCounts:
         pairs = [pair - round(float(np.median(pair))) for pair in pairs]
         far = [np.abs(pair) for pair in pairs]
         top = max(int(each.max()) for each in far)
-        heard = sum(np.bincount(each.ravel(), minlength=top + 1) for each in far)
-        edges = _edges(np.asarray(heard, np.int64))
+        counted = sum(np.bincount(each.ravel(), minlength=top + 1) for each in far)
+        edges = _edges(np.asarray(counted, np.int64))
         bin_of = np.searchsorted(edges, np.arange(top + 1), side="right") - 1
         bins = len(edges)
         blocks = min(_BLOCKS, len(frames[0]))
@@ -81,10 +81,10 @@ class SingleCounts:
         )
 
 
-def _edges(heard: I64) -> I64:
+def _edges(counted: I64) -> I64:
     """Return first lattice points of bins: alike in the core, further and further out in the tail."""
-    above = 1.0 - np.concatenate([[0.0], np.cumsum(heard)[:-1]]) / heard.sum()  # of |d| ≥ k
-    least = _LEAST_COUNT / heard.sum()
+    above = 1.0 - np.concatenate([[0.0], np.cumsum(counted)[:-1]]) / counted.sum()  # of |d| ≥ k
+    least = _LEAST_COUNT / counted.sum()
     wanted = np.concatenate([
         np.linspace(1.0, 0.08, _CORE, endpoint=False), np.geomspace(0.08, max(least, 1e-9), _TAIL)
     ])  # fmt: skip

@@ -128,7 +128,7 @@ class AtGain:
 
     frames: Sequence[I64]
     gain_dn_per_e: float
-    own_dn2: float
+    each_dn2: float
     rows_dn2: float
 
 
@@ -144,13 +144,13 @@ def fit_after(darks: Sequence[AtGain], law: Fitted, law_gain_dn_per_e: float, *,
         for model, each in zip(models, darks, strict=True):
             by = each.gain_dn_per_e / law_gain_dn_per_e
             here = replace(shape, amplitude_dn=shape.amplitude_dn * by)
-            own = max(each.own_dn2 - after_dn2 - here.telegraph_dn2, 1e-4 * each.own_dn2)
+            one = max(each.each_dn2 - after_dn2 - here.telegraph_dn2, 1e-4 * each.each_dn2)
             model.normal_dn2 = after_dn2 + each.rows_dn2
-            total = total + model.logarithms(replace(here, sigma_dn=math.sqrt(own)))
+            total = total + model.logarithms(replace(here, sigma_dn=math.sqrt(one)))
         found: F64 = total
         return found
 
-    most = min(each.own_dn2 for each in darks)
+    most = min(each.each_dn2 for each in darks)
 
     def best(shape: Shape) -> float:
         found = scipy.optimize.minimize_scalar(
@@ -166,7 +166,7 @@ def fit_after(darks: Sequence[AtGain], law: Fitted, law_gain_dn_per_e: float, *,
     scores, curvature = (more - less) / (2.0 * width), float((more - 2.0 * here + less).sum()) / width**2
     if not curvature < 0.0:
         return no_figure("the darks' law tells nothing of the noise after the gain")
-    own = math.sqrt(scores.size) * float(np.std(scores, ddof=1)) / -curvature
+    one = math.sqrt(scores.size) * float(np.std(scores, ddof=1)) / -curvature
     moved = [
         max(
             abs(best(replace(law.shape, **{name: getattr(law.shape, name) + by * law.errors[name]})) - value)
@@ -175,7 +175,7 @@ def fit_after(darks: Sequence[AtGain], law: Fitted, law_gain_dn_per_e: float, *,
         for name in ("tails", "spread", "fraction", "amplitude_dn")
         if getattr(law.shape, name)
     ]
-    return Estimate(value, math.hypot(own, *moved))
+    return Estimate(value, math.hypot(one, *moved))
 
 
 _FIRST_TAILS: dict[Law, float] = {"normal": 0.0, "student": 0.12, "tukey": -0.05}
@@ -229,12 +229,12 @@ class _Model:
         decays = np.exp(-self.normal_dn2 * self.omega**2) * self.rounding
         sigmas, of_sigma = self._sigmas(shape)
         curve = _characteristic(shape.law, shape.tails)
-        own = np.stack([curve(self.omega * sigma) ** 2 * decays for sigma in sigmas])
-        still = own @ self.of_bins.T
+        one = np.stack([curve(self.omega * sigma) ** 2 * decays for sigma in sigmas])
+        still = one @ self.of_bins.T
         joint: F64 = (1.0 - shape.fraction) * (still.T * of_sigma) @ still
         if shape.fraction:
             of_jump = self._of_jumps(shape)
-            moved = (own[:, None, :] * self.jumps).reshape(-1, self.omega.size) @ self.of_bins.T
+            moved = (one[:, None, :] * self.jumps).reshape(-1, self.omega.size) @ self.of_bins.T
             joint = joint + shape.fraction * (moved.T * np.outer(of_sigma, of_jump).ravel()) @ moved
         return joint
 
@@ -278,8 +278,8 @@ class _Model:
     def logarithms(self, shape: Shape) -> F64:
         """Return the logarithm of the likelihood of each block of rows."""
         joint = np.maximum(self.probabilities(shape), _NONE)
-        told: F64 = np.tensordot(self.seen.counts, np.log(joint / joint.sum()), axes=2)
-        return told
+        stated: F64 = np.tensordot(self.seen.counts, np.log(joint / joint.sum()), axes=2)
+        return stated
 
     def best(self, start: Shape) -> tuple[Shape, F64]:
         """Return the shape of the greatest likelihood that has the parts of ``start``, and its logarithms by block."""
@@ -309,9 +309,9 @@ class _Model:
             moved = _shape_of(shape, values)
             assert moved is not None
             kept, self.normal_dn2 = self.normal_dn2, self.normal_dn2 if normal_dn2 is None else normal_dn2
-            told = self.logarithms(moved)
+            stated = self.logarithms(moved)
             self.normal_dn2 = kept
-            return told
+            return stated
 
         def gradient(values: F64, normal_dn2: float | None = None) -> F64:
             steps = width * np.eye(size)
@@ -352,8 +352,8 @@ def _errors_of(shape: Shape, values: F64, covariance: F64) -> tuple[dict[str, fl
         return math.sqrt(max(float(along @ covariance @ along), 0.0))
 
     names = ("sigma_dn", "tails", "spread", "fraction", "amplitude_dn")
-    told = {name: error(lambda each, name=name: float(getattr(each, name))) for name in names}  # type: ignore[misc]
-    return told, error(lambda each: each.telegraph_dn2)
+    stated = {name: error(lambda each, name=name: float(getattr(each, name))) for name in names}  # type: ignore[misc]
+    return stated, error(lambda each: each.telegraph_dn2)
 
 
 def _values_of(shape: Shape) -> F64:
@@ -395,19 +395,19 @@ def _characteristic(law: Law, tails: float) -> Callable[[F64], F64]:
         dof = 1.0 / tails
         scaled = np.maximum(math.sqrt(dof - 2.0) * knots, 1e-9)
         half = 0.5 * dof
-        told = np.exp(
+        stated = np.exp(
             np.log(scipy.special.kve(half, scaled)) - scaled + half * np.log(scaled)
             - scipy.special.gammaln(half) - (half - 1.0) * math.log(2.0)
         )  # fmt: skip
-        told[0] = 1.0
+        stated[0] = 1.0
     else:
         place = np.linspace(0.0, 45.0, 1201)
         rest = 1.0 / (1.0 + np.exp(place))  # 1 − p
         far = -tukey_quantiles(rest, tails) / tukey_sigma(tails)
         weight = 2.0 * rest * (1.0 - rest) * (place[1] - place[0])
         weight[0] *= 0.5
-        told = np.cos(np.outer(knots, far)) @ weight
-    spline = scipy.interpolate.CubicSpline(knots, told)
+        stated = np.cos(np.outer(knots, far)) @ weight
+    spline = scipy.interpolate.CubicSpline(knots, stated)
 
     def curve(u: F64) -> F64:
         found: F64 = np.where(u < _DECAYED, spline(np.minimum(u, _DECAYED)), 0.0)

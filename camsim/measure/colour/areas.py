@@ -115,7 +115,7 @@ def patch_areas(capture: Capture) -> tuple[list[PatchArea], int]:
                 continue
         small += 1
     found.reverse()
-    return _told_apart(found), small
+    return _distinguishable(found), small
 
 
 def _window_um(capture: Capture) -> tuple[float, float, float, float]:
@@ -185,13 +185,13 @@ def _inside(area: Any, shape: tuple[int, int]) -> tuple[Roi, npt.NDArray[np.bool
     return Roi(int(rows[0]), int(cols[0]), int(rows.size), int(cols.size)), inside
 
 
-def _told_apart(patches: list[PatchArea]) -> list[PatchArea]:
+def _distinguishable(patches: list[PatchArea]) -> list[PatchArea]:
     """Number the patches that have a name in common."""
     names = [patch.name for patch in patches]
     seen: dict[str, int] = {}
-    told = []
+    stated = []
     for patch in patches:
         number = seen[patch.name] = seen.get(patch.name, 0) + 1
         name = patch.name if names.count(patch.name) == 1 else f"{patch.name} ({number})"
-        told.append(PatchArea(name=name, reflectance=patch.reflectance, roi=patch.roi, inside=patch.inside))
-    return told
+        stated.append(PatchArea(name=name, reflectance=patch.reflectance, roi=patch.roi, inside=patch.inside))
+    return stated

@@ -136,7 +136,7 @@ def calibrate_colour(
         fit = fit_matrix(seen.mean, colours, used)
     except UnsupportedError as why:
         raise UnsupportedError(why.message, stage=picture.name) from None
-    own = replace(colours, names=tuple(np.array(colours.names)[used].tolist()))
+    one = replace(colours, names=tuple(np.array(colours.names)[used].tolist()))
     means, error = seen.mean[used], seen.error[used]
     return ColourCalibration(
         file=picture.name,
@@ -149,8 +149,8 @@ def calibrate_colour(
         delta_e_before=_before(picture, seen, colours),
         delta_e_after=tuple(fit.delta_e_2000.tolist()),
         delta_e_left_out=tuple(fit.left_out.tolist()),
-        smooth=smooth_curves(means, error, own),
-        nearest=nearest_camera(means, own, cameras),
+        smooth=smooth_curves(means, error, one),
+        nearest=nearest_camera(means, one, cameras),
     )
 
 
@@ -170,10 +170,10 @@ def _rows(matrix: np.ndarray[Any, Any]) -> tuple[tuple[float, ...], ...]:
 
 def _before(picture: Picture, seen: Chart, colours: PatchColours) -> tuple[float, ...] | None:
     """Return ΔE2000 of the patches by the file's own matrix and white balance."""
-    own = development_of(picture, seen.mean)
-    if own is None:
+    one = development_of(picture, seen.mean)
+    if one is None:
         return None
-    found = own.scaled(seen.mean, colours.xyz[GREYS, 1]).xyz(seen.mean)
+    found = one.scaled(seen.mean, colours.xyz[GREYS, 1]).xyz(seen.mean)
     different = np.where(seen.clipped, np.nan, delta_e_2000(lab_of(found), colours.lab))
     return tuple(different.tolist())
 

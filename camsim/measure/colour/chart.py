@@ -58,7 +58,7 @@ class Chart:
     error: F64
     clipped: tuple[bool, ...]
 
-    def shown(self, area: PatchArea) -> tuple[slice, slice]:
+    def displayed(self, area: PatchArea) -> tuple[slice, slice]:
         """Return where a patch's rectangle lies in ``light``."""
         row, col = area.roi.row - self.window[0], area.roi.col - self.window[1]
         return slice(row, row + area.roi.rows), slice(col, col + area.roi.cols)
@@ -123,14 +123,14 @@ def _read(picture: Picture, to_pixel: F64, names: Sequence[str]) -> Chart:
     chart = Chart(areas=tuple(areas), window=window, light=light, mean=np.empty(0), error=np.empty(0), clipped=())
     mean, error = np.empty((len(areas), 3)), np.empty((len(areas), 3))
     for k, area in enumerate(areas):
-        own = light[chart.shown(area)][area.inside].astype(np.float64)
-        there = np.isfinite(own)
+        one = light[chart.displayed(area)][area.inside].astype(np.float64)
+        there = np.isfinite(one)
         count = there.sum(axis=0)
         if count.min() < 2:
             raise UnsupportedError(f"the patch {area.name} shows a channel too little", stage=picture.name)
-        mean[k] = np.nanmean(own, axis=0)
-        error[k] = np.nanstd(own, axis=0, ddof=1) / np.sqrt(count)
-        clipped.append(float(np.mean(own[there] >= 1.0 - 1e-6)) > 0.002)
+        mean[k] = np.nanmean(one, axis=0)
+        error[k] = np.nanstd(one, axis=0, ddof=1) / np.sqrt(count)
+        clipped.append(float(np.mean(one[there] >= 1.0 - 1e-6)) > 0.002)
     return Chart(areas=tuple(areas), window=window, light=light, mean=mean, error=error, clipped=tuple(clipped))
 
 

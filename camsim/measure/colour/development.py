@@ -50,10 +50,10 @@ def development_of(picture: Picture, means: F64) -> Development | None:
         return None
     to_camera = np.array(noted.xyz_to_camera[:3], np.float64)
     white = fit_white("D65")
-    shown = to_camera @ white
-    if not shown.min() > 0.0 or abs(np.linalg.det(to_camera)) < 1e-9:
+    displayed = to_camera @ white
+    if not displayed.min() > 0.0 or abs(np.linalg.det(to_camera)) < 1e-9:
         return None
-    to_xyz: F64 = adaptation(white, XYZ_D50) @ np.linalg.inv(to_camera / shown[:, None])
+    to_xyz: F64 = adaptation(white, XYZ_D50) @ np.linalg.inv(to_camera / displayed[:, None])
     if len(noted.white_balance) < 3:
         return Development(neutral=means[GREYS].sum(axis=0), to_xyz=to_xyz, by_greys=True)
     return Development(neutral=1.0 / np.array(noted.white_balance[:3], np.float64), to_xyz=to_xyz)

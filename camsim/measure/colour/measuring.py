@@ -111,22 +111,22 @@ def developed_chart(
     check_given(picture=picture)
     colours = PatchColours.of(reflectance_names(chart), light)
     seen = read_chart(picture, colours, corners=corners, chart=chart)
-    own = development_of(picture, seen.mean)
-    if own is None:
+    one = development_of(picture, seen.mean)
+    if one is None:
         message = "states no colour matrix; camsim calibrate colour measures one of such a chart"
         raise UnsupportedError(message, stage=picture.name)
-    own = own.scaled(seen.mean, colours.xyz[GREYS, 1])
-    light_seen = (seen.light / own.neutral).astype(np.float32)
+    one = one.scaled(seen.mean, colours.xyz[GREYS, 1])
+    light_seen = (seen.light / one.neutral).astype(np.float32)
     whole = developed_light(light_seen)
     kept = [k for k, full in enumerate(seen.clipped) if not full]
     patches = [
         _patch(
             seen.areas[k],
-            whole[seen.shown(seen.areas[k])][seen.areas[k].inside],
-            seen.mean[k] / own.neutral,
-            seen.error[k] / own.neutral,
+            whole[seen.displayed(seen.areas[k])][seen.areas[k].inside],
+            seen.mean[k] / one.neutral,
+            seen.error[k] / one.neutral,
             colours.lab[k],
-            own.to_xyz,
+            one.to_xyz,
         )
         for k in kept
     ]
@@ -137,16 +137,16 @@ def developed_chart(
         patches=tuple(patches),
         # Greys reflect all alike: what they are off is the white balance's.
         white_balance=None
-        if own.by_greys
-        else _white_balance(patches, seen.mean[kept] / own.neutral, colours.xyz[kept, 1:2] * np.ones(3)),
+        if one.by_greys
+        else _white_balance(patches, seen.mean[kept] / one.neutral, colours.xyz[kept, 1:2] * np.ones(3)),
         left_out=tuple(
             f"{area.name}: clipped; expose less" for area, full in zip(seen.areas, seen.clipped, strict=True) if full
         ),
         development=_DEVELOPMENT.format(
-            "the chart's greys" if own.by_greys else "the file", "the chart's greys are as bright as they reflect"
+            "the chart's greys" if one.by_greys else "the file", "the chart's greys are as bright as they reflect"
         ),
     )
-    return report, seen, own
+    return report, seen, one
 
 
 def linear_light(picture: Picture, capture: Capture) -> F32:
@@ -207,20 +207,20 @@ def _means(light: F32, area: PatchArea) -> tuple[F64, F64]:
     """Return the mean of each channel's own photosites and its standard error, (3,) each."""
     mean, error = np.full(3, np.nan), np.zeros(3)
     for k in range(3):
-        own = light[..., k][area.inside]
-        own = own[np.isfinite(own)].astype(np.float64)
-        if own.size > 1:
-            mean[k], error[k] = own.mean(), own.std(ddof=1) / math.sqrt(own.size)
+        one = light[..., k][area.inside]
+        one = one[np.isfinite(one)].astype(np.float64)
+        if one.size > 1:
+            mean[k], error[k] = one.mean(), one.std(ddof=1) / math.sqrt(one.size)
     return mean, error
 
 
-def _patch(area: PatchArea, shown: F32, mean: F64, error: F64, reference: F64, to_xyz: F64) -> PatchColour:
+def _patch(area: PatchArea, displayed: F32, mean: F64, error: F64, reference: F64, to_xyz: F64) -> PatchColour:
     # The mean, and the mean moved by a standard error in each channel, both ways.
     moves = np.concatenate([np.zeros((1, 3)), np.diag(error), -np.diag(error)])
     colours = lab((mean + moves)[None].astype(np.float32), to_xyz)[0]
     difference = delta_e_2000(colours, np.broadcast_to(reference, colours.shape))
-    each = lab(shown[None], to_xyz)[0]
-    luminance = np.einsum("c,nc->n", to_xyz[1], shown.astype(np.float64))
+    each = lab(displayed[None], to_xyz)[0]
+    luminance = np.einsum("c,nc->n", to_xyz[1], displayed.astype(np.float64))
     scatter = float(luminance.std(ddof=1))
     return PatchColour(
         name=area.name,

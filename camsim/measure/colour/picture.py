@@ -26,27 +26,29 @@ def halves(picture: Picture, capture: Capture, report: ColourReport) -> U8:
     camera = capture.camera
     order = [camera.cfa.channels.index(letter) for letter in CHANNELS]
     to_xyz = fit_for_development(camera.colour_response(capture.light, capture.colour_matrix)).forward[:, order]
-    shown = developed(developed_light(linear_light(straightened(picture, capture), capture)), to_xyz)
+    displayed = developed(developed_light(linear_light(straightened(picture, capture), capture)), to_xyz)
     measured = {patch.name for patch in report.patches}
     areas = [area for area in patch_areas(capture)[0] if area.name in measured]
-    return _with_references(shown, areas, (0, 0), reference_xyz(capture.light, [area.reflectance for area in areas]))
+    return _with_references(
+        displayed, areas, (0, 0), reference_xyz(capture.light, [area.reflectance for area in areas])
+    )
 
 
 def halves_of_chart(picture: Picture, light: Light, *, corners: Sequence[Corner] | None, chart: str) -> U8:
     """Return the same of what holds the chart in anybody's picture."""
-    _, seen, own = developed_chart(picture, light, corners=corners, chart=chart)
-    shown = developed(developed_light((seen.light / own.neutral).astype(np.float32)), own.to_xyz)
+    _, seen, one = developed_chart(picture, light, corners=corners, chart=chart)
+    displayed = developed(developed_light((seen.light / one.neutral).astype(np.float32)), one.to_xyz)
     reference = reference_xyz(light, [area.reflectance for area in seen.areas])
-    return _with_references(shown, seen.areas, seen.window[:2], reference)
+    return _with_references(displayed, seen.areas, seen.window[:2], reference)
 
 
-def _with_references(shown: F32, areas: Sequence[PatchArea], corner: tuple[int, int], reference: F64) -> U8:
+def _with_references(displayed: F32, areas: Sequence[PatchArea], corner: tuple[int, int], reference: F64) -> U8:
     """Return a developed picture whose patches' right halves have the colours (n, 3), XYZ under D50."""
     colours = developed((reference / XYZ_D50)[None].astype(np.float32), np.diag(XYZ_D50))[0]
     for area, colour in zip(areas, colours, strict=True):
         right = area.inside.copy()
         right[:, : right.shape[1] // 2] = False
         row, col = area.roi.row - corner[0], area.roi.col - corner[1]
-        shown[row : row + area.roi.rows, col : col + area.roi.cols][right] = colour
-    codes: U8 = np.rint(255.0 * shown).astype(np.uint8)
+        displayed[row : row + area.roi.rows, col : col + area.roi.cols][right] = colour
+    codes: U8 = np.rint(255.0 * displayed).astype(np.uint8)
     return codes

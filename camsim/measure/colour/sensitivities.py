@@ -50,8 +50,8 @@ class Smooth:
         """The curves by letter, responses per energy."""
         nodes_nm = NODES_NM.tolist()
         return {
-            letter: Curve(nodes_nm, own, outside="zero")
-            for letter, own in zip("RGB", self.values.tolist(), strict=True)
+            letter: Curve(nodes_nm, one, outside="zero")
+            for letter, one in zip("RGB", self.values.tolist(), strict=True)
         }
 
     @property
@@ -84,24 +84,24 @@ def smooth_curves(means: F64, error: F64, colours: PatchColours) -> Smooth:
     steps = (NODES_NM[:, None] - NODES_NM) / SMOOTH_NM
     prior = np.exp(-0.5 * steps**2) * ends[:, None] * ends
     white = means.max(axis=0)
-    shown, scatter = means / white, error / white
-    told = seen @ prior @ seen.T
+    displayed, scatter = means / white, error / white
+    stated = seen @ prior @ seen.T
     best, noise, heights = -math.inf, _NOISE[0], [_HEIGHTS[0]] * 3
     for part in _NOISE:
-        each = [_likeliest(shown[:, k], _sigma(shown[:, k], scatter[:, k], part), told) for k in range(3)]
+        each = [_likeliest(displayed[:, k], _sigma(displayed[:, k], scatter[:, k], part), stated) for k in range(3)]
         if sum(likely for likely, _ in each) > best:
             best, noise, heights = sum(likely for likely, _ in each), part, [height for _, height in each]
     values, sigma = np.empty((3, NODES_NM.size)), np.empty((3, NODES_NM.size))
     for k, height in enumerate(heights):
-        own, off = height**2 * prior, _sigma(shown[:, k], scatter[:, k], noise)
-        gain = np.linalg.solve(seen @ own @ seen.T + np.diag(off**2), seen @ own)
-        sigma[k] = np.sqrt(np.maximum(np.diag(own - own @ seen.T @ gain), 0.0))
+        one, off = height**2 * prior, _sigma(displayed[:, k], scatter[:, k], noise)
+        gain = np.linalg.solve(seen @ one @ seen.T + np.diag(off**2), seen @ one)
+        sigma[k] = np.sqrt(np.maximum(np.diag(one - one @ seen.T @ gain), 0.0))
         # Not negative: least squares of the patches and of the prior's own roots.
-        root = np.linalg.cholesky(np.linalg.inv(own + 1e-6 * height**2 * np.eye(NODES_NM.size))).T
+        root = np.linalg.cholesky(np.linalg.inv(one + 1e-6 * height**2 * np.eye(NODES_NM.size))).T
         rows = np.concatenate([seen / off[:, None], root])
-        values[k] = scipy.optimize.nnls(rows, np.concatenate([shown[:, k] / off, np.zeros(len(root))]), maxiter=10_000)[
-            0
-        ]
+        values[k] = scipy.optimize.nnls(
+            rows, np.concatenate([displayed[:, k] / off, np.zeros(len(root))]), maxiter=10_000
+        )[0]
     relative = np.sqrt((sigma**2).mean(axis=1) / np.maximum((values**2).mean(axis=1), 1e-30))
     values, sigma = values * white[:, None], sigma * white[:, None]
     highest = float(values.max())
@@ -137,19 +137,19 @@ def nearest_camera(means: F64, colours: PatchColours, cameras: Sequence[CameraCu
     return best
 
 
-def _likeliest(shown: F64, sigma: F64, told: F64) -> tuple[float, float]:
+def _likeliest(displayed: F64, sigma: F64, stated: F64) -> tuple[float, float]:
     """Return the logarithm of the likelihood of a channel's patches and the prior's deviation that makes it largest."""
     best = -math.inf, float(_HEIGHTS[0])
     for height in _HEIGHTS:
-        _, logarithm = np.linalg.slogdet(whole := height**2 * told + np.diag(sigma**2))
-        likely = float(-0.5 * (shown @ np.linalg.solve(whole, shown) + logarithm))
+        _, logarithm = np.linalg.slogdet(whole := height**2 * stated + np.diag(sigma**2))
+        likely = float(-0.5 * (displayed @ np.linalg.solve(whole, displayed) + logarithm))
         best = max(best, (likely, float(height)))
     return best
 
 
-def _sigma(shown: F64, scatter: F64, part: float) -> F64:
+def _sigma(displayed: F64, scatter: F64, part: float) -> F64:
     """Return standard deviations of a channel's patches: noise, and what charts differ by from their tables."""
-    sigma: F64 = np.hypot(scatter, part * (0.7 * np.maximum(shown, 0.0) + 0.1))
+    sigma: F64 = np.hypot(scatter, part * (0.7 * np.maximum(displayed, 0.0) + 0.1))
     return sigma
 
 
@@ -173,6 +173,6 @@ def _fine(colours: PatchColours) -> _Seen:
 def _of_nodes(colours: PatchColours) -> F64:
     """Return (n, nodes) what 1 at each node of a curve that is straight between them gives of each patch."""
     seen = _fine(colours)
-    hats = np.stack([np.interp(seen.nodes_nm, NODES_NM, own, left=0.0, right=0.0) for own in np.eye(NODES_NM.size)])
+    hats = np.stack([np.interp(seen.nodes_nm, NODES_NM, one, left=0.0, right=0.0) for one in np.eye(NODES_NM.size)])
     projected: F64 = seen.power @ hats.T
     return projected

@@ -70,7 +70,7 @@ def _shift_of(found: F32, subject: Subject, channels: list[int]) -> tuple[float,
         if np.abs(step).max() < 10.0**-_DIGITS:
             break
     left = _moved(seen, shift) - gain * wanted - offset
-    if not _told(np.einsum("ij,i->j", ways, shift), float(gain), _covariances(solving[:-1], where, left)):
+    if not _stated(np.einsum("ij,i->j", ways, shift), float(gain), _covariances(solving[:-1], where, left)):
         return 0.0, 0.0
     down, right = (round(float(way), _DIGITS) + 0.0 for way in shift)
     return right, down
@@ -105,7 +105,7 @@ def _covariances(solving: F64, where: Used, left: F64) -> list[F64]:
     return [np.einsum("an,bn->ab", part, part) for part in parts]
 
 
-def _told(shift: F64, scale: float, covariances: list[F64]) -> bool:
+def _stated(shift: F64, scale: float, covariances: list[F64]) -> bool:
     """Return whether a shift is known well, or beyond chance, by each of the covariances of (scale · shift, scale)."""
     for covariance in covariances:
         if not scale > _SURE * float(np.sqrt(covariance[-1, -1])):

@@ -108,16 +108,16 @@ def _by_libraw(frame: Frame) -> Iterator[Method]:
         raise UnsupportedError("knows Bayer and X-Trans arrays only", stage="LibRaw")
 
     def method(name: str, algorithm: str) -> Method:
-        own = f"LibRaw: {name}"
+        one = f"LibRaw: {name}"
         least = _LEAST_FOR_PASSES if x_trans and algorithm in _PASSES else _LEAST_FOR_LIBRAW
 
         def run(frame: Frame) -> F32:
             if min(frame.shape) < least:
                 message = f"needs {least} photosites a side, and the picture has {min(frame.shape)}"
-                raise UnsupportedError(message, stage=own)
-            return _developed_by_libraw(frame, algorithm, stage=own)
+                raise UnsupportedError(message, stage=one)
+            return _developed_by_libraw(frame, algorithm, stage=one)
 
-        return Method(own, run)
+        return Method(one, run)
 
     named = _X_TRANS if x_trans else _BAYER
     return (method(name, algorithm) for name, algorithm in named.items())

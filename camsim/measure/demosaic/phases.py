@@ -43,7 +43,7 @@ def order_fault(found: F32, subject: Subject) -> Fault | None:
     if best and least < _LESS * true:
         if best == _opposite(subject.cfa):
             return _exchanged(subject.cfa)
-        return Fault("wrong phase", f"it was demosaiced as {best}, and the mosaic is {_said(subject.cfa)}")
+        return Fault("wrong phase", f"it was demosaiced as {best}, and the mosaic is {_statement(subject.cfa)}")
     return None
 
 
@@ -85,12 +85,12 @@ def _others(cfa: tuple[str, ...], shape: tuple[int, int]) -> list[tuple[str, U8]
             pattern = base.window_pattern((row, col))
             found.setdefault(pattern, Cfa(pattern).channel_index(*shape))
     found.pop(cfa, None)
-    return [(_said(pattern), index) for pattern, index in found.items()]
+    return [(_statement(pattern), index) for pattern, index in found.items()]
 
 
-def _said(cfa: tuple[str, ...]) -> str:
+def _statement(cfa: tuple[str, ...]) -> str:
     return "".join(cfa) if len(cfa) <= 2 else "/".join(cfa)
 
 
 def _opposite(cfa: tuple[str, ...]) -> str:
-    return _said(cfa).translate(str.maketrans("RB", "BR"))
+    return _statement(cfa).translate(str.maketrans("RB", "BR"))

@@ -89,8 +89,8 @@ def scaled(found: F32, subject: Subject) -> Scaled:
     chance = _SURE * math.sqrt(2.0) * float((gain_error / shares).max())
     if not faults and min(unlike) > max(_BALANCE_OFF, chance):
         factors = shares / model / float((shares / model)[1])
-        told = ", ".join(f"{name} {factor:.3g}" for name, factor in zip(CHANNELS, factors, strict=True))
-        faults.append(Fault("wrong white balance", f"against green the channels are off by {told}"))
+        stated = ", ".join(f"{name} {factor:.3g}" for name, factor in zip(CHANNELS, factors, strict=True))
+        faults.append(Fault("wrong white balance", f"against green the channels are off by {stated}"))
     return Scaled(image=image, scale=level, balanced=balanced, faults=tuple(faults))
 
 
@@ -165,15 +165,15 @@ def _gamma(true: F64, seen: F64) -> list[Fault]:
     exponents = []
     for k in range(3):
         t, r = true[:, k], seen[:, k]
-        lit = (t > 0.02) & (r > 0.0)
-        if np.count_nonzero(lit) < _LEAST_SAMPLES or float(np.std(t[lit])) < 2.0 * _LEAST_SPREAD:
+        exposed = (t > 0.02) & (r > 0.0)
+        if np.count_nonzero(exposed) < _LEAST_SAMPLES or float(np.std(t[exposed])) < 2.0 * _LEAST_SPREAD:
             continue
-        x, y = np.log(t[lit]), np.log(r[lit])
+        x, y = np.log(t[exposed]), np.log(r[exposed])
         centred = x - x.mean()
         p = float(np.mean(centred * y) / np.mean(centred * centred))
-        power = np.exp(y.mean() + p * centred) - r[lit]
-        offset, gain = _lines(true[lit], seen[lit])
-        line = offset[k] + gain[k] * t[lit] - r[lit]
+        power = np.exp(y.mean() + p * centred) - r[exposed]
+        offset, gain = _lines(true[exposed], seen[exposed])
+        line = offset[k] + gain[k] * t[exposed] - r[exposed]
         if abs(p - 1.0) > _EXPONENT_OFF and float(np.mean(power**2)) < 0.7 * float(np.mean(line**2)):
             exponents.append(p)
     if len(exponents) < 2:

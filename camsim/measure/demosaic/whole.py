@@ -47,10 +47,10 @@ def overflowed(found: F32, subject: Subject) -> Fault | None:
     for k in range(len(CHANNELS)):
         t, r = true[:, k], seen[:, k]
         dim = t <= np.quantile(t, 0.25)
-        lit = dim & (t > 0.0)
-        if not lit.any() or end <= 0.0:
+        exposed = dim & (t > 0.0)
+        if not exposed.any() or end <= 0.0:
             continue
-        expected = t * float(np.median(r[lit] / t[lit]))
+        expected = t * float(np.median(r[exposed] / t[exposed]))
         beyond = expected > 1.1 * end
         again = np.abs(r - expected % end) < 0.15 * end
         clipped = r > 0.9 * end
@@ -75,12 +75,12 @@ def channel_shifted(image: F32, subject: Subject) -> Fault | None:
     """Name the channels that do not lie where the others do."""
     shifts = np.array(channel_shifts(image, subject))
     apart = shifts - np.median(shifts, axis=0)
-    told = [
+    stated = [
         f"{name} {x:+.2f} px to the right and {y:+.2f} px below"
         for name, (x, y) in zip(CHANNELS, apart, strict=True)
         if np.hypot(x, y) > _APART_PX
     ]
-    return Fault("channel shifted", f"against the other channels lies {', '.join(told)}") if told else None
+    return Fault("channel shifted", f"against the other channels lies {', '.join(stated)}") if stated else None
 
 
 def _in_fours(image: F32) -> float:

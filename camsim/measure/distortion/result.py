@@ -164,12 +164,12 @@ def radial_fit(places: F64, moves: F64, half_diagonal: float) -> tuple[F64, F64,
     move = np.concatenate([dx, dy])
     u, sizes, ways = np.linalg.svd(system, full_matrices=False)
     # Marks that all lie near the axis tell no powers: those stay 0.
-    told = sizes > _UNTOLD * sizes[0]
-    inverse = np.where(told, 1.0 / np.where(told, sizes, 1.0), 0.0)
+    stated = sizes > _UNTOLD * sizes[0]
+    inverse = np.where(stated, 1.0 / np.where(stated, sizes, 1.0), 0.0)
     solved = np.einsum("ji,j,nj,n->i", ways, inverse, u, move, optimize=True)
     left = move - np.einsum("ni,i->n", system, solved)
-    freedom = max(move.size - int(np.count_nonzero(told)), 1)
+    freedom = max(move.size - int(np.count_nonzero(stated)), 1)
     covariance = float(left @ left) / freedom * np.einsum("ji,j,jk->ik", ways, inverse**2, ways)
-    untold = np.abs(ways[~told]).max(axis=0, initial=0.0) > _UNTOLD
+    untold = np.abs(ways[~stated]).max(axis=0, initial=0.0) > _UNTOLD
     covariance[np.ix_(untold, untold)] = math.inf
     return solved, left.reshape(2, -1).T, covariance

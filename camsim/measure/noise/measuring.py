@@ -172,7 +172,7 @@ def _refuse_unlit(name: str, channel: str, flats: list[tuple[Group, Level]]) -> 
     flats : the least exposure first, the brightest one last
     """
 
-    def told(group: Group, signal: float) -> str:
+    def stated(group: Group, signal: float) -> str:
         what = "flat" if group.kind == "flat" else f"{group.kind} flat"
         return f"the {what} at exposure {group.exposure:g} and {group.time_s:g} s, {signal:.4g} DN over its dark"
 
@@ -181,14 +181,15 @@ def _refuse_unlit(name: str, channel: str, flats: list[tuple[Group, Level]]) -> 
     for (group, _), signal, error in list(zip(flats, signals, errors, strict=True))[-2:]:
         if not signal > SURE * error:
             raise UnsupportedError(
-                f"{told(group, signal)}, shows no light in {channel}: see that no cap was on, and that flats and "
+                f"{stated(group, signal)}, shows no light in {channel}: see that no cap was on, and that flats and "
                 "darks are not swapped",
                 stage=name,
             )
     for k, (group, _) in enumerate(flats[1:], start=1):
         if signals[k - 1] - signals[k] > max(SURE * math.hypot(errors[k - 1], errors[k]), _DARKER * signals[k - 1]):
             raise UnsupportedError(
-                f"{told(group, signals[k])}, is darker in {channel} than {told(flats[k - 1][0], signals[k - 1])}: see "
+                f"{stated(group, signals[k])}, is darker in {channel} than {stated(flats[k - 1][0], signals[k - 1])}: "
+                "see "
                 "that nothing covered it, and that each has its own exposure",
                 stage=name,
             )

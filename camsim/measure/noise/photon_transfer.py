@@ -124,25 +124,25 @@ def _gain(flats: Sequence[Level], brightest: Level, shortest: Stack) -> tuple[Es
     levels = [level for level in flats if level.signal_dn <= _GAIN_UPTO * brightest.signal_dn]
     if not levels:
         return no_figure("no flat lies within 70 % of saturation"), 0.0
-    own = list({id(level.dark): level.dark for level in levels}.values())
-    above = np.array([[level.dark is dark for dark in own] for level in levels], np.float64)
+    one = list({id(level.dark): level.dark for level in levels}.values())
+    above = np.array([[level.dark is dark for dark in one] for level in levels], np.float64)
     signal = np.array([level.signal_dn for level in levels])
     added = np.array([level.added_dn2 for level in levels])
-    lit, dark = np.array([_both(level.light) for level in levels]), np.array([_both(each) for each in own])
-    variance, below = lit[:, 0], dark[:, 0]
+    exposed, dark = np.array([_both(level.light) for level in levels]), np.array([_both(each) for each in one])
+    variance, below = exposed[:, 0], dark[:, 0]
     for _ in range(_ROUNDS):
-        error, shared = variance * lit[:, 1], below * dark[:, 1]
+        error, shared = variance * exposed[:, 1], below * dark[:, 1]
         covariance = np.diag(error**2) + (above * shared**2) @ above.T
-        told = np.linalg.solve(covariance, signal)
-        information = float(signal @ told)
-        gain = float(told @ added) / information
+        stated = np.linalg.solve(covariance, signal)
+        information = float(signal @ stated)
+        gain = float(stated @ added) / information
         rest = np.linalg.solve(covariance, added - gain * signal)
         below = np.maximum(dark[:, 0] + shared**2 * (rest @ above), 0.1 * dark[:, 0])
-        variance = np.maximum(above @ below + gain * signal, 0.1 * lit[:, 0])
+        variance = np.maximum(above @ below + gain * signal, 0.1 * exposed[:, 0])
     sigma = 1.0 / math.sqrt(information)
     if not gain > SURE * sigma:
         return no_figure("variance does not grow with the signal, as photon noise does"), 0.0
-    common = sum(float(told @ above[:, k]) * shared[k] ** 2 for k, each in enumerate(own) if each is shortest)
+    common = sum(float(stated @ above[:, k]) * shared[k] ** 2 for k, each in enumerate(one) if each is shortest)
     return Estimate(gain, sigma), -common / information
 
 
@@ -160,10 +160,10 @@ def _read_noise(dark: Stack, gain_dn_per_e: Estimate, shared_dn3: float) -> Esti
     gain, squared = gain_dn_per_e.value, dark.variance_dn2 - dark.rounding.dn2
     if not squared > 0.0:
         return no_figure("rounding hides the noise of the shortest dark")
-    own_dn2 = math.hypot(dark.variance_sigma_dn2, dark.rounding.sigma_dn2(dark.variance_dn2))
-    own, by_gain = 0.5 * own_dn2 / squared, gain_dn_per_e.sigma / gain
+    each_dn2 = math.hypot(dark.variance_sigma_dn2, dark.rounding.sigma_dn2(dark.variance_dn2))
+    one, by_gain = 0.5 * each_dn2 / squared, gain_dn_per_e.sigma / gain
     value = math.sqrt(squared) / gain
-    return Estimate(value, value * math.sqrt(own**2 + by_gain**2 - shared_dn3 / (squared * gain)))
+    return Estimate(value, value * math.sqrt(one**2 + by_gain**2 - shared_dn3 / (squared * gain)))
 
 
 def _dark_current(darks: Sequence[tuple[float, Stack]], gain_dn_per_e: Estimate, *, of: int) -> Estimate:

@@ -66,8 +66,8 @@ def _names(camera: Camera) -> set[str]:
 
 def _places(camera: Camera, channel: str, period: tuple[int, int]) -> npt.NDArray[np.bool_]:
     """Return which photosites of a period, of whole patterns, are a channel's."""
-    own = places_of(channel, list(camera.cfa.pattern))
-    return np.tile(own, (period[0] // own.shape[0], period[1] // own.shape[1]))
+    one = places_of(channel, list(camera.cfa.pattern))
+    return np.tile(one, (period[0] // one.shape[0], period[1] // one.shape[1]))
 
 
 def _spread_e(camera: Camera, channel: str, iso: float) -> float:
@@ -83,22 +83,22 @@ def _flat_e(camera: Camera) -> tuple[F64, F64]:
 
     Crosstalk mixes the light of other colours in.
     """
-    own_e = camera.replace(crosstalk=None).diffuser_electrons(even_light(1.0), TIME_S)
-    lit_e: F64 = own_e[camera.cfa.channel_index(*camera.cfa.period)]
+    each_e = camera.replace(crosstalk=None).diffuser_electrons(even_light(1.0), TIME_S)
+    exposed_e: F64 = each_e[camera.cfa.channel_index(*camera.cfa.period)]
     if camera.crosstalk is None:
-        return lit_e, lit_e**2
+        return exposed_e, exposed_e**2
     kernel = np.array(camera.crosstalk.kernel, np.float64)
-    parts = [share * np.roll(lit_e, (i - 1, j - 1), axis=(0, 1)) for (i, j), share in np.ndenumerate(kernel)]
+    parts = [share * np.roll(exposed_e, (i - 1, j - 1), axis=(0, 1)) for (i, j), share in np.ndenumerate(kernel)]
     return np.sum(parts, axis=0), np.sum(np.square(parts), axis=0)
 
 
 def _pattern(camera: Camera, channel: str) -> float:
     """PRNU as a flat shows it: crosstalk mixes gains that know nothing of one another, and light of other colours."""
     fraction = camera.prnu.fraction if camera.prnu else 0.0
-    lit_e, squares_e2 = (each[_places(camera, channel, camera.cfa.period)] for each in _flat_e(camera))
-    if not lit_e.mean() > 0.0:
+    exposed_e, squares_e2 = (each[_places(camera, channel, camera.cfa.period)] for each in _flat_e(camera))
+    if not exposed_e.mean() > 0.0:
         return math.nan
-    return float(math.sqrt(fraction**2 * squares_e2.mean() + lit_e.var()) / lit_e.mean())
+    return float(math.sqrt(fraction**2 * squares_e2.mean() + exposed_e.var()) / exposed_e.mean())
 
 
 def _bend(camera: Camera, channel: str, iso: float, temperature_c: float | None) -> tuple[float, float]:
@@ -109,14 +109,14 @@ def _bend(camera: Camera, channel: str, iso: float, temperature_c: float | None)
     """
     if camera.nonlinearity is None:
         return 0.0, 1.0
-    own_e = float(_flat_e(camera)[0][_places(camera, channel, camera.cfa.period)].mean())
+    each_e = float(_flat_e(camera)[0][_places(camera, channel, camera.cfa.period)].mean())
     end_e = camera.converter.saturation_e(iso, camera.well_as_read_e(iso))
     dark_e = camera.dark_e(TIME_S, temperature_c)
     black_e = _as_read_e(camera, dark_e)
-    if not own_e > 0.0 or black_e >= end_e:
+    if not each_e > 0.0 or black_e >= end_e:
         return math.nan, math.nan
     most_e = float(camera.diffuser_electrons(even_light(1.0), TIME_S).max())
-    charge_e: F64 = np.array(LEVELS) * (own_e / most_e) * camera.charge_at_e(1.0, iso)
+    charge_e: F64 = np.array(LEVELS) * (each_e / most_e) * camera.charge_at_e(1.0, iso)
     low_e, read_e, high_e = (
         camera.nonlinearity.response(dark_e + step * charge_e) for step in (1.0 - _STEP, 1.0, 1.0 + _STEP)
     )

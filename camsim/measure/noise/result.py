@@ -93,19 +93,19 @@ class ChannelNoise:
         }
         figures: dict[str, Any] = {}
         for name, estimate in self.figures().items():
-            told: dict[str, Any] = {"unit": UNITS[name]}
+            stated: dict[str, Any] = {"unit": UNITS[name]}
             if estimate.measurable:
-                told |= {"value": estimate.value, "standard_error": estimate.sigma}
+                stated |= {"value": estimate.value, "standard_error": estimate.sigma}
                 if remark := self.remark(name):
-                    told["remark"] = remark
+                    stated["remark"] = remark
             else:
-                told |= {"value": None, "not_measurable": estimate.why_not}
+                stated |= {"value": None, "not_measurable": estimate.why_not}
                 if math.isfinite(estimate.at_most):
-                    told["at_most"] = estimate.at_most
+                    stated["at_most"] = estimate.at_most
             expected = (self.expected or {}).get(name, math.nan)
             if math.isfinite(expected):
-                told["expected"] = expected
-            figures[name] = told
+                stated["expected"] = expected
+            figures[name] = stated
         tree["figures"] = figures
         tree["notes"] = list(self.notes)
         for name in ("exposure", "signal_dn", "variance_dn2", "snr"):

@@ -262,8 +262,8 @@ def _fine(mean: F64, channel: Chosen) -> tuple[F64, float]:
     filled = np.where(inside, places, smooth(places, _SMOOTH) / around)
     down, across = (_polynomials(size) for size in filled.shape)
     left = np.where(inside, filled - down @ (down.T @ filled @ across) @ across.T, 0.0)
-    own = _SMOOTH.max() ** 2 / around
-    white = 1.0 - 2.0 * own + smooth(weight, _SMOOTH**2) / around**2
+    one = _SMOOTH.max() ** 2 / around
+    white = 1.0 - 2.0 * one + smooth(weight, _SMOOTH**2) / around**2
     kept = float(np.mean(white[inside])) * max(1.0 - down.shape[1] * across.shape[1] / mean.size, 1e-9)
     fine: F64 = (left - smooth(left, _SMOOTH) / around)[inside] / math.sqrt(kept)
     return fine, kept

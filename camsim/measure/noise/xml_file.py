@@ -19,8 +19,8 @@ def xml_of(channel: ChannelNoise) -> bytes:
     for section, name, (short, symbol, unit), value in _figures(channel):
         parent = root.find(section)
         figure = Etree.SubElement(parent if parent is not None else Etree.SubElement(root, section), name)
-        told = f"{value:.9g}" if math.isfinite(value) else "None"
-        for tag, text in (("short", short), ("symbol", symbol), ("unit", unit), ("value", told)):
+        stated = f"{value:.9g}" if math.isfinite(value) else "None"
+        for tag, text in (("short", short), ("symbol", symbol), ("unit", unit), ("value", stated)):
             Etree.SubElement(figure, tag).text = text
     Etree.indent(root)
     found: bytes = Etree.tostring(root, encoding="utf-8", xml_declaration=True)

@@ -134,8 +134,8 @@ def measure_plate(picture: Picture, *, rim_pixel: Number | None = None) -> Moire
     rings = rings_of(lattices, picture.name)
     step = lattices[0].step[0]
     ghosts, reach = [], 0.0
-    for plane, own in zip(lattices, rings, strict=True):
-        for ghost, far in _of_rings(plane, own, math.inf if rim is None else rim / step):
+    for plane, each in zip(lattices, rings, strict=True):
+        for ghost, far in _of_rings(plane, each, math.inf if rim is None else rim / step):
             ghosts.append(ghost)
             reach = max(reach, far * step)
     if not ghosts:

@@ -96,7 +96,7 @@ def rings_of(planes: Sequence[Plane], name: str) -> tuple[Rings, ...]:
         # The lattices are alike, and lie beside one another.
         apart = (np.array(planes[0].first) - plane.first) / np.array(plane.step)
         rings = refined(light, first.shifted(apart), _INNER)
-        if not _share_told(light, rings) > _LEAST_SHARE:
+        if not _share_stated(light, rings) > _LEAST_SHARE:
             raise UnsupportedError(f"channel {plane.name} shows no rings where {planes[0].name} does", stage=name)
         places, _, _ = rings.about(light.shape, _INNER)
         seen = plane.samples[places[:, 0], places[:, 1]]
@@ -111,7 +111,7 @@ def _found(light: F64) -> Rings | None:
         rings = _searched(light, min(side, *light.shape))
         if rings is not None:
             rings = refined(light, refined(light, rings, _COARSE, growing=False), _INNER)
-            if _share_told(light, rings) > _LEAST_SHARE:
+            if _share_stated(light, rings) > _LEAST_SHARE:
                 return rings
         if side >= min(light.shape):
             break
@@ -230,7 +230,7 @@ def refined(light: F64, rings: Rings, reach: float, *, growing: bool = True) -> 
     )
 
 
-def _share_told(light: F64, rings: Rings) -> float:
+def _share_stated(light: F64, rings: Rings) -> float:
     """Return the part of the inner rings' variance that is theirs."""
     places, offset, _ = rings.about(light.shape, _INNER)
     seen = light[places[:, 0], places[:, 1]]

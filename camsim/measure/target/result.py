@@ -64,13 +64,13 @@ class TargetReport:
     def as_dict(self) -> dict[str, Any]:
         """Return plain values for JSON."""
         sensor = self.full_frame.in_units(NYQUIST_OF_SENSOR_CYCLES_PER_PIXEL)
-        told = []
+        stated = []
         for channel in self.channels:
             half = self.full_frame.in_units(channel.mtf50_cycles_per_pixel)
             more = {f"mtf50_{unit}": value if math.isfinite(value) else None for unit, value in half.items()}
-            told.append(channel.as_dict() | more)
+            stated.append(channel.as_dict() | more)
         nyquist = {unit: value if math.isfinite(value) else None for unit, value in sensor.items()}
-        return {"file": self.file, "method": self.method, "nyquist_of_sensor": nyquist, "channels": told}
+        return {"file": self.file, "method": self.method, "nyquist_of_sensor": nyquist, "channels": stated}
 
 
 def half_of(frequency: F64, mtf: F64, error: F64) -> tuple[float, float]:
@@ -110,11 +110,11 @@ def half_of(frequency: F64, mtf: F64, error: F64) -> tuple[float, float]:
 
 def curve(channel: str, frequency: F64, mtf: F64, error: F64, nyquist: float, theory: F64 | None) -> TargetMtf | None:
     """Return a channel's curve with its MTF50 and that of the theory; None where noise leaves no point of it."""
-    told = np.isfinite(mtf) & (error < _MOST_ERROR)
-    if not told.any():
+    stated = np.isfinite(mtf) & (error < _MOST_ERROR)
+    if not stated.any():
         return None
-    frequency, mtf, error = frequency[told], mtf[told], error[told]
-    theory = None if theory is None else theory[told]
+    frequency, mtf, error = frequency[stated], mtf[stated], error[stated]
+    theory = None if theory is None else theory[stated]
     half, half_error = half_of(frequency, mtf, error)
     return TargetMtf(
         channel=channel,

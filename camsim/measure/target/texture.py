@@ -73,15 +73,15 @@ def measure_texture(picture: Picture, capture: Capture) -> TargetReport:
             "no channel lies on one even lattice of one black level; textures are measured in Bayer arrays and mono",
             stage=picture.name,
         )
-    structured = [(plane, own) for plane, own in lattices if own.contrast > _tolerance(capture)]
+    structured = [(plane, one) for plane, one in lattices if one.contrast > _tolerance(capture)]
     if not structured:
-        most = max(own.contrast for _, own in lattices)
+        most = max(one.contrast for _, one in lattices)
         raise UnsupportedError(
             f"the scene has no structure to measure: its contrast here is {percent(most)} fall-off apart, and its "
             f"rendering is accurate to {percent(_tolerance(capture))}; show a texture such as dead-leaves",
             stage=capture.scene_name,
         )
-    found = [_channel(plane, own.light, (first[0], first[1]), (size[0], size[1]), capture) for plane, own in structured]
+    found = [_channel(plane, one.light, (first[0], first[1]), (size[0], size[1]), capture) for plane, one in structured]
     channels = tuple(channel for channel in found if channel is not None)
     if not channels:
         raise UnsupportedError("noise hides the scene's structure; give it more light", stage=picture.name)

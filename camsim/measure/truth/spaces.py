@@ -87,7 +87,7 @@ def _of_the_camera(capture: Capture, space: Space, progress: Progress | None) ->
 
 
 def _of_the_eye(capture: Capture, space: Space, progress: Progress | None) -> TruthImage:
-    camera, grid, scene = capture.camera, capture.grid, capture.lit_scene
+    camera, grid, scene = capture.camera, capture.grid, capture.exposed_scene
     samples = capture.light.samples(scene.spectra, [camera.veiling_glare], observer())
     seen = np.array([curve.at(samples.wavelength_nm) for curve in observer()])
     response = seen * samples.irradiance_w_per_m2_nm * samples.weight_nm

@@ -69,7 +69,7 @@ def boundary_counts(
     normals: int,
     sets: int,
     wavelengths: int,
-    tones: int,
+    oscillations: int,
     parts: int,
 ) -> Counts:
     """Count what the boundary engine is going to do.
@@ -88,7 +88,7 @@ def boundary_counts(
     # Mean of √(near² − h²) over the disc, less what lies before the foot: half of it; a short edge is all there is.
     chord = np.where(is_long, 0.85 * settings.near, np.minimum(np.tile(length[::thin], 2), 1.7 * settings.near))
     nodes = np.ceil(chord / settings.panel) * settings.panel_nodes
-    close = within(ends, settings.quiet_end + settings.leaf, grid) - near
+    close = within(ends, settings.negligible_end + settings.leaf, grid) - near
     root = largest_tile(settings, (grid.rows, grid.cols))
     # A tile that sees nothing but lines is not quartered: all of it looks them up.
     band = 2.0 * settings.reach + root
@@ -98,7 +98,14 @@ def boundary_counts(
     levels = 1.0 + math.log2(root / settings.leaf)
     shortest = settings.shortest
     rings = ring_counts(
-        edges, grid, settings, footprint, in_foci=in_foci, sets=sets, tones=tones * wavelengths, parts=parts
+        edges,
+        grid,
+        settings,
+        footprint,
+        in_foci=in_foci,
+        sets=sets,
+        oscillations=oscillations * wavelengths,
+        parts=parts,
     )
     order = min(settings.tile_nodes, root) if root == settings.leaf else settings.tile_nodes
     collected = len(start) * (roots + 12.0 * levels) * order**2

@@ -49,16 +49,16 @@ def gather(edges: Edges, pair: I64, far: F64, nodes: int) -> tuple[I64, Cells]:
     queue = [(np.arange(count), centre, float(np.ptp(middle, axis=0).max()))] if count >= FEWEST else []
     order, boxes, first_edge, first_child = [np.arange(0 if queue else count)], [], [0], [1]
     for members, centre, size in queue:
-        own = np.ones(members.size, bool)
+        one = np.ones(members.size, bool)
         quarter = (middle[members] >= centre) @ np.array([1, 2])
         quarter[length[members] > 0.5 * FITS * size] = -1
         for k in range(4):
             inside = quarter == k
             if members.size > 2 * FEWEST and np.count_nonzero(inside) >= FEWEST:
-                own &= ~inside
+                one &= ~inside
                 shift = 0.25 * size * np.array([2 * (k & 1) - 1, (k & 2) - 1])
                 queue.append((members[inside], centre + shift, 0.5 * size))
-        order.append(members[own])
+        order.append(members[one])
         boxes.append(np.concatenate([low[members].min(axis=0), high[members].max(axis=0)]))
         first_edge.append(first_edge[-1] + order[-1].size)
         first_child.append(len(queue))

@@ -14,18 +14,18 @@ from camsim.rendering.boundary.rings import is_short, ring_part, ring_tail
 @kernel()
 def _rings_of_end(h: float, s: float, tx: float, ty: float, weights: F64, tables: Tables, n: Numbers) -> float:
     """Rings of the half line from s ≥ 0 on, going in direction (tx, ty)."""
-    if math.hypot(h, s) >= n.quiet_end:
+    if math.hypot(h, s) >= n.negligible_end:
         return 0.0
-    return ring_tail(h, s, tx, ty, weights, tables.tones, tables.rings, n.turns, n.near)
+    return ring_tail(h, s, tx, ty, weights, tables.oscillations, tables.rings, n.turns, n.near)
 
 
 @kernel()
 def _rings_of_line(h: float, tx: float, ty: float, weights: F64, tables: Tables, n: Numbers) -> float:
     """Rings of an infinite line; none within ``reach``, where its response has them."""
-    if not n.reach <= abs(h) < n.quiet_line:
+    if not n.reach <= abs(h) < n.negligible_line:
         return 0.0
-    ahead = ring_tail(h, 0.0, tx, ty, weights, tables.tones, tables.rings, n.turns, n.near)
-    return ahead - ring_tail(-h, 0.0, -tx, -ty, weights, tables.tones, tables.rings, n.turns, n.near)
+    ahead = ring_tail(h, 0.0, tx, ty, weights, tables.oscillations, tables.rings, n.turns, n.near)
+    return ahead - ring_tail(-h, 0.0, -tx, -ty, weights, tables.oscillations, tables.rings, n.turns, n.near)
 
 
 @kernel()
@@ -38,14 +38,14 @@ def _rings_of_part(
     """
     tx, ty, weights = edges.tx[e], edges.ty[e], tables.ring_weights[edges.pair[e], channel]
     farthest, short = max(math.hypot(h, s1), math.hypot(h, s2)), tables.short_rings
-    beside = s1 * s2 >= 0.0 or n.reach <= abs(h) < n.quiet_line
-    if farthest < n.quiet_end and beside and is_short(s2 - s1, short.shortest, n.ring_phases):
+    beside = s1 * s2 >= 0.0 or n.reach <= abs(h) < n.negligible_line
+    if farthest < n.negligible_end and beside and is_short(s2 - s1, short.shortest, n.ring_phases):
         way = complex(tx, ty)
         if farthest < short.until:
             values = short.values[edges.alike[e], channel]
             looked_up: float = edges.times[e] * tabled_part(h, (s1, s2), way, values, short, n.turns, n.ring_phases)
             return looked_up
-        return ring_part(h, (s1, s2), way, weights, tables.tones, tables.rings, n.turns, n.near, n.ring_phases)
+        return ring_part(h, (s1, s2), way, weights, tables.oscillations, tables.rings, n.turns, n.near, n.ring_phases)
     if s1 >= 0.0:
         return _rings_of_end(h, s1, tx, ty, weights, tables, n) - _rings_of_end(h, s2, tx, ty, weights, tables, n)
     if s2 <= 0.0:

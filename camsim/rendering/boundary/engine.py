@@ -48,7 +48,7 @@ class BoundaryPlan:
         settings = self.settings
         return Marks(
             near=settings.near,
-            quiet=settings.quiet_end,
+            quiet=settings.negligible_end,
             reach=settings.reach,
             leaf=settings.leaf,
             apart=max(settings.near, settings.separation * 0.5 * settings.leaf),
@@ -94,7 +94,7 @@ class BoundaryPlan:
             normals=len(self.lines[1]),
             sets=self.tabled * job.signals.scale.size,
             wavelengths=self.wavelengths,
-            tones=len(self.pattern.tones),
+            oscillations=len(self.pattern.oscillations),
             parts=len(self.places),
         )
 
@@ -198,7 +198,7 @@ def _rank(plan: BoundaryPlan) -> tuple[bool, float]:
 
 def _planned(job: Job, pattern: Pattern, footprint: Footprint, places: F64) -> BoundaryPlan:
     settings = plan_boundary(job, pattern, footprint)
-    phase = 2.0 * math.pi * min(settings.quiet_line, job.span) * float(1.0 / job.blur.min() - 1.0 / job.blur.max())
+    phase = 2.0 * math.pi * min(settings.negligible_line, job.span) * float(1.0 / job.blur.min() - 1.0 / job.blur.max())
     return BoundaryPlan(
         job=job,
         pattern=pattern,

@@ -12,7 +12,7 @@ from camsim.rendering.boundary.edge import edge_at, line_at
 from camsim.rendering.boundary.edge_rings import rings_at, rings_of_line_at
 from camsim.rendering.boundary.far import across, far_line, weigh
 from camsim.rendering.boundary.records import Numbers, TabledEdges, Tables, moments_in_frame, moments_of
-from camsim.rendering.boundary.smooth import LINE, add_weighed, far_and_quiet, far_at_points
+from camsim.rendering.boundary.smooth import LINE, add_weighed, far_and_negligible, far_at_points
 
 
 @kernel(error_model="numpy", fastmath={"contract"})
@@ -36,17 +36,17 @@ def _add_line(
                 image[r, c] += weigh(far_line(h0 - c * ty, d), far[channel[r, c]])
         for c in range(begin, stop):
             image[r, c] += line_at(h0 - c * ty, e, channel[r, c], edges, tables, n)
-        if n.quiet_line > n.reach:
+        if n.negligible_line > n.reach:
             for c in range(cols):
                 image[r, c] += rings_of_line_at(h0 - c * ty, e, channel[r, c], edges, tables, n)
 
 
 @kernel(forceinline=True)
-def _quiet_all_over(e: int, x: float, y: float, half: float, edges: TabledEdges, n: Numbers) -> bool:
+def _negligible_all_over(e: int, x: float, y: float, half: float, edges: TabledEdges, n: Numbers) -> bool:
     """Whether an edge is far away and quiet, as far as that is told from its middle, for a square about (x, y)."""
     reach = 0.5 * edges.length[e]
     gap = gap_from(edges.x[e] + reach * edges.tx[e] - x, edges.y[e] + reach * edges.ty[e] - y, half, half) - reach
-    quiet: bool = gap >= (n.quiet_line if edges.response[e] >= 0 else n.quiet_end)
+    quiet: bool = gap >= (n.negligible_line if edges.response[e] >= 0 else n.negligible_end)
     return quiet
 
 
@@ -97,10 +97,10 @@ def finish(
         else:
             # Not the constant WHOLE: Numba would compile the function for it once more.
             far_at_points(e, np.int64(state[m]), x0, y0, px, py, edges, n, sends, g)  # type: ignore[arg-type]
-            if _quiet_all_over(e, x0 + half, y0 + half, half, edges, n):
+            if _negligible_all_over(e, x0 + half, y0 + half, half, edges, n):
                 add_weighed(g, tables.far[edges.pair[e]], from_all)
                 continue
-            far_and_quiet(e, x0, y0, px, py, edges, n, quiet)
+            far_and_negligible(e, x0, y0, px, py, edges, n, quiet)
             for r in range(rows):
                 for c in range(cols):
                     k = channel[row + r, col + c]
@@ -110,7 +110,7 @@ def finish(
                         image[row + r, col + c] += weigh((g[0, i], g[1, i], g[2, i], g[3, i]), far)
                     else:
                         image[row + r, col + c] += edge_at(x0 + c, y0 + r, e, k, edges, tables, n)
-                        if n.quiet_end > n.near:
+                        if n.negligible_end > n.near:
                             image[row + r, col + c] += rings_at(x0 + c, y0 + r, e, k, edges, tables, n)
     if size == n.leaf:
         for r in range(rows):

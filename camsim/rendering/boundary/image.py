@@ -16,7 +16,7 @@ from camsim.rendering.boundary.crowd import gather
 from camsim.rendering.boundary.far import far_moments
 from camsim.rendering.boundary.records import Numbers, TabledEdges, Tables
 from camsim.rendering.boundary.ring_table import ring_table
-from camsim.rendering.boundary.rings import piece_phases, ring_amplitudes, tone_lengths
+from camsim.rendering.boundary.rings import oscillation_lengths, piece_phases, ring_amplitudes
 from camsim.rendering.boundary.settings import LONGEST_PIECE, PANEL_BLURS, Settings
 from camsim.rendering.boundary.tables import edge_responses, field_tables
 from camsim.rendering.boundary.tiles import render_edges
@@ -55,9 +55,9 @@ def numbers(settings: Settings, footprint: Footprint, shape: tuple[int, int]) ->
     return Numbers(
         dipoles=settings.dipoles,
         near=settings.near,
-        quiet_end=settings.quiet_end,
+        negligible_end=settings.negligible_end,
         reach=settings.reach,
-        quiet_line=settings.quiet_line,
+        negligible_line=settings.negligible_line,
         field_step=settings.field_step,
         response_step=settings.response_step,
         piece=LONGEST_PIECE / PANEL_BLURS * settings.panel,
@@ -92,9 +92,9 @@ def _interpolated(count: int, root: int, leaf: int) -> tuple[F64, F64, F64]:
         nodes = chebyshev(count)
         to_children = np.stack([interpolation(nodes, 0.5 * nodes - 0.5), interpolation(nodes, 0.5 * nodes + 0.5)])
         to_photosites = np.zeros((int(math.log2(root // leaf)) + 1, count, root))
-        for level, own in enumerate(to_photosites):
+        for level, one in enumerate(to_photosites):
             size = root >> level
-            own[:, :size] = interpolation(nodes, (2.0 * np.arange(size) + 1.0) / size - 1.0).T
+            one[:, :size] = interpolation(nodes, (2.0 * np.arange(size) + 1.0) / size - 1.0).T
     for array in (nodes, to_children, to_photosites):
         array.flags.writeable = False
     return nodes, to_children, to_photosites
@@ -155,9 +155,9 @@ def boundary_bands(
     else:
         responses = np.empty((0, len(different), 1, 6))
     zones = _zones(settings, in_foci, order)
-    ringed = settings.quiet_end > settings.near
+    ringed = settings.negligible_end > settings.near
     rings = _rings(pattern, blur, footprint, settings.near) if ringed or len(zones.circle) else NO_RINGS
-    tones = tone_lengths(pattern.tones, blur)
+    oscillations = oscillation_lengths(pattern.oscillations, blur)
     tables = Tables(
         far=far,
         field=field.reshape(len(tabled), channels, *field.shape[1:]),
@@ -165,16 +165,18 @@ def boundary_bands(
         base=job.base,
         rings=rings,
         ring_weights=np.ascontiguousarray(weights),  # or kernels would be compiled for either layout
-        tones=tones,
+        oscillations=oscillations,
         short_rings=ring_table(
-            rings, tones, weights[tabled], nearest=settings.near, rows=ring_rows, tolerance=settings.tolerance
+            rings, oscillations, weights[tabled], nearest=settings.near, rows=ring_rows, tolerance=settings.tolerance
         ),
     )
     rows, cols = channel.shape
     n = numbers(settings, footprint, (rows, cols))
     if len(zones.circle):
         long, short = _farther(n, settings)
-        far_rings = tables._replace(rings=_rings(pattern, blur, footprint, settings.quiet_end) if ringed else rings)
+        far_rings = tables._replace(
+            rings=_rings(pattern, blur, footprint, settings.negligible_end) if ringed else rings
+        )
     # Bands of whole tiles: someone who waits sees it advance, and each band's bits depend on nothing but the plan.
     band = n.root * max(1, BAND_PHOTOSITES // (n.root * cols))
     for row in range(0, rows, band):
@@ -196,7 +198,7 @@ def _rings(pattern: Pattern, blur: F64, footprint: Footprint, nearest: float) ->
     """Return the rings' amplitudes, which hold from ``nearest`` on."""
     order = rings_order(footprint, float(blur.min()))
     nodes, weights = footprint_rule(footprint.width, footprint.height, footprint.spots, order)
-    return ring_amplitudes(pattern.tones, blur, nodes, weights, turns=turns(footprint), nearest=nearest)
+    return ring_amplitudes(pattern.oscillations, blur, nodes, weights, turns=turns(footprint), nearest=nearest)
 
 
 def rings_order(footprint: Footprint, shortest: float) -> int:
@@ -257,9 +259,12 @@ def _farther(n: Numbers, settings: Settings) -> tuple[Numbers, Numbers]:
     """Return how far rings are followed in zones, those of edges with a response and without."""
     until = (1.0 + 2.0 * ZONE) * float(settings.foci.radius.max(initial=0.0))  # from the rim to the circle's far side
     short = n._replace(
-        near=settings.quiet_end, quiet_end=until, reach=settings.quiet_end, quiet_line=max(until, settings.quiet_line)
+        near=settings.negligible_end,
+        negligible_end=until,
+        reach=settings.negligible_end,
+        negligible_line=max(until, settings.negligible_line),
     )
-    return short._replace(reach=settings.quiet_line), short
+    return short._replace(reach=settings.negligible_line), short
 
 
 def turns(footprint: Footprint) -> int:
@@ -279,8 +284,8 @@ def directions(edges: Edges, grid: Grid, near: float, reach: float, footprint: F
     long = edges.length >= near
     looked_up = long & (inside_length(edges, grid, reach) > 0.0)
     tx, ty = edges.along[looked_up].T
-    own = np.round(footprint.folded(np.array([-ty, tx]).T), 13)
-    found, index = kinds_of(own[:, 0] + 1j * own[:, 1])
+    one = np.round(footprint.folded(np.array([-ty, tx]).T), 13)
+    found, index = kinds_of(one[:, 0] + 1j * one[:, 1])
     distinct = found.view(np.float64).reshape(-1, 2)
     response = np.where(long, 0, -1)
     response[looked_up] = index

@@ -38,7 +38,7 @@ class Tables(NamedTuple):
     base: F64  # (channels,) the background
     rings: C128  # amplitudes of the rings by tone and wavelength (rings.ring_amplitudes), none without rings
     ring_weights: F64  # (pairs, channels, wavelengths)
-    tones: F64  # (tones · wavelengths,) their lengths
+    oscillations: F64  # (tones · wavelengths,) their lengths
     short_rings: RingTable  # of pairs that are no multiples of one another, as along short edges
 
 
@@ -47,9 +47,9 @@ class Numbers(NamedTuple):
 
     dipoles: float  # an edge no longer than this is two dipoles, seen from where it is not integrated
     near: float  # an end within this distance is integrated
-    quiet_end: float  # beyond this one it sends no rings
+    negligible_end: float  # beyond this one it sends no rings
     reach: float  # an edge response is looked up to this distance
-    quiet_line: float  # beyond this one a line sends no rings
+    negligible_line: float  # beyond this one a line sends no rings
     field_step: float
     response_step: float
     piece: float  # the longest that one rule integrates

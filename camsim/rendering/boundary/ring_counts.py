@@ -9,7 +9,7 @@ import numpy as np
 
 from camsim.core.arrays import F64, I64
 from camsim.rendering.boundary.image import inside_length, rings_order, turns
-from camsim.rendering.boundary.ring_table import BEYOND, MARGIN, harmonics_heard, ring_step
+from camsim.rendering.boundary.ring_table import BEYOND, MARGIN, harmonics_counted, ring_step
 from camsim.rendering.boundary.rings import RAY_NODES, piece_nodes, ring_terms
 from camsim.rendering.boundary.settings import Settings
 from camsim.rendering.edges import Edges
@@ -87,7 +87,7 @@ def ring_counts(
     *,
     in_foci: tuple[I64, I64],
     sets: int,
-    tones: int,
+    oscillations: int,
     parts: int,
 ) -> RingCounts:
     """Count it, and choose the table where all parts save more by it than it takes to make.
@@ -96,20 +96,20 @@ def ring_counts(
     sets  : pairs of spectra times channels;  tones: of the pattern, times wavelengths
     """
     near, radius = settings.near, settings.foci.radius
-    if settings.quiet_end <= near and not len(radius):
+    if settings.negligible_end <= near and not len(radius):
         return NO_RINGS
     shortest = settings.shortest
     short = piece_nodes(edges.length, shortest, settings.tolerance)
     of_each = np.stack([np.where(short > 0.0, 0.0, 2.0 * RAY_NODES), short, short > 0.0], axis=1)
     of_turns = turns(footprint)
-    harmonics = harmonics_heard(footprint.extent, shortest, turns=of_turns, tolerance=settings.tolerance)
+    harmonics = harmonics_counted(footprint.extent, shortest, turns=of_turns, tolerance=settings.tolerance)
     of_terms = ring_terms(footprint.extent, shortest, turns=of_turns, nearest=near)
     terms = float(math.prod(of_terms))
 
     def photosites(until: float) -> F64:
         """Return photosites × nodes on rays, on pieces nearer than ``until``, and such pieces."""
         found = np.zeros(3)
-        reach = min(until, settings.quiet_end)
+        reach = min(until, settings.negligible_end)
         if reach > near:
             thin = max(1, math.ceil(len(edges) / MOST_ENDS))
             seen = [0.5 * thin * (within(p[::thin], reach, grid) - within(p[::thin], near, grid)) for p in ends]
@@ -123,31 +123,31 @@ def ring_counts(
 
     ends = edges.start, edges.end
     on_rays, on_pieces, pieces = photosites(math.inf).tolist()
-    if settings.quiet_line > settings.reach:
+    if settings.negligible_line > settings.reach:
         # Lines have two ends more, in the feet of perpendiculars.
         long, across = edges.some(edges.length >= near), math.hypot(grid.rows, grid.cols)
-        band = min(2.0 * (settings.quiet_line - settings.reach), across)
-        beside = np.minimum(inside_length(long, grid, settings.quiet_line) * band, grid.rows * grid.cols)
+        band = min(2.0 * (settings.negligible_line - settings.reach), across)
+        beside = np.minimum(inside_length(long, grid, settings.negligible_line) * band, grid.rows * grid.cols)
         on_rays += 2.0 * RAY_NODES * float(beside.sum())
     points = len(footprint.spots) * rings_order(footprint, shortest) ** 2
     direct = RingCounts(
-        terms=tones * (on_rays * (terms + OF_RAY) + on_pieces * (terms + OF_NODE)) + OF_PIECE * pieces,
+        terms=oscillations * (on_rays * (terms + OF_RAY) + on_pieces * (terms + OF_NODE)) + OF_PIECE * pieces,
         harmonics=0.0,
         rows=0,
         table_values=0.0,
-        table_terms=OF_AMPLITUDE * terms * points * tones,
+        table_terms=OF_AMPLITUDE * terms * points * oscillations,
     )
     farthest = edges.some(short > 0.0).farthest(grid)
-    farthest = min(farthest, max(settings.quiet_end, (1.0 + 2.0 * ZONE) * float(radius.max(initial=0.0))))
+    farthest = min(farthest, max(settings.negligible_end, (1.0 + 2.0 * ZONE) * float(radius.max(initial=0.0))))
     step, columns = ring_step(shortest, settings.tolerance), 4.0 * harmonics
     rows = min(math.ceil(max(farthest - near, 0.0) / step), int(RING_BYTES / (8.0 * sets * columns))) + MARGIN + BEYOND
     _, looked_up, pieces = photosites(near + (rows - MARGIN - BEYOND) * step).tolist()
     table = RingCounts(
-        terms=max(direct.terms - tones * looked_up * (terms + OF_NODE) - OF_PIECE * pieces, 0.0),
+        terms=max(direct.terms - oscillations * looked_up * (terms + OF_NODE) - OF_PIECE * pieces, 0.0),
         harmonics=looked_up * (harmonics + OF_LOOK_UP) + OF_TABLED * pieces,
         rows=rows,
         table_values=rows * columns * sets,
-        table_terms=direct.table_terms + rows * tones * (OF_ROW + columns * (of_terms[1] + OF_SET * sets)),
+        table_terms=direct.table_terms + rows * oscillations * (OF_ROW + columns * (of_terms[1] + OF_SET * sets)),
     )
     return min(direct, table, key=lambda counts: _nanoseconds(counts, parts))
 

@@ -48,7 +48,7 @@ def ring_step(shortest: float, tolerance: float) -> float:
     return shortest * angle / (2.0 * math.pi)
 
 
-def harmonics_heard(extent: float, shortest: float, *, turns: int, tolerance: float) -> int:
+def harmonics_counted(extent: float, shortest: float, *, turns: int, tolerance: float) -> int:
     """Return about how many harmonics the table has over a footprint that reaches to ``extent``.
 
     Bessel functions of order n are no more than (x/2)ⁿ/n!, x the shortest tone's radians across the footprint.
@@ -100,8 +100,8 @@ def _series(amplitude: C128, left: float) -> C128:
     most = amplitude.shape[2] // 2
     inverse = np.linspace(0.0, 1.0, amplitude.shape[3])
     sizes = np.abs(amplitude @ np.vander(inverse, increasing=True).T).max(axis=(0, 1, 3))
-    own = sizes[most:] + sizes[most::-1]
-    beyond = np.append(np.cumsum(own[::-1])[::-1], 0.0)
+    one = sizes[most:] + sizes[most::-1]
+    beyond = np.append(np.cumsum(one[::-1])[::-1], 0.0)
     kept = max(1, int(np.argmax(beyond <= left * sizes.max())))
     after, before = amplitude[:, :, most : most + kept], amplitude[:, :, most::-1][:, :, :kept]
     series = np.stack([after + before, 1j * (after - before)], axis=2)  # (tones · j, 2, 2, kept, powers)
@@ -138,9 +138,9 @@ def _fill(
             for c in range(a.size):
                 a[c] = a[c] * cos - b[c] * sin
             for k in range(len(values)):
-                weight, own = weights[j, k], values[k, row]
+                weight, one = weights[j, k], values[k, row]
                 for c in range(a.size):
-                    own[c] += weight * a[c]
+                    one[c] += weight * a[c]
 
 
 @kernel(fastmath={"contract"})

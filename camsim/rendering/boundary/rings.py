@@ -32,9 +32,9 @@ PIECE_X, PIECE_W, _ = gauss_rules(tuple(range(MOST_ON_PIECES + 1)))
 _RAY = complex(math.sqrt(0.5), math.sqrt(0.5))
 
 
-def tone_lengths(tones: Sequence[Tone], blur: F64) -> F64:
+def oscillation_lengths(oscillations: Sequence[Tone], blur: F64) -> F64:
     """Return the length (tones · j,) of every tone at every wavelength, pitches; blur: (j,), the pattern's own."""
-    return np.concatenate([np.empty(0), *(blur / u for u, _ in tones)])
+    return np.concatenate([np.empty(0), *(blur / u for u, _ in oscillations)])
 
 
 def ring_terms(extent: float, shortest: float, *, turns: int, nearest: float) -> tuple[int, int]:
@@ -46,7 +46,9 @@ def ring_terms(extent: float, shortest: float, *, turns: int, nearest: float) ->
     return 2 * most + 1, powers
 
 
-def ring_amplitudes(tones: Sequence[Tone], blur: F64, nodes: F64, weights: F64, *, turns: int, nearest: float) -> C128:
+def ring_amplitudes(
+    oscillations: Sequence[Tone], blur: F64, nodes: F64, weights: F64, *, turns: int, nearest: float
+) -> C128:
     """Tabulate the amplitudes of tones averaged over a footprint.
 
     blur    : (j,) the pattern's own length, pitches
@@ -56,7 +58,7 @@ def ring_amplitudes(tones: Sequence[Tone], blur: F64, nodes: F64, weights: F64, 
     returns : (tones · j, 2, m, q): radial and tangential, harmonics of turns·θ from −(m − 1)/2 on, powers of nearest/r
     """
     extent = float(np.hypot(nodes[:, 0], nodes[:, 1]).max())
-    lengths = tone_lengths(tones, blur)
+    lengths = oscillation_lengths(oscillations, blur)
     count, powers = ring_terms(extent, float(lengths.min()), turns=turns, nearest=nearest)
     most = count // 2
     angle = 2.0 * np.pi / turns * np.arange(count) / count
@@ -64,14 +66,14 @@ def ring_amplitudes(tones: Sequence[Tone], blur: F64, nodes: F64, weights: F64, 
     to_powers = np.linalg.inv(np.vander(inverse, powers, increasing=True))
     amplitude = np.empty((lengths.size, 2, count, powers), np.complex128)
     for j, length in enumerate(lengths.tolist()):
-        u, series = tones[j // blur.size]
-        own = np.array([a * u ** (2 + k) for k, a in enumerate(series)], np.complex128)
-        samples = _amplitude(length, own, nodes, weights, nearest / inverse, angle)
+        u, series = oscillations[j // blur.size]
+        one = np.array([a * u ** (2 + k) for k, a in enumerate(series)], np.complex128)
+        samples = _amplitude(length, one, nodes, weights, nearest / inverse, angle)
         harmonics = np.roll(np.fft.fft(samples, axis=2) / count, most, axis=2)
         # A slow tone has few of them. What rounding leaves of the others grows off the real axis, where a slow tone's
         # ray goes farthest: e^{2m·Im θ}.
-        own_most = ring_terms(extent, length, turns=turns, nearest=nearest)[0] // 2
-        harmonics[..., : most - own_most] = harmonics[..., most + own_most + 1 :] = 0.0
+        its_most = ring_terms(extent, length, turns=turns, nearest=nearest)[0] // 2
+        harmonics[..., : most - its_most] = harmonics[..., most + its_most + 1 :] = 0.0
         amplitude[j] = np.einsum("pq,cqm->cmp", to_powers, harmonics)
     return amplitude
 

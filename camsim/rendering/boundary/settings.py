@@ -27,8 +27,8 @@ from camsim.optics.pattern import Pattern
 from camsim.rendering.boundary.dipole import longest_dipoles
 from camsim.rendering.focus import Foci
 from camsim.rendering.footprint import Footprint
-from camsim.rendering.heard import heard, smooth_from
 from camsim.rendering.job import Job
+from camsim.rendering.ringing import counted, smooth_from
 
 COARSEST = 1e-2
 SEPARATION = 2.0  # half-widths of a tile: as near as a source may be that is interpolated over it
@@ -57,9 +57,9 @@ class Settings:
     tolerance: float
     dipoles: float
     near: float
-    quiet_end: float
+    negligible_end: float
     reach: float
-    quiet_line: float
+    negligible_line: float
     field_step: float
     response_step: float
     panel: float
@@ -92,31 +92,31 @@ def plan_boundary(job: Job, pattern: Pattern, footprint: Footprint) -> Settings:
     budget, edges, blur = job.budget, job.edges, job.blur
     waves = job.waves(pattern, footprint)
     shortest, longest = float(blur.min()), float(blur.max())
-    own = footprint is job.footprint
-    quiet_end, quiet_line, loud = job.heard if own else heard(waves, edges, job.grid, budget)
+    one = footprint is job.footprint
+    negligible_end, negligible_line, strength = job.counted if one else counted(waves, edges, job.grid, budget)
     field_step = shortest * min(COARSEST_FIELD, _step(pattern, 8, budget.allowed("field") / EIGHT_POINTS))
     response_step = shortest * min(COARSEST_RESPONSE, _step(pattern, 6, 0.5 * budget.allowed("response") / SIX_POINTS))
-    near, reach = quiet_end, quiet_line
-    table_bytes = 16.0 * len(waves.different) * (quiet_end / field_step) ** 2
-    dear = quiet_end > RINGS_FROM * len(pattern.tones) * blur.size * longest or table_bytes > TABLE_BYTES
-    if pattern.tones and dear:
-        holds = max(smooth_from(waves, budget), pattern.tones_from_blurs * longest + footprint.extent)
-        near, reach = (holds, holds) if holds < quiet_end else (near, reach)
+    near, reach = negligible_end, negligible_line
+    table_bytes = 16.0 * len(waves.different) * (negligible_end / field_step) ** 2
+    dear = negligible_end > RINGS_FROM * len(pattern.oscillations) * blur.size * longest or table_bytes > TABLE_BYTES
+    if pattern.oscillations and dear:
+        holds = max(smooth_from(waves, budget), pattern.oscillations_from_blurs * longest + footprint.extent)
+        near, reach = (holds, holds) if holds < negligible_end else (near, reach)
     panel_nodes = _panel_nodes(pattern, budget.allowed("panels"))
     return Settings(
         tolerance=job.tolerance,
-        dipoles=longest_dipoles(quiet_end, OF_DIPOLES * budget.allowed("panels")),
+        dipoles=longest_dipoles(negligible_end, OF_DIPOLES * budget.allowed("panels")),
         near=near,
-        quiet_end=quiet_end,
+        negligible_end=negligible_end,
         reach=reach,
-        quiet_line=quiet_line,
+        negligible_line=negligible_line,
         field_step=field_step,
         response_step=response_step,
         panel=shortest * PANEL_BLURS,
         panel_nodes=panel_nodes,
         piece_nodes=_piece_nodes(pattern, budget.allowed("panels"), panel_nodes),
         tile_nodes=_tile_nodes(budget.allowed("tiles")),
-        foci=loud,
+        foci=strength,
         leaf=min(LARGEST_LEAF, max(job.grid.rows, job.grid.cols)),
     )
 

@@ -116,12 +116,12 @@ def add_weighed(g: F64, far: F64, sums: F64) -> None:
 
 
 @kernel(fastmath={"contract"})
-def far_and_quiet(e: int, x0: float, y0: float, x: F64, y: F64, edges: TabledEdges, n: Numbers, quiet: U8) -> None:
+def far_and_negligible(e: int, x0: float, y0: float, x: F64, y: F64, edges: TabledEdges, n: Numbers, quiet: U8) -> None:
     """Write to ``quiet`` (points) 1 where the far form is all there is of an edge: no rings, no line to look up."""
     tx, ty, length = edges.tx[e], edges.ty[e], edges.length[e]
     dx, dy = edges.x[e] - x0, edges.y[e] - y0
-    line = n.quiet_line if edges.response[e] >= 0 else n.quiet_end
-    end2 = n.quiet_end * n.quiet_end
+    line = n.negligible_line if edges.response[e] >= 0 else n.negligible_end
+    end2 = n.negligible_end * n.negligible_end
     for i in range(x.size):
         h = (dx - x[i]) * ty - (dy - y[i]) * tx
         s1 = (dx - x[i]) * tx + (dy - y[i]) * ty

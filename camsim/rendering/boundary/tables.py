@@ -96,10 +96,10 @@ def _filtered(
     filters = Filters(average, change[: None if average.size > LONG else 0], changes, slope, np.flatnonzero(slope))
     tables = np.empty((radial.shape[0], rows, rows))
     for first in range(0, len(tables), AT_ONCE):
-        some, own = tables[first : first + AT_ONCE], radial[first : first + AT_ONCE]
+        some, one = tables[first : first + AT_ONCE], radial[first : first + AT_ONCE]
         averaged = np.zeros((len(some), count, rows))
         least = math.ceil(WORTH_A_THREAD / (len(some) * rows))
-        shared(count, functools.partial(_average_rows, own, samples_per_step, filters, margin, averaged), least=least)
+        shared(count, functools.partial(_average_rows, one, samples_per_step, filters, margin, averaged), least=least)
         shared(rows, functools.partial(_slope, averaged, filters, margin, some), least=least)
     return tables
 
@@ -138,19 +138,19 @@ def _average(
                 values[j + margin + reach] = at_cell(radial[k], cells[j], weights[j])
             for j in range(margin + reach):
                 values[j] = values[2 * (margin + reach) - j]
-            own = averaged[k, i]
+            one = averaged[k, i]
             if change.size:
                 for b in range(average.size):
-                    own[0] += average[b] * values[b]
+                    one[0] += average[b] * values[b]
                 for tap in filters.changes:
                     for c in range(1, rows):
-                        own[c] += change[tap] * values[c + tap - 1]
+                        one[c] += change[tap] * values[c + tap - 1]
                 for c in range(1, rows):
-                    own[c] = own[c - 1] - own[c]
+                    one[c] = one[c - 1] - one[c]
             else:
                 for b in range(average.size):
                     for c in range(rows):
-                        own[c] += average[b] * values[c + b]
+                        one[c] += average[b] * values[c + b]
 
 
 @kernel()

@@ -116,15 +116,15 @@ class Seen:
                 parts[k] = cut_nodes(*self.cut, int(cells[k, 1]), int(cells[k, 0]), order)
                 counts[k] = len(parts[k])
         begin = np.concatenate([[0], np.cumsum(counts)])
-        own = np.repeat(cells, counts, axis=0)
-        t, weights = np.empty((len(own), 2)), np.empty(len(own))
+        item = np.repeat(cells, counts, axis=0)
+        t, weights = np.empty((len(item), 2)), np.empty(len(item))
         here = np.repeat(~is_cut, counts)
         t[here] = np.tile(grid, (int(np.count_nonzero(~is_cut)), 1))
         weights[here] = np.tile(weight, int(np.count_nonzero(~is_cut)))
         for k, part in parts.items():
             t[begin[k] : begin[k + 1]], weights[begin[k] : begin[k + 1]] = part[:, :2], part[:, 2]
-        places = t + own[:, ::-1]
-        light = self.values(places, own) * (weights * self.step**2)
+        places = t + item[:, ::-1]
+        light = self.values(places, item) * (weights * self.step**2)
         return begin, self.corner + places @ self.ways, np.ascontiguousarray(light.T)
 
 
@@ -167,14 +167,14 @@ class Fields:
     @property
     def spectra(self) -> list[Spectrum | Component]:
         """Those of all planes, and then those of all points."""
-        return [*(own for _, shape in self.shapes for own in shape.spectra), *self._colours]
+        return [*(item for _, shape in self.shapes for item in shape.spectra), *self._colours]
 
     @cached_property
     def _colours(self) -> list[Spectrum]:
         return list(dict.fromkeys(point.reflectance for point in self.points))
 
     @cached_property
-    def loudest(self) -> tuple[float, float]:
+    def strongest(self) -> tuple[float, float]:
         """The largest step of a picture, pitches, and the brightest point, photosites."""
         steps = [shape.step_um / self.pitch_um for _, shape in self.shapes if isinstance(shape, Picture)]
         return max(steps, default=0.0), max((point.photosites or 0.0 for point in self.points), default=0.0)
@@ -192,12 +192,12 @@ class Fields:
             return None
         assert isinstance(field, Field)
         # Two colours that nothing else has.
-        own, beyond = (
+        item, beyond = (
             Curve((400.0, 700.0), ends, name="the picture", outside="hold") for ends in ((0.25, 0.75), (0.75, 0.25))
         )
-        covered_by = Scene(background=beyond, shapes=[field.frame(own), *later]).framed(0.5)
+        covered_by = Scene(background=beyond, shapes=[field.frame(item), *later]).framed(0.5)
         pieces, spectra = pieces_of(covered_by, self.pitch_um, self._fine)
-        which = spectra.index(own) if own in spectra else -1
+        which = spectra.index(item) if item in spectra else -1
         mine = (pieces.left == which) | (pieces.right == which)
         o = pieces.outlines.some(mine)
         straight = o.turn_rad == 0.0
@@ -237,7 +237,7 @@ class Fields:
         place = functools.partial(Seen, shape=(rows, cols), corner=corner, ways=side * axes, cut=cut)
         if isinstance(shape, Gradient):
 
-            def of_gradient(places: F64, own: I64) -> F64:
+            def of_gradient(places: F64, item: I64) -> F64:
                 x, y = (places - 0.5 * np.array([cols, rows])).T * (side * self.pitch_um)
                 return shape.planes_at(x, y)
 
@@ -280,18 +280,18 @@ class Fields:
             middle, half = np.array(shape.centre_um) / self.pitch_um, np.array(shape.half_um) / self.pitch_um
             axes = axes_of(shape.rotate_deg)
             sides = np.array([(0, 0), (-1, -1), (1, 1), (1, -1), (-1, 1)])
-            own = [middle + (sides * half) @ axes]
+            item = [middle + (sides * half) @ axes]
             if seen.cut is not None and len(seen.cut[0]):
                 along = seen.corner + 0.5 * (seen.cut[0] + seen.cut[1]) @ seen.ways
                 inside = along[np.all((along >= low - 0.5) & (along <= low + np.array([grid.cols, grid.rows])), axis=1)]
-                own.insert(0, inside[(np.arange(min(count, len(inside))) * GOLDEN % 1.0 * len(inside)).astype(int)])
-            found.append(np.concatenate(own))
+                item.insert(0, inside[(np.arange(min(count, len(inside))) * GOLDEN % 1.0 * len(inside)).astype(int)])
+            found.append(np.concatenate(item))
         # What shows a point that lies under a shape is wrong.
         points = [one for one in self.scene.shapes if isinstance(one, PointSource)]
         points.sort(key=lambda point: -(point.photosites or 0.0))
         found.append(np.array([point.centre_um for point in points[:count]]).reshape(-1, 2) / self.pitch_um)
         # In turn from each of them.
-        rank = np.concatenate([np.arange(len(own)) for own in found])
+        rank = np.concatenate([np.arange(len(item)) for item in found])
         return np.concatenate(found)[np.argsort(rank, kind="stable")]
 
     def _add(self, seen: Seen, planes: slice, points: F64, tabled: Tabled, out: F64) -> None:
@@ -359,13 +359,13 @@ def _coefficients(planes: F64, degree: int) -> F64:
     return np.ascontiguousarray(np.pad(planes, ((0, 0), (more, more), (more, more)), mode="symmetric"))
 
 
-def _splines(coefficients: F64, degree: int, places: F64, own: I64) -> F64:
+def _splines(coefficients: F64, degree: int, places: F64, item: I64) -> F64:
     """Return (planes, n) at places in cells, each in its own."""
     total = np.zeros((len(coefficients), len(places)))
-    across, down = (_weights(degree, places[:, axis] - own[:, 1 - axis]) for axis in (0, 1))
+    across, down = (_weights(degree, places[:, axis] - item[:, 1 - axis]) for axis in (0, 1))
     for i in range(degree + 1):
         for j in range(degree + 1):
-            total += coefficients[:, own[:, 0] + i, own[:, 1] + j] * (down[:, i] * across[:, j])
+            total += coefficients[:, item[:, 0] + i, item[:, 1] + j] * (down[:, i] * across[:, j])
     return total
 
 

@@ -62,14 +62,14 @@ def condensed(wavelength_nm: F64, count: int) -> tuple[F64, F64]:
     return nodes, (2.0 / count) * product(np.ascontiguousarray(at_places.T), at_nodes)
 
 
-def heard_until(
+def counted_until(
     system: OpticalSystem,
     pitch_um: float,
     wavelength_nm: F64,
     contrast: F64,
     pieces: Pieces,
     allowed: float,
-    loudest: tuple[float, float],
+    strongest: tuple[float, float],
 ) -> float:
     """Return a distance, pitches, past which rings of any outline are no louder than allowed.
 
@@ -82,23 +82,23 @@ def heard_until(
     extent = system.extent_um / pitch_um
     distance = NEAREST * np.float64(STEP) ** np.arange(math.ceil(math.log(FARTHEST / NEAREST) / math.log(STEP)))
     places = distance[:, None] + (STEP - 1.0) * distance[:, None] * np.arange(EACH) / EACH
-    swing = _swing(system, nm, pitch_um, places * longest).max(axis=1)
+    amplitude = _ringing_amplitude(system, nm, pitch_um, places * longest).max(axis=1)
     only_fades = fades(system)  # what is left of it is no wave: it has one sign
-    loud = swing if only_fades else swing * _passed(system, pitch_um, wavelength_nm)
+    strength = amplitude if only_fades else amplitude * _passed(system, pitch_um, wavelength_nm)
     crowd = math.sqrt(max(1.0, min(len(pieces.left), CROWD) / 4.0))
-    step, point = loudest[0] / longest, loudest[1] / longest**2
+    step, point = strongest[0] / longest, strongest[1] / longest**2
     share = OF_LINE / np.sqrt(distance) * crowd + min(OF_SAMPLES * step, 1.0) + point / distance
     if only_fades:
         share = np.maximum(share, 1.0)
     elif system.chromatic and wavelength_nm.size > 1:
-        heard = np.flatnonzero(loud * share > allowed)
-        loud[heard] *= _in_step(system, pitch_um, wavelength_nm, contrast, places[heard] * longest)
-    of_lines = _last(distance, loud * share, allowed)
+        counted = np.flatnonzero(strength * share > allowed)
+        strength[counted] *= _in_step(system, pitch_um, wavelength_nm, contrast, places[counted] * longest)
+    of_lines = _last(distance, strength * share, allowed)
     bent = np.flatnonzero(pieces.outlines.turn_rad != 0.0)
     radius = pieces.outlines.dx[bent] / longest
     turn = np.abs(pieces.outlines.turn_rad[bent]) / (2.0 * math.pi)
-    loud_there = np.interp(radius, distance, loud) * turn > allowed
-    of_circles = float(radius[loud_there & (radius < FARTHEST)].max(initial=0.0))
+    strength_there = np.interp(radius, distance, strength) * turn > allowed
+    of_circles = float(radius[strength_there & (radius < FARTHEST)].max(initial=0.0))
     return max(of_lines, of_circles + 2.0) * longest + extent
 
 
@@ -115,18 +115,18 @@ def _in_step(system: OpticalSystem, pitch_um: float, wavelength_nm: F64, contras
     return found
 
 
-def _last(distance: np.ndarray, loud: np.ndarray, allowed: float) -> float:
+def _last(distance: np.ndarray, strength: np.ndarray, allowed: float) -> float:
     """Return where something that falls is louder than allowed for the last time."""
-    above = np.flatnonzero(loud > allowed)
+    above = np.flatnonzero(strength > allowed)
     return float(distance[min(int(above[-1]) + 1, len(distance) - 1)]) if above.size else NEAREST
 
 
-def _swing(system: OpticalSystem, nm: float, pitch_um: float, r: F64) -> F64:
+def _ringing_amplitude(system: OpticalSystem, nm: float, pitch_um: float, r: F64) -> F64:
     """Return how far the energy within radii r is off its smooth powers."""
     lens = system.lens
     assert isinstance(lens, RoundLens)
-    swing: F64 = np.abs(lens.encircled_energy(r * pitch_um, nm) - smooth_energy(system, pitch_um, nm, r))
-    return swing
+    amplitude: F64 = np.abs(lens.encircled_energy(r * pitch_um, nm) - smooth_energy(system, pitch_um, nm, r))
+    return amplitude
 
 
 def _passed(system: OpticalSystem, pitch_um: float, wavelength_nm: F64) -> float:

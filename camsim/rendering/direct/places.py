@@ -48,8 +48,8 @@ def hardest_photosites(outlines: Outlines, more: F64, grid: Grid, marks: Marks, 
         places = [more[turn : turn + 1]]
         if len(outlines.x):
             places.append(_hard_points(ends, middles, marks, grid, turn))
-        own = np.clip(np.round(np.concatenate(places) - first), 0, size - 1).astype(int)
-        spots |= dict.fromkeys((row, col) for col, row in own.tolist())
+        one = np.clip(np.round(np.concatenate(places) - first), 0, size - 1).astype(int)
+        spots |= dict.fromkeys((row, col) for col, row in one.tolist())
     place = 0.0
     while len(spots) < count:
         place = (place + GOLDEN) % 1.0
@@ -129,9 +129,9 @@ def _hard_points(ends: tuple[F64, F64], middles: tuple[F64, F64], marks: Marks, 
     if turn % 4 == 0:
         corner = _tile_corner(*ends, marks, grid, turn)
         fourth = np.array([x0 + (turn % 2) * width, y0 + (turn // 2 % 2) * height]) if corner is None else corner
-    elif turn % 4 < 3 and (some := [own for own in middles if len(own)]):
-        own = some[(turn + 1) % len(some)]
-        fourth = own[turn // 4 % len(own)]
+    elif turn % 4 < 3 and (some := [one for one in middles if len(one)]):
+        one = some[(turn + 1) % len(some)]
+        fourth = one[turn // 4 % len(one)]
     distance = (0.97 * marks.reach, 0.3, 1.03 * marks.reach, 0.5 * marks.reach)[turn % 4]
     beside = a + (0.45 + 0.09 * (turn % 5)) * (b - a) + distance * across
     # Past the near radius for certain, wherever the photosites lie; later turns go as far as the end is heard.
@@ -153,8 +153,8 @@ def _tile_corner(start: F64, end: F64, marks: Marks, grid: Grid, turn: int) -> F
     size, half = marks.leaf, 0.5 * marks.leaf
     first, counts = np.array(grid.first_centre), np.array([grid.cols, grid.rows])
     ends = np.stack([start, end])[:, :: max(1, len(start) // MOST_PARTS)] - (first - 0.5)
-    own = np.array([_part(turn + k, ends.shape[1]) for k in range(16)])
-    picked, along = ends[0, own], ends[1, own] - ends[0, own]
+    one = np.array([_part(turn + k, ends.shape[1]) for k in range(16)])
+    picked, along = ends[0, one], ends[1, one] - ends[0, one]
     # To the right, to the left, below and above.
     tiles = np.repeat((np.floor(picked / size) * size)[None], 4, axis=0)
     after, before = np.ceil((picked + marks.apart) / size) * size, -(np.ceil((marks.apart - picked) / size) * size)
@@ -167,13 +167,13 @@ def _tile_corner(start: F64, end: F64, marks: Marks, grid: Grid, turn: int) -> F
     corners[3, :, 1] -= 1
     inside = np.all((corners >= 0) & (corners < counts), axis=2)
     low, corner, which = tiles[inside], corners[inside], np.nonzero(inside)[1]
-    own = own[which]
+    one = one[which]
     behind = np.sum((low + half - picked[which]) * along[which], axis=1) < 0.0
     beside = np.maximum(np.abs(ends - (low + half)[:, None, None]) - half, 0.0)
     is_far = np.hypot(beside[..., 0], beside[..., 1]).min(axis=1, initial=np.inf) >= marks.apart
     mixed = is_far.any(axis=1) & ~is_far.all(axis=1)
     if not mixed.any():
         return None
-    surely = mixed & behind & is_far[np.arange(own.size), own]
+    surely = mixed & behind & is_far[np.arange(one.size), one]
     place: F64 = first + corner[np.argmax(surely if surely.any() else mixed)]
     return place

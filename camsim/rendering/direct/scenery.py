@@ -170,8 +170,8 @@ def _boxes_about_arcs(o: Outlines) -> F64:
     turn = np.abs(o.turn_rad)
     short, height = turn <= np.pi, o.dx * (1.0 - np.cos(0.5 * np.minimum(turn, np.pi)))
     low, high = (
-        [np.where(short, own.min(axis=0) - height, place - o.dx) for own, place in ((x, o.x), (y, o.y))],
-        [np.where(short, own.max(axis=0) + height, place + o.dx) for own, place in ((x, o.x), (y, o.y))],
+        [np.where(short, each.min(axis=0) - height, place - o.dx) for each, place in ((x, o.x), (y, o.y))],
+        [np.where(short, each.max(axis=0) + height, place + o.dx) for each, place in ((x, o.x), (y, o.y))],
     )
     return np.stack([*low, *high], axis=1)
 

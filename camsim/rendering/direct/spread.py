@@ -258,12 +258,12 @@ def _few(curves: F64, allowed: float) -> tuple[I64, F64]:
     return np.array(chosen), mixture
 
 
-def _harmonics(found: F64, loud: F64, allowed: float) -> tuple[I64, F64, int]:
+def _harmonics(found: F64, strength: F64, allowed: float) -> tuple[I64, F64, int]:
     """Return orders (h,), those harmonics (h, n) of (2, orders, n) that matter, cosines first, and how many are sines.
 
     loud : (n,) of all that they are multiplied by
     """
-    kept = (np.abs(found) * loud).max(axis=2) > allowed
+    kept = (np.abs(found) * strength).max(axis=2) > allowed
     order = np.arange(len(found[0]))
     stride = int(np.gcd.reduce(order[kept.any(axis=0)])) or 1
     some = stride * np.arange(1, int(np.flatnonzero(kept.any(axis=0)).max(initial=0)) // stride + 1)

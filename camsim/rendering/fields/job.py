@@ -80,11 +80,11 @@ class FieldJob:
         colours = list(dict.fromkeys(one.reflectance for one in points))
         nodes, density = multiplied([*spectra, *colours] or [0.0], response, wavelength_nm)
         if points:
-            lit = layer_of(points, grid.pitch_um, colours)
-            layers.append(lit)
+            exposed = layer_of(points, grid.pitch_um, colours)
+            layers.append(exposed)
             # Of light beyond R a photosite before a diffuser gets all, one beside a point 1/2πR² of it: with this much
             # room a hundredth of what is allowed was left, with point photosites and λN of 0.1 pitches 0.13.
-            brighter = max(1.0, lit.loud / POINT_ROOM)
+            brighter = max(1.0, exposed.strength / POINT_ROOM)
             tolerance = _beside_points(tolerance, brighter)
         nodes, density = _without_tails(nodes, density / scale[:, None], TAILS * tolerance)
         return cls(
@@ -144,19 +144,19 @@ def _seen(
     if not later and isinstance(field, Picture):
         return None
     # A colour that nothing else has: its edges are the outline.
-    own = Curve((400.0, 700.0), (0.25, 0.75), name="the picture", outside="hold")
-    own_frame = field.frame(own)
-    covered = Scene(background=scene.background, shapes=[own_frame, *later]).framed(scene.background)
+    each = Curve((400.0, 700.0), (0.25, 0.75), name="the picture", outside="hold")
+    its_frame = field.frame(each)
+    covered = Scene(background=scene.background, shapes=[its_frame, *later]).framed(scene.background)
     found = arranged(covered, system, grid, seen_nm, budget, textured=True)
-    if own not in found.spectra:
+    if each not in found.spectra:
         return np.empty((0, 2)), np.empty((0, 2))
-    which = found.spectra.index(own)
+    which = found.spectra.index(each)
     forth, back = found.left == which, found.right == which
     start = np.concatenate([found.start_um[forth], found.end_um[back]])
     end = np.concatenate([found.end_um[forth], found.start_um[back]])
     if not isinstance(field, Picture):
         return start, end
-    [frame] = own_frame.primitives()
+    [frame] = its_frame.primitives()
     corners = frame.layers[0][0].curves.points[:, 0]
     whole = len(start) == 4 and {*map(tuple, start.tolist())} == {*map(tuple, corners.tolist())}
     return None if whole else (start, end)

@@ -133,13 +133,13 @@ class Layer:
     def coefficients(self, rows: range, cols: range) -> F64:
         """Return coefficients (planes, rows, cols) of a window of samples; beyond the picture they are mirrored."""
         if rows.start >= 0 and rows.stop <= self.shape[0] and cols.start >= 0 and cols.stop <= self.shape[1]:
-            own = self._splines[:, rows.start : rows.stop, cols.start : cols.stop]
+            one = self._splines[:, rows.start : rows.stop, cols.start : cols.stop]
         else:
             down, across = mirrored(rows, self.shape[0]), mirrored(cols, self.shape[1])
-            own = self._splines[:, down[:, None], across[None, :]]
+            one = self._splines[:, down[:, None], across[None, :]]
         out = np.empty((self.planes, len(rows), len(cols)))
-        np.subtract(own, self.offset[:, None, None], out=out[: len(own)])
-        out[len(own) :] = 1.0
+        np.subtract(one, self.offset[:, None, None], out=out[: len(one)])
+        out[len(one) :] = 1.0
         return out
 
 

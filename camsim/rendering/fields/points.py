@@ -69,7 +69,7 @@ class PointLayer:
         )
 
     @property
-    def loud(self) -> float:
+    def strength(self) -> float:
         """Their light as far as it may add up by chance, square pitches: what lies in one photosite does so surely."""
         _, cell = np.unique(np.floor(self.at[:, 0]) + 1j * np.floor(self.at[:, 1]), return_inverse=True)
         return float(np.sqrt(np.sum(np.bincount(cell.ravel(), self.light.sum(axis=0)) ** 2)))

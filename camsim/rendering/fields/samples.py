@@ -44,7 +44,7 @@ class Splines(NamedTuple):
         return passes
 
 
-class Sight(NamedTuple):
+class Support(NamedTuple):
     """A box (low, high), pitches, beyond which no frequency is asked above ``cut`` cycles/pitch."""
 
     low: F64
@@ -53,7 +53,7 @@ class Sight(NamedTuple):
 
 
 def splines_of(
-    layer: Layer, *, cut: float, allowed: float, sight: Sight | None = None, longest: float = math.inf
+    layer: Layer, *, cut: float, allowed: float, support: Support | None = None, longest: float = math.inf
 ) -> Splines:
     """Return all of a layer.
 
@@ -83,13 +83,13 @@ def splines_of(
     lattice = np.where(keep, fine, 0.0)
     among = np.ones(cover.whole.shape, bool)
     found = []
-    if sight is not None:
+    if support is not None:
         middle = places + 0.5 * step * layer.axes.sum(axis=0)
-        near = ((middle >= sight.low) & (middle <= sight.high)).all(axis=2)
-        found.append(_corrections(layer, times, fine, lattice, cover, knot, ~near, cut=sight.cut, allowed=allowed))
+        near = ((middle >= support.low) & (middle <= support.high)).all(axis=2)
+        found.append(_corrections(layer, times, fine, lattice, cover, knot, ~near, cut=support.cut, allowed=allowed))
         among = near
     found.append(_corrections(layer, times, fine, lattice, cover, knot, among, cut=cut, allowed=allowed))
-    points, corrections = np.concatenate([own for own, _ in found]), np.concatenate([own for _, own in found], axis=1)
+    points, corrections = np.concatenate([one for one, _ in found]), np.concatenate([one for _, one in found], axis=1)
     return Splines(places, step**2 * lattice, points, corrections, step, layer.degree)
 
 
@@ -225,6 +225,6 @@ def _values(coefficients: F64, degree: int, patch: I64, t: F64) -> F64:
     rows, cols = coefficients.shape[1:]
     for i in range(degree + 1):
         for j in range(degree + 1):
-            own = coefficients[:, np.clip(patch[:, 0] + i - n, 0, rows - 1), np.clip(patch[:, 1] + j - n, 0, cols - 1)]
-            out += own[:, :, None] * (down[..., i] * across[..., j])
+            one = coefficients[:, np.clip(patch[:, 0] + i - n, 0, rows - 1), np.clip(patch[:, 1] + j - n, 0, cols - 1)]
+            out += one[:, :, None] * (down[..., i] * across[..., j])
     return out

@@ -21,7 +21,7 @@ from camsim.rendering.fields.samples import Splines, splines_of
 from camsim.rendering.waves.fields import FieldSource
 from camsim.rendering.waves.levels import Lattice
 
-HEARD = 0.7  # cycles/pitch: beyond, photosites pass little of what a sample's spline has
+COUNTED = 0.7  # cycles/pitch: beyond, photosites pass little of what a sample's spline has
 SECOND = 0.5  # of the square of what an axis changes by, in cycles of a sample: what the first order leaves
 OF_PRECISION = 5.0  # times a transform's: what the first order may leave
 FINEST_STEP, COARSEST_STEP = 0.5, 4.0  # pitches, between which samples are refined until it leaves no more
@@ -88,7 +88,7 @@ class BentSource(FieldSource):
     @cached_property
     def _splines(self) -> Splines:
         assert not isinstance(self.layer, PointLayer)
-        longest = math.sqrt(OF_PRECISION * self.precision / SECOND) / (HEARD * max(self._changes, 1e-9))
+        longest = math.sqrt(OF_PRECISION * self.precision / SECOND) / (COUNTED * max(self._changes, 1e-9))
         longest = min(max(longest, FINEST_STEP), COARSEST_STEP)
         found = splines_of(self.layer, cut=self.cut, allowed=self.precision, longest=longest)
         return found._replace(light=self._mixed(found.light), corrections=self._mixed(found.corrections))
@@ -131,7 +131,7 @@ class BentSource(FieldSource):
         if not inside.size:
             return
         changes = float(np.abs(axes[inside] - axes[inside].mean(axis=0)).max())
-        left = SECOND * (self._splines.step * min(lattice.cut, HEARD) * changes) ** 2
+        left = SECOND * (self._splines.step * min(lattice.cut, COUNTED) * changes) ** 2
         count = max(1, min(MOST_BLOCKS, math.ceil(math.sqrt(left / (OF_PRECISION * self.precision)))))
         if count == 1:
             yield inside
@@ -139,8 +139,8 @@ class BentSource(FieldSource):
         low, high = at[inside].min(axis=0), at[inside].max(axis=0)
         cell = np.minimum((count * (at[inside] - low) / np.maximum(high - low, 1e-9)).astype(np.int64), count - 1)
         number = cell[:, 0] * count + cell[:, 1]
-        for own in np.unique(number).tolist():
-            yield inside[number == own]
+        for one in np.unique(number).tolist():
+            yield inside[number == one]
 
     def _add_block(self, out: C128, block: np.ndarray, lattice: Lattice, origin: tuple[float, float]) -> bool:
         """Add samples, their splines' transforms to the first order about those along their mean axes."""
@@ -149,13 +149,13 @@ class BentSource(FieldSource):
         columns, rows = lattice.counts
         f = np.arange(columns) / lattice.periods[0], np.arange(1 - rows, rows)[:, None] / lattice.periods[1]
         along = [f[0] * axis[0] + f[1] * axis[1] for axis in mean]
-        passes = [splines.passes(own) for own in along]
+        passes = [splines.passes(one) for one in along]
         part = np.zeros_like(out)
         if not self._add_points(part, places, light, lattice, origin):
             return False
         out += part * (passes[0] * passes[1])
         changes = axes[block] - mean
-        first = 2.0 * splines.step * min(lattice.cut, HEARD) * np.abs(changes).max()
+        first = 2.0 * splines.step * min(lattice.cut, COUNTED) * np.abs(changes).max()
         if first <= OF_PRECISION * self.precision:
             return True
         for k in (0, 1):

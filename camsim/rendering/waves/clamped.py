@@ -102,8 +102,8 @@ def _clamp(
                 continue
             side = _side(x[k], y[k], x[k + 1], y[k + 1], box)
             if side >= 0 and side == last and count <= len(of):
-                before, own = ends[count - 1], of[count - 1]
-                if before[2] == x[k] and before[3] == y[k] and left[own] == left[e] and right[own] == right[e]:
+                before, one = ends[count - 1], of[count - 1]
+                if before[2] == x[k] and before[3] == y[k] and left[one] == left[e] and right[one] == right[e]:
                     before[2], before[3] = x[k + 1], y[k + 1]
                     if before[0] == before[2] and before[1] == before[3]:
                         count, last = count - 1, -1

@@ -66,15 +66,15 @@ class EdgeSource:
         if not len(start):
             return None
         twice = start[:, 0] * end[:, 1] - end[:, 0] * start[:, 1]
-        areas = [0.5 * float(np.sum(twice * own)) for own in jump.T]
+        areas = [0.5 * float(np.sum(twice * one)) for one in jump.T]
         places, which, along = _nodes(start, end, lattice, 0.5 * self.precision)
         rows = lattice.rows
         out = np.empty((self.kinds, len(rows), lattice.counts[0]), complex)
         along *= np.exp(-1j * (rows.start + len(rows) // 2) * places[0])
         step_x, step_y = (1.0 / period for period in lattice.periods)
-        for k, (own, area) in enumerate(zip(jump.T, areas, strict=True)):
+        for k, (one, area) in enumerate(zip(jump.T, areas, strict=True)):
             whole = out[k]
-            strengths = along * own[which]
+            strengths = along * one[which]
             whole[:] = modes(places, strengths, whole.shape, precision=self.precision, sign=-1)
             shared(
                 len(whole),

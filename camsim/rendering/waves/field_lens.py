@@ -112,14 +112,14 @@ class VaryingLens:
         """
         rule = self._rule(corners_um, min(1.0, cut * float(self.blurs.max())))
         part = _Part(self, rule, corners_um, cut, weights)
-        tried = part.shown(part.at(TRIED))
+        tried = part.displayed(part.at(TRIED))
         for count in counts:
             known = part.at(_grid(count))
             between = [np.outer(_weights(count, y), _weights(count, x)).ravel() for x, y in TRIED[:, :, None]]
-            shown = part.shown(known)
-            off = np.einsum("tp,p...->t...", np.stack(between), shown, optimize=True) - tried
+            displayed = part.displayed(known)
+            off = np.einsum("tp,p...->t...", np.stack(between), displayed, optimize=True) - tried
             if part.seen(off).max() <= OF_PLACES * self.allowed:
-                return part.mixed(known, shown, count)
+                return part.mixed(known, displayed, count)
         return None
 
     def _rule(self, corners_um: F64, outer: float) -> Rule:
@@ -139,10 +139,10 @@ class VaryingLens:
             return self._of(rule, self._fronts(places_um, self.wavelength_nm))
         away = np.round(np.hypot(*places_um.T) / ALIKE_UM) * ALIKE_UM
         heights, which = np.unique(away, return_inverse=True)
-        own = self._along(rule, tuple(heights.tolist()))[which]
+        item = self._along(rule, tuple(heights.tolist()))[which]
         angle = np.arctan2(places_um[:, 1], places_um[:, 0])
         order = np.fft.fftfreq(2 * rule.directions, 1.0 / (2 * rule.directions))
-        turned: C128 = own * np.exp(-1j * np.outer(angle, order))[:, None, None, :]
+        turned: C128 = item * np.exp(-1j * np.outer(angle, order))[:, None, None, :]
         return turned
 
     def _along(self, rule: Rule, heights_um: tuple[float, ...]) -> C128:
@@ -183,23 +183,23 @@ class _Part:
         low, high = self.corners_um
         return self.lens.transfers(self.rule, 0.5 * (low + high) + 0.5 * (high - low) * places)
 
-    def shown(self, harmonics: C128) -> C128:
+    def displayed(self, harmonics: C128) -> C128:
         """Return transfers (places, channels, kinds, n, directions) at some frequencies."""
         out = np.zeros((len(harmonics), *self.weights.shape[1::-1], LOOKED_AT, harmonics.shape[3]), complex)
         for j, matrix in enumerate(self._looked_at):
-            own = _times(matrix, harmonics[:, j])
-            out += self.weights.T[j, None, :, :, None, None] * own[:, None, None]
-        shown: C128 = scipy.fft.ifft(out, axis=-1)[..., : self.rule.directions] * (2 * self.rule.directions)
-        return shown
+            item = _times(matrix, harmonics[:, j])
+            out += self.weights.T[j, None, :, :, None, None] * item[:, None, None]
+        displayed: C128 = scipy.fft.ifft(out, axis=-1)[..., : self.rule.directions] * (2 * self.rule.directions)
+        return displayed
 
     def seen(self, off: C128) -> F64:
         """Return what an edge shows at the most of transfers (…, kinds, n, directions) that are off: ∫ |T|/πf df."""
         seen: F64 = np.einsum("...nd,nd->...d", np.abs(off), self._edge).max(axis=-1).sum(axis=-1)
         return seen
 
-    def mixed(self, harmonics: C128, shown: C128, count: int) -> Mixtures:
+    def mixed(self, harmonics: C128, displayed: C128, count: int) -> Mixtures:
         """Return the few mixtures that all places and channels are made of."""
-        flat = shown.reshape(shown.shape[0] * shown.shape[1], *shown.shape[2:])
+        flat = displayed.reshape(displayed.shape[0] * displayed.shape[1], *displayed.shape[2:])
         vectors, numbers = np.empty((len(flat), 0)), np.empty(len(BANDS), np.int64)
         allowed = OF_MIXTURES * self.lens.allowed / math.sqrt(len(BANDS))
         # High frequencies take the fewest mixtures: photosites pass little of them.
@@ -207,8 +207,8 @@ class _Part:
             band, edge = flat[..., begin:end, :], self._edge[begin:end]
             rest = np.ascontiguousarray(band).reshape(len(flat), -1)
             rest = rest - _times(vectors, _times(np.ascontiguousarray(vectors.T), rest))
-            loud = (rest.reshape(band.shape) * np.sqrt(edge)).reshape(len(flat), -1).view(np.float64)
-            fresh = np.linalg.eigh(loud @ loud.T)[1][:, ::-1]
+            strength = (rest.reshape(band.shape) * np.sqrt(edge)).reshape(len(flat), -1).view(np.float64)
+            fresh = np.linalg.eigh(strength @ strength.T)[1][:, ::-1]
             modes = _times(np.ascontiguousarray(fresh.T), rest).reshape(-1, *band.shape[1:])
             # What is left out of a transfer adds up as of random signs.
             seen = np.einsum("...nd,nd->...d", np.abs(modes), edge).max(axis=-1).sum(axis=-1)
@@ -217,8 +217,8 @@ class _Part:
             vectors = np.linalg.qr(np.concatenate([vectors, fresh[:, :kept]], axis=1))[0]
             numbers[k] = vectors.shape[1]
         kept = vectors.shape[1]
-        own = vectors.reshape(*shown.shape[:2], kept)
-        taken = np.einsum("pcm,kcj->jmkp", own, self.weights, optimize=True)
+        item = vectors.reshape(*displayed.shape[:2], kept)
+        taken = np.einsum("pcm,kcj->jmkp", item, self.weights, optimize=True)
         flat = harmonics.reshape(*harmonics.shape[:2], -1)
         made = np.stack([_times(taken[j].reshape(-1, len(harmonics)), flat[:, j]) for j in range(len(taken))])
         made = np.moveaxis(made.reshape(*taken.shape[:3], *harmonics.shape[2:]), 3, 1)  # radii first
@@ -226,21 +226,21 @@ class _Part:
             lens=self.lens,
             rule=self.rule,
             harmonics=made,
-            turns=self._turns(shown),
+            turns=self._turns(displayed),
             numbers=np.maximum(numbers, 1),
             cut=self.cut,
             count=count,
-            taken=np.moveaxis(own, 0, 2),
+            taken=np.moveaxis(item, 0, 2),
         )
 
-    def _turns(self, shown: C128) -> int:
+    def _turns(self, displayed: C128) -> int:
         """Return how many directions of a table cubics follow."""
-        whole = np.concatenate([shown, shown.conj()], axis=-1)
+        whole = np.concatenate([displayed, displayed.conj()], axis=-1)
         count = whole.shape[-1]
         size = np.abs(scipy.fft.fft(whole, axis=-1)).reshape(-1, count).max(axis=0) / count
         order = np.abs(np.fft.fftfreq(count, 1.0 / count))
         left = [CUBIC * float(np.sum(size * (np.pi * order / turns) ** 4)) for turns in TURNS]
-        fits = (turns for turns, own in zip(TURNS, left, strict=True) if own <= OF_TURNS * self.lens.allowed)
+        fits = (turns for turns, item in zip(TURNS, left, strict=True) if item <= OF_TURNS * self.lens.allowed)
         return max(next(fits, TURNS[-1]), self.rule.directions)
 
 
@@ -277,8 +277,8 @@ class Mixtures:
         total = np.zeros((points + 1, *shape), complex)
         more = self.lens.system.more
         out = np.zeros((*total.shape[:3], self.turns), complex) if more else None
-        for own, blur, nm in zip(self.harmonics, self.lens.blurs, self.lens.wavelength_nm.tolist(), strict=True):
-            along = _times(self.rule.between(frequency * blur), own.reshape(len(own), -1)).reshape(-1, *shape)
+        for item, blur, nm in zip(self.harmonics, self.lens.blurs, self.lens.wavelength_nm.tolist(), strict=True):
+            along = _times(self.rule.between(frequency * blur), item.reshape(len(item), -1)).reshape(-1, *shape)
             if out is None:
                 total += along
                 continue
@@ -298,7 +298,7 @@ class Mixtures:
         shape : of what ``taken`` is spread over
         """
         down, across = (
-            _weights(self.count, _even(n)[own]) for n, own in zip(shape, part, strict=True)
+            _weights(self.count, _even(n)[item]) for n, item in zip(shape, part, strict=True)
         )  # (rows, count), (cols, count)
         amounts = np.einsum("ra,cmab->rcmb", down, self.taken.reshape(*self.taken.shape[:2], self.count, self.count))
         shared(image.shape[1], functools.partial(mix, image, each, amounts, np.ascontiguousarray(across.T)))
@@ -380,11 +380,11 @@ class VaryingImage:
             return
         among, whole = self._among(source, weights, mixtures, near), (slice(0, height), slice(0, width))
         x, y = np.array(at) - lens.moved
-        own = among._part(near[0], (x, y), (width, height), mixtures.number)
+        item = among._part(near[0], (x, y), (width, height), mixtures.number)
         values, every = among._far((x, y), (height, width), mixtures.number)
         if values is not None:
-            own += among._between(values, every, whole)
-        mixtures.add(image, own, whole, (height, width))
+            item += among._between(values, every, whole)
+        mixtures.add(image, item, whole, (height, width))
 
     def _far(
         self,

@@ -53,11 +53,11 @@ class Wavefronts:
         """Return those of lenses, each at all wavelengths."""
         each = [_coefficients(lens, wavelength_nm) for lens in lenses]
         index = tuple(
-            sorted({j for own, values in each for j, one in zip(own, values.T, strict=True) if j and one.any()})
+            sorted({j for item, values in each for j, one in zip(item, values.T, strict=True) if j and one.any()})
         )
         waves = np.zeros((len(index), len(lenses), wavelength_nm.size))
-        for k, (own, values) in enumerate(each):
-            for j, value in zip(own, values.T, strict=True):
+        for k, (item, values) in enumerate(each):
+            for j, value in zip(item, values.T, strict=True):
                 if j in index:
                     waves[index.index(j), k] = value
         return cls(index, waves.reshape(len(index), len(lenses) * wavelength_nm.size))
@@ -122,7 +122,7 @@ class Rule:
     @classmethod
     def of(cls, fronts: Wavefronts, allowed: float, outer: float) -> Rule:
         """Return the coarsest that is right to ``allowed`` for all of some wavefronts."""
-        rho, angle = (own.ravel() for own in np.meshgrid(outer * TRIED_RADII, TRIED_DIRECTIONS, indexing="ij"))
+        rho, angle = (item.ravel() for item in np.meshgrid(outer * TRIED_RADII, TRIED_DIRECTIONS, indexing="ij"))
         nodes = np.zeros(TRIED_RADII.size, np.int64)
         known = fronts.transfers(rho, angle, np.full(rho.size, NODES[0]))
         for count, finer in pairwise(NODES):
@@ -144,8 +144,8 @@ class Rule:
         beside = np.searchsorted(self.outer * TRIED_RADII, rho)
         nodes = np.array(self.nodes)
         last = nodes.size - 1
-        own = np.maximum(nodes[np.minimum(beside, last)], nodes[np.clip(beside - 1, 0, last)])
-        return fronts.transfers(rho, angle, own)
+        item = np.maximum(nodes[np.minimum(beside, last)], nodes[np.clip(beside - 1, 0, last)])
+        return fronts.transfers(rho, angle, item)
 
     def on_lattice(self, fronts: Wavefronts) -> C128:
         """Return harmonics (places, radii, 2·directions) of transfers about all directions from x on."""
@@ -229,20 +229,20 @@ def _overlaps(
     places = waves.shape[1]
     phase, real, imag = np.empty(places), np.empty(places), np.empty(places)
     for n in range(begin, stop):
-        own, count = rho[n], counts[which[n]]
+        item, count = rho[n], counts[which[n]]
         x, w = nodes[which[n]], weights[which[n]]
         cos, sin = math.cos(angle[n]), math.sin(angle[n])
-        widest = math.acos(min(own, 1.0))
+        widest = math.acos(min(item, 1.0))
         real[:] = 0.0
         imag[:] = 0.0
         for a in range(count):
             alpha = widest * x[a]
             t, chord = math.sin(alpha), math.cos(alpha)
-            half = chord - own
+            half = chord - item
             for v in range(count):
                 u = half * x[v]
-                x0, y0 = (u - own) * cos - t * sin, (u - own) * sin + t * cos
-                x1, y1 = (u + own) * cos - t * sin, (u + own) * sin + t * cos
+                x0, y0 = (u - item) * cos - t * sin, (u - item) * sin + t * cos
+                x1, y1 = (u + item) * cos - t * sin, (u + item) * sin + t * cos
                 s0, s1 = x0 * x0 + y0 * y0, x1 * x1 + y1 * y1
                 phase[:] = 0.0
                 c0, d0, c1, d1 = 1.0, 0.0, 1.0, 0.0  # of the m-th powers

@@ -20,7 +20,7 @@ from camsim.numerics.nonuniform import modes, modes_of_lines
 from camsim.numerics.quadrature import gauss_legendre
 from camsim.rendering.fields.layer import Layer, basis
 from camsim.rendering.fields.points import PointLayer
-from camsim.rendering.fields.samples import LONGEST_SQUARE, Sight, Splines, parts_of, splines_of
+from camsim.rendering.fields.samples import LONGEST_SQUARE, Splines, Support, parts_of, splines_of
 from camsim.rendering.waves.edges import half_plane, phases
 from camsim.rendering.waves.kernels import repeat
 from camsim.rendering.waves.levels import Lattice
@@ -49,7 +49,7 @@ class FieldSource:
     mixture: F64
     cut: float
     precision: float
-    sight: Sight | None = None
+    support: Support | None = None
 
     def __post_init__(self) -> None:
         layer = self.layer
@@ -126,7 +126,7 @@ class FieldSource:
     @cached_property
     def _splines(self) -> Splines:
         assert isinstance(self.layer, Layer)
-        found = splines_of(self.layer, cut=self.cut, allowed=self.precision, sight=self.sight)
+        found = splines_of(self.layer, cut=self.cut, allowed=self.precision, support=self.support)
         light = self._mixed(found.light)
         if self.layer.upright:
             light = light / found.step**2
@@ -144,9 +144,9 @@ class FieldSource:
             at, light = at[inside], light[:, inside]
         down, across = phases(at, lattice)
         turn = half_plane(np.ones(1, complex), across, out.shape[2])
-        for own, values in zip(out, light, strict=True):
+        for one, values in zip(out, light, strict=True):
             if values.any():
-                own += modes((down, across), turn * values, own.shape, precision=self.precision, sign=-1)
+                one += modes((down, across), turn * values, one.shape, precision=self.precision, sign=-1)
         return True
 
     @cached_property
@@ -189,16 +189,16 @@ class FieldSource:
             which = range(int(inside[0]), int(inside[-1]) + 1)
             period = lattice.periods[axis]
             total = 0 if whole else count
-            own = place[which.start : which.stop]
-            each.append(_Along(own, which, total, sign * step, layer.degree, period, numbers[axis]))
+            one = place[which.start : which.stop]
+            each.append(_Along(one, which, total, sign * step, layer.degree, period, numbers[axis]))
         along_x, along_y = each
         part = planes[:, along_y.which.start : along_y.which.stop, along_x.which.start : along_x.which.stop]
-        for own, samples in zip(out, part, strict=True):
+        for one, samples in zip(out, part, strict=True):
             if along_x.whole and along_y.whole:
-                _add_both(own, samples, along_x, along_y)
+                _add_both(one, samples, along_x, along_y)
                 continue
             lines = along_x.transformed(samples, self.precision)
-            own[:] = along_y.transformed(np.ascontiguousarray(lines.T), self.precision).T
+            one[:] = along_y.transformed(np.ascontiguousarray(lines.T), self.precision).T
         out *= step**2
         return True
 
@@ -249,7 +249,7 @@ class _Along(NamedTuple):
         return count if same and len(self.which) <= count <= SPARSE * self.numbers.size else 0
 
     @property
-    def repeated(self) -> tuple[I64, C128]:
+    def tiled(self) -> tuple[I64, C128]:
         """Which of the period's frequencies each is (m,), and the phase of the first sample."""
         numbers = self.numbers if self.step > 0.0 else -self.numbers
         return numbers % self.whole, np.exp((-2j * np.pi / self.period) * self.place[0] * self.numbers)
@@ -267,8 +267,8 @@ class _Along(NamedTuple):
             )
             if self.step < 0.0:  # the picture runs the other way
                 wrong = wrong.conj()
-            own = i - self.which.start
-            found.append((own, wrong * np.exp(-2j * np.pi * frequency * self.place[own])))
+            one = i - self.which.start
+            found.append((one, wrong * np.exp(-2j * np.pi * frequency * self.place[one])))
         return found
 
 
@@ -276,7 +276,7 @@ def _add_both(out: C128, samples: F64, along_x: _Along, along_y: _Along) -> None
     """Write the transform (m, n) of samples (rows, cols) whose periods are whole numbers of them: FFTs that repeat."""
     rows = scipy.fft.rfft(samples, along_x.whole, axis=1)
     both = scipy.fft.fft(rows, along_y.whole, axis=0)
-    (i, turn_x), (j, turn_y) = along_x.repeated, along_y.repeated
+    (i, turn_x), (j, turn_y) = along_x.tiled, along_y.tiled
     passes_x, passes_y = along_x.passes * turn_x, along_y.passes * turn_y
     down: list[C128] = []
     across: list[C128] = []

@@ -101,18 +101,18 @@ class FrequencyImage:
             every, beyond = level.every, len(self.taps(1)[0])
             counts = [-(-n // every) + 2 * beyond for n in shape]
             at = origin[0] - beyond * every, origin[1] - beyond * every
-            own = self._part(level, at, (every * (counts[1] - 1) + 1, every * (counts[0] - 1) + 1), channels)
+            one = self._part(level, at, (every * (counts[1] - 1) + 1, every * (counts[0] - 1) + 1), channels)
             if far is not None:
                 parts = tuple(slice(-beyond, count - beyond) for count in counts)
-                own += self._between(far, before // every, (parts[0], parts[1]))
-            far, before = own, every
+                one += self._between(far, before // every, (parts[0], parts[1]))
+            far, before = one, every
         return far, before
 
     def _between(self, coarse: F64, every: int, part: tuple[slice, slice]) -> F64:
         """Return a coarse level at places of a finer one, of which every so many are its own points."""
         taps, beyond = self.taps(every), len(self.taps(1)[0])
-        for axis, own in ((1, part[0]), (2, part[1])):
-            first, phase = np.divmod(np.arange(own.start, own.stop), every)
+        for axis, one in ((1, part[0]), (2, part[1])):
+            first, phase = np.divmod(np.arange(one.start, one.stop), every)
             if every == 1:
                 coarse = np.take(coarse, first + beyond, axis=axis)
                 continue
@@ -132,7 +132,7 @@ class FrequencyImage:
         """Return (channels, rows, cols) of every so many photosites of a part of the frame; size: along x and y."""
         every = level.every
         out = np.zeros((channels, -(-size[1] // every), -(-size[0] // every)))
-        low, high = (np.array(own) for own in self.box)
+        low, high = (np.array(one) for one in self.box)
         whole = max(source.whole for source, *_ in self.sources)
         lattice = lattice_of(level, size, low - at, high - at, whole)
         total = np.zeros((channels, *summed_shape(lattice, every, out.shape[1])), complex)
@@ -204,11 +204,11 @@ class FrequencyImage:
             fy = j[:, None] / lattice.periods[1]
             radius = np.hypot(fx, fy)
             times = np.interp(radius * per, np.arange(len(values)), values) * (radius <= lattice.cut)
-            own = times * half * down[j - rows.start, None]
+            one = times * half * down[j - rows.start, None]
             if both.size:
-                own = own * both[j - rows.start]
+                one = one * both[j - rows.start]
             plane = lens.plane(weights, fx[None, :], fy)
-            added = np.einsum("kji,kcji->cji", transform[:, j - rows.start], plane) * own
+            added = np.einsum("kji,kcji->cji", transform[:, j - rows.start], plane) * one
             for row, line in zip(j.tolist(), np.moveaxis(added, 1, 0), strict=True):
                 for begin in range(0, columns, total.shape[2]):
                     part = line[:, begin : begin + total.shape[2]]
@@ -251,9 +251,9 @@ def _photosites(total: C128, every: int, periods: tuple[int, int], out: F64) -> 
     (px, py), lines = (period // every for period in periods), total.shape[1]
     turns = np.outer(np.arange(out.shape[1]), np.rint(np.fft.fftfreq(lines, 1.0 / lines))) % py
     waves = np.exp(2j * np.pi / py * turns) / py if lines < py else None
-    for own, whole in zip(out, total, strict=True):
-        columns = scipy.fft.ifft(whole, axis=0)[: own.shape[0]] if waves is None else waves @ whole
-        own += scipy.fft.ifft(columns, px, axis=1)[:, : own.shape[1]].real * scale
+    for one, whole in zip(out, total, strict=True):
+        columns = scipy.fft.ifft(whole, axis=0)[: one.shape[0]] if waves is None else waves @ whole
+        one += scipy.fft.ifft(columns, px, axis=1)[:, : one.shape[1]].real * scale
 
 
 def tiles(shape: tuple[int, int]) -> Iterator[tuple[int, int, int, int]]:

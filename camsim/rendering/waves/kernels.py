@@ -45,7 +45,7 @@ def add_curves(
             if abs(fy) >= most:
                 continue
             last = min(columns - 1, int(math.sqrt(most * most - fy * fy) / step_x))
-            own = down[j - lowest]
+            one = down[j - lowest]
             col = 0
             for i in range(last + 1):
                 fx = i * step_x
@@ -54,7 +54,7 @@ def add_curves(
                 at = int(place)
                 if at < points - 1:
                     t = place - at
-                    times = across[i] * own * _line(share, radius)
+                    times = across[i] * one * _line(share, radius)
                     if both.size:
                         times *= both[j - lowest, i]
                     if i == 0:
@@ -122,7 +122,7 @@ def add_polar(
             if abs(fy) >= most:
                 continue
             last = min(columns - 1, int(math.sqrt(most * most - fy * fy) / step_x))
-            own = down[j - lowest]
+            one = down[j - lowest]
             col = 0
             for i in range(last + 1):
                 fx = i * step_x
@@ -144,7 +144,7 @@ def add_polar(
                 place = along * per
                 at = min(max(int(place), 1), points - 3)
                 if place <= points - 1:
-                    times = across[i] * own * _line(share, radius)
+                    times = across[i] * one * _line(share, radius)
                     if both.size:
                         times *= both[j - lowest, i]
                     if i == 0:
@@ -182,15 +182,15 @@ def between(coarse: F64, down: bool, first: I64, taps: F64, out: F64, begin: int
             here = out[n, row]
             if down:
                 for tap in range(count):
-                    own, weight = coarse[n, first[row] + tap], taps[row, tap]
+                    one, weight = coarse[n, first[row] + tap], taps[row, tap]
                     for col in range(len(here)):
-                        here[col] += weight * own[col]
+                        here[col] += weight * one[col]
             else:
-                own = coarse[n, row]
+                one = coarse[n, row]
                 for col in range(len(here)):
                     total = 0.0
                     for tap in range(count):
-                        total += own[first[col] + tap] * taps[col, tap]
+                        total += one[first[col] + tap] * taps[col, tap]
                     here[col] = total
 
 

@@ -74,9 +74,9 @@ class LowFrequencies:
             samples.first[axis] - origin[axis] + samples.step[axis] * np.arange(samples.light.shape[2 - axis])
             for axis in (0, 1)
         ]
-        for own, light in zip(out, samples.light, strict=True):
+        for one, light in zip(out, samples.light, strict=True):
             along = _sums(light, place[0], lattice.periods[0], range(columns), self.precision)
-            own[:] = _sums(along.T, place[1], lattice.periods[1], range(1 - rows, rows), self.precision).T
+            one[:] = _sums(along.T, place[1], lattice.periods[1], range(1 - rows, rows), self.precision).T
         out *= samples.step[0] * samples.step[1]
         return out
 

@@ -22,7 +22,7 @@ from camsim.rendering.engine import FEWEST_CHECKED, FINEST, Cost, Decision, Mark
 from camsim.rendering.fields.job import FieldJob
 from camsim.rendering.fields.layer import Layer
 from camsim.rendering.fields.points import PointLayer
-from camsim.rendering.fields.samples import LONGEST_SQUARE, Sight
+from camsim.rendering.fields.samples import LONGEST_SQUARE, Support
 from camsim.rendering.job import Job, Nodes
 from camsim.rendering.spectral import Signals, fewer, fuse, kinds, wavefront_phase
 from camsim.rendering.waves.edges import EdgeSource
@@ -35,7 +35,7 @@ from camsim.rendering.waves.transfers import Footprint, Lens
 from camsim.rendering.work import Work
 
 COARSEST = 1e-2
-BESIDE_SIGHT = 8.0  # pitches: patches that reach into what the first level sees
+BESIDE_SUPPORT = 8.0  # pitches: patches that reach into what the first level sees
 NEAR, NEAR_OF_LARGE, LARGE = 24.0, 40.0, 700  # pitches that the first level sees, in frames up to so many photosites
 _share = ErrorBudget(1.0).allowed
 OF_LIGHT, OF_BAND, OF_LEAK = _share("far light"), _share("band"), min(_share("windows"), _share("between points"))
@@ -46,7 +46,7 @@ HIDDEN = 0.4  # of a spike: the most that is missed of it where a corner cuts it
 RINGING = 2.0 / math.pi**4  # of an edge's ringing: 8 ends' (λN/R)^{5/2}/4π⁴
 CIRCLE_TAIL = 0.06  # an edge's light at R behind a pupil of perimeter p and area a: so much times (p/a)·λN/R
 STEEP, BENT = 20.0, 40.0  # a spot of so many λN; waves a radian² along the rim
-LOUDER = 3.5  # ringing behind s times as much: 1 + so much times s²
+STRONGER = 3.5  # ringing behind s times as much: 1 + so much times s²
 RINGS_AT = 0.8, 0.85, 0.9, 0.95  # of the cut-off: ringing behind a wavefront
 CROWD = 4000  # edges, that no more of are told apart
 NEARLY_ALL = 0.92  # of the lens's frequencies, that are worth all: what a picture's rings do beyond them is not asked
@@ -111,21 +111,21 @@ class WavesPlan:
         width = max(float(np.hypot(*np.subtract(*source.box))) for source, *_ in found)
         levels = self._levels(cut, farthest, width, beside)
         if len(levels) > 1:
-            low, reach = levels[1].cut, levels[0].reach + BESIDE_SIGHT
+            low, reach = levels[1].cut, levels[0].reach + BESIDE_SUPPORT
             first = np.array(job.grid.first_centre)
             last = first + np.array([job.grid.cols - 1, job.grid.rows - 1])
-            sight = Sight(first - reach, last + reach, WIDER * low)
+            support = Support(first - reach, last + reach, WIDER * low)
             found = [
                 (
                     LowFrequencies(
-                        source=dataclasses.replace(own, sight=sight) if isinstance(own, FieldSource) else own,
+                        source=dataclasses.replace(one, support=support) if isinstance(one, FieldSource) else one,
                         cut=low,
                         precision=precision,
                     ),
                     weights,
                     lens,
                 )
-                for own, weights, lens in found
+                for one, weights, lens in found
             ]
         return self.summed(
             sources=found,
@@ -191,9 +191,9 @@ class WavesPlan:
             return None
         light = job.signals.density.sum(axis=2)
         jump = light[job.sides[:, 0]] - light[job.sides[:, 1]]
-        loudest = np.take_along_axis(jump, np.abs(jump).argmax(axis=1)[:, None], axis=1)[:, 0]
+        strongest = np.take_along_axis(jump, np.abs(jump).argmax(axis=1)[:, None], axis=1)[:, 0]
         highest = job.system.highest_per_um(job.signals.wavelength_nm) * job.grid.pitch_um
-        return Rings.of(job.edges, job.grid, job.farthest, loudest[job.pair], float(job.blur.max()), highest)
+        return Rings.of(job.edges, job.grid, job.farthest, strongest[job.pair], float(job.blur.max()), highest)
 
     def _levels(self, cut: float, farthest: float, width: float, tolerance: float) -> Sequence[Level]:
         job, system = self.job, self.job.system
@@ -220,7 +220,7 @@ class WavesPlan:
         spikes = self._spikes(longest, OF_SPIKES * self.settings.rougher * tolerance, farthest, width)
         if self._rings is not None:
             light = np.abs(job.signals.density).sum(axis=(0, 1))
-            near = max(near, self._rings.reach(job.blur, light / light.sum(), _loud(job), OF_RINGS * tolerance))
+            near = max(near, self._rings.reach(job.blur, light / light.sum(), _strength(job), OF_RINGS * tolerance))
         crowded, followed = self.fields is not None, self.settings.rougher * tolerance
         near = max(near, _ringing(job, tolerance, crowded=crowded), _slow(job, followed), 2.0 * longest, spikes)
         first = self.settings.farther * (near + spot + extent) + self._support
@@ -341,11 +341,11 @@ class WavesPlan:
             return
         band: F64 | None = None
         for rows, cols, planes in image.planes(grid.first_centre, (grid.rows, grid.cols)):
-            own = channel[rows]
+            one = channel[rows]
             if band is None:
-                band = base[own]
+                band = base[one]
             for k, plane in enumerate(planes):
-                np.add(band[:, cols], plane, out=band[:, cols], where=own[:, cols] == k)
+                np.add(band[:, cols], plane, out=band[:, cols], where=one[:, cols] == k)
             if cols.stop == grid.cols:
                 yield band
                 band = None
@@ -357,12 +357,12 @@ class WavesPlan:
         out = base[channels]
         if image is not None:
             for rows, cols, planes in image.planes(grid.first_centre, (grid.rows, grid.cols)):
-                for own, channel in zip(out, channels, strict=True):
+                for one, channel in zip(out, channels, strict=True):
                     for k, plane in enumerate(planes):
-                        np.add(own[rows, cols], plane, out=own[rows, cols], where=channel[rows, cols] == k)
+                        np.add(one[rows, cols], plane, out=one[rows, cols], where=channel[rows, cols] == k)
                 progress(rows.stop / grid.rows)
-        for own in out:
-            yield iter((own,))
+        for one in out:
+            yield iter((one,))
 
     def standard_error(self, rows: I64, cols: I64) -> float | None:
         """Return None: no chance."""
@@ -403,9 +403,9 @@ class Waves:
             return 1
         turned = wavefront_phase(job.system, job.signals.wavelength_nm) / (2.0 * math.pi)
         digits: float = max(-math.log10(min(self.rougher * tolerance, 0.1)), 1.0) ** DIGITS_POWER
-        heard = _ringing(job, OF_ECHO / OF_RINGS * self.rougher * tolerance)
+        counted = _ringing(job, OF_ECHO / OF_RINGS * self.rougher * tolerance)
         apart = float(1.0 / job.blur.min() - 1.0 / job.blur.max())
-        echoes = min(heard * apart, job.span * apart + digits) if len(job.edges) else heard * apart
+        echoes = min(counted * apart, job.span * apart + digits) if len(job.edges) else counted * apart
         return math.ceil(self.finer * math.ceil(max(digits, echoes) + 2.0 + NODES_OF_WAVE * turned))
 
 
@@ -415,11 +415,11 @@ def _ringing(job: Job, tolerance: float, *, crowded: bool = False) -> float:
     Of a crowd, as pictures are, ringing adds up as of random phases.
     """
     longest, count = float(job.blur.max()), CROWD if crowded else min(max(4.0, job.edges.turning), CROWD)
-    loud = RINGING * _loud(job) * math.sqrt(count / 4.0)
-    return float(longest * (loud / (OF_RINGS * tolerance)) ** 0.4)
+    strength = RINGING * _strength(job) * math.sqrt(count / 4.0)
+    return float(longest * (strength / (OF_RINGS * tolerance)) ** 0.4)
 
 
-def _loud(job: Job) -> float:
+def _strength(job: Job) -> float:
     """Return how loud an edge's ringing is, over that of a clear lens seen by points.
 
     Behind a wavefront its frequencies lie below the cut-off too, where a footprint passes more of them.
@@ -427,7 +427,7 @@ def _loud(job: Job) -> float:
     wavelengths, lens = job.signals.wavelength_nm, job.system.lens
     passes = max(job.system.ring_share(wavelengths), 1e-3)
     hole = _obstruction(lens)  # its rim's rings add to the outer one's
-    louder = (1.0 + math.sqrt(hole)) ** 2 / (1.0 - hole**2)
+    stronger = (1.0 + math.sqrt(hole)) ** 2 / (1.0 - hole**2)
     if isinstance(lens, OfPupil):
         slope = spot_um(lens, float(wavelengths[0])) / lens.blur_um(float(wavelengths[0]))
         angle, every = np.arange(256) * (math.pi / 128), math.pi / 128
@@ -435,8 +435,8 @@ def _loud(job: Job) -> float:
         bend = np.abs(np.roll(rim, 1) - 2.0 * rim + np.roll(rim, -1)).max() / every**2
         steep = (slope / STEEP) ** 2 + (float(bend) / BENT) ** 2
         passes += min(steep, 1.0) * max(job.system.ring_share(wavelengths, share) for share in RINGS_AT)
-        louder *= 1.0 + LOUDER * steep
-    return louder * passes
+        stronger *= 1.0 + STRONGER * steep
+    return stronger * passes
 
 
 def _slow(job: Job, tolerance: float) -> float:
@@ -448,8 +448,8 @@ def _slow(job: Job, tolerance: float) -> float:
     if not hole:
         return 0.0
     share = 0.5 - 0.5 * hole
-    loud = 2.0 * math.sqrt(hole) * job.system.ring_share(job.signals.wavelength_nm, share) / share**1.5
-    return float(job.blur.max() * (0.25 * RINGING * loud / (1.0 - hole**2) / (OF_SPIKES * tolerance)) ** 0.4)
+    strength = 2.0 * math.sqrt(hole) * job.system.ring_share(job.signals.wavelength_nm, share) / share**1.5
+    return float(job.blur.max() * (0.25 * RINGING * strength / (1.0 - hole**2) / (OF_SPIKES * tolerance)) ** 0.4)
 
 
 def _obstruction(lens: object) -> float:

@@ -50,8 +50,8 @@ class Rings:
         reach = min(farthest + 1.0, (MOST_BINS - 2) * step)
         bins = math.ceil(reach / step) + 2
         shares = np.zeros((len(places), bins))
-        for own, place in zip(shares, places, strict=True):
-            _see(edges.start, edges.end, jump, (place[0], place[1]), longest, step, own)
+        for one, place in zip(shares, places, strict=True):
+            _see(edges.start, edges.end, jump, (place[0], place[1]), longest, step, one)
         return cls(shares=shares, step=step, most=float(np.abs(jump).max()))
 
     @property
@@ -79,7 +79,7 @@ class Rings:
         most: F64 = np.maximum.accumulate(beyond[::-1])[::-1][last]
         return most
 
-    def reach(self, blur: F64, light: F64, loud: float, allowed: float) -> float:
+    def reach(self, blur: F64, light: F64, strength: float, allowed: float) -> float:
         """Return the distance beyond which the ringing of everything stays within ``allowed``.
 
         blur, light : (n,) lengths of a wave, pitches, and their shares;  loud: × (λN/r)²/π³ is a circle's ringing
@@ -89,12 +89,12 @@ class Rings:
         light, blur = np.add.reduceat(light, starts), blur[starts + (np.diff(starts, append=blur.size) // 2)]
         distances, farthest = self.distances, 0.0
         for shares in self.shares:
-            each = shares * (loud / math.pi**3 / distances**2)
+            each = shares * (strength / math.pi**3 / distances**2)
             if np.sum(np.abs(each)) * np.max(blur) ** 2 <= allowed:
                 continue
             beyond = np.zeros(each.size, complex)
-            for own, wave in zip(light.tolist(), blur.tolist(), strict=True):
-                beyond += np.cumsum((own * wave**2 * each * np.exp(2j * math.pi / wave * distances))[::-1])[::-1]
+            for one, wave in zip(light.tolist(), blur.tolist(), strict=True):
+                beyond += np.cumsum((one * wave**2 * each * np.exp(2j * math.pi / wave * distances))[::-1])[::-1]
             over = np.flatnonzero(np.abs(beyond) > allowed)
             farthest = max(farthest, float(distances[over[-1]]) if over.size else 0.0)
         return farthest
@@ -148,6 +148,6 @@ def _places(edges: Edges, jump: F64, grid: Grid) -> F64:
     cells, which = np.unique(row * (1 << 32) + column, return_inverse=True)
     if len(cells):
         total = np.bincount(which, weight)
-        means = np.stack([np.bincount(which, weight * own) for own in centre.T], axis=1) / total[:, None]
+        means = np.stack([np.bincount(which, weight * one) for one in centre.T], axis=1) / total[:, None]
         places += list(means[np.argsort(-total)[:PLACES]])
     return np.array(places)

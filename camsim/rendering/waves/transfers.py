@@ -182,6 +182,6 @@ class Footprint:
                 across = across * stage.otf(fx, np.zeros_like(fx), 0.0)
                 down = down * stage.otf(np.zeros_like(fy), fy, 0.0)
             else:
-                own = np.asarray(stage.otf(fx[None, :], fy[:, None], 0.0), complex)
-                both = own if not both.size else both * own
+                one = np.asarray(stage.otf(fx[None, :], fy[:, None], 0.0), complex)
+                both = one if not both.size else both * one
         return across, down, both

@@ -15,7 +15,7 @@ from annotated_types import Ge, Le
 
 from camsim.core.arrays import F64
 from camsim.core.errors import InvalidValueError, UnknownNameError, in_brief
-from camsim.core.typed import Point, Positive, Several, check, judge
+from camsim.core.typed import Point, Positive, Several, check, validate
 from camsim.scene.primitives import Primitive, Shape, flattened, turned
 from camsim.scene.primitives import counted as count_pieces
 from camsim.scene.shapes import Disc, Polygon, Rectangle, Text
@@ -64,7 +64,7 @@ class Chart(Shape):
         def __init__(self, *, name: str, parameters: Mapping[str, Any]) -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
         draw = KNOWN.get(self.name)
         if draw is None:
             raise UnknownNameError("chart", self.name, KNOWN, key="name", stage="Chart")

@@ -11,7 +11,7 @@ from annotated_types import Ge, Le
 
 from camsim.core.arrays import F64
 from camsim.core.errors import InvalidValueError
-from camsim.core.typed import Count, Number, Place, Point, Positive, Several, Truth, Whole, judge, refusal
+from camsim.core.typed import Count, Number, Place, Point, Positive, Several, Truth, Whole, refusal, validate
 from camsim.numerics.rotations import cosine_and_sine
 from camsim.scene.primitives import Fill, Primitive, Shape, counted
 
@@ -60,7 +60,7 @@ class Group(Shape):
         ) -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
         _count(self, (*self.shapes, *(() if self.clip is None else (self.clip,))), 1)
         if self.matrix is not None:
             a, b, c, d, _, _ = self.matrix
@@ -118,17 +118,17 @@ class RepeatOnGrid(Shape):
         def __init__(self, *, shapes: Several[Shape], cols: Whole = 1, rows: Whole = 1, step_um: Place) -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
         _count(self, self.shapes, self.cols * self.rows)
 
     def primitives(self) -> Iterator[Primitive]:
         """Return all copies."""
-        own = [primitive for shape in self.shapes for primitive in shape.primitives()]
+        each = [primitive for shape in self.shapes for primitive in shape.primitives()]
         for row in range(self.rows):
             for col in range(self.cols):
                 place = (col - 0.5 * (self.cols - 1), row - 0.5 * (self.rows - 1))
                 by_um = np.array(self.step_um) * place
-                yield from (primitive.shifted(by_um) for primitive in own)
+                yield from (primitive.shifted(by_um) for primitive in each)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -156,26 +156,26 @@ class RepeatOnRing(Shape):
         ) -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
         _count(self, self.shapes, self.count)
 
     def primitives(self) -> Iterator[Primitive]:
         """Return all copies."""
-        own = [primitive for shape in self.shapes for primitive in shape.primitives()]
+        each = [primitive for shape in self.shapes for primitive in shape.primitives()]
         centre = np.array(self.centre_um)
-        middle = self._middle(own) if self.upright else centre
+        middle = self._middle(each) if self.upright else centre
         for copy in range(self.count):
             turn = _turn(360.0 * copy / self.count)
             kept = np.eye(2) if self.upright else turn
             # What lies at ``middle`` comes to lie where the turn about the centre puts it.
             moved = centre + np.einsum("ij,j->i", turn, middle - centre) - np.einsum("ij,j->i", kept, middle)
-            yield from (primitive.moved(np.column_stack([kept, moved])) for primitive in own)
+            yield from (primitive.moved(np.column_stack([kept, moved])) for primitive in each)
 
     @staticmethod
-    def _middle(own: list[Primitive]) -> F64:
+    def _middle(each: list[Primitive]) -> F64:
         """The middle of the box about what is repeated, of what is clipped about what boxes have in common."""
         boxes = np.empty((0, 4))
-        for one in own:
+        for one in each:
             layers = [np.array([fill.curves.extent for fill in layer]) for layer in one.layers]
             around = [np.concatenate([layer[:, :2].min(axis=0), layer[:, 2:].max(axis=0)]) for layer in layers]
             low, high = np.max(around, axis=0)[:2], np.min(around, axis=0)[2:]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from camsim.core.typed import Number, Place, Point, judge
+from camsim.core.typed import Number, Place, Point, validate
 from camsim.scene.curves import through
 from camsim.scene.primitives import Primitive, Shape, one, turned
 from camsim.spectra.curve import NumberOrCurve, Reflectance
@@ -45,7 +45,7 @@ class HalfPlane(Shape):
         ) -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
 
     def primitives(self) -> Iterator[Primitive]:
         """Return its outline: a square of which the line is one side."""

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 import numpy as np
 from annotated_types import Ge, Le
 
-from camsim.core.typed import NonNegative, Number, Positive, Several, judge, refusal
+from camsim.core.typed import NonNegative, Number, Positive, Several, refusal, validate
 from camsim.scene.arcs import Arcs, Fineness, arcs_of
 from camsim.scene.curves import STRAIGHT, Curves, Pen
 from camsim.scene.shapes.path import Drawn, Segments
@@ -73,7 +73,7 @@ class Line(Drawn):
         ) -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
         pen = Pen()
         for start, ways, closed in self._drawn():
             if ways:

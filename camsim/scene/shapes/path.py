@@ -12,7 +12,7 @@ import numpy as np
 from camsim.core.annotations import After, Called
 from camsim.core.errors import InvalidValueError
 from camsim.core.number_kinds import Misfit, number
-from camsim.core.typed import Several, judge, refusal
+from camsim.core.typed import Several, refusal, validate
 from camsim.core.words import DECIMAL_POINT
 from camsim.scene.curves import Curves, Pen
 from camsim.scene.primitives import MOST_PIECES, FillRule, Primitive, Shape, one
@@ -118,7 +118,7 @@ class Path(Drawn):
         ) -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
         pen = Pen()
         for word, *numbers in self.segments_um:
             getattr(pen, word)(*numbers)

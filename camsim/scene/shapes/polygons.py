@@ -12,7 +12,7 @@ import numpy as np
 from annotated_types import Ge, Le
 
 from camsim.core.arrays import F64
-from camsim.core.typed import Corners, Number, Place, Point, Positive, Several, Whole, judge, refusal
+from camsim.core.typed import Corners, Number, Place, Point, Positive, Several, Whole, refusal, validate
 from camsim.core.words import brief
 from camsim.numerics.rotations import cosine_and_sine
 from camsim.scene.curves import joined, through
@@ -50,7 +50,7 @@ class Polygon(Shape):
     __repr__ = brief
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
         for key, outline in (("points_um", self.points_um), *(("holes_um", hole) for hole in self.holes_um)):
             corners = len(set(outline))
             if corners < 3:
@@ -103,7 +103,7 @@ class Rectangle(Shape):
         ) -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
 
     @property
     def corners_um(self) -> F64:
@@ -152,7 +152,7 @@ class RegularPolygon(Shape):
         ) -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
 
     @property
     def pieces(self) -> int:
@@ -198,7 +198,7 @@ class Star(Shape):
         ) -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
 
     @property
     def pieces(self) -> int:

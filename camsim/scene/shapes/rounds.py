@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 import numpy as np
 from annotated_types import Ge, Gt, Le
 
-from camsim.core.typed import NonNegative, Number, Place, Point, Positive, judge, refusal
+from camsim.core.typed import NonNegative, Number, Place, Point, Positive, refusal, validate
 from camsim.scene.curves import ARC, Curves, around, joined
 from camsim.scene.primitives import Primitive, Shape, one, turned
 from camsim.spectra.curve import NumberOrCurve, Reflectance
@@ -39,7 +39,7 @@ class Disc(Shape):
         def __init__(self, *, radius_um: Number, centre_um: Place = (0.0, 0.0), reflectance: NumberOrCurve) -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
 
     def primitives(self) -> Iterator[Primitive]:
         """Return its outline."""
@@ -53,8 +53,8 @@ class Disc(Shape):
         points[:, 0, 0] = points[:, 0, 3] = points[:, 0, 1] + [disc.centre_um for disc in discs]
         turn, kind, first = np.array([math.tau]), np.array([ARC]), np.array([0, 1])
         return (
-            one(Curves(own, turn, kind, first), disc.reflectance, simple=True)
-            for own, disc in zip(points, discs, strict=True)
+            one(Curves(each, turn, kind, first), disc.reflectance, simple=True)
+            for each, disc in zip(points, discs, strict=True)
         )
 
 
@@ -90,7 +90,7 @@ class Ellipse(Shape):
         ) -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
 
     def primitives(self) -> Iterator[Primitive]:
         """Return its outline."""
@@ -126,8 +126,8 @@ class Ring(Shape):
         ) -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
-        judge_radii(self, self.inner_radius_um, self.radius_um)
+        validate(self)
+        validate_radii(self, self.inner_radius_um, self.radius_um)
 
     def primitives(self) -> Iterator[Primitive]:
         """Return its outline and its hole."""
@@ -169,8 +169,8 @@ class Sector(Shape):
         ) -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
-        judge_radii(self, self.inner_radius_um, self.radius_um)
+        validate(self)
+        validate_radii(self, self.inner_radius_um, self.radius_um)
 
     def primitives(self) -> Iterator[Primitive]:
         """Return its outline: there along the rim, back along the inner one."""
@@ -199,7 +199,7 @@ def _circle(centre_um: Point, radius_um: float) -> Curves:
     return around(centre_um, np.array((radius_um, 0.0)), np.array((0.0, radius_um)))
 
 
-def judge_radii(shape: Any, inner_um: float, outer_um: float) -> None:
+def validate_radii(shape: Any, inner_um: float, outer_um: float) -> None:
     """Refuse an inner radius that is no smaller than the outer one."""
     if inner_um >= outer_um:
         raise refusal(shape, "inner_radius_um", f"is {inner_um:g}; it must be below radius_um, {outer_um:g}")

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 import numpy as np
 from annotated_types import Ge, Le
 
-from camsim.core.typed import Number, Place, Point, Positive, judge, refusal
+from camsim.core.typed import Number, Place, Point, Positive, refusal, validate
 from camsim.scene.curves import Curves, Pen
 from camsim.scene.primitives import MOST_PIECES, Fill, Primitive, Shape, turned
 from camsim.scene.separate import separated
@@ -73,7 +73,7 @@ class Text(Shape):
         ) -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
         font = font_of(self.weight)
         pieces = 0
         for letter in self.text:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from camsim.core.errors import InvalidValueError
-from camsim.core.typed import FilePath, Number, Place, Point, Positive, Several, check, judge
+from camsim.core.typed import FilePath, Number, Place, Point, Positive, Several, check, validate
 from camsim.scene.primitives import Primitive, Shape, counted, flattened
 from camsim.scene.shapes import Group, Rectangle
 from camsim.spectra.curve import Reflectance, Spectrum
@@ -45,7 +45,7 @@ class Svg(Shape):
         def __init__(self, *, name: str, shapes: Several[Shape]) -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
         depth, pieces = counted(self.shapes)
         object.__setattr__(self, "depth", depth)
         object.__setattr__(self, "pieces", pieces)
@@ -64,7 +64,7 @@ def read_svg(
     centre_um: Place = (0.0, 0.0),
     rotate_deg: Number = 0.0,
     palette: Mapping[str, Spectrum] | None = None,
-    shown: str = "",
+    displayed: str = "",
 ) -> Svg:
     """Return a drawing as shapes.
 
@@ -86,7 +86,7 @@ def read_svg(
     ...     len(read_svg(Path(folder) / "flag.svg", width_um=80.0, palette={"red": 0.1}).shapes)
     1
     """
-    name = shown or check(file, FilePath, "file")
+    name = displayed or check(file, FilePath, "file")
     if (width_um is None) == (height_um is None):
         message = "missing; give it or height_um" if width_um is None else "given together with height_um; one follows"
         raise InvalidValueError(message, key="width_um", stage="read_svg")

@@ -323,7 +323,7 @@ class Reader:
         if clip.attributes.get("clipPathUnits", "userSpaceOnUse") != "userSpaceOnUse" or above["clip-path"] != "none":
             self.refuse(clip, "is not supported: give it clipPathUnits userSpaceOnUse and no clip of its own")
             return None
-        if not self._lies_plainly(clip, above, {}) or (own := self._moved(clip, above)) is None:
+        if not self._lies_plainly(clip, above, {}) or (one := self._moved(clip, above)) is None:
             return None
         shapes: list[Any] = []
         for child in clip.children:
@@ -334,7 +334,7 @@ class Reader:
             if drawn.tag not in SHAPES or {"x", "y"} & set(child.attributes if link else ()):
                 self.refuse(child, "is not supported in a <clipPath>; draw it with paths")
                 continue
-            there, seen, style = times(matrix, own), True, above
+            there, seen, style = times(matrix, one), True, above
             for element in (child, drawn) if link else (child,):
                 style = styled(element, style, self.rules)
                 if style["clip-path"] != "none":

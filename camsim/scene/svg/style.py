@@ -156,13 +156,13 @@ def declared(text: str) -> tuple[dict[str, str], dict[str, str]]:
 def styled(element: Element, above: Mapping[str, str], rules: Sequence[Rule]) -> dict[str, str]:
     """Return an element's properties: its own, else those of what it lies in, else the initial ones."""
     known = INHERITED | OWN
-    own = {key: value.strip() for key, value in element.attributes.items() if key in known and value.strip()}
+    each = {key: value.strip() for key, value in element.attributes.items() if key in known and value.strip()}
     says, insists = declared(element.attributes.get("style", ""))
     suiting = [rule for rule in rules if rule.suits(element)]
     for said in (*(rule.says for rule in suiting), says, *(rule.insists for rule in suiting), insists):
-        own |= said
+        each |= said
     found = {key: above.get(key, initial) for key, initial in INHERITED.items()} | OWN
-    for key, value in own.items():
+    for key, value in each.items():
         word = value.lower()
         if key not in known:
             continue
@@ -172,8 +172,10 @@ def styled(element: Element, above: Mapping[str, str], rules: Sequence[Rule]) ->
             found[key] = known[key]
         else:
             found[key] = word if key in _IN_ANY_CASE or word == "none" else value
-    changes = {key: own[key] for key, nothing in (CHANGES | OF_PAGE).items() if key in own and own[key] not in nothing}
-    return found | {key: own[key] for key in GEOMETRY if key in own} | changes
+    changes = {
+        key: each[key] for key, nothing in (CHANGES | OF_PAGE).items() if key in each and each[key] not in nothing
+    }
+    return found | {key: each[key] for key in GEOMETRY if key in each} | changes
 
 
 def strange(style: Mapping[str, str]) -> dict[str, str]:

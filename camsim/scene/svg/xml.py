@@ -91,10 +91,10 @@ class _Reader:
         if space not in self.spaces or (self.open and self.open[-1] is None):
             self.open.append(None)
             return
-        own = {key: value for key, value in attributes.items() if " " not in key}
+        one = {key: value for key, value in attributes.items() if " " not in key}
         if _HREF in attributes:
-            own.setdefault("href", attributes[_HREF])
-        element = Element(bare, own, self.parser.CurrentLineNumber, self.parser.CurrentColumnNumber + 1)
+            one.setdefault("href", attributes[_HREF])
+        element = Element(bare, one, self.parser.CurrentLineNumber, self.parser.CurrentColumnNumber + 1)
         if self.open and self.open[-1] is not None:
             self.open[-1].children.append(element)
         elif not self.open:

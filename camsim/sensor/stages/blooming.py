@@ -10,7 +10,7 @@ import numpy as np
 
 from camsim.core.arrays import F64
 from camsim.core.errors import InvalidValueError
-from camsim.core.typed import Fraction, Number, judge
+from camsim.core.typed import Fraction, Number, validate
 from camsim.sensor.stage import Context, ElectronicStage, Phase
 from camsim.sensor.stages.full_well import FullWell
 
@@ -39,7 +39,7 @@ class Blooming(ElectronicStage):
         def __init__(self, spill: Number = 1.0) -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
 
     def lacks(self, others: Sequence[ElectronicStage]) -> str:
         """Blooming needs a full well."""

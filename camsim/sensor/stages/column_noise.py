@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from camsim.core.arrays import F32, F64
-from camsim.core.typed import NonNegative, Number, judge
+from camsim.core.typed import NonNegative, Number, validate
 from camsim.sensor import streams
 from camsim.sensor.stage import Context, ElectronicStage
 
@@ -33,7 +33,7 @@ class ColumnNoise(ElectronicStage):
         def __init__(self, sigma_e: Number) -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
 
     def over(self, context: Context) -> ElectronicStage:
         """Draw the numbers of all the frame's columns."""

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from camsim.core.annotations import Called
 from camsim.core.arrays import F64
-from camsim.core.typed import Fraction, Number, Several, judge, refusal
+from camsim.core.typed import Fraction, Number, Several, refusal, validate
 from camsim.sensor.cfa import Cfa
 from camsim.sensor.stage import Context, ElectronicStage, Phase
 
@@ -41,7 +41,7 @@ class Crosstalk(ElectronicStage):
         def __init__(self, kernel: Several[Several[Number]]) -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
         if len(self.kernel) != 3 or any(len(row) != 3 for row in self.kernel):
             raise refusal(self, "kernel", "must be 3 rows of 3 fractions")
         total = math.fsum(f for row in self.kernel for f in row)
@@ -77,7 +77,7 @@ class Crosstalk(ElectronicStage):
         mixing: F64 = np.einsum("ij,kijc->kc", np.array(self.kernel), _of_channels(cfa))
         return mixing
 
-    def left_of_pattern(self, cfa: Cfa, own_e: F64) -> F64:
+    def left_of_pattern(self, cfa: Cfa, each_e: F64) -> F64:
         """Return (channels,) what is left of gains that know nothing of one another (PRNU), on flat light.
 
         A photosite holds parts of nine: their means add, and of what they are off the squares. Relative to the mean.
@@ -87,8 +87,8 @@ class Crosstalk(ElectronicStage):
         >>> Crosstalk(((0, 0, 0), (0, 0.8, 0.2), (0, 0, 0))).left_of_pattern(Cfa.named("mono"), np.ones(1)).round(4)
         array([0.8246])
         """
-        squares = np.einsum("ij,kijc,c->k", np.array(self.kernel) ** 2, _of_channels(cfa), own_e**2)
-        left: F64 = np.sqrt(squares) / (self.mixing(cfa) @ own_e)
+        squares = np.einsum("ij,kijc,c->k", np.array(self.kernel) ** 2, _of_channels(cfa), each_e**2)
+        left: F64 = np.sqrt(squares) / (self.mixing(cfa) @ each_e)
         return left
 
     def seen_by(self, channel: int, planes: F64, cfa: Cfa) -> F64:
@@ -106,7 +106,7 @@ class Crosstalk(ElectronicStage):
         return seen
 
 
-def senders(cfa: Cfa, own: npt.NDArray[np.bool_]) -> F64:
+def senders(cfa: Cfa, one: npt.NDArray[np.bool_]) -> F64:
     """Return (3, 3, channels): how often what reaches some photosites by kernel[i][j] is of which channel.
 
     own : (rows, cols) which of a period they are
@@ -114,7 +114,7 @@ def senders(cfa: Cfa, own: npt.NDArray[np.bool_]) -> F64:
     index, count = cfa.channel_index(*cfa.period), len(cfa.channels)
     shares = np.empty((3, 3, count))
     for i, j in np.ndindex(3, 3):
-        sent = np.roll(index, (i - 1, j - 1), axis=(0, 1))[own]
+        sent = np.roll(index, (i - 1, j - 1), axis=(0, 1))[one]
         shares[i, j] = np.bincount(sent, minlength=count) / sent.size
     return shares
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 from annotated_types import Ge, Le
 
 from camsim.core.arrays import F64
-from camsim.core.typed import Celsius, Fraction, NonNegative, Number, check, judge
+from camsim.core.typed import Celsius, Fraction, NonNegative, Number, check, validate
 from camsim.sensor.stage import Context, ElectronicStage, Phase, gains
 
 
@@ -41,7 +41,7 @@ class DarkCurrent(ElectronicStage):
         ) -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
 
     def warming(self, temperature_c: float | None) -> float:
         """Return how many times ``e_per_s`` the current is at a temperature (None: at ``at_c``).

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from camsim.core.arrays import F64
-from camsim.core.custom import is_own
-from camsim.core.typed import judge
+from camsim.core.custom import is_custom
+from camsim.core.typed import validate
 from camsim.sensor.stage import Context, ElectronicStage, Phase
 from camsim.sensor.stages.dark_current import DarkCurrent
 from camsim.sensor.stages.offset_map import OffsetMap, keep_pattern, pattern_at
@@ -43,7 +43,7 @@ class DarkFrames(ElectronicStage):
         def __init__(self, *, codes_dn: Any, source: str = "") -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
         keep_pattern(self, "codes_dn", "darks, rows, cols")
 
     def __eq__(self, other: object) -> bool:
@@ -61,7 +61,9 @@ class DarkFrames(ElectronicStage):
     def lacks(self, others: Sequence[ElectronicStage]) -> str:
         """Darks have all of the sensor's own dark signal and noise in them."""
         reading = [
-            stage for stage in others if Phase.READ in stage.phases and stage.stream is not None and not is_own(stage)
+            stage
+            for stage in others
+            if Phase.READ in stage.phases and stage.stream is not None and not is_custom(stage)
         ]
         twice = [stage.name for stage in others if stage in reading or isinstance(stage, DarkCurrent | OffsetMap)]
         twice = [name for name in twice if name != self.name]

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from camsim.core.annotations import Called
 from camsim.core.arrays import F64, I64
-from camsim.core.typed import Fraction, Index, NonNegative, Number, Several, Whole, judge, refusal
+from camsim.core.typed import Fraction, Index, NonNegative, Number, Several, Whole, refusal, validate
 from camsim.core.words import brief
 from camsim.sensor import streams
 from camsim.sensor.stage import Context, ElectronicStage, Phase
@@ -60,7 +60,7 @@ class Defects(ElectronicStage):
     __repr__ = brief
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
         for key, other in (("hot_fraction", "hot_e_per_s"), ("hot_e_per_s", "hot_fraction")):
             if getattr(self, key) is not None and getattr(self, other) is None:
                 raise refusal(self, key, f"does nothing without {other}; give that too")

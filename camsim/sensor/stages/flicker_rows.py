@@ -10,7 +10,7 @@ import numpy as np
 from annotated_types import Ge, Le
 
 from camsim.core.arrays import F64
-from camsim.core.typed import NonNegative, Number, judge
+from camsim.core.typed import NonNegative, Number, validate
 from camsim.sensor.stage import Context, ElectronicStage
 
 
@@ -37,7 +37,7 @@ class FlickerRows(ElectronicStage):
         def __init__(self, sigma_e: Number, exponent: Number = 1.0) -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
 
     def offsets_e(self, rows: int, rng: np.random.Generator) -> F64:
         """Return (rows,) offsets of one frame, mean 0.

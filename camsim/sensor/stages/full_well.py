@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from camsim.core.arrays import F64
-from camsim.core.typed import Number, Positive, judge
+from camsim.core.typed import Number, Positive, validate
 from camsim.sensor.stage import Context, ElectronicStage, Phase
 
 
@@ -33,7 +33,7 @@ class FullWell(ElectronicStage):
         def __init__(self, capacity_e: Number) -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
 
     def apply(self, electrons: F64, context: Context) -> F64:
         """Cut the charge at the capacity."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar, TypeAlias
 import numpy as np
 
 from camsim.core.arrays import F64
-from camsim.core.typed import NonNegative, Number, Positive, Several, judge, refusal
+from camsim.core.typed import NonNegative, Number, Positive, Several, refusal, validate
 from camsim.core.words import brief
 from camsim.sensor.stage import Context, ElectronicStage
 
@@ -38,7 +38,7 @@ class PolynomialResponse(ElectronicStage):
         def __init__(self, coefficients: Several[Number], scale_e: Number) -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
         if not len(self.coefficients):
             raise refusal(self, "coefficients", "must be one or more numbers, not none")
         u = np.linspace(0.0, 1.0, 1001)
@@ -97,7 +97,7 @@ class ResponseTable(ElectronicStage):
     __repr__ = brief
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
         for key in ("electrons_in", "electrons_out"):
             values = getattr(self, key)
             if len(values) < 2:

@@ -10,7 +10,7 @@ import numpy as np
 
 from camsim.core.arrays import F32, F64
 from camsim.core.number_kinds import array_of
-from camsim.core.typed import judge, refusal
+from camsim.core.typed import refusal, validate
 from camsim.sensor.stage import Context, ElectronicStage
 
 OffsetUnit: TypeAlias = Literal["dn", "electrons"]
@@ -40,7 +40,7 @@ class OffsetMap(ElectronicStage):
         def __init__(self, *, offsets: Any, unit: OffsetUnit, source: str = "") -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
         keep_pattern(self, "offsets", "rows, cols")
 
     def __eq__(self, other: object) -> bool:
@@ -83,10 +83,10 @@ def keep_pattern(stage: ElectronicStage, field_name: str, axes: str) -> None:
     if not np.isfinite(kept).all():
         raise refusal(stage, field_name, "must be finite")
     kept.flags.writeable = False
-    told = hashlib.sha256(f"{kept.shape}".encode())
-    told.update(kept.data)
+    stated = hashlib.sha256(f"{kept.shape}".encode())
+    stated.update(kept.data)
     object.__setattr__(stage, field_name, kept)
-    object.__setattr__(stage, "sha256", told.hexdigest())
+    object.__setattr__(stage, "sha256", stated.hexdigest())
 
 
 def pattern_at(pattern: F32, first: tuple[int, int], shape: tuple[int, ...]) -> F64:

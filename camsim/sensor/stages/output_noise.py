@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from camsim.core.arrays import F64
-from camsim.core.typed import NonNegative, Number, judge
+from camsim.core.typed import NonNegative, Number, validate
 from camsim.sensor.stage import Context, ElectronicStage, add_normals
 
 
@@ -33,7 +33,7 @@ class OutputNoise(ElectronicStage):
         def __init__(self, sigma_dn: Number) -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
 
     def apply(self, electrons: F64, context: Context) -> F64:
         """Add normal noise, in electrons that stand for data numbers."""

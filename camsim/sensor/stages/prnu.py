@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from camsim.core.arrays import F64
-from camsim.core.typed import Fraction, Number, judge
+from camsim.core.typed import Fraction, Number, validate
 from camsim.sensor.stage import Context, ElectronicStage, Phase, gains
 
 
@@ -31,7 +31,7 @@ class Prnu(ElectronicStage):
         def __init__(self, fraction: Number) -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
 
     def apply(self, electrons: F64, context: Context) -> F64:
         """Multiply the mean charge by each photosite's gain."""

@@ -10,7 +10,7 @@ import numpy as np
 from annotated_types import Ge, Gt, Le
 
 from camsim.core.arrays import F64
-from camsim.core.typed import NonNegative, Number, judge, refusal
+from camsim.core.typed import NonNegative, Number, refusal, validate
 from camsim.core.words import brief
 from camsim.sensor.stage import Context, ElectronicStage, add_normals
 
@@ -56,7 +56,7 @@ class ReadNoise(ElectronicStage):
     __repr__ = brief
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
         if self.student_dof is not None and self.tukey_lambda is not None:
             raise refusal(
                 self, "tukey_lambda", "given together with student_dof, another law; leave one of the two out"
@@ -66,20 +66,20 @@ class ReadNoise(ElectronicStage):
         """Add noise; charge may come out below zero."""
         rng, shape = context.generator(self.stream[0]), electrons.shape
         if self.student_dof is not None:
-            own: F64 = rng.standard_t(self.student_dof, shape)
-            own *= self.sigma_e * math.sqrt(1.0 - 2.0 / self.student_dof)
+            one: F64 = rng.standard_t(self.student_dof, shape)
+            one *= self.sigma_e * math.sqrt(1.0 - 2.0 / self.student_dof)
         elif self.tukey_lambda is not None:
-            own = tukey_quantiles(np.clip(rng.random(shape), _FINEST, 1.0 - _FINEST), self.tukey_lambda)
-            own *= self.sigma_e / tukey_sigma(self.tukey_lambda)
+            one = tukey_quantiles(np.clip(rng.random(shape), _FINEST, 1.0 - _FINEST), self.tukey_lambda)
+            one *= self.sigma_e / tukey_sigma(self.tukey_lambda)
         else:
             normals = rng.standard_normal(shape, dtype=np.float32)
             if not self.spread:
                 return add_normals(electrons, self.sigma_e, normals)
-            own = self.sigma_e * normals.astype(np.float64)
+            one = self.sigma_e * normals.astype(np.float64)
         if self.spread:
-            own *= np.exp(self.spread * context.normals(self.stream[1], shape).astype(np.float64) - self.spread**2)
-        own += electrons
-        return own
+            one *= np.exp(self.spread * context.normals(self.stream[1], shape).astype(np.float64) - self.spread**2)
+        one += electrons
+        return one
 
     def draws(self, shape: tuple[int, int], context: Context) -> int:
         """Return one number for each photosite, and how many normals the pattern takes."""

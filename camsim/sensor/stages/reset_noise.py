@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from camsim.core.arrays import F64
-from camsim.core.typed import Celsius, NonNegative, Number, check, judge
+from camsim.core.typed import Celsius, NonNegative, Number, check, validate
 from camsim.sensor.stage import Context, ElectronicStage, add_normals
 
 
@@ -34,7 +34,7 @@ class ResetNoise(ElectronicStage):
         def __init__(self, sigma_e: Number) -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
 
     @classmethod
     def of_capacitance(cls, capacitance_ff: Number, temperature_c: Number = 25.0) -> ResetNoise:

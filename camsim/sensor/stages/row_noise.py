@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from camsim.core.arrays import F64
-from camsim.core.typed import NonNegative, Number, judge
+from camsim.core.typed import NonNegative, Number, validate
 from camsim.sensor.stage import Context, ElectronicStage
 
 
@@ -31,7 +31,7 @@ class RowNoise(ElectronicStage):
         def __init__(self, sigma_e: Number) -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
 
     def apply(self, electrons: F64, context: Context) -> F64:
         """Add one number to each row (the first axis)."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from camsim.core.arrays import F64, I64
-from camsim.core.typed import Fraction, NonNegative, Number, judge
+from camsim.core.typed import Fraction, NonNegative, Number, validate
 from camsim.sensor import streams
 from camsim.sensor.stage import Context, ElectronicStage
 from camsim.sensor.streams import BLOCK_ROWS
@@ -40,7 +40,7 @@ class TelegraphNoise(ElectronicStage):
         def __init__(self, *, fraction: Number, amplitude_e: Number) -> None: ...
 
     def __post_init__(self) -> None:
-        judge(self)
+        validate(self)
 
     def apply(self, electrons: F64, context: Context) -> F64:
         """Add half of its amplitude to each such photosite, or take it away."""

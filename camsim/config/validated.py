@@ -27,7 +27,7 @@ _LISTS = {
 
 
 @dataclass
-class Judged(Generic[M]):
+class Validated(Generic[M]):
     """A document with its model (None when the schema found faults) and the faults so far.
 
     A part is read by its own path, so that one wrong number elsewhere does not hide what is wrong here.
@@ -39,7 +39,7 @@ class Judged(Generic[M]):
     faults: list[Fault] = field(default_factory=list)
 
     @classmethod
-    def of(cls, document: Document, model_type: type[M]) -> Judged[M]:
+    def of(cls, document: Document, model_type: type[M]) -> Validated[M]:
         """Judge a document by its schema."""
         model, faults = judge(document, model_type)
         return cls(document, model_type, model, faults)
@@ -76,8 +76,8 @@ class Judged(Generic[M]):
         except ConfigError as error:
             self.faults.extend(error.faults)
         except UnknownNameError as error:
-            shown = "" if error.near else number_hint(error.name) or _LISTS.get(error.kind, "")
-            self.refuse(self._place(path, error, keys or {}), error.message + shown)
+            displayed = "" if error.near else number_hint(error.name) or _LISTS.get(error.kind, "")
+            self.refuse(self._place(path, error, keys or {}), error.message + displayed)
         except CamsimError as error:
             self.refuse(self._place(path, error, keys or {}), error.message)
         return None

@@ -11,11 +11,11 @@ from annotated_types import MinLen
 
 from camsim.core.annotations import Called
 from camsim.core.arrays import F64
-from camsim.core.custom import check_described, is_own, refused
+from camsim.core.custom import check_described, is_custom, refused
 from camsim.core.errors import InvalidValueError
 from camsim.core.typed import Index, NonNegative, check
-from camsim.core.words import shown
-from camsim.sensor.stage import OWN_STREAMS, Context, ElectronicStage, Phase, streams_of
+from camsim.core.words import displayed
+from camsim.sensor.stage import CUSTOM_STREAMS, Context, ElectronicStage, Phase, streams_of
 
 KEY = "extra_stages"
 
@@ -35,7 +35,7 @@ _FACTS: dict[str, Any] = {
 """What a stage says of itself, as ``ElectronicStage`` lists it."""
 
 
-def check_own(stages: Sequence[ElectronicStage]) -> None:
+def check_custom(stages: Sequence[ElectronicStage]) -> None:
     """Refuse stages that files could not describe, whose facts are none, or whose draws would not be their own."""
     drawing: dict[int, str] = {}
     for stage in stages:
@@ -55,17 +55,17 @@ def _check(stage: ElectronicStage) -> None:
         raise refused(KEY, f"{name}; must be a dataclass that inherits from camsim.ElectronicStage")
     check_described(stage, KEY)
     for fact, kind in _FACTS.items():
-        _said(name, fact, getattr(stage, fact, None), kind)
-    if taken := [stream for stream in streams_of(stage) if stream < OWN_STREAMS]:
-        raise refused(KEY, f"{name}: stream {taken[0]}; those below {OWN_STREAMS} are camsim's")
+        _statement(name, fact, getattr(stage, fact, None), kind)
+    if taken := [stream for stream in streams_of(stage) if stream < CUSTOM_STREAMS]:
+        raise refused(KEY, f"{name}: stream {taken[0]}; those below {CUSTOM_STREAMS} are camsim's")
     if stage.margin:
         raise refused(KEY, f"{name}: margin {stage.margin}; only crosstalk sees beyond the window")
     if stage.temporal and Phase.LIGHT in stage.phases:
         raise refused(KEY, f"{name}: in phase LIGHT only patterns of the sensor act; take CHARGE")
-    _said(name, "dark_noise_e(1.0)", stage.dark_noise_e(1.0), NonNegative)
+    _statement(name, "dark_noise_e(1.0)", stage.dark_noise_e(1.0), NonNegative)
 
 
-def _said(name: str, fact: str, value: Any, kind: Any) -> None:
+def _statement(name: str, fact: str, value: Any, kind: Any) -> None:
     try:
         check(value, kind, fact)
     except InvalidValueError as error:
@@ -75,14 +75,14 @@ def _said(name: str, fact: str, value: Any, kind: Any) -> None:
 def drawn(stage: ElectronicStage, shape: tuple[int, int], context: Context) -> int:
     """Return how many random numbers a stage says that it draws for a window in a phase."""
     count = stage.draws(shape, context)
-    if is_own(stage):
-        _said(type(stage).__name__, "draws", count, Index)
+    if is_custom(stage):
+        _statement(type(stage).__name__, "draws", count, Index)
     return int(count)
 
 
 def acted(stage: ElectronicStage, electrons: F64, context: Context) -> F64:
     """Return what a stage makes of electrons; of one of one's own as many as came in, all finite, those left alone."""
-    if not is_own(stage):
+    if not is_custom(stage):
         return stage.apply(electrons, context)
     name = f"{type(stage).__name__}.apply"
     given = electrons.view()
@@ -98,7 +98,7 @@ def acted(stage: ElectronicStage, electrons: F64, context: Context) -> F64:
     if after is None:
         raise refused(KEY, f"{name} gave None; return the electrons")
     if type(after) is not np.ndarray:
-        raise refused(KEY, f"{name} gave {shown(after)}; return an array of numpy")
+        raise refused(KEY, f"{name} gave {displayed(after)}; return an array of numpy")
     if after.shape != electrons.shape:
         raise refused(KEY, f"{name} gave {after.shape} for {electrons.shape}; return as many electrons as came in")
     if after.dtype.kind not in "fiu":

@@ -14,12 +14,12 @@ import numpy as np
 from camsim.core.arrays import F64, kinds_of
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.circles import circles, in_step
+from camsim.rendering.coherence import Waves
 from camsim.rendering.edges import Edges
 from camsim.rendering.falling import falls_to
 from camsim.rendering.focus import NO_FOCI, ZONE, Foci, distinct, foci, normals
 from camsim.rendering.footprint import BEYOND, Footprint
 from camsim.rendering.grid import Grid
-from camsim.rendering.quiet import Waves
 
 FEW = 4  # corners, or lines, that the shares were set for
 MEETING = 16.0  # right angles that eight ends in one place are as loud as, at most
@@ -27,7 +27,7 @@ SMOOTH = 0.5  # radians of a turn below which two sides are parts of one curve
 FEW_CIRCLES = 16  # of which to ask what parts of a turn edges fill takes less than how far rings are heard
 
 
-class Heard(NamedTuple):
+class RingingReach(NamedTuple):
     """Distances from which on rings are within their shares, pitches.
 
     end, line : of ends, and of lines that are at least as long as that
@@ -39,26 +39,26 @@ class Heard(NamedTuple):
     foci: Foci
 
 
-def heard(waves: Waves, edges: Edges, grid: Grid, budget: ErrorBudget) -> Heard:
+def counted(waves: Waves, edges: Edges, grid: Grid, budget: ErrorBudget) -> RingingReach:
     """Return how far rings are heard, and no less than from where on the far form holds but for them."""
     pattern, smooth = waves.pattern, smooth_from(waves, budget)
     ends, lines = budget.allowed("ends"), budget.allowed("lines")
-    end = max(smooth, waves.quiet_distance(ends, front="end", least=smooth))
+    end = max(smooth, waves.negligible_distance(ends, front="end", least=smooth))
     corners = crowding(edges, 4.0 * end)
     if corners > FEW:
-        end = max(smooth, waves.quiet_distance(ends * math.sqrt(FEW / corners), front="end", least=smooth))
+        end = max(smooth, waves.negligible_distance(ends * math.sqrt(FEW / corners), front="end", least=smooth))
     if pattern.rings and smooth_corners(edges, end):
         # Where a smooth outline is met square on it is a line, however short its sides.
-        end = max(end, waves.quiet_distance(lines, front="line", least=end))
-    loud = _loud_foci(waves, edges, grid, end, lines + budget.allowed("foci"))
-    if loud.radius.size:
+        end = max(end, waves.negligible_distance(lines, front="line", least=end))
+    strength = _strong_foci(waves, edges, grid, end, lines + budget.allowed("foci"))
+    if strength.radius.size:
         # Zones add rings from ``end`` on, and those hold from ``holds`` on: beyond, if the pattern has any.
-        holds = pattern.tones_from_blurs * float(waves.blur.max()) + waves.footprint.extent
-        end = max(end, min(followed(loud), holds) if pattern.tones else followed(loud))
-        loud = loud.some(_far_sides(loud) > end)
+        holds = pattern.oscillations_from_blurs * float(waves.blur.max()) + waves.footprint.extent
+        end = max(end, min(followed(strength), holds) if pattern.oscillations else followed(strength))
+        strength = strength.some(_far_sides(strength) > end)
     count = int(np.count_nonzero(edges.length >= end))
-    line = max(end, waves.quiet_distance(lines * math.sqrt(FEW / max(count, FEW)), front="line", least=end))
-    return Heard(end, line, loud)
+    line = max(end, waves.negligible_distance(lines * math.sqrt(FEW / max(count, FEW)), front="line", least=end))
+    return RingingReach(end, line, strength)
 
 
 def smooth_from(waves: Waves, budget: ErrorBudget) -> float:
@@ -82,19 +82,21 @@ def _far_sides(found: Foci) -> F64:
     return (1.0 + ZONE) * found.radius
 
 
-def _loud_foci(waves: Waves, edges: Edges, grid: Grid, quiet_end: float, allowed: float) -> Foci:
+def _strong_foci(waves: Waves, edges: Edges, grid: Grid, negligible_end: float, allowed: float) -> Foci:
     """Return the round outlines whose rings from beyond ``quiet_end`` meet in the frame, louder than is allowed."""
     if not waves.pattern.rings or not len(edges):
         return NO_FOCI
     blur = float(waves.blur.min())
-    centre, radius = circles(edges, grid=grid, nearest=quiet_end / (1.0 + ZONE), blur=blur)
+    centre, radius = circles(edges, grid=grid, nearest=negligible_end / (1.0 + ZONE), blur=blur)
     if not radius.size:
         return NO_FOCI
     beyond = 1.01 * float(radius.max())  # no circle asks
     if radius.size > FEW_CIRCLES:
         nearest, most = float(radius.min()), in_step(centre, radius, np.ones(radius.size), blur)[0]
-        loud = radius < waves.quiet_distance(allowed / float(most.max()), front="focus", least=nearest, within=beyond)
-        centre, radius = centre[loud], radius[loud]
+        strength = radius < waves.negligible_distance(
+            allowed / float(most.max()), front="focus", least=nearest, within=beyond
+        )
+        centre, radius = centre[strength], radius[strength]
         if not radius.size:
             return NO_FOCI
     found = foci(centre, radius, edges, blur, waves.passed(normals(edges)))
@@ -103,14 +105,14 @@ def _loud_foci(waves: Waves, edges: Edges, grid: Grid, quiet_end: float, allowed
     share = np.where(share > 1.0, np.ceil(10.0 * share) / 10.0, np.ceil(100.0 * share) / 100.0)
     until = np.zeros_like(found.radius)
     for part in np.unique(share[share > 0.0]):
-        own = share == part
-        until[own] = waves.quiet_distance(
-            allowed / float(part), front="focus", least=float(found.radius[own].min()), within=beyond
+        one = share == part
+        until[one] = waves.negligible_distance(
+            allowed / float(part), front="focus", least=float(found.radius[one].min()), within=beyond
         )
     # Of circles about one centre all are heard that are no larger than a loud one.
     farthest = np.zeros(whose.max(initial=-1) + 1)
-    loud = found.radius < until
-    np.maximum.at(farthest, whose[loud], found.radius[loud])
+    strength = found.radius < until
+    np.maximum.at(farthest, whose[strength], found.radius[strength])
     return distinct(found.some(found.radius <= farthest[whose]))
 
 

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from camsim.core.arrays import F64
-from camsim.core.custom import check_described, is_own, refused
+from camsim.core.custom import check_described, is_custom, refused
 from camsim.core.errors import CamsimError, InvalidValueError
 from camsim.core.typed import NonNegative, Positive, check
-from camsim.core.words import both, shown
+from camsim.core.words import both, displayed
 from camsim.numerics.quadrature import GOLDEN
 from camsim.optics.protocols import Illuminates, KnowsOpening, OpticalStage, PhotositeShape, Varies
 from camsim.spectra.curve import Transmission
@@ -24,12 +24,12 @@ _NAMED = 4  # of them in a message
 _NEAR, _FALLS = 1e-6, 0.01  # of the highest frequency, at which a transfer has not fallen by so much
 
 
-def check_own(stage: OpticalStage, key: str) -> None:
+def check_custom(stage: OpticalStage, key: str) -> None:
     """Refuse a stage of one's own that files could not describe, or whose transfer no stage can have.
 
     key : the camera's
     """
-    if not is_own(stage):
+    if not is_custom(stage):
         return
     name = type(stage).__name__
     check_described(stage, key)
@@ -84,7 +84,7 @@ def _check_illumination(lens: Illuminates, farthest_um: float) -> None:
     radius_um = farthest_um * np.linspace(0.0, 1.0, 6).reshape(2, 3)
     light: Any = lens.illumination(radius_um)
     if not isinstance(light, np.ndarray) or light.shape != radius_um.shape or light.dtype.kind not in "fiu":
-        message = f"gives {shown(light)} for distances of shape {radius_um.shape}; give an array of as many numbers"
+        message = f"gives {displayed(light)} for distances of shape {radius_um.shape}; give an array of as many numbers"
     elif not (np.isfinite(light).all() and light.min() >= 0.0):
         message = f"is not finite, or below 0, somewhere between the axis and {farthest_um:g} µm from it"
     elif abs(light[0, 0] - 1.0) > _ROUNDING:
@@ -99,7 +99,7 @@ def check_transfer(stage: OpticalStage, key: str, wavelength_nm: F64, highest_pe
 
     highest_per_um : frequencies are looked at up to there
     """
-    if not is_own(stage):
+    if not is_custom(stage):
         return
     _check_inherited(stage, key)
     some = np.unique(np.linspace(0, wavelength_nm.size - 1, _COLOURS).round().astype(int))
@@ -110,7 +110,7 @@ def check_transfer(stage: OpticalStage, key: str, wavelength_nm: F64, highest_pe
 def _check_inherited(stage: OpticalStage, key: str) -> None:
     """Refuse a stage that gives one of camsim's another transfer, say, and keeps what else goes with the former one."""
     classes = [kind for kind in type(stage).__mro__ if kind is not object and not getattr(kind, "_is_protocol", False)]
-    own = {name for kind in classes if not _of_camsim(kind) for name in vars(kind)}
+    one = {name for kind in classes if not _of_camsim(kind) for name in vars(kind)}
     theirs = [kind for kind in classes if _of_camsim(kind)]
     verbs = {
         name: kind.__name__
@@ -118,7 +118,7 @@ def _check_inherited(stage: OpticalStage, key: str) -> None:
         for name, member in vars(kind).items()
         if not name.startswith("_") and isinstance(member, types.FunctionType | property)
     }
-    changed, kept = sorted(own & verbs.keys() - _BESIDES), sorted(verbs.keys() - own - _BESIDES)
+    changed, kept = sorted(one & verbs.keys() - _BESIDES), sorted(verbs.keys() - one - _BESIDES)
     kept = kept if len(kept) <= _NAMED else [*kept[:_NAMED], "more"]
     if changed and kept:
         name, base = type(stage).__name__, theirs[0].__name__

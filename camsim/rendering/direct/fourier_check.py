@@ -33,7 +33,7 @@ COUNT = 8
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class JudgeBySums:
+class FourierCheck:
     """What recomputes photosites of a job.
 
     scene  : all of it;  fields: its pictures, gradients and points
@@ -137,5 +137,5 @@ def hardest_of(job: Job, count: int) -> tuple[I64, I64]:
     col, row = np.round(np.array(places) - np.array([x0, y0])).T
     rows = np.clip(row, 0, grid.rows - 1).astype(np.int64)
     cols = np.clip(col, 0, grid.cols - 1).astype(np.int64)
-    own = np.unique(np.stack([rows, cols], axis=1), axis=0)
-    return own[:, 0], own[:, 1]
+    one = np.unique(np.stack([rows, cols], axis=1), axis=0)
+    return one[:, 0], one[:, 1]

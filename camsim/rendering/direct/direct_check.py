@@ -13,7 +13,7 @@ from camsim.core.kernels import shared
 from camsim.numerics.matrix_products import product
 from camsim.rendering.direct.checks import Found
 from camsim.rendering.direct.fields import Fields
-from camsim.rendering.direct.light import condensed, count_of, densities, heard_until
+from camsim.rendering.direct.light import condensed, count_of, counted_until, densities
 from camsim.rendering.direct.photosites import along_outlines
 from camsim.rendering.direct.places import hardest_photosites, how_many
 from camsim.rendering.direct.records import Table
@@ -32,7 +32,7 @@ NODES_A_WAVE, FAR_NODES = 3.0, 6.0  # of a piece, near by and at the least
 NODE_SECONDS, ROW_SECONDS = 3e-8, 1e-6  # of one core: of a node, and of a table as far as one wave
 
 
-class Judge:
+class DirectCheck:
     """What recomputes photosites of a job; ``scene``: where pictures are left out of the job's own.
 
     Of the job it takes what came in (scene, optics, grid, light) and nothing that was made of it: outlines, painter's
@@ -79,9 +79,9 @@ class Judge:
         """As far as rings are heard, pitches."""
         pieces, wavelength_nm, density, of_fields = self._seen
         contrast = np.concatenate([density[1:] - density[0], of_fields])
-        return heard_until(
+        return counted_until(
             self.job.system, self.job.grid.pitch_um, wavelength_nm, contrast, pieces, OF_RINGS * self.allowed,
-            self._fields.loudest,
+            self._fields.strongest,
         )  # fmt: skip
 
     @cached_property

@@ -15,11 +15,11 @@ import numpy as np
 import scipy
 
 from camsim.core.arrays import F64
-from camsim.core.custom import is_own, refused
+from camsim.core.custom import is_custom, refused
 from camsim.core.errors import CamsimError
 from camsim.core.typed import NonNegative, Positive, check
 from camsim.numerics.quadrature import gauss_legendre
-from camsim.optics.own import check_extent, disc_of_frequencies
+from camsim.optics.custom import check_extent, disc_of_frequencies
 from camsim.optics.pattern import Pattern
 from camsim.optics.protocols import (
     KnowsBlur,
@@ -49,12 +49,12 @@ def check_lengths(system: OpticalSystem, wavelength_nm: F64) -> None:
     """Refuse a lens of one's own whose cut-off or blur is no number, at the first or the last of these wavelengths."""
     lens, ends_nm = system.lens, wavelength_nm[[0, -1]].tolist()
     for said, known in (("cutoff_per_um", isinstance(lens, KnowsCutoff)), ("blur_um", isinstance(lens, KnowsBlur))):
-        if known and is_own(lens):
+        if known and is_custom(lens):
             for nm in ends_nm:
-                _Told(lens).number(said, nm)
+                _Declared(lens).number(said, nm)
 
 
-def check_told(system: OpticalSystem, wavelength_nm: F64, tolerance: float) -> None:
+def check_declared(system: OpticalSystem, wavelength_nm: F64, tolerance: float) -> None:
     """Refuse stages of one's own that contradict their own transfer.
 
     wavelength_nm : (n,) of which the first and the last are looked at
@@ -62,15 +62,15 @@ def check_told(system: OpticalSystem, wavelength_nm: F64, tolerance: float) -> N
     """
     each_nm = np.unique(wavelength_nm[[0, -1]]).tolist()
     highest_per_um = system.highest_per_um(wavelength_nm)
-    if is_own(system.lens):
-        _Told(system.lens).check_lens(system, each_nm, tolerance)
-    if is_own(system.olpf):
-        _Told(system.olpf).check_low_pass(each_nm, highest_per_um)
-    if is_own(system.photosite):
-        _Told(system.photosite).check_photosite(each_nm, highest_per_um)
+    if is_custom(system.lens):
+        _Declared(system.lens).check_lens(system, each_nm, tolerance)
+    if is_custom(system.olpf):
+        _Declared(system.olpf).check_low_pass(each_nm, highest_per_um)
+    if is_custom(system.photosite):
+        _Declared(system.photosite).check_photosite(each_nm, highest_per_um)
 
 
-class _Told:
+class _Declared:
     """A stage, asked for what it says; what it fails at is its own mistake."""
 
     def __init__(self, stage: Any) -> None:
@@ -100,9 +100,9 @@ class _Told:
 
     def number(self, verb: str, wavelength_nm: float) -> float:
         """Return a length or a frequency at a wavelength."""
-        told = self.called(verb, wavelength_nm)
-        check(told, Positive, f"{verb}({wavelength_nm:g})", self.name)
-        return float(told)
+        stated = self.called(verb, wavelength_nm)
+        check(stated, Positive, f"{verb}({wavelength_nm:g})", self.name)
+        return float(stated)
 
     def transfer(self, wavelength_nm: float) -> Transfer:
         """Return its transfer at a wavelength."""
@@ -158,10 +158,10 @@ class _Told:
         for verb, right, scale in (("point_spread", light, light[0]), ("encircled_energy", energy, 1.0)):
             if not hasattr(self.stage, verb):
                 continue
-            told = self.called(verb, r, nm)
-            array = np.asarray(told)
+            stated = self.called(verb, r, nm)
+            array = np.asarray(stated)
             if array.shape != r.shape or array.dtype.kind not in "fiu":
-                self.refuse(f".{verb} gives {told!r} for {r.size} radii; give a number for each")
+                self.refuse(f".{verb} gives {stated!r} for {r.size} radii; give a number for each")
             off = np.abs(array - right)
             if not off.max() <= _NEARLY * scale:
                 worst = int(off.argmax())
@@ -185,11 +185,11 @@ class _Told:
         way_out = "both are of the same lens, u in cycles per blur_um"
         self.compare("pattern()", u / blur_um, zero, otf(u / blur_um, zero), pattern.otf(u), way_out)
         rho = 0.5 + 3.0 * _SHARES
-        energy, own = np.asarray(self.called("encircled_energy", rho * blur_um, nm)), pattern.energy(rho)
-        if np.abs(energy - own).max() > _ALIKE:
-            worst = int(np.abs(energy - own).argmax())
+        energy, item = np.asarray(self.called("encircled_energy", rho * blur_um, nm)), pattern.energy(rho)
+        if np.abs(energy - item).max() > _ALIKE:
+            worst = int(np.abs(energy - item).argmax())
             self.refuse(
-                f".encircled_energy is {energy[worst]:.6g} at {rho[worst] * blur_um:.4g} µm, and {own[worst]:.6g} "
+                f".encircled_energy is {energy[worst]:.6g} at {rho[worst] * blur_um:.4g} µm, and {item[worst]:.6g} "
                 "by its pattern(); both are of the same lens, ρ in blurs"
             )
 

@@ -35,7 +35,9 @@ class Waves:
     shares: F64
     footprint: Footprint
 
-    def quiet_distance(self, allowed: float, *, front: Front, least: float = 0.0, within: float = math.inf) -> float:
+    def negligible_distance(
+        self, allowed: float, *, front: Front, least: float = 0.0, within: float = math.inf
+    ) -> float:
         """Distance beyond which what oscillates stays below ``allowed``; any up to ``least`` where that is enough.
 
         front : at an edge's "end"; across a whole "line", twice that; or in the "focus" of a whole circle
@@ -48,8 +50,8 @@ class Waves:
         shortest, longest = float(self.blur.min()), float(self.blur.max())
         rings = [_at(front, ring) for ring in self.pattern.rings]
         powers = np.array([power for _, _, power in rings])
-        loudest_in_step = np.array([a * np.abs(self._phasors(u, power)).sum(axis=1).max() for u, a, power in rings])
-        farthest = min(falls_to(allowed, loudest_in_step, powers), within)
+        strongest_in_step = np.array([a * np.abs(self._phasors(u, power)).sum(axis=1).max() for u, a, power in rings])
+        farthest = min(falls_to(allowed, strongest_in_step, powers), within)
         if shortest == longest or farthest <= NEAREST * longest:
             return farthest
         step = self._step
@@ -57,31 +59,31 @@ class Waves:
         # The last loud place is asked for: wavelengths that fall silent do so not long before those in step would.
         nearest = max(0, math.floor((least / longest - NEAREST) / (step * AT_ONCE)))
         for block in range((count - 1) // AT_ONCE, nearest - 1, -1):
-            loudest = np.sum([amplitude * self._left(u, power, block) for u, amplitude, power in rings], axis=0)
-            loud = np.flatnonzero(loudest[: count - block * AT_ONCE] > allowed)
-            if loud.size:
-                return longest * (NEAREST + step * min(block * AT_ONCE + int(loud[-1]) + 1, count - 1))
+            strongest = np.sum([amplitude * self._left(u, power, block) for u, amplitude, power in rings], axis=0)
+            strength = np.flatnonzero(strongest[: count - block * AT_ONCE] > allowed)
+            if strength.size:
+                return longest * (NEAREST + step * min(block * AT_ONCE + int(strength[-1]) + 1, count - 1))
         return NEAREST * longest
 
     def passed(self, normals: F64) -> F64:
         """Return shares (n,) of the loudest direction's rings: what no wavelength's are louder than, square on edges
         with such normals (n, 2)."""
         angle = self.footprint.angles(self.blur.size)
-        loudest = np.zeros(angle.size)
+        strongest = np.zeros(angle.size)
         for u, _, _ in self.pattern.rings:
             size = np.abs(self._transfer(u))
-            loudest = np.maximum(loudest, (size / size.max(axis=0)).max(axis=1))
+            strongest = np.maximum(strongest, (size / size.max(axis=0)).max(axis=1))
         x, y = self.footprint.folded(normals).T
         place = (angle[0] - np.arctan2(y, x)) / (angle[0] - angle[1])
         step = np.clip(place.astype(np.int64), 0, angle.size - 2)
-        between: F64 = np.maximum(loudest[:-1], loudest[1:])[step]
+        between: F64 = np.maximum(strongest[:-1], strongest[1:])[step]
         return between
 
     def _phasors(self, u: float, power: float) -> F64:
         """Return (n, j) how loud a ring of amplitude 1 is at every wavelength, of each weight set and of the OLPF's."""
         if (u, power) not in self._loudness:
-            loudness = self.blur**power * self._transfer(u)
-            self._loudness[u, power] = (self.different[None] * loudness[:, None]).reshape(-1, self.blur.size)
+            strength_of = self.blur**power * self._transfer(u)
+            self._loudness[u, power] = (self.different[None] * strength_of[:, None]).reshape(-1, self.blur.size)
         return self._loudness[u, power]
 
     def _transfer(self, u: float) -> F64:
@@ -92,16 +94,16 @@ class Waves:
 
     def _left(self, u: float, power: float, block: int) -> F64:
         """Return what the wavelengths' sum leaves of a ring of amplitude 1 at distances, of the loudest weight set."""
-        if (u, power, block) not in self._heard:
+        if (u, power, block) not in self._counted:
             distance = float(self.blur.max()) * (
                 NEAREST + self._step * np.arange(block * AT_ONCE, (block + 1.0) * AT_ONCE)
             )
             wave, phasors = _turns(distance, u / self.blur), self._phasors(u, power).T
             # Phasors are real: as complex ones they would be multiplied twice.
             real, imaginary = (product(part, phasors) for part in (wave.real, wave.imag))
-            heard = np.sqrt((real**2 + imaginary**2).max(axis=1))
-            self._heard[u, power, block] = DULL * heard * distance**-power
-        return self._heard[u, power, block]
+            counted = np.sqrt((real**2 + imaginary**2).max(axis=1))
+            self._counted[u, power, block] = DULL * counted * distance**-power
+        return self._counted[u, power, block]
 
     @cached_property
     def _step(self) -> float:
@@ -126,7 +128,7 @@ class Waves:
         return {}
 
     @cached_property
-    def _heard(self) -> dict[tuple[float, float, int], F64]:
+    def _counted(self) -> dict[tuple[float, float, int], F64]:
         return {}
 
 
