@@ -35,7 +35,7 @@ def validating(tree: ast.Module) -> Iterator[ast.ClassDef]:
     for node in ast.walk(tree):
         if isinstance(node, ast.ClassDef) and node.name in dir(camsim):
             made = [part for part in node.body if isinstance(part, ast.FunctionDef) and part.name == "__post_init__"]
-            if any("judge(self)" in ast.unparse(part) for part in made):
+            if any("validate(self)" in ast.unparse(part) for part in made):
                 yield node
 
 
@@ -100,7 +100,7 @@ def written(node: ast.ClassDef) -> ast.If | None:
 def files() -> Iterator[Path]:
     """Yield the files that hold such classes."""
     for path in sorted(PACKAGE.rglob("*.py")):
-        if "judge(self)" in path.read_text(encoding="utf-8") and path.name != "typed.py":
+        if "validate(self)" in path.read_text(encoding="utf-8") and path.name != "typed.py":
             yield path
 
 

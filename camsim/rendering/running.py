@@ -109,9 +109,9 @@ def carry_out(
         image = whole.image
         found = checker.compare(plan, one, checker.values(rows, cols, sets), rows, cols)
     if strict:
-        for one in (found, planes_found):
-            if one is not None:
-                _refuse(one, choice)
+        for outcome in (found, planes_found):
+            if outcome is not None:
+                _refuse(outcome, choice)
     report("render", 1.0)
     checked = found.photosites + (0 if planes_found is None else images * planes_found.photosites)
     return Rendering(
