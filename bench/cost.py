@@ -39,8 +39,8 @@ def one(name: str) -> dict[str, float]:
         channel = setup.camera.cfa.channel_index(job.grid.rows, job.grid.cols, job.grid.origin)
         begin = time.process_time()
         image = np.concatenate(list(choice.plan.bands(channel, lambda done: None)))
-        rows, cols = choice.judge.hardest(choice.plan)
-        choice.judge.values(rows, cols, channel[rows, cols])
+        rows, cols = choice.checker.hardest(choice.plan)
+        choice.checker.values(rows, cols, channel[rows, cols])
         rendering.append(time.process_time() - begin)
         del image
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024 - begin_bytes

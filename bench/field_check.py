@@ -138,7 +138,7 @@ def main() -> None:
     at_rows, at_cols, whose = places(plan, count, np.random.default_rng(1))
     sets = channels[at_rows, at_cols]
     began = time.process_time()
-    right = choice.judge.values(at_rows, at_cols, sets)
+    right = choice.checker.values(at_rows, at_cols, sets)
     checked = time.process_time() - began
     off = np.abs(rendering.image[at_rows, at_cols] / plan.job.signals.scale[sets] - right)
     print(f"{off.size} photosites recomputed: {checked:.0f} CPU s")

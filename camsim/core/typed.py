@@ -1,8 +1,8 @@
 """Parameters judged by the types that they declare: what does not fit is refused, what fits is kept in one form.
 
-A constructor calls ``validate(self)`` first. Numbers of numpy become Python's, lists and arrays tuples; a number is within
-the limits of its type, finite, and never a truth value or a text. Files are judged by the same limits and in the same
-words (``camsim.config``).
+A constructor calls ``validate(self)`` first. Numbers of numpy become Python's, lists and arrays tuples; a number is
+within the limits of its type, finite, and never a truth value or a text. Files are validated by the same limits and in
+the same words (``camsim.config``).
 """
 
 from __future__ import annotations

@@ -325,7 +325,7 @@ def test_what_checks_pictures_is_right_where_a_shape_cuts_their_samples(cover):
         method="fourier",
     )
     rows, cols = np.divmod(np.arange(0, GRID.rows * GRID.cols, 9), GRID.cols)
-    found = choice.judge.values(rows, cols, np.zeros(rows.size, np.uint8))
+    found = choice.checker.values(rows, cols, np.zeros(rows.size, np.uint8))
     assert worst(found, right[rows, cols]) <= 1e-7
 
 

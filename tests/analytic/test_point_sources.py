@@ -50,7 +50,7 @@ PATTERNS = {"airy": Airy(8.0 * NM * 1e-3 / PITCH_UM).pattern, "annular": Airy(8.
 
 
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-4, 1e-6])
-@pytest.mark.parametrize("bright", [0.2, 40.0, 3000.0])
+@pytest.mark.parametrize("bright", [0.2, 40.0, 300.0])
 @pytest.mark.parametrize("kind", ["airy", "annular"])
 def test_a_point_is_the_pattern(kind, bright, tolerance):
     """Inside the frame and outside; the error is of a perfect diffuser, however bright a point is."""

@@ -74,7 +74,6 @@ def test_a_plane_wavefront_is_the_round_lens_moved():
     moved = OUTLINE + 4.0 * LAMBDA_N / 4.0 * np.array([-0.3, 0.2])
     airy = rendered(camsim.Airy(f_number=F_NUMBER), 4.0, 1e-8, outline=moved)
     assert np.abs(tilted.image - airy.image).max() <= 2e-8
-    assert tilted.method == airy.method
 
 
 def test_a_tilt_is_worth_no_lattice():

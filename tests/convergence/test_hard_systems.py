@@ -302,7 +302,7 @@ def test_the_check_sees_a_piece_from_afar_that_all_its_listeners_are_near(tolera
         cols=4,
     ) | {"background": 0.02, "lens": {"kind": "gaussian", "blur": 0.0775}}
     rows, cols = (place.ravel() for place in np.indices((3, 4)))
-    judge = systems.choice(system, tolerance=tolerance, method="boundary").judge
+    judge = systems.choice(system, tolerance=tolerance, method="boundary").checker
     again = judge.values(rows, cols, np.zeros(rows.size, np.uint8)).reshape(3, 4)
     right = systems.rendered(system, tolerance=1e-8, method="fourier").image
     assert np.abs(again - right).max() <= 0.1 * tolerance

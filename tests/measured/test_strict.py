@@ -125,7 +125,7 @@ def camsim_hardest():
         tolerance=TOLERANCE,
         method="boundary",
     )
-    return choice.judge.hardest(choice.plan)
+    return choice.checker.hardest(choice.plan)
 
 
 def test_a_capture_warns_or_fails(monkeypatch):
@@ -248,5 +248,5 @@ def test_what_checks_pictures_hears_all_of_what_is_far_away():
         method="fourier",
     )
     rows, cols = np.array([0, 5, 8]), np.array([0, 5, 2])
-    found = choice.judge.values(rows, cols, np.zeros(3, np.uint8))
+    found = choice.checker.values(rows, cols, np.zeros(3, np.uint8))
     assert worst(found, right[rows, cols]) <= tolerance / 40.0

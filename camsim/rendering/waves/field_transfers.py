@@ -64,7 +64,8 @@ class Wavefronts:
 
     def less(self, planes_nm: tuple[float, float], wavelength_nm: F64) -> Wavefronts:
         """Return them without planes of Zernikes 1 and 2, path differences that all places share."""
-        waves = self.waves.reshape(len(self.zernike), -1, wavelength_nm.size).copy()
+        places = self.waves.shape[1] // wavelength_nm.size
+        waves = self.waves.reshape(len(self.zernike), places, wavelength_nm.size).copy()
         for index, path_nm in zip(PLANES, planes_nm, strict=True):
             if index in self.zernike:
                 waves[self.zernike.index(index)] -= path_nm / wavelength_nm

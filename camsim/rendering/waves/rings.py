@@ -106,13 +106,16 @@ def _see(start: F64, end: F64, jump: F64, place: tuple[float, float], longest: f
     for e in range(len(start)):
         x, y, ex, ey = start[e, 0] - place[0], start[e, 1] - place[1], end[e, 0] - start[e, 0], end[e, 1] - start[e, 1]
         length = math.hypot(ex, ey)
+        if length == 0.0:
+            continue
         begin, aside = (x * ex + y * ey) / length, (x * ey - y * ex) / length
         apart = max(abs(aside), step)
         half = min(0.5 * math.sqrt(longest / apart), 1.5)
         slack = 1.2 * half * apart if half < 0.8 else math.inf
         if begin > slack or begin + length < -slack:
             continue
-        low, ratio = begin / apart, length * apart / (apart * apart + begin * (begin + length))
+        low, between = begin / apart, apart * apart + begin * (begin + length)
+        ratio = length * apart / between if between > 0.0 else math.inf
         low = low - low**3 / 3.0 if abs(low) < 0.02 else math.atan(low)
         short = 0.0 < ratio < 0.02  # the angle between the ends
         high = low + ratio - ratio**3 / 3.0 if short else math.atan((begin + length) / apart)
