@@ -25,7 +25,10 @@ from camsim.optics.of_pupil import OfPupil
 from camsim.optics.overlaps import overlaps
 
 FIRST_RULE, MOST_RULE = 6, 600  # nodes each way of the integrals over overlaps
-SHARES, TRIED = np.array([0.05, 0.15, 0.25, 0.4, 0.55, 0.7, 0.85, 0.95]), np.array([0.02, 0.3, 0.77, 1.2, 1.56, 2.1, 2.9])
+SHARES, TRIED = (
+    np.array([0.05, 0.15, 0.25, 0.4, 0.55, 0.7, 0.85, 0.95]),
+    np.array([0.02, 0.3, 0.77, 1.2, 1.56, 2.1, 2.9]),
+)
 MOST_WORK = 5e9  # nodes of all of a table in one strip of an overlap: a minute
 RADII = 10, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256
 DIRECTIONS = 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256
