@@ -1,4 +1,4 @@
-"""Records that the check passes to its kernels; in a module of its own, since kernels' cache keys include imports."""
+"""Records that the check passes to its kernels, apart since a kernel's cache key covers its module's imports."""
 
 from __future__ import annotations
 
