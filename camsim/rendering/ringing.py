@@ -1,7 +1,7 @@
 """Cutoff radii of ringing for a scene's edges: beyond them its contribution is within its share of the tolerance.
 
-There is one for an edge's end among many, one for whole lines, and foci of round outlines. ``coherence.py`` computes how
-a spectrum's ringing decays, ``focus.py`` where it adds up.
+There is one for an edge's end among many, one for whole lines, and foci of round outlines. ``coherence.py`` computes
+how a spectrum's ringing decays, ``focus.py`` where it adds up.
 """
 
 from __future__ import annotations
