@@ -66,7 +66,7 @@ class Waves:
         return NEAREST * longest
 
     def passed(self, normals: F64) -> F64:
-        """Return bounds (n,) of the ringing across edges with given normals (n, 2), relative to the strongest direction.
+        """Return bounds (n,) of the ringing for edges with normals (n, 2), relative to the strongest direction.
 
         A bound holds at every wavelength.
         """

@@ -47,6 +47,6 @@ class Envelope:
         return cls(cycles, np.maximum.accumulate(passes[::-1])[::-1])
 
     def at(self, frequency: F64) -> F64:
-        """Return the bound of the transfer at frequencies, cycles/pitch; chords bound a decrease like 1/f from above."""
+        """Return the bound of the transfer at frequencies, cycles/pitch; chords lie above a decrease like 1/f."""
         passed: F64 = np.interp(frequency, self.cycles, self.passes)
         return np.where(frequency < self.cycles[0], 1.0, passed)
