@@ -71,8 +71,8 @@ def ring_amplitudes(
         one = np.array([a * u ** (2 + k) for k, a in enumerate(series)], np.complex128)
         samples = _amplitude(length, one, nodes, weights, nearest / inverse, angle)
         harmonics = np.roll(np.fft.fft(samples, axis=2) / count, most, axis=2)
-        # A slow oscillation has few harmonics. Rounding in the others would grow as e^{2m·Im θ} off the real axis, where
-        # the ray of a slow oscillation extends farthest.
+        # A slow oscillation has few harmonics. Rounding in the others would grow as e^{2m·Im θ} off the real axis,
+        # where the ray of a slow oscillation extends farthest.
         its_most = ring_terms(extent, length, turns=turns, nearest=nearest)[0] // 2
         harmonics[..., : most - its_most] = harmonics[..., most + its_most + 1 :] = 0.0
         amplitude[j] = np.einsum("pq,cqm->cmp", to_powers, harmonics)
@@ -163,7 +163,7 @@ def ring_part(
 
     phases : of ``piece_phases``
 
-    The integrand is that of ``ring_tail``, on the real axis: |dr/ds| ≤ 1, so no wave along the piece is shorter than λN.
+    The integrand is that of ``ring_tail`` on the real axis: |dr/ds| ≤ 1, so no wave along the piece is shorter than λN.
     """
     total, (s1, s2) = 0.0, ends
     middle, half = 0.5 * (s1 + s2), 0.5 * (s2 - s1)
@@ -201,7 +201,7 @@ def is_short(length: float, shortest: float, phases: F64) -> bool:
 def ring_tail(
     h: float, s: float, tx: float, ty: float, weights: F64, lengths: F64, amplitude: C128, turns: int, nearest: float
 ) -> float:
-    """Oscillatory part of the half line from s ≥ 0 on in direction (tx, ty), at a photosite at signed distance h.
+    """Oscillatory part of the half line from s ≥ 0 on in direction (tx, ty), for a photosite at h to its left.
 
     weights : (j,) of wavelengths;  lengths: of ``oscillation_lengths``;  the rest as of ``ring_amplitudes``
 
