@@ -1,8 +1,8 @@
-"""A pupil's transfer as a table over radius and direction, at several wavelengths: computed once, looked up everywhere.
+"""Tables of a pupil's OTF over radius and direction, at several wavelengths, for interpolation.
 
 In polar coordinates the transfer of a pupil is smooth: the cone at zero frequency is a straight line along each
-direction, and where it ends, as (1 − ρ)^{3/2}, places lie like 1 − t². So few places are enough, and how many is found
-by trying: a table is as fine as makes places between its nodes right.
+direction, and near the cut-off, where it falls as (1 − ρ)^{3/2}, nodes lie like 1 − t². So few nodes suffice; their
+number is found by comparison with directly computed values between them.
 """
 
 from __future__ import annotations
@@ -24,18 +24,18 @@ from camsim.numerics.quadrature import chebyshev, gauss_legendre, interpolation
 from camsim.optics.of_pupil import OfPupil
 from camsim.optics.overlaps import overlaps
 
-FIRST_RULE, MOST_RULE = 6, 600  # nodes each way of the integrals over overlaps
+FIRST_RULE, MOST_RULE = 6, 600  # nodes per axis of the integrals over overlaps
 SHARES, TRIED = np.array([0.05, 0.15, 0.25, 0.4, 0.55, 0.7, 0.85, 0.95]), np.array([0.3, 1.2, 2.1, 2.9])
-MOST_WORK = 5e9  # nodes of all of a table in one strip of an overlap: a minute
+MOST_WORK = 5e9  # quadrature nodes of a whole table, for one strip per overlap: about a minute
 RADII = 10, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256
 DIRECTIONS = 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256
 IN_PANEL = 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192
 PANEL_TRIED = 0.023, 0.19, 0.46, 0.71, 0.94  # of a panel
 DEGREES = 2, 4, 6, 8, 12, 16, 20
-ROUNDING, DIGITS = 1e-12, 12  # waves; of directions that are one
-SAME_PATH = 1e-9  # nm: path differences that are one
+ROUNDING, DIGITS = 1e-12, 12  # waves; digits to which equal directions agree
+SAME_PATH = 1e-9  # nm: path differences closer than this are equal
 RADII_TRIED, DIRECTIONS_TRIED = (
-    (0.15, 0.45, 0.8, 0.97),  # near its end only phases of opposite rims differ: they turn fastest with the direction
+    (0.15, 0.45, 0.8, 0.97),  # near the cut-off only opposite rims overlap, whose phase changes fastest with direction
     (0.031, 0.173, 0.342, 0.561, 0.777, 0.913),
 )  # of the largest; of half a turn
 
@@ -47,12 +47,12 @@ NO_BORDER: F64 = np.empty((0, 2))
 class TransferTable:
     """Transfers at ρ = |f|·λN, 0 … 1 times ``outer``, and directions 0 … π.
 
-    breaks  : ρ between which the transfer is smooth, from 0 to 1; it goes as the power 3/2 at each
-    values  : (j, radii, directions) at Chebyshev places of each piece; directions evenly from 0 to below π, or at
-              Chebyshev places of each panel
-    panels  : equal ones in half a turn from ``first_rad`` on, of a pupil with straight sides; 0: it has none. Along a
-              side the transfer's slope turns with a kink: spikes of the pattern
-    border  : (panels, 2) vectors whose product with f·λN is 1 where the transfer ends; ρ is that product then
+    breaks  : ρ between which the transfer is smooth, from 0 to 1; it has a power 3/2 at each
+    values  : (j, radii, directions) at Chebyshev nodes of each piece; directions evenly from 0 to below π, or at
+              Chebyshev nodes of each panel
+    panels  : number of equal panels in half a turn from ``first_rad`` on, for a pupil with straight sides, else 0. In
+              the direction of a side the transfer has a kink, which makes the PSF's spikes
+    border  : (panels, 2) vectors whose product with f·λN is 1 at the cut-off; ρ is that product then
     blur_um : (j,) λN
     """
 
@@ -67,14 +67,14 @@ class TransferTable:
 
     @property
     def nearest(self) -> float:
-        """The smallest ρ of a vector of length 1, in units of λN: what its border's corners make of it."""
+        """Smallest ρ of a vector f·λN of length 1, in the direction of the border's corners."""
         if not self.panels:
             return 1.0
         ends = self.first_rad + (np.pi / self.panels) * (np.arange(self.panels) + np.array([[0.0], [1.0]]))
         return float((self.border[:, 0] * np.cos(ends) + self.border[:, 1] * np.sin(ends)).min())
 
     def in_panels(self, frequency_per_um: F64, each: int) -> C128:
-        """Return transfers (j, n, panels, each + 3) in directions evenly from a step before each panel.
+        """Return transfers (j, n, panels, each + 3) in evenly spaced directions from a step before each panel.
 
         frequency_per_um : (n,) ρ/λN, in units of the border's direction
         """
@@ -90,7 +90,7 @@ class TransferTable:
         return found.reshape(*found.shape[:2], self.panels, each + 3)
 
     def along(self, frequency_per_um: F64, directions: int, angle_rad: float = 0.0) -> C128:
-        """Return transfers (j, n, directions) at radial frequencies (n,), in even directions from ``angle_rad`` on.
+        """Return transfers (j, n, directions) at radial frequencies (n,), in evenly spaced directions from an angle on.
 
         directions : over half a turn, as many as the table's or more
         """
@@ -108,7 +108,7 @@ class TransferTable:
         return out
 
     def _turned(self, directions: int, angle_rad: float) -> list[tuple[F64, F64 | None]]:
-        """Return the table in other directions, real and imaginary parts, cached; None: the transfer is real."""
+        """Return real and imaginary parts of the table in other directions, cached; None: the transfer is real."""
         key = directions, angle_rad
         if key not in self._cache:
             values = self.values
@@ -131,13 +131,13 @@ def _parts(values: C128) -> list[tuple[F64, F64 | None]]:
 
 
 def radial_places(count: int, breaks: tuple[float, ...] = (0.0, 1.0)) -> F64:
-    """Return ρ at ``count`` places of each piece: a + (b − a)·sin²(πt/2), t Chebyshev's on 0 … 1."""
+    """Return ρ at ``count`` nodes of each piece: a + (b − a)·sin²(πt/2), t Chebyshev nodes on 0 … 1."""
     t = 0.5 * (1.0 + chebyshev(count))
     return np.concatenate([a + (b - a) * np.sin(0.5 * np.pi * t) ** 2 for a, b in pairwise(breaks)])
 
 
 def radial_matrix(total: int, rho: F64, breaks: tuple[float, ...] = (0.0, 1.0)) -> F64:
-    """Return the matrix (n, total) of interpolation from all pieces' places to ρ (n,)."""
+    """Return the interpolation matrix (n, total) from the nodes of all pieces to ρ (n,)."""
     count = total // (len(breaks) - 1)
     out = np.zeros((rho.size, total))
     piece = np.clip(np.searchsorted(breaks, rho, side="right") - 1, 0, len(breaks) - 2)
@@ -149,7 +149,7 @@ def radial_matrix(total: int, rho: F64, breaks: tuple[float, ...] = (0.0, 1.0)) 
 
 
 def _finer(values: C128, directions: int, angle_rad: float) -> C128:
-    """Return the table in other even directions over half a turn: T(ρ, θ + π) is the conjugate."""
+    """Return the table in other evenly spaced directions over half a turn: T(ρ, θ + π) is the conjugate."""
     whole = np.concatenate([values, values.conj()], axis=2)
     count = whole.shape[2]
     waves = np.fft.fft(whole, axis=2) / count
@@ -159,7 +159,7 @@ def _finer(values: C128, directions: int, angle_rad: float) -> C128:
     half = min(count, 2 * directions) // 2
     wide[..., :half] = waves[..., :half]
     wide[..., -half:] = waves[..., -half:]
-    if half == count // 2 and 2 * directions > count:  # the highest wave is as much of either sign
+    if half == count // 2 and 2 * directions > count:  # split the Nyquist term between both signs
         wide[..., half] = 0.5 * waves[..., half]
         wide[..., -half] *= 0.5
     turned: C128 = np.fft.ifft(wide, axis=2)[..., :directions] * (2 * directions)
@@ -168,9 +168,9 @@ def _finer(values: C128, directions: int, angle_rad: float) -> C128:
 
 @functools.lru_cache(maxsize=512)
 def transfer_table(lens: OfPupil, wavelength_nm: tuple[float, ...], allowed: float) -> TransferTable:
-    """Return a lens's table that is right to ``allowed``.
+    """Return a lens's table with an error of at most ``allowed``.
 
-    Each axis has as many places as make places between them right, tried along a few lines; so have the integrals.
+    The numbers of nodes along each axis, and of the integrals, are found by tests along a few lines.
     """
     at, outer = _Overlaps.of(lens, np.array(wavelength_nm)), lens.pupil.outer_radius
     nodes = at.nodes_for(0.2 * allowed)
@@ -196,7 +196,7 @@ def transfer_table(lens: OfPupil, wavelength_nm: tuple[float, ...], allowed: flo
 
 
 def _fewest(counts: tuple[int, ...], off: Callable[[int], float], allowed: float) -> int:
-    """Return the smallest count that is off by no more than allowed."""
+    """Return the smallest count with an error of at most ``allowed``."""
     for count in counts:
         if off(count) <= allowed:
             return count
@@ -211,12 +211,12 @@ def _too_often() -> UnsupportedError:
 
 
 def _cell(count: int) -> F64:
-    """Return Chebyshev places on 0 … 1."""
+    """Return Chebyshev nodes on 0 … 1."""
     return 0.5 * (1.0 + chebyshev(count))
 
 
 def _panel_off(at: _Overlaps, count: int, nodes: I64) -> float:
-    """Return how far off places between a panel's nodes are, in every panel, on a few radii."""
+    """Return the error of interpolation between a panel's nodes, over all panels, at a few radii."""
     rho, width = np.array(RADII_TRIED), np.pi / at.panels
     tried = np.array(PANEL_TRIED)
     off = 0.0
@@ -232,7 +232,7 @@ def _panel_off(at: _Overlaps, count: int, nodes: I64) -> float:
 
 
 def _directions_off(at: _Overlaps, outer: float, count: int, nodes: I64) -> float:
-    """Return how far off the middles between directions are on a few radii."""
+    """Return the error of interpolation between directions, at a few radii."""
     rho = outer * np.array(RADII_TRIED)
     angle = np.pi * np.arange(count) / count
     values = at(np.repeat(rho, count), np.tile(angle, rho.size), nodes).reshape(-1, rho.size, count)
@@ -243,7 +243,7 @@ def _directions_off(at: _Overlaps, outer: float, count: int, nodes: I64) -> floa
 
 
 def _radii_off(at: _Overlaps, count: int, nodes: I64) -> float:
-    """Return how far off radii between the nodes are, in two directions."""
+    """Return the error of interpolation between radii, in two directions."""
     places = radial_places(count, at.breaks)
     tried = 0.5 * (places[1:] + places[:-1])
     tried = tried[:: max(1, tried.size // 12)]
@@ -260,8 +260,8 @@ def _radii_off(at: _Overlaps, count: int, nodes: I64) -> float:
 class _Overlaps:
     """A pupil's overlaps with its shifted copies, at several wavelengths.
 
-    paths : (w, d + 1, d + 1) coefficients of x^a·y^b, nm;  which: (j,) which of them each wavelength has
-    turns : the angle after which a polygon with a wavefront of revolution is the same; 0 of a circle; π of all others
+    paths : (w, d + 1, d + 1) coefficients of x^a·y^b, nm;  which: (j,) index of each wavelength's path difference
+    turns : angle of rotational symmetry, for a rotationally symmetric wavefront: of a polygon; 0 of a circle; else π
     """
 
     lens: OfPupil
@@ -272,16 +272,16 @@ class _Overlaps:
 
     @property
     def revolves(self) -> bool:
-        """Whether all directions are alike."""
+        """Whether the transfer is rotationally symmetric."""
         return self.turns == 0.0
 
     @property
     def panels(self) -> int:
-        """Between how many directions of sides half a turn is divided; 0 of a circle."""
+        """Number of panels between directions of sides in half a turn; 0 for a circle."""
         pupil = self.lens.pupil
         if pupil.shape == "circular":
             return 0
-        # Where sides run, and where the border of the transfer has its corners.
+        # Panels end in the directions of sides and of the corners of the transfer's border.
         return pupil.sides // 2 if pupil.sides % 4 == 2 else pupil.sides
 
     @property
@@ -294,7 +294,7 @@ class _Overlaps:
 
     @property
     def border(self) -> F64:
-        """Vectors (panels, 2) square on the transfer's border: a polygon, of a pupil's shifts that just touch it."""
+        """Vectors (panels, 2) normal to the transfer's border: the polygon of shifts at which two copies just touch."""
         pupil = self.lens.pupil
         corner = pupil.inner_radius / math.cos(math.pi / pupil.sides)
         near = 0.5 * (pupil.inner_radius + (corner if pupil.sides % 2 else pupil.inner_radius))
@@ -305,7 +305,7 @@ class _Overlaps:
         return np.stack([np.cos(normal), np.sin(normal)], axis=1) / near
 
     def border_at(self, angle: F64) -> F64:
-        """Return the largest ρ in directions (n,)."""
+        """Return the cut-off ρ in directions (n,)."""
         if not self.panels:
             return np.full(angle.size, self.lens.pupil.outer_radius)
         place = np.floor((angle - self.first_rad) * self.panels / np.pi).astype(np.int64)
@@ -314,7 +314,7 @@ class _Overlaps:
 
     @property
     def breaks(self) -> tuple[float, ...]:
-        """Where along the radius outlines of the opening begin or cease to meet."""
+        """Radii at which outlines of the opening begin or cease to intersect."""
         hole = self.lens.pupil.obstruction
         if self.lens.pupil.shape != "circular" or not hole:
             return 0.0, 1.0

@@ -1,7 +1,7 @@
 """Many short edges: cells with a few equivalent sources, so that far tiles need not sum over every edge.
 
 The field of a dipole (dipole.py) is smooth over a cell that is far enough away, so each piece of an edge can be spread
-over the cell's q × q Chebyshev nodes y_m with the weights of interpolation: node m has the strength Σ_edges ∫ ℓ_m(z) dz.
+over the cell's q × q Chebyshev nodes y_m with the weights of interpolation: node m has strength Σ_edges ∫ ℓ_m(z) dz.
 The strengths of larger cells follow from the nodes of smaller ones.
 """
 

@@ -33,8 +33,7 @@ TWO_PI = 2.0 * math.pi
 
 
 class Moments(NamedTuple):
-    """A footprint's moments in the frame of one edge's tail: the real axis of ζ runs along the edge, away from its end.
-    """
+    """A footprint's moments in the frame of one edge's tail: ζ's real axis runs along the edge, away from its end."""
 
     sigma2: float  # ½⟨|ζ|²⟩
     m22: float  # ⟨|ζ|⁴⟩

@@ -91,7 +91,7 @@ def ring_table(
 
 
 def _series(amplitude: C128, left: float) -> C128:
-    """Return amplitudes as a real Fourier series (oscillations · j, powers, harmonics · 4), without negligible harmonics.
+    """Return amplitudes as a real Fourier series (oscillations · j, powers, harmonics · 4), truncated.
 
     left : largest sum of the harmonics left out, over the largest amplitude
 

@@ -125,8 +125,8 @@ def _step(pattern: Pattern, points: int, allowed: float) -> float:
     """Return a table's step δ, λN, for which interpolation through n points has the error ``allowed``.
 
     The error is (2πδ)ⁿ·∫OTF·fⁿ⁻¹ df/π, since the light across an edge is ½ + ∫OTF(f)·sin(2πfh)/πf df and interpolation
-    has the relative error (2πδf)ⁿ for every wave in it. An infinite edge's response reaches this bound, and two edges at
-    once in a corner; ends in the field were measured to reach a tenth to eight tenths of it.
+    has the relative error (2πδf)ⁿ for every wave in it. An infinite edge's response reaches this bound, and two edges
+    at once in a corner; ends in the field were measured to reach a tenth to eight tenths of it.
     """
     angle: float = (math.pi * allowed / pattern.moment(points - 1)) ** (1.0 / points)
     return angle / (2.0 * math.pi)

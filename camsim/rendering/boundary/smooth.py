@@ -109,7 +109,7 @@ def far_at_points(
 
 @kernel(fastmath={"contract"})
 def add_weighed(g: F64, far: F64, sums: F64) -> None:
-    """Add to ``sums`` (channels, points) the contribution of g (4, points) for the weight sets ``far`` (channels, 4)."""
+    """Add to ``sums`` (channels, points) the contribution of g (4, points) for weight sets ``far`` (channels, 4)."""
     for k in range(len(sums)):
         for i in range(g.shape[1]):
             sums[k, i] += weigh((g[0, i], g[1, i], g[2, i], g[3, i]), far[k])
