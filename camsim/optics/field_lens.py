@@ -340,7 +340,7 @@ def _about_axis(heights: Any, values: F64, m: int) -> Callable[..., F64]:
     """Return a harmonic of order m as a function of height, smooth on the axis: it must begin with the m-th power.
 
     An even or odd spline begins with the power 0 or 1. For higher orders, the values over the square of the height are
-    interpolated, so that they begin with the power 2 or 3 at least: as smooth as a cubic spline.
+    interpolated, so that they begin with the power 3 or 4: as smooth as a cubic spline.
     """
     if m < 3:
         return _even(heights, values, m)

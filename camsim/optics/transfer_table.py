@@ -322,7 +322,7 @@ class _Overlaps:
 
     @classmethod
     def of(cls, lens: OfPupil, wavelength_nm: F64) -> _Overlaps:
-        """Find the polynomial that a wavefront is."""
+        """Express a wavefront as a polynomial and find its symmetry."""
         terms, degree = _polynomials(lens, wavelength_nm)
         same = [int(np.argmax(np.abs(terms[: k + 1] - one).max(axis=1) <= SAME_PATH)) for k, one in enumerate(terms)]
         kept, which = np.unique(same, return_inverse=True)
@@ -331,24 +331,24 @@ class _Overlaps:
             out[_powers(degree)] = one
         x = np.array([0.3, 0.7, 1.0])
         turned = [lens.waves(x * math.cos(a), x * math.sin(a), float(wavelength_nm[0])) for a in (0.0, 1.1, 2.9)]
-        turns = math.pi  # after which directions repeat, conjugate
+        turns = math.pi  # transfers at opposite directions are conjugate
         if float(np.ptp(turned, axis=0).max()) <= ROUNDING:
             turns = 0.0 if lens.pupil.shape == "circular" else 2.0 * math.pi / lens.pupil.sides
         return cls(lens, wavelength_nm, paths, which.astype(np.int64), turns)
 
     def __call__(self, rho: F64, angle: F64, nodes: I64) -> C128:
-        """Return transfers (j, n) at ρ and directions (n,), each kind of direction computed once.
+        """Return transfers (j, n) at ρ and directions (n,), computed once for equivalent directions.
 
-        nodes : each way of overlaps at the shares ``SHARES`` of the border's ρ; between two the larger
+        nodes : per axis of an overlap, at the fractions ``SHARES`` of the border's ρ; between two the larger
         """
         pupil = self.lens.pupil
-        if 0.0 < self.turns < math.pi:  # a regular polygon is the same turned, and mirrored about its corners
+        if 0.0 < self.turns < math.pi:  # symmetry of a regular polygon: rotation, and reflection about its corners
             first = math.radians(pupil.rotate_deg) + (0.25 * math.pi if pupil.shape == "square" else 0.0)
             turned: F64 = np.remainder(angle - first, self.turns)
             angle = np.asarray(first + np.round(np.minimum(turned, self.turns - turned), DIGITS), np.float64)
         both, which = np.unique(np.round(rho, DIGITS) + 1j * angle, return_inverse=True)
         rho, angle = np.ascontiguousarray(both.real), np.ascontiguousarray(both.imag)
-        plain = not self.paths.any()  # then all wavelengths have one
+        plain = not self.paths.any()  # the transfer is the same at all wavelengths then
         per_nm = 1.0 / (self.wavelength_nm[:1] if plain else self.wavelength_nm)
         out = np.empty((rho.size, per_nm.size), complex)
         normals = np.array([] if pupil.shape == "circular" else [*pupil.normals()], float)
@@ -368,7 +368,7 @@ class _Overlaps:
         return counts
 
     def nodes_for(self, allowed: float) -> I64:
-        """Return how many nodes each way are enough: so many that half as many more change nothing."""
+        """Return how many nodes per axis suffice: 1.5 times as many change the result by at most ``allowed``."""
         rho, angle = (one.ravel() for one in np.meshgrid(SHARES, TRIED, indexing="ij"))
         rho = rho * self.border_at(angle)
         enough, nodes = np.zeros(SHARES.size, np.int64), FIRST_RULE
@@ -390,13 +390,13 @@ class _Overlaps:
 
 
 def _powers(degree: int) -> tuple[I64, I64]:
-    """Return the powers a and b of x and y, a + b no more than the degree."""
+    """Return the powers a and b of x and y with a + b up to the degree."""
     a, b = np.nonzero(np.add.outer(np.arange(degree + 1), np.arange(degree + 1)) <= degree)
     return a, b
 
 
 def _polynomials(lens: OfPupil, wavelength_nm: F64) -> tuple[F64, int]:
-    """Return coefficients (j, terms) of path differences in nm, and the degree at which they are all of them."""
+    """Return coefficients (j, terms) of path differences in nm as polynomials, and their degree."""
     for degree in DEGREES:
         count = 2 * degree + 5
         r, angle = np.sqrt((np.arange(count) + 0.5) / count), 2.0 * np.pi * np.arange(count) / count
@@ -411,7 +411,7 @@ def _polynomials(lens: OfPupil, wavelength_nm: F64) -> tuple[F64, int]:
 
 
 def _rule(nodes: int) -> tuple[F64, F64, F64, F64]:
-    """Return places −cos u across a strip with their weights, and a Gauss rule on 0 … 1 along it."""
+    """Return nodes −cos u across a strip with their weights, and a Gauss rule on 0 … 1 along it."""
     x, w = gauss_legendre(nodes)
     u = 0.5 * np.pi * (1.0 + x)
     return -np.cos(u), 0.5 * np.pi * np.sin(u) * w, 0.5 * (1.0 + x), 0.5 * w

@@ -29,7 +29,7 @@ class TabledEdges(NamedTuple):
 
 
 class Tables(NamedTuple):
-    """All tables, by pair of spectra and channel; ``field`` and ``response`` only by pairs that are not proportional."""
+    """All tables, by pair of spectra and channel; ``field`` and ``response`` by pairs that are not proportional."""
 
     far: F64  # (pairs, channels, 4)
     field: F64  # (pairs, channels, 2, n, n)
