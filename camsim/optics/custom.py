@@ -60,7 +60,7 @@ def check_extent(photosite: PhotositeShape) -> None:
 
 
 def settled(lens: Any, farthest_um: float) -> Any:
-    """Return a custom lens with its transmission in standard form; opening, illumination and transmission are validated.
+    """Return a custom lens, validated, with its transmission in standard form.
 
     farthest_um : largest distance of the frame from the axis
     """
@@ -131,8 +131,7 @@ def _of_camsim(kind: type) -> bool:
 
 
 def disc_of_frequencies(highest_per_um: float) -> tuple[F64, F64]:
-    """Return test frequencies, cycles/µm: zero, then one near zero and some over a disc, each followed by its opposite.
-    """
+    """Return test frequencies, cycles/µm: zero, one near zero and some over a disc, each followed by its opposite."""
     size = np.append(_NEAR, np.sqrt((np.arange(_PLACES) + 0.5) / _PLACES)) * highest_per_um
     angle = np.pi * (GOLDEN * np.arange(_PLACES + 1) % 1.0)
     half = np.stack([size * np.cos(angle), size * np.sin(angle)])

@@ -126,8 +126,8 @@ class OfPupil:
 
         precision : of the amplitude, relative to its largest possible value
 
-        The amplitude is a sum over quadrature nodes in the pupil, by a non-uniform FFT. The number of nodes is increased
-        until the sum has converged in the lattice's corners and its middle.
+        The amplitude is a sum over quadrature nodes in the pupil, by a non-uniform FFT. The number of nodes is
+        increased until the sum has converged in the lattice's corners and its middle.
         """
         from camsim.numerics.nonuniform import modes  # with finufft, which no lens needs before it is rendered
 

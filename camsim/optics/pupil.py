@@ -162,7 +162,8 @@ class Pupil:
         """
         cuts = sorted({*self._cuts(shift, angle_rad)})
         cos, sin = math.cos(angle_rad), math.sin(angle_rad)
-        # t = middle − half·cos(u), with weight half·sin(u). Gauss nodes are dense at the ends, near which roots may lie.
+        # t = middle − half·cos(u), with weight half·sin(u). Gauss nodes are dense at the ends, where small shifts have
+        # roots.
         x, w = gauss_legendre(nodes)
         u = 0.5 * np.pi * (1.0 + x)
         spaced, slope = -np.cos(u), 0.5 * np.pi * np.sin(u) * w

@@ -111,7 +111,7 @@ _large = functools.lru_cache(maxsize=4)(_bent)
 def _spline(power: F64, pupil: Pupil, step: float) -> _Lattice:
     """Return the spline coefficients of an autocorrelation from its transform, divided by that of the spline."""
     turn = 2.0 * np.pi * np.arange(len(power)) / len(power)
-    one = (66.0 + 52.0 * np.cos(turn) + 2.0 * np.cos(2.0 * turn)) / 120.0  # quintic B-spline at integers: 1, 26, 66, 26, 1 over 120
+    one = (66.0 + 52.0 * np.cos(turn) + 2.0 * np.cos(2.0 * turn)) / 120.0  # quintic B-spline: 66, 26, 1 over 120
     scale = step * step / (pupil.area * power.size)
     # The pupil function is paired with its conjugate a shift further on: the transform with the other sign.
     return _Lattice(scipy.fft.fft2((power * scale / one / one[:, None]).astype(np.float32)), step)
