@@ -83,7 +83,7 @@ class MeasuredPsf:
         return 0.5 * (len(self.irradiance[0]) - 1), 0.5 * (len(self.irradiance) - 1)
 
     def blur_um(self, wavelength_nm: float) -> float:
-        """The pattern's own length, µm: the inverse of the highest frequency along an axis."""
+        """Scale of the PSF, µm: the inverse of the highest frequency along an axis."""
         return self.spacing_um / ENDS
 
     def cutoff_per_um(self, wavelength_nm: float) -> float:
@@ -191,7 +191,7 @@ class MeasuredOtf:
         return array
 
     def blur_um(self, wavelength_nm: float) -> float:
-        """The pattern's own length, µm: the inverse of the highest frequency along an axis."""
+        """Scale of the PSF, µm: the inverse of the highest frequency along an axis."""
         return self._pattern.blur_um(wavelength_nm)
 
     def cutoff_per_um(self, wavelength_nm: float) -> float:

@@ -117,7 +117,7 @@ class Plan(Protocol):
         ...
 
     def bands(self, channel: Channels, progress: Progress) -> Iterator[F64]:
-        """Yield the image, each photosite in its own channel, from the top down in bands of rows."""
+        """Yield the image in bands of rows from the top; ``channel`` gives the channel of each photosite."""
         ...
 
     def images(self, channels: U8, progress: Progress) -> Iterator[Iterator[F64]]:

@@ -41,7 +41,7 @@ from camsim.spectra.curve import check_wavelengths
 AnyMethod: TypeAlias = Literal[
     "auto", "boundary", "fourier", "area", "uniform-pixel", "uniform", "importance", "strips"
 ]
-LOOSEST = 1.0  # tighter limits are the engines', with messages of their own
+LOOSEST = 1.0  # engines have tighter limits, with separate messages
 _WAVELENGTHS = Positive | Annotated[tuple[Positive, ...], MinLen(1)]
 
 
@@ -58,7 +58,7 @@ def render(
     strict: bool = False,
     prune: bool = True,
 ) -> Rendering:
-    """Render a scene at one wavelength or at several, each on its own.
+    """Render a scene at one wavelength, or separately at each of several.
 
     wavelength_nm : nm, a number or a sequence of n
     tolerance     : largest absolute error of any photosite, 1.0 being a reflectance of 1 everywhere
@@ -140,7 +140,7 @@ def render_channels(
     take: Take | None = None,
     progress: Report | None = None,
 ) -> Rendering:
-    """Render every photosite in its own channel, all wavelengths fused.
+    """Render every photosite in the channel assigned to it, integrated over the wavelengths.
 
     response      : (channels, n) signal of a perfect diffuser, quadrature weight included (electrons, or 1)
     wavelength_nm : (n,)
@@ -253,7 +253,7 @@ def _check(system: OpticalSystem, grid: Grid, wavelength_nm: F64, tolerance: flo
             raise InvalidValueError(f"{float(w)!r} is not a wavelength; give nm above 0", key="wavelength_nm")
     one = [(stage, getattr(stage, "place", "optics")) for stage in system.stages]
     for stage, key in one:
-        check_transfer(stage, key, wavelength_nm[:1])  # before its cut-off is asked
+        check_transfer(stage, key, wavelength_nm[:1])  # before its cut-off is computed
     check_lengths(system, wavelength_nm)
     highest_per_um = float(np.max(system.highest_per_um(wavelength_nm)))
     for stage, key in one:

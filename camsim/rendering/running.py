@@ -78,7 +78,7 @@ def carry_out(
     take: Take | None = None,
     progress: Report | None = None,
 ) -> Rendering:
-    """Render every photosite in its own channel; arguments as in ``render_channels``."""
+    """Render every photosite in the channel assigned to it; arguments as in ``render_channels``."""
     check(take, Take | None, "take")
     check(progress, Report | None, "progress")
     begin = time.perf_counter()

@@ -104,7 +104,7 @@ def _series(amplitude: C128, left: float) -> C128:
     beyond = np.append(np.cumsum(one[::-1])[::-1], 0.0)
     kept = max(1, int(np.argmax(beyond <= left * sizes.max())))
     after, before = amplitude[:, :, most : most + kept], amplitude[:, :, most::-1][:, :, :kept]
-    series = np.stack([after + before, 1j * (after - before)], axis=2)  # (tones · j, 2, 2, kept, powers)
+    series = np.stack([after + before, 1j * (after - before)], axis=2)  # (oscillations · j, 2, 2, harmonics, powers)
     series[:, :, 0, 0] *= 0.5
     return np.moveaxis(series, (4, 3), (1, 2)).reshape(len(series), amplitude.shape[3], 4 * kept)
 

@@ -108,7 +108,7 @@ def render_tiles(
 def render_edges(
     origin_x: float, origin_y: float, channel: U8, edges: TabledEdges, cells: Cells, tables: Tables, n: Numbers
 ) -> F64:
-    """Render every photosite in its own channel.
+    """Render every photosite in the channel assigned to it.
 
     origin   : x, y of the first photosite's centre, pitches
     channel  : (rows, cols) index of each photosite's channel

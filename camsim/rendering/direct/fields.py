@@ -288,7 +288,7 @@ class Fields:
                 inside = along[np.all((along >= low - 0.5) & (along <= low + np.array([grid.cols, grid.rows])), axis=1)]
                 item.insert(0, inside[(np.arange(min(count, len(inside))) * GOLDEN % 1.0 * len(inside)).astype(int)])
             found.append(np.concatenate(item))
-        # Hidden points are included: an image that shows one is wrong.
+        # Hidden points are included: an image in which one is visible is wrong.
         points = [one for one in self.scene.shapes if isinstance(one, PointSource)]
         points.sort(key=lambda point: -(point.photosites or 0.0))
         found.append(np.array([point.centre_um for point in points[:count]]).reshape(-1, 2) / self.pitch_um)

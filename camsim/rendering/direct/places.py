@@ -30,8 +30,8 @@ def hardest_photosites(outlines: Outlines, more: F64, grid: Grid, marks: Marks, 
 
     more : (n, 2) places of pictures, gradients and points, the most difficult first
 
-    The places take turns: a corner; beside the end of a part, from just beyond the near radius to past the cutoff
-    radius of the end; beside the middle of a part, within the table of the edge response, at its end or beyond;
+    The places take turns: a corner; next to the end of a part, from just beyond the near radius to past the cutoff
+    radius of the end; next to the middle of a part, within the table of the edge response, at its end or beyond;
     a corner of a tile just far enough from a corner of the scene to be interpolated, or a corner of the frame; the
     centre of a round part, where its ringing adds up, or where one leaves the frame and an engine's sides grow; one of
     ``more``; and quasi-random places.

@@ -82,7 +82,7 @@ class FieldJob:
         if points:
             exposed = layer_of(points, grid.pitch_um, colours)
             layers.append(exposed)
-            # A photosite facing a diffuser receives all light from beyond R, one beside a point 1/2πR² of it. With this
+            # A photosite facing a diffuser receives all light from beyond R, one near a point 1/2πR² of it. With this
             # allowance the error was a hundredth of the allowed one; 0.13 for point photosites and λN of 0.1 pitches.
             brighter = max(1.0, exposed.strength / POINT_ROOM)
             tolerance = _beside_points(tolerance, brighter)

@@ -110,7 +110,7 @@ class FrequencyImage:
         return far, before
 
     def _between(self, coarse: F64, every: int, part: tuple[slice, slice]) -> F64:
-        """Return a coarse level interpolated at a finer grid, ``every`` times as dense as its own points."""
+        """Return a coarse level interpolated at a finer grid, ``every`` times as dense."""
         taps, beyond = self.taps(every), len(self.taps(1)[0])
         for axis, one in ((1, part[0]), (2, part[1])):
             first, phase = np.divmod(np.arange(one.start, one.stop), every)

@@ -20,7 +20,7 @@ from camsim.rendering.edges import Edges
 from camsim.rendering.fast_length import fast_length
 from camsim.rendering.grid import Grid
 
-PLACES = 4  # centres of curvature that are examined, besides the frame's centre
+PLACES = 4  # centres of curvature that are examined, in addition to the frame's centre
 A_WAVE, MOST_BINS = 8, 1 << 16  # bins of distance per period of the highest frequency, and the largest number of bins
 MOST_PAIRS = 20_000  # pairs of edges whose centre of curvature is computed
 MOST_WAVES = 16  # wavelengths whose ringing is summed
