@@ -56,8 +56,8 @@ class _Cached(CompileResultCacheImpl):
     def reduce(self, cres: Any) -> Any:
         """Return the data to cache: machine code, and of Numba's bitcode only the names of the entry points.
 
-        Numba also caches its bitcode, for kernels that inline this one; ours inline it from its source. Reading it would
-        take longer than the rest of a kernel.
+        Numba also caches its bitcode, for kernels that inline this one; ours inline it from its source. Reading it
+        would take longer than the rest of a kernel.
         """
         (name, kind, (machine_code, _)), *rest = super().reduce(cres)  # type: ignore[no-untyped-call]
         called = cres.fndesc.llvm_func_name, cres.fndesc.llvm_cpython_wrapper_name

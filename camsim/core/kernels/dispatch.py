@@ -117,8 +117,8 @@ class _Kernel(CPUDispatcher):
     def get_call_template(self, args: Any, kws: Any) -> tuple[Any, ...]:
         """Return the types of a call by another kernel.
 
-        Literal integers are widened to their type: a count that begins at 1 is Literal[int](1) at first and int64 in the
-        end, and the function called with it would be compiled twice. True and False have a version each.
+        Literal integers are widened to their type: a count that begins at 1 is Literal[int](1) at first and int64 in
+        the end, and the function called with it would be compiled twice. True and False have a version each.
         """
         _, args = self._compiler.fold_argument_types(args, kws)
         args = _numbers_by_type(args)

@@ -1,9 +1,9 @@
 """Work distributed among threads: kernels that release the GIL, each called for a block of the work.
 
-Numba's parallel loops are compiled twice, and its work queue, the only thread layer that is always available, may not be
-entered by two threads. Python's threads are started once, since starting them for each call took as long as rendering a
-small window. The caller works on blocks as well, and does not wait for a helper that has not begun: so nested calls, or
-calls from many threads, never wait for one another.
+Numba's parallel loops are compiled twice, and its work queue, the only thread layer that is always available, may not
+be entered by two threads. Python's threads are started once, since starting them for each call took as long as
+rendering a small window. The caller works on blocks as well, and does not wait for a helper that has not begun: so
+nested calls, or calls from many threads, never wait for one another.
 """
 
 from __future__ import annotations
