@@ -58,7 +58,7 @@ def two_widths(wide: str, narrow: str, caption: str) -> str:
 def displayed(value: float) -> str:
     """Return a number as people read it: three digits, powers of ten where they help.
 
-    >>> shown(0.01234), shown(1.235e-07), shown(446), shown(0.0), shown(2.0)
+    >>> displayed(0.01234), displayed(1.235e-07), displayed(446), displayed(0.0), displayed(2.0)
     ('0.0123', '1.23e-7', '446', '0', '2')
     """
     if value == 0.0:

@@ -39,7 +39,7 @@ def stages_from_record(tree: Any, folder: Path | None = None) -> Any:
     Only camsim's own public stages are ever made from a tree, and each judges its parameters. Raises InputError when it
     names another one, a parameter that does not exist, or a value that cannot be.
 
-    >>> revive({"kind": "SquarePhotosite", "side_um": 3.66})
+    >>> stages_from_record({"kind": "SquarePhotosite", "side_um": 3.66})
     SquarePhotosite(side_um=3.66)
     """
     try:

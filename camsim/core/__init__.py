@@ -1,1 +1,1 @@
-"""The ground: errors, arrays, declared types, caches, threads and compiled kernels."""
+"""The lowest layer: errors, arrays, declared types, caches, threads and compiled kernels."""

@@ -1,4 +1,4 @@
-"""What an annotation may say of a parameter besides its type."""
+"""Marks for annotations of parameters, in addition to their types."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 @dataclass(frozen=True, slots=True)
 class Called:
-    """What messages call a type where its own name would say too little, and a way out that they may offer."""
+    """Name of a type in messages, instead of the default, and an optional hint."""
 
     words: str
     way_out: str = ""
@@ -17,20 +17,20 @@ class Called:
 
 @dataclass(frozen=True, slots=True)
 class Hinted:
-    """The way out that messages offer of a value that does not fit; empty where there is none to offer."""
+    """Function that returns a hint about a value that does not fit, or an empty text."""
 
     way_out: Callable[[Any], str]
 
 
 @dataclass(frozen=True, slots=True)
 class Before:
-    """What a value is turned into before it is judged."""
+    """Conversion of a value before its validation."""
 
     turned: Callable[[Any], Any]
 
 
 @dataclass(frozen=True, slots=True)
 class After:
-    """What becomes of a value that fits; raises InvalidValueError where more is wrong than its type says."""
+    """Conversion of a value after its validation; raises InvalidValueError if a further condition fails."""
 
     settled: Callable[[Any], Any]

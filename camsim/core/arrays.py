@@ -19,7 +19,7 @@ Scalar = TypeVar("Scalar", bound=np.generic)
 
 
 def read_only(*arrays: npt.NDArray[Any] | None) -> None:
-    """Let nobody write into arrays that others read as well.
+    """Make shared arrays read-only.
 
     >>> light = np.ones(3)
     >>> read_only(light)
@@ -33,9 +33,9 @@ def read_only(*arrays: npt.NDArray[Any] | None) -> None:
 
 
 def same_rows(array: F64) -> tuple[I64, I64]:
-    """Return the first row of each kind, and the kind of every row (n, m): rows are the same by all their bits.
+    """Return the index of the first of each distinct row, and the kind of every row (n, m); compared bit by bit.
 
-    np.unique makes a type of m fields of a row, which takes longer than all else where m are a light's wavelengths.
+    np.unique would be slow for many columns, since it treats a row as a structure of m fields.
 
     >>> first, kind = same_rows(np.array([[1.0, 2.0], [3.0, 4.0], [1.0, 2.0]]))
     >>> bool(kind[0] == kind[2] != kind[1]), sorted(first.tolist())
@@ -48,7 +48,7 @@ def same_rows(array: F64) -> tuple[I64, I64]:
 
 
 def kinds_of(values: npt.NDArray[Scalar]) -> tuple[npt.NDArray[Scalar], I64]:
-    """Return values (n,) in order, each once, and which of them each one is: of few np.unique takes twice as long.
+    """Return the sorted distinct values, and the index of each value among them; faster than np.unique for few.
 
     >>> kinds_of(np.array([3.0, 1.0, 3.0]))
     (array([1., 3.]), array([1, 0, 1]))
@@ -59,7 +59,7 @@ def kinds_of(values: npt.NDArray[Scalar]) -> tuple[npt.NDArray[Scalar], I64]:
 
 
 def _kinds(values: npt.NDArray[Any], order: I64) -> tuple[npt.NDArray[np.bool_], I64]:
-    """Return where in sorted order another value begins, and which of them each value is."""
+    """Return a mask of where a new value begins in sorted order, and the index of each value's kind."""
     rising, new, kind = values[order], np.ones(len(order), np.bool_), np.empty(len(order), np.int64)
     new[1:] = rising[1:] != rising[:-1]
     kind[order] = new.cumsum() - 1

@@ -1,8 +1,8 @@
-"""Properties that are worked out once, also where several threads ask.
+"""Cached properties that are computed once, even with several threads.
 
-``functools.cached_property`` has one lock for all instances on Python 3.11: two captures on two threads wait for each
-other wherever both work out the same property. From 3.12 on it has none, and what two threads ask of one instance is
-worked out twice. Here only those wait that ask for the same property of the same instance.
+``functools.cached_property`` has one lock for all instances on Python 3.11, so that two threads wait for each other
+whenever both compute the same property. From 3.12 on it has none, and two threads may compute a property of one
+instance twice. Here, threads wait only for the same property of the same instance.
 """
 
 from __future__ import annotations
@@ -17,16 +17,16 @@ _MAKING = " is being made"
 
 
 class Caching:
-    """What keeps such properties, and may be pickled or copied while another thread works one out."""
+    """Base of classes with such properties that can be pickled or copied while another thread computes one."""
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return what it holds, without the locks of what is being made."""
-        held = self.__dict__.copy()  # one step
+        """Return the state without the locks of properties that are being computed."""
+        held = self.__dict__.copy()  # atomic
         return {name: value for name, value in held.items() if not name.endswith(_MAKING)}
 
 
 class cached_property(functools.cached_property[Cached]):
-    """A method that is called once, when its value is first asked for.
+    """A method that is called once, on the first access.
 
     >>> class Circle:
     ...     @cached_property
@@ -46,13 +46,13 @@ class cached_property(functools.cached_property[Cached]):
     def __get__(self, instance: object, owner: type[Any] | None = None) -> Cached: ...
 
     def __get__(self, instance: object, owner: type[Any] | None = None) -> Any:
-        """Return the value, which from now on lies in the instance's own dictionary and is found there."""
+        """Return the value and store it in the instance's dictionary, where later accesses find it."""
         if instance is None:
             return self
         kept, name = instance.__dict__, self.attrname
         assert name is not None
         making = f"{name}{_MAKING}"
-        with kept.setdefault(making, threading.RLock()):  # one step: of two threads' locks one is taken by both
+        with kept.setdefault(making, threading.RLock()):  # atomic: both threads get the same lock
             try:
                 if name not in kept:
                     kept[name] = self.func(instance)

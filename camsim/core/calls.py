@@ -1,4 +1,4 @@
-"""Calls that Python itself would refuse with a TypeError, refused in the words that files are refused in."""
+"""Readable messages for calls with wrong parameters, which Python would refuse with a plain TypeError."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _LONGEST_DISPLAYED = 40
 
 
 def in_words(call: Callable[P, R]) -> Callable[P, R]:
-    """Make a function say in a sentence which of its parameters is misspelt, missing, or to be given by its name.
+    """Make a function's errors name the parameter that is misspelt, missing, or must be given by name.
 
     >>> @in_words
     ... def expose(*, time_s, iso=100): ...
@@ -37,7 +37,7 @@ def in_words(call: Callable[P, R]) -> Callable[P, R]:
 
 
 def constructors_in_words(kind: type) -> None:
-    """Do so for a class: its constructors, and its methods that take something by its name."""
+    """Do the same for a class: for its constructors, and its methods with keyword-only parameters."""
     for name, made in list(vars(kind).items()):
         call = made.__func__ if isinstance(made, classmethod) else made
         if not inspect.isfunction(call) or hasattr(call, "__wrapped__"):
@@ -57,10 +57,10 @@ def constructors_in_words(kind: type) -> None:
 
 
 def _kinds(kind: type | None) -> Mapping[str, Kind]:
-    """Return what each parameter of a class takes, of a class whose fields are judged."""
+    """Return the kind of each parameter of a class whose fields are validated."""
     try:
         return {} if kind is None else {name: kind_of(declared) for name, declared in hints(kind).items()}
-    except NameError:  # it declares what only type checkers import, and is not judged
+    except NameError:  # its annotations are imported for type checkers only: not validated
         return {}
 
 
@@ -69,7 +69,7 @@ def _takes_names(call: Callable[..., Any]) -> bool:
 
 
 Split = Callable[[Sequence[Any]], tuple[str, Sequence[Any]]]
-"""What is called, of the positional arguments, and those of them that parameters take."""
+"""Function of the positional arguments that returns the name of the callable, and those that are parameters."""
 
 
 def _of_class(name: str) -> Split:
@@ -134,9 +134,9 @@ def _refusal(
 def _paired(
     given: Sequence[Any], parameters: Sequence[inspect.Parameter], kinds: Mapping[str, Kind]
 ) -> dict[str, Any] | None:
-    """Return the values by the parameters that they were meant for, of which there is no other; None if any may be.
+    """Return the values by the parameters for which they were meant; None if that is ambiguous.
 
-    What is required comes first, as people write it; what is not, where one alone can be meant.
+    Required parameters are assigned first, in order; an optional one only if no other one fits.
     """
     left, paired = list(parameters), {}
     for value in given:
@@ -151,6 +151,6 @@ def _paired(
 
 
 def _written(value: Any) -> str:
-    """Return a value as it may stand in a call; … for what is long."""
+    """Return a value as source text for a call; … for a long one."""
     plain = isinstance(value, int | float | str | list | tuple | dict)
     return text if plain and len(text := repr(value)) <= _LONGEST_DISPLAYED else "…"

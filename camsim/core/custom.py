@@ -1,4 +1,4 @@
-"""Stages of one's own: which they are, and what a camera asks of each before files can describe it."""
+"""Custom stages: their detection, and validation that files can describe them."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ _HELD = "finite numbers, truth values, texts, None, and tuples, tables by name o
 
 
 def is_custom(stage: object) -> bool:
-    """Whether a stage is of the user's own and not one of camsim's."""
+    """Return whether a stage is user-defined rather than one of camsim's."""
     return stage is not None and type(stage).__module__.partition(".")[0] != "camsim"
 
 
 def custom_stages(stages: Iterable[object]) -> tuple[str, ...]:
-    """Return the names of the stages of one's own among these."""
+    """Return the class names of the custom stages among these."""
     return tuple(dict.fromkeys(type(stage).__name__ for stage in stages if is_custom(stage)))
 
 
 def refused(key: str, message: str) -> InvalidValueError:
-    """Return the error of a camera about a stage of one's own; ``key``: the camera's."""
+    """Return the error of a camera about a custom stage; ``key``: parameter of the camera."""
     return InvalidValueError(message, key=key, stage="Camera")
 
 
 def check_described(stage: Any, key: str) -> None:
-    """Refuse a stage that may change after files have described it, or whose fields a record cannot hold."""
+    """Refuse a stage that is mutable, or whose fields a record cannot represent."""
     name = type(stage).__name__
     if not dataclasses.is_dataclass(stage):
         raise refused(key, f"{name} is no dataclass; files describe a camera by the fields of its stages")
@@ -46,14 +46,14 @@ def check_described(stage: Any, key: str) -> None:
 
 
 def _fields(stage: Any, name: str) -> Iterator[tuple[str, Any]]:
-    """Yield the fields of a dataclass that are given or told; what it has made of them for itself is its own affair."""
+    """Yield the fields of a dataclass that are parameters or in its repr; derived fields are ignored."""
     for field in dataclasses.fields(stage):
         if field.init or field.repr:
             yield f"{name}.{field.name}", getattr(stage, field.name, None)
 
 
 def _unheld(value: Any, place: str) -> Iterator[tuple[str, Any]]:
-    """Yield the parts of a value that would not be the same in a record, each with its place."""
+    """Yield the parts of a value that a record cannot represent exactly, each with its place."""
     if value is None or isinstance(value, bool | np.bool_ | str):
         return
     if isinstance(value, int | np.integer):
@@ -69,7 +69,7 @@ def _unheld(value: Any, place: str) -> Iterator[tuple[str, Any]]:
         for name, item in value.items():
             yield from _unheld(item, f"{place}[{name!r}]") if isinstance(name, str) else iter([(place, value)])
     elif dataclasses.is_dataclass(value) and not isinstance(value, type):
-        # Those of camsim have judged their own.
+        # camsim's classes have validated their fields.
         for where, part in _fields(value, place) if is_custom(value) else ():
             yield from _unheld(part, where)
     else:

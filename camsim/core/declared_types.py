@@ -1,4 +1,4 @@
-"""What a declared type takes, and what it makes of it: compiled once a type from its annotation."""
+"""Validation and conversion for declared types, compiled once per type from its annotation."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ _LONGEST_TEXT = 100_000
 
 @functools.cache
 def kind_of(declared: Any) -> Kind:
-    """Return what a type takes: numbers, bool, str, None, Literal, unions, tuples, sequences and mappings of these.
+    """Return the kind of a type: numbers, bool, str, None, Literal, unions, tuples, sequences and mappings of these.
 
-    Of any other class or protocol the value must be one.
+    For any other class or protocol, the value must be an instance.
     """
     origin, members = get_origin(declared), get_args(declared)
     if origin is Annotated:
@@ -55,7 +55,7 @@ def _simple(declared: Any, origin: Any, members: tuple[Any, ...]) -> Kind:
     if declared is types.NoneType:
         return _checked("None", lambda value: value is None)
     if getattr(declared, "_is_protocol", False):
-        # What a protocol asks for is what it and those that it extends declare.
+        # A protocol requires the members that it and its base protocols declare.
         asked = {name for base in declared.__mro__ if getattr(base, "_is_protocol", False) for name in vars(base)}
         names = [name for name in asked if not name.startswith("_")]
         return _checked(
@@ -108,7 +108,7 @@ def _one_of(declared: Any) -> Kind:
 
 
 def _way_out(members: Sequence[Kind], value: Any) -> str:
-    """Return what the first of several types that has something to say about a value says."""
+    """Return the first hint about a value from several types."""
     for member in members:
         try:
             member.take(value)
@@ -164,12 +164,12 @@ def _table(member: Kind) -> Kind:
 
 
 def _items(value: Any) -> Sequence[Any] | None:
-    """Return the items of a list, a tuple or an array; None of what is none of these (a text is one thing)."""
+    """Return the items of a list, a tuple or an array; None for anything else, texts included."""
     if isinstance(value, list | tuple):
         return value
     if hasattr(value, "__array__") and not isinstance(value, np.generic):
         masked = isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value)
-        # What is masked is no number, and refused as one.
+        # Masked values become not a number, and are refused.
         listed = (value.astype(float).filled(np.nan) if masked else array_of(value)).tolist()
         return listed if isinstance(listed, list) else None
     return value if isinstance(value, Sequence) and not isinstance(value, str | bytes) else None
@@ -187,7 +187,7 @@ def _each(values: Sequence[Any], members: Sequence[Kind]) -> list[Any]:
 
 
 def _annotated(bare: Any, marks: Sequence[Any]) -> Kind:
-    """Return a type with limits on its number or its length, another name, or something done before or after."""
+    """Return a kind with limits on its number or its length, another name, or a conversion before or after."""
     kind = number(bare, marks) if bare in (float, int) else kind_of(bare)
     for mark in marks:
         kind = _marked(kind, mark)

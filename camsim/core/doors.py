@@ -1,7 +1,7 @@
-"""The one way upward: methods that users look for on a class, and whose work is done on a higher floor.
+"""Deferred imports from higher layers, for convenience methods of classes.
 
-Imports go down only. ``Camera.from_yaml`` reads YAML and ``Frame.save`` writes files, which know cameras and frames;
-the classes reach them by name, when they are called. Where doors may lead is listed in
+Modules import only from lower layers. ``Camera.from_yaml`` reads YAML and ``Frame.save`` writes files, which depend on
+cameras and frames; the classes import them by name when they are called. The permitted targets are listed in
 ``tests/architecture/test_layers.py``.
 """
 
@@ -12,6 +12,6 @@ from typing import Any
 
 
 def above(place: str) -> Any:
-    """Return what a place of a higher floor holds, such as ``api.load``; its module is loaded at the first call."""
+    """Return an object of a higher layer by name, such as ``api.load``; its module is loaded at the first call."""
     module, _, name = place.rpartition(".")
     return getattr(importlib.import_module(f"camsim.{module}"), name)

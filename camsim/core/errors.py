@@ -1,9 +1,9 @@
-"""What can go wrong, and whose mistake it was.
+"""Errors that users can correct.
 
-Every class here means *the user can mend this*: one clear sentence that names the place, the value, what is
-allowed and the way out. The command line prints the sentence and exits with 2. Anything else that is raised
-is a bug of ours (traceback, exit code 1) or the system's word (``OSError``). One exception: an accuracy that
-``strict`` asked for and that was not reached is no mistake of the user's, and exits with 1.
+The message of every class here is one clear sentence that names the place, the value, what is allowed and the
+remedy. The command line prints it and exits with 2. Any other exception is a bug of camsim (traceback, exit
+code 1) or comes from the system (``OSError``). One exception: an accuracy that ``strict`` requires and that is
+not reached is not a mistake of the user, and exits with 1.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from dataclasses import dataclass
 class CamsimError(Exception):
     """A mistake of the user; the message says how to correct it.
 
-    message : the value, what is allowed and the way out
-    key     : the parameter that it is about, as its stage calls it; empty where it is about no single one
-    stage   : whose parameter it is: a class, a file, a part of a description; empty where that goes without saying
+    message : the value, what is allowed and the remedy
+    key     : name of the parameter concerned; empty if it is not about a single one
+    stage   : owner of the parameter: a class, a file, a part of a description; empty if that is obvious
 
     >>> print(CamsimError("must be a whole number from 1 to 16, not 17", key="bit_depth", stage="Adc"))
     Adc.bit_depth: must be a whole number from 1 to 16, not 17
@@ -34,7 +34,7 @@ class CamsimError(Exception):
 
 
 class UnknownNameError(CamsimError):
-    """A name that is not in its list; the message offers the nearest ones.
+    """A name that is not in its list; the message suggests the nearest ones.
 
     >>> print(UnknownNameError("sensor", "d40like", ["d40-like", "mono-345"]))
     unknown sensor 'd40like'; did you mean 'd40-like'? (known: d40-like, mono-345)
@@ -49,12 +49,12 @@ class UnknownNameError(CamsimError):
 
     @property
     def near(self) -> tuple[str, ...]:
-        """The known names that are meant, perhaps, the likeliest first."""
+        """The known names that may be meant, the likeliest first."""
         return nearest(self.name, self.known)
 
 
 class InvalidValueError(CamsimError):
-    """A number or shape outside what physics or the method allows."""
+    """A number or shape outside the range that physics or the method allows."""
 
 
 class WrongCallError(InvalidValueError, TypeError):
@@ -62,19 +62,19 @@ class WrongCallError(InvalidValueError, TypeError):
 
 
 class UnsupportedError(CamsimError):
-    """Each part is right, but this combination cannot be computed; the message names one that can."""
+    """A combination of valid parts that cannot be computed; the message names one that can."""
 
 
 class AccuracyError(CamsimError):
-    """A rendering is less accurate than ``strict`` asked for; the message says where, and the exit code is 1."""
+    """A rendering is less accurate than ``strict`` requires; the message says where, and the exit code is 1."""
 
 
 class OutputError(CamsimError):
-    """A result cannot be written where or as the user asked."""
+    """A result cannot be written at the place or in the format requested."""
 
 
 class InputError(CamsimError):
-    """A file cannot be read: it is none of ours, cut short or damaged."""
+    """A file cannot be read: it is not one of camsim's, truncated or damaged."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,7 +101,7 @@ class ConfigError(CamsimError):
 
 
 def in_brief(error: BaseException | str, most: int = 120) -> str:
-    """Return the beginning of another program's message as one line of letters that a terminal can show.
+    """Return the beginning of another program's message as one line of printable characters.
 
     >>> in_brief("damaged\\n\\x1b[31m at byte 3")
     'damaged [31m at byte 3'
@@ -112,9 +112,9 @@ def in_brief(error: BaseException | str, most: int = 120) -> str:
 
 
 def did_you_mean(name: str, known: Iterable[str], displayed: int = 12) -> str:
-    """Return the tail of a message about an unknown name: the likely one, and the list when it is short.
+    """Return the tail of a message about an unknown name: the likely one, and the list if it is short.
 
-    Names may be a stranger's, as members of an archive are: of any length and with any letters.
+    Names may come from elsewhere, such as an archive, with any length and any characters.
 
     >>> did_you_mean("mosaic.npy", ["record.json", "q\\n\\tr"])
     ' (known: record.json, q r)'
@@ -129,7 +129,7 @@ def did_you_mean(name: str, known: Iterable[str], displayed: int = 12) -> str:
     return text.replace("; (", " (")
 
 
-# Other people's words for names that camsim has fixed.
+# Common alternatives for camsim's names.
 _OTHER_NAMES = {
     "auto": "automatic",
     "boundary": "edges exact analytic",
@@ -169,7 +169,7 @@ _LEAST_BEGINNING = 2
 
 
 def nearest(name: str, known: Iterable[str]) -> tuple[str, ...]:
-    """Return up to three names that are meant, perhaps, the likeliest first: by other words, beginnings or letters.
+    """Return up to three names that may be meant, the likeliest first: by synonyms, beginnings or spelling.
 
     >>> nearest("d40", ["d40-like", "mono-345"]), nearest("px", ["pixel", "um"]), nearest("Gray", ["neutral 5"])
     (('d40-like',), ('pixel',), ('neutral 5',))
@@ -184,7 +184,7 @@ def nearest(name: str, known: Iterable[str]) -> tuple[str, ...]:
 
 
 def _unlikeness(name: str, known: str) -> tuple[float, float]:
-    """Order names by their letters and, among equals that differ in a number only, by how near the number is.
+    """Return a sort key by similarity of spelling and, among equals, by the difference of a number in the name.
 
     >>> min(["d75", "d65", "d60", "d55"], key=lambda known: _unlikeness("d56", known))
     'd55'

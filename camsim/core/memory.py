@@ -1,4 +1,4 @@
-"""Whether a frame fits in memory, said before the work begins."""
+"""Estimates of memory, to refuse a frame that does not fit before the work begins."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ _BYTES_PER_TRUTH = 16
 _BYTES_PER_PREVIEW = 70
 
 
-# Measured on frames of 6 to 150 million photosites, rounded up: a band is all but the same whatever the frame.
+# Measured on frames of 6 to 150 million photosites, rounded up: a band hardly depends on the frame.
 _BYTES_PER_PASSING_PHOTOSITE = 0.2
 _BYTES_PER_BAND = 200_000_000
 
-_THERE_BYTES = 16e6  # wherever the program itself is: to ask what is free takes a small window's twentieth
+_THERE_BYTES = 16e6  # assumed to be available: a query takes a twentieth of a small window's time
 
 
 def needed_bytes(rows: int, cols: int, channels: int, products: Collection[str], *, held: bool = True) -> int:
-    """Return about how much memory a capture takes, beyond what the program itself does.
+    """Return the approximate memory of a capture in addition to the program's, bytes.
 
-    held : False when its codes go to the file as they are finished
+    held : False if its codes are written to the file as they are finished
     """
     if not held:
         return _BYTES_PER_BAND + int(rows * cols * _BYTES_PER_PASSING_PHOTOSITE)
@@ -36,7 +36,7 @@ def needed_bytes(rows: int, cols: int, channels: int, products: Collection[str],
 
 
 def too_large(rows: int, cols: int, needed: float) -> str:
-    """Return why photosites do not fit in memory, to stand before a way out; empty where they fit.
+    """Return why photosites do not fit in memory, as the beginning of a message; empty if they fit.
 
     >>> too_large(4, 4, 1e6)
     ''
@@ -47,12 +47,12 @@ def too_large(rows: int, cols: int, needed: float) -> str:
 
 
 def available_bytes() -> int:
-    """Return how much memory this process can still get, by the strictest limit that is known."""
+    """Return the memory available to this process, bytes, by the strictest known limit."""
     return min(_limits(), default=sys.maxsize)
 
 
 def readable(size_bytes: float) -> str:
-    """Return a size in the largest unit that leaves a whole part.
+    """Return a size in the largest unit in which it is at least 1.
 
     >>> readable(3.21e9), readable(880_000), readable(6.4e15)
     ('3.2 GB', '880 kB', '6400 TB')
@@ -67,7 +67,7 @@ _UNITS = ("bytes", "kB", "MB", "GB", "TB")
 
 def _limits() -> Iterator[int]:
     yield int(psutil.virtual_memory().available)
-    # A container may have less than its machine, which psutil does not look at.
+    # A container may have a lower limit than its machine, which psutil ignores.
     for limit, used in (
         ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory.current"),
         ("/sys/fs/cgroup/memory/memory.limit_in_bytes", "/sys/fs/cgroup/memory/memory.usage_in_bytes"),

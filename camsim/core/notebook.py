@@ -1,4 +1,4 @@
-"""What notebooks show of objects: small tables and drawings, as HTML."""
+"""HTML representations of objects in notebooks: small tables and drawings."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _WIDE, _HIGH = 360, 120
 
 
 def table(rows: Iterable[tuple[str, str]], title: str = "") -> str:
-    """Return a table of names and what they are.
+    """Return a table of names and descriptions.
 
     >>> table([("camera", "<mine>")])  # doctest: +ELLIPSIS
     '<table><tr><th ...>camera</th><td ...>&lt;mine&gt;</td></tr></table>'
@@ -28,14 +28,14 @@ def table(rows: Iterable[tuple[str, str]], title: str = "") -> str:
 
 
 def image(png: bytes | None) -> str:
-    """Return a picture; nothing for None."""
+    """Return a picture as HTML; an empty text for None."""
     if png is None:
         return ""
     return f'<img alt="preview" src="data:image/png;base64,{base64.b64encode(png).decode("ascii")}"/>'
 
 
 def line(x: npt.ArrayLike, y: npt.ArrayLike) -> str:
-    """Return a curve from 0 up, its highest point at the top, as a drawing."""
+    """Return a plot of a curve as SVG, from 0 to its maximum."""
     across, up = np.asarray(x, float), np.asarray(y, float)
     across = _WIDE * (across - across.min()) / np.ptp(across)
     down = _HIGH * (1.0 - up / (up.max() or 1.0))

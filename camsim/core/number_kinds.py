@@ -1,4 +1,4 @@
-"""What a kind of values is, and the kinds of numbers."""
+"""Kinds of values for validation, and the kinds of numbers."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from camsim.core.errors import InvalidValueError
 from camsim.core.words import displayed, in_range, number_hint, percent_hint
 
 LARGEST = 1e15
-"""No light, length, time or count is more; products of such numbers are far from overflow."""
+"""Upper limit of any light, length, time or count; products of such numbers are far from overflow."""
 
 SMALLEST = 1e-30
-"""Nor less, where it is above 0: products of such numbers are far from underflow."""
+"""Lower limit of positive numbers; products of such numbers are far from underflow."""
 
 _LARGEST_WHOLE = 2**64
 
 
 def array_of(given: Any, key: str = "", stage: str = "") -> npt.NDArray[Any]:
-    """Return what someone gives as an array: numbers, lists, arrays, tensors, images.
+    """Return numbers, lists, arrays, tensors or images as an array.
 
-    Raises InvalidValueError, with the line that helps, for a tensor that NumPy cannot read where it is.
+    Raises InvalidValueError, with a hint, for a tensor that NumPy cannot read directly.
     """
     try:
         if not hasattr(given, "__array__") and callable(getattr(given, "numpy", None)):
@@ -41,7 +41,7 @@ def array_of(given: Any, key: str = "", stage: str = "") -> npt.NDArray[Any]:
 
 
 class Misfit(InvalidValueError):
-    """A value that is not what its type takes; ``item``: which one of a list."""
+    """A value that does not fit its type; ``item``: index in a list."""
 
     def __init__(self, words: str, value: Any, *, item: str = "", hint: str = "") -> None:
         if isinstance(value, type) and not hint:
@@ -52,12 +52,12 @@ class Misfit(InvalidValueError):
 
 @dataclass(frozen=True, slots=True)
 class Kind:
-    """A type.
+    """A type for validation.
 
-    words    : how messages call it
-    has_form : whether a value looks like one, whatever its size
-    take     : what is kept of a value; raises Misfit
-    as_is    : whether that is known at once to be the value itself: most are, and long tables are judged in no time
+    words    : its name in messages
+    has_form : whether a value has the right form, whatever its size
+    take     : returns the standard form of a value; raises Misfit
+    as_is    : fast test whether a value is in standard form already, for long tables
     """
 
     words: str
@@ -67,7 +67,7 @@ class Kind:
 
 
 def number(bare: type, limits: Sequence[Any]) -> Kind:
-    """Return a number within closed limits; above 0 is from the smallest on that anything has."""
+    """Return the kind of a number within limits; "above 0" means from SMALLEST on."""
     most: float = LARGEST if bare is float else _LARGEST_WHOLE
     low: Any = next((limit.ge for limit in limits if isinstance(limit, Ge)), -most)
     above: Any = next((limit.gt for limit in limits if isinstance(limit, Gt)), None)
@@ -99,7 +99,7 @@ def number(bare: type, limits: Sequence[Any]) -> Kind:
 
 
 def _closed(limits: Sequence[Any], most: float) -> tuple[Any, ...]:
-    """Return limits with those that hold for every number, on the sides that have none of their own."""
+    """Return limits, with the general ones on sides without a limit."""
     one = [limit for limit in limits if not (isinstance(limit, Gt) and limit.gt == 0)]
     low = () if any(isinstance(limit, Ge | Gt) for limit in one) else (Ge(SMALLEST if one != list(limits) else -most),)
     high = () if any(isinstance(limit, Le) for limit in limits) else (Le(most),)
@@ -107,7 +107,7 @@ def _closed(limits: Sequence[Any], most: float) -> tuple[Any, ...]:
 
 
 def complex_number() -> Kind:
-    """Return a number of the complex plane: one of Python's or numpy's, or a pair (real part, imaginary part)."""
+    """Return the kind of a complex number: one of Python's or numpy's, or a pair (real part, imaginary part)."""
     words = "a finite number, real or complex"
 
     def plain(value: Any) -> complex | None:
@@ -142,5 +142,5 @@ def _as_int(value: Any) -> int | None:
 
 
 def _alone(value: Any) -> Any:
-    """Return the number of an array without dimensions."""
+    """Return the number in a zero-dimensional array, and any other value unchanged."""
     return value[()] if isinstance(value, np.ndarray) and value.ndim == 0 else value

@@ -1,4 +1,4 @@
-"""Arrays that repeat a small one, of which large frames need not hold all."""
+"""Tiled arrays: a small array repeated periodically, without storing the whole."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from camsim.core.arrays import F64, U8
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Tiled:
-    """A small array (p, q) repeated over (rows, cols), of which only what is asked for is ever made.
+    """A small array (p, q) repeated over (rows, cols), of which only the parts requested are created.
 
-    >>> index = Repeated(np.array([[0, 1], [1, 2]], np.uint8), (3, 5))
+    >>> index = Tiled(np.array([[0, 1], [1, 2]], np.uint8), (3, 5))
     >>> index[1:]
     array([[1, 2, 1, 2, 1],
            [0, 1, 0, 1, 0]], dtype=uint8)
@@ -38,7 +38,7 @@ class Tiled:
         count = len(self.period)
         some = self.period[row[:count, None], col]
         found = np.empty((row.size, col.size), np.uint8)
-        for k, one in enumerate(some):  # a gather of every photosite's would take ten times as long
+        for k, one in enumerate(some):  # ten times as fast as a gather
             found[k::count] = one
         return found
 
@@ -50,10 +50,10 @@ Channels: TypeAlias = U8 | Tiled
 def multiply(rows: F64, channel: Channels, first: int, values: F64, out: F64) -> None:
     """Write rows of a frame from its row ``first`` on, each photosite multiplied by the value of its channel.
 
-    out : as large, or the rows themselves
+    out : of the same shape, or the rows themselves
 
     >>> rows = np.ones((2, 3))
-    >>> multiply(rows, Repeated(np.array([[0, 1], [1, 2]], np.uint8), (9, 3)), 1, np.array([2.0, 3.0, 4.0]), rows)
+    >>> multiply(rows, Tiled(np.array([[0, 1], [1, 2]], np.uint8), (9, 3)), 1, np.array([2.0, 3.0, 4.0]), rows)
     >>> rows
     array([[3., 4., 3.],
            [2., 3., 2.]])
@@ -66,5 +66,5 @@ def multiply(rows: F64, channel: Channels, first: int, values: F64, out: F64) ->
         np.multiply(rows, values[channel[first : first + len(rows)]], out=out)
         return
     period = len(channel.period)
-    for row in range(min(period, len(rows))):  # a gather of every photosite's would take eight times as long
+    for row in range(min(period, len(rows))):  # eight times as fast as a gather
         np.multiply(rows[row::period], values[channel[first + row : first + row + 1]], out=out[row::period])

@@ -1,8 +1,13 @@
-"""Parameters judged by the types that they declare: what does not fit is refused, what fits is kept in one form.
+"""Validation of parameters against their declared types, and conversion to a standard form.
 
 A constructor calls ``validate(self)`` first. Numbers of numpy become Python's, lists and arrays tuples; a number is
+<<<<<<< HEAD
 within the limits of its type, finite, and never a truth value or a text. Files are validated by the same limits and in
 the same words (``camsim.config``).
+=======
+within the limits of its type, finite, and never a truth value or a text. Files are validated with the same limits and
+messages (``camsim.config``).
+>>>>>>> words-a
 """
 
 from __future__ import annotations
@@ -28,7 +33,7 @@ from camsim.core.words import displayed, either
 Number: TypeAlias = float | np.floating[Any] | np.integer[Any]
 Whole: TypeAlias = int | np.integer[Any]
 Truth: TypeAlias = bool | np.bool_
-"""What constructors take where Python's float, int and bool are kept."""
+"""Types that constructors accept and convert to Python's float, int and bool."""
 
 Positive: TypeAlias = Annotated[float, Gt(0)]
 NonNegative: TypeAlias = Annotated[float, Ge(0)]
@@ -36,9 +41,9 @@ Fraction: TypeAlias = Annotated[float, Ge(0), Le(1)]
 Celsius: TypeAlias = Annotated[float, Ge(-273.15), Le(1000)]
 # In air no lens is faster than f/0.5, where rays come from the whole half-space; pinholes are slower than f/100.
 FNumber: TypeAlias = Annotated[float, Ge(0.5), Le(10_000)]
-# Below a few tenths of a wavelength nothing is told apart; a detector of a centimetre is one, and no array.
+# Below a few tenths of a wavelength nothing is resolved; a detector of a centimetre is a single one, not an array.
 Pitch: TypeAlias = Annotated[float, Ge(0.1), Le(10_000)]
-# The fastest gates are open for fractions of a nanosecond; 30 years is what files can say.
+# The fastest gates are open for fractions of a nanosecond; files can express up to 30 years.
 SHORTEST_S, LONGEST_S = 1e-9, 1e9
 Seconds: TypeAlias = Annotated[float, Ge(SHORTEST_S), Le(LONGEST_S)]
 Count: TypeAlias = Annotated[int, Ge(1)]
@@ -50,7 +55,7 @@ FrameNumber: TypeAlias = Annotated[int, Ge(0), Le(LARGEST_FRAME_NUMBER)]
 
 
 def text_of_path(given: Any) -> Any:
-    """Return a path as text; anything else as it is."""
+    """Return a path as text, and any other value unchanged."""
     return os.fspath(given) if isinstance(given, os.PathLike) else given
 
 
@@ -65,7 +70,7 @@ if TYPE_CHECKING:
 else:
 
     class Several:
-        """A list, a tuple or an array, as a parameter; a tuple is kept."""
+        """A list, a tuple or an array as a parameter, stored as a tuple."""
 
         def __class_getitem__(cls, item: Any) -> Any:
             return tuple[item, ...]
@@ -73,7 +78,7 @@ else:
     Point = tuple[float, float]
 
 Place: TypeAlias = Sequence[Number] | npt.NDArray[Any]
-"""What constructors take for a point."""
+"""Types that constructors accept for a point."""
 
 Corners: TypeAlias = Annotated[
     Several[Point], Called("a list of corners (x, y)", "of a shapely polygon give its exterior.coords")
@@ -81,7 +86,7 @@ Corners: TypeAlias = Annotated[
 
 
 def validate(stage: Any) -> None:
-    """Judge the parameters of a frozen dataclass, and keep what becomes of them.
+    """Validate the parameters of a frozen dataclass, and store them in standard form.
 
     >>> from camsim.optics import Airy
     >>> Airy(f_number="8")
@@ -107,7 +112,7 @@ def refusal(stage: object, key: str, message: str) -> InvalidValueError:
 
 
 def check(value: Any, kind: Any, key: str, stage: str = "") -> Any:
-    """Return a value as a type keeps it; raises InvalidValueError that names the key and the stage."""
+    """Return a value in the standard form of a type; raises InvalidValueError that names the key and the stage."""
     try:
         return kind_of(kind).take(value)
     except InvalidValueError as error:
@@ -115,7 +120,7 @@ def check(value: Any, kind: Any, key: str, stage: str = "") -> Any:
 
 
 def check_truths(**given: Any) -> None:
-    """Raise InvalidValueError for the first that is neither true nor false: of a text such as "no" there is no telling.
+    """Raise InvalidValueError for the first value that is neither true nor false, such as the text "no".
 
     >>> check_truths(force=True, compress="no")
     Traceback (most recent call last):
@@ -127,7 +132,7 @@ def check_truths(**given: Any) -> None:
 
 
 def known_name(kind: str, name: Any, known: Collection[str], key: str = "") -> str:
-    """Return a name of a short list; raises UnknownNameError for another, InvalidValueError for what is no text.
+    """Return a name if it is in a list; raises UnknownNameError if not, InvalidValueError if it is not a text.
 
     >>> known_name("method", None, ["boundary", "fourier"])
     Traceback (most recent call last):
@@ -146,7 +151,7 @@ def known_name(kind: str, name: Any, known: Collection[str], key: str = "") -> s
 def spelled_out(keywords: type) -> Callable[[F], F]:
     """Make help and completion list the keywords of a method that takes ``**changes: Unpack[keywords]``.
 
-    keywords : a TypedDict, of which none is required
+    keywords : a TypedDict without required keys
     """
 
     def spelled(method: F) -> F:
@@ -163,7 +168,7 @@ def spelled_out(keywords: type) -> Callable[[F], F]:
 
 
 class _Cached:
-    """The default that help shows of a keyword whose absence changes nothing."""
+    """The default that help displays for a keyword whose absence changes nothing."""
 
     def __repr__(self) -> str:
         return "kept"

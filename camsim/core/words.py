@@ -1,4 +1,4 @@
-"""What messages say of values and of what is allowed: the same words for files and for constructors."""
+"""Wording of messages about values and allowed ranges, shared by files and constructors."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def either(words: Sequence[str]) -> str:
 
 
 def both(words: Sequence[str]) -> str:
-    """Join what goes together.
+    """Join items with commas and "and".
 
     >>> both(["Ripple", "Telegraph", "Haze"])
     'Ripple, Telegraph and Haze'
@@ -34,7 +34,7 @@ def both(words: Sequence[str]) -> str:
 
 
 def in_range(limits: Iterable[Any]) -> str:
-    """Return the limits of a number, to stand behind it.
+    """Return the limits of a number as a text to append.
 
     >>> in_range((Gt(0),)), in_range((Ge(0), Le(1))), in_range(())
     (' above 0', ' from 0 to 1', '')
@@ -53,7 +53,7 @@ def in_range(limits: Iterable[Any]) -> str:
 
 
 def percent_hint(value: Any) -> str:
-    """Return the way out where a number of per cent was given in place of a fraction.
+    """Return a hint for a percentage given in place of a fraction.
 
     >>> percent_hint(90)
     '; a fraction: 90 % is 0.9'
@@ -63,15 +63,15 @@ def percent_hint(value: Any) -> str:
 
 
 LIGHT_NM = (100.0, 20_000.0)
-"""What is light at all, nm: anything else is another unit."""
+"""Range of wavelengths of light, nm: values outside it suggest another unit."""
 
 _UNITS_NM = {"µm": 1e3, "m": 1e9, "Å": 0.1}
 
 
 def wavelength_hint(value: Any, low_nm: float = LIGHT_NM[0], high_nm: float = LIGHT_NM[1]) -> str:
-    """Return the way out where a wavelength in nm was wanted and one in another unit was given.
+    """Return a hint for a wavelength given in another unit than nm.
 
-    low_nm, high_nm : from where to where it could be
+    low_nm, high_nm : range of plausible wavelengths
 
     >>> wavelength_hint(0.55), wavelength_hint(5.5e-7), wavelength_hint(-1)
     ('; are µm meant? 0.55 µm are 550 nm', '; are m meant? 5.5e-07 m are 550 nm', '')
@@ -86,7 +86,7 @@ def wavelength_hint(value: Any, low_nm: float = LIGHT_NM[0], high_nm: float = LI
 
 
 DECIMAL_POINT = "; a decimal number has a point, such as 1.5"
-"""The way out where a list is twice as long as it should be."""
+"""Hint for a list that is twice as long as it should be."""
 
 _THOUSANDS = re.compile(r"([-+]?[1-9]\d{0,2})(([,' _]\d{3})+)(\.\d*)?|([-+]?[1-9]\d{0,2})((\.\d{3})+)(,\d+)")
 _DECIMAL_COMMA = re.compile(r"([-+]?\d*),(\d+)")
@@ -97,7 +97,7 @@ _WITH_UNIT = re.compile(r"([-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?)\s*[a-zµμ°²/]+",
 
 
 def percent(fraction: float) -> str:
-    """Return a share as people write it.
+    """Return a fraction as a rounded percentage.
 
     >>> percent(1.0), percent(0.9972), percent(0.0394), percent(1e-7), percent(0.0)
     ('100 %', '99.7 %', '3.9 %', 'under 0.01 %', '0 %')
@@ -109,7 +109,7 @@ def percent(fraction: float) -> str:
 
 
 def percent_range(low: float, high: float) -> str:
-    """Return what shares lie between; one where they read the same.
+    """Return a range of fractions as percentages; a single one if both read the same.
 
     >>> percent_range(0.00388, 0.00391), percent_range(0.0039, 0.12)
     ('0.39 %', '0.39 to 12 %')
@@ -118,7 +118,7 @@ def percent_range(low: float, high: float) -> str:
     return most if least == most else f"{least.removesuffix(' %')} to {most}"
 
 
-# Words of other programs, of cameras and of data sheets for our keys.
+# Terms of other programs, of cameras and of data sheets for camsim's keys.
 _OTHER_WORDS = {
     "base_iso": "iso native_iso",
     "background": "bg backdrop",
@@ -172,9 +172,9 @@ _OTHER_WORDS = {
 
 
 def meant(key: str, allowed: Sequence[str], *, alike: float = 0.6) -> str | None:
-    """Return the allowed key that was probably meant, None when nothing is near.
+    """Return the allowed key that was probably meant; None if nothing is similar.
 
-    alike : how much of their letters two words must share, of 1
+    alike : smallest similarity of two words, 0 … 1
 
     >>> meant("read_noise_dn", ["bit_depth", "read_noise_e"]), meant("angle", ["width", "rotate_deg"])
     ('read_noise_e', 'rotate_deg')
@@ -193,7 +193,7 @@ def meant(key: str, allowed: Sequence[str], *, alike: float = 0.6) -> str | None
 
 
 def word_hint(text: str, known: Sequence[str]) -> str:
-    """Return which of the words that may stand here is meant; nothing where most of them might be.
+    """Return a hint with the allowed words that were probably meant; empty if most of them might be.
 
     >>> word_hint("px", ["pixel", "um", "mm"]), word_hint("GGRB", ["RGGB", "BGGR", "GRBG", "GBRG"])
     ("; did you mean 'pixel'?", '')
@@ -203,7 +203,7 @@ def word_hint(text: str, known: Sequence[str]) -> str:
 
 
 def number_hint(text: str) -> str:
-    """Return the way out where a text was given in place of a number.
+    """Return a hint for a text given in place of a number.
 
     >>> number_hint("2,8"), number_hint("5,000"), number_hint("1,000,000")
     ('; write 2.8, with a point', '; write 5000, or 5.000 with a point', '; write 1000000')
@@ -236,9 +236,9 @@ def number_hint(text: str) -> str:
 
 
 def displayed(value: Any) -> str:
-    """Return a value in a few letters of one line.
+    """Return a value as a short text of one line, for messages.
 
-    >>> shown(-1.0), shown("eight"), shown([1, 2]), shown(None)
+    >>> displayed(-1.0), displayed("eight"), displayed([1, 2]), displayed(None)
     ('-1.0', "'eight'", 'a list of 2', 'None')
     """
     if isinstance(value, np.generic):
@@ -267,7 +267,7 @@ def called(kind: type) -> str:
 
 
 def kebab(kind: type) -> str:
-    """Return the name of a class as files call it.
+    """Return the name of a class as in files, in kebab case.
 
     >>> class RegularPolygon: ...
     >>> kebab(RegularPolygon)
@@ -277,14 +277,14 @@ def kebab(kind: type) -> str:
 
 
 def brief(value: object) -> str:
-    """Return a stage as people write it, on a line: what is as usual left out, of long lists the ends.
+    """Return the expression of a stage on one line, without default values, and with long lists abbreviated.
 
     >>> from camsim.spectra.curve import Curve
     >>> Curve(range(400, 701, 10), [0.5] * 31)
     Curve(wavelength_nm=(400.0, 410.0, …, 700.0: 31), values=(0.5, 0.5, …, 0.5: 31))
     """
     if (stated := getattr(value, "stated_briefly", None)) is not None:
-        return str(stated)  # a stage that is all tables
+        return str(stated)  # a stage with large tables
     if not dataclasses.is_dataclass(value):
         return _in_short(value) if isinstance(value, int | float | str) else f"{type(value).__name__}(…)"
     parts = ((field, getattr(value, field.name)) for field in dataclasses.fields(value) if field.repr)
@@ -293,7 +293,7 @@ def brief(value: object) -> str:
 
 
 def duration(seconds: float) -> str:
-    """Return a time as people say it.
+    """Return a duration as a readable text.
 
     >>> [duration(s) for s in (0.0123, 59.6, 1370.0, 7384.0)]
     ['0.0123 s', '59.6 s', '22 min 50 s', '2 h 3 min']

@@ -1,1 +1,1 @@
-"""Quadrature, transforms and algebra: no camera in it."""
+"""Quadrature, transforms and algebra, independent of cameras."""

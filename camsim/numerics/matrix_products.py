@@ -1,7 +1,7 @@
-"""Products of matrices in pieces that BLAS does on the thread that asks.
+"""Matrix products in pieces small enough for BLAS to compute on the calling thread.
 
-For a larger one it wakes threads of its own, which spin for milliseconds afterwards on cores that kernels want, and add
-up in another order on another number of cores.
+For a larger product BLAS wakes its threads, which spin for milliseconds afterwards on cores that kernels need, and the
+order of summation depends on the number of cores.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 from camsim.core.arrays import F64
 
 _MOST = 2**18  # multiplications: OpenBLAS's own limit; with a vector 9216
-_DEEP, _CUBE = 256, 64  # numbers along which products are added up: of more so many at once, else pieces are thin
+_DEEP, _CUBE = 256, 64  # largest inner dimension of a piece; beyond it, the smaller one, to avoid thin pieces
 
 
 def product(left: F64, right: F64) -> F64:

@@ -1,7 +1,7 @@
-"""Sums of plane waves over points that lie anywhere, by finufft.
+"""Non-uniform Fourier transforms, by finufft.
 
-On several threads finufft spreads points onto its grid in the order in which the threads come, and the same capture
-would give other last bits from run to run. One thread takes a fifth longer where points are many, less where few.
+With several threads finufft spreads points onto its grid in an order that varies from run to run, and so do the last
+bits of a capture. One thread takes a fifth longer for many points, less for few.
 """
 
 from __future__ import annotations
@@ -13,16 +13,16 @@ import numpy as np
 from camsim.core.arrays import C128, F64
 from camsim.numerics.matrix_products import product
 
-# By how much a grid is larger than what is transformed, from a precision on: left to itself, finufft doubles it.
-# Along closed curves, 20² … 800² modes, errors are at most 3 and 5 times as large as that (1.6 at 1e-13: 50 times).
-# In single precision a place is off by 3e-8 of the period: of a thousand pitches 3e-5 of one.
+# Upsampling factors by precision; finufft's default is 2. Along closed curves, 20² … 800² modes, errors are at most 3
+# and 5 times the precision (50 times with a factor of 1.6 at 1e-13).
+# In single precision a position is wrong by 3e-8 of the period: 3e-5 pitches for a thousand pitches.
 SINGLE = 1.5e-5
-FEW = 64  # points, whose plane waves are added up one by one
+FEW = 64  # points up to which the sum is computed directly
 COARSE, FINER = 1e-9, ((1e-9, 1.25), (1e-12, 1.5), (0.0, 2.0))
 
 
 def finer(precision: float) -> float:
-    """Return by how much a grid is larger, each way, than what is transformed: if by less, points take more cells."""
+    """Return the upsampling factor of the grid for a precision: a smaller one makes points spread over more cells."""
     return next(larger for finest, larger in FINER if precision >= finest)
 
 
@@ -52,7 +52,7 @@ def modes(
     if precision >= SINGLE:
         phases = phases[0].astype(np.float32), phases[1].astype(np.float32)
         strengths = strengths.astype(np.complex64)
-    # Where points are many, they had better take few cells each.
+    # For many points, a larger grid is better, since each point spreads over fewer cells.
     larger = finer(precision) if precision >= COARSE or strengths.size < shape[0] * shape[1] else 2.0
     total: C128 = finufft.nufft2d1(
         *phases, strengths, n_modes=shape, eps=precision, isign=sign, upsampfac=larger, nthreads=1
@@ -76,7 +76,7 @@ def modes_of_lines(phases: F64, strengths: C128, count: int, *, precision: float
 def at_points(phases: tuple[F64, F64], coefficients: C128, *, precision: float, sign: Literal[-1, 1]) -> C128:
     """Return Σ_ji coefficients[j, i]·exp(±i(j·phases[0] + i·phases[1])) at the points (m,).
 
-    Each point is a sum of its own, in one order whatever the threads.
+    Each point has a separate sum, whose order does not depend on the threads.
     """
     import finufft
 
@@ -85,6 +85,6 @@ def at_points(phases: tuple[F64, F64], coefficients: C128, *, precision: float, 
 
 
 def _less_turns(phases: F64) -> F64:
-    """Return phases less whole turns, −π to π: finufft takes them no farther."""
+    """Return phases reduced to −π … π, the range that finufft accepts."""
     turned: F64 = (phases + np.pi) % (2.0 * np.pi) - np.pi
     return turned

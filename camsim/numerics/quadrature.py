@@ -1,4 +1,4 @@
-"""Quadrature rules, kept: one takes longer to make than to use."""
+"""Quadrature rules, cached, since a rule takes longer to compute than to use."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import numpy as np
 
 from camsim.core.arrays import F64, I64
 
-GOLDEN = 0.6180339887498949  # multiples of it, less their whole part, lie about evenly on 0 … 1 and in no pattern
-MANY = 256  # nodes of a rule: each step to the next degree is no longer what NumPy takes to begin it
-# What a look-up through n values leaves of a wave, over its (2πδf)ⁿ: half-way between two of them, Π(k − ½)²/n!.
+GOLDEN = 0.6180339887498949  # the fractional parts of its multiples are evenly distributed on 0 … 1
+MANY = 256  # nodes of a rule from which on NumPy's overhead no longer dominates the recurrence
+# Error of interpolation through n values for a wave, over (2πδf)ⁿ: half-way between two of them, Π(k − ½)²/n!.
 EIGHT_POINTS, SIX_POINTS = (0.5 * 1.5 * 2.5 * 3.5) ** 2 / math.factorial(8), (0.5 * 1.5 * 2.5) ** 2 / math.factorial(6)
 
 
@@ -19,8 +19,8 @@ EIGHT_POINTS, SIX_POINTS = (0.5 * 1.5 * 2.5 * 3.5) ** 2 / math.factorial(8), (0.
 def gauss_legendre(order: int) -> tuple[F64, F64]:
     """Return nodes on −1 … 1 and weights of the Gauss–Legendre rule, both (order,), read-only.
 
-    Zeros of P_n by Newton's steps, of which the fifth changes nothing more; weights 2/((1 − x²)·P_n′²). Half of them
-    are computed, the others are their mirror images. (SciPy's rules take as long to import as half a capture.)
+    Zeros of P_n by five steps of Newton's method, which suffice; weights 2/((1 − x²)·P_n′²). Half of them are computed,
+    the others follow by symmetry. (The import of SciPy's rules takes as long as half a capture.)
 
     >>> [values.round(9).tolist() for values in gauss_legendre(3)]
     [[-0.774596669, 0.0, 0.774596669], [0.555555556, 0.888888889, 0.555555556]]
@@ -42,12 +42,12 @@ def gauss_legendre(order: int) -> tuple[F64, F64]:
 
 @functools.cache
 def even_rule(order: int) -> tuple[F64, F64]:
-    """Return nodes on −1 … 1 and weights of a rule for waves, both (order,), read-only: two thirds of Gauss's nodes.
+    """Return nodes on −1 … 1 and weights of a rule for waves, both (order,), read-only; two thirds of Gauss's nodes do.
 
-    A Gauss rule's nodes lie π/2 times as far apart in the middle as if they were even, and a wave is followed there
-    last. Mapped by x = arcsin(α·s)/arcsin α they are nearly even; how nearly leaves the integrand's own ellipse as wide
-    as rounding asks for, whatever their number. (Hale and Trefethen, "New quadrature formulas from conformal maps",
-    SIAM J. Numer. Anal. 46, 2008.)
+    The nodes of a Gauss rule are π/2 times as far apart in the middle as evenly spaced ones, which limits the waves
+    that it resolves. The map x = arcsin(α·s)/arcsin α makes them nearly even; α is chosen so that the ellipse of
+    analyticity suffices for rounding accuracy at any order. (Hale and Trefethen, "New quadrature formulas from
+    conformal maps", SIAM J. Numer. Anal. 46, 2008.)
 
     >>> x, w = even_rule(125)  # a wave of 300 radians to either side; Gauss's rule takes 182 nodes
     >>> bool(abs(np.cos(300.0 * x) @ w - 2.0 * np.sin(300.0) / 300.0) < 1e-12)
@@ -62,7 +62,7 @@ def even_rule(order: int) -> tuple[F64, F64]:
 
 
 def _evenness(order: int) -> F64:
-    """Return α."""
+    """Return the parameter α of the map for a rule of this order."""
     alpha: F64 = 1.0 / np.cosh(14.0 * np.float64(order) ** -0.8)
     return alpha
 
@@ -70,7 +70,7 @@ def _evenness(order: int) -> F64:
 def _legendre(order: int, x: F64) -> tuple[F64, F64]:
     """Return P_n and P_n′ within −1 … 1 by Bonnet's recurrence."""
     if order >= MANY:
-        # Nothing that is done by rules of few nodes waits for a compiler.
+        # A deferred import: rules of few nodes need no compiler.
         from camsim.core.kernels import shared
         from camsim.core.kernels.legendre import AT_ONCE, legendre
 
@@ -95,7 +95,7 @@ def gauss_error(order: int, phase: float) -> float:
 
 
 def gauss_order(phase: float, allowed: float, *, least: int = 3, most: int | None = None) -> int:
-    """Return the order of a Gauss rule that integrates cos(phase·x) over −1 … 1 to ``allowed``; ``most`` at the most.
+    """Return the order, up to ``most``, of a Gauss rule that integrates cos(phase·x) over −1 … 1 to ``allowed``.
 
     >>> gauss_order(math.pi, 1e-6), gauss_order(math.pi, 1e-6, most=4)
     (7, 4)
@@ -108,17 +108,17 @@ def gauss_order(phase: float, allowed: float, *, least: int = 3, most: int | Non
 
 @functools.cache
 def gauss_phases(allowed: float, most: int) -> F64:
-    """Return (most,) phases for which cos(phase·x) over −1 … 1 is integrated to ``allowed`` by 1, 2 … nodes."""
+    """Return phases (most,) for which 1, 2 … nodes integrate cos(phase·x) over −1 … 1 to ``allowed``."""
     orders = np.arange(1, most + 1)
     phases: F64 = np.exp([0.5 * (math.log(allowed) - gauss_error(n, 1.0)) / n for n in orders.tolist()])
     return phases
 
 
 def gauss_pieces(phase: F64, allowed: float, most: int) -> tuple[I64, I64]:
-    """Return into how many pieces to cut lines, and how many nodes (up to ``most``) each piece takes.
+    """Return the number of pieces into which to divide lines, and the nodes (up to ``most``) of each piece.
 
-    phase   : half of what each line spans, radians
-    allowed : error of a piece, relative to it
+    phase   : half of the phase along each line, radians
+    allowed : relative error of a piece
 
     >>> gauss_pieces(np.array([0.01, 3.0, 1000.0]), 1e-12, most=200)
     (array([1, 1, 4]), array([  3,   9, 182]))
@@ -131,9 +131,9 @@ def gauss_pieces(phase: F64, allowed: float, most: int) -> tuple[I64, I64]:
 
 @functools.cache
 def gauss_rules(counts: tuple[int, ...]) -> tuple[F64, F64, I64]:
-    """Return rules of so many nodes each: nodes and weights (rules, most), of which the first counts are used.
+    """Return Gauss rules with the numbers of nodes in ``counts``.
 
-    returns : and the counts as an array; all read-only
+    returns : nodes and weights (rules, most), zero-padded, and the counts as an array; all read-only
     """
     nodes, weights = np.zeros((len(counts), max(counts))), np.zeros((len(counts), max(counts)))
     for k, n in enumerate(counts):
@@ -145,15 +145,15 @@ def gauss_rules(counts: tuple[int, ...]) -> tuple[F64, F64, I64]:
 
 
 def chebyshev(order: int) -> F64:
-    """Chebyshev nodes of the first kind on −1 … 1."""
+    """Return the Chebyshev nodes of the first kind on −1 … 1, increasing."""
     nodes: F64 = np.cos(np.pi * (np.arange(order)[::-1] + 0.5) / order)
     return nodes
 
 
 def barycentric(nodes: F64, weights: np.ndarray, points: F64, *, same: float = 0.0) -> F64:
-    """Return (points, nodes): Lagrange's polynomials of the nodes at points, by the barycentric formula.
+    """Return the Lagrange polynomials (points, nodes) of the nodes at points, by the barycentric formula.
 
-    weights : of the nodes, up to a factor;  same: points no farther than this from a node are it
+    weights : of the nodes, up to a factor;  same: distance up to which a point coincides with a node
     """
     gap = points[:, None] - nodes[None, :]
     hit = np.abs(gap) <= same
@@ -165,7 +165,7 @@ def barycentric(nodes: F64, weights: np.ndarray, points: F64, *, same: float = 0
 
 
 def interpolation(nodes: F64, points: F64) -> F64:
-    """Return the matrix (points, nodes) of interpolation from Chebyshev nodes of the first kind."""
+    """Return the interpolation matrix (points, nodes) from Chebyshev nodes of the first kind."""
     k = np.arange(nodes.size)
     weights = (-1.0) ** k * np.sin(np.pi * (k + 0.5) / nodes.size)
     return barycentric(nodes, weights, points, same=1e-14)

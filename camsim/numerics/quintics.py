@@ -1,4 +1,4 @@
-"""Piecewise quintics through even samples."""
+"""Piecewise quintic interpolation of evenly spaced samples."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ import numpy as np
 from camsim.core.arrays import F64
 from camsim.core.kernels import kernel, shared
 
-SOON = 4096  # cells: one thread has done so many before another one has begun
+SOON = 4096  # cells below which starting a second thread does not pay
 # Rows: coefficients of t^0 … t^5 of the polynomial through values at −2 … 3.
 _QUINTIC = np.linalg.inv(np.vander(np.arange(-2.0, 4.0), 6, increasing=True))
 
 
 def quintic_cells(values: F64) -> F64:
-    """Return (..., cells, 6): coefficients of t⁰ … t⁵ on every cell, 0 ≤ t < 1, through six values about it.
+    """Return coefficients (..., cells, 6) of t⁰ … t⁵ on every cell, 0 ≤ t < 1, through the six values around it.
 
     values : (..., cells + 5) at cell positions −2, −1, 0, 1, … ; the error is 5e-3·(angle per cell)⁶
 

@@ -1,4 +1,4 @@
-"""Turns, exact at whole quarters."""
+"""Rotations, exact at multiples of a quarter turn."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ QUARTERS = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))
 
 
 def cosine_and_sine(degrees: float) -> tuple[float, float]:
-    """Return both, at whole quarters without the rounding of a cosine of π/2.
+    """Return cosine and sine of an angle, exact at multiples of 90 degrees.
 
     >>> cosine_and_sine(270.0)
     (0.0, -1.0)

@@ -1,4 +1,4 @@
-"""What stands between the scene and the silicon: lens, low-pass filter, photosite; each stage has an ``otf``."""
+"""Optical stages between the scene and the silicon: lens, low-pass filter, photosite; each has an ``otf``."""
 
 from camsim.optics.airy import Airy
 from camsim.optics.annular import AnnularAiry

@@ -1,4 +1,4 @@
-"""A lens without aberrations and with a circular aperture: the Airy pattern of every wavelength."""
+"""A diffraction-limited lens with a circular aperture: the Airy pattern of every wavelength."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from camsim.spectra.curve import NumberOrCurve, Transmission
 
 NM_PER_UM = 1e3
 # J0² + J1² = (smooth) + ½·Re G(x), x = πρ, with Hankel functions G = H0² + H1²; by the series of DLMF 10.17.5
-# (πx/2)·e^{−2ix}·G = Σ i^{k+1}·d_k/x^{k+1}, d_k as below: x ≥ 20 leaves 1e-11 of it.
+# (πx/2)·e^{−2ix}·G = Σ i^{k+1}·d_k/x^{k+1}, d_k as below: relative error 1e-11 for x ≥ 20.
 _SERIES = (1.0, -1 / 4, 9 / 32, -57 / 128, 1875 / 2048, -19035 / 8192, 460845 / 65536, -6486165 / 262144)
-SERIES_FROM = 5.0  # λN: x = 16, where the series leave 1e-8 of themselves
+SERIES_FROM = 5.0  # λN: x = 16, where the series has a relative error of 1e-8
 
 
 def airy_otf(freq_per_um: F64, *, f_number: float, wavelength_nm: float) -> F64:
@@ -77,7 +77,7 @@ class Airy:
         validate(self)
 
     def blur_um(self, wavelength_nm: float) -> float:
-        """The pattern's own length, µm: λN, wavelength × f-number, the inverse of the cut-off frequency."""
+        """Scale of the PSF, µm: λN, wavelength × f-number, the inverse of the cut-off frequency."""
         return self.f_number * wavelength_nm / NM_PER_UM
 
     def cutoff_per_um(self, wavelength_nm: float) -> float:
@@ -85,13 +85,13 @@ class Airy:
         return 1.0 / self.blur_um(wavelength_nm)
 
     def pattern(self) -> Pattern:
-        """What the boundary engine knows of it."""
+        """Return the pattern for the boundary engine."""
         return AIRY
 
     def reach_um(self, lost_fraction: float, wavelength_nm: float) -> float:
         """Return a radius beyond which at most ``lost_fraction`` of the light falls, µm.
 
-        Beyond r lies J0² + J1² ≤ (2/πx)(1 + 1/(2x)), x = πr/(λN): twice the tail's mean, for its ripple is as large.
+        The light beyond r is J0² + J1² ≤ (2/πx)(1 + 1/(2x)), x = πr/(λN).
         """
         return self.blur_um(wavelength_nm) * (4.0 / (math.pi**2 * lost_fraction) + 1.0)
 
@@ -106,7 +106,7 @@ class Airy:
         return irradiance
 
     def otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float) -> F64:
-        """Transfer function at (fx, fy) cycles/µm; real, because the pattern is symmetric."""
+        """Transfer function at (fx, fy) cycles/µm; real, because the PSF is symmetric."""
         return airy_otf(np.hypot(fx_per_um, fy_per_um), f_number=self.f_number, wavelength_nm=wavelength_nm)
 
     def encircled_energy(self, r_um: F64, wavelength_nm: float) -> F64:
@@ -115,7 +115,7 @@ class Airy:
 
 
 def airy_oscillation(scale: float, times: float) -> Tone:
-    """Return what oscillates in ``times`` (J0² + J1²)(π·scale·ρ)."""
+    """Return the oscillatory part of ``times``·(J0² + J1²)(π·scale·ρ)."""
     return scale, tuple(
         times * 1j ** (k + 2) * d / math.pi * (math.pi * scale) ** (-2 - k) for k, d in enumerate(_SERIES)
     )

@@ -1,4 +1,4 @@
-"""A lens without aberrations whose round pupil is covered in the middle: mirror lenses, telescopes."""
+"""An aberration-free lens with a central obstruction, such as a mirror lens or a telescope."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class AnnularAiry:
         return 1.0 - self.obstruction**2
 
     def blur_um(self, wavelength_nm: float) -> float:
-        """The pattern's own length, µm: λN."""
+        """Scale of the PSF, µm: λN."""
         return self.f_number * wavelength_nm / NM_PER_UM
 
     def cutoff_per_um(self, wavelength_nm: float) -> float:
@@ -64,26 +64,26 @@ class AnnularAiry:
         return 1.0 / self.blur_um(wavelength_nm)
 
     def pattern(self) -> Pattern:
-        """What the boundary engine knows of it."""
+        """Return the pattern for the boundary engine."""
         return _pattern(self.obstruction) if self.obstruction > 0.0 else AIRY
 
     def reach_um(self, lost_fraction: float, wavelength_nm: float) -> float:
         """Return a radius beyond which at most ``lost_fraction`` of the light falls, µm.
 
-        The tail goes with the pupil's rim over its area, 1/(1 − obstruction) times that of an Airy pattern.
+        The tail is proportional to the pupil's perimeter over its area: 1/(1 − obstruction) times an Airy pattern's.
         """
         airy = 4.0 / (math.pi**2 * lost_fraction * (1.0 - self.obstruction))
         return self.blur_um(wavelength_nm) * (airy + 1.0 / (1.0 - self.obstruction))
 
     def otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float) -> F64:
-        """Transfer function at (fx, fy) cycles/µm (O'Neill, JOSA 46, 285, 1956): overlaps of circles, added up."""
+        """Transfer function at (fx, fy) cycles/µm (O'Neill, JOSA 46, 285, 1956): a sum of overlaps of circles."""
         frequency = np.hypot(fx_per_um, fy_per_um)
         e = self.obstruction
         large = airy_otf(frequency, f_number=self.f_number, wavelength_nm=wavelength_nm)
         if e == 0.0:
             return large
         small = airy_otf(frequency, f_number=self.f_number / e, wavelength_nm=wavelength_nm)
-        # Of unlike circles of radii 1 and e, 2u apart: their overlap, relative to the large one's area.
+        # Overlap of circles of radii 1 and e, 2u apart, relative to the large one's area.
         apart = 2.0 * np.minimum(frequency * self.blur_um(wavelength_nm), 1.0)
         safe = np.clip(apart, 1.0 - e, 1.0 + e)
         a = np.arccos(np.clip((safe * safe + 1.0 - e * e) / (2.0 * safe), -1.0, 1.0))
@@ -126,7 +126,7 @@ def _jinc(x: F64) -> F64:
 
 
 def _cross(x: F64, e: float) -> F64:
-    """Return ∫_x^∞ J1(t)·J1(et)/t dt: from a table of panels, by its asymptotic series where that is exact."""
+    """Return ∫_x^∞ J1(t)·J1(et)/t dt, from a table of panels, or by its asymptotic series where that is accurate."""
     edges, sums = _panels(e)
     near = x < edges[-1]
     out = np.empty_like(x)
@@ -139,7 +139,7 @@ def _cross(x: F64, e: float) -> F64:
 
 @functools.cache
 def _panels(e: float) -> tuple[F64, F64]:
-    """Return the panels' edges and the integral from each of them to infinity."""
+    """Return the panels' boundaries and the integral from each of them to infinity."""
     last = max(200.0, 60.0 / (1.0 - e), 60.0 / e)
     edges = PANEL * np.arange(math.ceil(last / PANEL) + 1.0)
     pieces = _gauss_integral(edges[:-1], edges[1:], e)
@@ -190,12 +190,12 @@ def _cross_series(e: float) -> list[tuple[float, C128]]:
 
 @functools.cache
 def _pattern(e: float) -> Pattern:
-    """Return the pattern of a pupil whose middle is covered to a fraction e of its diameter.
+    """Return the pattern of a pupil with a central obstruction of a fraction e of its diameter.
 
     (1 − e²)(1 − E) = A(ρ) + e²·A(eρ) − 4e·∫_x^∞ J1(t)·J1(et)/t dt with A = 1 − E of an Airy pattern: two Airy patterns,
-    whose powers and rings add up, and a cross term whose phases (1 ± e)t make rings of the frequencies (1 ± e)/2.
-    The small disc's powers hold from e·ρ on as the large one's do from ρ on: next comes e²·c7/(eρ)⁷. Nearer than its
-    series hold, its rings, which are so slow that photosites hear them, say how loud it is.
+    whose powers and oscillations add up, and a cross term with phases (1 ± e)t, which oscillates at frequencies
+    (1 ± e)/2. The series of the small disc is valid for eρ as that of the large one for ρ: its next term is
+    e²·c7/(eρ)⁷. Closer than that, the amplitude of its ringing, slow enough for photosites to pass it, is the bound.
     """
     energy, otf = of_unit(AnnularAiry(f_number=1.0, obstruction=e))
     share = 1.0 / (1.0 - e * e)

@@ -1,4 +1,4 @@
-"""Bessel functions J0 and J1. (SciPy's take a tenth of a second to import, and far out are 1e-11 of their size off.)"""
+"""Bessel functions J0 and J1 (SciPy's take a tenth of a second to import, with relative errors of 1e-11 far out)."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ import numpy as np
 from camsim.core.arrays import F64
 
 FAR = 30.0
-NODES = 18  # the mean over them takes in the 72nd order, 2·J₇₂(30) < 1e-17
-TERMS = 20  # of Hankel's series: the first one that is left out is below 1e-18 from 30 on
+NODES = 18  # the error of the mean over them is of 72nd order, 2·J₇₂(30) < 1e-17
+TERMS = 20  # of Hankel's series: the first one neglected is below 1e-18 from 30 on
 _ALONG = np.cos((np.arange(NODES) + 0.5) * (np.pi / (2 * NODES))).tolist()
 
 
 def bessel_j0_j1(x: F64) -> tuple[F64, F64]:
-    """Return J0 and J1 at ``x`` ≥ 0 (any shape), to some 1e-16 of 1, J1 near 0 of itself.
+    """Return J0 and J1 at ``x`` ≥ 0 (any shape), with an absolute error of some 1e-16, relative for J1 near 0.
 
-    Near, Bessel's integrals (DLMF 10.9.1, 10.9.2): the means of cos(x·cos θ) and of cos θ·sin(x·cos θ) over a quarter
-    turn, which midpoints have but for orders that are nothing yet. Far, Hankel's expansion (DLMF 10.17.3).
+    Up to FAR, Bessel's integrals (DLMF 10.9.1, 10.9.2): the means of cos(x·cos θ) and of cos θ·sin(x·cos θ) over a
+    quarter turn, by the midpoint rule, whose error is of negligible orders. Beyond, Hankel's expansion (DLMF 10.17.3).
 
     >>> [values.round(6).tolist() for values in bessel_j0_j1(np.array([0.0, 1.0, 100.0]))]
     [[1.0, 0.765198, 0.019986], [0.0, 0.440051, -0.077145]]
@@ -39,10 +39,10 @@ def _near(x: F64) -> tuple[F64, F64]:
 
 
 def _far(x: F64) -> tuple[F64, F64]:
-    """J_n = √(2/πx)·(P·cos ω − Q·sin ω), ω = x − nπ/2 − π/4: the turned cosines are sums of those of x."""
+    """J_n = √(2/πx)·(P·cos ω − Q·sin ω), ω = x − nπ/2 − π/4, with cos ω and sin ω from cos x and sin x."""
     cos, sin, size = np.cos(x), np.sin(x), 1.0 / np.sqrt(np.pi * x)
     square = 1.0 / (x * x)
-    # P and Q, even and odd terms of one series Σ a_k·(i/x)^k of each order, all four by Horner's rule at once.
+    # P and Q are the even and odd terms of a series Σ a_k·(i/x)^k of each order; all four by Horner's rule at once.
     p0, q0, p1, q1 = series = np.zeros((4, x.size)) + _SERIES[-1]
     for terms in _SERIES[-2::-1]:
         series *= square

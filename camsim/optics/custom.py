@@ -1,4 +1,4 @@
-"""What a camera asks of optical stages of one's own before it takes one in."""
+"""Validation of custom optical stages when a camera is constructed."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from camsim.optics.protocols import Illuminates, KnowsOpening, OpticalStage, Pho
 from camsim.spectra.curve import Transmission
 
 _WAVELENGTH_NM, _HIGHEST_PER_UM, _ROUNDING = 550.0, 0.4, 1e-9
-_PLACES, _COLOURS = 32, 32  # frequencies in half of the plane, and wavelengths, that are looked at
-_BESIDES = {"opening", "illumination"}  # which no other fact of a lens follows from
-_NAMED = 4  # of them in a message
-_NEAR, _FALLS = 1e-6, 0.01  # of the highest frequency, at which a transfer has not fallen by so much
+_PLACES, _COLOURS = 32, 32  # frequencies in a half plane, and wavelengths, that are tested
+_BESIDES = {"opening", "illumination"}  # capabilities that are independent of all others
+_NAMED = 4  # names in a message
+_NEAR, _FALLS = 1e-6, 0.01  # fraction of the highest frequency at which a transfer has fallen by less than this
 
 
 def check_custom(stage: OpticalStage, key: str) -> None:
-    """Refuse a stage of one's own that files could not describe, or whose transfer no stage can have.
+    """Refuse a custom stage that files cannot describe, or with an impossible transfer.
 
-    key : the camera's
+    key : parameter of the camera
     """
     if not is_custom(stage):
         return
@@ -40,7 +40,7 @@ def check_custom(stage: OpticalStage, key: str) -> None:
 
 
 def check_blur(stage: OpticalStage) -> None:
-    """Refuse as a blur besides the lens what does more, or has it asked for, than its transfer at one place says."""
+    """Refuse as an additional blur a stage that varies over the frame or has a transmission."""
     name = type(stage).__name__
     if isinstance(stage, Varies):
         raise refused("extra_optics", f"{name} changes over the frame, which only a lens can; give it as lens")
@@ -50,7 +50,7 @@ def check_blur(stage: OpticalStage) -> None:
 
 
 def check_extent(photosite: PhotositeShape) -> None:
-    """Refuse a photosite of one's own whose area or extent is no length, or less than nothing."""
+    """Refuse a custom photosite with an invalid area or extent."""
     name = type(photosite).__name__
     area_um2 = check(photosite.area_um2, NonNegative, "area_um2", name)
     half_um = check(photosite.half_extent_um, tuple[NonNegative, NonNegative], "half_extent_um", name)
@@ -60,9 +60,9 @@ def check_extent(photosite: PhotositeShape) -> None:
 
 
 def settled(lens: Any, farthest_um: float) -> Any:
-    """Return a lens of one's own as a camera keeps it: what it does to the light is judged as of camsim's lenses.
+    """Return a custom lens, validated, with its transmission in standard form.
 
-    farthest_um : from the axis, that the frame reaches
+    farthest_um : largest distance of the frame from the axis
     """
     name = type(lens).__name__
     if isinstance(lens, KnowsOpening):
@@ -95,9 +95,9 @@ def _check_illumination(lens: Illuminates, farthest_um: float) -> None:
 
 
 def check_transfer(stage: OpticalStage, key: str, wavelength_nm: F64, highest_per_um: float = _HIGHEST_PER_UM) -> None:
-    """Refuse a stage of one's own whose transfer no stage can have, at some of these wavelengths.
+    """Refuse a custom stage with an impossible transfer, tested at some of these wavelengths.
 
-    highest_per_um : frequencies are looked at up to there
+    highest_per_um : highest frequency of the test
     """
     if not is_custom(stage):
         return
@@ -108,7 +108,7 @@ def check_transfer(stage: OpticalStage, key: str, wavelength_nm: F64, highest_pe
 
 
 def _check_inherited(stage: OpticalStage, key: str) -> None:
-    """Refuse a stage that gives one of camsim's another transfer, say, and keeps what else goes with the former one."""
+    """Refuse a subclass of camsim's stage that overrides some capabilities, such as ``otf``, but inherits others."""
     classes = [kind for kind in type(stage).__mro__ if kind is not object and not getattr(kind, "_is_protocol", False)]
     one = {name for kind in classes if not _of_camsim(kind) for name in vars(kind)}
     theirs = [kind for kind in classes if _of_camsim(kind)]
@@ -131,7 +131,7 @@ def _of_camsim(kind: type) -> bool:
 
 
 def disc_of_frequencies(highest_per_um: float) -> tuple[F64, F64]:
-    """Return none, next to none, and some evenly over a disc, each with its opposite after it, cycles/µm."""
+    """Return test frequencies, cycles/µm: zero, one near zero and some over a disc, each followed by its opposite."""
     size = np.append(_NEAR, np.sqrt((np.arange(_PLACES) + 0.5) / _PLACES)) * highest_per_um
     angle = np.pi * (GOLDEN * np.arange(_PLACES + 1) % 1.0)
     half = np.stack([size * np.cos(angle), size * np.sin(angle)])

@@ -1,8 +1,8 @@
-"""What an optical stage of one's own says besides its transfer, held against that transfer.
+"""Validation of the capabilities that a custom optical stage declares, against its transfer function.
 
-Where a stage says more than ``otf`` it is believed, for that is quicker. What it says wrong (a cut-off in cycles/mm, a
-pattern scaled to its peak, spots at half of their distances, an ``otf`` that another class's pattern goes with) makes a
-wrong image which no check sees that goes by the same words.
+Engines use declared capabilities instead of ``otf``, since they are faster. A wrong declaration (a cut-off in
+cycles/mm, a PSF scaled to its peak, spots at half of their distances, an ``otf`` that does not match an inherited
+pattern) makes a wrong image, and a check that uses the same declaration cannot detect it.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ from camsim.optics.protocols import (
 from camsim.optics.system import OpticalSystem
 
 _ROUNDING = 1e-9
-_ALIKE = 1e-6  # transfers that are given twice
-_NEARLY = 1e-3  # of a pattern's peak, or of all light: what a sum over few frequencies tells well enough
+_ALIKE = 1e-6  # largest difference of transfers that should be equal
+_NEARLY = 1e-3  # relative to a PSF's peak, or to all light: accuracy of a sum over few frequencies
 _NODES = 120
 _RADII = np.array([0.0, 0.4, 0.9, 1.6])  # over the last frequency
 _BEYOND = np.array([1.001, 1.02, 1.1, 1.3, 1.7, 2.5])  # cut-offs
@@ -46,7 +46,7 @@ Transfer = Callable[[Any, Any], Any]
 
 
 def check_lengths(system: OpticalSystem, wavelength_nm: F64) -> None:
-    """Refuse a lens of one's own whose cut-off or blur is no number, at the first or the last of these wavelengths."""
+    """Refuse a custom lens with an invalid cut-off or blur at the first or the last of these wavelengths."""
     lens, ends_nm = system.lens, wavelength_nm[[0, -1]].tolist()
     for said, known in (("cutoff_per_um", isinstance(lens, KnowsCutoff)), ("blur_um", isinstance(lens, KnowsBlur))):
         if known and is_custom(lens):
@@ -55,10 +55,10 @@ def check_lengths(system: OpticalSystem, wavelength_nm: F64) -> None:
 
 
 def check_declared(system: OpticalSystem, wavelength_nm: F64, tolerance: float) -> None:
-    """Refuse stages of one's own that contradict their own transfer.
+    """Refuse custom stages whose declared capabilities contradict their transfer.
 
-    wavelength_nm : (n,) of which the first and the last are looked at
-    tolerance     : a transfer that is less than this has ended
+    wavelength_nm : (n,) of which the shortest and the longest are tested
+    tolerance     : a transfer below this counts as zero
     """
     each_nm = np.unique(wavelength_nm[[0, -1]]).tolist()
     highest_per_um = system.highest_per_um(wavelength_nm)
@@ -71,7 +71,7 @@ def check_declared(system: OpticalSystem, wavelength_nm: F64, tolerance: float) 
 
 
 class _Declared:
-    """A stage, asked for what it says; what it fails at is its own mistake."""
+    """Access to a stage's declarations; an exception in one becomes an error about the stage."""
 
     def __init__(self, stage: Any) -> None:
         self.stage, self.name = stage, type(stage).__name__
@@ -86,7 +86,7 @@ class _Declared:
         return self._guarded(said, lambda: getattr(self.stage, said))
 
     def called(self, verb: str, *given: Any) -> Any:
-        """Return what a method makes of copies of what is given."""
+        """Return the result of a method for copies of the arguments."""
         copies = [part.copy() if isinstance(part, np.ndarray) else part for part in given]
         return self._guarded(verb, lambda: getattr(self.stage, verb)(*copies))
 
@@ -109,7 +109,7 @@ class _Declared:
         return lambda fx, fy: np.asarray(self.called("otf", fx, fy, wavelength_nm))
 
     def compare(self, said: str, fx: F64, fy: F64, otf: Any, other: Any, way_out: str) -> None:
-        """Refuse a transfer that is not what follows from something else that is said."""
+        """Refuse a transfer that differs from the one implied by another declaration."""
         off = np.abs(otf - other)
         if off.max() > _ALIKE:
             worst = int(off.argmax())
@@ -117,7 +117,7 @@ class _Declared:
             self.refuse(f".otf is {_plain(otf[worst])} at {at}, and {_plain(other[worst])} by its {said}; {way_out}")
 
     def check_lens(self, system: OpticalSystem, each_nm: list[float], tolerance: float) -> None:
-        """Refuse a lens whose cut-off, pattern or energy is another's, or which is not what it is at one wavelength."""
+        """Refuse a lens whose cut-off, pattern, energy or independence of wavelength contradicts its transfer."""
         for nm in each_nm:
             otf = self.transfer(nm)
             if isinstance(self.stage, KnowsCutoff):
@@ -154,7 +154,7 @@ class _Declared:
         r = _RADII / top
         (coarse, _), (light, energy) = (_of_transfer(otf, top, r, count) for count in (_NODES // 2, _NODES))
         if np.abs(light - coarse).max() > 0.1 * _NEARLY * light[0]:
-            return  # so few frequencies do not tell
+            return  # too few frequencies to decide
         for verb, right, scale in (("point_spread", light, light[0]), ("encircled_energy", energy, 1.0)):
             if not hasattr(self.stage, verb):
                 continue
@@ -172,7 +172,7 @@ class _Declared:
                 )
 
     def _check_pattern(self, otf: Transfer, nm: float) -> None:
-        """Refuse a pattern for the boundary engine that is not that of the transfer and of the encircled energy."""
+        """Refuse a pattern for the boundary engine that contradicts the transfer or the encircled energy."""
         try:
             hash(self.stage)
         except TypeError as error:
@@ -194,7 +194,7 @@ class _Declared:
             )
 
     def check_low_pass(self, each_nm: list[float], highest_per_um: float) -> None:
-        """Refuse an OLPF whose spots are not those of its transfer."""
+        """Refuse an OLPF whose spots contradict its transfer."""
         fx, fy = disc_of_frequencies(highest_per_um)
         otf = self._footprint(each_nm, fx, fy, highest_per_um)
         spots = self.called("spots_um")
@@ -211,7 +211,7 @@ class _Declared:
             self.refuse(f"{message}; give such a filter as a blur besides the lens (extra_optics), by its otf alone")
 
     def check_photosite(self, each_nm: list[float], highest_per_um: float) -> None:
-        """Refuse a photosite whose sides, extent or area are not those of its transfer."""
+        """Refuse a photosite whose sides, extent or area contradict its transfer."""
         check_extent(self.stage)
         half = np.array(self.stage.half_extent_um, float)
         fx, fy = disc_of_frequencies(highest_per_um)
@@ -219,7 +219,7 @@ class _Declared:
         if isinstance(self.stage, Rectangular):
             width, height = check(self.asked("sides_um"), tuple[NonNegative, NonNegative], "sides_um", self.name)
             self.compare("sides_um", fx, fy, otf, np.sinc(width * fx) * np.sinc(height * fy), "width and height, in µm")
-        # What lies within h of the centre has at least cos(2πfh) of a wave that is no shorter than 2h.
+        # An aperture within h of the centre passes at least cos(2πfh) of a wave no shorter than 2h.
         for axis, reach in zip("xy", half.tolist(), strict=True):
             f = np.array([min(highest_per_um, 0.25 / reach if reach else math.inf)])
             passes = self.transfer(0.0)(*((f, 0.0 * f) if axis == "x" else (0.0 * f, f))).real[0]
@@ -229,7 +229,7 @@ class _Declared:
                 )
 
     def _footprint(self, each_nm: list[float], fx: F64, fy: F64, highest_per_um: float) -> Any:
-        """Return the transfer of a photosite or an OLPF: one for all wavelengths, and it takes rows and columns."""
+        """Return the transfer of a photosite or an OLPF; refuse dependence on wavelength, or a lack of broadcasting."""
         same = "put what depends on the wavelength into a blur besides (extra_optics)"
         otf = self.transfer(0.0)(fx, fy)
         for nm in each_nm:
@@ -248,12 +248,12 @@ class _Declared:
 
 
 def _plain(value: Any) -> str:
-    """Return a number without an imaginary part that is nothing."""
+    """Return a number as text, without a negligible imaginary part."""
     return f"{value.real if abs(value.imag) < _ROUNDING else value:.6g}"
 
 
 def _of_transfer(otf: Transfer, top: float, r: F64, count: int) -> tuple[F64, F64]:
-    """Return the light at radii, 1/µm², and within them, of a round transfer that ends at ``top``."""
+    """Return the PSF at radii, 1/µm², and the encircled energy, of a symmetric transfer that ends at ``top``."""
     x, w = gauss_legendre(count)
     f = 0.5 * top * (1.0 + x)
     weighted = math.pi * top * w * otf(f, np.zeros_like(f)).real

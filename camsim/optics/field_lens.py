@@ -1,4 +1,4 @@
-"""A lens that is another one at every place of the frame: wavefront, distortion, lateral colour, illumination."""
+"""A field-varying lens: wavefront, distortion, lateral colour and relative illumination over the frame."""
 
 from __future__ import annotations
 
@@ -21,39 +21,40 @@ from camsim.optics.wavefront import MOST_WAVES, check_focus
 from camsim.optics.zernike import LARGEST_INDEX, orders
 from camsim.spectra.curve import NumberOrCurve, Transmission, Wavelength
 
-POWERS_HOLD = 2.0  # times the last height: so far at most a distortion's polynomial is followed
-FOLD_POINTS = 1024  # along a radius, where a distortion that folds is looked for
+POWERS_HOLD = 2.0  # largest height, over the last one, to which a distortion's polynomial is used
+FOLD_POINTS = 1024  # along a radius, at which distortion is tested for folding
 TILT, DEFOCUS = 2, 4  # OSA indices
-BEYOND = 1.0 + 1e-9  # of a radius: rounding of a corner's
+BEYOND = 1.0 + 1e-9  # allows for the rounding of a corner's radius
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FieldLens:
     """A lens whose PSF changes over the frame.
 
-    Each photosite sees the scene through the pattern of its own place. A lens of revolution is given along one radius,
-    by ``height_um``; any other on a grid of places, by ``x_um`` and ``y_um``.
+    The PSF at each photosite is that of its place. A lens of revolution is given along one radius, by ``height_um``;
+    any other on a grid of places, by ``x_um`` and ``y_um``.
 
-    f_number      : of the axis, at every place
-    wavelength_nm : (w,) increasing. Path differences between them lie on a spline; of one they are the same lengths
-                    at every wavelength
-    zernike       : (k,) OSA/ANSI indices. Of a lens of revolution those with cosines only, the field along +x; at other
-                    places they are turned
+    f_number      : on the axis, used at every place
+    wavelength_nm : (w,) increasing. Path differences are interpolated by a spline; with one wavelength they are the
+                    same lengths at every wavelength
+    zernike       : (k,) OSA/ANSI indices. For a lens of revolution only those with cosines, for the field along +x; at
+                    other places they are rotated
     waves         : (w, heights, k), or (w, y, x, k): root mean square over the pupil, waves at each wavelength; signs
-                    are ``Wavefront``'s
-    height_um     : from the axis, the first 0, increasing; to the rim of the image circle
-    x_um, y_um    : of places, increasing
-    distortion    : (heights,) what would fall at a height without it falls at height·(1 + distortion); beyond the last
-                    height straight on, as steeply as there
+                    as in ``Wavefront``
+    height_um     : image heights from the axis, the first 0, increasing, to the rim of the image circle
+    x_um, y_um    : coordinates of places, increasing
+    distortion    : (heights,) an ideal height is imaged at height·(1 + distortion); linear extrapolation beyond the
+                    last height
     distortion_height_um : heights of ``distortion``, the first 0, increasing, in place of ``height_um``
-    distortion_powers : in its place: k₁, k₂ … of k₁·u² + k₂·u⁴ + …, u the height over the last one; beyond it until
-                    what falls moves half as fast as there, at most to u = 2, and from there straight on
-    lateral_colour_um : (w, heights) how much farther from the axis light of a wavelength falls, µm
-    relative_illumination : (heights,) light over that on the axis, fractions, the first 1
+    distortion_powers : instead of ``distortion``: k₁, k₂ … of k₁·u² + k₂·u⁴ + …, u the height over the last one; used
+                    beyond it until the slope of the mapping has halved, at most to u = 2, and linear from there
+    lateral_colour_um : (w, heights) radial displacement of each wavelength away from the axis, µm
+    relative_illumination : (heights,) light relative to that on the axis, fractions, the first 1
     focus_um      : focus shift of sensor against lens, as ``Wavefront.defocus_um``
     transmission  : fraction of the light that passes, a number or a curve over wavelength
 
-    Between heights and places lie cubic splines, even or odd about the axis as each Zernike is. ``otf`` is the axis's.
+    Cubic splines interpolate between heights and places, even or odd about the axis as each Zernike is. ``otf`` is that
+    on the axis.
 
     >>> lens = FieldLens(
     ...     f_number=4.0, wavelength_nm=[550.0], zernike=[4], waves=[[[0.0], [0.1]]], height_um=[0.0, 5000.0]
@@ -105,7 +106,7 @@ class FieldLens:
 
     @property
     def stated_briefly(self) -> str:
-        """What it is on a line, without its tables."""
+        """Description in one line, without its tables."""
         low, high, count = self.wavelength_nm[0], self.wavelength_nm[-1], len(self.wavelength_nm)
         colours = f"{count} wavelengths, {low:g} to {high:g} nm" if count > 1 else f"{low:g} nm"
         heights = f"{len(self.height_um)} heights to {self.height_um[-1] / 1e3:g} mm" if self.height_um else ""
@@ -206,11 +207,11 @@ class FieldLens:
 
     @property
     def distorts(self) -> bool:
-        """Whether it moves anything."""
+        """Whether it has distortion."""
         return any(self.distortion) or any(self.distortion_powers)
 
     def lacks(self, wavelength_nm: F64, corners_um: F64) -> str:
-        """Return why the lens cannot take a frame with these corners (n, 2) in light of wavelengths, "" if it can."""
+        """Return why the lens does not cover a frame with corners (n, 2) at these wavelengths; "" if it does."""
         known, low, high = self.wavelength_nm, float(wavelength_nm.min()), float(wavelength_nm.max())
         if len(known) > 1 and not (known[0] <= low and high <= known[-1]):
             return (
@@ -233,7 +234,7 @@ class FieldLens:
         return ""
 
     def at(self, x_um: float, y_um: float) -> PlacedLens:
-        """Return the lens that a photosite at a place sees through."""
+        """Return the lens for a photosite at a place."""
         height, angle = math.hypot(x_um, y_um), math.atan2(y_um, x_um)
         paths = dict(zip(self.zernike, _table(self)(x_um, y_um), strict=True))
         if self.lateral_colour_um:
@@ -257,7 +258,7 @@ class FieldLens:
         )
 
     def distorted(self, points_um: F64) -> F64:
-        """Return where points (n, 2) of the scene, as it would fall on the sensor without distortion, fall."""
+        """Return the distorted positions of points (n, 2), given by their ideal positions on the sensor, µm."""
         height = np.hypot(points_um[:, 0], points_um[:, 1])
         there = height > 0.0
         scale = np.ones_like(height)
@@ -278,13 +279,13 @@ class FieldLens:
         return self.at(0.0, 0.0).otf(fx_per_um, fy_per_um, wavelength_nm)
 
     def otf_size(self, frequency_per_um: F64, direction: tuple[float, float], wavelength_nm: float) -> F64:
-        """Return a bound on the transfer anywhere in the frame: that without aberrations."""
+        """Return a bound of the transfer over the frame: that without aberrations."""
         return Airy(f_number=self.f_number).otf(
             frequency_per_um * direction[0], frequency_per_um * direction[1], wavelength_nm
         )
 
     def blur_um(self, wavelength_nm: float) -> float:
-        """The length of the pattern without aberrations, µm: λN."""
+        """Scale of the PSF without aberrations, µm: λN."""
         return self.f_number * wavelength_nm / NM_PER_UM
 
     def cutoff_per_um(self, wavelength_nm: float) -> float:
@@ -293,7 +294,7 @@ class FieldLens:
 
 
 def _numbers(table: Any) -> F64:
-    """Return a table as an array; raises TypeError or ValueError where it holds texts, truths or uneven rows."""
+    """Return a table as an array; raises TypeError or ValueError if it holds texts, truth values or uneven rows."""
     listed = np.asarray(table, object)
     if any(isinstance(value, str | bytes | bool | np.bool_) for value in listed.flat) or np.ma.is_masked(table):
         raise TypeError
@@ -309,7 +310,7 @@ def _tuples(rows: Any) -> Any:
 
 
 def _turned(index: int, path: F64, angle: float) -> list[tuple[int, F64]]:
-    """Return a Zernike with a cosine about a field angle as the two about x: cos m(θ − φ)."""
+    """Return a Zernike with a cosine about a field angle φ as a cosine and a sine about x: cos m(θ − φ)."""
     n, m = orders(index)
     if m == 0:
         return [(index, path)]
@@ -336,10 +337,10 @@ def _lateral(lens: FieldLens) -> Callable[[float], F64]:
 
 
 def _about_axis(heights: Any, values: F64, m: int) -> Callable[..., F64]:
-    """Return what a harmonic of order m is at heights: it begins with their m-th power, or wavefronts kink on the axis.
+    """Return a harmonic of order m as a function of height, smooth on the axis: it must begin with the m-th power.
 
-    A spline of what is even, or odd, begins with the power 0, or 1. Of higher orders the values over the height's
-    square lie on one, and begin with 3 or 4: as smooth as splines are.
+    An even or odd spline begins with the power 0 or 1. For higher orders, the values over the square of the height are
+    interpolated, so that they begin with the power 3 or 4: as smooth as a cubic spline.
     """
     if m < 3:
         return _even(heights, values, m)
@@ -349,14 +350,14 @@ def _about_axis(heights: Any, values: F64, m: int) -> Callable[..., F64]:
 
 
 def _even(heights: Any, values: F64, m: int = 0) -> Callable[..., F64]:
-    """Return a spline through values (heights, …) that goes on evenly beyond the axis; oddly where m is odd."""
+    """Return a spline through values (heights, …), even about the axis, or odd if m is odd."""
     places = np.array(heights, float)
     mirrored = (-values if m % 2 else values)[:0:-1]
     return along((*-places[:0:-1], *places), np.concatenate([mirrored, values]))
 
 
 def _radially(lens: FieldLens, ideal_um: F64) -> F64:
-    """Return where heights fall; from the last that is told on straight on, as steeply as there."""
+    """Return the distorted heights, with linear extrapolation beyond the end of the table or polynomial."""
     moved, last_um, slope = _moved(lens)
     inside = np.minimum(ideal_um, last_um)
     fallen: F64 = moved(inside) + slope * (ideal_um - inside)
@@ -365,11 +366,11 @@ def _radially(lens: FieldLens, ideal_um: F64) -> F64:
 
 @functools.lru_cache(maxsize=64)
 def _moved(lens: FieldLens) -> tuple[Callable[[F64], F64], float, float]:
-    """Return where heights fall up to one, this height, and the slope of that there.
+    """Return the distorted height as a function up to a last height, this height, and the slope there.
 
-    A table ends where it ends. A polynomial goes on, for what a barrel draws into the frame comes from beyond it: until
-    it is half as steep as at the last height, for farther out it folds, or to twice that, for farther out it may be
-    anything.
+    A table ends at its last height. A polynomial is used farther, since barrel distortion images scenery from beyond
+    the frame: until its slope is half of that at the last height, as it may fold beyond, and at most to twice the
+    height.
     """
     heights = lens.distortion_height_um or lens.height_um
     last = heights[-1]

@@ -1,4 +1,4 @@
-"""Lenses with a Gaussian pattern, round or elliptical: the usual stand-in when only an MTF50 is known."""
+"""Lenses with a Gaussian PSF, circular or elliptical: the usual model when only an MTF50 is known."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Gaussian:
         return cls(sigma_um=math.sqrt(math.log(2.0) / 2.0) / (math.pi * mtf50_per_um))
 
     def blur_um(self, wavelength_nm: float) -> float:
-        """The pattern's own length, µm: σ."""
+        """Scale of the PSF, µm: σ."""
         return self.sigma_um
 
     def cutoff_per_um(self, wavelength_nm: float) -> float:
@@ -63,7 +63,7 @@ class Gaussian:
         return self.sigma_um * math.sqrt(-2.0 * math.log(lost_fraction))
 
     def pattern(self) -> Pattern:
-        """What the boundary engine knows of it."""
+        """Return the pattern for the boundary engine."""
         return _PATTERN
 
     def point_spread(self, r_um: F64, wavelength_nm: float) -> F64:
@@ -147,14 +147,14 @@ class EllipticalGaussian:
 
     @property
     def axes_um(self) -> tuple[float, float]:
-        """The standard deviations along the pattern's own axes, µm, the shorter one first."""
+        """The standard deviations along the principal axes, µm, the shorter one first."""
         (xx, xy), (_, yy) = self.covariance_um2
         middle, spread = 0.5 * (xx + yy), math.hypot(0.5 * (xx - yy), xy)
-        # The product of both is the determinant; a difference would lose the smaller one.
+        # The determinant over the larger one; a difference would cancel.
         return math.sqrt((xx * yy - xy * xy) / (middle + spread)), math.sqrt(middle + spread)
 
     def blur_um(self, wavelength_nm: float) -> float:
-        """The pattern's own length, µm: the shorter σ."""
+        """Scale of the PSF, µm: the shorter σ."""
         return self.axes_um[0]
 
     def cutoff_per_um(self, wavelength_nm: float) -> float:

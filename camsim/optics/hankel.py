@@ -1,10 +1,11 @@
-"""Hankel transforms of a curve that is a cubic between every two of its points: a round pattern from its transfer.
+"""Hankel transforms of a piecewise cubic: a rotationally symmetric PSF from its transfer.
 
-Far out the integrand turns a thousand times, and what it adds up to comes from the curve's points alone. The Bessel
-function is the real part of Hankel's, which dies away upwards in the complex plane: from a cubic's two ends straight up
-its path is closed, so a point adds what the two cubics there differ by, along the way up. At zero Hankel's function has
-a pole; the path leaves the axis at F, where 2πFr is ``UP_FROM``, and up to there nodes lie on it. With z = f + iy the
-way up is exp(2πi·f·r)·i∫Δc(iy)·z^{1−n}·h(2πrz)·exp(−2πry) dy: a Gauss–Laguerre rule, of what is smooth in r.
+Far out the integrand oscillates a thousand times, and the integral is determined by the cubic's knots alone. The Bessel
+function is the real part of a Hankel function, which decays upwards in the complex plane. So the path of each piece is
+deformed to run straight up from its ends, and a knot contributes the difference of the cubics on its two sides along
+the path upwards. The Hankel function has a pole at zero; the path leaves the axis at F, where 2πFr is ``UP_FROM``, and
+up to there ordinary nodes are used. With z = f + iy the path upwards is
+exp(2πi·f·r)·i∫Δc(iy)·z^{1−n}·h(2πrz)·exp(−2πry) dy: a Gauss–Laguerre rule, whose integrand is smooth in r.
 """
 
 from __future__ import annotations
@@ -18,17 +19,17 @@ import scipy
 from camsim.core.arrays import C128, F64
 from camsim.numerics.quadrature import chebyshev, gauss_legendre, interpolation
 
-# Radians from a Bessel function's middle, nodes on the way up, and Chebyshev places from a radius to twice it, of what
-# is smooth in it: 1e-12 of the pattern there, however far out (16 places: 1e-9).
+# Argument of the Bessel function at which paths leave the axis, nodes on a path, and Chebyshev nodes between a radius
+# and twice it for interpolation of the smooth factor: relative error 1e-12 at any distance (16 nodes: 1e-9).
 UP_FROM, STEEP, PLACES = 30.0, 24, 24
-NODES, SPARE = 0.3, 20  # on the axis: for each radian that a wave turns on a panel, and more
+NODES, SPARE = 0.3, 20  # on the axis: per radian of phase on a panel, and in addition
 CHUNK = 2_000_000  # Bessel functions at a time
 
 
 def hankel(curve: scipy.interpolate.PPoly, r: F64, order: int) -> F64:
     """Return 2π ∫ c(f)·J_n(2πfr)·f^{1−n} df at radii of any shape, for n = 0 or 1.
 
-    curve : cubics from 0 to where it ends in 0
+    curve : piecewise cubic from 0 to its last knot, where it is 0
 
     >>> cone = scipy.interpolate.PPoly(np.array([[0.0], [0.0], [-1.0], [1.0]]), np.array([0.0, 1.0]))  # 1 − f
     >>> float(hankel(cone, np.array(0.0), 0).round(12) == round(np.pi / 3.0, 12))
@@ -38,7 +39,7 @@ def hankel(curve: scipy.interpolate.PPoly, r: F64, order: int) -> F64:
     by_radius, last, out = np.argsort(flat), float(curve.x[-1]), np.empty(flat.shape)
     radii, start = flat[by_radius], 0
     while start < flat.size:
-        # Radii up to twice the smallest of the group share rules.
+        # Radii up to twice the smallest of a group share quadrature rules.
         least = max(float(radii[start]), 2.0 / last)
         stop = max(int(np.searchsorted(radii, 2.0 * least, side="right")), start + 1)
         up_from = min(UP_FROM / (2.0 * math.pi * least), last)
@@ -59,7 +60,7 @@ def hankel(curve: scipy.interpolate.PPoly, r: F64, order: int) -> F64:
 
 
 def _on_the_axis(curve: scipy.interpolate.PPoly, order: int, end: float, longest: float) -> tuple[F64, F64]:
-    """Return frequencies (n,) up to ``end`` that follow waves at a radius, and the curve there times weights."""
+    """Return nodes (n,) up to ``end`` that resolve the phase at the radius ``longest``, and the curve times weights."""
     nodes, weights = [], []
     for low, high in pairwise([*curve.x[curve.x < end], end]):
         x, w = gauss_legendre(math.ceil(NODES * 2.0 * math.pi * longest * (high - low)) + SPARE)
@@ -71,7 +72,7 @@ def _on_the_axis(curve: scipy.interpolate.PPoly, order: int, end: float, longest
 
 
 def _upwards(curve: scipy.interpolate.PPoly, order: int, start: float, least: float) -> tuple[F64, C128]:
-    """Return frequencies (m,) from which paths go up, and what these add at ``PLACES`` radii up to 2·least: (n, m)."""
+    """Return frequencies (m,) of paths upwards, and their contributions (n, m) at ``PLACES`` radii up to 2·least."""
     x, one = curve.x, np.searchsorted(curve.x, start, side="right") - 1
     if one == x.size - 1:
         return np.empty(0), np.empty((PLACES, 0), complex)
@@ -91,7 +92,7 @@ def _upwards(curve: scipy.interpolate.PPoly, order: int, start: float, least: fl
 
 
 def _about(cubics: F64, by: F64) -> F64:
-    """Return (4, m): coefficients of 1, h, h², h³ about places ``by`` beyond where cubics (4, m; h³ first) begin."""
+    """Return coefficients (4, m) of 1, h, h², h³ of cubics (4, m; h³ first), about places ``by`` from their starts."""
     c3, c2, c1, c0 = cubics
     return np.array(
         [c0 + by * (c1 + by * (c2 + by * c3)), c1 + by * (2.0 * c2 + 3.0 * by * c3), c2 + 3.0 * by * c3, c3]

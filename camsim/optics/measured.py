@@ -1,4 +1,4 @@
-"""Lenses that were measured: samples of the pattern, or of its transfer function."""
+"""Measured lenses: samples of the PSF, or of its transfer function."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from camsim.core.words import brief
 from camsim.numerics.nonuniform import at_points
 from camsim.spectra.curve import NumberOrCurve, Transmission
 
-MOST_SAMPLES = 256  # along a side: the description in every file holds them all
-MOST_NEGATIVE = 0.5  # of the light: noise and rings of a measurement
-PASSES, ENDS = 0.4, 0.6  # cycles per sample: all passes, nothing does
+MOST_SAMPLES = 256  # along a side: the description in every file contains all of them
+MOST_NEGATIVE = 0.5  # largest share of negative light, from noise and ringing of a measurement
+PASSES, ENDS = 0.4, 0.6  # cycles per sample: end of the pass band, start of the stop band
 SHARPNESS = 32.0  # of the slope in between: its tail in space is below 1e-12
 ROLL_OFF_DEGREE = 95
 
@@ -33,9 +33,9 @@ class MeasuredPsf:
     f_number     : sets the exposure only, not the blur
     transmission : fraction of the light that passes, a number or a curve over wavelength
 
-    The pattern between the samples is band-limited: all frequencies up to 0.4 cycles per sample pass, none from 0.6 on,
-    with a smooth slope that is odd about 0.5, so that the pattern goes through every sample. Beyond the array it
-    is 0: light that was not measured is nowhere.
+    Interpolation between the samples is band-limited: all frequencies up to 0.4 cycles per sample pass, none from 0.6
+    on, with a smooth transition that is odd about 0.5, so that the PSF passes through every sample. Beyond the array it
+    is 0: light that was not measured is ignored.
 
     >>> lens = MeasuredPsf(irradiance=((0, 1, 0), (1, 4, 1), (0, 1, 0)), spacing_um=0.5)
     >>> round(abs(complex(lens.otf(np.array(0.0), np.array(0.0), 550.0))), 12)
@@ -83,7 +83,7 @@ class MeasuredPsf:
         return 0.5 * (len(self.irradiance[0]) - 1), 0.5 * (len(self.irradiance) - 1)
 
     def blur_um(self, wavelength_nm: float) -> float:
-        """The pattern's own length, µm: the inverse of the highest frequency along an axis."""
+        """Scale of the PSF, µm: the inverse of the highest frequency along an axis."""
         return self.spacing_um / ENDS
 
     def cutoff_per_um(self, wavelength_nm: float) -> float:
@@ -91,9 +91,9 @@ class MeasuredPsf:
         return math.sqrt(2.0) * ENDS / self.spacing_um
 
     def reach_um(self, lost_fraction: float, wavelength_nm: float) -> float:
-        """Return a radius that holds all of the pattern: the samples, and the waves that the slope leaves about them.
+        """Return a radius that contains all of the PSF: the samples, and the ringing of the transition around them.
 
-        The slope's own transform ends within β/π over its width, but for 1/sinh β.
+        The transform of the transition's slope ends within β/π over its width, up to 1/sinh β.
         """
         waves = (SHARPNESS + 2.0) / (math.pi * (ENDS - PASSES))
         return (math.hypot(*self._centre) + waves) * self.spacing_um
@@ -113,7 +113,7 @@ class MeasuredPsf:
             # The sum counts from −n//2; the middle of the array is (n − 1)/2.
             shift_x, shift_y = (c - n // 2 for c, n in zip(self._centre, samples.shape[::-1], strict=True))
             turn = np.exp(2j * np.pi * (x * shift_x + y * shift_y))
-            # The fraction of x beyond a whole number is the same wave at whole places only.
+            # Reduction of x to its fraction is valid at integer places only, hence the phase of the shift.
             out[passes] = waves * turn * _roll_off(x) * _roll_off(y)
         return out.reshape(fx.shape)
 
@@ -128,7 +128,7 @@ class MeasuredOtf:
     f_number       : sets the exposure only, not the blur
     transmission   : fraction of the light that passes, a number or a curve over wavelength
 
-    It is the lens of the pattern that has this transfer: a ``MeasuredPsf`` with as many samples.
+    It is equivalent to a ``MeasuredPsf`` with as many samples that has this transfer.
 
     >>> ramp = 1.0 - np.abs(np.arange(-5, 6)) / 4.0
     >>> lens = MeasuredOtf(values=np.clip(np.minimum.outer(ramp, ramp), 0.0, None), spacing_per_um=0.1)
@@ -170,7 +170,7 @@ class MeasuredOtf:
         object.__setattr__(self, "_pattern", psf)
 
     def _transfer(self) -> C128:
-        """Return the values, 1 at zero frequency; what no pattern has is refused."""
+        """Return the values scaled to 1 at zero frequency; refuse values that no PSF can have."""
         rows = self.values
         sizes = sorted({len(rows), *map(len, rows)})
         if len(sizes) != 1 or sizes[0] % 2 == 0 or sizes[0] == 1:
@@ -191,7 +191,7 @@ class MeasuredOtf:
         return array
 
     def blur_um(self, wavelength_nm: float) -> float:
-        """The pattern's own length, µm: the inverse of the highest frequency along an axis."""
+        """Scale of the PSF, µm: the inverse of the highest frequency along an axis."""
         return self._pattern.blur_um(wavelength_nm)
 
     def cutoff_per_um(self, wavelength_nm: float) -> float:
@@ -199,16 +199,16 @@ class MeasuredOtf:
         return self._pattern.cutoff_per_um(wavelength_nm)
 
     def reach_um(self, lost_fraction: float, wavelength_nm: float) -> float:
-        """Return a radius that holds all of the pattern."""
+        """Return a radius that contains all of the PSF."""
         return self._pattern.reach_um(lost_fraction, wavelength_nm)
 
     def otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float) -> F64:
-        """Transfer function at (fx, fy) cycles/µm, complex: between the values band-limited, as the pattern is."""
+        """Transfer function at (fx, fy) cycles/µm, complex: that of the band-limited PSF."""
         return self._pattern.otf(fx_per_um, fy_per_um, wavelength_nm)
 
 
 def _roll_off(f: F64) -> F64:
-    """Return 1 up to PASSES and 0 from ENDS on; the slope is the integral of a Kaiser–Bessel window."""
+    """Return 1 up to PASSES and 0 from ENDS on; the transition is the integral of a Kaiser–Bessel window."""
     t = np.clip((2.0 * np.abs(f) - PASSES - ENDS) / (ENDS - PASSES), -1.0, 1.0)
     values: F64 = 1.0 - _slope()(t)
     return values
@@ -227,5 +227,5 @@ def _slope() -> np.polynomial.Chebyshev:
 
 
 def _negative(pattern: F64) -> float:
-    """Return how much negative light there is of a pattern, over what is not."""
+    """Return the sum of a PSF's negative values over that of its positive ones, as an absolute value."""
     return -float(pattern[pattern < 0.0].sum() / pattern[pattern > 0.0].sum())

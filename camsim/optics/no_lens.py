@@ -1,4 +1,4 @@
-"""What stands in a lens's place on a sensor alone."""
+"""Placeholder for the lens of a sensor without one."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from camsim.core.arrays import F64
 
 @dataclass(frozen=True, slots=True)
 class NoLens:
-    """No lens: light is given as it lies on the photosites (``Sensor``), and nothing blurs or dims it.
+    """No lens: light is given on the photosites (``Sensor``), and nothing blurs or dims it.
 
     >>> NoLens().transmission
     1.0
     """
 
     place: ClassVar[str] = "lens"
-    f_number: ClassVar[float] = 1.0  # of a lens that dims and blurs nothing; frames say 0, as cameras do without one
+    f_number: ClassVar[float] = 1.0  # a neutral value; frames report 0, as cameras do without a lens
     transmission: ClassVar[float] = 1.0
 
     def otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float) -> F64:

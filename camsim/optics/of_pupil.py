@@ -1,4 +1,4 @@
-"""What follows from a pupil and a path difference over it: transfer, pattern, and how many nodes they take."""
+"""OTF and PSF of a pupil with a path difference over it, with adaptive quadrature."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from camsim.optics.annular import AnnularAiry
 from camsim.optics.pupil import Pupil
 
 SETTLED = 1e-11  # two rules that differ by no more than this agree
-LATTICE = 512  # points across the pupil for a transfer that need not be exact: 0.015 at worst of eight drawn lenses
-ACROSS = 24  # nodes along a radius, and round, for the wavefront's range
-MOST_NODES, MOST_ACROSS = 4e6, 1000  # of the pupil's rule; either way, of its overlap with its shifted copy
-PER_RADIAN, SPARE, GROWTH = 0.2, 24, 1.4  # nodes along a ray for each radian that waves turn, and besides
+LATTICE = 512  # points across the pupil for an approximate transfer: errors up to 0.015 for eight random lenses
+ACROSS = 24  # nodes along a radius, and around, for the wavefront's range
+MOST_NODES, MOST_ACROSS = 4e6, 1000  # of the pupil's rule; per axis of its overlap with its shifted copy
+PER_RADIAN, SPARE, GROWTH = 0.2, 24, 1.4  # nodes along a ray: per radian of phase, in addition, and their growth
 
 
 class OfPupil:
-    """What a lens can do that has an ``f_number``, a ``pupil``, ``waves`` over it, and knows if it is ``_symmetric``.
+    """Mixin of lenses with an ``f_number``, a ``pupil``, ``waves`` over it, and a property ``_symmetric``.
 
-    It has no fields: lenses stay what they are, and share what follows.
+    It has no fields.
     """
 
     __slots__ = ()
@@ -41,7 +41,7 @@ class OfPupil:
     @property
     @abstractmethod
     def _symmetric(self) -> bool:
-        """Whether the pattern stays the same when turned by 180°, so that its transfer is real."""
+        """Whether the PSF is symmetric under rotation by 180°, so that its transfer is real."""
 
     @property
     def opening(self) -> float:
@@ -49,7 +49,7 @@ class OfPupil:
         return self.pupil.area / math.pi
 
     def blur_um(self, wavelength_nm: float) -> float:
-        """The length of the pattern without aberrations, µm: λN."""
+        """Scale of the PSF without aberrations, µm: λN."""
         return self.f_number * wavelength_nm / NM_PER_UM
 
     def cutoff_per_um(self, wavelength_nm: float) -> float:
@@ -57,20 +57,20 @@ class OfPupil:
         return self.pupil.outer_radius / self.blur_um(wavelength_nm)
 
     def waves_across(self, wavelength_nm: float) -> float:
-        """Return how far the wavefront goes up and down over the pupil, but for a plane, waves."""
+        """Return the peak-to-valley wavefront over the pupil without piston and tilt, waves."""
         x, y, _ = self.pupil.nodes(ACROSS, ACROSS)
         waves, plane = self.waves(x, y, wavelength_nm), np.stack([x, y, np.ones_like(x)], axis=1)
         return float(np.ptp(waves - plane @ np.linalg.lstsq(plane, waves, rcond=None)[0]))
 
     def waves_turned(self, low_nm: float, high_nm: float) -> float:
-        """Return by how many waves the path difference turns between two wavelengths, over the pupil."""
+        """Return the change of the path difference over the pupil between two wavelengths, in waves."""
         return abs(self.waves_across(low_nm) - self.waves_across(high_nm)) if low_nm != high_nm else 0.0
 
     def otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float) -> F64:
-        """Transfer function at (fx, fy) cycles/µm: the pupil's overlap with its shifted copy, weighed by phase.
+        """Transfer function at (fx, fy) cycles/µm: the autocorrelation of the pupil function.
 
-        Complex where the wavefront has odd parts. Integrated within the overlap's exact boundaries, with more nodes
-        until 1e-11 is reached; UnsupportedError where it is not.
+        Complex if the wavefront has odd parts. The integral over the exact overlap is refined to 1e-11; raises
+        UnsupportedError if it does not converge.
         """
         fx, fy = np.broadcast_arrays(np.asarray(fx_per_um, float), np.asarray(fy_per_um, float))
         blur_um = self.blur_um(wavelength_nm)
@@ -81,17 +81,17 @@ class OfPupil:
         return out.real.copy() if self._symmetric else out
 
     def otf_size(self, frequency_per_um: F64, direction: tuple[float, float], wavelength_nm: float) -> F64:
-        """Size of the transfer at frequencies along a unit vector, to about a hundredth of the light: for bounds.
+        """MTF at frequencies along a unit vector, to about a hundredth: for bounds.
 
-        The pupil on a lattice along the direction, each line of it correlated with itself by an FFT: all shifts at
-        once. However fast the phase runs, what so many points get wrong of it is noise.
+        The pupil function is sampled on a lattice along the direction, and each line is autocorrelated by an FFT, which
+        gives all shifts at once. Undersampling of a steep phase only adds noise.
         """
         shift = 2.0 * self.blur_um(wavelength_nm) * frequency_per_um
         sizes: F64 = np.interp(shift, *_sizes(self, direction, wavelength_nm), right=0.0)
         return sizes
 
     def round_core(self) -> Airy | AnnularAiry:
-        """Return the lens of a round pupil without aberrations."""
+        """Return the aberration-free lens with the same circular pupil."""
         if self.pupil.obstruction:
             return AnnularAiry(f_number=self.f_number, obstruction=self.pupil.obstruction)
         return Airy(f_number=self.f_number)
@@ -106,7 +106,7 @@ class OfPupil:
         nodes, before = 24, complex(math.inf)
         while True:
             x, y, weights = self.pupil.overlap(shift, angle, nodes)
-            # ∫ |a|²·exp(−2πi f·x) pairs the amplitude of a point with the conjugate of that f further on.
+            # The transform of |a|² with exp(−2πi f·x) pairs the pupil function with its conjugate a shift further on.
             phase = self.waves(x - dx, y - dy, wavelength_nm) - self.waves(x + dx, y + dy, wavelength_nm)
             value = complex(np.sum(weights * np.exp(2j * np.pi * phase))) / self.pupil.area
             if abs(value - before) <= SETTLED:
@@ -116,18 +116,18 @@ class OfPupil:
             before, nodes = value, math.ceil(1.5 * nodes)
 
     def strehl(self, wavelength_nm: float) -> float:
-        """Return the pattern's height at the centre over that without aberrations."""
+        """Return the Strehl ratio: the PSF at the centre over that without aberrations."""
         centre = np.zeros(1)
         height = float(self.point_spread_on(centre, centre, wavelength_nm, SETTLED)[0, 0])
         return height * 4.0 * self.blur_um(wavelength_nm) ** 2 / self.pupil.area
 
     def point_spread_on(self, x_um: F64, y_um: F64, wavelength_nm: float, precision: float) -> F64:
-        """Irradiance (y, x) per µm² from a point of unit power, on an even lattice.
+        """Irradiance (y, x) per µm² from a point of unit power, on an evenly spaced lattice.
 
         precision : of the amplitude, relative to its largest possible value
 
-        The amplitude is summed over a rule that is exact within the pupil's boundaries, with more nodes until it
-        settles in the lattice's corners and its middle, by a non-uniform FFT.
+        The amplitude is a sum over quadrature nodes in the pupil, by a non-uniform FFT. The number of nodes is
+        increased until the sum has converged in the lattice's corners and its middle.
         """
         from camsim.numerics.nonuniform import modes  # with finufft, which no lens needs before it is rendered
 
@@ -135,7 +135,7 @@ class OfPupil:
         x, y, strengths = self._settled(x_um, y_um, wavelength_nm, precision)
         phases = []
         for places, axis in ((y, y_um), (x, x_um)):
-            # The integers of a sum run about 0: the lattice's middle is moved there.
+            # The integers of a sum are centred on 0: shift the lattice's middle there.
             step, middle = (float(axis[1] - axis[0]) if axis.size > 1 else 0.0), float(axis[axis.size // 2])
             strengths = strengths * np.exp(-2j * np.pi * radius * middle * places)
             phases.append(np.remainder(-2.0 * np.pi * radius * step * places + np.pi, 2.0 * np.pi) - np.pi)
@@ -146,14 +146,14 @@ class OfPupil:
         return irradiance
 
     def _settled(self, x_um: F64, y_um: F64, wavelength_nm: float, precision: float) -> tuple[F64, F64, C128]:
-        """Return nodes of the pupil, and weights times phase factors, that follow waves to all of a lattice."""
+        """Return nodes of the pupil, and weights times phase factors, that resolve the phase for all of a lattice."""
         radius = 0.5 / self.blur_um(wavelength_nm)
         ends = [(float(axis.min()), float(axis[axis.size // 2]), float(axis.max())) for axis in (x_um, y_um)]
         farthest_um = math.hypot(*(max(abs(low), abs(high)) for low, _, high in ends))
         turned_rad = 2.0 * math.pi * (radius * self.pupil.outer_radius * farthest_um + self.waves_across(wavelength_nm))
         along, before = SPARE + math.ceil(PER_RADIAN * turned_rad), None
         while True:
-            # Odd numbers of rays: on even ones a sine may be nothing.
+            # Odd numbers of rays: a sine may vanish on an even number.
             about = 4 * along + 1 if self.pupil.shape == "circular" else along
             if along * about * self.pupil.sides > MOST_NODES:
                 raise _not_followed(wavelength_nm, "over the pupil", int(MOST_NODES))
@@ -172,7 +172,7 @@ class OfPupil:
 
 @functools.lru_cache(maxsize=64)
 def _sizes(lens: OfPupil, direction: tuple[float, float], wavelength_nm: float) -> tuple[F64, F64]:
-    """Return shifts of the pupil along a direction, half diameters, and sizes of the transfer there."""
+    """Return shifts of the pupil along a direction, half diameters, and the MTF there."""
     place = lens.pupil.outer_radius * ((2.0 * np.arange(LATTICE) + 1.0) / LATTICE - 1.0)
     cos, sin = direction
     x, y = place * cos - place[:, None] * sin, place * sin + place[:, None] * cos
@@ -185,7 +185,7 @@ def _sizes(lens: OfPupil, direction: tuple[float, float], wavelength_nm: float) 
 
 
 def _not_followed(wavelength_nm: float, where: str, most: int) -> UnsupportedError:
-    """Return the error of a wavefront that is not followed with the most points that are tried."""
+    """Return the error for a wavefront that the largest number of nodes does not resolve."""
     return UnsupportedError(
         f"the wavefront has too many waves at {wavelength_nm:g} nm to be sampled {where} "
         f"({most} points do not follow it); give smaller coefficients",

@@ -1,4 +1,4 @@
-"""Optical low-pass filter: birefringent plates split every ray."""
+"""Optical low-pass filters: birefringent plates that split every ray."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class FourSpotOlpf:
 
     split_um   : the full distance between two neighbouring spots along x, µm (never half of it)
     split_y_um : the same along y; None: as along x
-    rotate_deg : turns the spots clockwise as displayed
+    rotate_deg : rotation of the spots, clockwise as displayed
 
     >>> FourSpotOlpf(split_um=4.0).spots_um()
     array([[-2., -2.],
@@ -47,14 +47,14 @@ class FourSpotOlpf:
     def from_pitches(
         cls, *, pitch_um: Number, split_pitches: Number, split_y_pitches: Number | None = None, rotate_deg: Number = 0.0
     ) -> FourSpotOlpf:
-        """Return the filter whose splits are so many pitches."""
+        """Return the filter with splits given in pitches."""
         split_um = _in_um(cls, "split_pitches", split_pitches, pitch_um)
         along_y_um = None if split_y_pitches is None else _in_um(cls, "split_y_pitches", split_y_pitches, pitch_um)
         return cls(split_um=split_um, split_y_um=along_y_um, rotate_deg=rotate_deg)
 
     @property
     def splits_um(self) -> tuple[float, float]:
-        """The distances between neighbouring spots along x and y before they are turned, µm."""
+        """The distances between neighbouring spots along x and y before rotation, µm."""
         return self.split_um, self.split_um if self.split_y_um is None else self.split_y_um
 
     @property
@@ -76,7 +76,7 @@ class TwoSpotOlpf:
     """Two equal spots: one plate.
 
     split_um   : the full distance between the spots, µm
-    rotate_deg : from side by side, clockwise as displayed; 90: one above the other
+    rotate_deg : rotation from a horizontal split, clockwise as displayed; 90: a vertical split
 
     >>> TwoSpotOlpf(split_um=4.0).spots_um()
     array([[-2.,  0.],
@@ -97,12 +97,12 @@ class TwoSpotOlpf:
 
     @classmethod
     def from_pitches(cls, *, pitch_um: Number, split_pitches: Number, rotate_deg: Number = 0.0) -> TwoSpotOlpf:
-        """Return the filter whose split is so many pitches."""
+        """Return the filter with a split given in pitches."""
         return cls(split_um=_in_um(cls, "split_pitches", split_pitches, pitch_um), rotate_deg=rotate_deg)
 
     @property
     def splits_um(self) -> tuple[float, float]:
-        """The distances between neighbouring spots along x and y before they are turned, µm."""
+        """The distances between neighbouring spots along x and y before rotation, µm."""
         return self.split_um, 0.0
 
     @property

@@ -1,4 +1,4 @@
-"""Transfers of pupils at many frequencies: integrals over what two shifted copies of the opening have in common."""
+"""OTFs of pupils at many frequencies: integrals over the overlap of two shifted copies of the pupil."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ def overlaps(
     """Write ∫ exp(i(W(x − s/2) − W(x + s/2))) dx over the overlap for shifts s begin … stop: out (n, j).
 
     shifts, angles : (n,) in half diameters, and their direction
-    opening : directions of a polygon's sides (none: a circle of radius 1), its inner radius, radius of the obstruction
+    opening : normals of a polygon's sides (none: a circle of radius 1), its inner radius, radius of the obstruction
     paths   : (w, d + 1, d + 1) coefficients of x^a·y^b of path differences
-    waves   : (j,) waves per unit of path, and which path difference each wavelength has
-    rule    : places −cos u and their weights across a strip, Gauss nodes on 0 … 1 and weights along it
+    waves   : (j,) waves per unit of path, and the index of each wavelength's path difference
+    rule    : nodes −cos u and their weights across a strip, Gauss nodes on 0 … 1 and weights along it
     """
     normals, inner, hole = opening
     per_path, which = waves
@@ -74,7 +74,7 @@ def overlaps(
                             if which[j] != before:
                                 before = which[j]
                                 path[:], other[:] = 0.0, 0.0
-                                for k in range(degree, 0, -1):  # level alike in both
+                                for k in range(degree, 0, -1):  # t is the same in both
                                     power = 0.0
                                     for m in range(degree - k, -1, -1):
                                         power = power * t + rotated[before, k, m]
@@ -91,7 +91,7 @@ def overlaps(
 
 @kernel()
 def _rotated(terms: F64, cos: float, sin: float, out: F64, inner: F64) -> None:
-    """Write Σ terms[a, b]·x^a·y^b, a + b no more than the degree, as powers of u and t.
+    """Write Σ terms[a, b]·x^a·y^b, with a + b up to the degree, as powers of u and t.
 
     x + iy = (u + it)(cos + i·sin)
     """
@@ -117,7 +117,7 @@ def _times(powers: F64, degree: int, u: float, t: float) -> None:
 
 @kernel()
 def _chord(t: float, angle: float, normals: F64, inner: float) -> tuple[float, float]:
-    """Return where a line along ``angle``, t beside the middle, enters and leaves the outline."""
+    """Return where a line along ``angle``, at distance t from the centre, enters and leaves the outline."""
     if len(normals) == 0:
         half = math.sqrt(max(1.0 - t * t, 0.0))
         return -half, half
@@ -134,7 +134,7 @@ def _chord(t: float, angle: float, normals: F64, inner: float) -> tuple[float, f
 
 @kernel()
 def _cuts(s: float, angle: float, normals: F64, inner: float, hole: float, cuts: F64) -> int:
-    """Write every distance from the middle at which ends of chords begin, end or meet, in order; return how many."""
+    """Write every distance from the centre at which ends of chords begin, end or meet, in order; return how many."""
     count, extent = 0, 1.0
     sides = len(normals)
     if sides:
@@ -172,7 +172,7 @@ def _cuts(s: float, angle: float, normals: F64, inner: float, hole: float, cuts:
     if hole > 0.0:
         cuts[count], cuts[count + 1] = -hole, hole
         count = _roots(hole, hole, s, cuts, count + 2)
-    # In order, those outside left out.
+    # Sort them, without those outside.
     kept = 0
     for k in range(count):
         value = cuts[k]

@@ -18,7 +18,7 @@ from camsim.core.words import brief
 from camsim.numerics.matrix_products import product
 from camsim.numerics.quadrature import gauss_legendre
 
-POWERS = 14  # of a polygon's transfer where its phases are below 0.45 radians: 0.45¹⁴/14! is 2e-16
+POWERS = 14  # of the series of a polygon's transfer for phases below 0.45 radians: 0.45¹⁴/14! is 2e-16
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -188,23 +188,23 @@ class RoundedPhotosite:
         return self.width_um * self.height_um - (4.0 - math.pi) * self.radius_um**2
 
     def otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float) -> F64:
-        """Transfer function, the same at every wavelength: rows of exact length, a Gauss rule over the corners' angle.
+        """Transfer function, the same at every wavelength: exact rows, with a Gauss rule over the corners' angle.
 
-        As many rows as the highest frequency asks for: exact to rounding.
+        The number of rows follows from the highest frequency: accurate to rounding.
         """
         fx, fy = np.asarray(fx_per_um, float), np.asarray(fy_per_um, float)
         width, height, radius = self.width_um, self.height_um, self.radius_um
         flat = height - 2.0 * radius
         total = width * flat * np.sinc(width * fx) * np.sinc(flat * fy)
         highest = float(np.hypot(fx, fy).max(initial=0.0))
-        # Over the quarter turn the phase is within ±π²/2 times radius and frequency: half as many nodes, and some.
+        # Over a quarter turn the phase is within ±π²/2 times radius and frequency: half as many nodes, plus a few.
         x, w = gauss_legendre(math.ceil(2.8 * radius * min(highest, 1000.0 / max(radius, 1e-300))) + 20)
         angle = 0.25 * math.pi * (1.0 + x)
         row, level = width - 2.0 * radius * (1.0 - np.cos(angle)), 0.5 * flat + radius * np.sin(angle)
         share = 0.5 * math.pi * radius * w * np.cos(angle) * row
 
         def rows(part: slice | int) -> tuple[F64, F64]:
-            """Return rows (…, fx's) times their shares, and columns (…, fy's): those above and below the middle."""
+            """Return the factors of rows in fx, times their weights, and in fy, for rows above and below the middle."""
             across = np.multiply.outer(share[part], np.ones(fx.shape)) * np.sinc(np.multiply.outer(row[part], fx))
             return across, np.cos(2.0 * np.pi * np.multiply.outer(level[part], fy))
 
@@ -221,7 +221,7 @@ class RoundedPhotosite:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PolygonPhotosite:
-    """Any polygon that collects light evenly, such as an L beside a transistor.
+    """Any polygon that collects light evenly, such as an L next to a transistor.
 
     points_um : at least three corners (x, y) from the photosite's centre, µm, y down; the outline may not cross itself
 
@@ -267,9 +267,9 @@ class PolygonPhotosite:
     def otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float) -> F64:
         """Transfer function, the mean of exp(+2πi f·a) over the area; complex, the same at every wavelength.
 
-        Light that falls beside the centre is counted there: a photosite that lies to the right of its centre sees the
-        image shifted to the left, hence the sign. Edge by edge in closed form; at low frequencies, where that cancels,
-        by its powers.
+        The positive sign is due to correlation: a photosite whose area lies to the right of its centre has the image
+        shifted to the left. The sum over edges has a closed form; at low frequencies, where it cancels, a power series
+        is used.
         """
         fx, fy = np.broadcast_arrays(np.asarray(fx_per_um, float), np.asarray(fy_per_um, float))
         points = np.array(self.points_um)
@@ -306,9 +306,9 @@ def _by_edges(points: F64, fx: F64, fy: F64) -> F64:
 
 @functools.lru_cache(maxsize=16)
 def _series(corners: tuple[tuple[float, float], ...]) -> C128:
-    """Return the transfer's coefficients of fxᵖ·fyᵠ, p + q < POWERS: (2πi)ᵖ⁺ᵠ⟨xᵖyᵠ⟩/p!q!, x and y of size 1.
+    """Return the transfer's coefficients of fxᵖ·fyᵠ, p + q < POWERS: (2πi)ᵖ⁺ᵠ⟨xᵖyᵠ⟩/p!q!, for |x|, |y| ≤ 1.
 
-    Moments by a collapsed Gauss rule over the triangles from the first corner, of signed weights.
+    The moments use a collapsed Gauss rule over the triangles from the first corner, with signed weights.
     """
     points = np.array(corners)
     x, w = gauss_legendre(POWERS)
@@ -330,7 +330,7 @@ def _series(corners: tuple[tuple[float, float], ...]) -> C128:
 
 
 def _crossing(points: F64) -> tuple[int, int] | None:
-    """Return two sides (counted from 1) that cross or touch where they are no neighbours, None when there are none."""
+    """Return two sides (counted from 1) that cross or touch without being neighbours; None if there are none."""
     count = len(points)
 
     def side(a: F64, b: F64, c: F64) -> float:

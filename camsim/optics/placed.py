@@ -1,4 +1,4 @@
-"""A lens with aberrations at one place of the frame: path differences over a round pupil, at several wavelengths."""
+"""A lens with aberrations at one place of the frame: path differences over a circular pupil, by wavelength."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ from camsim.optics.protocols import Varies
 from camsim.optics.pupil import Pupil
 from camsim.optics.zernike import orders, zernike_sum
 
-TILTS = 2  # OSA indices up to this one are piston and planes
-STEPS = 6  # of a spectrum, between which the path difference is taken to go one way
+TILTS = 2  # OSA indices up to this one are piston and tilts
+STEPS = 6  # wavelengths between which the path difference is assumed to be monotonic
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlacedLens(OfPupil):
-    """What a photosite sees through, where the lens has another wavefront elsewhere.
+    """A field-varying lens at one place of the frame.
 
     wavelength_nm : (w,) increasing
     zernike       : (k,) OSA/ANSI indices
-    path_nm       : (w, k) root mean square path difference of each at each wavelength, nm; a spline lies between
+    path_nm       : (w, k) root mean square path difference of each at each wavelength, nm; interpolated by a spline
 
-    Signs and directions are ``Wavefront``'s.
+    Signs and directions as in ``Wavefront``.
     """
 
     f_number: float
@@ -50,20 +50,20 @@ class PlacedLens(OfPupil):
         return waves
 
     def waves_turned(self, low_nm: float, high_nm: float) -> float:
-        """Return by how many waves the path difference turns between two wavelengths, over the pupil."""
+        """Return the change of the path difference over the pupil between two wavelengths, in waves."""
         x, y, _ = self.pupil.nodes(ACROSS, ACROSS)
         each = [self.waves(x, y, float(nm)) for nm in np.linspace(low_nm, high_nm, STEPS)]
         return float(sum(np.ptp(after - before) for before, after in pairwise(each)))
 
     def waves_rms(self, wavelength_nm: float) -> float:
-        """Return the root mean square of the path difference over the pupil in waves, but for piston and tilt."""
+        """Return the root mean square of the path difference over the pupil in waves, without piston and tilt."""
         path = _spline(self)(wavelength_nm)
         displayed = [p for index, p in zip(self.zernike, path, strict=True) if index > TILTS]
         return math.hypot(*displayed) / wavelength_nm
 
     @property
     def _symmetric(self) -> bool:
-        """Whether the pattern stays the same when turned by 180°, so that its transfer is real."""
+        """Whether the PSF is symmetric under rotation by 180°, so that its transfer is real."""
         return all(
             orders(index)[0] % 2 == 0
             for index, paths in zip(self.zernike, zip(*self.path_nm, strict=True), strict=True)
@@ -73,28 +73,28 @@ class PlacedLens(OfPupil):
 
 @runtime_checkable
 class Revolves(Varies, Protocol):
-    """A lens of revolution, known along one radius; its pupil is round, without a hole."""
+    """A lens of revolution, given along one radius; its pupil is circular, without an obstruction."""
 
     @property
     def f_number(self) -> float: ...  # noqa: D102 (above)
 
     @property
     def turns(self) -> bool:
-        """Whether it is one."""
+        """Whether it is a lens of revolution."""
         ...
 
     @property
     def height_um(self) -> Sequence[float]:
-        """Where along the radius it is known; splines between."""
+        """Heights along the radius at which it is given; splines in between."""
         ...
 
     @property
     def wavelength_nm(self) -> Sequence[float]:
-        """At which wavelengths; splines between."""
+        """Wavelengths at which it is given; splines in between."""
         ...
 
     def at(self, x_um: float, y_um: float) -> PlacedLens:
-        """Return the lens that a photosite at a place sees through."""
+        """Return the lens for a photosite at a place."""
         ...
 
 
@@ -111,7 +111,7 @@ def _spline(lens: PlacedLens) -> Callable[..., F64]:
 
 
 def along(places: tuple[float, ...], values: F64) -> Callable[..., F64]:
-    """Return a cubic spline through values (n, …) at increasing places; of three a parabola, of one a constant."""
+    """Return a cubic spline through values (n, …) at increasing places; a parabola for three, a constant for one."""
     if len(places) == 1:
         return lambda place: np.broadcast_to(values[0], (*np.shape(place), *values.shape[1:]))
 
@@ -127,10 +127,10 @@ def along(places: tuple[float, ...], values: F64) -> Callable[..., F64]:
 
 @functools.lru_cache(maxsize=64)
 def _cardinal(places: tuple[float, ...]) -> Callable[..., F64]:
-    """Return splines (…, n) that are 1 at one of n places and 0 at the others.
+    """Return cardinal splines (…, n) that are 1 at one of n places and 0 at the others.
 
-    Places of a frame are many, each with splines through other values at the same wavelengths and heights: what is
-    solved for one of them wakes threads of BLAS, which spin on cores that the other places want.
+    Many places of a frame need splines through different values at the same wavelengths and heights. Cached cardinal
+    splines avoid solving for each, which would also wake BLAS threads that spin on cores in use.
     """
     spline: Callable[..., F64] = scipy.interpolate.CubicSpline(places, np.eye(len(places)))
     return spline

@@ -1,6 +1,6 @@
-"""What an optical stage is, and what else one may know: a stage of the user's own needs ``otf`` and no more.
+"""Protocols of optical stages: a custom stage needs only ``otf``; further capabilities are optional.
 
-The second half are abilities. A lens that has one is quicker, or more exact; nothing asks what kind of lens it is.
+A lens with more capabilities is rendered faster or more accurately; engines test for capabilities, never for classes.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ _ANSWERS: dict[tuple[type, type], bool] = {}
 
 
 class _Asked(type(Protocol)):  # type: ignore[misc]
-    """Answers once for every class of camsim's, as a protocol looks through all of it; each of one's own is asked."""
+    """Caches ``isinstance`` for camsim's classes, since a protocol's test is slow; custom stages are tested anew."""
 
     def __instancecheck__(cls, instance: object) -> bool:
         key = cls, type(instance)
@@ -26,15 +26,15 @@ class _Asked(type(Protocol)):  # type: ignore[misc]
 
 
 class _Ability(Protocol, metaclass=_Asked):
-    """What the abilities below have in common."""
+    """Base of the protocols with cached tests."""
 
 
 @runtime_checkable
 class OpticalStage(Protocol):
     """Anything with a transfer function.
 
-    A stage says by ``place`` ("lens", "olpf" or "photosite") what it stands for. One without a place is a blur of its
-    own besides these, or the lens when there is no other.
+    A stage declares its role by ``place`` ("lens", "olpf" or "photosite"). One without a place is an additional blur,
+    or the lens if there is no other.
 
     >>> import camsim
     >>> isinstance(camsim.SquarePhotosite(side_um=4.0), OpticalStage)
@@ -42,14 +42,14 @@ class OpticalStage(Protocol):
     """
 
     def otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float) -> F64:
-        """Transfer function at (fx, fy) cycles/µm: the transform of the point image with exp(−2πi f·x).
+        """OTF at (fx, fy) cycles/µm: the Fourier transform of the PSF with exp(−2πi f·x).
 
         Real or complex, OTF(−f) the conjugate of OTF(f), 1 at zero.
         """
 
 
 class Lens(OpticalStage, Protocol):
-    """A lens that a camera can carry: a frozen dataclass with these fields, and ``place`` "lens".
+    """A lens for a camera: a frozen dataclass with these fields, and ``place`` "lens".
 
     >>> import camsim
     >>> isinstance(camsim.Airy(f_number=8.0), Lens), isinstance(camsim.FourSpotOlpf(split_um=3.0), Lens)
@@ -86,11 +86,11 @@ class KnowsSplits(LowPass, Protocol):
 
     @property
     def splits_um(self) -> tuple[float, float]:
-        """The distances between neighbouring images along x and y before they are turned, µm; 0: one plate."""
+        """The distances between neighbouring images along x and y before rotation, µm; 0: one plate."""
 
     @property
     def rotate_deg(self) -> float:
-        """The turn, clockwise as displayed."""
+        """Rotation in degrees, clockwise as displayed."""
 
 
 @runtime_checkable
@@ -108,12 +108,12 @@ class PhotositeShape(OpticalStage, _Ability, Protocol):
 
     @property
     def half_extent_um(self) -> tuple[float, float]:
-        """How far it reaches from its centre along x and y, µm."""
+        """Largest distance from its centre along x and y, µm."""
 
 
 @runtime_checkable
 class Rectangular(_Ability, Protocol):
-    """A photosite that is a rectangle along the rows: the boundary engine takes it."""
+    """A photosite that is a rectangle along the rows, as the boundary engine requires."""
 
     @property
     def sides_um(self) -> tuple[float, float]:
@@ -122,24 +122,24 @@ class Rectangular(_Ability, Protocol):
 
 @runtime_checkable
 class Separable(_Ability, Protocol):
-    """A stage that may say that its transfer is a product of one along x and one along y."""
+    """A stage that declares whether its transfer is a product of one along x and one along y."""
 
     @property
     def separable(self) -> bool:
-        """Whether it is."""
+        """Whether the transfer is separable."""
 
 
 @runtime_checkable
 class KnowsBlur(_Ability, Protocol):
-    """A lens that knows its pattern's own length."""
+    """A lens that declares the scale of its PSF."""
 
     def blur_um(self, wavelength_nm: float) -> float:
-        """The length, µm."""
+        """The scale, µm; λN of a diffraction pattern."""
 
 
 @runtime_checkable
 class KnowsCutoff(_Ability, Protocol):
-    """A lens that knows the end of its transfer."""
+    """A lens that declares its cut-off frequency."""
 
     def cutoff_per_um(self, wavelength_nm: float) -> float:
         """The frequency beyond which nothing passes, cycles/µm."""
@@ -147,42 +147,42 @@ class KnowsCutoff(_Ability, Protocol):
 
 @runtime_checkable
 class KnowsOpening(_Ability, Protocol):
-    """A lens whose opening is no circle of the diameter focal length over f-number."""
+    """A lens whose pupil is not a full circle of diameter focal length over f-number."""
 
     @property
     def opening(self) -> float:
-        """Its area over that circle's: so much of the light passes."""
+        """Area of the pupil over that of the circle: the fraction of its light that passes."""
 
 
 @runtime_checkable
 class KnowsReach(_Ability, Protocol):
-    """A lens that knows how far its light goes."""
+    """A lens that declares the extent of its PSF."""
 
     def reach_um(self, lost_fraction: float, wavelength_nm: float) -> float:
-        """Return a radius that holds all of the light but so much, µm."""
+        """Return a radius beyond which at most ``lost_fraction`` of the light falls, µm."""
 
 
 @runtime_checkable
 class Fading(_Ability, Protocol):
-    """A lens that may say that its pattern is nothing beyond its reach, rounding apart."""
+    """A lens that declares whether its PSF vanishes beyond its reach, up to rounding."""
 
     @property
     def fades(self) -> bool:
-        """Whether it is."""
+        """Whether the PSF vanishes."""
 
 
 @runtime_checkable
 class KnowsWavelengths(_Ability, Protocol):
-    """A lens that may say that all wavelengths have the same pattern."""
+    """A lens that declares whether its PSF depends on the wavelength."""
 
     @property
     def chromatic(self) -> bool:
-        """Whether they differ."""
+        """Whether the PSF depends on the wavelength."""
 
 
 @runtime_checkable
 class KnowsEnergy(_Ability, Protocol):
-    """A round lens that knows its encircled energy."""
+    """A lens with a rotationally symmetric PSF that declares its encircled energy."""
 
     def encircled_energy(self, r_um: F64, wavelength_nm: float) -> F64:
         """Fraction of the light within ``r_um`` of the centre."""
@@ -190,7 +190,7 @@ class KnowsEnergy(_Ability, Protocol):
 
 @runtime_checkable
 class Round(_Ability, Protocol):
-    """A lens with a round pattern that it knows."""
+    """A lens that declares a rotationally symmetric PSF."""
 
     def point_spread(self, r_um: F64, wavelength_nm: float) -> F64:
         """Irradiance at ``r_um`` from a point of unit power, 1/µm²."""
@@ -198,38 +198,38 @@ class Round(_Ability, Protocol):
 
 @runtime_checkable
 class KnowsSize(_Ability, Protocol):
-    """A lens that tells the size of its transfer quicker than its transfer, as well as a bound needs it."""
+    """A lens with a fast estimate of its MTF, accurate enough for bounds."""
 
     def otf_size(self, frequency_per_um: F64, direction: tuple[float, float], wavelength_nm: float) -> F64:
-        """Return the size at frequencies along a unit vector."""
+        """Return the MTF at frequencies along a unit vector."""
 
 
 @runtime_checkable
 class KnowsWaves(_Ability, Protocol):
-    """A lens whose pattern changes with the wavelength by more than its size, because its wavefront is no sphere."""
+    """A lens whose PSF changes with wavelength in shape as well as in scale, because of aberrations."""
 
     def waves_turned(self, low_nm: float, high_nm: float) -> float:
-        """Return by how many waves the path difference turns between two wavelengths, over the pupil."""
+        """Return the change of the path difference over the pupil between two wavelengths, in waves."""
 
 
 @runtime_checkable
 class Tilts(_Ability, Protocol):
-    """A lens that may move its pattern, the same way at every wavelength, and be one that does not besides."""
+    """A lens whose wavefront may have a tilt that displaces its PSF equally at every wavelength."""
 
     def without_tilt(self) -> tuple[OpticalStage, tuple[float, float]]:
-        """Return the lens that does not, and by how much along x and y this one moves its pattern, µm."""
+        """Return the lens without the tilt, and the displacement of the PSF along x and y, µm."""
 
 
 @runtime_checkable
 class Illuminates(_Ability, Protocol):
-    """A lens that says how its light falls off."""
+    """A lens that declares its relative illumination."""
 
     def illumination(self, radius_um: F64) -> F64:
         """Return the light at distances from the axis, relative to that on the axis."""
 
 
 class Placed(OpticalStage, Protocol):
-    """A lens as one place of the frame has it: a path difference over a round pupil."""
+    """A lens at one place of the frame: a path difference over a circular pupil."""
 
     def waves(self, x: F64, y: F64, wavelength_nm: float) -> F64:
         """Return the path difference in waves at (x, y), in units of the pupil's radius."""
@@ -237,32 +237,31 @@ class Placed(OpticalStage, Protocol):
 
 @runtime_checkable
 class Varies(_Ability, Protocol):
-    """A lens whose pattern, and whose distortion, are those of a place in the frame."""
+    """A lens whose PSF varies over the frame, perhaps with distortion."""
 
     @property
     def distorts(self) -> bool:
-        """Whether it moves anything."""
+        """Whether it has distortion."""
 
     def at(self, x_um: float, y_um: float) -> Placed:
-        """Return the lens that a photosite at a place sees through."""
+        """Return the lens for a photosite at a place."""
 
     def distorted(self, points_um: F64) -> F64:
-        """Return where points (n, 2) of the scene, as it would fall on the sensor without distortion, fall."""
+        """Return the distorted positions of points (n, 2), given by their ideal positions on the sensor, µm."""
 
     def lacks(self, wavelength_nm: F64, corners_um: F64) -> str:
-        """Return why the lens cannot take a frame with these corners (n, 2) in light of wavelengths, "" if it can."""
+        """Return why the lens does not cover a frame with corners (n, 2) at these wavelengths; "" if it does."""
 
 
 @runtime_checkable
 class RoundLens(OpticalStage, KnowsBlur, KnowsEnergy, Protocol):
-    """A round lens whose pattern scales with its blur and is known in closed form: the boundary engine takes it.
+    """A rotationally symmetric lens with a closed-form pattern that scales with its blur, for the boundary engine.
 
-    The check takes ``encircled_energy`` and ``otf`` of it and nothing of ``pattern``, so that neither can be wrong
-    unseen.
+    The check uses ``encircled_energy`` and ``otf`` but not ``pattern``, so that an error in either is detected.
     """
 
     def pattern(self) -> Pattern:
         """Return the pattern in units of the blur."""
 
     def __hash__(self) -> int:
-        """Equal lenses have equal hashes: tables are kept by them."""
+        """Equal lenses have equal hashes: tables are cached by them."""

@@ -1,8 +1,8 @@
-"""The opening of a lens: its outline, where two shifted copies overlap, and rules that integrate over either exactly.
+"""The pupil of a lens: its outline, the overlap of two shifted copies, and quadrature rules over either.
 
-Lengths in units of half the diameter D = focal length / f-number. Round pupils may have a round obstruction in the
-middle, polygons too. A square touches the circle of diameter D from outside (its side is D, so its transfer ends at
-1/(λN) along its sides); the corners of a bladed iris lie on it.
+Lengths are in units of half the diameter D = focal length / f-number. Circular and polygonal pupils may have a circular
+central obstruction. A square circumscribes the circle of diameter D (its side is D, so its transfer ends at 1/(λN)
+along its sides); the corners of a bladed iris lie on the circle.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ LEAST_OBSTRUCTION, LARGEST_OBSTRUCTION = 1e-3, 0.95
 
 
 def _none_or_some(obstruction: float) -> float:
-    """Refuse one that takes less than a millionth of the light: its own rings would be a thousand blurs wide."""
+    """Refuse an obstruction of less than a millionth of the light, whose ringing would be a thousand λN wide."""
     if 0.0 < obstruction < LEAST_OBSTRUCTION:
         allowed = f"0, or a number from {LEAST_OBSTRUCTION:g} to {LARGEST_OBSTRUCTION:g}"
         raise InvalidValueError(f"must be {allowed}, not {obstruction:g}", key="obstruction")
@@ -38,13 +38,13 @@ Obstruction: TypeAlias = Annotated[float, Ge(0), Le(LARGEST_OBSTRUCTION), After(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Pupil:
-    """The shape of a lens's opening.
+    """The shape of a lens's pupil.
 
     shape       : "circular", "square" or "bladed" (a regular polygon)
-    obstruction : diameter of the round part in the middle that is covered, over D; 0: none
-    blades      : of a bladed iris
-    rotate_deg  : turns square or iris clockwise as displayed; at 0 a square's sides run along x and y and an iris has
-                  a corner at its right
+    obstruction : diameter of the circular central obstruction over D; 0: none
+    blades      : number of blades of a bladed iris
+    rotate_deg  : rotation of a square or iris, clockwise as displayed; at 0 a square's sides run along x and y and an
+                  iris has a corner at its right
 
     >>> round(Pupil(obstruction=0.5).area / math.pi, 12)
     0.75
@@ -111,7 +111,7 @@ class Pupil:
 
     @property
     def sides(self) -> int:
-        """How many smooth pieces the outline has: 1 for a circle."""
+        """Number of smooth pieces of the outline: 1 for a circle."""
         return self.blades or (4 if self.shape == "square" else 1)
 
     @property
@@ -120,9 +120,9 @@ class Pupil:
         return 2.0 * self.inner_radius * math.tan(math.pi / self.sides)
 
     def nodes(self, along: int, about: int) -> tuple[F64, F64, F64]:
-        """Return x, y and weights of a rule over the opening, along rays from its middle.
+        """Return x, y and weights of a quadrature rule over the pupil, along rays from its centre.
 
-        along : nodes of a ray, from the obstruction on;  about: rays, round a circle or through each side of a polygon
+        along : nodes of a ray, from the obstruction on;  about: rays, around a circle or for each side of a polygon
         """
         t, share = _from_0(along)
         if self.shape == "circular":
@@ -144,7 +144,7 @@ class Pupil:
         )
 
     def holds(self, x: F64, y: F64) -> np.ndarray:
-        """Whether points lie in the opening."""
+        """Return a mask of the points that lie in the pupil."""
         square = x * x + y * y
         inside = (square <= self.outer_radius**2) & (square >= self.obstruction**2)
         if self.shape != "circular":
@@ -153,16 +153,17 @@ class Pupil:
         return inside
 
     def overlap(self, shift: float, angle_rad: float, nodes: int) -> tuple[F64, F64, F64]:
-        """Return a rule over what two copies have in common that are ``shift`` apart along a direction.
+        """Return a quadrature rule over the overlap of two copies that are ``shift`` apart along a direction.
 
-        returns : x, y (from the middle between the copies) and weights; exact boundaries, nodes for waves within them
+        returns : x, y (from the midpoint between the copies) and weights; exact boundaries, nodes for waves within them
 
-        Along lines parallel to the shift each copy is one interval, or two beside the obstruction. Where their ends
-        change order the rule is cut, and cos-spaced in between, which takes the square roots of circles.
+        On lines parallel to the shift each copy is one interval, or two next to the obstruction. The rule is divided
+        where their ends change order, and cosine-spaced in between, to resolve the square roots of circles.
         """
         cuts = sorted({*self._cuts(shift, angle_rad)})
         cos, sin = math.cos(angle_rad), math.sin(angle_rad)
-        # t = middle − half·cos(u): its own weight is half·sin(u). Gauss's nodes crowd where small shifts leave roots.
+        # t = middle − half·cos(u), with weight half·sin(u). Gauss nodes are dense at the ends, where small shifts have
+        # roots.
         x, w = gauss_legendre(nodes)
         u = 0.5 * np.pi * (1.0 + x)
         spaced, slope = -np.cos(u), 0.5 * np.pi * np.sin(u) * w
@@ -174,7 +175,7 @@ class Pupil:
         share = (0.5 * (high - low)[:, None] * slope).ravel()
         begin, end = self._chord(across, angle_rad)
         hole = np.sqrt(np.maximum(self.obstruction**2 - across * across, 0.0))
-        # Past the obstruction all is one interval, and the second is empty.
+        # Beyond the obstruction there is one interval, and the second is empty.
         pieces = [(begin, np.where(hole > 0.0, -hole, end)), (np.where(hole > 0.0, hole, end), end)]
         xs, ys, weights = [], [], []
         for a in pieces:
@@ -190,13 +191,13 @@ class Pupil:
         return np.concatenate(xs), np.concatenate(ys), np.concatenate(weights)
 
     def _chord(self, across: F64, angle: float) -> tuple[F64, F64]:
-        """Return where lines along ``angle``, ``across`` from the middle, enter and leave the outline."""
+        """Return where lines along ``angle``, at distances ``across`` from the centre, enter and leave the outline."""
         if self.shape == "circular":
             half = np.sqrt(np.maximum(1.0 - across * across, 0.0))
             return -half, half
         begin, end = np.full(across.shape, -np.inf), np.full(across.shape, np.inf)
         for normal in self.normals():
-            # Within: cos·s − sin·t ≤ distance to the side, in the turned axes.
+            # Inside: cos·s − sin·t ≤ distance to the side, in the rotated axes.
             along = math.cos(normal - angle)
             bound = self.inner_radius - across * math.sin(normal - angle)
             if along > 1e-12:
@@ -206,13 +207,13 @@ class Pupil:
         return np.minimum(begin, end), end
 
     def normals(self) -> Iterator[float]:
-        """Yield the direction of every side of a polygon, radians."""
+        """Yield the direction of the normal of every side of a polygon, radians."""
         count, first = (4, 0.0) if self.shape == "square" else (self.blades, math.pi / max(self.blades, 1))
         for k in range(count):
             yield first + math.radians(self.rotate_deg) + 2.0 * math.pi * k / count
 
     def _cuts(self, shift: float, angle: float) -> Iterator[float]:
-        """Yield every distance across at which ends of intervals begin, end or meet."""
+        """Yield every distance across the shift at which ends of intervals begin, end or meet."""
         radii = [self.obstruction] if self.obstruction else []
         lines: list[tuple[float, float]] = []  # s = c0 + c1·t along each side
         if self.shape == "circular":
@@ -244,7 +245,7 @@ class Pupil:
                     if half * half > free:
                         root = math.sqrt(half * half - free)
                         found += [-half - root, -half + root]
-        # Wherever two of them are the same but for rounding the rule between them weighs nothing.
+        # Between two that differ only by rounding the rule has negligible weight.
         yield from (value for value in found if abs(value) <= extent)
 
 

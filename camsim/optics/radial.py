@@ -1,4 +1,4 @@
-"""A lens of which only the transfer function is known, as a curve: round, the same at every wavelength."""
+"""A lens given by its transfer function over radial frequency, the same at every wavelength."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from camsim.spectra.curve import NumberOrCurve, Transmission
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RadialOtf:
-    """A lens with a round PSF, given by its OTF at some radial frequencies.
+    """A lens with a rotationally symmetric PSF, given by its OTF at some radial frequencies.
 
     freq_per_um  : increasing from 0, cycles/µm
     values       : transfer there, signed, 1 at 0 and 0 at the last
     f_number     : sets the exposure only, not the blur
     transmission : fraction of the light that passes, a number or a curve over wavelength
 
-    In between the curve is a monotone cubic (PCHIP, Fritsch and Carlson 1980): no overshoot, no waves of its own.
+    In between the curve is a monotone cubic (PCHIP, Fritsch and Carlson 1980), without overshoot or oscillation.
 
     >>> lens = RadialOtf(freq_per_um=(0.0, 0.1, 0.2), values=(1.0, 0.4, 0.0))
     >>> float(lens.otf(np.array(0.06), np.array(0.08), 550.0).round(12))
@@ -74,11 +74,11 @@ class RadialOtf:
             raise refusal(self, "values", message)
 
     def pattern(self) -> Pattern:
-        """What the boundary engine knows of it."""
+        """Return the pattern for the boundary engine."""
         return _pattern(self)
 
     def blur_um(self, wavelength_nm: float) -> float:
-        """The pattern's own length, µm: the inverse of the last frequency."""
+        """Scale of the PSF, µm: the inverse of the last frequency."""
         return 1.0 / self.freq_per_um[-1]
 
     def cutoff_per_um(self, wavelength_nm: float) -> float:
@@ -93,7 +93,7 @@ class RadialOtf:
         return otf
 
     def curve(self) -> scipy.interpolate.PPoly:
-        """Return the transfer over frequency (cycles/µm) as a cubic between every two points."""
+        """Return the transfer over frequency (cycles/µm) as a piecewise cubic."""
 
         return scipy.interpolate.PchipInterpolator(self.freq_per_um, self.values)
 
@@ -110,11 +110,11 @@ class RadialOtf:
 
 @functools.cache
 def _pattern(lens: RadialOtf) -> Pattern:
-    """Return the pattern of a transfer that is a cubic between its knots; the blur is the inverse of the last one.
+    """Return the pattern of a piecewise cubic transfer; the blur is the inverse of the last knot.
 
-    A power uⁿ of the transfer at 0 makes 2πρ·∫uⁿ·J1(2πuρ) du = 1/(2πρ) of E for n = 1, −3/(2πρ)³ for n = 3, and nothing
-    for n even. A jump J of the m-th derivative at u makes J/(π√(uρ)·(2πρ)^m) of oscillation there, and an edge's end
-    met square on 1/(4π√(uρ)) of that.
+    A power uⁿ of the transfer at 0 contributes 2πρ·∫uⁿ·J1(2πuρ) du = 1/(2πρ) to E for n = 1, −3/(2πρ)³ for n = 3, and 0
+    for even n. A jump J of the m-th derivative at u causes an oscillation of amplitude J/(π√(uρ)·(2πρ)^m), and an
+    edge's end perpendicular to the line of sight has 1/(4π√(uρ)) of that.
     """
     last = lens.freq_per_um[-1]
     cubic = lens.curve()

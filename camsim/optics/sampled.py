@@ -1,7 +1,7 @@
-"""Transfer functions of lenses with aberrations as curves: the pupil's autocorrelation on a lattice, interpolated.
+"""Fast OTFs of lenses with aberrations: the pupil function's autocorrelation on a lattice, interpolated.
 
-``OfPupil.otf`` integrates over the overlap of two pupils anew at every frequency, to 1e-11. Where a curve is asked, to
-three or four digits, one autocorrelation by FFT has all frequencies and directions of a wavelength.
+``OfPupil.otf`` integrates over the overlap of two pupils at every frequency, to 1e-11. For curves with three or four
+digits, one autocorrelation by FFT gives all frequencies and directions of a wavelength.
 """
 
 from __future__ import annotations
@@ -19,19 +19,19 @@ from camsim.optics.of_pupil import OfPupil
 from camsim.optics.protocols import OpticalStage, Varies
 from camsim.optics.pupil import Pupil
 
-ACROSS, PER_EXTENT = 128, 5.0  # points across a pupil, and for each λN that the pattern reaches: 5e-4 of random lenses
-SLOPES = 32  # points across a pupil, between which the wavefront's slope is taken
+ACROSS, PER_EXTENT = 128, 5.0  # points across a pupil: at least, and per λN of the PSF's extent; error 5e-4
+SLOPES = 32  # points across a pupil for differences of the wavefront
 MOST_ACROSS = 2048  # a gigabyte
-FLAT_ACROSS = 1024  # for a polygon without aberrations, once for all wavelengths: 3e-4
-COVERED = 8  # parts of a lattice's cell along a side, of those that the outline cuts
+FLAT_ACROSS = 1024  # for a polygon without aberrations, once for all wavelengths: error 3e-4
+COVERED = 8  # parts along a side of cells that the outline cuts
 SMALL_ACROSS = 512  # up to 8 MB each are cached
 
 
 def sampled_otf(lens: OpticalStage, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float) -> F64 | C128:
-    """Transfer function at (fx, fy) cycles/µm, of any shape, within 1e-3: what ``lens.otf`` is, in milliseconds.
+    """Return ``lens.otf`` at (fx, fy) cycles/µm, of any shape, with an error of 1e-3 but in milliseconds.
 
-    Lenses that are no integral over a pupil are asked themselves, and those whose wavefront is too steep for a lattice.
-    A lens that changes over the frame is taken on its axis; ask ``lens.at(x_um, y_um)`` for another place.
+    ``lens.otf`` itself is used for lenses without a pupil integral, and for wavefronts too steep for a lattice.
+    A field-varying lens is evaluated on its axis; use ``lens.at(x_um, y_um)`` for another place.
 
     >>> from camsim.optics import Wavefront
     >>> coma = Wavefront(f_number=4.0, zernike_waves={8: 0.1})
@@ -51,7 +51,7 @@ def sampled_otf(lens: OpticalStage, fx_per_um: F64, fy_per_um: F64, wavelength_n
     otf = np.zeros(fx.shape, complex)
     inside = np.hypot(fx, fy) < lens.cutoff_per_um(wavelength_nm)
     fx, fy = fx[inside], fy[inside]
-    shift = 2.0 * lens.blur_um(wavelength_nm)  # of the pupil, for each cycle/µm, in half diameters
+    shift = 2.0 * lens.blur_um(wavelength_nm)  # of the pupil per cycle/µm, in half diameters
     bent = (_small if count <= SMALL_ACROSS else _large)(lens, wavelength_nm, count)
     moved = np.exp(-2j * np.pi * shift * (tilt[0] * fx + tilt[1] * fy))
     otf[inside] = moved * (bent(shift * fx, shift * fy) + _flat_otf(lens, fx, fy, wavelength_nm))
@@ -60,9 +60,9 @@ def sampled_otf(lens: OpticalStage, fx_per_um: F64, fy_per_um: F64, wavelength_n
 
 @functools.lru_cache(maxsize=1024)
 def _tilt_and_extent(lens: OfPupil, wavelength_nm: float) -> tuple[tuple[float, float], float]:
-    """Return the wavefront's mean slopes, waves per half diameter, and how many λN the pattern reaches without them.
+    """Return the wavefront's mean slopes, waves per half diameter, and the PSF's extent without them, λN.
 
-    A ray's slope of waves per half diameter moves its light by 2λN.
+    A slope of one wave per half diameter displaces a ray by 2λN.
     """
     place, step = _places(lens.pupil, SLOPES)
     x, y = np.meshgrid(place, place)
@@ -74,7 +74,7 @@ def _tilt_and_extent(lens: OfPupil, wavelength_nm: float) -> tuple[tuple[float, 
 
 
 class _Lattice(NamedTuple):
-    """An autocorrelation as coefficients of a spline that repeats; step: of shifts, half diameters."""
+    """An autocorrelation as coefficients of a periodic spline; step: of shifts, half diameters."""
 
     coefficients: np.ndarray
     step: float
@@ -88,9 +88,9 @@ class _Lattice(NamedTuple):
 
 
 def _bent(lens: OfPupil, wavelength_nm: float, count: int) -> _Lattice:
-    """Return what the wavefront, its tilt apart, changes of the autocorrelation without it.
+    """Return the autocorrelation with the wavefront (without its tilt) minus that without it.
 
-    Both begin with the same cusp at 0, and are wrong at the rim in the same way: their difference has neither.
+    Both have the same cusp at 0, and the same errors at the rim: their difference has neither.
     """
     place, step = _places(lens.pupil, count)
     covered = _covered(lens.pupil, count)
@@ -109,11 +109,11 @@ _large = functools.lru_cache(maxsize=4)(_bent)
 
 
 def _spline(power: F64, pupil: Pupil, step: float) -> _Lattice:
-    """Return the autocorrelation whose transform is given, as coefficients of a spline: divided by a spline's own."""
+    """Return the spline coefficients of an autocorrelation from its transform, divided by that of the spline."""
     turn = 2.0 * np.pi * np.arange(len(power)) / len(power)
-    one = (66.0 + 52.0 * np.cos(turn) + 2.0 * np.cos(2.0 * turn)) / 120.0  # 26, 66, 26 and 1 of 120 at whole places
+    one = (66.0 + 52.0 * np.cos(turn) + 2.0 * np.cos(2.0 * turn)) / 120.0  # quintic B-spline: 66, 26, 1 over 120
     scale = step * step / (pupil.area * power.size)
-    # The amplitude of a point is paired with the conjugate of that a shift further on: the transform's other sign.
+    # The pupil function is paired with its conjugate a shift further on: the transform with the other sign.
     return _Lattice(scipy.fft.fft2((power * scale / one / one[:, None]).astype(np.float32)), step)
 
 
@@ -138,7 +138,7 @@ def _flat_power(pupil: Pupil, count: int) -> F64:
 
 
 def _power(amplitude: F64 | C128) -> F64:
-    """Return the power of an amplitude's transform, with as many zeros as it has cells either way."""
+    """Return the power spectrum of an amplitude, zero-padded to twice its size."""
     rows = scipy.fft.fft(amplitude.astype(np.complex64), 2 * len(amplitude), axis=1)
     power: F64 = np.abs(scipy.fft.fft(rows, 2 * len(amplitude), axis=0)) ** 2
     return power
@@ -146,7 +146,7 @@ def _power(amplitude: F64 | C128) -> F64:
 
 @functools.lru_cache(maxsize=4)
 def _covered(pupil: Pupil, count: int) -> F64:
-    """Return what share of each cell of a lattice lies in the opening."""
+    """Return the fraction of each cell of a lattice that lies in the pupil."""
     place, step = _places(pupil, count)
     corner = np.append(place - 0.5 * step, place[-1] + 0.5 * step)
     held = pupil.holds(*np.meshgrid(corner, corner))
@@ -160,7 +160,7 @@ def _covered(pupil: Pupil, count: int) -> F64:
 
 
 def _places(pupil: Pupil, count: int) -> tuple[F64, float]:
-    """Return the middles of cells across the opening, and their distance, half diameters."""
+    """Return the centres of cells across the pupil, and their spacing, half diameters."""
     step = 2.0 * pupil.outer_radius / count
     middles: F64 = step * (np.arange(count, dtype=np.float64) + 0.5) - pupil.outer_radius
     return middles, step

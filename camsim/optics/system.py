@@ -1,4 +1,4 @@
-"""The stages as one: the only place where transfer functions are multiplied."""
+"""The optical system: the only place where transfer functions of stages are multiplied."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ from camsim.optics.protocols import (
 from camsim.optics.sampled import sampled_otf
 
 PLACES: dict[str, type] = {"lens": object, "olpf": LowPass, "photosite": PhotositeShape}
-"""What a stage can stand for, and what it must be for that; one that knows less is a blur besides the others."""
+"""Roles of a stage, and the protocol that each requires; a stage that does not satisfy it is an additional blur."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OpticalSystem:
-    """A lens, then perhaps an OLPF, then a photosite; ``more``: blurs of the user's own besides these.
+    """A lens, an optional OLPF and a photosite; ``more``: additional custom blurs.
 
     >>> from camsim.optics import Airy
     >>> system = OpticalSystem.of([Airy(f_number=8.0), SquarePhotosite(side_um=4.88)])
@@ -48,7 +48,7 @@ class OpticalSystem:
 
     @classmethod
     def of(cls, stages: Sequence[OpticalStage]) -> OpticalSystem:
-        """Sort a list of stages into their places; each place holds one at the most."""
+        """Sort a list of stages into their roles, with at most one stage for each."""
         stages = check(stages, tuple[Any, ...], "optics")
         places: dict[str, Any] = {}
         more: list[OpticalStage] = []
@@ -77,11 +77,11 @@ class OpticalSystem:
 
     @property
     def stages(self) -> tuple[OpticalStage, ...]:
-        """The stages that are there, in the order light meets them."""
+        """The stages present, in the order in which light passes them."""
         return tuple(stage for stage in (self.lens, *self.more, self.olpf, self.photosite) if stage is not None)
 
     def spots_um(self) -> F64:
-        """Offsets (n, 2) of the images that the OLPF makes of a point, equal in light; one at 0 without it."""
+        """Offsets (n, 2) of the OLPF's images of a point, of equal light, µm; one at 0 without an OLPF."""
         if self.olpf is None:
             return np.zeros((1, 2))
         spots: F64 = self.olpf.spots_um()
@@ -89,18 +89,18 @@ class OpticalSystem:
 
     @property
     def extent_um(self) -> float:
-        """Distance of the farthest point of OLPF and photosite from their centre, or more, µm."""
+        """Upper bound of the distance of a point of OLPF ⊗ photosite from its centre, µm."""
         return float(np.hypot(*self.spots_um().T).max() + np.hypot(*self.photosite.half_extent_um))
 
     def footprint_otf(self, fx_per_um: F64, fy_per_um: F64) -> F64:
-        """OTF of OLPF and photosite, the part that no wavelength changes."""
+        """OTF of OLPF and photosite, which does not depend on the wavelength."""
         otf: F64 = self.photosite.otf(fx_per_um, fy_per_um, 0.0)
         return otf if self.olpf is None else otf * self.olpf.otf(fx_per_um, fy_per_um, 0.0)
 
     def point_otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float, *, sampled: bool = False) -> F64:
-        """OTF of the lens and of every stage of the user's own: what a wavelength may change.
+        """OTF of the lens and of every custom blur, which may depend on the wavelength.
 
-        sampled : within 1e-3 and in milliseconds, where the lens's own is an integral at every frequency
+        sampled : accurate to 1e-3 only, but in milliseconds, for a lens whose OTF is an integral at every frequency
         """
         otf_of_lens: Any = functools.partial(sampled_otf, self.lens) if sampled else self.lens.otf
         otf: F64 = otf_of_lens(fx_per_um, fy_per_um, wavelength_nm)
@@ -109,7 +109,7 @@ class OpticalSystem:
         return otf
 
     def point_otf_size(self, frequency_per_um: F64, direction: tuple[float, float], wavelength_nm: float) -> F64:
-        """Size of ``point_otf`` at frequencies along a unit vector, as well as a bound needs it."""
+        """Absolute value of ``point_otf`` at frequencies along a unit vector, accurate enough for bounds."""
         fx, fy = frequency_per_um * direction[0], frequency_per_um * direction[1]
         if isinstance(self.lens, KnowsSize) and not self.more:
             return self.lens.otf_size(frequency_per_um, direction, wavelength_nm)
@@ -121,9 +121,9 @@ class OpticalSystem:
         return product
 
     def ring_share(self, wavelength_nm: F64, of_cutoff: float = 1.0) -> float:
-        """What OLPF and photosite leave of a pattern's rings, at the most: of waves of the length of its blur.
+        """Largest transfer of OLPF and photosite at the frequency of a PSF's ringing, 1/λN, over all directions.
 
-        of_cutoff : times that frequency
+        of_cutoff : factor of that frequency
         """
         angle = np.pi * np.arange(RING_DIRECTIONS) / RING_DIRECTIONS
         frequency = of_cutoff / self.blurs_um(wavelength_nm)
@@ -136,13 +136,13 @@ class OpticalSystem:
         return bool(self.more) or not isinstance(self.lens, KnowsWavelengths) or self.lens.chromatic
 
     def cutoff_per_um(self, wavelength_nm: float) -> float:
-        """The frequency beyond which nothing passes the lens, cycles/µm; looked for where the lens does not say."""
+        """The cut-off frequency of the lens, cycles/µm; searched for if the lens does not declare it."""
         if isinstance(self.lens, KnowsCutoff):
             return float(self.lens.cutoff_per_um(wavelength_nm))
         return _cutoff(self.lens, wavelength_nm)
 
     def blur_um(self, wavelength_nm: float) -> float:
-        """The lens pattern's own length, µm; the inverse of the cut-off where the lens does not say."""
+        """Scale of the lens's PSF, µm; the inverse of the cut-off if the lens does not declare it."""
         if isinstance(self.lens, KnowsBlur):
             return float(self.lens.blur_um(wavelength_nm))
         return 1.0 / self.cutoff_per_um(wavelength_nm)
@@ -153,14 +153,14 @@ class OpticalSystem:
         return float(max(cutoff(w) for w in wavelength_nm.tolist()))
 
     def blurs_um(self, wavelength_nm: F64) -> F64:
-        """The same at many wavelengths."""
+        """Scale of the lens's PSF (n,) at wavelengths (n,), µm."""
         blur_um = self.lens.blur_um if isinstance(self.lens, KnowsBlur) else self.blur_um
         return np.array([blur_um(w) for w in wavelength_nm.tolist()], float)
 
     def without_tilt(self) -> tuple[OpticalSystem, tuple[float, float]]:
-        """Return the system behind a lens that moves no pattern, and by how much its own does, along x and y, µm.
+        """Return the system with the lens's tilt removed, and the displacement of the PSF along x and y, µm.
 
-        A lens of one's own does what its ``otf`` says, whatever it inherits.
+        For a custom lens only its ``otf`` counts, whatever it inherits.
         """
         if is_custom(self.lens) or not isinstance(self.lens, Tilts):
             return self, (0.0, 0.0)
@@ -169,12 +169,12 @@ class OpticalSystem:
 
 
 RING_DIRECTIONS = 180
-NOTHING = 1e-14  # a transfer that rounding hides
+NOTHING = 1e-14  # transfers below this are rounding
 HIGHEST_PER_UM = 2.0**12
 
 
 def _cutoff(lens: OpticalStage, wavelength_nm: float) -> float:
-    """Return where a transfer function ends in every direction, to 1 in 1000, cycles/µm."""
+    """Return the cut-off frequency of a transfer over all directions, to 1 in 1000, cycles/µm."""
     angle = np.pi * np.arange(24) / 24.0
     across, down = np.cos(angle), np.sin(angle)
 
@@ -182,7 +182,7 @@ def _cutoff(lens: OpticalStage, wavelength_nm: float) -> float:
         otf = lens.otf(np.multiply.outer(radius, across), np.multiply.outer(radius, down), wavelength_nm)
         return bool((np.abs(otf) > NOTHING).any())
 
-    # From outside in: a transfer may be 0 somewhere within its band.
+    # Search from high frequencies down: a transfer may vanish within its band.
     high = HIGHEST_PER_UM
     if passes(np.array([high])):
         raise UnsupportedError(

@@ -1,8 +1,8 @@
-"""A pupil's transfer as a table over radius and direction, at several wavelengths: computed once, looked up everywhere.
+"""Tables of a pupil's OTF over radius and direction, at several wavelengths, for interpolation.
 
 In polar coordinates the transfer of a pupil is smooth: the cone at zero frequency is a straight line along each
-direction, and where it ends, as (1 − ρ)^{3/2}, places lie like 1 − t². So few places are enough, and how many is found
-by trying: a table is as fine as makes places between its nodes right.
+direction, and near the cut-off, where it falls as (1 − ρ)^{3/2}, nodes lie like 1 − t². So few nodes suffice; their
+number is found by comparison with directly computed values between them.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ DIRECTIONS = 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256
 IN_PANEL = 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192
 PANEL_TRIED = 0.023, 0.19, 0.46, 0.71, 0.94  # of a panel
 DEGREES = 2, 4, 6, 8, 12, 16, 20
-ROUNDING, DIGITS = 1e-12, 12  # waves; of directions that are one
-SAME_PATH = 1e-9  # nm: path differences that are one
+ROUNDING, DIGITS = 1e-12, 12  # waves; digits to which equal directions agree
+SAME_PATH = 1e-9  # nm: path differences closer than this are equal
 RADII_TRIED, DIRECTIONS_TRIED = (
-    (0.15, 0.45, 0.8, 0.97),  # near its end only phases of opposite rims differ: they turn fastest with the direction
+    (0.15, 0.45, 0.8, 0.97),  # near the cut-off only opposite rims overlap, whose phase changes fastest with direction
     (0.031, 0.173, 0.342, 0.561, 0.777, 0.913),
 )  # of the largest; of half a turn
 
@@ -50,12 +50,12 @@ NO_BORDER: F64 = np.empty((0, 2))
 class TransferTable:
     """Transfers at ρ = |f|·λN, 0 … 1 times ``outer``, and directions 0 … π.
 
-    breaks  : ρ between which the transfer is smooth, from 0 to 1; it goes as the power 3/2 at each
-    values  : (j, radii, directions) at Chebyshev places of each piece; directions evenly from 0 to below π, or at
-              Chebyshev places of each panel
-    panels  : equal ones in half a turn from ``first_rad`` on, of a pupil with straight sides; 0: it has none. Along a
-              side the transfer's slope turns with a kink: spikes of the pattern
-    border  : (panels, 2) vectors whose product with f·λN is 1 where the transfer ends; ρ is that product then
+    breaks  : ρ between which the transfer is smooth, from 0 to 1; it has a power 3/2 at each
+    values  : (j, radii, directions) at Chebyshev nodes of each piece; directions evenly from 0 to below π, or at
+              Chebyshev nodes of each panel
+    panels  : number of equal panels in half a turn from ``first_rad`` on, for a pupil with straight sides, else 0. In
+              the direction of a side the transfer has a kink, which makes the PSF's spikes
+    border  : (panels, 2) vectors whose product with f·λN is 1 at the cut-off; ρ is that product then
     blur_um : (j,) λN
     """
 
@@ -70,14 +70,14 @@ class TransferTable:
 
     @property
     def nearest(self) -> float:
-        """The smallest ρ of a vector of length 1, in units of λN: what its border's corners make of it."""
+        """Smallest ρ of a vector f·λN of length 1, in the direction of the border's corners."""
         if not self.panels:
             return 1.0
         ends = self.first_rad + (np.pi / self.panels) * (np.arange(self.panels) + np.array([[0.0], [1.0]]))
         return float((self.border[:, 0] * np.cos(ends) + self.border[:, 1] * np.sin(ends)).min())
 
     def in_panels(self, frequency_per_um: F64, each: int) -> C128:
-        """Return transfers (j, n, panels, each + 3) in directions evenly from a step before each panel.
+        """Return transfers (j, n, panels, each + 3) in evenly spaced directions from a step before each panel.
 
         frequency_per_um : (n,) ρ/λN, in units of the border's direction
         """
@@ -93,7 +93,7 @@ class TransferTable:
         return found.reshape(*found.shape[:2], self.panels, each + 3)
 
     def along(self, frequency_per_um: F64, directions: int, angle_rad: float = 0.0) -> C128:
-        """Return transfers (j, n, directions) at radial frequencies (n,), in even directions from ``angle_rad`` on.
+        """Return transfers (j, n, directions) at radial frequencies (n,), in evenly spaced directions from an angle on.
 
         directions : over half a turn, as many as the table's or more
         """
@@ -111,7 +111,7 @@ class TransferTable:
         return out
 
     def _turned(self, directions: int, angle_rad: float) -> list[tuple[F64, F64 | None]]:
-        """Return the table in other directions, real and imaginary parts, cached; None: the transfer is real."""
+        """Return real and imaginary parts of the table in other directions, cached; None: the transfer is real."""
         key = directions, angle_rad
         if key not in self._cache:
             values = self.values
@@ -134,13 +134,13 @@ def _parts(values: C128) -> list[tuple[F64, F64 | None]]:
 
 
 def radial_places(count: int, breaks: tuple[float, ...] = (0.0, 1.0)) -> F64:
-    """Return ρ at ``count`` places of each piece: a + (b − a)·sin²(πt/2), t Chebyshev's on 0 … 1."""
+    """Return ρ at ``count`` nodes of each piece: a + (b − a)·sin²(πt/2), t Chebyshev nodes on 0 … 1."""
     t = 0.5 * (1.0 + chebyshev(count))
     return np.concatenate([a + (b - a) * np.sin(0.5 * np.pi * t) ** 2 for a, b in pairwise(breaks)])
 
 
 def radial_matrix(total: int, rho: F64, breaks: tuple[float, ...] = (0.0, 1.0)) -> F64:
-    """Return the matrix (n, total) of interpolation from all pieces' places to ρ (n,)."""
+    """Return the interpolation matrix (n, total) from the nodes of all pieces to ρ (n,)."""
     count = total // (len(breaks) - 1)
     out = np.zeros((rho.size, total))
     piece = np.clip(np.searchsorted(breaks, rho, side="right") - 1, 0, len(breaks) - 2)
@@ -152,7 +152,7 @@ def radial_matrix(total: int, rho: F64, breaks: tuple[float, ...] = (0.0, 1.0)) 
 
 
 def _finer(values: C128, directions: int, angle_rad: float) -> C128:
-    """Return the table in other even directions over half a turn: T(ρ, θ + π) is the conjugate."""
+    """Return the table in other evenly spaced directions over half a turn: T(ρ, θ + π) is the conjugate."""
     whole = np.concatenate([values, values.conj()], axis=2)
     count = whole.shape[2]
     waves = np.fft.fft(whole, axis=2) / count
@@ -162,7 +162,7 @@ def _finer(values: C128, directions: int, angle_rad: float) -> C128:
     half = min(count, 2 * directions) // 2
     wide[..., :half] = waves[..., :half]
     wide[..., -half:] = waves[..., -half:]
-    if half == count // 2 and 2 * directions > count:  # the highest wave is as much of either sign
+    if half == count // 2 and 2 * directions > count:  # split the Nyquist term between both signs
         wide[..., half] = 0.5 * waves[..., half]
         wide[..., -half] *= 0.5
     turned: C128 = np.fft.ifft(wide, axis=2)[..., :directions] * (2 * directions)
@@ -171,9 +171,9 @@ def _finer(values: C128, directions: int, angle_rad: float) -> C128:
 
 @functools.lru_cache(maxsize=512)
 def transfer_table(lens: OfPupil, wavelength_nm: tuple[float, ...], allowed: float) -> TransferTable:
-    """Return a lens's table that is right to ``allowed``.
+    """Return a lens's table with an error of at most ``allowed``.
 
-    Each axis has as many places as make places between them right, tried along a few lines; so have the integrals.
+    The numbers of nodes along each axis, and of the integrals, are found by tests along a few lines.
     """
     at, outer = _Overlaps.of(lens, np.array(wavelength_nm)), lens.pupil.outer_radius
     nodes = at.nodes_for(0.2 * allowed)
@@ -199,7 +199,7 @@ def transfer_table(lens: OfPupil, wavelength_nm: tuple[float, ...], allowed: flo
 
 
 def _fewest(counts: tuple[int, ...], off: Callable[[int], float], allowed: float) -> int:
-    """Return the smallest count that is off by no more than allowed."""
+    """Return the smallest count with an error of at most ``allowed``."""
     for count in counts:
         if off(count) <= allowed:
             return count
@@ -214,12 +214,12 @@ def _too_often() -> UnsupportedError:
 
 
 def _cell(count: int) -> F64:
-    """Return Chebyshev places on 0 … 1."""
+    """Return Chebyshev nodes on 0 … 1."""
     return 0.5 * (1.0 + chebyshev(count))
 
 
 def _panel_off(at: _Overlaps, count: int, nodes: I64) -> float:
-    """Return how far off places between a panel's nodes are, in every panel, on a few radii."""
+    """Return the error of interpolation between a panel's nodes, over all panels, at a few radii."""
     rho, width = np.array(RADII_TRIED), np.pi / at.panels
     tried = np.array(PANEL_TRIED)
     off = 0.0
@@ -235,7 +235,7 @@ def _panel_off(at: _Overlaps, count: int, nodes: I64) -> float:
 
 
 def _directions_off(at: _Overlaps, outer: float, count: int, nodes: I64) -> float:
-    """Return how far off the middles between directions are on a few radii."""
+    """Return the error of interpolation between directions, at a few radii."""
     rho = outer * np.array(RADII_TRIED)
     angle = np.pi * np.arange(count) / count
     values = at(np.repeat(rho, count), np.tile(angle, rho.size), nodes).reshape(-1, rho.size, count)
@@ -246,7 +246,7 @@ def _directions_off(at: _Overlaps, outer: float, count: int, nodes: I64) -> floa
 
 
 def _radii_off(at: _Overlaps, count: int, nodes: I64) -> float:
-    """Return how far off radii between the nodes are, in two directions."""
+    """Return the error of interpolation between radii, in two directions."""
     places = radial_places(count, at.breaks)
     tried = 0.5 * (places[1:] + places[:-1])
     tried = tried[:: max(1, tried.size // 12)]
@@ -263,8 +263,8 @@ def _radii_off(at: _Overlaps, count: int, nodes: I64) -> float:
 class _Overlaps:
     """A pupil's overlaps with its shifted copies, at several wavelengths.
 
-    paths : (w, d + 1, d + 1) coefficients of x^a·y^b, nm;  which: (j,) which of them each wavelength has
-    turns : the angle after which a polygon with a wavefront of revolution is the same; 0 of a circle; π of all others
+    paths : (w, d + 1, d + 1) coefficients of x^a·y^b, nm;  which: (j,) index of each wavelength's path difference
+    turns : angle of rotational symmetry, for a rotationally symmetric wavefront: of a polygon; 0 of a circle; else π
     """
 
     lens: OfPupil
@@ -275,16 +275,16 @@ class _Overlaps:
 
     @property
     def revolves(self) -> bool:
-        """Whether all directions are alike."""
+        """Whether the transfer is rotationally symmetric."""
         return self.turns == 0.0
 
     @property
     def panels(self) -> int:
-        """Between how many directions of sides half a turn is divided; 0 of a circle."""
+        """Number of panels between directions of sides in half a turn; 0 for a circle."""
         pupil = self.lens.pupil
         if pupil.shape == "circular":
             return 0
-        # Where sides run, and where the border of the transfer has its corners.
+        # Panels end in the directions of sides and of the corners of the transfer's border.
         return pupil.sides // 2 if pupil.sides % 4 == 2 else pupil.sides
 
     @property
@@ -297,7 +297,7 @@ class _Overlaps:
 
     @property
     def border(self) -> F64:
-        """Vectors (panels, 2) square on the transfer's border: a polygon, of a pupil's shifts that just touch it."""
+        """Vectors (panels, 2) normal to the transfer's border: the polygon of shifts at which two copies just touch."""
         pupil = self.lens.pupil
         corner = pupil.inner_radius / math.cos(math.pi / pupil.sides)
         near = 0.5 * (pupil.inner_radius + (corner if pupil.sides % 2 else pupil.inner_radius))
@@ -308,7 +308,7 @@ class _Overlaps:
         return np.stack([np.cos(normal), np.sin(normal)], axis=1) / near
 
     def border_at(self, angle: F64) -> F64:
-        """Return the largest ρ in directions (n,)."""
+        """Return the cut-off ρ in directions (n,)."""
         if not self.panels:
             return np.full(angle.size, self.lens.pupil.outer_radius)
         place = np.floor((angle - self.first_rad) * self.panels / np.pi).astype(np.int64)
@@ -317,7 +317,7 @@ class _Overlaps:
 
     @property
     def breaks(self) -> tuple[float, ...]:
-        """Where along the radius outlines of the opening begin or cease to meet."""
+        """Radii at which outlines of the opening begin or cease to intersect."""
         hole = self.lens.pupil.obstruction
         if self.lens.pupil.shape != "circular" or not hole:
             return 0.0, 1.0
@@ -325,7 +325,7 @@ class _Overlaps:
 
     @classmethod
     def of(cls, lens: OfPupil, wavelength_nm: F64) -> _Overlaps:
-        """Find the polynomial that a wavefront is."""
+        """Express a wavefront as a polynomial and find its symmetry."""
         terms, degree = _polynomials(lens, wavelength_nm)
         same = [int(np.argmax(np.abs(terms[: k + 1] - one).max(axis=1) <= SAME_PATH)) for k, one in enumerate(terms)]
         kept, which = np.unique(same, return_inverse=True)
@@ -334,24 +334,24 @@ class _Overlaps:
             out[_powers(degree)] = one
         x = np.array([0.3, 0.7, 1.0])
         turned = [lens.waves(x * math.cos(a), x * math.sin(a), float(wavelength_nm[0])) for a in (0.0, 1.1, 2.9)]
-        turns = math.pi  # after which directions repeat, conjugate
+        turns = math.pi  # transfers at opposite directions are conjugate
         if float(np.ptp(turned, axis=0).max()) <= ROUNDING:
             turns = 0.0 if lens.pupil.shape == "circular" else 2.0 * math.pi / lens.pupil.sides
         return cls(lens, wavelength_nm, paths, which.astype(np.int64), turns)
 
     def __call__(self, rho: F64, angle: F64, nodes: I64) -> C128:
-        """Return transfers (j, n) at ρ and directions (n,), each kind of direction computed once.
+        """Return transfers (j, n) at ρ and directions (n,), computed once for equivalent directions.
 
-        nodes : each way of overlaps at the shares ``SHARES`` of the border's ρ; between two the larger
+        nodes : per axis of an overlap, at the fractions ``SHARES`` of the border's ρ; between two the larger
         """
         pupil = self.lens.pupil
-        if 0.0 < self.turns < math.pi:  # a regular polygon is the same turned, and mirrored about its corners
+        if 0.0 < self.turns < math.pi:  # symmetry of a regular polygon: rotation, and reflection about its corners
             first = math.radians(pupil.rotate_deg) + (0.25 * math.pi if pupil.shape == "square" else 0.0)
             turned: F64 = np.remainder(angle - first, self.turns)
             angle = np.asarray(first + np.round(np.minimum(turned, self.turns - turned), DIGITS), np.float64)
         both, which = np.unique(np.round(rho, DIGITS) + 1j * angle, return_inverse=True)
         rho, angle = np.ascontiguousarray(both.real), np.ascontiguousarray(both.imag)
-        plain = not self.paths.any()  # then all wavelengths have one
+        plain = not self.paths.any()  # the transfer is the same at all wavelengths then
         per_nm = 1.0 / (self.wavelength_nm[:1] if plain else self.wavelength_nm)
         out = np.empty((rho.size, per_nm.size), complex)
         normals = np.array([] if pupil.shape == "circular" else [*pupil.normals()], float)
@@ -371,7 +371,7 @@ class _Overlaps:
         return counts
 
     def nodes_for(self, allowed: float) -> I64:
-        """Return how many nodes each way are enough: so many that half as many more change nothing."""
+        """Return how many nodes per axis suffice: 1.5 times as many change the result by at most ``allowed``."""
         rho, angle = (one.ravel() for one in np.meshgrid(SHARES, TRIED, indexing="ij"))
         rho = rho * self.border_at(angle)
         enough, nodes = np.zeros(SHARES.size, np.int64), FIRST_RULE
@@ -393,13 +393,13 @@ class _Overlaps:
 
 
 def _powers(degree: int) -> tuple[I64, I64]:
-    """Return the powers a and b of x and y, a + b no more than the degree."""
+    """Return the powers a and b of x and y with a + b up to the degree."""
     a, b = np.nonzero(np.add.outer(np.arange(degree + 1), np.arange(degree + 1)) <= degree)
     return a, b
 
 
 def _polynomials(lens: OfPupil, wavelength_nm: F64) -> tuple[F64, int]:
-    """Return coefficients (j, terms) of path differences in nm, and the degree at which they are all of them."""
+    """Return coefficients (j, terms) of path differences in nm as polynomials, and their degree."""
     for degree in DEGREES:
         count = 2 * degree + 5
         r, angle = np.sqrt((np.arange(count) + 0.5) / count), 2.0 * np.pi * np.arange(count) / count
@@ -414,7 +414,7 @@ def _polynomials(lens: OfPupil, wavelength_nm: F64) -> tuple[F64, int]:
 
 
 def _rule(nodes: int) -> tuple[F64, F64, F64, F64]:
-    """Return places −cos u across a strip with their weights, and a Gauss rule on 0 … 1 along it."""
+    """Return nodes −cos u across a strip with their weights, and a Gauss rule on 0 … 1 along it."""
     x, w = gauss_legendre(nodes)
     u = 0.5 * np.pi * (1.0 + x)
     return -np.cos(u), 0.5 * np.pi * np.sin(u) * w, 0.5 * (1.0 + x), 0.5 * w

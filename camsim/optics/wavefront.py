@@ -1,4 +1,4 @@
-"""A lens with aberrations: any opening, any wavefront given by Zernike coefficients."""
+"""A lens with aberrations: any pupil, with a wavefront given by Zernike coefficients."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from camsim.optics.zernike import LARGEST_INDEX, orders, zernike_sum
 from camsim.spectra.curve import NumberOrCurve, Transmission, Wavelength
 
 MOST_WAVES = 50.0
-FOCUS_NM = 550.0  # where as many on the rim are the most that a focus shift may make
-PLANE = 2  # Zernikes up to this one are planes: they move the pattern
+FOCUS_NM = 550.0  # wavelength of the limit MOST_WAVES on a focus shift, at the rim of the pupil
+PLANE = 2  # Zernikes up to this one are tilts, which displace the PSF
 
 
 def _as_pairs(given: Any) -> Any:
@@ -47,7 +47,7 @@ class Wavefront(OfPupil):
                     ``reference_nm``, root mean square over the circle of diameter D
     reference_nm  : wavelength of those waves: the path differences are the same lengths at every wavelength
     defocus_um    : focus shift δ in µm, a path difference δ/(8N²)·r², which adds to Zernike 4 with its sign
-    pupil         : the opening
+    pupil         : shape of the pupil
     transmission  : fraction of the light that passes, a number or a curve over wavelength
 
     The pupil's x and y run along the sensor's (y down). A positive path difference at a point of the pupil turns its
@@ -97,9 +97,9 @@ class Wavefront(OfPupil):
         return defocus + zernike_sum(index, coefficients, x, y) if index else defocus
 
     def without_tilt(self) -> tuple[Wavefront, tuple[float, float]]:
-        """Return the lens without its planes, and how far these move its pattern along x and y, µm.
+        """Return the lens without its tilts, and the displacement of the PSF that these cause along x and y, µm.
 
-        c waves of a plane, 2c·x, are c·4·λ_ref·N: a length, the same at every wavelength.
+        A tilt of c waves, 2c·x, displaces the PSF by c·4·λ_ref·N, the same at every wavelength.
         """
         down, across = (sum(c for index, c in self._pairs if index == plane) for plane in (PLANE - 1, PLANE))
         if not (across or down):
@@ -110,19 +110,19 @@ class Wavefront(OfPupil):
 
     @property
     def _pairs(self) -> tuple[tuple[int, float], ...]:
-        """The pairs, as they are kept whatever was given."""
+        """The pairs in standard form."""
         pairs: Any = self.zernike_waves
         return tuple(pairs)
 
     @property
     def _symmetric(self) -> bool:
-        """Whether the pattern stays the same when turned by 180°, so that its transfer is real."""
+        """Whether the PSF is symmetric under rotation by 180°, so that its transfer is real."""
         even_pupil = self.pupil.shape != "bladed" or self.pupil.blades % 2 == 0
         return even_pupil and all(orders(index)[0] % 2 == 0 for index, _ in self._pairs)
 
 
 def check_focus(lens: object, key: str, focus_um: float, f_number: float) -> None:
-    """Refuse a focus shift δ that makes too many waves on the rim of the pupil, δ/(8N²)."""
+    """Refuse a focus shift δ with too many waves at the rim of the pupil, δ/(8N²)."""
     most_um = MOST_WAVES * 8.0 * f_number**2 * FOCUS_NM / NM_PER_UM
     if abs(focus_um) > most_um:
         allowed = f"from {-most_um:.3g} to {most_um:.3g} at f/{f_number:g}, {MOST_WAVES:g} waves on the pupil's rim"

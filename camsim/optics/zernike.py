@@ -29,10 +29,10 @@ def orders(index: int) -> tuple[int, int]:
 
 @functools.lru_cache(maxsize=64)
 def radial_steps(m: int, count: int) -> F64:
-    """Return a, b, c (count, 3) of what r^m is multiplied by: P_p = (a·s + b)·P_{p−1} − c·P_{p−2}, s = r², P₀ = 1.
+    """Return a, b, c (count, 3) of the recurrence P_p = (a·s + b)·P_{p−1} − c·P_{p−2} of R = r^m·P_p; s = r², P₀ = 1.
 
-    They are Jacobi's polynomials P_p^(0, m)(2s − 1), 1 at the rim (DLMF 18.9.2). Of powers of s seven digits cancel at
-    order 20, along the steps none.
+    They are Jacobi polynomials P_p^(0, m)(2s − 1), 1 at the rim (DLMF 18.9.2). With powers of s seven digits would
+    cancel at order 20, with the recurrence none.
 
     >>> radial_steps(0, 2)[1]  # defocus: 2r² − 1
     array([ 2., -1.,  0.])
@@ -50,7 +50,7 @@ def radial_steps(m: int, count: int) -> F64:
 
 
 def norm(index: int) -> float:
-    """Return what makes the root mean square 1 of a polynomial whose R(r) is 1 at the rim."""
+    """Return the factor that gives a polynomial with R(1) = 1 unit root mean square."""
     n, m = orders(index)
     return math.sqrt((2 if m else 1) * (n + 1))
 
@@ -61,11 +61,11 @@ def zernike_sum(index: tuple[int, ...], coefficients: Sequence[float], x: F64, y
     >>> zernike_sum((4,), [1.0], np.array([0.0, 1.0]), np.zeros(2)).round(4)  # defocus: √3·(2r² − 1)
     array([-1.7321,  1.7321])
     """
-    # Who reads a lens from a file needs no compiler.
+    # A deferred import: reading a lens from a file needs no compiler.
     from camsim.core.kernels.zernike import fill_sum
 
     values = np.empty(np.broadcast_shapes(np.shape(x), np.shape(y)))
-    # Copies: what is read-only is another type, for which all would be compiled once more.
+    # Copies: read-only arrays have another type, for which the kernel would be compiled again.
     x, y = (np.array(one, float).ravel() for one in np.broadcast_arrays(x, y))
     places, norms, steps = layout(index)
     count = len(steps) * 2 * steps.shape[1]
@@ -77,7 +77,7 @@ def zernike_sum(index: tuple[int, ...], coefficients: Sequence[float], x: F64, y
 
 @functools.lru_cache(maxsize=256)
 def layout(index: tuple[int, ...]) -> tuple[I64, F64, F64]:
-    """Return where polynomials have their places among (m, cos or sin, p), what makes each 1, and all steps."""
+    """Return the indices of polynomials in an array (m, cos or sin, p), their norms, and all recurrences."""
     n, m = np.array([orders(j) for j in index], np.int64).reshape(-1, 2).T
     p = (n - np.abs(m)) // 2
     turns, degrees = int(np.abs(m).max(initial=0)) + 1, int(p.max(initial=0)) + 1
@@ -91,7 +91,7 @@ def zernike(index: int, x: F64, y: F64) -> F64:
 
 
 def cosines(order: int, x: F64, y: F64) -> tuple[tuple[int, ...], F64, F64, F64]:
-    """Return the indices of polynomials with cosines up to an order, their values (n, k) at points, and slopes.
+    """Return the indices of cosine polynomials up to an order, their values (n, k) at points, and their slopes.
 
     >>> index, values, along_x, along_y = cosines(2, np.array([0.5]), np.array([0.0]))
     >>> index, along_x.round(4)  # slopes of 1, 2x, √3·(2r² − 1) and √6·(x² − y²) along x

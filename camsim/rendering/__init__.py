@@ -1,4 +1,4 @@
-"""The right number in every photosite, and how sure of it we are."""
+"""Rendering of a scene through optics onto a grid of photosites, with an estimate of the error."""
 
 from camsim.rendering.first_use import compile_kernels, kernels_compiled
 from camsim.rendering.grid import Grid

@@ -1,8 +1,7 @@
-"""Long sides with corners of their own near the frame: seen from photosites, far ends are rounded and move the line.
+"""Additional corners near the frame for long sides, whose far ends are affected by rounding.
 
-A side is followed from a photosite: its ends less the photosite's place are rounded to a part in 2⁵² of how far away
-they are, and the line between them passes by that much beside where it belongs. Corners near the frame, on the line as
-more digits tell it, leave nothing of that.
+Coordinates of a side's ends relative to a photosite are rounded to a part in 2⁵² of their distance, which displaces the
+line between them by as much. Corners near the frame, placed on the line in extended precision, avoid this.
 """
 
 from __future__ import annotations
@@ -15,13 +14,13 @@ from camsim.core.arrays import F64
 from camsim.rendering.grid import Grid
 from camsim.scene import Arrangement
 
-MOVED = 1e-3  # of the tolerance, in pitches: how far a line may be moved, of which no more than 1/λN are seen
-BESIDE = 4.0  # half diagonals of the window, and pitches: sides that pass farther off are nowhere near
-AFTER = 2.0  # times that: where the corners are
+MOVED = 1e-3  # largest displacement of a line in pitches, over the tolerance; its effect is at most 1/λN times that
+BESIDE = 4.0  # half diagonals of the window (plus a pitch) up to which a side counts as near
+AFTER = 2.0  # distance of the corners from the middle, over that
 
 
 def anchored(arrangement: Arrangement, grid: Grid, tolerance: float) -> Arrangement:
-    """Return the same outlines; sides whose far ends move them get corners near the window."""
+    """Return the same outlines, with corners near the window in sides that rounding of far ends would displace."""
     pitch_um = grid.pitch_um
     size = np.array([grid.cols - 1, grid.rows - 1])
     middle = (np.array(grid.first_centre) + 0.5 * size) * pitch_um
@@ -33,7 +32,7 @@ def anchored(arrangement: Arrangement, grid: Grid, tolerance: float) -> Arrangem
     far = np.flatnonzero(ends > max(most, 2.0 * AFTER * near))
     if not far.size:
         return arrangement
-    # The point nearest to the middle: of numbers that nearly cancel, with the digits that a long double has more.
+    # The point nearest to the middle: a difference that cancels, in extended precision.
     start, along = arrangement.start_um[far].astype(np.longdouble), arrangement.end_um[far].astype(np.longdouble)
     along -= start
     length = np.hypot(along[:, 0], along[:, 1])
@@ -50,7 +49,7 @@ def anchored(arrangement: Arrangement, grid: Grid, tolerance: float) -> Arrangem
     start_um: F64 = np.repeat(arrangement.start_um, times, axis=0)
     end_um: F64 = np.repeat(arrangement.end_um, times, axis=0)
     for k, (one, corner) in enumerate(zip(within, corners, strict=True)):
-        # The corner before the middle ends a side's first part, the one after it that of its last but one.
+        # The corner before the middle ends a side's first part, the one after it its last but one.
         ended = first[far[one]] + (k * count[0, far[one]])
         end_um[ended] = start_um[ended + 1] = corner[one]
     return dataclasses.replace(

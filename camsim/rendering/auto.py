@@ -1,4 +1,4 @@
-"""Which engine renders a job, and why."""
+"""Choice of the engine that renders a job, and of the check."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ ENGINES: dict[str, Engine] = {
     **{method: Paper(method) for method in rules.METHODS},
 }
 NAMES = ("auto", *ENGINES)
-CHEAP_SECONDS = 0.05  # the answer saves no more than this; to ask the other engine takes nearly as long
-IMAGE_BYTES = 24.0  # of a photosite: whole images, which are no engine's tables and transforms
-CROWD = 20_000  # edges that closed forms are not asked for
-DIRECT = 2e-7  # the finest tolerance that direct sums judge
-WIDEST = 50.0  # waves along the side of a sample that direct sums follow
+CHEAP_SECONDS = 0.05  # cost of the boundary engine up to which a plan of the other would save nothing
+IMAGE_BYTES = 24.0  # of a photosite: whole images, which do not count as an engine's tables and transforms
+CROWD = 20_000  # edges from which on closed forms are not considered
+DIRECT = 2e-7  # finest tolerance that direct sums can check
+WIDEST = 50.0  # largest side of a picture's sample for direct sums, in periods of the highest frequency
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Choice:
-    """A plan that is ready to run, why it was chosen, and what judges it."""
+    """A plan that is ready to run, the reason for its choice, and its check."""
 
     method: str
     why: str
@@ -50,7 +50,7 @@ class Choice:
 
     @property
     def cost(self) -> Cost:
-        """What one image takes, the check included."""
+        """Cost of one image, the check included."""
         cost = self.plan.cost
         return Cost(seconds=cost.seconds + self.checker.seconds(self.plan), memory_bytes=cost.memory_bytes)
 
@@ -63,13 +63,13 @@ def check_method(method: str) -> None:
 def choose(
     method: str, job: Job, samples: int | None = None, *, scene: Scene | None = None, fields: FieldJob | None = None
 ) -> Choice:
-    """Plan with the method named; "auto": boundary where it can and is cheaper, fourier otherwise.
+    """Plan with the method named; "auto": boundary if it applies and is cheaper, fourier otherwise.
 
-    scene  : the whole scene, where that is more than the job's edges
+    scene  : the whole scene, if that is more than the job's edges
     fields : its pictures, gradients and points
 
-    What a method cannot render it refuses, even where there is nothing to render; what takes too much memory, before
-    anything is rendered.
+    Raises UnsupportedError for a job that the method does not support, even if there is nothing to render, and
+    InvalidValueError for a plan that exceeds the memory limit.
     """
     if fields is not None:
         if method not in ("auto", "fourier"):
@@ -90,7 +90,7 @@ def choose(
 
 
 def _checker(plan: Plan, scene: Scene, fields: FieldJob | None) -> Checks:
-    """Return what judges: direct sums of a scene that is no crowd, behind a round lens; else frequency sums again."""
+    """Return the check: direct sums for few edges and a rotationally symmetric lens, else a second frequency sum."""
     job, like = plan.job, plan if isinstance(plan, WavesPlan) else None
     few = len(job.edges) <= MANY and (fields is None or _waves_of_samples(fields) <= WIDEST)
     finest = job.tolerance if fields is None else job.tolerance / fields.brighter
@@ -103,19 +103,19 @@ def _checker(plan: Plan, scene: Scene, fields: FieldJob | None) -> Checks:
 
 
 def _waves_of_samples(fields: FieldJob) -> float:
-    """Return how many waves of the lens's highest frequency lie along the side of a picture's sample."""
+    """Return the largest side of a picture's sample, in periods of the lens's highest frequency."""
     step = max((layer.step for layer in fields.layers if isinstance(layer, Layer)), default=0.0)
     return step * fields.grid.pitch_um * fields.system.highest_per_um(fields.wavelength_nm)
 
 
 def fits(plan: Plan) -> bool:
-    """Whether a plan takes no more memory than it may, its image aside."""
+    """Return whether a plan stays within the memory limit, the image not counted."""
     grid = plan.job.grid
     return plan.cost.memory_bytes <= MEMORY_LIMIT_BYTES + IMAGE_BYTES * grid.rows * grid.cols
 
 
 def _auto(job: Job, samples: int | None) -> tuple[str, str, Plan]:
-    """Return the name of the cheaper engine, why, and its plan."""
+    """Return the name of the cheaper engine, the reason, and its plan."""
     finest = job.finest
     if finest is None or job.tolerance < finest or len(job.edges) >= CROWD:
         why = f"{len(job.edges)} edges"

@@ -1,12 +1,12 @@
-"""A scene's edges as a lens with distortion throws them: straight ones bend, and are cut until no photosite can tell.
+"""A scene's edges behind a lens with distortion: straight edges become curves, approximated by short straight sides.
 
-Every photosite sees the scene that the distortion has drawn, so edges are mapped before anything is blurred: the image
-stays a sum over edges. Side by side sides get the curve's area (an arrow is two thirds of its height high on average):
-the corner between them takes half of what either lacks. What is left wobbles about the curve by up to two thirds of an
-arrow; a photosite hears no more of that than the wobble times the line spread, and nothing of sides that are all alike
-and shorter than the waves that pass. But a corner of the scene stays where it is: beside it a third of an arrow times
-the side lacks, which counts at once, times the pattern's height. Of sides half as long as the next a quarter of that
-lies half a side from where it belongs.
+Distortion acts on the scene before the blur, so edges are mapped first and the image stays a sum over edges. The sides
+enclose the area of the curve: on average it lies two thirds of the sagitta from a chord, and the corner between two
+sides is moved outwards to compensate half of either's deficit. The sides then oscillate about the curve by up to two
+thirds of a sagitta. The effect on a photosite is at most this times the line spread, and vanishes for equal sides
+shorter than the waves that the system passes. A corner of the scene must stay in place, so the side next to it lacks an
+area of a third of the sagitta times its length, which counts in full, times the peak of the PSF. If a side is half as
+long as the next, a quarter of that area lies half a side from its place.
 """
 
 from __future__ import annotations
@@ -21,19 +21,20 @@ from camsim.core.arrays import F64, I64
 from camsim.optics.protocols import Varies
 from camsim.rendering.grid import Grid
 
-TAIL = math.pi**3 / 2.0  # an Airy pattern's line spread is 1/(TAIL·x²), x in λN; 1.3 at its middle
+TAIL = math.pi**3 / 2.0  # an Airy pattern's line spread is 1/(TAIL·x²), x in λN; 1.3 at its centre
 PEAK = 1.3
-STEP, MOST_STEPS = 1.02, 500  # times, along a radius, in the search for what falls at a corner: to 2e4 times as far
-MORE = 2.0  # times what a corner moves by: polynomials may go up and down on the way there
-FULL = 24.0  # λN from the window within which a line spread may be as high as in its middle
+STEP, MOST_STEPS = 1.02, 500  # ratio of radii in the search for the preimage of a corner: up to 2e4 times as far
+MORE = 2.0  # margin over a corner's displacement: a polynomial need not be monotonic
+FULL = 24.0  # λN: distance from the window up to which the line spread's peak is assumed
 MOST_HALVINGS = 40
 QUARTERS = np.array([0.25, 0.5, 0.75])
 
 
 def undistorted(grid: Grid, lens: Varies) -> Grid:
-    """Return a window that holds all that falls into a window, and some more.
+    """Return a window that contains the preimage of a window under the distortion, with a margin.
 
-    Nothing moves farther than what falls at its corners does, and what lies there; of a barrel the former.
+    The largest displacement is assumed to be that at the corners or at their preimages; for barrel distortion, the
+    latter.
     """
     first = np.array(grid.first_centre) * grid.pitch_um
     size = np.array([grid.cols - 1, grid.rows - 1]) * grid.pitch_um
@@ -57,7 +58,7 @@ def undistorted(grid: Grid, lens: Varies) -> Grid:
 
 
 class Sides(NamedTuple):
-    """Straight sides of bent edges: first and last points (n, 2), and which edge each is of."""
+    """Straight sides of distorted edges: first and last points (n, 2), and the edge of each (n,)."""
 
     start: F64
     end: F64
@@ -66,11 +67,11 @@ class Sides(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Bending:
-    """How finely bent edges are cut.
+    """The approximation of distorted edges by straight sides.
 
-    lens    : that distorts;  blur_um: its shortest pattern's length
-    peak_per_um : the most that a photosite's own line spread is, in any direction
-    allowed : what one edge may be wrong by, of full contrast
+    lens    : gives the distortion;  blur_um: λN at the shortest wavelength
+    peak_per_um : largest value of a photosite's line spread, in any direction
+    allowed : error of one edge, relative to its contrast
     """
 
     lens: Varies
@@ -80,7 +81,7 @@ class Bending:
     allowed: float
 
     def sides(self, start_um: F64, end_um: F64) -> Sides:
-        """Return straight edges (n, 2), µm, as they fall on the sensor."""
+        """Return the distorted images of straight edges (n, 2), µm, as straight sides on the sensor."""
         count = len(start_um)
         low, high, owner = np.zeros(count), np.ones(count), np.arange(count)
         done: list[tuple[I64, F64, F64]] = []
@@ -100,11 +101,11 @@ class Bending:
         return self._drawn(start_um, end_um, owner[order], low[order], high[order])
 
     def _places(self, start: F64, end: F64, share: F64) -> F64:
-        # To the bit an edge's own ends at 0 and at 1: the next edge begins there, or their outline is two.
+        # Exact to the bit at 0 and 1, where the next edge begins: otherwise the outline would break.
         return self.lens.distorted((1.0 - share)[:, None] * start + share[:, None] * end)
 
     def _fine(self, start: F64, end: F64, low: F64, high: F64) -> np.ndarray:
-        """Return which parts of edges are as good as straight."""
+        """Return a mask of the parts of edges that a straight side approximates well enough."""
         a, b = self._places(start, end, low), self._places(start, end, high)
         off = np.zeros(len(low))
         for quarter in QUARTERS:
@@ -113,14 +114,14 @@ class Bending:
             off = np.maximum(off, np.hypot(gap[:, 0], gap[:, 1]) / (4.0 * quarter * (1.0 - quarter)))
         spread = self._line_spread(a, b)
         length = np.hypot(*(b - a).T)
-        lacks = off * np.minimum(length / self.blur_um, 1.0) * spread / 3.0  # of more no photosite sees both ends
+        lacks = off * np.minimum(length / self.blur_um, 1.0) * spread / 3.0  # longer sides act locally
         one = np.where((low == 0.0) | (high == 1.0), 2.0, np.minimum(length / (4.0 * self.blur_um), 1.0))
         short = (length <= 0.5 * self.blur_um) & (one * lacks <= self.allowed)
         fine: np.ndarray = short | (2.0 / 3.0 * off * spread + one * lacks <= self.allowed)
         return fine
 
     def _line_spread(self, a: F64, b: F64) -> F64:
-        """Return the largest line spread at any photosite of the window, 1/µm, of a side between two points."""
+        """Return the largest line spread of a side between two points at any photosite of the window, 1/µm."""
         first = np.array(self.grid.first_centre) * self.grid.pitch_um
         last = first + np.array([self.grid.cols - 1, self.grid.rows - 1]) * self.grid.pitch_um
         gap = np.maximum(np.maximum(first - np.maximum(a, b), np.minimum(a, b) - last), 0.0)
@@ -139,5 +140,5 @@ class Bending:
         outward = ((lacks[1:] + lacks[:-1]) / (1.5 * (length[1:] + length[:-1])))[inner]
         b[:-1][inner] += outward
         a[1:][inner] += outward
-        there = np.any(a != b, axis=1)  # a side of rounding has no direction elsewhere
+        there = np.any(a != b, axis=1)  # a side of zero length has no direction
         return Sides(a[there], b[there], owner[there])

@@ -1,9 +1,9 @@
-"""What may be wrong by how much: every source of error by name, and its share of the tolerance.
+"""Error budget: every source of error by name, with its share of the tolerance.
 
-An image's error is what the scene's preparation leaves and what one engine leaves: ``SCENE`` and ``BOUNDARY`` add to
-1, and so do ``SCENE`` and ``FREQUENCIES`` for each lens: none has spikes and bends edges.
-Shares are large where a digit costs most: ends and lines grow with the power −2/5 of what they may leave, everything
-else with −1/6 or slower.
+An image's error comes from the preparation of the scene and from one engine. The shares of ``SCENE`` and ``BOUNDARY``
+add to 1, and so do those of ``SCENE`` and ``FREQUENCIES`` for each lens, since none has both spikes and distortion.
+Shares are large where accuracy is expensive: the cost of ends and lines grows as their share to the power −2/5, all
+other costs as −1/6 or slower.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ Source: TypeAlias = Literal[
 
 
 class Share(NamedTuple):
-    """Part of a tolerance, and what it is kept by."""
+    """Part of the tolerance, and the error model that keeps a source within it."""
 
     part: float
     model: str
@@ -63,7 +63,7 @@ FREQUENCIES: dict[Source, Share] = {
 
 @dataclass(frozen=True, slots=True)
 class ErrorBudget:
-    """Largest errors that each source may cause in a photosite, adding to ``tolerance``.
+    """Largest errors of a photosite from each source, which add to ``tolerance``.
 
     >>> ErrorBudget(1e-6).allowed("ends")
     2.5e-07
@@ -72,7 +72,7 @@ class ErrorBudget:
     tolerance: float
 
     def allowed(self, source: Source) -> float:
-        """Return what one source may leave, in the unit of the tolerance."""
+        """Return the largest error from one source, in the unit of the tolerance."""
         return self.tolerance * _SHARES[source].part
 
 

@@ -1,4 +1,4 @@
-"""Circles that edges touch: where their rings may meet in step."""
+"""Circles tangent to edges, at whose centres their ringing may add up in phase."""
 
 from __future__ import annotations
 
@@ -10,23 +10,23 @@ from camsim.rendering.edges import Edges
 from camsim.rendering.focus import ZONE, normals
 from camsim.rendering.grid import Grid
 
-NEARLY_PARALLEL = 1e-11  # sine of the angle between two edges that touch no circle together
-ALIKE = 16  # edges at the most from one part of a pattern, as of a wheel's spokes, to the same of its next part
-FAR_APART = 1e-6  # of three normals: what their triangle's area is at least, or rounding tells the circle
-AGAIN = 1e-6  # radii by which a circle differs from the one before that is it again
-SAME_CIRCLE = 0.125  # blurs by which circles differ that are taken for one
-SAME_CENTRE = 0.5  # blurs: the cells within which centres are taken for one
-NEXT = 0.3  # blurs by which radii differ of circles whose rings may all be in step: a half wave, from side to side
+NEARLY_PARALLEL = 1e-11  # sine of the angle between edges below which they define no circle
+ALIKE = 16  # largest period, in edges, of a repeated pattern such as a wheel's spokes
+FAR_APART = 1e-6  # least relative area of the triangle of three normals: below it, the circle is rounding
+AGAIN = 1e-6  # relative difference below which a circle repeats the previous one
+SAME_CIRCLE = 0.125  # difference in λN below which circles count as one
+SAME_CENTRE = 0.5  # λN: size of the cells within which centres count as one
+NEXT = 0.3  # λN: least difference of radii between circles whose ringing may be in phase
 
 
 def circles(edges: Edges, *, grid: Grid, nearest: float, blur: float) -> tuple[F64, F64]:
-    """Return centres (n, 2) and radii (n,) of the circles of radius ``nearest`` or more that edges touch.
+    """Return centres (n, 2) and radii (n,) of circles of radius ``nearest`` or more that are tangent to edges.
 
-    edges : in chains; of the circles those whose centre the grid sees, each once
-    blur  : the pattern's shortest length, pitches
+    edges : in chains; only circles whose zone about the centre reaches the grid are returned, each once
+    blur  : the shortest λN, pitches
 
-    Three edges touch one: of those in a row, and of those that are the same in three parts of a pattern, one after
-    another, like dashes about a place or a wheel's teeth.
+    Three edges define a circle: three successive ones, or corresponding ones in three successive parts of a repeated
+    pattern, such as dashes about a point or a wheel's teeth.
     """
     found = [_in_a_row(edges, grid, nearest), _in_a_pattern(edges, grid, nearest)]
     centre, radius = (np.concatenate([part[k] for part in found]) for k in (0, 1))
@@ -38,10 +38,10 @@ def circles(edges: Edges, *, grid: Grid, nearest: float, blur: float) -> tuple[F
 
 
 def _in_a_row(edges: Edges, grid: Grid, nearest: float) -> tuple[F64, F64]:
-    """Return circles that edges of a chain touch.
+    """Return circles tangent to successive edges of a chain.
 
-    Every three edges in a row touch one circle. Where the direction turns by α and β at the middle one's ends, its
-    length is ρ·(tan α/2 + tan β/2). Of a round outline each of them brings it up again.
+    Every three successive edges are tangent to one circle. If the direction turns by α and β at the ends of the middle
+    one, its length is ρ·(tan α/2 + tan β/2). For a round outline every three edges give the same circle.
     """
     first, middle, last = edges.threes
     normal, length = normals(edges), edges.length
@@ -70,7 +70,7 @@ def _half_tangent(before: F64, after: F64) -> F64:
 
 
 def _in_a_pattern(edges: Edges, grid: Grid, nearest: float) -> tuple[F64, F64]:
-    """Return circles that edges as far from one another in their order touch, each where it faces the middle."""
+    """Return circles tangent to three edges at equal steps in their order, each with a foot point on the edge."""
     low = np.array(grid.first_centre)
     high = low + np.array([grid.cols - 1.0, grid.rows - 1.0])
     normal = normals(edges)
@@ -88,10 +88,10 @@ def _in_a_pattern(edges: Edges, grid: Grid, nearest: float) -> tuple[F64, F64]:
 def _touched(
     start: F64, along: F64, length: F64, normal: F64, offset: F64, low: F64, high: F64, nearest: float, found: F64
 ) -> int:
-    """Write centres and radii of circles, as many as there is room for; return how many there are.
+    """Write centres and radii of circles up to the array's size; return the number of all circles.
 
-    A line n·x = h is a radius r from a centre c where n·c = h ± r: with one sign for three edges that are alike. What
-    edge after edge touches, as those of a round outline do, is written once.
+    A line n·x = h is a radius r from a centre c if n·c = h ± r, with the same sign for corresponding edges. A circle
+    that repeats from edge to edge, as for a round outline, is written once.
     """
     count, edges = 0, length.size
     last_x, last_y, last_radius = 0.0, 0.0, 0.0
@@ -128,11 +128,11 @@ def _touched(
 
 
 def in_step(centre: F64, radius: F64, share: F64, blur: float) -> tuple[F64, I64]:
-    """Return the shares (n,) of circles with all of those about the same centre that are larger, as loud as there.
+    """Return the shares (n,) of circles including those of larger concentric ones, and the centre (n,) of each.
 
-    And which centre (n,) each has. What all of them send may be in step; rings of a circle fall as 1/r².
+    The ringing of all of them may be in phase; that of a larger circle counts less, since it falls as 1/r².
     """
-    cell = np.floor(centre / (SAME_CENTRE * blur) + 0.137)  # no places as even as those of scenes
+    cell = np.floor(centre / (SAME_CENTRE * blur) + 0.137)  # an offset, since scenes have round coordinates
     _, whose = kinds_of(cell[:, 0] + 1j * cell[:, 1])
     order = np.lexsort((-radius, whose))
     r, each = radius[order], whose[order]
@@ -147,7 +147,7 @@ def in_step(centre: F64, radius: F64, share: F64, blur: float) -> tuple[F64, I64
 
 
 def _outside(points: F64, grid: Grid) -> F64:
-    """Return how far points (n, 2) lie outside the grid's outermost photosites."""
+    """Return the distances (n,) of points outside the rectangle of the grid's photosite centres."""
     low = np.array(grid.first_centre)
     high = low + np.array([grid.cols - 1, grid.rows - 1])
     gap = np.maximum(np.maximum(low - points, points - high), 0.0)

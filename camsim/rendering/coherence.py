@@ -1,4 +1,4 @@
-"""How far a pattern's rings are heard: where the wavelengths of a spectrum, added as phasors, fall silent."""
+"""Cutoff radii of a PSF's ringing, with the wavelengths of a spectrum added as phasors."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from camsim.rendering.footprint import Footprint
 from camsim.rendering.spectral import different
 
 Front: TypeAlias = Literal["end", "line", "focus"]
-NEAREST = 5.0  # blurs: where the search for quiet begins
-STEP, AT_ONCE = 0.25, 32  # blurs from one place of the search to the next at most, and places looked at together
-DULL = 3.0  # what many wavelengths leave is not the leading term alone: measured up to twice it at 6 λN
+NEAREST = 5.0  # λN: where the search begins
+STEP, AT_ONCE = 0.25, 32  # largest step of the search in λN, and places evaluated together
+DULL = 3.0  # bound of a spectrum's ringing over its leading term: up to twice it was measured at 6 λN
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Waves:
-    """A spectrum's rings as a footprint takes them.
+    """The ringing of a spectrum behind a footprint.
 
-    blur   : (j,) the pattern's own length at every wavelength, pitches
-    shares : (k, j) weights of every weight set, relative to that channel's full scale
+    blur   : (j,) λN at every wavelength, pitches
+    shares : (k, j) weights of every pair of spectra and channel, relative to that channel's full scale
     """
 
     pattern: Pattern
@@ -38,12 +38,12 @@ class Waves:
     def negligible_distance(
         self, allowed: float, *, front: Front, least: float = 0.0, within: float = math.inf
     ) -> float:
-        """Distance beyond which what oscillates stays below ``allowed``; any up to ``least`` where that is enough.
+        """Return the distance beyond which ringing stays below ``allowed``, pitches.
 
-        front : at an edge's "end"; across a whole "line", twice that; or in the "focus" of a whole circle
-                (focus.py), where what an end has lost by its running phase, 4π√(u·ρ), is not lost
-
-        It is looked for ``within`` a distance; there may be none, and then it is that one.
+        front  : ringing at an edge's "end"; across a whole "line", twice that; or in the "focus" of a whole circle
+                 (focus.py), where it lacks the loss 4π√(u·ρ) of an end by its varying phase
+        least  : distances up to this one are not distinguished
+        within : upper bound of the result
         """
         if not self.pattern.rings or not len(self.shares):  # a scene without edges has no weights
             return 0.0
@@ -56,7 +56,7 @@ class Waves:
             return farthest
         step = self._step
         count = math.ceil((farthest + longest - NEAREST * longest) / (step * longest))
-        # The last loud place is asked for: wavelengths that fall silent do so not long before those in step would.
+        # Search backwards for the last place above: a spectrum's cutoff is not far below that of waves in phase.
         nearest = max(0, math.floor((least / longest - NEAREST) / (step * AT_ONCE)))
         for block in range((count - 1) // AT_ONCE, nearest - 1, -1):
             strongest = np.sum([amplitude * self._left(u, power, block) for u, amplitude, power in rings], axis=0)
@@ -66,8 +66,10 @@ class Waves:
         return NEAREST * longest
 
     def passed(self, normals: F64) -> F64:
-        """Return shares (n,) of the loudest direction's rings: what no wavelength's are louder than, square on edges
-        with such normals (n, 2)."""
+        """Return bounds (n,) of the ringing for edges with normals (n, 2), relative to the strongest direction.
+
+        A bound holds at every wavelength.
+        """
         angle = self.footprint.angles(self.blur.size)
         strongest = np.zeros(angle.size)
         for u, _, _ in self.pattern.rings:
@@ -80,26 +82,26 @@ class Waves:
         return between
 
     def _phasors(self, u: float, power: float) -> F64:
-        """Return (n, j) how loud a ring of amplitude 1 is at every wavelength, of each weight set and of the OLPF's."""
+        """Return the amplitudes (n, j) of unit ringing at every wavelength, for each direction and set of weights."""
         if (u, power) not in self._loudness:
             strength_of = self.blur**power * self._transfer(u)
             self._loudness[u, power] = (self.different[None] * strength_of[:, None]).reshape(-1, self.blur.size)
         return self._loudness[u, power]
 
     def _transfer(self, u: float) -> F64:
-        """Return (directions, j) what the footprint lets pass of a ring at every wavelength."""
+        """Return the footprint's transfer (directions, j) for ringing at every wavelength."""
         if u not in self._transfers:
             self._transfers[u] = self.footprint.transfer(u / self.blur)
         return self._transfers[u]
 
     def _left(self, u: float, power: float, block: int) -> F64:
-        """Return what the wavelengths' sum leaves of a ring of amplitude 1 at distances, of the loudest weight set."""
+        """Return the spectrum's sum of unit ringing at a block of distances, for the strongest set of weights."""
         if (u, power, block) not in self._counted:
             distance = float(self.blur.max()) * (
                 NEAREST + self._step * np.arange(block * AT_ONCE, (block + 1.0) * AT_ONCE)
             )
             wave, phasors = _turns(distance, u / self.blur), self._phasors(u, power).T
-            # Phasors are real: as complex ones they would be multiplied twice.
+            # The amplitudes are real: a complex product would cost twice as much.
             real, imaginary = (product(part, phasors) for part in (wave.real, wave.imag))
             counted = np.sqrt((real**2 + imaginary**2).max(axis=1))
             self._counted[u, power, block] = DULL * counted * distance**-power
@@ -107,16 +109,16 @@ class Waves:
 
     @cached_property
     def _step(self) -> float:
-        """Longest blurs from one place of the search to the next: a quarter of the fastest beat, too.
+        """Step of the search in the longest λN: small enough to resolve the fastest beat between wavelengths.
 
-        Wavelengths of 1 : 5 are in step, or out of it, at every quarter of the longest.
+        Wavelengths of ratio 1 : 5 go in or out of phase at every quarter of the longest.
         """
         beats = float(self.blur.max() / self.blur.min()) - 1.0
         return STEP / max(1.0, beats)
 
     @cached_property
     def different(self) -> F64:
-        """Weight sets (k, j) of which none is another one times a number: the others are never the loudest."""
+        """Sets of weights (k, j) of which no two are proportional; the largest of proportional ones suffices."""
         return different(self.shares)
 
     @cached_property
@@ -133,9 +135,9 @@ class Waves:
 
 
 def _turns(distance: F64, freq: F64) -> C128:
-    """Return (n, j) exp(2πi·distance·frequency) at even distances (n,), each a multiple of some and some steps.
+    """Return exp(2πi·distance·frequency) (n, j) at evenly spaced distances (n,), as products of two factors.
 
-    Of n exponentials 2√n are left.
+    This takes 2√n exponentials per frequency instead of n.
     """
     some = math.isqrt(distance.size) + 1
     first, steps = distance[::some], distance[:some] - distance[0]

@@ -1,4 +1,4 @@
-"""The scene's radiance per wavelength, as the lattice of photosites sees it through the optics."""
+"""Spectral cube: the scene's radiance per wavelength, blurred by the optics and sampled at the photosites."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ MOST_PLANES = 1000
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SpectralCube:
-    """Radiance at every photosite and wavelength; a plane is computed when it is asked for, and not kept.
+    """Radiance at every photosite and wavelength; a plane is computed on request and not cached.
 
     wavelength_nm : (n,) increasing
     units         : "W.m^-2.sr^-1.nm^-1", or "W.m^-2.sr^-1" of a light of one line
     bands         : (k, take) renders wavelength k, gives ``take`` the radiance in ``units`` band by band, from the
                     top, and returns the error found, relative to a perfect diffuser
 
-    Blurred by lens, low-pass filter and photosite; what the lens and its filters swallow is not taken off.
+    Blurred by lens, low-pass filter and photosite; the transmission of the lens and its filters is not applied.
     """
 
     wavelength_nm: tuple[float, ...]
@@ -41,7 +41,7 @@ class SpectralCube:
     bands: Callable[[int, Callable[[F32], None]], float]
 
     def plane(self, k: int) -> tuple[F32, float]:
-        """Return all of one wavelength, (rows, cols), and the error found."""
+        """Return the plane of one wavelength, (rows, cols), and the error found."""
         parts: list[F32] = []
         error = self.bands(k, parts.append)
         return np.concatenate(parts), error
@@ -86,7 +86,7 @@ def radiance_cube(
         glare = veil.light(scene, white, line, tolerance)[0]
 
         def radiance(band: F64) -> None:
-            # An error of the tolerance may lie below black.
+            # Errors within the tolerance may make black negative.
             np.maximum(band, 0.0, out=band)
             band += glare
             band *= irradiance[k] / math.pi

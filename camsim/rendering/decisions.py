@@ -1,4 +1,4 @@
-"""What was decided before a rendering, each decision with its reason, for people to read."""
+"""Decisions made before a rendering, each with its reason, for reports."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from camsim.rendering.engine import Decision
 from camsim.rendering.job import Job
 from camsim.scene.point_source import NOTHING
 
-MOST_STATED = 20  # shapes one by one
+MOST_STATED = 20  # shapes up to which each is reported separately
 
 
 class Stated(NamedTuple):
-    """What a shape became: outlines, their sides, curves in them, and how many outlines lie under later ones."""
+    """Counts for a shape: outlines, their sides, curves in them, and outlines hidden under later ones."""
 
     outlines: int
     sides: int
@@ -27,9 +27,9 @@ class Stated(NamedTuple):
 
 
 def rendering_decisions(choice: Choice, *, light_samples: int, shapes: int) -> Iterator[Decision]:
-    """Yield what was decided about a rendering.
+    """Yield the decisions about a rendering.
 
-    light_samples : wavelengths of the light;  shapes: of the scene
+    light_samples : number of wavelengths of the light;  shapes: number of shapes in the scene
     """
     job = choice.plan.job
     yield from _stages(job)
@@ -54,7 +54,7 @@ def _stages(job: Job) -> Iterator[Decision]:
 
 
 def _shapes(job: Job) -> Iterator[Decision]:
-    """Yield what each shape became; of many, what all of a kind did."""
+    """Yield a decision for each shape, or for each kind of shape if there are many."""
     stated: dict[str, list[Stated]] = {}
     made_of: dict[str, Counter[str]] = {}
     first = 0
@@ -65,7 +65,7 @@ def _shapes(job: Job) -> Iterator[Decision]:
         last = first + len(primitives)
         bent = sum(int(np.count_nonzero(fill.curves.kind)) for one in primitives for fill in one.fills)
         hidden = int(job.left_out.hidden[first:last].sum())
-        kind = getattr(shape, "name", type(shape).__name__)  # a chart's own
+        kind = getattr(shape, "name", type(shape).__name__)  # a chart has a name
         name = kind if len(job.scene.shapes) > MOST_STATED else f"{kind} {number}"
         stated.setdefault(name, []).append(
             Stated(len(primitives), int(job.left_out.sides[first:last].sum()), bent, hidden)
@@ -87,7 +87,7 @@ def _shapes(job: Job) -> Iterator[Decision]:
 
 
 def _leaves(shape: Any) -> Iterator[str]:
-    """Yield the kinds of what a chart, a drawing or a group holds."""
+    """Yield the class names of the shapes in a chart, a drawing or a group."""
     inner = getattr(shape, "shapes", None)
     if inner is None:
         yield type(shape).__name__
@@ -158,7 +158,7 @@ def _wavelengths(choice: Choice, light_samples: int) -> Iterator[Decision]:
 
 
 def expectation(choice: Choice) -> dict[str, Any]:
-    """Return what the rendering is expected to take: seconds of one core, bytes, and the error it may have."""
+    """Return the expected seconds of one core, bytes of memory, and error of the rendering."""
     cost, plan = choice.cost, choice.plan
-    error = plan.job.tolerance if plan.wavelengths else 0.0  # of a scene that blurs nothing
+    error = plan.job.tolerance if plan.wavelengths else 0.0  # a flat scene is exact
     return {"seconds": cost.seconds, "memory_bytes": cost.memory_bytes, "error": error}

@@ -1,4 +1,4 @@
-"""Edges by boxes about them, so that those along a circle are found without asking all."""
+"""A tree of bounding boxes of edges, to find those along a circle without testing all."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ import numpy as np
 from camsim.core.arrays import F64, I64
 from camsim.core.kernels import kernel
 
-GROUP = 8  # edges that follow one another, as along an outline, have one box
-TURNS = 20  # halvings of the scene by which groups are sorted along either axis
+GROUP = 8  # successive edges, usually of one outline, that share a box
+TURNS = 20  # bits per axis of the Morton order
 APART = (0x0000FFFF0000FFFF, 0x00FF00FF00FF00FF, 0x0F0F0F0F0F0F0F0F, 0x3333333333333333, 0x5555555555555555)
-"""Where bits of a number stand when its parts of 16, 8, 4, 2, 1 bits have been moved apart by as many."""
+"""Masks of a number's bits after its groups of 16, 8, 4, 2, 1 bits have been spread apart by the same amount."""
 
 
 class EdgeBoxes(NamedTuple):
-    """Edges in groups, and a binary tree of boxes about them: what is box ``k`` about lies in 2k and 2k + 1.
+    """Edges in groups, and a binary tree of their bounding boxes: the children of box ``k`` are 2k and 2k + 1.
 
-    start, along, length : (n, 2), (n, 2), (n,) of the edges: unit vectors along them
-    group : (leaves,) the group of edges that each leaf is, −1 for none
+    start, along, length : (n, 2), (n, 2), (n,) first points, unit vectors and lengths of the edges
+    group : (leaves,) the group of edges of each leaf, −1 for none
     boxes : (2·leaves, 4) low x, low y, high x, high y; the leaves are the second half
     """
 
@@ -31,7 +31,7 @@ class EdgeBoxes(NamedTuple):
 
     @classmethod
     def of(cls, start: F64, end: F64, along: F64, length: F64) -> EdgeBoxes:
-        """Sort edges (there is one at least)."""
+        """Build the tree; there must be at least one edge."""
         first = np.arange(0, len(start), GROUP)
         low = np.minimum.reduceat(np.minimum(start, end), first)
         high = np.maximum.reduceat(np.maximum(start, end), first)
@@ -50,12 +50,12 @@ class EdgeBoxes(NamedTuple):
 
 
 def _along_a_curve(places: F64) -> I64:
-    """Return numbers (n,) by which places that are near one another are sorted near one another, mostly (Morton's)."""
+    """Return the Morton codes (n,) of places: sorting by them mostly keeps neighbouring places together."""
     columns = np.ascontiguousarray(places.T)
     columns = columns - columns.min(axis=1, keepdims=True)
     size = max(float(columns.max()), np.finfo(float).tiny)
     numbers = (columns / size * ((1 << TURNS) - 1)).astype(np.int64)
-    # Every bit goes as far up again as it stands: halves are moved apart, halves of these, and so on.
+    # Interleave with zeros: spread the halves apart, then the halves of these, and so on.
     for step, kept in zip((16, 8, 4, 2, 1), APART, strict=True):
         numbers = (numbers | numbers << step) & kept
     along: I64 = numbers[0] | numbers[1] << 1
@@ -64,7 +64,7 @@ def _along_a_curve(places: F64) -> I64:
 
 @kernel(allocates=True)
 def groups_about(tree: EdgeBoxes, x: float, y: float, near: float, far: float, found: I64) -> int:
-    """Write the groups that may have part of an edge so far from a place, from near to far; return how many.
+    """Write the groups that may have part of an edge at a distance of near … far from a place; return how many.
 
     found : (leaves,) memory
     """

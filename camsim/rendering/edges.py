@@ -1,4 +1,4 @@
-"""Edges of a scene as every engine takes them: straight, directed, a spectrum on either side."""
+"""Edges of a scene, for every engine: straight and directed, with a spectrum on either side."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ class Edges:
     right: I64
 
     def __len__(self) -> int:
-        """How many."""
+        """Number of edges."""
         return len(self.start)
 
     def some(self, which: np.ndarray) -> Edges:
-        """Return those picked by a mask or by indices; themselves, and what is known of them, where a mask has all."""
+        """Return the edges selected by a mask or by indices; the same object if a mask selects all."""
         if which.dtype == bool and which.all():
             return self
         return Edges(start=self.start[which], end=self.end[which], left=self.left[which], right=self.right[which])
@@ -44,7 +44,7 @@ class Edges:
 
     @cached_property
     def box(self) -> tuple[F64, F64]:
-        """Low and high corner (2,) of the box about all; there is one at least."""
+        """Low and high corner (2,) of the bounding box of all edges; there must be at least one."""
         # Column by column: numpy reduces rows of two one by one.
         columns = list(zip(self.start.T, self.end.T, strict=True))
         low = np.array([min(a.min(), b.min()) for a, b in columns])
@@ -58,17 +58,17 @@ class Edges:
 
     @property
     def points(self) -> F64:
-        """Both ends of all (2n, 2): first the starts."""
+        """End points of all edges (2n, 2), the starts first."""
         return np.concatenate([self.start, self.end])
 
     @cached_property
     def corners(self) -> tuple[F64, I64, I64]:
-        """The distinct ends (m, 2), and which of them each edge starts from and goes to (n,)."""
+        """The distinct end points (m, 2), and the indices (n,) of each edge's start and end among them."""
         return corners_of(self.start, self.end)
 
     @cached_property
     def threes(self) -> tuple[I64, I64, I64]:
-        """Edges (m,) that follow one another, by threes."""
+        """Triples of successive edges: the indices (m,) of the first, the middle and the last."""
         points, begins, ends = self.corners
         leaves, arrives = np.full((2, len(points)), -1)
         leaves[begins] = arrives[ends] = np.arange(len(self))
@@ -78,7 +78,7 @@ class Edges:
 
     @cached_property
     def turning(self) -> float:
-        """How many straight edges they are like: curves count by how much they turn."""
+        """Effective number of straight edges: a curve's sides count by the sine of the angle at each corner."""
         a, b = self.along[:-1], self.along[1:]
         sine = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
         goes_on = (self.end[:-1, 0] == self.start[1:, 0]) & (self.end[:-1, 1] == self.start[1:, 1])
@@ -87,7 +87,7 @@ class Edges:
 
     @cached_property
     def boxes(self) -> EdgeBoxes:
-        """Boxes about them; there is one at least."""
+        """Tree of bounding boxes; there must be at least one edge."""
         return EdgeBoxes.of(self.start, self.end, self.along, self.length)
 
     def farthest(self, grid: Grid) -> float:
@@ -101,16 +101,16 @@ class Edges:
         return farthest
 
     def pairs(self) -> tuple[I64, I64]:
-        """Return the pairs of spectra (m, 2) that meet in any edge, left and right, and each edge's pair (n,)."""
+        """Return the pairs of spectra (m, 2) on the sides of edges, left and right, and each edge's pair (n,)."""
         spectra = int(self.right.max(initial=0)) + 1
         both, pair = kinds_of(self.left * spectra + self.right)
         return np.stack(np.divmod(both, spectra), axis=1), pair
 
 
 def corners_of(start: F64, end: F64) -> tuple[F64, I64, I64]:
-    """Return the distinct ends (m, 2) of edges, and which of them each starts from and goes to (n,)."""
+    """Return the distinct end points (m, 2) of edges, and the indices (n,) of each edge's start and end."""
     begin, finish = (np.ascontiguousarray(ends).view(np.complex128).ravel() for ends in (start, end))
-    # Most edges go on in the next one: few ends are looked for.
+    # Most edges continue in the next one, so few ends must be sorted.
     loose = np.append(finish[:-1] != begin[1:], True)[: len(begin)]
     places, index = kinds_of(np.concatenate([begin, finish[loose]]))
     begins, ends = index[: len(begin)], np.append(index[1 : len(begin)], 0)[: len(begin)]
@@ -119,9 +119,9 @@ def corners_of(start: F64, end: F64) -> tuple[F64, I64, I64]:
 
 
 def shares_within(start: F64, end: F64, low: F64, high: F64) -> tuple[F64, F64]:
-    """Return at which shares (n,) of its way each line enters the box ``low`` … ``high`` (x, y) and leaves it.
+    """Return the fractions (n,) of each segment at which it enters and leaves the box ``low`` … ``high`` (x, y).
 
-    By Liang and Barsky. A line that misses the box leaves it before it enters: the first share is the larger.
+    Liang–Barsky clipping. A segment that misses the box leaves it before it enters: the first fraction is the larger.
 
     >>> shares_within(np.array([[-1.0, 0.5]]), np.array([[3.0, 0.5]]), np.zeros(2), np.ones(2))
     (array([0.25]), array([0.5]))
@@ -129,7 +129,7 @@ def shares_within(start: F64, end: F64, low: F64, high: F64) -> tuple[F64, F64]:
     along = end - start
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         a, b = (low - start) / along, (high - start) / along
-    # 0/0: along one of the box's own sides, which counts as within.
+    # 0/0: along a side of the box, which counts as within.
     on_side = np.isnan(a) | np.isnan(b)
     enters, leaves = np.where(on_side, 0.0, np.minimum(a, b)), np.where(on_side, 1.0, np.maximum(a, b))
     # Column by column: numpy reduces rows of two one by one.

@@ -1,4 +1,4 @@
-"""What an engine is: a plan over a job. The plan decides everything once; its bands are the image."""
+"""Protocols of an engine and its plan: the plan fixes all settings of a job, and its bands are the image."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from camsim.rendering.work import Work
 
 MEMORY_LIMIT_BYTES = 2e9  # of one engine's tables and transforms
 SET_UP_SECONDS = 5e-3
-FEWEST_CHECKED = 8  # photosites, whatever they take
-FINEST = 1e-11  # tolerance that sums in double precision keep
+FEWEST_CHECKED = 8  # photosites, whatever their cost
+FINEST = 1e-11  # tolerance that sums in double precision reach
 
 Progress = Callable[[float], None]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cost:
-    """Seconds of one core, all threads' work added up, and bytes beyond what the program itself holds.
+    """Seconds of one core, summed over all threads, and bytes in addition to the program's.
 
     A pure function of the inputs: no clock, no core count, no history.
     """
@@ -33,7 +33,7 @@ class Cost:
 
 
 def too_much(what: str, memory_bytes: float) -> InvalidValueError:
-    """Return the refusal of a method that would take too much memory."""
+    """Return the error for a method that would exceed the memory limit."""
     message = (
         f"{what} would take {memory_bytes / 1e9:.1f} GB for this frame and scene, and its limit is "
         f"{MEMORY_LIMIT_BYTES / 1e9:.1f} GB; render a smaller region, fewer colours, allow a larger tolerance, or take "
@@ -44,10 +44,10 @@ def too_much(what: str, memory_bytes: float) -> InvalidValueError:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Decision:
-    """One decision that was made before a rendering, for people to read.
+    """One decision made before a rendering, for reports.
 
-    topic    : what it is about, a word or two
-    decision : what is done, or left out
+    topic    : subject, a word or two
+    decision : what is done or omitted
     reason   : why
     """
 
@@ -58,11 +58,11 @@ class Decision:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Marks:
-    """Where an engine changes its ways: distances from an end and from a line, pitches, and the smallest tile.
+    """Where an engine switches methods: distances from an end and from a line, pitches, and the smallest tile.
 
-    near, quiet : an end is treated in one way within ``near``, in another beyond ``quiet``
-    reach       : likewise of a line
-    leaf, apart : photosites along the smallest tile, and how far from a source one is that is interpolated
+    near, quiet : cutoff radii of an end: methods change at ``near`` and at ``quiet``
+    reach       : the same for a line
+    leaf, apart : photosites along the smallest tile, and the least distance from a source of one that is interpolated
     """
 
     near: float
@@ -73,16 +73,16 @@ class Marks:
 
     @classmethod
     def plain(cls, blur: float) -> Marks:
-        """Return the marks of a method without any: as far out as a few of the pattern's lengths."""
+        """Return marks for a method that does not switch: a few λN from ends and lines."""
         return cls(near=5.0 * blur, quiet=20.0 * blur, reach=5.0 * blur, leaf=16, apart=16.0)
 
 
 class Plan(Protocol):
-    """A method that is ready to render a job, everything decided.
+    """A method with all settings, ready to render a job.
 
     job    : what is rendered
-    marks  : where it changes its ways, for the check to look there
-    fewest : how many photosites must be checked whatever it takes
+    marks  : where it switches methods, for the choice of photosites to check
+    fewest : smallest number of photosites to check, whatever the cost
     """
 
     @property
@@ -101,7 +101,7 @@ class Plan(Protocol):
 
     @property
     def cost(self) -> Cost:
-        """What rendering the job once is expected to take, without the check."""
+        """Expected cost of rendering the job once, without the check."""
         ...
 
     def work(self, images: int) -> Work:
@@ -109,7 +109,7 @@ class Plan(Protocol):
         ...
 
     def decisions(self) -> Iterator[Decision]:
-        """Yield the settings that people may want to know."""
+        """Yield the decisions that are reported to the user."""
         ...
 
     def of(self, job: Job) -> Plan:
@@ -117,7 +117,7 @@ class Plan(Protocol):
         ...
 
     def bands(self, channel: Channels, progress: Progress) -> Iterator[F64]:
-        """Yield the image, each photosite in its own channel, from the top down in bands of rows."""
+        """Yield the image in bands of rows from the top; ``channel`` gives the channel of each photosite."""
         ...
 
     def images(self, channels: U8, progress: Progress) -> Iterator[Iterator[F64]]:
@@ -125,18 +125,18 @@ class Plan(Protocol):
         ...
 
     def standard_error(self, rows: I64, cols: I64) -> float | None:
-        """Return what chance has left in the worst of these photosites, None for a method without chance."""
+        """Return the largest standard error of these photosites; None for a deterministic method."""
         ...
 
 
 def one_by_one(plan: Plan, channels: U8, progress: Progress) -> Iterator[Iterator[F64]]:
-    """Yield the bands of several images of a plan that gains nothing by making them together."""
+    """Yield the bands of several images in turn, for a plan that gains nothing from computing them together."""
     for k, channel in enumerate(channels):
         yield plan.bands(channel, functools.partial(share, progress, k, len(channels)))
 
 
 def added(each: Sequence[Iterator[F64]]) -> Iterator[F64]:
-    """Yield the sum of images that come in bands, each of its own height; those of the first are written to."""
+    """Yield the sum of images in bands of different heights; the first image's bands are overwritten."""
     rest: list[F64 | None] = [None] * len(each)
     while True:
         for k, bands in enumerate(each):
@@ -150,13 +150,13 @@ def added(each: Sequence[Iterator[F64]]) -> Iterator[F64]:
         for k in range(1, len(held)):
             total += held[k][..., :rows, :]
         rest = [band[..., rows:, :] if band.shape[-2] > rows else None for band in held]
-        del held  # or bands would stay until the next ones are finished
+        del held  # frees the bands before the next ones are computed
         yield total
         del total
 
 
 def share(progress: Progress, number: int, count: int, done: float) -> None:
-    """Report what is done of one part of ``count`` as a share of the whole."""
+    """Report the progress of part ``number`` of ``count`` as a fraction of the whole."""
     progress((number + done) / count)
 
 
@@ -164,5 +164,5 @@ class Engine(Protocol):
     """A method by its name."""
 
     def plan(self, job: Job, samples: int | None = None) -> Plan:
-        """Decide how a job is rendered; raises UnsupportedError, in a sentence, what cannot be."""
+        """Decide how a job is rendered; raises UnsupportedError for a job that the engine does not support."""
         ...

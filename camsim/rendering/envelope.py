@@ -1,4 +1,4 @@
-"""How much of a wave a footprint of any shape lets pass, in the direction where that is the most."""
+"""Envelope of the transfer of a footprint of any shape: its largest value over all directions."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ import numpy as np
 from camsim.core.arrays import F64
 from camsim.optics import OpticalSystem
 
-PER_OCTAVE, OCTAVES = 4, 6  # frequencies that are asked below the highest; what is lower is taken to pass
-LOBES = 16.0  # directions of a half turn for every period that the footprint's extent holds: a side's lobe is twice
-BETWEEN = 0.75  # as wide as five steps at least. Of what passes between all that are asked: 0.78 and more was met
-BESIDE = 5  # frequencies that are asked about each
+PER_OCTAVE, OCTAVES = 4, 6  # sampling of frequencies below the highest; lower ones are assumed to pass entirely
+LOBES = 16.0  # directions over half a turn per period within the footprint's extent: five steps or more to half a lobe
+BETWEEN = 0.75  # largest sample over the largest value between samples; 0.78 and more was found
+BESIDE = 5  # samples around each frequency
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Envelope:
     """The envelope of OLPF and photosite, over all directions.
 
-    cycles : (n,) frequencies, cycles/pitch, rising;  passes: (n,) how much of each passes at the most, falling
+    cycles : (n,) frequencies, cycles/pitch, increasing;  passes: (n,) bounds of the transfer, decreasing
     """
 
     cycles: F64
@@ -28,10 +28,11 @@ class Envelope:
 
     @classmethod
     def of(cls, system: OpticalSystem, pitch_um: float, highest: float) -> Envelope:
-        """Measure a system's up to a frequency, cycles/pitch.
+        """Compute the envelope of a system up to a frequency, cycles/pitch.
 
-        A transfer has zeros, where a wave that is curved is not stopped: so it is asked half a lobe to either side
-        too (lobes of what extends as far as R either way are 1/2R apart), and what any higher frequency passes counts.
+        A transfer has zeros, but a curved wave passes even there. So it is also sampled half a lobe to either side (the
+        lobes of a footprint that extends R to either side are 1/2R apart), and the bound includes all higher
+        frequencies.
         """
         reach = system.extent_um / pitch_um
         cycles = highest * 2.0 ** (np.arange(-OCTAVES * PER_OCTAVE, 1.0) / PER_OCTAVE)
@@ -46,6 +47,6 @@ class Envelope:
         return cls(cycles, np.maximum.accumulate(passes[::-1])[::-1])
 
     def at(self, frequency: F64) -> F64:
-        """Return what passes of frequencies, cycles/pitch, at the most. What falls like 1/f lies below chords."""
+        """Return the bound of the transfer at frequencies, cycles/pitch; chords lie above a decrease like 1/f."""
         passed: F64 = np.interp(frequency, self.cycles, self.passes)
         return np.where(frequency < self.cycles[0], 1.0, passed)

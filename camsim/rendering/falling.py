@@ -1,4 +1,4 @@
-"""How far what falls with powers of the distance is heard."""
+"""The distance at which a sum of negative powers falls to a given value."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ import numpy.typing as npt
 
 
 def falls_to(allowed: float, sizes: npt.ArrayLike, powers: npt.ArrayLike) -> float:
-    """Return the distance r at which Σ sizes·r^−powers has fallen to ``allowed``; 0 where there is nothing to fall.
+    """Return the distance r at which Σ sizes·r^−powers has fallen to ``allowed``; 0 for an empty or zero sum.
 
-    The logarithm of the sum falls and is convex in that of r: Newton's method comes from where the loudest alone is
-    that quiet, and never goes too far.
+    The logarithm of the sum is decreasing and convex in log r. Newton's method starts where the largest term alone has
+    fallen to ``allowed``, and never overshoots.
 
     >>> r = falls_to(1e-3, [1.0, 4.0], [2.0, 3.0])
     >>> round(r**-2 + 4.0 * r**-3, 15)

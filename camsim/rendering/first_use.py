@@ -1,8 +1,8 @@
-"""The first use on a machine: kernels compiled before they are asked for, by two processes side by side.
+"""The first use on a machine: kernels are compiled in advance, by two processes in parallel.
 
-Numba compiles one kernel at a time. Of those of a first capture the engine's take somewhat longer than the check's, and
-neither needs the others: a tiny rendering compiles the engine's here, while its check compiles the rest in a process of
-its own. Both leave them in the cache.
+Numba compiles one kernel at a time. The engine's and the check's kernels are independent and take about as long: a tiny
+rendering compiles the engine's in this process, while a second process compiles the check's. Both store them in the
+cache.
 """
 
 from __future__ import annotations
@@ -22,16 +22,16 @@ from camsim.rendering.grid import Grid
 from camsim.rendering.render import plan_render
 from camsim.scene import Path, Rectangle, Scene
 
-SIDE, WAVELENGTHS = 16, 24  # photosites; so many that the check looks its pattern up in a table
+SIDE, WAVELENGTHS = 16, 24  # photosites; enough wavelengths for the check to use its table of the PSF
 
 
 def kernels_compiled() -> bool:
-    """Whether the kernels lie compiled in the cache (the first use on a machine compiles them, once)."""
+    """Return whether the compiled kernels are in the cache (the first use on a machine compiles them, once)."""
     return is_cached(render_tiles)
 
 
 def compile_kernels() -> None:
-    """Compile what a rendering of edges takes, on two cores if there are two."""
+    """Compile the kernels for a rendering of edges, on two cores if there are two."""
     check = None
     if nb.config.NUMBA_NUM_THREADS > 1 and sys.executable:  # type: ignore[attr-defined]
         nothing = subprocess.DEVNULL
@@ -41,21 +41,21 @@ def compile_kernels() -> None:
     for _ in choice.plan.bands(channel, lambda done: None):
         pass
     if check is not None:
-        check.wait()  # whatever became of it: what is not there is compiled when it is asked for
+        check.wait()  # if it failed, kernels are compiled when they are needed
 
 
 def compile_check() -> None:
-    """Compile what checks a rendering of edges."""
+    """Compile the kernels of the check."""
     choice, channel = _tiny()
     rows, cols = choice.checker.hardest(choice.plan)
     choice.checker.values(rows, cols, channel[rows, cols])
 
 
 def _tiny() -> tuple[Choice, U8]:
-    """Return a rendering that takes every kernel of a capture's, and its photosites' channels."""
+    """Return a rendering that uses every kernel of a capture, and its photosites' channels."""
     square = Rectangle(width_um=20.0, height_um=30.0, rotate_deg=5.0, reflectance=0.1)
     leaf = Path(segments_um=[("move", 10, 0), ("cubic", 20, 0, 30, 10, 20, 30), ("close",)], reflectance=0.3)
-    about = Rectangle(width_um=400.0, height_um=420.0, reflectance=0.5)  # beyond the frame, of rings that meet in it
+    about = Rectangle(width_um=400.0, height_um=420.0, reflectance=0.5)  # with a focus in the frame
     choice = plan_render(
         Scene(background=1.0, shapes=[about, square, leaf]),
         OpticalSystem.of([Airy(f_number=8.0), FourSpotOlpf(split_um=4.0), SquarePhotosite(side_um=5.0)]),

@@ -16,13 +16,13 @@ ROWS = 256
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class FlatPlan:
-    """Fill an array."""
+    """The plan of a scene without edges: an array of the background's values."""
 
     job: Job
 
     @property
     def marks(self) -> Marks:
-        """Return marks that mean nothing: all photosites are alike."""
+        """Arbitrary marks: all photosites are equal."""
         return Marks.plain(1.0)
 
     @property
@@ -32,21 +32,21 @@ class FlatPlan:
 
     @property
     def wavelengths(self) -> int:
-        """No wavelength is blurred."""
+        """0: no wavelength is blurred."""
         return 0
 
     @property
     def cost(self) -> Cost:
-        """A fill of an array."""
+        """Cost of filling an array."""
         photosites = self.job.grid.rows * self.job.grid.cols
         return Cost(seconds=1e-4 + 5e-9 * photosites, memory_bytes=8.0 * photosites)
 
     def work(self, images: int) -> Work:
-        """Return the work: photosites are filled, nothing is computed."""
+        """Return the work: photosites only."""
         return Work(photosites=images * self.job.grid.rows * self.job.grid.cols, channels=images)
 
     def decisions(self) -> Iterator[Decision]:
-        """None: there is nothing to decide."""
+        """Yield nothing: there is nothing to decide."""
         yield from ()
 
     def of(self, job: Job) -> FlatPlan:
@@ -64,5 +64,5 @@ class FlatPlan:
         return one_by_one(self, channels, progress)
 
     def standard_error(self, rows: I64, cols: I64) -> float | None:
-        """Return None: no chance."""
+        """Return None: the method is deterministic."""
         return None

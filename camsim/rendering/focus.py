@@ -1,9 +1,9 @@
-"""Where an outline's rings meet: a round outline is everywhere equally far from its centre, and its rings add up there.
+"""Foci of ringing: all of a round outline is at one distance from its centre, where its ringing adds up in phase.
 
-A pattern oscillates as b/ρ^m about its smooth powers of 1/ρ (of an Airy pattern b = 1/π³, m = 2). A corner, or a line,
-leaves a share of that which falls by another √ρ, since the phase runs away along an edge; along a circle about the
-photosite it does not, and an arc that fills the angle α leaves α/2π of it whole. So do the sides of a polygon that all
-touch one circle, each over the length √(λN·R) along which its phase stands still.
+A PSF oscillates as b/ρ^m about its smooth powers of 1/ρ (Airy: b = 1/π³, m = 2). A corner or a line contributes only a
+part of that, which falls by another √ρ, since the phase varies along an edge. Along a circle about the photosite it
+does not vary, and an arc of angle α contributes α/2π of the full amplitude. The same holds for the sides of a polygon
+tangent to one circle, each over the length √(λN·R) of stationary phase.
 """
 
 from __future__ import annotations
@@ -19,21 +19,23 @@ from camsim.rendering.edge_boxes import GROUP, EdgeBoxes, groups_about
 from camsim.rendering.edges import Edges
 
 CIRCLES_AT_ONCE = 16
-ROW, OCTAVE = 1 << 28, 1 << 56  # cells that a row may have, and an octave: a cell's number counts row after row
-SAME = 0.05  # radii by which foci differ that are taken for one: a quarter of their zones
-ZONE = 0.2  # radii about the centre, in which the arc's far side is heard more than a line is: (1 + ζ)^{−5/2}/√ζ of it
+ROW, OCTAVE = 1 << 28, 1 << 56  # cells per row and per octave: a cell's number counts row after row
+SAME = 0.05  # radii within which foci count as one: a quarter of their zones
+ZONE = 0.2  # radius of the zone, over the circle's, where an arc's far side exceeds a line: (1 + ζ)^{−5/2}/√ζ of it
 
 
 class Foci(NamedTuple):
-    """Circles that edges touch: centres (n, 2) and radii (n,), pitches, and the share (n,) of a turn that they fill, as
-    loud as it is where the footprint passes most."""
+    """Circles tangent to edges: centres (n, 2) and radii (n,), pitches, and the shares (n,) of a turn that edges fill.
+
+    A share is weighted by the ringing that the footprint passes, relative to the strongest direction.
+    """
 
     centre: F64
     radius: F64
     share: F64
 
     def some(self, which: np.ndarray) -> Foci:
-        """Return those of them that ``which`` (n,) picks."""
+        """Return the circles that ``which`` selects."""
         return Foci(self.centre[which], self.radius[which], self.share[which])
 
 
@@ -43,8 +45,8 @@ NO_FOCI = Foci(np.empty((0, 2)), np.empty(0), np.empty(0))
 def foci(centre: F64, radius: F64, edges: Edges, blur: float, passed: F64) -> Foci:
     """Return circles with the shares of a turn that edges fill.
 
-    blur   : the pattern's shortest length, pitches
-    passed : (edges,) how loud each one's rings are, as a share of the loudest direction's: it fills no more than that
+    blur   : the shortest λN, pitches
+    passed : (edges,) amplitude of each edge's ringing relative to the strongest direction, which bounds its share
     """
     shares, tree = np.zeros(radius.size), edges.boxes
 
@@ -67,7 +69,7 @@ def _shares(
     found: I64,
     shares: F64,
 ) -> None:
-    """Fill in the share of a turn that those edges fill which are a radius from a centre, but for a quarter wave."""
+    """Set the share of a turn of the edges whose distance from a centre is the radius, to within a quarter wave."""
     for k in range(begin, end):
         (x, y), r, filled = centre[k], radius[k], 0.0
         off = 0.25 * blur
@@ -82,10 +84,10 @@ def _shares(
 
 
 def distinct(found: Foci) -> Foci:
-    """Return the strongest of the foci that have much of their zones in common."""
+    """Return the foci without those whose zones mostly overlap that of a stronger one."""
     if not found.radius.size:
         return found
-    # A focus has others in common with it that are no farther than a cell of its octave's, or of the next one's.
+    # Overlapping foci lie within one cell of the focus's octave or of a neighbouring one.
     octave = np.frexp(found.radius)[1].astype(np.int64)
     cell = np.floor(found.centre / np.ldexp(SAME, octave)[:, None]).astype(np.int64)
     low = np.append(cell.min(axis=0), octave.min())
@@ -99,9 +101,9 @@ def distinct(found: Foci) -> Foci:
 
 @kernel(allocates=True)
 def _distinct(centre: F64, radius: F64, strongest: I64, low: I64, keys: I64, by_key: I64, kept: I64) -> int:
-    """Write those that no stronger one has in common with it; return how many.
+    """Write the foci that overlap no stronger one; return how many.
 
-    low : of cells along x, along y, and of octaves;  keys, by_key: sorted, and whose they are
+    low : lowest cell along x, along y, and lowest octave;  keys, by_key: sorted keys, and their foci
     """
     gone, count = np.zeros(radius.size, np.bool_), 0
     for best in strongest:
@@ -129,7 +131,7 @@ def _distinct(centre: F64, radius: F64, strongest: I64, low: I64, keys: I64, by_
 
 
 def touching(found: Foci, edges: Edges) -> tuple[I64, I64]:
-    """Return the edges of each focus: where each one's begin (n + 1,), and they, focus by focus, some of several."""
+    """Return the edges of each focus: offsets (n + 1,) and edges, which may belong to several foci."""
     if not len(edges) or not found.radius.size:
         return np.zeros(1 + found.radius.size, np.int64), np.empty(0, np.int64)
     counts, tree = np.zeros(found.radius.size, np.int64), edges.boxes
@@ -146,12 +148,12 @@ def touching(found: Foci, edges: Edges) -> tuple[I64, I64]:
 
 @kernel(allocates=True)
 def _touching(begin: int, end: int, centre: F64, radius: F64, tree: EdgeBoxes, found: I64, counts: I64) -> I64:
-    """Return the edges of some foci, and count each one's."""
+    """Return the edges of foci begin … end, and set the number of each."""
     picked, until = np.empty(256, np.int64), 0
     for k in range(begin, end):
         (x, y), r, before = centre[k], radius[k], until
         slack = 2.0 * SAME * r
-        # What is 1.1 radii across, and a tenth of one beyond an edge's end, lies within 1.2 radii of the edge.
+        # An edge whose line is up to 1.1 radii away, and which ends up to 0.1 radii short, lies within 1.2 radii.
         for g in found[: groups_about(tree, x, y, r - slack, r + 2.0 * slack, found)]:
             if until + GROUP > picked.size:
                 more = np.empty(2 * picked.size, np.int64)
@@ -169,5 +171,5 @@ def _touching(begin: int, end: int, centre: F64, radius: F64, tree: EdgeBoxes, f
 
 
 def normals(edges: Edges) -> F64:
-    """Return unit normals (n, 2)."""
+    """Return the unit normals (n, 2) to the left of edges."""
     return np.stack([-edges.along[:, 1], edges.along[:, 0]], axis=1)

@@ -1,4 +1,4 @@
-"""The footprint: photosite ⊗ OLPF spots, in pitches; its moments and its transfer at one frequency."""
+"""The footprint: photosite ⊗ OLPF spots, in pitches, with its moments and its transfer."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ from camsim.optics.protocols import Rectangular
 from camsim.rendering.envelope import Envelope
 
 BEYOND = (8, 10, 12, 14, 16)  # powers of the harmonic moments that the far form leaves out
-_SAME = 1e-13  # of the farthest spot: offsets this close are one
+_SAME = 1e-13  # of the farthest spot: offsets this close are equal
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Footprint:
-    """A rectangle with sides along x and y on every spot; it is symmetric about its centre.
+    """A rectangle with sides along x and y at every spot of an OLPF, symmetric about its centre.
 
     width, height : pitches; 0 is a point
     spots  : (n, 2) offsets, pitches
-    mirrored : whether it is its own mirror image, left and right
-    square   : whether it is mirrored and a quarter turn leaves it as it is
+    mirrored : whether it is symmetric under reflection, left to right
+    square   : whether it is also symmetric under a quarter turn
     sigma2 : ½⟨|ζ|²⟩; m22 = ⟨|ζ|⁴⟩, m66 = ⟨|ζ|⁶⟩; m2 = ⟨ζ²⟩, m31 = ⟨ζ³ζ̄⟩, m4, m6 = ⟨ζ⁴⟩, ⟨ζ⁶⟩
     beyond : sizes of ⟨ζ⁸⟩, ⟨ζ¹⁰⟩ … ⟨ζ¹⁶⟩
-    envelope : what it lets pass whatever the direction, of a point that stands for another shape; None: of itself
+    envelope : bound of the transfer over all directions, for a point that represents another shape; None: not needed
     """
 
     width: float
@@ -73,19 +73,19 @@ class Footprint:
 
     @classmethod
     def enveloped(cls, system: OpticalSystem, pitch_um: float, highest: float) -> Footprint:
-        """Return a point that stands for the system's footprint: of waves it lets as much pass, up to ``highest``."""
+        """Return a point with the envelope of the system's transfer, up to the frequency ``highest``."""
         return dataclasses.replace(cls.point(), envelope=Envelope.of(system, pitch_um, highest))
 
     @classmethod
     def measured(cls, width: float, height: float, spots: F64) -> Footprint:
-        """Measure a rectangle on every spot, pitches; a 9-point Gauss rule is exact for every moment used."""
+        """Compute the moments of a rectangle at every spot, pitches; a 9-point Gauss rule is exact for all of them."""
         zeta, weight = footprint_rule(width, height, spots, 9)
         z = zeta[:, 0] + 1j * zeta[:, 1]
         size2 = np.abs(z) ** 2
         mirrored = _same_spots(spots, spots * [-1.0, 1.0])
 
         def mean(values: np.ndarray) -> complex:
-            """Average over the footprint; what symmetry makes 0 comes out as rounding, and is made 0."""
+            """Average over the footprint; moments that vanish by symmetry are set to 0, free of rounding."""
             value = complex(weight @ values)
             size = 1e-13 * float(weight @ np.abs(values))
             return complex(value.real if abs(value.real) > size else 0.0, value.imag if abs(value.imag) > size else 0.0)
@@ -107,9 +107,9 @@ class Footprint:
         )
 
     def cut(self, count: int) -> tuple[Footprint, F64]:
-        """Return a rectangle without spots, and offsets (n, 2) at which it makes up the footprint.
+        """Return a rectangle without spots, and offsets (n, 2) at which copies of it make up the footprint.
 
-        count : parts along the longer side; along the other as many as leave them no longer there
+        count : parts along the longer side; those along the other are no longer
         """
         across, down = (max(1, math.ceil(count * side / max(self.side, 1e-300))) for side in (self.width, self.height))
         x, y = (side * ((np.arange(n) + 0.5) / n - 0.5) for n, side in ((across, self.width), (down, self.height)))
@@ -136,7 +136,7 @@ class Footprint:
 
     @cached_property
     def grid(self) -> tuple[F64, F64, F64]:
-        """The spots as x (a,) × y (b,) about each of several centres (c, 2): c is 1 where they form a grid."""
+        """The spots as x (a,) × y (b,) about each of c centres (c, 2); c is 1 if they form a grid."""
         if len(self.spots) == 1:
             return self.spots[:, 0], self.spots[:, 1], np.zeros((1, 2))
         x, y = (_distinct(axis) for axis in self.spots.T)
@@ -145,23 +145,25 @@ class Footprint:
         return np.zeros(1), np.zeros(1), self.spots
 
     def folded(self, ways: F64) -> F64:
-        """Return directions (n, 2), one of those that its symmetries make the same: none is to the left, and where it
-        is mirrored none up, where it is square none more to the right than down."""
+        """Return directions (n, 2) mapped to a fundamental domain of the footprint's symmetries.
+
+        The result has x ≥ 0; if mirrored also y ≥ 0, and if square also x ≤ y.
+        """
         folded = ways * np.where((ways[:, :1] < 0.0) | ((ways[:, :1] == 0.0) & (ways[:, 1:] < 0.0)), -1.0, 1.0)
         if self.mirrored:
             folded = np.abs(folded)
         return np.sort(folded, axis=1) if self.square else folded
 
     def angles(self, frequencies: int) -> F64:
-        """Return angles in even steps, from a quarter turn down, that cover all ``folded`` directions."""
+        """Return evenly spaced angles, descending from a quarter turn, that cover all ``folded`` directions."""
         if self.extent == 0.0:
             return np.array([0.5, -0.5]) * np.pi  # all directions are the same
-        # One wavelength has narrow lobes where the footprint is many λN wide; a spectrum smears them.
+        # A footprint many λN wide has narrow lobes at one wavelength; a spectrum smooths them.
         octants = 1 if self.square else 2 if self.mirrored else 4
         return 0.5 * np.pi - np.linspace(0.0, octants * np.pi / 4, octants * (32 if frequencies == 1 else 8) + 1)
 
     def transfer(self, frequency: F64) -> F64:
-        """OTF (directions, n), signed, at each radial frequency (cycles/pitch) in directions that cover all of them."""
+        """OTF (directions, n), signed, at each radial frequency (cycles/pitch) in the directions of ``angles``."""
         angle = self.angles(frequency.size)
         if self.envelope is not None:
             return np.broadcast_to(self.envelope.at(frequency), (angle.size, frequency.size))
@@ -169,7 +171,7 @@ class Footprint:
 
 
 def pattern_of(lens: OpticalStage) -> Pattern:
-    """Return a lens's pattern, if the boundary engine knows it."""
+    """Return a lens's pattern; raises UnsupportedError for a lens that is not rotationally symmetric."""
     if not isinstance(lens, RoundLens):
         raise UnsupportedError(
             "takes round lenses (Airy, AnnularAiry, Gaussian, RadialOtf, or one that tells its pattern), not "
@@ -180,7 +182,7 @@ def pattern_of(lens: OpticalStage) -> Pattern:
 
 
 def _same_spots(a: F64, b: F64) -> bool:
-    """Whether two lists hold the same offsets in any order."""
+    """Return whether two lists hold the same offsets in any order."""
     if a.shape != b.shape:
         return False
     apart = np.abs(a[:, None] - b).max(axis=2)
@@ -189,14 +191,14 @@ def _same_spots(a: F64, b: F64) -> bool:
 
 
 def _distinct(offsets: F64) -> F64:
-    """Return offsets along an axis without their rounding: the means of those that are the same."""
+    """Return the distinct offsets along an axis: means over those that differ only by rounding."""
     values = np.sort(offsets)
     groups = np.split(values, np.flatnonzero(np.diff(values) > _SAME * np.abs(values).max()) + 1)
     return np.array([group.mean() for group in groups])
 
 
 def footprint_rule(width: float, height: float, spots: F64, order: int) -> tuple[F64, F64]:
-    """Return nodes (m, 2) and weights (m,) of a Gauss product rule over the rectangle, on every spot."""
+    """Return nodes (m, 2) and weights (m,) of a Gauss product rule over the rectangle at every spot."""
     x, wx = _side_rule(width, order)
     y, wy = _side_rule(height, order)
     nodes = np.empty((len(spots), x.size, y.size, 2))

@@ -1,4 +1,4 @@
-"""Where the photosites are."""
+"""The grid of photosites."""
 
 from __future__ import annotations
 
@@ -44,29 +44,29 @@ class Grid:
 
     @property
     def moved_um(self) -> tuple[float, float]:
-        """Return by how much a lens moves its pattern, x and y, µm: as if its photosites looked elsewhere."""
+        """Return the displacement of the PSF by a lens's tilt, x and y, µm; photosites are displaced instead."""
         return 0.0, 0.0
 
     @property
     def first_centre(self) -> tuple[float, float]:
-        """Return x, y of where photosite (0, 0) of the window looks, in pitches from the optical axis."""
+        """Return the effective centre x, y of photosite (0, 0) of the window, in pitches from the optical axis."""
         rows, cols = self.frame or (self.rows, self.cols)
         x, y = (length_um / self.pitch_um for length_um in self.moved_um)
         return self.origin[1] + 0.5 - 0.5 * cols - x, self.origin[0] + 0.5 - 0.5 * rows - y
 
     def behind(self, moved_um: tuple[float, float]) -> Grid:
-        """Return photosites that see through a pattern what these see through it where it is moved along x and y."""
+        """Return a grid that gives with a PSF the same image as this one with the PSF displaced along x and y."""
         one = {field.name: getattr(self, field.name) for field in fields(Grid)}
         return _Behind(**one, by_um=moved_um) if any(moved_um) else self
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Behind(Grid):
-    """Photosites behind a lens that moves its pattern."""
+    """A grid behind a lens that displaces its PSF."""
 
     by_um: tuple[float, float]
 
     @property
     def moved_um(self) -> tuple[float, float]:
-        """Return by how much."""
+        """Return the displacement, x and y, µm."""
         return self.by_um

@@ -1,4 +1,4 @@
-"""One rendering as the engines take it: whole, in pitches and in units of each channel's full scale."""
+"""One rendering in the form that the engines use: in pitches and in units of each channel's full scale."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from camsim.scene.arrange import Arrangement
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Nodes:
-    """Wavelengths at which the optics are computed, and what everything weighs there.
+    """Wavelengths at which the optics are computed, and the weights of spectra there.
 
     wavelength_nm : (j,)
     density       : (spectra, channels, j) of every spectrum
@@ -44,15 +44,15 @@ class Nodes:
 class Job:
     """What is to be rendered, before any engine or setting is chosen.
 
-    scene, response, wavelength_nm : as they came in; what follows was made of them
-    edges        : that are to be rendered, pitches
-    sides, pair  : (pairs, 2) left and right spectrum of every pair that meets, (n,) each edge's
-    signals      : what each spectrum gives each channel at each wavelength
-    base         : (channels,) the background
+    scene, response, wavelength_nm : the inputs; the other attributes derive from them
+    edges        : edges to render, pitches
+    sides, pair  : (pairs, 2) left and right spectrum of every pair that meets, and (n,) the pair of each edge
+    signals      : signal of each spectrum in each channel at each wavelength
+    base         : (channels,) signal of the background
     left_out     : edges that need not be rendered
-    pattern, footprint : of lens, and of OLPF ⊗ photosite, as the boundary engine knows them; None where it does not,
-                   and ``unknown`` says why
-    bending      : how the lens bends edges (those here are bent already); None where it does not
+    pattern, footprint : of the lens, and of OLPF ⊗ photosite, for the boundary engine; None if it does not support
+                   them, for the reason in ``unknown``
+    bending      : the lens's distortion of edges (already applied to these); None if there is none
     """
 
     scene: Scene
@@ -103,7 +103,7 @@ class Job:
             left=arrangement.left,
             right=arrangement.right,
         )
-        edges = edges.some(edges.length > 0.0)  # shorter than rounding in pitches: no edge, and no direction
+        edges = edges.some(edges.length > 0.0)  # zero after rounding in pitches: without a direction
         unlike = edges.some(~(equal := equal_sides(edges, signals.density)))
         far, bound = np.zeros(len(unlike), bool), 0.0
         if pattern is not None and footprint is not None:
@@ -141,12 +141,12 @@ class Job:
         )
 
     def rest(self) -> Job:
-        """Return what was left out as a job of its own, on no background."""
+        """Return a job of the edges that were left out, on a background of zero."""
         return dataclasses.replace(self, **_paired(self.left_out.edges), base=np.zeros_like(self.base))
 
     @property
     def finest(self) -> float | None:
-        """The smallest tolerance that edges in closed form keep, None where they cannot be rendered so."""
+        """Smallest tolerance that the boundary engine's closed forms reach; None if they do not apply."""
         if self.footprint is None:
             return None
         return None if self.pattern is None else self.pattern.finest
@@ -158,12 +158,12 @@ class Job:
 
     @cached_property
     def blur(self) -> F64:
-        """The lens's own length at every wavelength of ``signals``, pitches; round lenses only."""
+        """Scale of the lens's PSF (λN) at every wavelength of ``signals``, pitches."""
         return self.blur_at(self.signals.wavelength_nm)
 
     @cached_property
     def span(self) -> float:
-        """Largest distance of an edge's end from where a photosite gathers light, pitches."""
+        """Largest distance of an edge's end from a point of a photosite's footprint, pitches."""
         return self.farthest + self.extent
 
     @cached_property
@@ -173,32 +173,32 @@ class Job:
 
     @cached_property
     def shares(self) -> F64:
-        """Weights (k, n) of pairs and channels at all wavelengths; of those that are multiples the loudest alone."""
+        """Weights (k, n) of pairs and channels at all wavelengths; of proportional ones only the largest."""
         shares: F64 = self._difference(self.signals.density).reshape(-1, self.signals.wavelength_nm.size)
         return different(shares) if len(shares) else np.zeros((1, self.signals.wavelength_nm.size))
 
     def waves(self, pattern: Pattern, footprint: Footprint) -> Waves:
-        """Return the spectrum's rings as a footprint takes them, which may be part of the job's own."""
+        """Return the ringing of the spectrum behind a footprint, which may be a part of the job's."""
         return Waves(pattern=pattern, blur=self.blur, shares=self.shares, footprint=footprint)
 
     @cached_property
     def counted(self) -> RingingReach:
-        """How far rings are heard; the pattern is known."""
+        """Cutoff radii of ringing; the pattern must be known."""
         assert self.pattern is not None
         return counted(self.waves(self.pattern, self.counting), self.edges, self.grid, self.budget)
 
     @cached_property
     def counting(self) -> Footprint:
-        """What hears rings: the footprint, or a point that lets as much of them pass where it is not known."""
+        """Footprint for cutoff radii: the system's, or a point with the same envelope if it is not known."""
         return self.footprint or Footprint.enveloped(self.system, self.grid.pitch_um, 1.0 / float(self.blur.min()))
 
     @property
     def extent(self) -> float:
-        """Distance of the farthest point of OLPF ⊗ photosite from its centre, or more, pitches."""
+        """Upper bound of the distance of a point of OLPF ⊗ photosite from its centre, pitches."""
         return self.system.extent_um / self.grid.pitch_um
 
     def blur_at(self, wavelength_nm: F64) -> F64:
-        """Return the lens's own length at wavelengths, pitches."""
+        """Return the scale of the lens's PSF (λN) at wavelengths, pitches."""
         return blur_of(self.system, wavelength_nm, self.grid.pitch_um)
 
     def nodes(self, *, phase: float = 0.0, count: int | None = None) -> Nodes:
@@ -223,6 +223,6 @@ class _Paired(TypedDict):
 
 
 def _paired(edges: Edges) -> _Paired:
-    """Return the fields of a job that its edges make."""
+    """Return the attributes of a job that derive from its edges."""
     sides, pair = edges.pairs()
     return {"edges": edges, "sides": sides, "pair": pair}

@@ -1,4 +1,4 @@
-"""Planes made fewer: what many of them give one channel are often few curves, to what may be wrong."""
+"""Reduction of planes to few modes that represent all of their curves to within an error."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from camsim.core.arrays import F64
 
 
 def mixed(curves: F64, allowed: float, most: int | None = None) -> tuple[F64, F64]:
-    """Return modes (m, n) and mixtures (m, planes) with curves ≈ mixturesᵀ·modes, no more of them than keep the error.
+    """Return modes (m, n) and mixtures (m, planes) with curves ≈ mixturesᵀ·modes, as few as the error allows.
 
-    curves  : (planes, n) what a plane of ones gives, anywhere
-    allowed : largest difference of any plane's curve
-    most    : when there are so many modes the search ends, whether they keep the error or not
+    curves  : (planes, n) signal of a plane of ones
+    allowed : largest error of any plane's curve
+    most    : largest number of modes, whether they reach the error or not
 
     >>> modes, mixture = mixed(np.array([[1.0, 2.0], [2.0, 4.0], [3.0, 6.0]]), 1e-9)
     >>> np.einsum("mp,mn->pn", mixture, modes).round(9).tolist()
@@ -23,7 +23,7 @@ def mixed(curves: F64, allowed: float, most: int | None = None) -> tuple[F64, F6
     rest = curves.copy()
     basis: list[F64] = []
     while len(basis) < min(len(curves), most or len(curves)) and np.abs(rest).max() > allowed:
-        # The curve that is described worst gives the next direction; no BLAS, whose sums depend on its threads.
+        # The curve with the largest residual gives the next mode; no BLAS, whose sums depend on its threads.
         size = np.einsum("pn,pn->p", rest, rest)
         worst = int(np.argmax(size))
         basis.append(rest[worst] / np.sqrt(size[worst]))

@@ -1,4 +1,4 @@
-"""The scene's outlines as edges: curved ones become polygons whose sides no photosite can tell from the curve."""
+"""The scene's outlines as edges: curves become polygons, fine enough for the tolerance at every photosite."""
 
 from __future__ import annotations
 
@@ -21,21 +21,21 @@ from camsim.scene.primitives import numbered
 from camsim.scene.side_limits import SideLimits
 from camsim.spectra.curve import spectrum_at
 
-SLOPE_NODES = 96  # of a bound: a few per cent of it do not matter
-DIRECTIONS = 64  # in which a photosite and an OLPF are asked, over half a turn
+SLOPE_NODES = 96  # quadrature nodes of a bound that need be right only to a few per cent
+DIRECTIONS = 64  # over half a turn, in which the transfer of photosite and OLPF is sampled
 LOOKED_IN = ((1.0, 0.0), (0.0, 1.0), (math.sqrt(0.5), math.sqrt(0.5)), (math.sqrt(0.5), -math.sqrt(0.5)))
-MOST_TURN = 2.0 * math.pi / 16.0  # of a side: what s²/8R leaves out of its height is half a per cent
-WAVES = 24  # along an edge, frequencies that are asked; of a longer side the higher ones are as faint as 1/n²
-SIDES = np.geomspace(1.0, 1e4, 81)  # in the shortest wave that passes
+MOST_TURN = 2.0 * math.pi / 16.0  # of a side: up to here the sagitta is s²/8R to half a per cent
+WAVES = 24  # frequencies along an edge; the harmonics of a longer side fall as 1/n²
+SIDES = np.geomspace(1.0, 1e4, 81)  # lengths of sides, in the shortest wave that the lens passes
 
 
 def arranged(
     scene: Scene, system: OpticalSystem, grid: Grid, seen_nm: F64, budget: ErrorBudget, *, textured: bool = False
 ) -> Arrangement:
-    """Return the scene's edges, its curved outlines as polygons.
+    """Return the scene's edges, with curved outlines as polygons.
 
     seen_nm  : wavelengths that carry signal
-    textured : frames of one colour stand for pictures, whose samples differ by any contrast and cut every outline
+    textured : frames of one colour represent pictures, whose samples may have any contrast and cut every outline
     """
     return anchored(_arranged(scene, system, grid, seen_nm, budget, textured=textured), grid, budget.tolerance)
 
@@ -54,7 +54,7 @@ def _arranged(
 
 
 def _contrast(scene: Scene, primitives: Sequence[Primitive], seen_nm: F64) -> float:
-    """Return the most that two surfaces differ by at a wavelength that carries signal."""
+    """Return the largest difference of reflectance between two surfaces at a wavelength that carries signal."""
     low = high = spectrum_at(scene.background, seen_nm)
     for spectrum in numbered([one.reflectance for one in primitives])[0]:
         there = spectrum_at(spectrum, seen_nm)
@@ -65,19 +65,19 @@ def _contrast(scene: Scene, primitives: Sequence[Primitive], seen_nm: F64) -> fl
 def _limits(system: OpticalSystem, shortest_nm: float, allowed: float) -> SideLimits:
     """Return the limits of a curved outline's sides.
 
-    Sides no longer than the inverse of the highest frequency that passes in any direction wobble at frequencies that
-    the lens does not pass. Longer ones wobble by waves of s²/2π²n²R, n = 1, 2 …, and of a wave of frequency u along an
-    edge a photosite is shown no more than its height times ∫|OTF(f, u)| df. What stays is of second order: half the
-    mean square of the wobble times the slope of the line spread, which is no more than ∫2π|f|·|OTF| df along it. Where
-    another shape cuts the outline, what is left of the last side counts at once: its area times the pattern's peak,
-    which is half that slope. Where sides differ, what one lacks is made up for beside it: the moment counts, times the
-    pattern's slope, at most ∫∫2π|f_x|·|OTF| d²f. And a strip between side and curve takes no more, however it is cut,
-    than its width times the peak of the line spread.
-    OLPF and photosite pass no more in any direction than in the one where they pass most.
+    A polygon deviates from its curve periodically. If its sides are no longer than the inverse of the cut-off
+    frequency, the lens does not pass this deviation. Longer sides deviate by harmonics of amplitude s²/2π²n²R,
+    n = 1, 2 …; one of frequency u along an edge changes a photosite by at most its amplitude times ∫|OTF(f, u)| df.
+    The remaining effect is of second order: half the mean square deviation times the slope of the line spread, at most
+    ∫2π|f|·|OTF| df. Where another shape cuts the outline, the area left of the last side counts in full, times the peak
+    of the PSF, which is half that slope. Where sides differ in length, the deficit of one is compensated next to it, so
+    its first moment counts, times the slope of the PSF, at most ∫∫2π|f_x|·|OTF| d²f. In any case, the strip between
+    side and curve contributes at most its width times the peak of the line spread.
+    The transfer of OLPF and photosite is bounded by that in their strongest direction.
     """
     highest = system.cutoff_per_um(shortest_nm)
     x, w = gauss_legendre(SLOPE_NODES)
-    f, w = 0.5 * (1.0 + x) * highest, w * highest  # both ways from 0
+    f, w = 0.5 * (1.0 + x) * highest, w * highest  # over negative frequencies as well
     angle = np.arange(DIRECTIONS)[:, None] * math.pi / DIRECTIONS
     weight = np.abs(system.footprint_otf(f * np.cos(angle), f * np.sin(angle))).max(axis=0) * w
     passes = weight * np.stack([system.point_otf_size(f, direction, shortest_nm) for direction in LOOKED_IN])
@@ -85,7 +85,7 @@ def _limits(system: OpticalSystem, shortest_nm: float, allowed: float) -> SideLi
     line_per_um = float(passes.sum(axis=1).max())
     steepest = 4.0 * math.pi * float((passes @ (f * f)).max())
     cut_um2 = 2.0 * allowed / slope
-    # What waves of frequency u show, in the direction where they show most: that of f and u together.
+    # Bound for waves of frequency u, over all directions: the transfer at the frequency of f and u together.
     u = highest * np.arange(1, WAVES + 1) / WAVES
     most = np.maximum.accumulate(passes[:, ::-1].max(axis=0) / w[::-1])[::-1]
     displayed = np.interp(np.hypot(f, u[:, None]), f, most, right=0.0) @ w

@@ -1,4 +1,4 @@
-"""Edges that need not be rendered: nobody sees their contrast, or they are too far outside the window to matter."""
+"""Edges that need not be rendered: without contrast in any channel, or too far outside the window to matter."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from camsim.rendering.grid import Grid
 class LeftOut:
     """Edges of the scene that a job leaves out.
 
-    sides, hidden : of each primitive before one covers another, and which lie wholly under a later one
+    sides, hidden : number of sides of each primitive before covering, and mask of those entirely under a later one
     edges         : those with equal sides first, then those far outside
-    equal, far    : how many of each;  bound: what the far ones add to any photosite, at the most, of full scale
+    equal, far    : how many of each;  bound: of the far ones' sum at any photosite, relative to full scale
     """
 
     sides: I64
@@ -31,12 +31,12 @@ class LeftOut:
 
     @property
     def outline_edges(self) -> int:
-        """Sides of all shapes."""
+        """Number of sides of all shapes."""
         return int(self.sides.sum())
 
 
 def equal_sides(edges: Edges, density: F64) -> np.ndarray:
-    """Return which edges have sides that every channel sees alike at every wavelength: they contribute nothing."""
+    """Return a mask of the edges with equal signals on both sides in every channel and wavelength."""
     same = same_rows(density.reshape(len(density), -1) + 0.0)[1]
     equal: np.ndarray = same[edges.left] == same[edges.right]
     return equal
@@ -52,15 +52,15 @@ def far_outlines(
     grid: Grid,
     allowed: float,
 ) -> tuple[np.ndarray, float]:
-    """Return which edges to drop and a bound on what all of them together add to any photosite.
+    """Return a mask of the edges to drop, and a bound of their sum at any photosite.
 
     density    : (spectra, channels, j)
-    longest    : the pattern's own length at the longest wavelength;  extent: how far the footprint reaches
+    longest    : λN at the longest wavelength, pitches;  extent: of the footprint, pitches
 
-    Edges that hang together are the outline of something finite: a step of contrast c within an outline of diameter D
-    at distance d takes no more than c·(α/2π)·(1 − E(d)) of a round pattern, E its encircled energy and α ≤ π the angle
-    that it fills: 2·asin(D/2d). Where the pattern is signed, every time that a ray enters and leaves the outline
-    counts, at most half as often as it has edges. The smallest are dropped first, until their sum would pass
+    Connected edges are the outline of a bounded region. A step of contrast c within an outline of diameter D at
+    distance d receives at most c·(α/2π)·(1 − E(d)) of a rotationally symmetric PSF, with E its encircled energy and
+    α ≤ π the angle that it subtends, 2·asin(D/2d). If the PSF is signed, every passage of a ray through the outline
+    counts, at most half the number of its edges. The smallest bounds are dropped first, until their sum would exceed
     ``allowed``.
     """
     drop = np.zeros(len(edges), bool)
@@ -72,7 +72,7 @@ def far_outlines(
     if near.all():
         return drop, 0.0
     outline, count = joined_outlines(edges)
-    # What comes near anywhere stays, and in a crowd most of it hangs together.
+    # An outline that comes near anywhere stays; in a dense scene most edges are connected.
     stays = np.zeros(count, bool)
     stays[outline[near]] = True
     away = np.flatnonzero(~stays[outline])
@@ -89,7 +89,7 @@ def far_outlines(
 
 
 def _bounds(edges: Edges, outline: I64, density: F64, pattern: Pattern, longest: float, frame: tuple[F64, F64]) -> F64:
-    """Return a bound on what each outline adds to any photosite; ``frame``: its corners, widened by the footprint."""
+    """Return bounds (outlines,) of their light at any photosite; ``frame``: its corners, widened by the footprint."""
     count, of_point, points = int(outline.max()) + 1, np.tile(outline, 2), edges.points
     low, high = np.full((count, 2), np.inf), np.full((count, 2), -np.inf)
     np.minimum.at(low, of_point, points)
@@ -111,7 +111,7 @@ def _bounds(edges: Edges, outline: I64, density: F64, pattern: Pattern, longest:
 
 
 def joined_outlines(edges: Edges) -> tuple[I64, int]:
-    """Return the number of the outline that each edge belongs to: edges that share an end belong together."""
+    """Return the outline (n,) of each edge and the number of outlines; edges that share an end are connected."""
     points, begins, ends = edges.corners
     label = np.empty(len(points), np.int64)
     count = _label(begins, ends, label)
@@ -120,9 +120,9 @@ def joined_outlines(edges: Edges) -> tuple[I64, int]:
 
 @kernel(allocates=True)
 def _label(begins: I64, ends: I64, label: I64) -> int:
-    """Write the outline that each point belongs to, by the edges between points; return how many there are."""
+    """Write the connected component of each point, by union–find over edges; return the number of components."""
     points = len(label)
-    parent = np.arange(points)  # of each point an earlier one that it hangs together with, or itself
+    parent = np.arange(points)  # an earlier point of the same component, or itself
     for e in range(len(begins)):
         a, b = begins[e], ends[e]
         while parent[a] != a:

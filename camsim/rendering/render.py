@@ -1,4 +1,4 @@
-"""Scene, optics and grid in; a Rendering with its error out."""
+"""Entry points: render a scene through optics onto a grid, with an estimate of the error."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ from camsim.spectra.curve import check_wavelengths
 AnyMethod: TypeAlias = Literal[
     "auto", "boundary", "fourier", "area", "uniform-pixel", "uniform", "importance", "strips"
 ]
-LOOSEST = 1.0  # engines refuse less than this in words of their own
+LOOSEST = 1.0  # engines have tighter limits, with separate messages
 _WAVELENGTHS = Positive | Annotated[tuple[Positive, ...], MinLen(1)]
 
 
@@ -58,18 +58,18 @@ def render(
     strict: bool = False,
     prune: bool = True,
 ) -> Rendering:
-    """Render a scene at one wavelength or at several, each on its own.
+    """Render a scene at one wavelength, or separately at each of several.
 
     wavelength_nm : nm, a number or a sequence of n
     tolerance     : largest absolute error of any photosite, 1.0 being a reflectance of 1 everywhere
-    method        : "auto" (whichever engine is cheaper of those that can), "boundary", "fourier", or one of the
-                    paper's: area, uniform-pixel, uniform, importance, strips (see sampled.py). Those have the error
-                    they have; ``error_estimate`` says how much
+    method        : "auto" (the cheaper of the engines that apply), "boundary", "fourier", or one of the paper's: area,
+                    uniform-pixel, uniform, importance, strips (see ``paper.rules``). The latter ignore ``tolerance``;
+                    ``error_estimate`` gives their error
     samples       : of ``importance``, 2025 by default
-    strict        : raise AccuracyError where the error found is larger than ``tolerance``
-    prune         : False computes even what need not be: see ``render_channels``
+    strict        : raise AccuracyError if the error found is larger than ``tolerance``
+    prune         : False also computes the parts that are not needed: see ``render_channels``
 
-    The lens's transmission is left out: a reflectance of 1 everywhere gives exactly 1.
+    The lens's transmission is not applied: a reflectance of 1 everywhere gives exactly 1.
 
     >>> from camsim.optics import Airy, SquarePhotosite
     >>> white = Scene(background=1.0)
@@ -140,17 +140,17 @@ def render_channels(
     take: Take | None = None,
     progress: Report | None = None,
 ) -> Rendering:
-    """Render every photosite in its own channel, all wavelengths fused.
+    """Render every photosite in the channel assigned to it, integrated over the wavelengths.
 
     response      : (channels, n) signal of a perfect diffuser, quadrature weight included (electrons, or 1)
     wavelength_nm : (n,)
     channel       : (rows, cols) index of each photosite's channel
     every_channel : fill ``planes`` too; ``image`` is the same to the last bit either way
-    strict        : raise AccuracyError where the error found is larger than ``tolerance``
-    prune         : False computes what need not be, with the same settings: every channel everywhere, edges whose two
-                    sides are alike, and those that are dropped because they add less than their share of the tolerance
-    take          : is given the image band by band, from the top, and the image that is returned has no rows; methods
-                    that finish no row before another give all as one band. An error is known when all bands are out
+    strict        : raise AccuracyError if the error found is larger than ``tolerance``
+    prune         : False also computes, with the same settings, what is not needed: every channel everywhere, edges
+                    with equal sides, and edges dropped because they add less than their share of the tolerance
+    take          : is called with the image band by band, from the top, and the image returned has no rows; methods
+                    that finish all rows together pass one band. The error is known after the last band
     progress      : called with ("render", fraction done)
     returns       : image in the unit of ``response``
     """
@@ -183,9 +183,9 @@ def plan_render(
     samples: int | None = None,
     arrangement: Arrangement | None = None,
 ) -> Choice:
-    """Decide everything and render nothing; arguments as in ``render_channels``.
+    """Plan a rendering without carrying it out; arguments as in ``render_channels``.
 
-    arrangement : of the scene, where it is there already
+    arrangement : of the scene, if it is known already
     """
     check_method(method)
     _check(system, grid, wavelength_nm, tolerance, method)
@@ -230,16 +230,16 @@ def plan_render(
 
 
 def _level(system: OpticalSystem, grid: Grid) -> tuple[OpticalSystem, Grid]:
-    """Return the system without what only moves its pattern, and photosites that see through it what those see.
+    """Return the system without its tilt, and a grid that is displaced instead.
 
-    A pattern p(x − d) shows a photosite at x what p shows one at x − d.
+    A photosite at x with the PSF p(x − d) has the same value as one at x − d with the PSF p.
     """
     level, moved_um = system.without_tilt()
     return level, grid.behind(moved_um)
 
 
 def _refuse_too_many(grid: Grid, images: int) -> None:
-    """Refuse photosites whose images are more than memory holds; of several there are copies when they are stacked."""
+    """Refuse images that exceed the memory; stacking several needs copies."""
     needed = grid.rows * grid.cols * (IMAGE_BYTES + 16.0 * (images if images > 1 else 0))
     if message := too_large(grid.rows, grid.cols, needed):
         raise InvalidValueError(f"{message}; render fewer at a time, by origin and frame", key="grid")
@@ -253,7 +253,7 @@ def _check(system: OpticalSystem, grid: Grid, wavelength_nm: F64, tolerance: flo
             raise InvalidValueError(f"{float(w)!r} is not a wavelength; give nm above 0", key="wavelength_nm")
     one = [(stage, getattr(stage, "place", "optics")) for stage in system.stages]
     for stage, key in one:
-        check_transfer(stage, key, wavelength_nm[:1])  # before it is asked how far it passes anything
+        check_transfer(stage, key, wavelength_nm[:1])  # before its cut-off is computed
     check_lengths(system, wavelength_nm)
     highest_per_um = float(np.max(system.highest_per_um(wavelength_nm)))
     for stage, key in one:

@@ -1,7 +1,7 @@
-"""How far the rings of a scene's edges are heard: what both engines leave out beyond that adds to their shares of it.
+"""Cutoff radii of ringing for a scene's edges: beyond them its contribution is within its share of the tolerance.
 
-Of an edge's end in a crowd, of whole lines, and where round outlines send theirs to one place; ``quiet.py`` has how a
-spectrum's rings fall silent, ``focus.py`` where they meet.
+There is one for an edge's end among many, one for whole lines, and foci of round outlines. ``coherence.py`` computes
+how a spectrum's ringing decays, ``focus.py`` where it adds up.
 """
 
 from __future__ import annotations
@@ -21,17 +21,17 @@ from camsim.rendering.focus import NO_FOCI, ZONE, Foci, distinct, foci, normals
 from camsim.rendering.footprint import BEYOND, Footprint
 from camsim.rendering.grid import Grid
 
-FEW = 4  # corners, or lines, that the shares were set for
-MEETING = 16.0  # right angles that eight ends in one place are as loud as, at most
+FEW = 4  # corners, or lines, for which the shares were set
+MEETING = 16.0  # largest strength of eight ends in one place, in right-angled corners
 SMOOTH = 0.5  # radians of a turn below which two sides are parts of one curve
-FEW_CIRCLES = 16  # of which to ask what parts of a turn edges fill takes less than how far rings are heard
+FEW_CIRCLES = 16  # circles up to which the shares of a turn cost less than a cutoff radius
 
 
 class RingingReach(NamedTuple):
-    """Distances from which on rings are within their shares, pitches.
+    """Cutoff radii beyond which ringing is within its shares of the tolerance, pitches.
 
     end, line : of ends, and of lines that are at least as long as that
-    foci      : round outlines whose rings meet in the frame, louder than is allowed, although they are farther
+    foci      : round outlines beyond these radii whose ringing adds up in the frame to more than is allowed
     """
 
     end: float
@@ -40,7 +40,7 @@ class RingingReach(NamedTuple):
 
 
 def counted(waves: Waves, edges: Edges, grid: Grid, budget: ErrorBudget) -> RingingReach:
-    """Return how far rings are heard, and no less than from where on the far form holds but for them."""
+    """Return the cutoff radii of ringing, at least the distance from which on the far form holds apart from it."""
     pattern, smooth = waves.pattern, smooth_from(waves, budget)
     ends, lines = budget.allowed("ends"), budget.allowed("lines")
     end = max(smooth, waves.negligible_distance(ends, front="end", least=smooth))
@@ -48,11 +48,11 @@ def counted(waves: Waves, edges: Edges, grid: Grid, budget: ErrorBudget) -> Ring
     if corners > FEW:
         end = max(smooth, waves.negligible_distance(ends * math.sqrt(FEW / corners), front="end", least=smooth))
     if pattern.rings and smooth_corners(edges, end):
-        # Where a smooth outline is met square on it is a line, however short its sides.
+        # A smooth outline perpendicular to the line of sight acts as a line, however short its sides.
         end = max(end, waves.negligible_distance(lines, front="line", least=end))
     strength = _strong_foci(waves, edges, grid, end, lines + budget.allowed("foci"))
     if strength.radius.size:
-        # Zones add rings from ``end`` on, and those hold from ``holds`` on: beyond, if the pattern has any.
+        # Zones add ringing from ``end`` on, by a formula valid from ``holds`` on, if the pattern has one.
         holds = pattern.oscillations_from_blurs * float(waves.blur.max()) + waves.footprint.extent
         end = max(end, min(followed(strength), holds) if pattern.oscillations else followed(strength))
         strength = strength.some(_far_sides(strength) > end)
@@ -62,9 +62,9 @@ def counted(waves: Waves, edges: Edges, grid: Grid, budget: ErrorBudget) -> Ring
 
 
 def smooth_from(waves: Waves, budget: ErrorBudget) -> float:
-    """Return from where on the far form leaves nothing but rings."""
+    """Return the distance from which on the far form is exact except for ringing, pitches."""
     pattern, footprint, longest = waves.pattern, waves.footprint, float(waves.blur.max())
-    # What has died away has done so everywhere on the footprint; powers of the distance average out, as moments say.
+    # A tail that vanishes must do so over the whole footprint; powers of the distance are averaged by its moments.
     faded = 0.0 if pattern.rings else footprint.extent
     return max(
         pattern.quiet(budget.allowed("powers")) * longest + faded,
@@ -73,24 +73,24 @@ def smooth_from(waves: Waves, budget: ErrorBudget) -> float:
 
 
 def followed(found: Foci) -> float:
-    """Return how far rings are heard that meet in foci."""
+    """Return the largest distance of an edge whose ringing must be counted for foci, pitches."""
     return float(_far_sides(found).max(initial=0.0))
 
 
 def _far_sides(found: Foci) -> F64:
-    """Return how far outlines (n,) are from the photosites about their centres that hear their rings, at most."""
+    """Return the largest distances (n,) of outlines from the photosites in the zones about their centres, pitches."""
     return (1.0 + ZONE) * found.radius
 
 
 def _strong_foci(waves: Waves, edges: Edges, grid: Grid, negligible_end: float, allowed: float) -> Foci:
-    """Return the round outlines whose rings from beyond ``quiet_end`` meet in the frame, louder than is allowed."""
+    """Return the round outlines beyond ``negligible_end`` whose ringing in the frame exceeds ``allowed``."""
     if not waves.pattern.rings or not len(edges):
         return NO_FOCI
     blur = float(waves.blur.min())
     centre, radius = circles(edges, grid=grid, nearest=negligible_end / (1.0 + ZONE), blur=blur)
     if not radius.size:
         return NO_FOCI
-    beyond = 1.01 * float(radius.max())  # no circle asks
+    beyond = 1.01 * float(radius.max())  # larger than any circle
     if radius.size > FEW_CIRCLES:
         nearest, most = float(radius.min()), in_step(centre, radius, np.ones(radius.size), blur)[0]
         strength = radius < waves.negligible_distance(
@@ -101,7 +101,7 @@ def _strong_foci(waves: Waves, edges: Edges, grid: Grid, negligible_end: float, 
             return NO_FOCI
     found = foci(centre, radius, edges, blur, waves.passed(normals(edges)))
     share, whose = in_step(found.centre, found.radius, found.share, blur)
-    # In hundredths, of more than one turn in tenths: few questions.
+    # Round up to hundredths, or tenths of more than one turn, for few distinct values.
     share = np.where(share > 1.0, np.ceil(10.0 * share) / 10.0, np.ceil(100.0 * share) / 100.0)
     until = np.zeros_like(found.radius)
     for part in np.unique(share[share > 0.0]):
@@ -109,7 +109,7 @@ def _strong_foci(waves: Waves, edges: Edges, grid: Grid, negligible_end: float, 
         until[one] = waves.negligible_distance(
             allowed / float(part), front="focus", least=float(found.radius[one].min()), within=beyond
         )
-    # Of circles about one centre all are heard that are no larger than a loud one.
+    # Among concentric circles, all no larger than a significant one count.
     farthest = np.zeros(whose.max(initial=-1) + 1)
     strength = found.radius < until
     np.maximum.at(farthest, whose[strength], found.radius[strength])
@@ -117,9 +117,9 @@ def _strong_foci(waves: Waves, edges: Edges, grid: Grid, negligible_end: float, 
 
 
 def smooth_corners(edges: Edges, short: float, widest: float = math.inf) -> bool:
-    """Whether there are corners that turn by less than SMOOTH between edges that are no longer than ``short``.
+    """Return whether there are corners that turn by less than SMOOTH between edges shorter than ``short``.
 
-    widest : the largest radius of the curves that they are parts of
+    widest : largest radius of curvature
     """
     before, after, _ = edges.threes
     length = edges.length
@@ -131,11 +131,11 @@ def smooth_corners(edges: Edges, short: float, widest: float = math.inf) -> bool
 
 
 def crowding(edges: Edges, window: float) -> float:
-    """Largest number of corners in any square of side ``window``, each counted by the square of how much it turns.
+    """Return the largest sum of corner strengths in any square of side ``window``; a right angle has strength 1.
 
-    A corner's strength is the jump of the unit direction, so a smooth outline cut into many edges counts for little.
-    Where four ends meet, as of a checkerboard's fields, these jumps cancel and their rings add up: a line goes on there
-    with its sides exchanged. Up to eight may all be of one sign; of more, neighbours are of either.
+    A corner's strength is half the squared jump of the unit direction, so a smooth outline cut into many edges counts
+    for little. Where four ends meet, as on a checkerboard, these jumps cancel but the ringing adds up, since each line
+    continues with its sides exchanged. Up to eight may have the same sign; among more, neighbours have either sign.
     """
     if not len(edges):
         return 0.0
@@ -145,19 +145,19 @@ def crowding(edges: Edges, window: float) -> float:
     jump = [np.bincount(corner, turn[:, axis], len(points)) for axis in (0, 1)]
     col, row = np.floor((points - edges.box[0]) / window).T
     square = row * (col.max() + 1.0) + col
-    crowded = square.max() <= float(len(points))  # or most squares are empty, and those that are not are numbered
+    crowded = square.max() <= float(len(points))  # else only squares that are not empty get numbers
     square = square.astype(np.int64) if crowded else kinds_of(square)[1]
-    strength = np.minimum(0.5 * (jump[0] ** 2 + jump[1] ** 2), 1.0)  # a right angle counts as one
+    strength = np.minimum(0.5 * (jump[0] ** 2 + jump[1] ** 2), 1.0)  # 1 for a right angle
     pairs = 0.5 * np.bincount(corner, minlength=len(points))
     strength = np.where(pairs >= 2.0, np.minimum(pairs**2, np.maximum(MEETING, pairs)), strength)
     return float(np.bincount(square, weights=strength).max(initial=0.0))
 
 
 def _moment_distance(c1: float, footprint: Footprint, allowed: float) -> float:
-    """Distance beyond which the footprint's moments past those of the far form stay below ``allowed``.
+    """Return the distance beyond which the moments that the far form neglects contribute less than ``allowed``.
 
-    Of the angle they leave |⟨ζⁿ⟩|/(2πnRⁿ), n = 8, 10 …; one of them may be 0 where the next is not, and near the
-    footprint they fall slowly.
+    Their error of the angle is |⟨ζⁿ⟩|/(2πnRⁿ), n = 8, 10 …; one may vanish where the next does not, and near the
+    footprint they decrease slowly.
     """
     sixth: float = (3.0 * c1 * footprint.m66 / (2.0 * math.pi * allowed)) ** (1.0 / 7.0)
     sizes = [size / (2.0 * math.pi * n) for n, size in zip(BEYOND, footprint.beyond, strict=True)]

@@ -1,4 +1,4 @@
-"""A plan carried out: bands as they come, judged, scaled, kept or handed on."""
+"""Carrying out a plan: bands are rendered, checked, scaled, and stored or passed on."""
 
 from __future__ import annotations
 
@@ -28,17 +28,17 @@ Take = Callable[[F64], None]
 class Rendering:
     """A noise-free image and the estimate of its error.
 
-    image              : (rows, cols) float64, or (n, rows, cols) for n wavelengths; no rows where they were handed on
+    image              : (rows, cols) float64, or (n, rows, cols) for n wavelengths; no rows if ``take`` received them
     error_estimate     : largest |image − reference| over the photosites checked, relative to the larger of a perfect
                          diffuser and the scene's brightest region in that channel
-    standard_error     : of ``importance``: the largest standard error of a photosite's samples, taken for random
-    checked_photosites : how many were computed again by the independent path
+    standard_error     : of ``importance``: the largest standard error of a photosite, as if its samples were random
+    checked_photosites : how many the independent check recomputed
     seconds            : wall time, set-up and check included
-    method, tolerance  : the engine that ran and what it was asked for
+    method, tolerance  : the engine that ran and the tolerance requested
     wavelengths        : number of wavelength nodes
-    work               : what was computed, counted
-    planes             : (channels, rows, cols) every channel at every photosite, when that was asked for
-    planes_error       : the same estimate for them
+    work               : counts of what was computed
+    planes             : (channels, rows, cols) every channel at every photosite, if requested
+    planes_error       : the error estimate of ``planes``
 
     >>> import camsim
     >>> found = camsim.render(
@@ -78,7 +78,7 @@ def carry_out(
     take: Take | None = None,
     progress: Report | None = None,
 ) -> Rendering:
-    """Render every photosite in its own channel; arguments as in ``render_channels``."""
+    """Render every photosite in the channel assigned to it; arguments as in ``render_channels``."""
     check(take, Take | None, "take")
     check(progress, Report | None, "progress")
     begin = time.perf_counter()
@@ -130,13 +130,13 @@ def carry_out(
 
 
 class _Into:
-    """Rows as they come, written into an array from the top; ``or_itself``: what is all of it may take its place."""
+    """Writes bands of rows into an array from the top; ``or_itself``: a band of all rows may replace the array."""
 
     def __init__(self, image: F64, *, or_itself: bool = False) -> None:
         self.image, self._row, self._or_itself = image, 0, or_itself
 
     def rows(self, part: F64) -> F64:
-        """Return where a part of so many rows is to be written."""
+        """Return the array into which this band of rows is to be written."""
         if self._or_itself and part.shape == self.image.shape and part.flags.owndata and part.flags.c_contiguous:
             self.image = part
             return part
@@ -145,13 +145,13 @@ class _Into:
 
 
 def _passed(bands: Iterator[F64], channel: Channels, scale: F64, places: tuple[I64, I64], to: Take | _Into) -> F64:
-    """Hand an image on in the unit of the response, and return what it is at places, of full scale."""
+    """Pass an image on in the unit of the response, and return its values at places, relative to full scale."""
     rows, cols = places
     values, first = np.empty(rows.size), 0
     for band in bands:
         here = (first <= rows) & (rows < first + len(band))
         values[here] = band[rows[here] - first, cols[here]]
-        # An engine's bands grow with the frame: what is done with them comes in smaller pieces.
+        # An engine's bands grow with the frame; they are passed on in smaller pieces.
         step = max(1, TAKEN_PHOTOSITES // channel.shape[1])
         for part in np.split(band, range(step, len(band), step)) if step < len(band) else (band,):
             if isinstance(to, _Into):
@@ -160,12 +160,12 @@ def _passed(bands: Iterator[F64], channel: Channels, scale: F64, places: tuple[I
                 multiply(part, channel, first, scale, part)
                 to(part)
             first += len(part)
-        del band, part  # or they would stay until the next band is finished
+        del band, part  # frees them before the next band is computed
     return values
 
 
 def _images(plans: Sequence[Plan], channels: U8, progress: Progress) -> Iterator[Iterator[F64]]:
-    """Yield images, each the sum of what several plans give: band by band of one, whole of more."""
+    """Yield images, each the sum of several plans': in bands for one plan, in one piece for more."""
     if len(plans) == 1:
         yield from plans[0].images(channels, progress)
         return
@@ -181,13 +181,13 @@ def _images(plans: Sequence[Plan], channels: U8, progress: Progress) -> Iterator
 
 
 def _rest(choice: Choice) -> Plan:
-    """Return what renders the edges that were left out, with the settings of the others if there are any."""
+    """Return a plan for the edges that were left out, with the settings of the other edges if there are any."""
     job = choice.plan.job
     return choice.plan.of(job.rest()) if len(job.edges) else choose(choice.method, job.rest(), choice.samples).plan
 
 
 def _refuse(found: Found, choice: Choice) -> None:
-    """Raise AccuracyError when an error is larger than asked."""
+    """Raise AccuracyError if an error is larger than the tolerance."""
     if found.error <= choice.plan.job.tolerance:
         return
     job = choice.plan.job
@@ -206,7 +206,7 @@ def _refuse(found: Found, choice: Choice) -> None:
 
 
 def _work(plans: Sequence[Plan], images: int, checked: int) -> Work:
-    """Add up what was done: what the job found, what every plan did, and the check."""
+    """Add up the work of the job, of every plan and of the check."""
     job = plans[0].job
     found = Work(
         shapes=len(job.scene.shapes),
@@ -224,4 +224,4 @@ def _part(report: Report, first: float, share: float) -> Progress:
 
 
 def to_nobody(stage: str, fraction: float) -> None:
-    """Take a report of progress that nobody reads."""
+    """Ignore a progress report."""

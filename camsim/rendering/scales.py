@@ -1,6 +1,6 @@
-"""What engines for edges and transforms render: patterns neither far finer nor far wider than photosites.
+"""Limits of the engines for edges and transforms: a PSF neither far finer nor far wider than a photosite.
 
-Tables, tiles and boxes grow with either ratio; what lies beyond these is no camera, but a length in another unit.
+Tables, tiles and boxes grow with either ratio; values beyond the limits suggest a length in a wrong unit.
 """
 
 from __future__ import annotations
@@ -12,11 +12,11 @@ from camsim.optics.protocols import KnowsBlur
 from camsim.rendering.grid import Grid
 
 LEAST_BLUR, MOST_BLUR = 1e-3, 1e4  # pitches
-MOST_EXTENT = 1e3  # of OLPF and photosite from their middle, pitches
+MOST_EXTENT = 1e3  # of OLPF and photosite from their centre, pitches
 
 
 def check_scales(system: OpticalSystem, grid: Grid, wavelength_nm: F64) -> None:
-    """Refuse a lens, an OLPF or a photosite that is of another size than photosites are.
+    """Refuse a lens, an OLPF or a photosite whose size does not suit the pitch.
 
     >>> import numpy as np
     >>> from camsim.optics import Gaussian

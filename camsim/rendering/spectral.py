@@ -1,4 +1,4 @@
-"""Wavelengths fused: how many nodes a rendering needs, and what every spectrum weighs at each."""
+"""Wavelength nodes: how many a rendering needs, and the weights of every spectrum at each."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ from camsim.spectra.curve import Spectrum, spectrum_at
 from camsim.spectra.integral import lagrange, lumped, whole_nanometres
 
 FEWEST_NODES = 16
-ALIKE = 12  # digits by which weights are the same but for a factor
-ROUNDED_BITS = 48  # of the largest weight, by which those of others may be off
-PROBED = 16  # so many-th column is looked at before all are
-FEW_KINDS = 500  # that are asked one by one whether they are the same to rounding
+ALIKE = 12  # digits to which proportional weights agree
+ROUNDED_BITS = 48  # rounding of weights, in bits below the largest
+PROBED = 16  # stride of the columns that are compared first
+FEW_KINDS = 500  # largest number of rows that are compared one by one
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Signals:
-    """What each spectrum gives each channel at each wavelength, before optics, in units of the channel's scale.
+    """Signal of each spectrum in each channel at each wavelength, without optics, in units of the channel's scale.
 
-    wavelength_nm : (n,) where light, filters and surfaces were multiplied, only those that carry signal; lumped where
-                    the curves needed more of them than the optics do
+    wavelength_nm : (n,) wavelengths that carry signal, at which light, filters and surfaces were multiplied; lumped
+                    where the curves needed more of them than the optics do
     density       : (spectra, channels, n), quadrature weight included: a sum over n is a mean signal
     scale         : (channels,) the larger of a perfect diffuser and the brightest spectrum, in the caller's unit
     """
@@ -50,9 +50,9 @@ class Signals:
 
 
 def carrying(response: F64) -> np.ndarray:
-    """Return at which wavelengths (n,) any channel of (channels, n) sees light: at one at least.
+    """Return a mask (n,) of the wavelengths with a response (channels, n) in any channel; at least one is True.
 
-    Light that no channel sees is an image too: a black one.
+    Light to which no channel responds still makes an image, a black one.
     """
     carries: np.ndarray = np.any(response != 0.0, axis=0)
     carries[0] |= not carries.any()
@@ -60,7 +60,7 @@ def carrying(response: F64) -> np.ndarray:
 
 
 def multiplied(spectra: Sequence[Spectrum | Component], response: F64, wavelength_nm: F64) -> tuple[F64, F64]:
-    """Return wavelengths (m,) that carry signal, lumped, and what each spectrum gives there: (spectra, channels, m)."""
+    """Return wavelengths (m,) that carry signal, lumped, and the signals (spectra, channels, m) at them."""
     carries = carrying(response)
     wavelength_nm, response = wavelength_nm[carries], response[:, carries]
     parts = []
@@ -71,7 +71,7 @@ def multiplied(spectra: Sequence[Spectrum | Component], response: F64, wavelengt
 
 
 def multiples(weights: F64) -> tuple[I64, F64]:
-    """Return which row each row (k, n) is a multiple of, and the factor, −1 to 1: of greys all are of the widest pair.
+    """Return for each row (k, n) the largest row proportional to it, and the factor, −1 to 1; greys have one such row.
 
     >>> multiples(np.array([[1.0, 2.0], [-2.0, -4.0], [0.0, 1.0]]))
     (array([1, 1, 2]), array([-0.5,  1. ,  1. ]))
@@ -92,7 +92,7 @@ def multiples(weights: F64) -> tuple[I64, F64]:
 
 
 def different(weights: F64) -> F64:
-    """Return the rows (k, n) of which none is another one times a number.
+    """Return the rows (k, n) of which no two are proportional.
 
     >>> different(np.array([[1.0, 2.0], [-2.0, -4.0], [0.0, 1.0]]))
     array([[-2., -4.],
@@ -102,11 +102,11 @@ def different(weights: F64) -> F64:
 
 
 def kinds(contrast: F64) -> tuple[F64, F64]:
-    """Return how much of each of few spectra there is in every one, the background first, and what those few give.
+    """Return the shares of a few basis spectra in every spectrum, the background first, and the basis's contrast.
 
-    contrast : (spectra, channels, j) what each gives against the background
+    contrast : (spectra, channels, j) signals relative to the background
 
-    Greys are multiples of one: all their regions are transformed together.
+    Greys are proportional, so all their regions are transformed together.
     """
     which, times = multiples(contrast.reshape(len(contrast), -1))
     few = np.unique(which)
@@ -115,7 +115,7 @@ def kinds(contrast: F64) -> tuple[F64, F64]:
 
 
 def fewer(shares: F64, contrast: F64, off: float) -> tuple[F64, F64]:
-    """Return the same of fewer, where all are mixtures of these but for ``off``: at n wavelengths of n at the most."""
+    """Return the shares and contrast of a smaller basis that represents all spectra to within ``off``."""
     modes, mixture = mixed(contrast.reshape(len(contrast), -1), off)
     if len(modes) == len(contrast):
         return shares, contrast
@@ -123,9 +123,10 @@ def fewer(shares: F64, contrast: F64, off: float) -> tuple[F64, F64]:
 
 
 def _joined(weights: F64, which: I64) -> I64:
-    """Return the rows ``which`` (k,) with those joined that digits told apart: differences are known to rounding only.
+    """Return ``which`` (k,) with rows joined that differ only by rounding.
 
-    A faint row, of spectra nearly as bright, has fewer digits than it is written in, and a digit falls to either side.
+    A weak row, the difference of nearly equal spectra, has fewer correct digits than ``ALIKE``, so that rounding may
+    have separated it.
     """
     leaders = np.unique(which)
     if not 1 < leaders.size <= FEW_KINDS:
@@ -139,7 +140,7 @@ def _joined(weights: F64, which: I64) -> I64:
         one, others = weights[leader], leaders[k + 1 :]
         there = int(np.abs(one).argmax())
         if one[there] != 0.0:
-            for columns in (slice(None, None, PROBED), slice(None)):  # most differ in the first columns looked at
+            for columns in (slice(None, None, PROBED), slice(None)):  # most differ in the first columns
                 factor = weights[others, there] / one[there]
                 rest = weights[others, columns] - factor[:, None] * one[columns]
                 others = others[np.abs(rest).max(axis=1) <= noise]
@@ -149,30 +150,30 @@ def _joined(weights: F64, which: I64) -> I64:
 
 
 def blur_of(system: OpticalSystem, wavelength_nm: F64, pitch_um: float) -> F64:
-    """Return the lens's own length at each wavelength, in pitches."""
+    """Return the scale of the lens's PSF (λN) at each wavelength, in pitches."""
     return system.blurs_um(wavelength_nm) / pitch_um
 
 
 def wavefront_phase(system: OpticalSystem, wavelength_nm: F64) -> float:
-    """Return by how many radians a wavefront's phases turn over a spectrum; 0 of a lens that has no wavefront."""
+    """Return the change of a wavefront's phase over a spectrum, radians; 0 for a lens without a wavefront."""
     if not isinstance(system.lens, KnowsWaves):
         return 0.0
     return 2.0 * math.pi * system.lens.waves_turned(float(wavelength_nm.min()), float(wavelength_nm.max()))
 
 
 def nodes_that_follow(phase: float, allowed: float) -> int:
-    """Return how many nodes of a polynomial follow a wave that turns by ``phase`` radians in all; see ``fuse``."""
+    """Return how many polynomial nodes resolve a wave over ``phase`` radians; see ``fuse``."""
     return math.ceil(0.5 * phase + math.cbrt(phase) + 3.5 - 3.0 * math.log10(allowed))
 
 
 def fuse(signals: Signals, *, phase: float, allowed: float, count: int | None = None) -> tuple[F64, F64]:
     """Return nodes (j,) in nm and weights (spectra, channels, j) on them.
 
-    What the optics do varies smoothly with wavelength, while light and filters may have any shape. So the curves are
-    integrated on their own grid against the Lagrange polynomials of the nodes: totals are exact whatever the number
-    of nodes, and a lamp's lines need none of their own. ``phase`` is the range of 2πr/λN over the spectrum at the
-    largest distance that matters; a polynomial follows it with half as many nodes and its cube root, and converges by
-    about a digit for every three more (measured on the shipped sensors and CIE F lamps). ``count``: if it is known.
+    The optics vary smoothly with wavelength, while light and filters may have any shape. So the curves are integrated
+    on their grid against the Lagrange polynomials of the nodes: totals are exact for any number of nodes, and a lamp's
+    lines need no nodes at their wavelengths. ``phase`` is the range of 2πr/λN over the spectrum at the largest distance
+    that matters; a polynomial resolves it with phase/2 + ∛phase nodes, and gains about a digit for every three more
+    (measured on the shipped sensors and CIE F lamps). ``count``: the number of nodes, if it is known.
     """
     wavelength_nm = signals.wavelength_nm
     count = count or max(FEWEST_NODES, nodes_that_follow(phase, allowed))
@@ -181,14 +182,14 @@ def fuse(signals: Signals, *, phase: float, allowed: float, count: int | None = 
     x, gauss_w = gauss_legendre(count)
     low, high = wavelength_nm[0], wavelength_nm[-1]
     nodes = 0.5 * (low + high) + 0.5 * (high - low) * x
-    # No BLAS, which adds up in another order on another number of cores.
+    # No BLAS: its order of summation depends on the number of cores.
     return nodes, np.einsum("scn,nj->scj", signals.density, lagrange(wavelength_nm, nodes, x, gauss_w))
 
 
 def fuse_by_light(signals: Signals, count: int) -> tuple[F64, F64]:
-    """Return nodes (j,) in nm and weights as of ``fuse``, the nodes where the light is: Gauss's of all of it.
+    """Return nodes (j,) in nm and weights as of ``fuse``, with Gauss nodes for the light's spectrum as weight function.
 
-    What a wavefront does at the ends of a spectrum, where little light is, takes no nodes.
+    The ends of a spectrum, where there is little light, get few nodes.
     """
     wavelength_nm = signals.wavelength_nm
     if wavelength_nm.size <= count:
@@ -196,7 +197,7 @@ def fuse_by_light(signals: Signals, count: int) -> tuple[F64, F64]:
     light = np.abs(signals.density).max(axis=0).sum(axis=0)
     middle, half = 0.5 * (wavelength_nm[0] + wavelength_nm[-1]), 0.5 * (wavelength_nm[-1] - wavelength_nm[0])
     place = (wavelength_nm - middle) / half
-    # Lanczos's recurrence of the polynomials that are orthogonal under the light: their zeros are the nodes.
+    # Lanczos recurrence of the polynomials orthogonal under the light's spectrum: their zeros are the nodes.
     one, beside = np.zeros(count), np.zeros(count)
     vectors = [np.sqrt(light / light.sum())]
     for k in range(count):

@@ -1,4 +1,4 @@
-"""Scenes behind a lens that changes over the frame: bent by its distortion, summed over frequencies part by part."""
+"""Scenes behind a field-varying lens: distorted, then summed over frequencies, part by part of the frame."""
 
 from __future__ import annotations
 
@@ -38,16 +38,16 @@ from camsim.scene import Scene
 from camsim.scene.arrange import Arrangement
 
 FINEST = 1e-8
-FEWEST, SECONDS = 4, 0.3  # photosites checked, and what each takes
-MIDDLE = 0.01, 0.99  # of the light: between these wavelengths a wavefront's turns ask for nodes
-DIGITS, DIGITS_POWER, NODES_OF_WAVE = 0.65, 1.6, 2.0  # of the number of wavelengths
-OF_CHECK = 0.5  # of the tolerance: what they are computed to
-PLACES = 5  # along either side of the window, at which the lens is asked how far its rays fall
+FEWEST, SECONDS = 4, 0.3  # photosites checked, and the seconds of each
+MIDDLE = 0.01, 0.99  # quantiles of the light between which a wavefront's phase sets the number of nodes
+DIGITS, DIGITS_POWER, NODES_OF_WAVE = 0.65, 1.6, 2.0  # rule for the number of wavelengths
+OF_CHECK = 0.5  # tolerance of the check over that of the image
+PLACES = 5  # along either side of the window, at which the lens's spot is computed
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class VaryingPlan(WavesPlan):
-    """A job of edges that are bent already, and fields that are not; its own lens is that of the axis."""
+    """A plan for edges that are distorted already and fields that are not; the job's system has the axial lens."""
 
     lens: Varies
 
@@ -65,7 +65,7 @@ class VaryingPlan(WavesPlan):
 
     @cached_property
     def _planes_nm(self) -> tuple[float, float]:
-        """Path differences of planes in the middle of the window; of a lens of revolution they turn with the place."""
+        """Path differences of the tilts at the window's centre; zero for a lens of revolution, whose tilts rotate."""
         low, high = window_um(self.job.grid)
         x, y = (0.5 * (low + high)).tolist()
         middle = self.lens.at(x, y)
@@ -89,14 +89,14 @@ class VaryingPlan(WavesPlan):
 
     @cached_property
     def _lenses(self) -> list[OfPupil]:
-        """The lens at places over the window."""
+        """Lenses at a few places over the window."""
         low, high = window_um(self.job.grid)
         x, y = (np.unique(np.linspace(a, b, PLACES)) for a, b in zip(low, high, strict=True))
         each = [self.lens.at(item, other) for item in x.tolist() for other in y.tolist()]
         return [one for one in each if isinstance(one, OfPupil)]
 
     def fused(self, signals: Signals, tolerance: float) -> tuple[F64, F64]:
-        """Return few wavelengths, where the light is, and weights of signals there."""
+        """Return few wavelengths, distributed by the light, and the weights of signals at them."""
         light = np.cumsum(np.abs(signals.density).sum(axis=(0, 1)))
         low, high = np.interp(MIDDLE, light / light[-1], signals.wavelength_nm).tolist()
         waves = (one.waves_turned(low, high) for one in self._lenses if isinstance(one, KnowsWaves))
@@ -107,7 +107,7 @@ class VaryingPlan(WavesPlan):
         return max((spot_um(one, wavelength_nm) for one in self._lenses), default=0.0)
 
     def decisions(self) -> Iterator[Decision]:
-        """Yield what people may want to know."""
+        """Yield the decisions that are reported to the user."""
         yield Decision(
             topic="field",
             decision="transfers of a few places in each part of the frame",
@@ -137,7 +137,7 @@ def choose_varying(
 ) -> Choice:
     """Plan a rendering behind a lens with ``Varies``; arguments as in ``render_channels``.
 
-    edges : the scene with frames in place of pictures;  share: of the tolerance, that edges may take
+    edges : the scene with frames in place of pictures;  share: part of the tolerance for edges
     """
     lens = system.lens
     assert isinstance(lens, Varies)
@@ -197,15 +197,15 @@ def choose_varying(
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FieldCheck:
-    """What recomputes photosites: each behind the lens of its own place, with tables and levels of its own.
+    """Recomputes photosites, each with the lens at its place and with separate tables and levels.
 
-    plan : whose sources are taken, and nothing that was made of the lens
+    plan : its sources are reused, but nothing derived from the lens
     """
 
     plan: VaryingPlan | FlatPlan
 
     def hardest(self, plan: Plan) -> tuple[I64, I64]:
-        """Return rows and columns of photosites beside corners of outlines, at the frame's corners, and anywhere."""
+        """Return rows and columns of photosites near corners of outlines, at the frame's corners, and at random."""
         job = self.plan.job
         grid = job.grid
         draw = np.random.default_rng([grid.rows, grid.cols, len(job.edges)])
@@ -221,18 +221,18 @@ class FieldCheck:
         return row, col
 
     def seconds(self, plan: Plan) -> float:
-        """Return what the check is expected to take."""
+        """Return the expected seconds of the check."""
         return 0.0 if isinstance(self.plan, FlatPlan) else FEWEST * SECONDS
 
     def values(self, rows: I64, cols: I64, sets: U8) -> F64:
-        """Compute photosites again, each in its channel of ``sets`` (..., photosites)."""
+        """Recompute photosites, each in its channel of ``sets`` (..., photosites)."""
         values = np.empty(sets.shape)
         for k, (row, col) in enumerate(zip(rows.tolist(), cols.tolist(), strict=True)):
             values[..., k] = self._one(row, col)[sets[..., k]]
         return values
 
     def _one(self, row: int, col: int) -> F64:
-        """Return what one photosite sees, in each channel."""
+        """Return one photosite's value in each channel."""
         plan, base = self.plan, self.plan.job.base
         if isinstance(plan, FlatPlan):
             return base
@@ -256,7 +256,7 @@ class FieldCheck:
         return seen
 
     def compare(self, plan: Plan, values: F64, right: F64, rows: I64, cols: I64) -> Found:
-        """Compare an image's values at photosites with what they should be."""
+        """Compare an image's values at photosites with the reference."""
         off = np.abs(values - right)
         off = np.where(np.isnan(off), np.inf, off).reshape(-1, rows.size).max(axis=0)
         worst = int(np.argmax(off))
@@ -266,7 +266,7 @@ class FieldCheck:
 def _bending(lens: Varies, system: OpticalSystem, grid: Grid, seen_nm: F64, tolerance: float) -> Bending:
     photosite, peak_per_um = system.photosite, math.inf
     if isinstance(photosite, Rectangular) and min(photosite.sides_um) > 0.0:
-        # A rectangle's shadow is nowhere higher than along its diagonal.
+        # The line spread of a rectangle is highest along its diagonal.
         peak_per_um = math.hypot(*photosite.sides_um) / math.prod(photosite.sides_um)
     return Bending(
         lens=lens,
@@ -278,6 +278,6 @@ def _bending(lens: Varies, system: OpticalSystem, grid: Grid, seen_nm: F64, tole
 
 
 def window_um(grid: Grid) -> tuple[F64, F64]:
-    """Return the centres of the window's first and last photosite."""
+    """Return the centres of the window's first and last photosite, µm."""
     first = np.array(grid.first_centre)
     return grid.pitch_um * first, grid.pitch_um * (first + np.array([grid.cols - 1, grid.rows - 1]))

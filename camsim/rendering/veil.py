@@ -1,8 +1,8 @@
 """Veiling glare: a share of all light that a lens spreads evenly over the frame.
 
-A photosite gets (1 − g)·image + g·mean, the mean that of the scene over the frame's rectangle, without any lens. It is
-the veiling glare index of ISO 9358 for a bright field that ends with the frame: before it a small black patch is as
-bright as g of what it covers.
+A photosite receives (1 − g)·image + g·mean, where the mean is that of the unblurred scene over the frame's rectangle.
+For a bright field that ends with the frame, g is the veiling glare index of ISO 9358: a small black patch on it has g
+times the signal of the field.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ PHASE = 1.5  # radians of half a patch: nodes enough for a spline's polynomial
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Veil:
-    """How much of the light is spread, at every wavelength, and over which frame."""
+    """The share of light that is spread, at every wavelength, and the frame over which it is spread."""
 
     share: Spectrum
     frame: Grid
@@ -44,16 +44,16 @@ class Veil:
         return self.share != 0.0
 
     def spared(self, response: F64, wavelength_nm: F64) -> F64:
-        """Return what of a response (channels, n) makes the image."""
+        """Return the part of a response (channels, n) that forms the image, without the glare."""
         if not self.there:
             return response
         left: F64 = response * (1.0 - spectrum_at(self.share, wavelength_nm))
         return left
 
     def light(self, scene: Scene, response: F64, wavelength_nm: F64, tolerance: float) -> F64:
-        """Return (channels,) what every photosite gets of the veil, in the unit of the whole response (channels, n).
+        """Return the glare (channels,) at every photosite, in the unit of the full response (channels, n).
 
-        tolerance : of the scene's mean, relative to a perfect diffuser: ``spared`` has the rest of the light
+        tolerance : of the scene's mean, relative to a perfect diffuser; ``spared`` gives the rest of the light
         """
         if not self.there:
             return np.zeros(len(response))
@@ -62,8 +62,8 @@ class Veil:
 
 
 def _mean(scene: Scene, frame: Grid, response: F64, wavelength_nm: F64, tolerance: float) -> F64:
-    """Return (channels,) the mean of a scene over a frame."""
-    # What is finer than a photosite does not change a mean: outlines and gradients are cut as for such a blur.
+    """Return the mean (channels,) of a scene over a frame."""
+    # Detail finer than a photosite does not change the mean: outlines and gradients are sampled as for such a blur.
     pitch_um = frame.pitch_um
     system = OpticalSystem(lens=Gaussian(sigma_um=pitch_um), photosite=SquarePhotosite(side_um=pitch_um))
     scene = _cropped(scene, frame)
@@ -84,7 +84,7 @@ def _mean(scene: Scene, frame: Grid, response: F64, wavelength_nm: F64, toleranc
 
 
 def _cropped(scene: Scene, frame: Grid) -> Scene:
-    """Return the scene with everything outside of the frame in the background's colour."""
+    """Return the scene with the background's spectrum everywhere outside the frame."""
     framed = scene.framed(scene.background)
     boxes = Outlines.of(flattened(framed.shapes)).boxes
     boxes = boxes[np.isfinite(boxes).all(axis=1)]
@@ -106,7 +106,7 @@ def _cropped(scene: Scene, frame: Grid) -> Scene:
 def _of_fields(
     scene: Scene, system: OpticalSystem, frame: Grid, response: F64, wavelength_nm: F64, scale: F64, tolerance: float
 ) -> F64:
-    """Return (channels,) the light of pictures, gradients and points less the background's, scale × pitch²."""
+    """Return the light (channels,) of pictures, gradients and points minus the background's, in scale × pitch²."""
     job = FieldJob.of(
         scene, system, frame, response=response, wavelength_nm=wavelength_nm, scale=scale, tolerance=tolerance
     )

@@ -1,4 +1,4 @@
-"""What a rendering did, counted: for reports, and so that what a scene does not need can be seen to be left out."""
+"""Counts of a rendering's work, for reports, and to verify that work is omitted if a scene does not need it."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ class Work:
     shapes           : of the scene
     outline_edges    : of all shapes' outlines, before one covers another
     edges            : that were rendered
-    edges_equal      : not rendered: no channel sees a difference between their sides in this light
+    edges_equal      : not rendered: both sides have equal signals in every channel in this light
     edges_far        : not rendered: outside the window, all of them together below their share of the tolerance
-    wavelengths      : of the light that some channel sees;  wavelength_nodes: at which optics were computed
+    wavelengths      : of the light that carry signal;  wavelength_nodes: at which optics were computed
     channels         : images of the grid that were computed
     photosites       : values of a photosite in a channel that were computed
     tables           : of fields and edge responses;  table_values: numbers in them;  table_terms: added up for them
-    nodes_integrated : quadrature nodes on edges near a photosite, as the settings have it (``cost.near_nodes``)
+    nodes_integrated : quadrature nodes on edges near a photosite, as estimated (``cost.near_nodes``)
     frequencies      : of the Fourier engine
     samples          : of the sampled methods
-    samples_of_pictures : of all that can be seen
+    samples_of_pictures : of all visible pictures
     photosites_checked : computed again by the check
     random_numbers   : drawn for noise and fixed patterns, defects' places apart
     colour_matrices  : files that one was fitted for;  bytes_written: of all files (the command line knows both)
@@ -57,5 +57,5 @@ class Work:
         return Work(**{f.name: getattr(self, f.name) + getattr(other, f.name) for f in fields(self)})
 
     def counts(self) -> dict[str, int]:
-        """Return what was done at all."""
+        """Return the counts that are not zero."""
         return {f.name: getattr(self, f.name) for f in fields(self) if getattr(self, f.name)}

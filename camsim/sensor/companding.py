@@ -94,7 +94,7 @@ def points_of(linear_dn: Sequence[int]) -> Points:
 def stated_points(points: Sequence[tuple[int, int]]) -> str:
     """Return points in words.
 
-    >>> told_points(((0, 0), (512, 512), (4095, 1023)))
+    >>> stated_points(((0, 0), (512, 512), (4095, 1023)))
     '0, 512, 4095 DN are the codes 0, 512, 1023'
     """
     known, codes = (", ".join(map(str, part)) for part in zip(*points, strict=True))

@@ -1,4 +1,4 @@
-"""What compiled kernels have in common: how they are compiled, kept for the next process, and shared among threads."""
+"""Infrastructure of compiled kernels: compilation, the cache on disk, and distribution among threads."""
 
 from camsim.core.kernels.dispatch import compiling, is_cached, kernel
 from camsim.core.kernels.threads import ahead, shared, use_one_thread

@@ -1,4 +1,4 @@
-"""Where compiled kernels are kept for the next process: in the user's cache folder, under a key made of the sources."""
+"""Disk cache of compiled kernels, in the user's cache folder, with a key computed from the sources."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ import platformdirs
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
 from numba.core.runtime.nrt import rtsys
 
-KEPT = 8  # versions of a kernel: as many branches may be worked on in turns
+KEPT = 8  # cached versions of a kernel, so that several branches can be used in turn
 _ROOT = str(Path(__file__).resolve().parents[3])
 _IMPORTS = re.compile(rb"\n[ \t]*(?:from|import) (camsim[\w.]*)")
 
 
 class _Locator(_CacheLocator):
-    """Where a kernel's compiled forms lie, and what names them."""
+    """Location and names of a kernel's cached files."""
 
     def __init__(self, function: Callable[..., Any], file: str) -> None:
         self._key = _key(file)
@@ -37,11 +37,11 @@ class _Locator(_CacheLocator):
         )
 
     def get_source_stamp(self) -> str:
-        """Return the key, which is in the name too: versions lie side by side."""
+        """Return the key, which is also in the file name, so that versions coexist."""
         return self._key
 
     def get_disambiguator(self) -> str:
-        """Return what tells versions of a function apart."""
+        """Return the part of the name that distinguishes versions of a function."""
         return f"{self._line}-{self._key[:16]}"
 
     @classmethod
@@ -54,10 +54,10 @@ class _Cached(CompileResultCacheImpl):
     _locator_classes = [_Locator]  # noqa: RUF012 (as Numba has it)
 
     def reduce(self, cres: Any) -> Any:
-        """Return what is kept: machine code, and for Numba's own code only the names of what Python calls.
+        """Return the data to cache: machine code, and of Numba's bitcode only the names of the entry points.
 
-        Numba keeps its own code too, for kernels that take this one in; ours take it from its source. To read it would
-        take longer than all else of a kernel.
+        Numba also caches its bitcode, for kernels that inline this one; ours inline it from its source. Reading it
+        would take longer than the rest of a kernel.
         """
         (name, kind, (machine_code, _)), *rest = super().reduce(cres)  # type: ignore[no-untyped-call]
         called = cres.fndesc.llvm_func_name, cres.fndesc.llvm_cpython_wrapper_name
@@ -66,34 +66,34 @@ class _Cached(CompileResultCacheImpl):
 
 
 class Cache(FunctionCache):
-    """What was compiled of one kernel, on the disk. What cannot be read there is none, what cannot be written is lost.
+    """Disk cache of one kernel; unreadable entries are ignored, and failures to write as well.
 
-    Numba's own cache knows no file but the function's own, while kernels take in functions of others.
+    Numba's cache considers only the function's file, whereas kernels inline functions of other modules.
     """
 
     _impl_class = _Cached
 
     @property
     def index(self) -> Path:
-        """The file that lists what was compiled."""
+        """The index file of the cached versions."""
         return Path(self._cache_file._index_path)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Return what was compiled before; None where there is none that can be read.
+        """Return the cached kernel; None if there is none that can be read.
 
-        Numba's own makes itself ready to compile first: a third of a second, which kernels that are there do not need.
-        What is in place when they run is the part of Numba's run-time that gives and takes memory.
+        Numba's method first initialises the compiler, which takes a third of a second and is not needed for cached
+        kernels. Only the part of Numba's run-time that manages memory is initialised here.
         """
         try:
             rtsys.initialize(target_context)
             return self._load_overload(sig, target_context)  # type: ignore[no-untyped-call]
-        except Exception:  # a pickle that was cut short may raise anything
+        except Exception:  # a truncated pickle may raise anything
             with contextlib.suppress(OSError):
                 self.index.unlink()
             return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        """Keep what was compiled, if the folder lets us, and the newest of its other versions."""
+        """Cache a compiled kernel if the folder is writable, and remove its oldest versions."""
         with contextlib.suppress(OSError, EOFError):
             super().save_overload(sig, data)  # type: ignore[no-untyped-call]
             self._forget_oldest()
@@ -108,14 +108,14 @@ class Cache(FunctionCache):
 
 @functools.cache
 def _key(file: str) -> str:
-    """Return the hash of a module's source and of all that it imports, and of what compiles them."""
+    """Return the hash of the sources of a module and of all its imports, and of the versions of Python and Numba."""
     made_by = nb.__version__, sys.version, nb.config.BOUNDSCHECK  # type: ignore[attr-defined]
     digests = (_read(name)[0] for name in sorted(_sources(file)))
     return hashlib.sha256(b"".join([repr(made_by).encode(), *digests])).hexdigest()
 
 
 def _sources(file: str) -> set[str]:
-    """Return a module's file and those of camsim's modules that it imports, directly or not."""
+    """Return the files of a module and of camsim's modules that it imports, directly or indirectly."""
     found, waiting = set[str](), [os.path.realpath(file)]
     while waiting:
         path = waiting.pop()
@@ -127,7 +127,7 @@ def _sources(file: str) -> set[str]:
 
 @functools.cache
 def _read(file: str) -> tuple[bytes, list[str]]:
-    """Return the hash of one file, which many modules import, and the files of camsim's modules that it imports."""
+    """Return the hash of a file, and the files of camsim's modules that it imports; cached."""
     source = Path(file).read_bytes()
     files = map(_file_of, set(_IMPORTS.findall(b"\n" + source)))
     return hashlib.sha256(source).digest(), [path for path in files if path is not None]
@@ -135,6 +135,6 @@ def _read(file: str) -> tuple[bytes, list[str]]:
 
 @functools.cache
 def _file_of(module: bytes) -> str | None:
-    """Return a module's file; None where the name is not one of a module."""
+    """Return a module's file; None if the name is not that of a module."""
     place = os.path.join(_ROOT, *module.decode().split("."))
     return next(filter(os.path.isfile, (os.path.join(place, "__init__.py"), f"{place}.py")), None)

@@ -1,4 +1,4 @@
-"""Poisson counts as fast as they come, for training loops; captures draw numpy's."""
+"""Fast Poisson counts, for training loops; captures use numpy's."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from camsim.core.arrays import F64
 from camsim.core.kernels.dispatch import kernel
 
 _FEW = 10.0
-"""Means below it are searched for from 0 on, others drawn by Hörmann's transformed rejection."""
+"""Means below it use inversion by search from 0 on, others Hörmann's transformed rejection."""
 
 _STEP, _MIX, _MIX_AGAIN = (np.uint64(odd) for odd in (0x9E3779B97F4A7C15, 0xBF58476D1CE4E5B9, 0x94D049BB133111EB))
 _30, _27, _31, _11 = (np.uint64(shift) for shift in (30, 27, 31, 11))
 _UNIT = 2.0**-53
 
-_NOTHING = 1e-18  # of chance: no number that is drawn is so near to 1
-_TABLED = 128  # no count of a small mean comes so far
+_NOTHING = 1e-18  # probability: no number drawn is this near to 1
+_TABLED = 128  # no count of a small mean is this large
 _INVERSE = np.array([0.0, *(1.0 / count for count in range(1, _TABLED))])
 _LOG_FACTORIAL = np.array([math.lgamma(count + 1.0) for count in range(_TABLED)])
 _HALF_LOG_2_PI = 0.5 * math.log(2.0 * math.pi)
@@ -27,7 +27,7 @@ _HALF_LOG_2_PI = 0.5 * math.log(2.0 * math.pi)
 
 @kernel()
 def _uniform(state: Any) -> float:
-    """Return the number from 0 to below 1 of a state of SplitMix64 (Steele, Lea and Flood 2014)."""
+    """Return a uniform number in [0, 1) from a state of SplitMix64 (Steele, Lea and Flood 2014)."""
     mixed = (state ^ (state >> _30)) * _MIX
     mixed = (mixed ^ (mixed >> _27)) * _MIX_AGAIN
     drawn: float = ((mixed ^ (mixed >> _31)) >> _11) * _UNIT
@@ -36,7 +36,7 @@ def _uniform(state: Any) -> float:
 
 @kernel()
 def _log_factorial(count: float) -> float:
-    """Return ln(count!), by Stirling's series beyond a table, to rounding."""
+    """Return ln(count!) to rounding, from a table, and beyond it by Stirling's series."""
     if count < _TABLED:
         tabled: float = _LOG_FACTORIAL[int(count)]
         return tabled
@@ -46,9 +46,9 @@ def _log_factorial(count: float) -> float:
 
 @kernel()
 def fill_counts(counts: F64, mean: F64, state: npt.NDArray[np.uint64]) -> None:
-    """Fill in a Poisson count for each mean, exact at any.
+    """Write a Poisson count for each mean, exactly distributed for any mean.
 
-    counts, mean : (n,), of 0 or more;  state: (1,) of the generator, which goes on
+    counts, mean : (n,), of 0 or more;  state: (1,) of the generator, which is advanced
 
     W. Hörmann, "The transformed rejection method for generating Poisson random variables", Insurance: Mathematics and
     Economics 12 (1993), algorithm PTRS.

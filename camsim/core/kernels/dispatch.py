@@ -1,4 +1,4 @@
-"""How kernels are compiled: whole where Python calls them, as little as can be where another kernel takes them in."""
+"""Compilation of kernels: fully if Python calls them, only to unoptimised code if another kernel inlines them."""
 
 # Numba's own modules have no types.
 # mypy: disable-error-code="no-untyped-call, attr-defined"
@@ -23,13 +23,13 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 
 def kernel(*, allocates: bool = False, **options: Any) -> Callable[[F], F]:
-    """Compile a function as ``numba.njit`` with these options would, and keep what was compiled for the next process.
+    """Compile a function as ``numba.njit`` with these options would, and cache it on disk.
 
-    allocates : it makes arrays, or returns some; only such a kernel may call another that returns arrays
+    allocates : whether it creates or returns arrays; only such a kernel may call another that returns arrays
 
-    It is kept in the user's cache folder (``NUMBA_CACHE_DIR`` when that is set) under a key made of the sources: of the
-    function's own module and of all camsim's modules that it imports, directly or not. It lets go of the interpreter.
-    A kernel that makes no arrays counts no references to those that it is given: whoever calls it holds them.
+    The cache is in the user's cache folder (or ``NUMBA_CACHE_DIR`` if set), with a key computed from the sources of the
+    function's module and of all camsim's modules that it imports, directly or indirectly. A kernel releases the GIL.
+    One that creates no arrays does not count references to its arguments, which the caller holds.
 
     >>> @kernel()
     ... def twice(x):
@@ -49,7 +49,7 @@ def kernel(*, allocates: bool = False, **options: Any) -> Callable[[F], F]:
 
 
 def is_cached(compiled: Any) -> bool:
-    """Whether a kernel was compiled in this process, or another has left it."""
+    """Return whether a kernel was compiled in this process or is in the disk cache."""
     if not isinstance(compiled, _Kernel) or compiled.signatures:  # with NUMBA_DISABLE_JIT it is Python
         return True
     return compiled.cache is not None and compiled.cache.index.exists()
@@ -57,15 +57,15 @@ def is_cached(compiled: Any) -> bool:
 
 @contextlib.contextmanager
 def compiling(tell: Callable[[str], None]) -> Iterator[None]:
-    """Tell the name of each kernel when it begins to be compiled; what lies in the cache is not told.
+    """Report the name of each kernel when its compilation begins; cached kernels are not reported.
 
-    >>> told = []
+    >>> stated = []
     >>> @kernel()
     ... def thrice(x):
     ...     return 3 * x
-    >>> with compiling(told.append):
+    >>> with compiling(stated.append):
     ...     nine = thrice(3)
-    >>> told
+    >>> stated
     ['dispatch.thrice']
     """
 
@@ -82,16 +82,15 @@ def compiling(tell: Callable[[str], None]) -> Iterator[None]:
 
 
 class _Kernel(CPUDispatcher):
-    """A dispatcher that gives other kernels its code before it is optimised.
+    """A dispatcher that gives other kernels its code before optimisation.
 
-    Numba optimises a function and makes machine code of it before another one takes it in, and there all of that is
-    done again, with each caller of the caller once more: of a first capture's 90 s this was 40. Here it is done once,
-    in the kernel that Python calls, with all that it takes in. Nor has a kernel that is only taken in a wrapper for
-    Python, which for records of forty arrays is longer than most kernels.
+    Numba optimises a function and generates its machine code before another one inlines it, where all of that is
+    repeated, and again for each caller of the caller: 40 s of a first capture's 90 s. Here it is done once, in the
+    kernel that Python calls, with all that it inlines. A kernel that is only inlined also gets no wrapper for Python,
+    which for records of forty arrays is longer than most kernels.
 
-    References are counted (``_nrt``, Numba's run-time) where memory is taken, and nowhere else: in large functions
-    Numba does not see that what counts up and down again is for nothing. An edge seen from a photosite took 0.3 µs for
-    it, of 1.7.
+    References are counted (``_nrt``, Numba's run-time) only where memory is allocated: in large functions Numba does
+    not remove redundant pairs of increments and decrements. For an edge at a photosite they took 0.3 of 1.7 µs.
     """
 
     def __init__(self, function: Callable[..., Any], options: dict[str, Any]) -> None:
@@ -100,16 +99,16 @@ class _Kernel(CPUDispatcher):
 
     @functools.cached_property
     def cache(self) -> Cache | None:
-        """What lies on the disk of this kernel; None for one that was typed in. Few kernels are ever asked for it."""
+        """Disk cache of this kernel, created on first use; None for a function without a source file."""
         return Cache(self.py_func) if Path(self.py_func.__code__.co_filename).is_file() else None
 
     def _compilation_chain_init_hook(self) -> None:
-        """Look for no extensions of Numba's: none of our types is theirs, and every installed package is asked."""
+        """Skip Numba's search for extensions, which queries every installed package and is not needed here."""
 
     def compile(self, sig: Any) -> Any:
-        """Compile for types, or load what was compiled; Python calls it."""
+        """Compile for types, or load from the cache; called from Python."""
         if self.cache is not None:
-            self._cache = self.cache  # what cache=True would set to Numba's own
+            self._cache = self.cache  # where cache=True would set Numba's cache
         compiled = super().compile(sig)
         for done in self.overloads.values():
             self._refuse_arrays(done.signature)
@@ -118,8 +117,8 @@ class _Kernel(CPUDispatcher):
     def get_call_template(self, args: Any, kws: Any) -> tuple[Any, ...]:
         """Return the types of a call by another kernel.
 
-        A number that is known is of its type and no more: a count that begins at 1 is Literal[int](1) at first and
-        int64 in the end, and what is called with it would be taken in twice. True and False have a version each.
+        Literal integers are widened to their type: a count that begins at 1 is Literal[int](1) at first and int64 in
+        the end, and the function called with it would be compiled twice. True and False have a version each.
         """
         _, args = self._compiler.fold_argument_types(args, kws)
         args = _numbers_by_type(args)
@@ -129,7 +128,7 @@ class _Kernel(CPUDispatcher):
         return typing.make_concrete_template(name, key=name, signatures=[signature]), self._compiler.pysig, args, {}
 
     def get_overload(self, sig: Any) -> Any:
-        """Return the key under which Numba finds what another kernel calls."""
+        """Return the key under which Numba finds the function that another kernel calls."""
         return self._to_take_in(_numbers_by_type(sigutils.normalize_signature(sig)[0])).entry_point
 
     def _to_take_in(self, args: tuple[Any, ...]) -> Any:
@@ -154,9 +153,9 @@ class _Kernel(CPUDispatcher):
         return known
 
     def _refuse_arrays(self, signature: Any, taken_by: Any = None) -> None:
-        """Refuse to hand out arrays that nobody counts: they would never be given back, or too early.
+        """Refuse to return arrays without reference counts, which would leak or be freed too early.
 
-        taken_by : flags of the kernel that is compiled and calls it; None: no kernel does
+        taken_by : flags of the kernel that is compiled and calls it; None: called from Python
         """
         counted = self.targetoptions["_nrt"] and (taken_by is None or taken_by.nrt)
         if not counted and _has_arrays(signature.return_type):
@@ -172,10 +171,10 @@ def _numbers_by_type(args: Iterable[Any]) -> tuple[Any, ...]:
 
 
 class _Source(JITCodeLibrary):
-    """Code that is not optimised as a whole, and of which no machine code is made."""
+    """Code that is not optimised as a whole, and for which no machine code is generated."""
 
     def _optimize_functions(self, ll_module: Any) -> None:
-        """Simplify each function, so that there is less to take in; Numba does so with all that are only named too."""
+        """Simplify each defined function, so that there is less to inline; Numba includes mere declarations."""
         ll_module.data_layout = self._codegen._data_layout
         passes, builder = self._codegen._function_pass_manager()
         for function in ll_module.functions:

@@ -1,4 +1,4 @@
-"""Legendre's polynomials at many places."""
+"""Legendre polynomials at many places."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ import numpy as np
 from camsim.core.arrays import F64
 from camsim.core.kernels.dispatch import kernel
 
-AT_ONCE = 64  # places: what goes from degree to degree stays in the nearest cache, and loops are vectors
+AT_ONCE = 64  # places: the recurrence's values stay in the L1 cache, and loops vectorise
 
 
 @kernel(allocates=True, error_model="numpy")
 def legendre(begin: int, stop: int, order: int, x: F64, value: F64, slope: F64) -> None:
-    """Fill in P_n and P_n′ at places ``begin`` … ``stop`` within −1 … 1, by Bonnet's recurrence.
+    """Write P_n and P_n′ at places ``begin`` … ``stop`` within −1 … 1, by Bonnet's recurrence.
 
     >>> import numpy as np
     >>> x, value, slope = np.array([0.5]), np.empty(1), np.empty(1)

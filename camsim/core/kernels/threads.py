@@ -1,9 +1,9 @@
-"""Work shared among threads: kernels that let go of the interpreter, each called for a block of what there is to do.
+"""Work distributed among threads: kernels that release the GIL, each called for a block of the work.
 
-Numba's own parallel loops are compiled twice, and its work-queue, the only thread layer that is sure to be there, may
-not be entered by two threads. Threads of Python's are begun once: beginning them for each call took as long as small
-windows took. Whoever calls does blocks as well, and waits for no helper that has not begun: so calls within calls, or
-from many threads, never wait for one another.
+Numba's parallel loops are compiled twice, and its work queue, the only thread layer that is always available, may not
+be entered by two threads. Python's threads are started once, since starting them for each call took as long as
+rendering a small window. The caller works on blocks as well, and does not wait for a helper that has not begun: so
+nested calls, or calls from many threads, never wait for one another.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ Item = TypeVar("Item")
 Done = TypeVar("Done")
 
 MANY = 1 << 20  # threads: any number
-BLOCKS = 8  # of a thread: whoever has an easy one takes the next
+BLOCKS = 8  # per thread, for balance of the load
 
 
 def shared(count: int, work: Callable[[int, int], object], *, least: int = 1, most: int = MANY) -> None:
-    """Call ``work(first, end)`` for blocks that make up 0 … count, on as many threads as Numba would take.
+    """Call ``work(first, end)`` for blocks that make up 0 … count, on as many threads as Numba would use.
 
-    least : of a block;  most: threads
+    least : smallest size of a block;  most: largest number of threads
 
-    Each call writes what no other one reads or writes, and the same whatever its block's ends are: then the bytes
-    depend on no number of threads.
+    Calls must write to disjoint places, with results that do not depend on the division into blocks. Then the result
+    does not depend on the number of threads.
 
     >>> import numpy as np
     >>> squares = np.zeros(5)
@@ -70,7 +70,7 @@ def shared(count: int, work: Callable[[int, int], object], *, least: int = 1, mo
 
     begun: list[Future[None]] = []
     try:
-        work(0, 0)  # what is not compiled yet is compiled here, once, and on a stack as large as the caller's
+        work(0, 0)  # compiles the kernel if necessary, once, with the caller's stack
         begun += [pool.submit(helped) for _ in range(helpers)]
         taken()
     finally:
@@ -85,14 +85,14 @@ def shared(count: int, work: Callable[[int, int], object], *, least: int = 1, mo
 
 
 def _cores() -> int:
-    """Return how many threads are at work at the most."""
+    """Return the largest number of threads."""
     threads: int = nb.config.NUMBA_NUM_THREADS  # type: ignore[attr-defined]
     return threads
 
 
 @functools.cache
 def _helpers(threads: int) -> tuple[ThreadPoolExecutor, threading.Semaphore]:
-    """Return the threads that help whoever calls, kept, and what counts those that have nothing to do."""
+    """Return the pool of helper threads and the semaphore that counts idle ones, cached."""
     return ThreadPoolExecutor(threads), threading.Semaphore(threads)
 
 
@@ -101,7 +101,7 @@ if hasattr(os, "register_at_fork"):
 
 
 def ahead(work: Callable[[Item], Done], items: Iterable[Item], most: int) -> Iterator[Done]:
-    """Yield ``work(item)`` one after the other, while threads do those that come next: never more than ``most`` held.
+    """Yield ``work(item)`` in order, while threads work ahead on the next items, at most ``most`` at a time.
 
     >>> list(ahead(str.upper, "abc", 2))
     ['A', 'B', 'C']
@@ -113,7 +113,7 @@ def ahead(work: Callable[[Item], Done], items: Iterable[Item], most: int) -> Ite
     places = threading.Semaphore(1), _helpers(_cores() - 1)[1]
 
     def placed(item: Item) -> Done:
-        # One has the caller's place, who waits, others a helper's each: what they share has no more threads than cores.
+        # One takes the place of the waiting caller, others that of a helper: no more threads than cores are active.
         one = next((place for place in places if place.acquire(blocking=False)), None)
         try:
             return work(item)
@@ -132,5 +132,5 @@ def ahead(work: Callable[[Item], Done], items: Iterable[Item], most: int) -> Ite
 
 
 def use_one_thread() -> None:
-    """Let this process's kernels have one thread from now on."""
+    """Restrict the kernels of this process to one thread from now on."""
     nb.config.NUMBA_NUM_THREADS = 1  # type: ignore[attr-defined]

@@ -1,4 +1,4 @@
-"""Cosine and sine of whole turns and parts of one, for loops that are to be vectors."""
+"""Cosine and sine of angles in turns, for loops that vectorise."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ C2, C4, C6, C8, C10, C12, C14, C16 = (math.pow(-1.0, n) / math.factorial(2 * n) 
 
 @kernel(forceinline=True)
 def turned(turns: float) -> tuple[float, float]:
-    """Return cosine and sine, of half the angle by Taylor's series, to 1e-11: loops of it are vectors."""
+    """Return cosine and sine to 1e-11, from Taylor series of half the angle; loops over it vectorise."""
     h = math.pi * (turns - math.floor(turns + 0.5))
     z = h * h
     odd = S13 + z * S15

@@ -1,4 +1,4 @@
-"""Sums of Zernike's polynomials at many places."""
+"""Sums of Zernike polynomials at many places."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ import numpy as np
 from camsim.core.arrays import F64
 from camsim.core.kernels.dispatch import kernel
 
-AT_ONCE = 256  # places: what goes from degree to degree stays in the nearest cache, and loops are vectors
+AT_ONCE = 256  # places: the recurrence's values stay in the L1 cache, and loops vectorise
 
 
 @kernel(allocates=True)
 def fill_sum(values: F64, x: F64, y: F64, terms: F64, steps: F64) -> None:
-    """Fill in Σ_m Σ_p (terms[m, 0, p]·cos mθ + terms[m, 1, p]·sin mθ)·r^m·P_p(r²).
+    """Write Σ_m Σ_p (terms[m, 0, p]·cos mθ + terms[m, 1, p]·sin mθ)·r^m·P_p(r²) to ``values``.
 
     steps : (m, p, 3) a, b, c of P_p(s) = (a·s + b)·P_{p−1}(s) − c·P_{p−2}(s); P₀ = 1
 

@@ -1,1 +1,1 @@
-"""The boundary engine: edges in closed form where the lens's pattern is round (docs/mathematics.md)."""
+"""The boundary engine: edges in closed form for rotationally symmetric lenses (docs/mathematics.md)."""

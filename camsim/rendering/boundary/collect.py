@@ -1,4 +1,4 @@
-"""What a tile collects: sources that are smooth over all of it, added up on its Chebyshev nodes."""
+"""Collection of a tile's far sources: those that are smooth over all of it, summed on its Chebyshev nodes."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from camsim.rendering.boundary.crowd import Cells, cell_at_points
 from camsim.rendering.boundary.records import Numbers, TabledEdges, Tables, moments_in_frame
 from camsim.rendering.boundary.smooth import ENDS, LINE, WHOLE, add_weighed, far_at_points
 
-CELL = 3  # what a tile's list may hold besides a WHOLE edge or a LINE
+CELL = 3  # entry of a tile's list, in addition to a WHOLE edge or a LINE
 
 
 class World(NamedTuple):
-    """Everything that stays the same over all tiles."""
+    """Data that all tiles share."""
 
     edges: TabledEdges
     cells: Cells
@@ -26,32 +26,32 @@ class World(NamedTuple):
 
 
 class Stack(NamedTuple):
-    """The tiles that one thread is in, the largest at level 1; level 0 is "outside": all sources, nothing collected."""
+    """The nested tiles of one thread, the largest at level 1; level 0 is "outside": all sources, nothing collected."""
 
     row: I64  # (levels + 1,) of each tile's first photosite
     col: I64
     quarter: I64  # the next to be entered
-    listed: I64  # sources that are not smooth over the tile
-    source: I64  # (levels + 1, sources) they
+    listed: I64  # number of sources that are not smooth over the tile
+    source: I64  # (levels + 1, sources) their indices
     state: U8  # WHOLE, LINE or CELL
-    sums: F64  # (levels + 1, channels, order²) the others, at the tile's nodes
+    sums: F64  # (levels + 1, channels, order²) sum of the smooth sources, at the tile's nodes
 
 
 class Scratch(NamedTuple):
-    """Where one thread writes what it needs for a moment."""
+    """Scratch memory of one thread."""
 
-    node_x: F64  # a tile's nodes about its centre, and an edge's far form there (4, order²)
+    node_x: F64  # a tile's nodes relative to its centre, and an edge's far form there (4, order²)
     node_y: F64
     node_g: F64
-    node_sends: F64  # (8, order²) what a dipole sends there
-    half_way: F64  # (order, order) what a tile hands down, interpolated along one axis
-    line: F64  # (channels, order) what it has collected, on one row of photosites
-    line_sites: F64  # (channels, root) and at each of them
-    site_x: F64  # a tile's photosites about its first one, and an edge's far form there (4, leaf²)
+    node_sends: F64  # (8, order²) values of a dipole there
+    half_way: F64  # (order, order) a tile's sums, interpolated along one axis
+    line: F64  # (channels, order) a tile's sums, interpolated to one row of photosites
+    line_sites: F64  # (channels, root) and to each photosite of the row
+    site_x: F64  # a tile's photosites relative to its first one, and an edge's far form there (4, leaf²)
     site_y: F64
     site_g: F64
     site_sends: F64
-    site_sums: F64  # (channels, leaf²) what cells and quiet edges send there
+    site_sums: F64  # (channels, leaf²) sum of cells and of edges with negligible ringing there
     quiet: U8  # (leaf²,)
     opened: I64  # (cells,)
 
@@ -70,7 +70,7 @@ def stack_of(world: World) -> Stack:
 
 
 def scratch_of(world: World) -> Scratch:
-    """Return fresh memory for one thread."""
+    """Return new scratch memory for one thread."""
     leaf, order, channels = world.numbers.leaf, world.numbers.nodes.size, world.tables.far.shape[1]
     nodes, sites = order * order, leaf * leaf
     index = np.arange(sites)
@@ -101,7 +101,7 @@ def gap_from(dx: float, dy: float, half_x: float, half_y: float) -> float:
 
 @kernel()
 def _smooth_part(e: int, state: int, x: float, y: float, half: float, edges: TabledEdges, n: Numbers) -> int:
-    """Return which part of an edge is quiet and smooth over a tile, −1 for none."""
+    """Return the part of an edge that is smooth over a tile, with negligible ringing; −1 for none."""
     apart = n.separation * half
     tx, ty = edges.tx[e], edges.ty[e]
     dx, dy = edges.x[e] - x, edges.y[e] - y
@@ -123,7 +123,7 @@ def _smooth_part(e: int, state: int, x: float, y: float, half: float, edges: Tab
 
 @kernel()
 def collect(level: int, x: float, y: float, stack: Stack, scratch: Scratch, world: World) -> int:
-    """Add up what is smooth over a level's tile about (x, y); list other sources and return how many are no LINEs."""
+    """Sum the sources that are smooth over a level's tile about (x, y), list the others, and count those not LINE."""
     edges, cells, tables, n = world
     size = n.root >> (level - 1)
     half, last = 0.5 * size, size == n.leaf

@@ -1,8 +1,8 @@
-"""What a rendering is expected to take, a pure function of the inputs: no clock, no core count, no history.
+"""Expected cost of a rendering, a pure function of the inputs: no clock, no core count, no history.
 
-Seconds are those of one core, all threads' work added up: two idle cores take about half as long. The model counts what
-the boundary engine does (photosites, look-ups of lines, quadrature nodes near ends, sources collected on tiles, numbers
-in tables) and prices each; prices were fitted to the shipped scenes and random ones (``bench/cost.py``).
+Seconds are those of one core, summed over all threads: two idle cores take about half as long. The model counts the
+boundary engine's operations (photosites, look-ups of lines, quadrature nodes near ends, sources collected on tiles,
+numbers in tables) and prices each; prices were fitted to the shipped scenes and random ones (``bench/cost.py``).
 """
 
 from __future__ import annotations
@@ -23,20 +23,20 @@ from camsim.rendering.engine import SET_UP_SECONDS, Cost
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.grid import Grid
 
-MATRIX, SINE = 0.1, 20.0  # terms: of a matrix product, one sine
+MATRIX, SINE = 0.1, 20.0  # costs in terms: of a term of a matrix product, of a sine
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Counts:
-    """What the boundary engine is going to do for one image.
+    """Counts of the boundary engine's operations for one image.
 
-    photosites : of the grid;  near_nodes: quadrature nodes near ends;  looked_up: photosites × lines close by
-    ring_terms, ring_harmonics : of series at nodes × photosites where rings are computed (``ring_counts``)
-    close      : photosites × edges beyond the near zone that are not quiet, or just beyond it
-    collected  : sources × tiles that sum them up
+    photosites : of the grid;  near_nodes: quadrature nodes near ends;  looked_up: photosites × nearby lines
+    ring_terms, ring_harmonics : of series at nodes × photosites where ringing is computed (``ring_counts``)
+    close      : photosites × edges beyond the near zone whose ringing is not negligible, or just beyond it
+    collected  : sources × tiles that sum them
     parts      : of the footprint, for each of which all of the above is done
-    tables     : fields and edge responses;  ring_rows: of the table of rings along short edges, 0 for none
-    table_values : numbers in all of them;  table_terms: terms added up for them
+    tables     : fields and edge responses;  ring_rows: of the table of ringing along short edges, 0 for none
+    table_values : numbers in all of them;  table_terms: terms summed for them
     """
 
     photosites: float
@@ -54,7 +54,7 @@ class Counts:
 
     @property
     def table_seconds(self) -> float:
-        """What tables take."""
+        """Seconds for the tables."""
         seconds: float = sum(1e-9 * PRICES[name] * getattr(self, name) for name in OF_TABLES)
         return seconds
 
@@ -72,11 +72,11 @@ def boundary_counts(
     oscillations: int,
     parts: int,
 ) -> Counts:
-    """Count what the boundary engine is going to do.
+    """Count the boundary engine's operations.
 
     in_foci : the edges of each of the settings' foci (``focus.touching``)
-    normals : of edge responses
-    sets : pairs of spectra times channels;  tones: of the pattern;  parts: of the footprint
+    normals : number of edge responses
+    sets : pairs of spectra times channels;  oscillations: of the pattern;  parts: of the footprint
     """
     start, end, length = edges.start, edges.end, edges.length
     long = length >= settings.near
@@ -85,12 +85,12 @@ def boundary_counts(
     is_long = np.tile(long[::thin], 2)
     share = np.where(is_long, 1.0, 0.5) * thin  # a short edge is one source, a long one two
     near = within(ends, settings.near, grid)
-    # Mean of √(near² − h²) over the disc, less what lies before the foot: half of it; a short edge is all there is.
+    # Mean of √(near² − h²) over the disc, minus half of the part before the foot; a short edge counts entirely.
     chord = np.where(is_long, 0.85 * settings.near, np.minimum(np.tile(length[::thin], 2), 1.7 * settings.near))
     nodes = np.ceil(chord / settings.panel) * settings.panel_nodes
     close = within(ends, settings.negligible_end + settings.leaf, grid) - near
     root = largest_tile(settings, (grid.rows, grid.cols))
-    # A tile that sees nothing but lines is not quartered: all of it looks them up.
+    # A tile with nothing but lines left is not quartered: all of its photosites look them up.
     band = 2.0 * settings.reach + root
     looked_up = float(np.sum(np.minimum(inside_length(edges.some(long), grid, settings.reach), 1e9))) * band
     photosites = float(grid.rows * grid.cols)
@@ -111,11 +111,11 @@ def boundary_counts(
     collected = len(start) * (roots + 12.0 * levels) * order**2
     rows = settings.near / settings.field_step
     taps = 2.0 * footprint.extent / settings.field_step
-    # A long average runs: it takes as many terms as a slope, a Lagrange rule at either side of every spot.
+    # A long average is a running sum with as many terms as a slope: a Lagrange rule at either side of every spot.
     ends_of_spots = 2.0 * ORDER * len(footprint.grid[0])
     terms = ORDER + (ends_of_spots if taps > LONG else taps + ORDER) + ends_of_spots
     cells = settings.reach / settings.response_step
-    # Nodes of the edge responses' integrals: some between every two cut-offs, and what the phase asks for.
+    # Nodes of the edge responses' integrals: some between every two cut-offs, and more in proportion to the phase.
     waves = 14.0 * wavelengths + 1.1 * math.pi * (settings.reach + footprint.extent) / shortest
     return Counts(
         photosites=photosites,
@@ -151,7 +151,7 @@ OF_TABLES = ("table_values", "table_terms")
 
 
 def boundary_cost(counts: Counts) -> Cost:
-    """Price the counts."""
+    """Return the cost of the counts."""
     of_each = sum(price * 1e-9 * getattr(counts, name) for name, price in PRICES.items() if name not in OF_TABLES)
     seconds = SET_UP_SECONDS + counts.parts * of_each + counts.table_seconds
     return Cost(

@@ -1,8 +1,8 @@
-"""Many short edges: cells that send their light from a few nodes, so that far tiles need not see every edge.
+"""Many short edges: cells with a few equivalent sources, so that far tiles need not sum over every edge.
 
-What a dipole sends (dipole.py) is smooth over a cell that is far enough away, so each piece of an edge may be spread
-over the cell's q × q Chebyshev nodes y_m by the interpolation's own weights: node m holds Σ_edges ∫ ℓ_m(z) dz. Larger
-cells take theirs from the nodes of smaller ones.
+The field of a dipole (dipole.py) is smooth over a cell that is far enough away, so each piece of an edge can be spread
+over the cell's q × q Chebyshev nodes y_m with the weights of interpolation: node m has strength Σ_edges ∫ ℓ_m(z) dz.
+The strengths of larger cells follow from the nodes of smaller ones.
 """
 
 from __future__ import annotations
@@ -18,29 +18,29 @@ from camsim.rendering.boundary.dipole import dipole_at_points
 from camsim.rendering.boundary.far import Moments
 from camsim.rendering.edges import Edges
 
-FEWEST = 32  # edges of a cell: fewer are quicker one by one than its nodes
-FITS = 0.25  # an edge longer than this part of a cell stays with the next larger one, and so sticks out little
+FEWEST = 32  # edges of a cell: fewer are faster one by one than by its nodes
+FITS = 0.25  # an edge longer than this part of a cell belongs to the next larger cell, so that it protrudes little
 
 
 class Cells(NamedTuple):
-    """Cells of edges, the first one of all edges; none for a handful of edges. Lengths in pitches."""
+    """Cells of edges, of which the first contains all; none for few edges. Lengths in pitches."""
 
-    x: F64  # centre and half-widths of the box around all of a cell's edges
+    x: F64  # centre and half-widths of the bounding box of a cell's edges
     y: F64
     half_x: F64
     half_y: F64
-    first_edge: I64  # (cells + 1,) its own edges; the others are its children's
+    first_edge: I64  # (cells + 1,) edges that belong to no child
     first_child: I64  # (cells + 1,)
     nodes: F64  # (q,) Chebyshev nodes on −1 … 1
     strength: F64  # (cells, channels, 4, 2, q, q): by moment of the far form, real and imaginary part; [y, x]
 
 
 def gather(edges: Edges, pair: I64, far: F64, nodes: int) -> tuple[I64, Cells]:
-    """Sort edges into cells and give the cells their strengths.
+    """Sort edges into cells and compute the cells' strengths.
 
     pair    : (n,) index into far (pairs, channels, 4), the moments of the far form
     nodes   : along a cell's side
-    returns : an order (n,) of the edges that puts each cell's own side by side, and the cells in that order
+    returns : an order (n,) in which the edges of each cell are contiguous, and the cells in that order
     """
     start, end, count = edges.start, edges.end, len(edges)
     middle, length = 0.5 * (start + end), edges.length
@@ -75,7 +75,7 @@ def gather(edges: Edges, pair: I64, far: F64, nodes: int) -> tuple[I64, Cells]:
         strength=np.zeros((len(boxes), far.shape[1], 4, 2, nodes, nodes)),
     )
     if boxes:
-        # ℓ·ℓ is of degree 2(q − 1) along an edge, but what it interpolates needs no more than q over a whole cell.
+        # ℓ·ℓ has degree 2(q − 1) along an edge, but the field that it interpolates needs only q over a whole cell.
         rule = gauss_legendre(nodes // 2 + 1)
         _spread(start[sorted_edges], end[sorted_edges], pair[sorted_edges], far, cells, *rule)
     return sorted_edges, cells
@@ -98,13 +98,13 @@ def _basis(nodes: F64, u: float, out: F64) -> None:
 
 @kernel(allocates=True)
 def _spread(start: F64, end: F64, pair: I64, far: F64, cells: Cells, gauss_x: F64, gauss_w: F64) -> None:
-    """Fill in the cells' strengths, the smallest cells first."""
+    """Compute the cells' strengths, the smallest cells first."""
     nodes, strength = cells.nodes, cells.strength
     q = nodes.size
     along_x, along_y = np.empty((q, q)), np.empty((q, q))
     part, half_way = np.empty((q, q)), np.empty((q, q))
     for c in range(cells.x.size - 1, -1, -1):
-        # In a box of no width every node serves alike.
+        # In a box of zero width all nodes coincide.
         to_x = 1.0 / cells.half_x[c] if cells.half_x[c] > 0.0 else 0.0
         to_y = 1.0 / cells.half_y[c] if cells.half_y[c] > 0.0 else 0.0
         for e in range(cells.first_edge[c], cells.first_edge[c + 1]):
@@ -148,7 +148,7 @@ def cell_at_points(
 ) -> None:
     """Add cell ``c`` to ``sums`` (channels, points) at points (x0 + x, y0 + y), all of them far away.
 
-    m : the footprint's moments in the photosite's own frame;  sends: (8, points) memory
+    m : the footprint's moments in the photosite's frame;  sends: (8, points) memory
     """
     q = cells.nodes.size
     for i in range(q):

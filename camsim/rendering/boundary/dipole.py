@@ -1,13 +1,13 @@
-"""An edge from afar is a line of dipoles: with z = source − photosite in the plane of complex numbers, a piece dz gives
+"""A distant edge as a line of dipoles: with z = source − photosite in the complex plane, a piece dz contributes
 
     dK = Im(F(z)·dz),   F = 2∂⟨Φ⟩,   Φ = (1/2π)·(ln r + c1/r + c3/3r³ + c5/5r⁵)
 
-where ⟨ ⟩ is the footprint's average, to the moments that far.py keeps; with m = M·(z̄/r)ⁿ, M = ⟨ζⁿ⟩ or ⟨ζ³ζ̄⟩,
+where ⟨ ⟩ is the average over the footprint, with the moments of far.py; with m = M·(z̄/r)ⁿ, M = ⟨ζⁿ⟩ or ⟨ζ³ζ̄⟩,
 
     2∂Re(M·∂ⁿ ln r)/n! = m/(z·rⁿ),   2∂Re(M·∂² r⁻ᵏ) = −¼k(k + 2)·(z̄/r)·r⁻ᵏ⁻³·[(k + 2)·Re m + 2i·Im m].
 
-F is smooth over whatever is far enough away: crowds send it from a few nodes (crowd.py), and an edge that is short
-beside its distance from two.
+F is smooth over anything far enough away: many edges are replaced by a few nodes (crowd.py), and an edge that is short
+relative to its distance by two.
 """
 
 from __future__ import annotations
@@ -18,22 +18,22 @@ from camsim.core.arrays import F64
 from camsim.core.kernels import kernel
 from camsim.rendering.boundary.far import Moments
 
-GAUSS = 0.5 / math.sqrt(3.0)  # of an edge's length, to either side of its middle: the rule of two nodes
-LOST = 0.04  # by that rule, of a line of edges: over u⁴
+GAUSS = 0.5 / math.sqrt(3.0)  # of an edge's length, to either side of its middle: the two-point Gauss rule
+LOST = 0.04  # error of that rule for a line of edges, over u⁴
 
 
 def longest_dipoles(distance: float, allowed: float) -> float:
-    """Return how long edges may be that two nodes stand for at a distance and beyond.
+    """Return the largest length of edges that two nodes can replace from a distance on.
 
-    Of an edge's angle 2u + … (u: half its length over its distance) two nodes lose (8/45)·u⁵; of a line of such edges
-    that passes by they lose 0.019·u⁴ at most over 2π, and twice that with the powers of 1/r.
+    The error of two nodes for an edge's angle 2u + … (u: half its length over its distance) is (8/45)·u⁵; for a line of
+    such edges it is at most 0.019·u⁴ over 2π, and twice that with the powers of 1/r.
     """
     return 2.0 * distance * math.sqrt(math.sqrt(allowed / LOST))
 
 
 @kernel(forceinline=True)
 def dipole(zx: float, zy: float, m: Moments) -> tuple[float, float, float, float, float, float, float, float]:
-    """Return by which (dx, dy) gives the four numbers g: of each first the factor of dx, then that of dy."""
+    """Return the factors of (dx, dy) in the four numbers g: for each first that of dx, then that of dy."""
     inv2 = 1.0 / (zx * zx + zy * zy)
     inv = math.sqrt(inv2)
     # e = z̄/r; F is e/r times a factor for each moment of the far form.
@@ -77,8 +77,8 @@ def dipole(zx: float, zy: float, m: Moments) -> tuple[float, float, float, float
 
 @kernel(error_model="numpy", fastmath={"contract"})
 def dipole_at_points(dx: float, dy: float, x: F64, y: F64, m: Moments, sends: F64) -> None:
-    """Write to ``sends`` (8, points) what ``dipole`` returns of one at (dx, dy), seen from points (x, y)."""
-    plain = Moments(m.sigma2, m.m22, 0j, 0j, m.m4, 0j)  # spelt out, so that the compiler leaves the rest away
+    """Write to ``sends`` (8, points) the result of ``dipole`` for one at (dx, dy), relative to points (x, y)."""
+    plain = Moments(m.sigma2, m.m22, 0j, 0j, m.m4, 0j)  # literal zeros, so that the compiler drops their terms
     if m.m2 == 0.0 and m.m31 == 0.0 and m.m6 == 0.0:
         for p in range(x.size):
             (

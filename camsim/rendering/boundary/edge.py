@@ -1,4 +1,4 @@
-"""One edge seen from one photosite: line, ends, near and far. Lengths are in pitches."""
+"""Contribution of one edge to one photosite: line and ends, near and far. Lengths are in pitches."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def _flux(
     field: F64,
     n: Numbers,
 ) -> float:
-    """Integrate −V·n along the edge from s_from to s_to, seen from signed distance h."""
+    """Integrate −V·n along the edge from s_from to s_to, for a photosite at signed distance h."""
     panels = max(1, math.ceil((s_to - s_from) / n.piece))
     half = 0.5 * (s_to - s_from) / panels
     rule = min(int(2.0 * half / n.piece * n.gauss_count.size), n.gauss_count.size - 1)
@@ -65,7 +65,7 @@ def _flux(
 
 @kernel(forceinline=True)
 def line_at(h: float, e: int, channel: int, edges: TabledEdges, tables: Tables, n: Numbers) -> float:
-    """Contribution of one edge's line to a photosite at signed distance h, half of it taken away; without rings."""
+    """Contribution of one edge's line, minus its half-way value, at signed distance h; without far ringing."""
     a = abs(h)
     if a >= n.reach:
         total: float = weigh(far_line(h, across(moments_of(e, edges, n))), tables.far[edges.pair[e], channel])
@@ -80,7 +80,7 @@ def line_at(h: float, e: int, channel: int, edges: TabledEdges, tables: Tables, 
 
 @kernel()
 def edge_at(x: float, y: float, e: int, channel: int, edges: TabledEdges, tables: Tables, n: Numbers) -> float:
-    """Contribution of one edge to one photosite, by whichever of the ways is exact enough and cheap; without rings."""
+    """Contribution of one edge to one photosite, by the cheapest method that is accurate; without far ringing."""
     tx, ty = edges.tx[e], edges.ty[e]
     dx, dy = edges.x[e] - x, edges.y[e] - y
     h = dx * ty - dy * tx

@@ -1,4 +1,4 @@
-"""Rings that the far forms of an edge leave out (kept apart: few plans have any, and edges are the inner loop)."""
+"""Ringing that the far forms of an edge neglect (separate, since few plans need it and edges are the inner loop)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from camsim.rendering.boundary.rings import is_short, ring_part, ring_tail
 
 @kernel()
 def _rings_of_end(h: float, s: float, tx: float, ty: float, weights: F64, tables: Tables, n: Numbers) -> float:
-    """Rings of the half line from s ≥ 0 on, going in direction (tx, ty)."""
+    """Ringing of the half line from s ≥ 0 on in direction (tx, ty)."""
     if math.hypot(h, s) >= n.negligible_end:
         return 0.0
     return ring_tail(h, s, tx, ty, weights, tables.oscillations, tables.rings, n.turns, n.near)
@@ -21,7 +21,7 @@ def _rings_of_end(h: float, s: float, tx: float, ty: float, weights: F64, tables
 
 @kernel()
 def _rings_of_line(h: float, tx: float, ty: float, weights: F64, tables: Tables, n: Numbers) -> float:
-    """Rings of an infinite line; none within ``reach``, where its response has them."""
+    """Ringing of an infinite line; none within ``reach``, where its response includes it."""
     if not n.reach <= abs(h) < n.negligible_line:
         return 0.0
     ahead = ring_tail(h, 0.0, tx, ty, weights, tables.oscillations, tables.rings, n.turns, n.near)
@@ -32,9 +32,10 @@ def _rings_of_line(h: float, tx: float, ty: float, weights: F64, tables: Tables,
 def _rings_of_part(
     h: float, s1: float, s2: float, e: int, channel: int, edges: TabledEdges, tables: Tables, n: Numbers
 ) -> float:
-    """Rings of the part s1 < s2 of an edge, every point of it beyond ``near``.
+    """Ringing of the part s1 < s2 of an edge, every point of it beyond ``near``.
 
-    A half line going the other way sees the photosite on its other side, and runs against the edge: twice a sign.
+    A half line in the opposite direction has the photosite on its other side and runs against the edge: the two signs
+    cancel.
     """
     tx, ty, weights = edges.tx[e], edges.ty[e], tables.ring_weights[edges.pair[e], channel]
     farthest, short = max(math.hypot(h, s1), math.hypot(h, s2)), tables.short_rings
@@ -61,14 +62,14 @@ def _rings_of_part(
 
 @kernel()
 def rings_of_line_at(h: float, e: int, channel: int, edges: TabledEdges, tables: Tables, n: Numbers) -> float:
-    """Rings that the far form in ``line_at`` leaves out."""
+    """Ringing that the far form in ``line_at`` neglects."""
     weights = tables.ring_weights[edges.pair[e], channel]
     return _rings_of_line(h, edges.tx[e], edges.ty[e], weights, tables, n)
 
 
 @kernel()
 def rings_at(x: float, y: float, e: int, channel: int, edges: TabledEdges, tables: Tables, n: Numbers) -> float:
-    """Rings that the far forms in ``edge_at`` leave out."""
+    """Ringing that the far forms in ``edge_at`` neglect."""
     tx, ty = edges.tx[e], edges.ty[e]
     dx, dy = edges.x[e] - x, edges.y[e] - y
     h = dx * ty - dy * tx

@@ -1,4 +1,4 @@
-"""The boundary engine as a plan: settings, wavelengths, cost, bands."""
+"""The boundary engine and its plan: settings, wavelengths, cost and bands."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ from camsim.rendering.job import Job, Nodes
 from camsim.rendering.spectral import multiples
 from camsim.rendering.work import Work
 
-MOST_PARTS, OF_TABLES = 64, 0.5  # along a photosite; of a plan's seconds: then it is worth while to look for parts
+MOST_PARTS, OF_TABLES = 64, 0.5  # parts along a photosite; share of tables in the cost from which on parts are tried
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BoundaryPlan:
-    """A job with a round lens, and how it is rendered.
+    """A job with a rotationally symmetric lens, and the settings for it.
 
-    pattern   : the job's
-    footprint : the job's, or part of it that makes up all of it at (n, 2) ``places`` from a photosite's centre, pitches
+    pattern   : of the job
+    footprint : of the job, or a part of it; copies at ``places`` (n, 2) from a photosite's centre, pitches, make it up
     """
 
     job: Job
@@ -56,7 +56,7 @@ class BoundaryPlan:
 
     @property
     def fewest(self) -> int:
-        """A few whatever they take."""
+        """Smallest number of photosites that are checked."""
         return FEWEST_CHECKED
 
     @property
@@ -66,24 +66,24 @@ class BoundaryPlan:
 
     @cached_property
     def tabled(self) -> int:
-        """Number of pairs of spectra that are no multiples of one another."""
+        """Number of pairs of spectra of which no two are proportional."""
         weights = self.nodes.weights
         return len(np.unique(multiples(weights.reshape(len(weights), -1))[0]))
 
     @cached_property
     def in_foci(self) -> tuple[I64, I64]:
-        """The job's edges that touch each of the settings' foci: found once, which takes long, for cost and image."""
+        """The job's edges that touch each of the settings' foci; cached for cost and image, since it is slow."""
         return touching(self.settings.foci, self.job.edges)
 
     @cached_property
     def lines(self) -> tuple[I64, F64]:
-        """Which edge response each of the job's edges has, and their normals; likewise."""
+        """Index of the edge response of each of the job's edges, and the responses' normals; cached as well."""
         reach = self.settings.reach + float(np.abs(self.places).max())
         return directions(self.job.edges, self.job.grid, self.settings.near, reach, self.footprint)
 
     @cached_property
     def counts(self) -> Counts:
-        """What has to be done for one image."""
+        """Counts of the work for one image."""
         job = self.job
         return boundary_counts(
             job.edges,
@@ -100,7 +100,7 @@ class BoundaryPlan:
 
     @cached_property
     def cost(self) -> Cost:
-        """What one image takes."""
+        """Cost of one image."""
         return boundary_cost(self.counts)
 
     def work(self, images: int) -> Work:
@@ -138,7 +138,7 @@ class BoundaryPlan:
         )
 
     def of(self, job: Job) -> BoundaryPlan:
-        """Return the same settings and wavelengths for other edges."""
+        """Return a plan with the same settings and wavelengths for other edges."""
         return dataclasses.replace(self, job=job, nodes=job.nodes_like(self.nodes))
 
     def bands(self, channel: Channels, progress: Progress) -> Iterator[F64]:
@@ -158,7 +158,7 @@ class BoundaryPlan:
         ):
             row += len(band)
             yield band
-            del band  # or it would stay until the next one is finished
+            del band  # frees it before the next band is computed
             progress(row / len(channel))
 
     def images(self, channels: U8, progress: Progress) -> Iterator[Iterator[F64]]:
@@ -166,12 +166,12 @@ class BoundaryPlan:
         return one_by_one(self, channels, progress)
 
     def standard_error(self, rows: I64, cols: I64) -> float | None:
-        """Return None: no chance."""
+        """Return None: the method is deterministic."""
         return None
 
 
 class Boundary:
-    """The exact boundary engine: round lenses on rectangular photosites."""
+    """The exact boundary engine: rotationally symmetric lenses with rectangular photosites."""
 
     def plan(self, job: Job, samples: int | None = None) -> BoundaryPlan:
         """Choose settings and nodes; ``samples`` must be None."""

@@ -1,9 +1,9 @@
-"""The far form: what an edge contributes when all of it (or one of its ends) is many λN away.
+"""The far form: the contribution of an edge when all of it (or one of its ends) is many λN away.
 
-Beyond a few λN the encircled energy is E = 1 − c1'/r − c3'/r³ − … plus terms that oscillate, and the footprint
-matters through its moments only. With z = s + ih (s along the edge, h across it) the terms below are
+Beyond a few λN the encircled energy is E = 1 − c1'/r − c3'/r³ − … plus oscillatory terms, and the footprint matters
+only through its moments. With z = s + ih (s along the edge, h across it) the terms below are
 
-    θ averaged to 6th order      the angle, and what harmonic moments do to it:  −Im(M2/2z² + M4/4z⁴ + M6/6z⁶)
+    θ averaged to 6th order      the angle, and its change by harmonic moments:  −Im(M2/2z² + M4/4z⁴ + M6/6z⁶)
     1/r  averaged to 4th order   r⁻¹ + ½σ²·r⁻³ + Re(M2·∂² r⁻¹) + 9/64·M22·r⁻⁵ + 1/12·Re(M31·∂² r⁻³) + 1/12·Re(M4·∂⁴ r⁻¹)
     1/r³ averaged to 2nd order   ⅓·(r⁻³ + … + Re(M2·∂² r⁻³)),   1/r⁵ as it is
 
@@ -12,7 +12,7 @@ each integrated over s from the end to infinity and differentiated across the ed
     ∫∂²(r⁻ᵏ) ds = [∂ r⁻ᵏ] − ¼k²·∫r⁻ᵏ⁻² ds                    (use ∂_s = ∂ + ∂̄ and 4∂∂̄ = ∇²)
     ∫∂⁴(1/r) ds = [∂³(1/r)] − ¼[∂ r⁻³] + (9/16)·∫r⁻⁵ ds      (twice)
 
-M2 = ⟨ζ²⟩, M31 = ⟨ζ³ζ̄⟩ and M6 = ⟨ζ⁶⟩ vanish for a footprint that a quarter turn leaves as it is.
+M2 = ⟨ζ²⟩, M31 = ⟨ζ³ζ̄⟩ and M6 = ⟨ζ⁶⟩ vanish for a footprint with the symmetry of a quarter turn.
 
 Every result is four numbers g; a weight set with w_j at λ_j contributes Σ_m g[m]·far[m], where far holds the
 moments Σw, Σw·c1, Σw·c3, Σw·c5 over 2π. Nothing is divided by the net contrast.
@@ -33,7 +33,7 @@ TWO_PI = 2.0 * math.pi
 
 
 class Moments(NamedTuple):
-    """A footprint's moments as one edge's tail sees them: ζ with its real axis along the edge, away from its end."""
+    """A footprint's moments in the frame of one edge's tail: ζ's real axis runs along the edge, away from its end."""
 
     sigma2: float  # ½⟨|ζ|²⟩
     m22: float  # ⟨|ζ|⁴⟩
@@ -45,7 +45,7 @@ class Moments(NamedTuple):
 
 @kernel(forceinline=True)
 def mirrored(m: Moments) -> Moments:
-    """Return the moments as a tail towards −∞ sees them."""
+    """Return the moments in the frame of a tail towards −∞."""
     return Moments(m.sigma2, m.m22, m.m2.conjugate(), m.m31.conjugate(), m.m4.conjugate(), m.m6.conjugate())
 
 
@@ -59,14 +59,14 @@ def far_moments(pattern: Pattern, blur: F64, weights: F64) -> F64:
 
 @kernel(forceinline=True)
 def weigh(g: tuple[float, float, float, float], far: F64) -> float:
-    """Return Σ_m g[m]·far[m]: what the four numbers mean for one weight set."""
+    """Return Σ_m g[m]·far[m]: the contribution for one weight set."""
     total: float = g[0] * far[0] + g[1] * far[1] + g[2] * far[2] + g[3] * far[3]
     return total
 
 
 @kernel(forceinline=True)
 def smooth_tail(h: float, s: float, m: Moments) -> tuple[float, float, float, float]:
-    """Return g of the half line from s ≥ 0 to infinity, all but the angle itself; h and s are not both 0."""
+    """Return g of the half line from s ≥ 0 to infinity, without the angle itself; h and s are not both 0."""
     r2 = h * h + s * s
     r = math.sqrt(r2)
     inv = 1.0 / r
@@ -111,7 +111,7 @@ def far_tail(h: float, s: float, m: Moments) -> tuple[float, float, float, float
 
 @kernel(forceinline=True)
 def across(m: Moments) -> tuple[float, float]:
-    """Return ⟨d²⟩ and ⟨d⁴⟩ of the footprint's offsets d across the edge: all of it that a whole line sees."""
+    """Return ⟨d²⟩ and ⟨d⁴⟩ of the footprint's offsets d across the edge, on which a whole line depends."""
     return m.sigma2 - 0.5 * m.m2.real, 0.375 * m.m22 - 0.5 * m.m31.real + 0.125 * m.m4.real
 
 
@@ -134,8 +134,8 @@ def far_line(h: float, d: tuple[float, float]) -> tuple[float, float, float, flo
 def far_edge(h: float, s1: float, s2: float, m: Moments) -> tuple[float, float, float, float]:
     """Return g of the edge s1 < s2 at signed distance h, every point of it far away.
 
-    A tail towards −∞ is the mirror image of one towards +∞, and mirroring turns moments into their conjugates. Both
-    ends' tails go the same way unless the edge's foot lies strictly between them.
+    A tail towards −∞ is the mirror image of one towards +∞, and reflection conjugates the moments. The tails of both
+    ends have the same direction unless the foot of the perpendicular lies strictly between them.
     """
     angle = math.atan2(h * (s2 - s1), h * h + s1 * s2)
     if s1 >= 0.0:

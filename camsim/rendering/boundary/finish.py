@@ -1,4 +1,4 @@
-"""A tile's photosites: what was collected, interpolated, and what its list still holds, one by one."""
+"""A tile's photosites: the collected sums, interpolated, plus the remaining sources of its list one by one."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from camsim.rendering.boundary.smooth import LINE, add_weighed, far_and_negligib
 def _add_line(
     e: int, x0: float, y0: float, channel: U8, image: F64, edges: TabledEdges, tables: Tables, n: Numbers
 ) -> None:
-    """Add an edge's line, half of it taken away, to a tile's photosites, the first of which is at (x0, y0)."""
+    """Add an edge's line, minus its half-way value, to a tile's photosites, the first of which is at (x0, y0)."""
     rows, cols = image.shape
     tx, ty = edges.tx[e], edges.ty[e]
     d, far = across(moments_of(e, edges, n)), tables.far[edges.pair[e]]
     for r in range(rows):
         h0 = (edges.x[e] - x0) * ty - (edges.y[e] - (y0 + r)) * tx
-        # Columns before ``begin`` and from ``stop`` on are beyond the table: a loop without branches.
+        # Columns before ``begin`` and from ``stop`` on are beyond the table; separate loops have no branches.
         begin, stop = 0, cols
         if abs(ty) > 1e-9:
             middle, half = h0 / ty, n.reach / abs(ty)
@@ -43,7 +43,7 @@ def _add_line(
 
 @kernel(forceinline=True)
 def _negligible_all_over(e: int, x: float, y: float, half: float, edges: TabledEdges, n: Numbers) -> bool:
-    """Whether an edge is far away and quiet, as far as that is told from its middle, for a square about (x, y)."""
+    """Return whether an edge is far away, with negligible ringing, for a square about (x, y): a test by its middle."""
     reach = 0.5 * edges.length[e]
     gap = gap_from(edges.x[e] + reach * edges.tx[e] - x, edges.y[e] + reach * edges.ty[e] - y, half, half) - reach
     quiet: bool = gap >= (n.negligible_line if edges.response[e] >= 0 else n.negligible_end)
@@ -61,7 +61,7 @@ def finish(
     scratch: Scratch,
     world: World,
 ) -> None:
-    """Write the photosites of a level's tile: background, what was collected, and what its list still holds."""
+    """Write the photosites of a level's tile: background, collected sums, and the remaining sources of its list."""
     edges, cells, tables, n = world
     row, col, size = stack.row[level], stack.col[level], n.root >> (level - 1)
     count, source, state, sums = stack.listed[level], stack.source[level], stack.state[level], stack.sums[level]
@@ -75,7 +75,7 @@ def finish(
             for i in range(order):
                 for j in range(order):
                     line[k, j] += weights[i, r] * sums[k, i * order + j]
-            # Every channel at every photosite: vectors, which take less than one channel at each would.
+            # All channels at every photosite: vectorised, this is faster than one channel at each.
             for c in range(cols):
                 site[k, c] = tables.base[k]
             for j in range(order):
@@ -95,7 +95,7 @@ def finish(
         elif state[m] == CELL:
             cell_at_points(e, x0, y0, px, py, moments_in_frame(n), cells, sends, from_all)
         else:
-            # Not the constant WHOLE: Numba would compile the function for it once more.
+            # Not the constant WHOLE, for which Numba would compile the function again.
             far_at_points(e, np.int64(state[m]), x0, y0, px, py, edges, n, sends, g)  # type: ignore[arg-type]
             if _negligible_all_over(e, x0 + half, y0 + half, half, edges, n):
                 add_weighed(g, tables.far[edges.pair[e]], from_all)

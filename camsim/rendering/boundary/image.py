@@ -1,4 +1,4 @@
-"""From an arrangement, an optical system and weights to an image: the boundary engine's set-up around its kernel."""
+"""The boundary engine's set-up: tables, edges and settings for its kernels, and the loop over bands."""
 
 from __future__ import annotations
 
@@ -31,15 +31,15 @@ from camsim.rendering.spectral import multiples
 NO_RINGS = np.empty((0, 2, 1, 1), np.complex128)
 BAND_PHOTOSITES = 2_000_000
 MOST_IN_BAND = 1 << 22  # photosites: 34 MB
-MOST_TILES = 100  # of the largest size: enough to share among threads, few enough to collect far edges once for many
-RINGS_TO = 1e-8  # what a rule over the footprint may be wrong by for them, relative to no footprint
-CELL_NODES = 1  # more along a cell than along a tile: every part of a cell counts, few photosites lie at a tile's rim
+MOST_TILES = 100  # of the largest size: enough for all threads, few enough to share far edges among many photosites
+RINGS_TO = 1e-8  # error of the quadrature over the footprint for ringing, relative to a point
+CELL_NODES = 1  # additional nodes along a cell, since all of it contributes; few photosites lie at a tile's rim
 
 
 def largest_tile(settings: Settings, shape: tuple[int, int]) -> int:
-    """Return how many photosites the largest tiles of a grid of ``shape`` have along a side.
+    """Return the side of the largest tiles of a grid of ``shape``, photosites.
 
-    A band is a row of tiles: those of large frames are more, so that a band's memory does not grow with the frame.
+    A band is a row of tiles; the limit on its size bounds the memory of a large frame.
     """
     root = settings.leaf
     while -(-shape[0] // root) * -(-shape[1] // root) > MOST_TILES and 2 * root * shape[1] <= MOST_IN_BAND:
@@ -48,7 +48,7 @@ def largest_tile(settings: Settings, shape: tuple[int, int]) -> int:
 
 
 def numbers(settings: Settings, footprint: Footprint, shape: tuple[int, int]) -> Numbers:
-    """Return the settings as the kernels read them, for a grid of ``shape``."""
+    """Return the settings in the form that the kernels use, for a grid of ``shape``."""
     root = largest_tile(settings, shape)
     nodes, to_children, to_photosites = _interpolated(settings.tile_nodes, root, settings.leaf)
     gauss_x, gauss_w, gauss_count = gauss_rules(settings.piece_nodes)
@@ -81,9 +81,9 @@ def numbers(settings: Settings, footprint: Footprint, shape: tuple[int, int]) ->
 
 @functools.lru_cache(maxsize=16)
 def _interpolated(count: int, root: int, leaf: int) -> tuple[F64, F64, F64]:
-    """Return a tile's nodes, and the matrices from them to those of its quarters and to photosites; read-only.
+    """Return a tile's nodes, and the interpolation matrices to the nodes of its quarters and to photosites; read-only.
 
-    A tile of no more photosites than nodes that is not quartered has them for nodes: nothing is interpolated.
+    If tiles are never quartered and have no more photosites than nodes, the photosites are the nodes.
     """
     if root == leaf <= count:
         nodes = (2.0 * np.arange(leaf) + 1.0) / leaf - 1.0
@@ -113,12 +113,12 @@ def boundary_bands(
     ring_rows: int,
     channel: Channels,
 ) -> Iterator[F64]:
-    """Render a job whose lens and footprint the engine knows; yield the image band by band, from the top.
+    """Render a job with a supported lens and footprint; yield the image band by band, from the top.
 
-    footprint : or part of it, and (n, 2) ``places`` from a photosite's centre at which parts make up all of it
+    footprint : the footprint, or a part of which copies at ``places`` (n, 2) from a photosite's centre make it up
     in_foci   : the edges of each of the settings' foci (``focus.touching``)
-    lines     : which edge responses the job's edges have, and their normals (``directions``)
-    ring_rows : of the table of rings along short edges, 0 for none
+    lines     : index of each edge's response, and the responses' normals (``directions``)
+    ring_rows : rows of the table of ringing along short edges, 0 for none
     channel   : (rows, cols) channel of each photosite
     """
     weights = nodes.weights
@@ -164,7 +164,7 @@ def boundary_bands(
         response=responses.reshape(len(normals), len(tabled), channels, *responses.shape[2:]),
         base=job.base,
         rings=rings,
-        ring_weights=np.ascontiguousarray(weights),  # or kernels would be compiled for either layout
+        ring_weights=np.ascontiguousarray(weights),  # so that kernels are compiled for one layout
         oscillations=oscillations,
         short_rings=ring_table(
             rings, oscillations, weights[tabled], nearest=settings.near, rows=ring_rows, tolerance=settings.tolerance
@@ -177,7 +177,7 @@ def boundary_bands(
         far_rings = tables._replace(
             rings=_rings(pattern, blur, footprint, settings.negligible_end) if ringed else rings
         )
-    # Bands of whole tiles: someone who waits sees it advance, and each band's bits depend on nothing but the plan.
+    # Bands of whole tiles: progress can be reported, and the result depends to the last bit on the plan alone.
     band = n.root * max(1, BAND_PHOTOSITES // (n.root * cols))
     for row in range(0, rows, band):
         here = np.ascontiguousarray(channel[row : row + band])
@@ -191,18 +191,18 @@ def boundary_bands(
             whole = part if whole is None else whole + part
         assert whole is not None
         yield whole
-        del part, whole  # or it would stay until the next one is finished
+        del part, whole  # frees it before the next band is computed
 
 
 def _rings(pattern: Pattern, blur: F64, footprint: Footprint, nearest: float) -> C128:
-    """Return the rings' amplitudes, which hold from ``nearest`` on."""
+    """Return the amplitudes of ringing, valid from ``nearest`` on."""
     order = rings_order(footprint, float(blur.min()))
     nodes, weights = footprint_rule(footprint.width, footprint.height, footprint.spots, order)
     return ring_amplitudes(pattern.oscillations, blur, nodes, weights, turns=turns(footprint), nearest=nearest)
 
 
 def rings_order(footprint: Footprint, shortest: float) -> int:
-    """Return the order of the rule over the footprint by which amplitudes are made; shortest: blur, pitches."""
+    """Return the order of the quadrature over the footprint for amplitudes; shortest: the shortest λN, pitches."""
     return gauss_order(math.pi * footprint.side / shortest, RINGS_TO)
 
 
@@ -222,10 +222,10 @@ def _tabled(
     response: I64,
     footprint: Footprint,
 ) -> TabledEdges:
-    """Return edges as the kernels read them.
+    """Return edges in the form that the kernels use.
 
-    multiple : (pairs,) the tabulated pair that each is a multiple of, and the factor
-    response : of each edge
+    multiple : (pairs,) the tabulated pair to which each is proportional, and the factor
+    response : (n,) index of each edge's response
     """
     tx, ty = np.ascontiguousarray(edges.along.T)
     turn = tx + 1j * ty
@@ -235,7 +235,7 @@ def _tabled(
         tx=tx,
         ty=ty,
         length=edges.length,
-        # Seen in a frame whose second axis is −n (far.py: z = s + ih) ζ is conj(ζ)·e^{iφ}.
+        # In a frame whose second axis is −n (far.py: z = s + ih), ζ becomes conj(ζ)·e^{iφ}.
         m2=np.conj(footprint.m2) * turn**2,
         m31=np.conj(footprint.m31) * turn**2,
         m4=np.conj(footprint.m4) * turn**4,
@@ -248,7 +248,7 @@ def _tabled(
 
 
 def _zones(settings: Settings, in_foci: tuple[I64, I64], order: I64) -> Zones:
-    """Return where rings that meet in foci are added; ``order``: in which the job's edges are rendered."""
+    """Return the zones about foci in which ringing is added; ``order``: the order in which edges are rendered."""
     found, (first, picked) = settings.foci, in_foci
     place = np.empty(order.size, np.int64)
     place[order] = np.arange(order.size)
@@ -256,7 +256,7 @@ def _zones(settings: Settings, in_foci: tuple[I64, I64], order: I64) -> Zones:
 
 
 def _farther(n: Numbers, settings: Settings) -> tuple[Numbers, Numbers]:
-    """Return how far rings are followed in zones, those of edges with a response and without."""
+    """Return the settings for ringing in zones, for edges with a response and for those without."""
     until = (1.0 + 2.0 * ZONE) * float(settings.foci.radius.max(initial=0.0))  # from the rim to the circle's far side
     short = n._replace(
         near=settings.negligible_end,
@@ -268,18 +268,18 @@ def _farther(n: Numbers, settings: Settings) -> tuple[Numbers, Numbers]:
 
 
 def turns(footprint: Footprint) -> int:
-    """Return what part of a turn leaves a footprint as it is: a half (2) or a quarter (4)."""
+    """Return the order of a footprint's rotational symmetry: 2 (half a turn) or 4 (a quarter turn)."""
     return 4 if footprint.square else 2
 
 
 def directions(edges: Edges, grid: Grid, near: float, reach: float, footprint: Footprint) -> tuple[I64, F64]:
-    """Return each edge's edge response (−1: none) and the distinct normals (n, 2), the footprint's symmetries folded.
+    """Return each edge's response (−1: none) and the distinct normals (n, 2), up to the footprint's symmetries.
 
-    An edge of a length of ``near`` or more has a line. Where no photosite comes within ``reach`` of it the line sends
-    rings, but nobody looks up its response: any will do.
+    An edge no shorter than ``near`` has a response. If no photosite comes within ``reach`` of it, the response is
+    never looked up, and its index is arbitrary.
 
-    A response is even in the normal; a mirrored footprint has the same for the mirrored normal, a square one for x and
-    y exchanged.
+    A response is even in the normal; a mirrored footprint has the same one for the mirrored normal, a square one also
+    with x and y exchanged.
     """
     long = edges.length >= near
     looked_up = long & (inside_length(edges, grid, reach) > 0.0)

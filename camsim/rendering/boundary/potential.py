@@ -1,6 +1,6 @@
-"""The radial potential Φ of a lens, Φ'(r) = E(r)/2πr: its gradient is the field whose flux through edges is light.
+"""The radial potential Φ of a lens, Φ'(r) = E(r)/2πr: the flux of its gradient through edges is the light.
 
-For a pattern that depends on ρ = r/blur alone so does Φ: one table serves every f-number and every wavelength.
+If a pattern depends only on ρ = r/blur, so does Φ: one table serves every f-number and every wavelength.
 """
 
 from __future__ import annotations
@@ -90,7 +90,7 @@ SCALE = lagrange_scale(ORDER)
 
 @kernel(forceinline=True)
 def at_cell(radial: F64, cell: int, weights: F64) -> float:
-    """The same where the cell and the weights within it are known."""
+    """Look up an even function, given at 0, 1, 2 …, with the cell and the Lagrange weights within it."""
     value = 0.0
     for m in range(ORDER):
         value += weights[m] * radial[abs(cell + 1 - ORDER // 2 + m)]
@@ -107,7 +107,7 @@ def at_radius(radial: F64, u: float, weights: F64) -> float:
 
 def contract(phi: F64, blur: F64, weights: F64, step: float, count: int) -> F64:
     """Return Σ_j weights[k, j]·Φ(m·step/blur[j]) as (k, m): the potential of a polychromatic pattern."""
-    out = np.zeros((count, len(weights)))  # sets side by side: vectors
+    out = np.zeros((count, len(weights)))  # sets contiguous: loops vectorise
     _contract(phi, blur, np.ascontiguousarray(weights.T), step, np.empty(ORDER), out)
     return np.ascontiguousarray(out.T)
 

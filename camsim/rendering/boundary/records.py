@@ -1,4 +1,4 @@
-"""What the kernels read: edges, tables and settings as records of arrays. Lengths are in pitches."""
+"""Inputs of the kernels: edges, tables and settings as records of arrays. Lengths are in pitches."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from camsim.rendering.boundary.ring_table import RingTable
 
 
 class TabledEdges(NamedTuple):
-    """Edges in pitches, with what each needs from the tables."""
+    """Edges in pitches, with the indices of each into the tables."""
 
     x: F64  # start
     y: F64
@@ -22,61 +22,60 @@ class TabledEdges(NamedTuple):
     m31: C128
     m4: C128
     m6: C128
-    pair: I64  # which two spectra
-    alike: I64  # which of the pairs that are tabulated, of which its own is a multiple
-    times: F64  # by what
-    response: I64  # which edge response, −1 for none
+    pair: I64  # pair of spectra
+    alike: I64  # tabulated pair to which its pair is proportional
+    times: F64  # the factor
+    response: I64  # edge response, −1 for none
 
 
 class Tables(NamedTuple):
-    """Everything that is tabulated, by pair of spectra and channel; ``field`` and ``response`` by pairs that are no
-    multiples of one another."""
+    """All tables, by pair of spectra and channel; ``field`` and ``response`` by pairs that are not proportional."""
 
     far: F64  # (pairs, channels, 4)
     field: F64  # (pairs, channels, 2, n, n)
     response: F64  # (directions, pairs, channels, cells, 6)
     base: F64  # (channels,) the background
-    rings: C128  # amplitudes of the rings by tone and wavelength (rings.ring_amplitudes), none without rings
+    rings: C128  # amplitudes by oscillation and wavelength (rings.ring_amplitudes), empty without ringing
     ring_weights: F64  # (pairs, channels, wavelengths)
-    oscillations: F64  # (tones · wavelengths,) their lengths
-    short_rings: RingTable  # of pairs that are no multiples of one another, as along short edges
+    oscillations: F64  # (oscillations · wavelengths,) their lengths
+    short_rings: RingTable  # ringing of short edges, by pairs of which no two are proportional
 
 
 class Numbers(NamedTuple):
-    """The plan's settings as the kernels read them; lengths in pitches."""
+    """The plan's settings, for the kernels; lengths in pitches."""
 
-    dipoles: float  # an edge no longer than this is two dipoles, seen from where it is not integrated
+    dipoles: float  # an edge no longer than this is two dipoles wherever it is not integrated
     near: float  # an end within this distance is integrated
-    negligible_end: float  # beyond this one it sends no rings
+    negligible_end: float  # beyond this distance an end's ringing is neglected
     reach: float  # an edge response is looked up to this distance
-    negligible_line: float  # beyond this one a line sends no rings
+    negligible_line: float  # beyond this distance a line's ringing is neglected
     field_step: float
     response_step: float
-    piece: float  # the longest that one rule integrates
+    piece: float  # longest piece that one rule integrates
     gauss_x: F64  # (lengths, most): rules for pieces of 1/lengths, 2/lengths … of it
     gauss_w: F64
     gauss_count: I64  # (lengths,) nodes of each
     ring_phases: F64  # of rings.piece_phases
     sigma2: float  # footprint: ½⟨|ζ|²⟩, ⟨|ζ|⁴⟩
     m22: float
-    harmonic: C128  # (4,) its ⟨ζ²⟩, ⟨ζ³ζ̄⟩, ⟨ζ⁴⟩, ⟨ζ⁶⟩ in the photosite's own frame
-    turns: int  # its symmetry: a half turn (2) or a quarter turn (4) leaves it as it is
+    harmonic: C128  # (4,) its ⟨ζ²⟩, ⟨ζ³ζ̄⟩, ⟨ζ⁴⟩, ⟨ζ⁶⟩ in the photosite's frame
+    turns: int  # its rotational symmetry: a half turn (2) or a quarter turn (4)
     apart: F64  # (c, 2): the field is the mean of its table at these offsets
     separation: float  # half-widths of a tile, or of a cell of sources, from which one is smooth over the other
     nodes: F64  # (n,) Chebyshev nodes on −1 … 1
     to_children: F64  # (2, n, n)
     to_photosites: F64  # (levels, n, root), level 0 the root
     root: int  # photosites along the largest tile
-    leaf: int  # tiles of this size are finished whatever is left
+    leaf: int  # photosites along the smallest tile
 
 
 @kernel(forceinline=True)
 def moments_of(e: int, edges: TabledEdges, n: Numbers) -> Moments:
-    """Return the footprint's moments as the end of edge ``e`` sees them."""
+    """Return the footprint's moments in the frame of edge ``e``."""
     return Moments(n.sigma2, n.m22, edges.m2[e], edges.m31[e], edges.m4[e], edges.m6[e])
 
 
 @kernel(forceinline=True)
 def moments_in_frame(n: Numbers) -> Moments:
-    """Return the footprint's moments in the photosite's own frame."""
+    """Return the footprint's moments in the photosite's frame."""
     return Moments(n.sigma2, n.m22, n.harmonic[0], n.harmonic[1], n.harmonic[2], n.harmonic[3])

@@ -1,4 +1,4 @@
-"""What rings are going to take: ends, short edges, and whether to tabulate what the latter need."""
+"""Expected cost of ringing, for ends and short edges, and the choice of a table for the latter."""
 
 from __future__ import annotations
 
@@ -17,25 +17,25 @@ from camsim.rendering.focus import ZONE
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.grid import Grid
 
-RING_BYTES = 512e6  # of the table: beyond, pieces are summed wavelength by wavelength, which takes fifty times as long
-# What nodes and pieces take besides their terms and harmonics, in these; a row of the table for each tone, besides a
-# set's 0.6 of a power; and an amplitude at one node of the footprint.
+RING_BYTES = 512e6  # of the table: beyond, pieces are summed by wavelength, which takes fifty times as long
+# Costs of nodes and pieces in addition to their terms and harmonics, in units of these; of a row of the table per
+# oscillation, in addition to 0.6 of a power per set; and of an amplitude at one node of the footprint.
 OF_RAY, OF_NODE, OF_PIECE = 84.0, 12.0, 60.0
 OF_LOOK_UP, OF_TABLED = 2.0, 18.0
 OF_ROW, OF_SET, OF_AMPLITUDE = 80.0, 0.6, 130.0
-# Nanoseconds of one core: of a series' term at a node, of a harmonic that is looked up; of tables' values and terms.
+# Nanoseconds of one core: per term of a series at a node, per harmonic looked up; per value and term of tables.
 TERM, HARMONIC, VALUE, OF_TABLE = 2.0, 6.8, 3.0, 0.5
-MOST_ROWS = 128  # looked at for the photosites in a circle
-MOST_ENDS = 512  # looked at for what lies near; more are thinned out
+MOST_ROWS = 128  # rows that are counted for the photosites in a circle
+MOST_ENDS = 512  # ends whose surroundings are counted; larger numbers are thinned out
 
 
 class RingCounts(NamedTuple):
-    """Work on rings.
+    """Counts of operations for ringing.
 
-    terms        : of series, at nodes on rays from ends and on short edges, for each wavelength and tone
-    harmonics    : at nodes on short edges, all wavelengths at once
-    rows         : of the table that has those, 0 for none
-    table_values : in it;  table_terms : added up for it, and for the amplitudes that both ways take
+    terms        : of series, at nodes on rays from ends and on short edges, for each wavelength and oscillation
+    harmonics    : at nodes on short edges, for all wavelengths together, by the table
+    rows         : of the table, 0 for none
+    table_values : in the table;  table_terms: summed for it, and for the amplitudes that both methods need
     """
 
     terms: float
@@ -51,7 +51,7 @@ NO_RINGS = RingCounts(0.0, 0.0, 0, 0.0, 0.0)
 def within(points: F64, radius: float, grid: Grid) -> F64:
     """Return how many photosites of the grid lie within ``radius`` of each point (n, 2), pitches.
 
-    Chords of the circle, row by row; of many rows every so many-th.
+    They are counted on the circle's chord in each row, or in a subset of many rows.
 
     >>> within(np.array([[0.0, 0.0]]), 1.0, Grid(rows=2, cols=4, pitch_um=1.0))
     array([4.])
@@ -69,7 +69,7 @@ def within(points: F64, radius: float, grid: Grid) -> F64:
 
 
 def beyond(radius: F64, near: float) -> F64:
-    """Return how many photosites of the zone about a circle's centre have a place on the circle farther than ``near``.
+    """Return how many photosites in the zone about a circle's centre have part of the circle farther than ``near``.
 
     >>> beyond(np.array([5.0, 10.0, 20.0]), 10.0).round(2)
     array([ 0.  ,  6.28, 50.27])
@@ -90,10 +90,10 @@ def ring_counts(
     oscillations: int,
     parts: int,
 ) -> RingCounts:
-    """Count it, and choose the table where all parts save more by it than it takes to make.
+    """Count the operations for ringing, with the table if that is cheaper for all parts together.
 
     in_foci : the edges of each of the settings' foci
-    sets  : pairs of spectra times channels;  tones: of the pattern, times wavelengths
+    sets  : pairs of spectra times channels;  oscillations: of the pattern, times wavelengths
     """
     near, radius = settings.near, settings.foci.radius
     if settings.negligible_end <= near and not len(radius):
@@ -107,7 +107,7 @@ def ring_counts(
     terms = float(math.prod(of_terms))
 
     def photosites(until: float) -> F64:
-        """Return photosites × nodes on rays, on pieces nearer than ``until``, and such pieces."""
+        """Return photosites × nodes on rays, × nodes on pieces nearer than ``until``, and × such pieces."""
         found = np.zeros(3)
         reach = min(until, settings.negligible_end)
         if reach > near:
@@ -124,7 +124,7 @@ def ring_counts(
     ends = edges.start, edges.end
     on_rays, on_pieces, pieces = photosites(math.inf).tolist()
     if settings.negligible_line > settings.reach:
-        # Lines have two ends more, in the feet of perpendiculars.
+        # A line has two more ends, at the foot of the perpendicular.
         long, across = edges.some(edges.length >= near), math.hypot(grid.rows, grid.cols)
         band = min(2.0 * (settings.negligible_line - settings.reach), across)
         beside = np.minimum(inside_length(long, grid, settings.negligible_line) * band, grid.rows * grid.cols)

@@ -1,10 +1,10 @@
-"""Rings on the real axis, tabulated over the distance and added up over wavelengths and tones.
+"""Ringing on the real axis, tabulated over the distance and summed over wavelengths and oscillations.
 
-What a node on a short edge needs of them is one number of h, s and the direction of the edge: Re Σ_j w_j·G_j(r, θ), a
+A node on a short edge needs one number that depends on h, s and the direction of the edge: Re Σ_j w_j·G_j(r, θ), a
 short real Fourier series in θ whose coefficients are functions of r alone. They are waves no shorter than the shortest
-tone, so that eight values at even steps give what lies between them; a photosite never sees how many wavelengths there
-were, as with the field near an edge. Off the real axis, where edges' ends send theirs, waves grow and fall, and no
-table holds them.
+oscillation, so that eight evenly spaced values suffice for interpolation. As with the field near an edge, the cost does
+not depend on the number of wavelengths. The ringing of ends is integrated off the real axis, where waves grow and
+decay; it is not tabulated.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ WORTH_A_THREAD = 64  # rows
 
 
 class RingTable(NamedTuple):
-    """Rings of every weight set times r⁻¹; lengths in pitches.
+    """Ringing of every weight set times r⁻¹; lengths in pitches.
 
-    values  : (pairs, channels, rows, harmonics, 4): of cos mφ and sin mφ, φ = turns·θ, radial and then tangential, at
-              ``nearest`` + (row − MARGIN)/``per_pitch``
-    until   : pieces are looked up that end nearer than this; 0: none are
-    shortest : of the tones' lengths
+    values  : (pairs, channels, rows, harmonics, 4): coefficients of cos mφ and sin mφ, φ = turns·θ, first radial, then
+              tangential, at ``nearest`` + (row − MARGIN)/``per_pitch``
+    until   : largest distance of pieces that are looked up; 0: none are
+    shortest : shortest length of an oscillation
     """
 
     values: F64
@@ -43,15 +43,15 @@ class RingTable(NamedTuple):
 
 
 def ring_step(shortest: float, tolerance: float) -> float:
-    """Return the table's step, pitches: a look-up leaves of the shortest tone what nodes on a piece leave of it."""
+    """Return the table's step, pitches, for a look-up as accurate as quadrature on a piece (``left_of_waves``)."""
     angle: float = (left_of_waves(tolerance) / EIGHT_POINTS) ** 0.125
     return shortest * angle / (2.0 * math.pi)
 
 
 def harmonics_counted(extent: float, shortest: float, *, turns: int, tolerance: float) -> int:
-    """Return about how many harmonics the table has over a footprint that reaches to ``extent``.
+    """Return the approximate number of harmonics in the table for a footprint of size ``extent``.
 
-    Bessel functions of order n are no more than (x/2)ⁿ/n!, x the shortest tone's radians across the footprint.
+    Bessel functions of order n are at most (x/2)ⁿ/n!, x the phase of the shortest oscillation across the footprint.
     """
     half, count = max(math.pi * extent / shortest, 1e-9), 1
     least = math.log(left_of_waves(tolerance))
@@ -63,9 +63,9 @@ def harmonics_counted(extent: float, shortest: float, *, turns: int, tolerance: 
 def ring_table(
     amplitude: C128, lengths: F64, weights: F64, *, nearest: float, rows: int, tolerance: float
 ) -> RingTable:
-    """Tabulate rings.
+    """Tabulate ringing.
 
-    amplitude, lengths : of ``ring_amplitudes``, which hold from ``nearest`` on, and ``tone_lengths``
+    amplitude, lengths : of ``ring_amplitudes``, valid from ``nearest`` on, and ``oscillation_lengths``
     weights : (pairs, channels, j) of wavelengths
     rows    : of the table; 0 for none
     """
@@ -91,9 +91,9 @@ def ring_table(
 
 
 def _series(amplitude: C128, left: float) -> C128:
-    """Return amplitudes as of a real series: (tones · j, powers, harmonics · 4), without harmonics that are nothing.
+    """Return amplitudes as a real Fourier series (oscillations · j, powers, harmonics · 4), truncated.
 
-    left : of the loudest amplitude, what those left out add up to at the most
+    left : largest sum of the harmonics left out, over the largest amplitude
 
     Re (a·e^{imφ} + b·e^{−imφ})·e^{ikr} is cos mφ·Re (a + b)e^{ikr} + sin mφ·Re i(a − b)e^{ikr}.
     """
@@ -104,7 +104,7 @@ def _series(amplitude: C128, left: float) -> C128:
     beyond = np.append(np.cumsum(one[::-1])[::-1], 0.0)
     kept = max(1, int(np.argmax(beyond <= left * sizes.max())))
     after, before = amplitude[:, :, most : most + kept], amplitude[:, :, most::-1][:, :, :kept]
-    series = np.stack([after + before, 1j * (after - before)], axis=2)  # (tones · j, 2, 2, kept, powers)
+    series = np.stack([after + before, 1j * (after - before)], axis=2)  # (oscillations · j, 2, 2, harmonics, powers)
     series[:, :, 0, 0] *= 0.5
     return np.moveaxis(series, (4, 3), (1, 2)).reshape(len(series), amplitude.shape[3], 4 * kept)
 
@@ -119,8 +119,10 @@ def _fill(
     begin: int,
     end: int,
 ) -> None:
-    """Fill in some rows of the table; grid: ``nearest`` and step;  series: real and imaginary parts;  weights: (tones ·
-    j, sets)."""
+    """Fill rows begin … end of the table.
+
+    grid: ``nearest`` and step;  series: real and imaginary parts;  weights: (oscillations · j, sets)
+    """
     (nearest, step), (real, imaginary) = grid, series
     a, b = np.empty(real.shape[2]), np.empty(real.shape[2])
     for row in range(begin, end):
@@ -147,9 +149,9 @@ def _fill(
 def tabled_part(
     h: float, ends: tuple[float, float], way: complex, values: F64, table: RingTable, turns: int, phases: F64
 ) -> float:
-    """As ``ring_part``, of a piece no part of which is farther than the table's ``until``.
+    """Return the same as ``ring_part`` from the table, for a piece that lies within its ``until``.
 
-    values : those of one weight set;  phases: of ``piece_phases``
+    values : of one weight set;  phases: of ``piece_phases``
     """
     total, (s1, s2) = 0.0, ends
     middle, half = 0.5 * (s1 + s2), 0.5 * (s2 - s1)

@@ -1,14 +1,14 @@
-"""What oscillates in the far form of a diffraction pattern: the rings that an edge's end, or a line, sends far out.
+"""The oscillatory part of a diffraction pattern's far form: the ringing of an edge's end, or of a line.
 
-1 − E = (smooth powers of 1/r) + Re Σ G(r) over a few tones, G = e^{2πir/l}·(a₀·(l/r)² + a₁·(l/r)³ + …); an Airy
-pattern has one, of length l = λN. G is analytic and falls off the real axis, so the integral along an edge, from its
-end to infinity, may leave it. On the ray s + e^{iπ/4}·ξ the integrand is gone within a few √(l·r) in every
-direction, also where the edge is met square on, and a dozen Gauss nodes give the whole tail.
+1 − E = (smooth powers of 1/r) + Re Σ G(r) over a few oscillations, G = e^{2πir/l}·(a₀·(l/r)² + a₁·(l/r)³ + …); an Airy
+pattern has one, of length l = λN. G is analytic and decays off the real axis, so the integral along an edge, from its
+end to infinity, can be deformed into the complex plane. On the ray s + e^{iπ/4}·ξ the integrand decays within a few
+√(l·r) in every direction, even where the edge is perpendicular to the line of sight, and a dozen Gauss nodes suffice.
 
 The footprint enters exactly. Averaged over it the field is e^{2πir/l}·r⁻³·A(1/r, θ), with A smooth in 1/r and
-band-limited in θ by the footprint's size over l. A is made once by a product rule over the footprint, as a
-polynomial in 1/r and a Fourier series in 2θ (a footprint is symmetric about its centre) or in 4θ (where a quarter turn
-leaves it as it is); both may be followed off the real axis.
+band-limited in θ by the footprint's size over l. A is computed once by a product rule over the footprint, as a
+polynomial in 1/r and a Fourier series in 2θ (a footprint is symmetric about its centre) or in 4θ (if it is symmetric
+under a quarter turn); both extend analytically off the real axis.
 """
 
 from __future__ import annotations
@@ -26,19 +26,19 @@ from camsim.optics.pattern import Tone
 RAY_NODES = 14
 RAY_DECAY = 16.0  # nepers along the ray
 _RAY_X, _RAY_W = 0.5 * (1.0 + gauss_legendre(RAY_NODES)[0]), 0.5 * gauss_legendre(RAY_NODES)[1]
-MOST_ON_PIECES = 12  # nodes, fewer than of two rays
-ON_PIECES, FINEST, COARSEST = 0.1, 1e-10, 1e-5  # of a tolerance, and within which limits: what they leave of a wave
+MOST_ON_PIECES = 12  # nodes, fewer than on two rays
+ON_PIECES, FINEST, COARSEST = 0.1, 1e-10, 1e-5  # relative error of a wave: over the tolerance, and its limits
 PIECE_X, PIECE_W, _ = gauss_rules(tuple(range(MOST_ON_PIECES + 1)))
 _RAY = complex(math.sqrt(0.5), math.sqrt(0.5))
 
 
 def oscillation_lengths(oscillations: Sequence[Tone], blur: F64) -> F64:
-    """Return the length (tones · j,) of every tone at every wavelength, pitches; blur: (j,), the pattern's own."""
+    """Return the lengths (oscillations · j,) of every oscillation at every wavelength, pitches; blur: (j,) λN."""
     return np.concatenate([np.empty(0), *(blur / u for u, _ in oscillations)])
 
 
 def ring_terms(extent: float, shortest: float, *, turns: int, nearest: float) -> tuple[int, int]:
-    """Return how many harmonics and powers follow the shortest tone over a footprint that reaches to ``extent``."""
+    """Return how many harmonics and powers resolve the shortest oscillation over a footprint of size ``extent``."""
     ripple = 2.0 * math.pi * extent / shortest  # radians across the footprint
     powers = 6 + math.ceil(0.5 * ripple * extent / nearest)
     # Bessel functions of order n vanish from n = ripple on, within a few times its third root.
@@ -49,13 +49,14 @@ def ring_terms(extent: float, shortest: float, *, turns: int, nearest: float) ->
 def ring_amplitudes(
     oscillations: Sequence[Tone], blur: F64, nodes: F64, weights: F64, *, turns: int, nearest: float
 ) -> C128:
-    """Tabulate the amplitudes of tones averaged over a footprint.
+    """Tabulate the amplitudes of oscillations averaged over a footprint.
 
-    blur    : (j,) the pattern's own length, pitches
+    blur    : (j,) λN, pitches
     nodes   : (n, 2), weights (n,): a rule over the footprint that resolves λN
-    turns   : 2, or 4 where a quarter turn leaves the footprint as it is
-    nearest : pitches; they hold from there on, to 1e-6 of themselves
-    returns : (tones · j, 2, m, q): radial and tangential, harmonics of turns·θ from −(m − 1)/2 on, powers of nearest/r
+    turns   : 2, or 4 if the footprint is symmetric under a quarter turn
+    nearest : pitches; amplitudes are valid from there on, with a relative error of 1e-6
+    returns : (oscillations · j, 2, m, q): radial and tangential, harmonics of turns·θ from −(m − 1)/2 on, powers of
+              nearest/r
     """
     extent = float(np.hypot(nodes[:, 0], nodes[:, 1]).max())
     lengths = oscillation_lengths(oscillations, blur)
@@ -70,8 +71,8 @@ def ring_amplitudes(
         one = np.array([a * u ** (2 + k) for k, a in enumerate(series)], np.complex128)
         samples = _amplitude(length, one, nodes, weights, nearest / inverse, angle)
         harmonics = np.roll(np.fft.fft(samples, axis=2) / count, most, axis=2)
-        # A slow tone has few of them. What rounding leaves of the others grows off the real axis, where a slow tone's
-        # ray goes farthest: e^{2m·Im θ}.
+        # A slow oscillation has few harmonics. Rounding in the others would grow as e^{2m·Im θ} off the real axis,
+        # where the ray of a slow oscillation extends farthest.
         its_most = ring_terms(extent, length, turns=turns, nearest=nearest)[0] // 2
         harmonics[..., : most - its_most] = harmonics[..., most + its_most + 1 :] = 0.0
         amplitude[j] = np.einsum("pq,cqm->cmp", to_powers, harmonics)
@@ -104,18 +105,20 @@ def _amplitude(length: float, series: C128, nodes: F64, weights: F64, radius: F6
 
 
 def left_of_waves(tolerance: float) -> float:
-    """Return what nodes on pieces may leave of a wave, and look-ups too: of rings that are heard there is no more than
-    a thousandth of full scale."""
+    """Return the relative error of a wave for quadrature on pieces and for look-ups.
+
+    It is relative to ringing that is at most a thousandth of full scale.
+    """
     return min(max(ON_PIECES * tolerance, FINEST), COARSEST)
 
 
 def piece_phases(tolerance: float) -> F64:
-    """Return half of the phase (MOST_ON_PIECES,) along pieces that 1, 2 … nodes follow."""
+    """Return half of the phase (MOST_ON_PIECES,) along a piece that 1, 2 … nodes resolve."""
     return gauss_phases(left_of_waves(tolerance), MOST_ON_PIECES)
 
 
 def piece_nodes(length: F64, shortest: float, tolerance: float) -> F64:
-    """Return how many nodes follow the shortest tone along edges (n,); 0 along those that are too long."""
+    """Return how many nodes resolve the shortest oscillation along edges (n,); 0 for those that are too long."""
     phases, phase = piece_phases(tolerance), math.pi * length / shortest
     nodes: F64 = np.where(phase <= phases[-1], np.searchsorted(phases, phase) + 1.0, 0.0)
     return nodes
@@ -123,7 +126,7 @@ def piece_nodes(length: F64, shortest: float, tolerance: float) -> F64:
 
 @kernel(forceinline=True)
 def _followed(u: complex, turn: complex, j: int, amplitude: C128) -> tuple[complex, complex]:
-    """Return a tone's amplitudes, radial and tangential, times the first harmonic's turn to half their number."""
+    """Return an oscillation's amplitudes, radial and tangential, times the harmonic ``turn`` to half their number."""
     radial, tangential = 0j, 0j
     for m in range(amplitude.shape[2] - 1, -1, -1):
         a, b = 0j, 0j
@@ -137,7 +140,7 @@ def _followed(u: complex, turn: complex, j: int, amplitude: C128) -> tuple[compl
 
 @kernel(forceinline=True)
 def nodes_on(half: float, length: float, phases: F64) -> int:
-    """Return how many nodes follow a tone's waves on a piece of half a length; phases: of ``piece_phases``."""
+    """Return how many nodes resolve an oscillation on a piece of half length ``half``; phases: of ``piece_phases``."""
     phase, count = 2.0 * math.pi / length * half, 1
     while count < MOST_ON_PIECES and phases[count - 1] < phase:
         count += 1
@@ -156,11 +159,11 @@ def ring_part(
     nearest: float,
     phases: F64,
 ) -> float:
-    """Oscillating part of a piece of a line from s₁ to s₂, whose waves ``MOST_ON_PIECES`` nodes follow (``is_short``).
+    """Oscillatory part of a piece of a line from s₁ to s₂ that is short (``is_short``).
 
     phases : of ``piece_phases``
 
-    As of ``ring_tail``, on the real axis: s ↦ r is no steeper than 1, so no wave along the piece is shorter than λN.
+    The integrand is that of ``ring_tail`` on the real axis: |dr/ds| ≤ 1, so no wave along the piece is shorter than λN.
     """
     total, (s1, s2) = 0.0, ends
     middle, half = 0.5 * (s1 + s2), 0.5 * (s2 - s1)
@@ -189,7 +192,7 @@ def ring_part(
 
 @kernel(forceinline=True)
 def is_short(length: float, shortest: float, phases: F64) -> bool:
-    """Return whether a piece is short enough for ``ring_part``; shortest: tone's length;  phases: of them."""
+    """Return whether a piece is short enough for ``ring_part``; shortest: oscillation's length;  phases: as there."""
     short: bool = math.pi * length <= phases[MOST_ON_PIECES - 1] * shortest
     return short
 
@@ -198,9 +201,9 @@ def is_short(length: float, shortest: float, phases: F64) -> bool:
 def ring_tail(
     h: float, s: float, tx: float, ty: float, weights: F64, lengths: F64, amplitude: C128, turns: int, nearest: float
 ) -> float:
-    """Oscillating part of the half line from s ≥ 0 on, going in direction (tx, ty), seen from h to its left.
+    """Oscillatory part of the half line from s ≥ 0 on in direction (tx, ty), for a photosite at h to its left.
 
-    weights : (j,) of wavelengths;  lengths : of ``tone_lengths``;  the rest as of ``ring_amplitudes``
+    weights : (j,) of wavelengths;  lengths: of ``oscillation_lengths``;  the rest as of ``ring_amplitudes``
 
     It is ∫ −V·n ds along the ray, n = (−ty, tx), with V from its radial and tangential amplitudes.
     """
@@ -212,7 +215,7 @@ def ring_tail(
         if weight == 0.0:
             continue
         wave = 2.0 * math.pi / lengths[j]
-        # Im r on the ray is at least (√2·s·ξ + ξ²)/(2(r + ξ)); solved with r alone, RAY_DECAY allows for the rest.
+        # Im r on the ray is at least (√2·s·ξ + ξ²)/(2(r + ξ)); solved with r for r + ξ, for which RAY_DECAY allows.
         fall = 2.0 * r * RAY_DECAY / wave
         length = fall / (s * math.sqrt(0.5) + math.sqrt(0.5 * s * s + fall))
         sum_j = 0j

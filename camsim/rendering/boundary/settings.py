@@ -1,13 +1,13 @@
 """The boundary engine's settings, chosen from the tolerance by an error model before anything is computed.
 
-Every source of error is given its share of the tolerance (budget.py); amplitudes are for a contrast of 1:
+Every source of error has its share of the tolerance (budget.py); amplitudes are for a contrast of 1:
 
-* The far form leaves out what oscillates with cos(2πr/λN). Per end at distance R it is at most
-  (λN/R)^{5/2}·D/(4π⁴), D the footprint's transfer at 1/λN; a whole line twice that. Over a spectrum the
-  wavelengths are added as the phasors that they are, sign of D included; many corners in sight of one photosite (or
-  many lines) add up like random phases, so their share falls with the root of their number. Where keeping it out by
-  distance would take long integrals, the rings are computed instead (rings.py) until they are as quiet as that.
-* The footprint's moments end at the sixth: next come |Mₙ|/(2πnRⁿ), n = 8, 10 …, and about 3·c1·M6/(2π R⁷).
+* The far form neglects ringing, which oscillates with cos(2πr/λN). An end at distance R has at most
+  (λN/R)^{5/2}·D/(4π⁴), D the footprint's transfer at 1/λN; a whole line twice that. The wavelengths of a spectrum add
+  up as phasors, with the sign of D; many corners (or lines) near one photosite add up with random phases, so their
+  share falls with the root of their number. If the distance at which ringing is negligible would take long integrals,
+  ringing is computed instead (rings.py) up to that distance.
+* The footprint's moments end at the sixth: the next are |Mₙ|/(2πnRⁿ), n = 8, 10 …, and about 3·c1·M6/(2π R⁷).
 * The eight-point look-up in the field and the six-point one in a line's response: `_step`.
 * The Gauss rule on panels along an edge: `_panel_nodes`; on short edges far away: `dipole.longest_dipoles`.
 * Chebyshev interpolation over a tile: ρ⁻ⁿ/(πn) with ρ = κ + √(1 + κ²) for the angle of an edge κ half-widths away.
@@ -31,27 +31,27 @@ from camsim.rendering.job import Job
 from camsim.rendering.ringing import counted, smooth_from
 
 COARSEST = 1e-2
-SEPARATION = 2.0  # half-widths of a tile: as near as a source may be that is interpolated over it
-PANEL_BLURS = 1.6  # what ``panel_nodes`` integrate along an edge
-LONGEST_PIECE, LENGTHS = 6.4, 64  # blurs that one Gauss rule integrates near an end, and rules for shorter pieces
-OF_PIECES = 16.0  # times what is allowed: as much as a bound for pieces may be over it
-OF_DIPOLES = 0.1  # of what is allowed: panels along edges were seen to take 0.15 of it
-COARSEST_FIELD, COARSEST_RESPONSE = 0.3, 0.15  # steps, blurs: as far as these first terms hold (to a tenth)
-RINGS_FROM = 60.0  # blurs of integration that cost more than an end's rings, per wavelength and tone
-LARGEST_LEAF = 16  # photosites along the smallest tiles; a smaller frame is one
-TABLE_BYTES = 3e8  # of the field: larger ones cost more than rings whatever these cost
+SEPARATION = 2.0  # half-widths of a tile: least distance of a source that is interpolated over it
+PANEL_BLURS = 1.6  # λN: length of a panel that ``panel_nodes`` integrate along an edge
+LONGEST_PIECE, LENGTHS = 6.4, 64  # λN: longest piece of one Gauss rule near an end; number of rules up to it
+OF_PIECES = 16.0  # bound for pieces over the allowed error
+OF_DIPOLES = 0.1  # share of the allowed error of panels, which were measured to use 0.15 of it
+COARSEST_FIELD, COARSEST_RESPONSE = 0.3, 0.15  # largest steps, λN, for which the error's leading terms hold to a tenth
+RINGS_FROM = 60.0  # λN: integration length that costs more than an end's ringing, per wavelength and oscillation
+LARGEST_LEAF = 16  # side of the smallest tiles, photosites; a smaller frame is one tile
+TABLE_BYTES = 3e8  # of the field: a larger table costs more than ringing in any case
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Settings:
     """Settings of one boundary rendering; lengths in pitches.
 
-    dipoles           : an edge no longer than this is two dipoles wherever it is not integrated
-    near, quiet_end   : an end is integrated within ``near``; beyond, its rings count until ``quiet_end``
-    reach, quiet_line : a line's response is looked up within ``reach``; beyond, its rings count until ``quiet_line``
-    (without rings both pairs are equal: near and reach are themselves quiet)
-    foci              : about these centres rings are followed as far as the outline that they come from
-    leaf              : photosites along the smallest tiles;  tile_nodes: that any tile collects on
+    dipoles                : an edge no longer than this is two dipoles wherever it is not integrated
+    near, negligible_end   : an end is integrated within ``near``; beyond, its ringing counts up to ``negligible_end``
+    reach, negligible_line : a line's response is looked up within ``reach``; beyond, its ringing counts up to
+                             ``negligible_line`` (without ringing, the two radii of a pair are equal)
+    foci                   : about these centres ringing counts up to the distance of the outline
+    leaf                   : side of the smallest tiles, photosites;  tile_nodes: Chebyshev nodes along any tile
     """
 
     tolerance: float
@@ -72,12 +72,12 @@ class Settings:
 
     @property
     def shortest(self) -> float:
-        """The shortest blur, pitches."""
+        """The shortest λN, pitches."""
         return self.panel / PANEL_BLURS
 
 
 def check_tolerance(tolerance: float, pattern: Pattern, part: float = 1.0) -> None:
-    """Refuse what the engine cannot promise; part: of the tolerance, that the pattern is rendered to."""
+    """Refuse a tolerance outside the engine's range; part: share of the tolerance for the pattern."""
     finest = pattern.finest / part
     if not finest <= tolerance <= COARSEST:
         raise InvalidValueError(
@@ -87,7 +87,7 @@ def check_tolerance(tolerance: float, pattern: Pattern, part: float = 1.0) -> No
 
 
 def plan_boundary(job: Job, pattern: Pattern, footprint: Footprint) -> Settings:
-    """Choose the settings; ``pattern``, ``footprint``: the job's, which are known."""
+    """Choose the settings; ``pattern``: of the job;  ``footprint``: of the job, or part of it."""
     check_tolerance(job.tolerance, pattern)
     budget, edges, blur = job.budget, job.edges, job.blur
     waves = job.waves(pattern, footprint)
@@ -122,11 +122,11 @@ def plan_boundary(job: Job, pattern: Pattern, footprint: Footprint) -> Settings:
 
 
 def _step(pattern: Pattern, points: int, allowed: float) -> float:
-    """Return a table's step δ, blurs, where a look-up through n points leaves (2πδ)ⁿ·∫OTF·fⁿ⁻¹ df/π = ``allowed``.
+    """Return a table's step δ, λN, for which interpolation through n points has the error ``allowed``.
 
-    Across an edge the light is ½ + ∫OTF(f)·sin(2πfh)/πf df, and a look-up leaves (2πδf)ⁿ of every wave in it. Of an
-    infinite edge's response the bound is reached, and in a corner by two edges at once; of ends in the field a tenth to
-    eight tenths of it were measured.
+    The error is (2πδ)ⁿ·∫OTF·fⁿ⁻¹ df/π, since the light across an edge is ½ + ∫OTF(f)·sin(2πfh)/πf df and interpolation
+    has the relative error (2πδf)ⁿ for every wave in it. An infinite edge's response reaches this bound, and two edges
+    at once in a corner; ends in the field were measured to reach a tenth to eight tenths of it.
     """
     angle: float = (math.pi * allowed / pattern.moment(points - 1)) ** (1.0 / points)
     return angle / (2.0 * math.pi)
@@ -134,11 +134,11 @@ def _step(pattern: Pattern, points: int, allowed: float) -> float:
 
 @functools.lru_cache(maxsize=64)
 def _panel_nodes(pattern: Pattern, allowed: float) -> int:
-    """Nodes of the Gauss rule on a panel along an edge.
+    """Return the number of nodes of the Gauss rule on a panel along an edge.
 
-    The field across the edge is ∬OTF(f)·fₙ/(2πf²)·e^(2πi…) d²f; a wave of frequency f·sin θ along the panel loses
-    E(f·sin θ) ∝ (f·sin θ)²ⁿ, and over all directions ∫|cos θ||sin θ|²ⁿ dθ = 4/(2n + 1). No phase can make all of them
-    add up: at most 0.15 of it was measured.
+    The field across the edge is ∬OTF(f)·fₙ/(2πf²)·e^(2πi…) d²f. A wave of frequency f·sin θ along the panel has the
+    error E(f·sin θ) ∝ (f·sin θ)²ⁿ, and over all directions ∫|cos θ||sin θ|²ⁿ dθ = 4/(2n + 1). They cannot all be in
+    phase: at most 0.15 of the bound was measured.
     """
     order = 2
     while _lost(pattern, order, PANEL_BLURS) > allowed:
@@ -147,30 +147,31 @@ def _panel_nodes(pattern: Pattern, allowed: float) -> int:
 
 
 def _lost(pattern: Pattern, order: int, length: float) -> float:
-    """Return what nodes lose on pieces of a length (blurs) that make up a panel."""
+    """Return the error of a rule on pieces of a length (λN) that make up a panel."""
     each = math.exp(gauss_error(order, math.pi * length)) * pattern.moment(2 * order)
     return PANEL_BLURS * each / (math.pi * (2 * order + 1))
 
 
 @functools.lru_cache(maxsize=64)
 def _piece_nodes(pattern: Pattern, allowed: float, order: int) -> tuple[int, ...]:
-    """Nodes of the rules for pieces of 1/LENGTHS, 2/LENGTHS … 1 of the longest.
+    """Return the numbers of nodes of the rules for pieces of 1/LENGTHS, 2/LENGTHS … 1 of the longest.
 
-    As many as follow the highest frequency as well as ``order`` nodes do on a panel. That is too few where what passes
-    is mostly low: two nodes lose to f⁴ what four lose to f⁸, and the pieces of one outline lose it alike. A round
-    outline behind a Gaussian lens lost a hundredth of the bound, 37 times what is allowed: OF_PIECES is well below.
+    They resolve the highest frequency as well as ``order`` nodes do on a panel. That is too few if the lens passes
+    mostly low frequencies: the error of two nodes grows as f⁴, that of four as f⁸, and errors of the pieces of one
+    outline add up. For a round outline behind a Gaussian lens the error was a hundredth of the bound, 37 times the
+    allowed one: OF_PIECES is well below that.
     """
     on_panel, longest, most = gauss_error(order, math.pi * PANEL_BLURS), [0.0], 0.0
     while most < LONGEST_PIECE:
         n = len(longest)
         keeps = math.log(OF_PIECES * allowed * math.pi * (2 * n + 1) / (PANEL_BLURS * pattern.moment(2 * n)))
         most = math.exp(0.5 * (min(on_panel, keeps) - gauss_error(n, 1.0)) / n) / math.pi
-        longest.append(max(longest[-1], most * (1.0 + 1e-12)))  # as long as a panel is a length that is asked for
+        longest.append(max(longest[-1], most * (1.0 + 1e-12)))  # rounded up: a panel's length is looked up
     return tuple(np.searchsorted(longest, LONGEST_PIECE * np.arange(1, LENGTHS + 1) / LENGTHS).tolist())
 
 
 def _tile_nodes(allowed: float) -> int:
-    """Chebyshev nodes along a tile: the angle's coefficients fall as ρ⁻ⁿ/n."""
+    """Return the number of Chebyshev nodes along a tile: the angle's coefficients fall as ρ⁻ⁿ/n."""
     rho = SEPARATION + math.sqrt(1.0 + SEPARATION**2)
     order = 4
     while rho**-order / (math.pi * order) > allowed:

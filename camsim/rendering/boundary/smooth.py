@@ -1,6 +1,6 @@
-"""The far form at many points at once: what edges send to the nodes of a tile, or to its photosites.
+"""The far form at many points at once: the contributions of edges at the nodes of a tile, or at its photosites.
 
-The loops over points have no branch and call nothing that the compiler cannot turn into vector instructions.
+The loops over points have no branches and call nothing that the compiler cannot vectorise.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def _angle(y: float, x: float) -> float:
 
 @kernel(forceinline=True)
 def _ends(h: float, s1: float, length: float, side: float, m: Moments) -> tuple[float, float, float, float]:
-    """Return g of an edge but for the smooth part of its line, which counts where the photosite is beside it."""
+    """Return g of an edge without the smooth part of its line, which counts only between the ends' perpendiculars."""
     s2 = s1 + length
     up1 = 1.0 if s1 >= 0.0 else -1.0
     up2 = 1.0 if s2 >= 0.0 else -1.0
@@ -57,8 +57,8 @@ def far_at_points(
 ) -> None:
     """Write to ``g`` (4, points) the far form of a part of edge ``e`` at the points (x0 + x, y0 + y).
 
-    It means nothing at points that are not far away, and at those beside an edge it takes |h| for at least ``near``.
-    sends: (8, points) memory.
+    It is not valid at points that are not far away; between the perpendiculars at an edge's ends, |h| is taken as at
+    least ``near``. sends: (8, points) memory.
     """
     tx, ty, length = edges.tx[e], edges.ty[e], edges.length[e]
     dx, dy = edges.x[e] - x0, edges.y[e] - y0
@@ -73,7 +73,7 @@ def far_at_points(
                     g[k, i] += wx * sends[2 * k, i] + wy * sends[2 * k + 1, i]
         return
     m = moments_of(e, edges, n)
-    plain = Moments(m.sigma2, m.m22, 0j, 0j, m.m4, 0j)  # spelt out, so that the compiler leaves the rest away
+    plain = Moments(m.sigma2, m.m22, 0j, 0j, m.m4, 0j)  # literal zeros, so that the compiler drops their terms
     is_plain = m.m2 == 0.0 and m.m31 == 0.0 and m.m6 == 0.0
     d = across(m)
     if part == LINE:
@@ -109,7 +109,7 @@ def far_at_points(
 
 @kernel(fastmath={"contract"})
 def add_weighed(g: F64, far: F64, sums: F64) -> None:
-    """Add to ``sums`` (channels, points) what g (4, points) means for the weight sets ``far`` (channels, 4)."""
+    """Add to ``sums`` (channels, points) the contribution of g (4, points) for weight sets ``far`` (channels, 4)."""
     for k in range(len(sums)):
         for i in range(g.shape[1]):
             sums[k, i] += weigh((g[0, i], g[1, i], g[2, i], g[3, i]), far[k])
@@ -117,7 +117,7 @@ def add_weighed(g: F64, far: F64, sums: F64) -> None:
 
 @kernel(fastmath={"contract"})
 def far_and_negligible(e: int, x0: float, y0: float, x: F64, y: F64, edges: TabledEdges, n: Numbers, quiet: U8) -> None:
-    """Write to ``quiet`` (points) 1 where the far form is all there is of an edge: no rings, no line to look up."""
+    """Write to ``quiet`` (points) 1 where the far form suffices: ringing is negligible and no line is looked up."""
     tx, ty, length = edges.tx[e], edges.ty[e], edges.length[e]
     dx, dy = edges.x[e] - x0, edges.y[e] - y0
     line = n.negligible_line if edges.response[e] >= 0 else n.negligible_end

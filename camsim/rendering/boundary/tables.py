@@ -1,7 +1,7 @@
-"""What a rendering tabulates before its first photosite: the system's field near an edge, and its edge response.
+"""Tables that are computed before the first photosite: the system's field near an edge, and its edge response.
 
-Lengths are in pitches. One *weight set* is one (pair of spectra, channel): its tables are already summed over
-the wavelengths, so a photosite never sees how many there were.
+Lengths are in pitches. One *weight set* is one (pair of spectra, channel): its tables are summed over the wavelengths,
+so the cost of a photosite does not depend on their number.
 """
 
 from __future__ import annotations
@@ -21,15 +21,15 @@ from camsim.optics.pattern import Pattern
 from camsim.rendering.boundary.potential import ORDER, SCALE, at_cell, contract, lagrange_weights, potential
 from camsim.rendering.footprint import Footprint
 
-AT_ONCE = 16  # weight sets: where a radius falls is worked out once for so many
+AT_ONCE = 16  # weight sets that share the computation of cells and weights
 WORTH_A_THREAD = 10_000  # numbers of a table: a few tenths of a millisecond
-LONG = 100  # taps: from here on an average runs
+LONG = 100  # taps from which on an average is computed as a running sum
 FIELD_ORDER = 8  # points per axis of the look-up in the field table (potential.eight_points)
-NARROW = 1e-2  # steps: below, the difference of a side's ends loses digits; Gauss' two slopes are right to 1e-13
+NARROW = 1e-2  # steps: below this, differences over a side cancel; two slopes at Gauss nodes are right to 1e-13
 _GAUSS_X, _GAUSS_W = gauss_legendre(8)
 _NODES = np.arange(ORDER) + 1.0 - ORDER // 2
-_OTHERS = ~np.eye(ORDER, dtype=bool)  # of each node all but itself
-_LEFT_OUT = ~(_OTHERS[:, None] & _OTHERS[None])  # by node, by factor: itself and that one
+_OTHERS = ~np.eye(ORDER, dtype=bool)  # for each node, all others
+_LEFT_OUT = ~(_OTHERS[:, None] & _OTHERS[None])  # by node and by factor: the node and that factor
 
 
 def field_tables(pattern: Pattern, blur: F64, weights: F64, footprint: Footprint, *, radius: float, step: float) -> F64:
@@ -37,8 +37,8 @@ def field_tables(pattern: Pattern, blur: F64, weights: F64, footprint: Footprint
 
     pattern, blur : of the lens; blur is (j,)
     weights  : (k, j) weight sets
-    footprint : where its spots form no grid the table is of the rectangle alone, to be looked up at every spot
-    radius   : the table covers 0 … radius in x and y (and the spots'), with a margin for the look-up's stencil
+    footprint : if its spots form no grid, the table is of the rectangle alone, to be looked up at every spot
+    radius   : the table covers 0 … radius in x and y (plus the spots' offsets), with a margin for the stencil
     returns  : (k, 2, n, n): V_x and V_y at ((i − margin)·step, (j − margin)·step), margin = FIELD_ORDER/2
 
     Derivation: the average of ∂Φ/∂x over a box is a difference of Φ at its two sides, averaged along y. Both
@@ -70,13 +70,13 @@ class Filters(NamedTuple):
 
     average: F64
     change: F64  # differences of the average's taps, none where it does not run
-    changes: I64  # which of them are not 0
+    changes: I64  # indices of those that are not 0
     slope: F64
-    slopes: I64  # which taps are not 0
+    slopes: I64  # indices of taps that are not 0
 
 
 class Line(NamedTuple):
-    """Where one thread writes what it needs for one row."""
+    """Scratch memory of one thread for one row."""
 
     cells: I64
     weights: F64  # (columns, ORDER)
@@ -88,8 +88,8 @@ def _filtered(
 ) -> F64:
     """Apply ``slope`` along the first axis and ``average`` along the second to radial functions: (k, rows, rows).
 
-    A photosite of many steps has a long average of equal taps and a slope of few that are not 0: then the average
-    runs along the line, adding the taps' differences, of which there are as few.
+    A photosite of many steps has a long average with mostly equal taps, and a slope with few taps that are not 0. The
+    average is a running sum then, with the few taps' differences that are not 0.
     """
     change = np.append(average, 0.0) - np.append(0.0, average)
     changes = np.flatnonzero(np.abs(change) > 1e-15 * np.abs(average).max())
@@ -185,7 +185,7 @@ def _average_taps(side: float, shifts: F64) -> F64:
 
 
 def _slope_taps(side: float, shifts: F64) -> F64:
-    """Filter for the derivative (per step) of that average: between the box's two sides, or at two points in it."""
+    """Filter for the derivative (per step) of that average: a difference of the box's sides, or two slopes in it."""
     reach = math.ceil(0.5 * side + float(np.abs(shifts).max())) + ORDER // 2 + 1
     taps = np.zeros(2 * reach + 1)
     for shift in shifts:
@@ -210,7 +210,7 @@ def _add_points(taps: F64, reach: int, positions: F64, amounts: F64) -> None:
 
 
 def _add_slope(taps: F64, reach: int, position: float, amount: float) -> None:
-    """Add so much of the interpolant's derivative: of a Lagrange polynomial, each of its factors in turn."""
+    """Add ``amount`` times the interpolant's derivative, by the product rule for Lagrange polynomials."""
     cell = math.floor(position)
     first = reach + cell + 1 - ORDER // 2
     products = np.where(_LEFT_OUT, 1.0, position - cell - _NODES).prod(axis=2)
@@ -234,10 +234,11 @@ def edge_responses(
     normals  : (o, 2) unit normals of the edges
     returns  : (o, k, cells, 6): coefficients of (h/step − cell)^0 … ^5 for 0 ≤ h ≤ distance
 
-    ESF(h) − ½ = ∫_0^{cut-off} OTF(f·normal)·sin(2πfh)/(πf) df. Between two breaks the summed OTF is smooth but for 3/2
-    powers at the ends (none at 0, and an Airy pattern's only at the upper one), which f = top − (top − bottom)·t², or
-    t²(3 − 2t) for t² where the lower end has one too, turns into a polynomial. A Gauss rule of n nodes then follows a
-    phase of 2n radians; the phase is 2πf times the distance and the footprint's extent.
+    ESF(h) − ½ = ∫_0^{cut-off} OTF(f·normal)·sin(2πfh)/(πf) df. Between two breaks the summed OTF is smooth except for
+    3/2 powers at the ends (none at 0, and only the upper one for an Airy pattern). The substitution
+    f = top − (top − bottom)·t², with t²(3 − 2t) for t² if the lower end has one too, turns them into polynomials. A
+    Gauss rule of n nodes then resolves a phase of 2n radians, where the phase is 2πf times the sum of the distance and
+    the footprint's extent.
     """
     cells = math.ceil(distance / step)
     inner = len(pattern.breaks) > 1

@@ -1,10 +1,10 @@
 """The exact boundary engine: the light on a photosite as a sum over edges (docs/mathematics.md has the formulas).
 
-Every edge is a line minus its two ends. Seen from a photosite, the line is one look-up in the edge response of its
-direction (or its far form), and an end is the half line beyond it: closed form when it is far, quadrature over the
-tabulated field when it is near (edge.py). Far contributions vary slowly: a quadtree collects them on Chebyshev nodes
-of the largest tile for which they are smooth, and crowds of edges come as cells (crowd.py) of the size of the tile or
-larger. Only what is left is visited per photosite.
+Every edge is a line minus its two ends. For a photosite, the line is one look-up in the edge response of its direction
+(or its far form), and an end is the half line beyond it: a closed form if it is far, quadrature over the tabulated
+field if it is near (edge.py). Far contributions vary slowly: a quadtree collects them on the Chebyshev nodes of the
+largest tile over which they are smooth, and many edges are collected as cells (crowd.py) of the size of the tile or
+larger. Only the remaining edges are evaluated at each photosite.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from camsim.rendering.boundary.records import Numbers, TabledEdges, Tables
 
 @kernel()
 def _hand_down(level: int, quarter: int, stack: Stack, n: Numbers, half_way: F64) -> None:
-    """Interpolate what a tile has collected to the nodes of one of its quarters, a level further down."""
+    """Interpolate a tile's sums to the nodes of one of its quarters, one level down."""
     order = n.nodes.size
     down_matrix, across_matrix = n.to_children[quarter // 2], n.to_children[quarter % 2]
     for k in range(stack.sums.shape[1]):
@@ -51,7 +51,7 @@ def _descend(
     scratch: Scratch,
     world: World,
 ) -> None:
-    """Render one of the largest tiles: quarter it until nothing is left but lines, or it is a leaf."""
+    """Render one of the largest tiles: quarter it until only lines remain, or it is a leaf."""
     rows, cols = image.shape
     n = world.numbers
     stack.row[1], stack.col[1] = row, col
@@ -97,7 +97,7 @@ def render_tiles(
     scratch: Scratch,
     world: World,
 ) -> None:
-    """Render some of the largest tiles, counted row by row."""
+    """Render tiles first … end of the largest size, counted row by row."""
     n = world.numbers
     across = (channel.shape[1] + n.root - 1) // n.root
     for tile in range(first, end):
@@ -108,7 +108,7 @@ def render_tiles(
 def render_edges(
     origin_x: float, origin_y: float, channel: U8, edges: TabledEdges, cells: Cells, tables: Tables, n: Numbers
 ) -> F64:
-    """Render every photosite in its own channel.
+    """Render every photosite in the channel assigned to it.
 
     origin   : x, y of the first photosite's centre, pitches
     channel  : (rows, cols) index of each photosite's channel

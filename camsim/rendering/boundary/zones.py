@@ -1,4 +1,4 @@
-"""Zones about the foci of round outlines: there rings are followed as far as the outline that they come from."""
+"""Zones about the foci of round outlines, in which ringing is added up to the distance of the outline."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from camsim.rendering.boundary.records import Numbers, TabledEdges, Tables
 
 
 class Zones(NamedTuple):
-    """Circles in which some edges' rings are added."""
+    """Circles in which the ringing of some edges is added."""
 
     circle: F64  # (n, 3) x, y and radius
-    first: I64  # (n + 1,) where each one's edges begin
-    picked: I64  # they
+    first: I64  # (n + 1,) where each circle's edges begin in ``picked``
+    picked: I64  # indices of the edges
 
 
 def add_rings_in_zones(
@@ -32,11 +32,11 @@ def add_rings_in_zones(
     long: Numbers,
     short: Numbers,
 ) -> None:
-    """Add the rings that some edges send from far away to the photosites of zones, each edge's once.
+    """Add the ringing of far edges to the photosites of zones, once for each edge.
 
     x0, y0 : of the image's first photosite
-    long, short : how far rings are there already (``near``, ``reach``) and how far they are wanted (``quiet_end``,
-                  ``quiet_line``), for edges with a response and without
+    long, short : radii up to which ringing is in the image already (``near``, ``reach``) and up to which it is needed
+                  (``negligible_end``, ``negligible_line``), for edges with a response and without
     """
 
     def work(begin: int, end: int) -> None:
@@ -58,7 +58,7 @@ def _add_to_rows(
     reaches: tuple[Numbers, Numbers],
     added_at: I64,
 ) -> None:
-    """Add to some rows; ``added_at``: (edges,) memory."""
+    """Add ringing to some rows; ``added_at``: (edges,) memory."""
     circle, first, picked = zones
     (x0, y0), (long, short), cols = origin, reaches, image.shape[1]
     zone_of, begins, ends = np.empty((3, len(circle)), np.int64)
@@ -67,13 +67,13 @@ def _add_to_rows(
         for zone in range(len(circle)):
             half2 = circle[zone, 2] ** 2 - (y - circle[zone, 1]) ** 2
             if half2 >= 0.0:
-                middle, half = circle[zone, 0] - x0, math.sqrt(half2) + 1.0  # wider than rounding; each is asked below
+                middle, half = circle[zone, 0] - x0, math.sqrt(half2) + 1.0  # with a margin; tested exactly below
                 zone_of[count] = zone
                 begins[count], ends[count] = max(0, math.ceil(middle - half)), math.floor(middle + half)
                 count += 1
         added_at[:] = -1
         from_left = np.argsort(begins[:count])
-        # Zones that a photosite may lie in: those that have begun, but for those seen to have ended.
+        # Candidate zones of a photosite: those that have begun, without those found to have ended.
         begun, held, near = 0, 0, np.empty(count, np.int64)
         for c in range(begins[from_left[0]] if count else cols, cols):
             while begun < count and begins[from_left[begun]] <= c:

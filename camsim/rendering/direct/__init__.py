@@ -1,1 +1,1 @@
-"""The check: a few photosites of every image computed again, by another road."""
+"""The check: a few photosites of every image are recomputed by an independent method."""

@@ -1,4 +1,4 @@
-"""Cells of a lattice and outlines about what is seen there: which are seen, and nodes over what is left of others."""
+"""Cells of a lattice and the outlines of its visible part: which cells are visible, and nodes over those cut."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from camsim.core.kernels import kernel
 from camsim.numerics.quadrature import gauss_legendre
 
 NEXT_TO = 1e-9  # of a cell: an outline this near to a side may be on it
-ASKED_AT = 0.3137  # of a cell, where it is asked whether it is seen: no field's own side is there, as in its middle
-FLAT = 1e-13  # of a cell: bands and parts of a line that are shorter have no light
-MORE = 3  # nodes on a short way
+ASKED_AT = 0.3137  # coordinate in a cell at which visibility is tested: unlike its centre, no side of a field is there
+FLAT = 1e-13  # of a cell: shorter bands and sections of a line carry no light
+MORE = 3  # additional nodes on a short section
 
 
 @kernel()
 def cell_states(start: F64, end: F64, flips: I64, is_cut: np.ndarray) -> None:
-    """Flip (rows, cols + 1) what is seen from a column on, and say which cells (rows, cols) segments (n, 2) cut."""
+    """Count the changes of visibility (rows, cols + 1) at each column, and mark the cells that segments (n, 2) cut."""
     rows, cols = is_cut.shape
     for s in range(len(start)):
         x0, y0, x1, y1 = start[s, 0], start[s, 1], end[s, 0], end[s, 1]
@@ -42,9 +42,9 @@ def cell_states(start: F64, end: F64, flips: I64, is_cut: np.ndarray) -> None:
 
 
 def cut_nodes(start: F64, end: F64, col: int, row: int, order: int) -> F64:
-    """Return nodes in a cell's square 0 … 1 and weights (m, 3) over what outlines leave of it.
+    """Return nodes in a cell's square 0 … 1 and weights, together (m, 3), over its visible part.
 
-    order : of a rule along a side
+    order : nodes of a rule along a side
     """
     most = order + MORE
     rules = np.zeros((most + 1, 2, most))
@@ -61,7 +61,7 @@ def cut_nodes(start: F64, end: F64, col: int, row: int, order: int) -> F64:
 
 @kernel(forceinline=True)
 def _line(s: int, y: float, start: F64, end: F64, col: float, row: float) -> float:
-    """Return where a segment's line is at a height in a cell; −1 and −2 stand for the cell's own sides."""
+    """Return the x coordinate of a segment's line at height y in a cell; s of −1 and −2 are the cell's sides."""
     if s < 0:
         return -1.0 - s
     x0, y0, x1, y1 = start[s, 0] - col, start[s, 1] - row, end[s, 0] - col, end[s, 1] - row
@@ -71,10 +71,10 @@ def _line(s: int, y: float, start: F64, end: F64, col: float, row: float) -> flo
 
 @kernel(allocates=True)
 def _cut_nodes(start: F64, end: F64, col: float, row: float, order: int, rules: F64, out: F64) -> int:
-    """Write as many nodes as there is room for; return how many there are.
+    """Write nodes up to the array's size; return the number of all nodes.
 
-    Between the heights where an outline begins, ends or meets a side the crossings come in one order: between the first
-    and the second of them there is something to be seen, then there is not.
+    Between the heights where an outline begins, ends or meets a side, the crossings have a fixed order; the sections
+    between them are alternately visible and hidden.
     """
     near, count = np.empty(len(start), np.int64), 0
     heights, bands = np.empty(4 * len(start) + 2), 2
@@ -86,7 +86,7 @@ def _cut_nodes(start: F64, end: F64, col: float, row: float, order: int, rules: 
         near[count] = s
         count += 1
         if max(x0, x1) <= 0.0:
-            continue  # to the left: it only says what the left side is
+            continue  # to the left: it only decides whether the left side is visible
         for y in (y0, y1):
             if 0.0 < y < 1.0:
                 heights[bands] = y
@@ -150,5 +150,5 @@ def _cut_nodes(start: F64, end: F64, col: float, row: float, order: int, rules: 
 
 @kernel(forceinline=True)
 def _count(order: int, length: float) -> int:
-    """Return how many nodes take a way across a cell as well as ``order`` nodes take its side."""
+    """Return how many nodes resolve a section of a cell as well as ``order`` nodes resolve its side."""
     return min(order + MORE, math.ceil(order * min(length, 1.0)) + MORE)

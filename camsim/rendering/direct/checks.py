@@ -1,4 +1,4 @@
-"""What a judge of renderings is, what it is given, and what it says."""
+"""Protocol of a check of renderings, and its result."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class Found:
     """The worst of the photosites that were checked.
 
     error          : |image − reference| there, relative to the channel's full scale
-    row, col       : where
+    row, col       : the photosite
     photosites     : how many were checked
     standard_error : see ``Plan.standard_error``
     """
@@ -27,20 +27,20 @@ class Found:
 
 
 class Checks(Protocol):
-    """What recomputes photosites of a rendering."""
+    """Recomputes photosites of a rendering."""
 
     def hardest(self, plan: Plan) -> tuple[I64, I64]:
-        """Return rows and columns of the photosites to look at."""
+        """Return rows and columns of the photosites to check."""
         ...
 
     def seconds(self, plan: Plan) -> float:
-        """Return what the check is expected to take."""
+        """Return the expected seconds of the check."""
         ...
 
     def values(self, rows: I64, cols: I64, sets: U8) -> F64:
-        """Compute photosites again, each in its channel of ``sets`` (..., photosites)."""
+        """Recompute photosites, each in its channel of ``sets`` (..., photosites)."""
         ...
 
     def compare(self, plan: Plan, values: F64, right: F64, rows: I64, cols: I64) -> Found:
-        """Compare an image's values at photosites with what they should be."""
+        """Compare an image's values at photosites with the reference."""
         ...

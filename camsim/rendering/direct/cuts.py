@@ -1,6 +1,7 @@
-"""Where outlines cross, touch or run along one another: there they are cut.
+"""Cuts of outlines where they cross, touch or overlap one another.
 
-Boxes about them that touch are found first, by squares of doubling size, each box in one of the smallest that it fits.
+Pairs of touching bounding boxes are found first, with a hierarchy of grids whose squares double in size; each box
+belongs to the finest grid whose squares are no smaller.
 """
 
 from __future__ import annotations
@@ -14,19 +15,19 @@ from camsim.core.arrays import F64, I64
 from camsim.core.kernels import kernel
 from camsim.rendering.direct.records import Outlines
 
-STEPS = 2  # of Newton's rule
+STEPS = 2  # of Newton's method
 MOST_LEVELS = 40
 TINY = float(np.finfo(float).tiny)
 ROW = 1 << 31  # squares in a row: a square's number is y·ROW + x
 
 
 class Squares(NamedTuple):
-    """Boxes by the square that their low corner lies in.
+    """Boxes sorted by the square in which their low corner lies.
 
     boxes      : (n, 4) low x, low y, high x, high y;  level: (n,) a square's side is size·2^level
-    low, size  : corner of all, and the side of the smallest square
+    low, size  : low corner of all boxes, and side of the smallest square
     first      : (levels + 1,) where each level begins in ``key`` and ``box``
-    key, box   : (n,) number of the square, and the box, level by level in order
+    key, box   : (n,) number of the square, and index of the box, sorted within each level
     """
 
     boxes: F64
@@ -55,7 +56,7 @@ class Squares(NamedTuple):
 
 @kernel()
 def _first_of(key: I64, begin: int, end: int, least: int) -> int:
-    """Return where, from begin to end, sorted keys are ``least`` or more for the first time."""
+    """Return the first index from begin to end at which the sorted keys are ``least`` or more."""
     while begin < end:
         middle = (begin + end) // 2
         if key[middle] < least:
@@ -67,7 +68,7 @@ def _first_of(key: I64, begin: int, end: int, least: int) -> int:
 
 @kernel()
 def touching(squares: Squares, e: int, found: I64) -> int:
-    """Write the boxes that touch box ``e`` and are no smaller, each pair once; return how many."""
+    """Write the boxes of the same or a higher level that touch box ``e``, each pair once; return their number."""
     count = 0
     x0, y0, x1, y1 = squares.boxes[e]
     for level in range(squares.level[e], len(squares.first) - 1):
@@ -93,7 +94,7 @@ def touching(squares: Squares, e: int, found: I64) -> int:
 
 
 def pairs(squares: Squares) -> tuple[I64, I64]:
-    """Return all pairs of boxes that touch, each once."""
+    """Return all pairs of touching boxes, each once."""
     boxes = len(squares.level)
     found, room = np.empty(boxes, np.int64), 8 * boxes
     while True:
@@ -106,7 +107,7 @@ def pairs(squares: Squares) -> tuple[I64, I64]:
 
 @kernel()
 def _pairs(squares: Squares, found: I64, one: I64, two: I64) -> int:
-    """Write as many pairs as there is room for; return how many there are."""
+    """Write pairs up to the arrays' size; return the number of all pairs."""
     total = 0
     for e in range(len(squares.level)):
         count = touching(squares, e, found)
@@ -119,10 +120,13 @@ def _pairs(squares: Squares, found: I64, one: I64, two: I64) -> int:
 
 @kernel()
 def share_of(o: Outlines, e: int, x: float, y: float, slack: float) -> float:
-    """Return where the foot of a place lies on a part, as a share of it; just below 0 rather than far above 1."""
+    """Return the foot of the perpendicular from a place on a part, as a fraction of it.
+
+    Within ``slack`` before the start of an arc it is slightly negative rather than far above 1.
+    """
     if o.turn_rad[e] == 0.0:
         square = o.dx[e] ** 2 + o.dy[e] ** 2
-        if square == 0.0:  # shorter than numbers are: no place lies on it
+        if square == 0.0:  # its length underflows: no place lies on it
             return -1.0
         along: float = ((x - o.x[e]) * o.dx[e] + (y - o.y[e]) * o.dy[e]) / square
         return along
@@ -136,7 +140,7 @@ def share_of(o: Outlines, e: int, x: float, y: float, slack: float) -> float:
 
 @kernel(forceinline=True)
 def _out_of(o: Outlines, e: int, x: float, y: float) -> tuple[float, float, float]:
-    """Return how far a place lies out of a part's circle or to the right of its line, and the way there."""
+    """Return the signed distance of a place outside a part's circle or right of its line, and its gradient."""
     if o.turn_rad[e] == 0.0:
         length = math.hypot(o.dx[e], o.dy[e])
         out = ((x - o.x[e]) * o.dy[e] - (y - o.y[e]) * o.dx[e]) / length
@@ -149,20 +153,20 @@ def _out_of(o: Outlines, e: int, x: float, y: float) -> tuple[float, float, floa
 
 @kernel()
 def off_of(o: Outlines, e: int, x: float, y: float) -> float:
-    """Return how far a place lies off a part's line or circle."""
+    """Return the distance of a place from a part's line or circle."""
     return abs(_out_of(o, e, x, y)[0])
 
 
 @kernel(forceinline=True)
 def _far_off(o: Outlines, e: int, x: float, y: float, same: float) -> bool:
-    """Return whether a place is seen at once to lie off a straight part: most do, and no root need be taken."""
+    """Return whether a place clearly lies off a straight part; a fast test that needs no square root."""
     away: bool = abs((x - o.x[e]) * o.dy[e] - (y - o.y[e]) * o.dx[e]) > same * (abs(o.dx[e]) + abs(o.dy[e]))
     return away and o.turn_rad[e] == 0.0
 
 
 @kernel()
 def lies_on(o: Outlines, e: int, x: float, y: float, same: float) -> bool:
-    """Return whether a place lies on a part."""
+    """Return whether a place lies on a part, to within ``same``."""
     if _far_off(o, e, x, y, same) or off_of(o, e, x, y) > same:
         return False
     long = math.hypot(o.dx[e], o.dy[e]) if o.turn_rad[e] == 0.0 else o.dx[e] * abs(o.turn_rad[e])
@@ -172,7 +176,7 @@ def lies_on(o: Outlines, e: int, x: float, y: float, same: float) -> bool:
 
 @kernel()
 def _add(o: Outlines, e: int, x: float, y: float, same: float, out: F64, count: int) -> int:
-    """Append where a place lies on a part, as a share of it (nothing where it does not)."""
+    """Append the position of a place on a part, as a fraction of it, if it lies there; return the new count."""
     if not _far_off(o, e, x, y, same) and off_of(o, e, x, y) <= same:
         t = share_of(o, e, x, y, same)
         if 0.0 < t < 1.0:
@@ -183,10 +187,9 @@ def _add(o: Outlines, e: int, x: float, y: float, same: float, out: F64, count: 
 
 @kernel()
 def _both(o: Outlines, e: int, f: int, x: float, y: float, room: float, same: float, out: F64, count: int) -> int:
-    """Append a place on part ``e`` where it lies on part ``f`` as well.
+    """Append a place on part ``e`` if it also lies on part ``f``, after refinement by Newton's method.
 
-    room : how far off it may be: where circles all but touch, half their chord is the root of what cancels. Newton's
-           rule takes it there
+    room : largest step: where circles nearly touch, half their chord is the root of a difference that cancels
     """
     for _ in range(STEPS):
         off_e, ex, ey = _out_of(o, e, x, y)
@@ -203,14 +206,14 @@ def _both(o: Outlines, e: int, f: int, x: float, y: float, room: float, same: fl
 
 @kernel()
 def _crossings(o: Outlines, e: int, f: int, same: float, out: F64) -> int:
-    """Write where part ``e`` meets part ``f``, as shares of ``e``; return how many (at most six)."""
+    """Write where part ``e`` meets part ``f``, as fractions of ``e``; return how many (at most six)."""
     count = 0
     if o.turn_rad[e] == 0.0 and o.turn_rad[f] == 0.0:
         begin = (o.x[f] - o.x[e]) * o.dy[e] - (o.y[f] - o.y[e]) * o.dx[e]
         end = begin + o.dx[f] * o.dy[e] - o.dy[f] * o.dx[e]
         near = 2.0 * same * (abs(o.dx[e]) + abs(o.dy[e]))
         if min(begin, end) > near or max(begin, end) < -near:
-            return 0  # all of it lies on one side
+            return 0  # f lies on one side of e
         cross = o.dx[e] * o.dy[f] - o.dy[e] * o.dx[f]
         if cross != 0.0:
             gap_x, gap_y = o.x[f] - o.x[e], o.y[f] - o.y[e]
@@ -236,7 +239,7 @@ def _crossings(o: Outlines, e: int, f: int, same: float, out: F64) -> int:
         px, py = o.x[f] - o.x[e], o.y[f] - o.y[e]
         gap = math.hypot(px, py)
         if gap > same:
-            # From the smaller one: the other's radius takes the last digits of what is as short as a chord's height.
+            # Compute from the smaller circle: a large radius would cancel the digits of a short sagitta.
             a, b = (e, f) if o.dx[e] <= o.dx[f] else (f, e)
             way = 1.0 if a == e else -1.0
             along = 0.5 * (gap + (o.dx[a] - o.dx[b]) * (o.dx[a] + o.dx[b]) / gap)
@@ -247,7 +250,7 @@ def _crossings(o: Outlines, e: int, f: int, same: float, out: F64) -> int:
                     x = o.x[a] + way * (along * px - side * py) / gap
                     y = o.y[a] + way * (along * py + side * px) / gap
                     count = _both(o, e, f, x, y, room, same, out, count)
-    # The other part's ends: parts that run along each other cross nowhere.
+    # End points of the other part: parts that overlap along their length do not cross.
     if o.turn_rad[f] == 0.0:
         count = _add(o, e, o.x[f], o.y[f], same, out, count)
         count = _add(o, e, o.x[f] + o.dx[f], o.y[f] + o.dy[f], same, out, count)
@@ -259,7 +262,7 @@ def _crossings(o: Outlines, e: int, f: int, same: float, out: F64) -> int:
 
 
 def _cuts(o: Outlines, squares: Squares, same: F64) -> tuple[I64, F64]:
-    """Return all cuts: whose (n,), and where (n,)."""
+    """Return all cuts: the part of each (n,), and its position as a fraction of it (n,)."""
     parts = len(o.x)
     found, room = np.empty(parts, np.int64), 16 * parts
     while True:
@@ -272,7 +275,7 @@ def _cuts(o: Outlines, squares: Squares, same: F64) -> tuple[I64, F64]:
 
 @kernel()
 def _cut(o: Outlines, squares: Squares, same: F64, found: I64, out: F64, owner: I64, places: F64) -> int:
-    """Write as many cuts as there is room for; return how many there are."""
+    """Write cuts up to the arrays' size; return the number of all cuts."""
     total = 0
     for a in range(len(o.x)):
         count = touching(squares, a, found)
@@ -288,9 +291,9 @@ def _cut(o: Outlines, squares: Squares, same: F64, found: I64, out: F64, owner: 
 
 
 def pieces_between_cuts(o: Outlines, boxes: F64, same: F64) -> tuple[I64, F64, F64]:
-    """Return the pieces between all cuts: whose part, from where to where, as shares of it.
+    """Return the pieces between all cuts: the part of each, and its start and end as fractions of the part.
 
-    boxes, same : (n, 4) about each part, and (n,) how near places are one
+    boxes, same : (n, 4) of each part, and (n,) distance below which places coincide
     """
     cut_owner, places = _cuts(o, Squares.of(boxes + same[:, None] * np.array([-1.0, -1.0, 1.0, 1.0])), same)
     parts = np.arange(len(same))

@@ -1,4 +1,4 @@
-"""The judge of renderings behind a round lens: photosites computed again, from the scene itself, by direct sums."""
+"""The check of renderings with a rotationally symmetric lens: photosites recomputed from the scene by direct sums."""
 
 from __future__ import annotations
 
@@ -25,18 +25,18 @@ from camsim.rendering.spectral import carrying
 from camsim.scene import Scene
 from camsim.scene.arcs import Fineness
 
-OF_TOLERANCE = 0.1  # what all of it may be wrong by
-OF_RINGS, OF_TABLE, OF_PANELS, OF_CURVES = 0.4, 0.05, 0.05, 0.1  # of that
+OF_TOLERANCE = 0.1  # error of the check over the tolerance
+OF_RINGS, OF_TABLE, OF_PANELS, OF_CURVES = 0.4, 0.05, 0.05, 0.1  # shares of that
 MOST_NODES = 24  # of a panel
-NODES_A_WAVE, FAR_NODES = 3.0, 6.0  # of a piece, near by and at the least
-NODE_SECONDS, ROW_SECONDS = 3e-8, 1e-6  # of one core: of a node, and of a table as far as one wave
+NODES_A_WAVE, FAR_NODES = 3.0, 6.0  # nodes of a piece: per period nearby, and at least
+NODE_SECONDS, ROW_SECONDS = 3e-8, 1e-6  # of one core: per node, and for a table per square of its radius in periods
 
 
 class DirectCheck:
-    """What recomputes photosites of a job; ``scene``: where pictures are left out of the job's own.
+    """Recomputes photosites of a job; ``scene``: the whole scene, where the job's lacks its pictures.
 
-    Of the job it takes what came in (scene, optics, grid, light) and nothing that was made of it: outlines, painter's
-    order, spectra, wavelengths and point spread are its own.
+    The check uses only the inputs of the job (scene, optics, grid, light) and nothing derived from them: it computes
+    outlines, painter's order, spectra, wavelengths and PSF independently.
     """
 
     def __init__(self, job: Job, scene: Scene | None = None, tolerance: float | None = None) -> None:
@@ -46,7 +46,7 @@ class DirectCheck:
 
     @cached_property
     def _highest(self) -> float:
-        """The highest frequency that passes the lens, cycles/pitch."""
+        """Cut-off frequency of the lens, cycles/pitch."""
         felt_nm = self.job.wavelength_nm[carrying(self.job.response)]
         return self.job.system.highest_per_um(felt_nm) * self.job.grid.pitch_um
 
@@ -57,8 +57,10 @@ class DirectCheck:
 
     @cached_property
     def _seen(self) -> tuple[Pieces, F64, F64, F64]:
-        """Pieces of outlines, pictures black, wavelengths (n,), and what each spectrum gives there (spectra, channels,
-        n): of surfaces, and of fields."""
+        """Pieces of outlines with pictures black, wavelengths (n,), and signals of surfaces and of fields there.
+
+        Signals are (spectra, channels, n).
+        """
         job = self.job
         fine = Fineness(1.0 / self._highest, OF_CURVES * self.allowed)
         pieces, spectra = pieces_of(self.scene.framed(0.0), job.grid.pitch_um, fine)
@@ -76,7 +78,7 @@ class DirectCheck:
 
     @cached_property
     def _until(self) -> float:
-        """As far as rings are heard, pitches."""
+        """Cutoff radius of ringing, pitches."""
         pieces, wavelength_nm, density, of_fields = self._seen
         contrast = np.concatenate([density[1:] - density[0], of_fields])
         return counted_until(
@@ -86,7 +88,7 @@ class DirectCheck:
 
     @cached_property
     def _light(self) -> tuple[F64, F64]:
-        """Wavelengths (j,), and what signals at all wavelengths are to be multiplied by (n, j)."""
+        """Wavelength nodes (j,), and the matrix (n, j) that moves signals at all wavelengths to them."""
         wavelength_nm = self._seen[1]
         system, pitch_um = self.job.system, self.job.grid.pitch_um
         if not system.chromatic:
@@ -96,8 +98,10 @@ class DirectCheck:
         return condensed(wavelength_nm, count_of(wavelength_nm.size, phase, self.allowed))
 
     def _tabled(self, spline: Spline | None = None) -> tuple[Table, F64, F64]:
-        """Return the point spread, and how much of its kinds of light there is in each spectrum less the background,
-        (spectra, channels, kinds), and in each of fields (planes, channels, kinds)."""
+        """Return the table of the PSF, and the weights of its kinds of light in surfaces and in fields.
+
+        Weights are (spectra, channels, kinds) for each spectrum minus the background, and (planes, channels, kinds).
+        """
         _, _, density, of_fields = self._seen
         wavelength_nm, matrix = self._light
         signals = np.concatenate([density - density[0], of_fields]) if spline is None else of_fields
@@ -115,7 +119,7 @@ class DirectCheck:
         return table, mixture[:surfaces], mixture[surfaces:]
 
     def hardest(self, plan: Plan) -> tuple[I64, I64]:
-        """Return rows and columns of the photosites to look at."""
+        """Return rows and columns of the photosites to check."""
         if self._nothing:  # there may be points under shapes
             grid = self.job.grid
             corner = np.array([grid.first_centre])
@@ -131,7 +135,7 @@ class DirectCheck:
         return not len(self._seen[0].left) and not self._fields.visible
 
     def _count(self, plan: Plan) -> int:
-        """Return how many photosites are looked at."""
+        """Return how many photosites are checked."""
         return how_many(
             self.job.grid.rows * self.job.grid.cols,
             render_seconds=plan.cost.seconds,
@@ -141,20 +145,20 @@ class DirectCheck:
 
     @cached_property
     def _seconds_each(self) -> float:
-        """What one photosite is expected to take."""
+        """Expected seconds for one photosite."""
         length = self._seen[0].outlines.length
         nodes = NODES_A_WAVE * self._highest * np.minimum(length, 2.0 * self._until) + FAR_NODES
         of_fields = NODE_SECONDS * self._fields.nodes(self._until) if self._fields.visible else 0.0
         return NODE_SECONDS * float(nodes.sum()) + of_fields
 
     def seconds(self, plan: Plan) -> float:
-        """Return what the check is expected to take."""
+        """Return the expected seconds of the check."""
         if self._nothing:
             return 0.0
         return ROW_SECONDS * (self._until * self._highest) ** 2 + self._count(plan) * self._seconds_each
 
     def compare(self, plan: Plan, values: F64, right: F64, rows: I64, cols: I64) -> Found:
-        """Compare an image's values at photosites with what they should be; what is no number is off by infinity."""
+        """Compare an image's values at photosites with the reference; not a number counts as an infinite error."""
         difference = np.abs(values - right)
         difference = np.where(np.isnan(difference), np.inf, difference)
         worst = int(np.argmax(difference))
@@ -167,7 +171,7 @@ class DirectCheck:
         )
 
     def values(self, rows: I64, cols: I64, sets: U8) -> F64:
-        """Compute photosites again, each in its channel of ``sets`` (..., photosites)."""
+        """Recompute photosites, each in its channel of ``sets`` (..., photosites)."""
         x0, y0 = self.job.grid.first_centre
         points = np.stack([x0 + cols, y0 + rows], axis=1).astype(float)
         light = self.base + self._of_edges(points)
@@ -176,7 +180,7 @@ class DirectCheck:
         return np.take_along_axis(light.T, sets.reshape(-1, rows.size).astype(np.int64), axis=0).reshape(sets.shape)
 
     def _of_edges(self, points: F64) -> F64:
-        """Return what outlines add at points (n, 2) in all channels (n, channels)."""
+        """Return the light of outlines at points (n, 2) in all channels (n, channels)."""
         pieces, _, density, _ = self._seen
         out = np.zeros((len(points), density.shape[1]))
         if not len(pieces.left):

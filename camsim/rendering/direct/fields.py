@@ -1,8 +1,8 @@
-"""What photosites see of pictures, gradients and points: direct sums of the point spread over what is visible.
+"""Light of pictures, gradients and points at photosites: direct sums of the PSF over their visible parts.
 
-What outlines leave of a picture or a gradient comes from the check's own painter's rule. Samples of a picture whose
-splines are seen whole are looked up in a point spread that is convolved with such a spline. All else is integrated cell
-by cell by Gauss's rule: a cell lies between a picture's knots; one that an outline cuts, line by line.
+The visible part of a picture or a gradient comes from the check's separate painter's rule. Samples of a picture with
+fully visible splines use a PSF that is convolved with the spline. All others are integrated cell by cell with Gauss
+rules, where a cell lies between a picture's knots; a cell that an outline cuts is integrated line by line.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ from camsim.scene.raster import DEGREES, Field, axes_of
 from camsim.spectra.component import Component
 from camsim.spectra.curve import Curve, Spectrum
 
-MOST_PHASE = 250.0  # of splines that a point spread is convolved with: it has about as many harmonics
-CELL = 4.0  # of a gradient, waves of the lens's highest frequency, and one of its own
+MOST_PHASE = 250.0  # of a spline with which the PSF is convolved: about the number of harmonics
+CELL = 4.0  # largest side of a gradient's cell, in periods of the lens's highest frequency
 FAR_NODES, MOST_NODES, MOST_TURN = 4, 120, 0.1
 NODES_A_WAVE = 2.5  # along a side of a cell
 
@@ -44,7 +44,7 @@ Tabled: TypeAlias = Callable[[Spline | None], tuple[Table, F64, F64]]
 
 
 class Light(NamedTuple):
-    """What makes a photosite's light of that of planes: the point spread, and (planes, channels, kinds)."""
+    """The PSF, and the weights (planes, channels, kinds) of its kinds of light in each plane."""
 
     table: Table
     weights: F64
@@ -52,14 +52,14 @@ class Light(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Seen:
-    """One picture or gradient on a lattice of cells, pitches.
+    """The visible part of one picture or gradient, on a lattice of cells, pitches.
 
-    shape    : rows and columns of cells;  corner: of the first;  ways: (2, 2) along its two sides
-    cut      : outlines (start, end) about what is seen, in cells; None for all of it
-    values   : (planes, …) at places in cells (n, 2), of which rows and columns (n,) are told
-    spline, coefficients : of a picture, (planes, rows, cols): cell (r, c) takes those from (r, c) on
+    shape    : rows and columns of cells;  corner: of the first;  ways: (2, 2) vectors along its two sides
+    cut      : outlines (start, end) of the visible part, in cells; None: all is visible
+    values   : function of places (n, 2) in cells, with the row and column (n, 2) of each; returns (planes, n)
+    coefficients : (planes, rows, cols) of a picture's splines: cell (r, c) uses those from (r, c) on
     degree   : of its splines
-    cycles   : of a gradient, to a cell at the most
+    cycles   : of a gradient, largest number per cell
     """
 
     shape: tuple[int, int]
@@ -73,12 +73,12 @@ class Seen:
 
     @property
     def step(self) -> float:
-        """Side of a cell."""
+        """Side of a cell, pitches."""
         return float(np.hypot(*self.ways[0]))
 
     @cached_property
     def states(self) -> tuple[np.ndarray, np.ndarray]:
-        """(rows, cols) of cells: which are seen whole, and which an outline cuts."""
+        """Masks (rows, cols) of the cells that are fully visible, and of those that an outline cuts."""
         rows, cols = self.shape
         if self.cut is None:
             return np.ones((rows, cols), bool), np.zeros((rows, cols), bool)
@@ -88,14 +88,14 @@ class Seen:
         return whole, is_cut
 
     def whole_samples(self) -> np.ndarray:
-        """Return which coefficients' splines (rows, cols) are seen whole."""
+        """Return a mask (rows, cols) of the coefficients whose splines are fully visible."""
         whole, n = self.states[0], self.degree + 1
         padded = np.pad(whole, self.degree)
         parts = np.lib.stride_tricks.sliding_window_view(padded, (n, n))
         return np.array(parts.all(axis=(2, 3)), bool)
 
     def cells(self, others: np.ndarray | None) -> I64:
-        """Return rows and columns (n, 2) of cells to be integrated; others: coefficients that are not looked up."""
+        """Return rows and columns (n, 2) of cells to integrate; others: mask of coefficients to integrate."""
         whole, is_cut = self.states
         wanted = np.array(whole | is_cut, bool)
         if others is not None:
@@ -104,7 +104,7 @@ class Seen:
         return np.argwhere(wanted)
 
     def nodes(self, cells: I64, order: int) -> tuple[I64, F64, F64]:
-        """Return where each cell's nodes begin (n + 1,), places (m, 2) and light (m, planes) there."""
+        """Return where each cell's nodes begin (n + 1,), their places (m, 2) and their light (m, planes)."""
         x, w = gauss_legendre(order)
         grid = 0.5 * (1.0 + np.stack(np.meshgrid(x, x), axis=-1).reshape(-1, 2))
         weight = 0.25 * np.outer(w, w).ravel()
@@ -129,7 +129,7 @@ class Seen:
 
 
 class Fields:
-    """What is seen of all of a scene's; allowed: what a sum may be wrong by; highest: frequency, cycles/pitch."""
+    """Pictures, gradients and points of a scene; allowed: error of a sum; highest: frequency, cycles/pitch."""
 
     def __init__(self, scene: Scene, pitch_um: float, highest: float, allowed: float) -> None:
         self.scene, self.pitch_um, self.highest, self.allowed = scene, pitch_um, highest, allowed
@@ -137,17 +137,17 @@ class Fields:
 
     @cached_property
     def seen(self) -> list[Seen]:
-        """Pictures and gradients."""
+        """Visible parts of pictures and gradients."""
         return [self._seen(number, shape) for number, shape in self.shapes]
 
     @property
     def visible(self) -> bool:
-        """Whether anything is to be seen."""
+        """Whether any of them is visible."""
         return bool(self.points) or any(seen.cut is None or len(seen.cut[0]) for seen in self.seen)
 
     @cached_property
     def points(self) -> list[PointSource]:
-        """Points that nothing covers that is painted later."""
+        """Points that no later shape covers."""
         points = [(k, one) for k, one in enumerate(self.scene.shapes) if isinstance(one, PointSource)]
         if not points:
             return []
@@ -166,7 +166,7 @@ class Fields:
 
     @property
     def spectra(self) -> list[Spectrum | Component]:
-        """Those of all planes, and then those of all points."""
+        """Spectra of all planes, followed by those of all points."""
         return [*(item for _, shape in self.shapes for item in shape.spectra), *self._colours]
 
     @cached_property
@@ -184,14 +184,16 @@ class Fields:
         return Fineness(1.0 / self.highest, self.allowed)
 
     def _outline(self, number: int) -> tuple[F64, F64] | None:
-        """Return segments (n, 2) about what is seen of a field, by the painter's rule; None for all of a
-        picture of squares."""
+        """Return segments (start, end), each (n, 2), that bound a field's visible part, by the painter's rule.
+
+        None: a picture of squares that is visible entirely.
+        """
         field, later = self.scene.shapes[number], self.scene.shapes[number + 1 :]
         squares = isinstance(field, Picture) and field.interpolation == "squares"
         if squares and all(isinstance(one, PointSource) for one in later):
             return None
         assert isinstance(field, Field)
-        # Two colours that nothing else has.
+        # Two spectra that differ from all others.
         item, beyond = (
             Curve((400.0, 700.0), ends, name="the picture", outside="hold") for ends in ((0.25, 0.75), (0.75, 0.25))
         )
@@ -203,12 +205,12 @@ class Fields:
         straight = o.turn_rad == 0.0
         begin = np.stack([o.x, o.y], axis=1)[straight]
         starts, ends = [begin], [begin + np.stack([o.dx, o.dy], axis=1)[straight]]
-        # What a side of a curve leaves where samples cut it is its area, about s³/(72·√3·R), times the light's peak.
+        # A chord that cells cut is wrong by the area between it and its arc, about s³/(72·√3·R), times the PSF's peak.
         for x, y, radius, first, turn in np.stack([o.x, o.y, o.dx, o.from_rad, o.turn_rad], axis=1)[~straight].tolist():
             side = min(math.cbrt(72.0 * radius * self.allowed), 0.5 / self.highest)
             count = math.ceil(max(radius * abs(turn) / side, abs(turn) / MOST_TURN))
             angle = first + turn * np.arange(count + 1) / count
-            # Sides of the area of the curve lie beyond it in their ends.
+            # A polygon with the area of the curve has its corners outside it.
             part = abs(turn) / count
             out = np.full(count + 1, radius * math.sqrt(part / math.sin(part)))
             if abs(turn) < 2.0 * math.pi * (1.0 - 1e-12):
@@ -248,7 +250,7 @@ class Fields:
         return place(values=values, coefficients=coefficients, degree=degree)
 
     def light(self, points: F64, channels: int, tabled: Tabled) -> F64:
-        """Return (n, channels) what is seen at points (n, 2); tabled: see ``Judge``."""
+        """Return the light (n, channels) at points (n, 2); tabled: see ``DirectCheck._tabled``."""
         out = np.zeros((len(points), channels))
         first = 0
         for (_, shape), seen in zip(self.shapes, self.seen, strict=True):
@@ -263,7 +265,7 @@ class Fields:
         return out
 
     def nodes(self, until: float) -> float:
-        """Return about how many places a photosite takes that is summed; until: as far as rings are heard, pitches."""
+        """Return about how many terms the sum for a photosite has; until: cutoff radius of ringing, pitches."""
         total = float(len(self.points))
         for seen in self.seen:
             cells = float(seen.states[0].size)
@@ -273,7 +275,7 @@ class Fields:
         return total
 
     def places(self, grid: Grid, count: int) -> F64:
-        """Return places (n, 2) that are hard: outlines in front of fields, these' middles and corners, and points."""
+        """Return difficult places (n, 2): outlines over fields, centres and corners of fields, and points."""
         low = np.array(grid.first_centre)
         found = [np.empty((0, 2))]
         for (_, shape), seen in zip(self.shapes, self.seen, strict=True):
@@ -286,11 +288,11 @@ class Fields:
                 inside = along[np.all((along >= low - 0.5) & (along <= low + np.array([grid.cols, grid.rows])), axis=1)]
                 item.insert(0, inside[(np.arange(min(count, len(inside))) * GOLDEN % 1.0 * len(inside)).astype(int)])
             found.append(np.concatenate(item))
-        # What shows a point that lies under a shape is wrong.
+        # Hidden points are included: an image in which one is visible is wrong.
         points = [one for one in self.scene.shapes if isinstance(one, PointSource)]
         points.sort(key=lambda point: -(point.photosites or 0.0))
         found.append(np.array([point.centre_um for point in points[:count]]).reshape(-1, 2) / self.pitch_um)
-        # In turn from each of them.
+        # Take turns between the lists.
         rank = np.concatenate([np.arange(len(item)) for item in found])
         return np.concatenate(found)[np.argsort(rank, kind="stable")]
 
@@ -303,7 +305,7 @@ class Fields:
             if 2.0 * math.pi * self.highest * spline.extent <= MOST_PHASE:
                 whole = seen.whole_samples()
                 behind = _light(tabled(spline), planes, seen.step**2)
-                # A spline's middle, in cells.
+                # Centre of the first spline.
                 at = seen.corner + (0.5 - 0.5 * seen.degree) * seen.ways.sum(axis=0)
                 shared(
                     len(points),
@@ -340,14 +342,14 @@ class Fields:
 
 
 def _light(tabled: tuple[Table, F64, F64], planes: slice, times: float = 1.0) -> Light:
-    """Return a table and what its kinds of light weigh in some planes."""
+    """Return a table and the weights of its kinds of light in some planes."""
     return Light(tabled[0], np.ascontiguousarray(times * tabled[2][planes]))
 
 
 def _coefficients(planes: F64, degree: int) -> F64:
-    """Return those of splines through samples (planes, rows, cols), mirrored at either end, and as many more there.
+    """Return the B-spline coefficients that interpolate samples (planes, rows, cols), mirrored and padded at the ends.
 
-    Such a spline is a cosine series, of which each is divided by what the splines pass.
+    The coefficients follow from a cosine transform, divided by that of the spline at its knots.
     """
     for axis in (1, 2) if degree == 3 else ():
         count = planes.shape[axis]
@@ -360,7 +362,7 @@ def _coefficients(planes: F64, degree: int) -> F64:
 
 
 def _splines(coefficients: F64, degree: int, places: F64, item: I64) -> F64:
-    """Return (planes, n) at places in cells, each in its own."""
+    """Return the spline's values (planes, n) at places (n, 2) in cells, each within the cell ``item`` (n, 2)."""
     total = np.zeros((len(coefficients), len(places)))
     across, down = (_weights(degree, places[:, axis] - item[:, 1 - axis]) for axis in (0, 1))
     for i in range(degree + 1):
@@ -370,12 +372,12 @@ def _splines(coefficients: F64, degree: int, places: F64, item: I64) -> F64:
 
 
 def _weights(degree: int, t: F64) -> F64:
-    """Return (n, degree + 1) splines by Cox and de Boor's recursion, on whole knots."""
+    """Return the B-spline weights (n, degree + 1) by the Cox–de Boor recursion on integer knots."""
     weights = np.ones((t.size, 1))
     for d in range(1, degree + 1):
         wider = np.zeros((t.size, d + 1))
         for k in range(d):
-            # Of spline k of degree d − 1, whose support begins d − 1 − k knots before this patch.
+            # The support of spline k of degree d − 1 begins d − 1 − k knots before this patch.
             since = t + (d - 1 - k)
             wider[:, k + 1] += weights[:, k] * since / d
             wider[:, k] += weights[:, k] * (d - since) / d

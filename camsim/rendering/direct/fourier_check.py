@@ -1,7 +1,7 @@
-"""The check of images whose lens has no round PSF: frequency sums once more, photosite by photosite, set otherwise.
+"""The check for lenses without a rotationally symmetric PSF: frequency sums for each photosite, with other settings.
 
-Every photosite is a window of its own: other periods, levels, transfer tables and wavelengths than the image has, and
-a tenth of its tolerance.
+Every photosite has a separate window: periods, levels, transfer tables and wavelengths differ from the image's, and the
+tolerance is a tenth.
 """
 
 from __future__ import annotations
@@ -24,20 +24,20 @@ from camsim.rendering.waves.image import FrequencyImage
 from camsim.rendering.waves.plan import Waves, WavesPlan
 from camsim.scene import Scene
 
-OF_TOLERANCE = 0.1  # that the check may be wrong by
-COARSER, LONGEST = (0.3, 1.0), 5.0  # likewise, where memory does not hold that, or it takes so many seconds
-FARTHER, FINER = 1.37, 1.13  # times: the first level's reach, and the wavelengths, beside the image's
-STEEP = 0.6  # waves across a pupil, from which on a second table of transfers takes too long
-MANY = 5_000  # edges whose transforms are not made twice
+OF_TOLERANCE = 0.1  # tolerance of the check over that of the image
+COARSER, LONGEST = (0.3, 1.0), 5.0  # alternatives, if that exceeds the memory limit or this many seconds
+FARTHER, FINER = 1.37, 1.13  # reach of the first level and number of wavelengths, over those of the image
+STEEP = 0.6  # waves of a wavefront from which on a second table of transfers takes too long
+MANY = 5_000  # edges above which the image's transforms are reused
 COUNT = 8
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FourierCheck:
-    """What recomputes photosites of a job.
+    """Recomputes photosites of a job.
 
-    scene  : all of it;  fields: its pictures, gradients and points
-    like   : the image's plan, whose sources and wavelengths serve again where there are many edges, or pictures
+    scene  : the whole scene;  fields: its pictures, gradients and points
+    like   : the image's plan, whose sources and wavelengths are reused for many edges, or pictures
     """
 
     job: Job
@@ -47,7 +47,7 @@ class FourierCheck:
 
     @property
     def _again(self) -> bool:
-        """Whether the image's sources serve again."""
+        """Whether the image's sources are reused."""
         return self.like is not None and (self.fields is not None or len(self.job.edges) > MANY)
 
     @cached_property
@@ -60,7 +60,7 @@ class FourierCheck:
 
     @cached_property
     def plan(self) -> WavesPlan:
-        """What is summed once more, more roughly where it would take too much memory."""
+        """Plan of the check, with a looser tolerance where it would take too much memory or time."""
         plan = self._planned(OF_TOLERANCE)
         for share in COARSER:
             if plan.cost.memory_bytes <= MEMORY_LIMIT_BYTES and plan.cost.seconds <= LONGEST:
@@ -85,7 +85,7 @@ class FourierCheck:
         return Waves(farther=FARTHER, finer=FINER).plan(job, fields=fields)
 
     def hardest(self, plan: Plan) -> tuple[I64, I64]:
-        """Return rows and columns of the photosites to look at."""
+        """Return rows and columns of the photosites to check."""
         if self._nothing:
             return np.zeros(1, np.int64), np.zeros(1, np.int64)
         return hardest_of(self.job, COUNT)
@@ -95,11 +95,11 @@ class FourierCheck:
         return not len(self.job.edges) and self.fields is None
 
     def seconds(self, plan: Plan) -> float:
-        """Return what the check is expected to take."""
+        """Return the expected seconds of the check."""
         return 0.0 if self._nothing else 0.1 * plan.cost.seconds
 
     def values(self, rows: I64, cols: I64, sets: U8) -> F64:
-        """Compute photosites again, each in its channel of ``sets`` (..., photosites)."""
+        """Recompute photosites, each in its channel of ``sets`` (..., photosites)."""
         values: F64 = self.job.base[sets]
         if self._nothing:
             return values
@@ -109,7 +109,7 @@ class FourierCheck:
         return values
 
     def compare(self, plan: Plan, values: F64, right: F64, rows: I64, cols: I64) -> Found:
-        """Compare an image's values at photosites with what they should be."""
+        """Compare an image's values at photosites with the reference."""
         difference = np.where(np.isnan(values - right), np.inf, np.abs(values - right))
         worst = int(np.argmax(difference))
         return Found(
@@ -122,7 +122,7 @@ class FourierCheck:
 
 
 def hardest_of(job: Job, count: int) -> tuple[I64, I64]:
-    """Return places at corners, beside edges and anywhere."""
+    """Return rows and columns of photosites at corners, at and near edges, and at quasi-random places."""
     grid: Grid = job.grid
     x0, y0 = grid.first_centre
     places = []

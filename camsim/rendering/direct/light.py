@@ -1,4 +1,4 @@
-"""The check's own wavelengths: signals made from the curves themselves, few nodes for many, how far rings are heard."""
+"""Wavelengths of the check: signals from the spectral curves, wavelength nodes, and the cutoff radius of ringing."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from camsim.rendering.direct.spread import breaks_of, fades, smooth_energy
 from camsim.spectra.component import Component
 from camsim.spectra.curve import Spectrum, spectrum_at
 
-FEWEST, MORE = 12, 8  # nodes: at the least, and beyond half a node for every radian
-NEAREST, FARTHEST, STEP, EACH = 4.0, 1200.0, 1.2, 8  # blurs at which rings are looked at, and places in each
-OF_LINE = 0.2  # a line's over a whole circle's, times the root of blurs
-OF_SAMPLES = 0.4  # likewise of samples a blur apart, that add up as of random phases
-CROWD = 4000  # edges, that add up as of random phases
+FEWEST, MORE = 12, 8  # nodes: at least, and in addition to half a node per radian
+NEAREST, FARTHEST, STEP, EACH = 4.0, 1200.0, 1.2, 8  # distances in λN of the search, their ratio, and places in each
+OF_LINE = 0.2  # ringing of a line over that of a whole circle, times the root of the distance in λN
+OF_SAMPLES = 0.4  # likewise of samples λN apart, which add up with random phases
+CROWD = 4000  # largest number of edges that count; they add up with random phases
 MOST_SIGNALS = 24
 DIRECTIONS = 180
 
@@ -27,10 +27,10 @@ DIRECTIONS = 180
 def densities(
     spectra: Sequence[Spectrum | Component], response: F64, wavelength_nm: F64, full: F64 | None = None
 ) -> tuple[F64, F64, F64]:
-    """Return wavelengths (n,) that carry signal, what each gives (spectra, channels, n), and full scale (channels,).
+    """Return wavelengths (n,) that carry signal, signals (spectra, channels, n) at them, and full scale (channels,).
 
     response : (channels, m) signal of a perfect diffuser, quadrature weight included
-    full     : of a scene of which these spectra are a part
+    full     : full scale of the scene, if these spectra are only part of it
     """
     seen = (response != 0.0).any(axis=0)
     if not seen.any():
@@ -43,18 +43,18 @@ def densities(
 
 
 def count_of(count: int, phase: float, allowed: float) -> int:
-    """Return to how many nodes so many wavelengths are moved; see ``condensed``."""
+    """Return the number of nodes for ``count`` wavelengths; see ``condensed``."""
     return min(count, max(FEWEST, math.ceil(0.5 * phase + math.cbrt(phase) + MORE - 3.0 * math.log10(allowed))))
 
 
 def condensed(wavelength_nm: F64, count: int) -> tuple[F64, F64]:
-    """Return Chebyshev nodes (count,) and a matrix (n, count): signals times it weigh every polynomial as before."""
+    """Return Chebyshev nodes (count,) and a matrix (n, count) that moves signals to them, exact for polynomials."""
     if wavelength_nm.size == count:
         return wavelength_nm, np.eye(count)
     low, high = float(wavelength_nm.min()), float(wavelength_nm.max())
     angle = math.pi * (np.arange(count) + 0.5) / count
     nodes = 0.5 * (low + high) - 0.5 * (high - low) * np.cos(angle)
-    # ℓ_j(x) = (2/n) Σ' T_k(x_j)·T_k(x): sums of cosines, no differences of neighbours.
+    # ℓ_j(x) = (2/n) Σ' T_k(x_j)·T_k(x): sums of cosines avoid cancellation between neighbours.
     place = np.arccos(np.clip((low + high - 2.0 * wavelength_nm) / (high - low), -1.0, 1.0))
     degree = np.arange(count)
     at_nodes, at_places = np.cos(np.outer(degree, angle)), np.cos(np.outer(degree, place))
@@ -71,10 +71,10 @@ def counted_until(
     allowed: float,
     strongest: tuple[float, float],
 ) -> float:
-    """Return a distance, pitches, past which rings of any outline are no louder than allowed.
+    """Return the distance, pitches, beyond which the ringing of any outline is at most ``allowed``.
 
-    contrast : (spectra, channels, n) what each gives beside the background
-    loudest  : the largest step of a picture, pitches, and the brightest point, square pitches
+    contrast  : (spectra, channels, n) signals relative to the background
+    strongest : the largest step of a picture, pitches, and the brightest point, square pitches
     """
     blur = system.blurs_um(wavelength_nm) / pitch_um
     longest = float(blur.max())
@@ -83,7 +83,7 @@ def counted_until(
     distance = NEAREST * np.float64(STEP) ** np.arange(math.ceil(math.log(FARTHEST / NEAREST) / math.log(STEP)))
     places = distance[:, None] + (STEP - 1.0) * distance[:, None] * np.arange(EACH) / EACH
     amplitude = _ringing_amplitude(system, nm, pitch_um, places * longest).max(axis=1)
-    only_fades = fades(system)  # what is left of it is no wave: it has one sign
+    only_fades = fades(system)  # its tail does not oscillate
     strength = amplitude if only_fades else amplitude * _passed(system, pitch_um, wavelength_nm)
     crowd = math.sqrt(max(1.0, min(len(pieces.left), CROWD) / 4.0))
     step, point = strongest[0] / longest, strongest[1] / longest**2
@@ -103,7 +103,7 @@ def counted_until(
 
 
 def _in_step(system: OpticalSystem, pitch_um: float, wavelength_nm: F64, contrast: F64, places: F64) -> F64:
-    """Return (n,) how much of the rings of a spectrum is in step at the most of places (n, m), pitches."""
+    """Return the largest coherence (n,) of a spectrum's ringing over places (n, m), pitches: 1 if all is in phase."""
     signals = contrast.reshape(-1, wavelength_nm.size)
     signals = signals[:: max(1, len(signals) // MOST_SIGNALS)].astype(complex)
     assert isinstance(system.lens, RoundLens)
@@ -116,13 +116,13 @@ def _in_step(system: OpticalSystem, pitch_um: float, wavelength_nm: F64, contras
 
 
 def _last(distance: np.ndarray, strength: np.ndarray, allowed: float) -> float:
-    """Return where something that falls is louder than allowed for the last time."""
+    """Return the distance after the last one at which a strength exceeds ``allowed``."""
     above = np.flatnonzero(strength > allowed)
     return float(distance[min(int(above[-1]) + 1, len(distance) - 1)]) if above.size else NEAREST
 
 
 def _ringing_amplitude(system: OpticalSystem, nm: float, pitch_um: float, r: F64) -> F64:
-    """Return how far the energy within radii r is off its smooth powers."""
+    """Return the oscillatory part of the encircled energy within radii r, pitches, as an absolute value."""
     lens = system.lens
     assert isinstance(lens, RoundLens)
     amplitude: F64 = np.abs(lens.encircled_energy(r * pitch_um, nm) - smooth_energy(system, pitch_um, nm, r))
@@ -130,7 +130,7 @@ def _ringing_amplitude(system: OpticalSystem, nm: float, pitch_um: float, r: F64
 
 
 def _passed(system: OpticalSystem, pitch_um: float, wavelength_nm: F64) -> float:
-    """Return how much of rings OLPF and photosite pass, at the most."""
+    """Return the largest transfer of OLPF and photosite at the frequencies of the ringing."""
     angle = math.pi * np.arange(DIRECTIONS)[:, None] / DIRECTIONS
     f = breaks_of(system, pitch_um, wavelength_nm[[0, -1]]) / pitch_um
     return float(np.abs(system.footprint_otf(f * np.cos(angle), f * np.sin(angle))).max())

@@ -1,4 +1,4 @@
-"""The painter's rule, asked at a place: of all shapes that cover it the last one is seen. No polygon is clipped."""
+"""The painter's rule at a place: the last of all shapes that cover it is visible. No polygon is clipped."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from camsim.core.kernels import kernel, shared
 from camsim.rendering.direct.cuts import lies_on
 from camsim.rendering.direct.records import Outlines, Owners
 
-# Times as far as places that are one: what is seen is asked beside a part, on either side; where others run along it as
-# near as the second of these, one stands for all, and beyond them.
+# In units of the distance below which places coincide. The visible shapes are sampled at BESIDE on either side of a
+# part. Parts within ALONG of it count as coincident: one represents all, and the samples are taken at BEYOND.
 BESIDE, ALONG, BEYOND = 4.0, 6.0, 9.0
-PARTS_A_ROW = 4  # times as many as parts, at the most, are rows' parts
+PARTS_A_ROW = 4  # largest number of entries in all rows, over the number of parts
 PIECES_AT_ONCE = 64
 
 
 class Rows(NamedTuple):
-    """Parts of each fill by rows, as high as few of them begin in, so that few are asked about a place.
+    """Parts of each fill sorted into horizontal rows in which few begin, so that few are tested for a place.
 
-    begin, high : (fills + 1,) where each fill's rows begin, and (fills,) what lies above all of it
-    low         : (rows,) where each begins
-    first, part : where each row's parts begin, and they
+    begin, high : (fills + 1,) first row of each fill, and (fills,) its upper bound
+    low         : (rows,) lower bound of each row
+    first, part : first entry of each row in ``part``, and the indices of the parts
     """
 
     begin: I64
@@ -35,7 +35,7 @@ class Rows(NamedTuple):
 
     @classmethod
     def of(cls, owners: Owners, boxes: F64, same: F64) -> Rows:
-        """Sort parts into rows; boxes (n, 4) about each part, and (n,) how near places are one."""
+        """Sort parts into rows; boxes: (n, 4) of each part; same: (n,) distance below which places coincide."""
         parts = np.diff(owners.part)
         fill = np.repeat(np.arange(len(parts)), parts)
         low_y, high_y = boxes[:, 1] - 2.0 * BEYOND * same, boxes[:, 3] + 2.0 * BEYOND * same
@@ -51,9 +51,9 @@ class Rows(NamedTuple):
             low = np.where(parts[owner] > 0, sorted_y[rank], np.inf)
             one, two = _rows_of(begin, low, fill, low_y), _rows_of(begin, low, fill, high_y)
             times = two - one + 1
-            # Tall parts lie in many rows: then there are fewer.
+            # Tall parts lie in many rows: use fewer rows then.
             much = np.bincount(fill, times, len(parts)) / (PARTS_A_ROW * np.maximum(parts, 1))
-            if (much <= 1.0).all():  # as in one row they are
+            if (much <= 1.0).all():  # true for a single row
                 break
             count = np.maximum(np.where(much > 1.0, count / np.maximum(2.0, much), count), 1).astype(np.int64)
         part = np.repeat(np.arange(len(fill)), times)
@@ -64,7 +64,7 @@ class Rows(NamedTuple):
 
 @kernel()
 def _row_at(low: F64, begin: int, end: int, y: float) -> int:
-    """Return the last of rows that begins no higher than a place, the first where none does."""
+    """Return the last row whose lower bound is at most y, or the first row if there is none."""
     while end - begin > 1:
         middle = (begin + end) // 2
         if low[middle] <= y:
@@ -76,7 +76,7 @@ def _row_at(low: F64, begin: int, end: int, y: float) -> int:
 
 @kernel(allocates=True)
 def _rows_of(begin: I64, low: F64, fill: I64, y: F64) -> I64:
-    """Return the row that each place lies in, of its fill's."""
+    """Return the row of its fill in which each place lies."""
     rows = np.empty(len(fill), np.int64)
     for k in range(len(fill)):
         rows[k] = _row_at(low, begin[fill[k]], begin[fill[k] + 1], y[k])
@@ -85,7 +85,7 @@ def _rows_of(begin: I64, low: F64, fill: I64, y: F64) -> I64:
 
 @kernel()
 def _row(rows: Rows, fill: int, y: float) -> int:
-    """Return the row of a fill that a place lies in, −1 for none."""
+    """Return the row of a fill in which a place lies, or −1."""
     begin, end = rows.begin[fill], rows.begin[fill + 1]
     if y < rows.low[begin] or y > rows.high[fill]:
         return -1
@@ -94,7 +94,7 @@ def _row(rows: Rows, fill: int, y: float) -> int:
 
 @kernel()
 def _winds(o: Outlines, rows: Rows, owners: Owners, fill: int, x: float, y: float) -> int:
-    """Return how often a fill's outlines wind about a place."""
+    """Return the winding number of a fill's outlines about a place."""
     turns = 0
     row = _row(rows, fill, y)
     if row < 0:
@@ -105,8 +105,8 @@ def _winds(o: Outlines, rows: Rows, owners: Owners, fill: int, x: float, y: floa
         side = (x1 - x0) * (y - y0) - (x - x0) * (y1 - y0)
         if o.turn_rad[f] != 0.0 and math.hypot(x - o.x[f], y - o.y[f]) < o.dx[f]:
             whole = abs(o.turn_rad[f]) >= math.tau * (1.0 - 1e-15)
-            # Between the chord and its arc; a place on the chord lies right of it where it does not count as left of it
-            # below: on a level one as if it were above.
+            # Between the chord and its arc. A place on the chord is right of it unless the test below counts it as
+            # left; a level chord counts as if the place were above it.
             right = side < 0.0 or (side == 0.0 and (y1 > y0 or (y1 == y0 and x1 < x0)))
             if whole or right == (o.turn_rad[f] > 0.0):
                 turns += 1 if o.turn_rad[f] > 0.0 else -1
@@ -123,7 +123,7 @@ def _winds(o: Outlines, rows: Rows, owners: Owners, fill: int, x: float, y: floa
 
 @kernel()
 def _covers(o: Outlines, rows: Rows, owners: Owners, primitive: int, x: float, y: float) -> bool:
-    """Return whether a primitive covers a place: some fill of every layer does."""
+    """Return whether a primitive covers a place, which takes at least one fill of every layer."""
     for layer in range(owners.layer[primitive], owners.layer[primitive + 1]):
         filled = False
         for fill in range(owners.fill[layer], owners.fill[layer + 1]):
@@ -137,7 +137,11 @@ def _covers(o: Outlines, rows: Rows, owners: Owners, primitive: int, x: float, y
 
 
 class Near(NamedTuple):
-    """Which primitives lie near each one, itself among them, in painter's order: where they begin, and they."""
+    """Neighbours of each primitive in painter's order, itself included.
+
+    begin, other : first entry of each primitive in ``other``, and the indices of the neighbours
+    boxes        : (primitives, 4) bounding boxes
+    """
 
     begin: I64
     other: I64
@@ -146,14 +150,14 @@ class Near(NamedTuple):
 
 @kernel(forceinline=True)
 def _within(box: F64, x: float, y: float, same: float) -> bool:
-    """Return whether a place lies in a box (4,) or as near."""
+    """Return whether a place lies within ``same`` of a box (4,)."""
     inside: bool = box[0] - same <= x <= box[2] + same and box[1] - same <= y <= box[3] + same
     return inside
 
 
 @kernel()
 def _seen(o: Outlines, rows: Rows, owners: Owners, near: Near, own: int, x: float, y: float) -> int:
-    """Return the last primitive that covers a place, −1 for none."""
+    """Return the last primitive near ``own`` that covers a place, or −1."""
     for k in range(near.begin[own + 1] - 1, near.begin[own] - 1, -1):
         j = near.other[k]
         if _within(near.boxes[j], x, y, 0.0) and _covers(o, rows, owners, j, x, y):
@@ -163,7 +167,7 @@ def _seen(o: Outlines, rows: Rows, owners: Owners, near: Near, own: int, x: floa
 
 @kernel()
 def _clipped(o: Outlines, rows: Rows, owners: Owners, j: int, place: tuple[float, float, float, float, float]) -> bool:
-    """Return whether a primitive of several layers covers neither side of a place, though its outline runs there."""
+    """Return whether a clip removes a primitive on both sides of a place on its outline."""
     x, y, _, to_x, to_y = place
     if owners.layer[j + 1] - owners.layer[j] < 2 or _covers(o, rows, owners, j, x + to_x, y + to_y):
         return False
@@ -181,11 +185,13 @@ def _others(
     place: tuple[float, float, float, float, float],
     same: F64,
 ) -> tuple[int, bool, float]:
-    """Return how many other parts run along part ``e`` at a place, whether an earlier one stands for it, or none has
-    to (there it belongs to what clips its primitive, of which nothing is there), and how near places are one of all.
+    """Return the number of other parts that coincide with part ``e`` at a place, whether to skip ``e``, and a distance.
 
-    place : x, y, how near parts of any size run along one another, and from there to a place beyond them
-    same  : how near places are one, of each part
+    Part ``e`` is skipped if an earlier part represents it, or if a clip removes its primitive there. The distance is
+    that below which places coincide, for the coarsest of these parts.
+
+    place : x, y, largest distance of coincident parts, and the vector to a place beyond them
+    same  : distance below which places coincide, of each part
     """
     x, y, most = place[:3]
     if not _within(near.boxes[own], x, y, most) or _clipped(o, rows, owners, own, place):
@@ -215,9 +221,9 @@ def _others(
 def sides_of(
     o: Outlines, rows: Rows, owners: Owners, near: Near, piece: tuple[I64, F64, F64], whose: I64, of: I64, same: F64
 ) -> tuple[I64, I64]:
-    """Return the spectra to the left and right of every piece; the same twice where another piece stands for it.
+    """Return the spectra to the left and right of every piece; equal where another piece represents it.
 
-    piece : whose part (n,), from where and to where (n,);  whose, same: each part's primitive and how near is the same
+    piece : part (n,), start and end (n,);  whose, same: each part's primitive and distance below which places coincide
     of    : (primitives,) spectrum of each
     """
     left, right = np.zeros((2, len(piece[0])), np.int64)
@@ -242,12 +248,12 @@ def _sides_of(
     parts: tuple[I64, I64, F64, float],
     sides: tuple[I64, I64],
 ) -> None:
-    """Find the spectra of some pieces; parts: whose, of, same, and the most of these."""
+    """Find the spectra of pieces begin … end; parts: whose, of, same, and the largest of ``same``."""
     (owner, low, high), (whose, of, same, most), (left, right) = piece, parts, sides
     for p in range(begin, end):
         e = owner[p]
         fewest = 1 << 60
-        # Where another outline just touches a piece its sides are asked elsewhere; what runs along does so everywhere.
+        # Try several places: another outline may touch the piece at one, whereas a coincident one is found at all.
         for part in (0.5, 0.382, 0.7):
             t = low[p] + part * (high[p] - low[p])
             if o.turn_rad[e] == 0.0:
@@ -279,7 +285,7 @@ def _sides_of(
 
 @kernel()
 def covered(o: Outlines, rows: Rows, owners: Owners, boxes: F64, at: F64, after: I64, found: np.ndarray) -> None:
-    """Find which places (n, 2) a primitive covers that is numbered ``after`` (n,), or later; boxes: about each."""
+    """Mark the places (n, 2) that primitives from number ``after`` (n,) on cover; boxes: of the primitives."""
     for k in range(len(at)):
         for j in range(after[k], len(boxes)):
             if _within(boxes[j], at[k, 0], at[k, 1], 0.0) and _covers(o, rows, owners, j, at[k, 0], at[k, 1]):

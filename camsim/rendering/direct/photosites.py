@@ -1,4 +1,4 @@
-"""What photosites see: Σ (left − right)·∮ G dφ along pieces of outlines, and sums of the point spread over places."""
+"""Light at photosites: Σ (left − right)·∮ G dφ along pieces of outlines, and sums of the PSF over places."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from camsim.core.arrays import F64, I64
 from camsim.core.kernels import kernel
 from camsim.rendering.direct.records import POWERS, Outlines, Table
 
-FAR_LENGTH, SMALL_LENGTH = 0.5, 0.1  # of its distance: the longest far panel, and one for which two nodes do
+FAR_LENGTH, SMALL_LENGTH = 0.5, 0.1  # over its distance: the longest far panel, and one for which two nodes suffice
 FAR_NODES, SMALL_NODES = 4, 2
-MOST_TURN = 1.0  # of a panel of an arc, radians
-DEEP = 96  # halvings
+MOST_TURN = 1.0  # largest angle of a panel of an arc, radians
+DEEP = 96  # size of the stack of halved panels
 
 
 @kernel(forceinline=True)
 def _turned(x: float, y: float, times: int) -> tuple[float, float]:
-    """Return the power of a unit vector as a complex number."""
+    """Return a power of a unit vector, taken as a complex number."""
     a, b = x, y
     for _ in range(times - 1):
         a, b = a * x - b * y, a * y + b * x
@@ -27,7 +27,7 @@ def _turned(x: float, y: float, times: int) -> tuple[float, float]:
 
 @kernel()
 def _near(values: F64, t: Table, r: float, x: float, y: float, out: F64) -> None:
-    """Set what a table has (kinds,) at a distance in the direction of a unit vector."""
+    """Set a table's values (kinds,) at a distance in the direction of a unit vector, by quintic interpolation."""
     zone = len(t.starts) - 1
     while r < t.starts[zone]:
         zone -= 1
@@ -68,7 +68,7 @@ def _near(values: F64, t: Table, r: float, x: float, y: float, out: F64) -> None
 
 @kernel()
 def _far(t: Table, inside: bool, r: float, x: float, y: float, out: F64) -> None:
-    """Set the far point spread (kinds,), or how much is missing of G where r is infinite."""
+    """Set the PSF's tail (kinds,), or with ``inside`` the difference of G from its limit at infinite r."""
     one = 1.0 / r
     step_c, step_s = 1.0, 0.0
     if t.far > 1:
@@ -82,7 +82,7 @@ def _far(t: Table, inside: bool, r: float, x: float, y: float, out: F64) -> None
             for q in range(t.kinds):
                 total = 0.0
                 for p in range(POWERS - 1, -1, -1):
-                    # p is of r^{−p−3}; G lacks that over −(p + 1) of r^{−p−1}.
+                    # Term p is of r^{−p−3}; its integral is r^{−p−1} over −(p + 1).
                     total = total * one + (-t.powers[h, q, p] / (p + 1.0) if inside else t.powers[h, q, p])
                 out[q] += turn * total * (one if inside else one * one * one)
         c, s = c * step_c - s * step_s, c * step_s + s * step_c
@@ -90,7 +90,7 @@ def _far(t: Table, inside: bool, r: float, x: float, y: float, out: F64) -> None
 
 @kernel()
 def _ends(t: Table, x: float, y: float, x1: float, y1: float, out: F64) -> None:
-    """Set ∫ G dφ (kinds,) from the direction of one unit vector to that of another, where r is infinite."""
+    """Set ∫ G dφ (kinds,) at infinite r, from the direction of one unit vector to that of another."""
     angle = math.atan2(x * y1 - y * x1, x * x1 + y * y1)
     for q in range(t.kinds):
         out[q] = t.ends[0, q] * angle
@@ -110,7 +110,7 @@ def _ends(t: Table, x: float, y: float, x1: float, y1: float, out: F64) -> None:
 
 @kernel(forceinline=True)
 def _at(o: Outlines, e: int, t: float) -> tuple[float, float, float, float]:
-    """Return a place on a part, at a share of it, and the way there for all of the part's length."""
+    """Return the place on a part at a fraction t of it, and the derivative there with respect to t."""
     if o.turn_rad[e] == 0.0:
         return o.x[e] + t * o.dx[e], o.y[e] + t * o.dy[e], o.dx[e], o.dy[e]
     angle = o.from_rad[e] + t * o.turn_rad[e]
@@ -122,10 +122,10 @@ def _at(o: Outlines, e: int, t: float) -> tuple[float, float, float, float]:
 def _beside_chord(
     o: Outlines, e: int, t0: float, t1: float, point: tuple[float, float], t: Table, out: F64
 ) -> float:  # fmt: skip
-    """Set the far point spread (kinds,) in the middle of what lies between an arc and its chord; return its area."""
+    """Set the PSF's tail (kinds,) at the centroid of the segment between an arc and its chord; return its area."""
     turn, middle = (t1 - t0) * o.turn_rad[e], o.from_rad[e] + 0.5 * (t0 + t1) * o.turn_rad[e]
     bulge = turn - math.sin(turn)
-    # Of a whole circle it is the centre.
+    # The centroid of a whole circle is its centre.
     away = 0.0 if bulge == 0.0 else o.dx[e] * 4.0 * math.sin(0.5 * turn) ** 3 / (3.0 * bulge)
     x, y = o.x[e] + away * math.cos(middle) - point[0], o.y[e] + away * math.sin(middle) - point[1]
     r = math.hypot(x, y)
@@ -147,10 +147,10 @@ def along_outlines(
     begin: int,
     end: int,
 ) -> None:
-    """Add what photosites (n, 2) see to ``out`` (n, channels).
+    """Add the light of outlines at photosites (n, 2) to ``out`` (n, channels).
 
-    pair, weights : each piece's (pieces,), and left less right (pairs, channels, kinds)
-    panels        : Gauss rules by their number of nodes, which phases they follow, and the longest panel near by
+    pair, weights : pair of spectra of each piece (pieces,), and left minus right of each pair (pairs, channels, kinds)
+    panels        : Gauss rules by number of nodes, the phases that they resolve, and the longest near panel
     """
     rules, phases, longest = panels
     seen, total = np.empty(t.kinds), np.empty(t.kinds)
@@ -190,7 +190,7 @@ def along_outlines(
                     for q in range(t.kinds):
                         total[q] += seen[q]
                     if is_small and turn > 0.0:
-                        # What lies between an arc and its chord is its area, where its middle is.
+                        # The segment between an arc and its chord counts as its area at its centroid.
                         area = _beside_chord(o, e, t0, t1, (px, py), t, seen)
                         for q in range(t.kinds):
                             total[q] += area * seen[q]
@@ -227,7 +227,7 @@ def along_outlines(
 
 @kernel()
 def _whole(t: Table, x: float, y: float, out: F64) -> None:
-    """Add G where r is infinite (kinds,) in the direction of a unit vector."""
+    """Add the limit of G at infinite r (kinds,) in the direction of a unit vector."""
     step_c, step_s = _turned(x, y, t.step)
     c, s = 1.0, 0.0
     for n in range(t.ending):
@@ -240,7 +240,7 @@ def _whole(t: Table, x: float, y: float, out: F64) -> None:
 
 @kernel(forceinline=True)
 def _light_at(t: Table, x: float, y: float, out: F64) -> None:
-    """Set the point spread (kinds,) at a place seen from a photosite."""
+    """Set the PSF (kinds,) at a place relative to the photosite."""
     r = math.hypot(x, y)
     if r >= t.until:
         _far(t, False, r, x / r, y / r, out)
@@ -252,7 +252,7 @@ def _light_at(t: Table, x: float, y: float, out: F64) -> None:
 
 @kernel(forceinline=True)
 def _weighed(weights: F64, total: F64, out: F64) -> None:
-    """Add light of planes (planes, kinds) to channels (channels,)."""
+    """Add light of planes (planes, kinds), weighted, to channels (channels,)."""
     for p in range(len(weights)):
         for c in range(weights.shape[1]):
             for q in range(weights.shape[2]):
@@ -272,7 +272,7 @@ def over_samples(
     begin: int,
     end: int,
 ) -> None:
-    """Add some of a picture's samples (planes, rows, cols), of which the first is ``at``, to photosites."""
+    """Add the light of a picture's samples (planes, rows, cols) in the mask ``some`` to photosites; at: the first."""
     planes, rows, cols = values.shape
     light, total = np.empty(t.kinds), np.empty((planes, t.kinds))
     for p in range(begin, end):
@@ -301,9 +301,9 @@ def over_nodes(
     begin: int,
     end: int,
 ) -> None:
-    """Add cells to photosites, by fine nodes where their centres are within reach, or coarse ones.
+    """Add the light of cells to photosites, with fine nodes for centres within ``reach`` and coarse ones beyond.
 
-    fine   : (cells, 2) where each one's nodes begin and end, places (n, 2), and sizes (n, planes)
+    fine   : (cells, 2) where each cell's nodes begin and end, places (n, 2), and light (n, planes)
     coarse : the same, but (cells + 1,) where they begin
     """
     (begins, fine_at, of_fine), (first, coarse_at, of_coarse) = fine, coarse
@@ -328,7 +328,7 @@ def over_nodes(
 def over_points(
     points: F64, at: F64, size: F64, colour: I64, t: Table, weights: F64, out: F64, begin: int, end: int
 ) -> None:
-    """Add points of light at places (n, 2), each of a colour, to photosites."""
+    """Add the light of point sources at places (n, 2), each with the index of its colour, to photosites."""
     light = np.empty(t.kinds)
     for p in range(begin, end):
         for k in range(len(size)):

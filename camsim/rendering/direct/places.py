@@ -1,4 +1,4 @@
-"""Which photosites are worth checking: where each way of computing is at its limit. A pure function of the inputs."""
+"""Photosites to check: where each method is at its limit. A pure function of the inputs."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from camsim.rendering.grid import Grid
 from camsim.rendering.waves.image import tiles
 
 MOST = 256
-MOST_PARTS = 256  # looked at for a hard tile; more are thinned out
-SHARE_OF_TIME, SECONDS = 0.1, 2e-3  # of the rendering's time, or so much if that is more
-PLACE_SECONDS = 6e-5  # for finding a photosite
+MOST_PARTS = 256  # examined for a difficult tile; larger numbers are thinned out
+SHARE_OF_TIME, SECONDS = 0.1, 2e-3  # time of the check: over that of the rendering, and at least
+PLACE_SECONDS = 6e-5  # to select a photosite
 
 
 def how_many(photosites: int, *, render_seconds: float, check_seconds: float, fewest: int) -> int:
-    """Return how many photosites are checked; seconds are those expected of the rendering, and of one check."""
+    """Return how many photosites are checked, from the expected seconds of the rendering and of one photosite."""
     seconds = max(SHARE_OF_TIME * render_seconds, SECONDS)
     return min(photosites, MOST, max(fewest, int(seconds / (check_seconds + PLACE_SECONDS))))
 
@@ -28,12 +28,13 @@ def how_many(photosites: int, *, render_seconds: float, check_seconds: float, fe
 def hardest_photosites(outlines: Outlines, more: F64, grid: Grid, marks: Marks, *, count: int) -> tuple[I64, I64]:
     """Return rows and columns of ``count`` photosites to check (all of a smaller grid), none twice.
 
-    more : (n, 2) places of pictures, gradients and points, the hardest first
+    more : (n, 2) places of pictures, gradients and points, the most difficult first
 
-    In turn: at a corner; straight off a part's end, from just beyond the near radius to past where the end is quiet;
-    across the middle of a part, at the end of the edge response's table, beyond it, or close to it; a corner of a tile
-    that is just far enough from a corner of the scene to be interpolated, or of the frame; the middle of a round part,
-    where its rings meet, or where one leaves the frame and an engine's sides grow; one of ``more``; and any at all.
+    The places take turns: a corner; next to the end of a part, from just beyond the near radius to past the cutoff
+    radius of the end; next to the middle of a part, within the table of the edge response, at its end or beyond;
+    a corner of a tile just far enough from a corner of the scene to be interpolated, or a corner of the frame; the
+    centre of a round part, where its ringing adds up, or where one leaves the frame and an engine's sides grow; one of
+    ``more``; and quasi-random places.
     """
     photosites = grid.rows * grid.cols
     count = min(count, photosites)
@@ -59,7 +60,7 @@ def hardest_photosites(outlines: Outlines, more: F64, grid: Grid, marks: Marks, 
 
 
 def _middles(o: Outlines, grid: Grid) -> F64:
-    """Return the middles (n, 2) of round parts in a frame, those of most of a turn first: there rings meet."""
+    """Return the centres (n, 2) of round parts in a frame, where ringing adds up, by decreasing total angle."""
     bent = o.some(np.flatnonzero(o.turn_rad != 0.0))
     found, index = kinds_of(np.round(bent.x + 1j * bent.y, 9))
     turns = np.bincount(index, np.abs(bent.turn_rad), found.size)
@@ -71,7 +72,7 @@ def _middles(o: Outlines, grid: Grid) -> F64:
 
 
 def _ends(o: Outlines) -> tuple[F64, F64]:
-    """Return first and last points (n, 2) of every part; of a round one two points on it, a third of a turn apart."""
+    """Return first and last points (n, 2) of every part; on an arc the last is at most a third of a turn away."""
     straight = o.turn_rad == 0.0
     last_rad = o.from_rad + np.minimum(o.turn_rad, math.tau / 3.0)
     start = np.array(
@@ -90,7 +91,7 @@ def _ends(o: Outlines) -> tuple[F64, F64]:
 
 
 def _across(along: F64) -> F64:
-    """Return the unit vector to the left of a vector; any of one that is nothing: of an arc shorter than rounding."""
+    """Return the unit vector to the left of a vector; an arbitrary one for zero, as of an arc shorter than rounding."""
     length = float(np.hypot(*along))
     return np.array([-along[1], along[0]]) / length if length else np.array([0.0, 1.0])
 
@@ -115,9 +116,9 @@ def _leaving(o: Outlines, grid: Grid) -> F64:
 
 
 def _hard_points(ends: tuple[F64, F64], middles: tuple[F64, F64], marks: Marks, grid: Grid, turn: int) -> F64:
-    """Return four points (4, 2), pitches; turns step through the parts by the golden ratio.
+    """Return four difficult points (4, 2), pitches; turns step through the parts by the golden ratio.
 
-    middles : of round parts, and where they leave the frame
+    middles : centres of round parts, and where they leave the frame
     """
     part = _part(turn, len(ends[0]))
     a, b = ends[0][part], ends[1][part]
@@ -134,7 +135,7 @@ def _hard_points(ends: tuple[F64, F64], middles: tuple[F64, F64], marks: Marks, 
         fourth = one[turn // 4 % len(one)]
     distance = (0.97 * marks.reach, 0.3, 1.03 * marks.reach, 0.5 * marks.reach)[turn % 4]
     beside = a + (0.45 + 0.09 * (turn % 5)) * (b - a) + distance * across
-    # Past the near radius for certain, wherever the photosites lie; later turns go as far as the end is heard.
+    # Beyond the near radius wherever photosites lie; later turns reach the cutoff radius of the end.
     off = math.ceil(1.02 * marks.near) + fraction * max(0.0, 1.1 * marks.quiet - marks.near)
     return np.array([a, a + off * across, beside, fourth])
 
@@ -144,18 +145,18 @@ def _part(turn: int, parts: int) -> int:
 
 
 def _tile_corner(start: F64, end: F64, marks: Marks, grid: Grid, turn: int) -> F64 | None:
-    """Return the photosite where interpolation over a tile has the hardest time, None if the frame has none.
+    """Return the photosite where interpolation over a tile is most difficult; None if the frame has none.
 
-    It lies in a tile that is just far enough from a corner of the scene, with part of the scene nearer than that:
-    edges that meet in one corner and are interpolated together all but cancel, so it takes a tile that has some of
-    them interpolated and some not.
+    It lies in a tile that is just far enough from a corner of the scene to be interpolated, with part of the scene
+    nearer. The errors of edges that meet in a corner and are interpolated together nearly cancel, so the tile must have
+    some of them interpolated and some not.
     """
     size, half = marks.leaf, 0.5 * marks.leaf
     first, counts = np.array(grid.first_centre), np.array([grid.cols, grid.rows])
     ends = np.stack([start, end])[:, :: max(1, len(start) // MOST_PARTS)] - (first - 0.5)
     one = np.array([_part(turn + k, ends.shape[1]) for k in range(16)])
     picked, along = ends[0, one], ends[1, one] - ends[0, one]
-    # To the right, to the left, below and above.
+    # Tiles to the right, to the left, below and above.
     tiles = np.repeat((np.floor(picked / size) * size)[None], 4, axis=0)
     after, before = np.ceil((picked + marks.apart) / size) * size, -(np.ceil((marks.apart - picked) / size) * size)
     tiles[0, :, 0], tiles[1, :, 0] = after[:, 0], before[:, 0]

@@ -1,4 +1,4 @@
-"""Records of outlines that the check takes into its kernels, whose keys have all that their modules import."""
+"""Records that the check passes to its kernels, apart since a kernel's cache key covers its module's imports."""
 
 from __future__ import annotations
 
@@ -8,15 +8,14 @@ import numpy as np
 
 from camsim.core.arrays import F64, I64
 
-POWERS = 7  # of 1/r, of what is far
+POWERS = 7  # of 1/r, in the tail's series
 
 
 class Outlines(NamedTuple):
     """Straight and round parts of outlines, fill by fill and loop by loop.
 
-    x, y, dx, dy : start and vector to the end of a straight part; of a round one its centre, and (radius, 0)
-    from_rad, turn_rad : of a round part, the angle at which it begins and how far it goes, below 0 the other way round;
-                   a turn of 0 is straight
+    x, y, dx, dy : start and vector to the end of a straight part; centre and (radius, 0) of an arc
+    from_rad, turn_rad : first angle of an arc and the signed angle that it spans; 0 for a straight part
     """
 
     x: F64
@@ -27,21 +26,21 @@ class Outlines(NamedTuple):
     turn_rad: F64
 
     def some(self, which: I64 | np.ndarray) -> Outlines:
-        """Return picked ones."""
+        """Return the parts that ``which`` selects."""
         return Outlines(*(column[which] for column in self))
 
     @property
     def length(self) -> F64:
-        """Of each (n,)."""
+        """Length of each part (n,)."""
         length: F64 = np.where(self.turn_rad == 0.0, np.hypot(self.dx, self.dy), self.dx * np.abs(self.turn_rad))
         return length
 
 
 class Owners(NamedTuple):
-    """Whose each part is: parts of fills, fills of layers, layers of primitives, each where the next begins.
+    """Parts of fills, fills of layers and layers of primitives, each given by the offsets where they begin.
 
-    even_odd : (fills,) whether it is filled where a place is wound about an odd number of times
-    ends     : (n, 4) x, y where each part begins and where it ends: the very numbers with which the next one begins
+    even_odd : (fills,) whether the even-odd rule applies
+    ends     : (n, 4) x, y of each part's first and last point; the latter equals the next one's first to the last bit
     """
 
     part: I64
@@ -52,21 +51,21 @@ class Owners(NamedTuple):
 
     @property
     def primitive(self) -> I64:
-        """Of each part (n,)."""
+        """Primitive of each part (n,)."""
         first = self.part[self.fill[self.layer]]
         return np.repeat(np.arange(len(first) - 1), np.diff(first))
 
 
 class Table(NamedTuple):
-    """A point spread by radius, harmonic and kind of light, as kernels take it; pitches.
+    """A PSF by radius, angular harmonic and kind of light, for kernels; pitches.
 
-    within, light : (rows, 3, harmonics × kinds) G and the point spread, with two derivatives times steps
-    starts, per_pitch, first : of zones: where each begins, rows a pitch, and the first row;  until: the last one's end
-    step     : of the harmonics' orders: 0, step, 2 step … are cosines' and, after these, step, 2 step … sines'
-    cosines, sines : how many of order above 0
-    ends     : (harmonics, kinds) G where r is infinite;  ending: cosines, from 0 on, that have any
-    powers   : (harmonics, kinds, POWERS) of the point spread at r^{−3}, r^{−4} …;  far: as ``ending``
-    kinds    : of light
+    within, light : (rows, 3, harmonics × kinds) G and the PSF, with two derivatives times powers of the row spacing
+    starts, per_pitch, first : start, rows per pitch and first row of each zone;  until: end of the last zone
+    step     : orders of the harmonics are 0, step, 2 step … for cosines, followed by step, 2 step … for sines
+    cosines, sines : numbers of harmonics of order above 0
+    ends     : (harmonics, kinds) limit of G at infinite r;  ending: how many cosines, from 0 on, it needs
+    powers   : (harmonics, kinds, POWERS) coefficients of the PSF at r^{−3}, r^{−4} …;  far: as ``ending``
+    kinds    : number of kinds of light
     """
 
     within: F64

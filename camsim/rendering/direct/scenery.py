@@ -1,9 +1,9 @@
-"""What the check sees of a scene: pieces of outlines, straight or round, and what is to be seen on either side of each.
+"""The check's model of a scene: straight and round pieces of outlines, with the spectrum visible on either side.
 
-No polygon is clipped. Every outline is cut where another crosses it, or where it crosses itself; in the middle of each
-piece the painter's rule is asked twice, just to its left and just to its right: of all shapes that cover the place the
-last one is seen. A shape covers a place when its outlines wind about it, by its rule and by that of all that clips it.
-Circles stay circles; what else bends becomes arcs.
+No polygon is clipped. Every outline is cut where it crosses another or itself. In the middle of each piece the
+painter's rule is applied just to its left and just to its right: the last of all shapes that cover the place is
+visible. A shape covers a place if its outlines wind about it, by its fill rule and by those of all its clips.
+Circles stay circles; other curves become arcs.
 """
 
 from __future__ import annotations
@@ -23,15 +23,15 @@ from camsim.scene.arcs import Fineness, arcs_of
 from camsim.scene.curves import STRAIGHT, Curves, circles_among, joined
 from camsim.spectra.curve import Spectrum
 
-# Pitches, and of the largest coordinate, whose last bits differ: so near are places one. Outlines that cross at a small
-# angle are as near for many times as long, and what is left out there is an edge that others lack.
+# Distance below which places coincide: pitches, and a share of the largest coordinate, whose last bits are rounding.
+# Outlines that cross at a small angle coincide over many times this length, and an edge may be lost there.
 SAME, SAME_SHARE = 1e-12, 1e-12
-SHORTEST = 0.1  # of that: what is shorter has no direction
-OF_CUSPS = 0.02  # of what may be off: what a line leaves out of one, at the most its room's square
+SHORTEST = 0.1  # over that distance: shorter pieces have no direction
+OF_CUSPS = 0.02  # share of the error for cusps that a line replaces, at most the square of their size
 
 
 class Pieces(NamedTuple):
-    """Parts of the outlines with different spectra, by their numbers, on their two sides."""
+    """Parts of the outlines, with the indices of the different spectra on their two sides."""
 
     outlines: Outlines
     left: I64
@@ -39,7 +39,7 @@ class Pieces(NamedTuple):
 
 
 def pieces_of(scene: Scene, pitch_um: float, fine: Fineness) -> tuple[Pieces, tuple[Spectrum, ...]]:
-    """Return the pieces of a scene, pitches, and its spectra: the background first."""
+    """Return the pieces of a scene, pitches, and its spectra, the background first."""
     outlines, owners, primitives = outlines_of(scene, pitch_um, fine)
     spectra: dict[Spectrum, int] = {scene.background: 0}
     of_primitive = np.array([spectra.setdefault(one.reflectance, len(spectra)) for one in primitives], np.int64)
@@ -53,14 +53,14 @@ def pieces_of(scene: Scene, pitch_um: float, fine: Fineness) -> tuple[Pieces, tu
     rows = Rows.of(owners, boxes, same)
     left, right = sides_of(outlines, rows, owners, near, piece, owners.primitive, of_primitive, same)
     owner, low, high = piece
-    # A piece as short as rounding has no direction.
+    # A piece no longer than rounding has no direction.
     seen = (left != right) & ((high - low) * outlines.length[owner] > SHORTEST * same[owner])
     owner, low, high = owner[seen], low[seen], high[seen]
     return Pieces(_between(outlines.some(owner), low, high), left[seen], right[seen]), tuple(spectra)
 
 
 def _between(part: Outlines, low: F64, high: F64) -> Outlines:
-    """Return what of each part lies from one share of it to another."""
+    """Return each part between the fractions ``low`` and ``high`` of its length."""
     straight = part.turn_rad == 0.0
     return Outlines(
         x=part.x + np.where(straight, low * part.dx, 0.0),
@@ -96,7 +96,7 @@ def _firsts(counts: Sequence[int]) -> I64:
 
 
 def _parts_of(curves: Curves, fine: Fineness) -> tuple[Outlines, F64, I64]:
-    """Return the parts of all curves in order, their ends, and how many each curve has."""
+    """Return the parts of all curves in order, their end points, and the number of parts of each curve."""
     p, turn = curves.points, curves.turn_rad
     u, v = p[:, 1], p[:, 2]
     circle, straight = circles_among(curves), curves.kind == STRAIGHT
@@ -141,15 +141,15 @@ def _parts_of(curves: Curves, fine: Fineness) -> tuple[Outlines, F64, I64]:
 
 
 def same_of(outlines: Outlines, boxes: F64) -> F64:
-    """Return (n,) how near places are one, of each part."""
-    # An arc's places are its centre's and its radius's numbers.
+    """Return the distance (n,) below which places coincide, for each part."""
+    # Points of an arc have the rounding of its centre and its radius.
     size = np.maximum(np.abs(outlines.x) + np.where(outlines.turn_rad == 0.0, 0.0, outlines.dx), np.abs(outlines.y))
     same: F64 = np.maximum(np.maximum(SAME, SAME_SHARE * np.abs(boxes).max(axis=1)), 1e-14 * size)
     return same
 
 
 def boxes_of(o: Outlines) -> F64:
-    """Return (n, 4) low x, low y, high x, high y of each part."""
+    """Return the bounding box (n, 4) of each part: low x, low y, high x, high y."""
     boxes = np.empty((len(o.x), 4))
     np.minimum(o.x, o.x + o.dx, out=boxes[:, 0])
     np.minimum(o.y, o.y + o.dy, out=boxes[:, 1])
@@ -166,7 +166,7 @@ def _boxes_about_arcs(o: Outlines) -> F64:
         place + o.dx * np.stack([way(o.from_rad + share * o.turn_rad) for share in (0.0, 0.5, 1.0)])
         for place, way in ((o.x, np.cos), (o.y, np.sin))
     )
-    # An arc of up to half a turn lies about its chord and middle by no more than its height; others about the centre.
+    # An arc of up to half a turn lies within its sagitta of the box of its chord and middle; others use the circle.
     turn = np.abs(o.turn_rad)
     short, height = turn <= np.pi, o.dx * (1.0 - np.cos(0.5 * np.minimum(turn, np.pi)))
     low, high = (
@@ -177,7 +177,7 @@ def _boxes_about_arcs(o: Outlines) -> F64:
 
 
 def boxes_about(boxes: F64, owners: Owners) -> F64:
-    """Return boxes (primitives, 4) about what each covers at the most: what those about its layers have in common."""
+    """Return bounds (primitives, 4) of the region that each covers: the intersection of its layers' boxes."""
     part, around = owners.part[owners.fill], np.full((len(owners.layer) - 1, 4), np.inf)
     around[:, 2:] = -np.inf
     of_layer = np.repeat(np.arange(len(part) - 1), np.diff(part))
@@ -192,7 +192,7 @@ def boxes_about(boxes: F64, owners: Owners) -> F64:
 
 
 def _neighbours(boxes: F64, same: float) -> Near:
-    """Return for each primitive those whose boxes touch its own, itself among them, in painter's order."""
+    """Return for each primitive those with touching boxes, itself included, in painter's order."""
     some = np.flatnonzero(np.isfinite(boxes).all(axis=1))
     if some.size < 2:
         return Near(np.searchsorted(some, np.arange(len(boxes) + 1)), some, boxes)

@@ -1,9 +1,9 @@
-"""What a photosite sees in every direction: tables of its point spread, of lens ⊗ OLPF ⊗ photosite, by harmonics.
+"""Tables of the system's point spread function (PSF), lens ⊗ OLPF ⊗ photosite, by radius and angular harmonic.
 
-In polar coordinates about a photosite the transfer is T(f, φ) = Σ T_m(f)·e^{imφ}, and so is the point spread, with
-2π(−i)^m ∫ T_m(f)·J_m(2πfr) f df in the place of T_m. G, its integral over r dr from 0, takes ∫ J_m(x)·x dx in the place
-of J_m. Wavelengths are moved to those few whose transfers all others are mixtures of. Past a radius from which on no
-ring is heard G goes on in powers of 1/r: a power f^s of T_m at 0 leaves one of r^{−s}.
+In polar coordinates about a photosite the transfer is T(f, φ) = Σ T_m(f)·e^{imφ}. The PSF has the same form, with
+2π(−i)^m ∫ T_m(f)·J_m(2πfr) f df in place of T_m. Its integral G over r dr from 0 has ∫ J_m(x)·x dx in place of J_m.
+All wavelengths are expressed by the few whose transfers span the others. Beyond the cutoff radius, where ringing is
+below the tolerance, G is a series in powers of 1/r: a power f^s of T_m at 0 contributes one of r^{−s}.
 """
 
 from __future__ import annotations
@@ -23,23 +23,23 @@ from camsim.optics import OpticalSystem, RoundLens
 from camsim.rendering.direct.records import POWERS, Table
 from camsim.rendering.direct.spread_kernels import fill_rows
 
-SERIES_NODES, OF_BREAK, OF_EXTENT = 14, 0.2, 0.4  # of a transfer's series at 0, and how far it is looked at
+SERIES_NODES, OF_BREAK, OF_EXTENT = 14, 0.2, 0.4  # of a transfer's series at 0, and the range of its fit
 MOST_NODES = 48  # of one panel of frequencies
-FEW_BREAKS, NEAREST = 64, 1.0 / 64.0  # of more those are one that are so near, of the highest frequency
-QUINTIC = 1.0 / 46080.0  # times the sixth derivative times step⁶: what a quintic through two rows leaves
-STEEP = 0.02  # of that derivative's most, a wave of the highest frequency: what there is of it
-FEWEST_ROWS, MOST_ROWS = 3.0, 16.0  # to a wave of the highest frequency
-FIRST_ZONE, WIDER = 8.0, 6.0  # waves, and times: zones of rows that are as dense
+FEW_BREAKS, NEAREST = 64, 1.0 / 64.0  # with more breaks than this, those closer than this share of the band are merged
+QUINTIC = 1.0 / 46080.0  # error of quintic interpolation between two rows, over the sixth derivative times step⁶
+STEEP = 0.02  # sixth derivative, over that of a wave of the highest frequency
+FEWEST_ROWS, MOST_ROWS = 3.0, 16.0  # per period of the highest frequency
+FIRST_ZONE, WIDER = 8.0, 6.0  # zones of equal density: size of the first in periods, ratio of the others
 ANGLES, FEW_HARMONICS = 8, 3.0
-ROUNDING = 1e-13  # of signals that are mixtures of others
+ROUNDING = 1e-13  # of signals that are linear combinations of others
 NOTHING = 1e-300
-FIRST_POWER, OF_MOMENTS = 0.2, 4.0  # of the light beyond a distance in blurs; times what a table may be off by
+FIRST_POWER, OF_MOMENTS = 0.2, 4.0  # light beyond a distance in λN; allowed error, in units of a table's
 MOST_KEPT = 12
 _KEPT: dict[Any, tuple[Table, F64]] = {}
 
 
 class Spline(NamedTuple):
-    """A B-spline that a point spread is convolved with: its degree, step in pitches, and its axes as (cos, sin)."""
+    """A B-spline with which the PSF is convolved: its degree, step in pitches, and the direction (cos, sin) of x."""
 
     degree: int
     step: float
@@ -55,7 +55,7 @@ class Spline(NamedTuple):
 
     @property
     def extent(self) -> float:
-        """How far it reaches from its middle."""
+        """Largest distance of its support from its centre, pitches."""
         return 0.5 * (self.degree + 1) * self.step * math.sqrt(2.0)
 
 
@@ -69,16 +69,16 @@ def tabled(
     allowed: float,
     spline: Spline | None = None,
 ) -> tuple[Table, F64]:
-    """Return the table, and how much of each of its kinds of light there is in every signal (n, kinds).
+    """Return the table, and the weights (n, kinds) of its kinds of light in every signal.
 
-    density : (n, j) what signals are at wavelengths (j,)
-    until : as far as rings are heard, pitches;  allowed: error of a photosite that sees light of 1
+    density : (n, j) signals at wavelengths (j,)
+    until : cutoff radius of ringing, pitches;  allowed: error of a photosite for light of 1
     """
     seen = hashlib.sha256(np.ascontiguousarray(density).data).digest() + wavelength_nm.tobytes()
     key = system, pitch_um, seen, until, allowed, spline
     try:
         found = _KEPT.pop(key, None)
-    except TypeError:  # a lens of one's own that has no hash
+    except TypeError:  # a custom lens that is not hashable
         return _made(system, pitch_um, wavelength_nm, density, until, allowed, spline)
     found = found or _made(system, pitch_um, wavelength_nm, density, until, allowed, spline)
     _KEPT[key] = found
@@ -101,17 +101,17 @@ def _made(
     extent = system.extent_um / pitch_um + (0.0 if spline is None else spline.extent)
     phase = 2.0 * math.pi * highest * extent
     if not fades(system):
-        # Powers of the footprint's extent past those of 1/r that are followed: c₁/R·(extent/R)⁶.
+        # The first neglected term of the series in 1/r: c₁/R·(extent/R)⁶.
         blur = float(system.blurs_um(wavelength_nm).max()) / pitch_um
         until = max(until, (FIRST_POWER * blur * extent**6 / (OF_MOMENTS * allowed)) ** (1.0 / 7.0))
-    allowed /= max(1.0, phase / FEW_HARMONICS)  # as many harmonics add up
+    allowed /= max(1.0, phase / FEW_HARMONICS)  # the errors of the harmonics add up
     f, weight = _frequencies(breaks, highest, until + extent, allowed)
     first_few, mixture = _few(density, ROUNDING)
     few, of_few = _few(product(density[first_few], transfers(system, pitch_um, wavelength_nm, f)), allowed)
     mixture, density = product(mixture, of_few), density[first_few][few]
 
     def passed(f: F64) -> F64:
-        """Return what the lens passes of each kind (kinds, n) at frequencies in cycles/pitch."""
+        """Return the lens's transfer for each kind (kinds, n) at frequencies in cycles/pitch."""
         return product(density, transfers(system, pitch_um, wavelength_nm, f))
 
     curves = passed(f)
@@ -148,7 +148,7 @@ def _made(
     rows, half = np.concatenate(parts), len(orders) - sines
     powers = np.zeros((len(orders), len(few), POWERS))
     if not fades(system):
-        # By the transfer's series at 0.
+        # From the transfer's series at 0.
         series_until = min(OF_BREAK * breaks.min(), OF_EXTENT / extent if extent else math.inf)
         f = 0.5 * series_until * (1.0 + chebyshev(SERIES_NODES))
         low = _around(system, pitch_um, spline, f, angles=2 * (int(orders.max()) + ANGLES))
@@ -176,7 +176,7 @@ def _made(
 
 
 def _zones(highest: float, until: float, extent: float, allowed: float) -> tuple[list[float], list[float]]:
-    """Return where rows of each density begin, and how many a pitch there are: fewer where rings are faint."""
+    """Return where each zone of rows begins, and its rows per pitch: fewer where ringing is weak."""
     starts, per_pitch = [0.0], []
     while starts[-1] < until:
         waves = (starts[-1] - extent) * highest
@@ -188,20 +188,20 @@ def _zones(highest: float, until: float, extent: float, allowed: float) -> tuple
 
 
 def _last(some: np.ndarray, cosines: int) -> int:
-    """Return how many harmonics from the first on hold all of some, sines as cosines."""
+    """Return how many of the first harmonics include all those in ``some``, with sines counted as cosines."""
     both = some[:cosines].copy()
     both[1:] |= some[cosines:] if len(some) > cosines else False
     return int(np.flatnonzero(both).max(initial=0)) + 1
 
 
 def transfers(system: OpticalSystem, pitch_um: float, wavelength_nm: F64, f: F64) -> F64:
-    """Return (wavelengths, n) what a round lens passes at radial frequencies in cycles/pitch."""
+    """Return the transfer (wavelengths, n) of a rotationally symmetric lens at radial frequencies in cycles/pitch."""
     per_um, zero = f / pitch_um, np.zeros_like(f)
     return np.stack([np.real(system.lens.otf(per_um, zero, nm)) for nm in wavelength_nm.tolist()])
 
 
 def breaks_of(system: OpticalSystem, pitch_um: float, wavelength_nm: F64) -> F64:
-    """Return where the lens's transfers are not smooth, cycles/pitch."""
+    """Return the frequencies where the lens's transfers are not smooth, cycles/pitch."""
     assert isinstance(system.lens, RoundLens)
     breaks = np.array(system.lens.pattern().breaks)
     found: F64 = np.unique(np.outer(1.0 / system.blurs_um(wavelength_nm), breaks)) * pitch_um
@@ -209,21 +209,21 @@ def breaks_of(system: OpticalSystem, pitch_um: float, wavelength_nm: F64) -> F64
 
 
 def fades(system: OpticalSystem) -> bool:
-    """Return whether there is nothing far out: neither rings nor powers, as of a Gaussian."""
+    """Return whether the PSF has neither ringing nor an algebraic tail, like a Gaussian."""
     assert isinstance(system.lens, RoundLens)
     pattern = system.lens.pattern()
     return not pattern.rings and not any(pattern.powers)
 
 
 def _frequencies(breaks: F64, highest: float, until: float, allowed: float) -> tuple[F64, F64]:
-    """Return nodes and weights over 0 … highest, broken where transfers are not smooth."""
+    """Return quadrature nodes and weights over 0 … highest, in panels between the breaks of the transfers."""
     ends, nearest = [0.0], highest * (NEAREST if len(breaks) > FEW_BREAKS else ROUNDING)
     for place in [*breaks.tolist(), highest]:
         if place - ends[-1] > nearest:
             ends.append(min(place, highest))
     ends[-1] = highest
     low, high = np.array(ends[:-1]), np.array(ends[1:])
-    # The last digits of a rule are those of (1 − f)^{3/2} at its end, not of waves.
+    # The behaviour (1 − f)^{3/2} at the cut-off, not the oscillation, determines the last digits of a rule.
     pieces, orders = gauss_pieces(math.pi * until * (high - low), 0.1 * allowed, MOST_NODES)
     nodes, weights = [], []
     for a, b, count, order in zip(low, high, pieces.tolist(), orders.tolist(), strict=True):
@@ -236,7 +236,7 @@ def _frequencies(breaks: F64, highest: float, until: float, allowed: float) -> t
 
 
 def _few(curves: F64, allowed: float) -> tuple[I64, F64]:
-    """Return which of the curves (k, n) all others are mixtures of but for ``allowed``, and the mixtures (k, few)."""
+    """Return the indices of curves (k, n) that span all others to within ``allowed``, and the mixtures (k, few)."""
     rest, chosen = curves.copy(), list[int]()
     parts = np.zeros((len(curves), 0))
     while len(chosen) < len(curves):
@@ -249,7 +249,7 @@ def _few(curves: F64, allowed: float) -> tuple[I64, F64]:
         along = np.einsum("kn,n->k", rest, way)
         parts = np.concatenate([parts, along[:, None]], axis=1)
         rest -= along[:, None] * way
-    # parts = mixture · parts[chosen], which is a triangle.
+    # Solve parts = mixture · parts[chosen], where parts[chosen] is triangular.
     triangle, mixture = parts[chosen], np.zeros_like(parts)
     for k in reversed(range(len(chosen))):
         mixture[:, k] = (parts[:, k] - np.einsum("kc,c->k", mixture[:, k + 1 :], triangle[k + 1 :, k])) / max(
@@ -259,9 +259,9 @@ def _few(curves: F64, allowed: float) -> tuple[I64, F64]:
 
 
 def _harmonics(found: F64, strength: F64, allowed: float) -> tuple[I64, F64, int]:
-    """Return orders (h,), those harmonics (h, n) of (2, orders, n) that matter, cosines first, and how many are sines.
+    """Return orders (h,), the significant harmonics (h, n) of (2, orders, n), cosines first, and the number of sines.
 
-    loud : (n,) of all that they are multiplied by
+    strength : (n,) largest factor by which they are multiplied
     """
     kept = (np.abs(found) * strength).max(axis=2) > allowed
     order = np.arange(len(found[0]))
@@ -274,13 +274,13 @@ def _harmonics(found: F64, strength: F64, allowed: float) -> tuple[I64, F64, int
 
 
 def _some(found: F64, orders: I64, sines: int) -> F64:
-    """Return harmonics (h, n) of (2, orders, n) of some orders, cosines and then sines."""
+    """Return the harmonics (h, n) of (2, orders, n) with these orders, cosines first, then sines."""
     half = len(orders) - sines
     return np.concatenate([found[0, orders[:half]], found[1, orders[half:]]])
 
 
 def _around(system: OpticalSystem, pitch_um: float, spline: Spline | None, f: F64, *, angles: int) -> F64:
-    """Return (2, orders, n): cosines' and sines' harmonics of the transfer of all but the lens, times 2(−i)^m."""
+    """Return cosine and sine harmonics (2, orders, n) of the transfer of all stages but the lens, times 2(−i)^m."""
     turn = 2.0 * math.pi * np.arange(angles)[:, None] / angles
     fx, fy = f * np.cos(turn), f * np.sin(turn)
     footprint = np.asarray(system.footprint_otf(fx / pitch_um, fy / pitch_um), complex)
@@ -293,21 +293,21 @@ def _around(system: OpticalSystem, pitch_um: float, spline: Spline | None, f: F6
 
 
 def _far_powers(orders: I64, series: F64) -> F64:
-    """Return (harmonics, kinds, POWERS) of the far point spread, of a transfer's series (harmonics, kinds, powers).
+    """Return the tail's powers (harmonics, kinds, POWERS) from a transfer's series (harmonics, kinds, powers).
 
     ∫ f^s·J_m(2πfr) f df = (2πr)^{−s−2}·2^{s+1}·Γ((m+s+2)/2)/Γ((m−s)/2).
     """
     powers = np.zeros((*series.shape[:2], POWERS))
     for h, m in enumerate(orders.tolist()):
         for s in range(max(1, m + 1), POWERS + 1):
-            if (s - m) % 2:  # of even powers there is no end that is not smooth
+            if (s - m) % 2:  # even powers are smooth at 0 and leave no tail
                 times = math.gamma(0.5 * (m + s + 2)) / math.gamma(0.5 * (m - s)) * 2.0 ** (s + 1)
                 powers[h, :, s - 1] = series[h, :, s] * times * (2.0 * math.pi) ** (-s - 1)
     return powers
 
 
 def _coefficients(values: F64, until: float) -> F64:
-    """Return (harmonics, kinds, POWERS + 1) coefficients of f^s, of values at Chebyshev nodes on 0 … until."""
+    """Return coefficients (harmonics, kinds, POWERS + 1) of f^s from values at Chebyshev nodes on 0 … until."""
     angle = np.arccos(chebyshev(SERIES_NODES))
     terms = np.einsum("hkn,ns->hks", values, np.cos(np.outer(angle, np.arange(SERIES_NODES)))) * (2.0 / SERIES_NODES)
     terms[..., 0] *= 0.5
@@ -317,7 +317,7 @@ def _coefficients(values: F64, until: float) -> F64:
 
 @functools.lru_cache(maxsize=64)
 def _shifted(until: float) -> F64:
-    """Return (SERIES_NODES, POWERS + 1): Chebyshev polynomials on 0 … until as powers."""
+    """Return the monomial coefficients (SERIES_NODES, POWERS + 1) of Chebyshev polynomials on 0 … until."""
     before, now = np.zeros(SERIES_NODES), np.zeros(SERIES_NODES)
     before[0], now[0], now[1] = 1.0, -1.0, 2.0
     found = [before, now]
@@ -330,7 +330,7 @@ def _shifted(until: float) -> F64:
 
 
 def phases_of(allowed: float, most: int) -> tuple[F64, F64]:
-    """Return rules (most + 1, 2, most) of 0, 1, 2 … nodes, and the phases (most,) that each of these follows."""
+    """Return Gauss rules (most + 1, 2, most) of 0, 1, 2 … nodes, and the largest phase (most,) that each resolves."""
     rules = np.zeros((most + 1, 2, most))
     for order in range(1, most + 1):
         rules[order, :, :order] = gauss_legendre(order)
@@ -338,7 +338,7 @@ def phases_of(allowed: float, most: int) -> tuple[F64, F64]:
 
 
 def smooth_energy(system: OpticalSystem, pitch_um: float, nm: float, r: F64) -> F64:
-    """Return the energy of a lens within radii r, pitches, far out and without its rings."""
+    """Return the asymptotic encircled energy of a lens within radii r, pitches, without ringing."""
     if fades(system):
         return np.ones_like(r)
     until = OF_BREAK * float(breaks_of(system, pitch_um, np.array([nm])).min())

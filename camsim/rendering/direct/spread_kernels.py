@@ -1,4 +1,4 @@
-"""Bessel functions into rows of a point spread's table, and look-ups in it; arrays only."""
+"""Kernels that fill the rows of a PSF's table with sums of Bessel functions."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import numpy as np
 from camsim.core.arrays import F64, I64
 from camsim.core.kernels import kernel
 
-FAR, TERMS = 25.0, 9  # arguments, from which on Hankel's series of so many terms has all digits
-FARTHER, FEWER = 60.0, 4  # and of so many
+FAR, TERMS = 25.0, 9  # argument from which on Hankel's series with this many terms has full precision
+FARTHER, FEWER = 60.0, 4  # and with fewer terms
 
 
 def _hankel(order: int) -> tuple[list[float], list[float]]:
@@ -27,7 +27,7 @@ SERIES = np.array([*_hankel(0), *_hankel(1)])
 
 @kernel(forceinline=True)
 def _upwards(x: float, one: float, wave: tuple[float, float], most: int, series: F64, j: F64, integral: F64) -> None:
-    """Set J_0 … J_most and, of even orders, ∫ J_m(t) t dt from 0 to a large x, by recurrence from J_0 and J_1.
+    """Set J_0 … J_most and, for even orders, ∫ J_m(t) t dt from 0 to a large x, by recurrence from J_0 and J_1.
 
     one, wave : 1/x, and cosine and sine of x over √(πx)
     """
@@ -52,7 +52,7 @@ def _upwards(x: float, one: float, wave: tuple[float, float], most: int, series:
 
 @kernel()
 def _downwards(x: float, most: int, j: F64, integral: F64) -> None:
-    """Set the same of all orders, by Miller's recurrence from an order at which there is nothing."""
+    """Set the same for all orders, by Miller's recurrence downwards from an order at which J vanishes."""
     if x < 1e-8:
         j[: most + 1] = 0.0
         integral[: most + 1] = 0.0
@@ -88,8 +88,8 @@ def fill_rows(
 ) -> None:
     """Add G, the point spread and its two derivatives to rows (rows, 4, harmonics, kinds) of a table, at even radii.
 
-    k, weight : (n,) 2π times frequencies, and that times the rule's weights
-    shapes, curves : (harmonics, n) and (n, kinds): transfers;  odd: whether there are odd orders
+    k, weight : (n,) 2π times frequencies, and that times the quadrature weights
+    shapes, curves : (harmonics, n) and (n, kinds) transfers of footprint and lens;  odd: whether there are odd orders
     """
     most = 2
     for m in orders:

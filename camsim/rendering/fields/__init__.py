@@ -1,1 +1,1 @@
-"""Pictures rendered: fields of samples by their transforms (docs/pictures.md)."""
+"""Rendering of pictures: fields of samples, by their Fourier transforms (docs/pictures.md)."""

@@ -1,4 +1,4 @@
-"""What of a lattice of patches can be seen: whole ones, none of them, and the parts of those that an outline cuts."""
+"""Visibility of the patches of a lattice: visible ones, hidden ones, and the visible parts of those that are cut."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from camsim.rendering.edges import shares_within
 from camsim.rendering.fields.layer import Rings
 from camsim.scene.patches import edges_of, pieces_of
 
-ALONG = 0.25  # patches between points that mark where an outline runs; BESIDE: and how far from them it may pass
+ALONG = 0.25  # patches between points along an outline; BESIDE: margin around them that the outline may touch
 BESIDE = 0.26
 WHOLE = 1.0 - 1e-12
 
 
 class Cover(NamedTuple):
-    """Of patches (rows, cols) of side 1, the first at (0, 0).
+    """Visibility of patches (rows, cols) of side 1, the first at (0, 0).
 
-    whole : (rows, cols) whether all of it is seen
-    cut   : (m, 2) row and column of those of which part is seen
-    start, end, owner : (n, 2) edges of those parts, from the patch's own middle, and (n,) which one of ``cut``;
+    whole : (rows, cols) mask of patches that are entirely visible
+    cut   : (m, 2) row and column of patches that are partly visible
+    start, end, owner : (n, 2) edges of the visible parts, relative to the patch's centre, and (n,) index into ``cut``;
                         inside where cross(end − start, x − start) > 0
     """
 
@@ -33,7 +33,7 @@ class Cover(NamedTuple):
 
 
 def cover_of(outline: Rings, shape: tuple[int, int]) -> Cover:
-    """Return the cover of patches by an outline (start, end), closed, in patches."""
+    """Return the visibility of patches within a closed outline (start, end), in units of patches."""
     start, end = outline
     touched = _touched(start, end, shape)
     whole = _inside(start, end, shape) & ~touched
@@ -48,7 +48,7 @@ def cover_of(outline: Rings, shape: tuple[int, int]) -> Cover:
 
 
 def _touched(start: F64, end: F64, shape: tuple[int, int]) -> np.ndarray:
-    """Return (rows, cols): where the outline may run."""
+    """Return a mask (rows, cols) of the patches that the outline may cut."""
     low, high = shares_within(start, end, np.array([-1.0, -1.0]), np.array([shape[1] + 1.0, shape[0] + 1.0]))
     seen = high > low
     a, along, low, high = start[seen], (end - start)[seen], low[seen], high[seen]
@@ -66,7 +66,7 @@ def _touched(start: F64, end: F64, shape: tuple[int, int]) -> np.ndarray:
 
 
 def _inside(start: F64, end: F64, shape: tuple[int, int]) -> np.ndarray:
-    """Return (rows, cols): whether the middle of each patch lies within the outline."""
+    """Return a mask (rows, cols) of the patches whose centre lies within the outline."""
     rows, cols = shape
     low, high = np.minimum(start[:, 1], end[:, 1]), np.maximum(start[:, 1], end[:, 1])
     first = np.clip(np.ceil(low - 0.5), 0, rows).astype(np.int64)

@@ -1,8 +1,8 @@
-"""A gradient as splines, fine enough for a lens and a tolerance.
+"""A gradient as splines, sampled finely enough for a lens and a tolerance.
 
-Splines of step h with coefficients c have the transform C(k)·sinc⁴(kh), C repeating every 1/h. Samples of a field whose
-frequencies lie below f, filtered by 1/sinc⁴, give a field that is right at all |k| < f; what is wrong in it lies beyond
-1/h − f, which no lens passes that ends before. Only where the rim cuts the field does some of it come through.
+Splines of step h with coefficients c have the transform C(k)·sinc⁴(kh), where C has the period 1/h. Samples of a field
+with frequencies below f, filtered by 1/sinc⁴, give a field that is right at all |k| < f; its aliases lie beyond
+1/h − f and are not passed by a lens with a lower cut-off. Only where the rim cuts the field do some of them contribute.
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ from camsim.scene.raster import Interpolation, Raster
 from camsim.spectra.curve import Spectrum
 
 MOST_SAMPLES = 64_000_000
-TAPS, BAND = 16, 0.25  # of the filter, and the frequencies, cycles a sample, that it is for: to 2e-14
-MARGIN = 24  # samples beyond the rim: splines there hear 0.27²⁴ of what lies beyond
-FEWEST = 8  # samples along a field's extent
-OF_SMALLEST = 48  # samples along the length over which a field may change otherwise
+TAPS, BAND = 16, 0.25  # of the filter, and its highest frequency, cycles per sample; accurate to 2e-14
+MARGIN = 24  # samples beyond the rim: the influence of those farther out on splines is 0.27²⁴
+FEWEST = 8  # smallest number of samples along a field's extent
+OF_SMALLEST = 48  # samples along the smallest length over which a field changes
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Sampled(Raster):
-    """A gradient's samples; they go on beyond its rim."""
+    """A gradient's samples, which extend beyond its rim."""
 
     planes: F64
     spectra: tuple[Spectrum, ...]
@@ -42,18 +42,18 @@ class Sampled(Raster):
 
     @property
     def kind(self) -> str:
-        """Its class's name in words."""
+        """The class name of the gradient, in words."""
         return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", type(self.gradient).__name__).lower()
 
 
 def sampled(gradient: Gradient, cutoff_per_um: float, allowed: float, pitch_um: float) -> Sampled:
     """Return a gradient's samples.
 
-    cutoff_per_um : of the lens at its shortest wavelength;  allowed: error, of a change from black to white
+    cutoff_per_um : of the lens at its shortest wavelength;  allowed: error relative to a step from black to white
     pitch_um      : of the photosites
     """
     step_um = _step_um(gradient, cutoff_per_um, allowed)
-    # A whole number of samples a pitch, or of pitches a sample: transforms along the photosites' rows are FFTs.
+    # A whole number of samples per pitch, or of pitches per sample: transforms along rows are FFTs then.
     step_um = pitch_um / math.ceil(pitch_um / step_um) if step_um < pitch_um else pitch_um * (step_um // pitch_um)
     more = MARGIN + TAPS if gradient.cycles_per_um else MARGIN
     counts = [2 * (math.ceil(half / step_um) + more) for half in gradient.half_um]
@@ -80,14 +80,14 @@ def sampled(gradient: Gradient, cutoff_per_um: float, allowed: float, pitch_um: 
 
 
 def _step_um(gradient: Gradient, cutoff_per_um: float, allowed: float) -> float:
-    """Return the distance of samples."""
+    """Return the spacing of samples, µm."""
     f = gradient.cycles_per_um
     step = min(*(2.0 * half / FEWEST for half in gradient.half_um), gradient.smallest_um / OF_SMALLEST)
     if not f:
         return step
     step = min(step, BAND / f, 0.95 / (cutoff_per_um + f))
-    # Two aliases along either axis, of (f/(1/h − f))⁴ of the wave's half height, meet a rim: a wave of frequency k that
-    # is cut leaves a line of light of 1/2πk, and no line is seen brighter than the cut-off.
+    # Two aliases along either axis, of (f/(1/h − f))⁴ of the wave's amplitude, meet a rim. A wave of frequency k that
+    # is cut leaves a line of light of 1/2πk, and the peak of a line's image is at most the cut-off.
     while 2.0 * (f * step / (1.0 - f * step)) ** 4 * cutoff_per_um / (2.0 * math.pi * (1.0 / step - f)) > allowed:
         step *= 0.9
     return step
@@ -95,7 +95,7 @@ def _step_um(gradient: Gradient, cutoff_per_um: float, allowed: float) -> float:
 
 @functools.cache
 def _filter() -> F64:
-    """Return taps (2·TAPS − 1,) of (2 + cos 2πk)/3 over sinc⁴ k: samples through which such splines are laid."""
+    """Return taps (2·TAPS − 1,) of the filter (2 + cos 2πk)/3 / sinc⁴ k, to be applied before interpolation."""
     k = BAND * np.cos(np.pi * (np.arange(4 * TAPS) + 0.5) / (4 * TAPS))
     waves = np.cos(2.0 * np.pi * np.outer(k, np.arange(TAPS)))
     taps = np.linalg.lstsq(waves, (2.0 + np.cos(2.0 * np.pi * k)) / 3.0 / np.sinc(k) ** 4, rcond=None)[0]

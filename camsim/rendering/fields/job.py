@@ -1,4 +1,4 @@
-"""What there is of pictures in a scene, ready to be rendered: what of each is seen, and what it gives every channel."""
+"""The pictures, gradients and points of a scene, with their visible parts and their signals in every channel."""
 
 from __future__ import annotations
 
@@ -23,21 +23,21 @@ from camsim.scene.raster import Field, Raster
 from camsim.spectra.component import Component
 from camsim.spectra.curve import Curve, Spectrum
 
-POINT_ROOM = 3.0  # photosites' worth of a point's light that are taken for one of a diffuser's
+POINT_ROOM = 3.0  # light of a point, in photosites of a diffuser, up to which the tolerance is not tightened
 OF_ALIASES = (
-    0.4  # of the tolerance: the bound of what aliases of a gradient leave at a rim; a hundredth of it was measured
+    0.4  # of the tolerance, for the bound on a gradient's aliases at a rim; a hundredth of the bound was measured
 )
-TAILS = 0.02  # of the tolerance: light at either end of the spectrum whose wavelength may be taken for another
+TAILS = 0.02  # of the tolerance: light at either end of the spectrum that may be moved to another wavelength
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FieldJob:
-    """Pictures of a scene.
+    """Pictures, gradients and points of a scene.
 
-    layers        : those that can be seen, all points as the last one
-    wavelength_nm : (n,);  density: (planes, channels, n) of all layers' planes, of full scale
-    tolerance     : that they may take
-    brighter      : times by which it is finer than that of pictures, as points are bright
+    layers        : the visible ones, all points as the last one
+    wavelength_nm : (n,);  density: (planes, channels, n) of all layers' planes, relative to full scale
+    tolerance     : their share of the tolerance
+    brighter      : factor by which it was tightened for bright points
     """
 
     layers: tuple[Layer | PointLayer, ...]
@@ -60,7 +60,7 @@ class FieldJob:
         scale: F64,
         tolerance: float,
     ) -> FieldJob:
-        """Find what is seen of every picture and point; ``scale``: (channels,) of the edges' signals."""
+        """Find the visible parts of all pictures and points; ``scale``: (channels,) of the edges' signals."""
         seen_nm = wavelength_nm[carrying(response)]
         layers: list[Layer | PointLayer] = []
         spectra: list[Spectrum | Component] = []
@@ -82,8 +82,8 @@ class FieldJob:
         if points:
             exposed = layer_of(points, grid.pitch_um, colours)
             layers.append(exposed)
-            # Of light beyond R a photosite before a diffuser gets all, one beside a point 1/2πR² of it: with this much
-            # room a hundredth of what is allowed was left, with point photosites and λN of 0.1 pitches 0.13.
+            # A photosite facing a diffuser receives all light from beyond R, one near a point 1/2πR² of it. With this
+            # allowance the error was a hundredth of the allowed one; 0.13 for point photosites and λN of 0.1 pitches.
             brighter = max(1.0, exposed.strength / POINT_ROOM)
             tolerance = _beside_points(tolerance, brighter)
         nodes, density = _without_tails(nodes, density / scale[:, None], TAILS * tolerance)
@@ -99,7 +99,7 @@ class FieldJob:
 
 
 def _beside_points(tolerance: float, brighter: float) -> float:
-    """Return what light far from points may be off by; raises InvalidValueError where nothing renders to that."""
+    """Return the tolerance for light far from points; raises InvalidValueError if it is too fine."""
     if tolerance / brighter < FINEST:
         message = (
             f"{tolerance:g} of a diffuser beside a point of light takes {tolerance / brighter:.2g} of the point's own, "
@@ -110,9 +110,9 @@ def _beside_points(tolerance: float, brighter: float) -> float:
 
 
 def _without_tails(wavelength_nm: F64, density: F64, allowed: float) -> tuple[F64, F64]:
-    """Return fewer wavelengths: either end's, which together give no channel more than is allowed, count at the next.
+    """Return fewer wavelengths: at either end, those that sum to at most ``allowed`` are merged into the next one.
 
-    The shortest wavelength that is there sets how many frequencies there are.
+    The shortest wavelength determines the number of frequencies.
     """
     size = np.abs(density).sum(axis=0).max(axis=0)
     first = int(np.searchsorted(np.cumsum(size), allowed, side="right"))
@@ -126,7 +126,7 @@ def _without_tails(wavelength_nm: F64, density: F64, allowed: float) -> tuple[F6
 
 
 def _raster(field: Field, system: OpticalSystem, seen_nm: F64, budget: ErrorBudget, pitch_um: float) -> Raster:
-    """Return the samples of a field: a picture's own, or as many of a gradient as lens and tolerance ask for."""
+    """Return the samples of a field: those of a picture, or of a gradient as the lens and the tolerance require."""
     if isinstance(field, Raster):
         return field
     assert isinstance(field, Gradient)
@@ -137,13 +137,13 @@ def _raster(field: Field, system: OpticalSystem, seen_nm: F64, budget: ErrorBudg
 def _seen(
     scene: Scene, number: int, system: OpticalSystem, grid: Grid, seen_nm: F64, budget: ErrorBudget
 ) -> Rings | None:
-    """Return the outline of what is seen of a picture, as the edges are cut; None for all of it."""
+    """Return the outline of a field's visible part, with curves cut as for edges; None if all of it is visible."""
     field = scene.shapes[number]
     assert isinstance(field, Field)
     later = scene.shapes[number + 1 :]
     if not later and isinstance(field, Picture):
         return None
-    # A colour that nothing else has: its edges are the outline.
+    # A spectrum that nothing else has: its edges are the outline.
     each = Curve((400.0, 700.0), (0.25, 0.75), name="the picture", outside="hold")
     its_frame = field.frame(each)
     covered = Scene(background=scene.background, shapes=[its_frame, *later]).framed(scene.background)

@@ -1,4 +1,4 @@
-"""A picture as the field engine takes it: splines of samples in pitches, and what of them can be seen."""
+"""A picture for the frequency sums: B-splines on its samples, in pitches, and the outline of its visible part."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ Rings = tuple[F64, F64]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Layer:
-    """One picture less the background that it hides.
+    """One picture minus the background that it hides.
 
-    The field is Σ coefficients × B-splines over sample coordinates: u along the picture's rows, v down them, whole
-    numbers at the sides of the samples' squares.
+    The field is Σ coefficients × B-splines over sample coordinates: u along the picture's rows, v down the columns,
+    integers at the sides of the samples' squares.
 
-    picture : whose samples they are
-    offset  : (planes,) what is taken off every plane: the background where the planes' spectra can make it
-    ones    : whether a plane of ones follows, to be weighed with the background's spectrum
-    step    : distance of neighbouring samples, pitches
-    corner  : (2,) where u = v = 0 lies, pitches from the optical axis;  axes: (2, 2) unit vectors along u and v
-    outline : (start, end) (n, 2) of what can be seen, u and v, inside where cross(end − start, x − start) > 0;
-              None where nothing hides the picture
+    picture : the samples
+    offset  : (planes,) subtracted from every plane: the background, if the planes' spectra can represent it
+    ones    : whether a plane of ones follows, for the background's spectrum
+    step    : spacing of samples, pitches
+    corner  : (2,) position of u = v = 0, pitches from the optical axis;  axes: (2, 2) unit vectors along u and v
+    outline : (start, end), each (n, 2) in u and v, of the visible part, inside where cross(end − start, x − start) > 0;
+              None if nothing hides the picture
     """
 
     picture: Raster
@@ -41,7 +41,7 @@ class Layer:
 
     @classmethod
     def of(cls, picture: Raster, background: Spectrum, pitch_um: float, outline_um: Rings | None) -> Layer:
-        """Place a picture; ``outline_um``: edges (start, end) of what can be seen, µm, None for all of it."""
+        """Place a picture; ``outline_um``: edges (start, end) of its visible part, µm; None: all of it."""
         rows, cols = picture.shape
         axes, step_um = picture.axes, picture.step_um
         corner_um = np.array(picture.centre_um) - 0.5 * step_um * np.einsum("a,ax->x", np.array([cols, rows]), axes)
@@ -64,7 +64,7 @@ class Layer:
 
     @property
     def degree(self) -> int:
-        """Of the splines."""
+        """Degree of the splines."""
         return DEGREES[self.picture.interpolation]
 
     @property
@@ -79,17 +79,17 @@ class Layer:
 
     @property
     def kind(self) -> str:
-        """What explanations call it."""
+        """Name of the kind of picture in explanations."""
         return self.picture.kind
 
     @property
     def sides(self) -> int:
-        """Of the outline."""
+        """Number of sides of the outline."""
         return 4 if self.outline is None else len(self.outline[0])
 
     @property
     def said(self) -> tuple[str, str]:
-        """What explanations say of it, and why."""
+        """Text of the explanation, and its reason."""
         rows, cols = self.shape
         turned = f", turned by {self.picture.rotate_deg:g}°" if self.picture.rotate_deg % 360.0 else ""
         seen = "all of it seen" if self.outline is None else "what outlines cut of it is integrated"
@@ -100,12 +100,12 @@ class Layer:
 
     @property
     def upright(self) -> bool:
-        """Whether samples lie along the photosites' rows: a billionth of a degree's cosine is 1, its sine not 0."""
+        """Whether rows of samples are exactly parallel to rows or columns of photosites."""
         return bool((self.axes == np.rint(self.axes)).all())
 
     @property
     def corners(self) -> F64:
-        """Corners (4, 2) about what can be seen, pitches."""
+        """Corners (4, 2) of the box of the visible part, along the picture's axes, pitches."""
         (left, top), (right, bottom) = (0.0, 0.0), self.shape[::-1]
         if self.outline is not None:
             seen = np.concatenate(self.outline)
@@ -113,13 +113,13 @@ class Layer:
         return self.places(np.array([[left, top], [right, top], [right, bottom], [left, bottom]]))
 
     def places(self, samples: F64) -> F64:
-        """Return places (n, 2), pitches, of sample coordinates (n, 2)."""
+        """Return the positions (n, 2), pitches, of sample coordinates (n, 2)."""
         placed: F64 = self.corner + self.step * np.einsum("na,ax->nx", samples, self.axes)
         return placed
 
     @cached_property
     def _splines(self) -> F64:
-        """Coefficients (planes, rows, cols), as the picture has them: without offset and ones."""
+        """Spline coefficients (planes, rows, cols) of the picture, without offset and ones."""
         planes: F64 = self.picture.planes
         if self.degree < 2:
             return planes
@@ -144,7 +144,7 @@ class Layer:
 
 
 def mirrored(wanted: range, count: int) -> np.ndarray:
-    """Return which of ``count`` samples stand for whole numbers from outside: d c b a | a b c d | d c b a.
+    """Return the indices of ``count`` samples for any integers, by reflection: d c b a | a b c d | d c b a.
 
     >>> mirrored(range(-2, 5), 3).tolist()
     [1, 0, 0, 1, 2, 2, 1]
@@ -154,7 +154,7 @@ def mirrored(wanted: range, count: int) -> np.ndarray:
 
 
 def _spline_of(values: F64) -> F64:
-    """Return the coefficients (n, m) of cubic splines through values (n, m), mirrored at either end."""
+    """Return the coefficients (n, m) of cubic splines that interpolate values (n, m), mirrored at either end."""
     bands = np.tile(np.array([[1.0], [4.0], [1.0]]) / 6.0, (1, len(values)))
     bands[1, 0] += 1.0 / 6.0
     bands[1, -1] += 1.0 / 6.0
@@ -163,9 +163,9 @@ def _spline_of(values: F64) -> F64:
 
 
 def refined(coefficients: F64, degree: int, times: int) -> F64:
-    """Return the coefficients of the same splines on a lattice ``times`` (odd) as fine; the outermost ones are wrong.
+    """Return the coefficients of the same spline on a lattice ``times`` (odd) as fine; the outermost ones are invalid.
 
-    A B-spline is a sum of narrower ones, with the weights of ``degree + 1`` boxes folded with one another.
+    A B-spline is a sum of narrower ones, with the weights of the convolution of ``degree + 1`` boxes.
 
     >>> refined(np.array([[[0.0, 0.0, 3.0, 3.0, 3.0]]]).repeat(5, 1), 1, 3)[0, 7, 4:10].tolist()
     [0.0, 1.0, 2.0, 3.0, 3.0, 3.0]
@@ -188,7 +188,7 @@ def refined(coefficients: F64, degree: int, times: int) -> F64:
 
 
 def basis(degree: int, t: F64) -> F64:
-    """Return (n, degree + 1): the B-splines that are not 0 at places 0 ≤ t ≤ 1 between two knots, in order."""
+    """Return the values (n, degree + 1) of the B-splines that are not 0 between two knots, at 0 ≤ t ≤ 1, in order."""
     if degree == 0:
         return np.ones((t.size, 1))
     if degree == 1:

@@ -1,4 +1,4 @@
-"""Points of light as the field engine takes them: all of a scene's that nothing hides are one layer."""
+"""Point sources for the frequency sums: all visible ones of a scene form one layer."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from camsim.scene import PointSource, Primitive, Scene, flattened
 from camsim.scene.covering import covered
 from camsim.spectra.curve import Spectrum
 
-_STEP = 1e-6  # pitches: of squares that no pattern tells from points
+_STEP = 1e-6  # pitches: of squares that no PSF distinguishes from points
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PointLayer:
-    """Points, pitches; to the engine samples so small that nothing of them but their light is seen.
+    """Point sources, pitches; the engine treats them as samples of negligible size.
 
     at    : (n, 2) from the optical axis
-    light : (planes, n) square pitches of a surface of each plane's spectrum that send as much
+    light : (planes, n) area, square pitches, of a surface of each plane's spectrum with the same light
     """
 
     at: F64
@@ -40,28 +40,28 @@ class PointLayer:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """One row of all."""
+        """One row of all points."""
         return 1, len(self.at)
 
     @property
     def planes(self) -> int:
-        """One for each spectrum."""
+        """Number of planes, one for each spectrum."""
         return len(self.light)
 
     @property
     def corners(self) -> F64:
-        """Corners (4, 2) about all."""
+        """Corners (4, 2) of the bounding box."""
         (left, top), (right, bottom) = self.at.min(axis=0), self.at.max(axis=0)
         return np.array([[left, top], [right, top], [right, bottom], [left, bottom]])
 
     @property
     def sides(self) -> int:
-        """There is no outline that would hear rings."""
+        """0: there is no outline."""
         return 0
 
     @property
     def said(self) -> tuple[str, str]:
-        """What explanations say of it, and why."""
+        """Text of the explanation, and its reason."""
         count, planes = len(self.at), self.planes
         return (
             f"{count} point{'s' if count != 1 else ''} of {planes} colour{'s' if planes != 1 else ''}",
@@ -70,7 +70,7 @@ class PointLayer:
 
     @property
     def strength(self) -> float:
-        """Their light as far as it may add up by chance, square pitches: what lies in one photosite does so surely."""
+        """Root of the summed squares of the light per photosite, square pitches: different ones add up at random."""
         _, cell = np.unique(np.floor(self.at[:, 0]) + 1j * np.floor(self.at[:, 1]), return_inverse=True)
         return float(np.sqrt(np.sum(np.bincount(cell.ravel(), self.light.sum(axis=0)) ** 2)))
 

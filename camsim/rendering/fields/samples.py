@@ -1,8 +1,8 @@
-"""A layer near a window, ready to be transformed: a lattice of splines, and points that stand for what they get wrong.
+"""A layer ready to be transformed: a lattice of splines, and points of light that correct them at its outline.
 
-Splines whose samples can be seen are kept whole. Where the outline cuts the field, or a spline reaches beyond it, the
-difference between what is to be seen and what the kept splines give is integrated patch by patch with Gauss nodes: a
-patch is a square between neighbouring knots, and the field on it a polynomial. The nodes are points of light.
+Splines of visible samples are used uncut. Where the outline cuts the field, or a spline extends beyond it, the
+difference between the visible field and these splines is integrated patch by patch with Gauss nodes: a patch is a
+square between neighbouring knots, on which the field is a polynomial. The nodes become points of light.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ from camsim.numerics.quadrature import gauss_legendre, gauss_pieces
 from camsim.rendering.fields.cover import Cover, cover_of
 from camsim.rendering.fields.layer import Layer, basis, refined
 
-LONGEST_PATCH = 9.0  # radians of half a patch's phase at the highest frequency, before its samples are refined
-LONGEST_SQUARE = 8.0  # pitches: larger squares would bring in light from beyond what a window takes
-THREE = 3  # samples in place of one
+LONGEST_PATCH = 9.0  # radians: phase of half a patch at the highest frequency up to which samples are not refined
+LONGEST_SQUARE = 8.0  # pitches: larger squares would extend too far beyond a window's support
+THREE = 3  # samples that replace one in a refinement
 MOST_NODES = 64
 
 
 class Splines(NamedTuple):
-    """A layer as splines on a lattice, and points of light that say what they get wrong; pitches.
+    """A layer as splines on a lattice, and points of light that correct their errors; pitches.
 
     places : (rows, cols, 2) of samples;  light: (kinds, rows, cols)
     points : (m, 2);  corrections: (kinds, m)
@@ -45,7 +45,7 @@ class Splines(NamedTuple):
 
 
 class Support(NamedTuple):
-    """A box (low, high), pitches, beyond which no frequency is asked above ``cut`` cycles/pitch."""
+    """A box (low, high), pitches, outside of which only frequencies up to ``cut`` cycles/pitch are needed."""
 
     low: F64
     high: F64
@@ -55,10 +55,10 @@ class Support(NamedTuple):
 def splines_of(
     layer: Layer, *, cut: float, allowed: float, support: Support | None = None, longest: float = math.inf
 ) -> Splines:
-    """Return all of a layer.
+    """Return a layer as splines and corrections.
 
-    cut : highest frequency that is asked, cycles/pitch;  allowed: error of the nodes, relative
-    longest : distance of samples, pitches
+    cut : highest frequency needed, cycles/pitch;  allowed: relative error of the quadrature
+    longest : largest spacing of samples, pitches
     """
     times, parts = 1, max(parts_of(layer, cut), math.ceil(layer.step / longest - 1e-9))
     around = 0 if layer.degree == 0 else layer.degree + 2
@@ -94,22 +94,22 @@ def splines_of(
 
 
 def parts_of(layer: Layer, cut: float) -> int:
-    """Return into how many parts, a power of three, samples are refined: where patches are cut they are to be small."""
+    """Return the refinement of samples, a power of three, that makes patches small enough to be integrated."""
     whole = layer.degree == 0 and layer.outline is None
     longest = max(LONGEST_SQUARE, 0.5 / cut) if whole else LONGEST_PATCH / (math.pi * cut)
     return int(THREE ** max(0, math.ceil(math.log(layer.step / longest, THREE) - 1e-9)))
 
 
 def _within(part: range, whole: range) -> slice:
-    """Return where refined samples lie among all that were made of ``whole``."""
+    """Return the slice of the samples ``part`` within the refinement of all samples ``whole``."""
     first = part.start - THREE * whole.start
     return slice(first, first + len(part))
 
 
 def _cover(layer: Layer, times: int, first: tuple[int, int], shape: tuple[int, ...]) -> tuple[Cover, F64]:
-    """Return what of each patch is seen, and where (u, v) the first one's first knot lies, in fine samples.
+    """Return the visibility of each patch, and the position (u, v) of the first knot, in fine samples.
 
-    Patch p lies between the knots p and p + 1: sides of squares, or else the samples p and p + 1.
+    Patch p lies between the knots p and p + 1: the sides of squares for degree 0, else the samples p and p + 1.
     """
     half = 0.0 if layer.degree == 0 else 0.5
     knot = np.array([first[1], first[0]], float) + half
@@ -124,10 +124,10 @@ def _cover(layer: Layer, times: int, first: tuple[int, int], shape: tuple[int, .
 
 
 def _kept(whole: np.ndarray, degree: int) -> np.ndarray:
-    """Return which samples are kept: those of which some patch is wholly seen."""
+    """Return a mask of the samples to use uncut: those with a patch in their support that is entirely visible."""
     if degree == 0:
         return whole.copy()
-    # Sample a is felt on the patches a − n … a + n − 1.
+    # The spline of sample a covers the patches a − n … a + n − 1.
     n = (degree + 1) // 2
     keep = whole
     for axis in (0, 1):
@@ -150,9 +150,9 @@ def _corrections(
     cut: float,
     allowed: float,
 ) -> tuple[F64, F64]:
-    """Return nodes (m, 2) and light (planes, m): what is seen of patches less what the kept splines give there.
+    """Return nodes (m, 2) and light (planes, m): the visible field on patches minus that of the uncut splines.
 
-    among : (rows, cols) which patches are looked at
+    among : (rows, cols) mask of the patches to consider
     """
     step = layer.step / times
     given = _patches(np.abs(lattice).sum(axis=0)[None], layer.degree)[0] > 0.0
@@ -161,7 +161,7 @@ def _corrections(
     pieces, orders = gauss_pieces(phase, allowed, MOST_NODES)
     x, w = _composite(int(pieces[0]), int(orders[0]) + 2)
 
-    # The kept splines, over all of a patch.
+    # Subtract the uncut splines over the whole patch.
     patch = np.argwhere(wrong)
     t = np.stack(np.meshgrid(x, x), axis=-1).reshape(-1, 2)
     whole_at = patch[:, None, ::-1] + t
@@ -169,8 +169,8 @@ def _corrections(
 
     nodes, light = [whole_at.reshape(-1, 2)], [taken.reshape(len(fine), -1)]
 
-    # What is seen of it: triangles from its middle to every edge, of either sign, as Duffy's squares: out from the
-    # middle, and along the edge, where short ones need fewer nodes.
+    # Add the visible part: signed triangles from the patch's centre to every edge, by Duffy's transformation. The
+    # coordinate along the edge needs fewer nodes for short edges.
     length = np.hypot(*(cover.end - cover.start).T)
     mine = among[tuple(cover.cut.T)][cover.owner] if len(cover.owner) else np.empty(0, bool)
     needed = np.minimum(x.size, np.ceil(x.size * length).astype(np.int64) + 3)
@@ -190,7 +190,7 @@ def _corrections(
 
 
 def _patches(values: F64, degree: int) -> F64:
-    """Return the sums over the samples that are felt on each patch."""
+    """Return the sums over the samples whose splines cover each patch."""
     if degree == 0:
         return values
     n = (degree + 1) // 2
@@ -200,7 +200,7 @@ def _patches(values: F64, degree: int) -> F64:
 
 
 def _shifted(values: np.ndarray, shift: int, axis: int) -> np.ndarray:
-    """Return what lies ``shift`` places further along an axis; nothing lies beyond its ends."""
+    """Return values shifted by ``shift`` places along an axis, filled with zeros."""
     moved = np.roll(values, -shift, axis=axis)
     ends = slice(-shift, None) if shift > 0 else slice(0, -shift)
     moved[(slice(None),) * axis + (ends,)] = 0
@@ -208,14 +208,14 @@ def _shifted(values: np.ndarray, shift: int, axis: int) -> np.ndarray:
 
 
 def _composite(pieces: int, order: int) -> tuple[F64, F64]:
-    """Return a Gauss rule on 0 … 1 in pieces."""
+    """Return a composite Gauss rule on 0 … 1."""
     x, w = gauss_legendre(order)
     nodes = (np.arange(pieces)[:, None] + 0.5 * (1.0 + x)) / pieces
     return nodes.ravel(), np.tile(0.5 * w / pieces, pieces)
 
 
 def _values(coefficients: F64, degree: int, patch: I64, t: F64) -> F64:
-    """Return (planes, patches, nodes): the field at places t (patches, nodes, 2), 0 … 1 along and down each patch."""
+    """Return the field (planes, patches, nodes) at places t (patches, nodes, 2), 0 … 1 along and down each patch."""
     if not len(patch):
         return np.zeros((len(coefficients), 0, t.shape[1]))
     n = max((degree + 1) // 2 - 1, 0)

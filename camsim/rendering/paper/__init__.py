@@ -1,1 +1,1 @@
-"""The paper's methods, kept by name: what people used before, and what the exact engines are measured against."""
+"""Methods of a paper, by name, as a reference to which the exact engines are compared."""

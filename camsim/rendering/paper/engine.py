@@ -1,4 +1,4 @@
-"""The paper's methods (rules.py) as plans, checked like all others."""
+"""The paper's methods (rules.py) as plans, checked like those of all engines."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ class PaperPlan:
 
     @property
     def marks(self) -> Marks:
-        """None of its own."""
+        """Plain marks: these methods add none."""
         return Marks.plain(float(self.job.blur.max()))
 
     @property
     def fewest(self) -> int:
-        """A few whatever they take."""
+        """Smallest number of photosites that are checked."""
         return FEWEST_CHECKED
 
     @property
@@ -46,7 +46,7 @@ class PaperPlan:
 
     @property
     def cost(self) -> Cost:
-        """Every sample of every photosite is clipped against every edge."""
+        """Cost of clipping every sample of every photosite against every edge."""
         photosites = float(self.job.grid.rows * self.job.grid.cols)
         clips = photosites * self.rule.samples * len(self.job.edges)
         return Cost(seconds=1e-3 + SECONDS_PER_CLIP * clips, memory_bytes=8.0 * photosites)
@@ -63,11 +63,11 @@ class PaperPlan:
         )
 
     def decisions(self) -> Iterator[Decision]:
-        """None: the rule is what was asked for."""
+        """Yield nothing: the rule is the one requested."""
         yield from ()
 
     def of(self, job: Job) -> PaperPlan:
-        """Return the same samples for other edges."""
+        """Return a plan with the same samples for other edges."""
         return dataclasses.replace(self, job=job)
 
     def bands(self, channel: Channels, progress: Progress) -> Iterator[F64]:
@@ -87,10 +87,10 @@ class PaperPlan:
         return one_by_one(self, channels, progress)
 
     def standard_error(self, rows: I64, cols: I64) -> float | None:
-        """Return the largest standard error of the mean of a photosite's samples; of ``importance`` only.
+        """Return the largest standard error of the mean of a photosite's samples; only for ``importance``.
 
-        It takes them for random, which is what the paper's analysis does; Halton's do better than that, and it does not
-        see that the pattern is cut off. The other methods have fixed rules whose error no spread of values tells.
+        The samples are treated as random, as in the paper's analysis. Halton samples do better than that, and the error
+        from cutting off the PSF is not included. The other methods have fixed rules without a standard error.
         """
         x0, y0 = self.job.grid.first_centre
         points = np.stack([x0 + cols, y0 + rows], axis=1)
@@ -106,12 +106,12 @@ class PaperPlan:
 
 @dataclass(frozen=True, slots=True)
 class Paper:
-    """One of the paper's methods by its name."""
+    """The engine for one of the paper's methods, by name."""
 
     method: str
 
     def plan(self, job: Job, samples: int | None = None) -> PaperPlan:
-        """Make the method's rule; it takes one wavelength, and a round lens (strips any Gaussian)."""
+        """Build the method's rule for one wavelength and a rotationally symmetric lens (for strips, any Gaussian)."""
         turned = self.method == "strips" and isinstance(job.system.lens, EllipticalGaussian)
         if job.pattern is not None and job.footprint is not None:
             check_tolerance(job.tolerance, job.pattern)

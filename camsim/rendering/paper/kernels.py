@@ -1,4 +1,4 @@
-"""The paper's methods in the loop: squares clipped against edges, and a Gaussian integrated strip by strip."""
+"""Kernels of the paper's methods: rectangles clipped against edges, and a Gaussian integrated strip by strip."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Steps(NamedTuple):
 
 
 class Boxes(NamedTuple):
-    """Rectangles about a photosite and what each counts, see ``rules.Rule``."""
+    """Rectangles about a photosite and their weights, see ``rules.Rule``."""
 
     width: float
     height: float
@@ -30,7 +30,7 @@ class Boxes(NamedTuple):
 
 @kernel(forceinline=True)
 def _ramp(q: float, side: float) -> float:
-    """Integral of min(max(q, 0), side)."""
+    """Integral of min(max(q, 0), side) over q, from 0."""
     if q <= 0.0:
         return 0.0
     return 0.5 * q * q if q < side else side * (q - 0.5 * side)
@@ -38,10 +38,10 @@ def _ramp(q: float, side: float) -> float:
 
 @kernel()
 def _covered(left: float, top: float, width: float, height: float, steps: Steps) -> float:
-    """Return the scene's mean over a rectangle, clipped against every edge exactly; at a point for no width or height.
+    """Return the scene's mean over a rectangle by exact clipping against every edge; zero width or height is a point.
 
-    An edge that runs upwards in y adds its contrast to everything on its lower-x side within its span of y (a region is
-    the sum of such bands over its outline), so its share of a rectangle is ∫ min(max(x_edge(y) − left, 0), width) dy.
+    An edge that runs upwards in y adds its contrast to all places of lower x within its span of y (a region is the sum
+    of such bands over its outline), so its share of a rectangle is ∫ min(max(x_edge(y) − left, 0), width) dy.
     """
     start, end, contrast = steps.start, steps.end, steps.contrast
     inside = 0.0
@@ -71,7 +71,7 @@ def _covered(left: float, top: float, width: float, height: float, steps: Steps)
 def weighted(
     x0: float, y0: float, steps: Steps, background: float, boxes: Boxes, image: F64, begin: int, end: int
 ) -> None:
-    """Sum the samples of every photosite of some rows."""
+    """Sum the weighted samples of every photosite in rows begin … end."""
     for r in range(begin, end):
         for c in range(image.shape[1]):
             total = 0.0
@@ -84,7 +84,7 @@ def weighted(
 
 @kernel(allocates=True)
 def each_sample(x: float, y: float, steps: Steps, boxes: Boxes) -> F64:
-    """Return what every sample of the photosite at (x, y) sees, less the background."""
+    """Return the value of every sample of the photosite at (x, y), minus the background."""
     values = np.empty(len(boxes.places))
     for k in range(len(boxes.places)):
         left, top = x + boxes.places[k, 0] - 0.5 * boxes.width, y + boxes.places[k, 1] - 0.5 * boxes.height
@@ -94,7 +94,7 @@ def each_sample(x: float, y: float, steps: Steps, boxes: Boxes) -> F64:
 
 @kernel(forceinline=True)
 def _strip(y: float, x_edge: float) -> float:
-    """Density of a Gaussian with σ = 1 at height y, integrated over everything on the lower-x side of x_edge."""
+    """Density of a Gaussian with σ = 1 at height y, integrated over all x below x_edge."""
     return math.exp(-0.5 * y * y) / math.sqrt(2.0 * math.pi) * 0.5 * math.erfc(-x_edge / math.sqrt(2.0))
 
 
@@ -102,9 +102,9 @@ def _strip(y: float, x_edge: float) -> float:
 def strips(
     x0: float, y0: float, steps: Steps, background: float, whiten: F64, image: F64, first_row: int, end_row: int
 ) -> None:
-    """Integrate a Gaussian pattern over the bands of every edge in some rows: erf along x, adaptive Simpson along y.
+    """Integrate a Gaussian PSF over the bands of every edge in some rows: erf along x, adaptive Simpson along y.
 
-    steps : in the plane that ``whiten`` leads to, where σ = 1 in every direction; the photosites are taken there
+    steps : in the plane to which ``whiten`` maps, where σ = 1 in every direction; photosites are mapped here
     """
     start, end, contrast = steps.start, steps.end, steps.contrast
     depth = 24

@@ -1,16 +1,16 @@
-"""The paper's methods, kept by name: what people used before, and what the boundary engine is measured against.
+"""Methods of a paper, by name, as a reference to which the boundary engine is compared.
 
-F. van den Bergh, "On the rendering of synthetic images with specific point spread functions". All of them place a
-fixed set of samples of the lens's pattern around every photosite and weigh the footprint's share of each region there;
-``strips`` integrates a Gaussian pattern instead, in closed form along x and adaptively along y.
+F. van den Bergh, "On the rendering of synthetic images with specific point spread functions". The methods place a fixed
+set of samples of the PSF around every photosite and weight the scene's mean over the footprint at each; ``strips``
+integrates a Gaussian PSF instead, in closed form along x and adaptively along y.
 
-area           the footprint alone, clipped exactly: no lens at all
-uniform-pixel  11 × 11 samples on whole pixels, weighted by the pattern
-uniform        11 × 11 samples that reach as far as the pattern does (3 σ, or the third dark ring)
-importance     N samples (default 2025) of the Halton sequence (2, 3), distributed as the pattern (Airy cut at 18 λN)
-strips         Gaussian pattern of any covariance, point photosite
+area           the footprint alone, clipped exactly: no lens
+uniform-pixel  11 × 11 samples at integer pixels, weighted by the PSF
+uniform        11 × 11 samples over the extent of the PSF (3 σ, or the third dark ring)
+importance     N samples (default 2025) of the Halton sequence (2, 3), distributed as the PSF (Airy cut at 18 λN)
+strips         Gaussian PSF of any covariance, point photosite
 
-One difference from the paper is deliberate: a photosite's rectangle and the OLPF's spots are clipped exactly at every
+One deliberate difference from the paper: a photosite's rectangle and the OLPF's spots are clipped exactly at every
 sample, for all methods.
 """
 
@@ -41,12 +41,12 @@ THIRD_DARK_RING = 3.2383  # λN
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Rule:
-    """A method made ready for one lens and footprint; lengths in pitches.
+    """The samples of a method for one lens and footprint; lengths in pitches.
 
-    places, shares : (m, 2) centres of the footprint's rectangles about a photosite, and (m,) what each counts
+    places, shares : (m, 2) centres of the footprint's rectangles about a photosite, and (m,) their weights
     width, height  : of the rectangles
-    whiten         : (2, 2) makes the Gaussian that ``strips`` integrates instead round, σ = 1; None for all others
-    random         : whether the samples may be taken for random draws of the pattern
+    whiten         : (2, 2) map that gives the Gaussian of ``strips`` σ = 1 in every direction; None for other methods
+    random         : whether the samples can be treated as random draws from the PSF
     """
 
     places: F64
@@ -58,7 +58,7 @@ class Rule:
 
     @property
     def samples(self) -> int:
-        """How many samples a photosite takes."""
+        """Number of samples per photosite."""
         return len(self.shares)
 
     def image(
@@ -76,7 +76,7 @@ class Rule:
         return image
 
     def standard_error(self, edges: Edges, contrast: F64, points: F64) -> float | None:
-        """Return the largest standard error of the samples' mean at ``points`` (m, 2); None where nothing is random."""
+        """Return the largest standard error of the samples' mean at ``points`` (m, 2); None if they are not random."""
         if not self.random or self.samples < 2:
             return None
         worst, steps = 0.0, Steps(edges.start, edges.end, contrast)
@@ -91,9 +91,9 @@ class Rule:
 
 
 def rule_of(method: str, system: OpticalSystem, *, blur: float, footprint: Footprint, samples: int | None) -> Rule:
-    """Make a method ready.
+    """Return the samples of a method.
 
-    blur    : the pattern's own length, pitches
+    blur    : scale of the PSF (λN, or σ of a Gaussian), pitches
     samples : number of samples of ``importance``; None for its default
     """
     lens, spots = system.lens, footprint.spots
@@ -122,7 +122,7 @@ def rule_of(method: str, system: OpticalSystem, *, blur: float, footprint: Footp
 
 
 def _whitening(lens: Gaussian | EllipticalGaussian, blur: float) -> F64:
-    """Return the map from pitches to a plane in which the pattern is round, σ = 1: the covariance to the power −½."""
+    """Return the map from pitches to a plane in which the PSF has σ = 1 in every direction: covariance^(−½)."""
     if isinstance(lens, Gaussian):
         return np.eye(2) / blur
     size, axes = np.linalg.eigh(np.array(lens.covariance_um2) * (blur / lens.blur_um(0.0)) ** 2)
@@ -160,7 +160,7 @@ def _importance(lens: Airy | Gaussian, blur: float, samples: int | None, cut: fl
     if count < 1:
         raise InvalidValueError(f"{count} samples show nothing; give 1 or more", key="samples")
 
-    # Its first point is the origin, which has no inverse.
+    # Skip the first point, the origin, at which the inverse distribution is infinite.
     u = scipy.stats.qmc.Halton(2, scramble=False).random(count + 1)[1:]
     if isinstance(lens, Gaussian):
         offsets = blur * scipy.special.ndtri(u)

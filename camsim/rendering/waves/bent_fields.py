@@ -1,8 +1,8 @@
-"""Pictures, gradients and points as a lens with distortion throws them.
+"""Pictures, gradients and points behind a lens with distortion.
 
-Samples fall where the distortion throws their places, and light of as much more or less as it stretches area. A
-sample's spline becomes one along bent axes, which change little over a part of the frame: about their mean its
-transform is taken to the first order. Samples are fine enough for that, and for a spline to bend no further.
+The distortion maps the position of each sample, and its light scales with the local change of area. A sample's spline
+gets axes along the map's derivatives, which vary little over a part of the frame; its transform is expanded to first
+order about their mean. Samples are fine enough for this expansion and for the curvature of a spline to be negligible.
 """
 
 from __future__ import annotations
@@ -21,21 +21,21 @@ from camsim.rendering.fields.samples import Splines, splines_of
 from camsim.rendering.waves.fields import FieldSource
 from camsim.rendering.waves.levels import Lattice
 
-COUNTED = 0.7  # cycles/pitch: beyond, photosites pass little of what a sample's spline has
-SECOND = 0.5  # of the square of what an axis changes by, in cycles of a sample: what the first order leaves
-OF_PRECISION = 5.0  # times a transform's: what the first order may leave
-FINEST_STEP, COARSEST_STEP = 0.5, 4.0  # pitches, between which samples are refined until it leaves no more
-MOST_BLOCKS = 8  # along a side, of samples whose axes are taken about a mean of their own
-SIDES = 64  # points along a layer's side, whose places make its box
-STEP_UM = 1.0  # about a point, over which area is taken
-SLOPE = 1e-4  # cycles, over which a spline's transform is
+COUNTED = 0.7  # cycles/pitch: above this, photosites pass little of a sample's spline
+SECOND = 0.5  # error of the first order, over the square of an axis's change in cycles per sample
+OF_PRECISION = 5.0  # error allowed to the first order, over that of a transform
+FINEST_STEP, COARSEST_STEP = 0.5, 4.0  # pitches: limits of the refinement of samples that the first order needs
+MOST_BLOCKS = 8  # along a side, of blocks of samples, each with its mean axes
+SIDES = 64  # points along a layer's side whose images give its box
+STEP_UM = 1.0  # of the differences for axes and area
+SLOPE = 1e-4  # cycles: step of the difference for the slope of a spline's transform
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class BentSource(FieldSource):
-    """A field, seen through a distortion.
+    """A field, imaged with distortion.
 
-    lens : that distorts
+    lens : gives the distortion
     """
 
     lens: Varies
@@ -51,7 +51,7 @@ class BentSource(FieldSource):
         return fallen.min(axis=0), fallen.max(axis=0)
 
     def transform(self, lattice: Lattice, origin: tuple[float, float]) -> C128 | None:
-        """Return the transform of each mixture of planes."""
+        """Return the transform of each mixture of planes; None: no light in the lattice's box."""
         columns, rows = lattice.counts
         out = np.zeros((len(self.mixture), 2 * rows - 1, columns), complex)
         if isinstance(self.layer, PointLayer):
@@ -63,12 +63,12 @@ class BentSource(FieldSource):
         return out if there else None
 
     def _fallen(self, places: F64) -> F64:
-        """Return where places (n, 2) fall, pitches."""
+        """Return the distorted positions of places (n, 2), pitches."""
         fallen: F64 = self.lens.distorted(places * self.pitch_um) / self.pitch_um
         return fallen
 
     def _thrown(self, places: F64, light: F64) -> tuple[F64, F64]:
-        """Return where points fall, and their light (kinds, n) there."""
+        """Return the distorted positions of points, and their light (kinds, n) there."""
         step = STEP_UM / self.pitch_um
         (ax, ay), (bx, by) = (
             (self._fallen(places + move) - self._fallen(places - move)).T / (2.0 * step)
@@ -95,7 +95,7 @@ class BentSource(FieldSource):
 
     @cached_property
     def _changes(self) -> float:
-        """By how much axes change over a part of the frame about the layer's middle and corners."""
+        """Largest deviation of the axes from their mean, on a grid over the layer's box."""
         corners = self.layer.corners
         x, y = np.meshgrid(*(np.linspace(corners[:, k].min(), corners[:, k].max(), 9) for k in (0, 1)))
         places = np.stack([x.ravel(), y.ravel()], axis=1)
@@ -103,14 +103,14 @@ class BentSource(FieldSource):
         return float(np.abs(axes - axes.mean(axis=0)).max())
 
     def _axes_at(self, places: F64) -> F64:
-        """Return what unit vectors along x and y become at places: (n, 2, 2)."""
+        """Return the images (n, 2, 2) of the unit vectors along x and y at places: the distortion's derivatives."""
         step = STEP_UM / self.pitch_um
         moves = np.array([step, 0.0]), np.array([0.0, step])
         return np.stack([(self._fallen(places + m) - self._fallen(places - m)) / (2.0 * step) for m in moves], axis=1)
 
     @cached_property
     def _bent(self) -> tuple[F64, F64, F64]:
-        """Where samples (n, 2) fall, what their axes (n, 2, 2) become, and their light (kinds, n)."""
+        """Distorted positions (n, 2) and axes (n, 2, 2) of the samples, and their light (kinds, n)."""
         splines, layer = self._splines, self.layer
         assert not isinstance(layer, PointLayer)
         rows, cols = splines.places.shape[:2]
@@ -124,7 +124,7 @@ class BentSource(FieldSource):
         return fallen.reshape(-1, 2), axes, splines.light.reshape(len(splines.light), -1) * np.abs(area)
 
     def _blocks(self, lattice: Lattice, origin: tuple[float, float]) -> Iterator[np.ndarray]:
-        """Yield samples in sight, in blocks over which axes change little."""
+        """Yield the samples in the lattice's box, in blocks over which axes change little."""
         fallen, axes, _ = self._bent
         at = fallen - np.array(origin)
         inside = np.flatnonzero(((at >= np.array(lattice.low)) & (at <= np.array(lattice.high))).all(axis=1))
@@ -143,7 +143,7 @@ class BentSource(FieldSource):
             yield inside[number == one]
 
     def _add_block(self, out: C128, block: np.ndarray, lattice: Lattice, origin: tuple[float, float]) -> bool:
-        """Add samples, their splines' transforms to the first order about those along their mean axes."""
+        """Add samples, with their splines' transforms expanded to first order about the mean axes."""
         splines, (fallen, axes, light) = self._splines, self._bent
         places, light, mean = fallen[block], light[:, block], axes[block].mean(axis=0)
         columns, rows = lattice.counts

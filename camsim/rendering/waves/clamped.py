@@ -1,4 +1,4 @@
-"""Edges clamped to a box: what lies beyond it becomes pieces of its sides, as few as close its outlines."""
+"""Edges clamped to a box: parts outside it are replaced by the pieces of its sides that close the outlines."""
 
 from __future__ import annotations
 
@@ -8,21 +8,21 @@ from camsim.core.arrays import F64, I64
 from camsim.core.kernels import kernel
 from camsim.rendering.edges import Edges
 
-ROOM = 1000  # edges, at the least, that are expected in a box; and as many again for every eighth of the scene's
+ROOM = 1000  # initial allocation for pieces in a box, plus one for every eight edges of the scene
 
-ROUNDING = 1e-15  # of the largest jump: no step
-SAME = 1e-12  # of the box's farthest corner, or pitches: so near are places along its sides one. Where two arcs meet
-# their last bits differ, and thousands of pieces between those, beyond all that is seen, took minutes
+ROUNDING = 1e-15  # of the largest jump: smaller steps are rounding
+SAME = 1e-12  # of the farthest corner, or pitches: places along the sides this close are equal. Where two arcs meet,
+# their last bits differ, which would leave thousands of tiny pieces along the sides
 
 
 def clamped(
     edges: Edges, low: tuple[float, float], high: tuple[float, float], origin: tuple[float, float] = (0.0, 0.0)
 ) -> Edges:
-    """Move every point into a box, edges cut where they cross its sides; all of it as seen from an origin.
+    """Clamp every point to a box, with edges cut where they cross its sides; coordinates are relative to an origin.
 
-    A closed outline clamped axis by axis is the outline of what lies in the box: pieces along its sides cancel or
-    close it. Those that follow one another along a side, with the same spectra beside them, are one. In a box without
-    area there is nothing to see: it is where all of a scene lies farther away, along one axis, than anything is seen.
+    A closed outline clamped axis by axis is the outline of its intersection with the box: pieces along the sides cancel
+    or close it. Successive pieces along a side with the same spectra on both sides are merged. A box without area
+    yields no edges: it occurs when the whole scene lies beyond the support along one axis.
 
     >>> a = np.array([[-1.0, 0.0], [3.0, 0.0], [0.0, 2.0]])  # a triangle that sticks out to the right and the left
     >>> b = np.roll(a, -1, axis=0)
@@ -53,7 +53,7 @@ def clamped(
 
 @kernel()
 def _side(x0: float, y0: float, x1: float, y1: float, box: F64) -> int:
-    """Return the side of the box that a piece lies along, -1 for none."""
+    """Return the side of the box that a piece lies along, or -1."""
     if x0 == x1 and (x0 == box[0] or x0 == box[2]):
         return 0 if x0 == box[0] else 2
     if y0 == y1 and (y0 == box[1] or y0 == box[3]):
@@ -65,7 +65,7 @@ def _side(x0: float, y0: float, x1: float, y1: float, box: F64) -> int:
 def _clamp(
     start: F64, end: F64, left: I64, right: I64, origin: tuple[float, float], box: F64, ends: F64, of: I64
 ) -> tuple[int, int]:
-    """Write pieces (n, 4) and whose they are as far as there is room; return how many, and the most there were.
+    """Write pieces (n, 4) and the edges they belong to, up to the arrays' size; return their number and its maximum.
 
     box : (4,) low x and y, high x and y
     """
@@ -77,7 +77,7 @@ def _clamp(
         bx, by = end[e, 0] - origin[0], end[e, 1] - origin[1]
         corners = 0
         x[0], y[0] = ax, ay
-        # All of what is beyond one side becomes one piece of it.
+        # An edge that lies beyond one side becomes a single piece of that side.
         beyond = max(ax, bx) <= box[0] or min(ax, bx) >= box[2] or max(ay, by) <= box[1] or min(ay, by) >= box[3]
         if not beyond:
             for axis in range(4):
@@ -119,11 +119,12 @@ def _clamp(
 def netted(
     start: F64, end: F64, jump: F64, low: tuple[float, float], high: tuple[float, float]
 ) -> tuple[F64, F64, F64]:
-    """Return edges of which none runs over another one along a side of their box.
+    """Return edges with overlapping pieces along the sides of their box combined into their net jumps.
 
-    jump : (n, spectra) by how much there is more of each to an edge's left than to its right
+    jump : (n, spectra) excess of each spectrum on an edge's left over its right
 
-    Of a crowd thousands do, and take as many nodes as they are long; together they are what is seen at the side.
+    Many edges leave thousands of overlapping pieces, whose quadrature nodes would be wasted: only the net jump along
+    the side matters.
 
     >>> a, b = np.array([[0.0, 0.0], [0.0, 2.0], [0.0, 3.0]]), np.array([[0.0, 2.0], [0.0, 1.0], [1.0, 3.0]])
     >>> start, end, jump = netted(a, b, np.ones((3, 1)), (0.0, 0.0), (5.0, 5.0))

@@ -1,4 +1,4 @@
-"""Edges as a source: the transform of the regions that they bound."""
+"""Edges as a source: the Fourier transform of the regions that they bound."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from camsim.rendering.waves.clamped import clamped, netted
 from camsim.rendering.waves.kernels import slope
 from camsim.rendering.waves.levels import Lattice
 
-MOST_NODES = 200  # of one Gauss rule on an edge; a longer one is cut
+MOST_NODES = 200  # of one Gauss rule on an edge; longer edges are divided
 EDGES_AT_ONCE, ROWS_AT_ONCE = 1000, 16
 
 
@@ -27,8 +27,8 @@ class EdgeSource:
     """Regions of several kinds of light, bounded by edges.
 
     edges  : pitches from the optical axis
-    shares : (spectra, kinds) how much of each kind there is in what lies beside an edge, the background first
-    precision : of the transforms, relative
+    shares : (spectra, kinds) share of each kind in the spectra on the sides of edges, the background first
+    precision : relative error of the transforms
     """
 
     edges: Edges
@@ -42,12 +42,12 @@ class EdgeSource:
 
     @property
     def whole(self) -> int:
-        """Any period will do."""
+        """1: any period will do."""
         return 1
 
     @property
     def in_parts(self) -> bool:
-        """Its transform takes parts of a lattice."""
+        """True: it can transform parts of a lattice."""
         return True
 
     @property
@@ -57,7 +57,7 @@ class EdgeSource:
         return kinds
 
     def transform(self, lattice: Lattice, origin: tuple[float, float]) -> C128 | None:
-        """Return the transform of each kind's regions (kinds, 2n − 1, m), seen from an origin; None: there are none."""
+        """Return the transform (kinds, 2n − 1, m) of each kind's regions about an origin; None: no edges."""
         edges = clamped(self.edges, lattice.low, lattice.high, origin)
         if not len(edges):
             return None
@@ -93,13 +93,13 @@ def phases(places: F64, lattice: Lattice) -> tuple[F64, F64]:
 
 
 def half_plane(strengths: C128, across: F64, columns: int) -> C128:
-    """Return strengths turned so that modes about 0 are those from 0 on: columns // 2 is added to each."""
+    """Return strengths with phases that shift modes centred on 0 to modes from 0 on, by columns // 2."""
     turned: C128 = strengths * np.exp(-1j * (columns // 2) * across)
     return turned
 
 
 def _nodes(start: F64, end: F64, lattice: Lattice, allowed: float) -> tuple[tuple[F64, F64], I64, C128]:
-    """Return phases of nodes on edges, whose they are, and weights times ey + i·ex, turned to the half plane."""
+    """Return the phases of nodes, their edges, and weights times ey + i·ex, shifted to the half plane."""
     length = np.hypot(*(end - start).T)
     pieces, orders = gauss_pieces(np.pi * lattice.cut * length, allowed, MOST_NODES)
     first = np.concatenate([[0], np.cumsum(pieces * orders)])
@@ -127,7 +127,7 @@ def _lay(
     begin: int,
     stop: int,
 ) -> None:
-    """Write the nodes of some edges' pieces, by each one's rule."""
+    """Write the quadrature nodes of edges begin … stop, each by its rule."""
     (start, end, pieces, first), (x, w, count, which) = edges, rules
     (px, py), (down, across, owner, strengths) = periods, nodes
     for e in range(begin, stop):

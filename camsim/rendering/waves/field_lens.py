@@ -1,9 +1,9 @@
-"""A lens that changes over the frame: few transfers of which every photosite of a part of the frame mixes its own.
+"""A field-varying lens as a low-rank sum: few basis transfers, with weights that vary from photosite to photosite.
 
     I(x) = Σ_m u_m(x) · Σ_f S(f)·T_m(f)·exp(2πi f·x)
 
-Over a part of the frame the transfer is a polynomial of the place, through those at some Chebyshev places. Of these,
-and of all channels, few mixtures T_m are all; u_m are polynomials too.
+Over a part of the frame the transfer is interpolated by a polynomial of the position, through Chebyshev points. A few
+mixtures T_m span the transfers at these points in all channels; the weights u_m are polynomials too.
 """
 
 from __future__ import annotations
@@ -32,28 +32,29 @@ from camsim.rendering.waves.kernels import mix
 from camsim.rendering.waves.levels import Level
 from camsim.rendering.waves.transfers import Footprint
 
-NODES = 1, 2, 3, 4, 5, 6, 8  # Chebyshev places along a side of a part of the frame
-FAR_NODES = *NODES, 10, 12, 16  # of all of it, for low frequencies
-TRIED = np.array([[-0.83, 0.41], [0.37, -0.71], [0.92, 0.88], [-0.15, 0.07]])  # places of a part, −1 … 1
+NODES = 1, 2, 3, 4, 5, 6, 8  # Chebyshev points along a side of a part of the frame
+FAR_NODES = *NODES, 10, 12, 16  # along a side of the whole frame, for low frequencies
+TRIED = np.array([[-0.83, 0.41], [0.37, -0.71], [0.92, 0.88], [-0.15, 0.07]])  # test points of a part, −1 … 1
 LOOKED_AT = 48  # radial frequencies at which transfers are compared
-BANDS = 4, 8, 14, 21, 28, 36, 48  # of these: where bands of frequencies end, each with mixtures of its own
-POINTS, OF_RADII, FAR_POINTS = 320, 5, 96  # along the radius of a table: at the least, for each radius, far out
+BANDS = 4, 8, 14, 21, 28, 36, 48  # ends of frequency bands among these, each with its number of mixtures
+POINTS, OF_RADII, FAR_POINTS = 320, 5, 96  # along a table's radius: at least; per radius of the rule; of coarse levels
 TURNS = 32, 48, 64, 96, 128, 192, 256, 384, 512  # directions of a table over half a turn
-OF_RULE, OF_PLACES, OF_MIXTURES, OF_TURNS = 1.0, 2.0, 1.0, 0.6  # of what is allowed
-CUBIC = 0.0234  # of the fourth power of a wave's step: what a cubic between four points leaves
-ALIKE_UM = 1e-6  # heights that are one
-NEAR_EVERY = 2  # photosites between points of levels that are summed tile by tile
-MOST_KEPT = 200  # of them, whose transfers are cached
+OF_RULE, OF_PLACES, OF_MIXTURES, OF_TURNS = 1.0, 2.0, 1.0, 0.6  # shares of the allowed error
+CUBIC = 0.0234  # error of cubic interpolation, over the fourth power of a harmonic's phase step
+ALIKE_UM = 1e-6  # image heights closer than this are equal
+NEAR_EVERY = 2  # largest spacing, photosites, of levels that are summed tile by tile
+MOST_KEPT = 200  # image heights whose transfers are cached
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class VaryingLens:
-    """A lens that changes over the frame, at wavelengths.
+    """A field-varying lens at wavelength nodes.
 
-    lens    : what it is at every place
-    system  : with stages of the user's own, of which no place changes anything
+    lens    : gives the lens at every place
+    system  : its custom stages are the same at every place
     allowed : largest error of a transfer
-    planes_nm : of Zernikes 1 and 2, which are taken out of it everywhere: photosites look as far the other way
+    planes_nm : tilts, Zernikes 1 and 2, that are taken out of the wavefront everywhere; photosites are displaced
+                instead
     """
 
     lens: Varies
@@ -66,14 +67,14 @@ class VaryingLens:
     is_round, is_pupil = False, True
 
     def size(self, frequency: F64, light: F64) -> F64:
-        """Return the most that passes anywhere at frequencies (n,) in cycles/pitch; light: (j,) weights."""
+        """Return the largest transfer (n,) at any place, at frequencies (n,) in cycles/pitch; light: (j,) weights."""
         perfect, zero = Airy(f_number=self._f_number), np.zeros_like(frequency)
         each = [perfect.otf(frequency / self.pitch_um, zero, nm) for nm in self.wavelength_nm.tolist()]
         size: F64 = np.einsum("j,jn->n", light, np.stack(each))
         return size
 
     def mixed(self, weights: F64, allowed: float) -> tuple[I64, F64]:
-        """Return which kinds stand for all, and mixtures of them; as of ``Lens``, whatever the transfers are."""
+        """Return the kinds that span all others, and the mixtures; as of ``Lens``, but for any transfers."""
         flat = weights.reshape(len(weights), -1)
         _, triangle, order = scipy.linalg.qr(flat.T, mode="economic", pivoting=True)
         count = max(1, int(np.count_nonzero(np.abs(np.diag(triangle)) * math.sqrt(flat.shape[1]) > allowed)))
@@ -93,7 +94,7 @@ class VaryingLens:
 
     @property
     def moved(self) -> F64:
-        """By how much the planes move its pattern along x and y, pitches."""
+        """Displacement of the PSF along x and y by the tilts, pitches."""
         return np.array(self.planes_nm[::-1]) * (4.0 * self._f_number / (1e3 * self.pitch_um))
 
     def _fronts(self, places_um: F64, wavelength_nm: F64) -> Wavefronts:
@@ -105,10 +106,10 @@ class VaryingLens:
         return isinstance(self.lens, Revolves) and self.lens.turns
 
     def mixtures(self, corners_um: F64, cut: float, weights: F64, counts: Sequence[int]) -> Mixtures | None:
-        """Return the mixtures for a part of the frame; None where it changes too fast for so many places.
+        """Return the mixtures for a part of the frame; None where the lens changes too fast for the largest count.
 
         corners_um : (2, 2) low and high corner;  cut: highest frequency, cycles/pitch
-        weights    : (kinds, channels, j);  counts: places along a side that are tried
+        weights    : (kinds, channels, j);  counts: numbers of Chebyshev points along a side to try
         """
         rule = self._rule(corners_um, min(1.0, cut * float(self.blurs.max())))
         part = _Part(self, rule, corners_um, cut, weights)
@@ -123,7 +124,7 @@ class VaryingLens:
         return None
 
     def _rule(self, corners_um: F64, outer: float) -> Rule:
-        """Return how finely transfers over a part of the frame are taken."""
+        """Return the quadrature and the sampling of transfers over a part of the frame."""
         (left, top), (right, bottom) = corners_um.tolist()
         places = [(x, y) for x in (left, 0.5 * (left + right), right) for y in (top, 0.5 * (top + bottom), bottom)]
         if self._turns:
@@ -146,7 +147,7 @@ class VaryingLens:
         return turned
 
     def _along(self, rule: Rule, heights_um: tuple[float, ...]) -> C128:
-        """Return the harmonics at heights along x; those of a frame's four quarters are the same."""
+        """Return the harmonics at image heights along x, cached: the frame's four quadrants share them."""
         kept = self._kept
         fresh = [height for height in heights_um if (rule, height) not in kept]
         if len(kept) > MOST_KEPT:
@@ -167,7 +168,7 @@ class VaryingLens:
 
 
 class _Part:
-    """A part of the frame, and transfers there."""
+    """A part of the frame, and the transfers there."""
 
     def __init__(self, lens: VaryingLens, rule: Rule, corners_um: F64, cut: float, weights: F64) -> None:
         self.lens, self.rule, self.corners_um, self.cut, self.weights = lens, rule, corners_um, cut, weights
@@ -179,12 +180,12 @@ class _Part:
         self._edge = footprint / (np.pi * (np.arange(LOOKED_AT)[:, None] + 0.5))
 
     def at(self, places: F64) -> C128:
-        """Return harmonics at places (n, 2) of the part, −1 … 1."""
+        """Return harmonics at places (n, 2), in coordinates −1 … 1 of the part."""
         low, high = self.corners_um
         return self.lens.transfers(self.rule, 0.5 * (low + high) + 0.5 * (high - low) * places)
 
     def displayed(self, harmonics: C128) -> C128:
-        """Return transfers (places, channels, kinds, n, directions) at some frequencies."""
+        """Return transfers (places, channels, kinds, n, directions) at the frequencies that are compared."""
         out = np.zeros((len(harmonics), *self.weights.shape[1::-1], LOOKED_AT, harmonics.shape[3]), complex)
         for j, matrix in enumerate(self._looked_at):
             item = _times(matrix, harmonics[:, j])
@@ -193,16 +194,16 @@ class _Part:
         return displayed
 
     def seen(self, off: C128) -> F64:
-        """Return what an edge shows at the most of transfers (…, kinds, n, directions) that are off: ∫ |T|/πf df."""
+        """Return a bound on an edge's error from errors of transfers (…, kinds, n, directions): ∫ |T|/πf df."""
         seen: F64 = np.einsum("...nd,nd->...d", np.abs(off), self._edge).max(axis=-1).sum(axis=-1)
         return seen
 
     def mixed(self, harmonics: C128, displayed: C128, count: int) -> Mixtures:
-        """Return the few mixtures that all places and channels are made of."""
+        """Return the few mixtures that span the transfers of all places and channels."""
         flat = displayed.reshape(displayed.shape[0] * displayed.shape[1], *displayed.shape[2:])
         vectors, numbers = np.empty((len(flat), 0)), np.empty(len(BANDS), np.int64)
         allowed = OF_MIXTURES * self.lens.allowed / math.sqrt(len(BANDS))
-        # High frequencies take the fewest mixtures: photosites pass little of them.
+        # High frequencies need the fewest mixtures: photosites pass little of them.
         for k, (begin, end) in reversed([*enumerate(pairwise((0, *BANDS)))]):
             band, edge = flat[..., begin:end, :], self._edge[begin:end]
             rest = np.ascontiguousarray(band).reshape(len(flat), -1)
@@ -210,7 +211,7 @@ class _Part:
             strength = (rest.reshape(band.shape) * np.sqrt(edge)).reshape(len(flat), -1).view(np.float64)
             fresh = np.linalg.eigh(strength @ strength.T)[1][:, ::-1]
             modes = _times(np.ascontiguousarray(fresh.T), rest).reshape(-1, *band.shape[1:])
-            # What is left out of a transfer adds up as of random signs.
+            # The modes that are left out add up with random signs.
             seen = np.einsum("...nd,nd->...d", np.abs(modes), edge).max(axis=-1).sum(axis=-1)
             beyond = np.sqrt(np.cumsum(((seen * fresh) ** 2)[:, ::-1], axis=1)[:, ::-1].max(axis=0))
             kept = int(np.count_nonzero(beyond[: len(flat) - vectors.shape[1]] > allowed))
@@ -234,7 +235,7 @@ class _Part:
         )
 
     def _turns(self, displayed: C128) -> int:
-        """Return how many directions of a table cubics follow."""
+        """Return how many directions a table needs for cubic interpolation."""
         whole = np.concatenate([displayed, displayed.conj()], axis=-1)
         count = whole.shape[-1]
         size = np.abs(scipy.fft.fft(whole, axis=-1)).reshape(-1, count).max(axis=0) / count
@@ -246,11 +247,11 @@ class _Part:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Mixtures:
-    """What stands for the lens of a part of the frame among the lenses of frequency sums.
+    """The lens of a part of the frame, with the interface of the lenses of frequency sums.
 
     harmonics : (j, radii, m, kinds, 2·directions);  turns: directions of a table
-    numbers   : of mixtures, the first ones, that frequencies up to each of ``BANDS`` take;  cut: the highest frequency
-    count     : places along a side;  taken: (channels, m, count²) how much of each mixture a place has
+    numbers   : how many of the first mixtures frequencies up to each of ``BANDS`` use;  cut: highest frequency
+    count     : Chebyshev points along a side;  taken: (channels, m, count²) weight of each mixture at these points
     """
 
     lens: VaryingLens
@@ -266,11 +267,11 @@ class Mixtures:
 
     @property
     def number(self) -> int:
-        """How many there are."""
+        """Number of mixtures."""
         return int(self.harmonics.shape[2])
 
     def polar(self, level: Level, weights: F64) -> tuple[tuple[C128, I64], float, tuple[float, float, int, F64]]:
-        """Return the table of ``Lens.polar``, mixtures as its channels; weights are in it."""
+        """Return the table of ``Lens.polar`` with mixtures as channels; the weights are included already."""
         points = max(POINTS, OF_RADII * self.rule.radii) if level.takes is None else FAR_POINTS
         frequency = np.linspace(0.0, level.cut, points + 1)
         shape = self.harmonics.shape[2:]
@@ -293,9 +294,9 @@ class Mixtures:
         return (np.ascontiguousarray(table), self.numbers[band]), points / level.cut, turn
 
     def add(self, image: F64, each: F64, part: tuple[slice, slice], shape: tuple[int, int]) -> None:
-        """Add to a part of a frame's image (channels, rows, cols) what mixtures (m, rows, cols) are there.
+        """Add mixtures (m, rows, cols), weighted at each photosite, to a part of an image (channels, rows, cols).
 
-        shape : of what ``taken`` is spread over
+        shape : rows and columns over which ``taken`` is interpolated
         """
         down, across = (
             _weights(self.count, _even(n)[item]) for n, item in zip(shape, part, strict=True)
@@ -311,7 +312,7 @@ def _times(matrix: F64, values: C128) -> C128:
 
 
 def _finer(harmonics: C128, turns: int) -> C128:
-    """Return values at ``turns`` directions over half a turn from −π/2 on, of harmonics (…, 2·directions)."""
+    """Return harmonics (…, 2·directions) evaluated at ``turns`` directions over half a turn from −π/2 on."""
     count = harmonics.shape[-1]
     order = np.fft.fftfreq(count, 1.0 / count)
     turned = harmonics * np.exp(-0.5j * np.pi * order)
@@ -323,7 +324,7 @@ def _finer(harmonics: C128, turns: int) -> C128:
 
 
 def _grid(count: int) -> F64:
-    """Return places (count², 2) of a part, row by row."""
+    """Return the Chebyshev points (count², 2) of a part, row by row."""
     x = _places(count)
     return np.stack(np.meshgrid(x, x), axis=-1).reshape(-1, 2)
 
@@ -333,7 +334,7 @@ def _places(count: int) -> F64:
 
 
 def _weights(count: int, places: F64) -> F64:
-    """Return the matrix (places, count) of interpolation to places −1 … 1."""
+    """Return the interpolation matrix (places, count) to places in −1 … 1."""
     return interpolation(chebyshev(count), places) if count > 1 else np.ones((places.size, 1))
 
 
@@ -343,7 +344,7 @@ def _even(count: int) -> F64:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class VaryingImage:
-    """Sources behind a lens that changes over the frame; fields as of ``FrequencyImage``."""
+    """Sources behind a field-varying lens; attributes as of ``FrequencyImage``."""
 
     sources: Sequence[tuple[Source, F64, VaryingLens]]
     footprint: Footprint
@@ -369,7 +370,7 @@ class VaryingImage:
     def _add_near(
         self, image: F64, one: tuple[Source, F64, VaryingLens], near: Sequence[Level], at: tuple[float, float]
     ) -> None:
-        """Add a source's light at frequencies of fine levels to a tile, in parts where the lens changes fast."""
+        """Add a source's light from the fine levels to a tile, which is split where the lens changes fast."""
         source, weights, lens = one
         height, width = image.shape[1:]
         mixtures = lens.mixtures(_corners_um(at, (height, width), lens), self.levels[0].cut, weights, NODES)
@@ -393,9 +394,9 @@ class VaryingImage:
         origin: tuple[float, float],
         shape: tuple[int, int],
     ) -> tuple[Mixtures, FrequencyImage, F64, int] | None:
-        """Return what levels but the first give of each mixture for the whole frame, and its points' distance.
+        """Return the mixtures' images of all levels but the first for the whole frame, and the spacing of their points.
 
-        None: it changes too fast for one set of mixtures.
+        None: the lens changes too fast for one set of mixtures.
         """
         source, weights, lens = one
         mixtures = lens.mixtures(_corners_um(origin, shape, lens), levels[1].cut, weights, FAR_NODES)
@@ -409,7 +410,7 @@ class VaryingImage:
 
     def _among(self, source: Source, weights: F64, mixtures: Mixtures, levels: Sequence[Level]) -> FrequencyImage:
         return FrequencyImage(
-            sources=[(source, weights, mixtures)],  # type: ignore[list-item]  # what is asked of a lens it has
+            sources=[(source, weights, mixtures)],  # type: ignore[list-item]  # has the interface of a lens
             footprint=self.footprint,
             levels=levels,
             leak=self.leak,
@@ -417,12 +418,12 @@ class VaryingImage:
 
     @property
     def in_parts(self) -> bool:
-        """Whether all sources take parts of a lattice."""
+        """Whether all sources can transform parts of a lattice."""
         return all(source.in_parts for source, *_ in self.sources)
 
     @cached_property
     def box(self) -> tuple[F64, F64]:
-        """Low and high corner of all light."""
+        """Low and high corner of all sources."""
         boxes = [source.box for source, *_ in self.sources]
         return np.min([low for low, _ in boxes], axis=0), np.max([high for _, high in boxes], axis=0)
 
@@ -433,6 +434,6 @@ def _halves(count: int) -> list[slice]:
 
 
 def _corners_um(at: tuple[float, float], shape: tuple[int, int], lens: VaryingLens) -> F64:
-    """Return the centres of the first and the last photosite of a part."""
+    """Return the centres of the first and the last photosite of a part, µm."""
     low = np.array(at)
     return lens.pitch_um * np.stack([low, low + np.array([shape[1], shape[0]]) - 1.0])

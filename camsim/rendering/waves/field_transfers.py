@@ -1,9 +1,9 @@
-"""Transfers of a round pupil at many places and wavelengths at once.
+"""Optical transfer functions of a circular pupil at many places and wavelengths at once.
 
-A transfer is an integral over what the opening and its shifted copy have in common. Where in the pupil its nodes lie
-depends on the frequency alone, so wavefronts of all places share them: at a node each is a sum of the same differences
-of Zernike polynomials. Along chords, and in the angle that says which chord, the integrand is analytic: x = u,
-y = sin α with |u| ≤ cos α − ρ, |α| ≤ arccos ρ.
+A transfer is an integral over the overlap of the pupil and its shifted copy. Its quadrature nodes depend on the
+frequency alone, so the wavefronts of all places share them: at a node each phase is a sum of the same differences of
+Zernike polynomials. The integrand is analytic along chords and in the angle that selects the chord: x = u, y = sin α
+with |u| ≤ cos α − ρ, |α| ≤ arccos ρ.
 """
 
 from __future__ import annotations
@@ -28,19 +28,19 @@ from camsim.optics.pupil import Pupil
 from camsim.optics.transfer_table import radial_matrix, radial_places
 from camsim.optics.zernike import layout, orders, zernike
 
-NODES = 6, 8, 10, 12, 16, 20, 24, 32, 40, 52, 64, 88, 120, 160, 220, 300  # each way of an overlap
+NODES = 6, 8, 10, 12, 16, 20, 24, 32, 40, 52, 64, 88, 120, 160, 220, 300  # per axis of an overlap
 RADII = 8, 10, 12, 16, 20, 24, 32, 48, 64, 96, 128, 192, 256, 320, 400
 DIRECTIONS = 6, 8, 12, 16, 20, 24, 32, 48, 64, 96, 128, 192, 256  # over half a turn
 TRIED_RADII, TRIED_DIRECTIONS = np.array([0.03, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0]), np.array([0.4, 1.3])
-BETWEEN = np.pi * np.array([0.031, 0.173, 0.342, 0.561])  # directions that no even ones are
-MANY_RADII, MANY_DIRECTIONS = (24, 48, 96, 240, 480), (24, 48, 96, 320)  # of which few are found to be enough
-PLANES = 1, 2  # along y and along x
-TERMS = 66  # Zernikes to order 10, as which a wavefront of somebody's own is taken first
-MOST_TERMS, FITTED = 231, 1e-4  # and to order 20; waves that may be left
+BETWEEN = np.pi * np.array([0.031, 0.173, 0.342, 0.561])  # test directions, on no evenly spaced grid
+MANY_RADII, MANY_DIRECTIONS = (24, 48, 96, 240, 480), (24, 48, 96, 320)  # trial samplings, finer than needed
+PLANES = 1, 2  # Zernike tilts along y and along x
+TERMS = 66  # Zernikes to order 10, the first fit of a custom wavefront
+MOST_TERMS, FITTED = 231, 1e-4  # and to order 20; largest residual, waves
 
 
 class Wavefronts:
-    """Path differences of several places at several wavelengths.
+    """Wavefronts of several places at several wavelengths.
 
     zernike : (k,) OSA/ANSI indices;  waves: (k, n) coefficients
     """
@@ -50,7 +50,7 @@ class Wavefronts:
 
     @classmethod
     def of(cls, lenses: Sequence[Placed], wavelength_nm: F64) -> Wavefronts:
-        """Return those of lenses, each at all wavelengths."""
+        """Return the wavefronts of lenses, each at all wavelengths."""
         each = [_coefficients(lens, wavelength_nm) for lens in lenses]
         index = tuple(
             sorted({j for item, values in each for j, one in zip(item, values.T, strict=True) if j and one.any()})
@@ -73,11 +73,11 @@ class Wavefronts:
 
     @property
     def mirrored(self) -> bool:
-        """Whether all are the same above and below the x axis."""
+        """Whether all wavefronts are symmetric about the x axis."""
         return all(orders(j)[1] >= 0 for j in self.zernike)
 
     def transfers(self, rho: F64, angle: F64, nodes: I64) -> C128:
-        """Return transfers (n, places) at ρ = |f|·λN and directions (n,), by so many nodes (n,) each way."""
+        """Return transfers (n, places) at ρ = |f|·λN and directions (n,), with ``nodes`` (n,) along each axis."""
         index, norms, steps = layout(self.zernike)
         slots = np.full(steps.shape[0] * 2 * steps.shape[1], -1)
         slots[index] = np.arange(index.size)
@@ -93,7 +93,7 @@ class Wavefronts:
 
 
 def _coefficients(lens: Placed, wavelength_nm: F64) -> tuple[tuple[int, ...], F64]:
-    """Return indices (k,) and coefficients (wavelengths, k), waves, of a lens at a place."""
+    """Return Zernike indices (k,) and coefficients (wavelengths, k), waves, of a lens at a place."""
     if isinstance(lens, PlacedLens):
         return lens.zernike, lens.coefficients(wavelength_nm)
     x, y, _ = Pupil().nodes(40, 40)
@@ -108,11 +108,11 @@ def _coefficients(lens: Placed, wavelength_nm: F64) -> tuple[tuple[int, ...], F6
 
 @dataclass(frozen=True)
 class Rule:
-    """How finely transfers are taken.
+    """Quadrature and sampling of transfers.
 
     outer : the largest ρ = |f|·λN
-    nodes : each way, of integrals at the radii ``TRIED_RADII`` of it
-    radii, directions : of a table; the latter over half a turn
+    nodes : quadrature nodes along each axis, at the fractions ``TRIED_RADII`` of ``outer``
+    radii, directions : samples of a table; directions over half a turn
     """
 
     outer: float
@@ -122,7 +122,7 @@ class Rule:
 
     @classmethod
     def of(cls, fronts: Wavefronts, allowed: float, outer: float) -> Rule:
-        """Return the coarsest that is right to ``allowed`` for all of some wavefronts."""
+        """Return the coarsest rule whose error is at most ``allowed`` for all the wavefronts given."""
         rho, angle = (item.ravel() for item in np.meshgrid(outer * TRIED_RADII, TRIED_DIRECTIONS, indexing="ij"))
         nodes = np.zeros(TRIED_RADII.size, np.int64)
         known = fronts.transfers(rho, angle, np.full(rho.size, NODES[0]))
@@ -149,7 +149,7 @@ class Rule:
         return fronts.transfers(rho, angle, item)
 
     def on_lattice(self, fronts: Wavefronts) -> C128:
-        """Return harmonics (places, radii, 2·directions) of transfers about all directions from x on."""
+        """Return angular harmonics (places, radii, 2·directions) of transfers; angles count from the x axis."""
         count = self.directions
         first = count // 2 + 1 if fronts.mirrored else count
         angle = np.pi * np.arange(first) / count
@@ -162,14 +162,14 @@ class Rule:
         return np.ascontiguousarray(np.moveaxis(waves, 2, 0))
 
     def between(self, rho: F64) -> F64:
-        """Return the matrix (n, radii) of interpolation to ρ (n,), 0 beyond the largest."""
+        """Return the interpolation matrix (n, radii) to ρ (n,), zero beyond ``outer``."""
         matrix = np.zeros((rho.size, self.radii))
         inside = rho < self.outer * (1.0 + 1e-12)
         matrix[inside] = radial_matrix(self.radii, np.minimum(rho[inside] / self.outer, 1.0))
         return matrix
 
     def _radii(self, fronts: Wavefronts, allowed: float) -> int:
-        """Return how many radii tell those between, by the Chebyshev series along two directions."""
+        """Return how many radii suffice for interpolation, from the Chebyshev series along two directions."""
         for count in MANY_RADII:
             rho, angle = self.outer * radial_places(count), np.repeat(TRIED_DIRECTIONS, count)
             values = self.at(fronts, np.tile(rho, 2), angle).reshape(2, count, -1)
@@ -180,9 +180,10 @@ class Rule:
         raise UnsupportedError("its wavefronts turn too often along the pupil's radius", key="lens")
 
     def _directions(self, fronts: Wavefronts, allowed: float) -> int:
-        """Return how many directions tell those between, by the harmonics on a few radii.
+        """Return how many directions suffice for interpolation, from the harmonics at a few radii.
 
-        Of a wavefront that repeats around the pupil harmonics hide behind one another: in other directions they show.
+        Harmonics of a wavefront that is periodic around the pupil can alias onto each other; test directions between
+        the samples reveal this.
         """
         rho = self.outer * TRIED_RADII[1::3]
         right = self.at(fronts, np.repeat(rho, BETWEEN.size), np.tile(BETWEEN, rho.size))
@@ -202,7 +203,7 @@ class Rule:
 
 
 def _fewest(size: F64, counts: tuple[int, ...], allowed: float) -> int | None:
-    """Return the smallest count of terms beyond which what is left is allowed; None: there are too few to tell."""
+    """Return the smallest count whose remaining terms sum to at most ``allowed``; None: the series is too short."""
     beyond = np.cumsum(size[::-1])[::-1]
     return next((n for n in counts if n < 0.85 * size.size and beyond[n] <= allowed), None)
 
@@ -223,7 +224,7 @@ def _overlaps(
     """Write ∫ exp(2πi(W(x − s/2) − W(x + s/2))) dx over an overlap, over the opening's area: out (n, places).
 
     waves : (k, places) coefficients of polynomials that are 1 at the rim
-    slots : (m, 2, p) which of them a polynomial is, cos or sin; −1: none;  steps: see ``zernike.radial_steps``
+    slots : (m, 2, p) row of ``waves`` for each polynomial, cos or sin; −1: none;  steps: see ``zernike.radial_steps``
     """
     nodes, weights, counts = rules
     turns, degrees = len(slots), slots.shape[2]
@@ -246,7 +247,7 @@ def _overlaps(
                 x1, y1 = (u + item) * cos - t * sin, (u + item) * sin + t * cos
                 s0, s1 = x0 * x0 + y0 * y0, x1 * x1 + y1 * y1
                 phase[:] = 0.0
-                c0, d0, c1, d1 = 1.0, 0.0, 1.0, 0.0  # of the m-th powers
+                c0, d0, c1, d1 = 1.0, 0.0, 1.0, 0.0  # real and imaginary parts of (x + iy)^m
                 for m in range(turns):
                     if m > 0:
                         c0, d0 = c0 * x0 - d0 * y0, c0 * y0 + d0 * x0

@@ -25,24 +25,24 @@ from camsim.rendering.waves.edges import half_plane, phases
 from camsim.rendering.waves.kernels import repeat
 from camsim.rendering.waves.levels import Lattice
 
-SPARSE = 8.0  # samples for a frequency: of more an FFT makes too many that nobody asked for
-MOST_SAMPLES, MOST_PITCHES = 64, 64  # that are as long as one another, for transforms along rows to be FFTs
-WHOLE = 1e-12  # of a number of samples: it is a whole number
+SPARSE = 8.0  # samples per frequency: above this an FFT computes too many unused frequencies
+MOST_SAMPLES, MOST_PITCHES = 64, 64  # largest denominator and numerator of a rational step, for which FFTs are used
+WHOLE = 1e-12  # relative difference up to which a number of samples is an integer
 ROWS_AT_ONCE = 16
-MOST_FINER = 4e7  # samples that larger ones are divided into
-FAR_IN = 8  # samples: as far from a border as any spline is felt
-BORDER_NODES = 24  # of a rule on a sample at a picture's border, and more the more waves there are on it
+MOST_FINER = 4e7  # largest number of samples after subdivision
+FAR_IN = 8  # samples: distance from a border beyond which no spline is affected
+BORDER_NODES = 24  # quadrature nodes between two knots of a border spline, plus one per radian of phase
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FieldSource:
-    """A picture, a gradient or points.
+    """A picture, a gradient or point sources.
 
-    layer     : its samples, placed
-    mixture   : (kinds, planes) which mixtures of its planes are transformed
-    cut       : highest frequency that is ever asked, cycles/pitch
-    precision : relative
-    sight     : beyond which only low frequencies are asked; None: nowhere
+    layer     : its samples with their positions
+    mixture   : (kinds, planes) mixtures of the planes that are transformed
+    cut       : highest frequency of any lattice, cycles/pitch
+    precision : relative error of the transforms
+    support   : region outside of which only low frequencies are needed; None: all frequencies everywhere
     """
 
     layer: Layer | PointLayer
@@ -66,7 +66,7 @@ class FieldSource:
 
     @property
     def _as_they_are(self) -> bool:
-        """Whether an upright picture's samples are transformed undivided: of wide ones a part would be in sight."""
+        """Whether an upright picture's samples are transformed without subdivision, which wide samples need."""
         layer = self.layer
         return isinstance(layer, Layer) and layer.upright and layer.outline is None and layer.step <= LONGEST_SQUARE
 
@@ -78,7 +78,7 @@ class FieldSource:
 
     @cached_property
     def whole(self) -> int:
-        """The least number of pitches that is a whole number of samples of an upright picture, or 1 if it is large."""
+        """The smallest number of pitches that is a whole number of an upright picture's samples; 1 if that is large."""
         layer = self.layer
         if isinstance(layer, PointLayer) or not layer.upright:
             return 1
@@ -88,11 +88,11 @@ class FieldSource:
 
     @property
     def in_parts(self) -> bool:
-        """Its transform repeats, and takes a lattice whole."""
+        """False: its transform needs the whole lattice."""
         return False
 
     def transform(self, lattice: Lattice, origin: tuple[float, float]) -> C128 | None:
-        """Return the transform of each mixture of planes."""
+        """Return the transform of each mixture of planes; None: no light in the lattice's box."""
         layer = self.layer
         columns, rows = lattice.counts
         out = np.zeros((len(self.mixture), 2 * rows - 1, columns), complex)
@@ -117,7 +117,7 @@ class FieldSource:
         return out if there else None
 
     def _mixed(self, planes: F64) -> F64:
-        """Return mixtures (kinds, …) of planes; no BLAS, whose last bits differ between processors."""
+        """Return mixtures (kinds, …) of planes, without BLAS, whose last bits differ between processors."""
         if np.array_equal(self.mixture, np.eye(len(planes))):
             return planes
         mixed: F64 = np.einsum("kp,p...->k...", self.mixture, planes)
@@ -134,7 +134,7 @@ class FieldSource:
         return found._replace(light=light, corrections=self._mixed(found.corrections))
 
     def _add_points(self, out: C128, places: F64, light: F64, lattice: Lattice, origin: tuple[float, float]) -> bool:
-        """Add points of light (kinds, n) that lie in the lattice's box; return whether there are any."""
+        """Add the point sources, light (kinds, n), that lie in the lattice's box; return whether there are any."""
         places, light = places.reshape(-1, 2), light.reshape(len(light), -1)
         at = places - np.array(origin)
         inside = ((at >= np.array(lattice.low)) & (at <= np.array(lattice.high))).all(axis=1)
@@ -151,7 +151,7 @@ class FieldSource:
 
     @cached_property
     def _planes(self) -> F64:
-        """All samples of each kind (kinds, rows, cols), rows along x."""
+        """Samples of each kind (kinds, rows, cols), rows along x."""
         assert isinstance(self.layer, Layer)
         return self._mixed(self.layer.kept(self._is_turned))
 
@@ -170,10 +170,10 @@ class FieldSource:
         *,
         whole: bool = False,
     ) -> bool:
-        """Add samples that lie along the photosites' rows: along their rows, then along columns.
+        """Add samples on a grid parallel to the photosites', transformed along rows, then along columns.
 
-        planes : (kinds, rows, cols), rows along x;  corner: (2,) where the first sample lies
-        whole  : splines are not cut where samples end
+        planes : (kinds, rows, cols), rows along x;  corner: (2,) position of the first sample
+        whole  : whether splines at the border are left uncut
         """
         layer = self.layer
         assert isinstance(layer, Layer)
@@ -206,7 +206,8 @@ class FieldSource:
 class _Along(NamedTuple):
     """Splines along one axis, cut at the picture's border, where the samples are mirrored.
 
-    place   : (n,) of samples;  which: of all ``total``, 0 of splines that are not cut;  step: signed, pitches
+    place   : (n,) positions of the samples;  which: their indices
+    total   : number of all samples, 0 if splines are not cut at the border;  step: signed, pitches
     numbers : (m,) frequencies times period
     """
 
@@ -236,13 +237,13 @@ class _Along(NamedTuple):
 
     @property
     def passes(self) -> F64:
-        """The transform of a whole spline (m,)."""
+        """Transform of an uncut spline (m,)."""
         passes: F64 = np.sinc(self.step * self.frequency) ** (self.degree + 1)
         return passes
 
     @property
     def whole(self) -> int:
-        """Samples in a period, where that is a whole number and transforms that repeat are quick; else 0."""
+        """Samples per period if that is an integer and an FFT pays; else 0."""
         samples = self.period / abs(self.step)
         count = round(samples)
         same = abs(samples - count) <= WHOLE * samples
@@ -250,12 +251,12 @@ class _Along(NamedTuple):
 
     @property
     def tiled(self) -> tuple[I64, C128]:
-        """Which of the period's frequencies each is (m,), and the phase of the first sample."""
+        """Index (m,) of each frequency in the periodic FFT, and the phase factor (m,) of the first sample."""
         numbers = self.numbers if self.step > 0.0 else -self.numbers
         return numbers % self.whole, np.exp((-2j * np.pi / self.period) * self.place[0] * self.numbers)
 
     def borders(self) -> list[tuple[int, C128]]:
-        """Return samples at the border, and by how much what is seen of them differs from whole splines."""
+        """Return the samples at the border, each with the transform of its cut spline minus that of an uncut one."""
         frequency = self.frequency
         half = (self.degree + 1) // 2 if self.total else 0
         found = []
@@ -265,7 +266,7 @@ class _Along(NamedTuple):
             wrong = _wrong(
                 min(i, FAR_IN), min(self.total - 1 - i, FAR_IN), self.degree, abs(self.step) / self.period, first, count
             )
-            if self.step < 0.0:  # the picture runs the other way
+            if self.step < 0.0:  # the picture is mirrored
                 wrong = wrong.conj()
             one = i - self.which.start
             found.append((one, wrong * np.exp(-2j * np.pi * frequency * self.place[one])))
@@ -273,7 +274,7 @@ class _Along(NamedTuple):
 
 
 def _add_both(out: C128, samples: F64, along_x: _Along, along_y: _Along) -> None:
-    """Write the transform (m, n) of samples (rows, cols) whose periods are whole numbers of them: FFTs that repeat."""
+    """Write the transform (m, n) of samples (rows, cols), by FFTs; the periods are whole numbers of samples."""
     rows = scipy.fft.rfft(samples, along_x.whole, axis=1)
     both = scipy.fft.fft(rows, along_y.whole, axis=0)
     (i, turn_x), (j, turn_y) = along_x.tiled, along_y.tiled
@@ -296,9 +297,9 @@ def _add_both(out: C128, samples: F64, along_x: _Along, along_y: _Along) -> None
 
 @functools.lru_cache(maxsize=256)
 def _wrong(before: int, after: int, degree: int, step: float, first: int, count: int) -> C128:
-    """Return by how much what is seen of a sample differs from a whole spline, at frequencies that are evenly spaced.
+    """Return the transform of a cut spline minus that of an uncut one, at evenly spaced frequencies.
 
-    before, after : samples on either side of it;  step: samples' distance times the first frequency above 0
+    before, after : samples on either side of it;  step: spacing of samples times that of frequencies
     """
     frequency = step * np.arange(first, first + count, dtype=np.float64)
     wrong: C128 = _seen(before, before + after + 1, degree, frequency) - np.sinc(frequency) ** (degree + 1)
@@ -307,10 +308,10 @@ def _wrong(before: int, after: int, degree: int, step: float, first: int, count:
 
 
 def _seen(i: int, count: int, degree: int, frequency: F64) -> C128:
-    """Return ∫ of spline i, mirrored at 0 and at ``count`` and seen between them, times exp(−2πi·f·(u − i − ½))."""
+    """Return ∫ from 0 to ``count`` of spline i, mirrored at both ends, times exp(−2πi·f·(u − i − ½))."""
     half = 0.5 * (degree + 1)
     low, high = max(0.0, i + 0.5 - half), min(float(count), i + 0.5 + half)
-    # Between knots, which lie half a sample off whole numbers, splines are polynomials.
+    # Splines are polynomials between knots, which lie halfway between integers.
     knots = np.unique(np.concatenate([[low, high], np.arange(math.ceil(low - 0.5), high) + 0.5]))
     knots = knots[(knots >= low) & (knots <= high)]
     nodes = BORDER_NODES + math.ceil(2.0 * math.pi * float(np.abs(frequency).max(initial=0.0)))
@@ -324,7 +325,7 @@ def _seen(i: int, count: int, degree: int, frequency: F64) -> C128:
 
 
 def _spline(t: F64, degree: int) -> F64:
-    """Return the B-spline about 0 at t, in samples."""
+    """Return the B-spline centred at 0, at t in samples."""
     cell = np.floor(t + 0.5 * (degree + 1)).astype(np.int64)
     inside = (cell >= 0) & (cell <= degree)
     place = t + 0.5 * (degree + 1) - cell

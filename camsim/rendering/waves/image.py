@@ -1,4 +1,4 @@
-"""An image as a sum over spatial frequencies: sources × transfers, level by level, tile by tile."""
+"""An image as a sum over spatial frequencies: transforms of sources times transfers, by level and by tile."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from camsim.rendering.waves.levels import Lattice, Level, lattice_of
 from camsim.rendering.waves.transfers import Footprint, Lens
 
 TILE = 512  # photosites along a tile's side
-FEW_ROWS = 64  # of photosites, which are summed one by one rather than with all that a period holds
-MOST_AT_ONCE = 1 << 24  # frequencies of a transform, where it is made in parts
-ROWS_OF_PLANE = 400_000  # frequencies whose transfers are asked at a time
+FEW_ROWS = 64  # rows of photosites up to which each is summed directly rather than by an FFT over the period
+MOST_AT_ONCE = 1 << 24  # frequencies of one part of a transform that is computed in parts
+ROWS_OF_PLANE = 400_000  # frequencies whose transfers are evaluated at a time
 
 
 class Source(Protocol):
@@ -30,21 +30,21 @@ class Source(Protocol):
 
     @property
     def box(self) -> tuple[F64, F64]:
-        """Low and high corner (2,) of all of it, pitches from the optical axis."""
+        """Low and high corner (2,) of its bounding box, pitches from the optical axis."""
         ...
 
     @property
     def whole(self) -> int:
-        """Pitches of which a lattice's period had better be a multiple."""
+        """Pitches of which a lattice's period should be a multiple, for speed."""
         ...
 
     @property
     def in_parts(self) -> bool:
-        """Whether it takes parts of a lattice."""
+        """Whether it can transform parts of a lattice."""
         ...
 
     def transform(self, lattice: Lattice, origin: tuple[float, float]) -> C128 | None:
-        """Return its transform (kinds, n, m) at all j and i = 0 … m, from an origin; None: nothing there."""
+        """Return its transform (kinds, n, m) about an origin, at the lattice's j and i = 0 … m − 1; None: no light."""
         ...
 
 
@@ -52,8 +52,8 @@ class Source(Protocol):
 class FrequencyImage:
     """Sources behind one lens.
 
-    sources : each with what its kinds give (kinds, channels, j), and the lens at these wavelengths
-    leak    : what interpolation between a coarse level's points may leave, of its light
+    sources : each with the weights of its kinds (kinds, channels, j), and the lens at the wavelength nodes j
+    leak    : relative error allowed to interpolation between a coarse level's points
     """
 
     sources: Sequence[tuple[Source, F64, Lens]]
@@ -62,7 +62,7 @@ class FrequencyImage:
     leak: float
 
     def planes(self, origin: tuple[float, float], shape: tuple[int, int]) -> Iterator[tuple[slice, slice, F64]]:
-        """Yield tiles of the image: rows, columns, and (channels, rows, cols) of light added to the background."""
+        """Yield tiles of the image: rows, columns, and the light (channels, rows, cols) to add to the background."""
         channels = self.sources[0][1].shape[1]
         far, every = self._far(origin, shape, channels)
         for row, col, height, width in tiles(shape):
@@ -73,7 +73,7 @@ class FrequencyImage:
             yield *part, image
 
     def at(self, origin: tuple[float, float], shape: tuple[int, int], rows: I64, cols: I64) -> F64:
-        """Return (channels, n) light added to the background at photosites of a frame: a window for each."""
+        """Return the light (channels, n) to add to the background at n photosites of a frame."""
         channels = self.sources[0][1].shape[1]
         far, every = self._far(origin, shape, channels)
         out = np.empty((channels, rows.size))
@@ -81,7 +81,7 @@ class FrequencyImage:
         apart = [(row, col, row + 1, col + 1) for row, col in zip(rows.tolist(), cols.tolist(), strict=True)]
         whole = int(rows.min()), int(cols.min()), int(rows.max()) + 1, int(cols.max()) + 1
         sides = whole[2] - whole[0] + 2.0 * reach, whole[3] - whole[1] + 2.0 * reach
-        # What is seen from one photosite is seen from others nearby: one window, where that is smaller.
+        # One window for all photosites where it is smaller than one for each.
         for row, col, below, beside in [whole] if sides[0] * sides[1] < 4.0 * reach**2 * rows.size else apart:
             at, size = (origin[0] + col, origin[1] + row), (beside - col, below - row)
             here = np.flatnonzero((rows >= row) & (rows < below) & (cols >= col) & (cols < beside))
@@ -92,9 +92,10 @@ class FrequencyImage:
         return out
 
     def _far(self, origin: tuple[float, float], shape: tuple[int, int], channels: int) -> tuple[F64 | None, int]:
-        """Return all levels but the first, on the points of the second, which go some way beyond the frame.
+        """Return the sum of all levels but the first, on the second level's points with a margin around the frame.
 
-        The coarsest is interpolated at the points of the one before it, to which it is added, and so on.
+        Each level, from the coarsest on, is interpolated to the points of the next finer one and added to it. The
+        spacing of the points comes second.
         """
         far, before = None, 1
         for level in reversed(self.levels[1:]):
@@ -109,7 +110,7 @@ class FrequencyImage:
         return far, before
 
     def _between(self, coarse: F64, every: int, part: tuple[slice, slice]) -> F64:
-        """Return a coarse level at places of a finer one, of which every so many are its own points."""
+        """Return a coarse level interpolated at a finer grid, ``every`` times as dense."""
         taps, beyond = self.taps(every), len(self.taps(1)[0])
         for axis, one in ((1, part[0]), (2, part[1])):
             first, phase = np.divmod(np.arange(one.start, one.stop), every)
@@ -125,11 +126,11 @@ class FrequencyImage:
         return coarse
 
     def taps(self, every: int) -> F64:
-        """Return weights (every, taps) of neighbours: a sine cardinal under a Kaiser window, for half of the band."""
+        """Return weights (every, taps) of interpolation: a sinc with a Kaiser window, for half of the Nyquist band."""
         return _taps(every, self.leak)
 
     def _part(self, level: Level, at: tuple[float, float], size: tuple[int, int], channels: int) -> F64:
-        """Return (channels, rows, cols) of every so many photosites of a part of the frame; size: along x and y."""
+        """Return a level (channels, rows, cols) at the points of a part of the frame; size: along x and y."""
         every = level.every
         out = np.zeros((channels, -(-size[1] // every), -(-size[0] // every)))
         low, high = (np.array(one) for one in self.box)
@@ -167,7 +168,7 @@ class FrequencyImage:
             work = functools.partial(add_curves, total, transform, curves, footprint, share, scale, lattice.rows.start)
         elif lens.is_pupil:
             (polar, there), per, turn = self._table("polar", level, weights, lens)
-            # Channels last, and real and imaginary parts as numbers of their own: see there.
+            # Channels last, real and imaginary parts interleaved: see ``kernels.add_polar``.
             sums = np.zeros((*total.shape[1:], 2 * len(total)))
             parts, steps = polar.view(np.float64), (step_x, step_y, per, lattice.cut)
             work = functools.partial(
@@ -191,7 +192,7 @@ class FrequencyImage:
         footprint: tuple[C128, C128, C128],
         share: tuple[F64, float],
     ) -> None:
-        """Add what a lens passes that is known by its transfer alone, asked row by row."""
+        """Add the product with a lens that is known only by its ``otf``, evaluated row by row."""
         (weights, lens), columns, rows = behind, lattice.counts[0], lattice.rows
         across, down, both = footprint
         fx = np.arange(columns) / lattice.periods[0]
@@ -226,26 +227,26 @@ class FrequencyImage:
 
     @property
     def in_parts(self) -> bool:
-        """Whether all sources take parts of a lattice."""
+        """Whether all sources can transform parts of a lattice."""
         return all(source.in_parts for source, *_ in self.sources)
 
     @cached_property
     def box(self) -> tuple[F64, F64]:
-        """Low and high corner of all light."""
+        """Low and high corner of all sources."""
         boxes = [source.box for source, *_ in self.sources]
         return np.min([low for low, _ in boxes], axis=0), np.max([high for _, high in boxes], axis=0)
 
 
 def summed_shape(lattice: Lattice, every: int, height: int) -> tuple[int, int]:
-    """Return rows and columns of what frequencies add up in, for so many rows of photosites."""
+    """Return rows and columns of the array in which frequencies are summed, for ``height`` rows of photosites."""
     (px, py), (columns, rows) = (period // every for period in lattice.periods), lattice.counts
     return min(2 * rows - 1 if height <= FEW_ROWS else py, py), min(columns, px)
 
 
 def _photosites(total: C128, every: int, periods: tuple[int, int], out: F64) -> None:
-    """Add the image of which there is half of the transform (n, …) at every so many photosites (n, rows, cols).
+    """Add to ``out`` (n, rows, cols) the real image of a transform (n, …) that is given on a half plane.
 
-    Of a few rows whose frequencies do not alias they are sums, one by one.
+    Columns are transformed by an FFT, or by direct sums where there are few rows and frequencies do not alias.
     """
     scale = 2.0 / every**2
     (px, py), lines = (period // every for period in periods), total.shape[1]
@@ -257,7 +258,7 @@ def _photosites(total: C128, every: int, periods: tuple[int, int], out: F64) -> 
 
 
 def tiles(shape: tuple[int, int]) -> Iterator[tuple[int, int, int, int]]:
-    """Yield row, column, height and width of tiles, all about as large."""
+    """Yield row, column, height and width of tiles of about equal size."""
     heights, widths = (_parts(length) for length in shape)
     for row, height in heights:
         for col, width in widths:

@@ -1,4 +1,4 @@
-"""The sums over frequencies, as kernels."""
+"""Compiled kernels of the sums over frequencies."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ def add_curves(
     begin: int,
     stop: int,
 ) -> None:
-    """Add source × transfer to rows begin … stop of the photosites' lattice, for a round lens.
+    """Add source × transfer to rows begin … stop of the photosites' lattice, for a rotationally symmetric lens.
 
-    total  : (channels, rows, cols) the image's transform, aliases added up
+    total  : (channels, rows, cols) the image's transform, with aliases summed
     source : (kinds, n, m) transforms at j = lowest, lowest + 1 …, i = 0 … m
     curves : (points, kinds, channels) the lens at radial frequencies in even steps
-    footprint : its transfer along x (m,), along y (n,), and what is no product of these (n, m) or (0, 0)
-    share  : how much of a frequency is this level's: values on straight lines, points per cycle/pitch
+    footprint : its transfer along x (m,), along y (n,), and the factor that is not separable (n, m) or (0, 0)
+    share  : this level's share of a frequency, linearly interpolated: values, points per cycle/pitch
     scale  : steps of i and of j in cycles/pitch, points per cycle/pitch
     """
     (across, down, both), (step_x, step_y, per) = footprint, scale
@@ -72,7 +72,7 @@ def add_curves(
 
 @kernel()
 def _line(share: tuple[F64, float], frequency: float) -> float:
-    """Return the value at a frequency, on straight lines; the last beyond the end."""
+    """Return the linearly interpolated value at a frequency; the last value beyond the end."""
     values, per = share
     place = frequency * per
     at = int(place)
@@ -95,15 +95,15 @@ def add_polar(
     begin: int,
     stop: int,
 ) -> None:
-    """Add source × transfer where that depends on direction.
+    """Add source × transfer for a transfer that depends on direction.
 
-    total : (rows, cols, 2·channels), and polar: (points, directions, kinds, 2·channels): real and imaginary parts in
-            turn, so that loops over channels are vectors
-    there : (points,) how many channels, the first ones, are summed at a radius
+    total : (rows, cols, 2·channels), and polar: (points, directions, kinds, 2·channels): real and imaginary parts
+            interleaved, so that loops over channels vectorise
+    there : (points,) how many of the first channels are summed at a radius
     scale : as of ``add_curves``, and the highest frequency
     turn  : direction where the first panel begins, panels per radian, steps n in each; a panel has n + 3 directions,
-            from a step before it to one past its end. Of one direction alone: all are alike. (panels, 2) vectors whose
-            product with a frequency is its place along the radius, or none where that is its size
+            from a step before it to one past its end. A single direction stands for all. Last, (panels, 2) vectors
+            whose product with a frequency is its radial coordinate, or an empty array: that is then |f|
     """
     (across, down, both), (step_x, step_y, per, most) = footprint, scale
     kinds, lines, columns = source.shape
@@ -172,9 +172,9 @@ def add_polar(
 
 @kernel()
 def between(coarse: F64, down: bool, first: I64, taps: F64, out: F64, begin: int, stop: int) -> None:
-    """Write rows begin … stop of what coarse points (n, rows, cols) are between them, down columns or along rows.
+    """Interpolate rows begin … stop of ``out`` from coarse points (n, rows, cols), down columns or along rows.
 
-    first : of the points that a place of ``out`` is made of;  taps: (places, taps) their weights
+    first : index of the first point that a place of ``out`` uses;  taps: (places, taps) weights of the points
     """
     count = taps.shape[1]
     for n in range(len(out)):
@@ -198,7 +198,7 @@ def between(coarse: F64, down: bool, first: I64, taps: F64, out: F64, begin: int
 def mix(image: F64, each: F64, down: F64, across: F64, begin: int, stop: int) -> None:
     """Add Σ_m (Σ_a down[a]·across[a])·each[m] to rows begin … stop of an image (channels, rows, cols).
 
-    each : (m, rows, cols);  down: (rows, channels, m, a) and across: (a, cols) what a mixture's amount is at a place
+    each : (m, rows, cols);  down: (rows, channels, m, a) and across: (a, cols) factors of a mixture's weight
     """
     count, cols = across.shape
     for row in range(begin, stop):
@@ -212,7 +212,7 @@ def mix(image: F64, each: F64, down: F64, across: F64, begin: int, stop: int) ->
 
 @kernel()
 def _cubic(t: float, weights: F64) -> None:
-    """Write Lagrange's weights of places −1, 0, 1 and 2 at t."""
+    """Write the Lagrange interpolation weights at t of the points −1, 0, 1 and 2."""
     a, b, c = t + 1.0, t - 1.0, t - 2.0
     weights[0], weights[1] = -t * b * c / 6.0, a * b * c / 2.0
     weights[2], weights[3] = -a * t * c / 2.0, a * t * b / 6.0
@@ -220,7 +220,7 @@ def _cubic(t: float, weights: F64) -> None:
 
 @kernel()
 def slope(whole: C128, middle: int, step_x: float, step_y: float, area: float, begin: int, stop: int) -> None:
-    """Make of Σ (ey + i·ex)·exp(−2πi f·y) over closed outlines the transform of what they enclose, in rows.
+    """Convert Σ (ey + i·ex)·exp(−2πi f·y) over closed outlines to the transform of their interior, in place.
 
     Σ (f·e)·exp(−2πi f·y) = 0 and (fx + i·fy)(ey + i·ex) = fx·ey − fy·ex + i·(f·e), over −2πi|f|² by Stokes.
     """
@@ -246,11 +246,11 @@ def repeat(
     begin: int,
     stop: int,
 ) -> None:
-    """Write rows of out (m, n): a transform of real samples that repeats, times a factor along either axis.
+    """Write rows of out (m, n): the periodic transform of real samples, times a factor along each axis.
 
-    whole : (rows, samples // 2 + 1) what an FFT of so many real ``samples`` a row gives
-    which : column (n,) and row (m,) of the repeating transform;  times: (n,) and (m,)
-    added : (p, m) and (p, n) of which products are added
+    whole : (rows, samples // 2 + 1) the FFT of rows of ``samples`` real numbers
+    which : column (n,) and row (m,) in the periodic transform;  times: (n,) and (m,) factors
+    added : (p, m) and (p, n) factors of p outer products that are added
     """
     (columns, rows), (across, down), (of_rows, of_columns) = which, times, added
     for j in range(begin, stop):

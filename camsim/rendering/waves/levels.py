@@ -1,10 +1,10 @@
-"""The lattices of frequencies that an image is summed on: a fine one for what is near, coarser ones for what is far.
+"""Lattices of frequencies on which an image is summed: a fine one for near light, coarser ones for distant light.
 
-A sum over a lattice of frequencies sees everything again a period further on, and a lens's tail reaches there. The tail
-is what the transfer's peak at zero frequency makes: far out it is smooth. So frequencies are shared among levels by
-smooth windows, each level's below the one before it. What a window takes out of a level leaves a short kernel, so that
-level's period need be no longer than its window and that kernel; what is below goes on a lattice of a longer period,
-coarser by as much, which takes few frequencies however long it is.
+A sum over a lattice of frequencies is periodic, and a lens's tail reaches into the next period. The tail comes from the
+transfer's peak at zero frequency and is smooth far out. So smooth windows divide the frequencies among levels, each
+level below the one before it. Without the frequencies of the next level, a level's kernel is short: its period need
+only cover the part of the frame and that kernel. The lower frequencies go to a lattice with a longer period and coarser
+sampling in space, whose number of frequencies stays small.
 """
 
 from __future__ import annotations
@@ -20,32 +20,32 @@ from camsim.core.arrays import F64
 from camsim.rendering.fast_length import fast_length
 from camsim.rendering.waves.taper import taper, taper_margin, tapered
 
-LOW_SHARE = 0.25  # of a window's end: where it begins to fall
-NARROWER = 4.0  # times, from a level to the next
-BESIDE = 3.0  # waves of the highest frequency, beyond its source, that what stands for light may lie
+LOW_SHARE = 0.25  # where a window begins to fall, over its end
+NARROWER = 4.0  # ratio of reach between one level and the next
+BESIDE = 3.0  # margin around the light, in periods of the highest frequency: equivalent sources may lie outside it
 POINTS, FEWEST_POINTS, MOST_POINTS = (
     6.0,
     512,
     1 << 17,
-)  # of a table of shares: a window's slope turns as fast as this asks
-OVERSAMPLED = 2.0  # times as many points as a level's highest frequency needs, at the least: taps are for that
+)  # of a table of shares: per inverse root of the precision, since it is interpolated linearly; least; most
+OVERSAMPLED = 2.0  # smallest sampling of a level over its Nyquist rate, for which the taps are made
 
 
 @dataclass(frozen=True, slots=True)
 class Window:
-    """A share of all frequencies: 1 from 0 to ``begin``, 0 from ``end`` on, cycles/pitch."""
+    """A smooth low-pass window: 1 from 0 to ``begin``, 0 from ``end`` on, cycles/pitch."""
 
     begin: float
     end: float
     sharpness: float
 
     def at(self, frequency: F64) -> F64:
-        """Return the share at frequencies (n,)."""
+        """Return the window at frequencies (n,)."""
         return tapered(frequency, self.begin, self.end, taper(self.sharpness))
 
     @classmethod
     def reaching(cls, reach: float, leak: float) -> Window:
-        """Return the widest window whose kernel is within ``leak`` of nothing from ``reach`` pitches on."""
+        """Return the widest window whose kernel is below ``leak`` from ``reach`` pitches on."""
         margin, sharpness = taper_margin(leak)
         end = margin / (reach * (1.0 - LOW_SHARE))
         return cls(LOW_SHARE * end, end, sharpness)
@@ -53,13 +53,13 @@ class Window:
 
 @dataclass(frozen=True, slots=True)
 class Level:
-    """Frequencies that one lattice takes.
+    """The frequencies of one lattice.
 
-    cut   : the highest, cycles/pitch
-    reach : how far its kernel sees, pitches
-    takes : the window that it is below; None: none, the first level's
-    leaves : what the next one takes; None: the last
-    every : photosites between the points that it is summed at
+    cut   : highest frequency, cycles/pitch
+    reach : reach of its kernel, pitches
+    takes : window that bounds it above; None: the first level
+    leaves : window of the next level, which it leaves out; None: the last level
+    every : spacing of the points at which it is summed, photosites
     """
 
     cut: float
@@ -69,9 +69,9 @@ class Level:
     every: int = 1
 
     def shares(self, precision: float) -> tuple[F64, float]:
-        """Return how much of a frequency is this level's, for straight lines between, and points per cycle/pitch.
+        """Return this level's share of a frequency, for linear interpolation, and points per cycle/pitch.
 
-        The last value holds for all higher frequencies up to the cut.
+        The last value holds for all higher frequencies up to ``cut``.
         """
         end = self.cut if self.takes is not None else 0.0 if self.leaves is None else self.leaves.end
         if end == 0.0:
@@ -86,10 +86,10 @@ class Level:
 
 @dataclass(frozen=True, slots=True)
 class Lattice:
-    """Frequencies (i/px, j/py) of a part of the frame, |f| up to ``cut``, and the light that they are of.
+    """Frequencies (i/px, j/py), |f| up to ``cut``, for a part of the frame and the light in its support.
 
-    low, high : corners of all that the part sees, pitches from its first photosite
-    some : the first j and the one past the last, of a lattice that is taken in parts; None: all
+    low, high : corners of the support, pitches from the part's first photosite
+    some : the first j and the one past the last, if the lattice is taken in parts; None: all
     """
 
     periods: tuple[int, int]
@@ -100,12 +100,12 @@ class Lattice:
 
     @property
     def rows(self) -> range:
-        """All j."""
+        """Range of j."""
         down = self.counts[1]
         return range(*self.some) if self.some else range(1 - down, down)
 
     def parts(self, most: float) -> Iterator[Lattice]:
-        """Yield parts of about so many frequencies."""
+        """Yield parts of at most about ``most`` frequencies."""
         rows, columns = self.rows, self.counts[0]
         count = math.ceil(columns * len(rows) / most)
         ends = [rows.start + len(rows) * k // count for k in range(count + 1)]
@@ -114,12 +114,12 @@ class Lattice:
 
     @property
     def counts(self) -> tuple[int, int]:
-        """How many from 0 on, along x and along y."""
+        """Numbers of frequencies from 0 on, along x and along y."""
         return int(self.cut * self.periods[0]) + 1, int(self.cut * self.periods[1]) + 1
 
     @property
     def size(self) -> int:
-        """Frequencies of the half plane i ≥ 0, whether within ``cut`` or not."""
+        """Number of lattice points in the half plane i ≥ 0, those beyond ``cut`` included."""
         across, down = self.counts
         return across * (2 * down - 1)
 
@@ -129,12 +129,12 @@ def levels_of(
 ) -> list[Level]:
     """Return the levels of a lens.
 
-    cut      : its highest frequency
-    first    : how far the first level sees
-    tail     : c of a tail c/r, the most light that an edge shows r pitches away; 0: the lens's light ends at ``first``
-    light    : light that may be left out;  leak: what windows' kernels may leave
-    farthest : distance of the farthest source
-    extent   : how far photosite and low-pass filter spread light, around which a window's kernel lies
+    cut      : highest frequency of the lens, cycles/pitch
+    first    : reach of the first level, pitches
+    tail     : c of a tail c/r, which bounds the light of an edge r pitches away; 0: the PSF ends at ``first``
+    light    : light that may be neglected;  leak: error allowed to the windows' kernels
+    farthest : distance of the farthest source, pitches
+    extent   : extent of the footprint of photosite and low-pass filter, which widens a window's kernel
     """
     if tail == 0.0:
         return [Level(cut, first, None, None)]
@@ -152,7 +152,7 @@ def levels_of(
 
 
 def _every(takes: Window | None) -> int:
-    """Return a power of two, so that each level's points are among those of the one before."""
+    """Return a level's spacing, photosites: a power of two, so that its points are among those of the finer level."""
     return 1 if takes is None else 1 << max(0, math.floor(-math.log2(2.0 * OVERSAMPLED * takes.end)))
 
 
@@ -168,7 +168,7 @@ def lattice_of(level: Level, size: tuple[int, int], low: F64, high: F64, whole: 
     for count, begin, end in zip(size, low.tolist(), high.tolist(), strict=True):
         first, last = -level.reach, count - 1.0 + level.reach
         begin, end = min(max(begin, first), last), max(min(end, last), first)
-        # What stands for light may lie a little beyond it.
+        # Equivalent sources may lie a little outside the light's box.
         period = max(count - 1.0 - begin, end, 1.0) + level.reach + BESIDE / level.cut
         period = max(period, end - begin + 1.0, count)
         periods.append(unit * fast_length(math.ceil(period / unit)))

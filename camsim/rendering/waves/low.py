@@ -1,7 +1,8 @@
-"""The low frequencies of a source, from samples on a coarse grid that are made once: for all levels but the first.
+"""The low frequencies of a source, from samples on a coarse grid that are computed once for all levels but the first.
 
-What is cut off smoothly above the highest of these frequencies is a smooth picture, little larger than the source. Its
-samples on a grid give every level's transform along rows and columns, however many edges or samples it was made of.
+A source that is low-pass filtered smoothly above these frequencies is a smooth picture, little larger than the source.
+Its samples on a grid give every level's transform along rows and columns, at a cost that does not depend on the number
+of edges or samples of the source.
 """
 
 from __future__ import annotations
@@ -21,12 +22,12 @@ from camsim.rendering.waves.image import Source
 from camsim.rendering.waves.levels import Lattice
 from camsim.rendering.waves.taper import taper, taper_margin, tapered
 
-WIDER = 2.0  # times the highest frequency: where the smooth cut ends
-MOST = 4_000_000  # frequencies that are worth while
+WIDER = 2.0  # end of the smooth cut-off, over the highest frequency needed
+MOST = 4_000_000  # frequencies up to which the samples pay
 
 
 class _Samples(NamedTuple):
-    """A smooth picture (kinds, rows, cols): where its first sample lies, their distances, pitches."""
+    """A smooth picture (kinds, rows, cols), with the position of its first sample and the spacing, pitches."""
 
     light: F64
     first: F64
@@ -37,7 +38,7 @@ class _Samples(NamedTuple):
 class LowFrequencies:
     """A source whose transforms up to ``cut`` cycles/pitch come from few samples.
 
-    precision : relative
+    precision : relative error
     """
 
     source: Source
@@ -51,16 +52,16 @@ class LowFrequencies:
 
     @property
     def whole(self) -> int:
-        """As the source has it."""
+        """That of the source."""
         return self.source.whole
 
     @property
     def in_parts(self) -> bool:
-        """As the source has it."""
+        """That of the source."""
         return self.source.in_parts
 
     def transform(self, lattice: Lattice, origin: tuple[float, float]) -> C128 | None:
-        """Return its transform; None: nothing there."""
+        """Return its transform; None: no light."""
         low, high = self.box
         seen = (low - origin >= lattice.low).all() and (high - origin <= lattice.high).all()
         if lattice.cut > self.cut * (1.0 + 1e-9) or not seen or self._size > MOST:
@@ -82,7 +83,7 @@ class LowFrequencies:
 
     @cached_property
     def _frame(self) -> tuple[tuple[int, int], F64, float]:
-        """Periods that hold the smooth picture, its low corner, and the taper's β."""
+        """Periods that cover the smooth picture, its low corner, and the taper's β."""
         margin, sharpness = taper_margin(self.precision)
         low, high = self.box
         tail = margin / ((WIDER - 1.0) * self.cut)
@@ -100,7 +101,7 @@ class LowFrequencies:
     def _samples(self) -> _Samples | None:
         periods, first, sharpness = self._frame
         highest = WIDER * self.cut
-        # What stands for light may lie a little beyond it.
+        # Equivalent sources may lie a little outside the light's box.
         lattice = Lattice(periods, highest, (0.0, 0.0), (float(periods[0]), float(periods[1])))
         found = self.source.transform(lattice, (float(first[0]), float(first[1])))
         if found is None:

@@ -1,4 +1,4 @@
-"""A rendering by frequency sums, everything decided: band, levels, wavelengths, what it costs."""
+"""Plan of a rendering by frequency sums: band limit, levels, wavelength nodes and cost."""
 
 from __future__ import annotations
 
@@ -35,33 +35,33 @@ from camsim.rendering.waves.transfers import Footprint, Lens
 from camsim.rendering.work import Work
 
 COARSEST = 1e-2
-BESIDE_SUPPORT = 8.0  # pitches: patches that reach into what the first level sees
-NEAR, NEAR_OF_LARGE, LARGE = 24.0, 40.0, 700  # pitches that the first level sees, in frames up to so many photosites
+BESIDE_SUPPORT = 8.0  # pitches: margin for patches that extend into the support of the first level
+NEAR, NEAR_OF_LARGE, LARGE = 24.0, 40.0, 700  # smallest reach of the first level, pitches, and side of a large frame
 _share = ErrorBudget(1.0).allowed
 OF_LIGHT, OF_BAND, OF_LEAK = _share("far light"), _share("band"), min(_share("windows"), _share("between points"))
 OF_PRECISION, OF_TRANSFER, OF_MIXTURE = _share("spreading"), _share("transfers"), _share("mixtures")
 OF_RINGS, OF_SPIKES = _share("ringing"), _share("spikes")
 OF_ECHO = 0.3  # of the tolerance
-HIDDEN = 0.4  # of a spike: the most that is missed of it where a corner cuts it
-RINGING = 2.0 / math.pi**4  # of an edge's ringing: 8 ends' (λN/R)^{5/2}/4π⁴
-CIRCLE_TAIL = 0.06  # an edge's light at R behind a pupil of perimeter p and area a: so much times (p/a)·λN/R
-STEEP, BENT = 20.0, 40.0  # a spot of so many λN; waves a radian² along the rim
-STRONGER = 3.5  # ringing behind s times as much: 1 + so much times s²
-RINGS_AT = 0.8, 0.85, 0.9, 0.95  # of the cut-off: ringing behind a wavefront
-CROWD = 4000  # edges, that no more of are told apart
-NEARLY_ALL = 0.92  # of the lens's frequencies, that are worth all: what a picture's rings do beyond them is not asked
-DIGITS_POWER, NODES_OF_WAVE = 1.6, 2.0  # of the number of wavelengths
-STEPS, DIRECTIONS = 256, 32  # in which a system is asked what it passes
-SECONDS_EACH, SECONDS_CURVE, SECONDS_POLAR, SECONDS_NODE = 6e-8, 4e-9, 3e-8, 1e-7  # of a frequency, and of a node
-SECONDS_TABLE = 0.02  # of a pupil's transfer at a wavelength
-BYTES_EACH, BYTES_SUMMED = 32.0, 32.0  # of a frequency, and of where they add up
+HIDDEN = 0.4  # largest part of a spike that is lost where a corner cuts it
+RINGING = 2.0 / math.pi**4  # amplitude of an edge's ringing: 8 end points' (λN/R)^{5/2}/4π⁴
+CIRCLE_TAIL = 0.06  # an edge's light at R, over (p/a)·λN/R, behind a pupil of perimeter p and area a
+STEEP, BENT = 20.0, 40.0  # scales of aberrations: spot radius in λN; waves per radian² along the rim
+STRONGER = 3.5  # ringing behind an aberration of s such scales is stronger by 1 + STRONGER·s²
+RINGS_AT = 0.8, 0.85, 0.9, 0.95  # fractions of the cut-off at which an aberrated lens rings
+CROWD = 4000  # edges beyond which the bound on ringing grows no further
+NEARLY_ALL = 0.92  # fraction of the lens's band from which all of it is taken: a picture's ringing is not estimated
+DIGITS_POWER, NODES_OF_WAVE = 1.6, 2.0  # rule for the number of wavelengths
+STEPS, DIRECTIONS = 256, 32  # samples of a system's transfer, along the radius and in angle
+SECONDS_EACH, SECONDS_CURVE, SECONDS_POLAR, SECONDS_NODE = 6e-8, 4e-9, 3e-8, 1e-7  # per frequency; the last, per node
+SECONDS_TABLE = 0.02  # for a pupil's transfer at one wavelength
+BYTES_EACH, BYTES_SUMMED = 32.0, 32.0  # per frequency, and per point of the summed lattice
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class WavesPlan:
-    """A job, and the fields of its scene if there are any.
+    """A job, with the fields of its scene if there are any.
 
-    nodes : wavelengths of the edges
+    nodes : wavelength nodes of the edges
     """
 
     job: Job
@@ -73,12 +73,12 @@ class WavesPlan:
 
     @property
     def marks(self) -> Marks:
-        """None of its own."""
+        """Plain marks: this engine adds none."""
         return Marks.plain(float(self.job.blur.max()))
 
     @property
     def fewest(self) -> int:
-        """How many photosites are checked at the least."""
+        """Smallest number of photosites that are checked."""
         return FEWEST_CHECKED
 
     @property
@@ -88,7 +88,7 @@ class WavesPlan:
 
     @cached_property
     def image(self) -> FrequencyImage | None:
-        """What sums; None where there is nothing."""
+        """The frequency sums of all sources; None for an empty scene."""
         job, tolerance = self.job, self.job.tolerance
         beside = tolerance if self.fields is None else tolerance / self.fields.brighter
         precision = max(1e-13, OF_PRECISION * beside)
@@ -135,7 +135,7 @@ class WavesPlan:
         )
 
     def fused(self, signals: Signals, tolerance: float) -> tuple[F64, F64]:
-        """Return few wavelengths (j,), and the weights (spectra, channels, j) of signals there."""
+        """Return the wavelength nodes (j,), and the weights (spectra, channels, j) of the signals at them."""
         return fuse(signals, phase=0.0, allowed=1.0, count=self.settings.wavelengths(self.job, tolerance))
 
     def _lens(self, wavelength_nm: F64, tolerance: float) -> Lens:
@@ -143,7 +143,7 @@ class WavesPlan:
             system=self.job.system,
             wavelength_nm=wavelength_nm,
             pitch_um=self.job.grid.pitch_um,
-            allowed=float(f"{self.settings.rougher * OF_TRANSFER * tolerance:.6g}"),  # the same table serves all of one
+            allowed=float(f"{self.settings.rougher * OF_TRANSFER * tolerance:.6g}"),  # rounded: tables are shared
         )
 
     def _of_fields(self, fields: FieldJob, precision: float) -> Iterator[tuple[Source, F64, Lens]]:
@@ -165,7 +165,7 @@ class WavesPlan:
         return FieldSource(layer=layer, mixture=mixture, cut=cut, precision=precision)
 
     def _band(self, lens: Lens, weights: F64, tolerance: float) -> float:
-        """Return the highest frequency that matters: what is beyond gives four edges no more than its share."""
+        """Return the band limit, cycles/pitch: above it, four edges have at most their share of the error."""
         pitch_um = self.job.grid.pitch_um
         highest = self.job.system.highest_per_um(lens.wavelength_nm) * pitch_um
         frequency = highest * (np.arange(STEPS) + 0.5) / STEPS
@@ -176,7 +176,7 @@ class WavesPlan:
         passes = light * footprint.max(axis=0)
         beyond = np.cumsum((passes / frequency)[::-1])[::-1] * (4.0 / math.pi * highest / STEPS)
         if self._rings is not None:
-            beyond = np.maximum(beyond, self._rings.beyond(light * footprint.mean(axis=0), highest))  # all round
+            beyond = np.maximum(beyond, self._rings.beyond(light * footprint.mean(axis=0), highest))  # concentric edges
         allowed = OF_BAND * tolerance
         kept = int(np.count_nonzero(beyond > allowed))
         if self.fields is not None and kept >= NEARLY_ALL * STEPS:
@@ -185,7 +185,7 @@ class WavesPlan:
 
     @cached_property
     def _rings(self) -> Rings | None:
-        """What a few places of the frame see of the edges square on; None without edges."""
+        """Distances from a few places of the edges that face them perpendicularly; None without edges."""
         job = self.job
         if not len(job.edges):
             return None
@@ -228,18 +228,19 @@ class WavesPlan:
 
     @property
     def _support(self) -> float:
-        """How far from its middle a sample of a picture has light, pitches: middles say which are in reach."""
+        """Half the diagonal of a picture's largest spline, pitches: samples are selected by their centres."""
         layers = () if self.fields is None else self.fields.layers
         each = ((layer.degree + 1) * min(layer.step, LONGEST_SQUARE) for layer in layers if isinstance(layer, Layer))
         return math.sqrt(0.5) * max(each, default=0.0)
 
     def _spikes(self, longest: float, allowed: float, farthest: float, width: float) -> float:
-        """Return how far the first level has to see along spikes of a pupil's sides, pitches.
+        """Return the reach of the first level that diffraction spikes of a polygonal pupil require, pitches.
 
-        Of a side of length l of a pupil of area a, half diameters, (l/2π²a)·λN/r are thrown beyond r, either way square
-        on it; opposite sides add up. Spikes are as narrow as λN however far they reach: no coarser level holds them.
-        What a corner hides of them beyond the reach is missed, where there is scenery; and scenery that ends shows
-        again a period further on, and further, to both sides: in all π²/3 of what its width takes of a spike there.
+        A side of length l of a pupil of area a, in half diameters, diffracts (l/2π²a)·λN/r of the light beyond r, in
+        both directions perpendicular to the side; opposite sides add up. Spikes stay as narrow as λN at any distance,
+        so no coarser level can represent them. Two errors follow. The part of a spike that a corner hides beyond the
+        reach is lost. And scenery that ends appears again at every period to both sides: in all, π²/3 of the part of
+        the spike that falls within its width.
         """
         lens = self.job.system.lens
         if not isinstance(lens, OfPupil) or lens.pupil.shape == "circular":
@@ -250,14 +251,14 @@ class WavesPlan:
         return min(HIDDEN * thrown / allowed, max(farthest, again))
 
     def _spot_um(self, wavelength_nm: float) -> float:
-        """Return how far from the middle rays fall at the most."""
+        """Return the largest distance of a ray from the centre of the spot."""
         lens = self.job.system.lens
         assert isinstance(lens, OfPupil)
         return spot_um(lens, wavelength_nm)
 
     @cached_property
     def _lattices(self) -> list[tuple[int, int]]:
-        """How many frequencies the lattices have, of all levels and tiles, and in how many places they add up."""
+        """Numbers of frequencies and of points of the summed lattice, for every level and tile."""
         image = self.image
         if image is None:
             return []
@@ -277,7 +278,7 @@ class WavesPlan:
 
     @cached_property
     def cost(self) -> Cost:
-        """What one image takes."""
+        """Seconds and memory of one image."""
         image = self.image
         if image is None:
             return Cost(seconds=0.0, memory_bytes=0.0)
@@ -308,7 +309,7 @@ class WavesPlan:
         )
 
     def decisions(self) -> Iterator[Decision]:
-        """Yield what people may want to know."""
+        """Yield the decisions that are reported to the user."""
         image = self.image
         if image is None:
             return
@@ -328,11 +329,11 @@ class WavesPlan:
         )
 
     def of(self, job: Job) -> WavesPlan:
-        """Return the same for other edges, without pictures."""
+        """Return the same plan for a job with other edges, without pictures."""
         return dataclasses.replace(self, job=job, nodes=job.nodes_like(self.nodes), fields=None)
 
     def bands(self, channel: Channels, progress: Progress) -> Iterator[F64]:
-        """Yield the image, each photosite in its own channel, in bands of a tile's height."""
+        """Yield the image in bands of a tile's height; ``channel`` gives the channel of each photosite."""
         grid, image = self.job.grid, self.image
         base = self.job.base
         if image is None:
@@ -352,7 +353,7 @@ class WavesPlan:
                 progress(rows.stop / grid.rows)
 
     def images(self, channels: U8, progress: Progress) -> Iterator[Iterator[F64]]:
-        """Yield several images, each as one band: all channels' sums are made at once."""
+        """Yield several images, each as one band; the sums of all channels are computed once."""
         grid, image, base = self.job.grid, self.image, self.job.base
         out = base[channels]
         if image is not None:
@@ -365,17 +366,18 @@ class WavesPlan:
             yield iter((one,))
 
     def standard_error(self, rows: I64, cols: I64) -> float | None:
-        """Return None: no chance."""
+        """Return None: the method is deterministic."""
         return None
 
 
 @dataclass(frozen=True, kw_only=True)
 class Waves:
-    """The engine of frequency sums: any source, any lens, any photosite.
+    """The engine of frequency sums, for any source, lens and photosite.
 
-    farther, finer : times the first level's reach and the number of wavelengths: the check's differ from the image's
-    rougher        : times the tolerance to which tables of transfers are made, and spikes and slow beats followed, as
-                     in the image
+    farther, finer : factors of the first level's reach and of the number of wavelengths; the check uses others than
+                     the image
+    rougher        : factor of the tolerance for transfer tables, spikes and slow oscillations; the check uses it to
+                     keep the image's tolerance
     """
 
     farther: float = 1.0
@@ -394,10 +396,11 @@ class Waves:
         return planned(WavesPlan, job=job, fields=fields, settings=self)
 
     def wavelengths(self, job: Job, tolerance: float) -> int:
-        """Return how many nodes tell a transfer at all wavelengths: it changes as a wavefront turns, else slowly.
+        """Return the number of wavelength nodes that resolves a transfer over the spectrum.
 
-        And rings that a spectrum has out of step come into step again where neighbouring nodes are a wave apart: no
-        nearer than where nothing is heard of them.
+        A wavefront's phase adds nodes, since the transfer then changes fast with wavelength. Ringing that a continuous
+        spectrum averages out revives where the path difference between neighbouring nodes is one wave; the nodes are
+        dense enough for this to happen only where ringing is below the tolerance.
         """
         if not job.system.chromatic:
             return 1
@@ -410,9 +413,9 @@ class Waves:
 
 
 def _ringing(job: Job, tolerance: float, *, crowded: bool = False) -> float:
-    """Return from where on the ringing of all edges in sight stays within its share, pitches.
+    """Return the distance from which on the ringing of all edges stays within its share of the error, pitches.
 
-    Of a crowd, as pictures are, ringing adds up as of random phases.
+    The ringing of many edges, as in a picture, adds up with random phases.
     """
     longest, count = float(job.blur.max()), CROWD if crowded else min(max(4.0, job.edges.turning), CROWD)
     strength = RINGING * _strength(job) * math.sqrt(count / 4.0)
@@ -420,13 +423,13 @@ def _ringing(job: Job, tolerance: float, *, crowded: bool = False) -> float:
 
 
 def _strength(job: Job) -> float:
-    """Return how loud an edge's ringing is, over that of a clear lens seen by points.
+    """Return the ringing amplitude of an edge relative to a clear, unaberrated lens sampled at points.
 
-    Behind a wavefront its frequencies lie below the cut-off too, where a footprint passes more of them.
+    With aberrations, ringing also has frequencies below the cut-off, where the photosite's footprint passes more.
     """
     wavelengths, lens = job.signals.wavelength_nm, job.system.lens
     passes = max(job.system.ring_share(wavelengths), 1e-3)
-    hole = _obstruction(lens)  # its rim's rings add to the outer one's
+    hole = _obstruction(lens)  # ringing of the inner rim adds to that of the outer
     stronger = (1.0 + math.sqrt(hole)) ** 2 / (1.0 - hole**2)
     if isinstance(lens, OfPupil):
         slope = spot_um(lens, float(wavelengths[0])) / lens.blur_um(float(wavelengths[0]))
@@ -440,9 +443,10 @@ def _strength(job: Job) -> float:
 
 
 def _slow(job: Job, tolerance: float) -> float:
-    """Return from where on a straight edge's slow beats stay within their share, pitches.
+    """Return the distance from which on the slow oscillation of a straight edge stays within its share, pitches.
 
-    Of what comes from two rims on one side; round lenses have no spikes, whose share that is.
+    An obstruction causes it: the inner and the outer rim on the same side interfere. It uses the share of spikes, which
+    a round lens lacks.
     """
     hole = _obstruction(job.system.lens)
     if not hole:
@@ -453,14 +457,14 @@ def _slow(job: Job, tolerance: float) -> float:
 
 
 def _obstruction(lens: object) -> float:
-    """Return the diameter of what is covered in the middle of a lens, over D."""
+    """Return the diameter of a lens's central obstruction over that of the pupil."""
     if isinstance(lens, OfPupil):
         return lens.pupil.obstruction
     return lens.obstruction if isinstance(lens, AnnularAiry) else 0.0
 
 
 def spot_um(lens: OfPupil, wavelength_nm: float) -> float:
-    """Return how far from the middle rays fall at the most: 2λN times the wavefront's slope, waves over a radius."""
+    """Return the spot's largest ray displacement: 2λN times the wavefront's slope in waves per pupil radius."""
     outer = 0.98 * lens.pupil.outer_radius
     angle = 2.0 * np.pi * np.arange(32) / 32
     radius = outer * np.array([[0.4], [0.7], [1.0]])
@@ -471,7 +475,7 @@ def spot_um(lens: OfPupil, wavelength_nm: float) -> float:
 
 
 def _farthest(source: Source, job: Job) -> float:
-    """Return the largest distance of a source's corner from a photosite."""
+    """Return the largest distance between a corner of a source's box and a photosite, pitches."""
     low, high = source.box
     first = np.array(job.grid.first_centre)
     last = first + np.array([job.grid.cols - 1, job.grid.rows - 1])
@@ -482,7 +486,7 @@ P = TypeVar("P", bound=WavesPlan)
 
 
 def planned(kind: type[P], *, job: Job, **more: Any) -> P:
-    """Return a plan of a kind, its wavelengths chosen."""
+    """Return a plan of class ``kind`` with its wavelength nodes chosen."""
     first = kind(job=job, nodes=job.nodes(count=1), **more)
     wavelength_nm, density = first.fused(job.signals, job.tolerance)
     nodes = dataclasses.replace(first.nodes, wavelength_nm=wavelength_nm, density=density)

@@ -1,8 +1,9 @@
-"""Edges about a place by their distance: what meets in step in the middle of concentric outlines.
+"""Edges around a place by their distance: ringing that adds up in phase at the centre of concentric outlines.
 
-A place sees ∮ E(r)·dφ/2π of a region, along its outline. Of an edge only what is square on to the line of sight
-counts: the rest is out of step with itself. Edges that go on and on square to it, as circles do about their centre, are
-louder than straight ones, and many add up where their distances are waves apart.
+The light of a region at a place is ∮ E(r)·dφ/2π along its outline. Only the part of an edge that is perpendicular to
+the line of sight contributes; elsewhere the phase varies and ringing cancels. Edges that stay perpendicular, as circles
+do about their centre, contribute more than straight ones, and several add up where their distances differ by whole
+waves.
 """
 
 from __future__ import annotations
@@ -19,19 +20,19 @@ from camsim.rendering.edges import Edges
 from camsim.rendering.fast_length import fast_length
 from camsim.rendering.grid import Grid
 
-PLACES = 4  # centres that are asked, besides the frame's middle
-A_WAVE, MOST_BINS = 8, 1 << 16  # bins of distances in a wave of the highest frequency, and of all
-MOST_PAIRS = 20_000  # of edges that are asked what they are bent about
-MOST_WAVES = 16  # wavelengths whose rings are added up
+PLACES = 4  # centres of curvature that are examined, in addition to the frame's centre
+A_WAVE, MOST_BINS = 8, 1 << 16  # bins of distance per period of the highest frequency, and the largest number of bins
+MOST_PAIRS = 20_000  # pairs of edges whose centre of curvature is computed
+MOST_WAVES = 16  # wavelengths whose ringing is summed
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Rings:
-    """What is square on to the line of sight of a few places.
+    """Edges perpendicular to the line of sight from a few places, binned by distance.
 
-    shares : (places, bins) jump × part of the circle, by distance
-    step   : from a distance to the next, pitches
-    most   : the largest jump
+    shares : (places, bins) jump × fraction of the circle, by distance
+    step   : width of a bin, pitches
+    most   : largest jump
     """
 
     shares: F64
@@ -40,10 +41,10 @@ class Rings:
 
     @classmethod
     def of(cls, edges: Edges, grid: Grid, farthest: float, jump: F64, longest: float, highest: float) -> Rings:
-        """Ask at the frame's middle and the centres that outlines are bent about.
+        """Bin edges about the frame's centre and the outlines' centres of curvature.
 
-        farthest : distance, pitches, of what is seen
-        jump : (n,) light on edges' left less that on their right;  longest: a blur, pitches;  highest: cycles/pitch
+        farthest : largest distance of an edge, pitches
+        jump : (n,) light on edges' left minus that on their right;  longest: λN, pitches;  highest: cycles/pitch
         """
         step = 1.0 / (A_WAVE * highest)
         places = _places(edges, jump, grid)
@@ -61,11 +62,11 @@ class Rings:
         return distances
 
     def beyond(self, passes: F64, highest: float) -> F64:
-        """Return the most light that any of the places sees of frequencies from each of even steps on.
+        """Return the largest light at any of the places from all frequencies above each of evenly spaced steps.
 
-        passes : (steps,) transfer at their middles, up to the highest frequency, × light of the largest jump
+        passes : (steps,) transfer at the steps' midpoints, up to the highest frequency, × light of the largest jump
 
-        Of a frequency it sees Σ share·2πr·J1(2πrf): 1/πf of a straight edge.
+        The light at a frequency is Σ share·2πr·J1(2πrf); for a straight edge this is 1/πf.
         """
         steps = passes.size
         count = fast_length(2 * max(self.shares.shape[1], math.ceil(steps / (highest * self.step))))
@@ -82,7 +83,7 @@ class Rings:
     def reach(self, blur: F64, light: F64, strength: float, allowed: float) -> float:
         """Return the distance beyond which the ringing of everything stays within ``allowed``.
 
-        blur, light : (n,) lengths of a wave, pitches, and their shares;  loud: × (λN/r)²/π³ is a circle's ringing
+        blur, light : (n,) λN, pitches, and its share of the light;  strength: × (λN/r)²/π³ is a circle's ringing
         """
         every = -(-blur.size // MOST_WAVES)
         starts = np.arange(0, blur.size, every)
@@ -102,7 +103,7 @@ class Rings:
 
 @kernel()
 def _see(start: F64, end: F64, jump: F64, place: tuple[float, float], longest: float, step: float, shares: F64) -> None:
-    """Add each edge's part of the circle about a place that it is square on in: within half a wave's difference."""
+    """Add the fraction of the circle about a place over which each edge's distance varies by less than half a wave."""
     for e in range(len(start)):
         x, y, ex, ey = start[e, 0] - place[0], start[e, 1] - place[1], end[e, 0] - start[e, 0], end[e, 1] - start[e, 1]
         length = math.hypot(ex, ey)
@@ -129,11 +130,11 @@ def _see(start: F64, end: F64, jump: F64, place: tuple[float, float], longest: f
 
 
 def _places(edges: Edges, jump: F64, grid: Grid) -> F64:
-    """Return the frame's middle, and the centres in it that most of the edges' turning is about: (n, 2)."""
+    """Return the frame's centre, and the centres of curvature in the frame of the strongest outlines: (n, 2)."""
     first = np.array(grid.first_centre)
     last = first + np.array([grid.cols - 1, grid.rows - 1])
     places = [0.5 * (first + last)]
-    # Where the lines square on the middles of two edges that follow one another meet.
+    # A centre of curvature is where the perpendicular bisectors of two successive edges meet.
     following = np.arange(0, len(edges) - 1, 1 + len(edges) // MOST_PAIRS)
     following = following[(edges.end[following] == edges.start[following + 1]).all(axis=1)]
     a, b = edges.along[following], edges.along[following + 1]

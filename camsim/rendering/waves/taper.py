@@ -1,4 +1,4 @@
-"""The taper by which levels of frequencies share what lies between them."""
+"""The taper between one level of frequencies and the next."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ TAPER_DEGREE = 63
 
 
 def taper_margin(level: float) -> tuple[float, float]:
-    """Return how far the taper's band reaches (in 1/width) and its β, for side lobes of ``level``.
+    """Return the half bandwidth of the taper's slope (in 1/width) and its β, for side lobes of ``level``.
 
     The taper's slope is a Kaiser–Bessel window: its transform is sinh(√(β² − x²))/√(…) with x = π·k·width up to
     x = β, and beyond only ripples of about 1/sinh β of its height.
@@ -25,7 +25,7 @@ def taper_margin(level: float) -> tuple[float, float]:
 
 @functools.lru_cache(maxsize=64)
 def taper(sharpness: float) -> np.polynomial.Chebyshev:
-    """Return the taper from 1 at −1 to 0 at 1 as a polynomial: 1 minus the running integral of its window."""
+    """Return the taper from 1 at −1 to 0 at 1 as a polynomial: 1 minus the integral of its window from −1."""
     window = np.polynomial.Chebyshev.interpolate(
         lambda t: scipy.special.i0(sharpness * np.sqrt((1.0 - t) * (1.0 + t))) / scipy.special.i0(sharpness),
         TAPER_DEGREE,
@@ -35,7 +35,7 @@ def taper(sharpness: float) -> np.polynomial.Chebyshev:
 
 
 def tapered(distance: F64, inner: float, outer: float, shape: np.polynomial.Chebyshev) -> F64:
-    """Return the taper at distances (0 or more)."""
+    """Return the taper, 1 up to the inner and 0 from the outer radius on, at distances (0 or more)."""
     if outer == inner:
         return np.ones_like(distance)
     t = np.clip((2.0 * distance - inner - outer) / (outer - inner), -1.0, 1.0)

@@ -1,7 +1,7 @@
-"""What the system passes, as tables that sums over frequencies look up: a lens's transfer, weighed for each channel.
+"""Tables of a lens's transfer, weighted for each channel, that the sums over frequencies interpolate.
 
-A transfer is asked for the level of frequencies that it is to serve. What it gives is ``Curves`` (a round lens: one
-dimension), ``Polar`` (a pupil: radius and direction) or planes, row by row, of a lens that is known by ``otf`` alone.
+A table covers the frequencies of one level. A rotationally symmetric lens has curves over radial frequency, a pupil has
+tables over radius and direction, and a lens known only by its ``otf`` is evaluated row by row.
 """
 
 from __future__ import annotations
@@ -23,18 +23,18 @@ from camsim.optics.transfer_table import NO_BORDER, TransferTable, transfer_tabl
 from camsim.rendering.waves.levels import Lattice, Level
 
 FEWEST_POINTS, MOST_POINTS = 2048, 1 << 16
-POLAR_POINTS = 128  # along the radius, at the least: what aberrations spread turns a far level's transfer too
-MOST_POLAR, MOST_STEPS, FEW_RADII = 2048, 1000, 24  # points, and directions, of a table; radii at which it is tried
-OF_RADII = 6.0  # points for each of a table's radii, at 1e-5: cubics between them
-ASKED = 180  # directions in which a lens without a table is asked what passes: of one 16 times as long as wide a degree
-FEW_KINDS = 4  # that need not be made fewer
+POLAR_POINTS = 128  # smallest number along the radius: aberrations give a coarse level's transfer phase as well
+MOST_POLAR, MOST_STEPS, FEW_RADII = 2048, 1000, 24  # largest radial points and directions of a table; radii for tests
+OF_RADII = 6.0  # points per radius of the transfer table, for cubic interpolation at 1e-5
+ASKED = 180  # directions in which a lens without a table is sampled; one degree resolves an aspect ratio of 16
+FEW_KINDS = 4  # kinds up to which no reduction is tried
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Lens:
-    """A lens as the frequency sums take it.
+    """The transfer of a lens, in the form that the frequency sums need.
 
-    system        : whose lens, and blurs besides it, these are; lengths of its transfers in pitches here
+    system        : the lens and the custom stages behind it; frequencies of its transfers are in cycles/pitch here
     wavelength_nm : (j,) nodes
     allowed       : largest error of a transfer
     """
@@ -46,12 +46,12 @@ class Lens:
 
     @property
     def is_round(self) -> bool:
-        """Whether one curve is all of it."""
+        """Whether the transfer depends on the radial frequency alone."""
         return isinstance(self.system.lens, Round) and not self.system.more
 
     @property
     def is_pupil(self) -> bool:
-        """Whether a table over radius and direction is."""
+        """Whether the transfer is tabulated over radius and direction."""
         return isinstance(self.system.lens, OfPupil) and not self.system.more
 
     @cached_property
@@ -66,7 +66,7 @@ class Lens:
         weights : (kinds, channels, j)
         """
         lens = self.system.lens
-        bends = 2.0 / (1.0 - lens.obstruction) if isinstance(lens, AnnularAiry) else 1.0  # as fast as rims come to meet
+        bends = 2.0 / (1.0 - lens.obstruction) if isinstance(lens, AnnularAiry) else 1.0  # finer for a narrow annulus
         points = int(min(MOST_POINTS, bends * max(FEWEST_POINTS, math.sqrt(1.0 / self.allowed)))) + 1
         frequency = np.linspace(0.0, level.cut, points)
         fx, zero = frequency / self.pitch_um, np.zeros_like(frequency)
@@ -75,10 +75,10 @@ class Lens:
         return np.ascontiguousarray(curves), (points - 1) / level.cut
 
     def polar(self, level: Level, weights: F64) -> tuple[tuple[C128, I64], float, tuple[float, float, int, F64]]:
-        """Return (points, directions, kinds, channels), how many channels there are at each point, points per
-        cycle/pitch, and how directions lie in panels.
+        """Return the transfer (points, directions, kinds, channels), its scale and its panels of directions.
 
-        See ``kernels.add_polar``: cubics want one neighbour more on either side of a panel.
+        The table comes with the number of channels at each point; the scale is in points per cycle/pitch. See
+        ``kernels.add_polar`` for the panels: cubic interpolation needs one more direction on each side.
         """
         table = self._table
         radii, directions = table.values.shape[1:]
@@ -96,7 +96,7 @@ class Lens:
             per_um, per = per_um * (stretched / level.cut), points / stretched
             steps = _followed(lambda count: table.in_panels(few, count), 12, self.allowed)
             along = table.in_panels(per_um, steps)
-            along = np.concatenate([along, along[:, :, :1].conj()], axis=2)  # half a turn further on: the conjugate
+            along = np.concatenate([along, along[:, :, :1].conj()], axis=2)  # half a turn on it is the conjugate
             polar = np.einsum("kcj,jnt->ntkc", weights, along.reshape(*along.shape[:2], -1))
             return (np.ascontiguousarray(polar), there), per, (table.first_rad, table.panels / math.pi, steps, border)
         turn = -0.5 * math.pi
@@ -106,7 +106,7 @@ class Lens:
         return (np.ascontiguousarray(polar), there), per, (turn, 1.0 / math.pi, steps, NO_BORDER)
 
     def size(self, frequency: F64, light: F64) -> F64:
-        """Return the most that passes in any direction at frequencies (n,) in cycles/pitch; light: (j,) weights."""
+        """Return the largest transfer over all directions at frequencies (n,), cycles/pitch; light: (j,) weights."""
         per_um = frequency / self.pitch_um
         if self.is_pupil:
             table = self._table
@@ -121,9 +121,9 @@ class Lens:
         return size
 
     def mixed(self, weights: F64, allowed: float) -> tuple[I64, F64]:
-        """Return which kinds (k,) stand for all, and mixtures (k, kinds) that say how much of each is in every kind.
+        """Return the indices (k,) of kinds that span all others, and mixtures (k, kinds) that express every kind.
 
-        weights : (kinds, channels, j);  allowed: what a kind's transfer may be off by
+        weights : (kinds, channels, j);  allowed: largest error of a kind's transfer
         """
         kinds = len(weights)
         if kinds <= FEW_KINDS:
@@ -140,7 +140,7 @@ class Lens:
         return rows, mixture
 
     def plane(self, weights: F64, fx: F64, fy: F64) -> C128:
-        """Return (kinds, channels, …) at frequencies in cycles/pitch."""
+        """Return the transfer (kinds, channels, …) at frequencies in cycles/pitch."""
         out = np.zeros((*weights.shape[:2], *np.broadcast_shapes(fx.shape, fy.shape)), complex)
         for k, nm in enumerate(self.wavelength_nm.tolist()):
             otf = self.system.point_otf(fx / self.pitch_um, fy / self.pitch_um, nm)
@@ -149,7 +149,7 @@ class Lens:
 
 
 def _followed(asked: Callable[[int], C128], fewest: int, allowed: float) -> int:
-    """Return how many steps cubics follow: of what is asked of twice as many, each other one tells those between."""
+    """Return how many steps suffice for cubic interpolation, tested at the midpoints of a table twice as fine."""
     steps = fewest
     while steps < MOST_STEPS:
         known = asked(2 * steps)
@@ -164,13 +164,13 @@ def _followed(asked: Callable[[int], C128], fewest: int, allowed: float) -> int:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Footprint:
-    """OLPF and photosite: what no wavelength changes."""
+    """The transfer of OLPF and photosite, which no wavelength changes."""
 
     system: OpticalSystem
     pitch_um: float
 
     def on(self, lattice: Lattice) -> tuple[C128, C128, C128]:
-        """Return its transfer along x (m,), along y (2n − 1,), and what is no product of them (2n − 1, m) or (0, 0)."""
+        """Return its transfer along x (m,), along y (2n − 1,), and the factor that is not separable, or (0, 0)."""
         columns = lattice.counts[0]
         fx = np.arange(columns) / (lattice.periods[0] * self.pitch_um)
         fy = np.array(lattice.rows) / (lattice.periods[1] * self.pitch_um)
