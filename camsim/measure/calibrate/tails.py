@@ -1,10 +1,9 @@
-"""The law of one photosite's temporal noise: normal or heavy-tailed, alike for all or not, with jumps or without.
+"""Distribution of a photosite's temporal noise: normal or heavy-tailed, uniform or not, with telegraph noise or not.
 
-Of several darks taken alike the differences of pairs are looked at: what is fixed is gone from them, and what a
-photosite has of its own (its noise, its jump) is in each of its pairs. So the counts of |difference| of two pairs at a
-time tell one from the other: tails alone leave the pairs independent, an unevenness makes them large together. The
-law's parameters are those of the greatest likelihood of these counts (a composite likelihood; its errors are those of
-the sandwich formula, from the scatter over blocks of rows).
+Differences of pairs of equal darks are free of fixed patterns, while properties of a photosite (its noise level, its
+telegraph noise) affect all of its pairs. So joint counts of |difference| of two pairs separate the two: heavy tails
+leave the pairs independent, non-uniform noise makes them large together. The parameters maximise the likelihood of
+these counts (a composite likelihood; errors follow from the sandwich formula, with the scatter over blocks of rows).
 """
 
 from __future__ import annotations
@@ -205,7 +204,7 @@ class _Model:
     def __init__(self, seen: PairCounts, normal_dn2: float) -> None:
         self.seen, self.normal_dn2 = seen, normal_dn2
         top = int(seen.lattice[-1])
-        # Codes are a lattice, of which frequencies up to a cycle a step and their aliases are all; the period is wide
+        # Codes are a lattice, so frequencies up to one cycle per step and their aliases suffice; the period is wide
         # enough that differences beyond the greatest one do not wrap around.
         period = 2 * (top + 8)
         self.repeats = max(2, math.ceil(6.0 * seen.step_dn / math.sqrt(seen.variance_dn2)) + 1)

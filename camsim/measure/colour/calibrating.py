@@ -28,7 +28,7 @@ _DIGITS = 6
 class ColourCalibration:
     """A camera's colour calibration from a chart.
 
-    file, light     : of the photograph;  chart: whose measured reflectances
+    file, light     : of the photograph;  chart: name of the measured reflectances
     patches         : names;  clipped: names of those left out as clipped
     matrix          : as in sensor files;  sigma: (3, 3) standard errors, on its scale
     delta_e_before  : (n,) ΔE2000 of the file's matrix and white balance; None if it has none
@@ -57,7 +57,7 @@ class ColourCalibration:
 
     @property
     def measured(self) -> bool:
-        """Whether the curves are the chart's own: it tells them, and no measured camera shows it the same."""
+        """Whether the curves are estimated from the chart: they are reliable, and no measured camera fits as well."""
         return self.smooth.trusted and self.nearest.misfit > self.smooth.noise
 
     @property
