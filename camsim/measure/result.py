@@ -136,7 +136,7 @@ class MtfReport:
         return {name: self.full_frame.in_units(frequency) for name, frequency in every.items()}
 
     def acutance(self, edge: EdgeMtf, distance_picture_heights: float) -> float:
-        """Return the acutance of the whole frame, seen from so many of its heights, if all of it is as this edge."""
+        """Return the acutance of the whole frame at a viewing distance, if all of it is like this edge."""
         return acutance(
             edge.frequency_cycles_per_pixel,
             edge.mtf,

@@ -20,8 +20,8 @@ def shared_scatter(place: F64, rows: Placed, r: F64, one: F64, model: Model, inv
 
         E Σ_j (Σ_i∈j r_i)² = tr Zᵀ(1 − H)V(1 − H)Z;
 
-    what is found beyond is the shared noise's, σ² (‖Zᵀ(1 − H)Z‖² − tr Zᵀ(1 − H)Z): own has it in it already. An edge
-    along the rows follows them, and leaves little of it.
+    the excess is that of shared noise, σ² (‖Zᵀ(1 − H)Z‖² − tr Zᵀ(1 − H)Z), which ``one`` already includes. An edge
+    along the rows absorbs most of it.
     """
     values, group = np.unique(place, return_inverse=True)
     sums = spline.group_sums(rows, np.ones(r.size), group, values.size, model)

@@ -48,7 +48,7 @@ class Rounding:
 
     @property
     def least_dn2(self) -> float:
-        """Temporal variance below which rounding is no longer noise of its own (EMVA 1288: σ_y,dark ≥ 0.49 DN)."""
+        """Temporal variance below which rounding is no longer independent noise (EMVA 1288: σ_y,dark ≥ 0.49 DN)."""
         return 3.0 * self.dn2
 
     def sigma_dn2(self, variance_dn2: float) -> float:
@@ -95,7 +95,7 @@ class Stack:
     mean_dn, mean_sigma_dn : mean code and the standard deviation of its estimate
     row_sigma_dn : the same estimated from rows, which are many;  excess_dn2: excess of the variance of
     frames' means over that: for few frames random, of either sign
-    variance_dn2, variance_sigma_dn2 : temporal variance of a photosite, likewise, without what a frame has in common
+    variance_dn2, variance_sigma_dn2 : temporal variance of a photosite, and error, without offsets common to a frame
     pattern, fine      : spatial variance of the fixed pattern: total, and without parts smooth over tens of photosites
     rounding           : of its codes;  coarser_dn2: additional variance of rounding here, for companded codes
     clipped_low        : fraction of codes that are 0, or piled up at the smallest one below 0
@@ -155,8 +155,8 @@ class Level:
 def stack(frames: Sequence[Codes], channel: Chosen, rounding: Rounding = _EACH_CODE) -> Stack:
     """Reduce frames (rows, cols) to their statistics over the photosites where ``channel`` (rows, cols) is true.
 
-    A frame's own mean is taken off before the temporal variance, as in EMVA 1288: the lamp's drift, or an offset of the
-    frame, is no noise of photosites. Offsets of rows move that mean a little too: what they tell of it is given back.
+    The mean of each frame is subtracted before the temporal variance, as in EMVA 1288: the lamp's drift, or an offset
+    of the frame, is not noise of photosites. Row offsets contribute to that mean: their share is added back.
     The scatter of rows and columns enters the standard deviations, so that offsets common to a row or a column do
     not count as many independent numbers.
     """
