@@ -140,7 +140,7 @@ class Channel:
 
     @property
     def pitch_pixel(self) -> float:
-        """Distance between samples: of one lattice the longer one; of several, that of a square one as dense."""
+        """Distance between samples: for one lattice the longer one; for several, that of an equally dense square."""
         if len(self.planes) == 1:
             return self.period_pixel
         return 1.0 / math.sqrt(sum(1.0 / math.prod(plane.step) for plane in self.planes))

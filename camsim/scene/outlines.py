@@ -141,7 +141,7 @@ def area_of(primitive: Primitive, rings: list[F64]) -> Any:
 
 
 def loops_of(primitive: Primitive, side_um: float) -> list[F64]:
-    """Return the loops (n, 2) about what a primitive covers, to draw: holes run the other way, sides are this long."""
+    """Return the loops (n, 2) around a primitive, to draw: holes run the other way, sides are ``side_um`` long."""
     import shapely
 
     area = area_of(primitive, Outlines.of([primitive]).rings(SideLimits(side_um))[0])

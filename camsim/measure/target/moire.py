@@ -121,8 +121,8 @@ def measure_plate(picture: Picture, *, rim_pixel: Number | None = None) -> Moire
 
     rim_pixel : radius of the plate in the picture; None: the whole picture
 
-    The plate is looked for about the picture's middle, a little askew or not. Contrast is over that of its coarse
-    rings, in the middle. Raises UnsupportedError where it is not seen, or no ghost within the plate.
+    The plate is searched near the picture's centre, possibly tilted. Contrast is relative to that of its coarse rings,
+    at the centre. Raises UnsupportedError if no plate is found, or no ghost within it.
     """
     check_given(picture=picture)
     rim = check(rim_pixel, Positive | None, "rim_pixel")
