@@ -1,4 +1,4 @@
-"""Lens, OLPF and photosite of YAML files to stages: with ``build`` and ``build_sensor`` what knows both."""
+"""Lens, OLPF and photosite of YAML files to stages: as in ``build`` and ``build_sensor``."""
 
 from __future__ import annotations
 
