@@ -87,7 +87,7 @@ def _finest(subject: Subject, engine: str, longest_s: float) -> tuple[Setting | 
 
 
 def is_the_truth(setting: Setting, truths: dict[str, Truth]) -> bool:
-    """Whether a setting is the engine of the only truth, and hardly coarser: it would be judged by itself."""
+    """Whether a setting is the engine of the only truth, and hardly coarser, so not comparable."""
     (name, truth), *others = truths.items()
     of_it = setting.method in (name, "auto")
     return not others and of_it and setting.asked < FINER * truth.line.tolerance

@@ -110,7 +110,7 @@ class Expected:
         return None
 
     def _words_that_tell(self, node: Node, key: str) -> tuple[str, ...]:
-        """Return the words under ``kind``, or under the ``name`` of tables of one kind, that tell tables apart."""
+        """Return the words under ``kind``, or under the ``name`` of tables of one kind, that distinguish tables."""
         kind = self.meant_word(node, "kind") if key == "name" else None
         tables = [table for table in self.tables() if key == "kind" or kind in kinds_of(table)]
         known = [word for table in tables for word in words_of(table, key)] if key in ("kind", "name") else []

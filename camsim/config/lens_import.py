@@ -262,7 +262,7 @@ def _stopped(stated: Prescription, name: str, notes: list[str]) -> Prescription:
 
 def _fields(head: Operands) -> list[list[float]]:
     """Return x and y of a file's fields, in what they are given by, and the vignetting factors of each."""
-    kept = int(_number(head, "FTYP", 2, 0.0)) or None  # what stands behind so many is left of others
+    kept = int(_number(head, "FTYP", 2, 0.0)) or None  # later entries are leftovers of other fields
 
     def of(key: str, older: str) -> list[float]:
         return [float(value) for value in (_values(head, key) or _values(head, older))[:kept]]

@@ -59,7 +59,7 @@ class Traced(NamedTuple):
 
 
 class Beam(NamedTuple):
-    """Light of one field, by wavelength and ray: what falls beside the chief ray and what reaches its sphere.
+    """Light of one field, by wavelength and ray: rays on the image around the chief ray, and on its reference sphere.
 
     fallen_mm : (2, w, n) where rays fall, from the axis
     chief_mm  : (w,) where the chief ray falls along x

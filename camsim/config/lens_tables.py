@@ -23,11 +23,11 @@ from camsim.optics.wavefront import MOST_WAVES
 from camsim.optics.zernike import cosines, orders
 
 WAVELENGTHS_NM = (380.0, 410.0, 440.0, 470.0, 500.0, 530.0, 560.0, 590.0, 620.0, 650.0, 690.0, 740.0, 780.0)
-STEPS = (12, 24, 48)  # of the radius: so many as wavefronts between them ask for
-BETWEEN = 0.01  # waves rms that wavefronts between heights may be off by
-ORDERS = (8, 10, 12, 14, 16, 18, 20)  # of Zernikes: so many as rays ask for
-LEFT = 0.005  # waves rms that these may leave
-DROPPED = 0.002  # waves rms of all coefficients together that are left out
+STEPS = (12, 24, 48)  # of the radius: as required by wavefronts in between
+BETWEEN = 0.01  # waves rms: largest error of wavefronts between heights
+ORDERS = (8, 10, 12, 14, 16, 18, 20)  # of Zernikes: as required by the rays
+LEFT = 0.005  # waves rms: largest residual
+DROPPED = 0.002  # waves rms of all omitted coefficients together
 CLOSED = 0.1  # weight of a ray that a rim stops: nothing falls there, but the wavefront must go somewhere
 RAYS = 720  # over the pupil, of equal areas; one half of them is traced
 EXPOSED_STEP = 2e-4  # of the field, over which the sky is compared with where it falls
@@ -46,7 +46,7 @@ class Traced(NamedTuple):
 
     largest : of all coefficients, waves
     zernikes : how many there are
-    left  : rms beside the Zernikes at the worst place, waves
+    left  : rms residual of the Zernikes at the worst place, waves
     mtf   : differences of transfers (fields, wavelengths, 2 directions: along the radius and across, frequencies)
     places_um : of these fields, from the axis
     notes : what is worth a line
@@ -301,7 +301,7 @@ def _light(lens: Lens, angles: F64, height_mm: F64, name: str) -> F64:
 
 
 def _distortion(lens: Lens, full_rad: float, side: float) -> tuple[F64, F64]:
-    """Return heights without distortion, µm, and its fractions there; scale apart: beside the axis there is none.
+    """Return heights without distortion, µm, and its fractions there; excluding scale: none near the axis.
 
     A sensor that lies off the paraxial focus sees all larger or smaller, which is no distortion.
     """

@@ -101,7 +101,7 @@ def looks_like_path(name: str) -> bool:
 
 
 def _folder(kind: Kind) -> Path:
-    """Return where the shipped files lie: inside an installed wheel, or beside the package in a checkout."""
+    """Return the folder of shipped files: inside an installed wheel, or next to the package in a checkout."""
     package = Path(camsim.__path__[0])
     installed = package / "data" / FOLDERS[kind]
     return installed if installed.is_dir() else package.parent / FOLDERS[kind]

@@ -95,7 +95,7 @@ def _changed(node: Node, rest: tuple[str, ...], override: Override, expected: Ex
 
 
 def _without_the_others(node: Node, content: Mapping[str, Node], key: str, expected: Expected) -> dict[str, Node]:
-    """Return a table without what the file gives instead of ``key``; what other overrides give stays, to be judged."""
+    """Return a table without what the file gives instead of ``key``; values of other overrides stay."""
     table = expected.table(node)
     groups = table.alternatives if table is not None else ()
     others = {other for group in groups if key in group for other in group if other != key}

@@ -105,7 +105,7 @@ class SensorSearch:
         yield from (self.beside, self.beside / "sensors", Path(os.path.normpath(self.beside / ".." / "sensors")))
 
     def _holds(self, folder: Path, path: Path) -> bool:
-        """Whether a sensor lies there; beside a scene a link may not lead out of the folder."""
+        """Whether a sensor is there; next to a scene, links must not leave the folder."""
         if not os.path.isfile(path):
             return False
         if folder not in self.own and not path.resolve().is_relative_to(folder.resolve()):

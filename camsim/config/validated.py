@@ -84,7 +84,7 @@ class Validated(Generic[M]):
 
     @property
     def full(self) -> bool:
-        """Whether so many faults were found that no more are looked for."""
+        """Whether the limit of reported faults is reached."""
         return len(self.faults) >= MOST_FAULTS
 
     def refuse(self, path: KeyPath, message: str) -> None:

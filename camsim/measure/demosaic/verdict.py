@@ -1,4 +1,4 @@
-"""One result judged by its truth."""
+"""Evaluation of one result against its truth."""
 
 from __future__ import annotations
 

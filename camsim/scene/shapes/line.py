@@ -39,7 +39,7 @@ class Line(Drawn):
     cap         : of open ends: cut off square, a half disc, or half a width longer; what has no length is its caps
                   alone: nothing, a disc, or an upright square
     join        : of corners: sides drawn on until they meet, a disc, or cut off; where a curve turns back it is a disc
-    miter_limit : a miter longer than so many widths is cut off, as in SVG
+    miter_limit : largest length of a miter in widths; longer ones are cut off, as in SVG
     dashes_um   : lengths of dash, gap, dash … along each outline, again and again; of odd number twice over, as in SVG
     dash_offset_um : where in this pattern each outline begins
 
