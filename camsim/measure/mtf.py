@@ -31,7 +31,7 @@ _BELOW_BLACK = 0.1  # of the step
 _PILED_UP = 0.02  # of a side's photosites
 _NOISY, _NOISY_PART = 0.45, 3e-4  # codes, and of the step where there are none
 _WIDE, _MOST_OFF = 0.1, 0.13
-"""Rise relative to the region's reach above which light spread far by aberrations counts; its share of MTF50 then."""
+"""Rise over reach above which light spread far by aberrations matters; relative error of MTF50 per unit of that."""
 
 _ONE_SIDED = 0.004  # of the step
 _FALLS = 0.3  # of the step: a line spread beyond the region that is so far below 0
