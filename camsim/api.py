@@ -30,18 +30,18 @@ from camsim.optics.no_lens import NO_LENS
 
 PathOrName = str | os.PathLike[str]
 Exposed: TypeAlias = Capture | Shot
-"""What takes a frame: a camera of a scene, or a sensor of light alone."""
+"""A validated exposure: a camera with a scene, or a sensor with given light."""
 T = TypeVar("T")
 M = TypeVar("M", schema.SceneFile, schema.SensorFile, schema.ShotFile)
 
 
 def _listed(given: Any) -> Any:
-    """Return the items of whatever has some; a text is one thing, and of a table only the keys would be left."""
+    """Return the items of an iterable; texts and tables are not split."""
     return tuple(given) if isinstance(given, Iterable) and not isinstance(given, str | bytes | Mapping) else given
 
 
 def _folders(given: Any) -> Any:
-    """Return folders: one alone may be given bare."""
+    """Return folders as a sequence; a single one may be given alone."""
     return (given,) if isinstance(given, str | os.PathLike) else _listed(given)
 
 
@@ -67,11 +67,11 @@ def capture(
     sensor     instead of the scene's own
     overrides  such as "exposure.iso=800" or "sensor.olpf=null", as ``camsim capture --set``
     seed       of the noise, instead of the scene's
-    products   what the frame is to hold: "mosaic", "electrons", "truth", "preview"
+    products   what the frame holds: "mosaic", "electrons", "truth", "preview"
     sensors    folders in which sensors are looked for by name, before CAMSIM_PATH, the scene's folder and the shipped
     progress   called with (stage, fraction done)
 
-    Raises ConfigError with every fault of the files and the overrides.
+    Raises ConfigError listing every fault of the files and the overrides.
 
     >>> import camsim
     >>> frame = camsim.capture("flat-field", overrides=["region={rows: 2, cols: 2}", "render.tolerance=1e-2"])
@@ -95,7 +95,7 @@ def load(
 ) -> Capture:
     """Read and validate everything that a capture needs, without taking the picture; see ``capture``.
 
-    held : False when its codes will go to files as they are finished (``Capture.rows``)
+    held : False if codes are streamed to files (``Capture.rows``)
 
     A file with ``lens: none`` is refused: it has no scene (``load_any``).
 
@@ -123,7 +123,7 @@ def load_any(
     sensors: Iterable[PathOrName] = (),
     held: bool = True,
 ) -> Exposed:
-    """Read and judge a capture as ``load`` does, or the light of one's own that a file with ``lens: none`` names."""
+    """Read and validate a capture as ``load`` does, or the given light of a file with ``lens: none``."""
     changes, faults = _parsed(overrides)
     seed = _collected(faults, lambda: _seed(seed))
     path = check(scene, _PATH, "scene")
@@ -158,11 +158,11 @@ def read_lens(lens: PathOrName) -> FieldLens:
 def load_camera(
     sensor: PathOrName, *, lens: Lens, overrides: Iterable[str] = (), sensors: Iterable[PathOrName] = ()
 ) -> Camera:
-    """Make a camera of a sensor file (a path, or a name as ``camsim list sensors`` has it) and a lens.
+    """Return a camera of a sensor file (a path, or a name from ``camsim list sensors``) and a lens.
 
-    overrides  of the sensor, such as "sensor.olpf=null": there is no scene whose keys could be set
+    overrides  of the sensor, such as "sensor.olpf=null": without a scene, only sensor keys can be set
     """
-    check(lens, CustomLens, "lens")  # no fault of the sensor's file
+    check(lens, CustomLens, "lens")  # checked first: not a fault of the sensor's file
     changes, faults = _parsed(overrides)
     faults += [
         Fault(change.place.file, 0, 0, "", "a sensor without a scene has no such key; its own begin with 'sensor.'")
@@ -188,7 +188,7 @@ def _capture(
     *,
     held: bool,
 ) -> Capture | None:
-    """Build every part, so that every fault is found; None when there is any."""
+    """Build every part, so that all faults are collected; None if there are any."""
     frame = sensor.part(("frame",), schema.SensorFrame) if sensor else None
     mount, light, exposure = build.mount(scene), build.light(scene), build.exposure(scene)
     region = build.region(scene, frame)
@@ -253,7 +253,7 @@ def _search(folders: Iterable[PathOrName], beside: Path) -> SensorSearch:
 def _sensor_of(
     scene: Validated[Any], sensor: PathOrName | None, changes: Iterable[Override], search: SensorSearch
 ) -> SensorDocument | None:
-    """Read the sensor of a capture: the flag's, or else the scene's."""
+    """Read the sensor of a capture: that of the flag, else the scene's."""
     if sensor is not None:
         return _sensor(check(sensor, _PATH, "sensor"), changes, search, asked_by="--sensor")
     name, node = scene.value(("sensor",)), scene.document.find(("sensor",))
@@ -263,7 +263,7 @@ def _sensor_of(
         return None
 
     def find() -> library.Located:
-        # An override is the user's own word: its paths begin where the user stands.
+        # Paths in overrides are relative to the user's working directory.
         if not node.place.line:
             return search.locate_path_or_name(name)
         return search.locate_beside(name)
@@ -283,7 +283,7 @@ def _sensor(name: str, changes: Iterable[Override], search: SensorSearch, *, ask
 
 
 def _read_scene(located: library.Located, changes: Iterable[Override]) -> Validated[Any]:
-    """Read a capture's file, whose schema is another one where it says ``lens: none``."""
+    """Read a capture's file; with ``lens: none`` it has a different schema."""
     mine = [change for change in changes if not change.of_sensor]
     document = overrides.apply(yaml_source.read(located.path, located.displayed), mine, schema.SceneFile)
     if build_shot.has_no_lens(document):
@@ -310,7 +310,7 @@ def _seed(seed: Whole | None) -> int | None:
 
 
 def _collected(faults: list[Fault], make: Callable[[], T]) -> T | None:
-    """Return what ``make`` makes; its faults join the others instead of hiding them."""
+    """Return the result of ``make``; its faults are added to ``faults``."""
     try:
         return make()
     except ConfigError as error:
@@ -319,7 +319,7 @@ def _collected(faults: list[Fault], make: Callable[[], T]) -> T | None:
 
 
 def _in_order(faults: list[Fault]) -> list[Fault]:
-    """Sort faults by their places; the files stay in the order in which they were read. Say where there may be more."""
+    """Sort faults by place within files, files in reading order. Note where more may follow."""
     files = list(dict.fromkeys(fault.file for fault in faults))
     there = [sum(fault.file == file for fault in faults) for file in files]
     more = [

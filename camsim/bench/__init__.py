@@ -1,4 +1,4 @@
-"""Error against run time for one's own scene: every method at every tolerance, judged by the other exact engine."""
+"""Error against run time for any scene: every method at every tolerance, compared with the other exact engine."""
 
 from camsim.bench.records import Bench, Finding, Head, LeftOut, Point, TruthLine
 from camsim.bench.running import bench_scene

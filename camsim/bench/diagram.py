@@ -1,7 +1,7 @@
 """The figure of error against time, and figures as SVG and PNG.
 
-Colours are those of Okabe and Ito, which colour-blind people tell apart; every method also has a marker and its name
-beside its line, so the figures read in grey too.
+Colours are those of Okabe and Ito, which are distinct for colour-blind people; every method also has a marker and its
+name next to its line, so that figures are readable in grey.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ HOLLOW = ("auto", "GalSim, constant subtracted")
 
 
 class Mark(NamedTuple):
-    """One marker: a setting's seconds and error, and the number by which the page knows it."""
+    """One marker: a setting's seconds and error, and its number in the page."""
 
     seconds: float
     error: float
@@ -90,7 +90,7 @@ def work_precision(
 
 
 def _name_lines(axes: Any, ends: list[tuple[float, float, str]], *, narrow: bool) -> None:
-    """Write each method's name beside the plot, joined to its line's end, none over another."""
+    """Write each method's name next to the plot, joined to its line's end, without overlap."""
     step = 0.062 if narrow else 0.066
     x0, x1 = axes.get_xlim()
     y0, y1 = axes.get_ylim()
@@ -102,10 +102,10 @@ def _name_lines(axes: Any, ends: list[tuple[float, float, str]], *, narrow: bool
 
     ordered = sorted(ends, key=lambda end: end[1])
     places: list[float] = []
-    for _, error, _ in ordered:  # from below: each at its line's height, or clear of the one beneath
+    for _, error, _ in ordered:  # from below: at its line's height, or above the previous one
         places.append(max(height(error), places[-1] + step if places else 0.01))
     above = 0.99 + step
-    for k in reversed(range(len(places))):  # from above: none higher than the plot
+    for k in reversed(range(len(places))):  # from above: none above the plot
         above = places[k] = min(places[k], above - step)
     for (time_s, error, name), place in zip(ordered, places, strict=True):
         words = name.replace(", constant", ",\nconstant") if narrow else name

@@ -12,7 +12,7 @@ from typing import Any
 
 
 def document(title: str, parts: Sequence[str], marks: Mapping[str, str], *, heading: str | None = None) -> str:
-    """Return a page: ``parts`` below the heading, in order; ``marks`` is what each marker of its figures tells."""
+    """Return a page: ``parts`` below the heading, in order; ``marks`` is the text of each marker of its figures."""
     css, script = (files("camsim.bench.page").joinpath(f"report.{suffix}").read_text("utf-8") for suffix in _SUFFIXES)
     stated = json.dumps(dict(marks), ensure_ascii=False).replace("<", "\\u003c")
     whole = [
@@ -32,7 +32,7 @@ _SUFFIXES = ("css", "js")
 
 
 def section(title: str, body: str) -> str:
-    """Return a section, nothing when there is nothing in it."""
+    """Return a section; empty without content."""
     return f"<section><h2>{escape(title)}</h2>\n{body}</section>" if body else ""
 
 
@@ -42,13 +42,13 @@ def paragraph(text: str, mark: str = "") -> str:
 
 
 def bullets(sentences: Sequence[str]) -> str:
-    """Return a list, nothing when there is nothing to say."""
+    """Return a bullet list; empty without items."""
     items = "".join(f"<li>{escape(sentence)}</li>\n" for sentence in sentences)
     return f"<ul>\n{items}</ul>\n" if items else ""
 
 
 def two_widths(wide: str, narrow: str, caption: str) -> str:
-    """Return a figure in two widths, of which the page shows the one that fits."""
+    """Return a figure in two widths, of which the page displays the fitting one."""
     return (
         f"<figure><div class='wide'>{wide}</div><div class='narrow'>{narrow}</div>"
         f"<figcaption>{escape(caption)}</figcaption></figure>\n"
@@ -56,7 +56,7 @@ def two_widths(wide: str, narrow: str, caption: str) -> str:
 
 
 def displayed(value: float) -> str:
-    """Return a number as people read it: three digits, powers of ten where they help.
+    """Return a number for display: three digits, with powers of ten for very small or large ones.
 
     >>> displayed(0.01234), displayed(1.235e-07), displayed(446), displayed(0.0), displayed(2.0)
     ('0.0123', '1.23e-7', '446', '0', '2')
@@ -70,9 +70,9 @@ def displayed(value: float) -> str:
 
 
 def cell(value: Any, *, mark: str = "", decimals: int | None = None) -> str:
-    """Return one cell: numbers carry their own value, words are words, nothing stays empty.
+    """Return one cell: numbers carry their exact value for sorting, texts are plain, None is empty.
 
-    decimals : so many digits after the point, and infinity is a value; None: ``shown``
+    decimals : digits after the point, with infinity displayed; None: as ``displayed``
 
     >>> cell(-0.001, decimals=2), cell(math.inf, decimals=2), cell(math.inf)
     ('<td data-v="-0.001">0.00</td>', '<td data-v="Infinity">∞</td>', '<td></td>')
@@ -82,7 +82,7 @@ def cell(value: Any, *, mark: str = "", decimals: int | None = None) -> str:
     if value is None or (isinstance(value, float) and not math.isfinite(value)):
         return f'<td class="{mark}"></td>' if mark else "<td></td>"
     if isinstance(value, int | float) and not isinstance(value, bool):
-        # Rounded first: there is no −0.00.
+        # Rounded first, to avoid −0.00.
         stated = displayed(float(value)) if decimals is None else f"{round(value, decimals) + 0.0:.{decimals}f}"
         return f'<td data-v="{value!r}">{stated}</td>'
     return f'<td class="{mark or "words"}">{escape(str(value))}</td>'
@@ -97,7 +97,7 @@ def table(
     wide: Sequence[int] = (),
     decimals: Mapping[int, int] = MappingProxyType({}),
 ) -> str:
-    """Return a sortable table in a box of its own that scrolls when it must; ``decimals``: by column."""
+    """Return a sortable table in a scrollable box; ``decimals``: by column."""
     head = "".join(f'<th scope="col"><button type="button">{escape(h)}</button></th>' for h in heads)
     cells = (
         [cell(v, mark="wide" if k in wide else "", decimals=decimals.get(k)) for k, v in enumerate(row)] for row in rows

@@ -1,4 +1,4 @@
-"""Lines of JSON, on disk as soon as they are known."""
+"""JSON lines, written to disk immediately."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from camsim.core.errors import OutputError
 
 
 class LinesFile:
-    """A file of one JSON object a line; what is in it survives whatever comes."""
+    """A file of one JSON object per line; written lines survive a crash."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -33,7 +33,7 @@ class LinesFile:
         self._file.close()
 
     def write(self, line: Line) -> None:
-        """Write one line, at once and for good."""
+        """Write and flush one line."""
         self._file.write(json.dumps(line, ensure_ascii=False, allow_nan=False) + "\n")
         self._file.flush()
         os.fsync(self._file.fileno())

@@ -1,4 +1,4 @@
-"""The machine a bench ran on, how fast it was at that moment, and whether somebody else was using it."""
+"""The machine of a bench, its momentary speed, and whether it was otherwise loaded."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from camsim.core.cores import cores
 
 PACKAGES = ("camsim-spectral", "numpy", "scipy", "numba", "finufft", "galsim", "prysm")
 SPIN_LAPS = 12
-BUSY = 1.15  # wall over CPU of the spin: more than this and somebody else wants the cores
-SLOWER = 1.15  # CPU time of the spin against the run's quickest: more than this and the clock or the caches changed
+BUSY = 1.15  # wall over CPU time of the spin above which other processes use the cores
+SLOWER = 1.15  # CPU time of the spin relative to the fastest, above which clock or caches changed
 
 
 def versions() -> dict[str, str]:
-    """Return the versions that matter, of what is installed."""
+    """Return the versions of relevant installed packages."""
     found = {"python": platform.python_version()}
     for name in PACKAGES:
         try:
@@ -31,7 +31,7 @@ def versions() -> dict[str, str]:
 
 
 def machine() -> dict[str, str | int]:
-    """Return what the machine says of itself; no name and no place."""
+    """Return the machine's properties, without name or location."""
     return {
         "processor": _processor(),
         "cores": cores(),
@@ -51,10 +51,10 @@ def _processor() -> str:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Spin:
-    """The same work on every core at once, clocked.
+    """Timing of equal work on every core at once.
 
     cpu_s         : CPU seconds of one core's work, the quickest core
-    wall_over_cpu : wall over CPU time, the worst core; 1 on a machine that does nothing else
+    wall_over_cpu : wall over CPU time, the worst core; 1 on an idle machine
     """
 
     cpu_s: float
@@ -62,14 +62,14 @@ class Spin:
 
     @property
     def busy(self) -> bool:
-        """Whether somebody else used a core meanwhile."""
+        """Whether another process used a core meanwhile."""
         return self.wall_over_cpu > BUSY
 
 
 def spin(threads: int | None = None) -> Spin:
     """Clock a fixed piece of arithmetic, about 0.1 s, on every core at once.
 
-    One core's spin would slip past a busy neighbour onto the free core; all of them cannot.
+    A spin on one core would be scheduled on a free core; on all cores it detects other load.
     """
     count = threads or cores()
     start, found = threading.Barrier(count), [(0.0, 0.0)] * count
@@ -92,7 +92,7 @@ def spin(threads: int | None = None) -> Spin:
             worker.start()
         for worker in workers:
             worker.join()
-    except BaseException:  # Ctrl-C before all had begun: the others would wait for ever, and Python for them
+    except BaseException:  # Ctrl-C before all had started: the others would wait forever, and Python for them
         start.abort()
         raise
     return Spin(cpu_s=min(cpu for _, cpu in found), wall_over_cpu=max(wall / cpu for wall, cpu in found))
@@ -101,7 +101,7 @@ def spin(threads: int | None = None) -> Spin:
 def words_of_load(spins: list[Spin], so: str = "") -> str:
     """Return one sentence on what else happened on the machine, and what that means for the figures.
 
-    so : what was done about a busy one
+    so : how busy periods were handled
     """
     busy = [s for s in spins if s.busy]
     if not spins or not busy:

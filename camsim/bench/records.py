@@ -1,4 +1,4 @@
-"""What a bench finds, record by record, each a line of JSON in the end."""
+"""Records of a bench, each written as a line of JSON."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from typing import Any, TypeAlias
 
 Line: TypeAlias = dict[str, Any]
-DIGITS = 4  # no clock and no error has more
+DIGITS = 4  # significant digits of times and errors
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -15,8 +15,8 @@ class Head:
     """What was measured, in which window and on which machine.
 
     rows, cols, origin : of the window, in photosites of the sensor's frame
-    frame_rows, frame_cols : of what the scene captures
-    chosen   : why that window, in words
+    frame_rows, frame_cols : of the scene's capture
+    chosen   : reason for the window
     tolerance : the scene's own
     """
 
@@ -39,11 +39,11 @@ class Head:
 class TruthLine:
     """One truth and its accuracy.
 
-    engine, tolerance  : an exact engine, at the finest that it renders this scene to
-    checked_to         : largest difference from photosites computed directly, on a third road
-    checked_photosites : how many those were
+    engine, tolerance  : an exact engine, at the finest tolerance for this scene
+    checked_to         : largest difference from photosites computed directly, by a third method
+    checked_photosites : number of those photosites
     difference         : largest difference from the other truth, anywhere in the window; None without another
-    believed_to        : ``checked_to``, and of the coarser of two truths ``difference`` if that is more
+    believed_to        : accuracy: ``checked_to``, or for the coarser of two truths ``difference`` if larger
     """
 
     engine: str
@@ -59,13 +59,13 @@ class TruthLine:
 class Point:
     """One setting: its error and its time.
 
-    method, label, tolerance, samples : what was asked for
-    engine         : what ran
+    method, label, tolerance, samples : as requested
+    engine         : engine used
     error_max, error_rms : from the truth, over the window, relative to full scale
     row, col       : of the largest error, in photosites of the sensor's frame
-    truth          : whose image it was judged by;  believed_to: how far that is to be believed
-    error_estimate : what the rendering says of itself
-    wall_s, cpu_s  : the quickest lap, set-up and check included;  first_wall_s: the first
+    truth          : engine of the reference image;  believed_to: accuracy of that
+    error_estimate : estimate of the rendering
+    wall_s, cpu_s  : the fastest lap, including set-up and check;  first_wall_s: the first
     """
 
     method: str
@@ -87,17 +87,17 @@ class Point:
 
     @property
     def at_most(self) -> float:
-        """The error that was found, or how far the truth is to be believed where that is more."""
+        """The error, or the accuracy of the truth if that is larger."""
         return max(self.error_max, self.accurate_to)
 
     @property
     def by_itself(self) -> bool:
-        """Whether the truth is of the engine that ran."""
+        """Whether the truth is from the same engine."""
         return self.truth.partition(" at ")[0] == self.engine
 
     @property
     def distinguishable(self) -> bool:
-        """Whether more than half of the error is the setting's own, not the truth's."""
+        """Whether more than half of the error is due to the setting, not the truth."""
         return self.error_max > 2.0 * self.accurate_to
 
 
@@ -145,14 +145,14 @@ class Bench:
 
 
 def line_of(record: Record) -> Line:
-    """Return a record as a plain tree: its kind and what is known."""
+    """Return a record as a plain tree: its kind and its values."""
     return {"kind": KINDS[type(record)]} | {
         name: rounded(value) for name, value in asdict(record).items() if value is not None
     }
 
 
 def rounded(value: Any) -> Any:
-    """Return numbers to four significant digits, inside lists and tables too; what is not finite is None.
+    """Return numbers to four significant digits, also inside lists and tables; None for non-finite ones.
 
     >>> rounded({"error": 1.23456e-7, "laps": 5, "curve": [0.100004]})
     {'error': 1.235e-07, 'laps': 5, 'curve': [0.1]}

@@ -1,4 +1,4 @@
-"""The report of a bench: one HTML page and the diagram, made from what was found and nothing else."""
+"""The report of a bench: one HTML page and the diagram, made only from its records."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from camsim.bench.records import Bench, Point, rounded
 
 PAGE, FIGURE = "bench.html", "bench.svg"
 SECONDS = "seconds, set-up and check included"
-ROUNDING = 1e-16  # errors of nothing are drawn here
+ROUNDING = 1e-16  # errors of 0 are drawn here
 ERROR = "largest error of any photosite (full scale is 1)"
 CAPTION = (
     "Lower left is better. Point at a marker, or step through them with the tab key, for its figures. Errors below "
@@ -44,7 +44,7 @@ TRUTHS = {
 
 
 def write_report(bench: Bench, folder: Path) -> list[Path]:
-    """Write the page and the diagram; return what was written."""
+    """Write the page and the diagram; return their paths."""
     written = [folder / PAGE]
     written[0].write_text(page(bench), encoding="utf-8")
     if bench.points:
@@ -111,7 +111,7 @@ def _truths(bench: Bench) -> str:
 
 
 def _stated(point: Point) -> str:
-    """Return what a marker tells."""
+    """Return the text of a marker."""
     figures = {
         name: html.displayed(rounded(getattr(point, name))) for name in ("error_max", "error_rms", "wall_s", "cpu_s")
     }

@@ -27,9 +27,9 @@ if TYPE_CHECKING:
     from camsim.camera.capture import Capture
 
 LAPS = 3
-LONG_S = 1.0  # what takes longer is clocked once
-LONGEST_S = 3.0  # expected, of one core: what takes longer is left out
-TRUTH_TIMES = 4.0  # as long may a truth take, which is rendered once
+LONG_S = 1.0  # renderings that take longer are timed once
+LONGEST_S = 3.0  # expected, of one core: longer renderings are left out
+TRUTH_TIMES = 4.0  # factor on that for a truth, which is rendered once
 
 Take = Callable[[Record], None]
 Progress = Callable[[str, float], None]
@@ -92,7 +92,7 @@ def bench_scene(
         if setting.method not in warm:
             subject.warm(setting.method)
             warm.add(setting.method)
-        # A method's settings come in order: what is beyond one that it refuses, it refuses too.
+        # Settings of a method are ordered: those after a refused one are refused too.
         if setting.method not in left:
             record = _measured(subject, setting, truths, longest_s)
             run.add(record)
@@ -106,7 +106,7 @@ def bench_scene(
 
 
 def bench_of(records: Sequence[Record]) -> Bench:
-    """Return what was recorded, sorted by kind."""
+    """Return the records, grouped by kind."""
     (head,) = (r for r in records if isinstance(r, Head))
     return Bench(
         head=head,
@@ -118,7 +118,7 @@ def bench_of(records: Sequence[Record]) -> Bench:
 
 
 class _Run:
-    """What was found so far, handed on as it comes."""
+    """The records so far, passed on immediately."""
 
     def __init__(self, take: Take, progress: Progress, steps: int) -> None:
         self.records: list[Record] = []
@@ -134,7 +134,7 @@ class _Run:
 
 
 def _window(capture: Capture, region: Region | None, *, whole: bool) -> tuple[Region | None, str]:
-    """Return the window, None for all that the scene captures, and in words why that one."""
+    """Return the window, None for the scene's whole capture, and the reason in words."""
     if region is not None:
         return region, "asked for"
     found = busiest(capture.scene, capture.grid)
@@ -167,7 +167,7 @@ def _left_out(setting: Setting, why: str) -> LeftOut:
 
 
 def _measured(subject: Subject, setting: Setting, truths: dict[str, Truth], longest_s: float) -> Point | LeftOut:
-    """Render a setting, more than once where that is quick, and compare it with the truth."""
+    """Render a setting, repeatedly if fast, and compare it with the truth."""
     if is_the_truth(setting, truths):
         return _left_out(setting, "it is the truth itself: no other engine judges it")
     try:

@@ -17,12 +17,12 @@ METHODS = (*ASKED, *SAMPLED)
 TOLERANCES = (1e-2, 1e-4, 1e-6, 1e-8)
 SAMPLES = (121, 2025)
 N = TypeVar("N", int, float)
-SCENERY = 1e-6  # tolerance of what a method without one is given: round shapes as polygons
+SCENERY = 1e-6  # tolerance of polygons of round shapes, for methods without a tolerance
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Setting:
-    """A method with its one knob: a tolerance, a number of samples (of ``importance``), or none."""
+    """A method with its parameter: a tolerance, a number of samples (of ``importance``), or none."""
 
     method: str
     tolerance: float | None = None
@@ -30,12 +30,12 @@ class Setting:
 
     @property
     def asked(self) -> float:
-        """The tolerance that a rendering is given."""
+        """The tolerance passed to the rendering."""
         return SCENERY if self.tolerance is None else self.tolerance
 
     @property
     def label(self) -> str:
-        """The method and its knob in words."""
+        """The method and its parameter in words."""
         if self.tolerance is not None:
             return f"{self.method} {power(self.tolerance)}"
         return self.method if self.samples is None else f"{self.method}, {self.samples} samples"
@@ -52,7 +52,7 @@ def power(value: float) -> str:
 
 
 def settings_of(methods: Sequence[str], tolerances: Sequence[float], samples: Sequence[int]) -> list[Setting]:
-    """Return every setting, each once, in the order of the methods; raises CamsimError what cannot be asked for."""
+    """Return every setting, each once, in the order of the methods; raises CamsimError for invalid ones."""
     for method in check(methods, tuple[Any, ...], "methods"):
         known_name("method", method, METHODS)
     for tolerance in check(tolerances, tuple[float, ...], "tolerances"):
@@ -73,7 +73,7 @@ def settings_of(methods: Sequence[str], tolerances: Sequence[float], samples: Se
 
 
 def default_tolerances(one: float) -> tuple[float, ...]:
-    """Return every second decade, and the scene's own tolerance."""
+    """Return every second decade, and the scene's tolerance."""
     near = any(math.isclose(one, t, rel_tol=1e-9) for t in TOLERANCES)
     return TOLERANCES if near else (*TOLERANCES, one)
 
@@ -91,5 +91,5 @@ def numbers(text: str, option: str, example: str, kind: Callable[[str], N]) -> t
 
 
 def parsed_methods(text: str | None) -> tuple[str, ...]:
-    """Return the names of ``--methods``, checked later; all where it was left out."""
+    """Return the names of ``--methods``, checked later; all if left out."""
     return METHODS if text is None else tuple(part.strip() for part in text.split(","))

@@ -1,4 +1,4 @@
-"""What is rendered: a scene as a capture renders it, in a window of its frame."""
+"""The subject of a bench: a scene as rendered by a capture, in a window of its frame."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Subject:
     """Scene, optics and light of a capture, and the window that is rendered: every photosite in its own channel.
 
     response : (channels, n) electrons of a perfect diffuser;  wavelength_nm: (n,)
-    channel  : (rows, cols) index of each photosite's
+    channel  : (rows, cols) channel index of each photosite
     scale    : (rows, cols) full scale of each photosite: the larger of a perfect diffuser and the brightest surface
     """
 
@@ -46,7 +46,7 @@ class Subject:
 
     @classmethod
     def of(cls, capture: Capture, region: Region | None) -> Subject:
-        """Take a capture's scene and light; ``region`` is of the sensor's frame, None the capture's own."""
+        """Return the subject of a capture; ``region`` is of the sensor's frame, None: the capture's."""
         camera, samples = capture.camera, capture.samples
         grid = capture.grid if region is None else camera.grid(region)
         response = camera.electrons_per_reflectance(samples, capture.time_s)
@@ -79,7 +79,7 @@ class Subject:
         )
 
     def warm(self, method: str) -> None:
-        """Render a few photosites roughly, so that a method's kernels are there when it is clocked."""
+        """Render a few photosites coarsely, so that a method's kernels are compiled before timing."""
         grid = self.grid
         few = min(2, grid.rows), min(2, grid.cols)
         tiny = dataclasses.replace(
@@ -87,7 +87,7 @@ class Subject:
             grid=dataclasses.replace(grid, rows=few[0], cols=few[1], frame=grid.frame or (grid.rows, grid.cols)),
             channel=self.channel[: few[0], : few[1]],
         )
-        # What the method refuses it refuses again when it is asked in earnest.
+        # Refusals are repeated by the actual rendering.
         with contextlib.suppress(CamsimError):
             tiny.render(Setting(method=method, tolerance=ROUGH, samples=1 if method == "importance" else None))
 
@@ -97,7 +97,7 @@ class Subject:
         return relative
 
     def plan(self, setting: Setting) -> Choice:
-        """Decide how the window is rendered, and render nothing; CamsimError where it is refused."""
+        """Choose the rendering method without rendering; raises CamsimError if refused."""
         return plan_render(
             self.scene,
             self.system,

@@ -1,6 +1,6 @@
 """The truth of a window: both exact engines at their finest, each checked directly at some photosites.
 
-Pictures, gradients and points are rendered by one of them: then there is one truth, and it says so.
+Pictures, gradients and points are supported by one of them: then there is one truth, which is stated.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from camsim.core.arrays import F64
 from camsim.core.errors import CamsimError, UnsupportedError
 
 FINEST = (1e-9, 1e-8, 1e-7, 1e-6)  # tried in turn
-FINER = 5.0  # times as fine as what it judges a truth must be that judges its own engine
+FINER = 5.0  # ratio of tolerances required of a truth for its own engine
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Truth:
-    """One truth: its image (rows, cols) relative to full scale, and what is known of it."""
+    """One truth: its image (rows, cols) relative to full scale, and its accuracy."""
 
     image: F64
     line: TruthLine
@@ -33,7 +33,7 @@ def truths_of(
 ) -> dict[str, Truth]:
     """Return the truth of each engine that has one, by its name; UnsupportedError when none has.
 
-    longest_s : what is expected to take longer, seconds of one core, is not tried
+    longest_s : renderings expected to take longer, seconds of one core, are not tried
     """
     found: dict[str, Truth] = {}
     without: dict[str, str] = {}
@@ -64,14 +64,14 @@ def truths_of(
         apart = float(np.abs(found["boundary"].image - found["fourier"].image).max())
         coarser = max(found, key=lambda engine: (found[engine].line.tolerance, found[engine].line.checked_to))
         for engine, truth in found.items():
-            # Direct checks are of some photosites; what else the two differ by is laid to the one that promises less.
+            # Direct checks cover some photosites; remaining differences are attributed to the coarser truth.
             accurate_to = max(truth.line.checked_to, apart if engine == coarser else 0.0)
             found[engine] = replace(truth, line=replace(truth.line, difference=apart, accurate_to=accurate_to))
     return found
 
 
 def _finest(subject: Subject, engine: str, longest_s: float) -> tuple[Setting | None, str]:
-    """Return the finest setting that an engine can take in the time; None and the reason of the finest refused."""
+    """Return the finest setting of an engine within the time; else None and the reason for the finest refused."""
     reasons: list[str] = []
     for tolerance in FINEST:
         setting = Setting(method=engine, tolerance=tolerance)
@@ -87,13 +87,13 @@ def _finest(subject: Subject, engine: str, longest_s: float) -> tuple[Setting | 
 
 
 def is_the_truth(setting: Setting, truths: dict[str, Truth]) -> bool:
-    """Whether a setting is the engine of the only truth, and hardly coarser: it would be judged by itself."""
+    """Whether a setting is the engine of the only truth, and hardly coarser, so not comparable."""
     (name, truth), *others = truths.items()
     of_it = setting.method in (name, "auto")
     return not others and of_it and setting.asked < FINER * truth.line.tolerance
 
 
 def judge_of(truths: dict[str, Truth], engine: str) -> Truth:
-    """Return the truth for what an engine made: the other engine's where there is one; of two the better known."""
+    """Return the truth for an engine: the other engine's if available; of two the more accurate."""
     others: Sequence[Truth] = [truth for name, truth in truths.items() if name != engine] or list(truths.values())
     return min(others, key=lambda truth: truth.line.accurate_to)

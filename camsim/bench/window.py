@@ -1,4 +1,4 @@
-"""Which photosites a bench looks at: a window with as much outline in it as any."""
+"""The window of a bench: the one with most outline in it."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from camsim.scene import Scene, flattened
 from camsim.scene.outlines import Outlines
 from camsim.scene.side_limits import SideLimits
 
-SIDE = 128  # photosites: a second or two for every engine at its finest
-STEPS = 4  # places of the window along its own side
-MOST_POINTS = 200_000  # along all outlines: enough to tell much from little
+SIDE = 128  # photosites: one or two seconds for every engine at its finest
+STEPS = 4  # trial positions of the window per side length
+MOST_POINTS = 200_000  # along all outlines: enough to compare windows
 
 
 def busiest(scene: Scene, grid: Grid, side: int = SIDE) -> Region:

@@ -32,7 +32,7 @@ def words_of_window(head: Head) -> str:
 
 
 def words_of_truths(truths: Sequence[TruthLine]) -> Iterator[str]:
-    """Say what the errors are taken against, and how far that is to be believed."""
+    """Return a text on the reference of the errors, and its accuracy."""
     for t in truths:
         yield (
             f"Truth: {t.engine} at {power(t.tolerance)}; {t.checked_photosites} of its photosites computed directly "

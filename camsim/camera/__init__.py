@@ -1,1 +1,1 @@
-"""Sensor and lens with scene and light: from what is irradiated to a frame of codes."""
+"""Sensor and lens with scene and light: from radiance to a raw frame."""

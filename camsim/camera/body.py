@@ -1,4 +1,4 @@
-"""A camera's body and lens: the stages in the order light meets them, and what follows from them."""
+"""A camera's body and lens: the stages in the order of the light path, and quantities derived from them."""
 
 from __future__ import annotations
 
@@ -46,10 +46,10 @@ Photosite: TypeAlias = Annotated[PhotositeShape, Called("a photosite", "such as 
 Blur: TypeAlias = Annotated[OpticalStage, Called("a stage with otf(fx_per_um, fy_per_um, wavelength_nm)")]
 Olpf: TypeAlias = Annotated[LowPass, Called("an OLPF", "such as FourSpotOlpf(split_um=…)")]
 
-_FINEST_STEP_E = 2.0**-60  # of channels that see nothing of the light
+_FINEST_STEP_E = 2.0**-60  # for channels without response to the light
 
 MID_GREY = 0.18
-"""Share of black..white that half-tones lie about: a grey card's where white just clips."""
+"""Mid-tone level as a share of black..white: an 18 % grey card exposed so that white just clips."""
 
 
 class Changes(ElectronicChanges, total=False):
@@ -77,17 +77,17 @@ class Changes(ElectronicChanges, total=False):
 
 @dataclass(frozen=True, kw_only=True)
 class Body(Electronics):
-    """A lens and a sensor, stage by stage; a stage that is None is left out. The electronic ones are ``Electronics``'.
+    """A lens and a sensor, stage by stage; a stage that is None is left out. Electronic stages: ``Electronics``.
 
-    name       : of the model, goes into files
+    name       : of the model; written to files
     serial     : seeds the fixed patterns
     rows, cols : of the full frame;  pitch_um: distance between photosites, µm
-    colour_matrices : that a chart told (``camsim calibrate colour``), which files carry in place of fitted ones
-    filters    : in front of the sensor (infrared cut, grey, colour): fractions that pass, all of them multiply
+    colour_matrices : measured on a chart (``camsim calibrate colour``); written to files in place of fitted ones
+    filters    : in front of the sensor (infrared cut, grey, colour): transmissions, multiplied
     magnification : image size over object size; makes the working f-number N·(1 + m), in brightness and in blur
-    falloff    : light towards the corners, relative to the axis
+    falloff    : relative illumination over the frame, 1 on the axis
     veiling_glare : fraction of the light that is spread evenly over the frame (docs/glare.md)
-    extra_optics : blurs of one's own besides the lens (docs/developers.md), such as a haze
+    extra_optics : custom optical stages besides the lens (docs/developers.md), such as haze
     """
 
     name: Annotated[str, MinLen(1)] = "camera"
@@ -165,27 +165,27 @@ class Body(Electronics):
         for name in changes:
             if name not in known:
                 raise UnknownNameError("parameter", name, known, stage=type(self).__name__)
-        exchanged: dict[str, Any] = {**changes}  # dataclasses.replace knows of the kept types only
+        exchanged: dict[str, Any] = {**changes}  # dataclasses.replace is typed for the stored field types only
         return dataclasses.replace(self, **exchanged)
 
     @property
     def working_f_number(self) -> float:
-        """The f-number as the sensor sees it, N·(1 + m)."""
+        """The working f-number N·(1 + m)."""
         return working_f_number(self.lens.f_number, self.magnification)
 
     @property
     def opening(self) -> float:
-        """Area of the lens's pupil over that of a circle of diameter f/N: so much of the light passes."""
+        """Area of the lens's pupil over that of a circle of diameter f/N: the fraction of light that passes."""
         return self.lens.opening if isinstance(self.lens, KnowsOpening) else 1.0
 
     @property
     def optics(self) -> OpticalSystem:
-        """Lens (at its working f-number), blurs of one's own, OLPF and photosite as one."""
+        """Lens (at its working f-number), custom blurs, OLPF and photosite as one optical system."""
         lens = dataclasses.replace(self.lens, f_number=self.working_f_number) if self.magnification else self.lens
         return OpticalSystem(lens=lens, olpf=self.olpf, photosite=self.photosite, more=tuple(self.extra_optics))
 
     def _open_curves(self) -> Iterator[tuple[str, Curve]]:
-        """Yield the curves that do not say what lies beyond their tables, each with the parameter that it is in."""
+        """Yield the curves without a declared value outside their tables, each with the name of its parameter."""
         seen = self.cfa.channels
         efficiencies = [("quantum_efficiency", c) for letter, c in self.quantum_efficiency.curves if letter in seen]
         for part, curve in (*efficiencies, *(("filters", spectrum) for spectrum in self.filters)):
@@ -193,9 +193,9 @@ class Body(Electronics):
                 yield part, curve
 
     def with_ends(self, light: Light | None) -> Self:
-        """Return the camera whose every curve says what lies beyond its table: where it did not, nothing.
+        """Return the camera with 0 outside the table of every curve that declares no value there.
 
-        Raises InvalidValueError where light lies there; None: where no spectrum meets them.
+        Raises InvalidValueError if the light has power there. ``light`` None: no spectrum passes through the curves.
         """
         opened = list(self._open_curves())
         if not opened:
@@ -210,20 +210,20 @@ class Body(Electronics):
         return self.replace(quantum_efficiency=efficiency, filters=filters)
 
     def samples(self, light: Light, surfaces: Iterable[Spectrum] = ()) -> LightSamples:
-        """Return a light at nodes that follow every curve it meets: surfaces, lens, filters, quantum efficiency."""
+        """Return a light at quadrature nodes that resolve every curve: surfaces, lens, filters, quantum efficiency."""
         efficiencies = [curve for _, curve in self.quantum_efficiency.select(self.cfa.channels).curves]
         passes = ([spectrum] for spectrum in (self.lens.transmission, self.veiling_glare, *self.filters))
         return light.samples(surfaces, *passes, efficiencies)
 
     def dimmed_by(self, light: Light) -> tuple[tuple[str, Spectrum], ...]:
-        """Return what a light passes on its way to the photosites, named: no lens where it is given on the sensor."""
+        """Return the named transmissions between light and photosites; no lens for light given on the sensor."""
         lens = () if light.at == "sensor" else (("lens", self.lens.transmission),)
         return *lens, *((f"filter {number}", spectrum) for number, spectrum in enumerate(self.filters, 1))
 
     def electrons_per_reflectance(self, samples: LightSamples, time_s: float) -> F64:
-        """Return (channels, n) mean electrons of a perfect diffuser at every wavelength, on the optical axis.
+        """Return (channels, n) mean electrons of a perfect diffuser on the optical axis, per wavelength node.
 
-        samples : as ``samples`` returns them;  before crosstalk
+        samples : as ``samples`` returns them. The electrons are those before crosstalk.
         """
         return electrons_per_reflectance(
             samples,
@@ -241,24 +241,24 @@ class Body(Electronics):
         return self.after_crosstalk(self.electrons_per_reflectance(self.samples(light), time_s).sum(axis=1))
 
     def steps_e(self, light: Light, time_s: float, tolerance: float) -> tuple[float, ...]:
-        """Return the channels' ``Frame.steps_e``: powers of two, half of one within a thousandth of the tolerance."""
+        """Return each channel's ``Frame.steps_e``: a power of two, half of which is at most 1/1000 of the tolerance."""
         finest_e = np.maximum(2e-3 * tolerance * self.diffuser_electrons(light, time_s), _FINEST_STEP_E)
         return tuple(np.ldexp(1.0, np.frexp(finest_e)[1] - 1).tolist())
 
     def after_crosstalk(self, each_e: F64) -> F64:
-        """Return (channels, …) mean electrons on flat light, of what each channel's photosites get of it."""
+        """Return (channels, …) mean electrons under flat light after crosstalk; ``each_e``: those before it."""
         return each_e if self.crosstalk is None else self.crosstalk.mixing(self.cfa) @ each_e
 
     @property
     def prnu_on_grey(self) -> float:
-        """PRNU as frames show it where all channels are alike: crosstalk averages gains."""
+        """PRNU as measured in a frame with equal channels: crosstalk averages neighbouring gains."""
         if self.prnu is None or self.crosstalk is None:
             return 0.0 if self.prnu is None else self.prnu.fraction
         even = np.ones(len(self.cfa.channels))
         return self.prnu.fraction * float(self.crosstalk.left_of_pattern(self.cfa, even)[0])
 
     def colour_response(self, light: Light, matrix: MatrixOf = "standard") -> ColourResponse:
-        """Return how the channels see light, the capture's and others, for white balance and colour matrices."""
+        """Return the channels' spectral response, for white balance and colour matrices."""
         return ColourResponse(
             quantum_efficiency=self.quantum_efficiency.select(self.cfa.channels),
             passes=tuple(passes for _, passes in self.dimmed_by(light)),
@@ -269,27 +269,27 @@ class Body(Electronics):
         )
 
     def image_per_reflectance(self, samples: LightSamples) -> F64:
-        """Return (channels, n) what veiling glare leaves to the image of a perfect diffuser, electrons per J/m²."""
+        """Return (channels, n) electrons per J/m² of a perfect diffuser's image, without its share of veiling glare."""
         return self.veil.spared(self.electrons_per_reflectance(samples, 1.0), samples.wavelength_nm)
 
     def veil_of(self, scene: Scene, samples: LightSamples, tolerance: float) -> F64:
-        """Return (channels,) what it spreads over all photosites, on the axis, electrons per J/m²."""
+        """Return (channels,) the uniform veiling glare on the axis, electrons per J/m²."""
         response = self.electrons_per_reflectance(samples, 1.0)
         return self.veil.light(scene, response, samples.wavelength_nm, tolerance)
 
     @property
     def veil(self) -> Veil:
-        """What veiling glare does to the light."""
+        """The veiling-glare model."""
         return Veil(share=self.veiling_glare, frame=self.grid())
 
     @property
     def converter(self) -> Adc:
-        """What gives the codes: ``adc``, and where each exposure is read twice that of the image that is recorded."""
+        """The converter of the recorded codes: ``adc``, or with two read-outs per exposure that of the recorded one."""
         return self.adc if self.dual_gain is None else self.dual_gain.converter(self.adc)
 
     @property
     def read_outs(self) -> tuple[Self, ...]:
-        """This camera; of one that merges two images of an exposure those of low and of high gain."""
+        """The cameras that read an exposure: this one, or with merged dual gain one of low and one of high gain."""
         dual = self.dual_gain
         if dual is None or dual.read != "merged":
             return (self,)
@@ -297,18 +297,18 @@ class Body(Electronics):
 
     @property
     def read_out_number(self) -> int:
-        """Which of an exposure's it is: one of high gain draws other read-out noise than that of low gain."""
+        """Index of this read-out within an exposure: the low- and high-gain ones draw independent read-out noise."""
         return int(self.dual_gain is not None and self.dual_gain.read == "high")
 
     def full_well_at(self, iso: float) -> FullWell | None:
-        """Return the full well at an ISO setting: a high conversion gain holds less."""
+        """Return the full well at an ISO setting; it is smaller at high conversion gain."""
         dual = self.dual_gain
         if dual is None or dual.capacity_e is None or not dual.is_small_at(iso):
             return self.full_well
         return FullWell(dual.capacity_e)
 
     def read_noise_at(self, iso: float) -> ReadNoise | None:
-        """Return the read noise at an ISO setting: a high conversion gain is quieter."""
+        """Return the read noise at an ISO setting; it is lower at high conversion gain."""
         dual = self.dual_gain
         if dual is None or dual.read_noise_e is None or not dual.has_low_noise_at(iso):
             return self.read_noise
@@ -317,19 +317,19 @@ class Body(Electronics):
         return dataclasses.replace(self.read_noise, sigma_e=dual.read_noise_e)
 
     def dark_noise_e(self, iso: float) -> float:
-        """Return all temporal noise of the read-out at an ISO setting as one standard deviation, electrons."""
+        """Return the standard deviation of the total temporal read-out noise at an ISO setting, electrons."""
         electrons_per_dn = self.converter.electrons_per_dn_at(iso)
         return math.hypot(*(stage.dark_noise_e(electrons_per_dn) for stage in self.electronics(iso)))
 
     def dark_e(self, time_s: float, temperature_c: float | None) -> float:
-        """Return the charge that gathers without light, the mean of all photosites."""
+        """Return the mean dark charge of all photosites, electrons."""
         current = self.dark_current
         return 0.0 if current is None else current.e_per_s * time_s * current.warming(temperature_c)
 
     def well_as_read_e(self, iso: float) -> float | None:
-        """Return the full well as the converter sees it, after the non-linearity; None without a full well.
+        """Return the full well after the non-linearity, in electrons as read; None without a full well.
 
-        Of two merged read-outs the end of the low gain's converter, where that comes first.
+        With two merged read-outs: the upper limit of the low-gain converter, if that is lower.
         """
         well = self.full_well_at(iso)
         read_e = None if well is None else well.capacity_e
@@ -341,16 +341,16 @@ class Body(Electronics):
         return low_e if read_e is None else min(read_e, low_e)
 
     def charge_at_e(self, share: float, iso: float) -> float:
-        """Return the charge whose code lies at a share of black..white; at 1 white clips."""
+        """Return the charge whose code lies at a share of black..white; share 1 is the clipping level."""
         signal_e = share * self.converter.saturation_e(iso, self.well_as_read_e(iso))
         return signal_e if self.nonlinearity is None else charge_e(self.nonlinearity, signal_e)
 
     def shot_e2_per_e(self, iso: float) -> float:
-        """Return the variance of shot noise per electron of signal, both as read at mid-grey; 1 where nothing bends.
+        """Return the variance of shot noise per electron of signal, both as read at mid-grey; 1 if linear.
 
-        A charge q scatters by √q, and a read-out that bends has r(q ± √q) for it: half of their distance is the
-        noise as read, its square over r(q) what is returned. It falls with q where the response does; mid-grey is
-        where most of a picture lies, and there it holds.
+        The shot noise of a charge q is √q. A non-linear read-out r maps q ± √q to r(q ± √q): half their difference is
+        the noise as read, and its square over r(q) is returned. It depends on q; the value holds at mid-grey, where
+        most of a picture lies.
         """
         if self.shot_noise is None or self.nonlinearity is None:
             return float(self.shot_noise is not None)
@@ -368,16 +368,16 @@ class Body(Electronics):
         return auto_time_s(self.diffuser_electrons(light, 1.0), level_e=level_e)
 
     def grid(self, region: Region | None = None) -> Grid:
-        """Return the photosites of a window, None for all of the frame."""
+        """Return the photosite grid of a window; None: the full frame."""
         check(region, Region | None, "region")
         return grid_of(region, frame=(self.rows, self.cols), period=self.cfa.period, pitch_um=self.pitch_um)
 
     def electronics(self, iso: float, *, noise: bool = True) -> tuple[ElectronicStage, ...]:
-        """Return the electronic stages that act at an ISO setting, in their order; without noise those of the mean."""
+        """Return the electronic stages active at an ISO setting; without noise only the deterministic ones."""
         set_to = self.replace(full_well=self.full_well_at(iso), read_noise=self.read_noise_at(iso))
         return tuple(stage for stage in set_to.stages if noise or stage.without_noise)
 
     @property
     def needs_whole_window(self) -> bool:
-        """Whether a stage runs over all rows, so that a window cannot be recorded band by band."""
+        """Whether a stage needs all rows at once, so that a window cannot be recorded band by band."""
         return any(stage.whole_window for stage in self.stages)

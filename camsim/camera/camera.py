@@ -34,19 +34,19 @@ from camsim.spectra.light import Light
 class Camera(Body):
     """A lens and a sensor, stage by stage; a stage that is None is left out.
 
-    name, serial : of the model, which files carry; of the specimen, which seeds its fixed patterns
+    name, serial : of the model, written to files; of the specimen, the seed of its fixed patterns
     rows, cols   : of the full frame
     pitch_um     : distance between photosites
-    lens, extra_optics, olpf, photosite : optical stages; blurs of one's own besides the lens
-    cfa, quantum_efficiency, filters    : channels, their electrons per photon, and what lies in front of the sensor
-    colour_matrices : that a chart told, which files carry in place of fitted ones
-    magnification, falloff : image size over object size, in brightness and blur; light towards the corners
+    lens, extra_optics, olpf, photosite : optical stages; custom ones besides the lens
+    cfa, quantum_efficiency, filters    : channels, their electrons per photon, and transmissions in front of the sensor
+    colour_matrices : measured on a chart; written to files in place of fitted ones
+    magnification, falloff : image size over object size, in brightness and blur; relative illumination
     veiling_glare  : fraction of the light that is spread evenly over the frame
-    extra_stages   : electronic stages of one's own
+    extra_stages   : custom electronic stages
     dual_gain, adc : conversion gain by ISO, and electrons to codes
 
-    An electronic stage goes by its class: ``read_noise=ReadNoise(3.0)``, ``prnu=Prnu(0.006)``, and so on.
-    Whatever does not fit is refused by InvalidValueError with the field's name.
+    An electronic stage is an instance of its class: ``read_noise=ReadNoise(3.0)``, ``prnu=Prnu(0.006)``, and so on.
+    Invalid values raise InvalidValueError with the field's name.
 
     >>> import camsim
     >>> camera = camsim.Camera.from_yaml("mono-345", lens=camsim.Airy(f_number=4.0))
@@ -92,7 +92,7 @@ class Camera(Body):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What looks like a slip in copying a data sheet, such as a PRNU in per cent; ``camsim validate`` prints it."""
+        """Likely errors in copying a data sheet, such as a PRNU in per cent; ``camsim validate`` prints them."""
         return tuple(notes_of_sensor(self))
 
     def expose(
@@ -114,9 +114,9 @@ class Camera(Body):
         products: Products = ("mosaic",),
         progress: Callable[[str, float], None] | None = None,
     ) -> Frame:
-        """Take a picture; the arguments are those of ``Capture`` and of its ``frame``.
+        """Take a picture; the arguments are those of ``Capture`` and of ``Capture.frame``.
 
-        ``Capture`` itself takes several pictures of a scene (``frames``), or one that memory need not hold (``rows``).
+        ``Capture`` can also take several pictures of a scene (``frames``), or one larger than memory (``rows``).
         """
         capture = Capture(
             camera=self,

@@ -47,14 +47,14 @@ Method: TypeAlias = Literal["auto", "boundary", "fourier"]
 class Capture(Recording):
     """Everything that makes a picture, and the pipeline from scene to codes.
 
-    camera, scene, light, exposure : what takes the picture, and of what
-    seed, frame_number : of the temporal noise, the same for the same two; fixed patterns stay whatever they are
-    noise         : False leaves out every noise and the dark current
+    camera, scene, light, exposure : the camera, and what it photographs
+    seed, frame_number : of the temporal noise, which both determine; fixed patterns do not depend on them
+    noise         : False leaves out all noise and the dark current
     region, scene_name : a window of the frame, None for all of it; for the report
-    tolerance, strict : of the optics, relative to a perfect diffuser or the brightest surface; raise when it is missed
+    tolerance, strict : of the optics, relative to a perfect diffuser or the brightest surface; raise if missed
     method        : "auto", "boundary" or "fourier", see ``camsim.render``
-    colour_matrix : which matrices files carry: "standard" (illuminants A and D65) or "scene" (this light)
-    spectral_nm   : wavelengths of "spectral"; None: 400 to 700 nm every 10, or the light's one line
+    colour_matrix : the matrices written to files: "standard" (illuminants A and D65) or "scene" (this light)
+    spectral_nm   : wavelengths of "spectral"; None: 400 to 700 nm every 10, or the line of monochromatic light
 
     >>> from camsim import load
     >>> [frame.shape for frame in load("flat-field", overrides=["region={rows: 4, cols: 6}"]).frames(2)]
@@ -111,17 +111,17 @@ class Capture(Recording):
             raise refusal(self, "spectral_nm", f"{len(nodes_nm)} wavelengths; give 1 to {MOST_PLANES}")
         if nodes_nm is not None and any(after <= before for before, after in pairwise(nodes_nm)):
             raise refusal(self, "spectral_nm", "wavelengths must increase, each given once")
-        self.camera.grid(self.region)  # refuses a window that leaves the frame
+        self.camera.grid(self.region)  # raises for a window that exceeds the frame
         object.__setattr__(self, "camera", self.camera.with_ends(self.light))
 
     @cached_property
     def samples(self) -> LightSamples:
-        """The light, of 1 W/m², at nodes that follow every curve of camera and scene."""
+        """The light, of 1 W/m², at quadrature nodes that resolve every curve of camera and scene."""
         return self.camera.samples(self.light.of_one_watt, self.scene.spectra)
 
     @cached_property
     def radiant_exposure_j_per_m2(self) -> float:
-        """How much light there is: the only thing that level and time of the exposure change in the optical image."""
+        """Radiant exposure: the only effect that light level and exposure time have on the optical image."""
         exposure_j_per_m2 = self.light.total_w_per_m2 * self.time_s
         if not math.isfinite(exposure_j_per_m2):
             raise InvalidValueError("the light is not finite; give less light, or a shorter exposure", key="light")
@@ -129,7 +129,7 @@ class Capture(Recording):
 
     @cached_property
     def optical_key(self) -> str:
-        """A name of all that makes the optical image: captures that share it may share one."""
+        """Key of everything that determines the optical image; captures with equal keys can share one."""
         camera, how = self.camera, (self.tolerance, self.method, self.strict)
         response = camera.image_per_reflectance(self.samples)
         return key_of(
@@ -138,17 +138,17 @@ class Capture(Recording):
 
     @cached_property
     def exposed_scene(self) -> Scene:
-        """The scene, its points as bright as their electrons make them."""
+        """The scene, with points given in electrons converted to intensities."""
         full_e = self.camera.electrons_per_reflectance(self.samples, self.radiant_exposure_j_per_m2)
         return self.scene.exposed(self.samples.wavelength_nm, full_e)
 
     @cached_property
     def veil_e(self) -> F64:
-        """(channels,) electrons that veiling glare adds to every photosite on the axis."""
+        """(channels,) electrons that veiling glare adds to a photosite on the axis."""
         return self.radiant_exposure_j_per_m2 * self.camera.veil_of(self.exposed_scene, self.samples, self.tolerance)
 
     def plan(self) -> Choice:
-        """Decide how the scene is rendered, in electrons per J/m², and render nothing."""
+        """Choose the rendering method, in electrons per J/m², without rendering."""
         return plan_render(
             self.exposed_scene, self.camera.optics, self.window.wide,
             response=self.camera.image_per_reflectance(self.samples), wavelength_nm=self.samples.wavelength_nm,
@@ -156,7 +156,7 @@ class Capture(Recording):
         )  # fmt: skip
 
     def notes(self, choice: Choice, products: Products = ("mosaic",)) -> tuple[str, ...]:
-        """Return what may surprise in the picture, as far as it is known before; ``choice``: of ``plan``."""
+        """Return notes on unexpected results that are predictable before rendering; ``choice``: from ``plan``."""
         setting = Setting(
             camera=self.camera, scene=self.scene, light=self.light, exposure=self.exposure, time_s=self.time_s,
             veil_e=self.veil_e, noise=self.noise, mean_wanted="truth" in products,
@@ -166,13 +166,13 @@ class Capture(Recording):
     def frame(self, *, products: Products = ("mosaic",), progress: Progress | None = None) -> Frame:
         """Take the picture.
 
-        products : "truth" fills ``Frame.truth``, "spectral" ``Frame.spectral``; everything else is there anyway
+        products : "truth" fills ``Frame.truth``, "spectral" ``Frame.spectral``; everything else is always present
         progress : called with (stage, fraction done)
         """
         return next(self.frames(products=products, progress=progress))
 
     def optical_image(self, *, products: Products = ("mosaic",), progress: Progress | None = None) -> OpticalImage:
-        """Render what the lens throws on the photosites, for captures that differ in nothing that comes before."""
+        """Render the optical image, for captures that share scene and optics."""
         choice, rendering = self._seen(products, progress)
         return OpticalImage(choice=choice, rendering=rendering, key=self.optical_key)
 
@@ -188,11 +188,11 @@ class Capture(Recording):
         progress: Progress | None = None,
         optical_image: OpticalImage | None = None,
     ) -> Iterator[Frame]:
-        """Take pictures of one scene, rendered once, with frame numbers from ``frame_number`` on.
+        """Yield pictures of one scene, rendered once, with frame numbers from ``frame_number`` on.
 
-        A frame's seconds are its own: those of light and rendering are the first one's. What several have in common
-        (``mean_electrons``, ``truth``, ``channel_index``) can be read, and not written into: copy it.
-        optical_image : of a capture with the same ``optical_key``, any other is refused; None renders it
+        Each frame reports its own seconds; the first includes light and rendering. Arrays shared by several frames
+        (``mean_electrons``, ``truth``, ``channel_index``) are read-only: copy them to modify them.
+        optical_image : of a capture with the same ``optical_key``, else an error is raised; None: rendered here
         """
         check_products(products)
         if given := check(optical_image, OpticalImage | None, "optical_image"):
@@ -205,11 +205,11 @@ class Capture(Recording):
         cube = self._cube(products)
         clock.lap("light")
         choice, rendering = (given.choice, given.rendering) if given else self._seen(products, progress)
-        own = given is None  # and may be overwritten: a large frame needs no second copy
+        own = given is None  # rendered here, so it may be overwritten: saves a copy of a large frame
         exposed = self.window.exposed(self._exposed(rendering.image, own=own), self.veil_e, 0)
         planes = None if rendering.planes is None else self._exposed(rendering.planes, own=own)
         truth = self.window.truth(planes, self.veil_e, exposed.displayed_e)
-        if count > 1:  # what is changed in one frame would be the next one's light
+        if count > 1:  # frames share the array: a change in one would alter the next
             read_only(exposed.mean_e, exposed.displayed_e, exposed.channel, truth)
         diffuser_e = self.camera.diffuser_electrons(self.light, self.time_s)
         notes = *self.notes(choice, products), *rounding_notes(truth, diffuser_e, self.tolerance)
@@ -231,10 +231,10 @@ class Capture(Recording):
         products: Products = ("mosaic",),
         progress: Progress | None = None,
     ) -> Frame:
-        """Take a picture that memory need not hold: ``take`` is given the codes (m, cols) as they are finished.
+        """Take a picture without holding it in memory: ``take`` receives bands of codes (m, cols) in order.
 
-        From the top; the codes are those of ``frame``. The frame says everything else and holds no photosites.
-        Blooming runs over the whole window, so that with it the window is held all the same.
+        Bands come from the top; the codes equal those of ``frame``. The returned frame holds metadata and no arrays of
+        photosites. Blooming needs all rows at once, so with it the window is held in memory.
         """
         check_products(products, streamed=True)
         check(take, Callable[[U16], None], "take")
@@ -252,7 +252,7 @@ class Capture(Recording):
             clock.lap("write")
             passed += len(codes)
 
-        # Noise is drawn in blocks of rows; blooming runs over all of them.
+        # Noise is drawn in blocks of rows; blooming needs all rows at once.
         together = self.grid.rows if self.camera.needs_whole_window else BLOCK_ROWS
         batches = RowBatches(record_rows, together=together, overlap=self.window.wide.rows - self.grid.rows)
         rendering = carry_out(
@@ -267,7 +267,7 @@ class Capture(Recording):
         )  # fmt: skip
 
     def _exposed(self, image: F64, *, own: bool) -> F64:
-        """Return electrons, of electrons per J/m²; ``own``: in the same memory."""
+        """Return electrons from electrons per J/m²; ``own``: in place."""
         return np.multiply(image, self.radiant_exposure_j_per_m2, out=image if own else None)
 
     def _cube(self, products: Products) -> SpectralCube | None:

@@ -1,4 +1,4 @@
-"""What was computed, as a plain tree: every stage by its class name and parameters, nothing about when or where."""
+"""Description of a computation as a plain tree: each stage by class name and parameters, no time or place."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def describe(value: Any) -> Any:
     """
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         fields = {f.name: getattr(value, f.name) for f in dataclasses.fields(value) if f.repr}
-        # A field that few ever use is told where it is used: files without it keep their bytes.
+        # A rarely used field is written only when set, so that files without it stay byte-identical.
         usual = {f.name: f.default for f in dataclasses.fields(value) if f.metadata.get("described") == "if any"}
         stated = {name: describe(part) for name, part in fields.items() if name not in usual or part != usual[name]}
         return {"kind": type(value).__name__, **stated}
@@ -33,18 +33,18 @@ def describe(value: Any) -> Any:
     if isinstance(value, complex):
         return describe((value.real, value.imag) if value.imag else value.real)
     if isinstance(value, float) and value.is_integer():
-        return int(value)  # 5000 and 5000.0 are the same light, whichever way it was written
+        return int(value)  # 5000 and 5000.0 describe the same light
     if value is None or isinstance(value, bool | int | float | str):
         return value
-    # What a stage of one's own may hold besides numbers: a function, say.
+    # A custom stage may hold values other than numbers, such as a function.
     return getattr(value, "__qualname__", type(value).__qualname__)
 
 
 CUSTOM_STAGES = "not_reproducible_by_camsim_alone"
-"""Where a description names the stages of one's own that a capture was taken with."""
+"""Key under which a description lists the custom stages of a capture."""
 
 OF_A_FRAME = (
     *("camera", "scene", "light", "exposure", "region", "seed", "frame_number"),
     *("tolerance", "method", "noise", "colour_matrix", "spectral_nm"),
 )
-"""What a frame is made of: fields of the capture."""
+"""Fields of the capture that determine a frame."""

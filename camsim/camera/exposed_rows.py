@@ -1,4 +1,4 @@
-"""Rows of a window as they are lit: the rendered image before any electron is counted."""
+"""Exposed rows of a window: mean electrons of the rendered image, before noise."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from camsim.sensor.falloff import falloff_at
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ExposedRows:
-    """Rows of the window.
+    """Mean electrons of consecutive rows of a window.
 
-    rows_before : of the window
-    mean_e      : of light alone; with crosstalk one photosite more on every side
-    shown_e     : after crosstalk: what mean and truth are
-    channel     : of each photosite
+    rows_before : rows of the window above these
+    mean_e      : (rows, cols) from light alone; with crosstalk padded by one photosite on every side
+    displayed_e : (rows, cols) after crosstalk, as in ``Frame.mean_electrons`` and ``Frame.truth``
+    channel     : (rows, cols) channel index of each photosite
     """
 
     rows_before: int
@@ -34,9 +34,9 @@ class ExposedRows:
 
 @dataclass(frozen=True, kw_only=True)
 class Window:
-    """A camera's photosites that take part: ``grid`` those of the picture, ``wide`` those that are rendered.
+    """The photosites of a window: ``grid`` those of the picture, ``wide`` those that are rendered.
 
-    on_sensor : the light is given as it falls on the sensor, where no lens dims it
+    on_sensor : whether the light is given on the sensor, so that no lens attenuates it
     """
 
     camera: Body
@@ -45,22 +45,22 @@ class Window:
 
     @property
     def wide(self) -> Grid:
-        """What is rendered: crosstalk brings in what the window's neighbours see."""
+        """The rendered photosites: with crosstalk the window padded by one on every side."""
         return self.grid if self.camera.crosstalk is None else widened(self.grid)
 
     def channel(self, grid: Grid) -> U8:
-        """Return each photosite's channel."""
+        """Return the channel index of each photosite."""
         return self.camera.cfa.channel_index(grid.rows, grid.cols, grid.origin)
 
     def channels_of_all(self) -> Tiled:
-        """Return the channel of each photosite that is rendered; no array of a large frame is made."""
+        """Return the channel index of each rendered photosite as a tiled array, which needs little memory."""
         grid = self.wide
         return self.camera.cfa.tiled_index(grid.rows, grid.cols, grid.origin)
 
     def exposed(self, image: F64, veil_e: F64, rows_before: int) -> ExposedRows:
-        """Return rows as they are lit: of the rendered image and each channel's veil, from a row of the window on."""
+        """Return exposed rows: rendered image plus each channel's veiling glare; ``rows_before``: rows above them."""
         grid = rows_of(self.wide, rows_before, len(image))
-        # An error of the tolerance may lie below black. In place: a large frame needs no second copy.
+        # Errors within the tolerance may be negative. In place: saves a copy of a large frame.
         mean_e = np.maximum(image, 0.0, out=image)
         if veil_e.any():
             mean_e += veil_e[self.channel(grid)]
@@ -71,7 +71,7 @@ class Window:
         return ExposedRows(rows_before=rows_before, mean_e=mean_e, displayed_e=displayed_e, channel=channel)
 
     def truth(self, planes: F64 | None, veil_e: F64, mean_electrons: F64) -> F32 | None:
-        """Return (rows, cols, channels) of every channel's rendered plane; its own is a photosite's mean electrons."""
+        """Return (rows, cols, channels) mean electrons: rendered planes and measured channel."""
         if planes is None:
             return None
         planes = np.maximum(planes, 0.0, out=planes)
@@ -87,16 +87,16 @@ class Window:
 
     @property
     def falls_off(self) -> bool:
-        """Whether photosites get less light than the axis."""
+        """Whether illumination varies over the frame."""
         dims = self.camera.falloff is not None or isinstance(self.camera.lens, Illuminates)
         return dims and not self.on_sensor
 
     def falloff(self, grid: Grid) -> F64:
-        """Return the light that falls on photosites, relative to the axis: the lens's own, and what stands on it."""
+        """Return the relative illumination of photosites, 1 on the axis: that of the lens times ``Body.falloff``."""
         (x0, y0), pitch_um = grid.first_centre, self.camera.pitch_um
         relative: F64 = np.ones((grid.rows, grid.cols))
         if isinstance(lens := self.camera.lens, Illuminates):
-            # The axis is often in the middle, and what is left of it as bright as what is right: asked for once.
+            # Illumination is symmetric about the axis, so each distinct |x|, |y| is evaluated once.
             x, cols = np.unique(np.abs(x0 + np.arange(grid.cols)), return_inverse=True)
             y, rows = np.unique(np.abs(y0 + np.arange(grid.rows)), return_inverse=True)
             relative = lens.illumination(pitch_um * np.hypot(x, y[:, None]))[rows[:, None], cols]

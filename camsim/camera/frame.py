@@ -1,4 +1,4 @@
-"""Frame: what the camera recorded, and everything that a file needs to say about it."""
+"""Frame: what the camera recorded, and the metadata that files carry."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 Product: TypeAlias = Literal["mosaic", "electrons", "truth", "spectral", "preview", "frame"]
 Products: TypeAlias = tuple[Product, ...] | Collection[Product]
-"""Several of them; type checkers see a tuple's words where it is said to be one."""
+"""Several products; the tuple type lets type checkers verify literals."""
 
 PRODUCTS: Mapping[Product, str] = {
     "mosaic": "the sensor's codes",
@@ -37,18 +37,18 @@ PRODUCTS: Mapping[Product, str] = {
     "preview": "developed sRGB, to look at",
     "frame": "mosaic, electrons and, when captured, truth, with the record, as numpy arrays",
 }
-"""What a capture can be asked for, and a file can hold."""
+"""Products of a capture, each of which a file can hold."""
 
 LARGEST_CODE = 65535
 
 STREAMED = ("mosaic", "spectral")
-"""Products that a capture can give while it holds no photosites."""
+"""Products that a capture can give without holding arrays of photosites."""
 
 
 def check_products(products: Collection[str], *, streamed: bool = False) -> None:
-    """Refuse the name of a product that does not exist, or is not there row by row (``streamed``).
+    """Raise for unknown product names, and for products that cannot be streamed if ``streamed``.
 
-    A bare string is a mistake for a tuple of one.
+    A bare string is refused: a tuple of one was probably meant.
     """
     if not isinstance(products, Collection):
         raise InvalidValueError(f"must be a list of names, not {displayed(products)}", key="products")
@@ -79,7 +79,7 @@ def frame_numbers(first: int, count: Whole) -> range:
 
 
 def codes_of(mosaic: ArrayLike, stage: str = "") -> U16:
-    """Return codes (rows, cols) as files hold them; numbers that would be cut off or wrapped are refused."""
+    """Return codes (rows, cols) as files hold them; raises for numbers that would be truncated or wrap."""
     if np.ma.is_masked(mosaic):
         message = "has masked photosites; fill them, in numpy by .filled(…)"
         raise InvalidValueError(message, key="mosaic", stage=stage)
@@ -155,7 +155,7 @@ class Report:
         return f"Report({self.scene}: {self.method}, error {self.error_estimate:.2g} of {self.tolerance:g}{notes})"
 
     def rows(self) -> Iterator[tuple[str, str]]:
-        """Yield what it says as names and texts, as notebooks show it."""
+        """Yield name and text of each entry, for display in notebooks."""
         yield "optics", " → ".join(self.optics)
         if self.electronics:
             yield "electronics", " → ".join(self.electronics)
@@ -181,34 +181,34 @@ class Report:
 class Frame:
     """A finished capture.
 
-    mosaic              (rows, cols) uint16 codes as they are stored; ``signal_dn`` and ``signal_e`` are their data
-                        numbers less black, as floats
+    mosaic              (rows, cols) uint16 stored codes; ``signal_dn`` and ``signal_e`` are their data numbers minus
+    black, as floats
     mean_electrons      (rows, cols) float64, before any noise, after crosstalk, each photosite in its own channel
     electrons           (rows, cols) float64, after noise and full well, before the ADC
-    truth               (rows, cols, channels) float32 mean electrons of every channel; None unless asked for. Its own
-                        channel is a photosite's ``mean_electrons``; the others are what a photosite of that channel
-                        would collect there, with the neighbours (for crosstalk) that such a one has in the array
+    truth               (rows, cols, channels) float32 mean electrons of every channel; None unless requested. At a
+    photosite's channel it equals ``mean_electrons``; at others, what a photosite of that
+    channel would collect there, with the neighbours (for crosstalk) it has in the array
     channel_index       (rows, cols) uint8, index into ``channels``
     channels            names such as ("R", "G", "B") or ("Y",)
-    cfa_pattern         letters of the window's own (0,0) (0,1) … , one string per row, such as ("RG", "GB")
-    black_offsets_dn    added to the black level, repeated from the window's own (0,0); usually 0 everywhere
+    cfa_pattern         letters from the window's (0,0) (0,1) … , one string per row, such as ("RG", "GB")
+    black_offsets_dn    added to the black level, tiled from the window's (0,0); usually 0 everywhere
     white_level_dn      code at which a photosite without an offset is full; ``white_levels_dn``: of each offset,
                         as ``black_levels_dn``
-    electrons_per_dn    at the ISO that was used
-    white_e             mean electrons at which white clips, of a read-out that is not linear; None: as white_level_dn
-    shot_e2_per_e       variance of shot noise per electron of signal as read, at 18 % of black..white: 1 of a
-                        read-out that is linear; 0 without that noise
-    read_noise_e        all temporal noise of the read-out, one standard deviation
-    steps_e             of each channel, in which files of 64 bits give electrons: below are the last bits of one
-                        processor, others on another; empty: as they are
-    f_number            of the lens; 0: there was none
-    companding          (data number, code) of points, where codes are not the converter's data numbers; all levels are
-                        such numbers, and ``linear_dn`` holds them
-    frame_number        which of several exposures of one scene
-    spectral            the scene's radiance per wavelength; None unless asked for
-    passed_rows         of a capture whose codes were handed over as they came: so many, and the arrays hold none
-    colour              how the channels see light, crosstalk included: for colour matrices and white balance
-    description         plain tree (dicts, lists, numbers, strings) of all stages: what was computed
+    electrons_per_dn    at the ISO setting of the exposure
+    white_e             mean electrons at which white clips, for a non-linear read-out; None: from white_level_dn
+    shot_e2_per_e       variance of shot noise per electron of signal as read, at 18 % of black..white: 1 for a
+    linear read-out; 0 without shot noise
+    read_noise_e        standard deviation of the total temporal read-out noise
+    steps_e             quantisation step of each channel's electrons in 64-bit files: finer digits differ between
+    processors; empty: not quantised
+    f_number            of the lens; 0: no lens
+    companding          (data number, code) points where stored codes are companded; all levels are data numbers, and
+    ``linear_dn`` gives the mosaic in them
+    frame_number        index of the exposure among those of one scene
+    spectral            the scene's radiance per wavelength; None unless requested
+    passed_rows         number of rows of a streamed capture, whose arrays are empty
+    colour              spectral response of the channels after crosstalk: for colour matrices and white balance
+    description         plain tree (dicts, lists, numbers, strings) of all stages and parameters
 
     >>> import camsim
     >>> frame = camsim.capture("flat-field", overrides=["region={rows: 2, cols: 2}", "render.tolerance=1e-2"])
@@ -268,26 +268,26 @@ class Frame:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """(rows, cols) of the window, whether or not its photosites are held."""
+        """(rows, cols) of the window, also of a streamed capture."""
         return self.passed_rows + self.mosaic.shape[0], self.mosaic.shape[1]
 
     @property
     def black_levels_dn(self) -> I64:
-        """Codes of no light, one for each of ``black_offsets_dn``."""
+        """Black levels, one for each of ``black_offsets_dn``."""
         levels: I64 = self.black_level_dn + np.array(self.black_offsets_dn)
         return levels
 
     @property
     def linear_dn(self) -> U16:
-        """(rows, cols) the converter's data numbers: the mosaic, or what its companded codes stand for."""
+        """(rows, cols) data numbers: the mosaic, decompanded if it was companded."""
         linear: U16 = data_numbers(self.companding, self.mosaic)
         return linear
 
     @property
     def signal_dn(self) -> F64:
-        """(rows, cols) float64: data numbers less the black level of each; noise makes some of them negative.
+        """(rows, cols) float64: data numbers minus each photosite's black level; noise makes some negative.
 
-        ``mosaic - black_level_dn`` is not this: the codes are unsigned, and what is below black wraps to 65 535.
+        ``mosaic - black_level_dn`` is not the same: codes are unsigned, and values below black wrap around to 65 535.
         """
         black_dn = self.black_levels_dn.astype(np.float64)
         tiles = [-(-size // period) for size, period in zip(self.mosaic.shape, black_dn.shape, strict=True)]
@@ -296,13 +296,13 @@ class Frame:
 
     @property
     def signal_e(self) -> F64:
-        """(rows, cols) float64: ``signal_dn`` in electrons, as read: a read-out that is not linear is not undone."""
+        """(rows, cols) float64: ``signal_dn`` in electrons, as read; a non-linear response is not inverted."""
         signal: F64 = self.signal_dn * self.electrons_per_dn
         return signal
 
     @property
     def white_levels_dn(self) -> I64:
-        """Codes at which photosites are full, one for each of ``black_offsets_dn``: it moves them too."""
+        """White levels, one for each of ``black_offsets_dn``, which shift white as they shift black."""
         return full_codes(self.white_level_dn, self.black_offsets_dn, (1 << self.bit_depth) - 1)
 
     @property
@@ -325,7 +325,7 @@ class Frame:
         save(self, path, product=product, force=force, allow_odd_cfa=allow_odd_cfa, compress=compress)
 
     def preview(self) -> U8:
-        """Return (rows, cols, 3) sRGB to look at: developed as a raw developer would, grey for one channel."""
+        """Return (rows, cols, 3) sRGB for viewing: developed as by a raw developer, grey for one channel."""
         developed: U8 = above("files.preview.develop")(self)
         return developed if developed.ndim == 3 else np.repeat(developed[..., None], 3, axis=2)
 

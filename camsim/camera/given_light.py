@@ -1,4 +1,4 @@
-"""Light of one's own as it lies on the photosites: an array with a unit, and what each channel makes of its numbers."""
+"""Light on the sensor given as an array with a unit, and its conversion to electrons of each channel."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from camsim.spectra.rgb import linear_colours, rgb_basis
 
 Unit: TypeAlias = Literal["electrons", "photons", "irradiance", "reflectance", "srgb"]
 CHARGES, RELATIVE = ("electrons", "photons"), ("reflectance", "srgb")
-"""Units of which a photosite gets the sum of its samples, not their mean; and those that want a light."""
+"""Units whose samples a photosite sums instead of averaging; and units that need an illuminant."""
 
 MOST_SAMPLES = 64
 
@@ -33,16 +33,16 @@ MOST_SAMPLES = 64
 class GivenLight(Caching):
     """Light on a sensor as an array, before any stage of the sensor has acted.
 
-    samples       : (rows, cols), or (rows, cols, n): finite, not written into while it is exposed
-    unit          : of its numbers, of the whole exposure. "electrons": mean charge, a number a photosite or a plane for
-                    each channel; "photons": on a photosite's light-sensitive area, at each of ``wavelength_nm``;
-                    "irradiance": W/m²/nm, straight between ``wavelength_nm`` and nothing beyond (of one wavelength
+    samples       : (rows, cols), or (rows, cols, n): finite; must not change during exposure
+    unit          : of its numbers, of the whole exposure. "electrons": mean charge, one per photosite or a plane per
+    channel; "photons": on a photosite's light-sensitive area, at each of ``wavelength_nm``;
+                    "irradiance": W/m²/nm, linear between ``wavelength_nm`` and 0 outside (of one wavelength:
                     W/m², a line); "reflectance": fractions of a perfect diffuser's light, grey, linear sRGB or bands of
-                    ``wavelength_nm``, and more than 1 is light too; "srgb": the same, encoded as screens show it
+                    ``wavelength_nm``, which may exceed 1; "srgb": the same, sRGB-encoded
     wavelength_nm : of the n planes, increasing
-    per_photosite : samples along the side of a photosite, which adds them up
-    source, read  : the file that it came from, and how that is read again
-    sha256        : of samples, type and shape
+    per_photosite : samples along the side of a photosite, which integrates them
+    source, read  : the file that it was read from, and how to read it again
+    sha256        : hash of samples, type and shape
 
     >>> light = GivenLight(samples=np.full((4, 6, 3), 0.5), unit="reflectance")
     >>> light.rows, light.cols, light.unit
@@ -80,7 +80,7 @@ class GivenLight(Caching):
             message = f"must be (rows, cols) or (rows, cols, n), not an array of shape {samples.shape}"
             raise refusal(self, "samples", message)
         low, high = float(samples.min()), float(samples.max())
-        if not np.isfinite((low, high)).all():  # of one that is no number, both are none
+        if not np.isfinite((low, high)).all():  # a NaN makes both NaN
             place = np.argwhere(~np.isfinite(samples))[0].tolist()
             raise refusal(self, "samples", f"holds {samples[tuple(place)]} at {place}, which is no light")
         if high > LARGEST or low < -LARGEST:
@@ -114,23 +114,23 @@ class GivenLight(Caching):
 
     @cached_property
     def sha256(self) -> str:
-        """A name of its numbers."""
+        """SHA-256 of the samples, type and shape."""
         stated = hashlib.sha256(f"{self.samples.dtype.str} {self.samples.shape}".encode())
         stated.update(np.ascontiguousarray(self.samples).data)
         return stated.hexdigest()
 
     @property
     def spectrum(self) -> Light:
-        """Even light of its wavelengths: between its bands, or one line."""
+        """Equal-energy light over its wavelengths, or one line."""
         nodes_nm = tuple(self.wavelength_nm or ())
         if len(nodes_nm) == 1:
             return Light(line_nm=nodes_nm[0], irradiance_w_per_m2=1.0, at="sensor")
         return Light(Curve(nodes_nm, (1.0,) * len(nodes_nm)), irradiance_w_per_m2=1.0, at="sensor")
 
     def settled(self, frame: tuple[int, int]) -> GivenLight:
-        """Return the light for a frame (rows, cols): one as many times as large gives a photosite that many samples.
+        """Return the light for a frame (rows, cols): samples at an integer multiple of it set ``per_photosite``.
 
-        Raises InvalidValueError for what fits no frame of that size.
+        Raises InvalidValueError if its shape does not fit a frame of that size.
         """
         shape = (int(self.samples.shape[0]), int(self.samples.shape[1]))
         if self.per_photosite > 1 or all(size <= most for size, most in zip(shape, frame, strict=True)):
@@ -148,7 +148,7 @@ class GivenLight(Caching):
     def per_channel(self, camera: Body, light: Light, time_s: float) -> F64 | None:
         """Return (channels, n) mean electrons of a photosite of each channel for 1 in each plane.
 
-        None where each number is a photosite's own. ``light``: of a perfect diffuser, on the sensor.
+        None where the samples are already electrons of each photosite. ``light``: of a perfect diffuser, on the sensor.
         """
         bands = 1 if self.samples.ndim == 2 else int(self.samples.shape[2])
         channels = camera.cfa.channels
@@ -192,7 +192,7 @@ class GivenLight(Caching):
         return electrons
 
     def linear(self) -> NDArray[np.floating]:
-        """Return the samples in proportion to light, whole codes of pictures as fractions of their largest."""
+        """Return samples proportional to light; integer codes of pictures as fractions of the largest code."""
         samples = self.samples
         if self.unit == "srgb" or (self.unit == "reflectance" and samples.dtype.kind in "iu"):
             encoding: Literal["srgb", "linear"] = "srgb" if self.unit == "srgb" else "linear"
@@ -201,7 +201,7 @@ class GivenLight(Caching):
         return kept
 
     def on_photosites(self) -> NDArray[np.floating]:
-        """Return (rows, cols) or (rows, cols, n) numbers, a photosite each: sums of charges, means of others."""
+        """Return (rows, cols) or (rows, cols, n), one value per photosite: sums for charges, means otherwise."""
         linear, side = self.linear(), self.per_photosite
         if side == 1:
             return linear
@@ -218,7 +218,7 @@ def _too_large(shape: tuple[int, int], frame: tuple[int, int]) -> str:
 
 
 def _electrons_per_photon(camera: Body, wavelength_nm: F64) -> F64:
-    """Return (channels, n) of light behind which only filters and silicon lie."""
+    """Return (channels, n) electrons per photon on the sensor: filters times quantum efficiency."""
     electrons = camera.quantum_efficiency.select(camera.cfa.channels).at(wavelength_nm)
     for passes in camera.filters:
         electrons = electrons * spectrum_at(passes, wavelength_nm)
@@ -226,5 +226,5 @@ def _electrons_per_photon(camera: Body, wavelength_nm: F64) -> F64:
 
 
 def _straight(nodes_nm: F64, at_nm: F64) -> F64:
-    """Return (n, m) how much of each node's number is at wavelengths between: straight lines, held beyond."""
+    """Return (n, m) linear interpolation weights of the nodes at wavelengths; constant extrapolation."""
     return np.stack([np.interp(at_nm, nodes_nm, one) for one in np.eye(nodes_nm.size)])

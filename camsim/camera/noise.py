@@ -1,4 +1,4 @@
-"""A sensor's noise for arrays in a loop: the same stages, their numbers drawn as fast as they come."""
+"""A sensor's noise for arrays in a loop: the same stages with faster random generators."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from camsim.sensor.stage import Context
 
 
 class _QuickGenerator:
-    """numpy's quickest generator, and Poisson counts that are quicker."""
+    """numpy's fastest bit generator, with faster Poisson counts."""
 
     def __init__(self, *words: int) -> None:
         seeds = np.random.SeedSequence(words)
@@ -34,7 +34,7 @@ class _QuickGenerator:
         return getattr(self._numpy, verb)
 
     def poisson(self, mean: F64) -> F64:
-        """Return a count for each mean, of any shape."""
+        """Return Poisson counts of the shape of ``mean``."""
         counts = np.empty(mean.shape)
         fill_counts(counts.reshape(-1), np.ascontiguousarray(mean).reshape(-1), self._state)
         return counts
@@ -42,14 +42,14 @@ class _QuickGenerator:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Quick(Context):
-    """Draws what is temporal from the quickest generators."""
+    """Context whose temporal noise comes from the fastest generators."""
 
     def generator(self, stream: int) -> Any:
         """Return the generator of a temporal stage for these rows."""
         return _QuickGenerator(self.seed, stream, self.frame_number, self.rows_before, *self._more)
 
     def frame_generator(self, stream: int) -> Any:
-        """Return the generator of a temporal stage that draws once for all rows."""
+        """Return the generator of a temporal stage that draws once per frame."""
         return _QuickGenerator(self.seed, stream, self.frame_number, *self._more)
 
     @property
@@ -62,15 +62,15 @@ class Noise:
     """A sensor's electronics without the converter, for training loops: mean electrons in, noisy electrons out.
 
     sensor        : a Sensor or a Camera
-    iso           : which sets gain, and what follows it; None: the base ISO
-    time_s        : in which dark current gathers
+    iso           : sets the gain and quantities that depend on it; None: the base ISO
+    time_s        : exposure time, for dark current
     temperature_c : of the sensor, °C; None: the one that its dark current is given for
 
-    Called with electrons (rows, cols), or (…, rows, cols) of several images, and a seed, it gives as many float32
-    electrons as read; the seed and the image's number draw the noise, the sensor's serial the fixed patterns, which lie
-    as ``Sensor.expose`` lays them, in the middle of the frame. A CPU tensor is read where it is, through the array
-    protocol; ``torch.from_numpy`` takes the result without a copy. ``sensor.converter.quantise(noisy, iso=…)`` gives
-    codes.
+    Called with electrons (rows, cols), or (…, rows, cols) for several images, and a seed, it returns float32 electrons
+    as read, of the same shape. Seed and image index determine the noise; the sensor's serial determines the fixed
+    patterns, placed in the middle of the frame as by ``Sensor.expose``. A CPU tensor is read without a copy, through
+    the array protocol; ``torch.from_numpy`` takes the result without a copy. Codes:
+    ``sensor.converter.quantise(noisy, iso=…)``.
 
     >>> import camsim
     >>> noise = camsim.Noise(camsim.Sensor.from_yaml("mono-345"), iso=800)
@@ -99,7 +99,7 @@ class Noise:
             raise InvalidValueError(message, key="sensor", stage="Noise")
 
     def __call__(self, electrons: ArrayLike, seed: Whole) -> F32:
-        """Return (…, rows, cols) electrons as read, of mean electrons of light."""
+        """Return (…, rows, cols) electrons as read from mean electrons of light."""
         given = array_of(electrons, "electrons", "Noise")
         if given.dtype.kind not in "fiu" or given.ndim < 2 or not given.size:
             message = f"must be numbers (rows, cols) or (…, rows, cols), not {given.dtype} of shape {given.shape}"

@@ -1,4 +1,4 @@
-"""What a report says where a picture would surprise: no mistakes, but worth a sentence with a way out."""
+"""Notes of a report on unexpected results: not errors, but worth a sentence with a remedy."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ from camsim.sensor.exposure import Exposure
 from camsim.spectra.curve import Curve
 from camsim.spectra.light import Light
 
-# A full well that ends a percent beyond the last code is meant to end there.
+# A full well within a percent above the last code is taken to coincide with it.
 _WORTH_A_NOTE = 1.01
-# Splits of low-pass filters lie between half a pitch and a whole one; a quarter beyond is somebody's own choice.
+# Splits of low-pass filters are between half and one pitch; up to a quarter more is accepted as intended.
 _LEAST_SPLIT, _MOST_SPLIT = 0.4, 1.25
-# Of codes: less is not seen in a picture.
+# In codes: a smaller effect is not visible in a picture.
 _SEEN_DN = 0.5
 _MUCH_CLIPPED = 0.05
 # Sheets give PRNU in per cent, mostly about 1, and K in codes per electron: a slip is off by far more than these.
 _MUCH_PRNU, _MANY_TIMES = 0.1, 2.0
-_LOOKED_AT = 100  # shapes whose tables are looked at
-# An error of a hundredth of the noise makes it 5e-5 larger; a thousandth is far finer.
+_LOOKED_AT = 100  # most shapes whose tables are examined
+# An error of 1/100 of the noise increases it by 5e-5; 1/1000 is finer than needed.
 _ENOUGH, _FAR_FINER = 1e-2, 1e-3
 _WORTH_SECONDS, _WORTH_WAITING = 1.0, 20.0
 
@@ -43,10 +43,10 @@ _WORTH_SECONDS, _WORTH_WAITING = 1.0, 20.0
 class Setting:
     """What is known of a picture before it is taken.
 
-    time_s      : of the exposure, "auto" found
+    time_s      : of the exposure, "auto" resolved
     veil_e      : (channels,) electrons of veiling glare on the axis
     noise       : whether the picture has noise
-    mean_wanted : whether the mean is wanted for itself, as a truth
+    mean_wanted : whether the noise-free mean is a product, such as truth
     """
 
     camera: Body
@@ -60,7 +60,7 @@ class Setting:
 
 
 def notes_before(setting: Setting, choice: Choice) -> Iterator[str]:
-    """Yield what can be said before the picture is taken; ``choice``: how it will be rendered."""
+    """Yield notes known before the picture is taken; ``choice``: the rendering method."""
     yield from _of_custom_stages(setting.camera)
     yield from _of_the_optics(setting.camera)
     yield from _of_one_line(setting.camera, setting.light)
@@ -81,7 +81,7 @@ def notes_before(setting: Setting, choice: Choice) -> Iterator[str]:
 
 
 def notes_of_exposed(camera: Body, iso: float, below: int) -> Iterator[str]:
-    """Yield what can be said of light of one's own on a sensor; ``below``: photosites with less than none."""
+    """Yield notes on given light; ``below``: number of photosites with negative light."""
     yield from _of_custom_stages(camera)
     yield from _of_the_converter(camera, iso)
     yield from _of_a_low_iso(camera, iso)
@@ -91,7 +91,7 @@ def notes_of_exposed(camera: Body, iso: float, below: int) -> Iterator[str]:
 
 
 def notes_of_sensor(camera: Body) -> Iterator[str]:
-    """Yield what looks like a slip in copying a data sheet: no mistakes, for such a sensor can be."""
+    """Yield likely errors in copying a data sheet; not refused, as such sensors are possible."""
     adc = camera.converter
     yield from _of_the_converter(camera, adc.base_iso)
     yield from _of_prnu(camera)
@@ -108,9 +108,9 @@ _AUTO = "exposure.time_s: auto (time_s='auto') puts white at 80 %"
 
 
 def notes_after(signal: Sequence[ChannelSignal], camera: Body, iso: float, way_out: str = _AUTO) -> Iterator[str]:
-    """Yield what the picture's signal at an ISO setting has to say, with a way out."""
+    """Yield notes on the picture's signal at an ISO setting, each with a remedy."""
     electrons_per_dn = camera.converter.electrons_per_dn_at(iso)
-    # By the mean: noise of the read-out scatters codes about white.
+    # By the mean: read-out noise scatters codes around white.
     if all(channel.min_e >= camera.charge_at_e(1.0, iso) for channel in signal):
         white_dn = camera.converter.white_level_dn(iso, camera.well_as_read_e(iso))
         yield f"every photosite is clipped at {white_dn} DN: nothing is left of the scene; {way_out}"
@@ -195,7 +195,7 @@ def _of_glare(setting: Setting) -> Iterator[str]:
 
 
 def _of_slow_stages(camera: Body, choice: Choice) -> Iterator[str]:
-    """Yield why it takes long, where that is an optical stage of one's own whose pattern nobody knows."""
+    """Yield why rendering is slow if the cause is a custom optical stage without declared capabilities."""
     more = tuple(camera.extra_optics)
     slow = [stage for stage in more or (camera.lens,) if is_custom(stage) and not isinstance(stage, Round)]
     if not slow or choice.cost.seconds < _WORTH_WAITING:
@@ -255,7 +255,7 @@ def _of_prnu(camera: Body) -> Iterator[str]:
 def _of_edges(scene: Scene, choice: Choice) -> Iterator[str]:
     job = choice.plan.job
     if _any_field_within(scene, job.grid):
-        return  # a picture or a gradient is all detail, and where it lies nobody misses an edge
+        return  # a picture or gradient has detail everywhere, so an absent edge needs no note
     if scene.shapes and not _any_edge_within(job.edges.start, job.edges.end, job.grid):
         left, top = (job.grid.pitch_um * (first - 0.5) for first in job.grid.first_centre)
         right, bottom = left + job.grid.pitch_um * job.grid.cols, top + job.grid.pitch_um * job.grid.rows
@@ -267,7 +267,7 @@ def _of_edges(scene: Scene, choice: Choice) -> Iterator[str]:
 
 
 def _any_field_within(scene: Scene, grid: Grid) -> bool:
-    """Whether the box about a picture or a gradient meets the window, or a point lies in it."""
+    """Whether the bounding box of a picture or gradient meets the window, or a point lies in it."""
     low = (np.array(grid.first_centre) - 0.5) * grid.pitch_um
     high = low + np.array([grid.cols, grid.rows]) * grid.pitch_um
     points = np.array([shape.centre_um for shape in scene.shapes if isinstance(shape, PointSource)]).reshape(-1, 2)

@@ -1,4 +1,4 @@
-"""What the lens throws on the photosites: the part of a picture that light, time and electronics only scale."""
+"""The optical image on the photosites, which light level and exposure time only scale."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from camsim.scene import Scene
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OpticalImage:
-    """Electrons per J/m² of radiant exposure in every photosite, how they were found, and a name of all they are of."""
+    """Electrons per J/m² of radiant exposure in every photosite, the rendering, and the key of its inputs."""
 
     choice: Choice
     rendering: Rendering
@@ -27,7 +27,7 @@ class OpticalImage:
         read_only(self.rendering.image, self.rendering.planes)
 
     def refuse_for(self, key: str, *, every_channel: bool) -> None:
-        """Raise InvalidValueError where a capture with this key has another optical image, or asks for more."""
+        """Raise InvalidValueError if the key differs, or if every channel is needed and not present."""
         if self.key != key:
             message = (
                 "belongs to a capture of another optical key (scene, optics, light, window and tolerance make it, and "
@@ -40,11 +40,11 @@ class OpticalImage:
 
 
 _LAST: list[tuple[Any, str]] = [(None, "")]
-"""The scene that was named last: captures of a study that show one hold it once, and are named one after another."""
+"""The last scene and its key: captures of a study that share a scene are keyed one after another."""
 
 
 def key_of(scene: Scene, *made_of: Any) -> str:
-    """Return a name of all that makes an optical image: the same for equal parts."""
+    """Return a key of everything that determines an optical image: equal for equal inputs."""
     known, name = _LAST[0]
     if known is not scene:
         name = _named(scene)
@@ -55,20 +55,20 @@ def key_of(scene: Scene, *made_of: Any) -> str:
 def _named(*made_of: Any) -> str:
     digest = hashlib.sha256()
     pickler = _Plain(_Into(digest.update))
-    pickler.fast = True  # equal parts that are one object and such as are two read alike
+    pickler.fast = True  # equal parts pickle alike whether or not they are one object
     pickler.dump(made_of)
     return digest.hexdigest()
 
 
 @dataclass(frozen=True, slots=True)
 class _Into:
-    """A file that gives what is written to a function."""
+    """A file object that passes written data to a function."""
 
     write: Any
 
 
 class _Plain(pickle.Pickler):
-    """Writes of dataclasses what they were made with, and nothing that they have worked out since."""
+    """Pickles dataclasses by their init fields only, without cached results."""
 
     def reducer_override(self, obj: Any) -> Any:
         if not dataclasses.is_dataclass(obj) or isinstance(obj, type):

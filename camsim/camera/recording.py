@@ -1,4 +1,4 @@
-"""What every exposure does with the light on its photosites: noise, codes, and what a frame says."""
+"""Recording of exposed photosites: noise, codes, and the metadata of a frame."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ from camsim.spectra.light import Light
 
 
 class Recording(Caching):
-    """A camera's electronics at one exposure; what puts the light there has these fields, and says what it is made of.
+    """A camera's electronics at one exposure; subclasses supply the light and these fields.
 
-    made_of : fields that a description holds
+    made_of : names of the fields that a description holds
     """
 
     made_of: ClassVar[tuple[str, ...]]
@@ -42,22 +42,22 @@ class Recording(Caching):
 
     @cached_property
     def grid(self) -> Grid:
-        """The window's photosites."""
+        """The photosite grid of the window."""
         return self.camera.grid(self.region)
 
     @cached_property
     def window(self) -> Window:
-        """The photosites that take part: the window's, and with crosstalk their neighbours."""
+        """The photosites involved: the window's, and with crosstalk their neighbours."""
         return Window(camera=self.camera, grid=self.grid, on_sensor=self.light.at == "sensor")
 
     @cached_property
     def time_s(self) -> float:
-        """The exposure time, found when it is "auto"."""
+        """The exposure time, resolved if "auto"."""
         return self.camera.exposure_time_s(self.light, self.exposure)
 
     @property
     def dark_e(self) -> float:
-        """The charge that gathers without light, the mean of all photosites; none without noise."""
+        """The mean dark charge of all photosites, electrons; 0 without noise."""
         return self.camera.dark_e(self.time_s, self.exposure.temperature_c) if self.noise else 0.0
 
     @cached_property
@@ -67,23 +67,23 @@ class Recording(Caching):
 
     @cached_property
     def random_numbers(self) -> int:
-        """How many random numbers one frame draws."""
+        """Number of random numbers drawn for one frame."""
         shape = self.grid.rows, self.grid.cols
         return sum(random_numbers(stages, shape, self._context(camera, 0, 0)) for camera, stages in self._read_outs)
 
     @cached_property
     def _read_outs(self) -> tuple[tuple[Body, tuple[ElectronicStage, ...]], ...]:
-        """The read-outs of an exposure, each with the electronic stages that act."""
+        """The read-outs of an exposure, each with its active electronic stages."""
         iso = self.exposure.iso
         return tuple((camera, camera.electronics(iso, noise=self.noise)) for camera in self.camera.read_outs)
 
     @cached_property
     def electronics(self) -> tuple[ElectronicStage, ...]:
-        """The electronic stages that act."""
+        """The active electronic stages."""
         return self.camera.electronics(self.exposure.iso, noise=self.noise)
 
     def _recorded(self, exposed: ExposedRows, frame_number: int, clock: Clock, signals: Signals) -> tuple[F64, U16]:
-        """Return rows as they are read, every electronic stage applied, and their codes."""
+        """Return electrons of rows after all electronic stages, and their codes."""
         row, col = self.grid.origin
         first, iso = (row + exposed.rows_before, col), self.exposure.iso
         read = [
@@ -98,7 +98,7 @@ class Recording(Caching):
         return electrons, codes
 
     def _merged(self, read: Sequence[F64], first: tuple[int, int]) -> F64:
-        """Return electrons of the two read-outs of an exposure, each through its own converter."""
+        """Return electrons merged from the two read-outs of an exposure, each through its converter."""
         iso, cameras = self.exposure.iso, [camera for camera, _ in self._read_outs]
         low_e, high_e = (
             camera.converter.electrons(
@@ -113,7 +113,7 @@ class Recording(Caching):
         return Signals(self.camera, self.grid.origin, self.white_level_dn, full_e=full_e)
 
     def _context(self, camera: Body, frame_number: int, rows_before: int) -> Context:
-        """Return what electronic stages may know, from some row of the window on."""
+        """Return the context of electronic stages; ``rows_before``: rows of the window above."""
         return Context(
             time_s=self.time_s,
             iso=self.exposure.iso,
@@ -130,7 +130,7 @@ class Recording(Caching):
         )
 
     def description(self, frame_number: int) -> dict[str, Any]:
-        """Return all that a frame is made of, as files carry it."""
+        """Return the description of everything that determines a frame, as written to files."""
         return {**self._described, "frame_number": frame_number}
 
     @cached_property
@@ -141,11 +141,11 @@ class Recording(Caching):
         return described
 
     def _steps_e(self) -> tuple[float, ...]:
-        """Return ``Frame.steps_e``: light that was given is known to all its digits."""
+        """Return ``Frame.steps_e``: empty, as given light is exact."""
         return ()
 
     def _frame(self, *, frame_number: int, **photosites: Any) -> Frame:
-        """Return the frame: ``photosites`` with all that files say about them."""
+        """Return the frame: ``photosites`` with the metadata of files."""
         camera, exposure = self.camera, self.exposure
         return Frame(
             **photosites,

@@ -1,4 +1,4 @@
-"""What a capture says about itself: signal, seconds, accuracy, wavelengths."""
+"""Entries of a capture's report: signal, seconds, accuracy, wavelengths."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from camsim.spectra.light import Light
 
 
 class Clock:
-    """Seconds by name: those since the last lap are added to a name's."""
+    """Accumulated seconds by name."""
 
     def __init__(self) -> None:
         self.seconds: dict[str, float] = {}
         self._last = time.perf_counter()
 
     def lap(self, name: str) -> None:
-        """Add the seconds since the last lap to a name's."""
+        """Add the seconds since the last lap to the total of a name."""
         now = time.perf_counter()
         self.seconds[name] = self.seconds.get(name, 0.0) + now - self._last
         self._last = now
 
 
 def accuracy_notes(rendering: Rendering) -> tuple[str, ...]:
-    """Return a warning when a rendering is less accurate than was asked for."""
+    """Return a warning if a rendering is less accurate than requested."""
     worst = max(rendering.error_estimate, rendering.planes_error or 0.0)
     if worst <= rendering.tolerance:
         return ()
@@ -41,7 +41,7 @@ def accuracy_notes(rendering: Rendering) -> tuple[str, ...]:
 
 
 def rounding_notes(truth: F32 | None, diffuser_e: F64, tolerance: float) -> tuple[str, ...]:
-    """Return a warning when single precision holds a truth (rows, cols, channels) less finely than was asked for."""
+    """Return a warning if single precision is too coarse for a truth (rows, cols, channels) at the tolerance."""
     if truth is None or not truth.size:
         return ()
     exposed = diffuser_e > 0.0
@@ -55,10 +55,10 @@ def rounding_notes(truth: F32 | None, diffuser_e: F64, tolerance: float) -> tupl
 
 
 class Signals:
-    """The signal of every channel, gathered band by band.
+    """The signal of every channel, accumulated band by band.
 
     origin : row and column of the window in the frame
-    full_e : mean electrons of light that fill a photosite: noise of the read-out scatters its codes about white
+    full_e : mean electrons that fill a photosite: read-out noise scatters the codes of full ones around white
     """
 
     def __init__(self, camera: Body, origin: tuple[int, int], white_level_dn: int, *, full_e: float) -> None:
@@ -70,11 +70,11 @@ class Signals:
         self._min_e = np.full(len(channels), np.inf)
 
     def add(self, exposed: ExposedRows, mosaic: U16) -> None:
-        """Take in some rows, as they were lit, and their data numbers."""
+        """Add exposed rows and their data numbers."""
         row, col = self._origin
         offsets_dn = np.array(self._adc.window_black_offsets_dn((row + exposed.rows_before, col)))
         white_dn = full_codes(self._white_level_dn, offsets_dn, self._adc.largest_dn)
-        # Filters and offsets repeat: of a large frame every so many photosites are looked at, and none is copied.
+        # Filters and offsets are periodic: strided views of a large frame need no copy.
         period = np.lcm(self._cfa_period, white_dn.shape)
         for first_row, first_col in np.ndindex(*np.minimum(period, mosaic.shape).tolist()):
             here = np.s_[first_row :: period[0], first_col :: period[1]]
@@ -88,7 +88,7 @@ class Signals:
             self._sum_dn[k] += np.sum(codes, dtype=np.float64)
 
     def _white_dn(self, shape: tuple[int, ...], rows_before: int) -> int | I64:
-        """Return the code at which photosites are full: one for all where no offsets differ."""
+        """Return the white level: a scalar without offsets, else one for each photosite."""
         if self._adc.black_offsets_dn == ((0,),):
             return min(self._white_level_dn, self._adc.largest_dn)
         row, col = self._origin
@@ -113,9 +113,9 @@ class Signals:
 
 
 def wavelengths(light: Light, samples: int, nodes: int) -> str:
-    """Return what the light is made of, where it was integrated, and on how many nodes the optics were computed."""
+    """Return a text on the light, its range of integration, and the number of nodes of the optics."""
     low, high = light.ends_nm
     if light.is_one_line:
         return f"{low:g} nm, one line"
-    on_nodes = f" on {nodes} nodes" if nodes else ""  # an even field asks nothing of the optics
+    on_nodes = f" on {nodes} nodes" if nodes else ""  # a uniform field needs no optics
     return f"{low:g}–{high:g} nm, {samples} samples{on_nodes}"

@@ -1,4 +1,4 @@
-"""Rows that come as they are finished, handed on in the groups that noise is drawn in."""
+"""Regroups finished rows into the batches in which noise is drawn."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from camsim.core.arrays import F64
 
 
 class RowBatches:
-    """Rows as they come, handed on in groups of so many, the last group as it is.
+    """Regroups incoming row bands into batches of ``together`` rows; the last may be shorter.
 
-    together : rows of a group, or a multiple of it;  overlap: rows that a group shares with the next
+    together : batches are multiples of this many rows;  overlap: rows that a batch shares with the next
     """
 
     def __init__(self, take: Callable[[F64], None], *, together: int, overlap: int) -> None:
@@ -20,17 +20,17 @@ class RowBatches:
         self._held: list[F64] = []
 
     def add(self, band: F64) -> None:
-        """Take in rows; hand on what is whole."""
+        """Add rows; pass on complete batches."""
         self._held.append(band)
         count = sum(map(len, self._held)) - self._overlap
         whole = count // self._together * self._together
         if whole > 0:
             rows = self._joined()
-            self._held = [rows[whole:].copy()]  # a view would keep all of them
+            self._held = [rows[whole:].copy()]  # a view would hold all of them in memory
             self._take(rows[: whole + self._overlap])
 
     def finish(self) -> None:
-        """Hand on the rest."""
+        """Pass on the remaining rows."""
         rows = self._joined()
         if len(rows) > self._overlap:
             self._take(rows)

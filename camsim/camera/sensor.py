@@ -1,4 +1,4 @@
-"""A sensor without a lens, for light of one's own."""
+"""A sensor without a lens, for light given as an array."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _TIME_S = 0.01
 
 
 def usual_exposure(iso: float, unit: Unit, time_s: float | Literal["auto"] | None = None) -> Exposure:
-    """Return an exposure; without a time "auto" for reflectances, and 0.01 s for light that says how much there is."""
+    """Return an exposure; the default time is "auto" for reflectances and 0.01 s for absolute units."""
     usual: float | Literal["auto"] = "auto" if unit in RELATIVE else _TIME_S
     return Exposure(time_s=usual if time_s is None else time_s, iso=iso)
 
@@ -46,8 +46,7 @@ def usual_exposure(iso: float, unit: Unit, time_s: float | Literal["auto"] | Non
 class Sensor(Body):
     """A sensor without a lens: your own light goes in, raw frames come out; for parameters see ``Camera``.
 
-    Nothing in front of the silicon blurs: neither lens nor OLPF act. Filters and quantum efficiency do, where light
-    has a spectrum.
+    Nothing blurs: neither lens nor OLPF act. Filters and quantum efficiency act if the light has a spectrum.
 
     >>> import numpy as np
     >>> import camsim
@@ -95,7 +94,7 @@ class Sensor(Body):
         overrides: Iterable[str] = (),
         sensors: Iterable[str | os.PathLike[str]] = (),
     ) -> Sensor:
-        """Return the sensor of a file (a path, or a shipped one's name); the rest is as of ``capture``."""
+        """Return the sensor of a file (a path, or a shipped one's name); other arguments as of ``capture``."""
         camera = above("api.load_camera")(sensor, lens=NO_LENS, overrides=overrides, sensors=sensors)
         return cls(**{field.name: getattr(camera, field.name) for field in dataclasses.fields(cls)})
 
@@ -114,7 +113,7 @@ class Sensor(Body):
         noise: Truth = True,
         colour_matrix: MatrixOf = "standard",
     ) -> Shot:
-        """Return what ``expose`` exposes, judged and not yet exposed."""
+        """Return the validated shot that ``expose`` takes, without exposing it."""
         if not isinstance(image, GivenLight):
             if unit is None:
                 message = f"must be said of an array: {either(get_args(Unit))}"
@@ -146,16 +145,16 @@ class Sensor(Body):
         colour_matrix: MatrixOf = "standard",
         products: Products | None = None,
     ) -> Frame:
-        """Expose light of one's own: no lens, no scene, nothing resampled.
+        """Expose given light: no lens, no scene, nothing resampled.
 
-        image    : an array, or what ``read_light`` read
-        unit, wavelength_nm, per_photosite : of an array, as of ``GivenLight``; samples of a larger one are added up
-        light    : a perfect diffuser's on the sensor, for "reflectance" and "srgb", where a number of 1 is one
+        image    : an array, or the result of ``read_light``
+        unit, wavelength_nm, per_photosite : of an array, as of ``GivenLight``; larger arrays are integrated
+        light    : of a perfect diffuser on the sensor, for "reflectance" and "srgb", where it has the value 1
         exposure : None: at the base ISO, "auto" for reflectances, 0.01 s (of dark current) for others
-        region   : where in the frame the light lies; None: in the middle
-        products : None: the mosaic, and the truth where the light tells every channel
+        region   : place of the light in the frame; None: the middle
+        products : None: the mosaic, and the truth if the light determines every channel
 
-        The rest is as of ``Capture``.
+        Other arguments as of ``Capture``.
         """
         shot = self.shot(
             image, unit=unit, wavelength_nm=wavelength_nm, per_photosite=per_photosite, light=light,

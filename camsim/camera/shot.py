@@ -1,4 +1,4 @@
-"""Light of one's own through a sensor into a Frame: no lens, no scene, nothing resampled."""
+"""Given light through a sensor into a Frame: no lens, no scene, nothing resampled."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from camsim.sensor.exposure import Exposure
 from camsim.spectra.light import Light
 
 WHITE = Light("D65", illuminance_lux=10.0, at="sensor")
-"""What a perfect diffuser is lit with where nobody says it: a scene of 640 lux has that behind a lens at f/4."""
+"""Default illumination of a perfect diffuser on the sensor: a scene of 640 lux gives it behind a lens at f/4."""
 
 
 _WAY_OUT = "time, ISO or the light itself sets how bright it is"
@@ -41,8 +41,8 @@ class Shot(Recording):
 
     camera        : a Sensor
     image         : the light of the whole exposure
-    light         : of a perfect diffuser, on the sensor, for an image of reflectances; else the white balance's
-    region        : where in the frame the image lies; None: in the middle
+    light         : of a perfect diffuser on the sensor, for an image of reflectances; else for white balance
+    region        : place of the image in the frame; None: the middle
     exposure, seed, frame_number, noise, colour_matrix : as of ``Capture``
 
     >>> from camsim.camera.sensor import Sensor
@@ -106,22 +106,22 @@ class Shot(Recording):
         object.__setattr__(self, "image", image)
         object.__setattr__(self, "region", region)
         object.__setattr__(self, "camera", self.camera.with_ends(seen))
-        self.camera.grid(region)  # refuses a window that leaves the frame
+        self.camera.grid(region)  # raises for a window that exceeds the frame
 
     @cached_property
     def response(self) -> F64 | None:
-        """Mean electrons (channels, n) for 1 in each of the image's planes; None: its numbers are a mosaic's own."""
+        """Mean electrons (channels, n) for 1 in each of the image's planes; None: for a mosaic of electrons."""
         return self.image.per_channel(self.camera, self.light, self.time_s)
 
     @property
     def tells_every_channel(self) -> bool:
-        """Whether the light says what photosites of every channel would get at every place."""
+        """Whether the light determines the electrons of every channel at every photosite."""
         return self.response is not None
 
     def frame(self, *, products: Products | None = None, progress: Callable[[str, float], None] | None = None) -> Frame:
         """Expose.
 
-        products : "truth" fills ``Frame.truth``; None, and "frame": where the light tells it
+        products : "truth" fills ``Frame.truth``; None and "frame": if the light determines it
         progress : called with (stage, fraction done)
         """
         check_products(products or ())
@@ -171,7 +171,7 @@ class Shot(Recording):
 
     @cached_property
     def optical_key(self) -> str:
-        """What is the same of shots of the same light."""
+        """Key that is equal for shots of the same light."""
         return self.image.sha256
 
     def frames(
@@ -192,30 +192,30 @@ class Shot(Recording):
         products: Products = ("mosaic",),
         progress: Callable[[str, float], None] | None = None,
     ) -> Frame:
-        """Give the codes to ``take``, as ``Capture.rows`` does: all of them at once, for the light is held anyway."""
+        """Pass the codes to ``take``, as ``Capture.rows`` does, in one batch: the light is in memory anyway."""
         check_products(products, streamed=True)
         frame = self.frame(products=products, progress=progress)
         take(frame.mosaic)
         return frame
 
     def description(self, frame_number: int) -> dict[str, Any]:
-        """Return all that a frame is made of; of the light its name, place and hash."""
+        """Return the description of a frame; for the light its name, place and hash."""
         stated = super().description(frame_number)
         stated["image"]["sha256"] = self.image.sha256
         return stated
 
     def _with_neighbours(self) -> Any:
-        """Return the light of all photosites that take part: beyond the border it is reflected, in its own channel."""
+        """Return the light of all photosites involved, reflected at the border within each channel."""
         samples = self.image.on_photosites()
         if self.camera.crosstalk is None:
             return samples
-        # A photosite of a mosaic says nothing of another channel: the next of its own kind stands beyond the border.
+        # A mosaic has no other channel at a photosite: reflect by a period, to one of the same channel.
         steps = self.camera.cfa.period if self.response is None else (1, 1)
         rows, cols = (reflected(size, step) for size, step in zip(samples.shape[:2], steps, strict=True))
         return samples[rows[:, None], cols]
 
     def _sampled(self, samples: Any) -> F64:
-        """Return (rows, cols) mean electrons, each photosite in its own channel."""
+        """Return (rows, cols) mean electrons, each photosite in its channel."""
         if self.response is None:
             return np.array(samples, np.float64)
         cfa, wide = self.camera.cfa, self.window.wide
@@ -240,14 +240,14 @@ class Shot(Recording):
 
 
 def reflected(size: int, step: int) -> I64:
-    """Return the index of each place from one before the first to one behind the last."""
+    """Return indices padded by one at either end, by reflection with period ``step``."""
     inside = np.arange(-1, size + 1)
     inside[0], inside[-1] = min(step, size) - 1, max(size - step, 0)
     return inside
 
 
 def _weighed(samples: Any, weights: F64) -> F64:
-    """Return Σ plane × weight, (rows, cols), in double precision; a plane of weight 0 is not looked at."""
+    """Return Σ plane × weight, (rows, cols), in double precision; planes of weight 0 are skipped."""
     planes = samples[..., None] if samples.ndim == 2 else samples
     total: F64 = np.multiply(planes[..., 0], weights[0], dtype=np.float64)
     for plane in np.flatnonzero(weights[1:]) + 1:

@@ -34,7 +34,7 @@ class Region:
 
 
 def grid_of(region: Region | None, *, frame: tuple[int, int], period: tuple[int, int], pitch_um: float) -> Grid:
-    """Return the photosites of a window, None for all; raises InvalidValueError for one that leaves the frame.
+    """Return the photosite grid of a window, None: the full frame; raises InvalidValueError if it exceeds the frame.
 
     frame, period : (rows, cols) of the sensor and of its colour filter array
     """
@@ -52,7 +52,7 @@ def grid_of(region: Region | None, *, frame: tuple[int, int], period: tuple[int,
 
 
 def widened(grid: Grid) -> Grid:
-    """Return a grid with one photosite more on every side; beyond the frame's edge the scene goes on."""
+    """Return a grid padded by one photosite on every side; the scene continues beyond the frame's edge."""
     (row, col), frame = grid.origin, grid.frame or (grid.rows, grid.cols)
     return dataclasses.replace(grid, rows=grid.rows + 2, cols=grid.cols + 2, origin=(row - 1, col - 1), frame=frame)
 

@@ -10,9 +10,9 @@ def main() -> None:
     # OpenMP's workers otherwise spin for milliseconds after each loop: on a busy machine they spin on the very core
     # that the other half of the work waits for, and a rendering takes four times as long. Read when a loop first runs.
     os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
-    # So do BLAS's, for 26 ms after each product of matrices.
+    # BLAS threads do too, for 26 ms after each matrix product.
     os.environ.setdefault("OPENBLAS_THREAD_TIMEOUT", "4")
-    # Pydantic otherwise reads the metadata of every installed package for plugins, which nothing here asks for.
+    # Pydantic otherwise searches the metadata of all installed packages for plugins, which are not used here.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     from camsim.cli.app import run
 

@@ -1,4 +1,4 @@
-"""The commands and their options. Everything heavy is imported by the command that needs it."""
+"""The commands and their options. Heavy modules are imported by the commands that need them."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ _MOST_LINES = 200
 
 
 class _Commands(TyperGroup):
-    """The one place where errors become messages and exit codes."""
+    """Conversion of errors to messages and exit codes."""
 
     def invoke(self, ctx: Any) -> Any:
         try:
@@ -61,7 +61,7 @@ class _Commands(TyperGroup):
             _say("camsim: out of memory; capture a smaller region")
             code = 1
         except Exception as error:
-            if hasattr(error, "option_name"):  # of click, which typer has in one place or another
+            if hasattr(error, "option_name"):  # of click, which typer may vendor
                 say_how_to_set(error)
                 raise
             error.add_note("This is a bug of camsim: please report it with the lines above.")
@@ -99,11 +99,11 @@ SCHEMAS = ("scene", "sensor", "lens", "study", "dataset")
 def run() -> None:
     """Run the command line."""
     for stream in (sys.stdout, sys.stderr):
-        # A terminal that cannot show µ must not end a capture.
+        # A terminal without µ must not end a capture.
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="replace")
-    # Imports make a million objects that stay to the end. Looking through them for garbage, while they are
-    # made and once more at exit, takes 0.9 s; ``take`` switches the collector on again for its work.
+    # Imports create a million permanent objects. Garbage collection of these, while they are
+    # created and again at exit, takes 0.9 s; ``take`` enables the collector again for its work.
     gc.disable()
     try:
         _ready_for(sys.argv[1:2])()

@@ -1,4 +1,4 @@
-"""``camsim bench``: error against run time for the user's own scene; words, lines, a page and a diagram."""
+"""``camsim bench``: error against run time for the user's scene; text, JSON lines, a page and a diagram."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def bench(
         )
     records: list[Record] = []
     with Bar(displayed=not quiet) as bar, ExitStack() as files:
-        # Made with the first record: a scene that is refused leaves no folder behind.
+        # Created with the first record, so that a refused scene leaves no folder.
         made = functools.cache(lambda: files.enter_context(LinesFile(folder / LINES)))
 
         def take(record: Record) -> None:

@@ -1,4 +1,4 @@
-"""``camsim calibrate colour``: a chart's photograph in, the colours of a sensor file out."""
+"""``camsim calibrate colour``: colours of a sensor file from a photograph of a chart."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def calibrate_colour(
                 curves, per=per, peak=base.peak, source=source, comment=[found.sensitivities]
             ),
             "colour_matrices": matrices_text([*others, found.matrix], comments),
-            # A photograph was taken through them: they are in the curves.
+            # The photograph was taken through them, so the curves include them.
             "filters": "",
         },
     )
@@ -136,7 +136,7 @@ def _number(value: float) -> str:
 
 
 def _skeleton(picture: Picture, pitch_um: float | None) -> Base:
-    """Return a sensor of what a raw file says."""
+    """Return a sensor from the metadata of a raw file."""
     from camsim.cli.sensor_text import Base, skeleton
     from camsim.core.errors import InvalidValueError
 

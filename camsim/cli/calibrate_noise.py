@@ -1,4 +1,4 @@
-"""``camsim calibrate noise``: a folder of raw files in, a sensor file out; or both laid side by side."""
+"""``camsim calibrate noise``: a sensor file from a folder of raw files; or a comparison of both."""
 
 from __future__ import annotations
 
@@ -112,7 +112,7 @@ def _as_path(file: str) -> str:
 
 
 def _print_shots(shots: ShotsOfCamera) -> None:
-    """Print what each group of frames is taken for, and what says so."""
+    """Print the kind of each group of frames, and its source."""
     alike: dict[tuple[object, ...], list[Shot]] = {}
     for shot in sorted(shots.shots, key=lambda each: (each.iso, each.kind, each.time_s or 0.0, each.exposure)):
         key = shot.iso, shot.kind, shot.time_s, shot.exposure, shot.temperature_c, shot.stated_by

@@ -1,4 +1,4 @@
-"""A scene as it lies on the sensor: its outlines over frame and window, to look at before anything is rendered."""
+"""Drawing of a scene on the sensor: outlines over frame and window, without rendering."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ if TYPE_CHECKING:
 
 _RED_GREEN_BLUE_NM = ((600.0, 700.0), (500.0, 600.0), (400.0, 500.0))
 _DISPLAY_GAMMA = 2.2
-_ROUND = 1 / 300  # sides of round outlines in a picture, of the window's larger side
+_ROUND = 1 / 300  # sides of round outlines in a picture, relative to the window's larger side
 _MOST_GRID, _MOST_LETTERS, _MOST_NUMBERS, _MOST_LINES = 80, 24, 60, 40
 _COLUMNS, _LINES, _CELL = 76, 34, 2.0  # of a terminal, whose cells are twice as high as wide
 _SHADES = " ░▒▓█"
 
 
 def colour_of(spectrum: Spectrum) -> tuple[float, float, float]:
-    """Return about what a surface looks like: its mean in three bands, as a display wants it."""
+    """Return the approximate display colour of a surface: its mean in three bands."""
     bands = [float(np.mean(spectrum_at(spectrum, np.linspace(*ends, 21)))) for ends in _RED_GREEN_BLUE_NM]
     red, green, blue = (min(1.0, band) ** (1.0 / _DISPLAY_GAMMA) for band in bands)
     return red, green, blue
 
 
 class Painted(NamedTuple):
-    """What is painted in one go: the number of its shape, its loops (n, 2) in pitches, and its surface."""
+    """A painted primitive: index of its shape, loops (n, 2) in pitches, and surface."""
 
     number: int
     loops: list[F64]
@@ -41,9 +41,9 @@ class Painted(NamedTuple):
 
 
 def painted(capture: Capture, side_pitch: float) -> list[Painted]:
-    """Return everything that is painted, in painter's order, in pitches from the optical axis.
+    """Return all painted primitives in painter's order, in pitches from the optical axis.
 
-    side_pitch : of round outlines, as long as can hardly be seen
+    side_pitch : of round outlines, hardly visible
     """
     pitch_um = capture.camera.pitch_um
     return [
@@ -109,7 +109,7 @@ def _rectangle(axes: Any, ends: tuple[float, float, float, float], colour: str, 
 
 
 def _photosites(axes: Any, capture: Capture) -> None:
-    """Draw the lattice where it can be seen, and the letters of the filters where they can be read."""
+    """Draw the lattice if visible, and the letters of the filters if readable."""
     grid, cfa = capture.grid, capture.camera.cfa
     left, right, top, bottom = ends_of(capture)
     if max(grid.rows, grid.cols) <= _MOST_GRID:
@@ -179,7 +179,7 @@ def _words(spectrum: Spectrum) -> str:
 
 
 def _paint(on_top: Any, place: int, loops: list[F64], x: F64, y: F64) -> None:
-    """Put a number where something is painted: inside, a line to the right crosses an odd number of sides."""
+    """Write the index into painted cells: inside, a ray to the right crosses an odd number of sides."""
     corners = np.concatenate(loops)
     following = np.concatenate([np.roll(loop, -1, axis=0) for loop in loops])
     low, high = corners.min(axis=0), corners.max(axis=0)

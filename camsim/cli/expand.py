@@ -1,4 +1,4 @@
-"""``camsim show --expand``: the shapes of a scene, charts as what they stand for, as YAML in µm."""
+"""``camsim show --expand``: the shapes of a scene, with charts expanded, as YAML in µm."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from camsim.core.words import kebab
 from camsim.spectra.curve import Curve
 
 _IN_ITS_FILE = ("planes", "spectra", "source", "read")
-"""Of a picture: what its file holds, and how that is read."""
+"""Keys of a picture that are in its file."""
 
 
 def expanded(name: str, sensors: Sequence[str] = ()) -> Iterator[str]:
-    """Return the lines of a scene's ``scene`` table with nothing in it but ordinary shapes."""
+    """Return the lines of a scene's ``scene`` table with ordinary shapes only."""
     from camsim.api import load
 
     scene = load(name, sensors=sensors).scene
@@ -25,7 +25,7 @@ def expanded(name: str, sensors: Sequence[str] = ()) -> Iterator[str]:
 
 
 def _ordinary(shapes: Iterable[Any]) -> Iterator[dict[str, Any]]:
-    """Yield shapes as tables; of charts and drawings their own."""
+    """Yield shapes as tables; charts and drawings are expanded."""
     from camsim.scene import Chart, Svg
 
     for shape in shapes:

@@ -18,10 +18,10 @@ if TYPE_CHECKING:
     from camsim.camera.frame import Products
     from camsim.rendering.engine import Decision
 
-# Seconds of one core: what comes before, a random number with what is done to it, a photosite's code, a byte of a file.
+# Seconds of one core: set-up, a random number with its processing, a photosite's code, a byte of a file.
 BEFORE_SECONDS, NOISE_SECONDS, CODE_SECONDS, FILE_SECONDS = 0.01, 20e-9, 12e-9, 8e-9
 PLOTS = ("mtf", "psf", "qe", "spectra", "noise", "field")
-HELD_BYTES = 16.0  # of a photosite, besides its light: electrons, code and what they are computed with
+HELD_BYTES = 16.0  # of a photosite, besides its light: electrons, code and temporaries
 BYTES_OF = {"mosaic": 2.0, "electrons": 8.0, "truth": 12.0, "preview": 3.0, "spectral": 4.0 * 31, "frame": 30.0}
 
 
@@ -76,7 +76,7 @@ def explain(
 
 
 def explained(capture: Capture, products: Products, files: list[tuple[str, str]]) -> dict[str, Any]:
-    """Return every decision about a capture and what it is expected to take, as a plain tree."""
+    """Return every decision about a capture and its expected cost, as a plain tree."""
     from camsim.core.memory import needed_bytes
     from camsim.rendering.decisions import expectation, rendering_decisions
 
@@ -101,7 +101,7 @@ def explained(capture: Capture, products: Products, files: list[tuple[str, str]]
         "write": FILE_SECONDS * photosites * sum(BYTES_OF[product] for _, product in files),
     }
     window = (grid.rows, grid.cols, len(camera.cfa.channels))
-    # What a mosaic alone takes is said by HELD_BYTES; needed_bytes is rounded up, for refusing.
+    # The memory of a mosaic alone is HELD_BYTES; needed_bytes is rounded up, for refusals.
     more = needed_bytes(*window, products) - needed_bytes(*window, ("mosaic",))
     memory = expected["memory_bytes"] + HELD_BYTES * photosites + more
     return {
@@ -241,7 +241,7 @@ def _print(stated: dict[str, Any]) -> None:
 
 
 def _place(at: str | None, plot: tuple[str, str] | None) -> tuple[float, float] | None:
-    """Return the place that was asked for, µm."""
+    """Return the requested place, µm."""
     if at is None:
         return None
     if plot is None or plot[0] != "psf":
@@ -255,7 +255,7 @@ def _place(at: str | None, plot: tuple[str, str] | None) -> tuple[float, float] 
 
 
 def _check_plot(kind: str, file: str, *, force: bool) -> None:
-    """Refuse what cannot be drawn, before any work."""
+    """Raise early for plots that cannot be drawn."""
     from camsim.cli.plot import check_drawing
 
     if kind not in PLOTS:

@@ -1,4 +1,4 @@
-"""Pictures of a lens that changes over the frame: what it does along a radius, and its pattern at a place."""
+"""Plots of a field-varying lens: properties along a radius, and its PSF at a place."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ if TYPE_CHECKING:
 PLACES = 17  # along a radius
 LINE_PAIRS_PER_MM = (10.0, 20.0, 40.0)
 DISTORTIONS = 200  # heights of a smooth curve
-HALF, SAMPLES = 12.0, 241  # of a pattern: to either side, in λN and in samples
+HALF, SAMPLES = 12.0, 241  # of a PSF: half width in λN, and samples
 PRECISION = 1e-6
 WAVELENGTHS = 3  # of curves
 
 
 def field_lens(capture: Capture) -> FieldLens:
-    """Return the capture's lens; raises UnsupportedError of one that is the same everywhere."""
+    """Return the capture's lens; raises UnsupportedError unless it is field-varying."""
     lens = capture.camera.optics.lens
     if not isinstance(lens, FieldLens) or not lens.height_um:
         raise UnsupportedError(
@@ -35,7 +35,7 @@ def field_lens(capture: Capture) -> FieldLens:
 
 
 def draw_field(figure: Any, capture: Capture) -> None:
-    """Draw RMS wavefront, MTF, distortion, lateral colour and illumination over the height, and patterns."""
+    """Draw RMS wavefront, MTF, distortion, lateral colour and illumination over the image height, and PSFs."""
     lens = field_lens(capture)
     heights_um = np.linspace(0.0, lens.height_um[-1], PLACES)
     heights_mm, known = heights_um / 1e3, np.array(lens.wavelength_nm)
@@ -81,7 +81,7 @@ def draw_field(figure: Any, capture: Capture) -> None:
 
 
 def _pattern(axes: Any, placed: PlacedLens, wavelength_nm: float, place: str) -> Any:
-    """Draw the pattern of a place, and its Strehl ratio: its largest value over that of a lens without aberrations."""
+    """Draw the PSF at a place, and its Strehl ratio: its largest value over that of a lens without aberrations."""
     blur_um = placed.blur_um(wavelength_nm)
     axis_um = np.linspace(-HALF * blur_um, HALF * blur_um, SAMPLES)
     pattern = placed.point_spread_on(axis_um, axis_um, wavelength_nm, PRECISION)

@@ -16,17 +16,17 @@ if TYPE_CHECKING:
     from camsim.camera.capture import Capture
 
 _POINTS = 200
-_LEAST_PART = 0.01  # of all noise: what is less is not drawn
+_LEAST_PART = 0.01  # of the total noise: smaller parts are not drawn
 _FAINTEST_E = 0.1
 """The left end of the axis: below one electron, where faint scenes and dark current lie."""
 
 
 def noise_budget(capture: Capture, signal_e: F64) -> dict[str, F64]:
-    """Return the standard deviation in electrons that each source adds at a signal of so many electrons.
+    """Return the standard deviation in electrons of each source at a signal in electrons.
 
-    Of a frame: what changes from exposure to exposure and what is fixed alike. Their squares add to the frame's, up to
-    where the well or the converter ends. Crosstalk averages PRNU; other stages that are no noise (blooming,
-    non-linearity, defects) are left out.
+    For a frame: both temporal noise and fixed patterns. Their squares add up to the frame's, below saturation of well
+    or converter. Crosstalk averages PRNU; other stages that are not noise (blooming, non-linearity, defects) are left
+    out.
     """
     camera, even = capture.camera, np.ones_like(signal_e)
     electrons_per_dn = camera.converter.electrons_per_dn_at(capture.exposure.iso)
@@ -51,7 +51,7 @@ def noise_budget(capture: Capture, signal_e: F64) -> dict[str, F64]:
 
 
 def background_e(capture: Capture) -> F64:
-    """Return (channels,) the mean electrons of photosites on the axis that see nothing but the background."""
+    """Return (channels,) the mean electrons of the background in photosites on the axis."""
     camera, samples = capture.camera, capture.samples
     background = spectrum_at(capture.scene.background, samples.wavelength_nm)
     image_e_per_j_m2 = (camera.image_per_reflectance(samples) * background).sum(axis=1)
@@ -59,13 +59,13 @@ def background_e(capture: Capture) -> F64:
 
 
 def _in_words(name: str) -> str:
-    """Return a stage's class as people call it: ReadNoise is read noise, Prnu is PRNU."""
+    """Return the common name of a stage's class: ReadNoise is read noise, Prnu is PRNU."""
     words = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name)
     return words.upper() if words in ("Prnu", "Dsnu") else words[:1].lower() + words[1:].lower()
 
 
 def draw_noise(figure: Any, capture: Capture) -> None:
-    """Draw what each source adds against the signal, and where the scene's surfaces lie."""
+    """Draw the noise of each source against the signal, and mark the scene's surfaces."""
     camera, iso = capture.camera, capture.exposure.iso
     saturation_e = camera.charge_at_e(1.0, iso)
     signal_e = np.geomspace(_FAINTEST_E, saturation_e, _POINTS)

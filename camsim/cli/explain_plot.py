@@ -1,4 +1,4 @@
-"""Pictures of what a capture computes; here the transfers and patterns of its stages, as in the paper."""
+"""Plots of a capture's optics; here the MTFs and PSFs of its stages, as in the paper."""
 
 from __future__ import annotations
 
@@ -24,19 +24,19 @@ SIZES = {
     "field": (11.0, 9.0),
 }
 ALONG = 400
-SHORTEST = 0.01  # of the light: what is shorter than that sets no end of an axis
+SHORTEST = 0.01  # of the light: share of short wavelengths ignored for the limits of axes
 
 
 def draw(capture: Capture, kind: str, file: str, at_um: tuple[float, float] | None = None) -> bytes:
     """Return a picture, one of ``SIZES``, as bytes of a PNG, SVG or PDF, as ``file`` is called.
 
-    at_um : of a pattern, where in the frame; None: on the axis, with all stages
+    at_um : of a PSF, its place in the frame; None: on the axis, with all stages
     """
     return bytes_of(figure_of(capture, kind, at_um), file)
 
 
 def figure_of(capture: Capture, kind: str, at_um: tuple[float, float] | None = None) -> Figure:
-    """Return what ``draw`` writes."""
+    """Return the figure that ``draw`` encodes."""
     from camsim.cli.explain_field import draw_field
     from camsim.cli.explain_noise import draw_noise
     from camsim.cli.explain_psf import draw_psf
@@ -56,7 +56,7 @@ def figure_of(capture: Capture, kind: str, at_um: tuple[float, float] | None = N
 
 
 def _with_crosstalk(capture: Capture) -> str:
-    """Say of the system what else than lens, OLPF and photosite is in it."""
+    """Return a text on parts of the system besides lens, OLPF and photosite."""
     return "" if capture.camera.crosstalk is None else " with crosstalk"
 
 
@@ -103,22 +103,22 @@ def _draw_mtf(figure: Any, capture: Capture) -> None:
 
 
 def _shortest_nm(capture: Capture) -> float:
-    """Return the shortest wavelength of which there is some light."""
+    """Return the shortest wavelength with a significant share of the light."""
     samples = capture.camera.samples(capture.light)
     share = capture.camera.electrons_per_reflectance(samples, 1.0).sum(axis=0).cumsum()
     return float(samples.wavelength_nm[np.searchsorted(share, SHORTEST * share[-1])])
 
 
 def _title(capture: Capture) -> str:
-    """Name the pitch too: the camera's name is a text, and may speak of another."""
+    """Return the title, with the pitch: the camera's name may mention another."""
     camera = capture.camera
     return f"{capture.scene_name}: {camera.name}; pitch {camera.pitch_um:g} µm, f/{camera.working_f_number:g}"
 
 
 def nyquists(cfa: Cfa) -> dict[float, list[str]]:
-    """Return the Nyquist frequencies, cycles per pitch, and whose: the sensor's, and each channel's that is measured.
+    """Return the Nyquist frequencies, cycles per pitch, with their owners: the sensor, and each measured channel.
 
-    ``camsim measure mtf`` has the same: of a Bayer array G1 and G2 apart, on a lattice each.
+    As in ``camsim measure mtf``: for a Bayer array G1 and G2 separately, each on its lattice.
     """
     from camsim.measure.full_frame import NYQUIST_OF_SENSOR_CYCLES_PER_PIXEL
     from camsim.measure.picture import Picture, mosaic_planes

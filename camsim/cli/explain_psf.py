@@ -1,4 +1,4 @@
-"""Pictures of point spread functions: of the lens, of OLPF and photosite, and of all of them; or of a place's lens."""
+"""Plots of PSFs: of the lens, of OLPF and photosite, and of all stages; or of the lens at a place."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from camsim.camera.capture import Capture
 
 FOOTPRINT = "photosite"
-LEAST_PITCHES, MOST_PITCHES = 4.0, 128.0  # what is shown to either side
+LEAST_PITCHES, MOST_PITCHES = 4.0, 128.0  # displayed half width
 DISPLAYED = 0.8  # of the lens's light
-PERIODS = 8.0  # of what is shown to one side: the transform's period, which hardly wraps
+PERIODS = 8.0  # period of the transform in displayed half widths, with little wrap-around
 LEAST_CELLS, MOST_CELLS = 1024, 4096  # of a period
 FAINTEST = 1e-4  # of the brightest
 
@@ -32,7 +32,7 @@ Transfer = Callable[[F64, F64], "F64 | C128 | None"]
 
 @dataclass(frozen=True, kw_only=True)
 class _Window:
-    """What is shown of patterns: ``pitches`` to either side, from as many ``cells`` of a period."""
+    """The displayed window of PSFs: half width ``pitches``, from ``cells`` of a period."""
 
     pitches: float
     cells: int
@@ -43,7 +43,7 @@ class _Window:
         return PERIODS * self.pitches / self.cells
 
     def pattern(self, transfer: Transfer, highest: float = math.inf) -> F64:
-        """Return the irradiance per µm² of unit power about the middle; ``highest``: cycles per pitch that pass."""
+        """Return the irradiance per µm² of unit power around the centre; ``highest``: cut-off, cycles per pitch."""
         fx, fy = np.meshgrid(
             scipy.fft.rfftfreq(self.cells, self.step_pitch), scipy.fft.fftfreq(self.cells, self.step_pitch)
         )
@@ -58,10 +58,10 @@ class _Window:
 
 
 def draw_psf(figure: Any, capture: Capture, title: str, at_um: tuple[float, float] | None, crosstalk: str) -> None:
-    """Draw patterns side by side, and below each what it is along x and along a diagonal, in µm.
+    """Draw PSFs side by side, and below each its profiles along x and along a diagonal, in µm.
 
     at_um     : of a field lens's pattern, in every channel; None: lens, OLPF and photosite, and all stages, on the axis
-    crosstalk : what is said of a system that has it
+    crosstalk : text for a system with crosstalk
     """
     from camsim.measure.theory import CameraOtf
 
@@ -90,7 +90,7 @@ def draw_psf(figure: Any, capture: Capture, title: str, at_um: tuple[float, floa
             stated += f"; Strehl ratio {_peak(of_channel) / _peak(window.pattern(of_lens(name, ideal), highest)):.3f}"
         patterns[stated] = of_channel, colour_of_channel(name) if at_um is not None else "black"
     if at_um is None:
-        # A photosite's transfer never ends; a little blur keeps what the samples cut off from ringing.
+        # A photosite's OTF has no cut-off; a slight blur avoids ringing by truncation.
         blur = -2.0 * (np.pi * 1.2 * window.step_pitch) ** 2
         system, pitch_um = camera.optics, camera.pitch_um
         footprint = window.pattern(
@@ -108,7 +108,7 @@ def draw_psf(figure: Any, capture: Capture, title: str, at_um: tuple[float, floa
 
 
 def _window(lens: Transfer, highest: float, pitch_um: float) -> _Window:
-    """Return the smallest window that shows most of a lens's light."""
+    """Return the smallest window that contains most of a lens's light."""
     pitches = LEAST_PITCHES
     while True:
         cells = 2 ** math.ceil(math.log2(2.0 * highest * PERIODS * pitches))
@@ -120,7 +120,7 @@ def _window(lens: Transfer, highest: float, pitch_um: float) -> _Window:
 
 
 def _perfect(lens: Any) -> Any:
-    """Return the lens without its aberrations; None of one that is not known by its pupil."""
+    """Return the lens without its aberrations; None if not defined by its pupil."""
     if type(lens) in (Airy, AnnularAiry):
         return lens
     if type(lens) is Wavefront:

@@ -20,7 +20,7 @@ _COLUMNS, _MOST_ROWS = 8, 8  # of small axes, one for each surface
 
 
 def nodes_nm(capture: Capture, curves: Iterable[Spectrum], ends_nm: tuple[float, float]) -> F64:
-    """Return wavelengths to draw curves at: even ones, and the curves' own points, where they bend."""
+    """Return wavelengths to draw curves at: uniform ones, and the curves' kinks."""
     one = [nm for curve in curves if isinstance(curve, Curve) for nm in curve.wavelength_nm]
     low_nm, high_nm = ends_nm
     inside = [nm for nm in one if low_nm <= nm <= high_nm]
@@ -28,7 +28,7 @@ def nodes_nm(capture: Capture, curves: Iterable[Spectrum], ends_nm: tuple[float,
 
 
 def draw_efficiency(figure: Any, capture: Capture) -> None:
-    """Draw electrons per photon of each channel, bare and with all that happens to light and charge on their way."""
+    """Draw electrons per photon of each channel, bare and with all further transmissions and crosstalk."""
     camera = capture.camera
     efficiency = camera.quantum_efficiency.select(camera.cfa.channels)
     curves = [curve for _, curve in efficiency.curves]
@@ -57,7 +57,7 @@ def draw_efficiency(figure: Any, capture: Capture) -> None:
 
 
 def _changed(capture: Capture, *, dimmed: bool) -> str:
-    """Say what a channel's efficiency is seen through; nothing where frames have it as it is."""
+    """Return a text on the modifications of a channel's efficiency; empty if none."""
     parts = ["filters"] * bool(capture.camera.filters) + ["the lens"] * (capture.light.at != "sensor")
     behind = [f"behind {' and '.join(parts)}"] * dimmed
     return ", ".join([*behind, *["after crosstalk"] * (capture.camera.crosstalk is not None)])
@@ -68,7 +68,7 @@ def _name_of(surface: Spectrum) -> str:
 
 
 def draw_spectra(figure: Any, capture: Capture) -> None:
-    """Draw the light, what surfaces return and what dims it, and what each channel's photosites hold of white."""
+    """Draw the light, reflectances, transmissions, and each channel's response to white."""
     camera, light = capture.camera, capture.light
     surfaces = dict.fromkeys(capture.scene.spectra)
     passes = camera.dimmed_by(light)

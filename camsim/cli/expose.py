@@ -1,4 +1,4 @@
-"""``camsim expose``: light of one's own, an array, a render or a photograph, through a sensor into raw files."""
+"""``camsim expose``: given light (an array, a render or a photograph) through a sensor into raw files."""
 
 from __future__ import annotations
 
@@ -144,7 +144,7 @@ def expose(
 
 
 def _without_photosites(frame: Frame) -> Frame:
-    """Return what a frame says; of a folder of lights memory holds one at a time."""
+    """Return a frame without its arrays, so that only one light of a folder is in memory."""
     import numpy as np
 
     none = np.empty((0, frame.shape[1]))
@@ -155,7 +155,7 @@ def _without_photosites(frame: Frame) -> Frame:
 
 
 def _files(light: str) -> list[str]:
-    """Return the files that are lights: one, or those of a folder by their names."""
+    """Return the files of light: one, or those of a folder by name."""
     from camsim.files.picture_samples import READERS
 
     if not Path(light).is_dir():
@@ -167,7 +167,7 @@ def _files(light: str) -> list[str]:
 
 
 def _named(outputs: Sequence[str], file: str, *, several: bool) -> list[str]:
-    """Return the outputs of one light; of several each has the light's name before its suffix."""
+    """Return the outputs of one light; of several, with the light's name before the suffix."""
     from camsim.files.naming import split_product
 
     name = Path(file).stem
@@ -197,7 +197,7 @@ def _wavelengths(text: str | None) -> list[float] | None:
 
 
 def _exposure(body: Sensor, iso: float | None, time_s: str | None) -> Callable[[Any], Exposure]:
-    """Return how long light of a unit is exposed, and at which ISO."""
+    """Return a function from light to its exposure time and ISO."""
     from camsim.camera.sensor import usual_exposure
     from camsim.core.words import number_hint
 

@@ -1,4 +1,4 @@
-"""``camsim info``: what a file of ours says about itself, and what a camera noted in a raw file."""
+"""``camsim info``: the metadata of camsim files and of cameras' raw files."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from camsim.files.reading import Held, opened, read_file, read_record
 from camsim.sensor.companding import stated_points
 
 _MOST_DISPLAYED = 100
-"""Parts of a list for people to look at; --json prints all."""
+"""Most items of a list in text output; --json prints all."""
 _SHORT_LIST, _MOST_STAGES, _LONGEST_SENTENCE = 4, 12, 400
 
 
 def text_of_file(path: str, *, full: bool = False) -> str:
-    """Return the figures of a file and, in full, the description of all stages as YAML; of long lists the beginning."""
+    """Return the figures of a file and, if ``full``, the description of all stages as YAML; long lists truncated."""
     if _is_cameras(path):
         tree = _tree_of_camera(path)
         width = max(map(len, tree))
@@ -40,7 +40,7 @@ def text_of_file(path: str, *, full: bool = False) -> str:
 
 
 def json_of_file(path: str) -> str:
-    """Return the same as JSON, nothing left out."""
+    """Return the same as JSON, complete."""
     if _is_cameras(path):
         return json.dumps(_tree_of_camera(path), indent=2, ensure_ascii=False)
     held = read_file(path)
@@ -57,7 +57,7 @@ def json_of_file(path: str) -> str:
 
 
 def _is_cameras(path: str) -> bool:
-    """Whether a file is a raw file of a camera, and none of ours."""
+    """Whether a file is a camera's raw file, not of camsim."""
     from camsim.measure.libraw import SUFFIXES
 
     suffix = Path(path).suffix.lower()
@@ -68,7 +68,7 @@ def _is_cameras(path: str) -> bool:
 
 
 def _tree_of_camera(path: str) -> dict[str, Any]:
-    """Return what a camera's raw file holds and notes; what it does not say is left out."""
+    """Return content and metadata of a camera's raw file; absent values are omitted."""
     from camsim.measure.libraw import CHANGED, read_noted
     from camsim.measure.reading import read_picture
 
@@ -134,7 +134,7 @@ def _figures(held: Held) -> list[tuple[str, str]]:
 
 
 def _summary(description: Any) -> list[tuple[str, str]]:
-    """Return the stages in a line each, from light to accuracy; of what a stranger has left out nothing."""
+    """Return the stages in a line each, from light to accuracy; absent ones are omitted."""
     camera, scene = _part(description, "camera"), _part(description, "scene")
     optics = [_part(camera, "lens"), *_parts(camera, "extra_optics"), _part(camera, "olpf"), _part(camera, "photosite")]
     accuracy = f"tolerance {_word(description.get('tolerance'))}, method {_word(description.get('method'))}"
@@ -158,7 +158,7 @@ def _summary(description: Any) -> list[tuple[str, str]]:
 
 
 def _of_frame(camera: Mapping[str, Any]) -> str:
-    """Return what a window is of: a sensor's name may hold a pitch that was set to another for this capture."""
+    """Return the frame of a window, with the pitch: the sensor's name may mention another."""
     if not camera.keys() >= {"rows", "cols", "pitch_um"}:
         return ""
     rows, cols, pitch_um = (_word(camera[key]) for key in ("rows", "cols", "pitch_um"))
@@ -176,13 +176,13 @@ def _parts(tree: Mapping[str, Any], key: str) -> list[Mapping[str, Any]]:
 
 
 def _in_turn(stages: list[Mapping[str, Any]]) -> str:
-    """Return the stages that are there, each as far as people read."""
+    """Return the present stages, abbreviated."""
     stated = [_printable(_stage(stage)) for stage in stages if stage]
     return " → ".join([*stated[:_MOST_STAGES], *(["…"] if len(stated) > _MOST_STAGES else [])])
 
 
 def _stage(tree: Any) -> str:
-    """Return a stage as ``Airy(f_number=8)``; what it does not have left out, of its tables the sizes."""
+    """Return a stage as ``Airy(f_number=8)``; absent parameters omitted, tables as sizes."""
     if not isinstance(tree, Mapping):
         return ""
     given = [(key, value) for key, value in tree.items() if key != "kind" and value not in (None, 0, [])]
@@ -194,7 +194,7 @@ def _stage(tree: Any) -> str:
 
 
 def _size(table: Any) -> str:
-    """Return how many numbers a table has along each side, as far as all of its first ones go."""
+    """Return the shape of a table, from its first items."""
     return f"{len(table)}{f' × {_size(table[0])}' if isinstance(table[0], list) and table[0] else ''}"
 
 
@@ -213,13 +213,13 @@ def _levels(levels_dn: I64) -> str:
 
 
 def _printable(text: str, most: int = _MOST_DISPLAYED) -> str:
-    """Return a stranger's text in one line without anything that a terminal would obey."""
+    """Return untrusted text in one line without control sequences."""
     displayed = text if len(text) <= most else f"{text[:most]}…"
     return "".join(letter if letter.isprintable() else ascii(letter)[1:-1] for letter in displayed)
 
 
 def _flat(tree: Any) -> Any:
-    """Return the tree with each table of numbers (a curve's, say) as one line, and no list longer than people read."""
+    """Return the tree with each table of numbers (a curve's, say) as one line, and long lists truncated."""
     if isinstance(tree, dict):
         return {key: _flat(value) for key, value in tree.items()}
     if isinstance(tree, list):

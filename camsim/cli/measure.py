@@ -68,7 +68,7 @@ def _draw(series: MtfSeries, unit: Unit, stages: Sequence[str], file: str) -> by
 
 
 def _measured(file: str, rois: Sequence[Roi], request: MtfRequest, bar: Bar) -> tuple[MtfReport, CameraOtf | None, str]:
-    """Return the report of a file, and the theory beside it or why there is none."""
+    """Return the report of a file, and its theory or the reason for its absence."""
     from camsim.measure import measure_mtf, read_picture
 
     picture = read_picture(file, gamma=gamma_of(request.gamma), cfa=request.cfa, layer=request.layer)
@@ -80,7 +80,7 @@ def _measured(file: str, rois: Sequence[Roi], request: MtfRequest, bar: Bar) -> 
 
 
 def gamma_of(text: str | None) -> float | str | None:
-    """Return what ``--gamma`` says."""
+    """Return the value of ``--gamma``."""
     if text is None or text.lower() == "srgb":
         return text
     try:
@@ -90,7 +90,7 @@ def gamma_of(text: str | None) -> float | str | None:
 
 
 def _unit(text: str) -> Unit:
-    """Return what ``--unit`` says."""
+    """Return the value of ``--unit``."""
     from camsim.measure.full_frame import UNITS
 
     unit = next((name for name in UNITS if name == text.lower()), None)
@@ -109,7 +109,7 @@ def _check_unit(reports: Sequence[MtfReport], unit: Unit, text: str) -> None:
 
 
 def _check_outputs(request: MtfRequest) -> None:
-    """Refuse outputs that cannot be written, before any work."""
+    """Raise early for outputs that cannot be written."""
     request.outputs.check({"--map": request.map})
     if request.map is None:
         return
@@ -121,7 +121,7 @@ def _check_outputs(request: MtfRequest) -> None:
 
 
 def _theory(picture: Picture) -> tuple[CameraOtf | None, str]:
-    """Return the transfer function that the file's own description gives, or why there is none."""
+    """Return the transfer function of the file's description, or the reason for its absence."""
     if picture.description is None:
         return None, "the file does not say what it was taken with"
     from camsim.config.from_record import capture_from_record

@@ -1,4 +1,4 @@
-"""``camsim measure colour``: the patches that a file shows, beside what the eye would see of them."""
+"""``camsim measure colour``: measured patches of a file, and their reference colours."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _COLUMNS = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ChartRequest:
-    """What is said of a ColorChecker in anybody's file: ``light`` and the rest as of the options."""
+    """A ColorChecker in any file: ``light`` and the rest as of the options."""
 
     light: str | None
     corners: str | None
@@ -44,7 +44,7 @@ class ChartRequest:
 def measure(file: str, picture_file: str | None, request: ChartRequest, outputs: Outputs) -> None:
     """Measure, print and write; raises CamsimError with one sentence.
 
-    picture_file : where a picture of the chart with reference halves goes
+    picture_file : file for a picture of the chart with reference halves
     """
     from camsim.measure import read_picture
 
@@ -115,7 +115,7 @@ def _draw(report: ColourReport, file: str) -> bytes:
 
 
 def _check(picture_file: str | None, outputs: Outputs) -> None:
-    """Refuse what cannot be written, before any work."""
+    """Raise early for outputs that cannot be written."""
     outputs.check({"--picture": picture_file})
     if picture_file is not None:
         if Path(picture_file).suffix.lower() != ".png":

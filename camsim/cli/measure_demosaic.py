@@ -1,4 +1,4 @@
-"""``camsim measure demosaic``: truth and results in, a ranking out."""
+"""``camsim measure demosaic``: a ranking of results against the truth."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ def _print(ranking: Ranking) -> None:
 
 
 def _check(request: DemosaicRequest) -> None:
-    """Refuse what cannot be done, before any work."""
+    """Raise early for impossible requests."""
     request.outputs.check({"--html": request.html})
     if request.html is not None:
         check_text_file(request.html, force=request.outputs.force)
@@ -112,7 +112,7 @@ def _check(request: DemosaicRequest) -> None:
 
 
 def _check_options(request: DemosaicRequest) -> None:
-    """Refuse what would be of no effect: options of scenes beside files, options of a truth beside scenes."""
+    """Raise for options without effect: those of scenes with files, those of a truth with scenes."""
     of_files = {"--cfa": request.cfa is not None, "--white": request.white is not None}
     of_scenes = {"--sensor": request.sensor, "--set": request.changes, "--sensors": request.sensors}
     for option, given in (of_files if request.of_scenes else of_scenes).items():
@@ -152,7 +152,7 @@ def _of_scenes(request: DemosaicRequest, page: Page | None) -> Iterator[Ranking]
 
 
 def _of_results(request: DemosaicRequest, page: Page | None) -> Iterator[Ranking]:
-    """Hold results against a truth."""
+    """Compare results with a truth."""
     from camsim.measure.demosaic import judge, ranked
     from camsim.measure.demosaic.subject import planes_of
     from camsim.measure.reading import read_picture
@@ -177,7 +177,7 @@ def _keeper(page: Page | None, subject: Subject) -> Any:
 
 
 def _subject(file: str, request: DemosaicRequest) -> Subject:
-    """Return the truth that a file holds or tells: electrons of ours, a capture of ours taken again, or any picture."""
+    """Return the truth of a file: electrons of camsim, a repeated capture of camsim, or any picture."""
     import numpy as np
 
     from camsim.config.from_record import capture_from_record
@@ -219,7 +219,7 @@ def _title(ranking: Ranking) -> str:
 
 
 def row_of(verdict: Verdict) -> tuple[str, ...]:
-    """Return a verdict as words."""
+    """Return a verdict as texts."""
     return (
         verdict.method,
         "∞ (identical)" if verdict.identical else _decibels(verdict.cpsnr_db),

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from camsim.measure.demosaic import Ranking
 
 LARGEST = 512
-"""Pixels a side of what is shown; of larger pictures the middle."""
+"""Largest side of displayed pictures, pixels; larger ones are cropped to the centre."""
 
 WORST_DELTA_E = 20.0
 
@@ -53,7 +53,7 @@ class _Gallery:
 
 @dataclass(slots=True)
 class Page:
-    """Collects pictures while they are judged; only what is shown is kept."""
+    """Collects pictures during evaluation; only displayed parts are stored."""
 
     galleries: list[_Gallery] = field(default_factory=list)
 
@@ -64,7 +64,7 @@ class Page:
         self.galleries.append(_Gallery(subject, (rows, cols), [_Displayed("truth", truth, None)]))
 
     def keep(self, verdict: Verdict, image: F32) -> None:
-        """Keep a result's picture and error map."""
+        """Store a result's picture and error map."""
         here = self.galleries[-1]
         subject, window = here.subject, here.window
         picture = plain(_bytes(developed(np.ascontiguousarray(image[window]), subject.to_xyz)))

@@ -1,4 +1,4 @@
-"""``camsim measure distortion``: marks of a chart, where they are seen against where the scene has them."""
+"""``camsim measure distortion``: measured positions of a chart's marks against those in the scene."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def measure(file: str, cfa: str | None, outputs: Outputs) -> None:
 
 
 def _measure_grid(picture: Picture, outputs: Outputs) -> None:
-    """Measure the dots of anybody's picture."""
+    """Measure the dots of any picture."""
     from camsim.measure.distortion import measure_grid
 
     with Bar(displayed=True, compiles=False) as bar:
@@ -87,7 +87,7 @@ def _print(report: DistortionReport) -> None:
 
 
 def _with_errors(found: ChannelDistortion) -> tuple[str, ...]:
-    """Return the polynomial's figures with as many digits as their standard errors leave them."""
+    """Return the polynomial's figures with digits according to their standard errors."""
     error = found.standard_error
     names = ("shift_x_pixel", "shift_y_pixel", "scale", "k1", "k2")
     stated = (with_error(getattr(found, name), getattr(error, name)) for name in names)

@@ -1,4 +1,4 @@
-"""``camsim measure noise``: flats and darks of a folder, or of a sensor, in; figures out."""
+"""``camsim measure noise``: figures from flats and darks of a folder or of a sensor."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ def _draw(report: NoiseReport, file: str) -> bytes:
 
 
 def _write_xml(report: NoiseReport, file: str, *, force: bool) -> None:
-    """Write a file for each channel: the standard measures them apart, as cameras of their own."""
+    """Write a file for each channel: the standard treats them as separate cameras."""
     from camsim.measure.noise.xml_file import xml_of
 
     path = Path(file)
@@ -116,7 +116,7 @@ def _report(request: NoiseRequest) -> NoiseReport:
     from camsim.optics import Airy
 
     assert request.sensor is not None
-    lens = Airy(f_number=8.0)  # no lens to speak of: flats are even
+    lens = Airy(f_number=8.0)  # nominal lens: flats are uniform
     changes, said = _apart(request.changes)
     said |= {name: value for name, value in (("iso", request.iso), ("seed", request.seed)) if value is not None}
     camera = load_camera(request.sensor, lens=lens, overrides=changes, sensors=request.sensors)
@@ -129,7 +129,7 @@ def _report(request: NoiseRequest) -> NoiseReport:
 
 
 def _apart(texts: Sequence[str]) -> tuple[list[str], dict[str, Any]]:
-    """Return the changes of the sensor, and what the others say of the bench: any that it has no use for is refused."""
+    """Return the changes of the sensor, and settings of the measurement; raises for others."""
     from camsim.config import overrides
     from camsim.sensor.exposure import Exposure
 
@@ -166,7 +166,7 @@ def _print(report: NoiseReport) -> None:
     for channel in report.channels:
         heads += [channel.channel, *(["profile"] if stated else [])]
     rows: list[list[str]] = []
-    reasons: dict[str, tuple[dict[str, None], dict[str, None]]] = {}  # the figures and the channels of each
+    reasons: dict[str, tuple[dict[str, None], dict[str, None]]] = {}  # figures and channels of each reason
     for name, unit in UNITS.items():
         row = [_WORDS.get(name, name.replace("_", " ")), unit]
         for channel in report.channels:

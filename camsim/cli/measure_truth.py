@@ -1,4 +1,4 @@
-"""``camsim measure truth``: the truth of a scene or of a file of ours, in another space."""
+"""``camsim measure truth``: the truth of a scene or of a camsim file, in another space."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def measure(request: TruthRequest) -> None:
 
 
 def _capture(request: TruthRequest) -> Capture:
-    """Return the capture of a scene's name or file, or the one that a file of ours tells."""
+    """Return the capture of a scene's name or file, or that of a camsim file."""
     if Path(request.source).suffix.lower() in _YAML:
         from camsim.api import load
 

@@ -1,4 +1,4 @@
-"""What measuring commands have in common: a file with what it was taken of, and a report printed, as a table, drawn."""
+"""Common parts of measuring commands: a file with its capture, and output as text, table and plot."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class Stated(Protocol):
-    """A report that can be said as JSON."""
+    """A report with a JSON form."""
 
     def as_dict(self) -> dict[str, Any]: ...  # noqa: D102 (above)
 
@@ -37,7 +37,7 @@ class Outputs:
     force: bool
 
     def check(self, others: Mapping[str, str | None] = MappingProxyType({})) -> None:
-        """Refuse what cannot be written, before any work; ``others``: more files, by option."""
+        """Raise early for outputs that cannot be written; ``others``: more files, by option."""
         files = {"--csv": self.csv, "--plot": self.plot, **others}
         named = [Path(file).resolve() for file in files.values() if file is not None]
         if len(set(named)) < len(named):
@@ -53,7 +53,7 @@ class Outputs:
     def write(
         self, heads: Sequence[str], rows: Iterable[Sequence[object]], draw: Callable[[str], bytes] | None = None
     ) -> None:
-        """Write the files that are asked for; ``draw`` returns the plot's bytes by its file's name."""
+        """Write the requested files; ``draw`` returns the plot's bytes by its file's name."""
         with together():
             if self.csv is not None:
                 write_whole(self.csv, csv_text(heads, rows).encode("utf-8"))
@@ -61,7 +61,7 @@ class Outputs:
                 write_whole(self.plot, draw(self.plot))
 
     def tell(self, report: R | list[R], show: Callable[[R], None]) -> None:
-        """Print a report, or several, as JSON, or as people read it."""
+        """Print a report, or several, as JSON or as text."""
         if self.as_json:
             tree = [each.as_dict() for each in report] if isinstance(report, list) else report.as_dict()
             print(json.dumps(tree, indent=2, ensure_ascii=False))
@@ -71,7 +71,7 @@ class Outputs:
 
 
 def picture_and_capture(file: str) -> tuple[Picture, Capture]:
-    """Return a file's picture and what it says it was taken of; raises UnsupportedError where it says nothing."""
+    """Return a file's picture and its capture; raises UnsupportedError if it has no description."""
     from camsim.measure import read_picture
 
     picture = read_picture(file)
@@ -79,7 +79,7 @@ def picture_and_capture(file: str) -> tuple[Picture, Capture]:
 
 
 def capture_of(picture: Picture, file: str) -> Capture:
-    """Return what a file's picture says it was taken of; raises UnsupportedError where it says nothing."""
+    """Return the capture of a file's picture; raises UnsupportedError if it has no description."""
     from camsim.config.from_record import capture_from_record
 
     if picture.description is None:

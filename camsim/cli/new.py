@@ -23,7 +23,7 @@ def template(kind: str) -> str:
 
 
 def check_yaml_output(path: str, *, force: bool) -> None:
-    """Refuse a YAML file that cannot be written, before any work."""
+    """Raise early for a YAML file that cannot be written."""
     if not path.endswith(YAML_SUFFIXES):
         raise OutputError(f"cannot write {path!r}: it is YAML, give a name that ends in .yaml")
     if Path(path).exists() and not force:
@@ -33,10 +33,10 @@ def check_yaml_output(path: str, *, force: bool) -> None:
 
 
 def write_template(kind: str, path: str | None, *, picture: str | None = None, force: bool) -> str:
-    """Write it, and return what to do next; raises OutputError when it cannot be written there.
+    """Write the template, and return a text on the next step; raises OutputError when it cannot be written there.
 
     path    : KIND.yaml when None, or a picture's name
-    picture : that a scene is to show
+    picture : for the scene
     """
     if picture is not None and kind != "scene":
         raise InvalidValueError("is in a scene; write camsim new scene --picture FILE", key="--picture")

@@ -1,4 +1,4 @@
-"""Options that several commands have."""
+"""Options shared by several commands."""
 
 from __future__ import annotations
 
@@ -66,11 +66,11 @@ ChartName: TypeAlias = Annotated[
 ]
 
 _ALIKE = 0.85
-"""From here on an option is a slip of the keyboard, below it a setting that people take for one."""
+"""Similarity above which an unknown option is a typo; below, it may be a setting."""
 
 
 def say_how_to_set(error: Any) -> None:
-    """Where an option does not exist, and a key of that name does, let the message say how that one is set."""
+    """For an unknown option with the name of a key, add to the message how to set the key."""
     option, context = str(error.option_name), error.ctx
     possible = error.possibilities or ()
     alike = difflib.get_close_matches(option, possible, n=1, cutoff=_ALIKE)

@@ -1,4 +1,4 @@
-"""The files that a capture is to write, checked before any work."""
+"""The output files of a capture, checked before any work."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from camsim.files.naming import split_product
 
 @dataclass(frozen=True, slots=True)
 class Output:
-    """One file with the product that it is to hold."""
+    """One file with its product."""
 
     path: str
     product: Product
@@ -41,7 +41,7 @@ def numbered(texts: Iterable[str], count: int) -> list[str]:
 
 
 def check(texts: Iterable[str], *, force: bool) -> tuple[list[Output], list[CamsimError]]:
-    """Return the outputs, and what is wrong with those that cannot be written."""
+    """Return the outputs, and the faults of those that cannot be written."""
     outputs: list[Output] = []
     errors: list[CamsimError] = []
     seen: set[str] = set()
@@ -51,7 +51,7 @@ def check(texts: Iterable[str], *, force: bool) -> tuple[list[Output], list[Cams
             chosen = check_output(path, product)
             if Path(path).exists() and not force:
                 raise OutputError(f"{path!r} exists; overwrite it with --force, or write elsewhere with -o")
-            # Two names of one file would leave the second product only.
+            # Two names of one file would overwrite the first product.
             real = os.path.realpath(path)
             if real in seen:
                 raise OutputError(f"{path!r} is named twice; each product needs a file of its own")

@@ -28,7 +28,7 @@ from camsim.sensor.colour_matrix import as_shot_neutral
 from camsim.study.work import Shared
 
 USUAL_LEVELS = (1.0, 0.25, 0.0625)
-"""Light, relative to the scene's exposure: as it is, and two and four stops less."""
+"""Light relative to the scene's exposure: unchanged, and two and four stops less."""
 
 _MOST_LETTERS = 16
 _PHASES = ("RGGB", "GRBG", "GBRG", "BGGR")
@@ -37,9 +37,9 @@ _OFFSETS = ((0, 1), (1, 0), (1, 1))
 
 @dataclass(frozen=True, slots=True)
 class _Variant:
-    """One way to lay the colour filters over the scene.
+    """One placement of the colour filters over the scene.
 
-    name : the phase in letters, such as GRBG, and by how much the window is shifted, if it is
+    name : the phase in letters, such as GRBG, and the shift of the window, if any
     """
 
     name: str
@@ -49,7 +49,7 @@ class _Variant:
 
 @dataclass(frozen=True, slots=True)
 class Pair:
-    """What is to be taken with noise and without: a variant at a level of light."""
+    """A pair to take with noise and without: a variant at a level of light."""
 
     variant: _Variant
     level: float
@@ -74,7 +74,7 @@ def parse_levels(text: str | None) -> tuple[float, ...]:
 
 
 def check_folder(path: str, *, force: bool) -> Path:
-    """Make the folder; raises OutputError when it is no folder or holds files already."""
+    """Make the folder; raises OutputError if it is not a folder or not empty."""
     folder = Path(path)
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -86,7 +86,7 @@ def check_folder(path: str, *, force: bool) -> Path:
 
 
 def plan_pairs(capture: Capture, levels: Sequence[float]) -> list[Pair]:
-    """Return all pairs; raises InvalidValueError where one of them cannot be taken, before any is."""
+    """Return all pairs; raises InvalidValueError in advance if one of them cannot be taken."""
     wanted = [(variant, level) for variant in _variants(capture) for level in levels]
     if capture.seed + len(wanted) - 1 > LARGEST_SEED:
         message = (
@@ -113,7 +113,7 @@ def write_pairs(
 ) -> None:
     """Write noisy and clean mosaics (.dng) and the truth (.exr) of every pair, an index and a page."""
     rows: list[dict[str, Any]] = []
-    shared = Shared()  # by all levels of a variant, unless points of light are brighter at one
+    shared = Shared()  # shared by all levels of a variant, unless points of light depend on the level
     for pair in pairs:
         progress("pairs", len(rows) / len(pairs))
         seen = shared.of(pair.noisy, frozenset({"mosaic", "truth"}))
@@ -135,7 +135,7 @@ def write_pairs(
 
 
 def _variants(capture: Capture) -> Iterator[_Variant]:
-    """Yield the four phases over the same window, then the sensor's own array from windows shifted by one."""
+    """Yield the four phases over the same window, then the sensor's array from windows shifted by one."""
     camera = capture.camera
     period = camera.cfa.period
     region = capture.region or Region(rows=camera.rows - 1, cols=camera.cols - 1, origin=(0, 0))
@@ -158,7 +158,7 @@ def _variants(capture: Capture) -> Iterator[_Variant]:
         arrays = tuple(Cfa.bayer(phase) for phase in _PHASES)
     else:
         arrays = (camera.cfa,)
-    for cfa in arrays:  # named after what the window shows of it
+    for cfa in arrays:  # named after its phase in the window
         yield _Variant(_letters(cfa, (row, col)), windowed(cfa, (row, col)), (row, col))
     for down, right in _OFFSETS:
         origin = row + down, col + right
@@ -167,7 +167,7 @@ def _variants(capture: Capture) -> Iterator[_Variant]:
 
 
 def _letters(cfa: Cfa, origin: tuple[int, int]) -> str:
-    """Return the filters from a place on, row by row as GRBG; of an array with a long period its size, as cfa-6x6."""
+    """Return the filters from an origin, row by row as GRBG; for an array with a long period its size, as cfa-6x6."""
     rows = cfa.window_pattern(origin)
     letters = "".join(rows)
     return letters if len(letters) <= _MOST_LETTERS else f"cfa-{len(rows)}x{len(rows[0])}"
@@ -178,7 +178,7 @@ def _write_pair(pair: Pair, seen: OpticalImage, folder: Path, *, number: int, co
     frame = next(noisy.frames(optical_image=seen))
     stem = f"{number:03d}-{pair.variant.name}-x{pair.level:g}"
     clean = next(dataclasses.replace(noisy, noise=False).frames(products=("mosaic", "truth"), optical_image=seen))
-    # What raw developers would misread goes into a plain TIFF.
+    # Arrays that raw developers misread are written as plain TIFF.
     suffix = ".tiff" if odd_cfa(frame.cfa_pattern) else ".dng"
     names = {"noisy": f"{stem}-noisy{suffix}", "clean": f"{stem}-clean{suffix}", "truth": f"{stem}-truth.exr"}
     save(frame, folder / names["noisy"], force=True, compress=compress)
@@ -210,7 +210,7 @@ def _figures(pair: Pair, frame: Frame) -> dict[str, Any]:
 
 
 def _neutral(frame: Frame) -> dict[str, float]:
-    """State the white balance: what a perfect diffuser gives each channel, the largest 1."""
+    """Return the white balance: responses to a perfect diffuser, the largest 1."""
     try:
         neutral = as_shot_neutral(frame.colour)
     except CamsimError:

@@ -1,4 +1,4 @@
-"""What lies in a folder of pairs, in which unit: the README that goes with them."""
+"""The README of a folder of pairs: its files and their units."""
 
 from __future__ import annotations
 

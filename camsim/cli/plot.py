@@ -1,4 +1,4 @@
-"""What all plots share; matplotlib is looked for only when a plot is asked for."""
+"""Common parts of plots; matplotlib is imported only when a plot is requested."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SUFFIXES = (".png", ".svg", ".pdf")
 
 
 def check_drawing(file: str, *, force: bool, option: str = "--plot") -> None:
-    """Refuse what cannot be drawn, before any work: raises OutputError, UnsupportedError without matplotlib."""
+    """Raise early for plots that cannot be drawn: OutputError, or UnsupportedError without matplotlib."""
     if Path(file).suffix.lower() not in SUFFIXES:
         raise OutputError(f"cannot write {file!r}: a plot is one of {', '.join(SUFFIXES)}")
     if not Path(file).parent.is_dir():
@@ -34,7 +34,7 @@ def check_drawing(file: str, *, force: bool, option: str = "--plot") -> None:
 
 
 def colour_of_channel(name: str) -> str:
-    """Return what a channel is drawn in."""
+    """Return the colour of a channel in plots."""
     return _COLOURS.get(name, _OTHER_COLOUR)
 
 
@@ -49,7 +49,7 @@ def new_figure(width: float, height: float) -> Figure:
 
 
 def bytes_of(figure: Figure, file: str) -> bytes:
-    """Return a figure as a PNG, SVG or PDF, by the suffix of ``file``; no date is in it."""
+    """Return a figure as a PNG, SVG or PDF, by the suffix of ``file``; without a date."""
     suffix = Path(file).suffix.lower()[1:]
     out = io.BytesIO()
     figure.savefig(out, format=suffix, dpi=130, metadata={"Date": None} if suffix == "svg" else None)

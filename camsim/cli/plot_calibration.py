@@ -71,7 +71,7 @@ def draw(found: Calibration, file: str) -> bytes:
 
 
 def _draw_law(found: Calibration, axes: object) -> None:
-    """Draw differences of darks against the law that was taken, and against a normal one."""
+    """Draw differences of darks against the selected distribution, and a normal one."""
     setting, law = found.law_setting, found.law
     axes.set(title="no law of the read noise: too few darks")  # type: ignore[attr-defined]
     if setting is None or law is None:
@@ -101,7 +101,7 @@ def _draw_law(found: Calibration, axes: object) -> None:
 
 
 def _draw_differences(found: Calibration, rng: np.random.Generator) -> np.ndarray:
-    """Draw a million differences of two codes by the fitted law."""
+    """Draw a million random differences of two codes from the fitted distribution."""
     assert found.law is not None
     assert found.law_setting is not None
     shape, size = found.law.shape, (2, 1_000_000)
@@ -125,7 +125,7 @@ def _draw_differences(found: Calibration, rng: np.random.Generator) -> np.ndarra
 
 
 def draw_check(sides: Sequence[SideBySide], file: str) -> bytes:
-    """Return a page of plots of a camera's frames and its profile's."""
+    """Return a page of plots that compare a camera's frames with its profile's."""
     figure = new_figure(14.0, 4.2 * len(sides))
     rows = np.atleast_2d(figure.subplots(len(sides), 3))
     for side, (transfer, spectrum, quantiles) in zip(sides, rows, strict=True):

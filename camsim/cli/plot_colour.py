@@ -1,4 +1,4 @@
-"""Colours of patches as a picture: where they lie in a*, b*, and how far off each is."""
+"""Plot of patch colours: positions in a*, b*, and errors."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ def draw(rankings: Sequence[Ranking], file: str) -> bytes:
         verdicts = ranking.verdicts[::-1]
         names = [verdict.method for verdict in verdicts]
         finite = [v.cpsnr_db for v in verdicts if math.isfinite(v.cpsnr_db)]
-        # An identical picture's bar has no end; it is drawn a little longer than the others.
+        # The bar of an identical picture would be infinite; it is drawn slightly longer than the others.
         longest = 1.1 * max(finite, default=50.0)
         values = [v.cpsnr_db if math.isfinite(v.cpsnr_db) else longest for v in verdicts]
         bars = left.barh(names, values, color="#2456a6")

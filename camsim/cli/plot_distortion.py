@@ -44,7 +44,7 @@ def draw(report: DistortionReport, file: str) -> bytes:
 
 
 def draw_grid(report: GridReport, file: str) -> bytes:
-    """Return the displacements of a stranger's dots from where a projection alone has them, drawn larger."""
+    """Return a plot of the displacements of dots from a projection alone, magnified."""
     figure = new_figure(8.0, 6.0)
     axes = figure.subplots()
     for channel in report.channels:

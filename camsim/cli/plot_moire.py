@@ -1,4 +1,4 @@
-"""The ghosts of a zone plate as a picture: their contrasts, beside theory."""
+"""The ghosts of a zone plate as a picture: their contrasts, with theory."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ _DASHES = {"R": ":", "G": "-", "G1": "-", "G2": "-.", "B": "--"}
 def draw(series: MtfSeries, file: str, unit: Unit, stages: Sequence[str] = ()) -> bytes:
     """Return measured curves, theory and their difference, in the format of the file's suffix.
 
-    stages : what the theory is the product of, where that is the same in all files
+    stages : stages of the theory, if equal in all files
     """
     from camsim.measure.full_frame import UNITS
 
@@ -76,7 +76,7 @@ def _curve(top: Any, below: Any, edge: EdgeMtf, factor: float, style: dict[str, 
 
 
 def _nyquists(reports: Sequence[MtfReport], most: int, unit: Unit, top: Any, below: Any) -> None:
-    """Draw the Nyquist frequencies of sensors and channels, and say whose each is."""
+    """Draw and label the Nyquist frequencies of sensors and channels."""
     whose: dict[float, list[str]] = {}
     for report in reports:
         factor, displayed = report.full_frame.per_unit(unit), {edge.channel for edge in report.edges[:most]}

@@ -20,7 +20,7 @@ _LEAST_FOR_AREA = 4
 def draw_map(report: MtfReport, file: str, unit: Unit) -> bytes:
     """Return maps of MTF50 over the frame and its course with the image height, by the suffix of the file.
 
-    Raises UnsupportedError where no edge lies along the radius or across it.
+    Raises UnsupportedError if no edge is along the radius or across it.
     """
     from camsim.measure.full_frame import UNITS
 
@@ -60,7 +60,7 @@ def draw_map(report: MtfReport, file: str, unit: Unit) -> bytes:
 
 
 def _half_size(report: MtfReport) -> tuple[float, float]:
-    """Return how far a map reaches from the axis along x and y: a window may lie on either side of it, or about it."""
+    """Return the extent of a map from the axis along x and y; a window may be on either side of it, or around it."""
     x, y = report.full_frame.axis_x_pixel, report.full_frame.axis_y_pixel
     regions = [edge.roi for edge in report.edges]
     right, bottom = (max(ends) for ends in zip(*((r.col + r.cols, r.row + r.rows) for r in regions), strict=True))
@@ -68,7 +68,7 @@ def _half_size(report: MtfReport) -> tuple[float, float]:
 
 
 def _map(axes: Any, points: Any, limits: dict[str, float]) -> Any:
-    """Draw places as pieces of their edges, and the area between them where there are enough."""
+    """Draw places as pieces of their edges, and an interpolated area if there are enough."""
     x, y, half, normal = points[:, 0], points[:, 1], points[:, 3], np.radians(points[:, 5])
     if len(points) >= _LEAST_FOR_AREA and np.linalg.matrix_rank(np.stack([x - x[0], y - y[0]]), tol=1e-6) == 2:
         axes.tripcolor(x, y, half, shading="gouraud", alpha=0.5, **limits)

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 _MARKERS, _DASHES = "osD^v", (":", "--", "-.", (0, (5, 1, 1, 1, 1, 1)))
-"""Channels lie on one another: colour alone does not tell them apart."""
+"""Channels overlap, so colour alone does not distinguish them."""
 
 
 def draw(report: NoiseReport, file: str) -> bytes:

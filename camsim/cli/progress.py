@@ -1,4 +1,4 @@
-"""A progress bar on stderr, for work long enough to wonder about."""
+"""A progress bar on stderr for long work."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ _LINE_EVERY_S = 30.0
 
 
 class Bar:
-    """Shows nothing for short work, a line every half minute in a log file, and goes away when the work is done.
+    """Displays nothing for short work, a line every half minute in a log file, and disappears when done.
 
-    At the first use on a machine it says which kernel is being compiled, and the how many-th that is.
-    compiles : False for work that needs few of them or none
+    At the first use on a machine it names the kernel being compiled, and its number.
+    compiles : False for work with few or no kernels
     """
 
     def __init__(self, *, displayed: bool, compiles: bool = True) -> None:
@@ -43,7 +43,7 @@ class Bar:
         return self
 
     def _compile(self) -> None:
-        """Compile at the first use on a machine; say, in a log file too, what takes so long."""
+        """Compile at the first use on a machine, with a message also in log files."""
         if not self._compiles:
             return
         from camsim.rendering import compile_kernels, kernels_compiled
@@ -65,7 +65,7 @@ class Bar:
         self.update(f"compiling, once on this machine: {kernel} ({self._compiled})", self._fraction)
 
     def update(self, stage: str, fraction: float) -> None:
-        """Say which stage is at work and which fraction of it is done."""
+        """Display the current stage and the fraction done."""
         if not self._wanted:
             if self._displayed:
                 self._say_in_a_line(stage, fraction)

@@ -27,9 +27,9 @@ if TYPE_CHECKING:
 
 
 def recapture(file: str, texts: Sequence[str], *, force: bool, quiet: bool) -> None:
-    """Compute again what ``file`` describes and write it; by default its own product beside its name.
+    """Compute again what ``file`` describes and write it; by default the same product next to it.
 
-    texts : FILE[:PRODUCT] to write, any product, whatever the file itself holds
+    texts : FILE[:PRODUCT] to write, any product, independent of that in the file
     """
     held = read_file(file)
     again = f"{Path(file).stem}-again{Path(file).suffix}:{held.product}"
@@ -52,7 +52,7 @@ def recapture(file: str, texts: Sequence[str], *, force: bool, quiet: bool) -> N
 
 
 def _frame_of(held: Held, outputs: Sequence[Output], bar: Bar) -> Frame:
-    """Take the picture that a file describes once more; raises InputError when it describes none."""
+    """Repeat the capture described by a file; raises InputError if it describes none."""
     products: set[Product] = {output.product for output in outputs}
     if held.has_truth:
         products.add("truth")
@@ -63,7 +63,7 @@ def _frame_of(held: Held, outputs: Sequence[Output], bar: Bar) -> Frame:
 
 
 def _written_row_by_row(held: Held, outputs: Sequence[Output], bar: Bar, **how: bool) -> Frame:
-    """Take it once more and write its mosaics while it is computed."""
+    """Repeat the capture and write its mosaics while it is computed."""
     products = {output.product for output in outputs}
     with _named(held):
         capture = _capture_of(held)
@@ -78,7 +78,7 @@ def _written_row_by_row(held: Held, outputs: Sequence[Output], bar: Bar, **how: 
 
 
 def _capture_of(held: Held) -> Capture | Shot:
-    """Return the capture that a file describes; it must give an image of the file's size."""
+    """Return the capture described by a file; it must give an image of the file's size."""
     from camsim.config.from_record import shot_from_record
 
     held.record.check_size(held.rows, held.cols)
@@ -96,7 +96,7 @@ def _refuse_what_does_not_fit(capture: Capture | Shot, products: Products, *, he
 
 @contextlib.contextmanager
 def _named(held: Held) -> Iterator[None]:
-    """Name the file in what cannot be done with it."""
+    """Name the file in errors."""
     name = repr(str(held.path))
     try:
         yield
@@ -119,7 +119,7 @@ def _compared(held: Held, output: Output) -> str:
 
 
 def _parts(held: Held, again: Held) -> Iterator[str]:
-    """Yield what is not the same in two files of one kind, and how far it is off."""
+    """Yield the differences of two files of one kind, with their size."""
     one, two = (_fields(each.record.as_dict()) for each in (held, again))
     if fields := sorted(name for name in one.keys() | two.keys() if one.get(name) != two.get(name)):
         yield f"its record ({', '.join(fields)})"
@@ -131,7 +131,7 @@ def _parts(held: Held, again: Held) -> Iterator[str]:
             differs = True
             yield f"{name}, which only one of them has in this shape"
             continue
-        with np.errstate(invalid="ignore"):  # damaged files hold no numbers in places
+        with np.errstate(invalid="ignore"):  # damaged files may contain NaN
             off = np.abs(mine.astype(np.float64) - other)
         if count := np.count_nonzero(off):
             differs = True
@@ -141,7 +141,7 @@ def _parts(held: Held, again: Held) -> Iterator[str]:
 
 
 def _fields(tree: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the parts of a record by name, those of the description each by itself."""
+    """Return the parts of a record by name, with the description split into its parts."""
     parts = {name: part for name, part in tree.items() if name not in ("description", "description_sha256")}
     return parts | {f"description.{name}": part for name, part in tree["description"].items()}
 

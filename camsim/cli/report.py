@@ -1,4 +1,4 @@
-"""What a capture did, for people to read."""
+"""The report of a capture as text."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def print_report(
     """Print the report of a capture on stderr."""
     console = Console(stderr=True, highlight=False, markup=False, emoji=False)
     if not console.is_terminal:
-        # Nobody wraps the lines of a log.
+        # Lines of a log are not wrapped.
         console.width = _WIDTH_OF_A_LOG
     report = frame.report
     rows, cols = frame.shape
@@ -60,7 +60,7 @@ def print_report(
         lines.add_row("written", f"{output.path} ({output.product}, {size})")
     with console.capture() as printed:
         console.print(lines)
-    # The grid fills its last column with spaces.
+    # The grid pads its last column with spaces.
     console.file.writelines(f"{line.rstrip()}\n" for line in printed.get().splitlines())
     if verbose:
         console.file.write(f"computed:\n{yaml_text(_shortened(frame.description))}")
@@ -90,7 +90,7 @@ def _clipped(channel: ChannelSignal) -> str:
 
 
 def _shortened(tree: object) -> object:
-    """Return a description that a person can read: no list of a hundred numbers."""
+    """Return a readable description: long lists are abbreviated."""
     if isinstance(tree, Mapping):
         return {str(key): _shortened(value) for key, value in tree.items()}
     if isinstance(tree, list | tuple):

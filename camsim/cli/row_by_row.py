@@ -1,4 +1,4 @@
-"""Files that are written while the capture is computed, so that memory need not hold it."""
+"""Files written while the capture is computed, without holding it in memory."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def come_row_by_row(outputs: Iterable[Output]) -> bool:
-    """Whether all files can be written so; a spectral cube has nothing of the capture's own photosites."""
+    """Whether all files can be written row by row; a spectral cube does not use the photosites."""
     from camsim.files import comes_row_by_row
 
     return all(output.product == "spectral" or comes_row_by_row(output.path, output.product) for output in outputs)

@@ -1,4 +1,4 @@
-"""``camsim sensor``: sensor files from other people's measurements."""
+"""``camsim sensor``: sensor files from published measurements."""
 
 from __future__ import annotations
 

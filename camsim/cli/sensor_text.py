@@ -1,4 +1,4 @@
-"""Sensor files with other colours: the text of a file, some of its keys exchanged and all else as people wrote it."""
+"""Sensor files with other colours: the text of a file with some keys replaced and the rest unchanged."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ _TYPICAL_PEAK = 0.5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Base:
-    """A sensor whose colours are exchanged.
+    """A sensor whose colours are replaced.
 
-    text, folder : of its file;  camera: what the file makes, None of a skeleton
+    text, folder : of its file;  camera: of the file, None for a skeleton
     """
 
     text: str
@@ -45,7 +45,7 @@ class Base:
 
     @property
     def peak(self) -> float:
-        """Electrons per photon where the curves are highest."""
+        """Electrons per photon at the maximum of the curves."""
         if self.camera is None:
             return _TYPICAL_PEAK
         efficiency = self.camera.quantum_efficiency
@@ -54,14 +54,14 @@ class Base:
 
     @property
     def matrices(self) -> tuple[MeasuredMatrix, ...]:
-        """The matrices that it holds."""
+        """Its measured matrices."""
         return () if self.camera is None else tuple(self.camera.colour_matrices)
 
 
 def written(path: str, base: Base, parts: Mapping[str, str]) -> Camera:
-    """Write a sensor file and return what it makes: it is there only if camsim takes it.
+    """Write a sensor file and return its camera; written only if camsim accepts it.
 
-    parts : text of each key to exchange or to add; "" takes a key away
+    parts : text of each key to replace or add; "" removes a key
     """
     text = exchanged(base.text, parts)
     if base.folder is not None and Path(path).resolve().parent != base.folder and _FILE.search(text):
@@ -73,7 +73,7 @@ def written(path: str, base: Base, parts: Mapping[str, str]) -> Camera:
 
 
 def exchanged(text: str, parts: Mapping[str, str]) -> str:
-    """Return a file's text with some of its keys exchanged; those that it lacks come behind ``cfa``.
+    """Return a file's text with some keys replaced; missing ones are added after ``cfa``.
 
     >>> text = "camsim: sensor/1\\ncfa: {kind: mono}\\nfilters: [0.5]\\n"
     >>> print(exchanged(text, {"filters": "", "name": "name: A"}).strip())
@@ -135,7 +135,7 @@ def skeleton(
     *, name: str, rows: int, cols: int, pitch_um: float | None, pattern: Sequence[str], black: float, white: float,
     iso: float | None,
 ) -> str:  # fmt: skip
-    """Return a sensor file of what a raw file says; what it does not say is typical, and says so."""
+    """Return a sensor file from a raw file's metadata; other values are typical, and marked so."""
     typical = "typical, not measured"
     pitch = 4.0 if pitch_um is None else pitch_um
     full_e = float(f"{min(2000.0 * pitch**2, 60_000.0):.2g}")

@@ -20,9 +20,9 @@ Row = tuple[str, str]
 
 
 def lines_of_list(what: str, sensors: Sequence[str] = ()) -> Iterator[str]:
-    """Return one line a name; sensors and scenes with what they are, sensors also with their place.
+    """Return one line per name; sensors and scenes with a description, sensors also with their folder.
 
-    sensors : folders to look for sensors in by name
+    sensors : folders in which sensors are searched by name
     """
     from camsim.spectra import named
 
@@ -38,7 +38,7 @@ def lines_of_list(what: str, sensors: Sequence[str] = ()) -> Iterator[str]:
 
 
 def text_of(name: str, sensors: Sequence[str] = ()) -> str:
-    """Return the file of a sensor, scene or lens, then what follows from it, as comments: still valid YAML."""
+    """Return the file of a sensor, scene or lens, then derived figures as comments: still valid YAML."""
     search = SensorSearch.of(sensors, Path())
     kind, located = search.locate_any(name)
     document = yaml_source.read(located.path, located.displayed)
@@ -73,7 +73,7 @@ def _shipped(kind: library.Kind) -> Iterator[str]:
 
 
 def _first_comment(text: str) -> str:
-    """Return the sentence that a file begins with."""
+    """Return the first sentence of a file's initial comment."""
     lines = []
     for line in text.splitlines():
         if not line.startswith("#"):
@@ -93,7 +93,7 @@ def _figures_of_sensor(located: Located) -> list[Row]:
     adc, pitch_um = camera.converter, camera.pitch_um
     well_e = camera.well_as_read_e(adc.base_iso)
     saturation_e = camera.charge_at_e(1.0, adc.base_iso)
-    # The smallest signal: noise of the read-out and the rounding of a code, as standard deviations.
+    # The smallest signal: standard deviations of read-out noise and of rounding.
     dark_e = math.hypot(camera.dark_noise_e(adc.base_iso), adc.electrons_per_dn / math.sqrt(12.0))
     threshold_e = sensitivity_threshold_e(dark_e)
     ratio = saturation_e / threshold_e
@@ -141,7 +141,7 @@ def _figures_of_lens(located: Located) -> list[Row]:
 
 
 def _blur(camera: Body, wavelength_nm: float) -> Row:
-    """Return the pattern's own length, and where its transfer ends."""
+    """Return the size of the PSF, and its cut-off frequency."""
     system, kind = camera.optics, type(camera.lens).__name__
     scale_um, cutoff_per_um = system.blur_um(wavelength_nm), system.cutoff_per_um(wavelength_nm)
     ends = f"{scale_um / camera.pitch_um:.3g} pitches; cut-off {cutoff_per_um:.4g} cycles/µm"
@@ -151,7 +151,7 @@ def _blur(camera: Body, wavelength_nm: float) -> Row:
 
 
 def _olpf_null(olpf: KnowsSplits, pitch_um: float) -> str:
-    """Return the frequencies at which the low-pass filter first passes nothing."""
+    """Return the first zeros of the low-pass filter's OTF."""
     splits = dict(zip("xy", olpf.splits_um, strict=True))
     along = [axis for axis, split_um in splits.items() if split_um]
     if len(along) == 2 and splits["x"] == splits["y"]:
@@ -165,7 +165,7 @@ def _olpf_null(olpf: KnowsSplits, pitch_um: float) -> str:
 
 
 def _snr_maximum(camera: Body, saturation_e: float, dark_e: float) -> str:
-    """Return signal over temporal noise just below saturation, in numbers that people compare."""
+    """Return signal over temporal noise just below saturation, in common units."""
     photons = saturation_e if camera.shot_noise is not None else 0.0
     snr = saturation_e / math.hypot(dark_e, math.sqrt(photons))
     return f"{snr:.0f}, {20.0 * math.log10(snr):.1f} dB, {math.log2(snr):.1f} bits"

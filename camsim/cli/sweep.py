@@ -88,7 +88,7 @@ def sweep(
 
 
 def _say_columns(rows: Sequence[Mapping[str, Any]]) -> None:
-    """Print the least, median and largest value of each column of numbers that differ, indices and sizes left out."""
+    """Print minimum, median and maximum of each varying numeric column, except indices and sizes."""
     import statistics
 
     from rich.console import Console
@@ -105,7 +105,7 @@ def _say_columns(rows: Sequence[Mapping[str, Any]]) -> None:
 
 
 def say_notes(rows: Sequence[Mapping[str, Any]], more: Sequence[str] = ()) -> None:
-    """Say what surprises in captures that are done, with how many of the rows say so; ``more``: what all of them do."""
+    """Print notes of captures, with their number of rows; ``more``: notes on all of them."""
     from camsim.study.manifest import BETWEEN_NOTES
 
     good = [row for row in rows if row["status"] == "done"]
@@ -118,7 +118,7 @@ def say_notes(rows: Sequence[Mapping[str, Any]], more: Sequence[str] = ()) -> No
 
 
 def say_failures(rows: Sequence[Mapping[str, Any]]) -> None:
-    """Say what failed and why, and end with 1."""
+    """Print failures with reasons, and exit with 1."""
     failures = [row for row in rows if row["status"] != "done"]
     if failures:
         displayed = [f"capture {row['index']}: {row['message']}" for row in failures[:_MOST]]
@@ -128,7 +128,7 @@ def say_failures(rows: Sequence[Mapping[str, Any]]) -> None:
 
 
 def say_forecast(look: Callable[..., Forecast], study: str, output: str | None, *, as_json: bool, quiet: bool) -> None:
-    """Print what would be taken, and what is there."""
+    """Print the forecast, and what exists already."""
     from camsim.cli.progress import Bar
 
     with Bar(displayed=not quiet) as bar:

@@ -20,13 +20,13 @@ _UNITS = {
     "e": "e⁻", "dn": "DN", "s": "s", "lux": "lux", "w_per_m2": "W/m²", "c": "°C", "bytes": "bytes",
     "seconds": "s",
 }  # fmt: skip
-"""By the words that end a key's name or, before a channel's, a column's."""
+"""Units by the ending of a key's name or, before a channel's, of a column's."""
 
 
 def draw_columns(rows: Sequence[dict[str, Any]], x: str, y: str, file: Path, *, by: Sequence[str] = ()) -> None:
     """Draw every file's point, and for each combination of ``by`` a line through the medians.
 
-    by : columns of what varies; those that are drawn themselves, or do not differ, are left out
+    by : columns of varying keys; those drawn as axes, or constant, are omitted
     """
     import matplotlib as mpl
 
@@ -64,7 +64,7 @@ def draw_columns(rows: Sequence[dict[str, Any]], x: str, y: str, file: Path, *, 
 
 
 def _with_unit(column: str) -> str:
-    """Return a column's name with its unit, which its name holds: figures without one have none.
+    """Return a column's name with its unit, which is part of its name; dimensionless ones have none.
 
     >>> _with_unit("sensor_frame_pitch_um"), _with_unit("mtf50_lp_per_mm_G1"), _with_unit("snr_G")
     ('sensor_frame_pitch_um, µm', 'mtf50_lp_per_mm_G1, lp/mm', 'snr_G')
@@ -72,7 +72,7 @@ def _with_unit(column: str) -> str:
     words = re.sub(r"_(theory|error)\b", "", column.replace(".", "_")).split("_")
     if len(words) > 1 and words[-1][:1].isupper():  # a channel's
         words.pop()
-    ends = ("_".join(words[k:]) for k in range(len(words)))  # the longest first: 1 e⁻/s is no second
+    ends = ("_".join(words[k:]) for k in range(len(words)))  # the longest first: e⁻/s must not match s
     unit = next((_UNITS[end] for end in ends if end in _UNITS), "")
     return f"{column}, {unit}" if unit else column
 

@@ -17,7 +17,7 @@ _WIDTH_OF_A_LOG = 1000
 
 
 def print_table(title: str, heads: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
-    """Print a table; the first column is words, the others are numbers."""
+    """Print a table; the first column is text, the others are numbers."""
     table = Table(box=None, pad_edge=False)
     for number, head in enumerate(heads):
         table.add_column(head, justify="right" if number else "left", no_wrap=True)
@@ -25,7 +25,7 @@ def print_table(title: str, heads: Sequence[str], rows: Iterable[Sequence[str]])
         table.add_row(*row)
     console = Console(highlight=False, markup=False, emoji=False)
     if not console.is_terminal:
-        # Nobody wraps the lines of a log.
+        # Lines of a log are not wrapped.
         console.width = _WIDTH_OF_A_LOG
     with console.capture() as printed:
         console.print(table)
@@ -34,7 +34,7 @@ def print_table(title: str, heads: Sequence[str], rows: Iterable[Sequence[str]])
 
 
 def csv_text(heads: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """Return rows as CSV; what is no number stays empty."""
+    """Return rows as CSV; non-numbers are empty."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(heads)
@@ -44,7 +44,7 @@ def csv_text(heads: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
 
 
 def check_text_file(file: str, *, force: bool) -> None:
-    """Refuse a file that cannot be written, before any work."""
+    """Raise early for a file that cannot be written."""
     if Path(file).exists() and not force:
         raise OutputError(f"{file!r} exists; overwrite it with --force, or write elsewhere")
     if not Path(file).resolve().parent.is_dir():

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Request:
-    """What the user asked for, and when (``time.perf_counter``)."""
+    """The user's request, and its time (``time.perf_counter``)."""
 
     scene: str
     sensor: str | None
@@ -68,7 +68,7 @@ def take(request: Request) -> None:
         )
         warning = odd_cfa_of(tuple(ready.camera.cfa.pattern), outputs, allowed=request.allow_odd_cfa)
     except CamsimError as error:
-        # The file's own name follows from the scene's: without a scene there is nothing to say of it.
+        # The file's name follows from the scene's: without a scene it cannot be checked.
         errors = [error, *(errors if request.outputs else ())]
     if request.compress:
         errors += compression_faults(outputs)
@@ -79,7 +79,7 @@ def take(request: Request) -> None:
     gc.freeze()
     gc.enable()
     ready_s = time.perf_counter()
-    # Of all frames: a frame's report has its own.
+    # Of all frames; each frame's report has separate ones.
     seconds = defaultdict[str, float](float, {"set up": ready_s - request.began_s})
     with Bar(displayed=not request.quiet) as bar, together():
         if held:
@@ -146,7 +146,7 @@ def odd_cfa_of(pattern: tuple[str, ...], outputs: Iterable[Output], *, allowed: 
 
 
 def compression_faults(outputs: Iterable[Output]) -> list[CamsimError]:
-    """Return what speaks against lossless JPEG, before any work."""
+    """Return the faults of a request for lossless JPEG."""
     from camsim.files.dng_image import lossless_encoder
 
     if not any(output.path.lower().endswith(".dng") for output in outputs):
@@ -179,14 +179,14 @@ def _write(frame: Frame, outputs: list[Output], bar: Bar, request: Request) -> N
             frame,
             output.path,
             product=output.product,
-            force=True,  # judged before the work
+            force=True,  # checked before the work
             allow_odd_cfa=request.allow_odd_cfa,
             compress=request.compress,
         )
 
 
 def with_files(frame: Frame, outputs: Iterable[Output]) -> Report:
-    """Return the report with the work that writing was."""
+    """Return the report with the work of writing."""
     matrices = len(frame.channels) > 1 and sum(
         output.path.lower().endswith(".dng") or output.product == "preview" for output in outputs
     )

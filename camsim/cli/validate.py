@@ -25,7 +25,7 @@ A_SCENE = "a scene"
 def validate_files(files: Sequence[str], sensors: Sequence[str] = ()) -> None:
     """Print a line for each good file; raises CamsimError with the faults of the others.
 
-    sensors : folders to look for sensors in by name
+    sensors : folders in which sensors are searched by name
     """
     search = SensorSearch.of(sensors, Path())
     errors: list[CamsimError] = []
@@ -62,12 +62,12 @@ def draw_scene(
 
 
 def _validated(file: str, search: SensorSearch, overrides: Sequence[str] = ()) -> tuple[str, Sequence[str]]:
-    """Return what a file is, and what is worth a sentence in it."""
+    """Return the kind of a file, and notes on it."""
     _, located = search.locate_any(file)
     tree = yaml_source.read(located.path, located.displayed).tree
     said = tree.get("camsim") if isinstance(tree, dict) else None
     if isinstance(said, str) and said.startswith("sensor/"):
-        # A sensor is whole without a lens; any will do to build the camera.
+        # A sensor is valid without a lens; any one serves to build the camera.
         camera = load_camera(file, lens=Airy(f_number=8.0), sensors=search.own)
         return "a sensor", tuple(notes_of_sensor(camera))
     if isinstance(said, str) and said.startswith("lens/"):

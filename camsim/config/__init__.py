@@ -1,1 +1,1 @@
-"""YAML files in, stages out: read with positions, judged by a schema, built into a camera and a scene."""
+"""YAML files to stages: read with positions, validated by a schema, built into a camera and a scene."""

@@ -1,4 +1,4 @@
-"""Scene files to stages: with ``build_sensor`` the one place that knows both schema and stages."""
+"""Scene files to stages: with ``build_sensor`` the only modules that depend on both schema and stages."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ Progress: TypeAlias = Callable[[str, float], None]
 
 @dataclass(frozen=True, kw_only=True)
 class Mount:
-    """What a scene file puts in front of a sensor."""
+    """The parts of a scene file in front of a sensor."""
 
     lens: Lens
     magnification: float
@@ -36,7 +36,7 @@ class Mount:
     veiling_glare: Spectrum
 
     def on(self, camera: Camera) -> Camera:
-        """Return the camera with this in front of it; its own filters stay, behind these."""
+        """Return the camera with these parts in front of it; its filters stay, behind these."""
         return camera.replace(
             lens=self.lens,
             magnification=self.magnification,
@@ -47,7 +47,7 @@ class Mount:
 
 
 def mount(scene: SceneDocument) -> Mount | None:
-    """Make the lens of a scene file and everything that is on it."""
+    """Make the lens of a scene file and everything mounted on it."""
     transmission = spectrum_at(scene, ("lens", "transmission"), names=False)
     filters = filters_at(scene, ("lens", "filters"))
     glare = spectrum_at(scene, ("lens", "veiling_glare"), names=False)
@@ -119,7 +119,7 @@ def exposure(scene: SceneDocument) -> Exposure | None:
 
 
 def region(scene: Validated[Any], frame: schema.SensorFrame | None) -> Region | None:
-    """Make the window of a scene file; it must lie inside the sensor's frame (when that is known)."""
+    """Make the window of a scene file; it must be inside the sensor's frame (if known)."""
     table = scene.part(("region",), schema.Region) if scene.value(("region",)) is not None else None
     if table is None:
         return None
@@ -141,7 +141,7 @@ def region(scene: Validated[Any], frame: schema.SensorFrame | None) -> Region | 
 
 
 def scene_content(scene: SceneDocument, frame: schema.SensorFrame | None) -> Scene | None:
-    """Make what is in front of the camera; without a known frame only to find its faults."""
+    """Make the scene; without a known frame only to find its faults."""
     units_um = {"um": 1.0, "mm": 1000.0}
     if frame is not None:
         units_um |= {"pixel": frame.pitch_um, "frame": frame.rows * frame.pitch_um}

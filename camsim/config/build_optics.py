@@ -1,4 +1,4 @@
-"""Lens, OLPF and photosite of YAML files to stages: with ``build`` and ``build_sensor`` what knows both."""
+"""Lens, OLPF and photosite of YAML files to stages: as in ``build`` and ``build_sensor``."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ def _measured(
 
 
 def _planes(name: str, folder: Path) -> dict[str, Any]:
-    """Read the channels of an image that a scene names; it lies under the scene's folder."""
+    """Read the channels of an image that a scene names; it must be under the scene's folder."""
     from camsim.measure.reading import read_picture
 
     return {plane.name: plane.samples for plane in read_picture(library.beside(folder, name)).planes}
@@ -129,7 +129,7 @@ _LENSES: dict[type[schema.Table], Callable[[Any, dict[str, Any]], Lens]] = {
 
 
 def _rows(rows: list[list[float]]) -> Any:
-    """Return rows as an array; what is no rectangle is refused."""
+    """Return rows as an array; raises unless they form a rectangle."""
     if len({len(row) for row in rows}) != 1 or not rows[0]:
         raise InvalidValueError("the rows are not all equally long; give a rectangle of numbers")
     return np.array(rows)

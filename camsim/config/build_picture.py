@@ -1,4 +1,4 @@
-"""Pictures of a scene file: read from their files, which lie under the scene's folder."""
+"""Pictures of a scene file: read from files under the scene's folder."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sensor files to a camera: with ``build`` what turns the schema's tables into stages."""
+"""Sensor files to a camera: with ``build`` the conversion of the schema's tables to stages."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ SensorDocument: TypeAlias = Validated[schema.SensorFile]
 
 
 _VALIDATED_TOGETHER = (("charge", "defects"), ("charge", "dark_frames"), ("readout", "dual_gain"))
-"""Tables and keys that the camera judges by its other parts."""
+"""Tables and keys that the camera validates together with other parts."""
 
 
 def camera(sensor: SensorDocument, lens: Lens | None) -> Camera | None:
@@ -142,7 +142,7 @@ def _stages(sensor: SensorDocument, key: str, kind: type[schema.Table]) -> Mappi
 
 
 def _stage(sensor: SensorDocument, key: str, table: schema.Table, names: Sequence[str], makes: schema.Makes) -> Any:
-    """Make a stage of the keys of a table; None when its own key, the first one, holds nothing."""
+    """Make a stage of the keys of a table; None if its main key, the first one, is empty."""
     values = [getattr(table, name) for name in names]
     if values[0] is None:
         return None
@@ -157,9 +157,9 @@ def _stage(sensor: SensorDocument, key: str, table: schema.Table, names: Sequenc
 
 
 def _beside(sensor: SensorDocument, path: KeyPath) -> Path | None:
-    """Return what a key names: under the folder of the sensor's file, or where an override's user stands.
+    """Return the path in a key: under the sensor file's folder, or for an override relative to the working directory.
 
-    None where no name stands there.
+    None if there is no path.
     """
     name, folder = sensor.value(path), sensor.document.folder
     if not isinstance(name, str):
@@ -208,7 +208,7 @@ def _quantum_efficiency(sensor: SensorDocument, cfa: Cfa | None) -> QuantumEffic
 
 
 def _curves(sensor: SensorDocument, path: KeyPath) -> dict[str, Curve] | None:
-    """Make the curves by letter; None when one of them is wrong or none is there."""
+    """Make the curves by letter; None if one of them is wrong or there are none."""
     given = sensor.value(path)
     if isinstance(given, str):
         return sensor.build(path, lambda: named.sensitivities(given))

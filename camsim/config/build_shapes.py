@@ -14,12 +14,12 @@ from camsim.scene import Shape
 from camsim.spectra import named
 from camsim.spectra.curve import Spectrum
 
-# What a faulty spectrum counts as, so that its shape can still be looked at; nothing is rendered then.
+# Placeholder for a faulty spectrum, so that its shape can still be checked; nothing is rendered then.
 _ANY_SPECTRUM = 0.5
 
 _SPECTRA = ("reflectance", "low", "high")
 
-# What becomes more than one shape.
+# Kinds that become more than one shape.
 _BECOME = {"chart": build_charts.chart, "svg": build_charts.drawing}
 
 

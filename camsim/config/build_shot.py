@@ -20,7 +20,7 @@ ShotDocument: TypeAlias = Validated[schema.ShotFile]
 
 
 def has_no_lens(document: Document) -> bool:
-    """Whether a file says ``lens: none``: it has light of one's own in a scene's place."""
+    """Whether a file says ``lens: none``: it has given light instead of a scene."""
     lens = document.find(("lens",))
     return lens is not None and lens.content == "none"
 
@@ -28,7 +28,7 @@ def has_no_lens(document: Document) -> bool:
 def shot(
     document: ShotDocument, camera: Camera | None, frame: schema.SensorFrame | None, seed: int | None
 ) -> Shot | None:
-    """Make the light on a sensor; None when anything of it is wrong (the document has the faults)."""
+    """Make the light on a sensor; None if any part is wrong (the document has the faults)."""
     image, region = _image(document), build.region(document, frame)
     light, model = _light(document), document.model
     if model is None or camera is None or image is None or light is None or document.faults:
@@ -63,7 +63,7 @@ def _image(document: ShotDocument) -> GivenLight | None:
     def read() -> GivenLight:
         from camsim.files.light_file import read_light
 
-        # An override is the user's own word: its path begins where the user stands.
+        # Paths in overrides are relative to the user's working directory.
         one = Path(table.file) if not file.place.line else library.beside(document.document.folder, table.file)
         return read_light(
             one,

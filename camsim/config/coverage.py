@@ -1,4 +1,4 @@
-"""Whether every curve of the sensor covers the light, or its file says what lies beyond."""
+"""Check that every curve of the sensor covers the light, or declares values outside its table."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _Found = tuple[Validated[Any], KeyPath, "schema.Curve | schema.FilterCurve"]
 
 
 def refuse_what_light_lies_beyond(scene: Validated[Any], sensor: Validated[Any], camera: Camera, light: Light) -> None:
-    """Add a fault for every table that ends where light goes on, unless it says ``outside``."""
+    """Add a fault for every table that does not cover the light, unless it has ``outside``."""
     for document, path, table in _tables(scene, sensor, camera):
         if table.outside is None and (missing := light.beyond(curve_of(table))):
             document.refuse(path, f"{missing}; extend the table, or say outside: zero (or hold)")

@@ -1,4 +1,4 @@
-"""The numbers of CSV files put where a file names them: ``{csv: qe.csv, column: R}`` becomes a table of points."""
+"""Substitution of CSV files: ``{csv: qe.csv, column: R}`` becomes a table of points."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from camsim.spectra.csv_table import read_points
 
 
 def read_in(document: Document, model: type[schema.Table]) -> Document:
-    """Return the document with points in place of the names of CSV files; what cannot be read is a fault of it.
+    """Return the document with points in place of CSV references; unreadable files become faults.
 
-    A file lies under the document's folder; what an override names lies wherever the user says.
+    Files must be under the document's folder; those of overrides may be anywhere.
     """
     reading = _Reading(document, Expected.of(model))
     root = document.root
@@ -62,7 +62,7 @@ class _Reading:
     faults: list[Fault] = field(default_factory=list)
 
     def filled(self, path: KeyPath, node: Node) -> Node:
-        """Return a table with the points of its file; one with a fault counts as refused."""
+        """Return a table with the points of its file; marked as refused if faulty."""
         expected = along(self.root, self.document.root, path)
         table = expected.table(node) if expected is not None else None
         if table is None or not issubclass(table, schema.Tabulated) or not isinstance(node.content, Mapping):
@@ -73,7 +73,7 @@ class _Reading:
         if given := next((key for key in schema.LISTS if key in node.content), None):
             return self._refused(node, (*path, "csv"), f"given together with {given!r}; leave one of the two out")
         if not isinstance(file.content, str) or not isinstance(column.content if column else None, str | int | None):
-            # The schema has words for that, and is to say nothing of the lists.
+            # The schema reports that, without messages about the lists.
             return _filled(node, file, ([1.0, 2.0], [0.0, 0.0]))
         try:
             points = read_points(self._path(file), column.plain() if column else None, file.content)
@@ -87,7 +87,7 @@ class _Reading:
 
     def _path(self, file: Node) -> Path:
         name = str(file.content)
-        # An override is the user's own word: its paths begin where the user stands.
+        # Paths in overrides are relative to the user's working directory.
         return Path(name) if not file.place.line else library.beside(self.document.folder, name)
 
     def _refused(self, node: Node, path: KeyPath, message: str) -> Node:
@@ -102,7 +102,7 @@ def _of_fractions(table: type[schema.Tabulated]) -> bool:
 
 
 def _filled(node: Node, file: Node, points: tuple[list[float], list[float]]) -> Node:
-    """Return a table with its points; all of them stand where the file is named."""
+    """Return a table with its points, all with the place of the file reference."""
     assert isinstance(node.content, Mapping)
     lists = {}
     for key, numbers in zip(schema.LISTS, points, strict=True):

@@ -1,4 +1,4 @@
-"""What the schema expects at a place, in words: found from the types alone, for any table there will be."""
+"""Descriptions of what the schema expects at a place, derived from types alone."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from camsim.core.words import either, in_range
 
 @dataclass(frozen=True, slots=True)
 class Expected:
-    """A type with its limits and its meaning.
+    """A type with its limits and description.
 
     kind         the bare type: float, a Table, list[…], Union[…], …
     limits       metadata of annotated_types: Gt, Le, MinLen …
@@ -56,19 +56,19 @@ class Expected:
         return (self,)
 
     def tables(self) -> tuple[type[Table], ...]:
-        """Return the tables that may stand here."""
+        """Return the tables allowed here."""
         return _tables_of(self.kind)
 
     def holds(self) -> Iterator[type[Table]]:
-        """Yield the tables that may stand here, or in a list here."""
+        """Yield the tables allowed here, or in a list here."""
         yield from self.tables()
         for alternative in self._with_origin(list):
             yield from Expected.of(get_args(alternative.kind)[0]).holds()
 
     def table(self, node: Node) -> type[Table] | None:
-        """Return the table that ``node`` is meant to be; None when it is none, or its kind says nothing.
+        """Return the table intended by ``node``; None if it is not a table, or its kind is unknown.
 
-        A kind that is misspelt says what it is near to, so that it does not hide what else is wrong.
+        A misspelt kind is resolved to the nearest one, so that it does not hide other faults.
         """
         tables = self.tables()
         if not isinstance(node.content, Mapping):
@@ -80,11 +80,11 @@ class Expected:
         return tables[0] if tables else None
 
     def telling_key(self) -> str:
-        """Return the key that tells tables apart: their kind, or the name where all are of one kind."""
+        """Return the discriminating key of tables: their kind, or the name if all are of one kind."""
         return "kind" if len({kinds_of(table) for table in self.tables()}) > 1 else "name"
 
     def meant_word(self, node: Node, key: str) -> str | None:
-        """Return the word that stands under ``kind`` or ``name`` in ``node``, or the known one that it is near to."""
+        """Return the word under ``kind`` or ``name`` in ``node``, or the known one nearest to it."""
         said = node.content.get(key) if isinstance(node.content, Mapping) else None
         words = [word for table in self.tables() for word in words_of(table, key)]
         if said is None or said.content in words:
@@ -93,7 +93,7 @@ class Expected:
         return near[0] if near else None
 
     def inside(self, node: Node, key: str | int) -> Expected | None:
-        """Return what is expected under ``key`` of a value; None where the schema has nothing to say."""
+        """Return what is expected under ``key`` of a value; None if the schema does not define it."""
         if isinstance(key, str):
             table = self.table(node)
             if len(telling := self._words_that_tell(node, key)) > 1:
@@ -110,14 +110,14 @@ class Expected:
         return None
 
     def _words_that_tell(self, node: Node, key: str) -> tuple[str, ...]:
-        """Return the words under ``kind``, or under the ``name`` of tables of one kind, that tell tables apart."""
+        """Return the words under ``kind``, or under the ``name`` of tables of one kind, that distinguish tables."""
         kind = self.meant_word(node, "kind") if key == "name" else None
         tables = [table for table in self.tables() if key == "kind" or kind in kinds_of(table)]
         known = [word for table in tables for word in words_of(table, key)] if key in ("kind", "name") else []
         return tuple(dict.fromkeys(known)) if len(tables) > 1 else ()
 
     def member(self, node: Node) -> Expected:
-        """Return the member of a union that ``node`` is meant to be; this itself when that cannot be told."""
+        """Return the member of a union intended by ``node``; this itself if undetermined."""
         kind = self.meant_word(node, "kind")
         for alternative in self.alternatives():
             if _is_union(alternative.kind) and any(kind in kinds_of(table) for table in alternative.tables()):
@@ -129,36 +129,36 @@ class Expected:
         return next((member for origin in wanted for member in self._with_origin(origin)), self)
 
     def key_words(self) -> str:
-        """Return what a key of the user's own may be, as in 'must be …'; empty where all keys are known."""
+        """Return a text on allowed user-defined keys, as in 'must be …'; empty if all keys are fixed."""
         return next((Expected.of(get_args(a.kind)[0]).description for a in self._with_origin(dict)), "")
 
     def _with_origin(self, origin: type) -> Iterator[Expected]:
         return (alternative for alternative in self.alternatives() if get_origin(alternative.kind) is origin)
 
     def literals(self) -> list[str]:
-        """Return the words that may stand here, where they are a fixed few."""
+        """Return the allowed literals, if any."""
         return [str(v) for a in self.alternatives() if get_origin(a.kind) is Literal for v in get_args(a.kind)]
 
     def is_fraction(self) -> bool:
-        """Whether a number may stand here that is at most 1."""
+        """Whether a number of at most 1 is allowed here."""
         limits = [limit for a in self.alternatives() if a.kind is float for limit in a.limits]
         return any(isinstance(limit, Le) and limit.le == 1 for limit in limits)
 
     def is_number(self) -> bool:
-        """Whether a number may stand here."""
+        """Whether a number is allowed here."""
         return any(alternative.kind in (float, int) for alternative in self.alternatives())
 
     def is_text(self) -> bool:
-        """Whether a text may stand here that is the user's own."""
+        """Whether free text is allowed here."""
         texts = (alternative for alternative in self.alternatives() if alternative.kind is str)
         return any(not any(hasattr(limit, "pattern") for limit in text.limits) for text in texts)
 
     def length(self) -> int:
-        """Return how many items a list here has; 0 where that is free."""
+        """Return the number of items of a list here; 0 if free."""
         return next((len(get_args(a.kind)) for a in self._with_origin(tuple)), 0)
 
     def words(self) -> str:
-        """Return what may stand here, as in 'must be …'."""
+        """Return a text on what is allowed here, as in 'must be …'."""
         tables = self.tables()
         parts = [_words(a) for a in self.alternatives() if not a.tables() or len(tables) == 1]
         if len(tables) > 1:

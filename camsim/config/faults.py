@@ -1,4 +1,4 @@
-"""Judge a document by the schema: every fault a plain sentence at its own place, all of them at once."""
+"""Validation of a document by the schema: all faults at once, each a sentence with its place."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _TRUTHS = {"true": ("yes", "on", "y"), "false": ("no", "off", "n", "none")}
 def judge(document: Document, model: type[T]) -> tuple[T | None, list[Fault]]:
     """Return the document as a model (None when it has faults), and all its faults in the file's order.
 
-    Raises ConfigError when the file is of another kind: what its keys mean is then anyone's guess.
+    Raises ConfigError if the file is of another kind, as its keys cannot be interpreted.
     """
     faults = list(document.faults)
     if wrong_format := _format_fault(document, model):
@@ -59,7 +59,7 @@ def judge(document: Document, model: type[T]) -> tuple[T | None, list[Fault]]:
 
 
 def _misspelt(root: Expected, document: Document, path: KeyPath) -> bool:
-    """Whether a key that is missing stands there under another name: the message about that says it all."""
+    """Whether a missing key is present under another name, which has its own message."""
     holder, node = along(root, document.root, path[:-1]), document.find(path[:-1])
     table = holder.table(node) if holder is not None and node is not None else None
     if table is None or node is None or not isinstance(node.content, Mapping) or path[-1] in node.content:
@@ -70,7 +70,7 @@ def _misspelt(root: Expected, document: Document, path: KeyPath) -> bool:
 
 def validate(tree: Any, model: type[T]) -> T:
     """Return a plain tree as a model; raises pydantic's ValidationError."""
-    # Strict pydantic takes lists for tuples only in JSON mode.
+    # Strict pydantic accepts lists for tuples only in JSON mode.
     return model.model_validate_json(json.dumps(tree))
 
 
@@ -80,7 +80,7 @@ def format_of(model: type[Table]) -> str:
 
 
 def _format_fault(document: Document, model: type[Table]) -> Fault | None:
-    """Return the fault of a file that is of another kind, None for one of the right kind."""
+    """Return the fault of a file of another kind, None for the right kind."""
     wanted = format_of(model)
     content = document.root.content
     if content is None:
@@ -103,7 +103,7 @@ def _format_fault(document: Document, model: type[Table]) -> Fault | None:
 
 
 def _mend_kind(tree: Any, root: Expected, document: Document, path: KeyPath) -> bool:
-    """Put the kind (or name) that is meant in place of a misspelt one, so that it hides nothing beside it."""
+    """Replace a misspelt kind (or name) by the intended one, so that it does not hide other faults."""
     *holder, telling = path
     expected, node = along(root, document.root, tuple(holder)), document.find(tuple(holder))
     word = expected.meant_word(node, str(telling)) if expected is not None and node is not None else None
@@ -117,7 +117,7 @@ def _mend_kind(tree: Any, root: Expected, document: Document, path: KeyPath) -> 
 
 def _path_of(root: Expected, node: Node, loc: tuple[str | int, ...], error: str) -> KeyPath:
     """Return the path of an error in the document: pydantic's, without the tags of union members."""
-    # The last part of these two is a key, whatever it is called; a key may also be missing from the document.
+    # The last part of these two is a key of any name; a key may also be missing from the document.
     last = loc[-1:] if error in ("extra_forbidden", "missing") else ()
     path: KeyPath = ()
     here: Expected | None = root
@@ -156,7 +156,7 @@ def _fault(document: Document, model: type[Table], path: KeyPath, detail: Any) -
 
 
 def _under_another_name(document: Document, path: KeyPath) -> str:
-    """Return which key stands there in place of ``kind``, without which a table is of no kind."""
+    """Return the key used in place of the missing ``kind``."""
     holder = document.find(path[:-1])
     keys = list(holder.content) if holder is not None and isinstance(holder.content, Mapping) else []
     other = [key for key in keys if path[-1] == "kind" and meant(key, ["kind"])]
@@ -172,7 +172,7 @@ def _unknown_key(document: Document, model: type[Table], path: KeyPath) -> str:
     assert holder is not None
     if comma := _comma(parent, key):
         return comma
-    # A key of another kind is no misspelling of one of this kind.
+    # A key of another kind is not a misspelling of one of this kind.
     others = [other for other in holder.tables() if key in other.model_fields]
     if kinds := dict.fromkeys(word for other in others for word in get_args(other.model_fields["kind"].annotation)):
         return f"unknown key of this kind; it is one of kind {either(list(kinds))}"
@@ -186,7 +186,7 @@ def _unknown_key(document: Document, model: type[Table], path: KeyPath) -> str:
 
 
 def _comma(parent: Node | None, key: str) -> str:
-    """Return what is wrong where a comma inside a number has made a key of what follows it; empty where none has."""
+    """Return the fault of a comma in a number that turned its rest into a key; empty if none."""
     entries = parent.content if parent is not None else None
     if not isinstance(entries, Mapping) or not key.isdecimal() or entries[key].content is not None:
         return ""
@@ -216,9 +216,9 @@ def _wrong_value(node: Node, expected: Expected) -> str:
 
 
 def _hint_of_text(text: str, expected: Expected) -> str:
-    """Return the way out of a text for a number, for true or false, or for a table of which it says one key."""
+    """Return a remedy for a text in place of a number, of true or false, or of a table with one key."""
     if expected.is_number():
-        # What reads like a number was put in quotes.
+        # A number in quotes.
         return "; write it without quotes" if isinstance(resolve(text), int | float) else number_hint(text)
     truth = next((said for said, words in _TRUTHS.items() if text.lower() in words), None)
     if expected.kind is bool:
@@ -233,7 +233,7 @@ def _hint_of_text(text: str, expected: Expected) -> str:
 
 
 def _got(node: Node) -> str:
-    """Return a value as the user wrote it."""
+    """Return a value as written by the user."""
     if node.content is None:
         return "empty"
     if isinstance(node.content, Mapping):
@@ -245,7 +245,7 @@ def _got(node: Node) -> str:
 
 
 def _contradictions(expected: Expected, node: Node, path: KeyPath) -> Iterator[tuple[KeyPath, str]]:
-    """Walk all tables of a document for keys that do not go together."""
+    """Check all tables of a document for contradicting keys."""
     table = expected.table(node)
     if table is not None and table.can_contradict():
         for key, message in table.contradictions(node.plain()):

@@ -1,4 +1,4 @@
-"""A description (of a file, say) turned back into the stages that it describes."""
+"""Reconstruction of stages from a description, such as that of a file."""
 
 from __future__ import annotations
 
@@ -24,20 +24,20 @@ from camsim.sensor.stages.dark_frames import DarkFrames
 from camsim.sensor.stages.offset_map import OffsetMap, OffsetUnit
 
 _RESULTS = ("Frame", "Rendering", "Report", "Context")
-"""Public too, but what comes out and never what goes in."""
+"""Public results, which are never inputs."""
 
 _HOW_READ = ("encoding", "scale", "wavelength_nm", "tolerance", "layer")
 _PLACED = ("width_um", "centre_um", "rotate_deg", "interpolation")
-"""What a picture's description says of its file, and of its place."""
+"""Keys of a picture's placement in its description."""
 
 
 def stages_from_record(tree: Any, folder: Path | None = None) -> Any:
     """Return the objects that ``describe`` turned into a tree; lists become tuples.
 
-    folder : where pictures are looked for
+    folder : in which pictures are searched
 
-    Only camsim's own public stages are ever made from a tree, and each judges its parameters. Raises InputError when it
-    names another one, a parameter that does not exist, or a value that cannot be.
+    Only camsim's public stages are made from a tree, and each validates its parameters. Raises InputError for other
+    stages, unknown parameters and invalid values.
 
     >>> stages_from_record({"kind": "SquarePhotosite", "side_um": 3.66})
     SquarePhotosite(side_um=3.66)
@@ -49,14 +49,14 @@ def stages_from_record(tree: Any, folder: Path | None = None) -> Any:
 
 
 def capture_from_record(description: Mapping[str, Any], folder: Path | None = None) -> Capture:
-    """Return the capture that a description is of; ``folder``: where pictures are looked for."""
+    """Return the capture of a description; ``folder``: in which pictures are searched."""
     if "image" in description:
         raise InputError("it was exposed to light of someone's own, and there is no scene that says what is right")
     return cast(Capture, _exposure(Capture, description, folder))
 
 
 def shot_from_record(description: Mapping[str, Any], folder: Path | None = None) -> Capture | Shot:
-    """Return what a description is of, a capture or light on a sensor; ``folder``: where pictures and light may lie."""
+    """Return the capture, or light on a sensor, of a description; ``folder``: of pictures and light."""
     if "image" in description:
         return cast(Shot, _exposure(Shot, description, folder))
     return capture_from_record(description, folder)
@@ -112,7 +112,7 @@ def _make(kind: Any, parts: Mapping[str, Any], place: str, folder: Path | None) 
 
 
 def _picture(parts: Mapping[str, Any], place: str, folder: Path | None) -> Picture:
-    """Read a picture again: descriptions hold its name, how it was read, and the hash of its samples."""
+    """Read a picture again: descriptions have its name, reading parameters, and the hash of its samples."""
     source, how = parts.get("source") or "an array", parts.get("read")
     name = ascii(source)[:80]
     if folder is None or not isinstance(how, Mapping) or Path(str(source)).name != source:
@@ -140,7 +140,7 @@ def _picture(parts: Mapping[str, Any], place: str, folder: Path | None) -> Pictu
 
 
 def _dark_signal(kind: str, parts: Mapping[str, Any], place: str, folder: Path | None) -> DarkFrames | OffsetMap:
-    """Read darks or offsets again, beside the file or where the user stands: descriptions hold their place and hash."""
+    """Read darks or offsets again, next to the file or in the working directory: descriptions have path and hash."""
     source, what = parts.get("source"), "darks" if kind == "DarkFrames" else "offsets"
     if not isinstance(source, str) or not source:
         message = f"not reproducible: its {what} were an array in Python, which such a file does not hold"
@@ -161,7 +161,7 @@ def _dark_signal(kind: str, parts: Mapping[str, Any], place: str, folder: Path |
 
 
 def _given_light(parts: Mapping[str, Any], place: str, folder: Path | None) -> GivenLight:
-    """Read light of one's own again, beside the file or where it was: descriptions hold its place and its hash."""
+    """Read given light again, next to the file or at its path: descriptions have path and hash."""
     source, how = parts.get("source"), parts.get("read")
     if not isinstance(source, str) or not source:
         message = "not reproducible: its light was an array in Python, which such a file does not hold"
@@ -188,7 +188,7 @@ def _given_light(parts: Mapping[str, Any], place: str, folder: Path | None) -> G
 
 
 def _validated(stage: Any, parts: Mapping[str, Any], place: str) -> Any:
-    """Make a stage, which judges its parameters."""
+    """Make a stage, which validates its parameters."""
     try:
         return stage(**parts)
     except CamsimError as error:
@@ -204,7 +204,7 @@ def _stages() -> Mapping[str, Any]:
 
 @functools.cache
 def _parameters(stage: Any) -> Mapping[str, bool]:
-    """Return the parameters of a stage, and whether each must be given."""
+    """Return the parameters of a stage, and whether each is required."""
     nothing = dataclasses.MISSING
     return {
         field.name: field.default is nothing and field.default_factory is nothing

@@ -1,4 +1,4 @@
-"""Lengths of a scene file: written in its unit, taken in µm by the stages that they become."""
+"""Conversion of a scene file's lengths from its unit to µm."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ T = TypeVar("T")
 SceneDocument: TypeAlias = Validated[schema.SceneFile]
 
 _NO_LENGTHS = {"arc": (3, 4, 5)}
-"""Of a segment: which of its numbers are none."""
+"""Indices of a segment's numbers that are not lengths."""
 
 
 def made(
@@ -33,13 +33,13 @@ def made(
     try:
         return make(unit_um)
     except CamsimError:
-        # The numbers of a message are to be those of the file: its unit, not µm.
+        # Messages must show the file's numbers: in its unit, not µm.
         in_its_unit = scene.build(path, lambda: make(1.0), keys=keys)
         return None if in_its_unit is None else scene.build(path, lambda: make(unit_um), keys=keys)
 
 
 def scaled(value: Any, scale: float) -> Any:
-    """Return a length, a point, or a list of these or of segments, times a number; what is no number as it is."""
+    """Return a length, a point, or a list of these or of segments, times a number; other values unchanged."""
     if isinstance(value, list | tuple):
         if value and isinstance(value[0], str):
             bare = _NO_LENGTHS.get(value[0], ())

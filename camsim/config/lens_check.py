@@ -1,4 +1,4 @@
-"""By how much a lens file's transfers differ from those of its rays."""
+"""Difference between a lens file's OTFs and those of its rays."""
 
 from __future__ import annotations
 
@@ -13,33 +13,33 @@ from camsim.core.errors import InputError, UnsupportedError
 from camsim.optics.field_lens import FieldLens
 from camsim.optics.zernike import cosines, orders
 
-GOLDEN = math.pi * (3.0 - math.sqrt(5.0))  # angle from each to the next, which leaves no place of the pupil out
-CHECK_RAYS = 2500  # by which transfers are checked
-CHECK_STEP = 0.02  # of the pupil's radius, of the lattice that these are followed on
-RIM = 1.06  # of the pupil's radius, to where rays tell where it ends
+GOLDEN = math.pi * (3.0 - math.sqrt(5.0))  # golden angle, which covers the pupil uniformly
+CHECK_RAYS = 2500  # for the check of transfer functions
+CHECK_STEP = 0.02  # lattice step for their interpolation, in pupil radii
+RIM = 1.06  # of the pupil's radius: extent of rays, to locate its rim
 CHECKED = (0.0, 0.35, 0.5, 0.7, 0.85, 1.0)  # of the field
 CYCLES_PER_MM = (10.0, 20.0, 40.0)
 CHECKED_NM = (450.0, 550.0, 650.0)
-MOST_ORDER, MORE = 20, 4  # of the polynomials that a path is followed by: so many more than the file's
+MOST_ORDER, MORE = 20, 4  # largest order of path polynomials, and excess over the file's
 
 
 def even_disc(count: int, radius: float = 1.0) -> F64:
-    """Return points (2, n) of equal areas all over a disc."""
+    """Return points (2, n) of equal areas over a disc."""
     number: F64 = np.arange(count, dtype=float)
     distance, angle = radius * np.sqrt((number + 0.5) / count), GOLDEN * number
     return np.stack([distance * np.cos(angle), distance * np.sin(angle)])
 
 
 def least_squares(rows: F64, values: F64) -> F64:
-    """Return the coefficients of least squares; of what rays hardly tell the smallest."""
+    """Return least-squares coefficients of minimal norm in poorly determined directions."""
     found: F64 = np.asarray(np.linalg.lstsq(rows, values, rcond=1e-6)[0], float)
     return found
 
 
 def compared(stated: Prescription, full_rad: float, found: FieldLens, name: str) -> tuple[F64, tuple[float, ...]]:
-    """Return by how much a file's transfers are larger than those of the rays, and where.
+    """Return the excess of a file's transfer functions over those of the rays, and the places.
 
-    Raises InputError where a wavefront of the file is too steep to be sampled.
+    Raises InputError if a wavefront of the file is too steep to sample.
 
     The rays' are sums over their own pupil, as wide and as cut as it is, of the path and not of where rays fall.
     """
@@ -51,7 +51,7 @@ def compared(stated: Prescription, full_rad: float, found: FieldLens, name: str)
     middle_of = stated.of_wavelengths((stated.middle_nm,))
     chief = middle_of.beams([share * full_rad for share in CHECKED], np.empty((2, 0)))
     places_um = [min(1e3 * abs(float(at.chief_mm[0])), found.height_um[-1]) for at in chief]
-    for k in reversed(range(len(CHECKED))):  # from the rim, where most of what is too steep is so soonest
+    for k in reversed(range(len(CHECKED))):  # from the rim, where wavefronts are steepest
         beam, placed = beams[k], found.at(places_um[k], 0.0)
         for w, nm in enumerate(CHECKED_NM):
             share = np.maximum(beam.share[w], np.hypot(*disc))
@@ -87,8 +87,8 @@ def _transfers(pupil: F64, path_mm: F64, share: F64, wave_mm: float, per_mm: F64
     step = shift / math.ceil(shift / (CHECK_STEP * float(half.min())))
     x, y = np.meshgrid(*(np.arange(a, b, step) for a, b in zip(low - 2 * step, high + 2 * step, strict=True)))
     near = LinearNDInterpolator(pupil.T, share)(x, y)
-    # In cells, from the rim inwards: where two copies overlap is as far from a rim as the nearer of theirs.
-    # Beyond all rays it is closed.
+    # In cells, from the rim inwards: in the overlap of two copies, the nearer rim counts.
+    # Closed beyond all rays.
     inside = np.nan_to_num((1.0 - near) / np.maximum(np.hypot(*np.gradient(near)), 1e-9), nan=-9.0)
     there = inside > -1.0
 

@@ -1,4 +1,4 @@
-"""Lens files: read, judged, and made a ``FieldLens``."""
+"""Lens files: read, validated, and converted to a ``FieldLens``."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from camsim.core.errors import ConfigError
 from camsim.optics import FieldLens
 from camsim.spectra.curve import Spectrum
 
-ABOUT = ("camsim", "name", "source", "residual_waves", "residual_mtf")  # keys that tell of the lens and make nothing
+ABOUT = ("camsim", "name", "source", "residual_waves", "residual_mtf")  # informative keys without effect
 
 
 def read_lens_file(located: Located, *, focus_um: float = 0.0, transmission: Spectrum = 1.0) -> FieldLens:
@@ -21,7 +21,7 @@ def read_lens_file(located: Located, *, focus_um: float = 0.0, transmission: Spe
 
 
 def lens_of(source: Document, *, focus_um: float = 0.0, transmission: Spectrum = 1.0) -> FieldLens:
-    """Return the lens of what a file holds; raises ConfigError with all of its faults."""
+    """Return the lens of a file's content; raises ConfigError with all of its faults."""
     document = Validated.of(source, schema.LensFile)
     table = document.model
     lens = None
@@ -34,7 +34,7 @@ def lens_of(source: Document, *, focus_um: float = 0.0, transmission: Spectrum =
 
 
 def locate_lens(name: str, scene: Validated[Any]) -> Located:
-    """Find what a scene names: a shipped lens, or a file under the scene's folder (an override's: from here)."""
+    """Find a lens named by a scene: a shipped one, or a file under the scene's folder (for overrides: any path)."""
     node = scene.document.find(("lens", "file"))
     if not library.looks_like_path(name) or node is None or not node.place.line:
         return library.locate("lens", name)

@@ -13,12 +13,12 @@ import numpy as np
 from camsim.core.arrays import F64
 from camsim.core.errors import InputError
 
-PLACEHOLDER = (1.5, 40.0)  # what Zemax writes beside every catalogue glass
-SEEN_UM = (0.44, 0.65)  # what is measured there is continued to 380 and 780 nm
-SAME_INDEX = 2e-4  # makers whose glasses of one name differ by less make one glass
-NEAR_INDEX = 2e-3  # a catalogue's glass that is as near to the file's own index is the one that it means
-ROUNDED_INDEX = 1e-4  # as near, the file's own index is the catalogue's with fewer digits
-OPAQUE = 1e-4  # extinction: a millimetre takes nine tenths of the light
+PLACEHOLDER = (1.5, 40.0)  # written by Zemax with every catalogue glass
+SEEN_UM = (0.44, 0.65)  # range required of measurements, which are extrapolated to 380 and 780 nm
+SAME_INDEX = 2e-4  # glasses of one name from several makers that differ by less count as equal
+NEAR_INDEX = 2e-3  # tolerance between a catalogue's index and the file's to identify a glass
+ROUNDED_INDEX = 1e-4  # tolerance within which the file's index is a rounded catalogue value
+OPAQUE = 1e-4  # extinction at which a millimetre absorbs nine tenths of the light
 MIDDLE_UM, D_UM = 0.55, 0.5875618
 ALIASES = {  # of Zemax's catalogues MISC and INFRARED, and what stands in their place: the first, or what is nearer
     "ACRYLIC": ("organic/(C5H8O2)n - poly(methyl methacrylate)/Sultanova.yml",),
@@ -51,11 +51,11 @@ def by_numbers(nd: float, vd: float) -> Index:
 def by_name(
     name: str, makers: Sequence[str] = (), stated: tuple[float, float] | None = None, *, where: str = ""
 ) -> tuple[Index, str]:
-    """Return a glass's index, and a note where it is not the catalogue's own by this name.
+    """Return a glass's index, and a note unless it is the catalogue's glass of this name.
 
-    makers : catalogues that a file names; of none all are asked
-    told   : index at 587.56 nm and Abbe number that stand beside the name; a catalogue's glass that is near is meant
-    where  : what a refusal begins with
+    makers : catalogues named by a file; if none, all are searched
+    stated : index at 587.56 nm and Abbe number given with the name, to identify a near glass of a catalogue
+    where  : prefix of error messages
     """
     stated = None if stated is None or stated[0] <= 1.0 else stated
     if name.startswith("___") and stated is not None:
@@ -94,7 +94,7 @@ def by_name(
 
 
 def _candidates(name: str, makers: Sequence[str]) -> list[tuple[str, str]]:
-    """Return makers and files of glasses of exactly this name: of the makers that are named where any is."""
+    """Return makers and files of glasses of exactly this name, from the named makers if any."""
     try:
         from optiland.materials.registry import MaterialRegistry
     except ImportError:
@@ -132,7 +132,7 @@ def _material(file: str, name: str, where: str) -> Any:
 
 
 def _known_um(material: Any) -> tuple[float, float]:
-    """Return from where to where an index is known."""
+    """Return the range of wavelengths of a known index."""
     stated = material._formula_wavelength_range if material._n is None else material._n_wavelength
     return (0.0, 99.0) if stated is None else (float(np.min(stated)), float(np.max(stated)))
 

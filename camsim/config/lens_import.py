@@ -1,4 +1,4 @@
-"""Lens files from Zemax prescriptions: read, judged, traced, and written only if they are read back."""
+"""Lens files from Zemax prescriptions: read, validated, traced, and written only if readable again."""
 
 from __future__ import annotations
 
@@ -27,15 +27,15 @@ RIMS = {
     "SPID": "a spider",
     "USAP": "an aperture by points",
     "USOB": "an obstruction by points",
-}  # that a surface may have, and that rays are not stopped by
+}  # allowed for a surface, without effect on rays
 VIGNETTING = ("VDXN", "VDYN", "VCXN", "VCYN")  # factors of each field: shifts of its pupil, compressions
 ENCODINGS = ("utf-16", "utf-8", "iso-8859-1")
 ASPHERES = {"STANDARD": 0, "EVENASPH": 2, "ODDASPHE": 1}  # powers of r from one PARM to the next
-FAR_MM = 1e9  # an object as far away is at infinity
+FAR_MM = 1e9  # an object at this distance counts as at infinity
 SEEN_UM = (0.38, 0.78)
 MIDDLE_NM = 550.0
 WIDEST_DEG = 89.0
-SCANNED = 179  # angles, among which an image height's is looked for
+SCANNED = 179  # angles scanned for an image height
 
 MODEL = "1"  # behind a glass's name: by its index and Abbe number
 Operands = list[list[str]]
@@ -171,7 +171,7 @@ def _primary_nm(head: Operands) -> float:
 
 
 def _surface(number: int, one: Operands, mm: float, makers: Sequence[str], name: str, notes: list[str]) -> Surface:
-    """Return a surface; raises InputError where it is not the same all round, or not known."""
+    """Return a surface; raises InputError unless it is rotationally symmetric and supported."""
     kind = (_values(one, "TYPE") or ["STANDARD"])[0]
     parameters = {int(values[0]): float(values[1]) for key, *values in one if key == "PARM" and len(values) > 1}
     if kind == "COORDBRK" and not any(parameters.get(k, 0.0) for k in range(1, 6)):
@@ -262,7 +262,7 @@ def _stopped(stated: Prescription, name: str, notes: list[str]) -> Prescription:
 
 def _fields(head: Operands) -> list[list[float]]:
     """Return x and y of a file's fields, in what they are given by, and the vignetting factors of each."""
-    kept = int(_number(head, "FTYP", 2, 0.0)) or None  # what stands behind so many is left of others
+    kept = int(_number(head, "FTYP", 2, 0.0)) or None  # later entries are leftovers of other fields
 
     def of(key: str, older: str) -> list[float]:
         return [float(value) for value in (_values(head, key) or _values(head, older))[:kept]]
@@ -315,7 +315,7 @@ def _angle(lens: Lens, head: Operands, field: float, name: str) -> float:
 
 
 def _angle_of(lens: Lens, height_mm: float, name: str) -> float:
-    """Return the angle whose chief ray falls at a height in the image, radians."""
+    """Return the angle whose chief ray has a given image height, radians."""
     none = np.empty((2, 0))
     angles = np.radians(np.linspace(0.0, WIDEST_DEG, SCANNED))
     heights = np.abs([float(beam.chief_mm[0]) for beam in lens.beams(angles.tolist(), none)])

@@ -12,10 +12,10 @@ import numpy.typing as npt
 
 from camsim.core.arrays import F64
 
-NEWTON = 40  # steps to a surface that is no conic, and to a place in the stop
+NEWTON = 40  # steps to a surface that is not a conic, and to a point of the stop
 MET = 1e-12  # of a stop's radius or a ray's length, mm: met
-NEAR_AXIS = 1e-4  # of the field of a ray that stands for paraxial ones, radians
-FAR_PUPIL = 1e6  # focal lengths: an exit pupil that is farther lies there
+NEAR_AXIS = 1e-4  # field angle of rays that represent paraxial ones, radians
+FAR_PUPIL = 1e6  # focal lengths: largest distance of the exit pupil
 HALVINGS = 8  # of a step of the field, where rays are not found at once
 
 Index = Callable[[F64], F64]  # of refraction, at wavelengths, nm
@@ -23,7 +23,7 @@ Index = Callable[[F64], F64]  # of refraction, at wavelengths, nm
 
 @dataclass(frozen=True, kw_only=True)
 class Surface:
-    """A surface of revolution, and what lies behind it.
+    """A surface of revolution, and the medium behind it.
 
     curvature_per_mm : 1/radius, positive where its centre lies behind it
     conic            : 0: a sphere, −1: a paraboloid
@@ -59,7 +59,7 @@ class Traced(NamedTuple):
 
 
 class Beam(NamedTuple):
-    """Light of one field, by wavelength and ray: what falls beside the chief ray and what reaches its sphere.
+    """Light of one field, by wavelength and ray: rays on the image around the chief ray, and on its reference sphere.
 
     fallen_mm : (2, w, n) where rays fall, from the axis
     chief_mm  : (w,) where the chief ray falls along x
@@ -78,7 +78,7 @@ class Beam(NamedTuple):
 
     @property
     def passes(self) -> npt.NDArray[np.bool_]:
-        """Rays (w, n) that no rim stops."""
+        """Mask of rays (w, n) that no rim stops."""
         found: npt.NDArray[np.bool_] = self.share <= 1.0
         return found
 
@@ -91,7 +91,7 @@ class Prescription:
     aperture    : "EPD", diameter of the entrance pupil, mm; "FNO", the f-number with the object far away; or "stop",
                   the stop's radius, mm
     aim         : whether rays are aimed at the real stop; else they fill the paraxial entrance pupil
-    middle_nm   : wavelength by which pupil and focal length are told
+    middle_nm   : wavelength of pupil and focal length
     vignetting  : (angle from the axis in radians, shift along the radius, compression along it and across it) of the
                   pupil, in its radii; linear between angles, which increase from 0
     """

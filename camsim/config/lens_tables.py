@@ -1,4 +1,4 @@
-"""From rays to the numbers of a lens file: wavefronts, distortion, lateral colour, light, and what they leave."""
+"""The numbers of a lens file from rays: wavefronts, distortion, lateral colour, illumination, and residuals."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ from camsim.optics.wavefront import MOST_WAVES
 from camsim.optics.zernike import cosines, orders
 
 WAVELENGTHS_NM = (380.0, 410.0, 440.0, 470.0, 500.0, 530.0, 560.0, 590.0, 620.0, 650.0, 690.0, 740.0, 780.0)
-STEPS = (12, 24, 48)  # of the radius: so many as wavefronts between them ask for
-BETWEEN = 0.01  # waves rms that wavefronts between heights may be off by
-ORDERS = (8, 10, 12, 14, 16, 18, 20)  # of Zernikes: so many as rays ask for
-LEFT = 0.005  # waves rms that these may leave
-DROPPED = 0.002  # waves rms of all coefficients together that are left out
+STEPS = (12, 24, 48)  # of the radius: as required by wavefronts in between
+BETWEEN = 0.01  # waves rms: largest error of wavefronts between heights
+ORDERS = (8, 10, 12, 14, 16, 18, 20)  # of Zernikes: as required by the rays
+LEFT = 0.005  # waves rms: largest residual
+DROPPED = 0.002  # waves rms of all omitted coefficients together
 CLOSED = 0.1  # weight of a ray that a rim stops: nothing falls there, but the wavefront must go somewhere
 RAYS = 720  # over the pupil, of equal areas; one half of them is traced
 EXPOSED_STEP = 2e-4  # of the field, over which the sky is compared with where it falls
@@ -42,11 +42,11 @@ HALF_DISC = np.concatenate([QUARTER, QUARTER * [[-1.0], [1.0]]], axis=1)  # even
 
 
 class Traced(NamedTuple):
-    """A lens file's text, and what it leaves of the rays.
+    """A lens file's text, and its residuals against the rays.
 
     largest : of all coefficients, waves
     zernikes : how many there are
-    left  : rms beside the Zernikes at the worst place, waves
+    left  : rms residual of the Zernikes at the worst place, waves
     mtf   : differences of transfers (fields, wavelengths, 2 directions: along the radius and across, frequencies)
     places_um : of these fields, from the axis
     notes : what is worth a line
@@ -62,13 +62,13 @@ class Traced(NamedTuple):
 
     @property
     def stated(self) -> str:
-        """What the file leaves of the rays, on a line."""
+        """The residuals of the file, on a line."""
         each = ", ".join(f"{one:.4f} at {um / 1e3:.4g} mm" for um, one in zip(self.places_um, self._off, strict=True))
         return f"{self.zernikes} Zernikes leave {self.left:.4f} waves rms; MTF off the rays' by {each}"
 
     @property
     def _off(self) -> list[float]:
-        """The largest difference at each place."""
+        """The largest MTF difference at each place."""
         largest: list[float] = np.abs(self.mtf).max(axis=(1, 2, 3)).tolist()
         return largest
 
@@ -119,7 +119,7 @@ def lens_file(
         raise InputError(f"{name!r} lets no ray of its pupil's rim pass on the axis; give it a smaller pupil")
     for steps in STEPS:
         angles = full_rad * np.arange(2 * steps + 1) / (2 * steps)
-        # Half steps are what steps are judged by.
+        # Half steps serve to check the steps.
         chief_mm = np.array([beam.chief_mm[0] for beam in middle.beams(angles, np.empty((2, 0)))])
         side = math.copysign(1.0, float(chief_mm[1]))
         _validate_heights(side * chief_mm, angles, name, aim=stated.aim)
@@ -203,7 +203,7 @@ def _fitted(
     ]
     waves = np.array([[one[1] for one in row] for row in found])
     indices = found[0][0][0]
-    # On the axis all is the same all round.
+    # On the axis everything is rotationally symmetric.
     waves[:, 0, [k for k, index in enumerate(indices) if orders(index)[1]]] = 0.0
     return indices, waves, max(one[2] for row in found for one in row)
 
@@ -255,7 +255,7 @@ def _between(f_number: float, heights_um: F64, indices: tuple[int, ...], waves: 
 
 
 def _needed(waves: F64) -> list[int]:
-    """Return which coefficients matter anywhere: of all others together little is left."""
+    """Return the coefficients that matter anywhere: the others together are negligible."""
     largest = np.abs(waves).max(axis=(0, 1))
     small = np.argsort(largest)
     left = np.sqrt(np.cumsum(waves[..., small] ** 2, axis=-1)).max(axis=(0, 1))
@@ -301,7 +301,7 @@ def _light(lens: Lens, angles: F64, height_mm: F64, name: str) -> F64:
 
 
 def _distortion(lens: Lens, full_rad: float, side: float) -> tuple[F64, F64]:
-    """Return heights without distortion, µm, and its fractions there; scale apart: beside the axis there is none.
+    """Return heights without distortion, µm, and its fractions there; excluding scale: none near the axis.
 
     A sensor that lies off the paraxial focus sees all larger or smaller, which is no distortion.
     """

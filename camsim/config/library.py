@@ -1,4 +1,4 @@
-"""Find sensors, scenes and lenses: shipped ones by name, the user's own by path."""
+"""Find sensors, scenes and lenses: shipped ones by name, the user's by path."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ FOLDERS: dict[Kind, str] = {"sensor": "sensors", "scene": "scenes", "lens": "len
 YAML_SUFFIXES = (".yaml", ".yml")
 
 _ALIKE = 0.75
-"""From here on a name is a slip of the keyboard, or an older version; below it another file."""
+"""Similarity above which a name is a typo or an older version of another."""
 
 
 @dataclass(frozen=True, slots=True)
 class Located:
-    """A file to read, and what to call it: as the user gave it, or ``scenes/NAME.yaml`` for a shipped one."""
+    """A file to read, and its name in messages: as given by the user, or ``scenes/NAME.yaml`` for a shipped one."""
 
     path: Path
     displayed: str
@@ -101,7 +101,7 @@ def looks_like_path(name: str) -> bool:
 
 
 def _folder(kind: Kind) -> Path:
-    """Return where the shipped files lie: inside an installed wheel, or beside the package in a checkout."""
+    """Return the folder of shipped files: inside an installed wheel, or next to the package in a checkout."""
     package = Path(camsim.__path__[0])
     installed = package / "data" / FOLDERS[kind]
     return installed if installed.is_dir() else package.parent / FOLDERS[kind]

@@ -1,4 +1,4 @@
-"""Which key was meant: by spelling, by other people's words for it, or because it lives elsewhere."""
+"""The intended key: by spelling, by synonym, or by its place elsewhere."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def place_of(word: str) -> str | None:
     places = dict.fromkeys(_all_keys(Expected.of(SceneFile), ()))
     places |= dict.fromkeys(("sensor", *path) for path in _all_keys(Expected.of(SensorFile), ()))
     found = [path for path in places if 0 not in path]
-    # Of a hundred names some are a little like any word.
+    # Among a hundred names some are slightly similar to any word.
     name = meant(word, sorted({str(path[-1]) for path in found}), alike=0.8)
     return next((dotted(path) for path in found if path[-1] == name), None)
 
@@ -37,7 +37,7 @@ def _all_keys(expected: Expected, path: KeyPath, above: tuple[type[Table], ...] 
         for name, field in table.fields().items():
             yield (*path, name)
             inside = expected_of_field(field)
-            if not {*inside.holds()} & {*above, table}:  # a group's shapes are told once
+            if not {*inside.holds()} & {*above, table}:  # a group's shapes are listed once
                 yield from _all_keys(inside, (*path, name), (*above, table))
     for alternative in expected.alternatives():
         if get_origin(alternative.kind) is list:

@@ -32,7 +32,7 @@ class Override:
 
 
 def parse(texts: Iterable[str]) -> tuple[list[Override], list[Fault]]:
-    """Read overrides; those that are none come back as faults."""
+    """Read overrides; invalid ones are returned as faults."""
     overrides: list[Override] = []
     faults: list[Fault] = []
     for text in texts:
@@ -86,7 +86,7 @@ def _changed(node: Node, rest: tuple[str, ...], override: Override, expected: Ex
         holder = child or Node({}, override.place, override.place)
         new = _changed(holder, rest[1:], override, inside, (*done, key))
     elif new is None and child is None and inside is None:
-        # Nothing to remove, and no such key: kept as an empty value, so that the schema says what is wrong.
+        # Nothing to remove, and no such key: stored as an empty value, so that the schema reports the fault.
         new = Node(None, override.place, override.place)
     if len(rest) == 1 and new is not None and expected is not None and isinstance(node.content, Mapping):
         content = _without_the_others(node, node.content, str(key), expected)
@@ -95,7 +95,7 @@ def _changed(node: Node, rest: tuple[str, ...], override: Override, expected: Ex
 
 
 def _without_the_others(node: Node, content: Mapping[str, Node], key: str, expected: Expected) -> dict[str, Node]:
-    """Return a table without what the file gives instead of ``key``; what other overrides give stays, to be judged."""
+    """Return a table without what the file gives instead of ``key``; values of other overrides stay."""
     table = expected.table(node)
     groups = table.alternatives if table is not None else ()
     others = {other for group in groups if key in group for other in group if other != key}

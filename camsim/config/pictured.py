@@ -39,7 +39,7 @@ def is_picture(path: Path) -> bool:
 
 
 def scene_of(picture: Path, folder: Path) -> str:
-    """Return a scene that shows a picture, for a file in ``folder``; raises CamsimError if that cannot be.
+    """Return a scene that shows a picture, for a file in ``folder``; raises CamsimError if impossible.
 
     Two samples are a photosite's side, or more where the picture would be larger than the sensor; the window is inside.
     """

@@ -78,9 +78,9 @@ def markdown() -> str:
 
 
 def _tables(table: type[Table], path: str, above: tuple[type[Table], ...] = ()) -> Iterator[tuple[str, type[Table]]]:
-    """Yield a table and all tables inside it, with the paths at which they stand; kinds are told apart.
+    """Yield a table and all tables inside it, with their paths; kinds are distinguished.
 
-    above : tables that this lies in; what holds others of its own list is told once
+    above : enclosing tables; recursive ones are listed once
     """
     yield path, table
     for key, field in table.fields().items():
@@ -108,7 +108,7 @@ def _members(expected: Expected, path: str) -> Iterator[tuple[type[Table], str]]
     """Yield the tables that may stand at a place, in lists (``path[]``) and under letters (``path.LETTER``) too."""
     for member in expected.alternatives():
         origin, items = get_origin(member.kind), get_args(member.kind)
-        if len(member.alternatives()) > 1:  # charts are told apart by their names
+        if len(member.alternatives()) > 1:  # charts are distinguished by name
             yield from _members(member, path)
         elif origin is list:
             yield from _members(Expected.of(items[0]), f"{path}[]")

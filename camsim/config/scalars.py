@@ -17,7 +17,7 @@ _INTEGER = re.compile(r"[-+]?[0-9]+")
 _OCTAL = re.compile(r"0o[0-7]{1,20}")
 _HEXADECIMAL = re.compile(r"0x[0-9a-fA-F]{1,16}")
 _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
-# Python refuses to read integers of thousands of digits; no quantity here has more than twenty.
+# Python refuses integers of thousands of digits; no quantity here has more than twenty.
 _LONGEST_INTEGER = 40
 
 

@@ -1,4 +1,4 @@
-"""Sensors by name: in folders of the user's, beside a scene, and those that camsim ships."""
+"""Sensors by name: in the user's folders, next to a scene, and shipped with camsim."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from camsim.core.errors import InvalidValueError, UnknownNameError
 from camsim.core.words import displayed
 
 PATH_VARIABLE = "CAMSIM_PATH"
-"""Folders with sensors, separated as in PATH; those that do not exist are passed over, as there."""
+"""Folders with sensors, separated as in PATH; missing ones are ignored."""
 
 _HEAD_BYTES = 65_536
 _SENSOR = re.compile(r"^\s*\{?\s*['\"]?camsim['\"]?\s*:\s*['\"]?sensor/", re.MULTILINE)
@@ -24,9 +24,9 @@ _WHERE = (
 
 @dataclass(frozen=True, slots=True)
 class SensorSearch:
-    """Where sensors are looked for by name, the first that has it wins; camsim's own come last.
+    """Search order of sensors by name: the first match wins; shipped ones come last.
 
-    own    : folders that the user names
+    own    : folders given by the user
     beside : the folder of a scene: it, ``sensors`` in it and ``../sensors`` are looked into, and no other place, so
              that a scene from elsewhere reads nothing of the disk
     """
@@ -105,7 +105,7 @@ class SensorSearch:
         yield from (self.beside, self.beside / "sensors", Path(os.path.normpath(self.beside / ".." / "sensors")))
 
     def _holds(self, folder: Path, path: Path) -> bool:
-        """Whether a sensor lies there; beside a scene a link may not lead out of the folder."""
+        """Whether a sensor is there; next to a scene, links must not leave the folder."""
         if not os.path.isfile(path):
             return False
         if folder not in self.own and not path.resolve().is_relative_to(folder.resolve()):

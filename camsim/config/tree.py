@@ -1,4 +1,4 @@
-"""A YAML document as a tree whose every part knows where it was written."""
+"""A YAML document as a tree with the source position of every part."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Scalar: TypeAlias = str | int | float | bool | None
 KeyPath: TypeAlias = tuple[str | int, ...]
 
 MOST_FAULTS = 100
-"""That are looked for in one file: who has read so many mends those first, and finding all of them takes minutes."""
+"""Most faults reported for one file: finding all of very many would take minutes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +39,7 @@ class Node:
     place    where the value begins
     named    where its key begins (for an item of a list and for the root: where the value begins)
     text     a scalar as it was written
-    refused  the reader has already reported it: what it holds is not to be judged again
+    refused  the reader has already reported it: its content is not validated again
     """
 
     content: Scalar | tuple[Node, ...] | Mapping[str, Node]
@@ -72,7 +72,7 @@ class Document:
     file    as the user gave it: the name that faults carry
     folder  where the file lies; files that it names lie under here
     faults  what the reader refused
-    removed what overrides have taken away, and where they said so
+    removed keys removed by overrides, with their places
     """
 
     file: str
@@ -111,12 +111,12 @@ class Document:
         return Fault(place.file, place.line, place.column, "" if key == place.key else key, message)
 
     def refuses(self, path: KeyPath) -> bool:
-        """Whether the reader has already reported this part or one that it lies in."""
+        """Whether the reader has already reported this part or an enclosing one."""
         return any(node is not None and node.refused for node in self._along(path))
 
 
 def dotted(path: KeyPath) -> str:
-    """Return a path as the user writes it.
+    """Return a path in the user's notation.
 
     >>> dotted(("scene", "shapes", 0, "reflectance"))
     'scene.shapes.0.reflectance'

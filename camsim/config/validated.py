@@ -40,7 +40,7 @@ class Validated(Generic[M]):
 
     @classmethod
     def of(cls, document: Document, model_type: type[M]) -> Validated[M]:
-        """Judge a document by its schema."""
+        """Validate a document by its schema."""
         model, faults = judge(document, model_type)
         return cls(document, model_type, model, faults)
 
@@ -65,7 +65,7 @@ class Validated(Generic[M]):
             return None
 
     def build(self, path: KeyPath, make: Callable[[], T], *, keys: Mapping[str, KeyPath] | None = None) -> T | None:
-        """Make a stage of the part at ``path``; what the stage refuses becomes a fault there.
+        """Make a stage of the part at ``path``; errors of the stage become faults there.
 
         keys : where the file has the stage's parameters, from ``path``, those that it calls by other names
         """
@@ -84,7 +84,7 @@ class Validated(Generic[M]):
 
     @property
     def full(self) -> bool:
-        """Whether so many faults were found that no more are looked for."""
+        """Whether the limit of reported faults is reached."""
         return len(self.faults) >= MOST_FAULTS
 
     def refuse(self, path: KeyPath, message: str) -> None:

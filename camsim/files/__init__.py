@@ -1,4 +1,4 @@
-"""A Frame in, a file out: the suffix chooses the format, the product what goes into it."""
+"""Writing Frames to files: the suffix chooses the format, the product the content."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from camsim.files.atomic import reason, replacing
 
 @dataclass(frozen=True, slots=True)
 class Format:
-    """What one suffix holds: a writer for each product; without a name the first product is meant."""
+    """The format of a suffix: a writer for each product; the first one is the default."""
 
     title: str
     writers: Mapping[Product, Callable[[Frame, Path], None]]
@@ -60,12 +60,12 @@ def save(
     """Write one product of the frame; the suffix of ``path`` chooses the format.
 
     product       : None: the mosaic in .dng .tiff .npy, the truth in .exr, the preview in .png, the frame in .npz
-    force         : overwrite a file that is there
+    force         : overwrite an existing file
     allow_odd_cfa : write a DNG even of a colour filter array that raw developers misread (`odd_cfa` names them)
     compress      : write a DNG as lossless JPEG; needs the package imagecodecs
 
-    The file is written beside its place and moved there when it is whole: whatever goes wrong, an older file
-    of that name is still there as it was. Equal frames give equal bytes. Raises OutputError in one sentence.
+    The file is written next to its destination and moved there when complete: on any error, an older file
+    of that name is unchanged. Equal frames give equal bytes. Raises OutputError in one sentence.
 
     >>> import tempfile
     >>> from pathlib import Path
@@ -116,7 +116,7 @@ def writing_rows(
     camera, region : of the capture: ``frame = capture.rows(writer.take)``; give the frame to ``writer.finish``
     force, allow_odd_cfa, compress : as of ``save``
 
-    The file is moved to its place when the block ends well, and none is left when it does not.
+    The file is moved to its destination when the block succeeds; otherwise none is left.
     """
     check_truths(force=force, allow_odd_cfa=allow_odd_cfa, compress=compress)
     check_output(path, "mosaic")
@@ -134,7 +134,7 @@ def _refuse_what_exists(path: str | os.PathLike[str], *, force: bool) -> None:
 def check_output(path: str | os.PathLike[str], product: str | None = None) -> Product:
     """Return the product that ``path`` is to hold, or raise OutputError if it could not be written.
 
-    To be called before the work begins: looks at the suffix, the product and the folder.
+    To be called before the work begins: checks the suffix, the product and the folder.
     """
     displayed, target = repr(str(path)), Path(path)
     chosen = _product(displayed, target.suffix, product)
@@ -143,7 +143,7 @@ def check_output(path: str | os.PathLike[str], product: str | None = None) -> Pr
             raise OutputError(f"cannot write {displayed}: it is a folder")
         if target.exists() and not target.is_file():
             raise OutputError(f"cannot write {displayed}: it is a device and not a file")
-        # Where a link points to is where the file goes.
+        # The file is written to the target of a link.
         folder = Path(os.path.realpath(target)).parent
         if not folder.exists():
             raise OutputError(f"cannot write {displayed}: the folder {str(folder)!r} does not exist; make it first")

@@ -1,4 +1,4 @@
-"""A file is there whole or not at all: written beside its place, then renamed into it."""
+"""Atomic writing: a file is written next to its destination, then renamed."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from pathlib import Path
 from camsim.core.errors import OutputError
 
 _STEM_LETTERS = 40
-"""Of the name, so that the name beside fits wherever the name itself does (255 bytes)."""
+"""Letters of the name in the temporary one, so that it fits wherever the name itself does (255 bytes)."""
 
 
 @contextlib.contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Give a new empty file beside ``path`` to write to, and move it to ``path`` when the block ends well.
+    """Yield a new empty file next to ``path`` to write to, and move it to ``path`` when the block succeeds.
 
     Until the move, whatever was at ``path`` stays as it was; after it, the new file is there in full, on
-    disk. When the block fails or is interrupted the file beside is removed. What the system refuses is raised
+    disk. When the block fails or is interrupted the temporary file is removed. Errors of the system are raised
     as OutputError; a link is followed, so that its target is replaced and not the link.
     """
     target = Path(os.path.realpath(path))
     beside = target.with_name(f".{target.name[:_STEM_LETTERS]}.{secrets.token_hex(4)}.part")
     with _system_errors_named(path):
         try:
-            # os.open and not tempfile: the umask is to give the file the permissions of any new one.
+            # os.open instead of tempfile, so that the umask sets the usual permissions.
             os.close(os.open(beside, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
             yield beside
             _flush_to_disk(beside)
@@ -44,13 +44,12 @@ def replacing(path: Path) -> Iterator[Path]:
 
 @contextlib.contextmanager
 def together() -> Iterator[None]:
-    """Let the files that are written in this block be there when it ends well: all of them, or none.
+    """Commit all files written in this block together when it succeeds, or none.
 
-    A command that fails at its second file leaves the first one neither, nor what it had overwritten: whoever mends the
-    mistake can give the command again.
+    A command that fails at its second file leaves no first one and overwrites nothing, so that it can be repeated.
     """
     if _WAITING.get() is not None:
-        yield  # a part of what is to be there together
+        yield  # nested: committed with the outer block
         return
     waiting: dict[Path, Path] = {}
     token = _WAITING.set(waiting)
@@ -69,7 +68,7 @@ def together() -> Iterator[None]:
 
 @contextlib.contextmanager
 def made_together(folder: Path) -> Iterator[None]:
-    """Do so for the files of a folder that was made for them: without them it goes as well, if it is empty."""
+    """Do so for the files of a new folder, which is removed if it stays empty."""
     try:
         with together():
             yield
@@ -80,11 +79,11 @@ def made_together(folder: Path) -> Iterator[None]:
 
 
 _WAITING: ContextVar[dict[Path, Path] | None] = ContextVar("_WAITING", default=None)
-"""Files that are written and not in their places yet, by their places."""
+"""Files written but not yet committed, by destination."""
 
 
 def _flush_folder(folder: Path) -> None:
-    # The file is in place. Not every file system flushes folders, nor every folder may be read.
+    # The file is in place. Some file systems cannot flush folders, and some folders are not readable.
     with contextlib.suppress(OSError):
         _flush_to_disk(folder)
 
@@ -106,7 +105,7 @@ def _system_errors_named(path: Path) -> Iterator[None]:
 
 
 def reason(error: OSError) -> str:
-    """Say in the user's words why the system refused to write."""
+    """Return a text on why the system refused to write."""
     known = {
         errno.ENOSPC: "the disk is full",
         errno.EDQUOT: "the disk quota is used up",
@@ -120,13 +119,13 @@ def reason(error: OSError) -> str:
 
 
 def write_chunks(path: Path, chunks: Iterable[bytes | memoryview]) -> None:
-    """Write one piece after another, none of them copied."""
+    """Write chunks in order, without copies."""
     with path.open("wb") as file:
         for chunk in chunks:
             file.write(chunk)
 
 
 def write_whole(path: str | os.PathLike[str], content: bytes) -> None:
-    """Write a file at once: it is there whole, or not at all and what was there stays. Raises OutputError."""
+    """Write a file atomically; on failure an existing one is unchanged. Raises OutputError."""
     with replacing(Path(path)) as beside:
         beside.write_bytes(content)

@@ -1,4 +1,4 @@
-"""Measured cameras in other people's files: rawtoaces, the 28 cameras of Jiang et al., ISETCam, tables in CSV."""
+"""Measured cameras in files of other projects: rawtoaces, the 28 cameras of Jiang et al., ISETCam, tables in CSV."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def read_cameras(path: Path) -> tuple[CameraCurves, ...]:
 
 
 def camera_of(path: Path, name: str | None) -> CameraCurves:
-    """Return the camera of a file, of several the one that is named; raises UnknownNameError with those there are."""
+    """Return the camera of a file, of several the named one; raises UnknownNameError with those available."""
     cameras = {camera.name: camera for camera in read_cameras(path)}
     if name is None and len(cameras) > 1:
         displayed = ", ".join(sorted(cameras))
@@ -133,7 +133,7 @@ def _jiang(path: Path) -> Sequence[CameraCurves]:
 def _isetcam(path: Path) -> Sequence[CameraCurves]:
     try:
         held: dict[str, Any] = scipy.io.loadmat(str(path), squeeze_me=True)
-    except Exception as error:  # whatever SciPy makes of damaged bytes
+    except Exception as error:  # any error of SciPy for damaged files
         raise InputError(f"no MATLAB file of versions 4 to 7 ({in_brief(error)}); save it with -v7") from None
     if not {"wavelength", "data", "filterNames"} <= set(held):
         raise InputError("no colour filters as ISETCam saves them: wavelength, data and filterNames")
@@ -171,7 +171,7 @@ def _table(path: Path) -> Sequence[CameraCurves]:
 
 
 def _letter(name: str) -> str:
-    """Return the channel that a column's name speaks of; "" where none, or more than one, is."""
+    """Return the channel that a column's name denotes; "" if none or ambiguous."""
     words = [word.lower() for word in _BETWEEN.split(_UNIT.sub(" ", name))]
     found = {_LETTERS[word] for word in words if word in _LETTERS}
     return found.pop() if len(found) == 1 else ""
@@ -185,7 +185,7 @@ def _curves(nodes_nm: F64, values: F64, letters: Sequence[str]) -> dict[str, Cur
     if any(after <= before for before, after in pairwise(nodes_nm.tolist())):
         raise InputError("its wavelengths do not increase")
     return {
-        # Measured sensitivities go a little below 0 where there is nothing to measure.
+        # Measured sensitivities are slightly negative where the response is 0.
         letter: Curve(nodes_nm.tolist(), np.maximum(values[:, k], 0.0).tolist(), outside="zero")
         for k, letter in enumerate(letters)
     }

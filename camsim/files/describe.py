@@ -1,4 +1,4 @@
-"""The words that every file carries: what was computed, as text that is the same each time."""
+"""Metadata in every file: a reproducible text description of the computation."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from camsim.camera.frame import Frame
 from camsim.core.errors import OutputError
 
 RECORD_FORMAT = "frame/1"
-"""Names the format of the record; another number is another format."""
+"""Name and version of the record format."""
 
 XMP_NAMESPACE = "urn:camsim:frame/1/"
-"""XML namespace of our own properties in XMP."""
+"""XML namespace of camsim's properties in XMP."""
 
 
 def description_json(frame: Frame) -> str:
@@ -32,9 +32,9 @@ def description_hash(frame: Frame) -> str:
 
 
 def record(frame: Frame, product: str) -> dict[str, Any]:
-    """Return what every file carries: the description, and the figures that explain the numbers.
+    """Return the record of a file: the description, and the figures that explain the values.
 
-    ``sha256`` is the checksum of all the rest, so that a reader sees whether the file still says what was written.
+    ``sha256`` is the checksum of the rest, by which a reader detects changes.
     """
     said = {
         "camsim": RECORD_FORMAT,
@@ -88,7 +88,7 @@ def exif_datetime(frame: Frame) -> str:
 
 
 def ascii_text(text: str) -> str:
-    """Return the nearest ASCII, for tags that know nothing else.
+    """Return the nearest ASCII, for ASCII-only tags.
 
     >>> ascii_text("D40-like, 4.88 µm – é")
     'D40-like, 4.88 um - e'
@@ -98,15 +98,15 @@ def ascii_text(text: str) -> str:
 
 
 def _error(frame: Frame, product: str) -> float | None:
-    """Return the estimate for what the file holds; the truth, of more channels, has one of its own.
+    """Return the error estimate for the product of a file; the truth has a separate one.
 
-    In thousandths of the tolerance, one at least, and two digits of those: what is below is one processor's last bits.
+    In thousandths of the tolerance, at least one, to two digits: finer digits differ between processors.
     """
     error = frame.report.truth_error_estimate if product == "truth" else frame.report.error_estimate
     if error is None or not math.isfinite(error):
         return None
     thousandth = 1e-3 * frame.report.tolerance
-    if thousandth == 0.0:  # light that was given has no error
+    if thousandth == 0.0:  # given light has no error
         return 0.0
     return float(f"{max(round(error / thousandth), 1) * thousandth:.2g}")
 

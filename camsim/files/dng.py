@@ -1,7 +1,7 @@
 """DNG of a capture: a raw file that raw developers open in the right colours.
 
 Bayer and X-Trans arrays are written as CFA, mono as linear raw of one sample. ``dng_tags`` has the tags, ``given`` the
-same file of anyone's array.
+same for arbitrary arrays.
 """
 
 from __future__ import annotations
@@ -37,17 +37,17 @@ _RECOMMENDED_EXPOSURE_INDEX = 2
 _CODES = {"A": STANDARD_LIGHT_A, "D65": D65}
 
 TRUTH_WHITE_DN = 65535
-"""Code of the truth at which the camera itself would clip."""
+"""Code of the truth at which the camera would clip."""
 
 _PIECE_ROWS = 256
 
 
 class MosaicWriter:
-    """A DNG of a mosaic that is written while the mosaic is computed, so that memory need not hold it.
+    """A DNG of a mosaic that is written while the mosaic is computed, without holding it in memory.
 
     mono          : whether every photosite has the same filter
     compress      : as lossless JPEG, see ``dng_image``
-    allow_odd_cfa : write an array that developers misread all the same; ``odd_cfa`` says which programs fail
+    allow_odd_cfa : also write arrays that developers misread; ``odd_cfa`` names the programs that fail
     """
 
     def __init__(
@@ -61,7 +61,7 @@ class MosaicWriter:
         self._image.take(codes)
 
     def finish(self, frame: Frame) -> None:
-        """Write everything that the frame says; its own photosites are not looked at."""
+        """Write the metadata of the frame; its photosites are not used."""
         why = odd_cfa(frame.cfa_pattern)
         if why and not self._allow_odd_cfa:
             raise OutputError(why)
@@ -92,8 +92,8 @@ def write_dng(frame: Frame, path: Path, *, allow_odd_cfa: bool = False, compress
 def write_truth(frame: Frame, path: Path, *, compress: bool = False) -> None:
     """Write the truth as linear raw, 16 bits a channel, never demosaiced: black 0, white where the camera clips.
 
-    A developer treats it as it treats the mosaic, so that the two can be compared after development. What is
-    brighter than the camera's white is cut there; the exact electrons are for .exr and .npy.
+    Developers treat it like the mosaic, so that the two can be compared after development. Values above the camera's
+    white are clipped; use .exr and .npy for exact electrons.
     """
     truth = frame.truth
     assert truth is not None
@@ -129,14 +129,14 @@ def is_mono(frame: Frame) -> bool:
 def noise_profile(frame: Frame) -> tuple[float, float]:
     """Return S and O: the variance of x is S·x + O, for x = (code − black)/span in 0..1.
 
-    The span is the file's own: of black levels that differ the largest is what DNG takes from the white level, for all
-    photosites (specification 1.4, chapter 5). Shot noise, if there is any, has the variance of its electrons; O holds
-    the read noise and the rounding's 1/12 DN². Where the read-out bends, the variance is a curve of x that no S
-    follows: S is right at 18 % of the camera's black..white.
+    The span is that of the file: DNG subtracts the largest of differing black levels from the white level, for all
+    photosites (specification 1.4, chapter 5). Shot noise, if any, has the variance of its electrons; O includes read
+    noise and 1/12 DN² of rounding. With a non-linear read-out, the variance is not linear in x: S is right at 18 % of
+    the camera's black..white.
     """
     span_dn = _white_dn(frame) - int(frame.black_levels_dn.max())
     shot = frame.shot_e2_per_e / (frame.electrons_per_dn * span_dn)
-    # Companded codes are coarser where it is light: S has that too, right at mid-grey.
+    # Companded codes are coarser at high signal: S includes that, right at mid-grey.
     step_dn = float(steps_dn(frame.companding, np.array(frame.black_level_dn + MID_GREY * span_dn)))
     shot += (step_dn**2 - 1.0) / 12.0 / (MID_GREY * span_dn**2)
     floor_dn2 = (frame.read_noise_e / frame.electrons_per_dn) ** 2 + 1 / 12
@@ -144,9 +144,9 @@ def noise_profile(frame: Frame) -> tuple[float, float]:
 
 
 def _white_dn(frame: Frame) -> int:
-    """Return the one white level that a DNG has: where the first photosites are full.
+    """Return the single white level of a DNG: where the first photosites are full.
 
-    Raises OutputError where others are not even black there: black..white would be empty.
+    Raises OutputError if others are still below black there: black..white would be empty.
     """
     white_dn, black_dn = int(frame.white_levels_dn.min()), int(frame.black_levels_dn.max())
     if white_dn <= black_dn:
@@ -200,7 +200,7 @@ def _finish(
 
 
 def _colour(frame: Frame) -> Colour:
-    """Return matrices for A and D65; or one, of the scene's light or a chart's, which developers take for D65's."""
+    """Return matrices for A and D65; or one for the light of the scene or a chart, which developers use as D65's."""
     response = frame.colour.of_filters
     neutral = as_shot_neutral(response)
     if response.matrix == "scene":
@@ -221,7 +221,7 @@ def _exif_tags(frame: Frame) -> tuple[Tag, ...]:
         long(34866, index),
         undefined(36864, b"0230"),  # ExifVersion
         ascii_string(36867, date),
-        # A scene given on the sensor has no focal length; 0 mm is what cameras write for unknown lenses.
+        # A scene in sensor coordinates has no focal length; cameras write 0 mm for unknown lenses.
         rational(37386, 0),
         ascii_string(42036, f"f/{frame.f_number:g}" if frame.f_number else "none"),
     )

@@ -20,30 +20,30 @@ from camsim.files.tiff_ifd import HEADER_BYTES, Tag, header, long, refuse_over_4
 _UNCOMPRESSED, _LOSSLESS_JPEG = 1, 7
 _TILE_ROWS = 128
 _TILE_COLS_STEP = 16
-"""Of TIFF 6.0: a tile's width is a multiple of it."""
+"""TIFF 6.0: a tile's width is a multiple of it."""
 
 _PREDICT_LEFT = 1
 _BITS = 16
 
 
 class Pixels(Protocol):
-    """How rows of codes become bytes."""
+    """Encoding of rows of codes as bytes."""
 
     def encoded(self, codes: U16) -> Iterator[memoryview | bytes]:
-        """Yield the bytes of whole pieces; rows that make no whole piece wait."""
+        """Yield the bytes of complete pieces; remaining rows are buffered."""
         ...
 
     def rest(self) -> Iterator[memoryview | bytes]:
-        """Yield the bytes of what waits."""
+        """Yield the bytes of buffered rows."""
         ...
 
     def tags(self, offsets: list[int], sizes: list[int], rows: int) -> tuple[Tag, ...]:
-        """Return the tags that say where the pieces lie and what they are."""
+        """Return the tags for offsets, sizes and encoding of the pieces."""
         ...
 
 
 class Image:
-    """The image part of a file that is being written: it begins where the header ends."""
+    """The image part of a file being written, after the header."""
 
     def __init__(self, file: BinaryIO, pixels: Pixels) -> None:
         self._file, self._pixels = file, pixels
@@ -62,14 +62,14 @@ class Image:
         self._write(self._pixels.encoded(codes))
 
     def finish(self, text: str, directories: Callable[[tuple[Tag, ...], bytes, int], tuple[bytes, int]]) -> None:
-        """Write what comes behind the image.
+        """Write everything after the image.
 
         text        : identifies the image together with its codes
         directories : from the tags of the image, its 16-byte identity and the offset to the bytes of the directories
                       and the offset of the main one
         """
         self._write(self._pixels.rest())
-        # TIFF wants its directories at even offsets.
+        # TIFF requires directories at even offsets.
         self._file.write(bytes(self._end % 2))
         at = self._end + self._end % 2
         self._identity.update(text.encode("ascii"))
@@ -90,14 +90,14 @@ class Image:
 
 
 class Strip:
-    """Codes as they are, one strip for all."""
+    """Uncompressed codes in a single strip."""
 
     def encoded(self, codes: U16) -> Iterator[memoryview]:
         """Yield the rows' bytes."""
         yield codes.data.cast("B")
 
     def rest(self) -> Iterator[memoryview]:
-        """Yield nothing: no row waits."""
+        """Yield nothing: no rows are buffered."""
         yield from ()
 
     def tags(self, offsets: list[int], sizes: list[int], rows: int) -> tuple[Tag, ...]:
@@ -111,9 +111,9 @@ class Strip:
 
 
 class LosslessTiles:
-    """Tiles in two columns, each a lossless JPEG of its own.
+    """Tiles in two columns, each a separate lossless JPEG.
 
-    components : that a mosaic's columns are dealt out to: 2, or 1 without filters, as LibRaw and dcraw expect
+    components : number of components of a mosaic's columns: 2, or 1 without filters, as LibRaw and dcraw expect
     """
 
     def __init__(self, cols: int, *, components: int) -> None:
@@ -124,7 +124,7 @@ class LosslessTiles:
         self._waiting: list[U16] = []
 
     def encoded(self, codes: U16) -> Iterator[bytes]:
-        """Yield the tiles of rows that are whole."""
+        """Yield the tiles of complete tile rows."""
         self._waiting.append(codes)
         whole = sum(map(len, self._waiting)) // _TILE_ROWS * _TILE_ROWS
         if whole:
@@ -133,7 +133,7 @@ class LosslessTiles:
             yield from self._tiles(rows[:whole])
 
     def rest(self) -> Iterator[bytes]:
-        """Yield the last tiles, filled up with their last rows."""
+        """Yield the last tiles, padded with their last rows."""
         rows = np.concatenate(self._waiting)
         if len(rows):
             yield from self._tiles(rows)
@@ -149,7 +149,7 @@ class LosslessTiles:
         )
 
     def _tiles(self, rows: U16) -> Iterator[bytes]:
-        """Yield the tiles from left to right and from the top; the encoder releases the interpreter: threads pay."""
+        """Yield the tiles from left to right and from the top; the encoder releases the GIL, so threads help."""
         parts = [
             rows[first : first + _TILE_ROWS, left : left + self._cols]
             for first in range(0, len(rows), _TILE_ROWS)
@@ -166,7 +166,7 @@ class LosslessTiles:
 
 
 def lossless_encoder() -> Callable[[U16], bytes]:
-    """Return what encodes (rows, cols, components); raises OutputError where the library for it is not installed."""
+    """Return the encoder of (rows, cols, components); raises OutputError if its library is not installed."""
     try:
         import imagecodecs
     except ImportError:

@@ -1,4 +1,4 @@
-"""The tags of a DNG: what raw programs were found to need, from one record of what the file says.
+"""The tags of a DNG: those that raw programs were found to need, from one metadata object.
 
 Their meaning is that of Adobe's Digital Negative specification 1.4.
 """
@@ -15,7 +15,7 @@ from camsim.files.describe import XMP_NAMESPACE, ascii_text, software
 from camsim.files.tiff_ifd import Tag, ascii_string, byte, double, long, rational, short, srational
 
 CFA_CODES = {"R": 0, "G": 1, "B": 2, "C": 3, "M": 4, "Y": 5, "W": 6}
-"""Of TIFF/EP and the DNG specification."""
+"""Codes of TIFF/EP and the DNG specification."""
 
 CFA, LINEAR_RAW = 32803, 34892
 STANDARD_LIGHT_A, D65 = 17, 21
@@ -26,9 +26,9 @@ _MAKE = "camsim"
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Colour:
-    """How the channels relate to XYZ.
+    """Relation of the channels to XYZ.
 
-    fits    : (code of a light, (channels, 3) XYZ to camera, (3, channels) balanced camera to XYZ, D50), two at most
+    fits    : (code of a light, (channels, 3) XYZ to camera, (3, channels) balanced camera to XYZ, D50), at most two
     neutral : (channels,) response to white in the scene's light
     """
 
@@ -38,14 +38,14 @@ class Colour:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Metadata:
-    """What a file says of its one image.
+    """Metadata of the image of a file.
 
     shape                : rows and columns
-    photometric, samples : what the image is, and how many numbers a pixel has
-    cfa_pattern, channels : of the mosaic; of what is no mosaic too
-    black_dn, white_dn   : codes of no light, repeated over the image, and the code at which the signal clips
-    linear_dn            : data numbers of codes 0, 1, …, which levels and noise are told in; empty: codes are linear
-    noise                : (S, O) of the noise profile; None for what has none, or none that is known
+    photometric, samples : kind of image, and samples per pixel
+    cfa_pattern, channels : of the mosaic; also set for other images
+    black_dn, white_dn   : black levels, tiled over the image, and the code at which the signal clips
+    linear_dn            : data numbers of codes 0, 1, …, the unit of levels and noise; empty: codes are linear
+    noise                : (S, O) of the noise profile; None if absent or unknown
     colour               : None for one channel
     date                 : as EXIF writes it; None if unknown
     xmp                  : see ``xmp_packet``; None for a file that carries no record
@@ -67,7 +67,7 @@ class Metadata:
     xmp: bytes | None
 
     def tags(self, identity: bytes) -> tuple[Tag, ...]:
-        """Return all but those of the image's place in the file and of EXIF; ``identity``: of its codes."""
+        """Return all tags except those of the image's layout and of EXIF; ``identity``: of its codes."""
         return (
             *self._image_tags(),
             *self._level_tags(),
@@ -105,8 +105,8 @@ class Metadata:
 
     def _level_tags(self) -> tuple[Tag, ...]:
         rows, cols = self.shape
-        # Demosaicing needs neighbours, two at least; a crop keeps whole periods of the array (2 or 6). The truth is
-        # cropped as its mosaic is, so that the two lie on one another when developed.
+        # Demosaicing needs at least two neighbours; a crop keeps whole periods of the array (2 or 6). The truth is
+        # cropped like its mosaic, so that the two align when developed.
         usual, smallest = (6, 6) if len(self.cfa_pattern) == 6 else (4, 2)
         shortest = min(rows, cols)
         margin = usual if shortest >= 24 else smallest if shortest > 2 * smallest else 0
@@ -133,7 +133,7 @@ class Metadata:
             *(() if self.xmp is None else (byte(700, self.xmp),)),
             byte(50706, [1, 4, 0, 0]),  # DNGVersion
             byte(50707, [1, 1, 0, 0]),  # DNGBackwardVersion
-            # Our make in front: of a real camera's exact name readers have tables of their own.
+            # Prefixed by camsim's make: readers have tables for exact names of real cameras.
             ascii_string(50708, f"{_MAKE} {model}"),
             *(() if self.serial is None else (ascii_string(50735, self.serial),)),
             byte(50781, identity),  # RawDataUniqueID
@@ -152,7 +152,7 @@ class Metadata:
                     srational(back, *_row_by_row(forward)),
                 )
             ),
-            rational(50727, *[1.0] * len(self.channels)),  # AnalogBalance: no gain of a channel's own
+            rational(50727, *[1.0] * len(self.channels)),  # AnalogBalance: no gains per channel
             rational(50728, *_row_by_row(colour.neutral)),
             ascii_string(50936, _MAKE),  # ProfileName
             long(50941, 3),  # ProfileEmbedPolicy: no restrictions
@@ -160,7 +160,7 @@ class Metadata:
 
 
 def odd_cfa(pattern: tuple[str, ...]) -> str | None:
-    """Say which programs misread a DNG of a colour filter array; None for those that all of them read.
+    """Return a text on programs that misread a DNG of a colour filter array; None if all read it.
 
     >>> odd_cfa(("GB", "RG")) is None
     True
@@ -184,7 +184,7 @@ def odd_cfa(pattern: tuple[str, ...]) -> str | None:
 
 
 def xmp_packet(properties: Mapping[str, str], record: str) -> bytes:
-    """Return an XMP packet of our namespace: short properties, and a record as JSON."""
+    """Return an XMP packet in camsim's namespace: short properties, and a record as JSON."""
     attributes = "".join(f'\n   camsim:{name}="{html.escape(value)}"' for name, value in properties.items())
     return f"""<?xpacket begin="\ufeff" id="W5M0MpCehiHzreSzNTczkc9d"?>
 <x:xmpmeta xmlns:x="adobe:ns:meta/">
@@ -198,7 +198,7 @@ def xmp_packet(properties: Mapping[str, str], record: str) -> bytes:
 
 
 def _rendering_tags() -> tuple[Tag, ...]:
-    """Say that nothing is to be done to the numbers: no gain, no extra noise, linear to the end."""
+    """Return the tags for no further rendering: no gain, no extra noise, linear throughout."""
     return (
         srational(50730, 0),  # BaselineExposure
         rational(50731, 1),  # BaselineNoise
@@ -208,6 +208,6 @@ def _rendering_tags() -> tuple[Tag, ...]:
 
 
 def _row_by_row(matrix: F64) -> list[float]:
-    """Return numbers to nine digits, as many as matrices of any processor have in common."""
+    """Return numbers to nine digits, which are equal on all processors."""
     values: list[float] = matrix.ravel().round(9).tolist()
     return values

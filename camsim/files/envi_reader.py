@@ -19,20 +19,20 @@ SUFFIXES = (".hdr", ".img", ".dat", ".raw", ".bsq", ".bil", ".bip", "")
 _LONGEST_HEADER = 4 << 20
 _TYPES = {1: "u1", 2: "i2", 3: "i4", 4: "f4", 5: "f8", 12: "u2", 13: "u4", 14: "i8", 15: "u8"}
 _ORDERS = {"bsq": (1, 2, 0), "bil": (0, 2, 1), "bip": (0, 1, 2)}
-"""From the file's axes to rows, columns, bands."""
+"""Permutations of the file's axes to rows, columns, bands."""
 _NM = {"nanometers": 1.0, "nanometres": 1.0, "nm": 1.0, "micrometers": 1e3, "micrometres": 1e3, "um": 1e3, "µm": 1e3}
 
 
 @dataclass(frozen=True, slots=True)
 class Cube:
-    """Samples (rows, cols, bands), and the wavelengths of the bands where the file says them."""
+    """Samples (rows, cols, bands), and the wavelengths of the bands if stated in the file."""
 
     samples: npt.NDArray[Any]
     wavelength_nm: F64 | None
 
 
 def read_cube(path: Path) -> Cube:
-    """Return the numbers of a pair of files, of which ``path`` is either; they stay on the disk until needed."""
+    """Return the numbers of a pair of files, of which ``path`` is either; memory-mapped until needed."""
     header, data = _pair(path)
     if header.stat().st_size > _LONGEST_HEADER:
         raise InputError(f"its header {header.name} has {header.stat().st_size} bytes, more than any")
@@ -89,7 +89,7 @@ def _whole(said: dict[str, str], key: str, default: int | None = None) -> int:
 
 
 def _scaled(numbers: npt.NDArray[Any], said: dict[str, str]) -> npt.NDArray[Any]:
-    """Return reflectances, where the header says what number is one."""
+    """Return reflectances, if the header states the scale."""
     try:
         whole = float(said.get("reflectance scale factor", "1"))
     except ValueError:
@@ -110,7 +110,7 @@ def _wavelengths(said: dict[str, str], bands: int) -> F64 | None:
     unit = said.get("wavelength units", "").lower()
     if unit not in _NM and unit not in ("", "unknown"):
         raise InputError(f"its wavelengths are in {unit[:20]!r}; nanometers or micrometers are read")
-    # Without a unit: nobody's camera sees 30 nm, and no table has 30 µm.
+    # Without a unit: no camera responds to 30 nm, and no table has 30 µm.
     scale = _NM.get(unit, 1.0 if wavelength.size and wavelength.max() > 30.0 else 1e3)
     if wavelength.size != bands:
         raise InputError(f"it has {bands} bands and {wavelength.size} wavelengths")

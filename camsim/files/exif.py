@@ -1,4 +1,4 @@
-"""What a camera noted of a photograph (EXIF 2.32): a TIFF without an image, whose notes may be damaged."""
+"""EXIF 2.32 metadata of a photograph: a TIFF without an image, possibly damaged."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ _PREFIX = b"Exif\0\0"
 _CAMERAS, _INTEROPERABILITY, _INDEX = 34665, 40965, 1
 _ADOBES = b"R03"
 _TIME, _SENSITIVITY, _SENSITIVITY_INDEX, _MOST_SENSITIVE = 33434, 34855, 34866, 65535
-"""PhotographicSensitivity has 16 bits: what is above stands in RecommendedExposureIndex."""
+"""PhotographicSensitivity has 16 bits: larger values are in RecommendedExposureIndex."""
 
 T = TypeVar("T")
 
 
 def in_exif(exif: bytes, read: Callable[[Directory], T], otherwise: T) -> T:
-    """Return what is read in a block of EXIF; damaged notes are no reason to refuse a picture."""
+    """Return the result of ``read`` for a block of EXIF; ``otherwise`` if damaged, which must not refuse a picture."""
     block = exif.removeprefix(_PREFIX)
     try:
         return read(read_directory(io.BytesIO(block), len(block)))
@@ -28,7 +28,7 @@ def in_exif(exif: bytes, read: Callable[[Directory], T], otherwise: T) -> T:
 
 
 def colours_noted(directory: Directory) -> str:
-    """Return the colour space that a camera noted besides sRGB: DCF's optional one, which often has no profile."""
+    """Return the stated colour space if not sRGB: DCF's optional one, which often has no profile."""
     try:
         notes = directory.below(_CAMERAS)
         rules = None if notes is None else notes.below(_INTEROPERABILITY)
@@ -39,7 +39,7 @@ def colours_noted(directory: Directory) -> str:
 
 
 def setting_noted(directory: Directory) -> tuple[float | None, float | None]:
-    """Return the ISO setting and the exposure time, s, that a camera noted; None for what cannot be read."""
+    """Return the ISO setting and the exposure time, s, of EXIF; None if unreadable."""
     try:
         notes = directory.below(_CAMERAS)
         if notes is None:

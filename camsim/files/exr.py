@@ -1,6 +1,6 @@
 """OpenEXR: electrons as 32-bit floating-point numbers, ZIP-compressed, with the description as attributes.
 
-Half floats would not do: they step by 16 e⁻ at 30 000 and end at 65 504.
+Half floats are not sufficient: they have steps of 16 e⁻ at 30 000 and end at 65 504.
 """
 
 from __future__ import annotations
@@ -30,21 +30,21 @@ def write_truth(frame: Frame, path: Path) -> None:
 
 
 def write_electrons(frame: Frame, path: Path) -> None:
-    """Write each photosite's own electrons: layer ``mean`` before noise, layer ``noisy`` after."""
+    """Write the electrons of each photosite: layer ``mean`` before noise, layer ``noisy`` after."""
     _write(frame, "electrons", {"mean.Y": frame.mean_electrons, "noisy.Y": frame.electrons}, path)
 
 
 def write_spectral(frame: Frame, path: Path) -> None:
     """Write the scene's radiance, a channel for each wavelength, in the layout of Fichet, Pacanowski and Wilkie (2021).
 
-    Each wavelength is rendered band by band and put aside on the disk, in a file without a name that vanishes whatever
-    happens; then all are written scan line by scan line. Memory never holds a whole plane.
+    Each wavelength is rendered band by band into an anonymous temporary file; then all are written scan line by scan
+    line. Memory never holds a whole plane.
     """
     cube = frame.spectral
     assert cube is not None
     rows, cols = frame.shape
     names = [channel_name(wavelength_nm) for wavelength_nm in cube.wavelength_nm]
-    # By name, as the format asks: 1000 nm comes before 400 nm.
+    # Sorted by name, as the format requires: 1000 nm comes before 400 nm.
     order = sorted(range(len(names)), key=names.__getitem__)
     count, plane_bytes, error = len(names), 4 * rows * cols, 0.0
     with tempfile.TemporaryFile(dir=path.parent) as aside:
@@ -98,7 +98,7 @@ def _attributes(frame: Frame, product: str, units: str) -> dict[str, str | float
         "isoSpeed": float(frame.iso),
         **({"aperture": float(frame.f_number)} if frame.f_number else {}),
         "software": software(),
-        # Text, because OpenEXR's integers have 32 bits and its numbers single precision.
+        # As text, because OpenEXR's integers have 32 bits and its floats single precision.
         "camsim:seed": str(frame.seed),
         "camsim:errorEstimate": error_text(frame, product),
         "camsim:units": units,
@@ -126,10 +126,10 @@ def _write(frame: Frame, product: str, planes: Mapping[str, F32 | F64], path: Pa
 
 
 def _refuse_short(path: Path) -> None:
-    """Raise OSError when the file ends before its own table of chunks says.
+    """Raise OSError if the file is shorter than its table of chunks requires.
 
-    The library ignores what the system says when it closes a file, so a small one on a full disk ends early
-    without an error.
+    The library ignores errors when it closes a file, so a small one on a full disk is truncated without an
+    error.
     """
     with path.open("rb") as file:
         size = file.seek(0, os.SEEK_END)

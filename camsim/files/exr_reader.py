@@ -1,6 +1,6 @@
-"""An OpenEXR file, read with distrust: its header, where its last chunk must end, and its pixels.
+"""An untrusted OpenEXR file: its header, the required end of its last chunk, and its pixels.
 
-The library believes what a header says and takes the memory; so the header is judged first.
+The library trusts a header and allocates the memory; so the header is checked first.
 """
 
 from __future__ import annotations
@@ -32,27 +32,27 @@ _ROWS_PER_CHUNK = {0: 1, 2: 1, 3: 16}
 """By the format's code of the compression: none, one row by ZIP, 16 rows by ZIP."""
 
 _MOST_ROWS_PER_CHUNK = 256
-"""Of any compression."""
+"""Most rows per chunk of any compression."""
 
 _DEEP, _SEVERAL_PARTS = 0x800, 0x1000
 _BYTES_OF_SAMPLE = {0: 4, 1: 2, 2: 4}
-"""By the format's code: whole number, half, float."""
+"""By the format's code: integer, half, float."""
 
 
 @dataclass(frozen=True, slots=True)
 class Header:
-    """Attributes by name, as type and bytes, and the offset of the table of chunks behind them."""
+    """Attributes by name, as type and bytes, and the offset of the table of chunks after them."""
 
     attributes: Mapping[str, tuple[str, bytes]]
     chunk_table: int
 
     def text(self, name: str) -> str | None:
-        """Return a string attribute; None when it is not there or is something else."""
+        """Return a string attribute; None if absent or of another type."""
         kind, value = self.attributes.get(name, ("", b""))
         return value.decode("utf-8", "replace") if kind == "string" else None
 
     def primaries(self) -> tuple[float, ...]:
-        """Return x and y of red, green, blue and white; none where nothing is said."""
+        """Return x and y of red, green, blue and white; empty if not stated."""
         kind, value = self.attributes.get("chromaticities", ("", b""))
         return struct.unpack("<8f", value) if kind == "chromaticities" and len(value) == 32 else ()
 
@@ -78,8 +78,8 @@ def read_header(file: BinaryIO, size: int, most: int) -> Header:
 def read_layers(path: Path, file: BinaryIO, size: int) -> Mapping[str, Mapping[str, npt.NDArray[Any]]]:
     """Return all channels, (rows, cols) each, by layer and name.
 
-    The first part's layers have their own names, and channels without a layer the empty one: programs that know of one
-    part see only these. Those of other parts have the part's name before theirs.
+    Layers of the first part keep their names, and channels without a layer have the empty one: single-part programs see
+    only these. Layers of other parts are prefixed by the part's name.
     """
     file.seek(0)
     begin = file.read(8).ljust(8, b"\0")
@@ -102,7 +102,7 @@ def read_layers(path: Path, file: BinaryIO, size: int) -> Mapping[str, Mapping[s
                 (part.name() if index else "", {name: np.asarray(each.pixels) for name, each in part.channels.items()})
                 for index, part in enumerate(OpenEXR.File(str(path), separate_channels=True).parts)
             ]
-    except (RuntimeError, ValueError, IndexError, OverflowError) as error:  # what pybind11 makes of C++'s
+    except (RuntimeError, ValueError, IndexError, OverflowError) as error:  # errors of C++ as translated by pybind11
         raise InputError(f"it is cut short or damaged ({in_brief(error)})") from None
     layers: dict[str, dict[str, npt.NDArray[Any]]] = {}
     for part, channels in parts:
@@ -119,7 +119,7 @@ def read_layers(path: Path, file: BinaryIO, size: int) -> Mapping[str, Mapping[s
 
 @contextlib.contextmanager
 def _without_its_words() -> Iterator[None]:
-    """Keep the library from printing: it writes to the process's own stderr, past Python, what it raises too."""
+    """Silence the library, which writes errors directly to the process's stderr in addition to raising them."""
     try:
         kept = os.dup(2)
     except OSError:  # there is no stderr
@@ -136,13 +136,13 @@ def _without_its_words() -> Iterator[None]:
 
 
 def _image_bytes(header: Header, size: int) -> int:
-    """Return what the pixels of a part take, its claims judged one by one."""
+    """Return the bytes of the pixels of a part, after checking its header."""
     rows, cols = header.size()
     if 8 * (rows // _MOST_ROWS_PER_CHUNK) > size:
         raise InputError(f"it says {rows} rows and has {size} bytes, too few for the table of its chunks")
     kind, tiles = header.attributes.get("tiles", ("", b""))
     if kind == "tiledesc" and len(tiles) == 9:
-        # A tile is unpacked whole, however little of it is image.
+        # A tile is unpacked entirely, even if little of it is image.
         across, down = struct.unpack_from("<2I", tiles)
         rows, cols = max(rows, down), max(cols, across)
     return rows * cols * sum(_sample_bytes(header))
@@ -191,7 +191,7 @@ def _attributes(file: BinaryIO, size: int, most: int) -> Header:
 
 
 def end_of_chunks(file: BinaryIO, header: Header) -> int:
-    """Return where the file must end by its own table of chunks; 0 when the table is not whole."""
+    """Return the required end of the file from its table of chunks; 0 if the table is incomplete."""
     rows, _ = header.size()
     kind, compression = header.attributes.get("compression", ("", b""))
     rows_per_chunk = _ROWS_PER_CHUNK.get(compression[0]) if kind == "compression" and compression else None

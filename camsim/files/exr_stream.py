@@ -1,7 +1,7 @@
 """An OpenEXR file written scan line by scan line: memory does not grow with the image.
 
-The OpenEXR package's own class holds the whole image, and its older one that does not drops every attribute it does
-not know. The format is open: one part, scan lines, 32-bit channels, ZIP of 16 rows (OpenEXR File Layout).
+The OpenEXR package's class holds the whole image, and its older streaming one drops unknown attributes.
+ The format is open: one part, scan lines, 32-bit channels, ZIP of 16 rows (OpenEXR File Layout).
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from camsim.core.kernels import ahead
 from camsim.files.exr_reader import MAGIC
 
 ROWS_PER_CHUNK = 16
-"""Of ZIP compression, by the format's definition."""
+"""Rows per chunk of ZIP compression, by the format's definition."""
 
 _ZIP, _FLOAT, _INCREASING_Y = 3, 2, 0
 _DEFLATE_LEVEL = 4
-"""OpenEXR's own default."""
+"""OpenEXR's default."""
 
 _AHEAD_BYTES = 16 << 20
-"""Of chunks that wait for their turn to be written; there is always one for each core."""
+"""Most bytes of chunks waiting to be written; at least one chunk for each core."""
 
 
 def write_exr(
@@ -41,7 +41,7 @@ def write_exr(
     """Write float32 channels.
 
     channels   : names, ascending
-    attributes : texts and numbers of our own beside the format's
+    attributes : custom texts and numbers besides the format's
     block      : (first row, number of rows) → (channels, that many rows, cols)
     """
     starts = range(0, rows, ROWS_PER_CHUNK)
@@ -51,7 +51,7 @@ def write_exr(
         file.write(bytes(8 * len(starts)))
         offsets = []
         most = max(cores(), _AHEAD_BYTES // (4 * ROWS_PER_CHUNK * cols * len(channels)))
-        # zlib lets go of the interpreter, so threads pay.
+        # zlib releases the GIL, so threads help.
         for first, packed in zip(starts, ahead(_zip, _chunks(starts, rows, block), most), strict=True):
             offsets.append(file.tell())
             file.write(struct.pack("<ii", first, len(packed)))
@@ -71,7 +71,7 @@ def _zip(raw: bytes) -> bytes:
     """Compress as OpenEXR does: bytes of even places first, differences of neighbours, deflate."""
     values = np.frombuffer(raw, np.uint8)
     parted = np.concatenate([values[::2], values[1::2]])
-    # uint8 arithmetic is meant to wrap.
+    # uint8 arithmetic wraps intentionally.
     parted[1:] = np.diff(parted) + np.uint8(128)
     packed = zlib.compress(parted.tobytes(), _DEFLATE_LEVEL)
     return packed if len(packed) < len(raw) else raw

@@ -1,4 +1,4 @@
-"""What the samples of a file can hold: the largest of whole numbers, and whether an alpha channel hides anything."""
+"""Range of the samples of a file: the largest integer, and whether an alpha channel is opaque."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from camsim.core.errors import InputError
 
 
 def largest_sample(dtype: np.dtype[Any], bits: int | None = None) -> float:
-    """Return the largest number that samples can have: of whole ones of ``bits``, or of their type; 1 of others.
+    """Return the largest value of samples: for integers of ``bits`` or of their type; 1 for floats.
 
     >>> largest_sample(np.dtype("u2"), 12), largest_sample(np.dtype("u1")), largest_sample(np.dtype("f4"))
     (4095.0, 255.0, 1.0)
@@ -22,9 +22,9 @@ def largest_sample(dtype: np.dtype[Any], bits: int | None = None) -> float:
 
 
 def opaque(image: npt.NDArray[Any], largest: float) -> npt.NDArray[Any]:
-    """Return an image, (rows, cols) or (rows, cols, colours), without an alpha channel that hides nothing.
+    """Return an image, (rows, cols) or (rows, cols, colours), without an opaque alpha channel.
 
-    Raises InputError for one that hides something. What goes beyond 1 is a colour more, such as white's electrons.
+    Raises InputError if it is not opaque. Values above 1 mean a further colour, such as white's electrons.
 
     >>> opaque(np.array([[[0.3, 1.0]]]), 1.0)
     array([[0.3]])
@@ -36,6 +36,6 @@ def opaque(image: npt.NDArray[Any], largest: float) -> npt.NDArray[Any]:
 
 
 def refuse_transparent(alpha: npt.NDArray[Any], largest: float) -> None:
-    """Raise InputError where an alpha channel is less than full anywhere."""
+    """Raise InputError unless an alpha channel is opaque everywhere."""
     if not (alpha >= largest).all():
         raise InputError("it is transparent in places (alpha), and nobody knows what lies behind; flatten it first")

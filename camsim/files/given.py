@@ -1,4 +1,4 @@
-"""Anyone's array of codes, a mosaic or linear colours, as a DNG that raw programs open, and developed to be seen."""
+"""Arbitrary arrays of codes, mosaic or linear colours, as a DNG for raw programs, and developed for viewing."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ from camsim.files.tiff_ifd import Tag, directories, refuse_over_4_gib, undefined
 from camsim.sensor.cfa import BAYER, PATTERNS, Cfa
 from camsim.sensor.colour_matrix import ColourFit, fit_white
 
-_LARGEST_PERIOD = 16  # of black levels: what readers of ours take
+_LARGEST_PERIOD = 16  # of black levels: limit of camsim's readers
 _FAINTEST_NEUTRAL, _STRONGEST_NEUTRAL = 1e-3, 1e3
 _LEAST_RANK = 1e-6
 
-# IEC 61966-2-1: a camera whose channels are sRGB's own, to which an array that says nothing is taken to belong.
+# IEC 61966-2-1: default camera for arrays without a matrix, with sRGB's primaries as channels.
 _XYZ_TO_SRGB = np.array(
     [[3.2404542, -1.5371385, -0.4985314], [-0.9692660, 1.8760108, 0.0415560], [0.0556434, -0.2040259, 1.0572252]]
 )
@@ -138,7 +138,7 @@ def develop(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Given:
-    """A mosaic and what is said of it, judged."""
+    """A mosaic and its metadata, validated."""
 
     codes: U16
     cfa: Cfa
@@ -200,7 +200,7 @@ class _Given:
 
     @property
     def text(self) -> str:
-        """What identifies the image together with its codes."""
+        """Text that identifies the image together with its codes."""
         colour = self.colour
         return canonical(
             {
@@ -245,7 +245,7 @@ def _colour(channels: tuple[str, ...], colour_matrix: ArrayLike | None, as_shot_
             raise InvalidValueError(
                 f"filters {names} are not sRGB's; give the matrix, {count} × 3", key="colour_matrix"
             )
-        # As that white, tabulated to more digits, makes all of them equal.
+        # That white, tabulated to more digits, gives equal channels.
         matrix = _XYZ_TO_SRGB / np.einsum("cx,x->c", _XYZ_TO_SRGB, white_xyz)[:, None]
     else:
         matrix = _numbers(colour_matrix, "colour_matrix")

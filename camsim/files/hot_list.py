@@ -20,7 +20,7 @@ Hot = tuple[int, int, float]
 def read_hot(path: Path, displayed: str) -> tuple[Hot, ...]:
     """Read a list of hot photosites: the columns row, col and e_per_s.
 
-    shown : what messages call the file
+    displayed : name of the file in messages
 
     Raises InputError in one sentence.
     """
@@ -45,7 +45,7 @@ def read_hot(path: Path, displayed: str) -> tuple[Hot, ...]:
 
 
 def hot_text(hot: Iterable[Hot]) -> str:
-    """Return the text of such a list."""
+    """Return the text of a list of hot photosites."""
     return "".join([",".join(HEADS), "\n", *(f"{row},{col},{e_per_s:.6g}\n" for row, col, e_per_s in hot)])
 
 

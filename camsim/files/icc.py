@@ -28,7 +28,7 @@ def profile_name(profile: bytes) -> str:
 
 
 def _text(tag: bytes) -> str:
-    """Return the words of a description, of version 2 (ASCII) or 4 (UTF-16 of several languages)."""
+    """Return the text of a description, of version 2 (ASCII) or 4 (UTF-16 of several languages)."""
     if tag[:4] == b"desc" and len(tag) > 12:
         (length,) = struct.unpack_from(">I", tag, 8)
         return tag[12 : 12 + min(length, 1024)].rstrip(b"\0").decode("latin-1").strip()

@@ -1,4 +1,4 @@
-"""JPEG: the size that its header claims, and the pixels of a whole file."""
+"""JPEG: the size in its header, and the pixels of a complete file."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _FRAMES = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
 
 @dataclass(frozen=True, slots=True)
 class FrameHeader:
-    """What a start-of-frame says."""
+    """The contents of a start-of-frame segment."""
 
     bits: int
     rows: int
@@ -46,7 +46,7 @@ def frame_header(data: bytes) -> FrameHeader:
             if not rows or not cols:
                 raise InputError(f"its JPEG says {rows} × {cols} pixels")
             return FrameHeader(data[at + 4], rows, cols, data[at + 9])
-        elif marker == 0xDA:  # the scan begins, and no frame has
+        elif marker == 0xDA:  # the scan begins without a frame
             break
         else:
             at += 2 + int.from_bytes(data[at + 2 : at + 4])
@@ -59,12 +59,12 @@ def profile(data: bytes) -> bytes:
 
 
 def exif(data: bytes) -> bytes:
-    """Return what the camera noted (EXIF), empty for nothing."""
+    """Return the EXIF data, empty if none."""
     return _noted(data, 0xE1, b"Exif\0\0")
 
 
 def _noted(data: bytes, marker: int, name: bytes) -> bytes:
-    """Return what follows the name in the first segment of a marker (APPn, before the frame) that has it."""
+    """Return the data after the name in the first segment of a marker (APPn, before the frame) with that name."""
     at = 2
     while at + 4 <= len(data) and data[at] == 0xFF and data[at + 1] not in _FRAMES and data[at + 1] != 0xDA:
         length = int.from_bytes(data[at + 2 : at + 4])
@@ -85,7 +85,7 @@ def read_pixels(file: BinaryIO, size: int) -> npt.NDArray[Any]:
     refuse_bomb(frame.rows * frame.cols * frame.components, size)
     file.seek(0)
     try:
-        # Not Image.open, which tries all formats and keeps one limit for the whole process.
+        # Not Image.open, which tries all formats and has a process-wide limit.
         with JpegImagePlugin.JpegImageFile(file) as opened:
             if opened.size != (frame.cols, frame.rows):
                 raise InputError("its JPEG has two frames of different sizes")

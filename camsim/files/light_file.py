@@ -1,4 +1,4 @@
-"""Light of one's own from a file: its samples, and their unit where the format says it."""
+"""Given light from a file: its samples, and their unit if the format states it."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ def read_light(
     """Read light for a sensor: NPY, NPZ, EXR, TIFF, PNG, JPEG, ENVI or MATLAB.
 
     unit          : of the numbers, as of ``GivenLight``. None: "srgb" of whole numbers in PNG, JPEG and TIFF,
-                    "reflectance" of an EXR's colours and of bands; of other numbers it must be said
-    wavelength_nm : of bands, where the file does not say them
+                    "reflectance" of an EXR's colours and of bands; required for others
+    wavelength_nm : of bands, if not stated in the file
     per_photosite : samples along the side of a photosite
     layer         : of an EXR that holds several images; an array of NPZ or MATLAB
 
@@ -66,7 +66,7 @@ def read_light(
 
 
 def _unit(path: Path, read: Read) -> Unit:
-    """Return the unit that a file says; raises InputError where it says none, or another than is taken."""
+    """Return the unit stated by a file; raises InputError if none or unsupported."""
     whole = read.samples.dtype.kind in "ui"
     if read.emissive:
         raise InputError("its bands are radiances of no sensor's; give unit (--as): irradiance on it, or reflectance")
@@ -86,7 +86,7 @@ def _unit(path: Path, read: Read) -> Unit:
 
 
 def _samples(read: Read, unit: Unit) -> Any:
-    """Return the samples; whole numbers of fewer bits than their type has as fractions of their largest."""
+    """Return the samples; integers with fewer bits than their type as fractions of their largest."""
     if read.bits is None or unit not in RELATIVE or read.samples.dtype.kind not in "ui":
         return read.samples
     largest = (1 << read.bits) - 1

@@ -1,18 +1,18 @@
-"""How much memory a file may ask for, judged before any is taken."""
+"""Limits of the memory that a file may require, checked before allocation."""
 
 from __future__ import annotations
 
 from camsim.core.errors import InputError
 
 MOST_UNPACKED_BYTES = 256 << 20
-"""What any file may unpack to, however small it is: 128 megapixels of 16 bits."""
+"""Unpacked size allowed for a file of any size: 128 megapixels of 16 bits."""
 
 MOST_RATIO = 16
-"""How much larger than the file an image beyond that may be. Pictures with noise pack to no less than a third."""
+"""Largest compression ratio of larger images. Pictures with noise compress to no less than a third."""
 
 
 def refuse_bomb(needed_bytes: int, size: int) -> None:
-    """Raise InputError when an image of ``needed_bytes`` is more than a file of ``size`` bytes is trusted with."""
+    """Raise InputError if an image of ``needed_bytes`` exceeds the limit for a file of ``size`` bytes."""
     if needed_bytes > max(MOST_UNPACKED_BYTES, MOST_RATIO * size):
         raise InputError(
             f"its image takes {needed_bytes / 1e6:.0f} MB unpacked, from {size} bytes: more than "
@@ -21,11 +21,11 @@ def refuse_bomb(needed_bytes: int, size: int) -> None:
 
 
 MOST_NUMBERS = 400_000_000
-"""Of a picture or cube, however large its file is."""
+"""Most values of a picture or cube."""
 
 
 def refuse_many(numbers: int) -> None:
-    """Raise InputError when a picture holds more numbers than are read."""
+    """Raise InputError if a picture has more values than the limit."""
     if numbers > MOST_NUMBERS:
         raise InputError(
             f"it holds {numbers / 1e6:.0f} million numbers, and {MOST_NUMBERS / 1e6:.0f} are the most "

@@ -20,22 +20,22 @@ _MOST_VARIABLES = 1000
 _BYTES = {"double": 8, "single": 4, "int64": 8, "uint64": 8, "int32": 4, "uint32": 4, "int16": 2, "uint16": 2}
 
 Variables = Mapping[str, tuple[tuple[int, ...], Callable[[], npt.NDArray[Any]]]]
-"""By name: shape, and what reads the numbers."""
+"""By name: shape, and function that reads the values."""
 
 
 def read_variables(path: Path, begin: bytes, size: int, asked: str | None = None) -> dict[str, npt.NDArray[Any]]:
-    """Return a file's largest array of three dimensions (or two), and all that are no more than a list of numbers.
+    """Return a file's largest array of three dimensions (or two), and all one-dimensional ones.
 
     begin : the file's first 520 bytes;  asked: the array to return in place of the largest
     """
-    # MATLAB puts 512 bytes of its own before HDF5.
+    # MATLAB puts a header of 512 bytes before HDF5.
     try:
         found = _hdf5(path) if HDF5 in (begin[:8], begin[512:520]) else _version_5(path)
     except InputError:
         raise
-    except Exception as error:  # whatever SciPy and h5py make of damaged bytes
+    except Exception as error:  # any error of SciPy and h5py for damaged files
         raise InputError(f"it is cut short or damaged ({in_brief(error)})") from None
-    # All that MATLAB has is a matrix: one of a single row or column is a list.
+    # In MATLAB everything is a matrix: a single row or column is a list.
     images = {name: shape for name, (shape, _) in found.items() if len(shape) != 2 or min(shape) > 1}
     chosen = image_array(images, asked)
     wanted = [chosen, *(name for name, (shape, _) in found.items() if math.prod(shape) in range(1, 4097))]
@@ -52,7 +52,7 @@ def _version_5(path: Path) -> Variables:
     listed = scipy.io.whosmat(str(path))[:_MOST_VARIABLES]
 
     def reading(name: str) -> Callable[[], npt.NDArray[Any]]:
-        # mat_dtype: MATLAB stores doubles that are whole as bytes, and they are doubles all the same.
+        # mat_dtype: MATLAB stores integral doubles as bytes, but they are still doubles.
         return lambda: np.asarray(scipy.io.loadmat(str(path), variable_names=[name], mat_dtype=True)[name])
 
     return {name: (tuple(shape), reading(name)) for name, shape, kind in listed if kind in _BYTES or kind[-1:] == "8"}
@@ -77,7 +77,7 @@ def _hdf5(path: Path) -> Variables:
     def reading(name: str) -> Callable[[], npt.NDArray[Any]]:
         def read() -> npt.NDArray[Any]:
             with h5py.File(path, "r") as file:
-                # MATLAB counts columns first, HDF5 rows.
+                # MATLAB is column-major, HDF5 row-major.
                 return np.asarray(file[name][()]).T
 
         return read

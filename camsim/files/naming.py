@@ -1,4 +1,4 @@
-"""FILE[:PRODUCT], as files are asked for in words."""
+"""FILE[:PRODUCT], the syntax of output files."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ def split_product(text: str) -> tuple[str, str | None]:
     (('out/edge.exr', 'truth'), ('C:/edge.dng', None), ('a:b.dng', None))
     """
     file, colon, product = text.rpartition(":")
-    # What holds a dot or a slash is the rest of a path: a:b.dng, C:/edge.dng.
+    # With a dot or a slash it is part of a path: a:b.dng, C:/edge.dng.
     if colon and file and not re.search(r"[./\\]", product):
         return file, product
     return text, None

@@ -1,4 +1,4 @@
-"""NPY: one array as numpy loads it, the numbers themselves and nothing else."""
+"""NPY: one array as numpy loads it, without metadata."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def write_truth(frame: Frame, path: Path) -> None:
 
 
 def in_steps(frame: Frame, electrons: F64) -> F64:
-    """Return electrons (rows, cols) to as many digits as every processor gives them, see ``Frame.steps_e``."""
+    """Return electrons (rows, cols) rounded to digits that are equal on every processor, see ``Frame.steps_e``."""
     if not frame.steps_e:
         return electrons
     step_e = np.array(frame.steps_e)[frame.channel_index]
@@ -44,5 +44,5 @@ def write_array(array: npt.NDArray[Any], path: Path) -> None:
     array = np.ascontiguousarray(array)
     header = io.BytesIO()
     np.lib.format.write_array_header_1_0(header, np.lib.format.header_data_from_array_1_0(array))
-    # Not numpy.save: its errors do not say whether the disk is full.
+    # Not numpy.save: its errors do not reveal a full disk.
     write_chunks(path, (header.getvalue(), array.data.cast("B")))

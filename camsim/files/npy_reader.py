@@ -1,4 +1,4 @@
-"""Arrays of numpy's own format, read with distrust: plain numbers only, never objects."""
+"""Untrusted arrays in numpy's format: plain numbers only, never objects."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _KEYS = re.compile(r"'\w+'\s*:")
 
 @dataclass(frozen=True, slots=True)
 class Header:
-    """What an array is, and how many bytes of header come before its numbers."""
+    """Shape and type of an array, and the size of its header."""
 
     dtype: np.dtype[Any]
     shape: tuple[int, ...]
@@ -38,12 +38,12 @@ class Header:
         return math.prod(self.shape) * self.dtype.itemsize
 
     def shaped(self, data: npt.NDArray[Any]) -> npt.NDArray[Any]:
-        """Return flat numbers as the array that they are."""
+        """Return flat data in the array's shape."""
         return data.reshape(self.shape, order="F" if self.fortran_order else "C")
 
 
 def read_header(file: Any) -> Header:
-    """Read the header of an array from where the file stands; raises InputError for what is no array of numbers."""
+    """Read the header of an array at the current position; raises InputError unless it is an array of numbers."""
     begin = file.read(8)
     if begin[:6] != MAGIC or len(begin) < 8:
         raise InputError("it is no array of numpy's")
@@ -54,7 +54,7 @@ def read_header(file: Any) -> Header:
     text = file.read(length).decode("latin-1")
     if len(text) < length:
         raise InputError("it is cut short: it ends within the header of its array")
-    # Looked at and not evaluated: nothing in a stranger's header is ever run.
+    # Parsed as a literal, never evaluated.
     said = [pattern.findall(text) for pattern in (_DESCR, _ORDER, _SHAPE)]
     if any(len(found) != 1 for found in said) or len(_KEYS.findall(text)) != 3:
         raise InputError("its array holds no plain numbers (objects, tables and texts are not read)")
@@ -70,7 +70,7 @@ def read_header(file: Any) -> Header:
 
 
 def read_array(file: BinaryIO, size: int) -> npt.NDArray[Any]:
-    """Return the array of a file, left on the disk until its numbers are needed."""
+    """Return the array of a file, memory-mapped."""
     file.seek(0)
     header = read_header(file)
     if header.bytes_before + header.nbytes > size:

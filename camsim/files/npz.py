@@ -16,11 +16,11 @@ from camsim.files.npy import in_steps
 RECORD_NAME = "record.json"
 
 _EARLIEST = (1980, 1, 1, 0, 0, 0)
-"""The first date of the format: equal frames are to give equal bytes at any time."""
+"""The first date of the format, so that equal frames give equal bytes at any time."""
 
 
 def write_frame(frame: Frame, path: Path) -> None:
-    """Write mosaic, electrons, mean_electrons, channel_index and truth (when captured), stored and not packed."""
+    """Write mosaic, electrons, mean_electrons, channel_index and truth (if captured), uncompressed."""
     arrays: dict[str, npt.NDArray[Any]] = {
         "mosaic": frame.mosaic,
         "electrons": in_steps(frame, frame.electrons),

@@ -1,4 +1,4 @@
-"""Archives of arrays (NPZ), read with distrust: the directory is judged before it is read, a member before it grows."""
+"""Untrusted archives of arrays (NPZ): directory and members are checked before they are read."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _END = struct.Struct("<4s4H2IH")
 _END_64 = struct.Struct("<4sQ2H2I4Q")
 _LOCATOR = struct.Struct("<4sIQI")
 _LONGEST_DIRECTORY = 1 << 16
-"""Bytes: a thousand arrays. What lists the members is read before anything else is known."""
+"""Bytes, for a thousand arrays. The directory is read before anything else is known."""
 
 
 class Archive:
@@ -39,7 +39,7 @@ class Archive:
         return tuple(name.removesuffix(".npy") for name in self._members if name.endswith(".npy"))
 
     def text(self, name: str, most: int) -> str | None:
-        """Return a member as text; None when there is none of that name."""
+        """Return a member as text; None if there is none of that name."""
         if name not in self._members:
             return None
         with self._opened(name) as member:
@@ -47,12 +47,12 @@ class Archive:
         return words.decode("ascii", "replace")
 
     def header(self, name: str) -> Header:
-        """Return what an array is; it fits what the archive says of its size."""
+        """Return the header of an array, consistent with the archive's size of the member."""
         with self._opened(f"{name}.npy") as member:
             return self._header(name, member)
 
     def array(self, name: str) -> npt.NDArray[Any]:
-        """Return an array; its checksum is looked at."""
+        """Return an array after verifying its checksum."""
         with self._opened(f"{name}.npy") as member:
             header = self._header(name, member)
             refuse_bomb(header.nbytes, self._size)
@@ -61,7 +61,7 @@ class Archive:
             while filled < header.nbytes and (some := member.read(min(1 << 20, header.nbytes - filled))):
                 numbers[filled : filled + len(some)] = np.frombuffer(some, np.uint8)
                 filled += len(some)
-            # The checksum is compared where the member ends.
+            # The checksum is verified at the end of the member.
             if filled < header.nbytes or member.read(1):
                 raise InputError(f"it is cut short or damaged: its array {name!r} is not whole")
         return header.shaped(numbers.view(header.dtype))
@@ -85,7 +85,7 @@ class Archive:
 
 @contextlib.contextmanager
 def opened(file: BinaryIO, size: int) -> Iterator[Archive]:
-    """Open an archive; what is wrong with it, now or when it is read, is raised as InputError."""
+    """Open an archive; faults, now or on reading, are raised as InputError."""
     _refuse_long_directory(file, size)
     try:
         with zipfile.ZipFile(file) as archive:
@@ -94,7 +94,7 @@ def opened(file: BinaryIO, size: int) -> Iterator[Archive]:
         zipfile.BadZipFile,
         zlib.error,
         EOFError,
-        NotImplementedError,  # a version or method that zipfile does not know
+        NotImplementedError,  # a version or method that zipfile does not support
         RuntimeError,  # encrypted
         struct.error,
         UnicodeDecodeError,
@@ -103,7 +103,7 @@ def opened(file: BinaryIO, size: int) -> Iterator[Archive]:
 
 
 def _refuse_long_directory(file: BinaryIO, size: int) -> None:
-    """Raise InputError when the archive does not end as numpy's do, or lists more than arrays could be."""
+    """Raise InputError if the archive does not end like numpy's, or its directory is too long."""
     file.seek(max(0, size - _END.size))
     end = file.read(_END.size)
     if len(end) < _END.size or not end.startswith(b"PK\5\6") or not end.endswith(b"\0\0"):

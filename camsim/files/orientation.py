@@ -1,4 +1,4 @@
-"""Which way up a photograph is: what cameras note of how they were held (EXIF's and TIFF's tag Orientation)."""
+"""Orientation of a photograph (tag Orientation of EXIF and TIFF)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _ORIENTATION = 274
 
 
 def orientation_in_exif(exif: bytes) -> int:
-    """Return the orientation in a block of EXIF, which is a TIFF without an image; 1 where none can be read.
+    """Return the orientation in a block of EXIF, which is a TIFF without an image; 1 if none can be read.
 
     >>> orientation_in_exif(b"MM\\0*" + bytes([0, 0, 0, 8, 0, 1, 1, 18, 0, 3, 0, 0, 0, 1, 0, 6, *bytes(6)]))
     6
@@ -22,13 +22,13 @@ def orientation_in_exif(exif: bytes) -> int:
 
 
 def orientation_in(directory: Directory) -> int:
-    """Return the orientation that a directory notes, 1 to 8 (TIFF 6.0, section 8); 1 for none, and for any other."""
+    """Return the orientation in a directory, 1 to 8 (TIFF 6.0, section 8); 1 for none or invalid."""
     noted = directory.numbers(_ORIENTATION)
     return noted[0] if len(noted) == 1 and 1 <= noted[0] <= 8 else 1
 
 
 def upright(image: npt.NDArray[Any], orientation: int) -> npt.NDArray[Any]:
-    """Return the image as it is to be seen, a view of the one that is stored.
+    """Return the upright image, a view of the stored one.
 
     >>> import numpy as np
     >>> upright(np.array([[1, 2, 3]]), 8).tolist()

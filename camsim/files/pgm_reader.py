@@ -1,4 +1,4 @@
-"""Grey pictures of Netpbm (PGM), binary and plain: what scientific cameras and raw converters write mosaics as."""
+"""Grey pictures of Netpbm (PGM), binary and plain: a format of mosaics of scientific cameras and raw converters."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _LONGEST_HEADER = 1 << 16
 
 
 def read_pixels(file: BinaryIO, size: int) -> tuple[npt.NDArray[Any], float]:
-    """Return the samples (rows, cols) and the largest that the file says they can be; raises InputError."""
+    """Return the samples (rows, cols) and the declared largest value; raises InputError."""
     file.seek(0)
     found = _HEADER.match(file.read(_LONGEST_HEADER))
     if found is None:

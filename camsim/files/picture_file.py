@@ -1,4 +1,4 @@
-"""A picture from a file: what the numbers mean settled, and made reflectances."""
+"""Pictures from files: interpretation of the values, converted to reflectances."""
 
 from __future__ import annotations
 

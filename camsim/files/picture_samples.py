@@ -1,4 +1,4 @@
-"""Samples of a picture from a file of any format that is read: linear light in colours, or spectra with wavelengths."""
+"""Samples of a picture from a file of any supported format: colours, or spectra with wavelengths."""
 
 from __future__ import annotations
 
@@ -35,11 +35,11 @@ _NO_RANK = 2 * len(_WAVELENGTHS)
 
 @dataclass(frozen=True, slots=True)
 class Read:
-    """What a file holds.
+    """Content of a file.
 
-    samples       : (rows, cols), or (rows, cols, n) colours or bands, upright; whole numbers as they are stored
-    wavelength_nm : of bands; None for colours, or where the file does not say
-    gamma         : an exponent that the file names;  bits: of whole numbers, where they are fewer than their type's
+    samples       : (rows, cols), or (rows, cols, n) colours or bands, upright; integers as stored
+    wavelength_nm : of bands; None for colours, or if not stated
+    gamma         : an exponent stated by the file;  bits: of integers, if fewer than their type's
     profile       : name of the colour profile, empty for none
     emissive      : whether bands are radiances;  linear: whether the format is one of light
     """
@@ -79,7 +79,7 @@ def _png(path: Path, file: BinaryIO, size: int, layer: str | None) -> Read:
     stored = png_reader.read_pixels(file, size, header)
     image = opaque(stored, largest_sample(stored.dtype))
     named = None if header.coloured or abs(header.gamma - 1.0) < 1e-4 else 1.0 / header.gamma
-    # 0.45455 is what writers of sRGB give besides.
+    # Writers of sRGB also state 0.45455.
     gamma = None if named is None or abs(named - 2.2) < 0.01 else named
     noted = "" if header.coloured else in_exif(header.exif, colours_noted, "")
     profile = profile_name(header.profile) or ((header.space or noted) if image.ndim == 3 else "")
@@ -155,7 +155,7 @@ def _matlab(path: Path, file: BinaryIO, size: int, layer: str | None) -> Read:
 
 
 def _wavelengths_in(arrays: Mapping[str, npt.NDArray[Any]], cube: str) -> F64 | None:
-    """Return the list of as many numbers as there are bands whose name says that it is of wavelengths."""
+    """Return the array with one number per band whose name denotes wavelengths."""
     if arrays[cube].ndim != 3:
         return None
     bands = arrays[cube].shape[2]
@@ -168,7 +168,7 @@ def _wavelengths_in(arrays: Mapping[str, npt.NDArray[Any]], cube: str) -> F64 | 
 
 
 def _rank(name: str) -> int:
-    """Return how surely a name is of wavelengths, the surest first: a word for them, then what has one in it."""
+    """Return the rank of a name as wavelengths, the best lowest: a word for them, then names that contain one."""
     lowered = name.lower()
     words = [*(lowered == word for word in _WAVELENGTHS), *(word in lowered for word in _WAVELENGTHS)]
     return words.index(True) if True in words else _NO_RANK

@@ -1,4 +1,4 @@
-"""Linear planes that are no frame's: what a measurement hands on, as EXR or NPY."""
+"""Linear planes from measurements, as EXR or NPY."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SUFFIXES = (".exr", ".npy")
 
 
 def check_planes_file(file: str, *, force: bool) -> None:
-    """Refuse a file that cannot be written, before any work."""
+    """Raise early for a file that cannot be written."""
     path = Path(file)
     if path.suffix.lower() not in SUFFIXES:
         raise OutputError(f"cannot write {file!r}: linear planes go into {' or '.join(SUFFIXES)}")

@@ -15,11 +15,11 @@ _DEFLATE_LEVEL = 3
 """Level 6 takes up to 1.6 times as long on a noisy frame, for 3-5 % fewer bytes."""
 
 _SMALLEST_DISPLAYED, _LARGEST_DISPLAYED = 240, 800
-"""Pixels along the longer side of what notebooks show."""
+"""Pixels along the longer side of pictures in notebooks."""
 
 
 def write_preview(frame: Frame, path: Path) -> None:
-    """Write the picture to look at: 8-bit sRGB, or grey for mono."""
+    """Write the preview: 8-bit sRGB, or grey for mono."""
     _write(develop(frame), frame, "preview", path)
 
 
@@ -31,7 +31,7 @@ def write_mosaic(frame: Frame, path: Path) -> None:
 def picture(pixels: U8) -> bytes:
     """Return pixels as PNG to look at, without a record: few ones enlarged by whole numbers, many made fewer.
 
-    A notebook keeps every picture in its own file.
+    A notebook stores every picture in its file.
     """
     from PIL import Image
 
@@ -48,7 +48,7 @@ def picture(pixels: U8) -> bytes:
 
 
 def plain(pixels: U8) -> bytes:
-    """Return pixels as they are, as PNG without a record."""
+    """Return pixels as PNG without a record."""
     from PIL import Image
 
     buffer = io.BytesIO()
@@ -61,7 +61,7 @@ def _write(pixels: U8 | U16, frame: Frame, product: str, path: Path) -> None:
 
     text = PngImagePlugin.PngInfo()
     text.add_text("camsim", record_json(frame, product), zip=True)
-    # In memory first: Pillow's own writing does not say whether the disk is full.
+    # In memory first: Pillow's writing does not report a full disk.
     buffer = io.BytesIO()
     Image.fromarray(pixels).save(buffer, format="png", pnginfo=text, compress_level=_DEFLATE_LEVEL)
     write_chunks(path, (buffer.getbuffer(),))

@@ -1,4 +1,4 @@
-"""PNG, read with distrust: every chunk's checksum, the texts, and the pixels."""
+"""Untrusted PNG: checksums of all chunks, texts, and pixels."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ _SRGB_CODES = b"\x01\x0d"  # primaries of BT.709, sRGB's curve
 
 @dataclass(frozen=True, slots=True)
 class Header:
-    """What a PNG says before its pixels.
+    """Metadata before the pixels of a PNG.
 
-    text     : camsim's, None when there is none
-    gamma    : that the pixels were encoded with, 1 where nothing is said
+    text     : camsim's, None if absent
+    gamma    : of the pixels' encoding, 1 if not stated
     coloured : whether a colour space is named;  profile: the ICC profile;  space: another than sRGB's, in words
-    see_through : whether one colour is to be transparent;  exif: what a camera noted
-    image    : offset and length of the chunks that Pillow is to see: the header's and the pixels'
+    see_through : whether one colour is transparent;  exif: EXIF data
+    image    : offset and length of the chunks passed to Pillow: header and pixels
     """
 
     rows: int
@@ -54,7 +54,7 @@ class Header:
 
 
 def read_header(file: BinaryIO, size: int, most: int) -> Header:
-    """Look at every chunk; raises InputError on one that is damaged or missing.
+    """Check every chunk; raises InputError for damaged or missing ones.
 
     most : the longest text, unpacked, in bytes
     """
@@ -121,7 +121,7 @@ def read_pixels(file: BinaryIO, size: int, header: Header) -> npt.NDArray[Any]:
         chunks += file.read(length)
     chunks += struct.pack(">I4sI", 0, b"IEND", zlib.crc32(b"IEND"))
     try:
-        # Only what the pixels need is given to Pillow, and not to Image.open, whose limits are the whole process's.
+        # Only chunks for the pixels are passed to Pillow, and not to Image.open, whose limits are process-wide.
         with PngImagePlugin.PngImageFile(io.BytesIO(chunks)) as opened:
             image = np.asarray(opened)
     except (OSError, SyntaxError, ValueError) as error:
@@ -150,7 +150,7 @@ def _deep_channels(file: BinaryIO, size: int, header: Header) -> npt.NDArray[Any
 
 
 def _space(code_points: bytes, primaries: bytes) -> str:
-    """Return the colour space that chunks cICP (ITU-T H.273) or cHRM name, in words; empty for sRGB's, or none."""
+    """Return a text on the colour space of chunks cICP (ITU-T H.273) or cHRM; empty for sRGB or none."""
     if code_points and code_points[:2] != _SRGB_CODES:
         return f"cICP {' '.join(map(str, code_points[:4]))}"
     x_y = [value * 1e-5 for value in struct.unpack(">8I", primaries)] if len(primaries) == 32 else []
@@ -176,7 +176,7 @@ def _header(head: bytes | None, text: str | None, gamma: float, coloured: bool, 
 
 
 def _checked(file: BinaryIO, kind: bytes, length: int, most: int) -> bytes:
-    """Return the first ``most`` bytes of a chunk, the checksum of all of it looked at; of pixels nothing is kept."""
+    """Return the first ``most`` bytes of a chunk after verifying its checksum; none for pixels."""
     kept, checksum, left = b"", zlib.crc32(kind), length
     while left:
         some = file.read(min(1 << 20, left))

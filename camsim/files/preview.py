@@ -1,4 +1,4 @@
-"""Preview: the mosaic developed as a raw developer would do it, simply, to be looked at."""
+"""Preview: a simple development of the mosaic, as by a raw developer."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def develop(frame: Frame) -> U8:
         with contextlib.suppress(CamsimError):
             response = frame.colour.of_filters
             balance = Balance(neutral=as_shot_neutral(response), forward=fit_for_development(response).forward)
-    # Black offsets leave some less than others where codes end: at the least of them all are clipped.
+    # Black offsets reduce the range of some photosites: all are clipped at the smallest.
     span_dn = float((frame.white_levels_dn - black_dn).min())
     filters = filters_of(frame.channels)
     index = np.array([filters.index(letter.upper()) for letter in frame.channels], np.uint8)[frame.channel_index]
@@ -64,7 +64,7 @@ def developed(
     """Return a mosaic as 8-bit sRGB, or as grey without a balance.
 
     channel_index : of each photosite, below ``channels``
-    black_dn      : (m, n) repeated over the mosaic;  span_dn: from there to white
+    black_dn      : (m, n) tiled over the mosaic;  span_dn: from there to white
     """
     signal = mosaic.astype(np.float32)
     for (row, col), level in np.ndenumerate(black_dn):
@@ -82,10 +82,10 @@ def developed(
 
 
 def demosaic(signal: F32, channel_index: U8, channels: int) -> F32:
-    """Return (channels, rows, cols): each channel as recorded, elsewhere its neighbours' weighted mean.
+    """Return (channels, rows, cols): each channel as recorded, elsewhere a weighted mean of neighbours.
 
-    Bilinear on a Bayer array. On sparser arrays the tent of weights is widened until every photosite has a
-    neighbour of every channel. Any array is taken, borders included.
+    Bilinear on a Bayer array. On sparser arrays the triangular kernel is widened until every photosite has a
+    neighbour of every channel. Works for any array, including borders.
     """
 
     planes = np.empty((channels, *signal.shape), dtype=np.float32)

@@ -1,4 +1,4 @@
-"""Primaries and white of colours, as PNG, TIFF and OpenEXR note them beside the pixels."""
+"""Primaries and white of colours, as stored by PNG, TIFF and OpenEXR."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ _SAME = 5e-3
 
 
 def other_than_srgb(x_y: Sequence[float], where: str) -> str:
-    """Return what a file's colours are, in words, where they are not sRGB's; empty where they are, or none are said.
+    """Return a text on a file's primaries if not sRGB's; empty if sRGB or not stated.
 
-    x_y : x and y of red, green, blue and white, none where the file does not say them;  where: what noted them
+    x_y : x and y of red, green, blue and white, empty if not stated;  where: name of their source
 
     >>> other_than_srgb((0.64, 0.33, 0.21, 0.71, 0.15, 0.06, 0.3127, 0.329), "cHRM")
     'cHRM, other primaries or another white'

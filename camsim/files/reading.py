@@ -1,7 +1,7 @@
-"""What a file of ours says about itself: format, size, product and the record of what was computed.
+"""Metadata of a camsim file: format, size, product and record.
 
-Files come from anywhere. Every byte may be wrong, so nothing is believed: offsets are looked at before they are
-followed, texts have a longest length, and the record has a checksum of its own.
+Files are untrusted: every byte may be wrong. Offsets are checked before use, texts have a maximal length, and the
+record has a checksum.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ _ANY_NAMESPACE = b"urn:camsim:"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Held:
-    """What one file holds.
+    """Metadata of a file.
 
     form       : "DNG", "OpenEXR", "TIFF", "PNG" or "NPZ"
-    suffix     : of such files, with its dot
+    suffix     : of this format, with its dot
     rows, cols : of the image
     size_bytes : of the file
-    has_truth  : whether the truth is in it
+    has_truth  : whether it contains the truth
     compressed : whether it is a DNG of lossless JPEG
     record     : the figures that explain its numbers, and ``description``: all stages with all parameters
     """
@@ -53,17 +53,17 @@ class Held:
 
     @property
     def fits(self) -> bool:
-        """Whether the image has the rows and columns that its record describes, as far as that says them."""
+        """Whether the image has the rows and columns of its record, if stated there."""
         return self.record.size in (None, (self.rows, self.cols))
 
     @property
     def product(self) -> str:
-        """Which of the frame's products it is."""
+        """The product of the frame in it."""
         return self.record.product
 
     @property
     def description(self) -> Mapping[str, Any]:
-        """All stages with all parameters, as :func:`camsim.config.from_record.revive` takes them."""
+        """All stages with all parameters, as used by :mod:`camsim.config.from_record`."""
         return self.record.description
 
 
@@ -79,9 +79,9 @@ class _Found:
 
 
 def read_file(path: str | os.PathLike[str]) -> Held:
-    """Read what a DNG, EXR, TIFF, PNG or NPZ of ours says about itself; the image is left alone.
+    """Read the metadata of a DNG, EXR, TIFF, PNG or NPZ of camsim, without the image.
 
-    Raises InputError, in one sentence, for what is no such file, was cut short or has been changed.
+    Raises InputError for other, truncated or changed files.
     """
     with opened(path) as (file, size):
         reader = _reader(file)
@@ -103,7 +103,7 @@ def read_file(path: str | os.PathLike[str]) -> Held:
 
 
 def read_arrays(held: Held) -> dict[str, npt.NDArray[Any]]:
-    """Return the numbers of a file that ``read_file`` has read, by their names; an image that has none is ``codes``."""
+    """Return the arrays of a file read by ``read_file``, by name; an unnamed image is ``codes``."""
     with opened(held.path) as (file, size):
         if held.form == "NPZ":
             with npz_reader.opened(file, size) as archive:
@@ -118,7 +118,7 @@ def read_arrays(held: Held) -> dict[str, npt.NDArray[Any]]:
 
 
 def is_altered(held: Held) -> bool:
-    """Whether the codes of a DNG are not those that its own identifier is of; other files have none."""
+    """Whether the codes of a DNG do not match its identifier; false for other files."""
     if held.form != "DNG":
         return False
     with opened(held.path) as (file, size):
@@ -129,9 +129,9 @@ def is_altered(held: Held) -> bool:
 
 
 def read_record(file: BinaryIO, size: int) -> Record | None:
-    """Return the record of an open file; None when it is another program's.
+    """Return the record of an open file; None for files of other programs.
 
-    Raises InputError for one of ours that is damaged: its numbers are not what they were.
+    Raises InputError if a camsim file is damaged.
     """
     reader = _reader(file)
     text = reader(file, size).text if reader is not None else None
@@ -140,7 +140,7 @@ def read_record(file: BinaryIO, size: int) -> Record | None:
 
 @contextlib.contextmanager
 def opened(path: str | os.PathLike[str]) -> Iterator[tuple[BinaryIO, int]]:
-    """Open a file; give it with its size, and name it in what goes wrong with it."""
+    """Open a file; yield it with its size, and name it in errors."""
     try:
         if not Path(path).is_file():
             raise InputError("there is no such file" if not Path(path).exists() else "it is not a file")
@@ -153,7 +153,7 @@ def opened(path: str | os.PathLike[str]) -> Iterator[tuple[BinaryIO, int]]:
 
 
 def _reader(file: BinaryIO) -> Callable[[BinaryIO, int], _Found] | None:
-    """Return the reader of a file by how it begins; None for a format that carries no record."""
+    """Return the reader for a file's magic number; None for a format without a record."""
     file.seek(0)
     begin = file.read(8)
     readers = {exr_reader.MAGIC: _exr, png_reader.MAGIC: _png, npz_reader.MAGIC: _npz}
@@ -168,7 +168,7 @@ def _tiff(file: BinaryIO, size: int) -> _Found:
     main = _main_image(file, size, directory) if is_dng else directory
     rows, cols = main.number(tiff_reader.IMAGE_LENGTH), main.number(tiff_reader.IMAGE_WIDTH)
     if text is not None:
-        # Other people's tags may be as they like, of ours none is cut off.
+        # Foreign tags may be arbitrary, camsim's must be complete.
         directory.refuse_truncated()
     if not is_dng:
         return _Found("TIFF", ".tiff", rows, cols, text)
@@ -197,7 +197,7 @@ def _exr(file: BinaryIO, size: int) -> _Found:
     header = exr_reader.read_header(file, size, 2 * LONGEST_RECORD)
     rows, cols = header.size()
     text = header.text("camsim:record")
-    # Only of our own files is it known how they end.
+    # The end is known only for camsim's files.
     if text is not None and (end := exr_reader.end_of_chunks(file, header)) != size:
         where = f"its image ends at byte {end}" if end else "its image is not whole"
         raise InputError(f"it is cut short or damaged: it has {size} bytes and {where}")
@@ -221,7 +221,7 @@ def _npz(file: BinaryIO, size: int) -> _Found:
 
 
 def _record_in_xmp(xmp: bytes) -> str | None:
-    """Return the text of our property, wherever in the XMP it is; another program may have rearranged it."""
+    """Return the text of camsim's property anywhere in the XMP, which another program may have rearranged."""
     letters: list[str] = []
     inside = False
     name = f"{XMP_NAMESPACE} Record"

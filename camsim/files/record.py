@@ -1,4 +1,4 @@
-"""The record that a file carries, judged before anything of it is used: size, depth, checksum, names and types."""
+"""The record of a file, validated before use: size, depth, checksum, names and types."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from camsim.sensor.adc import full_codes
 from camsim.sensor.companding import are_points
 
 LONGEST_RECORD = 16 << 20
-"""Bytes of JSON. A scene file has at most as many."""
+"""Most bytes of JSON, as for a scene file."""
 
 _LARGEST_CODE = 65_535
-"""Of 16 bits: no converter has more."""
+"""Largest code of 16 bits, the most of a converter."""
 
 _MOST_LISTS, _MOST_VALUES = 1 << 19, 1 << 21
 """Half a million corners. Parsed, lists and numbers take twenty times the memory of their text."""
@@ -35,7 +35,7 @@ _SOFTWARE = re.compile(r'"software":"([^"\\]{1,40})"')
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Record:
-    """What was computed and what explains its numbers; see ``camsim.files.describe.record``."""
+    """Description of a computation and of its values; see ``camsim.files.describe.record``."""
 
     software: str
     product: str
@@ -80,26 +80,26 @@ class Record:
 
     @property
     def _adc(self) -> Mapping[str, Any]:
-        """What the description says of the converter."""
+        """The converter in the description."""
         camera = self.description.get("camera")
         adc = camera.get("adc") if isinstance(camera, Mapping) else None
         return adc if isinstance(adc, Mapping) else {}
 
     @property
     def _bits(self) -> int:
-        """How many the converter has; of a record that does not say them, as many as white needs."""
+        """Bits of the converter; if not stated, enough for white."""
         bits = self._adc.get("bit_depth")
         return bits if isinstance(bits, int) and 1 <= bits <= 16 else self.white_level_dn.bit_length()
 
     @property
     def size(self) -> tuple[int, int] | None:
-        """Rows and columns of the picture that it was written beside; None where the description does not say them."""
+        """Rows and columns of its picture; None if not in the description."""
         stated = self.description.get("region") or self.description.get("camera")
         rows, cols = (stated.get(side) if isinstance(stated, Mapping) else None for side in ("rows", "cols"))
         return (rows, cols) if isinstance(rows, int) and isinstance(cols, int) else None
 
     def check_size(self, rows: int, cols: int) -> None:
-        """Raise InputError where a picture of other rows and columns is beside it: of which part, nobody knows."""
+        """Raise InputError if the picture has other rows and columns, as its position would be unknown."""
         if self.size not in (None, (rows, cols)):
             described = " × ".join(map(str, self.size or ()))
             raise InputError(
@@ -113,12 +113,12 @@ class Record:
 
 
 def is_record(text: str) -> bool:
-    """Whether a text is a record of ours, of any version, whole or not; other programs write texts too."""
+    """Whether a text is a camsim record of any version, complete or not."""
     return _PROGRAM.search(text) is not None or _CHECKSUM.search(text) is not None
 
 
 def parse_record(text: str | None) -> Record:
-    """Return the record that a text holds; raises InputError for what was not written, or was changed since."""
+    """Return the record in a text; raises InputError if invalid or changed."""
     if text is None:
         raise InputError("it was not written by camsim: it does not say what was computed")
     if len(text) > LONGEST_RECORD:
@@ -133,7 +133,7 @@ def parse_record(text: str | None) -> Record:
         raise InputError("it was not written by camsim: its text is another program's")
     if said.pop("camsim") != RECORD_FORMAT:
         raise InputError(_other_format(text))
-    # The text is what was written, byte for byte: only the checksum itself was added.
+    # The text equals the written one byte for byte, apart from the added checksum.
     found = list(_CHECKSUM.finditer(text))
     whole = found and text[: found[-1].start()] + text[found[-1].end() :]
     if not whole or not text.isascii() or said.pop("sha256", None) != checksum(whole):
@@ -163,7 +163,7 @@ def _other_format(text: str) -> str:
 
 
 def _refuse_deep(tree: Any) -> None:
-    """Raise InputError when a tree is nested more deeply than any scene."""
+    """Raise InputError if a tree is nested more deeply than any scene."""
     level = [tree]
     for _ in range(_DEEPEST):
         level = [

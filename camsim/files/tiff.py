@@ -13,7 +13,7 @@ from camsim.files.describe import exif_datetime, record_json, software
 
 
 def write_mosaic(frame: Frame, path: Path) -> None:
-    """Write the raw codes; a reader sees them as they are, black level included."""
+    """Write the raw codes, black level included."""
     _write(frame, "mosaic", frame.mosaic, "minisblack", path)
 
 
@@ -32,7 +32,7 @@ def _write(
 ) -> None:
     import tifffile
 
-    # In memory first: tifffile's own writing does not say whether the disk is full.
+    # In memory first: tifffile's writing does not report a full disk.
     buffer = io.BytesIO()
     tifffile.imwrite(
         buffer,

@@ -1,7 +1,7 @@
 """The container: a classic little-endian TIFF of one IFD, its Exif IFD and the strips of one image.
 
 Tag types and layout as in TIFF 6.0: the image first, so that it can be written while it is computed, then the
-directories; their entries ascending, values of more than four bytes behind them at even offsets.
+directories; entries ascending, values of more than four bytes after them at even offsets.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def byte(number: int, values: bytes | Sequence[int]) -> Tag:
 
 
 def undefined(number: int, values: bytes) -> Tag:
-    """Return a tag of bytes that only the tag itself gives a meaning."""
+    """Return a tag of bytes whose meaning depends on the tag."""
     return Tag(number, _UNDEFINED, len(values), values)
 
 
@@ -95,7 +95,7 @@ def fraction(value: float, largest: int) -> tuple[int, int]:
 
 
 def refuse_over_4_gib(size_bytes: int) -> None:
-    """Raise OutputError for what 32-bit offsets cannot reach."""
+    """Raise OutputError for sizes beyond 32-bit offsets."""
     if size_bytes > _LARGEST_FILE:
         raise OutputError(
             f"the image needs {size_bytes / 2**30:.1f} GiB and a TIFF or DNG file holds 4 GiB at most; "
@@ -104,7 +104,7 @@ def refuse_over_4_gib(size_bytes: int) -> None:
 
 
 def header(directory_at: int) -> bytes:
-    """Return what a file begins with; its directories are at ``directory_at``, an even offset."""
+    """Return the header of a file with directories at ``directory_at``, an even offset."""
     refuse_over_4_gib(directory_at)
     return struct.pack("<2sHI", b"II", 42, directory_at)
 
@@ -112,7 +112,7 @@ def header(directory_at: int) -> bytes:
 def directories(tags: Iterable[Tag], exif: Iterable[Tag], at: int) -> tuple[bytes, int]:
     """Return both directories with their values, for file offset ``at``, and the offset of the main one.
 
-    Exif's comes first, so that the main one ends the file and shows whether all of it is there; the tag that points
+    Exif's comes first, so that the main one ends the file and reveals truncation; the tag that points
     to Exif's is added.
     """
     below = _ifd(exif, at)
@@ -123,7 +123,7 @@ def directories(tags: Iterable[Tag], exif: Iterable[Tag], at: int) -> tuple[byte
 
 
 def _ifd(tags: Iterable[Tag], at: int) -> bytes:
-    """Return one directory that begins at file offset ``at``, with its values behind it."""
+    """Return one directory at file offset ``at``, followed by its values."""
     ordered = sorted(tags, key=lambda tag: tag.number)
     values_at = at + 2 + 12 * len(ordered) + 4
     entries, values = [struct.pack("<H", len(ordered))], bytearray()

@@ -1,4 +1,4 @@
-"""The image of one directory of a TIFF or DNG: every size judged against the file before memory is taken."""
+"""The image of one directory of a TIFF or DNG: every size is checked against the file before allocation."""
 
 from __future__ import annotations
 
@@ -29,15 +29,15 @@ _WAY_OUT = "convert it to an uncompressed 16-bit file (Adobe's DNG converter doe
 
 
 class NotReadError(InputError):
-    """An image that is stored in a way that is not read here."""
+    """An image stored in an unsupported way."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Layout:
-    """How the samples of an image lie in its strips or tiles.
+    """Layout of samples in strips or tiles.
 
     dtype : of a sample in memory;  bits, order: of a stored one
-    planes, samples : samples of a pixel that lie apart, and side by side; one of the two is 1
+    planes, samples : planar and interleaved samples of a pixel; one of the two is 1
     piece : rows and columns of a strip or tile
     """
 
@@ -55,12 +55,12 @@ class _Layout:
 
     @property
     def grid(self) -> tuple[int, int]:
-        """How many pieces there are down and across."""
+        """Number of pieces down and across."""
         return -(-self.rows // self.piece[0]), -(-self.cols // self.piece[1])
 
 
 def photometric(directory: Directory) -> int:
-    """Return what the samples mean, by TIFF's number."""
+    """Return the photometric interpretation, by TIFF's number."""
     return directory.number(_PHOTOMETRIC, GREY)
 
 
@@ -86,7 +86,7 @@ def read_image(directory: Directory) -> npt.NDArray[Any]:
     for index, (at, count) in enumerate(zip(offsets, counts, strict=True)):
         plane, place = divmod(index, down * across)
         top, left = (k * size for k, size in zip(divmod(place, across), layout.piece, strict=True))
-        # A strip ends with the image, a tile goes on beyond it.
+        # A strip ends with the image, a tile may extend beyond it.
         height = layout.piece[0] if layout.tiled else min(layout.piece[0], layout.rows - top)
         directory.file.seek(at)
         piece = _piece(directory.file.read(count), (height, layout.piece[1], layout.samples), layout)
@@ -98,7 +98,7 @@ def read_image(directory: Directory) -> npt.NDArray[Any]:
 
 
 def _layout(directory: Directory) -> _Layout:
-    """Judge what a directory says of its image."""
+    """Validate the layout of an image in its directory."""
     rows, cols = directory.number(IMAGE_LENGTH), directory.number(IMAGE_WIDTH)
     samples = directory.number(_SAMPLES_PER_PIXEL, 1)
     bits = bits_per_sample(directory)
@@ -152,7 +152,7 @@ def _layout(directory: Directory) -> _Layout:
 
 
 def _piece(data: bytes, shape: tuple[int, int, int], layout: _Layout) -> npt.NDArray[Any]:
-    """Return one strip or tile; its bytes are those that its size asks for, or it is refused."""
+    """Return one strip or tile; raises unless it has the required number of bytes."""
     if layout.compression == _JPEG:
         return _from_jpeg(data, shape, layout)
     rows, cols, samples = shape
@@ -175,7 +175,7 @@ def _piece(data: bytes, shape: tuple[int, int, int], layout: _Layout) -> npt.NDA
 
 
 def _unpacked(data: bytes, needed: int, compression: int) -> bytes:
-    """Return the first ``needed`` bytes of a strip or tile; not many more are ever made."""
+    """Return the first ``needed`` bytes of a strip or tile, without unpacking many more."""
     if compression == _NONE:
         return data
     try:
@@ -191,7 +191,7 @@ def _unpacked(data: bytes, needed: int, compression: int) -> bytes:
 
 
 def _from_packbits(data: bytes, needed: int) -> bytes:
-    """Undo TIFF 6.0's PackBits: a count, then so many bytes or one to be repeated."""
+    """Undo TIFF 6.0's PackBits: a count, then that many bytes or one to repeat."""
     out, at = bytearray(), 0
     while len(out) < needed and at + 1 < len(data):
         count = data[at]
@@ -216,7 +216,7 @@ def _from_bits(lines: npt.NDArray[np.uint8], count: int, bits: int) -> npt.NDArr
 def _from_float_differences(
     lines: npt.NDArray[np.uint8], shape: tuple[int, int, int], dtype: np.dtype[Any]
 ) -> npt.NDArray[Any]:
-    """Undo Adobe's predictor 3: bytes of equal rank lie together from the highest on, each less the one before."""
+    """Undo Adobe's predictor 3: bytes grouped by rank from the highest, as differences."""
     rows, cols, samples = shape
     if dtype.kind != "f":
         raise NotReadError(f"whole numbers are predicted as if they were floating-point ones; {_WAY_OUT}")
@@ -226,7 +226,7 @@ def _from_float_differences(
 
 
 def _from_jpeg(data: bytes, shape: tuple[int, int, int], layout: _Layout) -> npt.NDArray[Any]:
-    """Return a strip or tile of JPEG; what its own header claims must be what belongs here."""
+    """Return a strip or tile of JPEG; its header must match the layout."""
     frame = frame_header(data)
     belongs = shape[0] * shape[1] * shape[2]
     if frame.rows * frame.cols * frame.components != belongs:

@@ -1,6 +1,6 @@
-"""The directories of a TIFF or DNG, read with distrust: any count and any offset may be wrong.
+"""The directories of an untrusted TIFF or DNG: any count and any offset may be wrong.
 
-Classic and big files of either byte order, whoever wrote them.
+Classic and big files of either byte order, from any writer.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _REDUCED, _MASK = 1, 4  # bits of the subfile's type
 
 MAGICS = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 MAKERS_MAGICS = (b"IIRO", b"IIRS", b"MMOR", b"IIU\0")
-"""Olympus and Panasonic have numbers of their own in place of TIFF's 42."""
+"""Olympus and Panasonic use other magic numbers than TIFF's 42."""
 
 _CODES = {
     1: "B", 2: "s", 3: "H", 4: "I", 5: "II", 6: "b", 7: "s", 8: "h", 9: "i", 10: "ii", 11: "f", 12: "d",
@@ -44,7 +44,7 @@ _MOST_ENTRIES = 4096
 
 @dataclass(frozen=True, slots=True)
 class Form:
-    """How a file writes its numbers: byte order as struct has it, and whether its offsets have 64 bits."""
+    """Number format of a file: byte order in struct's notation, and whether offsets have 64 bits."""
 
     order: Literal["<", ">"]
     big: bool
@@ -67,7 +67,7 @@ class Form:
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """One entry of the directory, its values not read yet."""
+    """One entry of a directory, with values not yet read."""
 
     code: str
     count: int
@@ -90,7 +90,7 @@ class Directory:
     following: int = 0
 
     def bytes_of(self, number: int, most: int) -> bytes:
-        """Return the bytes of a tag (none: it is not there); raises InputError over ``most`` bytes."""
+        """Return the bytes of a tag (empty if absent); raises InputError over ``most`` bytes."""
         entry = self.entries.get(number)
         if entry is None:
             return b""
@@ -105,7 +105,7 @@ class Directory:
         return self.file.read(entry.size)
 
     def numbers(self, number: int) -> tuple[int, ...]:
-        """Return the whole numbers of a tag; none when it is not there or holds something else."""
+        """Return the integers of a tag; empty if absent or of another type."""
         entry = self.entries.get(number)
         if entry is None or entry.code not in _NUMBERS:
             return ()
@@ -114,7 +114,7 @@ class Directory:
         )
 
     def number(self, number: int, default: int | None = None) -> int:
-        """Return the only number of a tag; ``default`` where it is not there."""
+        """Return the single number of a tag; ``default`` if absent."""
         if default is not None and number not in self.entries:
             return default
         values = self.numbers(number)
@@ -123,7 +123,7 @@ class Directory:
         return values[0]
 
     def values(self, number: int) -> tuple[float, ...]:
-        """Return the numbers of a tag, fractions divided; none when it is not there."""
+        """Return the numbers of a tag, fractions divided; empty if absent."""
         entry = self.entries.get(number)
         if entry is None or entry.code == "s":
             return ()
@@ -138,12 +138,12 @@ class Directory:
         return tuple(a / b for a, b in zip(found[::2], found[1::2], strict=True))
 
     def below(self, number: int) -> Directory | None:
-        """Return the directory that a tag points at; None where it is not there."""
+        """Return the directory that a tag points to; None if absent."""
         at = self.number(number, 0)
         return _directory(self.file, self.size, self.form, at) if at else None
 
     def pieces(self) -> tuple[tuple[int, ...], tuple[int, ...]]:
-        """Return offsets and sizes of the image's strips or tiles; none of them ends beyond the file."""
+        """Return offsets and sizes of the image's strips or tiles; all of which are within the file."""
         kinds = (STRIP_OFFSETS, STRIP_BYTE_COUNTS), (TILE_OFFSETS, TILE_BYTE_COUNTS)
         offsets, counts = next((pair for kind in kinds if (pair := tuple(map(self.numbers, kind)))[0]), ((), ()))
         if not offsets or len(offsets) != len(counts):
@@ -154,7 +154,7 @@ class Directory:
         return offsets, counts
 
     def refuse_truncated(self) -> None:
-        """Raise InputError when the image or a tag's values end beyond the file."""
+        """Raise InputError if the image or a tag's values exceed the file."""
         for number, entry in self.entries.items():
             if entry.size > len(entry.field) and self._offset(entry) + entry.size > self.size:
                 raise InputError(f"it ends at byte {self.size}, before the end of its tag {number}")
@@ -172,9 +172,9 @@ def read_directory(file: BinaryIO, size: int) -> Directory:
 
 
 def read_image_directory(file: BinaryIO, size: int) -> Directory:
-    """Read the directory of the image, the largest of the file; raises InputError where several are as large.
+    """Read the directory of the largest image of the file; raises InputError if several are equally large.
 
-    Those that are reduced or masks are left out, as far as they say so.
+    Those declared reduced or masks are skipped.
     """
     pages = list(_pages(file, size, set())) or [read_directory(file, size)]
     images = [page for page in pages if not page.number(SUBFILE_TYPE, 0) & (_REDUCED | _MASK)] or pages[:1]
@@ -188,7 +188,7 @@ def read_image_directory(file: BinaryIO, size: int) -> Directory:
 
 
 def read_directories(file: BinaryIO, size: int) -> Iterator[Directory]:
-    """Yield all directories, each with those below it behind it."""
+    """Yield all directories, each followed by its sub-directories."""
     seen: set[int] = set()
     for page in _pages(file, size, seen):
         yield page
@@ -197,7 +197,7 @@ def read_directories(file: BinaryIO, size: int) -> Iterator[Directory]:
 
 
 def _pages(file: BinaryIO, size: int, seen: set[int]) -> Iterator[Directory]:
-    """Yield the directories that follow one another; ``seen``: where those lie that were read, these too."""
+    """Yield chained directories; ``seen``: offsets of directories already read, which is updated."""
     form, at = _begin(file)
     while at:
         page = _directory(file, size, form, _fresh(at, seen))
@@ -213,7 +213,7 @@ def _fresh(at: int, seen: set[int]) -> int:
 
 
 def _begin(file: BinaryIO) -> tuple[Form, int]:
-    """Return the file's form and where its first directory is."""
+    """Return the file's form and the offset of its first directory."""
     file.seek(0)
     head = file.read(16).ljust(16, b"\0")
     if head[:4] not in MAGICS + MAKERS_MAGICS:
@@ -232,7 +232,7 @@ def _directory(file: BinaryIO, size: int, form: Form, at: int) -> Directory:
             found = list(form.entry.iter_unpack(file.read(form.entry.size * count)))
             following = file.read(form.offset.size)
             entries = {number: Entry(_CODES[kind], n, field) for number, kind, n, field in found if kind in _CODES}
-            # Some writers leave the pointer to the next directory out at the end of the file.
+            # Some writers omit the pointer to the next directory at the end of the file.
             (then,) = form.offset.unpack(following) if len(following) == form.offset.size else (0,)
             return Directory(file, size, form, entries, then)
     raise InputError(f"it is cut short: its directory is not within its {size} bytes")

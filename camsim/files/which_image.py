@@ -1,4 +1,4 @@
-"""Of a file that holds several images, the one that is meant: what is without doubt the image, or what is named."""
+"""Selection of an image in a file with several: the unambiguous main one, or the named one."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ _SPECTRAL = re.compile(r"^(?:(.*?)\.)??((?:w|S0\.|T\.)?(\d+(?:[.,]\d+)?) ?nm)$")
 _POLARISED = ("S1", "S2", "S3")
 _COLOURS = frozenset("RGB")
 _NO_GREY = frozenset(("X", "RY", "BY"))
-"""Beside Y they say that it is a coordinate, of a normal say, or that colour lies apart."""
+"""Together with Y they denote coordinates (such as normals), or separate chroma."""
 _BLENDERS = "Combined"
-"""What Blender calls the image itself, beside its passes."""
+"""Blender's name of the image among its passes."""
 
 _MOST_NAMED = 8
 
 
 def split_channel(name: str) -> tuple[str, str]:
-    """Return an EXR channel's layer, empty for none, and its name in it.
+    """Return an EXR channel's layer (empty if none), and its name within it.
 
     >>> split_channel("R"), split_channel("ViewLayer.Combined.R"), split_channel("left.S0.550,000000nm")
     (('', 'R'), ('ViewLayer.Combined', 'R'), ('left', 'S0.550,000000nm'))
@@ -33,7 +33,7 @@ def split_channel(name: str) -> tuple[str, str]:
 
 
 def nanometres(channel: str) -> float | None:
-    """Return the wavelength that a channel's name in its layer says; None for another's.
+    """Return the wavelength in a channel's name within its layer; None for other channels.
 
     >>> nanometres("S0.550,500000nm"), nanometres("w420.5nm"), nanometres("R")
     (550.5, 420.5, None)
@@ -43,7 +43,7 @@ def nanometres(channel: str) -> float | None:
 
 
 def image_layer(layers: Mapping[str, Iterable[str]], asked: str | None) -> str:
-    """Return the layer of an EXR that is its image, or the one that is asked for.
+    """Return the layer of an EXR that is its image, or the requested one.
 
     layers : names of the channels by layer
 
@@ -68,7 +68,7 @@ def image_layer(layers: Mapping[str, Iterable[str]], asked: str | None) -> str:
 
 
 def image_array(shapes: Mapping[str, tuple[int, ...]], asked: str | None) -> str:
-    """Return the name of the largest array of three dimensions, or of two, or the one that is asked for.
+    """Return the name of the largest array of three dimensions, or of two, or the requested one.
 
     >>> image_array({"mask": (4, 6), "photo": (4, 6, 3)}, None)
     'photo'
@@ -88,7 +88,7 @@ def image_array(shapes: Mapping[str, tuple[int, ...]], asked: str | None) -> str
 
 
 def has_grey(channels: Iterable[str]) -> bool:
-    """Whether a layer's channels have a grey image.
+    """Whether a layer's channels contain a grey image.
 
     >>> has_grey("YA"), has_grey("XYZ")
     (True, False)
@@ -116,7 +116,7 @@ def _named(names: Iterable[str]) -> str:
 
 
 def _there_are(layers: Mapping[str, Iterable[str]]) -> str:
-    """Say which layers an EXR has; its channels need not be in any."""
+    """Return a text on the layers of an EXR; channels may be without one."""
     names = [name for name in layers if name]
     bare = f"channels without a layer, {', '.join(layers[''])}" if "" in layers else ""
     if not names:

@@ -1,4 +1,4 @@
-"""A file or Frame in, figures out: what the camera really did. The theory to compare with is an argument."""
+"""Measurements on files or Frames: MTF, noise, colour and more, with an optional theory for comparison."""
 
 from camsim.measure.field import FieldPlace
 from camsim.measure.full_frame import FullFrame

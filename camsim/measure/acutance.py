@@ -1,6 +1,6 @@
-"""Acutance: the MTF weighed by what the eye sees of it at a distance.
+"""Acutance: the MTF weighted by the contrast sensitivity of the eye at a viewing distance.
 
-After ISO 15781 and IEEE 1858 (CPIQ), of the contrast sensitivity CSF(ν) ∝ ν^0.8·exp(−0.2·ν), ν in cycles per degree:
+After ISO 15781 and IEEE 1858 (CPIQ), with the contrast sensitivity CSF(ν) ∝ ν^0.8·exp(−0.2·ν), ν in cycles per degree:
 
     acutance = ∫ MTF·CSF dν / ∫ CSF dν
 """
@@ -15,7 +15,7 @@ from camsim.core.arrays import F64
 from camsim.core.errors import InvalidValueError
 
 DISTANCES_PICTURE_HEIGHTS = (1.0, 2.0, 4.0)
-"""Viewing distances that reports have it for."""
+"""Viewing distances in reports."""
 
 _POWER, _DECAY = 0.8, 0.2
 _FINE = 4001
@@ -23,9 +23,9 @@ _ONE = 1e-3
 
 
 def acutance(frequency_cycles_per_pixel: F64, mtf: F64, *, rows: int, distance_picture_heights: float) -> float:
-    """Return the acutance of a picture of so many rows, seen from so many of its heights; 1: nothing is lost.
+    """Return the acutance of a picture of ``rows``, at a viewing distance in picture heights; 1: no loss.
 
-    mtf : (n,) from frequency 0 on, where it is 1; nothing is seen of what lies beyond the last frequency
+    mtf : (n,) from frequency 0, where it is 1; taken as 0 above the last frequency
 
     >>> f = np.linspace(0.0, 1.0, 11)
     >>> round(acutance(f, np.ones(11), rows=2000, distance_picture_heights=2.0), 4)
@@ -42,7 +42,7 @@ def acutance(frequency_cycles_per_pixel: F64, mtf: F64, *, rows: int, distance_p
         raise InvalidValueError("must increase from 0", key="frequency_cycles_per_pixel")
     if not abs(mtf[0] - 1.0) < _ONE:
         raise InvalidValueError(f"{mtf[0]:g} at frequency 0; must be 1 there (no per cent)", key="mtf")
-    # One pixel is a height/rows, and a degree at this distance π/180 of the distance.
+    # One pixel is height/rows; one degree is π/180 of the viewing distance.
     per_degree = rows * distance_picture_heights * math.pi / 180.0
     highest = float(frequency_cycles_per_pixel[-1]) * per_degree
     nu = np.linspace(0.0, highest, _FINE)

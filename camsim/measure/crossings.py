@@ -1,4 +1,4 @@
-"""Where curves cross a level, with what noise makes of it."""
+"""Crossings of curves with a level, and their standard errors."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from camsim.measure.spline import TAIL, Model
 Curve: TypeAlias = Callable[[F64], F64]
 
 _BANDS = (2.0, 4.0)
-"""Standard errors of a curve within which its crossings are looked for."""
+"""Bands around a curve, in standard errors, whose crossings give the error."""
 
 
 def falls_to(frequency: F64, mtf: F64, level: float) -> float:
-    """Return the lowest frequency at which the MTF falls to ``level``, NaN when it never does; straight in between.
+    """Return the lowest frequency at which the MTF falls to ``level``, by linear interpolation; NaN if it never does.
 
     >>> falls_to(np.array([0.0, 0.5, 1.0]), np.array([1.0, 0.6, 0.2]), 0.5)
     0.625
@@ -33,17 +33,17 @@ def falls_to(frequency: F64, mtf: F64, level: float) -> float:
 
 
 def errors_of(gradient: F64, covariance: F64) -> F64:
-    """Return the standard error of figures by their derivatives (m, n) after the coefficients."""
+    """Return the standard errors of figures from their derivatives (m, n) with respect to the coefficients."""
     error: F64 = np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", gradient, covariance, gradient, optimize=True), 0.0))
     return error
 
 
 def limit(frequency: F64, mtf: F64, mtf_error: F64, level: float, at: Curve) -> tuple[float, float]:
-    """Return the frequency at which the MTF falls to a level, and its standard error; NaN where noise hides it.
+    """Return the frequency at which the MTF falls to a level, and its standard error; NaN if noise hides it.
 
-    The error is what two and four errors of the curve move the crossing by, the farther side, a half and a quarter of
-    it: noise that makes the curve steep or flat, or dip, just there does not make the figure good. Where the curve and
-    its errors do not come down to the level at all, nothing is known.
+    The error follows from shifting the curve by two and by four of its errors: the larger shift of the crossing, halved
+    and quartered. So a slope that noise makes steep, flat or negative there does not give too small an error. NaN if
+    the curve does not fall to the level within its errors.
     """
     f = falls_to(frequency, mtf, level)
     if math.isnan(f):
@@ -64,10 +64,10 @@ def limit(frequency: F64, mtf: F64, mtf_error: F64, level: float, at: Curve) -> 
 
 
 def rise_of(fit: EdgeFit) -> tuple[float, float]:
-    """Return the 10–90 % rise and its standard error; NaN where noise hides an end of it.
+    """Return the 10–90 % rise and its standard error; NaN if noise hides one end.
 
-    Each end's error is what errors of the curve move it by, as in ``limit``, what the slope says, or what
-    another model makes of the rise.
+    The error of each end comes from shifting the curve by its errors, as in ``limit``, from the slope, or from
+    the difference between models.
     """
     model, c = fit.model, fit.coefficients
     d, esf, rows = _esf(model, c)
@@ -75,7 +75,7 @@ def rise_of(fit: EdgeFit) -> tuple[float, float]:
     at_rows, slopes = _above_dark(at, model), spline.line_rows(at, model) @ c
     if not np.all(slopes > 0.0):
         return math.nan, math.nan
-    # A crossing moves by minus the curve's own change over its slope.
+    # A crossing moves by minus the change of the curve over its slope.
     step, ends = _step(model, c)
     moves = -(at_rows - np.array([[0.1], [0.9]]) * ends) / slopes[:, None]
     gradient = moves[1] - moves[0]
@@ -97,7 +97,7 @@ def rise_of(fit: EdgeFit) -> tuple[float, float]:
 
 
 def _step(model: Model, c: F64) -> tuple[float, F64]:
-    """Return the step, tails and all, and the row that gives it."""
+    """Return the step including tails, and the row that gives it."""
     row = spline.transform_rows(np.zeros(1), model, None)[0].real
     return float(row @ c), row
 

@@ -19,9 +19,9 @@ _MOST_BYTES = 1 << 31
 
 
 def read_darks(folder: Path, source: str) -> DarkFrames:
-    """Read all raw files of a folder as darks; the mean of all of them is taken off.
+    """Read all raw files of a folder as darks, minus their overall mean.
 
-    source : what files call the folder
+    source : name of the folder in files
 
     Raises InputError in one sentence.
     """
@@ -51,9 +51,9 @@ def read_darks(folder: Path, source: str) -> DarkFrames:
 def read_offsets(path: Path, source: str, unit: OffsetUnit) -> OffsetMap:
     """Read a map of offsets: an array (rows, cols) in a file, or a folder of darks, whose mean it is.
 
-    source : what files call it
+    source : its name in files
 
-    The mean over the photosites is taken off: it is the black level's. Raises InputError in one sentence.
+    The mean over the photosites is subtracted: it belongs to the black level. Raises InputError in one sentence.
     """
     if path.is_dir():
         map_dn = read_darks(path, source).codes_dn.mean(axis=0, dtype=np.float64)

@@ -1,4 +1,4 @@
-"""How well the photosites tell an edge's direction: what the linear fit says of it is too little where they are few."""
+"""Standard error of an edge's direction: the linear fit underestimates it for few photosites."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from camsim.measure.solve import solve
 from camsim.measure.spline import TURN, Model, Placed, Shape
 
 _FEW = 4000
-"""Photosites near an edge, above which the sum of squares is a parabola as far as it matters."""
+"""Photosites near an edge above which the sum of squares is close enough to a parabola."""
 
 _COARSE = 0.4
-"""Of the rise: knots that are as far apart as a Gaussian's sigma follow it to a hundredth."""
+"""Knot spacing relative to the rise: at the sigma of a Gaussian, a spline follows it to a hundredth."""
 
 _STEPS, _FARTHEST = 24, 8.0
-_MOST_RAD = math.radians(5.0)  # no direction is known that may be off by more
+_MOST_RAD = math.radians(5.0)  # a direction with a larger error counts as unknown
 _SURE = 4.0
-"""Standard errors within which a figure has to be right."""
+"""Standard errors within which a figure must be right."""
 
 
 class Near(NamedTuple):
@@ -46,16 +46,16 @@ def direction_error_rad(
     most: float,
     linear_rad: float,
 ) -> float:
-    """Return the standard error of the direction of a line that was fitted.
+    """Return the standard error of the direction of a fitted line.
 
-    shape      : the spread function whose slope told the direction;  rise: of the edge
+    shape      : the spread function whose slope determined the direction;  rise: of the edge
     variance   : of a photosite, the mean;  most: the largest
     linear_rad : standard error of the linear fit
 
-    Three things are missing from that. A variance from few photosites is itself uncertain (Student's t). The slope is
-    an estimate, whose noise looks like information about the direction (``_of_noise``). And of few photosites the sum
-    of squares is no parabola about its least: turned by many standard errors they may fit nearly as well, or better.
-    So the line is turned, all else fitted anew, and whatever raises the least sum of squares by less than 4² variances
+    The linear error lacks three contributions. A variance from few photosites is itself uncertain (Student's t). The
+    slope is an estimate, whose noise looks like information about the direction (``_of_noise``). And for few photosites
+    the sum of squares is not a parabola: at many standard errors the fit may be nearly as good, or better. So the line
+    is turned and everything else refitted: directions that raise the least sum of squares by less than 4² variances
     must lie within four standard errors. (Fitted again from where it is least, figures were no better: of 3000 small
     edges four ended otherwise, two of them no longer refused and then wrong by more than three standard errors.)
     """
@@ -67,7 +67,7 @@ def direction_error_rad(
     error = few * linear_rad * _of_noise(rows, near.signal, model, shape.model, rise, variance)
     if rows.d.size > _FEW or not 0.0 < error < math.inf:
         return error
-    # Few photosites tell a bend from a turn no better.
+    # With few photosites the curvature is no better determined than the direction.
     lines, reached = {line, dataclasses.replace(line, curvature_per_pixel=0.0)}, True
     while reached and error < _MOST_RAD:
         turns = np.linspace(-_FARTHEST, _FARTHEST, 2 * _STEPS + 1) * error
@@ -76,15 +76,15 @@ def direction_error_rad(
         for sure in (0.5 * _SURE, _SURE):
             likely = np.abs(turns[above < (few * sure) ** 2 * most])
             error = max(error, float(likely.max()) / sure)
-        reached = bool(likely.max() == turns[-1])  # and what lies farther may be as likely
+        reached = bool(likely.max() == turns[-1])  # directions beyond the range may be as likely
     return error
 
 
 def _of_noise(rows: Placed, signal: F64, model: Model, smooth: Model, rise: float, variance: float) -> float:
-    """Return by what the linear fit's standard error is too small because noise is in the slope that it takes.
+    """Return the factor by which noise in the slope makes the linear fit's standard error too small.
 
-    The direction is told by what of slope·s no other column can follow; I is the sum of its squares. The fit weighs
-    noise of variance σ² by the slope that it has, which gives the direction an error of σ·√I / I₀: I with the noisy
+    The direction is determined by the part of slope·s orthogonal to other columns; I is the sum of its squares. The fit
+    weights noise of variance σ² by its slope, which gives the direction an error of σ·√I / I₀: I with the noisy
     slope, I₀ with the true one. The linear fit says σ/√I. A slope of knots as coarse as the rise allows has little
     noise, whose share of the squares is known and taken off, and stands for the true one.
     """
@@ -99,7 +99,7 @@ def _of_noise(rows: Placed, signal: F64, model: Model, smooth: Model, rise: floa
 
 
 class _Slope(NamedTuple):
-    """The slope by a fit of ``shape``; information: the sum of squares of what other columns leave of slope·s."""
+    """The slope by a fit of ``shape``; information: sum of squares of slope·s orthogonal to other columns."""
 
     model: Model
     shape: Model
@@ -116,7 +116,7 @@ class _Slope(NamedTuple):
         return cls(model, shape, slopes, inverse, 1.0 / variance if variance > 0.0 else 0.0)
 
     def noise(self, rows: Placed) -> float:
-        """Return the mean of the information, had the fit nothing but noise of variance 1."""
+        """Return the expected information from noise of variance 1 alone."""
         d, s = rows.d, rows.s
         others = (spline.spread_rows(d, self.model)[:, : self.model.columns], (self.slopes * s * s)[:, None])
         columns, _ = np.linalg.qr(np.concatenate(others, axis=1))
@@ -126,7 +126,7 @@ class _Slope(NamedTuple):
 
 
 def _squares(near: Near, line: EdgeLine, model: Model, shape: Shape, turn_rad: float) -> float:
-    """Return the sum of squares of a fit to a line turned by so much."""
+    """Return the sum of squares of a fit to a line turned by ``turn_rad``."""
     rows = shape.placed(*line.moved(0.0, math.tan(turn_rad), 0.0).across_and_along(near.x, near.y)).straight()
     coefficients, _ = solve(rows, near.signal, model, tail=False)
     r = spline.residuals(rows, near.signal, model, coefficients)

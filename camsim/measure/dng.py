@@ -1,4 +1,4 @@
-"""The raw image of a DNG, whoever wrote it: samples, filters and levels from its tags."""
+"""The raw image of any DNG: samples, filters and levels from its tags."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ _LAYOUT, _LINEARIZATION, _WHITE, _ACTIVE_AREA = 50711, 50712, 50717, 50829
 _BLACK_REPEAT, _BLACK, _BLACK_OF_COLS, _BLACK_OF_ROWS = 50713, 50714, 50715, 50716
 _ROW_INTERLEAVE, _COLUMN_INTERLEAVE, _BLOCK = 50975, 52547, 50974
 _ILLUMINANTS = {1: "D55", 3: "A", 17: "A", 20: "D55", 21: "D65", 22: "D75", 23: "D50"}
-"""Of EXIF's codes: daylight, tungsten, CIE's."""
+"""EXIF codes of illuminants: daylight, tungsten, CIE."""
 _COLOUR_MATRICES = ((50722, 50779), (50721, 50778))
-"""A matrix and its illuminant; where there are two, the second is daylight's."""
+"""Tags of a matrix and its illuminant; of two, the daylight one comes first."""
 _NEUTRAL, _WHITE_XY, _ANALOG_BALANCE = 50728, 50729, 50727
 _RECTANGULAR = 1
-"""Of CFALayout: the others shift every second row or column by half a photosite."""
+"""Rectangular CFALayout; the others shift every second row or column by half a photosite."""
 
 _LETTERS = "RGBCMYW"
 _LARGEST_REPEAT = 16
@@ -46,11 +46,11 @@ _LARGEST_REPEAT = 16
 class Raw:
     """The active area: (rows, cols) or (rows, cols, samples).
 
-    pattern : letters of its filters, one string per row; None for linear raw, which has none
-    black   : a rectangle of levels that is repeated, or one for each sample
-    white   : from which on it is clipped, for each sample;  lowest: the smallest number that can be stored
-    operations : what its opcode lists ask for, and whether it was done
-    linear_dn : data numbers of its codes, which the image has in their place; empty: it has the codes
+    pattern : letters of its filters, one string per row; None for linear raw
+    black   : a tile of levels, or one for each sample
+    white   : clipping level for each sample;  lowest: the smallest number that can be stored
+    operations : operations of its opcode lists, and whether they were applied
+    linear_dn : data numbers of its codes, already applied to the image; empty: the image has the codes
     """
 
     image: npt.NDArray[Any]
@@ -63,7 +63,7 @@ class Raw:
 
 
 def read_colours(file: BinaryIO, size: int) -> tuple[tuple[float, ...], tuple[tuple[float, ...], ...]]:
-    """Return factors of the channels that make white as shot, and rows of XYZ under D65 to camera; empty if unsaid."""
+    """Return as-shot white-balance factors of channels, and rows of XYZ under D65 to camera; empty if not stated."""
     stated = read_directory(file, size)
     balance = np.array(stated.values(_ANALOG_BALANCE) or (1.0,))
     for matrix, light in _COLOUR_MATRICES:
@@ -85,7 +85,7 @@ def read_colours(file: BinaryIO, size: int) -> tuple[tuple[float, ...], tuple[tu
 def read_raw(path: Path, file: BinaryIO, size: int, *, stored: bool = False) -> Raw:
     """Return the main image of a DNG: its mosaic, or linear planes; raises InputError.
 
-    stored : the codes as they are, without opcode lists, and with whole numbers of black levels by row and column
+    stored : the codes as stored, without opcode lists, and with integer black levels by row and column
     """
     here = next(
         (
@@ -139,7 +139,7 @@ def _operated(
     lowest: float,
     period: tuple[int, int],
 ) -> tuple[npt.NDArray[Any], F64, tuple[float, ...], float]:
-    """Return an image after its second list, its levels and its lowest number: black is 0 and white 1."""
+    """Return an image after its second opcode list, with levels and lowest number: black is 0 and white 1."""
     level = _tiled(black[:, :, None], image.shape)[:, :, 0] if image.ndim == 2 else black
     span = np.array(white) - level if image.ndim == 3 else white[0] - level
     light = operations.on_linear((image - level) / span, period)
@@ -148,17 +148,17 @@ def _operated(
 
 
 def _by_libraw(path: Path, directory: Directory, why: NotReadError) -> npt.NDArray[Any]:
-    """Return an image that is stored in a way of which LibRaw knows more; it has applied the linearisation table."""
+    """Return an image read by LibRaw, for storage formats that only it supports; linearisation table applied."""
     image = read_whole(path)
     size, samples = (directory.number(IMAGE_LENGTH), directory.number(IMAGE_WIDTH)), directory.number(_SAMPLES, 1)
     turned = any(directory.number(tag, 1) != 1 for tag in (_ROW_INTERLEAVE, _COLUMN_INTERLEAVE))
     if image.shape[:2] != size or turned or 3 in directory.numbers(_SAMPLE_FORMAT):
-        raise why  # LibRaw has another image of the file in mind, or rounds its numbers
+        raise why  # LibRaw selects another image of the file, or rounds its numbers
     return image[:, :, :samples] if image.ndim == 3 else image
 
 
 def _in_turn(image: npt.NDArray[Any], directory: Directory) -> npt.NDArray[Any]:
-    """Return an image whose rows and columns were stored as several fields, one below or beside the other."""
+    """Return the image of rows and columns stored as several fields, one below or next to the other."""
     if set(directory.numbers(_BLOCK)) - {1}:
         raise InputError("its tiles are stored in blocks of their own (SubTileBlockSize), which is not read")
     for axis, number in enumerate((_ROW_INTERLEAVE, _COLUMN_INTERLEAVE)):
@@ -181,7 +181,7 @@ def _linearised(image: npt.NDArray[Any], table: tuple[int, ...]) -> npt.NDArray[
 
 
 def _white(directory: Directory, dtype: np.dtype[Any], samples: int) -> tuple[float, ...]:
-    """Return the level of each sample from which on it is clipped."""
+    """Return the clipping level of each sample."""
     said = directory.values(_WHITE) or (largest_sample(dtype, bits_per_sample(directory)),)
     levels = said[:1] * samples if samples == 1 or len(said) == 1 else said
     if len(levels) != samples:
@@ -190,7 +190,7 @@ def _white(directory: Directory, dtype: np.dtype[Any], samples: int) -> tuple[fl
 
 
 def _offsets(directory: Directory, shape: tuple[int, ...]) -> F64:
-    """Return how far black lies above its level in each column and row, to be broadcast with an image."""
+    """Return black offsets of columns and rows relative to the black level, broadcastable to an image."""
     offsets = np.zeros((1,) * len(shape))
     for number, axis, what in ((_BLACK_OF_COLS, 1, "columns"), (_BLACK_OF_ROWS, 0, "rows")):
         each = directory.values(number)
@@ -202,7 +202,7 @@ def _offsets(directory: Directory, shape: tuple[int, ...]) -> F64:
 
 
 def _tiled(levels: F64, shape: tuple[int, ...]) -> F64:
-    """Return a rectangle of levels (rows, cols, samples) repeated over an image."""
+    """Return levels (rows, cols, samples) tiled over an image."""
     rows, cols = (np.arange(size) % period for size, period in zip(shape[:2], levels.shape[:2], strict=True))
     tiled: F64 = levels[rows[:, None], cols]
     return tiled
@@ -211,16 +211,16 @@ def _tiled(levels: F64, shape: tuple[int, ...]) -> F64:
 def _without(
     offsets: F64, image: npt.NDArray[Any], white: tuple[float, ...]
 ) -> tuple[npt.NDArray[Any], tuple[float, ...], float]:
-    """Return an image whose black lies at one level, and the levels at which its samples are full, and empty.
+    """Return an image with uniform black, its clipping levels, and its lowest number.
 
-    Full and empty ones go to where those of all columns and rows are known by one level.
+    Clipped samples are set to common levels, so that one level identifies them in all columns and rows.
     """
     if not offsets.any():
         return image, white, 0.0
     full, most, least = np.array(white), np.array(white) - offsets.min(), -float(offsets.max())
     level = np.where(image >= full, most, np.where(image <= 0, least, image - offsets))
     if image.dtype.kind in "ui" and image.dtype.itemsize <= 2 and not np.mod([*white, *offsets.flat], 1.0).any():
-        level = level.astype(np.int32)  # they are codes still
+        level = level.astype(np.int32)  # still integer codes
     return level, tuple(most.tolist()), least
 
 
@@ -241,7 +241,7 @@ def _pattern(directory: Directory) -> tuple[str, ...]:
 
 
 def _black(directory: Directory, samples: int) -> F64:
-    """Return the black levels (rows, cols, samples), a rectangle that is repeated from the active area's corner."""
+    """Return the black levels (rows, cols, samples), a tile from the active area's corner."""
     rows, cols = _repeat(directory, _BLACK_REPEAT, (1, 1))
     levels = directory.values(_BLACK) or (0.0,) * (rows * cols * samples)
     if len(levels) != rows * cols * samples:
@@ -251,7 +251,7 @@ def _black(directory: Directory, samples: int) -> F64:
 
 
 def _repeat(directory: Directory, number: int, default: tuple[int, int]) -> tuple[int, int]:
-    """Return rows and columns after which something repeats."""
+    """Return the repeat period (rows, cols) of a tag."""
     found = directory.numbers(number) or default
     if len(found) != 2 or not all(1 <= size <= _LARGEST_REPEAT for size in found):
         raise InputError(f"its tag {number} says {found[:2]}; two numbers from 1 to {_LARGEST_REPEAT} belong there")

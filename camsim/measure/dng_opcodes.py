@@ -1,7 +1,7 @@
-"""Opcode lists of a DNG: what a reader is to do to the samples (specification 1.7, chapters 6 and 7).
+"""Opcode lists of a DNG: operations on the samples (specification 1.7, chapters 6 and 7).
 
-The first list is for samples as they are stored, the second for linear ones from black, 0, to white, 1. The third is
-for developed pictures, and raw ones are measured without it.
+The first list applies to stored samples, the second to linear ones from black, 0, to white, 1. The third is for
+developed pictures and is not applied to raw ones.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _Apply: TypeAlias = Callable[[Any, bytes, tuple[int, int]], Any]
 
 _REPAIRS = (4, 5)
 _IN_PROPORTION = (3, 9, 12, 13)
-"""What multiplies: codes stay in proportion to charge, each photosite's by a gain of its own."""
+"""Multiplications: codes stay proportional to charge, with a separate gain for each photosite."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,13 +42,13 @@ class Operation:
 
     @property
     def name(self) -> str:
-        """What the specification calls it."""
+        """Its name in the specification."""
         return _NAMES.get(self.code, f"operation {self.code}")
 
 
 @dataclass(frozen=True, slots=True)
 class Operations:
-    """The lists of an image that matter to its samples."""
+    """The opcode lists of an image that affect its samples."""
 
     first: tuple[Operation, ...]
     second: tuple[Operation, ...]
@@ -56,11 +56,11 @@ class Operations:
 
     @classmethod
     def of(cls, directory: Directory) -> Operations:
-        """Return the lists of an image; raises InputError for one that is cut short."""
+        """Return the lists of an image; raises InputError for a truncated one."""
         return cls(*(tuple(_listed(directory, number)) for number in _LISTS))
 
     def stated(self) -> tuple[str, ...]:
-        """Return what is done to the samples, and what is not, for people to read."""
+        """Return texts on the operations that are applied and those that are not."""
         known: tuple[dict[int, _Apply], ...] = (_ON_STORED, _ON_LINEAR, {})
         return tuple(
             f"OpcodeList{number} {one.name}: {'applied' if one.code in applied else 'not applied'}"
@@ -69,7 +69,7 @@ class Operations:
         )
 
     def on_stored(self, image: npt.NDArray[Any], period: tuple[int, int]) -> npt.NDArray[Any]:
-        """Apply the first list to samples as they are stored, or refuse it by name; ``period``: of the filters."""
+        """Apply the first list to stored samples, or raise by name; ``period``: of the filters."""
         for one in self.first:
             if one.code in _ON_STORED:
                 image = _applied(1, one, _ON_STORED[one.code], image, period)
@@ -78,7 +78,7 @@ class Operations:
         return image
 
     def on_linear(self, light: F64, period: tuple[int, int]) -> F64:
-        """Apply the second list to samples from black, 0, to white, 1, or refuse it by name; full ones stay so."""
+        """Apply the second list to samples from black, 0, to white, 1, or raise by name; clipped ones stay clipped."""
         full = light >= 1.0
         for one in self.second:
             if one.code in _ON_LINEAR:
@@ -89,11 +89,11 @@ class Operations:
 
     @property
     def on_light(self) -> bool:
-        """Whether the second list does anything, or must."""
+        """Whether the second list has any operation."""
         return any(one.code in _ON_LINEAR or not one.optional for one in self.second)
 
     def refuse_curves(self) -> None:
-        """Refuse what makes codes another thing than charge times a gain: noise is measured in codes as stored."""
+        """Raise for operations after which codes are not charge times a gain: noise is measured in stored codes."""
         for number, operations in ((1, self.first), (2, self.second)):
             for one in operations:
                 if one.code not in (*_REPAIRS, *_IN_PROPORTION) and not one.optional:
@@ -165,7 +165,7 @@ def _mended(image: npt.NDArray[Any], bad: npt.NDArray[np.bool_], period: tuple[i
 
 @dataclass(frozen=True, slots=True)
 class _Area:
-    """Where an operation acts: every ``pitch``-th row and column of a rectangle, in some planes."""
+    """Area of an operation: every ``pitch``-th row and column of a rectangle, in some planes."""
 
     where: tuple[slice, slice, slice]
     rest: bytes
@@ -184,7 +184,7 @@ class _Area:
 
 
 def _in_area(light: F64, body: bytes, change: Callable[[F64, _Area], F64]) -> F64:
-    """Return an image in whose area samples (rows, cols, planes) are changed."""
+    """Return an image with ``change`` applied to the samples (rows, cols, planes) of the area."""
     out = light.copy()
     cube = out if out.ndim == 3 else out[:, :, None]
     area = _Area.of(body, cube.shape)
@@ -219,7 +219,7 @@ def _gain_map(light: F64, body: bytes, _: tuple[int, int]) -> F64:
         gains = np.frombuffer(area.rest, ">f4", down * across * planes, 44).astype(np.float64)
         gains = gains.reshape(down, across, planes)
         rows, cols = area.lines(light.shape)
-        # Places are fractions of the image; beyond the map its rim holds.
+        # Positions are fractions of the image; the map is extended by its rim.
         v = np.clip(((rows + 0.5) / light.shape[0] - first_v) / (step_v or 1.0), 0.0, down - 1.0)
         h = np.clip(((cols + 0.5) / light.shape[1] - first_h) / (step_h or 1.0), 0.0, across - 1.0)
         at_v, at_h = np.minimum(v.astype(np.intp), max(down - 2, 0)), np.minimum(h.astype(np.intp), max(across - 2, 0))
@@ -228,7 +228,7 @@ def _gain_map(light: F64, body: bytes, _: tuple[int, int]) -> F64:
         above = gains[at_v][:, at_h] * (1.0 - part_h) + gains[at_v][:, to_h] * part_h
         below = gains[to_v][:, at_h] * (1.0 - part_h) + gains[to_v][:, to_h] * part_h
         gain = above * (1.0 - part_v) + below * part_v
-        # A map of fewer planes than the image goes on with its last.
+        # If a map has fewer planes than the image, its last is reused.
         multiplied: F64 = values * gain[:, :, np.minimum(np.arange(values.shape[2]), planes - 1)]
         return multiplied
 

@@ -1,4 +1,4 @@
-"""Where edges lie about the optical axis, and whether they tell the sagittal or the tangential MTF."""
+"""Positions of edges relative to the optical axis, and whether they give the sagittal or the tangential MTF."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from camsim.measure.full_frame import FullFrame
 Direction: TypeAlias = Literal["sagittal", "tangential", "oblique"]
 
 NEAR_DEG = 30.0
-"""An edge tells a direction when it is turned from it by less: cos² of it, three quarters, is that direction's."""
+"""Largest angle between an edge and a direction to count for it: cos² = ¾."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,7 +35,7 @@ class FieldPlace:
 
 
 def field_place(x_pixel: float, y_pixel: float, normal_rad: float, frame: FullFrame) -> FieldPlace:
-    """Return where an edge with this point (in the picture) and normal lies.
+    """Return the field position of an edge with this point (in the picture) and normal.
 
     >>> frame = FullFrame(rows=100, cols=100, axis_x_pixel=50.0, axis_y_pixel=50.0)
     >>> [field_place(90.0, 50.0, turn, frame).direction for turn in (0.1, 0.8, 1.5)]
@@ -43,7 +43,7 @@ def field_place(x_pixel: float, y_pixel: float, normal_rad: float, frame: FullFr
     """
     x, y = x_pixel - frame.axis_x_pixel, y_pixel - frame.axis_y_pixel
     radius = math.hypot(x, y)
-    # Of the line, whichever way it goes: 0 to 90°.
+    # Between undirected lines: 0 to 90°.
     along = abs(x * math.cos(normal_rad) + y * math.sin(normal_rad))
     off = math.degrees(math.atan2(abs(y * math.cos(normal_rad) - x * math.sin(normal_rad)), along))
     direction: Direction = "tangential" if off < NEAR_DEG else "sagittal" if off > 90.0 - NEAR_DEG else "oblique"

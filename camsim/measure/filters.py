@@ -1,4 +1,4 @@
-"""Colour filter arrays by name, and their planes put together to a mosaic."""
+"""Colour filter arrays by name, and mosaics from their planes."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def filter_rows(cfa: str) -> tuple[str, ...]:
 
 
 def mosaic_of(image: npt.NDArray[Any], rows: tuple[str, ...]) -> npt.NDArray[Any]:
-    """Return the mosaic of four planes of an array of 2 × 2, in the order of its places; what is no such as it is.
+    """Return the mosaic of four planes of a 2 × 2 array, in the order of its positions; other images unchanged.
 
     image : (4, n, m) or (n, m, 4)
 

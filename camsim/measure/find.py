@@ -1,4 +1,4 @@
-"""Edges found without being told where: straight pieces of strong gradient, each with a region of its own."""
+"""Automatic edge detection: straight pieces of strong gradient, each with its region."""
 
 from __future__ import annotations
 
@@ -17,37 +17,37 @@ from camsim.measure.grow import grow
 from camsim.measure.picture import LARGEST_SIGNAL, Picture, Plane
 
 _LARGEST = 2500
-"""Cells along the side of a square picture: 6 megapixels are looked at photosite by photosite."""
+"""Most cells along the side of a square picture: up to 6 megapixels a cell is a photosite."""
 
 _BAND = 512
 _LEAST_LENGTH = 20.0
-"""Of what is called an edge, pixels: noise and blur take some of the 25 px that a side needs."""
+"""Least length of an edge, pixels: noise and blur reduce the 25 px that a side needs."""
 
 _LEAST_REACH, _FULL_REACH = 6.0, 32.0
 _REACHES = (_FULL_REACH, 16.0, 10.0)
 _LEAST_SPAN, _MOST_SPAN = 12.0, 400.0
 _SPANS, _ASIDES = 24, 24
 _SHIFTS, _ASKEW = (-0.5, -0.25, 0.0, 0.25, 0.5), 0.5
-"""Of the length that a region leaves over it may lie aside by so much, where it is longer or wider for that."""
+"""Trial shifts of a region along the edge, relative to the length that it leaves over, and the penalty on them."""
 
 _LEAST_ASIDE = 4.0
 _ANGLE_TOLERANCE = math.radians(20.0)
 _LEAST_STEP = 0.03
 _LEAST_NOISES = 3.0
 _OTHER, _ALIKE = 0.25, 0.7
-"""Of an edge's own gradient, turned away by a cosine: beside it that is another edge or a corner, less is ringing."""
+"""Gradient relative to the edge's, and cosine between directions, beyond which it is another edge or a corner."""
 
-_THICKS = 8.0  # of its scatter: in so much it comes to its two levels
-_THICKEST = 0.25  # of its length: what is broader is no edge
+_THICKS = 8.0  # of its scatter: distance within which it reaches its two levels
+_THICKEST = 0.25  # of its length: broader pieces are not edges
 _MOST_FOUND = 2000
 _SAMPLES_FOR_NOISE = 1_000_000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Found:
-    """Edges, the longest first: of each the regions to measure it in, the best first, to be tried in turn.
+    """Edges, the longest first: for each the candidate regions, the best first.
 
-    without : of edges that have no room for a region, why
+    without : reasons for edges without room for a region
     """
 
     edges: tuple[tuple[Roi, ...], ...]
@@ -72,7 +72,7 @@ class _Segment:
 
 
 class _Cells(NamedTuple):
-    """The picture as one grey plane: cell (i, j) has its centre at (i·every + middle, j·every + middle) pixels."""
+    """The picture as one grey plane: cell (i, j) is centred at (i·every + middle, j·every + middle) pixels."""
 
     grey: F64
     every: int
@@ -80,7 +80,7 @@ class _Cells(NamedTuple):
 
 
 class _Gradients(NamedTuple):
-    """Of every cell; label: of its group, 0 where there is no edge."""
+    """Gradients of every cell; label: its group, 0 without an edge."""
 
     gx: F64
     gy: F64
@@ -92,10 +92,10 @@ class _Gradients(NamedTuple):
 def find_edges(picture: Picture) -> Found:
     """Return the straight slanted edges of a picture.
 
-    The picture is brought to one grey plane, in which each cell holds all channels alike. Cells of strong and equally
-    directed gradient grow together; each group that is straight and long enough gets the region that tells it best: as
-    long as it is and up to 32 px wide on either side, with nothing of other edges in it. Narrower ones come after it,
-    for light that changes beside an edge.
+    The picture is reduced to one grey plane, in which each cell weights all channels equally. Neighbouring cells of
+    strong gradient in similar directions are grouped; each straight and long enough group gets the best region: as long
+    as it and up to 32 px wide on either side, without other edges. Narrower regions follow, for light that changes
+    next to an edge.
     """
     if not all(abs(end) <= LARGEST_SIGNAL for plane in picture.planes for end in _range(plane)):
         raise UnsupportedError(
@@ -136,16 +136,16 @@ def find_edges(picture: Picture) -> Found:
 
 
 def _range(plane: Plane) -> tuple[float, float]:
-    """Return the smallest and the largest sample; NaN where there is one."""
+    """Return the smallest and the largest sample; NaN if any sample is."""
     return float(np.min(plane.samples)), float(np.max(plane.samples))
 
 
 def _cells(picture: Picture) -> _Cells:
-    """Return the picture averaged over squares that all hold the same photosites; the squares may lie over one another.
+    """Return the picture averaged over (possibly overlapping) squares with equal sets of photosites.
 
-    Every square holds the same number of each channel's photosites, and each channel counts alike.
+    Every square has the same number of photosites of each channel, and channels are weighted equally.
     """
-    # By the area: a strip of a million columns is as much work as a square of it.
+    # By area: a strip of a million columns costs as much as a square of the same area.
     every = max(1, math.ceil(math.sqrt(math.prod(picture.shape)) / _LARGEST))
     period = _period(picture)
     side = period * math.ceil(every / period)
@@ -174,7 +174,7 @@ def _cells(picture: Picture) -> _Cells:
 
 
 def _period(picture: Picture) -> int:
-    """Return the side of the smallest squares that hold the same photosites wherever they lie: 2 of Bayer.
+    """Return the side of the smallest squares with equal sets of photosites at every position: 2 for Bayer.
 
     >>> from camsim.measure.picture import mosaic_planes
     >>> x_trans = ("GBGGRG", "RGRBGB", "GBGGRG", "GRGGBG", "BGBRGR", "GRGGBG")
@@ -194,7 +194,7 @@ def _period(picture: Picture) -> int:
 
 
 def _segments(cells: _Gradients) -> list[_Segment]:
-    """Return the straight pieces that are long enough."""
+    """Return the long enough straight pieces."""
     count = int(cells.label.max())
     rows, cols = np.nonzero(cells.label)
     which = cells.label[rows, cols] - 1
@@ -209,7 +209,7 @@ def _segments(cells: _Gradients) -> list[_Segment]:
     xy = np.bincount(which, weight * dx * dy, count) / total
     turn = 0.5 * np.arctan2(2.0 * xy, xx - yy)
     tx, ty = np.cos(turn), np.sin(turn)
-    # From dark to bright is clockwise of the direction: the pair of a dark line's sides have opposite ones.
+    # Dark to bright is clockwise of the direction, so the two sides of a dark line have opposite directions.
     rising = np.bincount(which, gx * ty[which] - gy * tx[which], count) / total
     flip = np.where(rising < 0.0, -1.0, 1.0)
     tx, ty = flip * tx, flip * ty
@@ -222,7 +222,7 @@ def _segments(cells: _Gradients) -> list[_Segment]:
     strength = np.bincount(which, weight**2, count) / total
     middle = 0.5 * (first + last)
     long = ((last - first) * cells.every >= _LEAST_LENGTH) & (thick <= _THICKEST * (last - first))
-    # A blurred corner is long along its gradient, an edge across it.
+    # A blurred corner extends along its gradient, an edge across it.
     straight = long & (np.abs(rising) >= _ALIKE)
     return [
         _Segment(
@@ -240,25 +240,25 @@ def _segments(cells: _Gradients) -> list[_Segment]:
 
 
 def _regions(segment: _Segment, cells: _Gradients, picture: Picture) -> tuple[tuple[Roi, ...], str]:
-    """Return the regions that tell a segment, the best first; none, and why, where there is no room for one.
+    """Return the regions for a segment, the best first; none, and the reason, if there is no room.
 
-    Of regions that hold nothing of other edges it is the one with the largest length · √reach (noise falls with the
-    one, what lies beyond a region with the other), among those long enough for all phases of sampling.
+    Best is the largest length · √reach among regions without other edges that are long enough for all sampling phases
+    (noise falls with the length, truncation of the line spread with the reach).
     """
     upright = abs(segment.ty) >= abs(segment.tx)
     lead, side = (abs(segment.ty), abs(segment.tx)) if upright else (abs(segment.tx), abs(segment.ty))
     channels = picture.select("all")
-    pitch = min(channel.pitch_pixel for channel in channels)  # where one channel can be told, it is
+    pitch = min(channel.pitch_pixel for channel in channels)  # at least one channel must be measurable
     least_span, least_reach = max(_LEAST_SPAN, 8.0 * pitch / lead), max(_LEAST_REACH, 4.0 * pitch)
     longest = min(2.0 * (segment.half - 1.0 - segment.thick), _MOST_SPAN)
     if longest < least_span:
         return (), f"{max(longest, 0.0):.0f} px that are straight between its ends; {least_span:.0f} are needed"
-    # Half sizes along and across: the edge leaves the region at its ends with ``aside`` beside it.
+    # Half sizes along and across: the edge leaves the region at its ends with a margin ``aside``.
     spans, asides = np.geomspace(least_span, longest, _SPANS), np.geomspace(_LEAST_ASIDE, _FULL_REACH / lead, _ASIDES)
     span, aside, shift = (grid.ravel() for grid in np.meshgrid(spans, asides, _SHIFTS))
     tall = 0.5 * span * lead
     wide = tall * side / lead + aside
-    # Of planes that lie beside one another all have as many samples.
+    # Interleaved planes all have the same number of samples.
     unit = 2 if any(max(plane.step) > 1 for plane in picture.planes) else 1
     sizes = (tall, wide) if upright else (wide, tall)
     first, last = [], []
@@ -294,8 +294,8 @@ def _regions(segment: _Segment, cells: _Gradients, picture: Picture) -> tuple[tu
 def _holds_others(
     segment: _Segment, cells: _Gradients, first: list[npt.NDArray[np.intp]], last: list[npt.NDArray[np.intp]]
 ) -> npt.NDArray[np.bool_]:
-    """Return which regions, of first and last rows and columns, hold anything of another edge."""
-    # The cells whose centres lie in each region: they are wider than what they show, by how the grey is smoothed.
+    """Return which regions, given by first and last rows and columns, contain part of another edge."""
+    # Cells with centres in each region; smoothing makes an edge wider in cells than it is.
     begin, end = [], []
     for starts, stops, count in zip(first, last, cells.label.shape, strict=True):
         begin.append(np.clip(np.ceil((starts - cells.middle) / cells.every), 0, count).astype(np.intp))
@@ -309,9 +309,9 @@ def _holds_others(
     one = 2.0 * cells.every + 3.0
     strength = np.hypot(gx, gy)
     turned = (gx * segment.ty - gy * segment.tx < _ALIKE * strength) & (strength > _OTHER * segment.strength)
-    # A blurred edge is wide, and all of it is its own.
+    # A blurred edge is wide, and all of its width belongs to it.
     wide = np.where(label == segment.label, one + 4.0 * segment.thick, one)
-    # Where it has come to its level, what is strong again is not.
+    # Beyond its plateaus, a strong gradient belongs to another edge.
     again = (across > max(one, 3.0 * segment.thick)) & (strength > _OTHER * segment.strength)
     others = (across > wide) | (along > segment.half + wide) | (turned & (label != segment.label)) | again
     others &= label > 0

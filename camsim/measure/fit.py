@@ -1,4 +1,4 @@
-"""One edge measured: line, spread function and transform, with what is known of their errors."""
+"""Fit of one edge: line, spread function and transform, with their errors."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ from camsim.measure.variance import variances
 
 FINEST_SPACING, COARSEST_SPACING = 0.08, 1.0
 _COARSEST_FOR_NOISE = 0.5
-"""Of wider knots the spline's flat ends hide what coma throws there: with 1 MTF50 was 3 % off in a region of 48 px."""
+"""Widest knots: the flat ends of coarser splines hide coma (knots of 1: MTF50 off by 3 % in a region of 48 px)."""
 
 SAMPLES_PER_KNOT = 1.5
 _OUTLIER = 8.0
@@ -46,19 +46,19 @@ _MOST_PASSES, _SAME = 6, 1e-5
 _NO_TAIL = 1e-9
 _COARSER = 1.25
 _NEARER, _NEARER_NOISE = 0.7, 2.0
-"""Of the region's reach: what lenses throw beyond it passes for shading, the more the nearer it ends."""
+"""Smaller reach, relative to the region's: light spread beyond it looks like shading, more so for a smaller reach."""
 
 _CELL, _MOST_CELLS = 5.0, 10_000
-"""A side in samples, and how many: photosites whose misfit may be alike."""
+"""Side in samples, and number, of cells of photosites with correlated misfit."""
 
 _MOST_BEYOND = 100_000
 _MOST_TURN_RAD = math.radians(1.0)
 
 
 class Other(NamedTuple):
-    """The same photosites by another model, or the nearer ones: as no model is right, the difference is an error.
+    """A fit with another model or a smaller region: as no model is exact, the difference counts as an error.
 
-    noise : in differences of figures, up to so many of their errors; it is taken off
+    noise : differences of figures due to noise, in units of their errors; subtracted
     """
 
     model: Model
@@ -67,11 +67,11 @@ class Other(NamedTuple):
 
     @property
     def turn_rad(self) -> float:
-        """What it would turn the edge by."""
+        """Its correction to the direction of the edge."""
         return float(self.coefficients[self.model.columns + TURN]) / self.model.scale
 
     def error(self, difference: F64 | float, by_noise: F64 | float) -> F64:
-        """Return what a difference says of a figure's error, beside the standard error that noise gives it."""
+        """Return the model error of a figure from a difference, besides its standard error from noise."""
         beyond: F64 = np.sqrt(np.maximum(np.square(difference) - np.square(self.noise * by_noise), 0.0))
         return beyond
 
@@ -81,15 +81,15 @@ class EdgeFit:
     """The fitted model; signals are in units of ``scale`` above ``dark``.
 
     line         : the edge;  model, coefficients: see ``spline``
-    others       : by coarser knots and another tail, without other sides' light, and in a smaller region
-    covariance   : of the coefficients, from the photosites' own scatter about the fit
-    rise         : from 10 to 90 %, as the fit's line was told
+    others       : with coarser knots and another tail, without light from other edges, and in a smaller region
+    covariance   : of the coefficients, from the scatter of photosites about the fit
+    rise         : from 10 to 90 %, of the fit that set the line
     dark, scale  : signal of the dark side and first estimate of the step, above black
     residual_rms : of a photosite about the fit, in units of ``scale``
-    noise        : the same on the dark and on the bright side, away from the edge
+    noise        : on the dark and on the bright side, away from the edge
     gap_pixel    : longest stretch across the edge without a photosite
-    turn_rad     : what the last fit would still turn the edge by, a fraction of its error turn_error_rad
-    left_out     : photosites that were far from the fit (defects)
+    turn_rad     : remaining correction of the direction, a fraction of its error turn_error_rad
+    left_out     : photosites rejected as far from the fit (defects)
     """
 
     line: EdgeLine
@@ -112,7 +112,7 @@ class EdgeFit:
 def fit_edge(samples: Samples, channel: Channel, guess: Guess, *, reach: float, what: str) -> EdgeFit:
     """Fit the photosites of a channel in a region.
 
-    reach : how far the region goes from the edge, the nearer side
+    reach : distance from the edge to the region's nearer side
     """
     fit = _fit(samples, channel, guess, reach=reach, what=what)
     if not fit.turn_error_rad < _MOST_TURN_RAD:
@@ -125,7 +125,7 @@ def fit_edge(samples: Samples, channel: Channel, guess: Guess, *, reach: float, 
 
 
 def _fit(samples: Samples, channel: Channel, guess: Guess, *, reach: float, what: str) -> EdgeFit:
-    """Fit from one guess."""
+    """Fit from one initial guess."""
     x, y, pitch = samples.x, samples.y, channel.pitch_pixel
     scale = guess.bright - guess.dark
     v = (samples.signal - guess.dark) / scale
@@ -133,7 +133,7 @@ def _fit(samples: Samples, channel: Channel, guess: Guess, *, reach: float, what
     length = max(float(np.ptp(line.across_and_along(x, y)[1])), 1.0)
     dark = guess.dark / scale
 
-    # First with what any edge allows; what the fit says of its width then sets the model for good.
+    # First a model for any edge; the fitted width then sets the final model.
     half_width = min(0.75 * reach, 8.0 * pitch)
     chosen = _near(x, y, line, 2.5 * half_width)
     line, rise, _ = _settle(
@@ -153,19 +153,19 @@ def _fit(samples: Samples, channel: Channel, guess: Guess, *, reach: float, what
     xn, yn, vn = x[chosen], y[chosen], v[chosen]
     d = line.across_and_along(xn, yn)[0]
     count = np.count_nonzero(np.abs(d) < half_width)
-    if not count:  # all of them lie farther off, of an edge that is sharper than was thought
+    if not count:  # all are farther away: the edge is sharper than estimated
         raise _no_edge(what)
     density = count / (2.0 * half_width)
     gap = longest_gap(d, min(half_width, 2.0 * pitch))
     spacing = max(FINEST_SPACING, rise / 16.0, SAMPLES_PER_KNOT / density, _GAPS_PER_KNOT * gap)
     spacing = min(spacing, COARSEST_SPACING)
-    # Where the edge lies is told by its slope: with noise a smooth one does best, without noise the true one.
+    # The slope determines the edge's position: a smooth one is best with noise, the true one without.
     smoother = max(spacing, 0.3 * rise)
     line, rise, shape = _settle(xn, yn, vn, line, half_width, smoother, dark, length, passes=6, what=what)
     scatter = _scatter_near(xn, yn, vn, line, half_width, spacing, shape)
     noisy = min(1.0, scatter / _NOISY)
     finer = max(spacing, smoother * noisy)
-    # Knots that only noise needs are left out: six on the rise of an edge show all of it.
+    # Knots that only follow noise are dropped: six over the rise resolve an edge.
     spacing = max(spacing, min(_COARSEST_FOR_NOISE, noisy * rise / 6.0))
     if finer < smoother:
         line, rise, shape = _settle(xn, yn, vn, line, half_width, finer, dark, length, passes=6, what=what)
@@ -186,7 +186,7 @@ def _fit(samples: Samples, channel: Channel, guess: Guess, *, reach: float, what
             break
         coefficients, inverse = solve(rows.only(keep), v[keep], model, beside=beside)
         r = spline.residuals(rows, v, model, coefficients)
-        # A defect pulls the fit towards itself: without it its neighbours may be ordinary.
+        # A defect distorts the fit: without it its neighbours may no longer be outliers.
         before, keep = keep, _ordinary(rows.d, r, half_width)
         if np.array_equal(before, keep):
             break
@@ -208,16 +208,16 @@ def _fit(samples: Samples, channel: Channel, guess: Guess, *, reach: float, what
     leverage = spline.leverages(rows, model, inverse)
     one = variances(d, v - r, r, leverage, away=away, rise=rise)
     thrown = spline.scatter(rows, one, model)
-    # What the model does not follow is alike in photosites that lie together.
+    # Model misfit is correlated between neighbouring photosites.
     side = max(_CELL * pitch, math.sqrt(float(np.ptp(x)) * float(np.ptp(y)) / _MOST_CELLS))
     for place in (x, y, np.floor(x / side) + 2.0**20 * np.floor(y / side)):
         thrown += shared_scatter(place, rows, r, one, model, inverse)
     n = model.columns
-    # What the penalties stand for is no less unknown than noise is.
+    # Quantities limited by penalties are as uncertain as noise.
     thrown[range(n + BESIDE, n + EXTRAS), range(n + BESIDE, n + EXTRAS)] += beside * variance
     covariance = inverse @ thrown @ inverse
     turn_rad = float(coefficients[n + TURN]) / model.scale
-    # For what is flatter than the final fit the profile is too sharp.
+    # For fits smoother than the final one the profile is too sharp.
     turn_error_rad = direction_error_rad(
         Near(x=xn, y=yn, signal=vn),
         line,
@@ -256,7 +256,7 @@ def _no_edge(what: str) -> UnsupportedError:
 
 
 def _with_turn(covariance: F64, turn: int, error: float) -> F64:
-    """Return the covariance if the coefficient ``turn`` has another standard error: all others go along with it."""
+    """Return the covariance with another standard error of the coefficient ``turn``, propagated to all others."""
     variance = float(covariance[turn, turn])
     if not (variance > 0.0 and math.isfinite(error)):
         return covariance
@@ -268,11 +268,11 @@ def _with_turn(covariance: F64, turn: int, error: float) -> F64:
 def _whole(
     x: F64, y: F64, v: F64, line: EdgeLine, shape: Shape, model: Model, reach: float
 ) -> tuple[EdgeLine, Placed, F64, F64, F64]:
-    """Fit all of a region: line, photosites, penalties on other sides' light, coefficients, inverse.
+    """Fit a whole region; return line, photosites, penalties on light from other edges, coefficients, inverse.
 
-    Diffraction's a/d² of a side at a distance of L throws a/(L − d) onto the region, which begins as a/L·(d/L): no side
-    is nearer than the region reaches, so that the powers of d/reach have coefficients of a/reach and less. As much is
-    allowed for; less where noise would tell it, and nothing of an edge without a tail.
+    Another edge at distance L with a diffraction tail a/d² adds a/(L − d) to the region, which begins as a/L·(d/L). No
+    edge is nearer than the region's reach, so the powers of d/reach have coefficients of at most a/reach. The penalties
+    allow that much, less if noise would exceed it, and nothing for an edge without a tail.
     """
     n, scale = model.columns, model.scale
     usual = (scale / reach) ** np.array(BESIDE_POWERS)[:, 0] / reach
@@ -283,7 +283,7 @@ def _whole(
         r = spline.residuals(rows, v, model, coefficients)
         variance = float(r @ r) / max(1, v.size - coefficients.size)
         beside = variance / np.maximum(abs(coefficients[n + TAIL]) * usual, _NO_TAIL) ** 2
-        # The line has settled: it moves by little.
+        # The line has converged.
         turned = np.clip(coefficients[[n + TURN, n + BEND]] / scale, -_MOST_TURN_RAD, _MOST_TURN_RAD)
         turn, bent = turned.tolist()
         line = line.moved(0.0, turn, bent / scale)
@@ -300,18 +300,18 @@ def _whole(
 
 
 def _near(x: F64, y: F64, line: EdgeLine, distance: float) -> np.ndarray:
-    """Return which photosites are near the edge: only they know where it is."""
+    """Return a mask of photosites near the edge: only these determine its position."""
     near: np.ndarray = np.abs(line.across_and_along(x, y)[0]) <= distance
     return near
 
 
 def _enough(d: F64, distance: float) -> np.ndarray:
-    """Return which photosites to use: all near the edge, and of those beyond as many as a level can need."""
+    """Return a mask of photosites to use: all near the edge, and of those beyond enough for a level."""
     near = np.abs(d) <= distance
     beyond = d.size - int(np.count_nonzero(near))
     if beyond <= _MOST_BEYOND:
         return np.ones(d.size, bool)
-    # Knuth's multiplicative hash: spread evenly and in no step with the rows.
+    # Knuth's multiplicative hash: spread evenly and incommensurate with the rows.
     drawn = (np.arange(d.size, dtype=np.uint64) * np.uint64(2654435761)) % np.uint64(2**32)
     enough: np.ndarray = near | (drawn < np.uint64(2**32 * _MOST_BEYOND / beyond))
     return enough
@@ -339,7 +339,7 @@ def _settle(
         near = np.abs(d) <= 1.25 * half_width
         d, s, vn = d[near], s[near], v[near]
         flat = np.zeros(d.size)
-        # Of what is not known yet a step has the level.
+        # For unknown quantities, a step gives the level.
         level: F64 = dark + np.asarray(d > 0.0, np.float64)
         rows = Placed(d, s, flat, level) if shape is None else shape.placed(d, s)
         straight, _ = solve(rows.straight(), vn, model, tail=False)
@@ -353,7 +353,7 @@ def _settle(
             raise _no_edge(what)
         settled = max(abs(turn), abs(bend) * length) * length < 1e-4 and abs(middle) < 1e-2
         line = moved
-        if not _near(x, y, line, half_width).any():  # it has left its region
+        if not _near(x, y, line, half_width).any():  # the edge has left its region
             raise _no_edge(what)
         if settled:
             break
@@ -362,7 +362,7 @@ def _settle(
 
 
 def _scatter_near(x: F64, y: F64, v: F64, line: EdgeLine, half_width: float, spacing: float, shape: Shape) -> float:
-    """Return how far photosites near the edge scatter about a fit that can follow it."""
+    """Return the scatter of photosites near the edge about a flexible fit."""
     rows = shape.placed(*line.across_and_along(x, y)).straight()
     near = np.abs(rows.d) <= 1.25 * half_width
     rows, v = rows.only(near), v[near]
@@ -397,10 +397,10 @@ def crossing(d: F64, esf: F64, level: float) -> float:
 
 
 def _ordinary(d: F64, r: F64, half_width: float) -> np.ndarray:
-    """Return which photosites are not defects: none of those is far from its side's scatter and from the fit."""
+    """Return a mask of photosites that are not defects, i.e. outliers of their side's scatter and of the fit."""
     size = np.abs(r)
     usual = [float(np.median(size[side])) if np.any(side) else 0.0 for side in (d < 0.0, d >= 0.0)]
-    # Light and noise change near the edge, where the noisier side's measure holds.
+    # Signal and noise change near the edge, so the noisier side's scatter applies there.
     limit = np.where(np.abs(d) < half_width, max(usual), np.where(d < 0.0, *usual))
     keep: np.ndarray = size <= np.maximum(_OUTLIER * 1.4826 * limit, 0.02)
     return keep

@@ -1,4 +1,4 @@
-"""Where a picture lies in its camera's frame, and what a frequency is in the units that people use."""
+"""Position of a picture in its camera's frame, and frequencies in common units."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ UNITS: Mapping[Unit, str] = {
     "lp/mm": "line pairs per mm on the sensor",
     "lw/ph": "line widths per picture height",
 }
-"""What a frequency can be given in."""
+"""Units of frequencies."""
 
 NYQUIST_OF_SENSOR_CYCLES_PER_PIXEL = 0.5
 
@@ -27,9 +27,9 @@ NYQUIST_OF_SENSOR_CYCLES_PER_PIXEL = 0.5
 class FullFrame:
     """The camera's whole frame, seen from a picture that may be a window of it.
 
-    rows, cols                 : of the whole frame
+    rows, cols                 : of the full frame
     axis_x_pixel, axis_y_pixel : its middle, the optical axis, in pixels of the picture
-    pitch_um                   : None where it is not known
+    pitch_um                   : None if unknown
     """
 
     rows: int
@@ -40,7 +40,7 @@ class FullFrame:
 
     @classmethod
     def of(cls, description: Mapping[str, Any] | None, shape: tuple[int, int]) -> FullFrame:
-        """Return what a file says of it; of other people's files the picture is taken for all of the frame."""
+        """Return the full frame from a file's description; without one, the picture is taken as the full frame."""
         here = cls(rows=shape[0], cols=shape[1], axis_x_pixel=0.5 * shape[1], axis_y_pixel=0.5 * shape[0])
         if description is None:
             return here
@@ -51,7 +51,7 @@ class FullFrame:
             period = len(pattern), len(pattern[0])
             grid = grid_of(region, frame=frame, period=period, pitch_um=camera["pitch_um"])
         except (CamsimError, KeyError, TypeError, ValueError, IndexError, ZeroDivisionError, AttributeError):
-            return here  # what a stranger wrote into a file
+            return here  # foreign or damaged metadata
         if (grid.rows, grid.cols) != tuple(shape):
             return here
         left, top = grid.first_centre
@@ -64,7 +64,7 @@ class FullFrame:
         )
 
     def per_unit(self, unit: Unit) -> float:
-        """Return what a frequency of one cycle per pixel is in a unit; NaN where the pitch is not known.
+        """Return one cycle per pixel in a unit; NaN if the pitch is unknown.
 
         >>> frame = FullFrame(rows=2000, cols=3000, axis_x_pixel=1500.0, axis_y_pixel=1000.0, pitch_um=5.0)
         >>> [0.25 * frame.per_unit(unit) for unit in UNITS]
@@ -76,7 +76,7 @@ class FullFrame:
         return 2.0 * self.rows if unit == "lw/ph" else 1.0
 
     def in_units(self, cycles_per_pixel: float) -> dict[str, float]:
-        """Return a frequency by the names of its units.
+        """Return a frequency in all units, by name.
 
         >>> frame = FullFrame(rows=2000, cols=3000, axis_x_pixel=1500.0, axis_y_pixel=1000.0, pitch_um=5.0)
         >>> frame.in_units(0.25)

@@ -1,4 +1,4 @@
-"""Where an edge lies: regions of an image, and an edge's own coordinates, across it and along it.
+"""Regions of an image, and coordinates across and along an edge.
 
 Positions are in pixels of the image: x to the right, y down, photosite (row, col) has its centre at
 (col + ½, row + ½). A pixel is the sensor's pitch for every colour channel.
@@ -44,7 +44,7 @@ class Roi:
         validate(self)
 
     def check_inside(self, shape: tuple[int, int]) -> None:
-        """Refuse a region that reaches beyond an image of (rows, cols)."""
+        """Raise for a region that exceeds an image of (rows, cols)."""
         rows, cols = shape
         if self.rows < 1 or self.cols < 1:
             raise InvalidValueError(
@@ -69,7 +69,7 @@ class EdgeLine:
 
     x_pixel, y_pixel    : a point on it
     normal_rad          : direction from dark to bright, clockwise as displayed from the x axis
-    curvature_per_pixel : 1/radius; the edge bends towards the bright side where it is positive
+    curvature_per_pixel : 1/radius; positive if the edge bends towards the bright side
     """
 
     x_pixel: float
@@ -87,14 +87,14 @@ class EdgeLine:
         return (math.degrees(self.normal_rad) + 45.0) % 90.0 - 45.0
 
     def across_and_along(self, x_pixel: F64, y_pixel: F64) -> tuple[F64, F64]:
-        """Return the signed distance from the edge (positive on the bright side) and the place along it, pixels."""
+        """Return the signed distance from the edge (positive on the bright side) and the position along it, pixels."""
         cos, sin = math.cos(self.normal_rad), math.sin(self.normal_rad)
         dx, dy = x_pixel - self.x_pixel, y_pixel - self.y_pixel
         along: F64 = cos * dy - sin * dx
         across: F64 = cos * dx + sin * dy
         bend = self.curvature_per_pixel
         if bend:
-            # From a circle about (1/bend, 0), written so that no digits cancel where it is nearly a line.
+            # For a circle about (1/bend, 0), in a form without cancellation for nearly straight edges.
             twice = 2.0 * across - bend * (across**2 + along**2)
             across = twice / (1.0 + np.sqrt(np.maximum(1.0 - bend * twice, 0.0)))
         return across, along

@@ -1,4 +1,4 @@
-"""What the functions of measuring are given, judged in words that say where to get one."""
+"""Checks of arguments of measurements, with messages that say how to obtain them."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _KINDS = {
 
 
 def check_given(**given: Any) -> None:
-    """Refuse what is not of the kind that its name says, and a picture of another size than its capture gives.
+    """Raise for arguments of the wrong type, and for a picture whose size differs from its capture's.
 
     >>> check_given(capture="slanted-edge")
     Traceback (most recent call last):

@@ -1,4 +1,4 @@
-"""Cells of a picture whose gradients point the same way, grown together: the kernel of ``find``."""
+"""Grouping of cells of similar gradient direction: the kernel of ``find``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Lattices of places in a picture, as of a chart in perspective: grown from neighbour to neighbour, and projected."""
+"""Lattices of points in a picture, as of a chart in perspective: grown between neighbours, and projected."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ import numpy.typing as npt
 from camsim.core.arrays import F64
 
 Places: TypeAlias = dict[tuple[int, int], F64]
-"""Places (x, y) by column and row in a lattice."""
+"""Points (x, y) by column and row in a lattice."""
 
 _SEEDS = 40
 _LOOKED_AT = 600
-"""Places, the largest first, from which lattices are grown."""
+"""Most seeds, by decreasing size, from which lattices are grown."""
 
 
 def homography(given: F64, wanted: F64) -> F64:
-    """Return the (3, 3) projection that takes places (n, 2) nearest to others (n, 2), in least squares (Hartley)."""
+    """Return the (3, 3) least-squares projection of points (n, 2) to others (n, 2) (Hartley)."""
     (shift, scale), (shift_w, scale_w) = _normal(given), _normal(wanted)
     x, y = ((given - shift) * scale).T
     u, v = ((wanted - shift_w) * scale_w).T
@@ -45,16 +45,16 @@ def _normal(places: F64) -> tuple[F64, float]:
 
 
 def moved(projection: F64, places: F64) -> F64:
-    """Return where places (n, 2) come to lie."""
+    """Return points (n, 2) after a projection."""
     x, y, w = projection @ np.concatenate([places, np.ones((len(places), 1))], axis=1).T
     moved: F64 = np.stack([x / w, y / w], axis=1)
     return moved
 
 
 def lattices(middles: F64, sizes: F64, *, least: int, most: int) -> Iterator[Places]:
-    """Yield lattices of places, each grown from one of them and two of its neighbours; the largest come first.
+    """Yield lattices of points, each grown from one and two of its neighbours; largest seeds first.
 
-    sizes : areas (n,) of what lies there: those in a lattice are alike;  least, most : places in a lattice
+    sizes : areas (n,) of the regions at the points, similar within a lattice;  least, most : points in a lattice
     """
     grown: list[Places] = []
     taken: set[int] = set()
@@ -69,7 +69,7 @@ def lattices(middles: F64, sizes: F64, *, least: int, most: int) -> Iterator[Pla
         for a, b in itertools.permutations(near, 2):
             across, down = ways[a], ways[b]
             turned = across[0] * down[1] - across[1] * down[0]
-            # Down lies clockwise of across, as displayed: charts are not seen from behind.
+            # Down is clockwise of across, as displayed: charts are not mirrored.
             if turned < 0.85 * lengths[a] * lengths[b] or not 0.6 < lengths[a] / lengths[b] < 1.7:
                 continue
             lattice = _grown(middles, alike, seed, across, down, most)
@@ -84,7 +84,7 @@ def lattices(middles: F64, sizes: F64, *, least: int, most: int) -> Iterator[Pla
 def _grown(
     middles: F64, alike: npt.NDArray[np.intp], seed: int, across: F64, down: F64, most: int
 ) -> dict[tuple[int, int], int]:
-    """Return regions by their place in a lattice; steps follow those that were found, as perspective changes them."""
+    """Return regions by lattice index; steps are updated from found ones, as perspective changes them."""
     found, steps, left = {(0, 0): seed}, {(0, 0): (across, down)}, [(0, 0)]
     others, used = middles[alike], {seed}
     while left and len(found) < most:

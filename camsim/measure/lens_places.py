@@ -1,7 +1,7 @@
-"""A lens that changes over the frame: what a place of the picture sees through, and where the scene's places fall.
+"""A field-varying lens: the optics at a place of the picture, and the mapping of scene points to the sensor.
 
-With x̄ the middle of a pattern's light the transfer begins 1 − 2πi f·x̄, so that x̄ is told by the transfer near 0:
-lateral colour and coma are in it. A channel sees the mean over its wavelengths.
+With x̄ the centroid of a PSF, its OTF is 1 − 2πi f·x̄ near 0, so x̄ follows from the OTF near 0; it includes lateral
+colour and coma. A channel has the mean over its wavelengths.
 """
 
 from __future__ import annotations
@@ -25,26 +25,26 @@ _SETTLED_UM = 1e-6
 _STAYS_PIXEL = 0.1
 _WAVELENGTHS = 9
 _NEAR_ZERO = 1e-3
-"""Of the cut-off: where a transfer's phase is asked."""
+"""Frequency relative to the cut-off at which the phase of an OTF is evaluated."""
 
 _STEPS = np.array([-1.0, 0.0, 1.0])
-"""To the photosites that crosstalk comes from: down, or to the right, is where their light is moved."""
+"""Offsets of the photosites that crosstalk comes from, which shift its light down or right."""
 
 
 def system_at(camera: Body, x_um: float, y_um: float) -> OpticalSystem:
-    """Return the stages that a photosite at a place of the sensor sees through."""
+    """Return the optical system at a place of the sensor."""
     system = camera.optics
     return replace(system, lens=system.lens.at(x_um, y_um)) if isinstance(system.lens, Varies) else system
 
 
 def fallen_um(camera: Body, points_um: F64) -> F64:
-    """Return where the distortion puts points (n, 2) of the scene."""
+    """Return points (n, 2) of the scene after distortion."""
     lens = camera.lens
     return lens.distorted(points_um) if isinstance(lens, Varies) and lens.distorts else points_um
 
 
 def scene_place_um(camera: Body, points_um: F64) -> F64:
-    """Return the points (n, 2) of the scene that fall on places of the sensor: the distortion undone by iteration."""
+    """Return the points (n, 2) of the scene imaged to places of the sensor: distortion inverted by iteration."""
     found = points_um
     for _ in range(_PASSES):
         off = fallen_um(camera, found) - points_um
@@ -57,12 +57,12 @@ def scene_place_um(camera: Body, points_um: F64) -> F64:
 def middles_um(
     capture: Capture, places_um: F64, surfaces: tuple[Spectrum, Spectrum], channels: Sequence[str] | None = None
 ) -> dict[str, F64]:
-    """Return how far (n, 2) from places of the sensor each channel sees the middle of the light that falls there.
+    """Return the centroids (n, 2) of the PSF in each channel, relative to places of the sensor.
 
-    surfaces : what meets at the edges that are looked at; their difference weighs the wavelengths
-    channels : a picture's, G1 and G2 apart, of which those that the camera has are told; None: the camera's
+    surfaces : the two surfaces at the edges; their difference weights the wavelengths
+    channels : of a picture, with G1 and G2 separate; those that the camera lacks are omitted; None: the camera's
 
-    A lopsided pattern moves it, and so do a lopsided photosite and what crosstalk brings from one side.
+    An asymmetric PSF shifts it, and so do an asymmetric photosite and crosstalk.
     """
     camera = capture.camera
     samples = camera.samples(capture.light, surfaces)
@@ -77,7 +77,7 @@ def middles_um(
     places = places_um if isinstance(camera.lens, Varies) else np.zeros((1, 2))
     centres = np.array([[_middle_um(camera, place, float(each)) for each in nm] for place in places.tolist()])
     share = np.array([np.interp(samples.wavelength_nm, nm, row) for row in np.eye(nm.size)])  # (wavelengths, samples)
-    # Of each of the camera's channels, times the light that it gets.
+    # For each of the camera's channels, times its light.
     one = np.einsum("kn,cn,mkx->cmx", share, weight, centres)
     down, right = np.meshgrid(_STEPS, _STEPS, indexing="ij")
     from_um = camera.pitch_um * np.stack([right, down])
@@ -99,7 +99,7 @@ def _middle_um(camera: Body, place_um: Sequence[float], wavelength_nm: float) ->
 
 
 def refuse_distortion(capture: Capture, stage: str, what: str) -> None:
-    """Raise UnsupportedError where the lens moves what a picture shows away from the scene's places."""
+    """Raise UnsupportedError if the lens distorts the picture."""
     grid, pitch_um = capture.grid, capture.camera.pitch_um
     first = np.array(grid.first_centre) * pitch_um
     size = np.array([grid.cols - 1, grid.rows - 1]) * pitch_um

@@ -1,4 +1,4 @@
-"""Raw files of camera makers, by LibRaw: the mosaic as stored, its levels, and what the camera noted."""
+"""Raw files of camera makers, by LibRaw: the mosaic as stored, its levels, and the camera's metadata."""
 
 from __future__ import annotations
 
@@ -42,14 +42,14 @@ _ONE_AT_A_TIME = threading.Lock()
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Noted:
-    """What a camera noted of a photograph; None and empty for what it did not, or what LibRaw does not find.
+    """Metadata that a camera wrote for a photograph; None or empty if absent, or not found by LibRaw.
 
     camera          : its maker and model;  lens: likewise
-    turned_deg      : how far to turn the picture clockwise to have it upright
+    turned_deg      : clockwise rotation that makes the picture upright
     white_balance   : factors of red, green, blue (and a fourth), as shot;  daylight: LibRaw's for daylight
     xyz_to_camera   : rows of a DNG's matrix, or of LibRaw's, from XYZ under D65, one for each channel
-    operations      : what a DNG's opcode lists ask for, and whether it was done
-    linear_dn       : data numbers that a DNG's codes 0, 1, … stand for, and that it was read as; empty: the codes
+    operations      : operations of a DNG's opcode lists, and whether they were applied
+    linear_dn       : data numbers of a DNG's codes 0, 1, …, already applied; empty: not companded
     """
 
     camera: str = ""
@@ -67,15 +67,15 @@ class Noted:
 
 
 NOTHING = Noted()
-"""Of a file that notes nothing."""
+"""Metadata of a file without any."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Unpacked:
-    """The active area: (rows, cols), or (rows, cols, samples) of sensors that have no mosaic.
+    """The active area: (rows, cols), or (rows, cols, samples) for sensors without a mosaic.
 
-    pattern : letters of its filters, one string per row; None where each photosite has all samples
-    black   : a rectangle of levels that is repeated, or one for each sample;  white: from which on it is clipped
+    pattern : letters of its filters, one string per row; None if each photosite has all samples
+    black   : a tile of levels, or one for each sample;  white: the clipping level
     """
 
     image: npt.NDArray[np.uint16]
@@ -108,13 +108,13 @@ def read_unpacked(path: Path) -> Unpacked:
 
 
 def read_whole(path: Path) -> npt.NDArray[np.uint16]:
-    """Return the image with its border, as it is stored; its table of linearisation is applied."""
+    """Return the stored image with its border, after its linearisation table."""
     with _unpacked(path) as raw:
         return np.array(raw.raw_image)
 
 
 def read_noted(path: Path) -> Noted:
-    """Return what a camera noted in a raw file, its codes unread; raises InputError."""
+    """Return the metadata of a raw file without reading its codes; raises InputError."""
     with _opened(path, unpack=False) as raw:
         return _noted(path, raw)
 
@@ -150,12 +150,12 @@ def _opened(path: Path, *, unpack: bool) -> Iterator[Any]:
 
 @contextlib.contextmanager
 def _counted() -> Iterator[list[str]]:
-    """Take what LibRaw prints, which is the only place where it says that it goes on with damaged codes."""
+    """Capture LibRaw's output on stderr, the only place where it reports damaged codes that it continues past."""
     lines: list[str] = []
     with _ONE_AT_A_TIME, tempfile.TemporaryFile() as said:
         try:
             kept = os.dup(2)
-        except OSError:  # a program without a standard error has nothing to take
+        except OSError:  # a program without stderr has nothing to capture
             yield lines
             return
         os.dup2(said.fileno(), 2)
@@ -169,7 +169,7 @@ def _counted() -> Iterator[list[str]]:
 
 
 def _tiled(colors: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
-    """Return the smallest rectangle of filters that is repeated all over a mosaic."""
+    """Return the smallest tile of filters of a mosaic."""
     looked = colors[:_LOOKED_AT, :_LOOKED_AT]
     rows = next((p for p in _PERIODS if np.array_equal(looked[p:], looked[:-p])), 0)
     cols = next((p for p in _PERIODS if np.array_equal(looked[:, p:], looked[:, :-p])), 0)
@@ -199,13 +199,13 @@ def _above_0(value: float) -> float | None:
 
 
 def _factors(values: Any) -> tuple[float, ...]:
-    """Return factors of channels, none where red or blue has none; a second green of 0 is as the first."""
+    """Return factors of channels, empty if red or blue has none; a second green of 0 equals the first."""
     kept = tuple(float(f"{value:.7g}") for value in values)
     return () if min(kept[:3]) <= 0.0 else kept if kept[3] > 0.0 else kept[:3]
 
 
 def _camera(path: Path) -> str:
-    """Return maker and model, which rawpy does not tell; empty where they are not found."""
+    """Return maker and model, which rawpy does not provide; empty if not found."""
     with opened(path) as (file, size):
         head = file.read(_HEAD)
         if head[:4] in MAGICS + MAKERS_MAGICS:
@@ -222,7 +222,7 @@ def _maker_and_model(directory: Directory) -> str:
 
 
 def _exif_in(head: bytes) -> bytes:
-    """Return the notes of a file that is no TIFF, as one: Fuji's have a JPEG in front, Canon's newest boxes."""
+    """Return the EXIF data of a file that is not TIFF: Fuji's begin with a JPEG, Canon's newest use boxes."""
     if head[:8] == b"FUJIFILM" and (begin := head.find(b"Exif\0\0")) > 0:
         return head[begin:]
     if head[4:8] == b"ftyp" and (begin := head.find(b"CMT1")) > 0:

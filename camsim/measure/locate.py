@@ -1,4 +1,4 @@
-"""A first estimate of where the edge lies in a region, and whether there is one edge only."""
+"""A first estimate of the edge's position in a region, and a check for other edges."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _OTHER_EDGE = 0.35
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Guess:
-    """Where the edge lies, to a fraction of a pixel, and the signals on its two sides, above black."""
+    """Position of the edge, to a fraction of a pixel, and the signals on its two sides, above black."""
 
     line: EdgeLine
     dark: float
@@ -33,11 +33,11 @@ class Guess:
 def locate(samples: npt.NDArray[Any], x: F64, y: F64, *, roi: Roi, what: str) -> Guess:
     """Find the edge in samples (n, m) with centres x (m,) and y (n,), above black level.
 
-    The steepest place of every line is found and a straight line laid through those places by repeated weighing, so
-    that neither noise nor a few wrong lines move it. Raises UnsupportedError in one sentence when the region holds
+    The steepest point of every line is found and a straight line fitted through these points by iterative reweighting,
+    robust against noise and a few wrong lines. Raises UnsupportedError in one sentence when the region holds
     no edge, or more than one.
     """
-    # A few hundred lines tell as much of where the edge is as thousands.
+    # A few hundred lines locate the edge as well as thousands.
     every = [max(1, size // _MOST_LINES) for size in samples.shape]
     image = np.asarray(samples[:: every[0], :: every[1]], np.float64)
     x, y = x[:: every[1]], y[:: every[0]]
@@ -59,11 +59,11 @@ def _upright(image: F64, smooth: F64, gx: F64, x: F64, y: F64, *, upright: bool,
     """Find an edge that crosses the rows."""
     lines = len(image)
     step = x[1] - x[0]
-    # Which way the edge goes: the steepest places agree about it.
+    # Polarity of the edge: from the steepest points.
     weight = gx**3
     rising = 1.0 if weight.sum() >= 0.0 else -1.0
     slope = np.maximum(rising * gx, 0.0)
-    # Many lines of a long edge are as good as all.
+    # A subset of the lines of a long edge suffices.
     some = np.arange(0, lines, max(1, lines // _MOST_LINES))
     steep = slope[some]
     peak = steep.argmax(axis=1)
@@ -111,7 +111,7 @@ def _central(image: F64, axis: int) -> F64:
 
 
 def _vertex(values: F64, peak: npt.NDArray[np.intp]) -> F64:
-    """Return how far the vertex of the parabola through each peak lies from it, in samples."""
+    """Return the offset of the parabola's vertex from each peak, in samples."""
     last = values.shape[1] - 1
     row = np.arange(len(values))
     left, middle, right = (
@@ -125,7 +125,7 @@ def _vertex(values: F64, peak: npt.NDArray[np.intp]) -> F64:
 
 
 def _robust_line(at: F64, place: F64, weight: F64, step: float) -> tuple[float, float]:
-    """Return slope and intercept of a line that a minority of wrong points does not move."""
+    """Return slope and intercept of a robust line fit."""
     # Start from the median of slopes between points far apart (Theil and Sen), then reweigh (Tukey's biweight).
     half = len(at) // 2
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -152,7 +152,7 @@ def _robust_line(at: F64, place: F64, weight: F64, step: float) -> tuple[float, 
 
 
 def _scatter(image: F64, smooth: F64) -> float:
-    """Return the noise of a sample, from second differences along rows (robust, blind to edges)."""
+    """Return the noise of a sample, from second differences along rows (robust, insensitive to edges)."""
     second = image[:, 2:] - 2.0 * image[:, 1:-1] + image[:, :-2]
     return 1.4826 * float(np.median(np.abs(second))) / math.sqrt(6.0)
 
@@ -189,10 +189,10 @@ def _refuse_others(
     noise: float,
     what: str,
 ) -> None:
-    """Raise UnsupportedError when some lines do not have the edge where the others do."""
+    """Raise UnsupportedError if some lines are inconsistent with one edge."""
     slant, offset = line
     predicted = offset + slant * (at - y.mean())
-    # What the two sides' medians say is no measure of the step where several surfaces meet.
+    # With several surfaces, the medians of the two sides do not give the step.
     low, high = np.percentile(image, (3, 97))
     if noise > 0.1 * max(step, float(high - low)):
         return
@@ -208,7 +208,7 @@ def _refuse_others(
             stage=what,
         )
     miss = np.abs(place - predicted)
-    # A slight bend is no other edge; noise may move single lines.
+    # A slight bend is not another edge; noise may shift single lines.
     allowed = 3.0 * step_px + 0.02 * (y[-1] - y[0])
     wrong = float(np.mean(miss > allowed))
     if wrong > 0.04:

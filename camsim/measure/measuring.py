@@ -1,4 +1,4 @@
-"""A picture in, a report out: the regions given, or the edges found."""
+"""MTF report of a picture, for given regions or detected edges."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from camsim.measure.result import EdgeMtf, MtfReport
 from camsim.rendering.running import to_nobody
 
 _Tried: TypeAlias = tuple[list[EdgeMtf], list[str]]
-"""Edges measured, and the reasons of those that could not be."""
+"""Measured edges, and reasons for those not measurable."""
 
 
 def measure_mtf(
@@ -31,13 +31,13 @@ def measure_mtf(
 ) -> MtfReport:
     """Measure the edges of a picture, in one channel or in all.
 
-    rois   : regions with one edge each; without any the edges are looked for
+    rois   : regions with one edge each; without any, edges are detected
     tail   : add the line spread beyond the region (False: the plain ISO 12233 figure)
-    theory : a transfer function to put beside every edge
-    progress : called with what is at work and which fraction of it is done
+    theory : a transfer function to compare with every edge
+    progress : called with (stage, fraction done)
 
-    A region that was given and cannot be measured raises UnsupportedError; of the edges found, those that cannot are
-    listed in ``refused``.
+    A given region that cannot be measured raises UnsupportedError; detected edges that cannot be measured are listed in
+    ``refused``.
 
     >>> import camsim
     >>> frame = camsim.capture(

@@ -31,11 +31,11 @@ _BELOW_BLACK = 0.1  # of the step
 _PILED_UP = 0.02  # of a side's photosites
 _NOISY, _NOISY_PART = 0.45, 3e-4  # codes, and of the step where there are none
 _WIDE, _MOST_OFF = 0.1, 0.13
-"""A rise, of what a region has beside an edge, above which it counts what aberrations throw far; MTF50's share then."""
+"""Rise over reach above which light spread far by aberrations matters; relative error of MTF50 per unit of that."""
 
 _ONE_SIDED = 0.004  # of the step
 _FALLS = 0.3  # of the step: a line spread beyond the region that is so far below 0
-_WIDEST = 0.6  # of what a region has beside an edge: rises that are longer have no levels to end at
+_WIDEST = 0.6  # of the region's reach: longer rises do not reach their levels
 
 
 class TheoreticalOtf(Protocol):
@@ -54,8 +54,8 @@ def measure_edge(
     channel : photosites of one colour, of ``Picture.select``
     roi    : (row, col, rows, cols) of the image, with one edge in it
     tail   : add the line spread beyond the region, by a fit of its 1/x²; False gives the plain ISO 12233 figure
-    theory : a transfer function to put beside it
-    what   : how messages call the place, before region and channel
+    theory : a transfer function for comparison
+    what   : name of the place in messages, before region and channel
 
     Raises UnsupportedError in one sentence when the region does not hold one measurable edge.
 
@@ -111,7 +111,7 @@ def _result(fit: EdgeFit, channel: Channel, roi: Roi, *, tail: bool, theory: The
     nyquist = channel.nyquist_cycles_per_pixel
     limits = [limit(frequency, mtf, error, level, lambda f: curve(f)[0]) for level in (0.5, 0.3, 0.1)]
     of_nyquists, nyquist_errors = curve(np.array([nyquist, NYQUIST_OF_SENSOR_CYCLES_PER_PIXEL]))
-    ends = spline.transform_rows(np.zeros(1), model, None)[0].real  # the step, tails and all
+    ends = spline.transform_rows(np.zeros(1), model, None)[0].real  # the step including tails
     step, step_error = float(ends @ c), math.sqrt(max(float(ends @ fit.covariance @ ends), 0.0))
     rise, rise_error = rise_of(fit)
     low_row = np.zeros(c.size)
@@ -122,7 +122,7 @@ def _result(fit: EdgeFit, channel: Channel, roi: Roi, *, tail: bool, theory: The
     freedom = max(fit.photosites - c.size, 1)
     snr = step / fit.residual_rms if fit.residual_rms > 0.0 else math.inf
     notes = []
-    # Light is not negative: with the dark side so far below, what is stored is no light above black.
+    # Light is not negative: with a dark side so far below black, the values are not light above black.
     known = 2.0 * dark + step > 0.0 and dark > -_BELOW_BLACK * step
     if not known:
         notes.append("the dark side lies below black, so contrast is not known")
@@ -186,7 +186,7 @@ def _result(fit: EdgeFit, channel: Channel, roi: Roi, *, tail: bool, theory: The
 
 
 def with_theory(edge: EdgeMtf, line: EdgeLine, theory: TheoreticalOtf) -> EdgeMtf:
-    """Put the theoretical transfer function beside a measurement."""
+    """Add the theoretical transfer function to a measurement."""
     frequency, nyquist = edge.frequency_cycles_per_pixel, edge.nyquist_cycles_per_pixel
     otf = theory.along_normal(frequency, channel=edge.channel, line=line)
     if otf is None:
@@ -218,7 +218,7 @@ def with_theory(edge: EdgeMtf, line: EdgeLine, theory: TheoreticalOtf) -> EdgeMt
 
 
 def _curve(fit: EdgeFit, frequency: F64, *, reach: tuple[float, float] | None) -> tuple[F64, F64]:
-    """Return |F(f)|/F(0) and its standard error, (m,) each: by noise, or by what other models make of it."""
+    """Return |F(f)|/F(0) and its standard error, (m,) each: from noise, or from the difference to other models."""
     transform, zero = _transform(fit.model, fit.coefficients, frequency, reach)
     rows, zero_row = (spline.transform_rows(f, fit.model, reach) for f in (frequency, np.zeros(1)))
     mtf = np.abs(transform) / zero
@@ -228,7 +228,7 @@ def _curve(fit: EdgeFit, frequency: F64, *, reach: tuple[float, float] | None) -
     error = by_noise
     for other in fit.others:
         transform, zero = _transform(other.model, other.coefficients, frequency, reach)
-        # Noise is in the difference too, so that it does not come on top.
+        # The difference includes noise too, so the two are not added.
         error = np.maximum(error, other.error(np.abs(transform) / zero - mtf, by_noise))
     return mtf, error
 
@@ -254,7 +254,7 @@ def _refuse_clipped(samples: np.ndarray, plane: Plane, what: str) -> None:
     if plane.lowest is not None:
         at_floor = samples <= plane.lowest
         low = float(np.mean(at_floor))
-        # A dark side that is one number throughout was not clipped: it has no noise to clip.
+        # A constant dark side was not clipped: it has no noise.
         just_above = float(np.mean(samples == plane.lowest + 1))
         if low > _CLIPPED and just_above > 0.1 * low:
             raise UnsupportedError(
@@ -265,7 +265,7 @@ def _refuse_clipped(samples: np.ndarray, plane: Plane, what: str) -> None:
 
 
 def _refuse_piled_up(samples: Samples, fit: EdgeFit, roi: Roi, what: str) -> None:
-    """Refuse highlights that are clipped below what the file can store: 12 bits in 16, or cut off before.
+    """Raise for highlights clipped below the largest storable value: 12 bits in 16, or clipped earlier.
 
     Light is no steadier where there is more of it. Of a bright side's farther half one number, its largest, comes more
     often than twice the next smaller one, and than any does on the dark side: there was more. Without noise, or with
@@ -291,7 +291,7 @@ def _refuse_piled_up(samples: Samples, fit: EdgeFit, roi: Roi, what: str) -> Non
 
 
 def _refuse_unlike_light(edge: EdgeMtf, what: str) -> None:
-    """Raise UnsupportedError when the transform is not that of an edge: what lies beyond the region outweighs it."""
+    """Raise UnsupportedError if the transform is not that of an edge, as light from beyond the region dominates."""
     most = edge.frequency_cycles_per_pixel[edge.mtf.argmax()]
     if not (edge.mtf[0] > 0.0 and edge.mtf.max() <= _MOST_MTF):
         stated = (
@@ -308,7 +308,7 @@ def _refuse_unlike_light(edge: EdgeMtf, what: str) -> None:
 
 
 def _refuse_wide(fit: EdgeFit, reach: float, what: str) -> None:
-    """Raise UnsupportedError when the edge has not come to its two levels where the region ends."""
+    """Raise UnsupportedError if the edge does not reach its two levels within the region."""
     rise = fit.rise
     if rise > _WIDEST * reach:
         raise UnsupportedError(
@@ -319,7 +319,7 @@ def _refuse_wide(fit: EdgeFit, reach: float, what: str) -> None:
 
 
 def _refuse_several(fit: EdgeFit, what: str) -> None:
-    """Raise UnsupportedError when the spread function is not that of one edge."""
+    """Raise UnsupportedError if the spread function is not that of a single edge."""
     model, c = fit.model, fit.coefficients
     d = np.linspace(-model.half_width, model.half_width, 8 * model.columns + 1)
     rough = 3.0 * math.sqrt(max(float(np.mean(np.diag(fit.covariance)[: model.columns])), 0.0))
@@ -347,7 +347,7 @@ def _refuse_several(fit: EdgeFit, what: str) -> None:
             "the region narrower, so that it holds one edge",
             stage=what,
         )
-    # Sharpening overshoots on both sides, and no optics on either.
+    # Sharpening overshoots on both sides, optics on neither.
     farthest = rows[esf.argmin()] - rows[0] if low - esf.min() > esf.max() - high else rows[esf.argmax()] - rows[-1]
     known = float(errors_of(farthest[None] / step, fit.covariance)[0])
     if over > _ONE_SIDED + 4.0 * known and less < 0.25 * over:

@@ -1,4 +1,4 @@
-"""What a channel's photosites hold of their neighbours' light: crosstalk, as a measured curve shows it."""
+"""Crosstalk in a channel: the share of neighbours' light in its photosites."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from camsim.sensor.stages.crosstalk import senders
 
 
 def neighbours(camera: Body, channel: str) -> F64 | None:
-    """Return (3, 3, channels): of which channel a photosite holds what its neighbours send, the mean of its places.
+    """Return (3, 3, channels): light received from neighbours by their channel, averaged over positions.
 
-    [1 + i, 1 + j] : what comes from i rows above and j columns to the left, and without crosstalk 1 of its own
-    channel        : a plane's, G1 or G2 apart; None for one that the camera does not have
+    [1 + i, 1 + j] : share from i rows above and j columns to the left; without crosstalk 1 from its own channel
+    channel        : of a plane, G1 and G2 separate; returns None for one that the camera lacks
     """
     one = places_of(channel, list(camera.cfa.pattern))
     if not one.any():
@@ -27,9 +27,9 @@ def neighbours(camera: Body, channel: str) -> F64 | None:
 
 
 def spread_otf(shares: F64, fx: F64, fy: F64) -> F64 | C128:
-    """Return (channels, …): what each channel's light has left, in a photosite that holds such shares, at frequencies.
+    """Return (channels, …): transfer function of crosstalk for each channel's light, for such shares.
 
-    Real where neighbours on opposite sides send alike.
+    Real if opposite neighbours contribute equally.
     """
     steps = np.arange(-1, 2)
     rows, cols = (np.exp(-2j * math.pi * np.multiply.outer(steps, f)) for f in (fy, fx))

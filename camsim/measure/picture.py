@@ -1,4 +1,4 @@
-"""Picture: linear numbers to measure in, as planes that are each sampled on a lattice of their own."""
+"""Picture: linear image data for measurements, as planes sampled on separate lattices."""
 
 from __future__ import annotations
 
@@ -22,24 +22,24 @@ from camsim.measure.geometry import Roi
 from camsim.measure.libraw import Noted
 
 LARGEST_SIGNAL = 1e30
-"""More than light, electrons or codes ever are; the eighth power of it is still a number."""
+"""Larger than any light, electrons or codes; its eighth power is still finite."""
 
 _NUMBER = int | float | np.integer | np.floating
 
 _LONGEST_PERIOD = 24
-"""Photosites: black levels every 8 rows under X-Trans."""
+"""Longest period, photosites: black levels every 8 rows under X-Trans."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Plane:
     """One lattice of photosites, every ``step``-th row and column; planes of one name are one channel.
 
-    name         : R, G1 (green in the rows of red), G2, B; Y for one channel; or what the file calls it
-    samples      : (n, m) numbers in proportion to light, above ``black``
+    name         : R, G1 (green in the rows of red), G2, B; Y for one channel; or the name in the file
+    samples      : (n, m) values proportional to light, above ``black``
     first, step  : row and column of samples[0, 0] in the image, and the distance between samples, both (rows, cols)
-    black, white : signal of no light, and the signal from which on it is clipped (None: never)
-    lowest       : the smallest number that can be stored (None: no limit); many of them are clipped shadows
-    holds_dark   : whether the charge that gathers without light is in it, as in codes and electrons with noise
+    black, white : signal without light, and the clipping level (None: no clipping)
+    lowest       : the smallest number that can be stored (None: no limit); many of these are clipped shadows
+    holds_dark   : whether it includes dark charge, as codes and electrons with noise do
     """
 
     name: str
@@ -66,12 +66,12 @@ class Plane:
             if not abs(number) <= LARGEST_SIGNAL:
                 message = f"{displayed(level)}; must be a number up to {LARGEST_SIGNAL:g}"
                 raise InvalidValueError(message, key=key, stage=self.name)
-            kept[key] = number  # which can be taken off unsigned codes
+            kept[key] = number  # so that it can be subtracted from unsigned codes
         for key, value in kept.items():
             object.__setattr__(self, key, value)
 
     def check_inside(self, shape: tuple[int, int]) -> None:
-        """Refuse a lattice that is not that of a picture of (rows, cols), from end to end."""
+        """Raise for a lattice that does not cover a picture of (rows, cols)."""
         for what, first, step, count, size in zip(
             ("rows", "columns"), self.first, self.step, self.samples.shape, shape, strict=True
         ):
@@ -82,7 +82,7 @@ class Plane:
 
     @property
     def reach(self) -> tuple[int, int]:
-        """Rows and columns of an image that ends where its next samples would lie."""
+        """Rows and columns of an image that ends where the next samples would be."""
         rows, cols = (f + s * n for f, s, n in zip(self.first, self.step, self.samples.shape, strict=True))
         return rows, cols
 
@@ -101,7 +101,7 @@ class Plane:
 
 
 def _numbers(samples: Any, name: str) -> npt.NDArray[Any]:
-    """Return an image of numbers as an array; of three axes nobody knows which are rows and columns."""
+    """Return an image as a 2-D array; raises for three axes, as rows and columns would be ambiguous."""
     if np.ma.is_masked(samples):
         raise InvalidValueError("has masked samples; give all, or a smaller region", key="samples", stage=name)
     array = array_of(samples, "samples", name)
@@ -129,18 +129,18 @@ class Channel:
 
     @property
     def name(self) -> str:
-        """What its planes are called."""
+        """The name of its planes."""
         return self.planes[0].name
 
     @property
     def reach(self) -> tuple[int, int]:
-        """Rows and columns of an image that ends where the next samples of its planes would lie."""
+        """Rows and columns of an image that ends where the next samples of its planes would be."""
         rows, cols = (max(sizes) for sizes in zip(*(plane.reach for plane in self.planes), strict=True))
         return rows, cols
 
     @property
     def pitch_pixel(self) -> float:
-        """Distance between samples: of one lattice the longer one; of several, that of a square one as dense."""
+        """Distance between samples: for one lattice the longer one; for several, that of an equally dense square."""
         if len(self.planes) == 1:
             return self.period_pixel
         return 1.0 / math.sqrt(sum(1.0 / math.prod(plane.step) for plane in self.planes))
@@ -152,7 +152,7 @@ class Channel:
 
     @property
     def gap_pixel(self) -> float:
-        """Longest way along a pixel axis between columns, or rows, that hold samples."""
+        """Longest distance along a pixel axis between columns, or rows, with samples."""
         gaps = []
         for axis in (0, 1):
             period = self.planes[0].step[axis]
@@ -162,7 +162,7 @@ class Channel:
 
     @property
     def nyquist_cycles_per_pixel(self) -> float:
-        """Half the sampling frequency; of several lattices that of their density, which no even sampling exceeds."""
+        """Half the sampling frequency; for several lattices that of their density, the most for uniform sampling."""
         return 0.5 / self.pitch_pixel
 
     def inside(self, roi: Roi) -> Samples:
@@ -179,8 +179,8 @@ class Channel:
     def on_a_lattice(self, roi: Roi) -> tuple[F64, F64, F64]:
         """Return signals above black (n, m) on a rectangular lattice, with its centres x (m,) and y (n,).
 
-        Of one lattice its samples. Of several, a smooth picture to look for edges in: each place has the mean of the
-        samples around it, weighted by a Gaussian.
+        For one lattice, its samples. For several, a smooth picture for edge detection: Gaussian-weighted means of
+        the samples around each position.
         """
         if len(self.planes) == 1:
             stored, x, y = self.planes[0].cut(roi)
@@ -206,12 +206,12 @@ def _joined(parts: list[npt.NDArray[Any]]) -> npt.NDArray[Any]:
 class Picture:
     """An image to measure in.
 
-    name        : what to call it in messages
+    name        : its name in messages
     shape       : (rows, cols)
     planes      : its channels
-    pitch_um    : distance between photosites, None where that is not known
-    description : what the file says of how it was computed; None for other people's files
-    noted       : what the camera of a maker's raw file, or of a DNG, noted
+    pitch_um    : distance between photosites, None if unknown
+    description : the description of its computation in the file; None for other files
+    noted       : metadata of a maker's raw file or a DNG
     """
 
     name: str
@@ -239,7 +239,7 @@ class Picture:
 
     @property
     def full_frame(self) -> FullFrame:
-        """The camera's whole frame, as far as the file says it."""
+        """The camera's full frame, as far as stated in the file."""
         return FullFrame.of(self.description, self.shape)
 
     def select(self, channel: str) -> tuple[Channel, ...]:
@@ -262,10 +262,10 @@ def mosaic_planes(
 ) -> tuple[Plane, ...]:
     """Split a mosaic into the lattices of its filters, without interpolation.
 
-    samples : (rows, cols);  pattern: letters of its own (0,0) (0,1) …, one string per row, such as ("RG", "GB")
-    black   : one level, or a rectangle of levels that is repeated from (0, 0);  white: likewise, of the same size
+    samples : (rows, cols);  pattern: letters from (0,0) (0,1) …, one string per row, such as ("RG", "GB")
+    black   : one level, or a tile of levels from (0, 0);  white: likewise, of the same size
 
-    The two greens of a Bayer array are measured apart, because crosstalk makes them differ.
+    The two greens of a Bayer array are measured separately, because crosstalk makes them differ.
 
     >>> [(plane.name, plane.first) for plane in mosaic_planes(np.zeros((4, 4)), ("GR", "BG"))]
     [('R', (0, 1)), ('G1', (0, 0)), ('G2', (1, 1)), ('B', (1, 0))]
@@ -303,7 +303,7 @@ def mosaic_planes(
 
 
 def _levels(black: Any, white: Any) -> tuple[F64, F64 | None]:
-    """Return rectangles of black levels, and of white ones as large; of each there is one, or rows of them."""
+    """Return tiles of black and of white levels, of equal size."""
     levels, whites = np.asarray(black, np.float64), None if white is None else np.asarray(white, np.float64)
     for key, given in (("black", levels), ("white", whites)):
         if given is not None and given.ndim != 2 and given.size > 1:
@@ -319,7 +319,7 @@ def _levels(black: Any, white: Any) -> tuple[F64, F64 | None]:
 
 
 def places_of(channel: str, pattern: Sequence[str]) -> npt.NDArray[np.bool_]:
-    """Return which places (rows, cols) of a pattern are a channel's: G1's, or both greens' where it is G.
+    """Return a mask (rows, cols) of a channel's positions in a pattern: G1, or both greens for G.
 
     >>> places_of("G1", ("RG", "GB")).tolist()
     [[False, True], [False, False]]
@@ -329,7 +329,7 @@ def places_of(channel: str, pattern: Sequence[str]) -> npt.NDArray[np.bool_]:
 
 
 def channel_names(pattern: Sequence[str]) -> list[list[str]]:
-    """Return the channel of every place: its letter, numbered where a Bayer-like array has it twice.
+    """Return the channel of every position: its letter, numbered if a Bayer-like array has it twice.
 
     >>> channel_names(("BG", "GR"))
     [['B', 'G2'], ['G1', 'R']]
@@ -339,7 +339,7 @@ def channel_names(pattern: Sequence[str]) -> list[list[str]]:
     letters = np.array([list(row) for row in pattern])
     group = len(pattern) // 2
     if letters.shape == (2 * group, 2 * group):
-        # Quad Bayer and its like, from wherever the window begins: a Bayer array whose every letter is a square.
+        # Quad Bayer and similar, at any origin: a Bayer array whose every letter is a square.
         for shift in np.ndindex(group, group):
             moved = np.roll(letters, shift, axis=(0, 1))
             small = moved[::group, ::group]
@@ -355,10 +355,10 @@ def _grown(cell: npt.NDArray[np.str_], group: int) -> npt.NDArray[np.str_]:
 
 
 def _numbered(cell: npt.NDArray[np.str_]) -> list[list[str]]:
-    """Return the letters of 2 × 2 places, those that come twice with a number."""
+    """Return the letters of 2 × 2 positions, repeated ones with a number."""
     names: list[list[str]] = cell.tolist()
     for letter in set(cell.ravel().tolist()):
-        # Green in the rows of red is G1, whichever row of the pattern that is.
+        # Green in the rows of red is G1, in either row of the pattern.
         places = sorted(np.argwhere(cell == letter).tolist(), key=lambda place: "R" not in cell[place[0]])
         for number, (row, col) in enumerate(places, start=1):
             if len(places) > 1:

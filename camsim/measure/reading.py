@@ -1,4 +1,4 @@
-"""Files and Frames in, Pictures out: linear numbers with their levels, whoever wrote them.
+"""Pictures from files and Frames: linear numbers with their levels, from any writer.
 
 Read are DNG, raw files of camera makers (NEF, CR3, ARW …, by LibRaw), TIFF, PNG, PGM, EXR, NPY, NPZ and MATLAB's.
 """
@@ -96,16 +96,16 @@ def read_picture(
 ) -> Picture:
     """Read an image file.
 
-    gamma : undo an encoding: an exponent such as 2.2, or "srgb"; 1 says that the numbers are linear already
-    cfa   : the colour filter array of a file that does not say it, such as RGGB
+    gamma : encoding to undo: an exponent such as 2.2, or "srgb"; 1 declares the numbers linear
+    cfa   : the colour filter array of a file that does not state it, such as RGGB
     layer : of an EXR, NPZ or MATLAB file that holds several, such as mean or noisy
-    stored : of a DNG its codes as they are, as noise is measured: opcode lists are not applied, and black levels by row
-             and column come off as whole codes. Else what its opcode lists ask for is done, or refused by name
+    stored : for a DNG its codes as stored, to measure noise: opcode lists are not applied, and black levels by row
+    and column are subtracted as integers. Otherwise its opcode lists are applied, or raise by name
 
-    Four planes of a filter array, (4, rows, cols) or (rows, cols, 4), become its mosaic where ``cfa`` says it: plane by
-    plane the places (0, 0), (0, 1), (1, 0), (1, 1).
+    Four planes of a filter array, (4, rows, cols) or (rows, cols, 4), become its mosaic if ``cfa`` declares it: the
+    planes are the positions (0, 0), (0, 1), (1, 0), (1, 1).
 
-    Raises InputError for what cannot be read, InvalidValueError for data that is not linear.
+    Raises InputError for unreadable files, InvalidValueError for data that is not linear.
 
     >>> import tempfile
     >>> import numpy as np
@@ -151,7 +151,7 @@ def read_picture(
 
 @dataclass(frozen=True, slots=True)
 class _Source:
-    """A file to measure in, open, with what it says of itself and what the user says of it."""
+    """An open file, with its metadata and the user's declarations."""
 
     path: Path
     file: BinaryIO
@@ -164,7 +164,7 @@ class _Source:
 
     @property
     def product(self) -> str | None:
-        """What a file of ours holds; None for other people's."""
+        """The product in a file of camsim; None for other files."""
         return None if self.record is None else self.record.product
 
 
@@ -185,7 +185,7 @@ def _picture(source: _Source, planes: Sequence[Plane], shape: Sequence[int]) -> 
 
 
 def _pattern(source: _Source, said: tuple[str, ...] | None = None) -> tuple[str, ...]:
-    """Return the rows of a colour filter array: the file's, or else the user's; those of a file, or its record's."""
+    """Return the rows of a colour filter array: from the file or its record, else from the user."""
     if said is None and source.record is not None:
         said = source.record.cfa_pattern
     if source.cfa is None:
@@ -220,19 +220,19 @@ def _grey_or_planes(image: npt.NDArray[Any], source: _Source, product: str | Non
 
 
 def _unfiltered(planes: tuple[Plane, ...], source: _Source) -> tuple[Plane, ...]:
-    """Refuse a filter array of what has a plane for each channel."""
+    """Raise if a filter array is declared for an image with a plane per channel."""
     if source.cfa is not None and len(planes) > 1:
         raise InvalidValueError("it has a plane for each channel, and no filter array; leave it out", key="cfa")
     return planes
 
 
 def _displayed(image: npt.NDArray[Any], source: _Source, largest: float) -> npt.NDArray[Any]:
-    """Return the image without an alpha channel that hides nothing; files of ours have none."""
+    """Return the image without an opaque alpha channel; camsim's files have none."""
     return opaque(image, largest) if source.record is None else image
 
 
 def _levels(image: npt.NDArray[Any], source: _Source, product: str | None, largest: float) -> dict[str, Any]:
-    """Return black, white, the lowest code and whether dark charge is in it; electrons have none of the levels."""
+    """Return black, white, the lowest code and whether dark charge is included; electrons have no levels."""
     record = source.record
     if record is not None and product == "mosaic":
         black = record.black_level_dn + np.asarray(record.black_offsets_dn, np.float64)
@@ -245,7 +245,7 @@ def _levels(image: npt.NDArray[Any], source: _Source, product: str | None, large
 def _linear(
     image: npt.NDArray[Any], gamma: Gamma, largest: float, *, encoded: bool, why: str
 ) -> tuple[npt.NDArray[Any], bool]:
-    """Undo an encoding; refuse data that is probably encoded when nobody says how. Return whether it was changed."""
+    """Undo an encoding; raise for probably encoded data without a declaration. Also return whether it was changed."""
     if gamma is None:
         if encoded:
             raise InvalidValueError(
@@ -275,14 +275,14 @@ def decode(encoded: F64, gamma: float | str) -> F64:
 
 
 def _after(levels: dict[str, Any], changed: bool) -> dict[str, Any]:
-    """Return the levels of decoded values, which lie in 0..1."""
+    """Return the levels of decoded values, which are in 0..1."""
     return {"white": 1.0} if changed else levels
 
 
 def _of_stored(
     source: _Source, stored: npt.NDArray[Any], product: str | None, *, largest: float, encoded: bool, why: str
 ) -> Picture:
-    """Return the picture of samples as a file holds them, (rows, cols) or (rows, cols, n), made linear."""
+    """Return the linear picture of samples as stored, (rows, cols) or (rows, cols, n)."""
     image, changed = _linear(_displayed(stored, source, largest), source.gamma, largest, encoded=encoded, why=why)
     planes = _grey_or_planes(image, source, product, **_after(_levels(image, source, product, largest), changed))
     return _picture(source, planes, image.shape)
@@ -312,7 +312,7 @@ def _read_dng(source: _Source) -> Picture:
     raw = read_raw(source.path, source.file, source.size, stored=source.stored)
     holds_dark = source.product != "truth"
     noted = libraw.NOTHING
-    with contextlib.suppress(InputError):  # what LibRaw does not know, our own reader may
+    with contextlib.suppress(InputError):  # camsim's reader may read what LibRaw does not
         noted = libraw.read_noted(source.path)
     white_balance, to_camera = read_colours(source.file, source.size)
     iso, time_s = setting_noted(read_directory(source.file, source.size))  # LibRaw knows no ISO above 65535
@@ -357,7 +357,7 @@ def _read_mat(source: _Source) -> Picture:
 
 
 def _packed(image: npt.NDArray[Any], source: _Source) -> npt.NDArray[Any]:
-    """Return the mosaic of planes of a filter array that the user names; any other image as it is."""
+    """Return the mosaic of planes of a declared filter array; any other image unchanged."""
     if source.record is not None:
         return image
     if source.cfa is not None:
@@ -372,7 +372,7 @@ def _packed(image: npt.NDArray[Any], source: _Source) -> npt.NDArray[Any]:
 
 
 def _of_array(source: _Source, stored: npt.NDArray[Any]) -> Picture:
-    """Return the picture of bare numbers; those of 8 bits are probably encoded."""
+    """Return the picture of a plain array; 8 bits are probably encoded."""
     stored, eight, largest = _packed(_light(stored), source), stored.dtype == np.uint8, largest_sample(stored.dtype)
     return _of_stored(source, stored, None, largest=largest, encoded=eight, why="it has 8 bits")
 
@@ -396,7 +396,7 @@ def _read_exr(source: _Source) -> Picture:
     one = "noisy" if source.product == "electrons" else None
     chosen = image_layer(layers, one if source.layer is None else source.layer)
     here = layers[chosen]
-    if alpha := {"A"}.intersection(here if source.record is None else ()):  # in files of ours it is a filter
+    if alpha := {"A"}.intersection(here if source.record is None else ()):  # in camsim's files it is a filter
         refuse_transparent(here["A"], 1.0)
     names = [n for n in "RGB" if n in here] + [n for n in here if n not in {"R", "G", "B", *alpha}]
     if source.product == "electrons" or (len(names) == 1 and source.cfa is not None):
@@ -412,7 +412,7 @@ def _read_npy(source: _Source) -> Picture:
 
 
 def _light(image: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """Refuse what is no light."""
+    """Raise for values that cannot be light."""
     if image.dtype == np.bool_:
         raise InputError("its array holds true and false, and no light")
     return image
@@ -455,4 +455,4 @@ _READERS = {
 }
 
 RAW = tuple(suffix for suffix in _READERS if suffix not in (".png", ".exr", ".jpg", ".jpeg"))
-"""Suffixes of files that are raw frames when they lie in a folder of those; others lie there as previews and plots."""
+"""Suffixes of raw frames in a folder; other files there are previews and plots."""

@@ -1,4 +1,4 @@
-"""What a measurement returns: frozen, every name with its unit, each figure with its standard error."""
+"""Results of an MTF measurement, each figure with its standard error."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Figures:
     """The figures of one edge, or their standard errors; NaN where there is none.
 
     mtf50_cycles_per_pixel   : lowest frequency at which the MTF falls to 50 %; mtf30, mtf10 likewise
-    mtf_at_nyquist           : at the channel's own Nyquist frequency, half its sampling frequency
+    mtf_at_nyquist           : at the channel's Nyquist frequency, half its sampling frequency
     mtf_at_nyquist_of_sensor : at that of all photosites, 0.5 cycles per pixel
     rise_10_90_pixel         : distance over which the edge-spread function rises from 10 to 90 %
     angle_deg                : turn from the nearest pixel axis, −45..45°, clockwise as displayed
@@ -65,13 +65,13 @@ class EdgeMtf:
     x_pixel, y_pixel           : a point of the edge
     normal_deg                 : direction from dark to bright, clockwise as displayed from the x axis
     curvature_per_pixel        : 1/radius of the edge
-    nyquist_cycles_per_pixel   : of the channel's own lattice; the sensor's is 0.5
-    tail                       : whether the line spread beyond the region was added (tail_fraction: how much of it)
+    nyquist_cycles_per_pixel   : of the channel's lattice; the sensor's is 0.5
+    tail                       : whether the line spread beyond the region was added (tail_fraction: its share)
     frequency_cycles_per_pixel : (n,);  mtf, mtf_error: (n,) and its standard error
     distance_pixel             : (m,) across the edge;  esf: 0 dark … 1 bright;  line_spread_per_pixel: its derivative
-    knot_spacing_pixel         : what the spread function can follow
-    photosites, left_out       : that were used, and that were left out as defects
-    notes                      : what the reader should know
+    knot_spacing_pixel         : resolution of the spread function
+    photosites, left_out       : number used, and number left out as defects
+    notes                      : remarks
     theory                     : None unless a transfer function was given
     """
 
@@ -115,7 +115,7 @@ class MtfReport:
     """All edges of one picture, and why others were left out.
 
     full_frame  : of the camera; a window's picture height is that of the frame
-    description : what the file says of how it was taken; None for other people's files
+    description : the description in the file; None for other files
     """
 
     file: str
@@ -126,7 +126,7 @@ class MtfReport:
     description: Mapping[str, Any] | None = field(default=None, repr=False)
 
     def place(self, edge: EdgeMtf) -> FieldPlace:
-        """Return where in the frame an edge lies, and which direction's MTF it tells."""
+        """Return the field position of an edge, and the direction of its MTF."""
         return field_place(edge.x_pixel, edge.y_pixel, math.radians(edge.normal_deg), self.full_frame)
 
     def nyquist(self) -> dict[str, dict[str, float]]:
@@ -136,7 +136,7 @@ class MtfReport:
         return {name: self.full_frame.in_units(frequency) for name, frequency in every.items()}
 
     def acutance(self, edge: EdgeMtf, distance_picture_heights: float) -> float:
-        """Return the acutance of the whole frame, seen from so many of its heights, if all of it is as this edge."""
+        """Return the acutance of the whole frame at a viewing distance, if all of it is like this edge."""
         return acutance(
             edge.frequency_cycles_per_pixel,
             edge.mtf,

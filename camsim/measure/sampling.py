@@ -1,4 +1,4 @@
-"""Whether photosites meet an edge at all phases, and at each more than once."""
+"""Check that photosites sample an edge at all phases, and each phase repeatedly."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ _DIAGONALS = ((1, 1), (1, 2), (2, 1))
 
 
 def refuse_gap(gap: float, line: EdgeLine, length: float, its_length: float, channel: Channel, what: str) -> None:
-    """Raise UnsupportedError when phases are missing or come once only: then a wrong angle fits as well as blur does.
+    """Raise UnsupportedError if phases are missing or occur only once: a wrong angle would be confused with blur.
 
     gap        : longest stretch across the edge without a photosite
-    length     : of the region along the edge, corners included;  own_length: of the edge within it
+    length     : of the region along the edge, corners included;  its_length: of the edge within it
     """
     angle = line.angle_deg
     slant = math.tan(math.radians(abs(angle)))
-    # The phases of the first lines must come again in later ones: that tells blur from a wrong angle.
+    # Phases of the first lines must recur in later ones, which separates blur from a wrong angle.
     missing, again = channel.gap_pixel, _REPEATED_PERIODS * channel.period_pixel
     if slant * (length - again) < missing:
         need = math.ceil(missing / max(slant, 1e-3) + again)
@@ -42,9 +42,9 @@ def refuse_gap(gap: float, line: EdgeLine, length: float, its_length: float, cha
 
 
 def _come_once(angle_deg: float, length: float, channel: Channel) -> bool:
-    """Whether along a diagonal of the lattice what holds along its axes does not.
+    """Whether phases occur only once because the edge is near a diagonal of the lattice.
 
-    Photosites in the direction (m, n) of the lattice lie in lines that are step/√(m² + n²) apart and repeat after
+    Photosites along the direction (m, n) of the lattice form lines that are step/√(m² + n²) apart and repeat after
     step·√(m² + n²); along the edge such a line moves across it by the tangent of the angle between the two.
     """
     step = channel.period_pixel

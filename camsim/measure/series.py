@@ -1,4 +1,4 @@
-"""Several pictures measured alike, in the order of what they were taken with."""
+"""Several measured pictures, ordered by a parameter of their captures."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ WORDS: Mapping[str, str] = {
     "olpf": "camera.olpf.split_um",
     "illuminance": "light.illuminance_lux",
 }
-"""What people call a key of the description."""
+"""Common names of keys of the description."""
 
 _MOST_NAMED = 6
 
@@ -28,9 +28,9 @@ _MOST_NAMED = 6
 class MtfSeries:
     """Several reports side by side.
 
-    by      : the key of the descriptions that tells them apart; None: their files' names do
-    values  : what each has there, or the name of its file
-    reports : in the order of the values where these are numbers
+    by      : the key of the descriptions that differs; None: file names
+    values  : value of the key, or name of the file
+    reports : in order of the values if these are numbers
     """
 
     by: str | None
@@ -39,7 +39,7 @@ class MtfSeries:
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """What to call each report in a table or a plot."""
+        """Label of each report in a table or a plot."""
         return tuple("none" if v is None else f"{v:g}" if isinstance(v, float) else str(v) for v in self.values)
 
     def as_dict(self) -> dict[str, Any]:
@@ -53,8 +53,8 @@ def mtf_series(reports: Sequence[MtfReport], *, by: str | None = None) -> MtfSer
 
     by : a key such as ``f_number``, ``iso`` or ``camera.lens.f_number``, or one of ``WORDS``
 
-    Raises UnsupportedError for a file that does not say what it was taken with, UnknownNameError for a key that is in
-    none, InvalidValueError for one that stands for several keys.
+    Raises UnsupportedError for a file without a description, UnknownNameError for a key in none of them,
+    InvalidValueError for an ambiguous one.
 
     >>> import camsim
     >>> mtf_series([camsim.measure.measure_mtf(name) for name in ("f4.dng", "f8.dng")], by="f_number")  # doctest: +SKIP
@@ -80,7 +80,7 @@ def mtf_series(reports: Sequence[MtfReport], *, by: str | None = None) -> MtfSer
 
 
 def _leaves(tree: Any, place: str) -> Iterator[tuple[str, Value]]:
-    """Yield every value of a description that is no list, by its place; numbers as floats."""
+    """Yield every scalar of a description with its path; numbers as floats."""
     if isinstance(tree, Mapping):
         for key, part in tree.items():
             yield from _leaves(part, f"{place}.{key}" if place else str(key))
@@ -95,7 +95,7 @@ def _leaves(tree: Any, place: str) -> Iterator[tuple[str, Value]]:
 
 
 def _key(trees: Sequence[Mapping[str, Value]], asked: str) -> str:
-    """Return the place that a key means: the only one that ends so, or of several the only one that changes."""
+    """Return the path of a key: the only one with that ending, or of several the only one that varies."""
     every = dict.fromkeys(place for tree in trees for place in tree)
     if asked in every:
         return asked
@@ -113,6 +113,6 @@ def _key(trees: Sequence[Mapping[str, Value]], asked: str) -> str:
 
 
 def _names(files: Sequence[str]) -> tuple[str, ...]:
-    """Return what to call files, those of one name with their number."""
+    """Return labels of files, numbered if names are equal."""
     names = [PurePath(file).name for file in files]
     return tuple(name if names.count(name) == 1 else f"{name} ({k})" for k, name in enumerate(names, start=1))

@@ -1,4 +1,4 @@
-"""Noise that the photosites of a row, or of a column, share: what it adds to the scatter of a fit's right-hand side."""
+"""Noise shared by photosites of a row or column: its contribution to the covariance of a fit's right-hand side."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from camsim.measure.spline import Model, Placed
 
 
 def shared_scatter(place: F64, rows: Placed, r: F64, one: F64, model: Model, inverse: F64) -> F64:
-    """Return what the noise shared by photosites of one place adds to the sum of variance·row·rowᵀ.
+    """Return the contribution of noise shared by photosites of a row or column to the sum of variance·row·rowᵀ.
 
-    place : row, or column, of each photosite;  rows: as the fit has them
-    r     : its residual;  own: its variance, as if all were independent
+    place : row, or column, of each photosite;  rows: of the fit
+    r     : its residual;  one: its variance, as if all were independent
 
-    Of independent photosites the sums of residuals over places have squares of a known sum, V their variances and
-    H what the fit takes of them, Z which photosite lies where:
+    For independent photosites the sum of squares of residual sums over places is known, with V their variances, H
+    the hat matrix and Z the incidence of photosites and places:
 
         E Σ_j (Σ_i∈j r_i)² = tr Zᵀ(1 − H)V(1 − H)Z;
 
-    what is found beyond is the shared noise's, σ² (‖Zᵀ(1 − H)Z‖² − tr Zᵀ(1 − H)Z): own has it in it already. An edge
-    along the rows follows them, and leaves little of it.
+    the excess is that of shared noise, σ² (‖Zᵀ(1 − H)Z‖² − tr Zᵀ(1 − H)Z), which ``one`` already includes. An edge
+    along the rows absorbs most of it.
     """
     values, group = np.unique(place, return_inverse=True)
     sums = spline.group_sums(rows, np.ones(r.size), group, values.size, model)

@@ -16,7 +16,7 @@ def solve(rows: Placed, v: F64, model: Model, *, tail: bool = True, beside: F64 
     """Return the coefficients and the inverse of the normal equations; columns left out are zero in both.
 
     tail   : with the tail and the shading across the edge
-    beside : penalties on the squares of the coefficients of other sides' light; None leaves it out
+    beside : penalties on the squares of the coefficients of light from other edges; None leaves them out
     """
     matrix, right = spline.normal_equations(rows, v, model)
     n = model.columns
@@ -29,7 +29,7 @@ def solve(rows: Placed, v: F64, model: Model, *, tail: bool = True, beside: F64 
         matrix[range(n + BESIDE, n + EXTRAS), range(n + BESIDE, n + EXTRAS)] += beside
     chosen = np.flatnonzero(used)
     part = matrix[np.ix_(chosen, chosen)]
-    # Where no photosite lies the curve goes on smoothly: a trace of a penalty on its third differences.
+    # Without photosites the curve continues smoothly: a tiny penalty on its third differences.
     third = np.diff(np.eye(n), 3, axis=0)
     part[:n, :n] += _RIDGE * v.size / n * (third.T @ third)
     factor = scipy.linalg.cho_factor(part + 1e-14 * np.diag(np.diag(part)), lower=True)

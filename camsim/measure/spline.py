@@ -1,15 +1,15 @@
-"""The edge-spread function as one linear model, fitted to photosites where they lie; kernels on arrays only.
+"""The edge-spread function as one linear model, fitted to photosites at their positions; kernels on arrays only.
 
 Across the edge (d, pixels) the model is
 
     ESF(d) = Σ_k c_k·B_k(d)          cubic B-splines of spacing h on −D … D, constant beyond
            + tail·tail_spread(d)      line spread 1/d²: diffraction's beyond D
            + level(d)·(across·d + along·s)   shading: the light changes in proportion to the level, ESF itself
-           + Σ_jk beside_jk·d^j·s^k   what other sides throw into the region: smooth, and the same on bright and dark
-           − ESF′(d)·(turn·s + bend·s²)   what a small error of the edge's direction and curvature does
+           + Σ_jk beside_jk·d^j·s^k   light from other edges: smooth, and equal on bright and dark
+           − ESF′(d)·(turn·s + bend·s²)   effect of a small error of the edge's direction and curvature
 
-Level and ESF′ are those of a fit before: the last line makes the fit one of Gauss and Newton, whose coefficients move
-the edge and vanish when it is right; with the level as it was fitted, shading is a product.
+Level and ESF′ are those of the previous fit: the last line makes this a Gauss–Newton iteration, whose coefficients
+move the edge and vanish at convergence; the fitted level makes shading a product.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from camsim.core.kernels import kernel
 
 TAIL, ACROSS, ALONG, TURN, BEND, BESIDE = range(6)
 BESIDE_POWERS = ((1, 0), (2, 0), (0, 1), (0, 2), (1, 1))
-"""Of d and s in the light that other sides throw; a constant is in the two levels."""
+"""Powers of d and s in light from other edges; a constant is included in the two levels."""
 
 EXTRAS = BESIDE + len(BESIDE_POWERS)
 _NONZERO = 4 + EXTRAS
@@ -32,15 +32,15 @@ _NONZERO = 4 + EXTRAS
 FAR, FAR_ELSE = -1.0 / 2.0, -1.0 / 3.0
 """B of the tail's line spread, (1 − B)/(1 + d²) + B/(4 + d²) or 1/d² + c/d⁴ + …: c = ½, and 0.
 
-Photosites of one pitch make c = ¼ of diffraction's 1/d², an OLPF may add as much and more.
+For diffraction's 1/d², photosites of one pitch make c = ¼; an OLPF may add as much or more.
 """
 
 
 class Model(NamedTuple):
-    """What the kernels need to know of the model; lengths in pixels, signals in units of the step.
+    """Parameters of the model for the kernels; lengths in pixels, signals in units of the step.
 
     half_width : D;  spacing: h;  columns: number of spline coefficients
-    scale      : length that ``across``, ``turn``, ``bend`` and ``beside`` are counted in
+    scale      : unit of length of ``across``, ``turn``, ``bend`` and ``beside``
     far        : B of the tail
     """
 
@@ -52,7 +52,7 @@ class Model(NamedTuple):
 
     @classmethod
     def of(cls, *, half_width: float, spacing: float, scale: float) -> Model:
-        """Return a model whose knots lie symmetrically about the edge."""
+        """Return a model with knots symmetric about the edge."""
         intervals = 2 * max(3, math.ceil(half_width / spacing))
         return cls(0.5 * intervals * spacing, spacing, intervals - 1, scale)
 
@@ -63,7 +63,7 @@ class Model(NamedTuple):
 
 
 class Placed(NamedTuple):
-    """Photosites by an edge, flat arrays: distance d, place along it s, the slope and the level of the ESF there."""
+    """Photosites near an edge, flat arrays: distance d, position along it s, slope and level of the ESF there."""
 
     d: F64
     s: F64
@@ -71,23 +71,23 @@ class Placed(NamedTuple):
     level: F64
 
     def only(self, which: np.ndarray) -> Placed:
-        """Return some of them."""
+        """Return the selected photosites."""
         return Placed(*(part[which] for part in self))
 
     def straight(self) -> Placed:
-        """Return them with no slope, for a fit that leaves the line where it is."""
+        """Return them with slope 0, for a fit with the line held fixed."""
         return self._replace(slope=np.zeros(self.d.size))
 
 
 class Shape(NamedTuple):
-    """The spread function that a fit left, above black: ``dark`` is what its signals are counted from."""
+    """The fitted spread function; ``dark`` is the origin of its signals, above black."""
 
     model: Model
     coefficients: F64
     dark: float
 
     def placed(self, d: F64, s: F64) -> Placed:
-        """Return photosites with its slope and level at each."""
+        """Return photosites with slope and level of this function at each."""
         level, slope = _levels_and_slopes(d, self.model, self.coefficients)
         return Placed(d, s, slope, self.dark + level)
 
@@ -122,7 +122,7 @@ def _row(d: float, s: float, slope: float, level: float, model: Model, index: np
         i = int(u)
         b = _cubic(u - i)
         for k in range(4):
-            # The three outermost splines of either end are one column: constant beyond, twice differentiable.
+            # The three outermost splines at either end share one column: constant beyond, twice differentiable.
             column = min(max(i + k - 2, 0), n - 1)
             if count and index[count - 1] == column:
                 value[count - 1] += b[k]
@@ -182,7 +182,7 @@ def residuals(rows: Placed, v: F64, model: Model, coefficients: F64) -> F64:
 
 @kernel(allocates=True)
 def leverages(rows: Placed, model: Model, inverse: F64) -> F64:
-    """Return row·inverse·rowᵀ of every photosite: by how much it pulls the fit towards itself."""
+    """Return the leverage row·inverse·rowᵀ of every photosite."""
     index, value = np.empty(_NONZERO, np.int64), np.empty(_NONZERO)
     out = np.empty(rows.d.size)
     for j in range(rows.d.size):
@@ -197,7 +197,7 @@ def leverages(rows: Placed, model: Model, inverse: F64) -> F64:
 
 @kernel(allocates=True)
 def scatter(rows: Placed, variance: F64, model: Model) -> F64:
-    """Return the sum of variance·row·rowᵀ: what the photosites' scatter does to the right-hand side."""
+    """Return the sum of variance·row·rowᵀ: the covariance of the right-hand side."""
     size = model.columns + EXTRAS
     matrix = np.zeros((size, size))
     index, value = np.empty(_NONZERO, np.int64), np.empty(_NONZERO)
@@ -291,10 +291,10 @@ def transform_rows(frequency: F64, model: Model, reach: tuple[float, float] | No
     """Return (m, n) complex rows that give the line spread's Fourier transform.
 
     frequency : (m,) cycles/pixel
-    reach     : how far the integral goes on the dark and the bright side; None for all the way, tail included
+    reach     : limits of the integral on the dark and the bright side; None: infinite, with the tail
 
     In closed form: a cubic B-spline's transform is h·sinc⁴(f·h), differentiation is 2πi·f, and the constant ends are
-    geometric sums. Nothing is left to correct for a numerical derivative or a bin's width.
+    geometric sums. No correction for a numerical derivative or a bin width is needed.
     """
     n, h = model.columns, model.spacing
     omega = 2.0 * np.pi * frequency[:, None]

@@ -1,4 +1,4 @@
-"""A picture whose read-out bends, made straight: numbers in proportion to charge, as a transfer function needs them."""
+"""Linearisation of a picture with a non-linear read-out, as required for transfer functions."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from camsim.measure.picture import Picture, Plane
 from camsim.sensor.stages.nonlinearity import Nonlinearity, charge_e
 
 _NODES = 8193
-"""Between which the response counts as straight: a relative error of 1e-8."""
+"""Nodes of the piecewise-linear inverse response: a relative error of 1e-8."""
 
 
 def straightened(picture: Picture, capture: Capture) -> Picture:
-    """Return a capture's picture with its camera's non-linearity undone, which the description states.
+    """Return a capture's picture with its camera's non-linearity inverted.
 
-    Mean electrons and the truth are from before the read-out, and stay.
+    Mean electrons and the truth precede the read-out and are unchanged.
     """
     bends = capture.camera.nonlinearity
     if bends is None:
@@ -48,7 +48,7 @@ def _plane(plane: Plane, bends: Nonlinearity, electrons_per_dn: float) -> Plane:
 
 
 def _nodes(bends: Nonlinearity, low_e: float, high_e: float) -> F64:
-    """Return charges whose responses reach from one signal to another; noise has some below 0, where all but x is x."""
+    """Return charges whose responses span the range of signals; below 0, where noise leads, the response is linear."""
     most = charge_e(bends, high_e) if high_e > 0.0 else 1.0
     even = np.linspace(min(2.0 * low_e, 0.0), most, _NODES)
     one = getattr(bends, "electrons_in", ())

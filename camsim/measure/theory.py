@@ -35,7 +35,7 @@ from camsim.spectra.light import Light
 _BESIDE_PIXEL = 3.0
 _DIRECTIONS = 36
 _FEW_DIRECTIONS, _FEW_FREQUENCIES = 6, 8
-_NEAR_ZERO = 1e-4  # cycles per pixel: where the phase tells the middle of the light
+_NEAR_ZERO = 1e-4  # cycles per pixel: where the phase gives the centroid
 _SEARCHED_PIXEL = np.linspace(-2.0, 2.0, 17)
 _NEWTON_STEPS = 8
 _NOTHING = 1e-30  # of the cube of a transfer
@@ -44,20 +44,20 @@ _NODES, _FEW_NODES = 40, 10
 besides those that its path difference takes: frequencies that end between them leave the most."""
 
 _UNSEEN = 5e-5
-"""Of a channel's light at either end of the spectrum."""
+"""Negligible share of a channel's light at either end of the spectrum."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class CameraOtf:
     """Lens, OLPF, photosite and crosstalk of a camera, for the light and the surfaces of a scene.
 
-    At each wavelength the OTFs are multiplied; the wavelengths are weighted by what the edge gives the channel: light ×
-    (bright − dark reflectance) × the lens's transmission × quantum efficiency × λ/hc. Some stand for all; within 1e-3
-    of a lens whose transfer is an integral over its pupil, within 1e-4 of others.
+    At each wavelength the OTFs are multiplied; wavelengths are weighted by the edge's signal in the channel: light ×
+    (bright − dark reflectance) × the lens's transmission × quantum efficiency × λ/hc. A subset of wavelengths is used:
+    accurate to 1e-3 for a lens whose OTF is a pupil integral, to 1e-4 for others.
 
     region : the window of the frame that the picture shows, None for all of it
 
-    Of a lens that changes over the frame it is that of a place: of an edge's middle.
+    For a field-varying lens it is that at the centre of an edge.
     """
 
     camera: Annotated[Body, Called("a Camera", "Camera.from_yaml of a sensor makes one")]
@@ -71,27 +71,27 @@ class CameraOtf:
 
     @classmethod
     def of(cls, capture: Capture) -> CameraOtf:
-        """Take what a picture was taken with."""
+        """Return the OTF of the camera of a capture."""
         check_given(capture=capture)
         return cls(camera=capture.camera, scene=capture.scene, light=capture.light, region=capture.region)
 
     @property
     def stages(self) -> tuple[str, ...]:
-        """What the curve is the product of."""
+        """Names of the multiplied stages."""
         has = (("OLPF", self.camera.olpf), ("photosite", self.camera.photosite), ("crosstalk", self.camera.crosstalk))
         return "lens", *(name for name, stage in has if stage is not None)
 
     def along_normal(self, frequency_cycles_per_pixel: F64, *, channel: str, line: EdgeLine) -> F64 | None:
-        """Transfer function across the edge; None for a channel that the camera does not have."""
+        """Transfer function across the edge; None for a channel that the camera lacks."""
         place_um = self._place_um(line, 0.0)
         moved = 0.0
-        if not isinstance(self.camera.lens, Varies):  # one that does tells where the scene falls
+        if not isinstance(self.camera.lens, Varies):  # a field-varying lens maps the scene
             x, y = _white_shift_pixel(self, channel)
             moved = x * math.cos(line.normal_rad) + y * math.sin(line.normal_rad)
         sides = [self._surface(self._place_um(line, side - moved)) for side in (-_BESIDE_PIXEL, _BESIDE_PIXEL)]
         fx, fy = (frequency_cycles_per_pixel * part for part in (math.cos(line.normal_rad), math.sin(line.normal_rad)))
         otf = self.at(fx, fy, channel, sides[0], sides[1], place_um=place_um)
-        # Of a lopsided pattern the phase says where the edge seems to be, not how sharp it is.
+        # For an asymmetric PSF the phase gives the apparent position of the edge, not its sharpness.
         if otf is None:
             return None
         mtf: F64 = np.abs(otf) if np.iscomplexobj(otf) else np.real(otf)
@@ -109,7 +109,7 @@ class CameraOtf:
     ) -> F64 | None:
         """Mean over all directions of the transfer function of a contrast between two surfaces; None as above.
 
-        about_pixel : from where the scene has it, where the picture is taken to lie
+        about_pixel : assumed shift of the picture against the scene
         """
         fx, fy = _all_round(frequency_cycles_per_pixel, _DIRECTIONS)
         otf = self.at(fx, fy, channel, dark, bright, place_um=place_um)
@@ -124,11 +124,11 @@ class CameraOtf:
         bright: Spectrum,
         place_um: tuple[float, float] = (0.0, 0.0),
     ) -> tuple[float, float]:
-        """Return how far to the right of the scene, and below it, a channel has its picture.
+        """Return the shift of a channel's picture against the scene, pixels right and down.
 
-        A tilted wavefront, lateral colour, a lopsided photosite or crosstalk move it, which is no blur. It lies where
-        its transfer function is as real as it can be: where the mean of the real part is largest, weighed by its own
-        power. (Of coma that is not the middle of its light, about which the transfer is less real.)
+        A tilted wavefront, lateral colour, an asymmetric photosite or crosstalk shift it without blur. The shift makes
+        the transfer function as real as possible: it maximises the power-weighted mean of the real part. (With coma
+        this is not the centroid, about which the transfer function is less real.)
         """
         seen = functools.partial(self.at, channel=channel, dark=dark, bright=bright, place_um=place_um)
         return _shift_pixel(seen, highest_cycles_per_pixel)
@@ -146,8 +146,8 @@ class CameraOtf:
     ) -> F64 | C128 | None:
         """Transfer function at frequencies in cycles per pixel, of a contrast between two surfaces; None as above.
 
-        place_um   : of the sensor, from the optical axis, where the lens is asked
-        lens_alone : in what a channel's own photosites see, without OLPF, photosite and crosstalk
+        place_um   : place on the sensor, from the optical axis, at which the lens is evaluated
+        lens_alone : the lens only, without OLPF, photosite and crosstalk
         """
         camera = self.camera.replace(crosstalk=None) if lens_alone else self.camera
         shares = neighbours(camera, channel)
@@ -157,7 +157,7 @@ class CameraOtf:
         samples = camera.samples(self.light, (dark, bright))
         difference = spectrum_at(bright, samples.wavelength_nm) - spectrum_at(dark, samples.wavelength_nm)
         counted = shares.any(axis=(0, 1))
-        # All channels have the same wavelengths, so that they share what the lens does to them.
+        # All channels have the same wavelengths, so that they share the lens's OTF.
         wavelength_nm, weight = lumped(samples.wavelength_nm, camera.image_per_reflectance(samples) * difference)
         exposed = _seen(weight)
         wavelength_nm, weight = wavelength_nm[exposed], weight[:, exposed]
@@ -187,16 +187,16 @@ class CameraOtf:
         return x * self.camera.pitch_um, y * self.camera.pitch_um
 
     def _surface(self, place_um: tuple[float, float]) -> Spectrum:
-        """Return the surface that falls on a place of the sensor."""
+        """Return the surface imaged to a place of the sensor."""
         x_um, y_um = scene_place_um(self.camera, np.array([place_um]))[0].tolist()
         return surface_at(self.scene, x_um, y_um)
 
 
 def _nodes(system: OpticalSystem, wavelength_nm: F64) -> int:
-    """Return how many wavelengths stand for all.
+    """Return the number of wavelength nodes.
 
-    A transfer goes smoothly with the wavelength but where a frequency ends, and each wave that the path difference
-    turns by, a phase of π to either side, takes π more. Of stages of one's own nothing is known.
+    An OTF varies smoothly with the wavelength except at cut-off frequencies; each wave of path difference, a phase of
+    π to either side, needs π more nodes. Nothing is known about custom stages.
     """
     if not system.chromatic:
         return 1
@@ -208,7 +208,7 @@ def _nodes(system: OpticalSystem, wavelength_nm: F64) -> int:
 
 
 def _seen(weight: F64) -> slice:
-    """Return the wavelengths without the ends of the spectrum, of which no channel has a share that is seen."""
+    """Return the wavelengths without the ends of the spectrum that are negligible in all channels."""
     size = np.abs(weight).cumsum(axis=1)
     beyond = _UNSEEN * size[:, -1:]
     first = np.argmax((size > beyond).any(axis=0))
@@ -218,19 +218,19 @@ def _seen(weight: F64) -> slice:
 
 @functools.lru_cache(maxsize=16)
 def _white_shift_pixel(theory: CameraOtf, channel: str) -> tuple[float, float]:
-    """Return how far a channel has its picture of white on black from the scene: the same for all edges."""
+    """Return the shift of a channel's picture of white on black against the scene, used for all edges."""
     return theory.shift_pixel(NYQUIST_OF_SENSOR_CYCLES_PER_PIXEL, channel=channel, dark=0.0, bright=1.0)
 
 
 def _all_round(frequency: F64, directions: int) -> tuple[F64, F64]:
-    """Return frequencies (directions, n) along x and y, evenly over half a turn."""
+    """Return frequencies (directions, n) along x and y, uniform over half a turn."""
     turn = np.pi * (np.arange(directions) + 0.5) / directions
     fx, fy = (np.outer(part, frequency) for part in (np.cos(turn), np.sin(turn)))
     return fx, fy
 
 
 def _shift_pixel(seen: Callable[[F64, F64], F64 | C128 | None], highest_cycles_per_pixel: float) -> tuple[float, float]:
-    """Return where a transfer function is as real as it can be; see ``CameraOtf.shift_pixel``."""
+    """Return the shift that makes a transfer function as real as possible; see ``CameraOtf.shift_pixel``."""
     f = highest_cycles_per_pixel * (np.arange(_FEW_FREQUENCIES) + 1.0) / _FEW_FREQUENCIES
     fx, fy = _all_round(f, _FEW_DIRECTIONS)
     near = np.array([_NEAR_ZERO, 0.0])
@@ -240,7 +240,7 @@ def _shift_pixel(seen: Callable[[F64, F64], F64 | C128 | None], highest_cycles_p
         return 0.0, 0.0
     middle = -np.angle(otf[:2]) / (2.0 * np.pi * _NEAR_ZERO)
     fx, fy, otf = fx[2:], fy[2:], otf[2:] * np.abs(otf[2:]) ** 2
-    if not np.abs(otf).max() > _NOTHING:  # so wide a blur that nothing passes there
+    if not np.abs(otf).max() > _NOTHING:  # the blur is too wide to pass anything there
         return float(middle[0]), float(middle[1])
 
     def reality(shift: F64) -> float:
@@ -258,6 +258,6 @@ def _shift_pixel(seen: Callable[[F64, F64], F64 | C128 | None], highest_cycles_p
 
 
 def _moved(otf: F64 | C128, fx: F64, fy: F64, shift_pixel: Sequence[float] | F64) -> F64 | C128:
-    """Return the transfer function of a picture that is moved back by a shift."""
+    """Return the transfer function of a picture after a shift is undone."""
     x, y = shift_pixel
     return otf if x == y == 0.0 else otf * np.exp(2j * np.pi * (fx * x + fy * y))

@@ -1,4 +1,4 @@
-"""The variance of every photosite about a fit, from residuals that the fit has made smaller."""
+"""The variance of every photosite about a fit, from residuals corrected for leverage."""
 
 from __future__ import annotations
 
@@ -8,20 +8,19 @@ import numpy.typing as npt
 from camsim.core.arrays import F64
 
 _FEW = 8.0
-"""Free photosites, below which a group tells no variance of its own."""
+"""Degrees of freedom below which a group gives no separate variance."""
 
 
 def variances(d: F64, level: F64, r: F64, leverage: F64, *, away: float, rise: float) -> F64:
     """Return the variance of each photosite.
 
     d     : distance from the edge;  level: fitted signal, 0 on the dark side, 1 on the bright one;  r: residual
-    away  : how far from the edge its two sides begin
+    away  : distance from the edge at which its two sides begin
 
-    A photosite pulls the fit towards itself by its leverage, and its residual is smaller for it: for even noise
-    E[r²] = (1 − leverage)·σ². So Σr²/Σ(1 − leverage) is the variance of a group; of one photosite, or of the few on
-    the rise of a sharp edge, the quotient of two small numbers says next to nothing. Noise changes with the light, as
-    photon noise does: it is taken from the two sides, and between them in proportion to the level. What is found near
-    the edge beyond that is what the model does not follow, and comes on top there.
+    Leverage reduces the residual of a photosite: for uniform noise E[r²] = (1 − leverage)·σ². So Σr²/Σ(1 − leverage)
+    is the variance of a group; for one photosite, or the few on the rise of a sharp edge, this quotient of two small
+    numbers is uninformative. Noise depends on the light, as photon noise does: it is estimated on the two sides and
+    interpolated by level. Excess near the edge is model misfit, and is added there.
     """
     square, free = r * r, np.maximum(1.0 - leverage, 0.0)
 

@@ -1,4 +1,4 @@
-"""What is in front of the camera, as it falls on the sensor: flat shapes, each with a spectrum."""
+"""Scenes in sensor coordinates: flat shapes, each with a spectrum."""
 
 from camsim.scene import charts
 from camsim.scene.arrange import Arrangement, arrange

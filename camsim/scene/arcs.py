@@ -1,8 +1,9 @@
-"""Curves as arcs of circles, two by two: the way in which the check follows what bends, and by which lines are drawn.
+"""Curves approximated by biarcs, used by the check of curved outlines and to stroke lines.
 
-A pair of arcs that leaves and arrives as the curve does lies off it by about h³·|κ′|/324, to one side in its first half
-and to the other in its second. So what it gives and takes away is nearly the same; by how much it is not, is measured,
-and where that is too much, its arcs meet where it is the same.
+A biarc with the end directions of the curve deviates by about h³·|κ′|/324, to one side in its first half and to the
+other in its second. So the areas nearly cancel; the difference is measured, and where it is too large, the joint of
+the arcs is moved so that the areas cancel.
+
 Places are complex numbers here.
 """
 
@@ -19,40 +20,40 @@ from camsim.scene.curves import ARC, CUBIC, Curves
 
 HALVINGS = 40
 BESIDE = 0.02  # of an arc's length
-LOOKED_AT = (0.15, 0.3, 0.5, 0.7, 0.85)  # of a piece: where the distance is measured
+LOOKED_AT = (0.15, 0.3, 0.5, 0.7, 0.85)  # parameters of a piece at which the distance is measured
 MOST_BEND = 0.5  # of a piece, radians
-OF_CUT = 12.0  # times what is allowed: half of a pair gives or takes a third of its length times how far off it is
-ROUNDING = 1e-15  # of the largest coordinate: so far off places may be, and areas by that times their length
+OF_CUT = 12.0  # times the allowed: half of a biarc has an area error of a third of its length times its deviation
+ROUNDING = 1e-15  # of the largest coordinate: error of places; that of areas is this times their length
 LONGER, MUCH_LONGER, SECANTS = 1.1, 2.0, 3  # times, for the sake of areas: what is tried first, the most, and how often
-STRAIGHT_SINE = 5e-8  # half the turn of an arc that is a straight line as far as numbers go
-NOWHERE = 1e100  # off, pitches: far from any arc, and still a number to multiply with 0
-FAR_PART = 0.5  # of what is allowed, for all that is far away
-TOO_FLAT = 1600.0  # times what is allowed: what is so far off for its centre's being so far away is no arc but lines,
-STRAIGHT = 80.0  # and these need be no nearer than so: a tenth of the tolerance, for what numbers hardly know
+STRAIGHT_SINE = 5e-8  # half the turn below which an arc is numerically straight
+NOWHERE = 1e100  # distance, pitches: far from any arc, and still finite
+FAR_PART = 0.5  # of the allowed error, for all distant parts
+TOO_FLAT = 1600.0  # times the allowed: parts whose radius is too large for such accuracy are drawn as lines,
+STRAIGHT = 80.0  # and these need only this accuracy: a tenth of the tolerance, at the limit of rounding
 
 
 class Away(Protocol):
-    """How much less closely curves need be followed the farther away they are."""
+    """Accuracy required of distant curves, which decreases with distance."""
 
     def reached_by(self, curves: Curves) -> bool:
-        """Return whether any of curves comes out of what is near."""
+        """Return whether any of the curves leaves the near region."""
         ...
 
     def much_of(self, curves: Curves) -> float:
-        """Return how much of curves is far away: what is allowed is shared by it."""
+        """Return the amount of distant curves, among which the allowed error is shared."""
         ...
 
     def enough(self, begin: C128, finish: C128, allowed: float) -> F64:
-        """Return how far off it may be at the most what curves have between places (n,), 0 where they are near."""
+        """Return the largest allowed deviation of curves between places (n,), 0 where they are near."""
         ...
 
 
 class Fineness(NamedTuple):
-    """How closely curves are followed; pitches.
+    """Accuracy of the approximation of curves; pitches.
 
-    longest : the shortest wave that passes
-    allowed : error of a photosite, of full scale
-    away    : what is less loud the farther away it is; None where that is not known
+    longest : shortest wavelength that the optics transmit
+    allowed : error of a photosite, relative to full scale
+    away    : accuracy of distant parts; None if the decay of the PSF is unknown
     """
 
     longest: float = 1.0
@@ -61,14 +62,14 @@ class Fineness(NamedTuple):
 
     @property
     def most_off(self) -> float:
-        """How far off its curve an arc may lie at the most."""
+        """Largest deviation of an arc from its curve."""
         return self.longest * math.sqrt(self.allowed / math.pi)
 
 
 class Arcs(NamedTuple):
     """Straight or round parts (n,), in order along their curves.
 
-    owner : whose;  start, end: complex;  bend_rad: how far the direction turns along it (0: straight)
+    owner : index of the curve;  start, end: complex;  bend_rad: how far the direction turns along it (0: straight)
     """
 
     owner: I64
@@ -78,10 +79,10 @@ class Arcs(NamedTuple):
 
 
 def arcs_of(curves: Curves, fine: Fineness, *, cut: bool = False, least: float = 0.0) -> Arcs:
-    """Follow curves that are neither straight nor circles.
+    """Approximate curves that are neither straight nor circles.
 
-    cut   : others may cross them: then half of a pair is to have its area too, for a few pairs
-    least : pitches: a line stands for what turns back in less room than that, as in a cusp, where no pair ever fits
+    cut   : others may cross them: then each half of a biarc must match its area, for a few pairs
+    least : pitches: parts that turn back within less, as in a cusp, where no biarc fits, become lines
     """
     owner = np.repeat(np.arange(len(curves.kind)), 4)
     t0 = np.tile(np.arange(4) / 4.0, len(curves.kind))
@@ -103,7 +104,7 @@ def arcs_of(curves: Curves, fine: Fineness, *, cut: bool = False, least: float =
         if cut:
             good &= off * length <= OF_CUT * fine.allowed * fine.longest**2
         good &= gained <= np.maximum(0.25 * fine.allowed * fine.longest**2 * (some.t1 - some.t0), rounding * length)
-        # All of what lies between, of whichever sign.
+        # Total absolute area between them.
         good |= off <= 0.5 * fine.allowed * fine.longest
         if away is not None:
             enough = away.enough(some.begin, some.finish, of_far)
@@ -121,7 +122,7 @@ def arcs_of(curves: Curves, fine: Fineness, *, cut: bool = False, least: float =
         stretches = _stretches(curves, owner, t0, t1)
         pairs = _pairs(stretches, np.ones(len(owner)))
         good = close(stretches, pairs)
-        # Pairs that give too much area, or too little, meet elsewhere; lines do for what is as good as straight.
+        # Biarcs with a wrong area get another joint; nearly straight parts become lines.
         for others_of in (_of_one_area, lines_of):
             poor = np.flatnonzero(~good)
             some = stretches.some(poor)
@@ -153,7 +154,7 @@ def arcs_of(curves: Curves, fine: Fineness, *, cut: bool = False, least: float =
 
 
 def _areas(pairs: Arcs) -> F64:
-    """Return the areas (n,) between pairs of arcs and the chords from their begins to their ends; see Curves.areas."""
+    """Return the areas (n,) between biarcs and their chords; see Curves.areas."""
     chord = pairs.end - pairs.start
     bend = pairs.bend_rad
     small = np.abs(bend) < 1e-2
@@ -172,7 +173,7 @@ def _picked(pairs: Arcs, which: np.ndarray) -> Arcs:
 
 
 def _places(curves: Curves, owner: I64, t: F64) -> tuple[C128, C128]:
-    """Return places and directions of curves, each at its parameter."""
+    """Return points and directions of curves, each at its parameter."""
     p = curves.points[owner, :, 0] + 1j * curves.points[owner, :, 1]
     a, b, c, d = p.T
     kind, turn = curves.kind[owner], curves.turn_rad[owner]
@@ -187,7 +188,7 @@ def _places(curves: Curves, owner: I64, t: F64) -> tuple[C128, C128]:
     )
     place = np.where(kind == CUBIC, s * abc + t * bcd, np.where(kind == ARC, round_place, s * a + t * d))
     way = np.where(kind == CUBIC, bcd - abc, np.where(kind == ARC, round_way, d - a))
-    # Where control points coincide the direction is that of the next ones.
+    # If control points coincide, the direction is that of the next ones.
     none = (np.abs(way) <= 1e-14 * (np.abs(b - a) + np.abs(c - b) + np.abs(d - c))) & (kind == CUBIC)
     way = np.where(none, np.where(t < 0.5, np.where(c != a, c - a, d - a), np.where(d != b, d - b, d - a)), way)
     size = np.abs(way)
@@ -195,7 +196,7 @@ def _places(curves: Curves, owner: I64, t: F64) -> tuple[C128, C128]:
 
 
 class _Stretches(NamedTuple):
-    """Parts of curves from t0 to t1: where they begin and end, their directions there, and areas over their chords."""
+    """Parts of curves from t0 to t1: end points, directions there, and areas over their chords."""
 
     owner: I64
     t0: F64
@@ -207,14 +208,14 @@ class _Stretches(NamedTuple):
     areas: F64
 
     def some(self, which: I64) -> _Stretches:
-        """Return picked ones."""
+        """Return the selected ones."""
         begin, out, finish, into = (places[which] for places in (self.begin, self.out, self.finish, self.into))
         owner, t0, t1, areas = self.owner[which], self.t0[which], self.t1[which], self.areas[which]
         return _Stretches(owner, t0, t1, begin, out, finish, into, areas)
 
 
 def _stretches(curves: Curves, owner: I64, t0: F64, t1: F64) -> _Stretches:
-    """Cut them out; what begins or ends with its curve does so at the very same place."""
+    """Cut stretches out of curves; ends of a curve keep their exact coordinates."""
     begin, out = _places(curves, owner, t0)
     finish, into = _places(curves, owner, t1)
     one = curves.points[owner]
@@ -224,9 +225,9 @@ def _stretches(curves: Curves, owner: I64, t0: F64, t1: F64) -> _Stretches:
 
 
 def _pairs(stretches: _Stretches, longer: F64) -> Arcs:
-    """Return pairs of arcs (n, 2); ``longer``: times as long are the first one's tangents as where all four are alike.
+    """Return biarcs (n, 2); ``longer``: length of the first tangents relative to the case of four equal ones.
 
-    The tangents d and e, from either end to where they meet the other's, are together as long as what is between.
+    The distance between the ends of the tangents d and e equals d + e.
     """
     begin, out, finish, into = stretches[3:7]
     chord = finish - begin
@@ -234,7 +235,7 @@ def _pairs(stretches: _Stretches, longer: F64) -> Arcs:
     along = (chord * (out + into).conj()).real
     apart = 2.0 * (1.0 - (out * into.conj()).real)
     root = np.sqrt(along * along + apart * size * size)
-    # The smaller of the two lengths of all tangents alike, in the form that does not cancel.
+    # The smaller of the two lengths of equal tangents, in the form without cancellation.
     d = longer * (size * size / np.where(along + root > 0.0, along + root, 1.0))
     under = (chord * into.conj()).real + 0.5 * d * apart
     e = (0.5 * size * size - d * (chord * out.conj()).real) / np.where(under > 0.0, under, 1.0)
@@ -251,7 +252,7 @@ def _pairs(stretches: _Stretches, longer: F64) -> Arcs:
 
 
 def _lines(curves: Curves, stretches: _Stretches) -> Arcs:
-    """Return pairs of straight lines from where stretches begin to where they end, by their curves' places between."""
+    """Return pairs of straight lines between the ends of stretches, via a point of their curves."""
     begin, finish = stretches.begin, stretches.finish
     middle, _ = _places(curves, stretches.owner, 0.5 * (stretches.t0 + stretches.t1))
     start, end = np.stack([begin, middle], axis=1), np.stack([middle, finish], axis=1)
@@ -259,7 +260,7 @@ def _lines(curves: Curves, stretches: _Stretches) -> Arcs:
 
 
 def _room(curves: Curves, stretches: _Stretches) -> F64:
-    """Return how far stretches come from where they begin, as far as they are looked at."""
+    """Return the largest distance of sampled points of stretches from their starts."""
     room = np.abs(stretches.finish - stretches.begin)
     for share in LOOKED_AT:
         place, _ = _places(curves, stretches.owner, stretches.t0 + share * (stretches.t1 - stretches.t0))
@@ -268,7 +269,7 @@ def _room(curves: Curves, stretches: _Stretches) -> F64:
 
 
 def _of_one_area(stretches: _Stretches) -> Arcs:
-    """Return the pairs of arcs that have their curves' areas, as nearly as a few secants find them."""
+    """Return biarcs with the areas of their curves, by a few secant steps."""
     last, now = np.ones(len(stretches.owner)), np.full(len(stretches.owner), LONGER)
     before = _areas(_pairs(stretches, last)) - stretches.areas
     for _ in range(SECANTS):
@@ -279,14 +280,14 @@ def _of_one_area(stretches: _Stretches) -> Arcs:
 
 
 def _radius(pairs: Arcs) -> F64:
-    """Return the larger radius (n,) of each pair; 0 of what is straight."""
+    """Return the larger radius (n,) of each pair; 0 if straight."""
     chord, sine = np.abs(pairs.end - pairs.start), np.sin(0.5 * np.abs(pairs.bend_rad))
     radius: F64 = np.where(sine > 0.0, 0.5 * chord / np.where(sine > 0.0, sine, 1.0), 0.0).max(axis=1)
     return radius
 
 
 def _fit(curves: Curves, stretches: _Stretches, pairs: Arcs) -> tuple[F64, F64, F64, F64]:
-    """Return how far pairs are off, how far they turn, how long they are, and what area they give or take."""
+    """Return deviation, turn, length and area error of biarcs."""
     t0, t1 = stretches.t0, stretches.t1
     off = np.zeros(len(t0))
     for share in LOOKED_AT:
@@ -299,7 +300,7 @@ def _fit(curves: Curves, stretches: _Stretches, pairs: Arcs) -> tuple[F64, F64, 
 
 
 def _distance(place: C128, start: C128, end: C128, bend: F64) -> F64:
-    """Return how far places are from arcs; infinity beside them."""
+    """Return the distances of points from arcs; infinity outside their span."""
     chord = end - start
     size = np.where(np.abs(chord) > 0.0, np.abs(chord), 1.0)
     local = (place - start) * chord.conj() / size

@@ -1,4 +1,4 @@
-"""Painter's order resolved: what is visible, as edges with a spectrum on either side."""
+"""Painter's order resolved: the visible regions, as edges with a spectrum on either side."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Arrangement:
                        (in a frame with y down that is the viewer's right), and of the other side
     spectra          : distinct reflectances; index 0 is the background
     sides            : (primitives,) of each shape's outlines, before one covers another
-    hidden           : (primitives,) those that lie wholly under a single later one
+    hidden           : (primitives,) those fully covered by a single later one
     """
 
     start_um: F64
@@ -41,7 +41,7 @@ class Arrangement:
 
     @property
     def outline_edges(self) -> int:
-        """Sides of all shapes."""
+        """Number of sides of all shapes."""
         return int(self.sides.sum())
 
 
@@ -51,10 +51,10 @@ def arrange(
     *,
     primitives: list[Primitive] | None = None,
 ) -> Arrangement:
-    """Cut away what later shapes cover, join regions of equal spectrum, and list the edges that remain.
+    """Remove covered parts, join regions of equal spectrum, and list the remaining edges.
 
-    limits     : how finely curved outlines are cut into sides (``sides.polygons``)
-    primitives : of the scene, where they are there already
+    limits     : resolution of curved outlines as sides (``sides.polygons``)
+    primitives : of the scene, if already computed
 
     Every visible region contributes its outline against the background; where two regions share an edge
     exactly, the two become one edge with both spectra. Equal spectra on both sides leave no edge.
@@ -116,7 +116,7 @@ def arrange(
 
 
 class _Drawn(NamedTuple):
-    """Sides of discs: whose (n,), where, and the region beyond."""
+    """Sides of discs: owner (n,), end points, and the region beyond."""
 
     owner: I64
     start: F64
@@ -128,7 +128,7 @@ _NOTHING = _Drawn(np.empty(0, np.int64), np.empty((0, 2)), np.empty((0, 2)), np.
 
 
 def _rims_drawn(rims: Rims, outlines: Outlines, limits: SideLimits) -> _Drawn:
-    """Return the sides of what is seen of rims; ``rims.disc`` numbers primitives."""
+    """Return the sides of visible parts of rims; ``rims.disc`` indexes primitives."""
     whole = rims.some(rims.whole)
     order = np.argsort(whole.disc)
     closed_ones = outlines.some(whole.disc[order]).polygons(limits)
@@ -159,7 +159,7 @@ def _alone_drawn(outlines: Outlines, polygons: Polygons, regions: I64, alone: np
 def _rings_drawn(
     seen: list[tuple[Primitive, int]], rings: list[list[F64]], covers: Covers
 ) -> tuple[F64, F64, I64, I64]:
-    """Return the edges of what is seen of polygons that others touch."""
+    """Return the edges of visible parts of polygons that touch others."""
     if not seen:
         return _NOTHING.start, _NOTHING.end, _NOTHING.owner, _NOTHING.right
     starts: list[F64] = []
@@ -179,13 +179,13 @@ def _rings_drawn(
 
 
 def _long(start: F64, end: F64) -> np.ndarray:
-    """Return which edges contribute: those whose squared length is still a number above 0."""
+    """Return a mask of edges that contribute: squared length above 0 without underflow."""
     long: np.ndarray = np.sum((end - start) ** 2, axis=1) > 0.0
     return long
 
 
 def _merge_shared(start: F64, end: F64, left: I64) -> tuple[F64, F64, I64, I64]:
-    """Make one edge of two that run along each other in opposite directions; drop it when both sides are equal."""
+    """Merge coincident edges of opposite directions into one; drop it if both sides are equal."""
     right = np.zeros_like(left)
     flip = (end[:, 0] < start[:, 0]) | ((end[:, 0] == start[:, 0]) & (end[:, 1] < start[:, 1]))
     line = np.where(flip[:, None], np.hstack([end, start]), np.hstack([start, end]))

@@ -1,4 +1,4 @@
-"""Which places shapes cover: asked of the curves themselves, whose crossings of a horizontal are counted."""
+"""Point-in-shape tests on exact curves, by counting crossings of a horizontal."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from camsim.scene.curves import ARC, CUBIC, Curves
 from camsim.scene.outlines import Outlines
 from camsim.scene.primitives import Primitive
 
-HALVINGS = 60  # of a stretch: then its two ends are one number
+HALVINGS = 60  # of a stretch: then its two ends are equal numbers
 AT_ONCE = 1 << 20  # stretches times places
 
 
 def covered(places_um: F64, before: I64, primitives: Sequence[Primitive]) -> np.ndarray:
-    """Return which places (n, 2) primitives cover; before: (n,) the first of them, in painter's order, that may.
+    """Return a mask of places (n, 2) covered by primitives; before: (n,) index of the first primitive to test.
 
     >>> import numpy as np
     >>> from camsim.scene import Disc, flattened
@@ -46,7 +46,7 @@ def covered(places_um: F64, before: I64, primitives: Sequence[Primitive]) -> np.
 
 
 def _covers(primitive: Primitive, places: F64) -> np.ndarray:
-    """Return which places some fill of every layer covers."""
+    """Return a mask of places covered by some fill in every layer."""
     all_layers = np.ones(len(places), bool)
     for layer in primitive.layers:
         filled = np.zeros(len(places), bool)
@@ -58,11 +58,11 @@ def _covers(primitive: Primitive, places: F64) -> np.ndarray:
 
 
 class _Stretches(NamedTuple):
-    """Parts of curves along which y only rises or only falls.
+    """Parts of curves along which y is monotone.
 
-    curves       : of each its own, none for a loop
-    begin, end   : shares of its parameter;  y0, y1: there, the very numbers with which the next one begins
-    left, right  : x on either side of all of its curve
+    curves       : the curve of each, without loops
+    begin, end   : parameters;  y0, y1: y there, bit-identical to those of adjacent stretches
+    left, right  : bounds of x over the curve
     """
 
     curves: Curves
@@ -75,7 +75,7 @@ class _Stretches(NamedTuple):
 
     @classmethod
     def of(cls, curves: Curves) -> _Stretches:
-        """Cut curves where they turn."""
+        """Cut curves at extrema of y."""
         turns = _turns(curves)
         count = len(turns)
         shares = np.concatenate([np.zeros((count, 1)), turns, np.ones((count, 1))], axis=1)
@@ -92,13 +92,13 @@ class _Stretches(NamedTuple):
 
 
 def _turns(curves: Curves) -> F64:
-    """Return shares (n, 3) of curves' parameters where y may turn, in order, 1 where it does not."""
+    """Return parameters (n, 3) of extrema of y, in order, 1 if none."""
     shares = np.ones((len(curves.kind), 3))
     y = curves.points[..., 1]
     if (cubic := np.flatnonzero(curves.kind == CUBIC)).size:
         a, b, c = np.diff(y[cubic], axis=1).T
         square, half = a - 2.0 * b + c, a - b
-        # The two roots of square·t² − 2·half·t + a, neither by a difference of what is nearly one.
+        # The two roots of square·t² − 2·half·t + a, without cancellation.
         root = np.sqrt(np.maximum(half * half - square * a, 0.0))
         sum_ = half + np.where(half < 0.0, -root, root)
         for column, (over, under) in enumerate(((sum_, square), (a, sum_))):
@@ -114,7 +114,7 @@ def _turns(curves: Curves) -> F64:
 
 
 def _windings(of: _Stretches, places: F64) -> I64:
-    """Return how often curves wind about places (n, 2): what crosses the horizontal to their right, up less down."""
+    """Return winding numbers of curves about places (n, 2): crossings of the horizontal to the right, up minus down."""
     turns = np.zeros(len(places), np.int64)
     step = max(1, AT_ONCE // max(1, len(of.begin)))
     for begin in range(0, len(places), step):
@@ -130,7 +130,7 @@ def _windings(of: _Stretches, places: F64) -> I64:
 
 
 def _crossing(of: _Stretches, which: I64, y: F64) -> F64:
-    """Return x where stretches cross horizontals, each its own, by halving."""
+    """Return x at which stretches cross their horizontals, by bisection."""
     curves, low, high = of.curves.some(which), of.begin[which], of.end[which]
     rises = of.y1[which] > of.y0[which]
     for _ in range(HALVINGS):

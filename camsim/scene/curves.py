@@ -11,7 +11,7 @@ import numpy as np
 from camsim.core.arrays import F64, I64
 
 STRAIGHT, CUBIC, ARC = 0, 1, 2
-ROUND = 1e-12  # by which half axes of a circle differ, relative
+ROUND = 1e-12  # largest relative difference of half axes of a circle
 
 
 class Curves(NamedTuple):
@@ -19,9 +19,9 @@ class Curves(NamedTuple):
 
     points   : (n, 4, 2) x, y in µm: start, two more, end. The two are a cubic's control points; of an arc they are the
                vectors u, v of two half axes, start − u is its centre and centre + u·cos φ + v·sin φ runs along it
-    turn_rad : (n,) of an arc, how far φ goes from 0 on
+    turn_rad : (n,) of an arc, the range of φ from 0
     kind     : (n,) STRAIGHT, CUBIC or ARC
-    first    : (loops + 1,) where each loop begins
+    first    : (loops + 1,) index of the first piece of each loop
     """
 
     points: F64
@@ -30,31 +30,31 @@ class Curves(NamedTuple):
     first: I64
 
     def moved(self, matrix: F64) -> Curves:
-        """Return them under x, y → matrix · (x, y, 1); matrix (2, 3)."""
+        """Return the curves transformed by x, y → matrix · (x, y, 1); matrix (2, 3)."""
         return self._replace(points=np.einsum("ij,nkj->nki", matrix[:, :2], self.points)).shifted(matrix[:, 2])
 
     def shifted(self, by_um: F64) -> Curves:
-        """Return them moved by a vector."""
+        """Return the curves translated by a vector."""
         places, arcs = self.points + by_um, self.kind == ARC
         if arcs.any():
             places[arcs, 1:3] = self.points[arcs, 1:3]
         return self._replace(points=places)
 
     def some(self, which: I64 | np.ndarray) -> Curves:
-        """Return picked pieces, with no loops."""
+        """Return the selected pieces, without loops."""
         return Curves(self.points[which], self.turn_rad[which], self.kind[which], np.zeros(1, np.int64))
 
     def loops(self, which: Sequence[int]) -> Curves:
-        """Return picked loops."""
+        """Return the selected loops."""
         pieces = np.concatenate([np.arange(self.first[loop], self.first[loop + 1]) for loop in which])
         first = np.cumsum([0, *np.diff(self.first)[list(which)]])
         return self.some(pieces)._replace(first=first)
 
     def at(self, t: F64) -> F64:
-        """Return places (n, 2), one on each piece, at shares t (n,) of its parameter."""
+        """Return points (n, 2), one on each piece, at parameters t (n,) in 0..1."""
         p = self.points
         places: F64 = p[:, 0] + t[:, None] * (p[:, 3] - p[:, 0])
-        # Each kind by itself: crowds of discs have no cubics, and letters no arcs.
+        # Each kind separately: many scenes have only one.
         if (which := np.flatnonzero(self.kind == CUBIC)).size:
             (a, b, c, d), u = _columns(p, which), t[which]
             s = 1.0 - u
@@ -81,17 +81,19 @@ class Curves(NamedTuple):
         return first, second
 
     def areas(self, t0: F64, t1: F64) -> F64:
-        """Return the areas (n,) between pieces from t0 to t1 and their chords, above 0 where they bulge outwards of
-        what lies where the cross product is positive."""
+        """Return the areas (n,) between pieces from t0 to t1 and their chords.
+
+        Positive where they bulge away from the side on which the cross product is positive.
+        """
         areas = np.zeros(len(t0))
         if (which := np.flatnonzero(self.kind == CUBIC)).size:
             edges, begin, end = np.diff(_columns(self.points, which), axis=0), t0[which], t1[which]
             one, middle, three = (_slope(edges, t) for t in (begin, 0.5 * (begin + end), end))
-            # Simpson's rule has the chord of slopes that are parabolas; of the area it leaves one product.
+            # Simpson's rule is exact for the quadratic slopes' chord; the area needs one more product.
             areas[which] = 0.3 * (end - begin) ** 2 * cross((2.0 * middle + 0.5 * one).T, (three - one).T)
         if (which := np.flatnonzero(self.kind == ARC)).size:
             angle = self.turn_rad[which] * (t1 - t0)[which]
-            # φ − sin φ without its cancellation.
+            # φ − sin φ without cancellation.
             square = angle * angle
             series = angle * square / 6.0 * (1.0 - square / 20.0 * (1.0 - square / 42.0 * (1.0 - square / 72.0)))
             segment = np.where(np.abs(angle) < 0.1, series, angle - np.sin(angle))
@@ -100,7 +102,7 @@ class Curves(NamedTuple):
 
     @property
     def boxes(self) -> F64:
-        """Boxes (n, 4) around them: low x, low y, high x, high y, none too small."""
+        """Bounding boxes (n, 4) of the pieces, possibly too large: low x, low y, high x, high y."""
         p = self.points
         arc = self.kind == ARC
         reach = np.where(arc[:, None], np.hypot(p[:, 1], p[:, 2]), 0.0)
@@ -112,12 +114,12 @@ class Curves(NamedTuple):
 
     @property
     def extent(self) -> F64:
-        """The box (4,) about all of them, exactly: low x, low y, high x, high y."""
+        """The exact bounding box (4,) of all pieces: low x, low y, high x, high y."""
         p, places = self.points, [self.points[:, 0]]
         arc, cubic = self.kind == ARC, self.kind == CUBIC
         a, b, c = np.diff(p, axis=1).transpose(1, 2, 0)  # of cubics, edges (2, n) between control points
         with np.errstate(divide="ignore", invalid="ignore"):
-            # Where neither x nor y changes: on ellipses at two opposite angles, on cubics at a square's roots.
+            # Extrema of x and y: on ellipses at two opposite angles, on cubics at roots of a quadratic.
             half = np.abs(b - a) + np.sqrt((b - a) ** 2 - a * (a - 2.0 * b + c))
             half = -np.where(b >= a, half, -half)
             bends = half / (a - 2.0 * b + c), a / half
@@ -132,12 +134,12 @@ class Curves(NamedTuple):
 
     @property
     def loop(self) -> I64:
-        """Which loop each belongs to (n,)."""
+        """Index of the loop of each piece (n,)."""
         return np.repeat(np.arange(len(self.first) - 1), np.diff(self.first))
 
 
 def _columns(points: F64, which: I64) -> F64:
-    """Return picked points (4, 2, n): rows as long as there are pieces are several times as quick as rows of two."""
+    """Return selected points (4, 2, n): long rows are several times faster than rows of two."""
     return np.ascontiguousarray(points[which].transpose(1, 2, 0))
 
 
@@ -149,7 +151,7 @@ def _slope(edges: F64, t: F64) -> F64:
 
 
 def circles_among(curves: Curves) -> np.ndarray:
-    """Return which pieces are parts of circles."""
+    """Return a mask of pieces that are parts of circles."""
     u, v = curves.points[:, 1], curves.points[:, 2]
     size = np.hypot(u[:, 0], u[:, 1])
     same = np.abs(np.hypot(v[:, 0], v[:, 1]) - size) <= ROUND * size
@@ -165,7 +167,7 @@ def cross(a: F64, b: F64) -> F64:
 
 
 def joined(parts: Sequence[Curves]) -> Curves:
-    """Return the loops of several as one."""
+    """Return several Curves concatenated."""
     if len(parts) == 1:
         return parts[0]
     counts = np.cumsum([0, *(len(part.kind) for part in parts)])
@@ -179,7 +181,7 @@ def joined(parts: Sequence[Curves]) -> Curves:
 
 
 def through(corners: F64) -> Curves:
-    """Return straight pieces round corners (n, 2)."""
+    """Return the closed polygon of corners (n, 2)."""
     count = len(corners)
     points = np.empty((count, 4, 2))
     points[:, 0] = points[:, 1] = corners
@@ -195,9 +197,9 @@ def around(centre: Sequence[float] | F64, u: F64, v: F64) -> Curves:
 
 
 class Pen:
-    """Draws loops piece by piece, each from where the one before ended; a loop left open is closed by a straight one.
+    """Draws loops piece by piece, each from the end of the previous one; open loops are closed by a straight piece.
 
-    Pieces that go nowhere are left out.
+    Pieces of zero length are omitted.
     """
 
     def __init__(self) -> None:
@@ -208,7 +210,7 @@ class Pen:
         self.start = self.place = (0.0, 0.0)
 
     def move(self, x: float, y: float) -> None:
-        """Close what is open and begin a loop."""
+        """Close an open loop and begin a new one."""
         self.close()
         self.start = self.place = (x, y)
 
@@ -218,7 +220,7 @@ class Pen:
             self._add((self.place, self.place, (x, y), (x, y)), 0.0, STRAIGHT)
 
     def quadratic(self, x1: float, y1: float, x: float, y: float) -> None:
-        """Draw a parabola: the same as a cubic."""
+        """Draw a quadratic Bézier curve, as a cubic."""
         x0, y0 = self.place
         one = (x0 + 2.0 / 3.0 * (x1 - x0), y0 + 2.0 / 3.0 * (y1 - y0))
         self.cubic(*one, x + 2.0 / 3.0 * (x1 - x), y + 2.0 / 3.0 * (y1 - y), x, y)
@@ -237,7 +239,7 @@ class Pen:
             return
         x0, y0 = self.place
         c, s = math.cos(math.radians(rotate_deg)), math.sin(math.radians(rotate_deg))
-        # In units of the half axes, turned: a circle of radius 1 through two points half the chord from its middle.
+        # In rotated units of the half axes: a circle of radius 1 through two points half a chord from its midpoint.
         px, py = (c * 0.5 * (x0 - x) + s * 0.5 * (y0 - y)) / rx, (c * 0.5 * (y0 - y) - s * 0.5 * (x0 - x)) / ry
         half = math.hypot(px, py)
         if half > 1.0:
@@ -251,14 +253,14 @@ class Pen:
         self._add((self.place, *axes, (x, y)), turn, ARC)
 
     def close(self) -> None:
-        """Close the loop; the next begins where it began."""
+        """Close the loop; the next one begins at its start."""
         self.line(*self.start)
         if len(self._kind) > self._first[-1]:
             self._first.append(len(self._kind))
         self.place = self.start
 
     def curves(self) -> Curves:
-        """Return what was drawn."""
+        """Return the drawn curves."""
         self.close()
         return Curves(
             np.array(self._points).reshape(-1, 4, 2),

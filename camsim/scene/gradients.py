@@ -1,4 +1,4 @@
-"""Gradients and sinusoids: fields between two reflectances, known everywhere."""
+"""Gradients and sinusoids: analytic fields between two reflectances."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Cycles = Annotated[int, Ge(1), Le(100_000)]
 
 
 class Gradient(Field):
-    """What all have: a value from 0 to 1 at every place, which weighs the reflectance ``high`` against ``low``."""
+    """Common interface: a value from 0 to 1 at every point, which interpolates from ``low`` to ``high``."""
 
     __slots__ = ()
 
@@ -32,35 +32,35 @@ class Gradient(Field):
 
     @property
     def rotate_deg(self) -> float:
-        """How its own x and y lie, clockwise as displayed."""
+        """Rotation of its axes, clockwise as displayed."""
         return 0.0
 
     @property
     @abc.abstractmethod
     def half_um(self) -> tuple[float, float]:
-        """Half its extent along its own x and y."""
+        """Half its extent along its axes."""
 
     @property
     def cycles_per_um(self) -> float:
-        """The highest frequency that it has anywhere; 0 for what is a polynomial of the third degree at most."""
+        """Its highest local frequency; 0 for polynomials of degree 3 or less."""
         return 0.0
 
     @property
     def smallest_um(self) -> float:
-        """Over what length it may change in other ways than that."""
+        """Shortest length scale of other variations."""
         return math.inf
 
     @abc.abstractmethod
     def value(self, x_um: F64, y_um: F64) -> F64:
-        """Return its value at places from its centre along its own axes; beyond its rim it goes on smoothly."""
+        """Return its value at points relative to its centre, along its axes; continued smoothly beyond its rim."""
 
     @property
     def spectra(self) -> tuple[Spectrum, ...]:
-        """Of the planes: one of white where both reflectances are numbers, or else those of ``high`` and ``low``."""
+        """Spectra of the planes: white if both reflectances are numbers, else those of ``high`` and ``low``."""
         return (1.0,) if self._grey else (self.high, self.low)
 
     def planes_at(self, x_um: F64, y_um: F64) -> F64:
-        """Return (planes, …): what each spectrum weighs at places."""
+        """Return (planes, …): weights of the spectra at points."""
         value = self.value(x_um, y_um)
         return np.stack([self.low + (self.high - self.low) * value] if self._grey else [value, 1.0 - value])
 
@@ -70,7 +70,7 @@ class Gradient(Field):
 
     @property
     def reflectance(self) -> Spectrum:
-        """Half way from one to the other."""
+        """The mean of both reflectances."""
         if self._grey:
             return 0.5 * float(self.low + self.high)
         curves = [part for part in (self.low, self.high) if isinstance(part, Curve)]
@@ -164,7 +164,7 @@ class RadialGradient(Gradient):
         return self.radius_um, self.radius_um
 
     def value(self, x_um: F64, y_um: F64) -> F64:
-        """Return 1 less the square of the distance, in radii."""
+        """Return 1 minus the squared distance in radii."""
         value: F64 = 1.0 - (x_um * x_um + y_um * y_um) / self.radius_um**2
         return value
 
@@ -217,7 +217,7 @@ class SineGrating(Gradient):
 
     @property
     def cycles_per_um(self) -> float:
-        """That of its waves."""
+        """The frequency of its waves."""
         return 1.0 / self.period_um
 
     def value(self, x_um: F64, y_um: F64) -> F64:
@@ -274,18 +274,18 @@ class SineStar(Gradient):
 
     @property
     def cycles_per_um(self) -> float:
-        """That along its inner circle."""
+        """The frequency along its inner circle."""
         return self.cycles / (2.0 * math.pi * self.inner_radius_um)
 
     @property
     def smallest_um(self) -> float:
-        """Its inner radius: in the middle waves fade, where nothing of it is seen."""
+        """Its inner radius: inside, where it is invisible, the waves fade out."""
         return self.inner_radius_um
 
     def value(self, x_um: F64, y_um: F64) -> F64:
         """Return a wave of the angle."""
         distance = np.hypot(x_um, y_um) / self.inner_radius_um
-        # What is not seen of it fades with all derivatives: from 0.8 of the inner radius on it is whole.
+        # The invisible centre fades out smoothly: full amplitude from 0.8 of the inner radius.
         t = np.clip((distance - 0.3) / 0.5, 1e-9, 1.0 - 1e-9)
         size = 1.0 / (1.0 + np.exp(np.clip(1.0 / t - 1.0 / (1.0 - t), -700.0, 700.0)))
         value: F64 = 0.5 + 0.5 * size * np.cos(self.cycles * np.arctan2(y_um, x_um))
@@ -339,7 +339,7 @@ class SineZonePlate(Gradient):
 
     @property
     def cycles_per_um(self) -> float:
-        """That at its rim."""
+        """The frequency at its rim."""
         return 1.0 / self.finest_period_um
 
     def value(self, x_um: F64, y_um: F64) -> F64:

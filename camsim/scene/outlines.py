@@ -1,4 +1,4 @@
-"""The outlines of a scene's primitives together, what they cover, and what is seen in one place."""
+"""The outlines of all primitives of a scene, the areas they cover, and the surface visible at a point."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ from camsim.spectra.curve import Spectrum
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Outlines:
-    """The loops of all primitives together, and which are whose.
+    """The loops of all primitives, with their owners.
 
-    curves : all;  loop_of: (loops,) the primitive of each;  layer_of: (loops,) its layer, counted through all of them
+    curves : all;  loop_of: (loops,) the primitive of each;  layer_of: (loops,) its layer, numbered over all primitives
     simple : (primitives,) see ``Fill``
     """
 
@@ -35,7 +35,7 @@ class Outlines:
 
     @classmethod
     def of(cls, primitives: Sequence[Primitive]) -> Outlines:
-        """Collect them."""
+        """Return the outlines of primitives."""
         layers = [(number, layer) for number, one in enumerate(primitives) for layer in one.layers]
         parts = [(owner, k, fill.curves) for k, (owner, layer) in enumerate(layers) for fill in layer]
         loops = np.array([len(curves.first) - 1 for _, _, curves in parts], np.int64)
@@ -48,7 +48,7 @@ class Outlines:
         )
 
     def some(self, which: I64) -> Outlines:
-        """Return those of picked primitives, in the order of their numbers."""
+        """Return those of selected primitives, in the order of their numbers."""
         number = np.full(len(self.simple), -1)
         number[which] = np.arange(len(which))
         loops = number[self.loop_of] >= 0
@@ -64,7 +64,7 @@ class Outlines:
 
     @property
     def boxes(self) -> F64:
-        """Boxes (primitives, 4) about what each covers at the most: what all boxes about its layers have in common."""
+        """Boxes (primitives, 4) that contain each primitive: the intersection of the boxes of its layers."""
         boxes, around = self.curves.boxes, np.full((len(self.simple), 4), np.inf)
         around[:, 2:] = -np.inf
         if not len(boxes):
@@ -78,10 +78,10 @@ class Outlines:
         return around
 
     def polygons(self, limits: SideLimits, *, meets: np.ndarray | None = None) -> Polygons:
-        """Return all loops as polygons; ``meets``: (primitives,) those that another outline may cut, None for none."""
+        """Return all loops as polygons; ``meets``: (primitives,) those that another outline may cut; None: none."""
         if not len(self.owner):
             return Polygons(np.empty((0, 2)), np.zeros(1, np.int64))
-        # What clips many shapes is an outline of each: it is cut into sides once, and does not cut itself.
+        # A clip of many shapes is an outline of each: it is cut into sides once, and does not cut itself.
         kept, kind = _different(self.curves)
         curves = self.curves if len(kept) == len(kind) else self.curves.loops(kept.tolist())
         cut = None
@@ -90,7 +90,7 @@ class Outlines:
         return polygons(curves, limits, cut).some_of(kind)
 
     def each(self, sides: Polygons, which: I64) -> list[list[F64]]:
-        """Return the polygons of picked primitives, fill by fill."""
+        """Return the polygons of selected primitives, fill by fill."""
         begin, end = (np.searchsorted(self.loop_of, which, side) for side in ("left", "right"))
         return [
             [sides.corners_um[sides.first[loop] : sides.first[loop + 1]] for loop in range(*item)]
@@ -98,12 +98,12 @@ class Outlines:
         ]
 
     def rings(self, limits: SideLimits) -> list[list[F64]]:
-        """Return the polygons of each primitive, where no outline cuts another."""
+        """Return the polygons of each primitive, if no outlines cut one another."""
         return self.each(self.polygons(limits), np.arange(len(self.simple)))
 
 
 def _different(curves: Curves) -> tuple[I64, I64]:
-    """Return loops of which none is another's copy, and which of them each loop is, by all their bits."""
+    """Return the distinct loops, compared bitwise, and the index of each loop among them."""
     count = len(curves.first) - 1
     beginning, _ = same_rows(curves.points[curves.first[:-1]].reshape(count, 8))
     if len(beginning) == count:
@@ -120,7 +120,7 @@ def _different(curves: Curves) -> tuple[I64, I64]:
 
 
 def has_curves(primitives: Sequence[Primitive]) -> bool:
-    """Return whether any outline bends."""
+    """Return whether any outline is curved."""
     return any(bool(np.any(fill.curves.kind != STRAIGHT)) for one in primitives for fill in one.fills)
 
 
@@ -141,7 +141,7 @@ def area_of(primitive: Primitive, rings: list[F64]) -> Any:
 
 
 def loops_of(primitive: Primitive, side_um: float) -> list[F64]:
-    """Return the loops (n, 2) about what a primitive covers, to draw: holes run the other way, sides are this long."""
+    """Return the loops (n, 2) around a primitive, to draw: holes run the other way, sides are ``side_um`` long."""
     import shapely
 
     area = area_of(primitive, Outlines.of([primitive]).rings(SideLimits(side_um))[0])
@@ -151,7 +151,7 @@ def loops_of(primitive: Primitive, side_um: float) -> list[F64]:
 
 
 def surface_at(scene: Scene, x_um: float, y_um: float) -> Spectrum:
-    """Return what is seen in one place, of a picture its mean; curves are taken as polygons of many sides."""
+    """Return the visible surface at a point, for a picture its mean; curves are approximated by polygons."""
     import shapely
 
     primitives = flattened(scene.shapes)

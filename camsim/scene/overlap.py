@@ -1,4 +1,4 @@
-"""How much two areas have in common, to rounding and however they touch: nothing is cut, no faces are looked for."""
+"""Area of the intersection of two areas, robust to any contact: without clipping or faces."""
 
 from __future__ import annotations
 
@@ -13,9 +13,8 @@ from camsim.core.kernels import kernel
 def common_area(area: Any, other: Any) -> float:
     """Return the area that two Shapely areas have in common.
 
-    A place lies in an area where edges above it that run one way are one more than those that run the other way. So
-    what two areas have in common is ΣΣ ±∫min(yᵢ(x), yⱼ(x)) dx over pairs of their edges: sides that all but coincide
-    make no difference to any of these.
+    A point is inside an area if, among the edges above it, those in one direction exceed those in the other by one. So
+    the common area is ΣΣ ±∫min(yᵢ(x), yⱼ(x)) dx over pairs of edges, which is insensitive to nearly coincident sides.
 
     >>> import shapely
     >>> common_area(shapely.box(0, 0, 2, 2), shapely.box(1, 1, 4, 3))
@@ -24,16 +23,16 @@ def common_area(area: Any, other: Any) -> float:
     one, two = edges_of(area), edges_of(other)
     if not len(one) or not len(two):
         return 0.0
-    # About a place nearby, so that the numbers are small.
+    # Relative to a point nearby, for accuracy.
     low = np.minimum(one[:, :2].min(axis=0), two[:, :2].min(axis=0))
     edges = np.concatenate([one, two]) - np.tile(low, 2)
     order = np.argsort(np.minimum(edges[:, 0], edges[:, 2]), kind="stable")
-    order = order[edges[order, 0] != edges[order, 2]]  # nothing lies below what stands upright
+    order = order[edges[order, 0] != edges[order, 2]]  # vertical edges contribute no area
     return float(_common(edges[order], (order >= len(one)).astype(np.int64)))
 
 
 def edges_of(area: Any) -> F64:
-    """Return the edges (n, 4) about an area, x, y of both ends, the inside of each on the same side."""
+    """Return the edges (n, 4) of an area, x, y of both ends, with the inside on the same side."""
     import shapely
 
     rings = shapely.get_rings(shapely.get_parts(shapely.orient_polygons(area)))
@@ -45,9 +44,9 @@ def edges_of(area: Any) -> F64:
 
 @kernel(allocates=True)
 def _common(edges: F64, owner: I64) -> float:
-    """Edges (n, 4) in the order of their left ends, and which of the two areas each is of, 0 or 1.
+    """Return the common area; edges (n, 4) sorted by left end, owner: 0 or 1 of each.
 
-    A line goes from left to right: an edge that begins meets those of the other area that have begun and not ended.
+    Sweep from left to right: a starting edge is paired with the active edges of the other area.
     """
     begun, count = np.empty((2, len(edges)), np.int64), np.zeros(2, np.int64)
     total, lost = 0.0, 0.0
@@ -58,7 +57,7 @@ def _common(edges: F64, owner: I64) -> float:
         met = 0
         while met < count[other]:
             u0, v0, u1, v1 = edges[begun[other, met]]
-            if max(u0, u1) <= left:  # it has ended: the last one takes its place
+            if max(u0, u1) <= left:  # it has ended: replaced by the last one
                 count[other] -= 1
                 begun[other, met] = begun[other, count[other]]
                 continue
@@ -75,7 +74,7 @@ def _common(edges: F64, owner: I64) -> float:
             part = 0.5 * (high - low) * under
             if (x1 > x0) != (u1 > u0):
                 part = -part
-            # Kahan's sum: large parts take one another away.
+            # Kahan summation: large terms cancel.
             part -= lost
             raised = total + part
             lost = (raised - total) - part

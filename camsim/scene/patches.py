@@ -1,4 +1,4 @@
-"""Squares of a lattice cut by an outline: what of each lies within, as edges."""
+"""Squares of a lattice clipped by an outline, as edges."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from camsim.core.arrays import F64, I64
 
 
 def pieces_of(start: F64, end: F64, cut: I64) -> tuple[np.ndarray, F64]:
-    """Return what of each square lies within the outline, and its area."""
+    """Return the part of each square within the outline, and its area."""
     import shapely
 
     geometry = _geometry(start, end)
@@ -25,7 +25,7 @@ def pieces_of(start: F64, end: F64, cut: I64) -> tuple[np.ndarray, F64]:
 
 
 def _geometry(start: F64, end: F64) -> Any:
-    """Return the region of edges that lead from one to the next: outer rings less holes, with islands in holes."""
+    """Return the region of chained edges: outer rings minus holes, with islands in holes."""
     import shapely
 
     following: dict[tuple[float, float], list[int]] = {}
@@ -57,7 +57,7 @@ def _geometry(start: F64, end: F64) -> Any:
 
 
 def _holes_about(rings: list[Any], holes: list[Any]) -> I64:
-    """Return in how many holes each ring lies, itself not counted: an island lies in one, a hole of it likewise."""
+    """Return the number of other holes that contain each ring: an island is in one, and so is its hole."""
     import shapely
 
     ring, hole = shapely.STRtree(holes).query(np.array(rings, object), predicate="within")
@@ -74,7 +74,7 @@ def _taken(following: dict[tuple[float, float], list[int]], here: tuple[float, f
 
 
 def edges_of(pieces: np.ndarray, cut: I64) -> tuple[F64, F64, I64]:
-    """Return the edges of pieces, from the middles of their squares, and which piece each belongs to."""
+    """Return the edges of pieces, relative to the centres of their squares, and the piece of each."""
     import shapely
 
     # In the normal form outer rings run one way and holes the other.
@@ -84,5 +84,5 @@ def edges_of(pieces: np.ndarray, cut: I64) -> tuple[F64, F64, I64]:
     same = of_point[1:] == of_point[:-1]
     owner = of_part[of_ring[of_point[:-1][same]]]
     middle = cut[owner][:, ::-1] + 0.5
-    # Clockwise in axes with y up, so that the inside lies on the other side: turned round.
+    # Clockwise with y up, so the inside is on the other side: reversed.
     return points[1:][same] - middle, points[:-1][same] - middle, owner.astype(np.int64)

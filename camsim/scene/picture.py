@@ -25,7 +25,7 @@ from camsim.spectra.rgb import Encoding, linear_colours, rgb_basis
 
 MOST_PLANES = 64
 _ROUNDING = 1e-6  # of samples of reflectance in single precision
-_AT_ONCE = 1 << 14  # samples whose sums are looked at
+_AT_ONCE = 1 << 14  # samples examined at a time
 
 _OneSpectrum: TypeAlias = Annotated[
     Fraction | Annotated[Curve, After(lambda curve: curve.going_on("hold"))] | Component,
@@ -213,7 +213,7 @@ class Picture(Raster, Field):
 
     @property
     def reflectance(self) -> Spectrum:
-        """Its mean over all samples: what it is where only outlines are looked at."""
+        """Its mean over all samples: its surface where only outlines matter."""
         means = self.planes.mean(axis=(1, 2), dtype=np.float64)
         nodes, values = _tabulated(self.spectra)
         total = np.clip(np.einsum("p,pn->n", means, values), 0.0, 1.0)
@@ -245,7 +245,7 @@ def _tabulated(spectra: Sequence[Spectrum | Component]) -> tuple[F64, F64]:
 
 
 def _brightest(planes: NDArray[np.floating], values: F64) -> F64:
-    """Return (n,) the largest Σ plane × spectrum of all samples, or a bound that no wavelength's exceeds 1 by."""
+    """Return (n,) the largest Σ plane × spectrum over samples, or an upper bound if that does not exceed 1."""
     bound: F64 = np.einsum("p,pn->n", planes.max(axis=(1, 2)).astype(np.float64), values)
     if bound.max() <= 1.0 + _ROUNDING:
         return bound
@@ -264,7 +264,7 @@ _OF_RGB = "Picture.of_rgb"
 
 
 def _all_given(samples: ArrayLike, key: str, stage: str) -> NDArray[Any]:
-    """Return samples as an array; what is masked in one is no number."""
+    """Return samples as an array; masked ones become NaN."""
     if np.ma.is_masked(samples):
         message = "has masked samples; fill them (in numpy .filled(0.5)), or give a smaller picture"
         raise InvalidValueError(message, key=key, stage=stage)

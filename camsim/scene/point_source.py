@@ -1,4 +1,4 @@
-"""Points of light: all there is of a star, or of a pinhole far away, is how much light it sends."""
+"""Points of light, such as stars or distant pinholes, described by their total light."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from camsim.scene.shapes import Group
 from camsim.spectra.curve import NumberOrCurve, Reflectance, Spectrum, spectrum_at
 
 NOTHING = Group(shapes=())
-"""What a point looks like to those who look at outlines."""
+"""Outline of a point: none."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,12 +61,12 @@ class PointSource(Field):
         if self.electrons is None:
             return self
         most = float((electrons @ spectrum_at(self.reflectance, wavelength_nm)).max())
-        # What no channel sees is as good as nothing.
+        # Light without response in any channel counts as none.
         return dataclasses.replace(self, electrons=None, photosites=self.electrons / most if most > 0.0 else 1.0)
 
     @property
     def surfaces(self) -> tuple[Spectrum, ...]:
-        """Its own colour."""
+        """Its spectrum."""
         return (self.reflectance,)
 
     def frame(self, reflectance: Spectrum) -> Shape:

@@ -1,4 +1,4 @@
-"""What every shape is made of: closed outlines with a rule for what lies inside, and a spectrum."""
+"""Primitives of shapes: closed outlines with a fill rule, and a spectrum."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from camsim.scene.curves import Curves
 from camsim.spectra.curve import Spectrum
 
 MOST_PIECES = 5_000_000
-"""Sides and curves of a scene; what repeats or draws more is refused before memory is taken."""
+"""Most sides and curves of a scene; more are refused before memory is allocated."""
 
 MOST_DEPTH = 64
-"""Of groups within groups."""
+"""Most levels of nested groups."""
 
 FillRule = Literal["nonzero", "evenodd"]
 
 
 class Fill(NamedTuple):
-    """Everything that loops wind about: at all, or an odd number of times.
+    """The interior of loops: non-zero or odd winding number.
 
     simple : no loop crosses itself or another one; the first is the outline and the others are holes in it
     """
@@ -35,17 +35,17 @@ class Fill(NamedTuple):
 
 
 class Primitive(NamedTuple):
-    """What is painted in one go: places that lie in some fill of every layer (the shape, and what clips it)."""
+    """One painted area: points inside some fill of every layer (the shape, and its clips)."""
 
     layers: tuple[tuple[Fill, ...], ...]
     reflectance: Spectrum
 
     def moved(self, matrix: F64) -> Primitive:
-        """Return it under a linear map (2, 3)."""
+        """Return it transformed by a linear map (2, 3)."""
         return self._changed(lambda curves: curves.moved(matrix))
 
     def shifted(self, by_um: F64) -> Primitive:
-        """Return it moved by a vector."""
+        """Return it translated by a vector."""
         return self._changed(lambda curves: curves.shifted(by_um))
 
     def _changed(self, change: Callable[[Curves], Curves]) -> Primitive:
@@ -54,27 +54,27 @@ class Primitive(NamedTuple):
 
     @property
     def fills(self) -> Iterator[Fill]:
-        """All of them, layer by layer."""
+        """All fills, layer by layer."""
         return (fill for layer in self.layers for fill in layer)
 
     @property
     def simple(self) -> bool:
-        """Whether it is one outline with holes, none crossing."""
+        """Whether it is one outline with holes, without crossings."""
         return len(self.layers) == 1 and len(self.layers[0]) == 1 and self.layers[0][0].simple
 
 
 class Paints(Protocol):
-    """What knows how it is painted."""
+    """Protocol of objects that can be painted."""
 
     def primitives(self) -> Iterator[Primitive]:
-        """Return what is painted, one after the other; lengths in µm."""
+        """Return the primitives in painter's order; lengths in µm."""
         ...
 
 
 class Shape(Paints, Protocol):
     """What a scene is made of.
 
-    depth, pieces : of groups within groups, and of all sides and curves; a shape counts them before it makes them
+    depth, pieces : nesting of groups, and number of sides and curves; a shape counts them before it makes them
     """
 
     __slots__ = ()
@@ -97,19 +97,19 @@ def flattened(shapes: Iterable[Paints]) -> list[Primitive]:
     """
     painted: list[Primitive] = []
     for kind, alike in itertools.groupby(shapes, type):
-        same, together = list(alike), getattr(kind, "together", None)  # of thousands of discs a list at once
+        same, together = list(alike), getattr(kind, "together", None)  # thousands of discs are converted together
         painted.extend(together(same) if together else (one for shape in same for one in shape.primitives()))
     return painted
 
 
 def numbered(spectra: Sequence[Spectrum]) -> tuple[tuple[Spectrum, ...], I64]:
-    """Return the distinct ones in their order, and which of them each is.
+    """Return the distinct spectra in order, and the index of each.
 
     >>> numbered([0.5, 0.2, 0.5])
     ((0.5, 0.2), array([0, 1, 0]))
     """
     distinct: dict[Spectrum, int] = {}
-    known: dict[int, int] = {}  # curves are looked up by what they hold: each object once
+    known: dict[int, int] = {}  # curves are hashed by content: each object once
     for spectrum in spectra:
         if id(spectrum) not in known:
             known[id(spectrum)] = distinct.setdefault(spectrum, len(distinct))
@@ -134,7 +134,7 @@ def one(curves: Curves, reflectance: Spectrum, *, rule: FillRule = "nonzero", si
 
 
 def turned(points: F64, rotate_deg: float) -> F64:
-    """Return points or vectors (n, 2) turned about the origin, clockwise as displayed."""
+    """Return points or vectors (n, 2) rotated about the origin, clockwise as displayed."""
     c, s = cosine_and_sine(rotate_deg)
     matrix = np.array([[c, -s], [s, c]])
     turned_points: F64 = np.einsum("ij,nj->ni", matrix, points)

@@ -16,7 +16,7 @@ from camsim.spectra.curve import Curve, Spectrum
 
 Interpolation: TypeAlias = Literal["squares", "linear", "cubic"]
 DEGREES: dict[str, int] = {"squares": 0, "linear": 1, "cubic": 3}
-"""Of the B-splines that the samples weigh."""
+"""Degrees of the B-splines whose coefficients are the samples."""
 
 
 class Raster:
@@ -33,7 +33,7 @@ class Raster:
 
     @property
     def kind(self) -> str:
-        """What explanations call it."""
+        """Its name in explanations."""
         return "picture"
 
     @property
@@ -58,19 +58,19 @@ class Raster:
 
     @property
     def flat(self) -> F64 | None:
-        """Weights of the planes that are a reflectance of 1 at every wavelength; None where none are known to be."""
+        """Weights of the planes that sum to a reflectance of 1 at every wavelength; None if unknown."""
         return flat_of(self.spectra)
 
 
 class Field(abc.ABC):
-    """A shape that is no flat colour."""
+    """A shape without a uniform colour."""
 
     __slots__ = ()
 
     @property
     @abc.abstractmethod
     def reflectance(self) -> Spectrum:
-        """Its mean: what it is where only outlines are looked at."""
+        """Its mean: its surface where only outlines matter."""
 
     @property
     @abc.abstractmethod
@@ -82,18 +82,18 @@ class Field(abc.ABC):
         """Return its outline in one colour."""
 
     def primitives(self) -> Iterator[Primitive]:
-        """Return its outline in its mean colour, for those who look at outlines only."""
+        """Return its outline in its mean colour, where only outlines matter."""
         return self.frame(self.reflectance).primitives()
 
 
 def axes_of(rotate_deg: float) -> F64:
-    """Return unit vectors (2, 2) along the rows and columns of what is turned clockwise."""
+    """Return unit vectors (2, 2) along rows and columns rotated clockwise."""
     cosine, sine = cosine_and_sine(rotate_deg)
     return np.array([[cosine, sine], [-sine, cosine]])
 
 
 def flat_of(spectra: tuple[Spectrum | Component, ...]) -> F64 | None:
-    """Return weights of spectra that add up to a reflectance of 1; None where none are known to."""
+    """Return weights of spectra that sum to a reflectance of 1; None if unknown."""
     if spectra == (1.0,):
         return np.ones(1)
     curves = [spectrum for spectrum in spectra if isinstance(spectrum, Curve)]

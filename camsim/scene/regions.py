@@ -1,4 +1,4 @@
-"""What lies inside of outlines by their rule, as Shapely geometry: outlines with holes that cross nowhere."""
+"""The interior of outlines by their fill rule, as valid Shapely geometry."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from camsim.core.errors import InvalidValueError
 from camsim.scene.curves import cross
 from camsim.scene.primitives import FillRule
 
-GRID_BITS = (48, 46, 44)  # of the largest coordinate: at 50 GEOS fails to close rings now and then, at 49 it never did
+GRID_BITS = (48, 46, 44)  # of the largest coordinate: at 50 GEOS sometimes fails to close rings, at 49 never observed
 MOST_CROSSINGS = 200_000
-LONG = 48  # corners of a shape from which on it is cut to what another one needs of it
-BESIDE = 0.01  # of a box's size: how much larger it is cut
-TOGETHER = 100_000  # sides that are looked up at a time
+LONG = 48  # corners from which a shape is clipped to the neighbourhood of another
+BESIDE = 0.01  # margin of such clips, relative to the box
+TOGETHER = 100_000  # sides queried at a time
 
 
 def region_of(rings: Sequence[F64], rule: FillRule, *, simple: bool) -> Any:
-    """Return what rings (n, 2) enclose.
+    """Return the region enclosed by rings (n, 2).
 
-    simple : the first is the outline, the others are holes; none crosses, or only where coarse sides make it
+    simple : the first is the outline, the others are holes; they cross at most through coarse sides
     """
     import shapely
 
@@ -40,7 +40,7 @@ def region_of(rings: Sequence[F64], rule: FillRule, *, simple: bool) -> Any:
 
 
 def nesting(rings: Sequence[F64], rule: FillRule) -> list[tuple[int, list[int]]] | None:
-    """Return which rings are outlines, each with those that are holes in it; None where rings meet."""
+    """Return the rings that are outlines, each with its holes; None if rings meet."""
     import shapely
 
     lines = _lines(rings)
@@ -68,17 +68,17 @@ def without(area: Any, others: Iterable[Any]) -> Any:
 def _less(area: Any, other: Any) -> Any:
     import shapely
 
-    from camsim.scene.overlap import common_area  # Numba is not needed to make a scene
+    from camsim.scene.overlap import common_area  # imported here: Numba is not needed to make a scene
 
     kept = area.area - common_area(area, other)
-    near = _about(area, other)  # which loses most of an outline at times, and then the area tells
+    near = _about(area, other)  # may lose most of an outline, which the area check detects
     return _sure(
         lambda grid: shapely.difference(area, near if grid is None else other, grid_size=grid), kept, [area, other]
     )
 
 
 def _about(area: Any, other: Any) -> Any:
-    """Return another area, of many corners only what lies in a box about the first."""
+    """Return another area, clipped to the box of the first if it has many corners."""
     import shapely
 
     if shapely.get_num_coordinates(other) <= LONG:
@@ -87,13 +87,13 @@ def _about(area: Any, other: Any) -> Any:
     more = BESIDE * max(high_x - low_x, high_y - low_y)
     try:
         near = shapely.clip_by_rect(other, low_x - more, low_y - more, high_x + more, high_y + more)
-    except shapely.errors.GEOSException:  # of a sliver a line was left, which is no ring
+    except shapely.errors.GEOSException:  # a sliver degenerated to a line
         return other
     return near if near.is_valid else other
 
 
 def common(area: Any, other: Any) -> Any:
-    """Return what two areas have in common; see ``_sure``."""
+    """Return the intersection of two areas; see ``_sure``."""
     import shapely
 
     from camsim.scene.overlap import common_area
@@ -103,7 +103,7 @@ def common(area: Any, other: Any) -> Any:
 
 
 def joined_areas(areas: Sequence[Any]) -> Any:
-    """Return areas that do not overlap as one; see ``_sure``."""
+    """Return the union of areas that do not overlap; see ``_sure``."""
     import shapely
 
     if len(areas) == 1:
@@ -113,8 +113,7 @@ def joined_areas(areas: Sequence[Any]) -> Any:
 
 
 def _sure(overlay: Callable[[float | None], Any], area: float, polygons: Sequence[Any]) -> Any:
-    """Return what an overlay on a grid (None: in floating point) makes of polygons, their very numbers kept where that
-    can be trusted.
+    """Return the overlay of polygons, in floating point if that can be trusted, else on a grid.
 
     In floating point GEOS loses whole faces, without a word, where edges all but coincide: a corner of one on a side of
     another (3 of 1000 random fans of triangles), or one of two squares side by side, of which nothing is left and all
@@ -132,7 +131,7 @@ def _sure(overlay: Callable[[float | None], Any], area: float, polygons: Sequenc
     for bits in (None, *GRID_BITS):
         try:
             found = _filled(overlay(None if bits is None else math.ldexp(1.0, size - bits)))
-        except shapely.errors.GEOSException as error:  # labels that contradict one another, rings too fine to be closed
+        except shapely.errors.GEOSException as error:  # contradictory labels, or rings too fine to be closed
             failed = error
             continue
         if abs(found.area - area) < off:
@@ -155,7 +154,7 @@ def _filled(geometry: Any) -> Any:
 
 
 def rings_of(geometry: Any) -> list[F64]:
-    """Return the outlines (inside on the positive side) and holes of a Shapely geometry, unclosed."""
+    """Return the outlines (interior on the positive side) and holes of a Shapely geometry, unclosed."""
     import shapely
 
     rings: list[F64] = []
@@ -168,12 +167,12 @@ def rings_of(geometry: Any) -> list[F64]:
 
 
 def positive(outline: F64) -> F64:
-    """Return the outline in the direction that has its inside where the cross product is positive."""
+    """Return the outline in the direction with its interior where the cross product is positive."""
     return outline if _area(outline) > 0 else outline[::-1].copy()
 
 
 def _area(outline: F64) -> float:
-    x, y = (outline - outline[0]).T  # from the last corner to the first there is nothing to add
+    x, y = (outline - outline[0]).T  # the term from the last corner to the first is 0
     return 0.5 * float(np.sum(x[:-1] * y[1:] - x[1:] * y[:-1]))
 
 
@@ -189,7 +188,7 @@ def _touching(lines: Any) -> bool:
 
 
 def _nested(rings: Sequence[F64], alone: Any, rule: FillRule) -> list[tuple[int, list[int]]]:
-    """Return the outlines among rings that lie apart or in one another, and the holes in each."""
+    """Return the outlines among disjoint or nested rings, and the holes of each."""
     import shapely
 
     count = len(rings)
@@ -216,13 +215,13 @@ def _nested(rings: Sequence[F64], alone: Any, rule: FillRule) -> list[tuple[int,
 
 
 def _inside(winds: I64, times: I64, rule: FillRule) -> np.ndarray:
-    """Return whether a rule fills what rings wind about so often in sum, and so many of them in all."""
+    """Return whether a rule fills points with these winding sums and numbers of enclosing rings."""
     filled: np.ndarray = winds != 0 if rule == "nonzero" else times % 2 == 1
     return filled
 
 
 def _validate_crossings(rings: Sequence[F64]) -> None:
-    """Refuse outlines that cross more often than anyone draws: every crossing is a corner more, of several faces."""
+    """Raise for outlines with too many crossings: each adds a corner to several faces."""
     import shapely
 
     starts = np.concatenate(rings)
@@ -248,7 +247,7 @@ def _validate_crossings(rings: Sequence[F64]) -> None:
 
 
 def _by_faces(rings: Sequence[F64], lines: Any, rule: FillRule) -> Any:
-    """Return the region of rings that cross: all are cut where they do, and each face between them is asked."""
+    """Return the region of crossing rings: split at crossings, and each face tested by the rule."""
     import shapely
 
     cut = shapely.union_all(lines)
@@ -260,7 +259,7 @@ def _by_faces(rings: Sequence[F64], lines: Any, rule: FillRule) -> Any:
 
 
 def _windings(places: F64, rings: Sequence[F64]) -> tuple[I64, I64]:
-    """Return how often rings wind about places, in sum and how many crossings a ray from there has."""
+    """Return winding numbers of rings about places, and numbers of crossings of a ray."""
     starts = np.concatenate(rings)
     ends = np.concatenate([np.roll(ring, -1, axis=0) for ring in rings])
     sums, times = np.zeros(len(places), np.int64), np.zeros(len(places), np.int64)

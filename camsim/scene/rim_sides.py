@@ -1,9 +1,9 @@
-"""Parts of rims as straight sides: each with its arc's area, and no farther from it at its ends than in its middle.
+"""Parts of rims as straight sides: each with its arc's area, and equal deviations at its ends and its middle.
 
 Sides of one length lie on a circle a little larger than theirs: two radii and a side of it have the sector's area,
-r²·φ/2 = R²·sin(φ)/2. Where a part begins and ends a step leads from the one circle to the other: it lies on a radius
-and takes no area from a sector. So nothing is left over at the ends but what ends there: wobbles whose second moments,
-s⁵/720r each, no longer cancel. They leave s⁴/720r times the slope of the pattern, and this twice, for either end.
+r²·φ/2 = R²·sin(φ)/2. At the ends of a part, a radial step connects the two circles
+without changing the area of a sector. So the only error at the ends is that second moments of the deviations,
+s⁵/720r each, no longer cancel. They leave s⁴/720r times the slope of the PSF, for each of the two ends.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from camsim.scene.side_limits import SideLimits, validate_sides
 
 
 def sides_of(rims: Rims, limits: SideLimits) -> tuple[I64, F64, F64]:
-    """Return the sides of open parts: whose (n,), and their starts and ends (n, 2)."""
+    """Return the sides of open parts: owners (n,), and starts and ends (n, 2)."""
     sides = rims.radius_um * rims.turn_rad / limits.end_um(rims.radius_um)
     validate_sides(float(sides.sum()))
     count = np.maximum(np.ceil(sides - 1e-9), 1.0).astype(np.int64)
     each = rims.turn_rad / count
     out = rims.radius_um * np.sqrt(each / np.sin(each))
-    # Each part from its own start over corners on the larger circle to its own end.
+    # Each part from its start over corners on the larger circle to its end.
     corners = count + 3
     part = np.repeat(np.arange(len(count)), corners)
     last = np.cumsum(corners) - 1

@@ -1,7 +1,7 @@
-"""Discs over discs: what of each rim is seen, and what lies behind it, in closed form; nothing is cut or joined.
+"""Discs over discs: the visible parts of each rim, and the regions behind them, in closed form.
 
-Another disc covers one interval of a rim. A place on a rim is seen where no later disc covers it, and the last of the
-earlier ones that do lies on its other side. So intervals are counted along each rim; polygons take no part.
+Another disc covers one interval of a rim. A point of a rim is visible if no later disc covers it; the last earlier disc
+that covers it is the region behind. So intervals are counted along each rim, without polygons.
 """
 
 from __future__ import annotations
@@ -16,18 +16,18 @@ from camsim.core.arrays import F64, I64
 from camsim.scene.curves import circles_among
 from camsim.scene.outlines import Outlines
 
-TANGENT = 1e-9  # of all numbers' size: circles that touch so nearly are left to what cuts polygons
-HIDDEN = -2  # in place of what lies behind
-TOGETHER = 4_000_000  # intervals asked about at a time
+TANGENT = 1e-9  # relative: circles so close to tangency are left to the polygon code
+HIDDEN = -2  # in place of the region behind
+TOGETHER = 4_000_000  # intervals processed at a time
 
 
 class Rims(NamedTuple):
-    """Visible parts of rims, each from an angle on, the positive way round.
+    """Visible parts of rims, each from a start angle, in the positive direction.
 
-    disc, behind : (n,) whose, and the region beyond it, 0 for the background
+    disc, behind : (n,) index of the disc, and the region behind, 0 for the background
     centre_um, radius_um : (n, 2), (n,)
     from_rad, turn_rad   : (n,); a turn of 2π is a whole rim
-    start_um, end_um     : (n, 2) its ends, the very numbers of the part that goes on there
+    start_um, end_um     : (n, 2) its ends, bit-identical to those of adjacent parts
     """
 
     disc: I64
@@ -40,22 +40,22 @@ class Rims(NamedTuple):
     end_um: F64
 
     def some(self, which: I64 | np.ndarray) -> Rims:
-        """Return picked ones."""
+        """Return the selected ones."""
         columns: Any = (column[which] for column in self)
         return Rims(*columns)
 
     @property
     def whole(self) -> np.ndarray:
-        """Which are closed (n,)."""
+        """Mask of closed parts (n,)."""
         return np.asarray(self.turn_rad == math.tau)
 
 
 class _Meetings(NamedTuple):
-    """Where rims enter and leave other discs.
+    """Points where rims enter and leave other discs.
 
-    whose, other     : (n,) whose rim, and which disc
-    begin, end       : (n,) angles between which it lies in that, the positive way round
-    begin_um, end_um : (n, 2) these places
+    whose, other     : (n,) disc of the rim, and the other disc
+    begin, end       : (n,) angles between which it is inside the other, in the positive direction
+    begin_um, end_um : (n, 2) the points there
     """
 
     whose: I64
@@ -67,7 +67,7 @@ class _Meetings(NamedTuple):
 
 
 class Discs(NamedTuple):
-    """Which primitives are discs (n,), and where: (n, 2) and (n,), 0 of the others."""
+    """Mask of primitives that are discs (n,), centres (n, 2) and radii (n,), 0 for others."""
 
     sound: np.ndarray
     centre_um: F64
@@ -75,7 +75,7 @@ class Discs(NamedTuple):
 
     @classmethod
     def of(cls, outlines: Outlines) -> Discs:
-        """Find them."""
+        """Return the discs among primitives."""
         curves, owner, count = outlines.curves, outlines.owner, len(outlines.simple)
         lone = outlines.simple[owner] & (np.bincount(owner, minlength=count) == 1)[owner]
         piece = np.flatnonzero(lone & (np.abs(curves.turn_rad) == math.tau) & circles_among(curves))
@@ -86,11 +86,11 @@ class Discs(NamedTuple):
         return found
 
     def some(self, which: I64 | np.ndarray) -> Discs:
-        """Return those of picked primitives."""
+        """Return those of selected primitives."""
         return Discs(self.sound[which], self.centre_um[which], self.radius_um[which])
 
     def covered(self, first: I64, second: I64) -> np.ndarray:
-        """Return of which pairs the first lies wholly within the second."""
+        """Return a mask of pairs whose first is fully within the second."""
         gap = np.hypot(*(self.centre_um[second] - self.centre_um[first]).T)
         slack = TANGENT * (np.abs(self.centre_um).max(axis=1, initial=0.0) + self.radius_um)
         within: np.ndarray = self.sound[first] & self.sound[second]
@@ -98,29 +98,29 @@ class Discs(NamedTuple):
         return within
 
     def among_discs(self, first: I64, second: I64) -> np.ndarray:
-        """Return which are discs that meet nothing but discs; the pairs may meet."""
+        """Return a mask of discs that meet only discs; the pairs may meet."""
         sound, centre, radius = self.sound.copy(), self.centre_um, self.radius_um
         gap = np.hypot(*(centre[second] - centre[first]).T)
         size = np.abs(centre).max(axis=1, initial=0.0) + radius
         slack = TANGENT * np.maximum(size[first], size[second])
         one, two = radius[first], radius[second]
         tangent = np.minimum(np.abs(gap - one - two), np.abs(gap - np.abs(one - two))) <= slack
-        # What meets something else is cut as that is, and so is what meets it.
+        # A disc that meets another shape is cut as a polygon, and so is any disc that meets it.
         while (bad := (sound[first] | sound[second]) & (tangent | ~sound[first] | ~sound[second])).any():
             sound[first[bad]] = sound[second[bad]] = False
         return sound
 
 
 def rims_of(centre: F64, radius: F64, region: I64, pairs: tuple[I64, I64]) -> Rims:
-    """Return what is seen of the rims of discs in painter's order.
+    """Return the visible parts of the rims of discs in painter's order.
 
-    region : (n,) of each; a part with the same region on both sides is left out
-    pairs  : of discs that may meet, the earlier one first
+    region : (n,) of each; parts with the same region on both sides are omitted
+    pairs  : discs that may meet, the earlier one first
     """
     met, inner, outer = _meetings(centre, radius, *pairs)
     later = met.other > met.whose
     # Every rim is cut at the angle π, where it begins, and at both ends of every interval; how many later discs cover
-    # it changes there.
+    # discs changes there.
     count = np.bincount(met.whose[later & (met.begin > met.end)], minlength=len(radius))
     count += np.bincount(inner[outer > inner], minlength=len(radius))
     whose = np.concatenate([np.arange(len(radius)), met.whose, met.whose])
@@ -144,7 +144,7 @@ def rims_of(centre: F64, radius: F64, region: I64, pairs: tuple[I64, I64]) -> Ri
 
 
 def _joined(whose: I64, angle: F64, behind: I64, place: F64, centre: F64, radius: F64) -> Rims:
-    """Return runs of parts with the same behind them; the last part of a rim goes on in its first one."""
+    """Return adjacent parts merged if the region behind is the same, also across the start of a rim."""
     first = np.searchsorted(whose, np.arange(len(radius)))
     before = np.arange(-1, len(whose) - 1)
     before[first] = _last(whose, len(radius))
@@ -165,12 +165,12 @@ def _joined(whose: I64, angle: F64, behind: I64, place: F64, centre: F64, radius
 
 
 def _last(whose: I64, count: int) -> I64:
-    """Return where each rim's last part is."""
+    """Return the index of each rim's last part."""
     return np.searchsorted(whose, np.arange(count), side="right") - 1
 
 
 def _meetings(centre: F64, radius: F64, first: I64, second: I64) -> tuple[_Meetings, I64, I64]:
-    """Return where rims of pairs cross, and which discs lie wholly within which."""
+    """Return crossings of the rims of pairs, and pairs of nested discs."""
     gap = centre[second] - centre[first]
     distance = np.hypot(gap[:, 0], gap[:, 1])
     one, two = radius[first], radius[second]
@@ -180,7 +180,7 @@ def _meetings(centre: F64, radius: F64, first: I64, second: I64) -> tuple[_Meeti
     cross = (distance < one + two) & ~within & ~around
     first, second, gap = first[cross], second[cross], gap[cross]
     distance, one, two = distance[cross], one[cross], two[cross]
-    # Both crossings lie so far along the line of centres and so far off it.
+    # Coordinates of both crossings along and across the line of centres.
     along = 0.5 * (distance + (one - two) * (one + two) / distance)
     off = np.sqrt(np.maximum((one - along) * (one + along), 0.0))
     way = gap / distance[:, None]
@@ -194,7 +194,7 @@ def _meetings(centre: F64, radius: F64, first: I64, second: I64) -> tuple[_Meeti
 
 
 class _Covers(NamedTuple):
-    """Intervals of rims that earlier discs cover: where each rim's begin, which disc, from where on, how far."""
+    """Intervals of rims covered by earlier discs: offsets per rim, disc, start and extent."""
 
     first: I64
     other: I64
@@ -203,7 +203,7 @@ class _Covers(NamedTuple):
 
     @classmethod
     def of(cls, met: _Meetings, inner: I64, outer: I64, count: int) -> _Covers:
-        """Collect them."""
+        """Return the intervals from crossings."""
         earlier, within = met.other < met.whose, outer < inner
         whose = np.concatenate([met.whose[earlier], inner[within]])
         other = np.concatenate([met.other[earlier], outer[within]])
@@ -214,7 +214,7 @@ class _Covers(NamedTuple):
         return cls(np.searchsorted(whose[order], np.arange(count + 1)), other[order], begin[order], size[order])
 
     def last(self, whose: I64, angle: F64) -> I64:
-        """Return the last disc that covers a place on each rim (n,), −1 for none."""
+        """Return the last disc that covers a point on each rim (n,), −1 for none."""
         counts = np.diff(self.first)[whose]
         found = np.full(len(whose), -1)
         ends = np.append(np.flatnonzero(np.diff(np.cumsum(counts) // TOGETHER)) + 1, len(whose))

@@ -19,7 +19,7 @@ from camsim.scene.raster import Field
 from camsim.spectra.curve import NumberOrCurve, Reflectance, Spectrum
 
 _DISPLAYED = 10
-"""Shapes that notebooks list."""
+"""Most shapes listed in notebooks."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,7 +52,7 @@ class Scene:
 
     @property
     def spectra(self) -> tuple[Spectrum, ...]:
-        """Distinct curves that bend wherever a reflectance of the scene does, the background's first."""
+        """Distinct curves with all kinks of the scene's reflectances, the background's first."""
         painted: list[Spectrum] = [self.background]
         for shape in self.shapes:
             each = shape.surfaces if isinstance(shape, Field) else (one.reflectance for one in shape.primitives())
@@ -60,14 +60,14 @@ class Scene:
         return numbered(painted)[0]
 
     def framed(self, reflectance: Spectrum) -> Scene:
-        """Return the scene with the outline in one colour in place of every picture and gradient."""
+        """Return the scene with every picture and gradient replaced by its outline in one colour."""
         if not any(isinstance(shape, Field) for shape in self.shapes):
             return self
         shapes = [shape.frame(reflectance) if isinstance(shape, Field) else shape for shape in self.shapes]
         return Scene(background=self.background, shapes=shapes)
 
     def exposed(self, wavelength_nm: F64, electrons: F64) -> Scene:
-        """Return the scene with its points as bright as electrons make them; see ``PointSource.lit``."""
+        """Return the scene with its points in units of photosites; see ``PointSource.exposed``."""
         if not any(isinstance(shape, PointSource) for shape in self.shapes):
             return self
         shapes = [one.exposed(wavelength_nm, electrons) if isinstance(one, PointSource) else one for one in self.shapes]
@@ -82,7 +82,7 @@ class Scene:
         overrides: Iterable[str] = (),
         sensors: Iterable[str | os.PathLike[str]] = (),
     ) -> Scene:
-        """Return what is in front of the camera in a scene file (a path, or the name of a shipped one).
+        """Return the scene of a scene file (a path, or the name of a shipped one).
 
         sensor, overrides, sensors : as of ``camsim.load``; lengths in pixels are of the sensor's pitch
         """

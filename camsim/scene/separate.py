@@ -1,4 +1,4 @@
-"""Outlines that are drawn again and again, sorted once: each with its holes, where none comes near another."""
+"""Outlines used repeatedly, sorted once into outlines with holes, if they are clear of one another."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from camsim.scene.regions import nesting, region_of
 from camsim.scene.side_limits import SideLimits
 from camsim.scene.sides import polygons
 
-FINE = 0.01  # of the size of all: a side's length, which then lies 1e-4 of it off where a curve's radius is a tenth
-CLEAR = 2e-3  # of that size: what outlines keep free of one another, and of themselves
+FINE = 0.01  # side length relative to the total size: deviates by 1e-4 at a radius of a tenth
+CLEAR = 2e-3  # relative to that size: least distance between and within outlines
 
 
 def separated(curves: Curves, rule: FillRule) -> tuple[Fill, ...]:
-    """Return the fills of closed outlines of which each is simple; all of them as one that is not, where some meet.
+    """Return closed outlines as simple fills; if some meet, as one fill that is not simple.
 
-    Linear maps leave them simple, and so does another cut into sides: no two outlines, and no two parts of one, are so
-    close that a region grown or shrunk by ``CLEAR`` would hang together in another way.
+    They stay simple under linear maps and other subdivisions into sides: no two outlines, or parts of one, are so close
+    that growing or shrinking a region by ``CLEAR`` changes its topology.
 
     >>> import numpy as np
     >>> from camsim.scene.curves import joined, through
@@ -42,7 +42,7 @@ def separated(curves: Curves, rule: FillRule) -> tuple[Fill, ...]:
 
 
 def _hangs_together(area: Any) -> list[int]:
-    """Return how many holes each part has, the fewest first."""
+    """Return the number of holes of each part, sorted."""
     import shapely
 
     return sorted(shapely.get_num_interior_rings(shapely.get_parts(area)).tolist())

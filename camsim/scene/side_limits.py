@@ -1,4 +1,4 @@
-"""How long the sides of a polygon may be that stands for a curved outline."""
+"""Limits of the sides of polygons that approximate curved outlines."""
 
 from __future__ import annotations
 
@@ -11,25 +11,25 @@ from camsim.core.arrays import F64
 from camsim.core.errors import InvalidValueError
 
 ROUGH_TURN = 2.0 * math.pi / 64.0
-"""Of a side that is only drawn, radians: it lies off its circle by a thousandth of the radius."""
+"""Turn of a side for display only, radians: it deviates by a thousandth of the radius."""
 
-MOST_SIDES = 20_000_000  # of all curves
-NEARLY_STRAIGHT = 1e200  # a radius, µm: larger ones are numbers no more when they are multiplied
+MOST_SIDES = 20_000_000  # most sides of all curves
+NEARLY_STRAIGHT = 1e200  # a radius, µm: products of larger ones overflow
 
 
 class SideLimits(NamedTuple):
-    """How long a side may be where a curve's radius is R.
+    """Limits of a side's length s where a curve's radius is R.
 
-    segment_um : at most
+    segment_um : largest length
     wobble_um  : root-mean-square distance between side and curve: s²/(R·√720), the parabola s²/8R less its mean
-    cut_um2    : area between them that no other side makes up for: what one leaves at a corner, whose place is kept,
-                 s³/24R, and over a part of a side where another shape cuts the outline, s³/(72·√3·R). Both are
-                 taken for the first: an arc then has the sides of the circle that it lies on
-    moment_um3 : that a side leaves where the next one is longer or shorter: s⁴/96R
-    off_um     : distance between them that is small enough however sides fall: s²/12R, with ends a little outside
-    turn_rad   : of a side
-    longer_um  : radii (k,) and the sides there, instead of ``segment_um`` where they are longer
-    textured   : there are pictures behind the outlines, edges of whose samples may cut any of them anywhere
+    cut_um2    : area between them that no other side compensates: s³/24R at a corner, which is kept in place, and
+    s³/(72·√3·R) over a part of a side where another shape cuts the outline. The first is used for
+    both: an arc then has the sides of its circle
+    moment_um3 : moment that remains where the next side is longer or shorter: s⁴/96R
+    off_um     : distance between them that is always negligible: s²/12R, with ends slightly outside
+    turn_rad   : turn of the curve over a side
+    longer_um  : radii (k,) and lengths there, which replace ``segment_um`` where longer
+    textured   : pictures are behind the outlines, whose sample edges may cut them anywhere
     """
 
     segment_um: float = math.inf
@@ -42,9 +42,9 @@ class SideLimits(NamedTuple):
     textured: bool = False
 
     def side_um(self, radius_um: F64, cut: np.ndarray | bool) -> F64:
-        """Return the longest sides (n,); cut: of outlines that another one may cut, or whose radius changes.
+        """Return the longest sides (n,); cut: for outlines that another may cut, or with a varying radius.
 
-        Where nothing does they are those of all of a circle.
+        Otherwise those of a full circle.
         """
         radius_um = np.minimum(radius_um, NEARLY_STRAIGHT)
         side = self._even_um(radius_um)
@@ -54,7 +54,7 @@ class SideLimits(NamedTuple):
         return self._at_least_um(side, radius_um)
 
     def end_um(self, radius_um: F64) -> F64:
-        """Return the longest sides (n,) of an arc that ends; see ``rim_sides``."""
+        """Return the longest sides (n,) of an open arc; see ``rim_sides``."""
         side = np.minimum(self._end_um(360.0, radius_um), self._even_um(radius_um))
         return self._at_least_um(side, radius_um)
 
@@ -74,7 +74,7 @@ class SideLimits(NamedTuple):
 
 
 def validate_sides(total: float) -> None:
-    """Refuse more sides than memory holds."""
+    """Raise for more sides than memory holds."""
     if total > MOST_SIDES:
         raise InvalidValueError(
             f"curves of the scene would take {total:.3g} sides at this tolerance; the most is {MOST_SIDES:g}: "

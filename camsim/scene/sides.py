@@ -1,7 +1,7 @@
-"""Curved outlines as polygons: as many sides as bends and tolerance ask for, each with its curve's area.
+"""Curved outlines as polygons: sides by curvature and tolerance, each with its curve's area.
 
-A side s of a curve of radius R lies no farther than s²/12R from it when its ends are moved outwards by as much, so that
-areas stay. What limits s is said in lengths (``SideLimits``); here sides are laid along the curves.
+A side s of a curve of radius R deviates by at most s²/12R if its ends are moved outwards by that much, which preserves
+areas. ``SideLimits`` has the limits of s; this module lays sides along the curves.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from camsim.scene.curves import STRAIGHT, Curves, circles_among, cross
 from camsim.scene.side_limits import SideLimits, validate_sides
 from camsim.scene.stretches import Stretches, followers, gradual, stretches
 
-SMOOTH = 1e-7  # sine of the angle between curves that go on in one another
+SMOOTH = 1e-7  # sine of the largest angle between smoothly joined curves
 GRID_BITS = 46  # of the largest coordinate of a curve
-NEARLY = 1e-9  # of a curve's parameter: a corner so near its ends is one of them
+NEARLY = 1e-9  # of a curve's parameter: a corner so near an end coincides with it
 
 
 class Polygons(NamedTuple):
-    """Corners (n, 2) of polygons, one after the other, µm, and where each begins (loops + 1,)."""
+    """Concatenated corners (n, 2) of polygons, µm, and offsets (loops + 1,)."""
 
     corners_um: F64
     first: I64
@@ -33,12 +33,12 @@ class Polygons(NamedTuple):
         return np.split(self.corners_um, self.first[1:-1])
 
     def some(self, loops: np.ndarray) -> Polygons:
-        """Return picked ones."""
+        """Return the selected ones."""
         counts = np.diff(self.first)
         return Polygons(self.corners_um[np.repeat(loops, counts)], np.append(0, np.cumsum(counts[loops])))
 
     def some_of(self, kind: I64) -> Polygons:
-        """Return polygons by their numbers (n,), some of them several times."""
+        """Return polygons by index (n,), possibly repeated."""
         counts = np.diff(self.first)[kind]
         first = np.concatenate([[0], np.cumsum(counts)])
         return Polygons(self.corners_um[np.arange(first[-1]) + np.repeat(self.first[kind] - first[:-1], counts)], first)
@@ -61,12 +61,12 @@ def polygons(curves: Curves, limits: SideLimits, cut: np.ndarray | None = None) 
         return Polygons(curves.points[:, 0], curves.first)
     following = followers(curves.first)
     smooth = _smooth(curves, following)
-    through = np.zeros(len(curves.kind), bool)  # whether the piece's start is no corner
+    through = np.zeros(len(curves.kind), bool)  # whether the piece's start is not a corner
     through[following] = smooth
     sides = np.ones(len(curves.kind), np.int64)
     bent = np.flatnonzero(curves.kind != STRAIGHT)
     corners = ~np.stack([through[bent], smooth[bent]], axis=1)
-    # Sides of one outline differ from corners on, and wherever its radius does.
+    # Side lengths of an outline change at corners, and where its radius does.
     uneven = np.full(len(curves.first) - 1, limits.textured) if cut is None else cut | limits.textured
     uneven[curves.loop[bent[corners.any(axis=1) | ~circles_among(curves.some(bent))]]] = True
     sides[bent], t = _laid(curves.some(bent), limits, uneven[curves.loop[bent]], corners)
@@ -84,7 +84,7 @@ def polygons(curves: Curves, limits: SideLimits, cut: np.ndarray | None = None) 
     free = np.ones(owner.size, bool)
     free[begin] = through
     moved = _with_areas(corners, one.areas(t0, t1), free, first)
-    # Corners that curves have in common differ by rounding; on a grid they are the same.
+    # Shared corners of curves differ by rounding; on a grid they are equal.
     largest = float(np.abs(moved[(curves.kind != STRAIGHT)[owner]]).max())
     grid = math.ldexp(1.0, math.frexp(largest)[1] - GRID_BITS)
     begins_straight = np.zeros(owner.size, bool)
@@ -93,7 +93,7 @@ def polygons(curves: Curves, limits: SideLimits, cut: np.ndarray | None = None) 
 
 
 def _smooth(curves: Curves, following: I64) -> np.ndarray:
-    """Return whether each curve goes on in the next without a corner; where one of them is straight none does."""
+    """Return whether each curve joins the next smoothly; false if one of them is straight."""
     count = len(curves.kind)
     ends, starts = curves.slopes(np.ones(count))[0], curves.slopes(np.zeros(count))[0][following]
     sizes = np.hypot(ends[:, 0], ends[:, 1]) * np.hypot(starts[:, 0], starts[:, 1])
@@ -104,10 +104,10 @@ def _smooth(curves: Curves, following: I64) -> np.ndarray:
 
 
 def _laid(curves: Curves, limits: SideLimits, uneven: np.ndarray, corners: np.ndarray) -> tuple[I64, F64]:
-    """Return how many sides each curve gets, and where they begin, curve after curve.
+    """Return the number of sides of each curve, and their starts, curve after curve.
 
-    uneven  : curves in whose outline there are corners, or whose radius is not the same all along, or that may be cut
-    corners : (n, 2) whether a curve's start and end are corners, whose places are kept
+    uneven  : curves of outlines with corners, with a varying radius, or that may be cut
+    corners : (n, 2) whether a curve's start and end are corners, which are kept in place
     """
     round_ones = circles_among(curves)
     others = np.flatnonzero(~round_ones)
@@ -130,8 +130,8 @@ def _laid(curves: Curves, limits: SideLimits, uneven: np.ndarray, corners: np.nd
 def _whole_steps(curves: Curves, limits: SideLimits, uneven: np.ndarray) -> tuple[I64, F64]:
     """Return owners and parameters of the corners within parts of circles.
 
-    They lie in directions that are whole multiples of a turn over a number of few digits: arcs of one circle that
-    different shapes have in common get the same corners, and nothing shows between them.
+    Their directions are multiples of a turn divided by a round number: arcs of one circle shared by different shapes
+    get the same corners, without gaps between them.
     """
     u, v = curves.points[:, 1], curves.points[:, 2]
     begin, way = np.arctan2(u[:, 1], u[:, 0]), np.sign(cross(u, v)) * curves.turn_rad
@@ -151,11 +151,11 @@ def _whole_steps(curves: Curves, limits: SideLimits, uneven: np.ndarray) -> tupl
 
 
 def _even_steps(found: Stretches, side: F64, count: int) -> tuple[I64, F64]:
-    """Return owners, of so many, and parameters of corners on other curves: evenly, by how many sides parts take."""
+    """Return owners (of ``count``) and parameters of corners on other curves, spaced by the sides that parts need."""
     each = found.length_um / side
     total = np.bincount(found.owner, each, count)
     sides = np.ceil(total - 1e-9).astype(np.int64)
-    # As a share of its own total, and curve after curve: both rise all along, to the next whole number at each end.
+    # Cumulative, as a share of each curve's total plus its index: monotone over all curves.
     share = each / np.where(total > 0.0, total, 1.0)[found.owner]
     starts = np.concatenate([[0.0], np.cumsum(share)[:-1]])
     ends = np.append(found.owner[1:] != found.owner[:-1], True)[: len(share)]
@@ -171,7 +171,7 @@ def _even_steps(found: Stretches, side: F64, count: int) -> tuple[I64, F64]:
 
 
 def _with_areas(corners: F64, areas: F64, free: np.ndarray, first: I64) -> F64:
-    """Return corners moved so that sides have their curves' areas: each but for higher powers, each loop to rounding.
+    """Return corners moved so that sides have their curves' areas: each to leading order, each loop to rounding.
 
     areas : (n,) between the curve and the side that begins at each corner;  free: (n,) corners that may move
     """
@@ -186,21 +186,21 @@ def _with_areas(corners: F64, areas: F64, free: np.ndarray, first: I64) -> F64:
         chord = moved[following] - moved[before]
         size = _squares(chord)
         size = np.where(size > 0.0, size, np.inf)
-        # No farther than a side is long: hairpins have areas that no corner can make up for.
+        # At most a side's length: no corner can compensate the area of a hairpin.
         most = np.sqrt(np.minimum(_squares(corners[following] - corners), _squares(corners - corners[before])) / size)
         pace = np.where(free, np.clip(2.0 * needed / size, -most, most), 0.0)
         moved = moved + pace[:, None] * np.stack([chord[:, 1], -chord[:, 0]], axis=1)
     whole = np.add.reduceat(areas, first[:-1])
     for _ in range(2):
         gained = np.add.reduceat(_gained(corners, moved, following), first[:-1])
-        ratio = whole / np.where(gained == 0.0, np.inf, gained)  # one that gains nothing may lack what rounding leaves
+        ratio = whole / np.where(gained == 0.0, np.inf, gained)  # without a gain, only rounding may be missing
         ratio = np.where((whole != 0.0) & (np.abs(ratio - 1.0) < 0.1), ratio, 1.0)
         moved = corners + np.repeat(ratio, np.diff(first))[:, None] * (moved - corners)
     return moved
 
 
 def _gained(corners: F64, moved: F64, following: I64) -> F64:
-    """Return the areas (n,) of the quadrilaterals corner, its new place, the next one's new place, the next corner."""
+    """Return the areas (n,) of the quadrilaterals corner, moved corner, next moved corner, next corner."""
     here, there = moved - corners, (moved - corners)[following]
     base = corners[following] - corners
     areas: F64 = 0.5 * (cross(here, base + there) - cross(base, there))

@@ -1,4 +1,4 @@
-"""Parts of curves that bend alike all along."""
+"""Parts of curves with nearly constant curvature."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ import numpy as np
 from camsim.core.arrays import F64, I64
 from camsim.scene.curves import ARC, Curves, cross
 
-TURN = 0.25  # radians over which a bend is taken for the same
+TURN = 0.25  # radians over which curvature counts as constant
 HALVINGS = 40
-RISE = 0.25  # of a stretch's length, by which sides may be longer than those beside it
+RISE = 0.25  # of a stretch's length: largest increase of sides to the next stretch
 
 
 class Stretches(NamedTuple):
-    """Parts of curves so short that they bend alike all along.
+    """Parts of curves with nearly constant curvature.
 
-    owner : (n,) whose;  t0, t1: from where to where of its parameter
-    place_um, radius_um, length_um : (n, 2), (n,), (n,) its middle, its smallest radius, how long it is
+    owner : (n,) index of the curve;  t0, t1: range of its parameter
+    place_um, radius_um, length_um : (n, 2), (n,), (n,) midpoint, smallest radius, length
     """
 
     owner: I64
@@ -39,8 +39,7 @@ Apart = Callable[[F64, F64], F64]
 
 
 def stretches(curves: Curves, apart: Apart | None = None) -> Stretches:
-    """Cut curves that are not straight until each part bends alike, and is no longer than ``apart`` says of its place
-    and length."""
+    """Cut curved pieces into parts of nearly constant curvature, limited by ``apart`` (of place and length)."""
     count = len(curves.kind)
     initial = np.where(curves.kind == ARC, np.ceil(np.abs(curves.turn_rad) / TURN), 4).astype(np.int64)
     owner = np.repeat(np.arange(count), initial)
@@ -65,7 +64,7 @@ def stretches(curves: Curves, apart: Apart | None = None) -> Stretches:
 
 
 def _measured(curves: Curves, owner: I64, t0: F64, t1: F64) -> tuple[Stretches, F64]:
-    """Return stretches and how far each turns."""
+    """Return stretches and the turn of each."""
     one = curves.some(owner)
     speeds, radii, ways = [], [], []
     for t in (t0, 0.5 * (t0 + t1), t1):
@@ -78,7 +77,7 @@ def _measured(curves: Curves, owner: I64, t0: F64, t1: F64) -> tuple[Stretches, 
         ways.append(along)
     length = (t1 - t0) * (speeds[0] + 4.0 * speeds[1] + speeds[2]) / 6.0
     bends = _angle(ways[0], ways[1]) + _angle(ways[1], ways[2])
-    # A cusp's radius is 0 in one point; what a stretch turns says enough of it.
+    # A cusp has radius 0 at one point; the turn of its stretch suffices.
     radius = np.maximum(np.minimum.reduce(radii), length / TURN * 0.1)
     return Stretches(owner, t0, t1, one.at(0.5 * (t0 + t1)), radius, length), bends
 
@@ -98,8 +97,8 @@ def running(owner: I64, amount: F64) -> tuple[F64, F64]:
 def gradual(longest_um: F64, found: Stretches) -> F64:
     """Return lengths (n,) of sides that rise by no more than a part of each stretch along a curve, either way.
 
-    A side that begins where they are short would else go on for as long as they may be farther away, and cut off what
-    lies between: 0.65 of full scale of a disc of 60 000 photosites.
+    Otherwise a side that starts among short ones could be as long as distant ones and cut off the curve between:
+    an error of 0.65 of full scale for a disc of 60 000 photosites.
 
     >>> owner, length_um = np.array([0, 0, 0, 0, 1]), np.full(5, 4.0)
     >>> some = Stretches(owner, np.zeros(5), np.ones(5), np.zeros((5, 2)), np.ones(5), length_um)
@@ -114,7 +113,7 @@ def gradual(longest_um: F64, found: Stretches) -> F64:
 
 
 def _least_so_far(values: F64, owner: I64) -> F64:
-    """Return the least (n,) of an owner's values up to each: of twice as many in every round."""
+    """Return the running minimum (n,) per owner, over spans that double in every round."""
     least, step = values.copy(), 1
     while step < len(least):
         same = owner[step:] == owner[:-step]
@@ -124,7 +123,7 @@ def _least_so_far(values: F64, owner: I64) -> F64:
 
 
 def followers(first: I64) -> I64:
-    """Return which one follows each in its loop, by where loops begin."""
+    """Return the index of the next element in each loop, from offsets of loops."""
     following = np.arange(1, first[-1] + 1)
     following[first[1:] - 1] = first[:-1]
     return following

@@ -1,4 +1,4 @@
-"""What of each shape can be seen: later ones cover earlier ones."""
+"""The visible part of each shape: later ones cover earlier ones."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ from camsim.scene.regions import joined_areas, rings_of, without
 from camsim.scene.rims import Discs
 from camsim.scene.side_limits import SideLimits
 
-MOST_PAIRS = 30_000_000  # of shapes whose boxes touch: 8000 rings in one another, a gigabyte
-TOGETHER = 1000  # boxes that are looked up at a time
-ROUGH = 0.01  # of a shape's size: more than a rough outline is off
+MOST_PAIRS = 30_000_000  # of shapes with touching boxes: 8000 nested rings, 1 GB
+TOGETHER = 1000  # boxes queried at a time
+ROUGH = 0.01  # of a shape's size: bound of the deviation of a rough outline
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Covers:
     """Which primitives may cover which.
 
-    seen     : those that no single later one hides, in painter's order
-    first, second : pairs of them, by their place in ``seen``, whose boxes touch; the first is painted earlier
-    alone    : (seen,) those that touch no other and whose outlines are simple: they keep their very numbers
+    seen     : those not hidden by a single later one, in painter's order
+    first, second : pairs with touching boxes, as indices into ``seen``; the first is painted earlier
+    alone    : (seen,) those that touch no other and have simple outlines: their coordinates stay exact
     """
 
     seen: I64
@@ -38,7 +38,7 @@ class Covers:
 
     @classmethod
     def of(cls, primitives: Sequence[Primitive], outlines: Outlines) -> Covers:
-        """Find them."""
+        """Return the covers of primitives."""
         boxes = outlines.boxes
         first, second = _touching(boxes)
         hidden = _hidden(primitives, outlines, boxes, first, second)
@@ -51,25 +51,25 @@ class Covers:
         return cls(seen, first, second, alone)
 
     def some(self, which: np.ndarray) -> Covers:
-        """Return those among some that meet none of the others."""
+        """Return the covers among selected ones, which meet none of the others."""
         number = np.cumsum(which) - 1
         kept = which[self.first]
         first, second = number[self.first[kept]], number[self.second[kept]]
         return Covers(self.seen[which], first, second, self.alone[which])
 
     def met(self, pairs: np.ndarray) -> Covers:
-        """Return the same, knowing which pairs meet: what has none is alone, simple or not."""
+        """Return the same with known meeting pairs: those without any are alone, simple or not."""
         first, second = self.first[pairs], self.second[pairs]
         alone = np.ones(len(self.seen), bool)
         alone[first] = alone[second] = False
         return Covers(self.seen, first, second, alone)
 
     def some_pairs(self, pairs: np.ndarray) -> Covers:
-        """Return the same with some of the pairs only: those that touch and no more hide nothing of one another."""
+        """Return the same with a subset of the pairs: shapes that only touch hide nothing of one another."""
         return dataclasses.replace(self, first=self.first[pairs], second=self.second[pairs])
 
     def after(self) -> list[I64]:
-        """Return which later ones each touches."""
+        """Return the later primitives that each touches."""
         order = np.lexsort((self.second, self.first))
         parts = np.searchsorted(self.first[order], np.arange(1, len(self.seen)))
         return np.split(self.second[order], parts)
@@ -101,9 +101,9 @@ def _touching(boxes: F64) -> tuple[I64, I64]:
 
 
 def _hidden(primitives: Sequence[Primitive], outlines: Outlines, boxes: F64, first: I64, second: I64) -> np.ndarray:
-    """Return which primitives lie wholly under a single later one that is simple.
+    """Return a mask of primitives fully covered by a single later simple one.
 
-    Discs under discs are known; of others rough outlines are asked, and boxes larger than these are off.
+    Discs under discs are exact; others use rough outlines, with boxes larger by their deviation.
     """
     hidden, discs = np.zeros(len(boxes), bool), Discs.of(outlines)
     hidden[first[discs.covered(first, second)]] = True
@@ -134,10 +134,9 @@ def _hidden(primitives: Sequence[Primitive], outlines: Outlines, boxes: F64, fir
 def visible_rings(
     seen: Sequence[tuple[Primitive, int]], rings: Sequence[list[F64]], covers: Covers
 ) -> list[tuple[int, list[F64]]]:
-    """Return (region, rings) of what can be seen of shapes that may cover one another; one that meets no other keeps
-    its very numbers.
+    """Return (region, rings) of the visible parts of shapes; coordinates of shapes that meet no other stay exact.
 
-    seen, rings : primitives with their regions, and the polygons of each;  covers: of them
+    seen, rings : primitives with their regions, and the polygons of each;  covers: their covers
     """
     if not len(seen):
         return []
@@ -154,8 +153,8 @@ def visible_rings(
         if covers.alone[i]:
             visible.append((region, rings_of(areas[i])))
             continue
-        later = areas[after[np.argsort(-sizes[after], kind="stable")]]  # the largest first: they leave least
-        piece = without(areas[i], later)  # its very numbers, where shapes lie beside it only
+        later = areas[after[np.argsort(-sizes[after], kind="stable")]]  # the largest first: they remove most
+        piece = without(areas[i], later)  # exact coordinates if shapes only touch it
         if not piece.is_empty:
             pieces.setdefault(region, []).append(piece)
     for region, parts in pieces.items():
@@ -164,7 +163,7 @@ def visible_rings(
 
 
 def _joined(parts: list[Any]) -> list[Any]:
-    """Return areas of one region: those joined that touch."""
+    """Return the areas of one region, with touching ones joined."""
     import shapely
 
     if len(parts) == 1:
@@ -172,7 +171,7 @@ def _joined(parts: list[Any]) -> list[Any]:
     found = np.array(parts)
     first, second = shapely.STRtree(found).query(found, predicate="intersects")
     group = np.arange(len(found))
-    while True:  # each takes the least number among its neighbours
+    while True:  # label propagation: least label among neighbours
         least = group.copy()
         np.minimum.at(least, first, group[second])
         least = least[least]

@@ -34,16 +34,16 @@ class Adc:
     """A converter that rounds to the nearest data number and clips at both ends.
 
     bit_depth        : 1..16
-    black_level_dn   : data number of no electrons at all; data numbers are codes where nothing is companded
+    black_level_dn   : data number of zero electrons; data numbers equal codes unless companded
     electrons_per_dn : at ``base_iso``; falls in proportion to the ISO setting
     base_iso         : ISO at which ``electrons_per_dn`` holds
-    black_offsets_dn : a rectangle of whole numbers, repeated over the full frame and added to the black level, as of
-                       sensors that read several photosites at once; 0 among them, or some above and some below
-    gain_at_iso      : (ISO, electrons per data number) of other settings, increasing, where they are out of
-                       proportion; electrons_per_dn · iso goes straight between them and ``base_iso``, over log iso
-    code_step_dn     : distance between codes, as of 12 bits stored in 16; the largest code is the last within the bits
-    companding       : (data number, code) of points, increasing from data number 0 to the largest that is told apart:
-                       what is stored for the converter's data numbers, straight between; empty: they are themselves
+    black_offsets_dn : a rectangle of integers, tiled over the full frame and added to the black level, as in
+    sensors that read several photosites at once; they include 0 or both signs
+    gain_at_iso      : (ISO, electrons per data number) of other settings, by increasing ISO, where the gain is not
+    proportional to ISO; electrons_per_dn · iso is interpolated linearly in log iso, ``base_iso`` included
+    code_step_dn     : distance between codes, as for 12 bits stored in 16; the largest code is the last one in range
+    companding       : (data number, code) points, increasing from data number 0 to the largest one distinguished:
+    the stored code of each data number, piecewise linear; empty: not companded
 
     >>> adc = Adc(bit_depth=12, black_level_dn=128, electrons_per_dn=10.0, base_iso=200.0)
     >>> adc.quantise(np.array([-1e9, 0.0, 14.0, 16.0, 1e9]), iso=200.0)
@@ -95,7 +95,7 @@ class Adc:
         if not all(0 <= self.black_level_dn + offset < self.largest_dn for offset in offsets):
             lead = f"{min(offsets)}..{max(offsets)} lead from a black level of {self.black_level_dn}"
             raise refusal(self, "black_offsets_dn", f"{lead} beyond 0..{self.largest_dn - 1}")
-        # From black to white is what a photosite without an offset has: one that none has tells no white.
+        # Black..white refers to a photosite without an offset: an offset that no photosite has defines no white.
         if common := max(min(offsets), 0) + min(max(offsets), 0):
             side = "above" if common > 0 else "below"
             way_out = f"give black_level_dn {self.black_level_dn + common}, and offsets that are less by {common}"
@@ -120,7 +120,7 @@ class Adc:
 
     @property
     def largest_dn(self) -> int:
-        """The largest data number: 2^bits − 1, the last that the step between codes reaches, or the last point."""
+        """The largest data number: 2^bits − 1, the last multiple of the code step, or the last companding point."""
         if self.companding:
             return self.companding[-1][0]
         return round(math.floor(((1 << self.bit_depth) - 1) / self.code_step_dn + 1e-6) * self.code_step_dn)
@@ -141,7 +141,7 @@ class Adc:
         return float(np.interp(math.log(iso), np.log(known), products)) / iso
 
     def window_black_offsets_dn(self, origin: tuple[int, int]) -> tuple[tuple[int, ...], ...]:
-        """Return the offsets as seen from photosite ``origin`` of the full frame.
+        """Return the tile of offsets that starts at photosite ``origin`` of the full frame.
 
         >>> adc = Adc(
         ...     bit_depth=12, black_level_dn=9, electrons_per_dn=1.0, base_iso=100.0, black_offsets_dn=((0, 1), (2, 3))
@@ -153,7 +153,7 @@ class Adc:
         return tuple(tuple(int(offset) for offset in row) for row in offsets)
 
     def offsets_dn(self, shape: tuple[int, int], origin: tuple[int, int]) -> I64:
-        """Return the black offset of every photosite (rows, cols) of a window that begins there in the full frame."""
+        """Return the black offset (rows, cols) of every photosite of a window at ``origin`` in the full frame."""
         offsets = np.array(self.window_black_offsets_dn(origin))
         tiles = -(-shape[0] // offsets.shape[0]), -(-shape[1] // offsets.shape[1])
         return np.tile(offsets, tiles)[: shape[0], : shape[1]]
@@ -169,11 +169,11 @@ class Adc:
         """
         if full_well_e is None:
             return self.largest_dn
-        # Rounded as codes are, black and all: half a code is rounded to an even one.
+        # Rounded as codes are, black included: half a code goes to the even one.
         full_dn = self.black_level_dn + full_well_e / self.electrons_per_dn_at(iso)
         code_dn = round(min(full_dn, float(self.largest_dn)) / self.code_step_dn) * self.code_step_dn
         white_dn = max(self.black_level_dn + 1, round(code_dn))
-        # Of companded codes the data number that stands for all full photosites.
+        # With companding, the data number that the code of full photosites decodes to.
         return int(self.data_numbers(self._stored(np.array(white_dn))))
 
     def saturation_e(self, iso: float, full_well_e: float | None = None) -> float:
@@ -187,7 +187,7 @@ class Adc:
         """
         electrons = np.asarray(electrons, dtype=np.float64)
         codes = np.empty(electrons.shape, dtype=np.uint16)
-        # In pieces: a large frame needs no second copy in floating point.
+        # In pieces: saves a floating-point copy of a large frame.
         source, target = np.atleast_1d(electrons), np.atleast_1d(codes)
         step = max(1, (1 << 18) * len(source) // max(1, source.size))
         for start in range(0, len(source), step):
@@ -205,15 +205,15 @@ class Adc:
         return codes
 
     def _stored(self, dn: NDArray[Any]) -> NDArray[Any]:
-        """Return the codes of whole data numbers."""
+        """Return the stored codes of integer data numbers."""
         return encoding(tuple(self.companding))[dn.astype(np.int64)] if self.companding else dn
 
     def data_numbers(self, codes: U16) -> U16:
-        """Return the data numbers that codes stand for: themselves, without companding."""
+        """Return the data numbers of codes; without companding they are equal."""
         return data_numbers(tuple(self.companding), codes)
 
     def electrons(self, codes: U16, *, iso: float, origin: tuple[int, int] = (0, 0)) -> F64:
-        """Return the electrons (rows, cols) that codes stand for; ``origin``: as of ``quantise``."""
+        """Return the electrons (rows, cols) of codes; ``origin``: as of ``quantise``."""
         signal_dn = self.data_numbers(codes).astype(np.float64) - self.black_level_dn
         signal_dn -= self.offsets_dn((codes.shape[0], codes.shape[1]), origin)
         electrons: F64 = signal_dn * self.electrons_per_dn_at(iso)

@@ -23,7 +23,7 @@ BAYER = ("RGGB", "BGGR", "GRBG", "GBRG")
 PATTERNS: Mapping[str, tuple[str, ...]] = {
     # Fujifilm's 6 × 6, in the phase that LibRaw calls its first.
     "x-trans": ("GBGGRG", "RGRBGB", "GBGGRG", "GRGGBG", "BGBRGR", "GRGGBG"),
-    # Kodak's TrueSense: half of the photosites see all colours.
+    # Kodak's TrueSense: half of the photosites are panchromatic.
     "rgbw": ("WBWG", "BWGW", "WGWR", "GWRW"),
     # Huawei's phones of 2019: yellow where Bayer has green.
     "ryyb": ("RY", "YB"),
@@ -31,7 +31,7 @@ PATTERNS: Mapping[str, tuple[str, ...]] = {
     "cygm": ("CY", "GM"),
     "mono": ("Y",),
 }
-"""Arrays that go by a name."""
+"""Named arrays."""
 
 
 GREENS: Mapping[str, str] = {"Gr": "G", "Gb": "g"}
@@ -39,7 +39,7 @@ GREENS: Mapping[str, str] = {"Gr": "G", "Gb": "g"}
 
 
 def filters_of(channels: Sequence[str]) -> tuple[str, ...]:
-    """Return the colours of filters: a small letter is a second channel behind the same filter as the capital.
+    """Return the colours of filters: a lower-case letter is a second channel with the same filter as the capital.
 
     >>> filters_of(("R", "G", "B", "g"))
     ('R', 'G', 'B')
@@ -51,8 +51,8 @@ def filters_of(channels: Sequence[str]) -> tuple[str, ...]:
 class Cfa:
     """A colour filter array: a rectangle of letters repeated over the sensor, from photosite (0, 0).
 
-    pattern : one string of letters per row. G and g are two channels with curves of their own behind filters of one
-              colour, as of the greens in rows with red (Gr) and with blue (Gb): files and previews show them as green
+    pattern : one string of letters per row. G and g are two channels of one filter colour with separate curves,
+    such as the greens in rows with red (Gr) and with blue (Gb): files and previews treat both as green
 
     >>> Cfa.bayer("GBRG").pattern
     ('GB', 'RG')
@@ -101,7 +101,7 @@ class Cfa:
 
     @classmethod
     def named(cls, name: str) -> Cfa:
-        """Return an array that goes by a name: x-trans, rgbw, ryyb, cygm, mono."""
+        """Return a named array: x-trans, rgbw, ryyb, cygm, mono."""
         if check(name, str, "name", "Cfa") not in PATTERNS:
             raise UnknownNameError("cfa", name, PATTERNS, key="name", stage="Cfa")
         return cls(PATTERNS[name])
@@ -112,7 +112,7 @@ class Cfa:
         return cls.named("mono")
 
     def greens_apart(self) -> Cfa:
-        """Return the array with g in place of G in rows that have blue and no red: the greens are two channels.
+        """Return the array with g in place of G in rows with blue and no red, which makes the greens two channels.
 
         >>> Cfa.bayer("GRBG").greens_apart().pattern
         ('GR', 'Bg')
@@ -135,13 +135,13 @@ class Cfa:
         return self.tiled_index(rows, cols, origin)[:]
 
     def tiled_index(self, rows: int, cols: int, origin: tuple[int, int] = (0, 0)) -> Tiled:
-        """Return the same, of which no array is made before it is asked for."""
+        """Return the same as a tiled array, which is expanded on demand."""
         channels = self.channels
         codes = np.array([[channels.index(c) for c in row] for row in self.window_pattern(origin)], dtype=np.uint8)
         return Tiled(codes, (rows, cols))
 
     def window_pattern(self, origin: tuple[int, int]) -> tuple[str, ...]:
-        """Return the pattern as seen from photosite ``origin``: the window's own (0,0) (0,1) …
+        """Return the pattern of a window that starts at photosite ``origin``: its (0,0) (0,1) ….
 
         >>> Cfa.bayer("RGGB").window_pattern((1, 0))
         ('GB', 'RG')

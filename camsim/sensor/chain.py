@@ -26,9 +26,9 @@ def record(
     """Return (rows, cols) electrons after the stages, before the ADC.
 
     mean_electrons : of light alone, a window or a band of it that begins at a whole block of rows; with crosstalk
-                     (rows + 2, cols + 2), because the window's neighbours take part
-    stages         : those that act (``Electronics.stages``); without any, the mean comes out
-    threads        : at most so many; the result does not depend on it (None: as many as this process may use)
+                     (rows + 2, cols + 2), because the window's neighbours contribute
+    stages         : the active ones (``Electronics.stages``); without any, the mean is returned
+    threads        : largest number of threads; the result does not depend on it (None: all available to this process)
     """
     margin = sum(stage.margin for stage in stages)
     rows = len(mean_electrons) - 2 * margin
@@ -46,22 +46,22 @@ def record(
         if acts and acts[0][0].whole_window:
             (stage, phase), *acts = acts
             electrons = acted(stage, electrons, dataclasses.replace(here, phase=phase, asking=stage))
-            kept = is_custom(stage)  # what came in, perhaps, or an array that it gives again
+            kept = is_custom(stage)  # a custom stage may return its input or an array that it holds on to
         electrons = _in_blocks(electrons, acts, here, threads, ours=not kept and electrons is not mean_electrons)
     return electrons
 
 
 def mixed(mean_electrons: F64, crosstalk: Crosstalk) -> F64:
-    """Return (rows, cols) mean electrons after crosstalk, of (rows + 2, cols + 2) before it."""
+    """Return (rows, cols) mean electrons after crosstalk from (rows + 2, cols + 2) before it."""
     rows, cols = mean_electrons.shape[0] - 2, mean_electrons.shape[1] - 2
     nowhere = Context(time_s=0.0, seed=0, serial=0, origin=(0, 0), frame_cols=cols, rows_in_all=rows)
     return record(mean_electrons, (crosstalk,), nowhere)
 
 
 def random_numbers(stages: Sequence[ElectronicStage], shape: tuple[int, int], context: Context) -> int:
-    """Return how many random numbers a window (rows, cols) takes, counted and not drawn.
+    """Return the number of random numbers that a window (rows, cols) uses, without drawing them.
 
-    The places of drawn defects are left out, for chance decides their number.
+    Places of random defects are not counted, as their number is random.
     """
     margin, count = sum(stage.margin for stage in stages), 0
     for acts in _in_turn(stages):
@@ -73,7 +73,7 @@ def random_numbers(stages: Sequence[ElectronicStage], shape: tuple[int, int], co
 
 
 def _in_turn(stages: Sequence[ElectronicStage]) -> list[list[Act]]:
-    """Return what is done block by block without a look beyond; each stage that needs one begins another round."""
+    """Return rounds of actions done block by block; a stage that needs neighbouring rows starts a new round."""
     rounds: list[list[Act]] = [[]]
     for phase in Phase:
         for stage in stages:
@@ -86,7 +86,7 @@ def _in_turn(stages: Sequence[ElectronicStage]) -> list[list[Act]]:
 
 
 def _in_blocks(electrons: F64, acts: Sequence[Act], context: Context, threads: int | None, *, ours: bool) -> F64:
-    """Return the electrons after a round; written over those that came in where they are ``ours`` and no fewer."""
+    """Return the electrons after a round; overwrites the input if it is ``ours`` and has the same size."""
     margin = sum(stage.margin for stage, _ in acts)
     rows, cols = electrons.shape[0] - 2 * margin, electrons.shape[1] - 2 * margin
     after = electrons if ours and not margin else np.empty((rows, cols))
@@ -109,7 +109,7 @@ def _in_blocks(electrons: F64, acts: Sequence[Act], context: Context, threads: i
 
 
 def _each(work: Callable[[int], None], count: int, threads: int | None) -> None:
-    """Do ``work`` for 0..count − 1; numpy lets go of the interpreter while it draws, so threads pay."""
+    """Run ``work`` for 0..count − 1 in threads; numpy releases the GIL while drawing."""
     workers = min(count, cores() if threads is None else threads)
     if workers <= 1:
         for number in range(count):

@@ -1,7 +1,7 @@
 """Colour matrices of a camera: from its channels to CIE XYZ and back.
 
-A camera's channels are no linear combination of the eye's, so no matrix is right for every surface. The one
-fitted here is right for white, exactly, and the best in the mean over 190 measured reflectances.
+A camera's channels are not a linear combination of the eye's, so no matrix is exact for every surface. The one
+fitted here is exact for white and optimal in least squares over 190 measured reflectances.
 """
 
 from __future__ import annotations
@@ -33,27 +33,27 @@ BRADFORD = np.array([[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.03
 """XYZ to sharpened cones: Lam's Bradford transform, as in ICC.1:2022 annex E."""
 
 MatrixOf: TypeAlias = Literal["standard", "scene"]
-"""Which lights a DNG's matrices are for: CIE A and D65, or the capture's own."""
+"""Illuminants of a DNG's matrices: CIE A and D65, or the light of the capture."""
 
-# Where surfaces were measured: matrices are fitted here. Whole nanometres, as the tables are.
+# Range of the measured reflectances, in which matrices are fitted; whole nanometres as in the tables.
 _MEASURED = Curve((380.0, 780.0), (1.0, 1.0))
 _DARKEST_NEUTRAL = 1e-3
 _LEAST_RANK = 1e-6
 _NOISE = 0.01
-"""Of white: what photon noise and rounding leave of a channel that a matrix is to stand."""
+"""Noise of a channel relative to white (photon noise and rounding) that the fit allows for."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ColourResponse:
-    """How the channels see light: what colour matrices and the white balance are made from.
+    """Spectral response of the channels: the input of colour matrices and white balance.
 
     quantum_efficiency : of the channels, in their order
     light     : of the scene
-    passes    : what light goes through on its way (lens, filters), fractions; all of them multiply
-    crosstalk : (channels, channels) what each channel gets of its own and of the others; None: its own alone. Of
-                ``of_filters`` (filters, channels)
-    matrix    : which lights a file's colour matrices are to be for
-    measured  : matrices that a chart told, in place of the fitted ones
+    passes    : transmissions in the light path (lens, filters), multiplied
+    crosstalk : (channels, channels) share that each channel receives from every channel; None: no crosstalk. In
+    ``of_filters`` (filters, channels)
+    matrix    : illuminants of a file's colour matrices
+    measured  : matrices measured on a chart, in place of the fitted ones
     """
 
     quantum_efficiency: QuantumEfficiency
@@ -65,7 +65,7 @@ class ColourResponse:
 
     @property
     def lights(self) -> tuple[str, ...]:
-        """The CIE illuminants that standard matrices are told for: of measured ones A only where one is A's."""
+        """CIE illuminants of the standard matrices; with measured ones, A only if one was measured under A."""
         return ("A", "D65") if not self.measured or any(one.light == "A" for one in self.measured) else ("D65",)
 
     @property
@@ -85,13 +85,13 @@ class ColourResponse:
         return dataclasses.replace(self, crosstalk=tuple(map(tuple, means.tolist())))
 
     def to(self, light: Light, *beside: Iterable[Spectrum]) -> tuple[LightSamples, F64]:
-        """Return a light at its nodes, and (channels, n) what it gives each channel there, any scale.
+        """Return a light at its nodes, and (channels, n) the response of each channel there, on any scale.
 
-        beside : curves that the nodes are to follow besides those of the camera, as in ``Light.samples``
+        beside : further curves that the nodes must resolve besides those of the camera, as in ``Light.samples``
         """
         curves = [curve for _, curve in self.quantum_efficiency.curves]
         samples = light.samples(*beside, *([spectrum] for spectrum in self.passes), curves)
-        # At f/0.5 a diffuser is seen from the whole half space, as bright as it is lit.
+        # At f/0.5 the whole half space is collected: sensor irradiance equals scene irradiance.
         electrons = electrons_per_reflectance(
             samples,
             f_number=0.5,
@@ -111,7 +111,7 @@ class ColourFit:
     neutral         (channels,) response to the perfect diffuser, the largest 1
     white_xyz       (3,) the perfect diffuser's XYZ, Y = 1
     camera_to_xyz   (3, channels) takes ``neutral`` to ``white_xyz``
-    xyz_to_camera   (channels, 3) the way back: DNG's ColorMatrix. White gives ``neutral``, whose largest is 1
+    xyz_to_camera   (channels, 3) the inverse: DNG's ColorMatrix. Takes white to ``neutral``, whose largest is 1
     """
 
     neutral: F64
@@ -123,13 +123,13 @@ class ColourFit:
     def forward(self) -> F64:
         """(3, channels): DNG's ForwardMatrix, white-balanced camera to XYZ adapted to D50 (Bradford).
 
-        Every row sums to D50's white, so that a balanced grey is a grey.
+        Every row sums to D50's white, so that a balanced grey stays grey.
         """
         matrix: F64 = adaptation(self.white_xyz, XYZ_D50) @ (self.camera_to_xyz * self.neutral)
         return matrix
 
     def seen_under(self, white_xyz: F64) -> ColourFit:
-        """Return the same relation with XYZ adapted (Bradford) to another white, as if the light had been that."""
+        """Return the same relation with XYZ adapted (Bradford) to another white."""
         to_xyz: F64 = adaptation(self.white_xyz, white_xyz) @ self.camera_to_xyz
         to_camera: F64 = self.xyz_to_camera @ adaptation(white_xyz, self.white_xyz)
         return ColourFit(neutral=self.neutral, white_xyz=white_xyz, camera_to_xyz=to_xyz, xyz_to_camera=to_camera)
@@ -149,7 +149,7 @@ def adaptation(from_xyz: F64, to_xyz: F64) -> F64:
 def as_shot_neutral(response: ColourResponse) -> F64:
     """Response of the channels to a perfect diffuser in the scene's light; (channels,), the largest is 1.
 
-    A channel that is blind in this light (a laser's, say) gets a thousandth: developers divide by it.
+    A channel without response to this light (a laser, say) gets 0.001, as developers divide by it.
     """
     _, electrons = response.to(response.light)
     neutral = electrons.sum(axis=1)
@@ -170,12 +170,12 @@ def fit(response: ColourResponse, light: str) -> ColourFit:
     """Fit camera to XYZ under CIE illuminant ``light`` ("A" or "D65"), preserving white.
 
     Least squares in XYZ (CIE 1931 2°) over the 190 reflectances of the Academy's rawtoaces, as shipped by
-    colour-science, with one constraint: a perfect diffuser comes out exactly. The scene's own light plays no
-    part. Of more than three channels noise counts too: what the fourth differs from the others by is small, and a
-    fit of surfaces alone would take it times 20.
+    colour-science, with one constraint: a perfect diffuser comes out exactly. The light of the scene has no
+    effect. With more than three channels noise is included: the fourth differs little from the others, and a fit
+    of surfaces alone would amplify that difference 20 times.
 
-    Where a chart told the camera's matrices (``measured``), the one of that light, or else of the first other than A,
-    is returned in place of a fit, adapted to the light's white.
+    If matrices were measured on a chart (``measured``), the one for that light, or else the first one not for A, is
+    returned in place of a fit, adapted to the light's white.
 
     Raises UnsupportedError when the channels are not independent (one wavelength, two equal channels).
     """
@@ -200,22 +200,22 @@ def _measured(response: ColourResponse, light: str) -> ColourFit:
 
 
 def fit_to_scene(response: ColourResponse) -> ColourFit:
-    """Fit as :func:`fit`, but under the capture's own light, and return it in the form of D65.
+    """Fit as :func:`fit`, but under the light of the capture, and return it adapted to D65.
 
-    Raw developers use the D65 matrix whatever the light. So the fit under the scene's light is given as one that
-    takes the light's white to D65's: balanced by ``neutral``, it is then right for the scene.
+    Raw developers use the D65 matrix whatever the light. So the fit under the scene's light is adapted to take
+    the light's white to D65's: balanced by ``neutral``, it is then correct for the scene.
     """
     fitted = _fit(response, response.light, "under the scene's light", "use colour_matrix: standard")
     return fitted.seen_under(fit_white("D65"))
 
 
 def fit_for_development(response: ColourResponse) -> ColourFit:
-    """Return the one fit that developers use: D65's, or the scene's in D65's form when that was asked for."""
+    """Return the fit that developers use: that for D65, or the scene's adapted to D65 if requested."""
     return fit_to_scene(response) if response.matrix == "scene" else fit(response, "D65")
 
 
 def fit_white(light: str) -> F64:
-    """Return the XYZ of a perfect diffuser under a CIE illuminant, as matrices are fitted, Y = 1.
+    """Return the XYZ (Y = 1) of a perfect diffuser under a CIE illuminant, over the range of the fits.
 
     >>> fit_white("D65").round(3).tolist()
     [0.95, 1.0, 1.089]
@@ -236,7 +236,7 @@ def _fit(response: ColourResponse, light: Light, under: str, way_out: str) -> Co
     samples, electrons = response.to(light, observer(), [_MEASURED])
     seen = np.array([curve.at(samples.wavelength_nm) for curve in observer()])
     power = samples.weight_nm * samples.irradiance_w_per_m2_nm
-    # The surfaces are straight between whole nanometres, so that lumps see them as all the nodes do.
+    # Surfaces are linear between whole nanometres, so light lumped there gives the same integrals.
     wavelength_nm, lumps = lumped(
         samples.wavelength_nm, np.concatenate([electrons, seen * power]) * _MEASURED.at(samples.wavelength_nm)
     )
@@ -246,7 +246,7 @@ def _fit(response: ColourResponse, light: Light, under: str, way_out: str) -> Co
     neutral, white_xyz = np.split(white / scale, [count])
     measured_nm, surfaces = _surfaces()
     reflectance = np.array([np.interp(wavelength_nm, measured_nm, surface) for surface in surfaces])
-    # Not as a matrix product: a BLAS adds up in another order on another number of cores, and a file shows it.
+    # Not a matrix product: BLAS sums in an order that depends on the number of cores, which would change files.
     camera, xyz = np.split(np.einsum("rn,kn->rk", reflectance, lumps) / scale, [count], axis=1)
 
     spread = np.linalg.svd(camera, compute_uv=False)
@@ -265,9 +265,9 @@ def _fit(response: ColourResponse, light: Light, under: str, way_out: str) -> Co
 
 
 def _back(to_xyz: F64, camera: F64, xyz: F64, neutral: F64, white_xyz: F64) -> F64:
-    """Return what of XYZ (3,) makes channels (n,): what ``to_xyz`` undoes, and what of more than three it does not see.
+    """Return (n, 3) XYZ to channels: an inverse of ``to_xyz``, which for n > 3 is exact for white.
 
-    The smallest such matrix, the pseudo-inverse, misses white by all that four channels hold besides XYZ.
+    The smallest such matrix, the pseudo-inverse, loses the component of white outside the XYZ subspace.
     """
     back: F64 = np.asarray(np.linalg.pinv(to_xyz), np.float64)
     unseen = np.linalg.svd(to_xyz)[2][len(to_xyz) :].T
@@ -279,13 +279,13 @@ def _back(to_xyz: F64, camera: F64, xyz: F64, neutral: F64, white_xyz: F64) -> F
 
 
 def _least_squares(given: F64, wanted: F64, white: F64, becomes: F64, *, noise: float = 0.0) -> F64:
-    """Return (m, n) what takes rows of ``given`` (r, n) nearest to ``wanted`` (r, m), and white to what it becomes.
+    """Return the (m, n) least-squares map of ``given`` (r, n) to ``wanted`` (r, m) that takes white to ``becomes``.
 
-    noise : standard deviation of each number given, on the average of which it is nearest
+    noise : standard deviation of the given numbers; the expected error is minimised
     """
     inverse = np.linalg.inv(given.T @ given + len(given) * noise**2 * np.eye(given.shape[1]))
     free = inverse @ given.T @ wanted
-    # Lagrange multipliers, one for each of m, move the free fit to where white is exact.
+    # Lagrange multipliers, one for each of m, constrain the free fit to be exact for white.
     missing = becomes - white @ free
     towards = inverse @ white
     matrix: F64 = (free + np.outer(towards, missing / (white @ towards))).T
@@ -294,7 +294,7 @@ def _least_squares(given: F64, wanted: F64, white: F64, becomes: F64, *, noise: 
 
 @functools.cache
 def _surfaces() -> tuple[F64, F64]:
-    """Return wavelengths (n,) and the reflectances (190, n) that are fitted to; one holds −2e-18."""
+    """Return wavelengths (n,) and reflectances (190, n) of the fit; clipped at 0, as one is −2e-18."""
     wavelength_nm, values = map(np.array, _training())
     return wavelength_nm, np.maximum(values, 0.0)
 

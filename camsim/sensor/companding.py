@@ -1,4 +1,4 @@
-"""Piecewise-linear companding: many data numbers in few codes, which lie further apart where it is light."""
+"""Piecewise-linear companding: many data numbers in few codes, with larger steps at high signal."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from numpy.typing import NDArray
 from camsim.core.arrays import F64, I64, U16
 
 LARGEST = 65535
-"""Code and data number."""
+"""Largest code and data number."""
 
 Points: TypeAlias = Sequence[tuple[int, int]]
-"""(data number, code), both increasing; straight between them."""
+"""(data number, code), both increasing; piecewise linear."""
 
 
 @functools.lru_cache(maxsize=8)
 def encoding(points: Points) -> U16:
-    """Return (n,) the codes of data numbers 0, 1, …: the nearest, of two as near the even one.
+    """Return (n,) the codes of data numbers 0, 1, …, rounded half to even.
 
     >>> encoding(((0, 0), (4, 4), (12, 6))).tolist()
     [0, 1, 2, 3, 4, 4, 4, 5, 5, 5, 6, 6, 6]
@@ -31,7 +31,7 @@ def encoding(points: Points) -> U16:
 
 
 def data_numbers(points: Points, codes: NDArray[Any]) -> NDArray[Any]:
-    """Return the data numbers of codes (any shape), which are their own where there are no points."""
+    """Return the data numbers of codes (any shape); without points they are equal."""
     if not points:
         return codes
     table = decoding(tuple(points))
@@ -40,7 +40,7 @@ def data_numbers(points: Points, codes: NDArray[Any]) -> NDArray[Any]:
 
 
 def steps_dn(points: Points, dn: F64) -> F64:
-    """Return the distance between neighbouring codes about data numbers (any shape).
+    """Return the distance between neighbouring codes, in data numbers, at data numbers (any shape).
 
     >>> steps_dn(((0, 0), (55, 55), (255, 80)), np.array([20.0, 200.0])).tolist()
     [1.0, 8.0]
@@ -53,7 +53,7 @@ def steps_dn(points: Points, dn: F64) -> F64:
 
 
 def are_points(given: Any) -> bool:
-    """Whether these are two points or more, data numbers and codes both increasing, 0 or more and 65535 at most."""
+    """Whether these are two or more points with increasing data numbers and codes within 0..65535."""
     if not isinstance(given, list | tuple) or len(given) < 2:
         return False
     if not all(isinstance(point, list | tuple) and len(point) == 2 for point in given):
@@ -66,9 +66,9 @@ def are_points(given: Any) -> bool:
 
 
 def points_of(linear_dn: Sequence[int]) -> Points:
-    """Return the fewest points in turn whose lines give the data numbers of codes 0, 1, … (n,), to half of one.
+    """Return few points whose piecewise-linear curve gives the data numbers of codes 0, 1, … (n,) within 0.5.
 
-    Codes behind the first of the largest are left out. Empty where the numbers do not increase from 0.
+    Codes after the first with the largest number are ignored. Empty if the numbers do not increase from 0.
 
     >>> points_of([0, 1, 2, 3, 4, 8, 12, 12])
     ((0, 0), (4, 4), (12, 6))
@@ -92,7 +92,7 @@ def points_of(linear_dn: Sequence[int]) -> Points:
 
 
 def stated_points(points: Sequence[tuple[int, int]]) -> str:
-    """Return points in words.
+    """Return a text that lists the points.
 
     >>> stated_points(((0, 0), (512, 512), (4095, 1023)))
     '0, 512, 4095 DN are the codes 0, 512, 1023'
@@ -103,7 +103,7 @@ def stated_points(points: Sequence[tuple[int, int]]) -> str:
 
 @functools.lru_cache(maxsize=8)
 def decoding(points: Points) -> U16:
-    """Return (n,) the data numbers that codes 0, 1, … stand for, the middle of those that share one.
+    """Return (n,) the data numbers of codes 0, 1, …: the middle of those that share the code.
 
     >>> decoding(((0, 0), (4, 4), (12, 6))).tolist()
     [0, 1, 2, 3, 4, 8, 12]
@@ -112,7 +112,7 @@ def decoding(points: Points) -> U16:
 
 
 def _between(points: Points) -> U16:
-    """Return (n,) what belongs to 0, 1, … up to the last point, in whole numbers: the same on every processor."""
+    """Return (n,) the integer interpolation at 0, 1, … up to the last point; identical on every processor."""
     known, value = (np.array(part, np.int64) for part in zip(*points, strict=True))
     at: I64 = np.arange(known[-1] + 1)
     piece = np.clip(np.searchsorted(known, at, side="right") - 1, 0, len(known) - 2)

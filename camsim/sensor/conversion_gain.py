@@ -1,4 +1,4 @@
-"""Dual conversion gain: a photosite with two capacitors, one in use at an ISO setting, or both read of one exposure."""
+"""Dual conversion gain: a photosite with two capacitors, chosen by ISO setting or both read after one exposure."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from camsim.sensor.companding import LARGEST
 ReadOut: TypeAlias = Literal["merged", "low", "high"]
 
 _MERGED_TO = 0.9
-"""Share of the high gain's black..white up to which it is taken: beyond, its noise would be cut at white."""
+"""Share of the high gain's black..white up to which it is used: above, its noise would be clipped at white."""
 
 _MERGED_BITS = 16
 
@@ -25,14 +25,14 @@ _MERGED_BITS = 16
 class DualGain:
     """High conversion gain: a smaller full well and less read noise, from an ISO setting on, or in each exposure.
 
-    from_iso     : the lowest setting that uses it; ``Adc.electrons_per_dn`` goes on in proportion to ISO there, for
-                   makers calibrate their settings across the switch
-    capacity_e   : full well in this mode, electrons; None: as in the other
-    read_noise_e : standard deviation in this mode, electrons; None: as in the other
-    electrons_per_dn : instead of ``from_iso``, at the base ISO: each exposure is read at both gains, with read-out
-                   noise of its own each
-    read         : of those two images which one is recorded, "low" or "high", or "merged": in 16 bits, of the high
-                   gain up to 90 % of its white, of the low one beyond. None: merged, where there are two
+    from_iso     : the lowest setting that uses it; ``Adc.electrons_per_dn`` stays proportional to ISO there, as
+    makers calibrate their settings across the switch
+    capacity_e   : full well in this mode, electrons; None: as at low gain
+    read_noise_e : standard deviation in this mode, electrons; None: as at low gain
+    electrons_per_dn : instead of ``from_iso``, at the base ISO: each exposure is read at both gains, with
+    independent read-out noise
+    read         : the recorded image, "low", "high" or "merged": in 16 bits, the high-gain one up to 90 % of its
+    white, the low-gain one above. None: merged if there are two
 
     >>> DualGain(from_iso=800.0, capacity_e=8000.0, read_noise_e=1.2).read is None
     True
@@ -73,22 +73,22 @@ class DualGain:
             object.__setattr__(self, "read", "merged")
 
     def has_low_noise_at(self, iso: float) -> bool:
-        """Whether the dark has this mode's read noise."""
+        """Whether dark photosites have the read noise of high gain at an ISO setting."""
         return self.read != "low" if self.from_iso is None else iso >= self.from_iso
 
     def is_small_at(self, iso: float) -> bool:
-        """Whether white is where this mode's well is full."""
+        """Whether white is set by the full well of high gain at an ISO setting."""
         return self.read == "high" if self.from_iso is None else iso >= self.from_iso
 
     def converter(self, adc: Adc) -> Adc:
-        """Return what gives the codes that are recorded; ``adc``: the low gain's."""
+        """Return the converter of the recorded codes; ``adc``: that of low gain."""
         if self.electrons_per_dn is None or self.read == "low":
             return adc
         ratio = self.electrons_per_dn / adc.electrons_per_dn
         bits = adc.bit_depth
         if self.read == "merged":
             bits = _MERGED_BITS
-            # The low gain's largest data number fits.
+            # The largest data number of the low gain fits.
             room_dn = LARGEST - adc.black_level_dn - max(max(row) for row in adc.black_offsets_dn)
             ratio = max(ratio, (adc.largest_dn - adc.black_level_dn) / room_dn)
         return dataclasses.replace(
@@ -100,6 +100,6 @@ class DualGain:
 
 
 def merged_e(low_e: F64, high_e: F64, high_white_e: float) -> F64:
-    """Return (rows, cols) electrons of the read-out of high gain, of the other one where that is nearly full."""
+    """Return (rows, cols) electrons of the high-gain read-out, and of the low-gain one where that is nearly full."""
     electrons: F64 = np.where(high_e < _MERGED_TO * high_white_e, high_e, low_e)
     return electrons

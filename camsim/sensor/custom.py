@@ -1,4 +1,4 @@
-"""An electronic stage of one's own: what is asked of it when it joins, and of what it gives."""
+"""Custom electronic stages: checks of their declarations and of their results."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ _FACTS: dict[str, Any] = {
     "margin": Index,
     "whole_window": bool,
 }
-"""What a stage says of itself, as ``ElectronicStage`` lists it."""
+"""Declarations of a stage, as listed by ``ElectronicStage``."""
 
 
 def check_custom(stages: Sequence[ElectronicStage]) -> None:
-    """Refuse stages that files could not describe, whose facts are none, or whose draws would not be their own."""
+    """Raise for stages that files cannot describe, with invalid declarations, or with shared random streams."""
     drawing: dict[int, str] = {}
     for stage in stages:
         _check(stage)
@@ -73,7 +73,7 @@ def _statement(name: str, fact: str, value: Any, kind: Any) -> None:
 
 
 def drawn(stage: ElectronicStage, shape: tuple[int, int], context: Context) -> int:
-    """Return how many random numbers a stage says that it draws for a window in a phase."""
+    """Return the number of random numbers that a stage declares to draw for a window in a phase."""
     count = stage.draws(shape, context)
     if is_custom(stage):
         _statement(type(stage).__name__, "draws", count, Index)
@@ -81,7 +81,7 @@ def drawn(stage: ElectronicStage, shape: tuple[int, int], context: Context) -> i
 
 
 def acted(stage: ElectronicStage, electrons: F64, context: Context) -> F64:
-    """Return what a stage makes of electrons; of one of one's own as many as came in, all finite, those left alone."""
+    """Return the result of a stage; for a custom one, checks its shape, finite values and unmodified input."""
     if not is_custom(stage):
         return stage.apply(electrons, context)
     name = f"{type(stage).__name__}.apply"

@@ -1,4 +1,4 @@
-"""The list of electronic stages: the fields of a camera, in the order in which charge meets them."""
+"""The list of electronic stages: the fields of a camera, in the order of the signal path."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ Custom: TypeAlias = Annotated[ElectronicStage, Called("a dataclass that inherits
 
 @dataclass(frozen=True, kw_only=True)
 class Electronics:
-    """The electronic stages; one that is None is left out and changes no other's draws.
+    """The electronic stages; leaving one out (None) does not change the random numbers of the others.
 
-    extra_stages : stages of one's own (``camsim.sensor.stage.ElectronicStage``); each acts in its phase, after camsim's
+    extra_stages : custom stages (``camsim.sensor.stage.ElectronicStage``); each acts in its phase, after camsim's
     """
 
     prnu: Prnu | None = None
@@ -70,7 +70,7 @@ class Electronics:
 
     @property
     def stages(self) -> tuple[ElectronicStage, ...]:
-        """The stages that are there, in their order."""
+        """The stages that are set, in order."""
         listed: list[Any] = [getattr(self, name) for name in ORDER]
         there = [stage for stage in (*listed, *self.extra_stages) if stage is not None]
         # The sort is stable: within a phase the order is that of the list.
@@ -102,4 +102,4 @@ class ElectronicChanges(TypedDict, total=False):
 
 
 ORDER = tuple(field.name for field in dataclasses.fields(Electronics) if field.name != "extra_stages")
-"""The stages by the names of their fields."""
+"""Names of the stages' fields, in order."""

@@ -1,4 +1,4 @@
-"""Exposure, and radiometry: from the light on the scene to electrons in a photosite."""
+"""Exposure and radiometry: from scene illumination to electrons in a photosite."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class Exposure:
     def __post_init__(self) -> None:
         validate(self)
         try:
-            right = str(datetime.strptime(self.datetime, "%Y-%m-%d %H:%M:%S")) == self.datetime  # with all its digits
+            right = str(datetime.strptime(self.datetime, "%Y-%m-%d %H:%M:%S")) == self.datetime  # with leading zeros
         except ValueError:
             right = False
         if not right:
@@ -65,7 +65,7 @@ class Exposure:
 def sensor_irradiance_w_per_m2_nm(
     samples: LightSamples, *, f_number: float, transmission: Spectrum, opening: float = 1.0
 ) -> F64:
-    """Return (n,) W/m²/nm on the sensor from a perfect diffuser: τ·E_scene/(4·N²), or the light's own if it is there.
+    """Return (n,) W/m²/nm on the sensor from a perfect diffuser: τ·E_scene/(4·N²), or the light itself if given there.
 
     A diffuser of irradiance E has radiance E/π, and an aplanatic lens of working f-number N focused far away
     turns a radiance L into π·L/(4·N²) on the axis (the scene is given as it falls on the sensor, so the
@@ -96,12 +96,12 @@ def electrons_per_reflectance(
 ) -> F64:
     """Return (channels, n) mean electrons per photosite and reflectance 1, quadrature weights included.
 
-    Σ over n of this times a reflectance at the same nodes is the mean charge in electrons of a photosite that
-    sees nothing but that surface.
+    Σ over n of this times a reflectance at the same nodes is the mean charge, electrons, of a photosite that
+    receives only light of that surface.
 
-    samples            : of the light, at nodes that follow all of these curves and the reflectance (``Light.samples``)
+    samples            : of the light, at nodes that resolve all of these curves and the reflectance (``Light.samples``)
     photosite_area_um2 : light-sensitive area, pitch² × fill factor
-    filters            : in front of the sensor, fractions that pass; all of them multiply
+    filters            : transmissions in front of the sensor, multiplied
     opening            : area of the lens's pupil over that of a circle of diameter f/N
     """
     photons_per_um2 = (
@@ -122,7 +122,7 @@ def auto_time_s(diffuser_e_per_s: F64, *, level_e: float) -> float:
     diffuser_e_per_s : (channels,) electrons per second and photosite of a perfect diffuser
     level_e          : electrons of that level, 80 % of black..white say
 
-    Dark current is left out: it comes on top.
+    Dark current is not included.
 
     >>> auto_time_s(np.array([1e5, 4e5, 2e5]), level_e=32_000.0)
     0.08
@@ -132,7 +132,7 @@ def auto_time_s(diffuser_e_per_s: F64, *, level_e: float) -> float:
         raise InvalidValueError(
             "auto, but no channel of the sensor responds to this light", key="time_s", stage="Exposure"
         )
-    time_s = float(f"{level_e / brightest:.10g}")  # the same on every processor: what is below is its last bits
+    time_s = float(f"{level_e / brightest:.10g}")  # rounded, so that it is identical on every processor
     if not SHORTEST_S <= time_s <= LONGEST_S:
         more = "less" if time_s < SHORTEST_S else "more"
         raise InvalidValueError(

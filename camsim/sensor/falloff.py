@@ -1,4 +1,4 @@
-"""Light that falls off towards the corners: cos⁴ and vignetting, on the mean."""
+"""Relative illumination over the frame: cos⁴ and vignetting, applied to the mean."""
 
 from __future__ import annotations
 

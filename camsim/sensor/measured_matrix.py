@@ -1,4 +1,4 @@
-"""MeasuredMatrix: a camera's colours as a photograph of a chart told them."""
+"""MeasuredMatrix: a camera's colour matrix measured from a photograph of a chart."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ class MeasuredMatrix:
     """From red, green and blue to CIE XYZ under one light, as measured; files carry it in place of a fitted one.
 
     light         : its name;  white_xyz: the XYZ of a perfect diffuser in it, Y = 1
-    camera_to_xyz : rows X, Y, Z of red, green and blue above black, on any scale. What it takes to ``white_xyz`` is
-                    the camera's white balance
+    camera_to_xyz : rows X, Y, Z of red, green and blue above black, on any scale. The values that it maps to
+    ``white_xyz`` are the camera's white balance
 
     >>> matrix = MeasuredMatrix(
     ...     light="D50",

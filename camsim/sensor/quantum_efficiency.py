@@ -1,4 +1,4 @@
-"""QuantumEfficiency: electrons per photon, from curves that are mostly relative."""
+"""QuantumEfficiency: electrons per photon, from absolute or relative curves."""
 
 from __future__ import annotations
 
@@ -29,15 +29,15 @@ class QuantumEfficiency:
     """Electrons per photon of every channel, filters of the sensor included.
 
     curves : (letter, curve) of each channel, in the order of ``channels``; their common scale is free. "Gr" and "Gb",
-             for which G and g are kept, are the greens in rows with red and in rows with blue
-    per    : what the curves are a response to, equal radiant "energy" or equal numbers of "photon"s
+             stored as G and g, are the greens in rows with red and in rows with blue
+    per    : unit of the response: per radiant "energy" or per "photon"
     peak   : electrons per photon at the highest point of all channels, a fraction in 0..1; "as given" of curves that
              are absolute: electrons per photon, or amperes per watt where they are per energy
     source : where the curves and the peak come from
 
     Published sensitivities of colour cameras are mostly relative and per energy, data sheets' quantum
     efficiencies per photon. A response per energy is λ/hc times a quantum efficiency, so it is divided by λ
-    before the peak is set: that moves the highest point towards the blue.
+    before the peak is set, which moves the maximum towards the blue.
 
     >>> flat = Curve((400.0, 800.0), (1.0, 1.0))
     >>> nodes = np.array([400.0, 800.0])
@@ -96,12 +96,12 @@ class QuantumEfficiency:
 
     @classmethod
     def named(cls, name: str, *, peak: Number, source: str = "") -> QuantumEfficiency:
-        """Return those of a measured camera (``camsim list sensitivities``), whose curves are per energy."""
+        """Return the efficiencies of a measured camera (``camsim list sensitivities``), whose curves are per energy."""
         return cls(_in_order(sensitivities(name)), per="energy", peak=peak, source=source)
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """The letters, one a channel."""
+        """The letters, one per channel."""
         return tuple(letter for letter, _ in self.curves)
 
     def select(self, channels: tuple[str, ...]) -> QuantumEfficiency:

@@ -1,4 +1,4 @@
-"""What an electronic stage is: facts about it, and one verb, ``apply``; electrons in, electrons out."""
+"""Electronic stages: declarations and one operation, ``apply``, from electrons to electrons."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from camsim.core.custom import is_custom, refused
 from camsim.sensor import streams
 
 CUSTOM_STREAMS = 1000
-"""Streams from here on are free for stages of one's own; those below are camsim's."""
+"""First random stream for custom stages; those below are camsim's."""
 
 _NORMAL = 0.25  # the largest standard deviation of normal gains: four of them above 0
 
@@ -29,12 +29,12 @@ class Phase(IntEnum):
     ['LIGHT', 'NEIGHBOURS', 'CHARGE', 'COUNT', 'WELL', 'READ']
     """
 
-    LIGHT = 1  # what each photosite sees, neighbours of the window included
-    NEIGHBOURS = 2  # what ends in the photosite next door
-    CHARGE = 3  # what gathers during the exposure, as a mean
+    LIGHT = 1  # light on each photosite, neighbours of the window included
+    NEIGHBOURS = 2  # crosstalk between neighbouring photosites
+    CHARGE = 3  # mean charge collected during the exposure
     COUNT = 4  # the mean becomes whole electrons
-    WELL = 5  # what a photosite can hold
-    READ = 6  # what happens on the way to the converter
+    WELL = 5  # capacity of a photosite
+    READ = 6  # read-out up to the converter
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,20 +42,20 @@ class Context:
     """What a stage may know besides its electrons: exposure, seeds, and which photosites these are.
 
     time_s, iso      : of the exposure
-    temperature_c    : of the sensor, for the dark current; None: the one that its figure holds at
+    temperature_c    : of the sensor, for the dark current; None: the reference temperature of its figure
     electrons_per_dn : for noise after the gain
     seed             : of the temporal noise, together with ``frame_number``
     serial           : of the sensor, for the fixed patterns
     origin           : (row, col) of the window's first photosite in the full frame
     frame_cols       : width of the full frame
-    read_out         : of the exposure's, which one this is; those draw their noise apart from phase READ on
+    read_out         : index of this read-out of the exposure; from phase READ on read-outs draw independent noise
     rows_in_all      : of the window
     rows_before      : of the window, above these electrons
-    margin           : photosites beyond the window on each side of these electrons, for what neighbours give
+    margin           : photosites of padding on each side of these electrons, for contributions of neighbours
     phase            : in which the stage is asked to act
-    shape            : (rows, cols) of these electrons; None where there are none yet (``over``, ``draws``)
-    stages           : all that act
-    asking           : the stage that is asked to act; one of one's own draws from the streams that it has declared
+    shape            : (rows, cols) of these electrons; None before electrons exist (``over``, ``draws``)
+    stages           : all active stages
+    asking           : the stage being applied; a custom one may draw only from the streams that it declares
     begun            : streams of these rows that it has begun to draw from
 
     >>> context = Context(time_s=0.01, seed=1, serial=1, origin=(0, 0), frame_cols=8, rows_in_all=4)
@@ -90,16 +90,16 @@ class Context:
         return self.origin[0] + self.rows_before - self.margin, self.origin[1] - self.margin
 
     def other(self, kind: type[S]) -> S | None:
-        """Return the stage of a kind that acts too; None without one."""
+        """Return the active stage of a class; None without one."""
         return next((stage for stage in self.stages if isinstance(stage, kind)), None)
 
     def generator(self, stream: int) -> np.random.Generator:
-        """Return the generator of a temporal stage for these rows, at its beginning: ask once, and draw all of it."""
+        """Return the generator of a temporal stage for these rows, at its start: call once and draw all from it."""
         self._check_declared(stream, temporal=True)
         return self._drawing(stream, self.rows_before // streams.BLOCK_ROWS)
 
     def frame_generator(self, stream: int) -> np.random.Generator:
-        """Return the generator of a temporal stage that draws once for all rows."""
+        """Return the generator of a temporal stage that draws once per frame."""
         self._check_declared(stream, temporal=True)
         return self._drawing(stream, 0)
 
@@ -110,7 +110,7 @@ class Context:
 
     @property
     def _its_read_out(self) -> int:
-        """The read-out that draws by itself: what happens to the charge before is all read-outs'."""
+        """Index of the read-out for drawing; 0 before phase READ, where read-outs share the charge."""
         return self.read_out if self.phase is Phase.READ else 0
 
     def normals(self, stream: int, shape: tuple[int, ...]) -> F32:
@@ -124,7 +124,7 @@ class Context:
         normals = streams.fixed_normals(
             self.serial, stream, rows=rows, cols=cols, origin=self.first, frame_cols=self.frame_cols
         )
-        return normals.copy() if is_custom(self.asking) else normals  # one of one's own may write into them
+        return normals.copy() if is_custom(self.asking) else normals  # a custom stage may modify them
 
     def column_normals(self, stream: int, cols: int) -> F32:
         """Return the (cols,) standard normals of a fixed pattern that belong to these photosites' columns."""
@@ -136,11 +136,11 @@ class Context:
         return one_row.ravel()
 
     def normals_drawn(self, rows: int) -> int:
-        """Return how many numbers ``normals`` draws for so many rows, a block at a time as the chain does."""
+        """Return how many numbers ``normals`` draws for a number of rows, block by block as the chain does."""
         return streams.fixed_count(rows, first_row=self.first[0], frame_cols=self.frame_cols)
 
     def _check_declared(self, stream: int, *, temporal: bool) -> None:
-        """Refuse draws of a stage of one's own that its facts do not tell: others could have the same numbers."""
+        """Raise if a custom stage draws from a stream it does not declare: another could share its numbers."""
         stage = self.asking
         if stage is None or not is_custom(stage):
             return
@@ -163,13 +163,13 @@ class Context:
 class ElectronicStage(Protocol):
     """A frozen dataclass with these facts and verbs; one that inherits from this class says only what differs.
 
-    name          : of the camera's field, and before the messages of what it refuses
+    name          : of the camera's field, and prefix of its error messages
     phases        : when it acts, mostly one
-    stream        : id of its random stream, or several; None: nothing is drawn. A number once used keeps its meaning,
-                    or old captures change
+    stream        : id of its random stream, or several; None: nothing is drawn. Ids must not be reused,
+    or old captures change
     temporal      : whether it draws anew in each frame (from the seed) or once for the sensor (from the serial number)
-    without_noise : whether it acts on a capture without noise too
-    margin        : photosites that it needs beyond those that it gives, on every side
+    without_noise : whether it also acts in captures without noise
+    margin        : photosites of padding that it needs on every side
     whole_window  : whether it needs all rows at once
 
     >>> import camsim
@@ -181,30 +181,30 @@ class ElectronicStage(Protocol):
 
     name: ClassVar[str]
     phases: ClassVar[tuple[Phase, ...]] = (Phase.READ,)
-    stream: ClassVar[Any] = None  # a number, a tuple of them or None, each stage with its own type
+    stream: ClassVar[Any] = None  # a number, a tuple of numbers or None; stages narrow the type
     temporal: ClassVar[bool] = False
     without_noise: ClassVar[bool] = False
     margin: ClassVar[int] = 0
     whole_window: ClassVar[bool] = False
 
     def apply(self, electrons: F64, context: Context) -> F64:
-        """Return the electrons (rows, cols) after the stage; those that came in are left alone."""
+        """Return the electrons (rows, cols) after the stage; the input must not be modified."""
         ...
 
     def over(self, context: Context) -> ElectronicStage:
-        """Return the stage as it acts on a window: numbers that many blocks share are drawn here, once."""
+        """Return the stage prepared for a window: random numbers shared by its blocks are drawn here, once."""
         return self
 
     def draws(self, shape: tuple[int, int], context: Context) -> int:
-        """Return how many random numbers it draws for a window in a phase."""
+        """Return the number of random numbers it draws for a window in a phase."""
         return 0
 
     def dark_noise_e(self, electrons_per_dn: float) -> float:
-        """Return the standard deviation that it gives a dark frame, anew each time, electrons."""
+        """Return the standard deviation of its temporal noise in a dark frame, electrons."""
         return 0.0
 
     def lacks(self, others: Sequence[ElectronicStage]) -> str:
-        """Return what it needs and does not find among these, as a sentence; empty when nothing is missing."""
+        """Return a sentence on the stages it requires that are missing; empty if none."""
         return ""
 
 
@@ -222,8 +222,10 @@ def add_normals(electrons: F64, sigma_e: float, normals: F32) -> F64:
 
 
 def gains(fraction: float, normals: F32) -> F64:
-    """Return gains of mean 1 and standard deviation ``fraction``, nowhere below 0: as normals are, and large ones
-    log-normal, of which a normal one would be cut at 0, and its mean higher than 1."""
+    """Return gains of mean 1 and standard deviation ``fraction``, never below 0.
+
+    Small fractions give normal gains, large ones log-normal: normals clipped at 0 would have a mean above 1.
+    """
     one = normals.astype(np.float64)
     if fraction > _NORMAL:
         variance = math.log1p(fraction**2)

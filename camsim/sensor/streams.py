@@ -1,8 +1,8 @@
-"""Random streams: what a stage draws depends on the seed and the place, never on threads or other stages.
+"""Random streams: draws depend on seed and position only, never on threads or other stages.
 
-Every stage has an id of its own and draws from Philox(SeedSequence([seed, stage id, frame number, block]))
-for each block of 64 full-width rows. Fixed patterns belong to the sensor: they draw the same way from its
-serial number, for blocks of the *full frame*, and a window cuts its part out.
+Every stage has a unique id and draws from Philox(SeedSequence([seed, stage id, frame number, block]))
+for each block of 64 full-width rows. Fixed patterns belong to the sensor: they are drawn likewise from its
+serial number, for blocks of the *full frame*, of which a window takes its part.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from camsim.core.arrays import F32
 from camsim.core.errors import InvalidValueError
 
 BLOCK_ROWS = 64
-_AT_ONCE = 1 << 18  # normals, as many as stay in a processor's cache
+_AT_ONCE = 1 << 18  # normals that fit in a processor's cache
 
 _MOST_KEPT, _LARGEST_KEPT = 256, 1 << 16  # blocks of fixed patterns, normals of one: 64 MiB at most
 _KEPT: dict[tuple[object, ...], F32] = {}
@@ -26,7 +26,7 @@ def generator(seed: int, stream: int, *, block: int, frame_number: int = 0, read
     """Return the generator of one stage in one block of rows of one frame.
 
     stream   : the stage's id (``ElectronicStage.stream``)
-    read_out : of those of one exposure; the first has no word of its own
+    read_out : index among those of one exposure; 0 adds nothing to the seed sequence
 
     >>> generator(7, 2, block=0).random() == generator(7, 2, block=0).random()
     True
@@ -43,15 +43,14 @@ def fixed_normals(serial: int, stream: int, *, rows: int, cols: int, origin: tup
     origin     : (row, col) of the first photosite in the full frame
     frame_cols : width of the full frame
 
-    A window's normals are that slice of the full frame's, exactly. 24 bits of a normal are plenty: they are
-    multiplied by a spread and added to a number that is rounded far more coarsely. Beyond the frame's left, right
-    and upper edges, where no photosite has a pattern, they are 0. Those of small windows are kept for the next
-    exposure, and cannot be written into.
+    A window's normals are exactly that slice of the full frame's. 24 bits of a normal suffice: they are multiplied
+    by a standard deviation and added to a number that is rounded far more coarsely. They are 0 beyond the left,
+    right and upper edges of the frame. Those of small windows are cached for the next exposure, and read-only.
     """
     key = serial, stream, rows, cols, origin, frame_cols
     with _KEPT_BY:
         if (known := _KEPT.pop(key, None)) is not None:
-            _KEPT[key] = known  # the last asked for is the last to go
+            _KEPT[key] = known  # most recently used, so evicted last
             return known
     normals = _drawn(serial, stream, rows=rows, cols=cols, origin=origin, frame_cols=frame_cols)
     if normals.size <= _LARGEST_KEPT:
@@ -72,7 +71,7 @@ def _drawn(serial: int, stream: int, *, rows: int, cols: int, origin: tuple[int,
     while row < stop_row:
         block, skipped = divmod(row, BLOCK_ROWS)
         stop = min((block + 1) * BLOCK_ROWS, stop_row)
-        # A block's numbers come row by row: those before the window are drawn too, those behind it are not.
+        # A block is drawn row by row: rows before the window are drawn too, those after it are not.
         drawing = generator(serial, stream, block=block)
         _pass_over(drawing, skipped * frame_cols)
         for inside in normals[row - first_row : stop - first_row, left - first_col : stop_col - first_col]:
@@ -84,16 +83,16 @@ def _drawn(serial: int, stream: int, *, rows: int, cols: int, origin: tuple[int,
 
 
 def _pass_over(drawing: np.random.Generator, count: int) -> None:
-    """Draw normals that nobody asks for, a part at a time: how wide a frame is, memory need not know."""
+    """Draw and discard normals in parts, so that memory does not grow with the width of the frame."""
     while count > 0:
         drawing.standard_normal(min(count, _AT_ONCE), dtype=np.float32)
         count -= _AT_ONCE
 
 
 def fixed_count(rows: int, *, first_row: int, frame_cols: int) -> int:
-    """Return how many normals ``fixed_normals`` draws when it is asked for BLOCK_ROWS rows at a time.
+    """Return how many normals ``fixed_normals`` draws when called for BLOCK_ROWS rows at a time.
 
-    A block of the frame begins again at its top for each part of it that is asked for.
+    Each call within a block of the frame starts again at the top of the block.
     """
     drawn = 0
     for begin in range(first_row, first_row + rows, BLOCK_ROWS):

@@ -1,4 +1,4 @@
-"""Tables of colour-science, kept in the user's cache folder: reading them takes a millisecond, its import a second."""
+"""Tables of colour-science in the user's cache folder: reading takes a millisecond, its import a second."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from typing import TypeVar
 import platformdirs
 
 T = TypeVar("T")
-_version = functools.cache(metadata.version)  # which reads all that a package says of itself
+_version = functools.cache(metadata.version)  # reads a package's metadata, which is slow
 
 
 def kept(make: Callable[[], T]) -> Callable[[], T]:
-    """Call a function once for each version of colour-science and of its own source; later its result is read.
+    """Cache the result of a function on disk, per version of colour-science and of the function's source.
 
-    The result is made of dicts, lists, words and numbers, which come back to the last bit. A file that is damaged is
-    made anew; a folder that cannot be written keeps nothing.
+    The result consists of dicts, lists, strings and numbers, which are restored exactly. A damaged file is recreated;
+    without write access nothing is cached.
     """
 
     @functools.cache
@@ -50,7 +50,7 @@ def _digest(text: str) -> str:
 
 
 def _write(file: Path, text: str) -> None:
-    """Write all of a file or nothing, whoever else is writing it."""
+    """Write a file atomically, safe against concurrent writers."""
     file.parent.mkdir(parents=True, exist_ok=True)
     handle, name = tempfile.mkstemp(dir=file.parent)
     with open(handle, "w", encoding="utf-8") as stream:

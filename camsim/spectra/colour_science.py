@@ -1,4 +1,4 @@
-"""The one door to colour-science: imported when first needed, and without its side effects."""
+"""Lazy import of colour-science, without its side effects."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def colour_science() -> ModuleType:
         warnings.simplefilter("ignore")
         import colour
 
-        # The data sets are filled in lazily, each with warnings of its own.
+        # The data sets are loaded lazily, each with its warnings.
         for data in (colour.SDS_ILLUMINANTS, colour.SDS_COLOURCHECKERS, colour.MSDS_CAMERA_SENSITIVITIES):
             len(data)
     module: ModuleType = colour

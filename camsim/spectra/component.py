@@ -1,4 +1,4 @@
-"""A part of a spectrum: what one plane of a picture adds, which may be less than nothing."""
+"""A spectral component: the contribution of one plane of a picture, which may be negative."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from camsim.spectra.curve import Curve, Spectrum
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Component:
-    """A curve of any sign through tabulated points, straight in between; beyond them it goes on as it ends.
+    """A curve of any sign through tabulated points, piecewise linear; constant outside.
 
     wavelength_nm, values : (n,)
     """
@@ -22,7 +22,7 @@ class Component:
 
     @classmethod
     def less(cls, spectrum: Spectrum) -> Component:
-        """Return what takes a reflectance off."""
+        """Return the negative of a reflectance."""
         if isinstance(spectrum, Curve):
             return cls(np.array(spectrum.wavelength_nm, float), -np.array(spectrum.values, float))
         return cls(np.array([1.0]), np.array([-float(spectrum)]))
@@ -34,7 +34,7 @@ class Component:
 
     @property
     def size(self) -> Spectrum:
-        """The curve without its sign: it bends where this one does."""
+        """The absolute value of the curve, with the same kinks."""
         if self.values.size == 1:
             return abs(float(self.values[0]))
         return Curve(tuple(self.wavelength_nm.tolist()), tuple(np.abs(self.values).tolist()), outside="hold")

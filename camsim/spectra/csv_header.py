@@ -1,4 +1,4 @@
-"""What the header of a table says: which column holds the wavelengths, and the units of its numbers."""
+"""Interpretation of a table's header: the column of wavelengths, and units."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ _LENGTH = r"(?:[nuµμ]m|å|nanomet\w*|micron\w*|micromet\w*|angstr\w*)"
 _WAVE = r"(?:wave[\s_-]?lengths?|wave|lambda|λ|wl|wellenl\w+)"
 _BARE_ANGSTROM = r"[\[(/]\s*aa?\s*(?:[\])]|$)"
 
-# From the surest on: what is called a wavelength or a unit alone, what speaks of waves, what has a unit of length.
+# By decreasing certainty: named wavelength or a unit alone, mentions waves, has a unit of length.
 _CALLED = re.compile(rf"[\W_]*(?:{_WAVE}(?:[\W_]*(?:{_LENGTH}|aa?|m))?|{_LENGTH})[\W_]*")
 _OF_WAVES = re.compile(rf"wave(?![\W_]*num)|lambda|λ|wellenl|{_BEGIN}wl{_END}")
 _OF_LENGTH = re.compile(rf"{_BEGIN}{_LENGTH}(?!{_INVERSE})(?![\w²³^])")
-# W/m²/nm, W/(m² nm), photons/nm: densities, and no lengths.
+# W/m²/nm, W/(m² nm), photons/nm: densities, not lengths.
 _PER_LENGTH = re.compile(
     rf"(?:[\d²]\s*[/·*]?|(?:\)|{_BEGIN}(?:m?w|j|photons?|electrons?|counts?))\s*/)\s*{_LENGTH}{_END}"
 )
 # "wavelengths in µm", also among other words.
 _STATED = re.compile(rf"{_WAVE}[\W_]*(?:(?:are|is|given|in)[\W_]+)*{_LENGTH}{_END}")
 
-# A number before it makes a unit one of what was measured, not of the column: "QE at 25 µm pitch".
+# After a number, a unit belongs to a condition, not to the column: "QE at 25 µm pitch".
 _PER_CENT = r"(?<![\w.,])\d+(?:[.,]\d+)?\s*[%‰]"
 _QUANTITY = re.compile(rf"{_PER_CENT}|(?<![\w.,])\d+(?:[.,]\d+)?[\s-]*(?:{_LENGTH}|cm{_INVERSE}|m?ev){_END}")
 _MAY_BE_PER_CENT = re.compile(rf"{_PER_CENT}\s*[)\]]?\s*$|(?<![\w.,])100\s*%")
@@ -60,46 +60,46 @@ def wavelengths_at(names: Sequence[str]) -> int | None:
 
 
 def columns_called(names: Sequence[str]) -> list[int]:
-    """Return the columns that are called wavelength, or by a unit of length alone."""
+    """Return the columns named wavelength, or by a unit of length alone."""
     return [place for place, name in enumerate(names) if _CALLED.fullmatch(name.lower())]
 
 
 def is_header(names: Sequence[str]) -> bool:
-    """Whether cells of a remark are names of columns: one is called wavelength, or the first is of it."""
+    """Whether cells of a remark are column names: one is named wavelength, or the first refers to it."""
     return bool(columns_called(names)) or wavelengths_at(names) == 0
 
 
 def scales_nm(name: str) -> set[float | None]:
-    """Return what a column's unit is in nm: none without a unit, None where it is no wavelength."""
+    """Return scale factors of a column's units to nm: empty without a unit, None for a non-length."""
     text = _bare(name)
     return _found(_NM, text) | ({None} if re.search(_NO_WAVELENGTH, text) else set())
 
 
 def scales_of(name: str) -> set[float | None]:
-    """Return what values are to be multiplied by: none without a unit, None where they are logarithms."""
+    """Return scale factors of values: empty without a unit, None for logarithms."""
     return _found(_FRACTIONS, _bare(name))
 
 
 def may_be_per_cent(name: str) -> bool:
-    """Whether a name may be of per cent or say so of another thing: "Filter 2 %", "T (0-100 %)"."""
+    """Whether it is ambiguous if a name means per cent: "Filter 2 %", "T (0-100 %)"."""
     return bool(_MAY_BE_PER_CENT.search(name))
 
 
 def stated_nm(remarks: str) -> set[float | None]:
-    """Return the units that remarks give the wavelengths, word beside word."""
+    """Return the units of wavelengths in remarks, next to that word."""
     return {scale for found in _STATED.findall(_bare(remarks)) for scale in scales_nm(found)}
 
 
 def wavenumbers(remark: str) -> str:
-    """Return the word in a remark that makes the numbers wavenumbers; "" where none is."""
+    """Return the word in a remark that declares wavenumbers; "" if none."""
     found = re.search(_WAVENUMBERS, _bare(remark))
     return found[0] if found else ""
 
 
 def unclear(remark: str) -> str:
-    """Return the unit in a remark that may be the numbers' or not, and would change them in silence; "" where none is.
+    """Return an ambiguous unit in a remark that would silently rescale the numbers; "" if none.
 
-    µm and m would not: read as nm they are no light.
+    µm and m would not: read as nm they are outside the range of light.
     """
     text = _STATED.sub(" ", _bare(remark))
     found = re.search("|".join(pattern for pattern, scale in (*_NM, *_FRACTIONS) if scale and scale < 1.0), text)

@@ -1,4 +1,4 @@
-"""Curves from CSV files as people have them: the usual separators, decimal commas, comments, units in a header."""
+"""Curves from CSV files: common separators, decimal commas, comments, units in a header."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Column: TypeAlias = str | int
 
 MAX_BYTES = 16 * 2**20
 LEAST_NM, MOST_NM = 50.0, 20_000.0
-"""No light that a camera sees is shorter, or longer: a table of such numbers has another unit."""
+"""Range of wavelengths of cameras: numbers outside have another unit."""
 
 _NUMBER = re.compile(r"[-+]?(\d+([.,]\d*)?|[.,]\d+)([eE][-+]?\d+)?")
 _BEGINS = re.compile(r"\s*\"?[-+]?[.,]?\d")
@@ -27,7 +27,7 @@ _BETWEEN = re.compile(r"[\W_]+")
 _COMMENT = re.compile(r"\s*(#|//)\s*")
 _THOUSANDS = re.compile(r"[1-9],\d{3}")
 _APART = (";", "\t", ",", r"\s{2,}", r"(?<![/\s])\s+(?![\[(/\s])")
-"""What names may be separated by: last, spaces that lead to no unit."""
+"""Separators of names; last, spaces not followed by a unit."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,8 +41,8 @@ def read_points(
 ) -> tuple[list[float], list[float]]:
     """Return wavelengths (nm, increasing) and values of one column of a CSV file.
 
-    column : its name in the header, or its number, the file's first being 1; of two columns the other one when None
-    shown  : what messages call the file
+    column : its name in the header, or its number, from 1; None: the other one of two columns
+    displayed : name of the file in messages
 
     Cells are separated by semicolons, tabs, commas or spaces; a decimal comma is read where commas separate nothing,
     lines that begin with # or // are left out, empty cells are no points, and the order of the rows is free. The header
@@ -54,7 +54,7 @@ def read_points(
 
 
 def columns(path: str | os.PathLike[str], displayed: str = "") -> list[tuple[int, str]]:
-    """Return number and name of each column but the wavelengths'; the number in place of a name where there is none."""
+    """Return number and name of each column except the wavelengths'; unnamed ones have their number as name."""
     return _Table(os.fspath(path), displayed or os.fspath(path)).columns()
 
 
@@ -77,7 +77,7 @@ class _Table:
         self._mark = ""
 
     def _above(self, lines: Sequence[str]) -> tuple[list[_Row], Sequence[str]]:
-        """Return the rows of the header, and the lines above the numbers where no header names units.
+        """Return the rows of the header, and the lines above the numbers if no header has units.
 
         A comment directly above the numbers is a header where it names the wavelengths; other words that are as many as
         the columns are names only.
@@ -95,7 +95,7 @@ class _Table:
         return [row for row in above[-1:] if len(row.cells) == widest > 1], lines
 
     def _names(self, line: str, width: int) -> Sequence[str]:
-        """Return the cells of a line above the numbers; names may be separated otherwise than those."""
+        """Return the cells of a line above the numbers, whose separator may differ."""
         bare = _COMMENT.sub("", line, count=1)
         one = self._cells(bare)
         if len(one) == width and self.separator != " ":
@@ -107,7 +107,7 @@ class _Table:
         return one
 
     def columns(self) -> list[tuple[int, str]]:
-        """Return number and name of each column but the wavelengths'."""
+        """Return number and name of each column except the wavelengths'."""
         others = self._others(self._place())
         return [(k + 1, self.header[0].cells[k] if self.header else str(k + 1)) for k in others]
 
@@ -157,7 +157,7 @@ class _Table:
         return csv_header.wavelengths_at(self._texts()) or 0
 
     def _validate_signs(self, chosen: int) -> None:
-        """Refuse a column with a % in some cells only: the others may be per cent or not."""
+        """Raise for a column with % in some cells only: the others are ambiguous."""
         rows = [row for row in self.rows if chosen < len(row.cells) and row.cells[chosen].strip("0., ")]
         signed = [row.cells[chosen].endswith("%") for row in rows]
         if any(signed) and not all(signed):
@@ -165,7 +165,7 @@ class _Table:
             self._refuse(row, f"{row.cells[chosen][:40]!r} has no %, and other cells have; give all of them one")
 
     def _validate_thousands(self, chosen: int) -> None:
-        """Refuse 900 beside 1,000: with a mark between thousands the one would be 900 times the other."""
+        """Raise for 900 next to 1,000: a thousands separator would change the ratio."""
         cells = [(row, row.cells[chosen]) for row in self.rows if chosen < len(row.cells)]
         marked = [(row, cell) for row, cell in cells if "," in cell]
         whole = any(cell.isdecimal() and int(cell) >= 100 for _, cell in cells)
@@ -199,7 +199,7 @@ class _Table:
         return [cell.strip() for cell in cells]
 
     def _texts(self) -> list[str]:
-        """Return what stands above each column, in all rows of the header."""
+        """Return the text above each column, over all rows of the header."""
         width = len(self.header[0].cells) if self.header else 0
         return [" ".join(row.cells[k] for row in self.header if k < len(row.cells)) for k in range(width)]
 
@@ -237,9 +237,9 @@ class _Table:
         return found[0]
 
     def _named(self, column: str, others: Sequence[int]) -> list[int]:
-        """Return the columns of a name in any row of the header: by its letters, without case, without unit, as a word.
+        """Return the columns of a name in any header row: exact, case-insensitive, without unit, or as a word.
 
-        So R is found as "R", "r", "R (%)", or "QE R [%]" where no other column has that word.
+        So R is found as "R", "r", "R (%)", or "QE R [%]" if no other column has that word.
         """
         wanted = column.strip().casefold()
         for names in (lambda text: (text,), lambda text: (_UNIT.sub("", text),), lambda text: _BETWEEN.split(text)):
@@ -254,7 +254,7 @@ class _Table:
         return []
 
     def _scale_nm(self, place: int) -> float:
-        """Return what the wavelengths are to be multiplied by."""
+        """Return the scale factor of the wavelengths to nm."""
         text = "".join(self._texts()[place : place + 1])
         scales = csv_header.scales_nm(text)
         if self.remarks:
@@ -269,7 +269,7 @@ class _Table:
         return next((scale for scale in scales if scale), 1.0)
 
     def _scale_of(self, chosen: int) -> float | None:
-        """Return what the values are to be multiplied by; None where nothing above them says so."""
+        """Return the scale factor of the values; None if not stated."""
         for line, remark in enumerate(self.remarks, 1):
             if unit := csv_header.unclear(remark):
                 raise InputError(
@@ -295,7 +295,7 @@ class _Table:
         return next((scale for scale in scales if scale), None)
 
     def _number(self, row: _Row, place: int, sign: str = "") -> float | None:
-        """Return the number of a cell without the sign that may follow it; None of an empty one."""
+        """Return the number of a cell without a trailing sign; None if empty."""
         text = row.cells[place] if place < len(row.cells) else ""
         if not text:
             return None
@@ -317,12 +317,12 @@ class _Table:
 
 
 def _rounded(number: float) -> float:
-    """Return a number that was scaled as it would have been written: 0.4001 µm are 400.1 nm."""
+    """Return a scaled number rounded as it would be written: 0.4001 µm are 400.1 nm."""
     return float(f"{number:.14g}")
 
 
 def _text(path: str, displayed: str) -> str:
-    """Return the text of a file: UTF-8, UTF-16 with its mark, or what Windows writes."""
+    """Return the text of a file: UTF-8, UTF-16 with BOM, or the Windows code page."""
     try:
         if Path(path).exists() and not Path(path).is_file():
             raise InputError(f"{displayed}: not a file")
@@ -349,16 +349,16 @@ def _separator(line: str) -> str:
         if mark in line:
             return mark
     spaced = line.split()
-    # Of numbers with decimal commas between spaces no comma ends a word.
+    # With decimal commas between spaces, no word ends in a comma.
     if "," in line and (len(spaced) == 1 or any(word.endswith(",") for word in spaced[:-1]) or '"' in line):
         return ","
     return " "
 
 
 def _header(rows: Sequence[_Row], width: int | None) -> list[_Row]:
-    """Return the rows of names: those of at least two, as wide as the last of them.
+    """Return the rows of names: those with at least two, and as many as the last one.
 
-    width : of the rows of numbers, where names that hold a space would seem to be two
+    width : of the rows of numbers, as names with spaces would look like two
     """
     wide = [row for row in rows if sum(bool(cell) for cell in row.cells) > 1]
     return [row for row in wide if len(row.cells) == (width or len(wide[-1].cells))]

@@ -116,23 +116,23 @@ class Curve:
         return values
 
     def going_on(self, outside: Literal["zero", "hold"]) -> Curve:
-        """Return the curve that says what lies beyond its table; this one where it says so itself."""
+        """Return the curve with a value of ``outside``; this one if it already has one."""
         return self if self.outside is not None else dataclasses.replace(self, outside=outside)
 
 
 Spectrum: TypeAlias = float | Curve
 
 NumberOrCurve: TypeAlias = Number | Curve
-"""What constructors take for it."""
+"""Type accepted by constructors."""
 
 
 def ends_where_no_light_is(last_nm: float) -> str:
-    """Return what is wrong with a table whose last wavelength is too short, most likely in another unit than nm."""
+    """Return the fault of a table whose last wavelength is too short, most likely in another unit than nm."""
     return f"ends at {last_nm:g} nm, where there is no light; give nm{wavelength_hint(last_nm)}"
 
 
 def check_wavelengths(each_nm: Iterable[float], key: str) -> None:
-    """Raise InvalidValueError for the first number that is no wavelength of light in nm."""
+    """Raise InvalidValueError for the first number that is not a wavelength of light in nm."""
     for nm in each_nm:
         if not LIGHT_NM[0] <= nm <= LIGHT_NM[1]:
             usual = f"give nm, {LIGHT_NM[0]:g} … {LIGHT_NM[1]:g}"
@@ -140,7 +140,7 @@ def check_wavelengths(each_nm: Iterable[float], key: str) -> None:
 
 
 def _of_fractions(curve: Curve) -> Curve:
-    """Refuse a curve that is more than 1 somewhere: more light than there is."""
+    """Raise for a curve above 1, which would create light."""
     highest = max(curve.values)
     if highest > 1.0:
         where = curve.wavelength_nm[int(np.argmax(curve.values))]
@@ -153,19 +153,19 @@ def _held(curve: Curve) -> Curve:
 
 
 Filter: TypeAlias = Fraction | Annotated[Curve, After(_of_fractions)]
-"""The fraction that passes."""
+"""Transmission of a filter."""
 
 Transmission: TypeAlias = Fraction | Annotated[Curve, After(_of_fractions), After(_held)]
-"""The fraction that a lens lets through; it goes on beyond its table as it ends."""
+"""Transmission of a lens; constant outside its table."""
 
 Reflectance: TypeAlias = (
     Fraction | Annotated[Curve, After(_of_fractions), After(_held), Called("a Curve", "reflectance('orange') is one")]
 )
-"""The fraction that comes back from a surface; it goes on beyond its table as it ends."""
+"""Reflectance of a surface; constant outside its table."""
 
 
 class Tabulated(Protocol):
-    """What has values over wavelength."""
+    """Protocol of objects with values over wavelength."""
 
     def at(self, wavelength_nm: F64) -> F64:
         """Return the values at ``wavelength_nm`` (any shape)."""
@@ -173,7 +173,7 @@ class Tabulated(Protocol):
 
 
 def spectrum_at(spectrum: float | Tabulated, wavelength_nm: F64) -> F64:
-    """Return a spectrum's values at ``wavelength_nm``; a number is the same everywhere.
+    """Return a spectrum's values at ``wavelength_nm``; a number is constant.
 
     >>> spectrum_at(0.18, np.array([450.0, 550.0]))
     array([0.18, 0.18])

@@ -1,6 +1,6 @@
-"""Integrals over wavelength: nodes that follow every curve of a product, and fewer of them that weigh the same.
+"""Integrals over wavelength: quadrature nodes that resolve every curve of a product, and reduced equivalent sets.
 
-Curves are straight between their points. Between two neighbouring points of *any* of the curves that multiply, their
+Curves are piecewise linear. Between two neighbouring points of *any* of the curves that multiply, their
 product is a polynomial of as many degrees as there are curves, and Gauss–Legendre nodes integrate it without error.
 """
 
@@ -20,13 +20,13 @@ _LONGEST_NM = 8.0
 _PER_NM = 1.2
 
 LUMPED = 6
-"""Nodes that a nanometre needs, however many points its curves have there; see ``lumped``."""
+"""Most nodes per nanometre after reduction; see ``lumped``."""
 
 
 def nodes_between(breaks_nm: F64, degree: int) -> tuple[F64, F64]:
-    """Return nodes (n,) and weights (n,) that integrate what is a polynomial of ``degree`` between any two breaks.
+    """Return nodes (n,) and weights (n,) that integrate piecewise polynomials of ``degree`` between breaks.
 
-    breaks_nm : increasing, at least two: where the integral begins, every kink and step on the way, where it ends
+    breaks_nm : increasing, at least two: lower limit, every kink and step, upper limit
 
     >>> nodes, weights = nodes_between(np.array([500.0, 500.5, 502.0]), degree=1)
     >>> nodes.round(3).tolist(), weights.tolist(), float(nodes @ weights)
@@ -50,7 +50,7 @@ def nodes_between(breaks_nm: F64, degree: int) -> tuple[F64, F64]:
 
 
 def lumped(wavelength_nm: F64, density: F64) -> tuple[F64, F64]:
-    """Return fewer nodes (m,) in nm, and the density (…, m) on them, for what is smooth over a nanometre.
+    """Return fewer nodes (m,) in nm, and the density (…, m) on them, for integrands smooth over a nanometre.
 
     wavelength_nm : (n,) increasing;  density: (…, n) weights included, for sums Σ density·f(λ)
 
@@ -85,7 +85,7 @@ def lumped(wavelength_nm: F64, density: F64) -> tuple[F64, F64]:
 
 
 def whole_nanometres(wavelength_nm: F64, most: int = 50_000) -> Iterator[slice]:
-    """Yield parts of nodes (n,) that ``lumped`` may take one by one: of ``most`` nodes, and a nanometre more.
+    """Yield slices of nodes (n,) that ``lumped`` can process separately: ``most`` nodes, up to a whole nanometre.
 
     >>> list(whole_nanometres(np.array([500.1, 500.9, 501.2, 501.8, 502.0]), most=1))
     [slice(0, 2, None), slice(2, 4, None), slice(4, 5, None)]
@@ -100,7 +100,7 @@ def whole_nanometres(wavelength_nm: F64, most: int = 50_000) -> Iterator[slice]:
 def lagrange(at: F64, nodes: F64, x: F64, gauss_w: F64) -> F64:
     """Return (n, m): Lagrange's polynomials of nodes (m,) at (n,) points.
 
-    nodes : those of a Gauss–Legendre rule, x and its weights gauss_w on −1 … 1, moved to where they are wanted
+    nodes : those of a Gauss–Legendre rule (x with weights gauss_w on −1 … 1), mapped to an interval
 
     With the barycentric weights (−1)^j·√((1 − x²)·w) of Wang & Xiang (2012).
     """
@@ -116,7 +116,7 @@ def _gauss_legendre(count: int) -> tuple[F64, F64]:
 
 
 def _counted(sizes: I64) -> I64:
-    """Return 0 … size − 1 for every size, one after the other."""
+    """Return 0 … size − 1 for every size, concatenated."""
     ends = np.cumsum(sizes)
     counted: I64 = np.arange(ends[-1]) - np.repeat(ends - sizes, sizes)
     return counted

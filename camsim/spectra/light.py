@@ -1,4 +1,4 @@
-"""Light: what falls on the scene (or on the sensor itself), from a spectrum and a level to W/m² per nm."""
+"""Light on the scene (or on the sensor): from a spectrum and a level to W/m² per nm."""
 
 from __future__ import annotations
 
@@ -30,18 +30,18 @@ LUMINOUS_EFFICACY_LM_PER_W = 683.002
 
 VISIBLE_NM = (360.0, 830.0)
 
-# What silicon sees; a thermal radiator shines here.
+# Range of silicon, used for thermal radiators.
 _SILICON_NM = (300.0, 1100.0)
-# A Gaussian line is cut where its skirts hold 2e-9 of it, and met in panels of 1.5 standard deviations.
+# A Gaussian line is truncated with 2e-9 of it in its tails, and integrated in panels of 1.5 standard deviations.
 _LINE_SIGMAS, _LINE_PANELS, _LEAST_WIDTH_NM = 6.0, 8, 1e-6
-# Polynomials that follow it within such a panel to 1e-10, and Planck's law at 500 K (the coldest) over 8 nm.
+# Degree of polynomials accurate to 1e-10 within such a panel, and for Planck's law at 500 K (the coldest) over 8 nm.
 _LINE_DEGREE, _PLANCK_DEGREE = 10, 6
-# Straight between the points of a table, and the photons of a joule are in proportion to the wavelength.
+# Linear between the points of a table, times photons per joule, proportional to the wavelength.
 _TABLE_DEGREE, _PHOTONS_DEGREE = 1, 1
 
 _Spectrum: TypeAlias = Annotated[Curve, After(lambda curve: curve.going_on("zero"))]
 
-# Less light than this outside a table is nobody's concern.
+# Less light than this outside a table is ignored.
 _NEGLIGIBLE = 1e-3
 
 _SPECTRA = ("spectrum", "line_nm", "blackbody_k")
@@ -142,7 +142,7 @@ class Light:
             raise refusal(self, "width_nm", "is a line's width; this light is no line")
         if self.at == "sensor" and self.luminance_cd_per_m2 is not None:
             raise refusal(self, "luminance_cd_per_m2", "belongs to the scene; on the sensor give illuminance_lux")
-        _level_per_power(self)  # refuses what is dark
+        _level_per_power(self)  # raises for dark light
 
     def _check_line(self, line_nm: float) -> None:
         visible = self.irradiance_w_per_m2 is None
@@ -161,7 +161,7 @@ class Light:
 
     @property
     def name(self) -> str:
-        """What to call it in reports: "D55", "line of 550 nm", "blackbody of 3000 K", the curve's own name."""
+        """Its name in reports: "D55", "line of 550 nm", "blackbody of 3000 K", the curve's own name."""
         if isinstance(self.spectrum, Curve):
             return self.spectrum.name or "table"
         if self.spectrum is not None:
@@ -195,12 +195,12 @@ class Light:
 
     @property
     def is_one_line(self) -> bool:
-        """Whether all of it has one wavelength: a line, and none of a width that numbers could still resolve."""
+        """Whether it has a single wavelength: a line of zero or numerically unresolved width."""
         return self.line_nm is not None and self.width_nm < _LEAST_WIDTH_NM
 
     @property
     def ends_nm(self) -> tuple[float, float]:
-        """Where its spectrum begins and ends."""
+        """The ends of its spectrum."""
         kinks_nm = _shape(self).kinks_nm
         return kinks_nm[0], kinks_nm[-1]
 
@@ -214,18 +214,17 @@ class Light:
     def samples(self, *stages: Iterable[Spectrum]) -> LightSamples:
         """Return the spectral irradiance at nodes that integrate its product with one curve of every stage.
 
-        stages : what the light meets, one after the other; of each the curves of which it meets one (the reflectances
-                 of a scene, the channels of a sensor)
+        stages : stages in the light path, each with alternative curves (the reflectances of a scene, the channels
+        of a sensor)
 
-        Every point of every curve bounds a panel, so that nothing is missed however narrow, and steps may be as steep
-        as you like. Sums are integrals of the curves as they are given, exact to rounding; where the light is a line
-        with a width or a blackbody, to 1e-9.
+        Every point of every curve bounds a panel, so that narrow features and steps are resolved. Sums are integrals of
+        the given curves, exact to rounding; for a line of finite width or a blackbody, to 1e-9.
         """
         nodes, weights = _nodes(self, stages)
         return LightSamples(nodes, weights, self.irradiance_at(nodes), self.at == "sensor")
 
     def beyond(self, curve: Curve) -> str:
-        """Return which of its wavelengths lie outside a curve's table and how much they hold; empty if next to nothing.
+        """Return a text on its wavelengths outside a curve's table, and their share; empty if negligible.
 
         >>> Light("D55", illuminance_lux=1.0).beyond(Curve((300.0, 700.0), (1.0, 1.0)))
         '700..830 nm is missing, with 30 % of the photons of D55'
@@ -270,9 +269,9 @@ def planck(wavelength_nm: F64, temperature_k: float) -> F64:
 class _Shape:
     """A relative spectrum.
 
-    kinks_nm : increasing; it begins at the first and ends at the last, and is smooth between any two
+    kinks_nm : increasing, from the first to the last wavelength; smooth in between
     power    : W per nm between its ends, on any scale
-    degree   : of the polynomials that follow it between two kinks
+    degree   : of the polynomials that approximate it between two kinks
     """
 
     kinks_nm: tuple[float, ...]
@@ -295,13 +294,13 @@ def _shape(light: Light) -> _Shape:
     curve = light.spectrum if isinstance(light.spectrum, Curve) else illuminant(light.spectrum)
     kinks_nm = tuple(curve.wavelength_nm)
     if curve.outside == "hold":
-        # All the visible, at least.
+        # At least the visible range.
         kinks_nm = tuple(sorted({*kinks_nm, min(kinks_nm[0], VISIBLE_NM[0]), max(kinks_nm[-1], VISIBLE_NM[1])}))
     return _Shape(kinks_nm, curve.at, _TABLE_DEGREE)
 
 
 def _nodes(light: Light, stages: Iterable[Iterable[Spectrum]]) -> tuple[F64, F64]:
-    """Return nodes and weights that follow a light and all that it meets."""
+    """Return quadrature nodes and weights that resolve a light and all stages."""
     shape = _shape(light)
     first_nm, last_nm = shape.kinks_nm[0], shape.kinks_nm[-1]
     if light.is_one_line:

@@ -1,4 +1,4 @@
-"""Curves by name: reflectances, illuminants, camera sensitivities and the eye, from colour-science.
+"""Curves by name: reflectances, illuminants, camera sensitivities and observers, from colour-science.
 
 Where each data set comes from and under which licence: DATA_LICENSES.md.
 """
@@ -19,7 +19,7 @@ from camsim.spectra.cached import kept
 from camsim.spectra.colour_science import colour_science
 from camsim.spectra.curve import Curve
 
-# The 24 patches of ISO 17321-1 go by their bare names; the other charts by "chart/patch". Ohta's chart holds
+# The 24 patches of ISO 17321-1 have plain names; other charts "chart/patch". Ohta's chart holds
 # the same numbers as ISO 17321-1, so it is left out.
 _BARE_CHART = "ISO 17321-1"
 _CHARTS = (_BARE_CHART, "BabelColor Average", "PMC")
@@ -105,7 +105,7 @@ def _reflecting() -> dict[str, _Table]:
     tables = {}
     for chart in _CHARTS:
         for patch, data in colour_science().SDS_COLOURCHECKERS[chart].items():
-            # "white 9.5 (.05 D)": the density in brackets is no part of a name that people type.
+            # "white 9.5 (.05 D)": the density in brackets is not part of the name.
             bare = re.sub(r" \(.* D\)$", "", patch)
             name = bare if chart == _BARE_CHART else f"{chart}/{bare}"
             tables[name] = _table(data)

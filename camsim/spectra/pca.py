@@ -1,4 +1,4 @@
-"""A cube of spectra as few planes, to an error that holds for every sample at every wavelength."""
+"""A spectral cube as few planes, with an error bound for every sample at every wavelength."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ _PART = 65_536  # samples at a time
 def planes_of_cube(
     cube: NDArray[np.floating], wavelength_nm: F64, *, error: float
 ) -> tuple[F64, tuple[Component, ...]]:
-    """Return planes (m, rows, cols) and what each adds to a reflectance, no more of them than keep the error.
+    """Return the fewest planes (m, rows, cols), with their spectra, within the error.
 
     cube  : (rows, cols, bands) reflectances;  wavelength_nm: (bands,) increasing
     error : largest difference of any sample from the cube in any band; 0 keeps every band
 
-    Principal components of the samples about 0, so that black is no light; the first that keep the error.
+    Principal components about 0, so that black is no light; as few as the error allows.
     """
     if cube.ndim != 3 or not cube.size or wavelength_nm.shape != (cube.shape[2],):
         raise InvalidValueError(
@@ -57,7 +57,7 @@ def planes_of_cube(
 
 
 def _principal(samples: NDArray[np.floating]) -> F64:
-    """Return orthonormal directions (bands, bands), the strongest first, their signs settled."""
+    """Return orthonormal directions (bands, bands), the strongest first, with fixed signs."""
     gram = np.zeros((samples.shape[1],) * 2)
     for part in _parts(samples):
         gram += np.einsum("sa,sb->ab", part, part)

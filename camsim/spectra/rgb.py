@@ -57,7 +57,7 @@ def reflectance_of_rgb(rgb: Sequence[float], name: str = "") -> Spectrum:
     """Return the reflectance of a linear sRGB colour, components from 0 to 1; a grey is flat: one number.
 
     It is smooth, never outside 0 to 1, and linear in the components: a picture is three planes of light times the
-    basis. Beyond 380 to 780 nm it goes on as it ends.
+    basis. Constant outside 380 to 780 nm.
 
     >>> reflectance_of_rgb([0.5, 0.5, 0.5])
     0.5
@@ -78,7 +78,7 @@ def reflectance_of_rgb(rgb: Sequence[float], name: str = "") -> Spectrum:
 
 
 Encoding: TypeAlias = Literal["srgb", "linear"]
-"""Of colours: sRGB's curve, or in proportion to light."""
+"""Encoding of colours: sRGB's curve, or linear."""
 
 _ANY_ENCODING = Encoding | Annotated[float, Ge(0.1), Le(10)] | None
 _DEPTHS = (255, 65_535)
@@ -86,7 +86,7 @@ _MANY_CODES, _LOOKED_AT = 32, 1 << 16
 
 
 def linear_light(encoded: F64, encoding: Encoding | float) -> F64:
-    """Return numbers in proportion to light; an exponent such as 2.2 is taken of each.
+    """Return linear values; ``encoding`` may be an exponent such as 2.2.
 
     >>> linear_light(np.array([0.5]), "srgb").round(4), linear_light(np.array([0.5]), 2.0)
     (array([0.214]), array([0.25]))
@@ -106,11 +106,11 @@ def linear_colours(
     of_codes: Encoding | float | None = None,
     largest: int | None = None,
 ) -> NDArray[np.floating]:
-    """Return colours in proportion to light, from 0 to 1; of codes, the largest is 1.
+    """Return linear colours from 0 to 1; the largest code is 1.
 
     samples  : (rows, cols) or (rows, cols, 3)
-    encoding : of the numbers; None where nobody says it, and then what shows that it is no light is refused
-    of_codes : what whole numbers are without it;  largest: of them, if less than their type has
+    encoding : of the numbers; None if not declared: then raises for values that are evidently not linear
+    of_codes : encoding of integers without it;  largest: code, if less than that of the type
 
     Raises InvalidValueError, by ``key`` or "encoding", with what to give.
     """
@@ -126,7 +126,7 @@ def linear_colours(
             raise InvalidValueError(message, key=key, stage=stage)
         if given is None and of_codes is None:
             raise _asked(f"the samples are codes, {samples.dtype}", stage)
-        # Every number that there may be, once: a large picture takes no memory but its own.
+        # Lookup table of all values: a large picture needs no further memory.
         each = np.arange(np.iinfo(samples.dtype).max + 1) / (largest or np.iinfo(samples.dtype).max)
         linear: F64 = linear_light(each, given or of_codes or "srgb")[samples]
         return linear
@@ -145,10 +145,10 @@ def _asked(what: str, stage: str) -> InvalidValueError:
 
 
 def depth_of_codes(samples: NDArray[np.floating]) -> int:
-    """Return of which largest code numbers from 0 to 1 are fractions, all of them: 255, 65535, or 0 of neither.
+    """Return the largest code of which all numbers from 0 to 1 are fractions: 255, 65535, or 0 for neither.
 
-    Light that was computed or measured has no such steps; a picture's codes that were divided have, and they are
-    hardly ever in proportion to light. Of few different numbers (masks, steps of a tenth) there is no telling: 0.
+    Computed or measured light has no such steps; divided codes of a picture have, and these are rarely linear. For few
+    distinct numbers (masks, steps of a tenth) it is undecidable: 0.
 
     >>> depth_of_codes(np.arange(64) / 255), depth_of_codes(np.linspace(0, 1, 64)), depth_of_codes(np.eye(9))
     (255, 0, 0)
@@ -156,7 +156,7 @@ def depth_of_codes(samples: NDArray[np.floating]) -> int:
     some = samples.reshape(-1)[:: max(1, samples.size // _LOOKED_AT)].astype(np.float64)
     for largest in _DEPTHS:
         codes = np.rint(some * largest)
-        # In single precision a number from 0 to 1 is off by 6e-8 of the largest.
+        # In single precision the error of a number from 0 to 1 is 6e-8.
         if np.abs(some * largest - codes).max() <= 1.2e-7 * largest and np.unique(codes).size > _MANY_CODES:
             return largest
     return 0
@@ -170,4 +170,4 @@ def linear_of_srgb(encoded: F64) -> F64:
     """
     encoded = np.asarray(encoded, np.float64)
     linear: F64 = np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
-    return linear.round(12)  # powers end on another bit on another processor
+    return linear.round(12)  # last bits of powers differ between processors

@@ -1,4 +1,4 @@
-"""Many captures of one study: points among the keys, engines that take them, the manifest of what there is."""
+"""Studies of many captures: points in parameter space, engines that take them, and the manifest."""
 
 from camsim.study.dataset import Made, check_dataset, dataset, read_pair
 from camsim.study.forecasting import Forecast, forecast, forecast_dataset

@@ -1,4 +1,4 @@
-"""How captures are shared out: tasks of a second or more, and one optical image in as few of them as may be."""
+"""Distribution of captures to tasks of a second or more, with each optical image in as few of them as possible."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ TASK = 4e6
 """Photosites of a task: a second or two of one core."""
 
 _RENDERING = 5.0
-"""What an optical image costs in frames, at the least; and ``_SET_UP`` photosites whatever its size."""
+"""Least cost of an optical image in frames; ``_SET_UP`` is its fixed cost in photosites."""
 
 _SET_UP = 1e6
 _AGAIN = 20.0
-"""Renderings' worth of frames that a task has before others of the same image go to another, which renders it too."""
+"""Frames of a task, in renderings' worth, beyond which another task renders the same image again."""
 
 
 class Taken(Protocol):
-    """What is made of one capture."""
+    """Protocol of an item made from one capture."""
 
     @property
     def capture(self) -> Exposed:
@@ -30,7 +30,7 @@ T = TypeVar("T", bound=Taken)
 
 
 def batches(items: Iterable[T], *, frames: int) -> Iterator[tuple[T, ...]]:
-    """Yield what goes to one worker; what shares an optical image lies together. ``frames``: of each capture."""
+    """Yield the items of one task, grouped by optical image. ``frames``: per capture."""
     groups: dict[str, list[T]] = {}
     for item in items:
         groups.setdefault(item.capture.optical_key, []).append(item)

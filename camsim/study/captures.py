@@ -1,4 +1,4 @@
-"""The captures of a study, loaded and judged: all that is wrong with any is said before one is taken."""
+"""The captures of a study, loaded and validated: all faults are reported before any is taken."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _MOST_FAULTS = 20
 
 
 def captures_of(study: Study[V], products: Sequence[Product], report: Progress) -> list[tuple[Point, Exposed]]:
-    """Return every point with its capture; raises ConfigError with what is wrong with any of them."""
+    """Return every point with its capture; raises ConfigError with all faults."""
     model, faults, found = study.model, _Faults(), list[tuple[Point, Exposed]]()
     scenes, lights = dict[bytes, Scene](), dict[str, GivenLight]()
     seeds = set[int]()
@@ -38,15 +38,15 @@ def captures_of(study: Study[V], products: Sequence[Product], report: Progress) 
             continue
         seed = capture.seed
         if not _says_its_seed({**model.set, **dict(point.settings)}):
-            seed = (seed + point.index + model.seed * MOST_POINTS) % 2**63  # noise of its own
-            while seed in seeds:  # of another scene, whose own seed is less
+            seed = (seed + point.index + model.seed * MOST_POINTS) % 2**63  # independent noise
+            while seed in seeds:  # of another scene with a smaller seed
                 seed = (seed + study.count) % 2**63
         seeds.add(seed)
         if isinstance(capture, Shot):
             light = lights.setdefault(capture.image.sha256, capture.image)
             found.append((point, dataclasses.replace(capture, image=light, seed=seed)))
             continue
-        # Captures of one scene hold it once, whatever its size.
+        # Captures of one scene share it, to save memory.
         scene = scenes.setdefault(checksum(capture.scene), capture.scene)
         found.append((point, dataclasses.replace(capture, scene=scene, seed=seed)))
     faults.say()
@@ -54,18 +54,18 @@ def captures_of(study: Study[V], products: Sequence[Product], report: Progress) 
 
 
 def checksum(scene: Scene) -> bytes:
-    """Return what is the same of equal scenes, now and in later runs."""
+    """Return a checksum of a scene, reproducible between runs."""
     return hashlib.sha256(pickle.dumps(scene)).digest()
 
 
 def _says_its_seed(settings: Mapping[str, Any]) -> bool:
-    """Return whether a study sets the noise's seed, by its own key or in a table."""
+    """Return whether a study sets the noise's seed, by its key or in a table."""
     noise = settings.get("noise")
     return "noise.seed" in settings or (isinstance(noise, Mapping) and "seed" in noise)
 
 
 def validate_values(study: Study[V], products: Sequence[Product]) -> list[Exposed]:
-    """Load a capture with every listed value in every scene, and draws; raises ConfigError with what is wrong."""
+    """Load a capture with every listed value in every scene, and draws; raises ConfigError with all faults."""
     faults = _Faults()
     found = [_loaded(study, point, products, faults) for point in _telling(study)]
     faults.say()
@@ -73,7 +73,7 @@ def validate_values(study: Study[V], products: Sequence[Product]) -> list[Expose
 
 
 def _telling(study: Study[V]) -> Iterator[Point]:
-    """Yield the first point that has a scene, or a listed value in it, of all that there are."""
+    """Yield the first point of every scene, and of every listed value within it."""
     seen = set[tuple[str, str, str]]()
     drawn = {key for key, values in study.model.vary.items() if is_drawn(values)}
     for point in study.points():
@@ -85,7 +85,7 @@ def _telling(study: Study[V]) -> Iterator[Point]:
 
 
 class _Faults:
-    """What is wrong, and in which scenes."""
+    """Faults, and their scenes."""
 
     def __init__(self) -> None:
         self.of: dict[str, tuple[Fault, dict[str, None]]] = {}
@@ -96,7 +96,7 @@ class _Faults:
         self.of.setdefault(str(fault), (fault, {}))[1][scene] = None
 
     def say(self) -> None:
-        """Raise ConfigError where there are any; those that not all scenes have name theirs."""
+        """Raise ConfigError if there are any; those not in all scenes name theirs."""
         if not self.of:
             return
         said = []
@@ -117,6 +117,6 @@ def _loaded(study: Study[V], point: Point, products: Sequence[Product], faults: 
 
 
 def identity_of(capture: Exposed, *asked: Any) -> str:
-    """Return a name of a capture and of what is asked of it: equal for equal results."""
+    """Return a key of a capture and its requested results: equal for equal results."""
     made_of = [capture.description(capture.frame_number), capture.optical_key, *asked, software()]
     return hashlib.sha256(canonical(made_of).encode()).hexdigest()

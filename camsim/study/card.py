@@ -97,7 +97,7 @@ def _page(study: Study[schema.DatasetFile], rows: Sequence[Row], sources: Sequen
 
 
 def pattern_of(rows: Sequence[Row], split: str) -> str:
-    """Return the shards of a split as shells and webdataset write them, and how many samples they hold."""
+    """Return the shards of a split as shells and webdataset write them, and their number of samples."""
     one = [row for row in rows if row["split"] == split]
     last = max(int(row["shard"]) for row in one)
     numbers = f"{{00000..{last:05d}}}" if last else "00000"

@@ -21,7 +21,7 @@ _CLEAR = 5.0  # standard deviations from either end of the codes
 
 
 Columns: TypeAlias = tuple[dict[str, Any], list[str]]
-"""What was measured, and why something was not."""
+"""Measured columns, and reasons for missing ones."""
 
 
 def measured(frame: Frame, capture: Exposed, what: Sequence[str]) -> Columns:
@@ -57,15 +57,15 @@ def _signal(frame: Frame) -> dict[str, Any]:
 
 
 def _noise(frame: Frame, capture: Exposed) -> Columns:
-    """Scatter of each channel's codes about what a noise-free sensor would give, in electrons, and the mean over it.
+    """Scatter of each channel's codes about the noise-free signal, in electrons, and the mean over it.
 
-    Of photosites whose mean lies so far from both ends of the codes that noise takes none there: which these are no
-    noise decides. Fixed patterns count as noise: one frame cannot tell them.
+    Over photosites with means far enough from both ends of the codes to be unclipped: a noise-independent selection.
+    Fixed patterns count as noise, as one frame cannot separate them.
     """
     gain, bends, adc = frame.electrons_per_dn, capture.camera.nonlinearity, capture.camera.converter
     offsets_dn = adc.offsets_dn(frame.shape, capture.grid.origin)
     black = frame.black_level_dn + offsets_dn
-    # Black offsets leave some photosites less room where codes end.
+    # Black offsets reduce the range of some photosites.
     room_dn = full_codes(frame.white_level_dn, offsets_dn, adc.largest_dn) - black
     rooms, which = np.unique(room_dn / (frame.white_level_dn - frame.black_level_dn), return_inverse=True)
     full_e = np.array([capture.camera.charge_at_e(float(share), frame.iso) for share in rooms])[which]
@@ -90,9 +90,9 @@ def _noise(frame: Frame, capture: Exposed) -> Columns:
 
 
 def _mtf(frame: Frame, capture: Exposed) -> Columns:
-    """MTF50 and MTF at Nyquist of each channel, the median of its edges, with what they are off and theory.
+    """MTF50 and MTF at Nyquist of each channel, the median of its edges, with standard errors and theory.
 
-    A median's standard error is that of a mean times √(π/2); of one edge or two it is their mean.
+    A median's standard error is that of a mean times √(π/2); for one or two edges, that of their mean.
     """
     if isinstance(capture, Shot):
         raise UnsupportedError("passed no lens whose transfer could be told", stage="light on a sensor")

@@ -36,14 +36,14 @@ from camsim.study.shards import made as shards_made
 from camsim.study.study import Point, Study, StudyOrFile, read_dataset
 
 _INDEX = Annotated[int, Ge(0), Le(2**63 - 1)]
-"""Of a sample: what a table's column holds."""
+"""Index of a sample, within the range of a table's column."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Made:
-    """What there is of a data set: rows of its index, one for each sample; shards made now, found, and failed.
+    """Result for a data set: rows of its index, one for each sample; numbers of shards made, found and failed.
 
-    notes : no mistakes, but worth a sentence
+    notes : remarks that are not errors
     """
 
     folder: Path
@@ -102,7 +102,7 @@ def dataset(
         removed = 0
         if not done.failed:
             shutil.rmtree(place / HIDDEN / CAPTURES, ignore_errors=True)
-            # Only of a folder that was a data set's: in another one such files are somebody's.
+            # Only in a data set's folder: elsewhere such files may be the user's.
             removed = remove_others(place, done.rows) if made_before else 0
         pictures = any(
             isinstance(capture, Shot) or any(isinstance(shape, Raster) for shape in capture.scene.shapes)
@@ -160,7 +160,7 @@ def read_pair(folder: str | os.PathLike[str], index: int) -> tuple[dict[str, F32
     if not found or "key" not in found[0]:
         raise InputError(f"{str(folder)!r} has no sample {index}")
     arrays, about = read_sample(Path(folder), found[0])
-    # A table's columns hold numbers and texts: matrices are JSON there.
+    # Columns of a table hold numbers and texts: matrices are JSON there.
     return arrays, {
         name: json.loads(value) if isinstance(value, str) and value.startswith("[[") else value
         for name, value in about.items()
@@ -168,7 +168,7 @@ def read_pair(folder: str | os.PathLike[str], index: int) -> tuple[dict[str, F32
 
 
 def shards_of(study: Study[schema.DatasetFile], captures: list[tuple[Point, Exposed]]) -> list[Shard]:
-    """Return a shard for each range of a split's samples; a capture whose samples lie in two is in both."""
+    """Return a shard for each range of a split's samples; a capture with samples in two is in both."""
     ranges: dict[tuple[str, int], list[Source]] = {}
     hold, each = tuple(dict.fromkeys(study.model.hold)), study.model.crops.each
     before = dict.fromkeys(SPLITS, 0)
@@ -218,7 +218,7 @@ def _checksum(*made_of: Any) -> str:
 
 
 def _crop(study: Study[schema.DatasetFile], capture: Exposed, index: int, shard: int) -> Crop:
-    """Draw a window whose first photosite has the colour filter that the capture's first has."""
+    """Draw a window with the same filter phase as the capture."""
     crops, period = study.model.crops, capture.camera.cfa.period
     places = []
     for size, whole, step, name in zip(
@@ -233,9 +233,9 @@ def _crop(study: Study[schema.DatasetFile], capture: Exposed, index: int, shard:
 
 
 def _splits(study: Study[schema.DatasetFile], captures: list[tuple[Point, Exposed]]) -> list[str]:
-    """Return each capture's split: what shows the same scene is in one, whatever sensor, lens, light or noise.
+    """Return each capture's split: all captures of a scene are in one, for any sensor, lens, light or noise.
 
-    The scenes are put in the order of their checksums, which is as good as drawn, and dealt out by share.
+    The scenes are ordered by checksum, which is effectively random, and distributed by share.
     """
     content = _scenes_displayed(captures)
     scenes = sorted(set(content))
@@ -246,7 +246,7 @@ def _splits(study: Study[schema.DatasetFile], captures: list[tuple[Point, Expose
             f"{len(scenes)} different scenes for {wanted} splits; vary the scene, or give a split no share",
             key="splits",
         )
-    # Largest remainders, and at least one for each split that is wanted.
+    # Largest remainders, and at least one for each requested split.
     counts = [max(int(share * len(scenes)), int(share > 0.0)) for share in shares]
     while sum(counts) != len(scenes):
         off = [share * len(scenes) - count for share, count in zip(shares, counts, strict=True)]
@@ -260,11 +260,11 @@ def _splits(study: Study[schema.DatasetFile], captures: list[tuple[Point, Expose
 
 
 def _scenes_displayed(captures: list[tuple[Point, Exposed]]) -> list[bytes]:
-    """Return the checksum of the scene that each capture shows, the least where it is the same in other lengths.
+    """Return the checksum of the scene of each capture; equal scenes in other lengths share the smallest.
 
-    A scene in photosites or frames has other lengths on every sensor, and shows the same.
+    A scene given in photosites or frames has other lengths on every sensor, but equal content.
     """
-    # Those of one scene hold it once.
+    # Captures of one scene share it.
     displayed = {id(capture.scene): capture.scene for _, capture in captures if not isinstance(capture, Shot)}
     known = {key: checksum(scene) for key, scene in displayed.items()}
     content = [

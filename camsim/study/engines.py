@@ -1,4 +1,4 @@
-"""Who carries tasks out: this process, others on this machine, or a cluster. The results are the same."""
+"""Execution of tasks: in this process, others on this machine, or a cluster, with equal results."""
 
 from __future__ import annotations
 
@@ -26,28 +26,28 @@ class Task(Protocol):
     """Work for a second or more."""
 
     def carry_out(self) -> Results:
-        """Do it."""
+        """Run the task."""
 
     def given_up(self, why: str) -> Results:
-        """Return what there is to say when nobody could."""
+        """Return the results of a task that could not be run."""
 
 
 Engine: TypeAlias = Callable[[Iterable[Task]], Iterator[Results]]
 
 ATTEMPTS = 3
-"""That a task has when workers die: one that kills them all is not to stop the rest."""
+"""Attempts of a task when workers die, so that one that kills workers does not stop the rest."""
 
 _AHEAD = 2
-"""Tasks for each worker that wait: more would only take memory."""
+"""Queued tasks per worker: more would only take memory."""
 
 _LOOK_S = 0.5
-"""How often a worker looks whether the process that has begun it is there."""
+"""Interval at which a worker checks that its parent process exists."""
 
 _THREADS = ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 def engine_of(workers: int | None, scheduler: str | None) -> Engine:
-    """Return the engine that a user asks for: a cluster, this process (0), or so many."""
+    """Return the requested engine: a cluster, this process (0), or a number of processes."""
     check(workers, int | None, "workers")
     check(scheduler, str | None, "scheduler")
     if scheduler is not None:
@@ -71,10 +71,10 @@ def _done(task: Task) -> Results:
 
 
 def processes(workers: int) -> Engine:
-    """Return an engine of processes on this machine, of one thread each: captures are shared out, not photosites."""
+    """Return an engine of processes on this machine, of one thread each: parallel over captures, not photosites."""
 
     def engine(tasks: Iterable[Task]) -> Iterator[Results]:
-        from loky import ProcessPoolExecutor  # starts workers that do not run the user's script again
+        from loky import ProcessPoolExecutor  # its workers do not run the user's script again
 
         waiting = [(task, 1) for task in tasks]
         waiting.reverse()
@@ -89,7 +89,7 @@ def processes(workers: int) -> Engine:
 
 
 def _through(pool: Any, waiting: list[tuple[Task, int]], most: int) -> Iterator[Results]:
-    """Hand tasks to a pool until all are done or a worker has died: then those in flight wait again, for the next."""
+    """Submit tasks to a pool until all are done or a worker has died; then those in flight are queued again."""
     flying: dict[Future[Results], tuple[Task, int]] = {}
     while waiting or flying:
         while waiting and len(flying) < most:
@@ -116,20 +116,20 @@ def _through(pool: Any, waiting: list[tuple[Task, int]], most: int) -> Iterator[
 
 
 def _begin_worker() -> None:
-    """Let a worker use one core, and end with the process that has begun it, however that ends."""
+    """Restrict a worker to one core, and end it together with its parent process."""
     threading.Thread(target=_end_after, args=(os.getppid(),), daemon=True).start()
     _on_one_core()
 
 
 def _end_after(process: int) -> None:
-    """Wait for the end of a process, and end this one: nobody would, and it would keep its memory for ever."""
-    while os.getppid() == process and psutil.pid_exists(process):  # the one where orphans are adopted, or the other
+    """Wait for the end of a process, then end this one, which would otherwise hold its memory forever."""
+    while os.getppid() == process and psutil.pid_exists(process):  # depending on the system, orphans are adopted or not
         time.sleep(_LOOK_S)
     os.kill(os.getpid(), signal.SIGTERM)
 
 
 def _on_one_core() -> None:
-    """Let a worker use one core, in turn: every library then finds one and starts no threads beside it."""
+    """Restrict a worker to one core, so that libraries start no further threads."""
     if not hasattr(os, "sched_setaffinity"):
         return
     mine = sorted(os.sched_getaffinity(0))
@@ -143,7 +143,7 @@ def _done_on_one_core(task: Task) -> Results:
 
 
 def _refuse_others(client: Any) -> None:
-    """Raise CamsimError where a worker has another camsim: it could not even read what it is to do."""
+    """Raise CamsimError if a worker has another version of camsim, which could not read the tasks."""
     client.wait_for_workers(1)
     for address, its in sorted(client.run(software, on_error="return").items()):
         if its != software():
@@ -183,12 +183,12 @@ def cluster(address: str) -> Engine:
             hand_out(most)
             for future in flying:
                 task = of.pop(future.key)
-                if future.cancelled():  # nobody else does
+                if future.cancelled():  # only cancelled here
                     raise lost
                 failure = future.exception()
                 if failure is None:
                     try:
-                        results = future.result()  # asks the scheduler for it
+                        results = future.result()  # queries the scheduler
                     except (OSError, CancelledError) as error:
                         raise lost from error
                     yield results

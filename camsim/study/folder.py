@@ -1,4 +1,4 @@
-"""The folder of a sweep, for one at a time: what is there is kept, what is missing is made."""
+"""The folder of a sweep, locked for one process: existing files are kept, missing ones are made."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ from camsim.study.manifest import (
 
 @contextlib.contextmanager
 def alone(folder: Path, others: str) -> Iterator[None]:
-    """Keep the folder for one sweep at a time; the system lets go of it when the process ends, however it ends.
+    """Lock the folder for one sweep; the system releases the lock when the process ends.
 
-    others : a column that the manifests of data sets have and those of studies have not, or the reverse
+    others : a column present in manifests of data sets and absent in those of studies, or the reverse
     """
     from filelock import FileLock, Timeout
 
@@ -44,13 +44,13 @@ def alone(folder: Path, others: str) -> Iterator[None]:
         _refuse_another(folder, others)
         remove_halves(folder)
         yield
-        remove_halves(folder)  # of a worker that died, whose task another has done
+        remove_halves(folder)  # of a worker that died, whose task was repeated
     finally:
         lock.release()
 
 
 def _refuse_another(folder: Path, others: str) -> None:
-    """Raise OutputError where the folder's manifest, and all that is known of its files, would be lost."""
+    """Raise OutputError if the folder's manifest would be lost."""
     with contextlib.suppress(OSError), (folder / CSV).open(encoding="utf-8", errors="replace") as manifest:
         if others in manifest.readline().rstrip().split(","):
             message = "its manifest is of another kind; give a study and a data set a folder each"
@@ -59,7 +59,7 @@ def _refuse_another(folder: Path, others: str) -> None:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outcome:
-    """All rows in order, and how many identities were made now, found whole from before, and failed."""
+    """All rows in order, and numbers of identities made, found complete, and failed."""
 
     rows: tuple[Row, ...]
     made: int
@@ -75,11 +75,11 @@ def completed(
     *,
     kept: Callable[[str, list[Row]], list[Row]] = lambda identity, rows: rows,
 ) -> Outcome:
-    """Make what is not there yet, and write the manifest, also when that is interrupted; the folder is one's own.
+    """Make missing items, and write the manifest, also on interruption; the folder must be locked.
 
     wanted : identities
-    make   : makes all but those that are there
-    kept   : returns rows from before as they are called now
+    make   : makes all except existing ones
+    kept   : returns existing rows with current indices
     """
     journal = Journal(folder)
     there = journal.finished(wanted)

@@ -1,4 +1,4 @@
-"""What a study or a data set would take, and what of it is there already; nothing is taken."""
+"""Forecast of the cost of a study or a data set, and of what exists already."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ _PHOTOSITE_S = 3e-7
 """Seconds of one core for a photosite's noise, code and share of a file."""
 
 _CAPTURE_S = 0.01
-"""And for a capture, however small: reading and judging it, beginning its noise and its files."""
+"""Fixed seconds of a capture: reading and validation, setup of noise and files."""
 
 _TRUTH = 2.5
-"""Times that a rendering of all channels takes what one of the mosaic does."""
+"""Cost of rendering all channels relative to the mosaic."""
 
 _BYTES = {".dng": 2, ".tiff": 2, ".tif": 2, ".npy": 8, ".exr": 12, ".png": 2, ".npz": 24}
 _PART_BYTES = {"noisy": 2, "clean": 4, "truth": 4}
@@ -37,11 +37,11 @@ _PART_BYTES = {"noisy": 2, "clean": 4, "truth": 4}
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Forecast:
-    """What is to be taken: captures, files (samples of a data set), distinct optical images, disk.
+    """The work to do: captures, files (samples of a data set), distinct optical images, disk.
 
-    found        : captures that are there already, and are not counted in the others
-    seconds      : of one core that does nothing else, without measuring and the start of workers (a few seconds each)
-    memory_bytes : of a worker at its largest capture, the program among it
+    found        : captures that exist already, not counted in the others
+    seconds      : of one idle core, without measurements and the start of workers (a few seconds each)
+    memory_bytes : of a worker at its largest capture, including the program
     """
 
     captures: int
@@ -56,7 +56,7 @@ class Forecast:
 def forecast(
     study: StudyOrFile, progress: Progress | None = None, *, folder: str | os.PathLike[str] | None = None
 ) -> Forecast:
-    """Return what a sweep would take; ``folder``: where some of it may be."""
+    """Return the forecast of a sweep; ``folder``: with existing results."""
     items = items_of(*read_study(study), progress or to_nobody)
     there = Journal(Path(folder)).finished({item.identity for item in items}) if folder is not None else {}
     left = [item for item in items if item.identity not in there]
@@ -80,7 +80,7 @@ def forecast(
 def forecast_dataset(
     dataset: StudyOrFile, progress: Progress | None = None, *, folder: str | os.PathLike[str] | None = None
 ) -> Forecast:
-    """Return what a data set would take; ``folder``: where some of its shards may be."""
+    """Return the forecast of a data set; ``folder``: with existing shards."""
     read = read_dataset(dataset)
     products = products_of(tuple(read.model.hold))
     shards = shards_of(read, captures_of(read, products, progress or to_nobody))
@@ -126,6 +126,6 @@ def _forecast(
         seconds=planned_s * (_TRUTH if "truth" in products else 1.0)
         + frames * (_PHOTOSITE_S * sum(photosites) + _CAPTURE_S * len(captures)),
         disk_bytes=disk_bytes,
-        # What the program takes is known here: it has loaded what a worker loads.
+        # The program's memory is known here: it has loaded the same modules as a worker.
         memory_bytes=needed + psutil.Process().memory_info().rss,
     )

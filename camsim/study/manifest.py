@@ -1,4 +1,4 @@
-"""What a sweep's folder holds: a journal line for every capture that is done, and the manifest made of them."""
+"""The records of a sweep's folder: a journal line for every finished capture, and the manifest made from them."""
 
 from __future__ import annotations
 
@@ -16,26 +16,26 @@ from camsim.files.atomic import reason, write_whole
 
 Row: TypeAlias = dict[str, Any]
 Results: TypeAlias = list[tuple[str, list[Row]]]
-"""Of a task: the rows of each identity."""
+"""Results of a task: the rows of each identity."""
 
 HIDDEN = ".sweep"
 PARQUET, CSV = "manifest.parquet", "manifest.csv"
 DONE, FAILED = "done", "failed"
 BETWEEN_NOTES = " | "
-"""In the column of messages; notes have semicolons of their own."""
+"""Separator in the column of messages, as notes contain semicolons."""
 
 _CHUNK = 1 << 20
 _HALF = re.compile(r"\..*\.[0-9a-f]{8}\.part")
 
 
 class Journal:
-    """Rows of captures that are done, appended as they come: what was finished survives whatever ends a sweep."""
+    """Rows of finished captures, appended immediately, so that they survive an interrupted sweep."""
 
     def __init__(self, folder: Path) -> None:
         self.folder, self.path = folder, folder / HIDDEN / "journal.jsonl"
 
     def finished(self, wanted: Collection[str]) -> dict[str, list[Row]]:
-        """Return the rows of each capture of those wanted, by identity, all of whose files are there as written."""
+        """Return the rows of each wanted capture, by identity, whose files are all unchanged."""
         kept: dict[str, list[Row]] = {}
         asked = frozenset(wanted)
         for identity, rows in self._lines():
@@ -44,18 +44,18 @@ class Journal:
         return {identity: rows for identity, rows in kept.items() if self._is_there(rows)}
 
     def _is_there(self, rows: Sequence[Row]) -> bool:
-        """Whether every file of these rows is as it was written; a shard has many rows and is read once."""
+        """Whether every file of these rows is unchanged; a shard has many rows and is read once."""
         wanted = {(row["file"], row["sha256"]) for row in rows}
         wanted |= {pair for row in rows for pair in row.get("also", {}).items()}
         return all(sha256_of(self.folder / file) == checksum for file, checksum in wanted)
 
     def begin(self, kept: Mapping[str, Sequence[Row]]) -> None:
-        """Write anew what is kept: a line that was cut off, and what is not wanted any more, go."""
+        """Rewrite the kept rows, dropping a truncated line and unwanted rows."""
         lines = [_line(identity, rows) for identity, rows in kept.items()]
         write_whole(self.path, "".join(lines).encode())
 
     def add(self, identity: str, rows: Sequence[Row]) -> None:
-        """Append what a capture has given."""
+        """Append the rows of a capture."""
         try:
             with self.path.open("a", encoding="ascii") as file:
                 file.write(_line(identity, rows))
@@ -71,7 +71,7 @@ class Journal:
                     said = json.loads(line)
                     yield said["capture"], said["rows"]
                 except (ValueError, KeyError, TypeError):
-                    continue  # cut off when the sweep ended
+                    continue  # truncated when the sweep ended
 
 
 def _line(identity: str, rows: Sequence[Row]) -> str:
@@ -79,7 +79,7 @@ def _line(identity: str, rows: Sequence[Row]) -> str:
 
 
 def remove_halves(folder: Path) -> None:
-    """Remove what a process that was killed has left beside its files; whoever writes holds the folder's lock."""
+    """Remove temporary files of a killed process; writers hold the folder's lock."""
     for path in folder.rglob(".*.part"):
         if _HALF.fullmatch(path.name):
             path.unlink(missing_ok=True)
@@ -98,7 +98,7 @@ def write_manifest(folder: Path, rows: Sequence[Row]) -> None:
 
 
 def _column(values: list[Any]) -> list[Any]:
-    """Return a column of one type: numbers, or texts (what is neither as JSON)."""
+    """Return a column of one type: numbers, or texts (others as JSON)."""
     there = [value for value in values if value is not None]
     if all(isinstance(value, bool) for value in there) or all(isinstance(value, str) for value in there):
         return values
@@ -109,7 +109,7 @@ def _column(values: list[Any]) -> list[Any]:
 
 
 def _parquet(columns: Mapping[str, list[Any]]) -> bytes:
-    import pyarrow  # half a second; nothing else needs it
+    import pyarrow  # imported here, as it takes half a second
     from pyarrow import parquet
 
     sink = pyarrow.BufferOutputStream()
@@ -119,7 +119,7 @@ def _parquet(columns: Mapping[str, list[Any]]) -> bytes:
 
 
 def sha256_of(path: Path) -> str:
-    """Return the checksum of a file; empty where there is none."""
+    """Return the checksum of a file; empty if there is none."""
     found = hashlib.sha256()
     try:
         with path.open("rb") as file:
@@ -131,5 +131,5 @@ def sha256_of(path: Path) -> str:
 
 
 def in_order(rows: Iterable[Row]) -> list[Row]:
-    """Return rows by index, frame and file, whatever the order in which they were finished."""
+    """Return rows sorted by index, frame and file."""
     return sorted(rows, key=lambda row: (row["index"], row["frame"], row["file"]))

@@ -1,4 +1,4 @@
-"""A study given as a mapping: its values as a file would have them."""
+"""A study given as a mapping, converted to values as in a file."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from camsim.core.words import displayed
 def plain(value: Any, kind: str, path: KeyPath = ()) -> Any:
     """Return numbers of numpy as Python's, arrays and ranges as lists, paths and dates as text; ``kind``: of the study.
 
-    Raises ConfigError for what no file can say.
+    Raises ConfigError for values that files cannot express.
 
     >>> plain({"vary": {"exposure.iso": np.linspace(200.0, 400.0, 2), "noise.seed": range(2)}}, "study")
     {'vary': {'exposure.iso': [200.0, 400.0], 'noise.seed': [0, 1]}}

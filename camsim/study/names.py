@@ -1,4 +1,4 @@
-"""How files of a study are called: a template with the index and the keys that vary."""
+"""Names of a study's files: a template with the index and the varying keys."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Template:
 
     @classmethod
     def of(cls, text: str, keys: Iterable[str]) -> Template:
-        """Judge FILE[:PRODUCT]; ``keys``: those that vary, whose dots are underscores here."""
+        """Validate FILE[:PRODUCT]; ``keys``: those that vary, with underscores for dots."""
         path, product = split_product(text)
         known = (*_ALWAYS, *(field_of(key) for key in keys))
         try:
@@ -58,7 +58,7 @@ class Template:
 
 
 def _in_a_name(value: Any) -> Any:
-    """Return a value as files may have it in their names on every system; numbers stay, for their formats.
+    """Return a value in a form valid in file names on every system; numbers are unchanged, for their formats.
 
     >>> _in_a_name({"kind": "four-spot", "split_pitches": 0.75}), _in_a_name("a/b: c"), _in_a_name(None)
     ('kind-four-spot_split_pitches-0.75', 'a-b-c', 'none')
@@ -73,7 +73,7 @@ def _in_a_name(value: Any) -> Any:
 
 
 def columns_of(key: str, value: Any) -> dict[str, Any]:
-    """Return what the manifest says of a key that varies: its value, and what is in a table, each in a column.
+    """Return the manifest's columns of a varying key: its value, and the values of a table.
 
     >>> columns_of("sensor.olpf", {"kind": "four-spot", "split_um": 3.0})["sensor_olpf_split_um"]
     3.0
@@ -86,7 +86,7 @@ def columns_of(key: str, value: Any) -> dict[str, Any]:
 
 
 def field_of(key: str) -> str:
-    """Return a key as a field of a template and as a column of the manifest has its name.
+    """Return a key as the name of a template's field and a manifest's column.
 
     >>> field_of("lens.f_number")
     'lens_f_number'

@@ -1,4 +1,4 @@
-"""Samples of a data set as they are cut from captures, each capture's in a file of its own until shards have them."""
+"""Samples of a data set, cut from captures; each capture's are in a separate file until packed in shards."""
 
 from __future__ import annotations
 
@@ -44,8 +44,8 @@ class Crop:
 class Source:
     """A capture with the samples that are cut from it.
 
-    identity : of the capture and of all that is cut from it
-    told     : of its rows: index of the capture and keys that vary
+    identity : of the capture and of its samples
+    stated   : of its rows: index of the capture and keys that vary
     """
 
     identity: str
@@ -56,7 +56,7 @@ class Source:
 
     @property
     def file(self) -> str:
-        """Where its samples are kept."""
+        """Name of the file of its samples."""
         return f"{self.stated['capture']:08d}.tar"
 
 
@@ -71,7 +71,7 @@ class Cuts:
     software: str
 
     def carry_out(self) -> Results:
-        """Write the samples of each capture into a file. What fails is a row that says why."""
+        """Write the samples of each capture into a file. Failures become rows with the reason."""
         refuse_other_software(self.software)
         done, shared = [], Shared()
         for source in self.sources:
@@ -83,7 +83,7 @@ class Cuts:
         return done
 
     def given_up(self, why: str) -> Results:
-        """Return rows that say why nobody could take the captures."""
+        """Return rows with the reason why the captures could not be taken."""
         return [(source.identity, _failed(source, why)) for source in self.sources]
 
     def _cut(self, source: Source, shared: Shared) -> list[Row]:
@@ -118,7 +118,7 @@ class Cuts:
 
 
 def products_of(hold: tuple[str, ...]) -> tuple[Product, ...]:
-    """Return what is to be rendered; the truth, of every channel everywhere, takes more than twice the time."""
+    """Return the products to render; the truth, of every channel everywhere, takes more than twice the time."""
     return ("mosaic", "truth") if "truth" in hold else ("mosaic",)
 
 
@@ -128,19 +128,19 @@ def _failed(source: Source, why: str) -> list[Row]:
 
 
 def _stored(window: np.ndarray) -> np.ndarray:
-    """Return a copy as samples hold it: codes as they are, electrons as float32."""
+    """Return a copy in the type of samples: codes unchanged, electrons as float32."""
     return np.array(window, dtype=np.float32 if window.dtype.kind == "f" else window.dtype, order="C")
 
 
 def noise_model(frame: Frame, capture: Exposed) -> dict[str, Any]:
-    """Return what a denoiser needs to know of a frame's codes, and what a developer does of its colours.
+    """Return the noise model of a frame's codes, for denoisers, and its colour metadata, for developers.
 
-    In codes above black, of a photosite whose mean of the light is m: charge gathers about m + dark_dn, and the square
-    of what a code is off that has the mean shot_dn · (m + dark_dn) + read_dn2 + (prnu · m)² + dsnu_dn². The first two
-    terms are new in every exposure, the others belong to the sensor. Rounding is in read_dn2, 1/12 DN² at every ISO:
-    the gain acts before the converter. dsnu_dn are all offsets that stay: DSNU, columns, the dark current's own.
-    Crosstalk mixes gains that know nothing of one another: prnu is what it leaves of them on an even grey. No term
-    knows of non-linearity, for m is before it; a DNG's NoiseProfile is of codes, and has its slope at mid-grey.
+    In codes above black, for a photosite with mean light m: the mean signal is m + dark_dn, and the mean squared
+    deviation is shot_dn · (m + dark_dn) + read_dn2 + (prnu · m)² + dsnu_dn². The first two terms are temporal, the
+    others fixed patterns of the sensor. read_dn2 includes rounding, 1/12 DN² at every ISO, as the gain acts before the
+    converter. dsnu_dn combines all fixed offsets: DSNU, columns, non-uniform dark current. prnu is that after
+    crosstalk, which averages independent gains, on a uniform grey. No term includes non-linearity, as m precedes it; a
+    DNG's NoiseProfile is for codes, and includes the slope at mid-grey.
     """
     gain, acting, dark_e = frame.electrons_per_dn, capture.electronics, capture.dark_e
     offsets_e = [0.0]
@@ -175,7 +175,7 @@ def noise_model(frame: Frame, capture: Exposed) -> dict[str, Any]:
     if len(frame.channels) > 1:
         neutral = as_shot_neutral(frame.colour)
         stated |= {f"neutral_{name}": float(value) for name, value in zip(frame.channels, neutral, strict=True)}
-        with contextlib.suppress(UnsupportedError):  # of filters that are too much alike there is no matrix
+        with contextlib.suppress(UnsupportedError):  # nearly equal filters have no matrix
             matrix = fit(frame.colour.of_filters, "D65").xyz_to_camera
             stated["xyz_to_camera_d65"] = [[round(float(value), 6) for value in row] for row in matrix]
     return stated
@@ -186,7 +186,7 @@ Write: TypeAlias = Callable[[Row, Mapping[str, Any]], None]
 
 @contextlib.contextmanager
 def into_tar(path: Path) -> Iterator[Write]:
-    """Write samples as webdataset reads them: members of one key lie together."""
+    """Write samples in the format of webdataset: members of one key are adjacent."""
     with replacing(path) as beside, tarfile.open(beside, "w", format=tarfile.USTAR_FORMAT) as tar:
 
         def write(row: Row, arrays: Mapping[str, Any]) -> None:
@@ -206,7 +206,7 @@ def _add(tar: tarfile.TarFile, name: str, content: bytes) -> None:
 
 
 def facts(row: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what a sample says of itself: its row, but for where it lies."""
+    """Return the metadata of a sample: its row without its location."""
     return {name: value for name, value in row.items() if name not in _OF_THE_FOLDER}
 
 

@@ -1,4 +1,4 @@
-"""Shards of a data set: what captures gave, packed by ranges of samples as soon as a range has all of its own."""
+"""Shards of a data set: samples packed by ranges as soon as a range is complete."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ PARTS = ("noisy", "clean", "truth")
 _SHARD = re.compile(rf"({'|'.join(SPLITS)})-\d{{5,}}(\.tar|\.jsonl|-({'|'.join(PARTS)})\.npy)?")
 _SAMPLE = re.compile(rf"\d{{8,}}\.(json|({'|'.join(PARTS)})\.npy)")
 CAPTURES = "captures"
-"""The hidden folder of what is cut and not packed yet."""
+"""The hidden folder of samples not packed yet."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Shard:
-    """A range of a split's samples, which are one file or several; sources: the captures that it is of, in order."""
+    """A range of a split's samples, in one file or several; sources: its captures, in order."""
 
     identity: str
     split: str
@@ -58,7 +58,7 @@ class Shard:
 
     @property
     def stem(self) -> str:
-        """What the names of its files begin with."""
+        """Prefix of the names of its files."""
         return f"{self.split}-{self.number:05d}"
 
     def _written(self, rows: Sequence[Row], parts: Path, folder: Path) -> list[Row]:
@@ -79,10 +79,10 @@ class Shard:
 def made(
     shards: Sequence[Shard], size: tuple[int, int], folder: Path, engine: Engine, report: Progress
 ) -> Iterator[Results]:
-    """Take the captures that shards need, and pack a shard here as soon as all of its are there.
+    """Take the captures for shards, and pack a shard in this process as soon as all of its samples exist.
 
-    A capture's samples wait in a hidden file: one rendering serves all captures that share it, whatever their shards,
-    and what was taken before a sweep was killed is not taken again.
+    A capture's samples are stored in a hidden file: one rendering serves all captures that share it, for any shards,
+    and captures taken before a sweep was killed are not repeated.
     """
     if not shards:
         return
@@ -124,7 +124,7 @@ def _tasks(sources: Iterable[Source], shards: Sequence[Shard], size: tuple[int, 
 
 
 def _files(stem: str, form: str, hold: tuple[str, ...], key: str) -> list[str]:
-    """Return all files that hold something of a sample."""
+    """Return all files with parts of a sample."""
     if form == "tar":
         return [f"{stem}.tar"]
     if form == "npy":
@@ -138,7 +138,7 @@ def _into_shard(stem: Path, count: int) -> contextlib.AbstractContextManager[Wri
 
 @contextlib.contextmanager
 def _into_files(stem: Path, count: int) -> Iterator[Write]:
-    """Write each sample into files of its own, in a folder."""
+    """Write each sample into separate files, in a folder."""
     stem.mkdir(exist_ok=True)
 
     def write(row: Row, arrays: Mapping[str, Any]) -> None:
@@ -152,7 +152,7 @@ def _into_files(stem: Path, count: int) -> Iterator[Write]:
 
 @contextlib.contextmanager
 def _into_npy(stem: Path, count: int) -> Iterator[Write]:
-    """Write one array for each part, samples along its first axis, and their facts as lines of JSON."""
+    """Write one array for each part, samples along its first axis, and their metadata as lines of JSON."""
     with contextlib.ExitStack() as stack:
         lines = stack.enter_context(
             stack.enter_context(replacing(stem.with_name(f"{stem.name}.jsonl"))).open("w", encoding="utf-8")
@@ -186,9 +186,9 @@ _FORMS: Mapping[str, Callable[[Path, int], contextlib.AbstractContextManager[Wri
 
 
 def remove_others(folder: Path, rows: Iterable[Row]) -> int:
-    """Remove files of shards that none of these rows is in, and return how many.
+    """Remove files of shards without any of these rows, and return their number.
 
-    They are of an earlier making: whoever reads all shards of a split would have samples that are in another one now.
+    They are from an earlier run: readers of all shards of a split would get samples that are now in another split.
     """
     one = {file for row in rows for file in (row["file"], *row.get("also", ()))}
     removed = 0
@@ -206,7 +206,7 @@ def remove_others(folder: Path, rows: Iterable[Row]) -> int:
 
 
 def read_sample(folder: Path, row: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return the arrays of a sample and its facts, by its row of the index."""
+    """Return the arrays of a sample and its metadata, by its row of the index."""
     if str(row["file"]).endswith(".tar"):
         with tarfile.open(folder / row["file"]) as tar:
             return arrays_in(tar, row["key"]), dict(row)

@@ -1,4 +1,4 @@
-"""A study: which captures it has, each a pure function of its index."""
+"""A study: its captures, each a pure function of its index."""
 
 from __future__ import annotations
 
@@ -27,17 +27,17 @@ V = TypeVar("V", bound=schema.Varying)
 StudyOrFile: TypeAlias = str | os.PathLike[str] | Mapping[str, Any]
 MOST_POINTS = 10_000_000
 _FILES = ("sensor", LIGHT_FILE)
-"""Keys whose values may be files of the study's folder."""
+"""Keys whose values may be files in the study's folder."""
 
 _LIGHT_ALONE = Path(library.__file__).with_name("light.yaml")
-"""The scene of studies that have light in its place."""
+"""The scene of studies with given light."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Point:
     """One capture of a study.
 
-    settings : of the keys that vary, in their order
+    settings : of the varying keys, in order
     """
 
     index: int
@@ -47,9 +47,9 @@ class Point:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Study(Generic[V]):
-    """What the file of a study, or of a data set, says, its scenes found.
+    """The content of a study's or data set's file, with its scenes located.
 
-    document, model : what the file says, and where
+    document, model : the file with places, and as a model
     scenes : paths, or names of shipped scenes
     """
 
@@ -60,7 +60,7 @@ class Study(Generic[V]):
 
     @property
     def count(self) -> int:
-        """How many captures it has, each of so many frames."""
+        """Number of captures, each of one or more frames."""
         lengths = [len(values) for values in self._fixed]
         if not lengths:
             combinations = 1
@@ -71,7 +71,7 @@ class Study(Generic[V]):
         return len(self.scenes) * combinations * self.model.draws
 
     def fault(self, fault: Fault) -> Fault:
-        """Return a fault of an override where the study has it."""
+        """Return a fault of an override at its place in the study."""
         word, _, key = fault.file.partition(" ")
         if word != "--set":
             return fault
@@ -82,13 +82,13 @@ class Study(Generic[V]):
 
     @property
     def sensor(self) -> str | None:
-        """The sensor instead of the scenes' own."""
+        """The sensor that replaces the scenes'."""
         return None if self.model.sensor is None else self._beside(self.model.sensor)
 
     def stated(self, point: Point) -> dict[str, Any]:
-        """Return what tables say of a capture: its scene, and the keys that vary; none where it is not varied there.
+        """Return a capture's columns: its scene, and the varying keys; None if not varied there.
 
-        A scene has its file's name, and its folder's too where another one is called so.
+        A scene has its file's name, with its folder if ambiguous.
         """
         path, here = Path(point.scene).with_suffix(""), self.document.folder
         alone = len({scene for scene in self.scenes if Path(scene).stem == path.name}) == 1
@@ -100,12 +100,12 @@ class Study(Generic[V]):
         return stated
 
     def overrides(self, point: Point) -> tuple[str, ...]:
-        """Return a capture's keys as ``camsim capture --set`` takes them, after those that are the same everywhere."""
+        """Return a capture's keys as ``camsim capture --set`` takes them, after those common to all captures."""
         given = (*self.model.set.items(), *point.settings)
         return tuple(f"{key}={_in_yaml(self._beside(value) if key in _FILES else value)}" for key, value in given)
 
     def _beside(self, name: Any) -> Any:
-        """Return a file of the study's folder by its path; what else may be named as it is."""
+        """Return the path of a file in the study's folder; other names unchanged."""
         beside = self.document.folder / name if isinstance(name, str) else None
         return os.fspath(beside) if beside is not None and beside.is_file() else name
 
@@ -122,12 +122,12 @@ class Study(Generic[V]):
 
     @property
     def _fixed(self) -> list[list[tuple[str, Any]]]:
-        """What is not drawn: (key, value) of each value of each key."""
+        """Listed values: (key, value) of each value of each key."""
         fixed = {key: listed(values) for key, values in self.model.vary.items() if not is_drawn(values)}
         return [[(key, value) for value in values] for key, values in fixed.items()]
 
     def _combinations(self) -> Iterator[tuple[tuple[str, Any], ...]]:
-        """Yield what is not drawn, combined."""
+        """Yield combinations of listed values."""
         pairs = self._fixed
         if self.model.combine == "zip" and pairs:
             return zip(*pairs, strict=True)
@@ -137,19 +137,19 @@ class Study(Generic[V]):
 
 
 def read_study(study: StudyOrFile) -> tuple[Study[schema.StudyFile], tuple[Template, ...]]:
-    """Read a study, a file or its keys as a mapping, and how its files are called. Raises ConfigError."""
+    """Read a study, a file or its keys as a mapping, and the templates of its files. Raises ConfigError."""
     validated, stem = _validated(study, schema.StudyFile, "study")
     files = _templates(validated)
     return _found(validated, stem), files
 
 
 def read_dataset(dataset: StudyOrFile) -> Study[schema.DatasetFile]:
-    """Read what a data set is made of, a file or its keys as a mapping. Raises ConfigError with every fault."""
+    """Read a data set's file, or its keys as a mapping. Raises ConfigError with every fault."""
     return _found(*_validated(dataset, schema.DatasetFile, "dataset"))
 
 
 def _in_yaml(value: Any) -> str:
-    """Return a value as JSON, with YAML's escapes: it knows no pairs of them for what lies beyond 2^16."""
+    """Return a value as JSON, with YAML's escapes: without surrogate pairs for characters beyond 2^16."""
     text = json.dumps(value, ensure_ascii=False)
     return "".join(letter if letter.isascii() else f"\\U{ord(letter):08X}" for letter in text)
 
@@ -164,7 +164,7 @@ def _validated(given: StudyOrFile, model: type[V], kind: str) -> tuple[Validated
 
 
 def _found(validated: Validated[V], stem: str) -> Study[V]:
-    """Return what the file says; raises ConfigError with all that is wrong with it."""
+    """Return the study of a validated file; raises ConfigError with all faults."""
     scenes, model = _scenes(validated), _globbed(validated)
     if model is not None and model.combine == "zip":
         lengths = {key: len(listed(values)) for key, values in model.vary.items() if not is_drawn(values)}
@@ -181,7 +181,7 @@ def _found(validated: Validated[V], stem: str) -> Study[V]:
 
 
 def _globbed(study: Validated[V]) -> V | None:
-    """Return what the file says with the names of the files that match in place of their patterns."""
+    """Return the model with matching file names in place of patterns."""
     if (model := study.model) is None:
         return None
     folder, vary = study.document.folder, dict(model.vary)

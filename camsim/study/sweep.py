@@ -1,4 +1,4 @@
-"""A study carried out: what is not there yet is taken, and the manifest says what there is."""
+"""Execution of a study: missing captures are taken, and listed in the manifest."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ class Swept:
     """What a sweep has done.
 
     rows    : of the manifest, one for each file, in the order of indices
-    varied  : columns of the keys that vary
-    taken, found, failed : captures taken now, found whole from before, and those that could not be taken
+    varied  : columns of the varying keys
+    taken, found, failed : numbers of captures taken, found complete, and failed
     """
 
     folder: Path
@@ -107,7 +107,7 @@ def check_study(study: StudyOrFile) -> None:
 
 
 def items_of(study: Study[schema.StudyFile], files: Sequence[Template], report: Progress) -> list[Item]:
-    """Return all captures, judged; raises CamsimError for what is wrong with any."""
+    """Return all validated captures; raises CamsimError with all faults."""
     names: dict[str, int] = {}
     items = []
     for point, capture in captures_of(study, tuple(template.product for template in files), report):
@@ -144,7 +144,7 @@ def _item(study: Study[schema.StudyFile], templates: Sequence[Template], point: 
 
 
 def _renumbered(item: Item, rows: list[Row]) -> list[Row]:
-    """Return rows from before as they are called now: a study that has grown gives other indices."""
+    """Return existing rows with current indices, which change when a study is extended."""
     return [{**item.stated, **{key: value for key, value in row.items() if key not in item.stated}} for row in rows]
 
 

@@ -1,4 +1,4 @@
-"""The values that a key takes: a list, evenly spread, or drawn at random."""
+"""The values of a key: a list, evenly spaced, or drawn at random."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from camsim.config.schema.study import DRAWN, Values
 
 
 def is_drawn(values: list[Any] | Values) -> bool:
-    """Whether they are random."""
+    """Whether the values are random."""
     return isinstance(values, Values) and any(getattr(values, rule) is not None for rule in DRAWN)
 
 
 def listed(values: list[Any] | Values) -> list[Any]:
-    """Return those that are not random, in their order; whole numbers where all are.
+    """Return values that are not random, in order; as integers if all are.
 
     >>> listed(Values(linear=(4.0, 16.0, 5))), listed(Values(log=(0.1, 10.0, 3)))
     ([4, 7, 10, 13, 16], [0.1, 1.0, 10.0])
@@ -32,7 +32,7 @@ def listed(values: list[Any] | Values) -> list[Any]:
 
 
 def drawn(values: Values, *, seed: int, key: str, index: int) -> Any:
-    """Return what a key is in one capture: a function of seed, key and index alone."""
+    """Return the value of a key in one capture: a function of seed, key and index alone."""
     rng = np.random.default_rng([seed, zlib.crc32(key.encode()), index])
     if values.choice is not None:
         return values.choice[int(rng.integers(len(values.choice)))]
@@ -47,7 +47,7 @@ def drawn(values: Values, *, seed: int, key: str, index: int) -> Any:
 
 
 def _tidy(values: np.ndarray) -> list[float] | list[int]:
-    """Return numbers without what rounding has left of a decimal fraction: 0.3, not 0.30000000000000004."""
+    """Return numbers without rounding residues of decimal fractions: 0.3, not 0.30000000000000004."""
     tidy = [float(f"{value:.14g}") for value in values.tolist()]
-    # Seeds, rows and counts take no 1.0.
+    # Seeds, rows and counts must be integers, not 1.0.
     return [int(value) for value in tidy] if all(map(float.is_integer, tidy)) else tidy

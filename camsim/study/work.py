@@ -1,4 +1,4 @@
-"""What a worker does: captures of a few points into files, one optical image for all that share it."""
+"""The work of a worker: captures of a few points into files, sharing optical images."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ from camsim.study.manifest import BETWEEN_NOTES, DONE, FAILED, Results, Row, sha
 class Item:
     """One capture to be taken, with its frames.
 
-    identity : of all that it is made of
-    told     : of its rows, known before: index, scene, keys that vary
+    identity : of all its inputs
+    stated   : of its rows, known before: index, scene, keys that vary
     files    : of each frame (file, product)
     measure  : columns to measure
     """
@@ -46,7 +46,7 @@ class Task:
     software: str
 
     def carry_out(self) -> Results:
-        """Take the captures. What fails is a row that says why."""
+        """Take the captures. Failures become rows with the reason."""
         refuse_other_software(self.software)
         done, shared = [], Shared()
         for item in self.items:
@@ -58,41 +58,41 @@ class Task:
         return done
 
     def given_up(self, why: str) -> Results:
-        """Return rows that say why nobody could take the captures."""
+        """Return rows with the reason why the captures could not be taken."""
         row = {"frame": 0, "file": "", "status": FAILED, "message": why}
         return [(item.identity, [{**item.stated, **row}]) for item in self.items]
 
 
 FAILURES = (CamsimError, OSError, MemoryError, ArithmeticError, ValueError)
-"""Of a capture, which do not stop the others."""
+"""Errors of a capture that do not stop the others."""
 
 
 def said(error: BaseException) -> str:
-    """Return what a row says of a failure."""
+    """Return the text of a failure in a row."""
     return str(error) if isinstance(error, CamsimError) else f"{type(error).__name__}: {error}"
 
 
 def refuse_other_software(begun_by: str) -> None:
-    """Raise CamsimError in a worker that is not of the version that began the work."""
+    """Raise CamsimError in a worker whose version differs from that of the main process."""
     if begun_by != software():
         raise CamsimError(f"this worker has {software()}, and the work was begun by {begun_by}; install that one")
 
 
 class Shared:
-    """The optical image that was rendered last."""
+    """The last rendered optical image."""
 
     def __init__(self) -> None:
         self._key: tuple[str, bool] = ("", False)
         self._image: OpticalImage | None = None
 
     def frames(self, capture: Exposed, count: int, products: frozenset[Product]) -> Iterator[Frame]:
-        """Yield the frames of a capture; what is light on a sensor is rendered by nobody."""
+        """Yield the frames of a capture; given light on a sensor needs no rendering."""
         if isinstance(capture, Shot):
             return capture.frames(count, products=tuple(products))
         return capture.frames(count, products=tuple(products), optical_image=self.of(capture, products))
 
     def of(self, capture: Capture, products: frozenset[Product]) -> OpticalImage:
-        """Return the image of a capture: the last one, where it is the same."""
+        """Return the image of a capture: the last one, if equal."""
         key = capture.optical_key, "truth" in products
         if self._image is None or key != self._key:
             self._image = None  # two would need twice the memory

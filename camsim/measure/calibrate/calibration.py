@@ -1,4 +1,4 @@
-"""From a folder's flats and darks to the figures of its camera, each with its standard error."""
+"""Figures of a camera from a folder of flats and darks, each with its standard error."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ _LEAST_LINES = 64
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Calibration:
-    """The figures of a camera; each has a standard error, or a reason why it cannot be told.
+    """The figures of a camera; each has a standard error, or a reason why it cannot be measured.
 
-    settings  : the lowest ISO first, which is the base
+    settings  : by increasing ISO, the first is the base
     bit_depth : the fewest bits that hold the codes;  largest_dn: the largest code
-    cells_dn  : means of black over the filter array
-    read_noise_e, dual_read_noise_e : before the gain, without jumps, of the first mode and of the one from an ISO on
-    law       : of a photosite's noise, at ``law_setting``
-    hot_fraction, hot_e_per_s, hot : photosites steadily far above the others in the longest darks: their share, their
-                mean current, and (row, col, e_per_s) of each
-    notes     : what a reader of the figures should know
+    cells_dn  : mean black levels over the period of the filter array
+    read_noise_e, dual_read_noise_e : before the gain, without telegraph noise, of low and of high conversion gain
+    law       : distribution of a photosite's noise, at ``law_setting``
+    hot_fraction, hot_e_per_s, hot : hot photosites in the longest darks: their share, mean current,
+    and (row, col, e_per_s) of each
+    notes     : remarks on the figures
     """
 
     shots: ShotsOfCamera
@@ -82,7 +82,7 @@ def calibrate(shots: ShotsOfCamera) -> Calibration:
     one = [_one(each, error, step_dn) for each, error in zip(settings, own, strict=True)]
     over_iso = read_noise_over_iso(one, shared)
     law_setting, law = _law(settings, over_iso, step_dn, notes)
-    # Of normal noise and jumps nothing tells which part came before the gain.
+    # Normal noise and telegraph noise do not reveal which part arose before the gain.
     if law is not None and law_setting is not None and (law.shape.law != "normal" or law.shape.spread):
         after = _after(settings, law, law_setting, step_dn)
         with_it = read_noise_over_iso(one, shared, after)
@@ -132,7 +132,7 @@ def calibrate(shots: ShotsOfCamera) -> Calibration:
 
 
 def _widened(found: Calibration) -> Calibration:
-    """Return the figures with errors that are a little wider: they are estimates too, of a model that was chosen."""
+    """Return the figures with slightly larger errors: these are estimates of a selected model themselves."""
 
     def wider(each: Any) -> Any:
         return replace(each, sigma=_WIDER * each.sigma) if isinstance(each, Estimate) else each
@@ -159,7 +159,7 @@ def _one(setting: Setting, gain_alone: float, step_dn: float) -> OneSetting:
 def _law(
     settings: Sequence[Setting], over_iso: ReadNoiseOverIso, step_dn: float, notes: list[str]
 ) -> tuple[Setting | None, Fitted | None]:
-    """Return the law of the noise, where that before the gain is the most of it."""
+    """Return the noise distribution, at a setting where noise before the gain dominates."""
     after = over_iso.after_dn2 if over_iso.after_dn2.measurable else Estimate(0.0, 0.0)
 
     def share(setting: Setting) -> float:
@@ -173,7 +173,7 @@ def _law(
     rows = best.darks.rows
     period: tuple[int, int] = best.darks.cells_dn.shape
     used: Chosen = np.all(~best.darks.hot, axis=1)
-    # Whole periods of the filter array, so that cells stay cells.
+    # Whole periods of the filter array, so that its cells stay aligned.
     blocks = used[: len(used) // period[0] * period[0]].reshape(-1, period[0]).all(axis=1).repeat(period[0])
     lines = np.pad(blocks, (0, len(used) - len(blocks))) if blocks.sum() > _LEAST_LINES else np.ones_like(used)
     frames = [np.asarray(codes)[lines].astype(np.int64) for codes in best.dark_codes]
@@ -188,7 +188,7 @@ def _law(
 
 
 def _after(settings: Sequence[Setting], law: Fitted, law_setting: Setting, step_dn: float) -> Estimate:
-    """Return the noise after the gain by what the settings show of the law of that before it."""
+    """Return the noise after the gain, from how far each setting shows the distribution of that before it."""
     darks = [
         AtGain(
             frames=[np.asarray(codes).astype(np.int64) for codes in each.dark_codes],
@@ -205,7 +205,7 @@ def _after(settings: Sequence[Setting], law: Fitted, law_setting: Setting, step_
 
 
 def _jumps(law: Fitted | None, setting: Setting | None) -> tuple[Estimate, Estimate, Estimate]:
-    """Return the mean variance of jumps, e⁻², the share of photosites that have them, and their mean size in e⁻."""
+    """Return the mean variance of telegraph noise, e⁻², the share of photosites with it, and its mean amplitude, e⁻."""
     if law is None or setting is None:
         none = no_figure("too few darks to tell jumps from tails")
         return Estimate(0.0, 0.0), none, none

@@ -1,4 +1,4 @@
-"""Darks taken alike, of one ISO setting: what changes from frame to frame, and what stays, each with its error."""
+"""Darks of one ISO setting and time: temporal and fixed-pattern variances, each with its error."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from camsim.measure.noise.estimate import SURE
 from camsim.measure.noise.stack import Chosen, Codes
 
 _DEFECT, _STEADY = 8.0, 4.0
-"""A hot photosite: so many robust standard deviations above the others, and so many of its own from frame to frame."""
+"""Thresholds of a hot photosite: robust standard deviations above the others, and of its temporal noise."""
 _BLOCKS = 64
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Squared:
-    """A variance and its standard error; null is that of what chance alone would give in its place."""
+    """A variance and its standard error; null: the standard error under the null hypothesis of no variance."""
 
     dn2: float
     sigma_dn2: float
@@ -27,24 +27,24 @@ class Squared:
 
     @property
     def there(self) -> bool:
-        """Whether it is surely more than chance gives."""
+        """Whether it is significantly above 0."""
         return self.dn2 > SURE * max(self.null_dn2, 1e-12)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class DarkStatistics:
-    """What darks of one setting show, in data numbers; rounding is within all variances.
+    """Statistics of darks of one setting, in data numbers; all variances include rounding.
 
     black_dn, black_sigma_dn : mean code, and its standard error
     cells_dn    : (rows, cols) of the filter array's period: mean codes
-    own         : temporal variance of a photosite, without what its row has in common;  own_rows: (rows,) of each row
-    rows        : temporal variance that a row has in common
-    row_power   : (n,) power of rows' offsets over ``row_frequency`` (n,), cycles per row, DN²: white noise of σ is σ²
-    columns     : variance of columns' offsets that stays
-    pattern     : variance of photosites' offsets that stays, without the columns';  pattern_blocks: of blocks of rows
-    hot         : (rows, cols) photosites far above the others
-    hot_excess_dn : (n,) how far each of them is above the others, row by row
-    frames      : how many
+    own         : temporal variance of a photosite, without that shared by its row;  own_rows: (rows,) of each row
+    rows        : temporal variance shared by a row
+    row_power   : (n,) power of row offsets over ``row_frequency`` (n,), cycles per row, DN²: σ² for white noise of σ
+    columns     : variance of fixed column offsets
+    pattern     : variance of fixed photosite offsets without columns;  pattern_blocks: of blocks of rows
+    hot         : (rows, cols) mask of hot photosites
+    hot_excess_dn : (n,) excess of each hot photosite over the others, in row-major order
+    frames      : their number
     """
 
     frames: int
@@ -69,7 +69,7 @@ class DarkStatistics:
 def dark_statistics(frames: Sequence[Codes], period: tuple[int, int]) -> DarkStatistics:
     """Reduce two or more darks (rows, cols) of one setting and time.
 
-    period : of the filter array: means of its cells are taken apart, as black levels may be
+    period : of the filter array: its cells have separate means, as they may have separate black levels
     """
     count, (height, width) = len(frames), frames[0].shape
     mean = np.zeros((height, width))
@@ -148,9 +148,9 @@ def _tiled(cells: F64, shape: tuple[int, ...]) -> F64:
 
 
 def _hot(frames: Sequence[Codes], above: F64) -> tuple[Chosen, F64]:
-    """Return photosites that are steadily far above the others, and by how much each.
+    """Return a mask of hot photosites, and the excess of each.
 
-    One that jumps may be far above them too, but is so of its own scatter; nor is one that a tail has hit.
+    Photosites with telegraph noise or an outlier from a heavy tail are excluded by their temporal scatter.
     """
     scale = 1.4826 * float(np.median(np.abs(above - np.median(above))))
     candidates = np.nonzero(above > _DEFECT * max(scale, 0.2))
@@ -164,13 +164,13 @@ def _hot(frames: Sequence[Codes], above: F64) -> tuple[Chosen, F64]:
 
 
 def _fixed(fixed: F64, used: Chosen, noise_rows: F64) -> tuple[Squared, F64, F64]:
-    """Return what columns have of their own, photosites in blocks of rows (n,), and the columns' offsets (cols,).
+    """Return the variance of columns, that of photosites in blocks of rows (n,), and the columns' offsets (cols,).
 
-    noise_rows : (rows,) what temporal noise leaves in the mean of the darks
+    noise_rows : (rows,) variance that temporal noise leaves in the mean of the darks
     """
     height, width = fixed.shape
     per_column = np.maximum(used.sum(axis=0), 1)
-    # Rows that differ are rows of these few frames: no pattern of the sensor.
+    # Row differences come from temporal row noise in these few frames, not from the sensor's pattern.
     centred = np.where(used, fixed - (fixed.sum(axis=1) / np.maximum(used.sum(axis=1), 1))[:, None], 0.0)
     offsets = centred.sum(axis=0) / per_column
     rest = np.where(used, centred - offsets, 0.0)

@@ -1,4 +1,4 @@
-"""Figures with errors put together."""
+"""Combination of figures with errors."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from camsim.measure.noise.estimate import SURE, no_figure
 
 
 def without(before_e2: Estimate, jumps_e2: Estimate) -> Estimate:
-    """Return the root of what is left of a variance without that of jumps."""
+    """Return the root of a variance after subtraction of that of telegraph noise."""
     return root(Estimate(before_e2.value - jumps_e2.value, math.hypot(before_e2.sigma, jumps_e2.sigma)))
 
 
 def root(squared: Estimate) -> Estimate:
-    """Return the root of a variance; a limit where it is not surely above 0."""
+    """Return the root of a variance; an upper limit if it is not significantly above 0."""
     if not squared.measurable:
         return squared
     if squared.value > SURE * squared.sigma:
@@ -28,7 +28,7 @@ def root(squared: Estimate) -> Estimate:
 
 
 def mean_of(stated: Sequence[Estimate]) -> Estimate:
-    """Return the mean of independent figures by their errors; that of those which disagree has a wider one."""
+    """Return the weighted mean of independent figures; its error is widened if they disagree."""
     known = [each for each in stated if each.measurable]
     if not known:
         return stated[0]
@@ -43,6 +43,6 @@ def mean_of(stated: Sequence[Estimate]) -> Estimate:
 
 
 def best_of(stated: Sequence[Estimate]) -> Estimate:
-    """Return the figure of the least relative error: settings see the same photosites, and are not independent."""
+    """Return the figure with the least relative error: settings share photosites, so they are not independent."""
     known = [each for each in stated if each.measurable]
     return min(known, key=lambda each: each.sigma / each.value) if known else stated[0]

@@ -1,4 +1,4 @@
-"""What the settings tell together: patterns, rows, full well, dark current, hot photosites."""
+"""Figures from all settings together: patterns, rows, full well, dark current, hot photosites."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ _APART_C = 2.0
 
 
 def pattern(settings: Sequence[Setting]) -> Estimate:
-    """Return what photosites have of their own in all darks, electrons: settings see the same, with noise of their own.
+    """Return the fixed pattern of photosites from all darks, electrons: settings share it, with independent noise.
 
-    Blocks of rows tell how far the settings' figures go together.
+    The correlation between settings is estimated from blocks of rows.
     """
     blocks = np.stack([each.darks.pattern_blocks / each.gain_dn_per_e.value**2 for each in settings])
     scatter = np.atleast_2d(np.cov(blocks)) / blocks.shape[1]
@@ -36,7 +36,7 @@ def pattern(settings: Sequence[Setting]) -> Estimate:
 
 
 def columns(settings: Sequence[Setting]) -> Estimate:
-    """Return what columns have of their own in all darks, electrons, of the setting that tells it best."""
+    """Return the fixed pattern of columns, electrons, from the setting with the smallest error."""
     stated = []
     for setting in settings:
         squared, gain = setting.darks.columns, setting.gain_dn_per_e.value
@@ -66,7 +66,7 @@ def full_well(base: Setting) -> Estimate:
 
 
 def rows(settings: Sequence[Setting], rows_of_frame: int) -> tuple[Estimate, Estimate]:
-    """Return what a row has of its own in a frame, white and 1/f, electrons, by the power over frequency."""
+    """Return the temporal row noise, white and 1/f, electrons, from its power spectrum."""
     white, pink = [], []
     for setting in settings:
         darks, gain = setting.darks, setting.gain_dn_per_e
@@ -84,7 +84,7 @@ def rows(settings: Sequence[Setting], rows_of_frame: int) -> tuple[Estimate, Est
         scale = 1.0 / gain.value**2
         if surely:
             white.append(Estimate(found[0] * scale, math.sqrt(covariance[0, 0]) * scale))
-            # As ``FlickerRows`` has it: over all frequencies of twice the frame's rows.
+            # As in ``FlickerRows``: over all frequencies of twice the frame's rows.
             of_frame = np.arange(1, rows_of_frame) / (2.0 * rows_of_frame)
             whole = (2.0 * np.sum(1.0 / of_frame) + 2.0) / (2.0 * rows_of_frame)
             pink.append(Estimate(found[1] * whole * scale, math.sqrt(covariance[1, 1]) * whole * scale))
@@ -153,9 +153,9 @@ def dark_current(
 
 
 def hot(shots: ShotsOfCamera, settings: Sequence[Setting]) -> tuple[Estimate, Estimate, tuple[Hot, ...]]:
-    """Return the photosites that are steadily far above the others in the longest darks.
+    """Return the hot photosites of the longest darks.
 
-    Their share of all, their mean current, and each of them by its place in the frame.
+    These are: their share, their mean current, and each with its place in the frame.
     """
     known = {each.iso: each.gain_dn_per_e.value for each in settings}
     darks: dict[tuple[float, float], list[Shot]] = {}

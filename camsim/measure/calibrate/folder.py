@@ -1,4 +1,4 @@
-"""A folder of raw files: which frames are flats and which darks, and how each was taken."""
+"""A folder of raw files: classification into flats and darks, and the settings of each."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ from camsim.measure.picture import Picture
 from camsim.measure.reading import RAW, read_picture
 
 COLUMNS = ("file", "kind", "iso", "time_s", "exposure", "temperature_c")
-"""Of an index; only ``file`` must be there."""
+"""Columns of an index; only ``file`` is required."""
 
 MOST_BYTES = 1 << 30
-"""Of codes that are kept at once: the window is narrower for many frames."""
+"""Most bytes of codes held at once: the window is smaller for many frames."""
 
 _MOST_FRAMES = 10_000
 _WORDS: dict[Kind, tuple[str, ...]] = {
@@ -34,20 +34,20 @@ _WORDS: dict[Kind, tuple[str, ...]] = {
     "flat": ("flat", "light", "grey", "gray"),
 }
 _ALIKE = 1.05
-"""Flats of one time whose means differ by less were taken in the same light."""
+"""Ratio of means below which flats of one time count as taken in the same light."""
 _UNLIT = 0.01
-"""Of the brightest frame's signal: less is a dark."""
+"""Fraction of the brightest frame's signal below which a frame is a dark."""
 _CALLED_ISO = 100.0
 _CONTENT = "content"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Shot:
-    """A frame, and how it was taken.
+    """A frame and its settings.
 
-    kind, told_by : what it is, and what says so: the index, its folder, its name, or what is in it
-    iso           : the setting; iso_said: whether anybody says so
-    exposure      : light in any unit, the same for all: the index's, or the mean of frames that look alike
+    kind, told_by : its kind, and the source of that: the index, its folder, its name, or its content
+    iso           : the setting; iso_said: whether it is stated
+    exposure      : light in any unit, the same for all: from the index, or the mean of similar frames
     codes         : of the window
     """
 
@@ -70,10 +70,10 @@ class ShotsOfCamera:
 
     pattern       : rows of filter letters;  channels, channel_index: as measured, (rows, cols) of the window
     rows, cols    : of the whole frame;  origin: (row, col) of the window in it
-    white_dn, pitch_um : as the files say them, if they do
-    linear_dn     : data numbers of the files' codes, which are companded; empty: they are not
-    exposures_said : whether the index says the light of every flat
-    filters_said  : whether the files or the user say that the array is what ``pattern`` has
+    white_dn, pitch_um : as stated in the files, if at all
+    linear_dn     : data numbers of companded codes; empty: not companded
+    exposures_said : whether the index states the light of every flat
+    filters_said  : whether ``pattern`` is stated by the files or the user
     """
 
     name: str
@@ -92,17 +92,17 @@ class ShotsOfCamera:
 
     @property
     def period(self) -> tuple[int, int]:
-        """Of the filter array."""
+        """Period of the filter array."""
         return len(self.pattern), len(self.pattern[0])
 
 
 def read_folder(folder: str | Path, *, cfa: str | None = None, side: int = 1024) -> ShotsOfCamera:
     """Read a window of ``side`` squared photosites from the middle of every raw file of a folder, frame by frame.
 
-    cfa : the colour filter array of files that do not say it, such as RGGB
+    cfa : the colour filter array of files that do not state it, such as RGGB
 
-    Kinds come from an ``index.csv`` (columns file, kind, iso, time_s, exposure, temperature_c; only ``file`` must be
-    there), from the names of sub-folders and files, or from the frames: what is brighter than the others is a flat.
+    Kinds come from an ``index.csv`` (columns file, kind, iso, time_s, exposure, temperature_c; only ``file`` is
+    required), from the names of sub-folders and files, or from the frames: brighter ones are flats.
     ISO and time come from the index, or from the files. Raises InputError in one sentence.
     """
     place = Path(check(folder, FilePath, "folder"))
@@ -155,7 +155,7 @@ def read_folder(folder: str | Path, *, cfa: str | None = None, side: int = 1024)
 
 
 def _listed(place: Path) -> Iterator[dict[str, str]]:
-    """Yield what is known of every file: the lines of the index, or the files that are there."""
+    """Yield a record of every file: the lines of the index, or the files of the folder."""
     index = place / INDEX
     if not index.is_file():
         for path in sorted(place.rglob("*")):
@@ -193,7 +193,7 @@ def _is_number(text: str) -> bool:
 
 
 def _shot(line: dict[str, str], path: Path, picture: Picture, codes: Codes) -> Shot:
-    """Return a frame; of what nothing tells yet the kind is a flat's, the exposure NaN."""
+    """Return a frame; if unknown, its kind is that of a flat and its exposure NaN."""
     kind, stated_by = _kind_of(line)
     iso, time_s = setting_of(path, picture)
 
@@ -232,7 +232,7 @@ def _kind_of(line: dict[str, str]) -> tuple[Kind, str]:
 
 
 def _kinds(shots: Sequence[Shot]) -> Iterator[Shot]:
-    """Yield the shots with the kinds that their codes tell, where nothing else does."""
+    """Yield the shots with kinds from their codes where not stated."""
     least = min(shot.mean_dn for shot in shots)
     most = max(shot.mean_dn for shot in shots)
     for shot in shots:
@@ -241,7 +241,7 @@ def _kinds(shots: Sequence[Shot]) -> Iterator[Shot]:
 
 
 def _clusters(shots: Sequence[Shot]) -> Iterator[Shot]:
-    """Yield the shots with an exposure: that of the index, or the mean of frames of one setting that look alike."""
+    """Yield the shots with an exposure: that of the index, or the mean of similar frames of one setting."""
     least: dict[float, float] = {}
     for shot in shots:
         least[shot.iso] = min(least.get(shot.iso, math.inf), shot.mean_dn)
@@ -261,12 +261,12 @@ def _period(picture: Picture) -> tuple[int, int]:
 
 
 def _says_white(picture: Picture, file: str) -> bool:
-    """Whether white is of the camera, and not merely the largest number of the file's type."""
+    """Whether the white level is the camera's, and not just the largest number of the file's type."""
     return picture.noted is not None or picture.description is not None or file.lower().endswith(".dng")
 
 
 def _pattern(picture: Picture) -> tuple[str, ...]:
-    """Return rows of filter letters, of the smallest rectangle that repeats."""
+    """Return rows of filter letters of the smallest tile."""
     rows, cols = _period(picture)
     letters = [["Y"] * cols for _ in range(rows)]
     for plane in picture.planes:

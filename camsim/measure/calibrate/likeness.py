@@ -1,4 +1,4 @@
-"""Two sets of the same frames laid side by side: are they told apart? A camera's and those of its profile, mostly."""
+"""Statistical comparison of two sets of frames, such as those of a camera and of its profile."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ _PROBABILITIES = (0.001, 0.02, 0.16, 0.5, 0.84, 0.98, 0.999)
 _STRIPS = 32
 _KL_BINS = 200
 _FULL, _HEAPED = 0.9, 0.01
-"""Share of codes on the largest: of full frames, and of those whose variance the converter cuts."""
+"""Share of codes on the largest one: of full frames, and of those whose variance is clipped."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Likeness:
-    """A test of an ISO setting, and the probability of frames that differ as much by chance."""
+    """A test at an ISO setting, and its p-value."""
 
     test: str
     iso: float
@@ -45,10 +45,10 @@ class Likeness:
 class SideBySide:
     """Frames of one ISO setting, the camera's and the profile's.
 
-    mean_dn, variance_dn2, profile_variance_dn2 : (n,) of the groups of frames, each channel for itself
+    mean_dn, variance_dn2, profile_variance_dn2 : (n,) of the groups of frames, per channel
     darks, profile_darks : statistics of the darks
-    kl_nats : Kullback–Leibler divergence of the darks' codes, camera's from profile's, as noise models are compared
-              (Noise Flow and ELD: histograms of codes above their mean); floor: that of the camera's own halves
+    kl_nats : Kullback–Leibler divergence of the darks' codes, camera from profile, as noise models are compared
+    (Noise Flow and ELD: histograms of codes above their mean); floor: between halves of the camera's darks
     """
 
     iso: float
@@ -65,7 +65,7 @@ class SideBySide:
 
 
 def simulated(shots: ShotsOfCamera, found: Calibration, sensor: Sensor, *, seed: int = 1) -> ShotsOfCamera:
-    """Return the same frames as a profile takes them: as bright, at the same ISO settings and times."""
+    """Return the same frames simulated with a profile: equal brightness, ISO settings and times."""
     by_iso = {each.iso: each for each in found.settings}
     made: list[Shot] = []
     rows, cols = shots.channel_index.shape
@@ -90,7 +90,7 @@ def simulated(shots: ShotsOfCamera, found: Calibration, sensor: Sensor, *, seed:
 
 
 def _light_e(shot: Shot, alike: Sequence[Codes], setting: Setting, period: tuple[int, int], found: Calibration) -> F64:
-    """Return mean electrons of frames taken alike: smooth over each lattice of filters, as light is."""
+    """Return mean electrons of equal frames, smoothed over each lattice of filters."""
     shape = alike[0].shape
     if shot.kind == "dark":
         return np.zeros(shape)
@@ -106,14 +106,14 @@ def _light_e(shot: Shot, alike: Sequence[Codes], setting: Setting, period: tuple
 
 
 def side_by_side(camera: ShotsOfCamera, profile: ShotsOfCamera, found: Calibration) -> tuple[SideBySide, ...]:
-    """Lay the frames of every ISO setting side by side."""
+    """Compare the frames of every ISO setting."""
     return tuple(_of_setting(setting, camera, profile, found.step_dn) for setting in found.settings)
 
 
 def together(tests: Sequence[Likeness]) -> float:
-    """Return the probability of tests of one kind at several ISO settings, which see the same photosites.
+    """Return the combined p-value of tests of one kind at several ISO settings, which share photosites.
 
-    Cauchy's combination, which holds for tests that know of one another (Liu and Xie 2020).
+    Cauchy combination test, valid for dependent tests (Liu and Xie 2020).
 
     >>> round(together([Likeness(test="row spectrum", iso=100.0, probability=0.02)] * 3), 6)
     0.02
@@ -173,7 +173,7 @@ def _of_setting(setting: Setting, camera: ShotsOfCamera, profile: ShotsOfCamera,
 
 
 def _same_power(ours: DarkStatistics, theirs: DarkStatistics) -> float:
-    """Return the probability of two spectra of rows by chance: ratios over bands, whose logarithms are known."""
+    """Return the p-value of two row spectra: from log ratios over bands, whose distribution is known."""
     count = len(ours.row_power)
     edges = np.unique(np.round(np.geomspace(1, count + 1, _BANDS + 1)).astype(int)) - 1
     total, freedom = 0.0, 0
@@ -186,9 +186,9 @@ def _same_power(ours: DarkStatistics, theirs: DarkStatistics) -> float:
 
 
 def _same_quantiles(ours: Sequence[Codes], theirs: Sequence[Codes], step_dn: float) -> float:
-    """Return the probability of two sets of darks by chance: shares of codes below the quantiles of both together.
+    """Return the p-value of two sets of darks: from shares of codes below their pooled quantiles.
 
-    Errors are those of shares over strips of rows and of columns, as photosites of one know of one another.
+    Errors come from shares over strips of rows and of columns, as photosites of a strip are correlated.
     """
     whole = np.concatenate([np.concatenate([codes.ravel() for codes in side]) for side in (ours, theirs)])
     spread = np.bincount(np.rint(whole / step_dn).astype(np.int64))
@@ -214,16 +214,16 @@ def _shares(frames: Sequence[Codes], thresholds: F64, step_dn: float) -> tuple[F
     tiles = below[:, : height // rows * rows, : width // cols * cols]
     tiles = tiles.reshape(len(thresholds), rows, height // rows, cols, width // cols).mean(axis=(2, 4))
     by_row, by_col = np.cov(tiles.mean(axis=2)) / rows, np.cov(tiles.mean(axis=1)) / cols
-    # What photosites have of their own is in both of these, and is taken off once.
+    # Both include the independent noise of photosites, so it is subtracted once.
     both = np.cov(tiles.reshape(len(thresholds), -1)) / (rows * cols)
     error: F64 = np.atleast_2d(by_row + by_col - both)
     return tiles.mean(axis=(1, 2)), error
 
 
 def kl_nats(ours: Sequence[Codes], theirs: Sequence[Codes], step_dn: float) -> float:
-    """Return the divergence D(ours ‖ theirs) of codes above the mean of their own frames, in nats.
+    """Return the divergence D(ours ‖ theirs) of codes relative to the mean of their frames, in nats.
 
-    Bins lie over both's 0.01 … 99.99 %; an empty one counts as half a code.
+    Bins span 0.01 … 99.99 % of both; an empty one counts as half a code.
     """
     sides = [
         np.concatenate(

@@ -14,16 +14,16 @@ from camsim.core.arrays import F64
 from camsim.measure.noise.estimate import SURE, Estimate, no_figure
 
 _CHANCE = 1e-2
-"""Of two conversion gains where there is one: the second is then as quiet as the first, within its error."""
+"""Significance level for two conversion gains instead of one."""
 _ROUNDS = 4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OneSetting:
-    """ISO, gain (DN/e⁻), and the variance of darks without rounding and rows, DN².
+    """ISO, gain (DN/e⁻), and the variance of darks without rounding and row noise, DN².
 
-    gain_own : relative error of the gain that is this setting's alone
-    dn2_rows : (rows,) the variance of each row of photosites: settings see the same ones
+    gain_own : relative error of the gain that is independent of other settings
+    dn2_rows : (rows,) the variance of each row of photosites, which settings share
     """
 
     iso: float
@@ -35,9 +35,9 @@ class OneSetting:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ReadNoiseOverIso:
-    """What comes before the gain, e⁻², and after it, DN²; of dual gain the second mode, from an ISO setting on.
+    """Noise before the gain, e⁻², and after it, DN²; with dual gain also that of the second mode, and its first ISO.
 
-    misfit : of the variances, and the degrees of freedom that are left; p the probability of as much by chance
+    misfit : χ² of the variances, and degrees of freedom; p: the p-value
     """
 
     before_e2: Estimate
@@ -48,7 +48,7 @@ class ReadNoiseOverIso:
     freedom: int
 
     def variance_dn2(self, setting: OneSetting) -> float:
-        """Return the variance of a setting by the fit."""
+        """Return the fitted variance of a setting."""
         high = self.dual_from_iso is not None and setting.iso >= self.dual_from_iso
         before = self.dual_e2 if high and self.dual_e2 is not None else self.before_e2
         value = before.value if before.measurable else 0.0
@@ -59,11 +59,11 @@ class ReadNoiseOverIso:
 def read_noise_over_iso(
     settings: Sequence[OneSetting], gain_shared: float = 0.0, after_dn2: Estimate | None = None
 ) -> ReadNoiseOverIso:
-    """Fit variance = gain² · before + after, with one conversion gain, or two where one does not do.
+    """Fit variance = gain² · before + after, with one conversion gain, or two if one does not fit.
 
-    settings    : the lowest ISO first
-    gain_shared : relative error that all gains have in common
-    after_dn2   : what is known of the noise after the gain besides
+    settings    : by increasing ISO
+    gain_shared : relative error shared by all gains
+    after_dn2   : independent estimate of the noise after the gain
     """
     fit = _best(settings, after_dn2)
     before, *dual = [
@@ -78,7 +78,7 @@ def _best(settings: Sequence[OneSetting], after_dn2: Estimate | None) -> ReadNoi
     single = _fit(settings, None, after_dn2)
     if len(settings) < 3 or single.freedom < 1 or _probable(single):
         return single
-    # With a high conversion gain reading is quieter, in electrons, and nothing is below 0.
+    # High conversion gain lowers read noise in electrons, and variances are not negative.
     tried = [_fit(settings, split, after_dn2) for split in range(1, len(settings))]
     sound = [each for each in tried if _sound(each)]
     best = min(sound, key=lambda each: each.misfit, default=None)
@@ -114,7 +114,7 @@ def _fit(settings: Sequence[OneSetting], split: int | None, after_dn2: Estimate 
         gain, gain_sigma = np.append(gain, 0.0), np.append(gain_sigma, 0.0)
     before: F64 = measured / np.maximum(gain, 1e-12) ** 2
     for _ in range(_ROUNDS):
-        # A gain that is off moves what the noise before it gives.
+        # An error of the gain scales the contribution of noise before it.
         weight = np.linalg.inv(scatter + np.diag((2.0 * gain * np.maximum(before, 0.0) * gain_sigma) ** 2))
         covariance = np.linalg.inv(design.T @ weight @ design)
         found = covariance @ (design.T @ weight @ measured)
@@ -123,7 +123,7 @@ def _fit(settings: Sequence[OneSetting], split: int | None, after_dn2: Estimate 
     rest = measured - design @ found
     misfit = float(rest @ weight @ rest)
     freedom = len(measured) - len(found)
-    # Where the settings follow no such law the errors say so.
+    # If the settings do not follow the model, the errors are widened.
     wider = misfit / freedom if freedom and scipy.stats.chi2.sf(misfit, freedom) < _CHANCE else 1.0
     stated = [Estimate(float(v), math.sqrt(wider * float(covariance[k, k]))) for k, v in enumerate(found)]
     one = no_figure("one ISO setting tells no noise after the gain from that before it: all is taken as before it")

@@ -16,15 +16,15 @@ _TYPICAL_PITCH_UM = 4.0
 _BAYER = ("RGGB", "BGGR", "GRBG", "GBRG")
 _TYPICAL_DARK = 0.5
 _LONGEST_S = 1.0
-"""Of darks of one time: in longer ones a typical dark current would be in the black level twice."""
+"""Longest time of darks for the black level: longer ones would count dark current twice."""
 
 
 def profile_text(found: Calibration, *, name: str, pitch_um: float | None = None, hot_file: str | None = None) -> str:
     """Return a ``sensor/1`` file.
 
     name     : of the camera
-    pitch_um : between photosites; None: as the files say, or a typical one
-    hot_file : name of the list of hot photosites beside the file; None: their law stands in it
+    pitch_um : between photosites; None: as stated in the files, or a typical one
+    hot_file : name of the list of hot photosites next to the file; None: their distribution is in the file
     """
     shots = found.shots
     isos = ", ".join(f"{each.iso:g}" for each in found.settings)
@@ -82,7 +82,7 @@ def _efficiency(pattern: Sequence[str]) -> Iterator[str]:
 
 
 def _stated(key: str, found: Estimate, source: str) -> str:
-    """Return a line of a table: the key with its number, or why there is none in a comment."""
+    """Return a line of a table: the key with its number, or a comment on why there is none."""
     if found.measurable:
         return f"  {key}: {_number(found.value)}    # ± {found.sigma:.2g}; {source}"
     limit = f"at most {found.at_most:.3g}; " if math.isfinite(found.at_most) else ""
@@ -189,7 +189,7 @@ def _law(law: Fitted) -> Iterator[str]:
 
 
 def _black(found: Calibration) -> tuple[int, list[list[int]] | None]:
-    """Return the black level, and its offsets over the filter array where they differ by a code and more."""
+    """Return the black level, and its offsets over the filter array if they differ by a code or more."""
     level = round(found.black_dn.value)
     offsets = [[round(float(cell) - found.settings[0].darks.black_dn) for cell in row] for row in found.cells_dn]
     flat = [offset for row in offsets for offset in row]

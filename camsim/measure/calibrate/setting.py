@@ -1,4 +1,4 @@
-"""The frames of each ISO setting: groups taken alike, the gain, and the darks."""
+"""The frames of each ISO setting: groups of equal frames, the gain, and the darks."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from camsim.measure.noise.stack import Codes
 
 _SAME_TIME = 1e-3
 _CLOCK, _CHANCE = 2e-4, 1e-3
-"""Relative error of light and time that an index says, at least; and of gains that disagree with it by chance."""
+"""Least relative error of light and time stated in an index; significance level for gains that disagree."""
 _LONG_S = 0.5
-"""Of flats longer than this the charge that gathers without light is no longer negligible beside the black level."""
+"""In flats longer than this, dark charge is not negligible compared with the black level."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Setting:
-    """All of one ISO setting.
+    """Measurements of one ISO setting.
 
-    darks      : of the shortest time that has several; dark_codes: those frames
+    darks      : of the shortest time with several frames; dark_codes: those frames
     """
 
     iso: float
@@ -41,13 +41,13 @@ class Setting:
 
     @property
     def electrons_per_dn(self) -> Estimate:
-        """The gain as profiles have it."""
+        """The gain as written in profiles."""
         gain = self.gain_dn_per_e
         return Estimate(1.0 / gain.value, gain.sigma / gain.value**2)
 
 
 def settings_of(shots: ShotsOfCamera, notes: list[str]) -> tuple[Setting, ...]:
-    """Return what each ISO setting shows; those that lack frames are left out, which a note says."""
+    """Return the measurements of each ISO setting; those with too few frames are left out, with a note."""
     found: list[Setting] = []
     reason: UnsupportedError | None = None
     for iso in sorted({shot.iso for shot in shots.shots}):
@@ -104,7 +104,7 @@ def _setting(shots: ShotsOfCamera, iso: float, here: Sequence[Shot], notes: list
 
 
 def _groups(here: Sequence[Shot], name: str, notes: list[str]) -> list[Group]:
-    """Return frames taken alike, two or more of each; of several temperatures those of the most frames."""
+    """Return groups of two or more equal frames; of several temperatures the one with most frames."""
     temperatures = [shot.temperature_c for shot in here]
     usual = max(set(temperatures), key=temperatures.count)
     keys: dict[tuple[str, float, float], list[Shot]] = {}
@@ -130,7 +130,7 @@ def _time(shot: Shot, name: str) -> float:
 
 
 def _merged(groups: Sequence[Group]) -> list[Group]:
-    """Return groups, those of one kind, exposure and time as one: flats whose times were taken for a dark's."""
+    """Return groups, merging those of one kind, exposure and time, which arise when times were rounded to a dark's."""
     found: dict[tuple[str, float, float], Group] = {}
     for group in groups:
         key = group.kind, group.exposure, group.time_s
@@ -140,15 +140,15 @@ def _merged(groups: Sequence[Group]) -> list[Group]:
 
 
 def gain_errors(settings: Sequence[Setting]) -> tuple[list[float], float]:
-    """Return relative errors of gains that know nothing of one another, and what they have in common: nothing."""
+    """Return relative errors of independent gains, and their shared error, 0."""
     return [each.gain_dn_per_e.sigma / each.gain_dn_per_e.value for each in settings], 0.0
 
 
 def linked(settings: Sequence[Setting]) -> tuple[tuple[Setting, ...], list[float], float] | None:
-    """Return settings whose gains agree with the signal that the same light gives at each; None where they do not.
+    """Return settings with gains consistent with the signal of equal light; None if they are inconsistent.
 
-    Signals over exposure tell the gains' ratios far better than photon noise does, which then tells one gain of all.
-    Beside the settings: relative errors of each gain alone, and the one in common.
+    Signals over exposure determine the ratios of gains far better than photon noise, which then sets their common
+    scale. Also returned: independent relative errors of the gains, and the shared one.
     """
     channels = range(len(settings[0].report.channels))
 

@@ -1,4 +1,4 @@
-"""What darks show of the law of their noise: counts of differences of two pairs at a time, and of single codes."""
+"""Counts for the noise distribution of darks: of differences of two pairs at a time, and of single codes."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ class PairCounts:
 
     @classmethod
     def of(cls, frames: Sequence[I64], step_dn: float) -> PairCounts:
-        """Count darks (rows, cols) of whole codes, taken alike."""
+        """Count equal darks (rows, cols) of integer codes."""
         pairs = [
             np.rint((a.astype(np.float64) - b) / step_dn).astype(np.int64)
             for a, b in zip(frames[::2], frames[1::2], strict=False)
         ]
-        # A frame's own offset is none of a photosite's noise.
+        # The offset of a frame is not noise of a photosite.
         pairs = [pair - round(float(np.median(pair))) for pair in pairs]
         far = [np.abs(pair) for pair in pairs]
         top = max(int(each.max()) for each in far)
@@ -44,7 +44,7 @@ class PairCounts:
         blocks = min(_BLOCKS, len(frames[0]))
         block_of = np.arange(len(frames[0])) * blocks // len(frames[0])
         both = list(itertools.combinations(range(len(pairs)), 2))
-        # Each pair as often as any other.
+        # Every pair is used equally often.
         both = both if len(both) <= _MOST_PAIRS else [(k, (k + 1) % len(pairs)) for k in range(len(pairs))]
         placed = [bin_of[each] for each in far]
         counts = np.zeros(blocks * bins * bins)
@@ -70,7 +70,7 @@ class SingleCounts:
 
     @classmethod
     def of(cls, frames: Sequence[I64], step_dn: float, period: tuple[int, int]) -> SingleCounts:
-        """Count darks (rows, cols) of whole codes; ``period``: of the filter array."""
+        """Count darks (rows, cols) of integer codes; ``period``: of the filter array."""
         cells = [frame[row :: period[0], col :: period[1]] for frame in frames for row, col in np.ndindex(period)]
         steps = [np.rint(cell / step_dn).astype(np.int64).ravel() for cell in cells]
         low, high = min(int(each.min()) for each in steps), max(int(each.max()) for each in steps)
@@ -82,7 +82,7 @@ class SingleCounts:
 
 
 def _edges(counted: I64) -> I64:
-    """Return first lattice points of bins: alike in the core, further and further out in the tail."""
+    """Return first lattice points of bins: uniform in the core, increasingly wide in the tail."""
     above = 1.0 - np.concatenate([[0.0], np.cumsum(counted)[:-1]]) / counted.sum()  # of |d| ≥ k
     least = _LEAST_COUNT / counted.sum()
     wanted = np.concatenate([

@@ -1,10 +1,9 @@
-"""The law of one photosite's temporal noise: normal or heavy-tailed, alike for all or not, with jumps or without.
+"""Distribution of a photosite's temporal noise: normal or heavy-tailed, uniform or not, with telegraph noise or not.
 
-Of several darks taken alike the differences of pairs are looked at: what is fixed is gone from them, and what a
-photosite has of its own (its noise, its jump) is in each of its pairs. So the counts of |difference| of two pairs at a
-time tell one from the other: tails alone leave the pairs independent, an unevenness makes them large together. The
-law's parameters are those of the greatest likelihood of these counts (a composite likelihood; its errors are those of
-the sandwich formula, from the scatter over blocks of rows).
+Differences of pairs of equal darks are free of fixed patterns, while properties of a photosite (its noise level, its
+telegraph noise) affect all of its pairs. So joint counts of |difference| of two pairs separate the two: heavy tails
+leave the pairs independent, non-uniform noise makes them large together. The parameters maximise the likelihood of
+these counts (a composite likelihood; errors follow from the sandwich formula, with the scatter over blocks of rows).
 """
 
 from __future__ import annotations
@@ -27,7 +26,7 @@ from camsim.sensor.stages.read_noise import tukey_quantiles, tukey_sigma
 Law: TypeAlias = Literal["normal", "student", "tukey"]
 
 LEAST_FRAMES = 4
-"""Two pairs of a photosite."""
+"""Frames for two pairs of a photosite."""
 _SPREADS = 9
 
 _DECAYED = 30.0
@@ -37,12 +36,12 @@ _NONE = 1e-30
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Shape:
-    """A law of noise in data numbers; a figure of 0 is not there.
+    """A noise distribution in data numbers; components with a figure of 0 are absent.
 
-    sigma_dn     : standard deviation of its part with tails
-    tails        : 1/degrees of freedom of Student's t, or λ of Tukey's law
-    spread       : standard deviation of the logarithm of the photosites' own standard deviations
-    fraction, amplitude_dn : share of photosites that jump, and how far on the mean
+    sigma_dn     : standard deviation of its normal or heavy-tailed component
+    tails        : 1/degrees of freedom of Student's t, or λ of Tukey's distribution
+    spread       : standard deviation of the logarithm of each photosite's standard deviation
+    fraction, amplitude_dn : share of photosites with telegraph noise, and its mean amplitude
     """
 
     law: Law
@@ -54,17 +53,17 @@ class Shape:
 
     @property
     def telegraph_dn2(self) -> float:
-        """The variance that jumps give a photosite on the mean."""
+        """The mean variance of telegraph noise over photosites."""
         return 0.5 * self.fraction * self.amplitude_dn**2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Fitted:
-    """The law that was taken.
+    """The selected distribution.
 
     errors : standard errors of the shape's figures by name
-    rises  : by how many of its standard errors each part made the likelihood rise, in the order they were taken;
-             of the one that was not taken any more the name and the number
+    rises  : increase of the log-likelihood by each component, in its standard errors, in order of selection;
+    for the first rejected one, name and number
     """
 
     shape: Shape
@@ -83,16 +82,16 @@ def fit_tails(
     fixed_dn2: float = 0.0,
     period: tuple[int, int] = (1, 1),
 ) -> Fitted:
-    """Return the law of darks taken alike, (rows, cols) codes.
+    """Return the noise distribution of equal darks, (rows, cols) codes.
 
     step_dn    : between codes
-    normal_dn2 : variance of the normal noise that is in them besides (after the gain, of rows), and its error
-    fixed_dn2  : variance of what stays from dark to dark, normal over photosites;  period: of the filter array, whose
-                 cells may have black levels of their own
+    normal_dn2 : variance of further normal noise in them (after the gain, of rows), and its error
+    fixed_dn2  : variance of the fixed pattern, normal over photosites;  period: of the filter array, whose
+    cells may have separate black levels
 
-    A part (tails, jumps, unevenness) is taken where the logarithm of the likelihood rises by more than 4 standard
-    errors of its rise, which the blocks of rows tell (Vuong's test), the one with the greatest rise first. Differences
-    are smoother than what they are of: between Student's and Tukey's law the single codes have a say too.
+    A component (tails, telegraph noise, non-uniformity) is selected if the log-likelihood increases by more than 4
+    standard errors of the increase, estimated from blocks of rows (Vuong's test), in order of increase. Differences are
+    smoother than the codes: the choice between Student's and Tukey's distribution also uses single codes.
     """
     seen = PairCounts.of(frames, step_dn)
     model = _Model(seen, normal_dn2)
@@ -124,7 +123,7 @@ def fit_tails(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class AtGain:
-    """Darks of a setting: codes, gain (DN/e⁻), and variances of photosites (without rounding) and of rows, DN²."""
+    """Darks of a setting: codes, gain (DN/e⁻), variances of photosites (without rounding) and of rows, DN²."""
 
     frames: Sequence[I64]
     gain_dn_per_e: float
@@ -133,9 +132,9 @@ class AtGain:
 
 
 def fit_after(darks: Sequence[AtGain], law: Fitted, law_gain_dn_per_e: float, *, step_dn: float) -> Estimate:
-    """Return the variance of normal noise after the gain, DN², by how much of tails and jumps each setting still shows.
+    """Return the variance of normal noise after the gain, DN², from the remaining non-normality at each setting.
 
-    The law is that before the gain, found at one setting; each setting's whole variance is held.
+    The distribution before the gain is known from one setting; the total variance of each setting is fixed.
     """
     models = [_Model(PairCounts.of(each.frames, step_dn), 0.0) for each in darks]
 
@@ -182,7 +181,7 @@ _FIRST_TAILS: dict[Law, float] = {"normal": 0.0, "student": 0.12, "tukey": -0.05
 
 
 def _with_more(shape: Shape) -> list[tuple[str, Shape]]:
-    """Return the laws that have one part more."""
+    """Return the distributions with one further component."""
     more: list[tuple[str, Shape]] = []
     if shape.law == "normal":
         laws: tuple[Law, ...] = ("student", "tukey")
@@ -200,13 +199,13 @@ def _rise(by_block: F64) -> float:
 
 
 class _Model:
-    """Probabilities of the bins under a law, by its characteristic function."""
+    """Probabilities of the bins under a distribution, from its characteristic function."""
 
     def __init__(self, seen: PairCounts, normal_dn2: float) -> None:
         self.seen, self.normal_dn2 = seen, normal_dn2
         top = int(seen.lattice[-1])
-        # Codes are a lattice, of which frequencies up to a cycle a step and their aliases are all; the period is wide
-        # enough that what lies beyond the greatest difference does not come back.
+        # Codes are a lattice, so frequencies up to one cycle per step and their aliases suffice; the period is wide
+        # enough that differences beyond the greatest one do not wrap around.
         period = 2 * (top + 8)
         self.repeats = max(2, math.ceil(6.0 * seen.step_dn / math.sqrt(seen.variance_dn2)) + 1)
         self.omega = 2.0 * math.pi * np.arange(self.repeats * period // 2 + 1) / (period * seen.step_dn)
@@ -239,7 +238,7 @@ class _Model:
         return joint
 
     def _sigmas(self, shape: Shape) -> tuple[F64, F64]:
-        """Return standard deviations of photosites, and the share of each."""
+        """Return nodes of the photosites' standard deviations, and their weights."""
         if not shape.spread:
             return np.array([shape.sigma_dn]), np.ones(1)
         return shape.sigma_dn * np.exp(shape.spread * self.spreads - shape.spread**2), self.spread_weights
@@ -262,7 +261,7 @@ class _Model:
         return wave
 
     def logarithm_of(self, singles: SingleCounts, shape: Shape, fixed_dn2: float) -> float:
-        """Return the logarithm of the likelihood of all codes, each for itself."""
+        """Return the log-likelihood of all single codes."""
         step_dn = self.seen.step_dn
         period = 2 * len(singles.lattice) + 16
         omega = (2.0 * math.pi / (period * step_dn)) * np.arange(self.repeats * period // 2 + 1, dtype=np.float64)
@@ -276,13 +275,13 @@ class _Model:
         return total
 
     def logarithms(self, shape: Shape) -> F64:
-        """Return the logarithm of the likelihood of each block of rows."""
+        """Return the log-likelihood of each block of rows."""
         joint = np.maximum(self.probabilities(shape), _NONE)
         stated: F64 = np.tensordot(self.seen.counts, np.log(joint / joint.sum()), axes=2)
         return stated
 
     def best(self, start: Shape) -> tuple[Shape, F64]:
-        """Return the shape of the greatest likelihood that has the parts of ``start``, and its logarithms by block."""
+        """Return the maximum-likelihood shape with the components of ``start``, and its log-likelihood by block."""
         total = self.seen.counts.sum()
 
         def worth(values: F64) -> float:
@@ -300,7 +299,7 @@ class _Model:
         return shape, self.logarithms(shape)
 
     def errors(self, shape: Shape, normal_sigma_dn2: float) -> tuple[dict[str, float], float]:
-        """Return the standard errors of the shape's figures, and of the variance of its jumps."""
+        """Return the standard errors of the shape's figures, and of the variance of its telegraph noise."""
         values = _values_of(shape)
         size = values.size
         width = 0.01
@@ -368,7 +367,7 @@ def _values_of(shape: Shape) -> F64:
 
 
 def _shape_of(like: Shape, values: F64) -> Shape | None:
-    """Return the shape of these values with the parts of another; None where there is no such law."""
+    """Return the shape of these values with the components of another; None for invalid values."""
     left = iter(values.tolist())
     changed: dict[str, Any] = {"sigma_dn": math.exp(next(left))}
     if like.law != "normal":
@@ -387,7 +386,7 @@ def _shape_of(like: Shape, values: F64) -> Shape | None:
 
 
 def _characteristic(law: Law, tails: float) -> Callable[[F64], F64]:
-    """Return the characteristic function of a law with a standard deviation of 1, at frequencies of 0 or more."""
+    """Return the characteristic function of a distribution of standard deviation 1, at frequencies of 0 or more."""
     if law == "normal":
         return lambda u: np.exp(-0.5 * u * u)
     knots = _DECAYED * np.linspace(0.0, 1.0, _KNOTS) ** 1.5

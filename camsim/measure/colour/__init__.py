@@ -1,4 +1,4 @@
-"""Colour of the patches of a chart: what the file shows, what the eye would see, and what that tells."""
+"""Colour of the patches of a chart: measured and reference colours, their differences, and calibration."""
 
 from camsim.measure.colour.calibrating import ColourCalibration, calibrate_colour
 from camsim.measure.colour.measuring import measure_chart, measure_colour

@@ -1,4 +1,4 @@
-"""Where the patches lie: what is seen of each shape of a scene, where the lens puts it, less a margin."""
+"""Areas of the patches: the visible part of each shape of a scene, distorted by the lens, minus a margin."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ _AIRY_50 = 0.404
 
 _HALF = 0.5**0.5
 _PIECE_PX = 32.0
-"""Straight lines are bent in pieces: distortion by 5 % over 12 mm leaves chords a few hundredths of a pixel off."""
+"""Length of pieces of distorted lines: at 5 % distortion over 12 mm, chords are off by a few hundredths of a pixel."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PatchArea:
-    """An evenly coloured area.
+    """An area of uniform colour.
 
-    inside : (roi.rows, roi.cols) which photosites of the rectangle count
+    inside : (roi.rows, roi.cols) mask of the photosites used within the rectangle
     """
 
     name: str
@@ -50,10 +50,10 @@ class PatchArea:
 
 
 def margin_pixel(capture: Capture) -> float:
-    """Return what is left out along a patch's outline.
+    """Return the margin left out along a patch's outline.
 
-    3 px for the development, 4 λN for the blur (in green; behind aberrations the λN of a perfect lens with that MTF50),
-    and what lateral colour and coma move.
+    3 px for demosaicing, 4 λN for the blur (in green; for aberrated lenses the λN of a perfect lens with that MTF50),
+    plus shifts by lateral colour and coma.
     """
     camera, places = capture.camera, _places_um(capture)
     blur_um = max(_blur_um(system_at(camera, *place)) for place in places.tolist())
@@ -79,9 +79,9 @@ def _blur_um(system: OpticalSystem) -> float:
 
 
 def patch_areas(capture: Capture) -> tuple[list[PatchArea], int]:
-    """Return the patches that a capture shows, in painter's order, and how many shapes show too little to measure.
+    """Return the patches of a capture, in painter's order, and the number of shapes too small to measure.
 
-    A patch is what is seen of one shape of even colour, in one piece and without holes: a chart's frame is none.
+    A patch is the visible part of one shape of uniform colour, connected and without holes: not a chart's frame.
     """
     import shapely
 
@@ -106,7 +106,7 @@ def patch_areas(capture: Capture) -> tuple[list[PatchArea], int]:
         inside = shapely.intersection(seen, window)
         if not even or inside.is_empty:
             continue
-        # Beyond the window too: a frame is hollow although the window may cut through all of its holes.
+        # Beyond the window too: a frame counts as hollow even if the window cuts through all of its holes.
         pieces = [part for part in shapely.get_parts(seen) if part.geom_type == "Polygon" and part.area > 0.0]
         if len(pieces) == 1 and not pieces[0].interiors:
             patch = _photosites(shapely.buffer(_moved(inside, capture, fallen_um), -margin_um), one, capture)
@@ -126,7 +126,7 @@ def _window_um(capture: Capture) -> tuple[float, float, float, float]:
 
 
 def _moved(area: Any, capture: Capture, places: Callable[[Body, F64], F64]) -> Any:
-    """Return an area as the lens bends it, or (``scene_place_um``) as it was before."""
+    """Return an area distorted by the lens, or (``scene_place_um``) undistorted."""
     import shapely
 
     camera = capture.camera
@@ -142,7 +142,7 @@ def _area(one: Primitive) -> Any:
 
 
 def _photosites(area: Any, one: Primitive, capture: Capture) -> PatchArea | None:
-    """Return the photosites with their centres in an area, None where they are few."""
+    """Return the photosites with centres in an area; None if there are too few."""
     import shapely
 
     if area.is_empty:
@@ -160,7 +160,7 @@ def _photosites(area: Any, one: Primitive, capture: Capture) -> PatchArea | None
 
 
 def photosites_in(corners: F64, shape: tuple[int, int]) -> tuple[Roi, npt.NDArray[np.bool_]] | None:
-    """Return the photosites of an image in a polygon: their rectangle, and which of it; None where they are few.
+    """Return the photosites of an image in a polygon: bounding rectangle and mask; None if there are too few.
 
     corners : (n, 2) x and y in pixels
     """
@@ -170,7 +170,7 @@ def photosites_in(corners: F64, shape: tuple[int, int]) -> tuple[Roi, npt.NDArra
 
 
 def _inside(area: Any, shape: tuple[int, int]) -> tuple[Roi, npt.NDArray[np.bool_]] | None:
-    """Return photosites with their centres in an area in pixels."""
+    """Return bounding rectangle and mask of photosites with centres in an area in pixels."""
     import shapely
 
     low_x, low_y, high_x, high_y = area.bounds
@@ -186,7 +186,7 @@ def _inside(area: Any, shape: tuple[int, int]) -> tuple[Roi, npt.NDArray[np.bool
 
 
 def _distinguishable(patches: list[PatchArea]) -> list[PatchArea]:
-    """Number the patches that have a name in common."""
+    """Number the patches that share a name."""
     names = [patch.name for patch in patches]
     seen: dict[str, int] = {}
     stated = []

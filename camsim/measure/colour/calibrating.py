@@ -26,14 +26,14 @@ _DIGITS = 6
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ColourCalibration:
-    """What a chart told of a camera.
+    """A camera's colour calibration from a chart.
 
-    file, light     : of the photograph;  chart: whose measured reflectances
-    patches         : names;  clipped: of those that were left out
-    matrix          : as sensor files hold it;  sigma: (3, 3) standard errors, on its scale
-    delta_e_before  : (n,) ΔE2000 of the file's own matrix and white balance; None where it has none
-    delta_e_after, delta_e_left_out : (n,) of the matrix; of the one that was fitted to all other patches
-    smooth, nearest : sensitivities that the chart tells, and the measured camera that is nearest
+    file, light     : of the photograph;  chart: name of the measured reflectances
+    patches         : names;  clipped: names of those left out as clipped
+    matrix          : as in sensor files;  sigma: (3, 3) standard errors, on its scale
+    delta_e_before  : (n,) ΔE2000 of the file's matrix and white balance; None if it has none
+    delta_e_after, delta_e_left_out : (n,) of the matrix; of leave-one-out fits
+    smooth, nearest : sensitivities estimated from the chart, and the nearest measured camera
     """
 
     file: str
@@ -57,12 +57,12 @@ class ColourCalibration:
 
     @property
     def measured(self) -> bool:
-        """Whether the curves are the chart's own: it tells them, and no measured camera shows it the same."""
+        """Whether the curves are estimated from the chart: they are reliable, and no measured camera fits as well."""
         return self.smooth.trusted and self.nearest.misfit > self.smooth.noise
 
     @property
     def sensitivities(self) -> str:
-        """What is said of the curves: which they are, with the regulariser and its error, or why not."""
+        """Text on the curves: their origin, the regulariser and its error, or why there are none."""
         errors = ", ".join(
             f"{letter} {100 * part:.0f} %" for letter, part in zip("RGB", self.smooth.relative.tolist(), strict=True)
         )
@@ -119,14 +119,14 @@ def calibrate_colour(
     chart: str = "ISO 17321-1",
     cameras: Sequence[CameraCurves] = (),
 ) -> ColourCalibration:
-    """Tell a camera's colours from a ColorChecker in a raw picture.
+    """Calibrate a camera's colours from a ColorChecker in a raw picture.
 
-    light   : that lit it, and evenly; its level plays no part
-    corners : (row, col) of the middles of the patches dark skin, bluish green, black and white; None: looked for
+    light   : uniform illumination of the chart; its level has no effect
+    corners : (row, col) of the centres of the patches dark skin, bluish green, black and white; None: detected
     chart   : whose measured reflectances of the patches: "ISO 17321-1" or "BabelColor Average"
-    cameras : measured ones, besides those shipped, among which the nearest is looked for
+    cameras : further measured cameras, besides those shipped, for the nearest one
 
-    Raises UnsupportedError where there is no chart, or too little of it.
+    Raises UnsupportedError if there is no chart, or too little of it.
     """
     check_given(picture=picture)
     colours = PatchColours.of(reflectance_names(chart), light)
@@ -160,7 +160,7 @@ def _matrix(fit: MatrixFit, colours: PatchColours, light: str) -> MeasuredMatrix
 
 
 def _scale(fit: MatrixFit) -> float:
-    """Return what makes the largest number 1."""
+    """Return the factor that makes the largest number 1."""
     return float(np.abs(fit.to_xyz).max())
 
 
@@ -169,7 +169,7 @@ def _rows(matrix: np.ndarray[Any, Any]) -> tuple[tuple[float, ...], ...]:
 
 
 def _before(picture: Picture, seen: Chart, colours: PatchColours) -> tuple[float, ...] | None:
-    """Return ΔE2000 of the patches by the file's own matrix and white balance."""
+    """Return ΔE2000 of the patches with the file's matrix and white balance."""
     one = development_of(picture, seen.mean)
     if one is None:
         return None

@@ -1,4 +1,4 @@
-"""A ColorChecker in anybody's photograph: where its 24 patches lie, and what each channel shows of them."""
+"""A ColorChecker in any photograph: positions of its 24 patches, and their mean in each channel."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ from camsim.spectra import named
 
 ROWS, COLS = 4, 6
 CHARTS = {"ISO 17321-1": "", "BabelColor Average": "BabelColor Average/"}
-"""Measured reflectances of the 24 patches, and what their names begin with."""
+"""Measured reflectances of the 24 patches, and the prefix of their names."""
 
 CORNERS = "dark skin, bluish green, black and white"
 """The patches at the corners, clockwise from the one above at the left of an upright chart."""
 
 _INSIDE = 0.25
-"""Of the distance between patches, from a patch's middle: half of a patch's side, so that no rim counts."""
+"""Half side of the area used, in distances between patches: half of a patch's, to exclude its rim."""
 
 _OVERVIEW = 800
 _EVEN = (0.015, 0.03, 0.06, 0.12)
 _LEAST_FOUND, _MOST_FOUND = 10, 48
 _ALIKE = 12.0
-"""ΔE*ab in the mean after the best 3 × 3 matrix; patches in any other order have more than 20."""
+"""Largest mean ΔE*ab after the best 3 × 3 matrix; patches in any other order have more than 20."""
 
 Corner: TypeAlias = tuple[float, float]
 
@@ -45,10 +45,10 @@ class Chart:
     """The patches of a chart in a picture.
 
     areas   : of the 24 patches, in the chart's order
-    window  : first row, first column, rows and columns of what holds them
-    light   : (rows, cols, 3) of the window, in parts of black..white; NaN where a channel has no photosite
-    mean, error : (24, 3) of each channel's own photosites, and its standard error
-    clipped : of each patch, whether photosites are
+    window  : first row, first column, rows and columns of the area that contains them
+    light   : (rows, cols, 3) of the window, as fractions of black..white; NaN where a channel has no photosite
+    mean, error : (24, 3) over each channel's photosites, and its standard error
+    clipped : for each patch, whether it has clipped photosites
     """
 
     areas: tuple[PatchArea, ...]
@@ -59,7 +59,7 @@ class Chart:
     clipped: tuple[bool, ...]
 
     def displayed(self, area: PatchArea) -> tuple[slice, slice]:
-        """Return where a patch's rectangle lies in ``light``."""
+        """Return the slices of a patch's rectangle in ``light``."""
         row, col = area.roi.row - self.window[0], area.roi.col - self.window[1]
         return slice(row, row + area.roi.rows), slice(col, col + area.roi.cols)
 
@@ -70,10 +70,10 @@ def read_chart(
     """Find the patches of a ColorChecker and read them.
 
     colours : of the patches in the light
-    corners : (row, col) of the middles of the patches dark skin, bluish green, black and white; None: looked for
-    chart   : whose measured reflectances
+    corners : (row, col) of the centres of the patches dark skin, bluish green, black and white; None: detected
+    chart   : name of the measured reflectances
 
-    Raises UnsupportedError where there is no chart, or channels other than red, green and blue.
+    Raises UnsupportedError if there is no chart, or for channels other than red, green and blue.
     """
     missing = [letter for letter in CHANNELS if not any(plane.name[0] == letter for plane in picture.planes)]
     if missing:
@@ -115,7 +115,7 @@ def _read(picture: Picture, to_pixel: F64, names: Sequence[str]) -> Chart:
     top, left = (min(getattr(area.roi, key) for area in areas) for key in ("row", "col"))
     bottom = max(area.roi.row + area.roi.rows for area in areas)
     right = max(area.roi.col + area.roi.cols for area in areas)
-    # From a whole period on, so that what is developed has its filters where the picture has them.
+    # Starts at a multiple of the period, so that the window has the filter phase of the picture.
     period = [max(plane.step[axis] for plane in picture.planes) for axis in (0, 1)]
     window = (top - top % period[0], left - left % period[1], 0, 0)
     window = (*window[:2], bottom - window[0], right - window[1])
@@ -155,13 +155,13 @@ def _light_in(picture: Picture, window: tuple[int, int, int, int]) -> F32:
 
 
 def _span(samples: npt.NDArray[Any], black: float, white: float | None) -> float:
-    """Return from black to white; where there is no white, to the brightest, which then never clips."""
+    """Return the span from black to white; without a white level to the brightest sample, which then never clips."""
     return white - black if white is not None else 1.01 * max(float(samples.max()) - black, 1e-30)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Overview:
-    """A small picture: (rows, cols, 3) means of ``side`` × ``side`` photosites, in parts of black..white."""
+    """A small picture: (rows, cols, 3) means of ``side`` × ``side`` photosites, as fractions of black..white."""
 
     image: F64
     side: int
@@ -191,7 +191,7 @@ def _overview(picture: Picture) -> _Overview:
 
 
 def _of_corners(picture: Picture, corners: Sequence[Corner]) -> F64:
-    """Return what takes places in the chart to pixels, from the middles of the patches at its corners."""
+    """Return the projection from chart coordinates to pixels, from the centres of the patches at its corners."""
     if len(corners) != 4:
         raise InvalidValueError(f"{len(corners)} places; give four: {CORNERS}", key="--corners")
     for row, col in corners:
@@ -214,9 +214,9 @@ def _grid() -> F64:
 
 
 def _means_at(overview: _Overview, to_pixel: F64) -> F64 | None:
-    """Return (24, 3) means around the middles of the patches, None where one lies outside."""
+    """Return (24, 3) means around the centres of the patches; None if one lies outside."""
     middles = moved(to_pixel, _grid()) / overview.side
-    # The nearest neighbour's distance, as perspective makes it differ.
+    # Distance to the nearest neighbour, which varies with perspective.
     reach = _INSIDE * min(float(np.hypot(*(middles[k + 1] - middles[k]))) for k in range(COLS - 1))
     half = max(0, math.floor(reach * 0.7))
     rows, cols = overview.image.shape[:2]
@@ -230,7 +230,7 @@ def _means_at(overview: _Overview, to_pixel: F64) -> F64 | None:
 
 
 def _found(picture: Picture, colours: PatchColours) -> F64:
-    """Return what takes places in the chart to pixels, of the chart that is found in a picture."""
+    """Return the projection from chart coordinates to pixels of the chart detected in a picture."""
     overview = _overview(picture)
     best, difference = None, math.inf
     for threshold in _EVEN:
@@ -253,11 +253,11 @@ def _found(picture: Picture, colours: PatchColours) -> F64:
 
 
 def _even_regions(image: F64, threshold: float) -> tuple[F64, F64]:
-    """Return middles (n, 2) and areas (n,) of even, nearly rectangular regions, in cells of an overview."""
+    """Return centres (n, 2) and areas (n,) of uniform, nearly rectangular regions, in cells of an overview."""
     import shapely
 
     brightest = np.maximum(np.percentile(image, 99.5, axis=(0, 1)), 1e-9)
-    # As the eye sees steps: shot noise is even after a root.
+    # The square root makes shot noise uniform, and is closer to perceived steps.
     seen = np.sqrt(np.clip(image / brightest, 0.0, 2.0))
     high = scipy.ndimage.maximum_filter(seen, (3, 3, 1))
     low = scipy.ndimage.minimum_filter(seen, (3, 3, 1))
@@ -285,7 +285,7 @@ def _even_regions(image: F64, threshold: float) -> tuple[F64, F64]:
 
 
 def _laid(lattice: Places) -> Iterator[F64]:
-    """Yield projections of a 6 × 4 chart on a lattice, in each place and each of four turns that most patches fit."""
+    """Yield projections of a 6 × 4 chart on a lattice, at every position and rotation that most patches fit."""
     for turn in range(4):
         turned = {_turned(place, turn): middle for place, middle in lattice.items()}
         cols, rows = ([place[axis] for place in turned] for axis in (0, 1))

@@ -1,4 +1,4 @@
-"""How a file says that its colours are developed: white balance and matrix, as raw developers take them."""
+"""Development stated by a file: white balance and matrix, as raw developers use them."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from camsim.measure.picture import Picture
 from camsim.sensor.colour_matrix import XYZ_D50, adaptation, fit_white
 
 GREYS = slice(18, 24)
-"""Among a ColorChecker's patches: white, four greys and black."""
+"""Greys of a ColorChecker: white, four greys and black."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Development:
-    """What is done to red, green and blue.
+    """White balance and colour matrix of a development.
 
-    neutral : (3,) of white: they are divided by it
-    to_xyz  : (3, 3) from there to XYZ under D50; 1, 1, 1 becomes white
-    by_greys : whether the white balance is the chart's own, as the file notes none
+    neutral : (3,) response to white, by which channels are divided
+    to_xyz  : (3, 3) from balanced channels to XYZ under D50; 1, 1, 1 becomes white
+    by_greys : whether the white balance is from the chart, as the file states none
     """
 
     neutral: F64
@@ -33,17 +33,17 @@ class Development:
         return seen
 
     def scaled(self, means: F64, greys: F64) -> Development:
-        """Return the development that makes a chart's patches (24, 3) as bright as its greys (6,) are.
+        """Return the development scaled so that a chart's patches (24, 3) match the brightness of its greys (6,).
 
-        How long a photograph was exposed is no error of colour.
+        So exposure does not count as an error of colour.
         """
         return replace(self, neutral=self.neutral * (self.xyz(means)[GREYS, 1].sum() / greys.sum()))
 
 
 def development_of(picture: Picture, means: F64) -> Development | None:
-    """Return what a maker's raw file, or anybody's DNG, says; None where it says no matrix.
+    """Return the development stated by a maker's raw file or a DNG; None if it states no matrix.
 
-    means : (24, 3) of the chart's patches, whose greys are white where the file notes no white balance
+    means : (24, 3) of the chart's patches, whose greys give the white balance if the file states none
     """
     noted = picture.noted
     if noted is None or len(noted.xyz_to_camera) < 3:

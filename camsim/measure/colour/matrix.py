@@ -1,4 +1,4 @@
-"""From what a chart's patches show to a matrix: red, green and blue to XYZ under the chart's light."""
+"""Fit of a matrix to a chart's patches: red, green and blue to XYZ under the chart's light."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from camsim.spectra import named
 from camsim.spectra.light import Light
 
 _DARK = 0.02
-"""Of a perfect diffuser: below it, as in CIE Lab, an error is seen by its size and no more by its share."""
+"""Level relative to a perfect diffuser below which, as in CIE Lab, absolute errors count instead of relative ones."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PatchColours:
-    """What the eye sees of a chart's patches in a light.
+    """Colorimetry of a chart's patches in a light.
 
     white_xyz : (3,) of a perfect diffuser, Y = 1
     xyz       : (n, 3) under D50, adapted (Bradford);  lab: (n, 3) of these
@@ -45,12 +45,12 @@ class PatchColours:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MatrixFit:
-    """A matrix and how well it does.
+    """A matrix and its accuracy.
 
     to_xyz       : (3, 3) red, green and blue to XYZ in the chart's light; a perfect diffuser's Y is 1
     sigma        : (3, 3) standard errors of its numbers
     delta_e_2000 : (n,) of each patch, after the matrix
-    left_out     : (n,) of each patch, after the matrix of all others: what a colour that was not fitted has
+    left_out     : (n,) of each patch, with the matrix fitted to all others (leave-one-out)
     """
 
     to_xyz: F64
@@ -60,7 +60,7 @@ class MatrixFit:
 
 
 def quick_difference(means: F64 | None, colours: PatchColours) -> float:
-    """Return mean ΔE*ab after the best matrix, infinite of nothing: small of a chart in its order."""
+    """Return mean ΔE*ab after the best matrix, infinite without data; small for a chart in the right order."""
     if means is None or not np.isfinite(means).all() or not np.ptp(means) > 0.0:
         return float("inf")
     to_d50 = _linear(means, colours.xyz)
@@ -68,11 +68,11 @@ def quick_difference(means: F64 | None, colours: PatchColours) -> float:
 
 
 def fit_matrix(means: F64, colours: PatchColours, used: npt.NDArray[np.bool_]) -> MatrixFit:
-    """Fit the matrix that makes a chart's patches look right: least squares of CIE Lab differences as ΔE94 weighs them.
+    """Fit a matrix to a chart's patches: least squares of CIE Lab differences with the weights of ΔE94.
 
-    means : (n, 3) red, green and blue of each patch, above black;  used: (n,) which of them count
+    means : (n, 3) red, green and blue of each patch, above black;  used: (n,) mask of patches to fit
 
-    Raises UnsupportedError where they tell no matrix.
+    Raises UnsupportedError if they do not determine a matrix.
     """
     if np.count_nonzero(used) < 8:
         message = f"{np.count_nonzero(used)} patches can be used, and a matrix needs 8; expose less"
@@ -96,7 +96,7 @@ def fit_matrix(means: F64, colours: PatchColours, used: npt.NDArray[np.bool_]) -
 
 
 def _linear(means: F64, xyz: F64) -> F64:
-    """Return the (3, 3) matrix of least squares in XYZ, each patch with a weight as Lab's cube root gives it."""
+    """Return the (3, 3) matrix of least squares in XYZ, each patch weighted by the slope of Lab's cube root."""
     weight = (1.0 / np.maximum(xyz[:, 1], _DARK) ** (2.0 / 3.0))[:, None]
     return np.asarray(np.linalg.lstsq(means * weight, xyz * weight, rcond=None)[0].T, np.float64)
 

@@ -1,4 +1,4 @@
-"""From a picture and what it was taken of to the colours of its patches."""
+"""Measured colours of the patches in a picture of a known scene."""
 
 from __future__ import annotations
 
@@ -30,20 +30,20 @@ from camsim.spectra.light import Light
 _DEVELOPMENT = (
     "black level, white balance of {}, bilinear demosaicing, forward matrix to XYZ under D50; scale: {}; no tone curve"
 )
-"""What noise is stated after; mean colours come from each channel's own photosites, without demosaicing."""
+"""Development for noise figures; mean colours use each channel's photosites, without demosaicing."""
 
 _CLIPPED = 0.002
 _GREY_CHROMA = 3.0
 
 
 def measure_colour(picture: Picture, capture: Capture) -> ColourReport:
-    """Measure the patches that a capture's scene shows.
+    """Measure the patches of a capture's scene.
 
     picture : its mosaic or its electrons, as read from a file
-    capture : what it was taken of and with (``camsim.load``; of a file: its description, revived)
+    capture : scene and camera (``camsim.load``; for a file: restored from its description)
 
-    Raises UnsupportedError in one sentence for a camera without R, G and B, for a picture of another size, and for a
-    scene without patches.
+    Raises UnsupportedError in one sentence for a camera without R, G and B, a picture of another size, or a scene
+    without patches.
     """
     check_given(picture=picture, capture=capture)
     picture = straightened(picture, capture)
@@ -92,14 +92,14 @@ def measure_colour(picture: Picture, capture: Capture) -> ColourReport:
 def measure_chart(
     picture: Picture, light: Light, *, corners: Sequence[Corner] | None = None, chart: str = "ISO 17321-1"
 ) -> ColourReport:
-    """Measure the patches of a ColorChecker in anybody's raw file, developed as the file says.
+    """Measure the patches of a ColorChecker in any raw file, developed as the file states.
 
     light   : that lit the chart
-    corners : (row, col) of the middles of the patches dark skin, bluish green, black and white; None: looked for
-    chart   : whose measured reflectances: "ISO 17321-1" or "BabelColor Average"
+    corners : (row, col) of the centres of the patches dark skin, bluish green, black and white; None: detected
+    chart   : measured reflectances: "ISO 17321-1" or "BabelColor Average"
 
-    A file that notes no white balance is balanced on the chart's greys. Raises UnsupportedError where there is no
-    chart, or the file says no matrix.
+    A file without a white balance is balanced on the chart's greys. Raises UnsupportedError if there is no
+    chart, or if the file states no matrix.
     """
     return developed_chart(picture, light, corners=corners, chart=chart)[0]
 
@@ -107,7 +107,7 @@ def measure_chart(
 def developed_chart(
     picture: Picture, light: Light, *, corners: Sequence[Corner] | None, chart: str
 ) -> tuple[ColourReport, Chart, Development]:
-    """Return the report with the chart as it was read, and how it was developed."""
+    """Return the report, the chart as read, and its development."""
     check_given(picture=picture)
     colours = PatchColours.of(reflectance_names(chart), light)
     seen = read_chart(picture, colours, corners=corners, chart=chart)
@@ -135,7 +135,7 @@ def developed_chart(
     report = ColourReport(
         file=picture.name,
         patches=tuple(patches),
-        # Greys reflect all alike: what they are off is the white balance's.
+        # Greys have flat spectra, so their deviations are the white balance's.
         white_balance=None
         if one.by_greys
         else _white_balance(patches, seen.mean[kept] / one.neutral, colours.xyz[kept, 1:2] * np.ones(3)),
@@ -152,7 +152,7 @@ def developed_chart(
 def linear_light(picture: Picture, capture: Capture) -> F32:
     """Return (rows, cols, 3) balanced light, 1 for a perfect diffuser; NaN where a channel has no photosite.
 
-    picture : ``straightened``, so that codes are in proportion to charge
+    picture : ``straightened``, so that codes are proportional to charge
     """
     order = [capture.camera.cfa.channels.index(letter) for letter in CHANNELS]
     diffuser_e = capture.camera.diffuser_electrons(capture.light, capture.time_s).astype(np.float32)
@@ -163,7 +163,7 @@ def linear_light(picture: Picture, capture: Capture) -> F32:
         if plane.name[0] not in CHANNELS:
             continue
         k = CHANNELS.index(plane.name[0])
-        # Codes have a white level, electrons have none.
+        # Codes have a white level, electrons do not.
         span = full_scale_e(capture) if plane.white is None else _span_dn(capture)
         where = slice(plane.first[0], None, plane.step[0]), slice(plane.first[1], None, plane.step[1])
         light[(*where, k)] = (plane.samples - plane.black) / (span * neutral[k] * level)
@@ -171,7 +171,7 @@ def linear_light(picture: Picture, capture: Capture) -> F32:
 
 
 def _span_dn(capture: Capture) -> float:
-    """Return codes from black to where white clips, of a read-out that was made straight if it bends."""
+    """Return the span in codes from black to clipping, after linearisation of the read-out."""
     adc = capture.camera.converter
     if capture.camera.nonlinearity is None:
         return float(capture.white_level_dn - adc.black_level_dn)
@@ -179,7 +179,7 @@ def _span_dn(capture: Capture) -> float:
 
 
 def developed_light(light: F32) -> F32:
-    """Return (rows, cols, 3) with every channel everywhere: bilinear, where a channel is a mosaic's."""
+    """Return (rows, cols, 3) with all channels at every photosite, by bilinear demosaicing of mosaics."""
     known = np.isfinite(light)
     if known.all():
         return light
@@ -204,7 +204,7 @@ def _clipped(picture: Picture, area: PatchArea) -> bool:
 
 
 def _means(light: F32, area: PatchArea) -> tuple[F64, F64]:
-    """Return the mean of each channel's own photosites and its standard error, (3,) each."""
+    """Return the mean over each channel's photosites and its standard error, (3,) each."""
     mean, error = np.full(3, np.nan), np.zeros(3)
     for k in range(3):
         one = light[..., k][area.inside]
@@ -215,7 +215,7 @@ def _means(light: F32, area: PatchArea) -> tuple[F64, F64]:
 
 
 def _patch(area: PatchArea, displayed: F32, mean: F64, error: F64, reference: F64, to_xyz: F64) -> PatchColour:
-    # The mean, and the mean moved by a standard error in each channel, both ways.
+    # The mean, and the mean shifted by ± one standard error in each channel.
     moves = np.concatenate([np.zeros((1, 3)), np.diag(error), -np.diag(error)])
     colours = lab((mean + moves)[None].astype(np.float32), to_xyz)[0]
     difference = delta_e_2000(colours, np.broadcast_to(reference, colours.shape))

@@ -1,4 +1,4 @@
-"""The chart as it was photographed, with the right half of every patch in its reference colour."""
+"""A picture of the chart with the right half of every patch in its reference colour."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from camsim.spectra.light import Light
 
 
 def halves(picture: Picture, capture: Capture, report: ColourReport) -> U8:
-    """Return (rows, cols, 3) sRGB; where a patch's halves look alike, its colour is right."""
+    """Return (rows, cols, 3) sRGB; a patch has the right colour if its halves match."""
     camera = capture.camera
     order = [camera.cfa.channels.index(letter) for letter in CHANNELS]
     to_xyz = fit_for_development(camera.colour_response(capture.light, capture.colour_matrix)).forward[:, order]
@@ -35,7 +35,7 @@ def halves(picture: Picture, capture: Capture, report: ColourReport) -> U8:
 
 
 def halves_of_chart(picture: Picture, light: Light, *, corners: Sequence[Corner] | None, chart: str) -> U8:
-    """Return the same of what holds the chart in anybody's picture."""
+    """Return the same for the part of any picture that contains the chart."""
     _, seen, one = developed_chart(picture, light, corners=corners, chart=chart)
     displayed = developed(developed_light((seen.light / one.neutral).astype(np.float32)), one.to_xyz)
     reference = reference_xyz(light, [area.reflectance for area in seen.areas])

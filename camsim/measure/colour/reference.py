@@ -1,4 +1,4 @@
-"""What the eye would see of a reflectance in a light, and what the camera's channels should."""
+"""Reference colours of reflectances in a light, and expected responses of the camera's channels."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from camsim.spectra.light import Light, LightSamples
 
 
 def reference_xyz(light: Light, reflectances: Sequence[Spectrum]) -> F64:
-    """Return (n, 3) XYZ under D50: seen in a light, adapted from its white (Bradford); white has Y = 1."""
+    """Return (n, 3) XYZ in a light, adapted from its white to D50 (Bradford); white has Y = 1."""
     samples = light.samples(reflectances, observer())
     power = _power(light, samples)
     white = power.sum(axis=1)
@@ -43,7 +43,7 @@ def _power(light: Light, samples: LightSamples) -> F64:
 
 
 def expected_channels(capture: Capture, reflectances: Sequence[Spectrum]) -> F64:
-    """Return (n, channels) what the camera's channels give of reflectances, balanced: 1 for a perfect diffuser."""
+    """Return (n, channels) balanced responses of the camera to reflectances; 1 for a perfect diffuser."""
     response = capture.camera.colour_response(capture.light, capture.colour_matrix)
     samples, electrons = response.to(capture.light, reflectances)
     surfaces = np.array([spectrum_at(surface, samples.wavelength_nm) for surface in reflectances])

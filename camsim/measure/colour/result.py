@@ -1,4 +1,4 @@
-"""What a measurement of colour returns: frozen, every name with its unit."""
+"""Results of a measurement of colour."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ class PatchColour:
     """One patch.
 
     name              : of its reflectance
-    roi               : the rectangle around its photosites that count
-    photosites        : that count: a margin to its outline is left out
-    lab, reference_lab : CIE L*, a*, b* under D50, measured and through the spectra; a perfect diffuser is L* = 100
+    roi               : the bounding rectangle of its photosites
+    photosites        : number used; a margin along its outline is left out
+    lab, reference_lab : CIE L*, a*, b* under D50, measured and computed from spectra; a perfect diffuser is L* = 100
     delta_e_2000      : between the two;  delta_e_error: its standard error, from the photosites' scatter
     noise_lab         : standard deviation of L*, a* and b* of the developed photosites
     snr_db            : 20·log₁₀ of mean over standard deviation of the developed luminance
@@ -40,8 +40,8 @@ class PatchColour:
 class WhiteBalance:
     """How far the greys are from grey, by the white balance that the file states.
 
-    patches            : the greys it is told by: reference chroma below 3
-    r_over_g, b_over_g : balanced channels over what the greys' spectra give them; 1 is right
+    patches            : the greys used: reference chroma below 3
+    r_over_g, b_over_g : balanced channels relative to those computed from the greys' spectra; 1 is ideal
     chroma             : mean C*ab between measured and reference greys
     """
 
@@ -55,9 +55,9 @@ class WhiteBalance:
 class ColourReport:
     """All patches of one picture.
 
-    white_balance : None without a grey patch
-    development   : what noise is stated after
-    left_out      : a sentence for what the scene shows and could not be measured
+    white_balance : None if there is no grey patch
+    development   : development for the noise figures
+    left_out      : a sentence on parts of the scene that could not be measured
     """
 
     file: str

@@ -1,9 +1,9 @@
-"""Sensitivities from a chart: smooth curves where its patches tell them, or else the nearest measured camera's.
+"""Sensitivities from a chart: smooth curves if its patches determine them, else the nearest measured camera's.
 
-24 patches tell a curve of 41 points only with something else known of it. Here that is: it is not negative, it is 0
-where silicon behind an infrared filter sees nothing (below 390 and above 720 nm), and it is smooth, a Gaussian process
-whose values 20 nm apart correlate by exp(-1/2), of a variance for each channel that makes the patches likeliest. The
-process's posterior deviation is the stated error.
+24 patches determine a curve of 41 points only with prior knowledge. Here: it is not negative, it is 0 where silicon
+behind an infrared filter has no response (below 390 and above 720 nm), and it is smooth: a Gaussian process whose
+values 20 nm apart correlate by exp(-1/2), with the variance for each channel that maximises the likelihood of the
+patches. The posterior standard deviation of the process is the stated error.
 """
 
 from __future__ import annotations
@@ -24,20 +24,20 @@ from camsim.spectra.curve import Curve, spectrum_at
 NODES_NM = np.arange(380.0, 781.0, 10.0)
 SMOOTH_NM = 20.0
 TRUSTED = 0.2
-"""Largest stated error, root mean square in parts of the curve's own, of curves that are called measured."""
+"""Largest stated error, root mean square relative to that of the curve, of curves reported as measured."""
 
 _NOISE = np.geomspace(3e-4, 0.05, 16)
 _HEIGHTS = np.geomspace(3e-3, 3.0, 25)
-"""Of a curve that gives white 1 when it is flat: standard deviations that are tried."""
+"""Trial standard deviations of the prior, on a scale where a flat curve gives white 1."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Smooth:
-    """Curves that a chart told.
+    """Curves estimated from a chart.
 
     values, sigma : (3, n) responses per energy at ``NODES_NM`` and their standard errors, the highest value is 1
     relative      : (3,) root mean squares of ``sigma`` over those of ``values``
-    noise         : of the patches' numbers, in parts, as the fit finds it
+    noise         : relative noise of the patches, from the fit
     """
 
     values: F64
@@ -56,16 +56,16 @@ class Smooth:
 
     @property
     def trusted(self) -> bool:
-        """Whether the chart tells every channel's curve."""
+        """Whether the chart determines every channel's curve."""
         return float(self.relative.max()) <= TRUSTED
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Nearest:
-    """The measured camera that would show the chart most alike.
+    """The measured camera whose response to the chart is nearest.
 
-    curves : its own, each channel scaled so that the chart's white is as it was measured
-    misfit : root mean square of what its patches are off, in parts of white
+    curves : of this camera, each channel scaled so that the chart's white is as measured
+    misfit : root mean square difference of the patches, as a fraction of white
     """
 
     name: str
@@ -75,11 +75,11 @@ class Nearest:
 
 
 def smooth_curves(means: F64, error: F64, colours: PatchColours) -> Smooth:
-    """Return the likeliest smooth curves of channels that show patches (n, 3), with their standard errors."""
+    """Return the most likely smooth curves of channels with responses (n, 3) to patches, with standard errors."""
     seen = _of_nodes(colours)
     scale = seen.sum(axis=1).max()
     seen = seen / scale
-    # 0 where a camera sees nothing; a step would ring.
+    # 0 outside the camera's range; a step would ring.
     ends = 1.0 / (1.0 + np.exp((395.0 - NODES_NM) / 6.0)) / (1.0 + np.exp((NODES_NM - 715.0) / 8.0))
     steps = (NODES_NM[:, None] - NODES_NM) / SMOOTH_NM
     prior = np.exp(-0.5 * steps**2) * ends[:, None] * ends
@@ -96,7 +96,7 @@ def smooth_curves(means: F64, error: F64, colours: PatchColours) -> Smooth:
         one, off = height**2 * prior, _sigma(displayed[:, k], scatter[:, k], noise)
         gain = np.linalg.solve(seen @ one @ seen.T + np.diag(off**2), seen @ one)
         sigma[k] = np.sqrt(np.maximum(np.diag(one - one @ seen.T @ gain), 0.0))
-        # Not negative: least squares of the patches and of the prior's own roots.
+        # Non-negative least squares of the patches and of the prior's square root.
         root = np.linalg.cholesky(np.linalg.inv(one + 1e-6 * height**2 * np.eye(NODES_NM.size))).T
         rows = np.concatenate([seen / off[:, None], root])
         values[k] = scipy.optimize.nnls(
@@ -109,7 +109,7 @@ def smooth_curves(means: F64, error: F64, colours: PatchColours) -> Smooth:
 
 
 def nearest_camera(means: F64, colours: PatchColours, cameras: Sequence[CameraCurves]) -> Nearest:
-    """Return the camera of those shipped and those given whose channels would show the patches most alike."""
+    """Return the camera, of those shipped and given, with the nearest response to the patches."""
     seen = _fine(colours)
     shipped = [
         CameraCurves(name=name, curves=named.sensitivities(name), per="energy") for name in named.sensitivity_names()
@@ -138,7 +138,7 @@ def nearest_camera(means: F64, colours: PatchColours, cameras: Sequence[CameraCu
 
 
 def _likeliest(displayed: F64, sigma: F64, stated: F64) -> tuple[float, float]:
-    """Return the logarithm of the likelihood of a channel's patches and the prior's deviation that makes it largest."""
+    """Return the maximal log-likelihood of a channel's patches, and the prior's standard deviation there."""
     best = -math.inf, float(_HEIGHTS[0])
     for height in _HEIGHTS:
         _, logarithm = np.linalg.slogdet(whole := height**2 * stated + np.diag(sigma**2))
@@ -148,14 +148,14 @@ def _likeliest(displayed: F64, sigma: F64, stated: F64) -> tuple[float, float]:
 
 
 def _sigma(displayed: F64, scatter: F64, part: float) -> F64:
-    """Return standard deviations of a channel's patches: noise, and what charts differ by from their tables."""
+    """Return standard deviations of a channel's patches: noise, and differences of real charts from their tables."""
     sigma: F64 = np.hypot(scatter, part * (0.7 * np.maximum(displayed, 0.0) + 0.1))
     return sigma
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Seen:
-    """Power of each patch (n, m) at nodes: what a response of 1 per energy there gives."""
+    """Power of each patch (n, m) at nodes: the signal of a response of 1 per energy."""
 
     nodes_nm: F64
     power: F64
@@ -171,7 +171,7 @@ def _fine(colours: PatchColours) -> _Seen:
 
 
 def _of_nodes(colours: PatchColours) -> F64:
-    """Return (n, nodes) what 1 at each node of a curve that is straight between them gives of each patch."""
+    """Return (n, nodes) the signal of each patch for hat functions at the nodes (linear interpolation)."""
     seen = _fine(colours)
     hats = np.stack([np.interp(seen.nodes_nm, NODES_NM, one, left=0.0, right=0.0) for one in np.eye(NODES_NM.size)])
     projected: F64 = seen.power @ hats.T

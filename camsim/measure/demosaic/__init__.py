@@ -1,4 +1,4 @@
-"""Which demosaicing wins: a result held against its truth."""
+"""Comparison of demosaicing methods: results against the truth."""
 
 from camsim.measure.demosaic.competition import Ranking, compete, ranked
 from camsim.measure.demosaic.methods import Method, methods

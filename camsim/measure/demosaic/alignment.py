@@ -1,4 +1,4 @@
-"""By how much a result is shifted against its truth: least squares on brightness (Lucas and Kanade)."""
+"""Shift of a result against its truth: least squares on brightness (Lucas and Kanade)."""
 
 from __future__ import annotations
 
@@ -9,34 +9,34 @@ from camsim.core.arrays import F32, F64
 from camsim.measure.demosaic.subject import Subject, Used
 
 SHIFTED_PX = 0.1
-"""From here on a result is called shifted; methods that put colours where they belong stay below 0.05."""
+"""Shift from which a result is reported as shifted; methods without a shift stay below 0.05."""
 
 _BLUR, _STEPS, _LARGEST, _EDGE = 1.5, 8, 1024, 12
 _DIGITS = 4
-"""After the point: the last step is smaller than that."""
+"""Decimals of the result: the last step is smaller."""
 
 _SURE = 5.0
-"""Standard errors from 0, within which a shift may be chance."""
+"""Standard errors from 0 within which a shift may be due to noise."""
 
 _WEAK = 1e-3
-"""Of what is known of the direction that is known best: along edges that all go one way nothing is."""
+"""Least information relative to the best-determined direction: parallel edges determine no shift along them."""
 
 _TOGETHER = 5
-"""Photosites a side whose errors go together: a method takes each from its neighbours."""
+"""Side of blocks of photosites with correlated errors: methods interpolate from neighbours."""
 
 
 def best_shift(found: F32, subject: Subject) -> tuple[float, float]:
-    """Return (x, y) in pixels by which the result lies to the right of and below the truth; 0 where nothing tells it.
+    """Return the shift (x, y) of the result against the truth, pixels right and down; 0 if it is undetermined.
 
-    A blur hides what demosaicing does to single photosites; gain and offset are free. A result is the truth moved,
-    as far as noise and the method's own errors let that be known: what they might do by chance is told by what is
-    left, and ground that is all but even tells no shift.
+    Blurred pictures are compared, to suppress demosaicing errors of single photosites; gain and offset are free. The
+    residuals give the error of the shift by noise and demosaicing; a shift within it, or of nearly uniform ground, is
+    not reported.
     """
     return _shift_of(found, subject, list(range(found.shape[2])))
 
 
 def channel_shifts(found: F32, subject: Subject) -> list[tuple[float, float]]:
-    """Return the same of each channel alone."""
+    """Return the shift of each channel alone."""
     return [_shift_of(found, subject, [channel]) for channel in range(found.shape[2])]
 
 
@@ -77,7 +77,7 @@ def _shift_of(found: F32, subject: Subject, channels: list[int]) -> tuple[float,
 
 
 def _inverse(slopes: F64, level: F64) -> F64 | None:
-    """Return the inverse of the normal equations; None where they tell nothing."""
+    """Return the inverse of the normal equations; None if they are singular."""
     system = np.concatenate([slopes, level], axis=1)
     matrix = np.einsum("ni,nj->ij", system, system)
     return None if np.linalg.cond(matrix) > 1e14 else np.linalg.inv(matrix)
@@ -90,15 +90,15 @@ def _moved(image: F64, shift: F64) -> F64:
 
 
 def _covariances(solving: F64, where: Used, left: F64) -> list[F64]:
-    """Return the covariance of solutions three times: of errors that go together about a place, in rows, in columns.
+    """Return the covariance of solutions for errors correlated in blocks, in rows and in columns.
 
-    solving : (n, photosites) what the solutions take of the blurred picture at each;  left: of the sharp one
+    solving : (n, photosites) weights of the blurred picture in the solutions;  left: residuals of the sharp one
     """
     pulls = []
     for row in solving:
         weight = np.zeros(left.shape)
         weight[where] = row
-        # The blur is its own transpose: so much each photosite pulls.
+        # The blur is symmetric: these are the weights of photosites in the sharp picture.
         pulls.append(scipy.ndimage.gaussian_filter(weight, _BLUR, mode="constant") * left)
     near = [_TOGETHER * scipy.ndimage.uniform_filter(pull, _TOGETHER, mode="constant") for pull in pulls]
     parts = [np.stack(near).reshape(len(near), -1), *(np.stack([p.sum(axis=axis) for p in pulls]) for axis in (1, 0))]
@@ -106,7 +106,7 @@ def _covariances(solving: F64, where: Used, left: F64) -> list[F64]:
 
 
 def _stated(shift: F64, scale: float, covariances: list[F64]) -> bool:
-    """Return whether a shift is known well, or beyond chance, by each of the covariances of (scale · shift, scale)."""
+    """Return whether a shift is precise, or significant, by each of the covariances of (scale · shift, scale)."""
     for covariance in covariances:
         if not scale > _SURE * float(np.sqrt(covariance[-1, -1])):
             return False

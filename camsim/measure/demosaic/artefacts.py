@@ -1,4 +1,4 @@
-"""What demosaicing does wrong, seen in CIE Lab: colour differences, zippers, false colours along edges."""
+"""Demosaicing artefacts in CIE Lab: colour differences, zippers, false colours along edges."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from camsim.measure.demosaic.subject import Subject, Used
 from camsim.spectra.colour_science import colour_science
 
 JUST_SEEN = 2.3
-"""ΔE*ab that is just seen (Lu and Tan 2003, after Mahy et al.)."""
+"""Just noticeable ΔE*ab (Lu and Tan 2003, after Mahy et al.)."""
 
 EDGE = 5.0
-"""Difference of L* to a neighbour, from which on a photosite lies on an edge."""
+"""Difference of L* to a neighbour from which a photosite counts as on an edge."""
 
 _BINS_PER_UNIT, _MOST = 100, 200.0
 _NEIGHBOURS = ((-1, -1), (-1, 0), (-1, 1), (0, -1), (0, 1), (1, -1), (1, 0), (1, 1))
@@ -23,9 +23,9 @@ _NEIGHBOURS = ((-1, -1), (-1, 0), (-1, 1), (0, -1), (0, 1), (1, -1), (1, 0), (1,
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Artefacts:
-    """Of the photosites that are judged.
+    """Artefacts over the photosites used.
 
-    delta_e_mean, delta_e_95 : CIEDE2000: the mean, and what 95 % of the photosites stay below
+    delta_e_mean, delta_e_95 : CIEDE2000: the mean and the 95th percentile
     zipper       : fraction of photosites whose difference to their nearest neighbour in colour changes by 2.3 ΔE*ab
                    or more (Lu and Tan, "Color filter array demosaicking: new method and performance measures", 2003)
     false_colour : mean ΔC*ab, hypot(Δa*, Δb*), on edges (L* changes by 5 or more to a neighbour); 0 without any
@@ -38,12 +38,12 @@ class Artefacts:
 
 
 def artefacts(found: F32, subject: Subject) -> Artefacts:
-    """Measure a result (rows, cols, 3), balanced and scaled as the truth is."""
+    """Measure a result (rows, cols, 3), balanced and scaled like the truth."""
     histogram = np.zeros(int(_MOST * _BINS_PER_UNIT) + 1, np.int64)
     total, zippers, chroma, edges = 0.0, 0, 0.0, 0
     rows = len(found)
     for first in range(0, rows, ROWS_AT_ONCE):
-        # One row more on either side, for the neighbours.
+        # Padded by one row on either side, for neighbours.
         top, bottom = max(first - 1, 0), min(first + ROWS_AT_ONCE + 1, rows)
         used = subject.used[top:bottom].copy()
         used[: first - top] = False
@@ -77,7 +77,7 @@ def delta_e_2000(a: F64, b: F64) -> F64:
 
 
 def delta_e_map(found: F32, subject: Subject) -> F32:
-    """Return (rows, cols) CIEDE2000 at every photosite, left-out ones too."""
+    """Return (rows, cols) CIEDE2000 at every photosite, including those not used."""
     out = np.empty(subject.shape, np.float32)
     for first in range(0, len(out), ROWS_AT_ONCE):
         band = slice(first, first + ROWS_AT_ONCE)
@@ -86,7 +86,7 @@ def delta_e_map(found: F32, subject: Subject) -> F32:
 
 
 def _zipper(seen: F64, true: F64) -> Used:
-    """Return where the difference to the nearest neighbour in colour is not what it was."""
+    """Return a mask of where the difference to the nearest neighbour in colour has changed."""
     best, then = np.full(true.shape[:2], np.inf), np.zeros(true.shape[:2])
     for down, right in _NEIGHBOURS:
         before = _distance(true, down, right)
@@ -99,7 +99,7 @@ def _zipper(seen: F64, true: F64) -> Used:
 
 
 def _distance(image: F64, down: int, right: int) -> F64:
-    """Return ΔE*ab to a neighbour, infinite where there is none."""
+    """Return ΔE*ab to a neighbour; infinite without one."""
     rows, cols = image.shape[0], image.shape[1]
     out: F64 = np.full((rows, cols), np.inf)
     here = slice(max(-down, 0), rows - max(down, 0)), slice(max(-right, 0), cols - max(right, 0))

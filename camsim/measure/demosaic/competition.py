@@ -1,4 +1,4 @@
-"""Several methods on one subject: verdicts in order, and why others are missing."""
+"""Several methods on one subject: ranked verdicts, and reasons for missing ones."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Seen = Callable[[Verdict, F32], None]
 class Ranking:
     """The verdicts on one subject, the best CPSNR first.
 
-    rows, cols : of the picture;  judged: photosites that count, border and clipped ones left out
+    rows, cols : of the picture;  judged: photosites used, without border and clipped ones
     left_out   : a sentence for each method that could not be run
     """
 
@@ -50,7 +50,7 @@ def compete(
     left_out: Iterable[str] = (),
     seen: Seen | None = None,
 ) -> Ranking:
-    """Run methods on a frame and rank them; ``seen`` is given each verdict with its picture."""
+    """Run methods on a frame and rank them; ``seen`` is called with each verdict and its picture."""
     check_given(frame=frame)
     check(subject, Subject, "subject")
     verdicts, why = [], list(left_out)
@@ -67,7 +67,7 @@ def compete(
 
 
 def ranked(subject: Subject, verdicts: Iterable[Verdict], left_out: Iterable[str] = ()) -> Ranking:
-    """Return verdicts in order."""
+    """Return the verdicts in order of CPSNR."""
     check(subject, Subject, "subject")
     return Ranking(
         subject=subject.name,

@@ -14,7 +14,7 @@ ROWS_AT_ONCE = 128
 
 
 def bands(rows: int) -> Iterator[slice]:
-    """Yield slices of rows: what has many intermediate results takes a band at a time."""
+    """Yield slices of rows, to limit the memory of intermediate results."""
     for first in range(0, rows, ROWS_AT_ONCE):
         yield slice(first, min(first + ROWS_AT_ONCE, rows))
 
@@ -22,7 +22,7 @@ def bands(rows: int) -> Iterator[slice]:
 def developed(linear: F32, to_xyz: F64) -> F32:
     """Return (rows, cols, 3) sRGB from 0 to 1 of balanced linear light in which a perfect diffuser is 1.
 
-    to_xyz : (3, 3) to XYZ under D50;  brighter than white is cut, and so is what sRGB cannot show
+    to_xyz : (3, 3) to XYZ under D50;  values above white or outside the sRGB gamut are clipped
     """
     matrix = XYZ_TO_SRGB @ adaptation(XYZ_D50, fit_white("D65")) @ to_xyz
     matrix /= matrix.sum(axis=1)[:, None]
@@ -33,7 +33,7 @@ def developed(linear: F32, to_xyz: F64) -> F32:
 
 
 def srgb_curve(linear: F64) -> F64:
-    """Apply the curve of IEC 61966-2-1 to values cut to 0..1.
+    """Apply the curve of IEC 61966-2-1 to values clipped to 0..1.
 
     >>> srgb_curve(np.array([-1.0, 0.0031308, 0.2140411, 2.0])).round(3)
     array([0.  , 0.04, 0.5 , 1.  ])
@@ -56,7 +56,7 @@ def lab(linear: F32 | F64, to_xyz: F64) -> F64:
     [[[100.0, 0.0, 0.0]]]
     """
     ratio = np.einsum("sc,rkc->rks", to_xyz / XYZ_D50[:, None], linear.astype(np.float64))
-    # CIE 15: the straight part below (6/29)³ goes on to negative values, which noise gives.
+    # CIE 15: the linear part below (6/29)³ extends to negative values, which noise produces.
     root = np.where(ratio > (6 / 29) ** 3, np.cbrt(ratio), ratio * (29 / 6) ** 2 / 3.0 + 4.0 / 29.0)
     out: F64 = np.empty_like(root)
     out[..., 0] = 116.0 * root[..., 1] - 16.0

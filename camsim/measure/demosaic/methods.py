@@ -1,6 +1,6 @@
-"""Demosaicing to be judged: camsim's own bilinear, colour-demosaicing's methods, LibRaw's, and any program's.
+"""Demosaicing methods: camsim's bilinear, those of colour-demosaicing and LibRaw, and external programs.
 
-All are given balanced linear light, as a raw developer would, and give back the same: 1 where white clips.
+All receive balanced linear light, as from a raw developer, and return the same: 1 where white clips.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from camsim.sensor.colour_matrix import as_shot_neutral
 _RGB = 3
 _LEAST_FOR_LIBRAW = 22
 _LEAST_FOR_PASSES = 512
-"""Photosites a side of LibRaw's own interpolation of X-Trans: it works in tiles of so many, and fails on less."""
+"""Least photosites per side for LibRaw's X-Trans interpolation, which works in tiles of that size."""
 _X_TRANS = {"linear": "LINEAR", "VNG": "VNG", "X-Trans, one pass": "PPG", "X-Trans, three passes": "AHD"}
 _PASSES = ("PPG", "AHD")
 _BAYER = {"linear": "LINEAR", "VNG": "VNG", "PPG": "PPG", "AHD": "AHD", "DCB": "DCB", "DHT": "DHT", "AAHD": "AAHD"}
@@ -41,14 +41,14 @@ _COLOUR_DEMOSAICING = {
 
 @dataclass(frozen=True, slots=True)
 class Method:
-    """A way to demosaic: its name, and what turns a frame into (rows, cols, 3), 1 where white clips."""
+    """A demosaicing method: its name, and the function from a frame to (rows, cols, 3), 1 where white clips."""
 
     name: str
     run: Callable[[Frame], F32]
 
 
 def signal(frame: Frame) -> F32:
-    """Return (rows, cols) codes less their black level, white-balanced; 1 where white clips."""
+    """Return (rows, cols) codes minus black level, white-balanced; 1 where white clips."""
     span_dn = frame.white_level_dn - frame.black_level_dn
     light = frame.signal_dn / span_dn / as_shot_neutral(frame.colour)[frame.channel_index]
     balanced: F32 = light.astype(np.float32)
@@ -91,7 +91,7 @@ def _by_colour_demosaicing(frame: Frame) -> Iterator[Method]:
 
 
 def _colour_demosaicing() -> ModuleType:
-    """Import it without the warnings of names that scipy and matplotlib have moved."""
+    """Import colour-demosaicing without warnings on names moved in scipy and matplotlib."""
     with np.printoptions(), np.errstate(), warnings.catch_warnings():
         warnings.simplefilter("ignore")
         import colour_demosaicing
@@ -127,7 +127,7 @@ def _developed_by_libraw(frame: Frame, algorithm: str, *, stage: str) -> F32:
     import rawpy
 
     neutral = as_shot_neutral(frame.colour)
-    # Its multipliers go by R, G, B and the second green; it divides them by the least.
+    # Its multipliers are for R, G, B and the second green; it divides them by the smallest.
     red, green, blue = (float(1.0 / neutral[frame.channels.index(name)]) for name in "RGB")
     with TemporaryDirectory() as folder:
         file = Path(folder) / "mosaic.dng"
@@ -149,7 +149,7 @@ def _developed_by_libraw(frame: Frame, algorithm: str, *, stage: str) -> F32:
             raise UnsupportedError(f"gave up: {in_brief(error)}", stage=stage) from None
     if image.shape[:2] != frame.shape:
         raise UnsupportedError(f"gave {image.shape[:2]} pixels of {frame.shape}", stage=stage)
-    # Its 1 is the file's white, from the least of the black levels: as far as white is from black without an offset.
+    # Its 1 is the file's white minus the lowest black level, which equals white minus black without an offset.
     scaled: F32 = image.astype(np.float32) * np.float32(1.0 / 65535.0)
     return scaled
 

@@ -1,4 +1,4 @@
-"""Whether a result was made with the filters' true order: which of the possible orders it looks like most."""
+"""Check of the filter order of a result: the possible order that it resembles most."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from camsim.measure.demosaic.subject import CHANNELS, Subject, Used
 from camsim.sensor.cfa import BAYER, Cfa
 
 _LESS = 0.6
-"""So much less than with the true order must the residual be."""
+"""Ratio of residuals to that with the true order below which another order is reported."""
 
 _LARGEST = 768
 
@@ -19,8 +19,8 @@ _LARGEST = 768
 def order_fault(found: F32, subject: Subject) -> Fault | None:
     """Name swapped colours or a wrong phase; None when the true order fits best.
 
-    The mosaic is known: each photosite has its own channel of the truth. It is demosaiced bilinearly in every phase of
-    the array; a result resembles the one that it was made with, whatever the method, up to a factor in each channel.
+    The mosaic is sampled from the truth and demosaiced bilinearly in every phase of the array. A result of any method
+    resembles the one with the phase that it assumed, up to a factor in each channel.
     """
     index, window = subject.channel_index, _middle(subject)
     seen, used = found[window], subject.used[window]
@@ -63,7 +63,7 @@ def _by(mosaic: F32, index: U8) -> F32:
 
 
 def _residual(found: F32, wanted: F32, used: Used) -> float:
-    """Return what is left of the result's variance after the best factor and offset in each channel."""
+    """Return the residual variance of the result after the best factor and offset in each channel."""
     left = total = 0.0
     for k in range(wanted.shape[2]):
         a, b = wanted[..., k][used].astype(np.float64), found[..., k][used].astype(np.float64)
@@ -77,7 +77,7 @@ def _residual(found: F32, wanted: F32, used: Used) -> float:
 
 
 def _others(cfa: tuple[str, ...], shape: tuple[int, int]) -> list[tuple[str, U8]]:
-    """Return the array from every other place where it may begin, each order once."""
+    """Return the array shifted to every other origin, each order once."""
     found: dict[tuple[str, ...], U8] = {}
     base = Cfa(cfa)
     for row in range(len(cfa)):

@@ -1,4 +1,4 @@
-"""Somebody's demosaicing program, run by a command template on a capture's mosaic."""
+"""An external demosaicing program, run by a command template on a capture's mosaic."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _PLACES = {"in": "mosaic.dng", "tiff": "mosaic.tiff", "npy": "mosaic.npy"}
 
 
 def check_command(template: str, suffix: str) -> None:
-    """Refuse a template that cannot be run, before any work."""
+    """Raise early for a template that cannot be run."""
     try:
         named = {name for _, name, _, _ in string.Formatter().parse(template) if name is not None}
         shlex.split(template)
@@ -43,7 +43,7 @@ def check_command(template: str, suffix: str) -> None:
 
 
 def run_program(template: str, frame: Frame, *, suffix: str = ".tiff", gamma: Gamma = None) -> F32:
-    """Return what a program makes of a frame's mosaic: (rows, cols, 3), on a scale of its own.
+    """Return a program's result for a frame's mosaic: (rows, cols, 3), on any scale.
 
     template : its words, with {in} (a DNG), {tiff} or {npy} (the codes alone) and {out} in place of files
     """

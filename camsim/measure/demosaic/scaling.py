@@ -1,7 +1,7 @@
-"""From anybody's numbers to the truth's scale: what the result counts, and what is wrong with its levels.
+"""Scaling of a result to the truth, and detection of faults of its levels.
 
-On even ground, where every method agrees, a linear result is a + g·t in each channel. One g for all channels is a
-balanced picture, g in proportion to the response to white an unbalanced one; both are usual, and no fault.
+On uniform ground, where all methods agree, a linear result is a + g·t in each channel. Equal g for all channels means
+a balanced picture, g proportional to the response to white an unbalanced one; both are common, and no fault.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ _WINDOW, _EVEN = 7, 0.03
 _LEAST_SPREAD = 0.02
 
 _SURE = 4.0
-"""Standard errors, within which a fault may be noise."""
+"""Standard errors within which a fault may be due to noise."""
 
 _USUAL_OFFSET = 0.002
-"""Of a diffuser's level: the black level of a result without fault may be off by a few times as much."""
+"""Typical black offset of a correct result relative to a diffuser; a few times as much is accepted."""
 
 _TOGETHER = 10.0
-"""Photosites whose noise goes together, of red and blue: a method makes theirs from every fourth or fifth."""
+"""Photosites with correlated noise in red and blue: methods interpolate these from every fourth or fifth."""
 
 
 Places = tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]
@@ -37,7 +37,7 @@ Places = tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """Something that is wrong with a result as a whole: its name and a sentence."""
+    """A fault of a result as a whole: its name and a sentence."""
 
     name: str
     sentence: str
@@ -48,8 +48,8 @@ class Scaled:
     """A result on the truth's scale.
 
     image    : (rows, cols, 3)
-    scale    : what it was divided by: its number for a perfect diffuser
-    balanced : whether its white balance was done; otherwise it was divided by the response to white too
+    scale    : its divisor: its value for a perfect diffuser
+    balanced : whether it was white-balanced; otherwise it was also divided by the response to white
     """
 
     image: F32
@@ -59,10 +59,10 @@ class Scaled:
 
 
 def scaled(found: F32, subject: Subject) -> Scaled:
-    """Bring a result to the truth's scale by one factor, and name what one factor does not explain."""
+    """Scale a result to the truth by one factor, and name faults that a factor does not explain."""
     smooth = _smooth(subject)
     even = smooth[0].size >= _LEAST_SAMPLES
-    # Where nothing is even there are the sums: no method makes light.
+    # Without uniform ground, use sums: methods conserve total light.
     true, seen = (
         (image[smooth] if even else image[subject.used]).astype(np.float64) for image in (subject.truth, found)
     )
@@ -78,14 +78,14 @@ def scaled(found: F32, subject: Subject) -> Scaled:
     unlike = [float(np.abs(np.log(shares / model / np.median(shares / model))).max()) for model in _models(subject)]
     balanced = unlike[0] <= unlike[1] + 1e-9
     model = _models(subject)[0 if balanced else 1]
-    # The sums once more: least squares would take a blurred result for a darker one.
+    # Sums again: least squares would treat a blurred result as a darker one.
     sums = found[subject.used].sum(axis=0, dtype=np.float64), subject.truth[subject.used].sum(axis=0, dtype=np.float64)
     level = float(sums[0].sum() / (sums[1] * model).sum())
     if not level > 0.0:
         return Scaled(image=found, scale=1.0, balanced=balanced, faults=(_NO_LIKENESS,))
     white: F32 = (level * model).astype(np.float32)
     image: F32 = found / white
-    # Its own channel's error and that of the one it is held against.
+    # Errors of the channel and of the one it is compared with.
     chance = _SURE * math.sqrt(2.0) * float((gain_error / shares).max())
     if not faults and min(unlike) > max(_BALANCE_OFF, chance):
         factors = shares / model / float((shares / model)[1])
@@ -102,7 +102,7 @@ def _models(subject: Subject) -> tuple[F64, F64]:
 
 
 def _smooth(subject: Subject) -> Places:
-    """Return the rows and columns where the truth is as good as even all around: there no method can go wrong."""
+    """Return rows and columns where the truth is locally uniform, so that all methods agree."""
     brightness = subject.truth.mean(axis=2)
     reach = scipy.ndimage.maximum_filter(brightness, _WINDOW) - scipy.ndimage.minimum_filter(brightness, _WINDOW)
     rows, cols = np.nonzero(subject.used & (reach <= _EVEN * float(brightness.max())))
@@ -111,12 +111,12 @@ def _smooth(subject: Subject) -> Places:
 
 
 def _levels(true: F64, seen: F64) -> tuple[F64, F64]:
-    """Return offset and gain of each channel, through the origin."""
+    """Return offset (0) and gain of each channel, for a line through the origin."""
     return np.zeros(3), seen.mean(axis=0) / true.mean(axis=0)
 
 
 def _lines(true: F64, seen: F64) -> tuple[F64, F64]:
-    """Return offset and gain of each channel; where there is next to one level only it goes through the origin."""
+    """Return offset and gain of each channel; through the origin if there is hardly more than one level."""
     offset, gain = _levels(true, seen)
     for k in range(3):
         t, r = true[:, k], seen[:, k]
@@ -129,7 +129,7 @@ def _lines(true: F64, seen: F64) -> tuple[F64, F64]:
 
 
 def _errors(true: F64, seen: F64, line: tuple[F64, F64], places: Places) -> tuple[F64, F64]:
-    """Return the standard errors of offset and gain of each channel; of a line through the origin that of the gain."""
+    """Return the standard errors of offset and gain of each channel; for a line through the origin only the gain."""
     errors = np.zeros((2, 3))
     for k, (offset, gain) in enumerate(zip(*line, strict=True)):
         t = true[:, k]
@@ -144,13 +144,13 @@ def _errors(true: F64, seen: F64, line: tuple[F64, F64], places: Places) -> tupl
 
 
 def _scatter(pull: F64, places: Places) -> float:
-    """Return the standard error of a sum of photosites' pulls: their noise goes together about a place, or in lines."""
+    """Return the standard error of a weighted sum of photosites with noise correlated in blocks or lines."""
     lines = (float(np.sum(np.bincount(place, pull) ** 2)) for place in places)
     return math.sqrt(max(_TOGETHER * float(np.sum(pull * pull)), *lines))
 
 
 def _without_fault(true: F64, seen: F64, offset: tuple[F64, F64], places: Places) -> tuple[F64, F64]:
-    """Return gains and their standard errors where black is right but for a little: what is known of it counts."""
+    """Return gains and their standard errors with the prior that black is nearly right."""
     zero, level = _levels(true, seen)
     _, error = _errors(true, seen, (zero, level), places)
     usual = (_USUAL_OFFSET * np.abs(level)) ** 2
@@ -161,7 +161,7 @@ def _without_fault(true: F64, seen: F64, offset: tuple[F64, F64], places: Places
 
 
 def _gamma(true: F64, seen: F64) -> list[Fault]:
-    """Name an encoding: r = c·t^p fits better than a straight line, and p is not 1."""
+    """Report a gamma encoding: r = c·t^p fits better than a line, and p is not 1."""
     exponents = []
     for k in range(3):
         t, r = true[:, k], seen[:, k]

@@ -1,4 +1,4 @@
-"""Figures of likeness: PSNR in linear light, SSIM and MS-SSIM of developed pictures."""
+"""Similarity measures: PSNR in linear light, SSIM and MS-SSIM of developed pictures."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SCALES = (0.0448, 0.2856, 0.3001, 0.2363, 0.1333)
 _WINDOW = 11
 _ROWS_AT_ONCE = 512
 _FLAT = 1e6
-"""K1 so large that SSIM's factor of brightness is 1: contrast and structure are left."""
+"""K1 large enough that SSIM's luminance factor is 1, leaving contrast and structure."""
 
 
 def psnr_db(found: F32, truth: F32, used: Used) -> tuple[float, tuple[float, ...]]:
@@ -51,7 +51,7 @@ def ms_ssim(found: F32, truth: F32, used: Used) -> float:
         return math.nan
     means = []
     for k in range(truth.shape[2]):
-        # A border that is left out never comes in again; what is clipped does, blurred.
+        # An excluded border stays excluded; clipped photosites contribute through the blur.
         a, b, product = found[..., k][window], truth[..., k][window], 1.0
         for number, weight in enumerate(SCALES):
             last = number == len(SCALES) - 1
@@ -63,7 +63,7 @@ def ms_ssim(found: F32, truth: F32, used: Used) -> float:
 
 
 def _inner(values: F32) -> F32:
-    """Return what whole windows gave."""
+    """Return the part computed from complete windows."""
     half = _WINDOW // 2
     return values[half:-half, half:-half]
 
@@ -76,12 +76,12 @@ def _halved(image: F32) -> F32:
 
 
 def _map(a: F32, b: F32, k1: float) -> F32:
-    """Return SSIM at every place, computed by bands of rows: it has a dozen intermediate pictures."""
+    """Return SSIM at every photosite, computed in bands of rows to limit memory."""
     rows = len(a)
     out = np.empty(a.shape, np.float32)
     for first in range(0, rows, _ROWS_AT_ONCE):
         last = min(first + _ROWS_AT_ONCE, rows)
-        # So many rows more that no window of the band's own rows feels the cut, nor the last band is too small for one.
+        # Padded so that no window of the band's rows is cut, and the last band is large enough for one.
         top, bottom = max(first - _WINDOW, 0), min(last + _WINDOW, rows)
         _, found = scikit_metrics().structural_similarity(
             a[top:bottom],
@@ -99,7 +99,7 @@ def _map(a: F32, b: F32, k1: float) -> F32:
 
 @cache
 def scikit_metrics() -> ModuleType:
-    """Import scikit-image's measures; raises UnsupportedError in one sentence where it is not installed."""
+    """Import scikit-image's metrics; raises UnsupportedError if it is not installed."""
     try:
         from skimage import metrics
     except ImportError:

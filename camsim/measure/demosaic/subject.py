@@ -1,4 +1,4 @@
-"""What demosaicing is to give back: the truth in linear light, where it is judged, and how it is developed."""
+"""The reference for demosaicing: truth in linear light, photosites used, and development."""
 
 from __future__ import annotations
 
@@ -25,22 +25,22 @@ BORDER = 8
 _BESIDE_CLIPPED = 3
 _LEAST = 32
 _UNUSED = 0.25
-"""Two bits that nothing uses: numbers of 10, 12 or 14 bits where 16 fit."""
+"""Fraction of the range below which bits are unused: 10, 12 or 14 bits in 16."""
 
 Used = npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Subject:
-    """A truth and all that is needed to judge a result by it.
+    """A truth and everything needed to evaluate a result against it.
 
     truth   : (rows, cols, 3) linear light, white-balanced; 1: a perfect diffuser
-    used    : (rows, cols) what is judged: no border, nothing that the camera clips
-    neutral : (3,) what a perfect diffuser gives the channels, the largest 1
+    used    : (rows, cols) mask of photosites used: without border and clipped ones
+    neutral : (3,) response to a perfect diffuser, the largest 1
     to_xyz  : (3, 3) balanced channels to XYZ under D50
-    cfa     : filters of the mosaic, letters of its own (0, 0) (0, 1) …; None where nobody says them
-    level   : a perfect diffuser where 1 is the level at which white clips
-    clipped : how many photosites the camera clips, and are left out for it
+    cfa     : filters of the mosaic, letters from (0, 0) (0, 1) …; None if unknown
+    level   : level of a perfect diffuser; 1 is where white clips
+    clipped : number of photosites excluded as clipped
     """
 
     name: str
@@ -59,14 +59,14 @@ class Subject:
 
     @property
     def channel_index(self) -> U8 | None:
-        """Which of R, G and B each photosite of the mosaic sees; None where nobody says it."""
+        """Index of R, G or B at each photosite of the mosaic; None if unknown."""
         if self.cfa is None or set("".join(self.cfa)) != set(CHANNELS):
             return None
         return Cfa(self.cfa).channel_index(*self.shape)
 
 
 def subject_of_capture(capture: Capture, truth_e: F32, *, border: int = BORDER) -> Subject:
-    """Return the subject of a capture; ``truth_e``: its truth (rows, cols, channels) in electrons, as frames have it.
+    """Return the subject of a capture; ``truth_e``: its truth (rows, cols, channels) in electrons, as in frames.
 
     Raises UnsupportedError for a camera without the channels R, G and B, or without a colour matrix.
     """
@@ -82,7 +82,7 @@ def subject_of_capture(capture: Capture, truth_e: F32, *, border: int = BORDER) 
         raise InvalidValueError(f"of shape {truth_e.shape}; the capture's truth has {shape}", key="truth", stage=name)
     order = [channels.index(letter) for letter in CHANNELS]
     diffuser_e = camera.diffuser_electrons(capture.light, capture.time_s).astype(np.float32)
-    # Balanced, a diffuser has one level in all channels.
+    # After balancing, a diffuser has the same level in all channels.
     level = float(balanced(diffuser_e, capture)[order[1]])
     clipped = np.any(truth_e >= _first_full_e(capture), axis=2)
     used = inside(shape, border, name) & ~scipy.ndimage.binary_dilation(clipped, iterations=_BESIDE_CLIPPED)
@@ -101,7 +101,7 @@ def subject_of_capture(capture: Capture, truth_e: F32, *, border: int = BORDER) 
 
 
 def _first_full_e(capture: Capture) -> float:
-    """Return the electrons at which the first photosites clip: black offsets leave some less where codes end."""
+    """Return the electrons at which the first photosites clip: black offsets reduce the range of some."""
     adc, white_dn = capture.camera.converter, capture.white_level_dn
     offsets_dn = np.array(adc.black_offsets_dn)
     span_dn = full_codes(white_dn, offsets_dn, adc.largest_dn) - offsets_dn - adc.black_level_dn
@@ -111,11 +111,11 @@ def _first_full_e(capture: Capture) -> float:
 def subject_of_picture(
     picture: Picture, *, cfa: tuple[str, ...] | None, border: int = BORDER, white: float | None = None
 ) -> Subject:
-    """Return the subject of anybody's linear picture, whose channels are taken for linear sRGB's.
+    """Return the subject of any linear picture, with its channels taken as linear sRGB.
 
-    white : its number for a perfect diffuser; None: 1, of whole numbers the largest that their type holds
+    white : its value for a perfect diffuser; None: 1, or for integers the largest of their type
 
-    Raises UnsupportedError where its numbers show that this is not so, and for filters other than R, G and B.
+    Raises UnsupportedError if its numbers contradict this, and for filters other than R, G and B.
     """
     check_given(picture=picture)
     truth = planes_of(picture)
@@ -136,7 +136,7 @@ def subject_of_picture(
 
 
 def _peak(picture: Picture, truth: F32) -> float:
-    """Return what counts as white, refused where it is electrons, or codes of fewer bits than their numbers have."""
+    """Return the white level; raises for electrons, or for codes with fewer bits than their type."""
     largest = float(truth.max())
     whole = picture.planes[0].white
     if whole is None and float(truth.mean()) > 1.0:
@@ -149,9 +149,9 @@ def _peak(picture: Picture, truth: F32) -> float:
 
 
 def planes_of(picture: Picture) -> F32:
-    """Return (rows, cols, 3) above black level of a picture with the planes R, G and B.
+    """Return (rows, cols, 3) minus black level of a picture with the planes R, G and B.
 
-    Raises UnsupportedError for a picture without these, or with values that are no numbers.
+    Raises UnsupportedError for a picture without these, or with values that are not finite.
     """
     planes = {plane.name: plane for plane in picture.planes if plane.step == (1, 1)}
     if not set(CHANNELS) <= set(planes):
@@ -168,7 +168,7 @@ def planes_of(picture: Picture) -> F32:
 
 
 def inside(shape: tuple[int, ...], border: int, name: str) -> Used:
-    """Return (rows, cols) true but for a border; raises UnsupportedError when little is left."""
+    """Return a mask (rows, cols) without a border; raises UnsupportedError if little is left."""
     check(border, int, "border")
     if border < 0 or min(shape[:2]) - 2 * border < _LEAST:
         raise UnsupportedError(

@@ -1,4 +1,4 @@
-"""One result judged by its truth."""
+"""Evaluation of one result against its truth."""
 
 from __future__ import annotations
 
@@ -22,21 +22,21 @@ from camsim.measure.demosaic.whole import channel_shifted, enlarged, overflowed,
 from camsim.measure.given import check_given
 
 _ROUNDING = 2e-6
-"""Of the largest value: what 32-bit numbers cannot tell apart once they were scaled."""
+"""Relative to the largest value: differences below the rounding of scaled 32-bit numbers."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Verdict:
-    """What a demosaiced picture is worth; see docs/demosaic.md for every formula.
+    """Quality figures of a demosaiced picture; see docs/demosaic.md for every formula.
 
     cpsnr_db, psnr_db  : linear light, peak: a perfect diffuser; infinite for an identical picture
     cpsnr_developed_db : of the developed pictures (camera matrix, sRGB curve), peak 1
     ssim, ms_ssim      : of the developed pictures, the mean over channels; ms_ssim NaN below 176 px a side
     delta_e_mean, delta_e_95, zipper, false_colour : see ``Artefacts``
-    shift_x_px, shift_y_px : by how much the picture lies to the right of and below the truth
+    shift_x_px, shift_y_px : shift of the picture against the truth, right and down
     identical          : whether it is the truth itself, to the rounding of 32-bit numbers
-    scale              : its number for a perfect diffuser;  balanced: whether its white balance was done
-    faults             : what is wrong with it as a whole, by name
+    scale              : its value for a perfect diffuser;  balanced: whether it was white-balanced
+    faults             : faults of the picture as a whole, by name
     """
 
     method: str
@@ -57,7 +57,7 @@ class Verdict:
     faults: tuple[Fault, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
-        """Return plain values for JSON; an infinite PSNR is None, and ``identical`` says so."""
+        """Return plain values for JSON; an infinite PSNR is None, with ``identical`` true."""
         tree = {field.name: getattr(self, field.name) for field in fields(self)}
         tree["psnr_db"] = {name: _finite(value) for name, value in zip(CHANNELS, self.psnr_db, strict=True)}
         tree["faults"] = [{"name": fault.name, "sentence": fault.sentence} for fault in self.faults]
@@ -72,7 +72,7 @@ def judge(found: F32, subject: Subject, *, method: str, scale: float | None = No
     """Return the verdict, and the result on the truth's scale.
 
     found : (rows, cols, 3) linear
-    scale : its number for a perfect diffuser, balanced; None: found by comparison, with what may be wrong about it
+    scale : its value for a perfect diffuser, balanced; None: found by comparison, along with faults
     """
     check_given(found=found)
     check(subject, Subject, "subject")
@@ -89,7 +89,7 @@ def judge(found: F32, subject: Subject, *, method: str, scale: float | None = No
     if scale is None:
         whole = turned(found, subject) or overflowed(found, subject) or order_fault(found, subject)
         fitted = scaled(found, subject)
-        # Under a wrong order, or of another picture, levels and gamma cannot be told.
+        # With a wrong filter order or another picture, levels and gamma are meaningless.
         faults = (whole,) if whole is not None else fitted.faults
         image, level, balanced = fitted.image, fitted.scale, fitted.balanced
     else:

@@ -1,4 +1,4 @@
-"""What is wrong with a result as a whole, beside its levels: mirrored, enlarged, overflowed, one channel shifted."""
+"""Faults of a result as a whole besides its levels: mirrored, enlarged, overflowed, one channel shifted."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from camsim.measure.demosaic.scaling import Fault
 from camsim.measure.demosaic.subject import CHANNELS, Subject
 
 _ALIKE, _UNLIKE = 0.9, 0.5
-"""Correlations of brightness: of the same picture, and of another."""
+"""Correlations of brightness: at least for the same picture, at most for another."""
 
 _APART_PX = 0.25
-"""From the other channels; methods that interpolate stay below a tenth of a pixel."""
+"""Shift of a channel from the others to report; interpolating methods stay below a tenth of a pixel."""
 
 _EQUAL, _LEAST_OVER = 0.98, 0.002
 
@@ -27,7 +27,7 @@ _TURNS: dict[str, Callable[[F64], F64]] = {
 
 
 def turned(found: F32, subject: Subject) -> Fault | None:
-    """Name a result that is the truth mirrored or turned."""
+    """Report a result that is the truth mirrored or rotated."""
     wanted = subject.truth.sum(axis=2, dtype=np.float64)
     seen = found.sum(axis=2, dtype=np.float64)
     if _correlation(seen, wanted) > _UNLIKE:
@@ -39,7 +39,7 @@ def turned(found: F32, subject: Subject) -> Fault | None:
 
 
 def overflowed(found: F32, subject: Subject) -> Fault | None:
-    """Name numbers that began again at 0 beyond the largest that they were stored in: bright ones are dark."""
+    """Report integer overflow: bright values wrapped around to dark ones."""
     end = float(found.max())
     places = subject.used
     true, seen = subject.truth[places].astype(np.float64), found[places].astype(np.float64)
@@ -64,7 +64,7 @@ def overflowed(found: F32, subject: Subject) -> Fault | None:
 
 
 def enlarged(found: F32, subject: Subject) -> Fault | None:
-    """Name planes of half the size, each of whose pixels was written four times."""
+    """Report planes of half the size, with each pixel repeated 2 × 2."""
     for row, col in np.ndindex(2, 2):
         if _in_fours(found[row:, col:]) > _EQUAL and _in_fours(subject.truth[row:, col:]) < _UNLIKE:
             return Fault("enlarged", "its pixels are alike in fours: planes of half the size, enlarged by 2")
@@ -72,7 +72,7 @@ def enlarged(found: F32, subject: Subject) -> Fault | None:
 
 
 def channel_shifted(image: F32, subject: Subject) -> Fault | None:
-    """Name the channels that do not lie where the others do."""
+    """Report channels shifted against the others."""
     shifts = np.array(channel_shifts(image, subject))
     apart = shifts - np.median(shifts, axis=0)
     stated = [
@@ -84,7 +84,7 @@ def channel_shifted(image: F32, subject: Subject) -> Fault | None:
 
 
 def _in_fours(image: F32) -> float:
-    """Return the share of 2 × 2 pixels that are alike in all channels."""
+    """Return the share of 2 × 2 blocks that are equal in all channels."""
     rows, cols = (size // 2 * 2 for size in image.shape[:2])
     parts = [image[row:rows:2, col:cols:2] for row, col in np.ndindex(2, 2)]
     same = np.all([part == parts[0] for part in parts[1:]], axis=(0, 3))

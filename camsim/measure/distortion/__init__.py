@@ -1,4 +1,4 @@
-"""Distortion and lateral colour: where marks of a chart are seen, against where the scene has them."""
+"""Distortion and lateral colour: measured positions of a chart's marks against those in the scene."""
 
 from camsim.measure.distortion.measuring import measure_distortion
 from camsim.measure.distortion.result import (

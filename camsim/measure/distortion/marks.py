@@ -1,4 +1,4 @@
-"""The marks of a chart, where the scene has them, and a mark found among the photosites of a channel.
+"""The marks of a chart in the scene, and the location of a mark from the photosites of a channel.
 
 A dot is a disc with a soft rim, a corner of a checkerboard the product of two soft edges through one point:
 
@@ -36,10 +36,10 @@ class Marks:
     """Marks of one kind.
 
     places_um : (n, 2) in the scene
-    reach_um  : how far from there photosites belong to a mark
-    size_um   : a dot's radius, or nothing
+    reach_um  : radius within which photosites belong to a mark
+    size_um   : radius of a dot; 0 for a corner
     turn_rad  : of the chart
-    surfaces  : the two that it shows
+    surfaces  : its two surfaces
     """
 
     kind: Kind
@@ -90,9 +90,9 @@ def _grid(rows: int, cols: int, spacing_um: float) -> F64:
 
 
 def locate_mark(x: F64, y: F64, signal: F64, marks: Marks, pitch_um: float) -> tuple[float, float, float] | None:
-    """Return where a mark lies among photosites at (x, y), pixels from its own place, with its standard error.
+    """Return the position of a mark and its standard error, from photosites at (x, y) pixels from its expected place.
 
-    None where few photosites lie, or nothing fits.
+    None if there are too few photosites, or no fit.
     """
     if signal.size < _LEAST_SAMPLES:
         return None
@@ -113,7 +113,7 @@ def locate_mark(x: F64, y: F64, signal: F64, marks: Marks, pitch_um: float) -> t
     variance = 2.0 * fit.cost / max(freedom, 1)
     error = math.sqrt(max(variance * 0.5 * (inverse[0, 0] + inverse[1, 1]), 0.0))
     reach = marks.reach_um / pitch_um
-    # A fit that left its photosites, or leaves as much as it explains, is of something else.
+    # Reject a fit that left its photosites, or whose residuals are as large as what it explains.
     if not fit.success or math.hypot(fit.x[0], fit.x[1]) > reach or variance > 0.05 * (high - low) ** 2:
         return None
     return float(fit.x[0]), float(fit.x[1]), error
@@ -122,7 +122,7 @@ def locate_mark(x: F64, y: F64, signal: F64, marks: Marks, pitch_um: float) -> t
 def _model(
     x: F64, y: F64, marks: Marks, pitch_um: float, low: float, high: float, signal: F64
 ) -> tuple[Callable[[F64], F64], F64]:
-    """Return the signal by parameters, of which the first two are the place, and where to begin."""
+    """Return the model of the signal, with the position as first two parameters, and initial parameters."""
     if marks.kind == "dot-grid":
 
         def dot(p: F64) -> F64:
@@ -130,7 +130,7 @@ def _model(
             light: F64 = p[4] + p[5] * scipy.special.ndtr(rim)
             return light
 
-        # The centre of what is unlike the surroundings, which a mark may be brighter or darker than.
+        # Centroid of the deviation from the surroundings, for marks brighter or darker than these.
         around = float(np.median(signal[np.hypot(x, y) > 0.8 * marks.reach_um / pitch_um]))
         weight = np.abs(signal - around) > 0.5 * max(high - around, around - low)
         at = (float(x[weight].mean()), float(y[weight].mean())) if weight.any() else (0.0, 0.0)

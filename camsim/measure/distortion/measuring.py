@@ -1,4 +1,4 @@
-"""From a picture of a dot grid or a checkerboard to distortion and lateral colour."""
+"""Distortion and lateral colour from a picture of a dot grid or a checkerboard."""
 
 from __future__ import annotations
 
@@ -34,10 +34,10 @@ _LEAST_MARKS = 4
 def measure_distortion(picture: Picture, capture: Capture, *, progress: Progress | None = None) -> DistortionReport:
     """Measure where the marks of the capture's chart are seen, in every channel.
 
-    progress : called with (stage, fraction done): a mark takes some 20 ms
+    progress : called with (stage, fraction done): about 20 ms per mark
 
-    A mark is looked for within half a dot's spacing, or 0.7 of a square, of where the capture's lens puts it. Raises
-    UnsupportedError for a scene without a dot grid or a checkerboard, and where fewer than four marks are found.
+    A mark is searched within half a dot's spacing, or 0.7 of a square, of the position that the capture's lens
+    predicts. Raises UnsupportedError for a scene without a dot grid or a checkerboard, or for fewer than four marks.
     """
     check_given(picture=picture, capture=capture)
     picture = straightened(picture, capture)
@@ -92,14 +92,14 @@ def _places(
     expected_pixel: F64,
     tell: Callable[[float], None],
 ) -> tuple[dict[int, MarkPlace], int]:
-    """Return the marks found, by number, and how many that lie whole in the picture were not."""
+    """Return the marks found, by number, and the number of complete ones not found."""
     left, top = capture.grid.first_centre
     pitch_um = capture.camera.pitch_um
     reach = marks.reach_um / pitch_um
     found, missed = {}, 0
     for number, (x_um, y_um) in enumerate(marks.places_um.tolist()):
         tell(number / len(marks.places_um))
-        # In pixels of the picture, where the lens puts it.
+        # In pixels of the picture, as predicted by the lens.
         dx, dy = expected_pixel[number].tolist()
         x, y = x_um / pitch_um + dx - left + 0.5, y_um / pitch_um + dy - top + 0.5
         row, col = math.floor(y - reach), math.floor(x - reach)
@@ -143,7 +143,7 @@ def _channel(name: str, found: dict[str, dict[int, MarkPlace]], reference: str, 
 def _displacement(
     found: dict[str, dict[int, MarkPlace]], name: str, reference: str, kind: str, half: float
 ) -> tuple[Displacement, DisplacementError]:
-    """Return the figures of a channel, as measured or by theory, and their standard errors."""
+    """Return the figures of a channel, measured or theoretical, and their standard errors."""
 
     def move(mark: MarkPlace) -> tuple[float, float]:
         return getattr(mark, f"{kind}dx_pixel"), getattr(mark, f"{kind}dy_pixel")

@@ -1,4 +1,4 @@
-"""What a measurement of places returns: frozen, every name with its unit."""
+"""Results of a measurement of distortion."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from camsim.core.arrays import F64
 from camsim.measure.full_frame import FullFrame
 
 _UNTOLD = 1e-9
-"""Of what the marks tell best: what they tell less well is not told."""
+"""Least information relative to the best-determined figure; less counts as undetermined."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MarkPlace:
     """One dot or corner in one channel; pixels from the optical axis, right and down.
 
-    x_pixel, y_pixel               : where the scene has it
-    dx_pixel, dy_pixel             : by how much it is seen farther to the right and farther down
+    x_pixel, y_pixel               : its position in the scene
+    dx_pixel, dy_pixel             : its displacement to the right and down
     error_pixel                    : standard error of each of the two
-    theory_dx_pixel, theory_dy_pixel : dx and dy by the lens that the picture was taken with
+    theory_dx_pixel, theory_dy_pixel : dx and dy predicted by the lens of the capture
     """
 
     channel: str
@@ -61,10 +61,10 @@ class Displacement:
     A mark at (x, y) is displaced by shift + (x, y)·(scale − 1 + k1·r² + k2·r⁴), r in half diagonals of the full frame.
 
     shift_x_pixel, shift_y_pixel : of the whole picture
-    scale       : 1 where the image is as large as the scene says
+    scale       : 1 if the image has the size of the scene
     k1, k2      : radial distortion; negative: barrel
     largest_distortion : k1·r² + k2·r⁴ at the farthest mark, a fraction of its radius; the sign says which way
-    rms_pixel   : of what the polynomial leaves
+    rms_pixel   : of the residuals of the polynomial
     lateral_rms_pixel, lateral_largest_pixel : distance to the same marks in the reference channel; None in that one
     """
 
@@ -81,7 +81,7 @@ class Displacement:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DisplacementError:
-    """Standard errors of the polynomial's figures, by what it leaves; NaN where the marks do not tell a figure."""
+    """Standard errors of the polynomial's figures from its residuals; NaN if the marks do not determine a figure."""
 
     shift_x_pixel: float
     shift_y_pixel: float
@@ -93,11 +93,11 @@ class DisplacementError:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ChannelDistortion(Displacement):
-    """What is measured in one channel.
+    """Distortion of one channel.
 
     standard_error       : of the figures of the polynomial
-    theory               : the same figures of the same marks, by the lens that the picture was taken with
-    off_theory_rms_pixel : distance of the marks to where that puts them
+    theory               : the same figures of the same marks, predicted by the lens of the capture
+    off_theory_rms_pixel : distance of the marks from the predicted positions
     """
 
     channel: str
@@ -112,7 +112,7 @@ class DistortionReport:
     """All channels of one picture.
 
     kind      : the chart whose marks were found
-    reference : the channel that lateral colour is counted from
+    reference : the reference channel of lateral colour
     left_out  : a sentence for marks that could not be measured
     """
 
@@ -137,20 +137,20 @@ class DistortionReport:
 
 
 def half_diagonal_pixel(frame: FullFrame) -> float:
-    """Return the radius that counts as 1."""
+    """Return the half diagonal, the unit of r."""
     return 0.5 * math.hypot(frame.rows, frame.cols)
 
 
 def _plain(tree: dict[str, Any]) -> dict[str, Any]:
-    """Return the tree with None for errors that are not known, which JSON has no number for."""
+    """Return the tree with None for unknown errors, as JSON has no NaN."""
     errors = {key: value if math.isfinite(value) else None for key, value in tree["standard_error"].items()}
     return tree | {"standard_error": errors}
 
 
 def radial_fit(places: F64, moves: F64, half_diagonal: float) -> tuple[F64, F64, F64]:
-    """Return shift x, shift y, scale − 1, k1, k2 of displacements (n, 2) by least squares, and what is left (n, 2).
+    """Return shift x, shift y, scale − 1, k1, k2 of displacements (n, 2) by least squares, and residuals (n, 2).
 
-    Last their covariance (5, 5), by what is left; infinite where the marks tell nothing.
+    Third, their covariance (5, 5) from the residuals; infinite if undetermined.
     """
     x, y, dx, dy = *places.T, *moves.T
     r2 = (x * x + y * y) / half_diagonal**2
@@ -163,7 +163,7 @@ def radial_fit(places: F64, moves: F64, half_diagonal: float) -> tuple[F64, F64,
     )
     move = np.concatenate([dx, dy])
     u, sizes, ways = np.linalg.svd(system, full_matrices=False)
-    # Marks that all lie near the axis tell no powers: those stay 0.
+    # Marks that all lie near the axis do not determine the powers, which stay 0.
     stated = sizes > _UNTOLD * sizes[0]
     inverse = np.where(stated, 1.0 / np.where(stated, sizes, 1.0), 0.0)
     solved = np.einsum("ji,j,nj,n->i", ways, inverse, u, move, optimize=True)

@@ -1,8 +1,8 @@
-"""Distortion and lateral colour of anybody's picture of a dot grid, whose place and distance nobody says.
+"""Distortion and lateral colour from any picture of a dot grid at an unknown position and distance.
 
 The dots lie in a square lattice, seen in perspective. A projection and a radial polynomial about the picture's middle,
-fitted to the dots of the reference channel together, tell one from the other; lateral colour is where the other
-channels see the same dots.
+fitted jointly to the dots of the reference channel, separate perspective from distortion; lateral colour is the
+displacement of the same dots in the other channels.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ from camsim.measure.picture import Channel, Picture
 
 _LEAST, _MOST = 20, 4000
 _SMALLEST = 12.0
-"""Samples of a channel that a dot covers."""
+"""Fewest samples of a channel that a dot covers."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GridDot:
-    """One dot in one channel; pixels of the picture, and how far it is from where the projection alone has it."""
+    """One dot in one channel; pixels of the picture, and its displacement from the projection alone."""
 
     channel: str
     x_pixel: float
@@ -42,7 +42,7 @@ class GridDot:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GridChannel:
-    """What is measured in one channel.
+    """Lateral colour of one channel.
 
     lateral_rms_pixel, lateral_largest_pixel : distance to the same dots in the reference channel; None in that one
     """
@@ -60,7 +60,7 @@ class GridReport:
     k1, k2 : at (x, y) from the middle the image is displaced by (x, y)·(k1·r² + k2·r⁴), r in half diagonals of the
              picture; negative k1: barrel;  with their standard errors
     largest_distortion : k1·r² + k2·r⁴ at the farthest dot, a fraction of its radius
-    rms_pixel : what projection and polynomial leave of the reference channel's dots
+    rms_pixel : residuals of the reference channel's dots after projection and polynomial
     """
 
     file: str
@@ -110,9 +110,9 @@ def _refused(picture: Picture, count: int) -> UnsupportedError:
 
 
 def _grid_of(channel: Channel, picture: Picture) -> tuple[dict[tuple[int, int], F64], Marks]:
-    """Return the middles of the dots, pixels, by their place in the grid, and what a dot is like."""
+    """Return the centres of the dots, pixels, by grid index, and a description of the dots."""
     signal, x, y = channel.on_a_lattice(Roi(0, 0, *picture.shape))
-    # Even light, however it falls off: each place beside what is around it.
+    # Compensate for shading: compare each place with its surroundings.
     low, high = (scipy.ndimage.gaussian_filter(part, max(signal.shape) / 16.0) for part in (signal, signal**2))
     off = (signal - low) / np.sqrt(np.maximum(high - low**2, 1e-12 * float(np.abs(signal).max()) ** 2 + 1e-30))
     # Dots cover less than the surface between them.
@@ -142,7 +142,7 @@ def _grid_of(channel: Channel, picture: Picture) -> tuple[dict[tuple[int, int], 
 def _located(
     channel: Channel, picture: Picture, places: dict[tuple[int, int], F64], marks: Marks
 ) -> dict[tuple[int, int], tuple[float, float, float]]:
-    """Return x, y and their standard error of each dot that a channel shows whole."""
+    """Return x, y and their standard error of each complete dot of a channel."""
     found = {}
     reach = marks.reach_um
     size = math.ceil(2.0 * reach) + 1

@@ -1,8 +1,8 @@
-"""Where marks should be seen: the lens's distortion, and the middle of the light of its pattern there.
+"""Expected positions of marks: distortion of the lens plus the centroid of its PSF there.
 
-Lopsided photosites and crosstalk move that middle too.
+Asymmetric photosites and crosstalk move that centroid too.
 
-The image of a dot is taken as moved by that middle; a fitted rim follows the peak of a lopsided pattern a little more.
+The image of a dot is taken as moved by that centroid; a fitted rim follows the peak of an asymmetric PSF slightly.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from camsim.measure.lens_places import fallen_um, middles_um
 
 
 def expected_um(capture: Capture, marks: Marks, channels: Sequence[str]) -> dict[str, F64]:
-    """Return by how much (n, 2) channels should see marks farther to the right and farther down.
+    """Return the expected displacements (n, 2) of marks right and down, by channel.
 
-    channels : a picture's; those that the camera does not have are missing
+    channels : of a picture; those that the camera lacks are omitted
     """
     fallen = fallen_um(capture.camera, marks.places_um)
     middles = middles_um(capture, fallen, marks.surfaces, channels)

@@ -1,4 +1,4 @@
-"""Noise after EMVA 1288: flats and darks in, figures with their errors out."""
+"""Noise after EMVA 1288: figures with their errors from flats and darks."""
 
 from camsim.measure.noise.estimate import Estimate
 from camsim.measure.noise.measuring import measure_noise

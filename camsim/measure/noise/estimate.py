@@ -1,4 +1,4 @@
-"""A figure, the standard deviation of its estimate, and what is said in its place."""
+"""A figure with the standard deviation of its estimate, or a reason for its absence."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ import math
 from dataclasses import dataclass
 
 SURE = 4.0
-"""Standard errors: what is larger is no chance (one of 30 000)."""
+"""Standard errors above which a figure is significant (chance: one in 30 000)."""
 
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
     """A measured figure and the standard deviation of its estimate; or why there is none.
 
-    at_most : where chance hides the figure: it is no larger (4 standard errors)
+    at_most : upper limit (4 standard errors) if the figure is not significant
     """
 
     value: float
@@ -37,7 +37,7 @@ def no_figure(why_not: str, *, at_most: float = math.inf) -> Estimate:
 
 
 def over(value_dn: float, sigma_dn: float, gain_dn_per_e: Estimate) -> Estimate:
-    """Return codes as electrons.
+    """Return a figure in codes converted to electrons.
 
     >>> over(100.0, 3.0, Estimate(0.5, 0.01))
     Estimate(value=200.0, sigma=7.211102550927978, why_not='', at_most=inf)
@@ -47,11 +47,11 @@ def over(value_dn: float, sigma_dn: float, gain_dn_per_e: Estimate) -> Estimate:
 
 
 def root_over(squared_dn2: float, errors_dn2: tuple[float, float], gain_dn_per_e: Estimate) -> Estimate:
-    """Return the root of a spatial variance in electrons; a limit where the variance is not surely above 0.
+    """Return the root of a spatial variance in electrons; an upper limit if the variance is not significantly above 0.
 
-    errors_dn2 : its standard error, and the part of it that noise makes: without any pattern there is no other
+    errors_dn2 : its standard error, and the part of it from temporal noise, the only one without a pattern
 
-    Near 0 the root of what chance gives is no small number, and half of the variance's relative error is not its own.
+    Near 0 the root of a chance value is not small, and its relative error is not half of the variance's.
 
     >>> root_over(9.0, (0.6, 0.25), Estimate(1.0, 0.0)).sigma, root_over(-0.1, (0.6, 0.25), Estimate(1.0, 0.0)).at_most
     (0.09999999999999999, 1.0)

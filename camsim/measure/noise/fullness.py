@@ -1,7 +1,7 @@
-"""Whether photosites are full, of each channel for itself, and what ends their signal: the well or the converter.
+"""Saturation of each channel, and its cause: the full well or the converter.
 
-What is full at the well has no photon noise: each photosite holds as much as it can. What the converter ends is heaped
-on its last code. Flats that are neither are merely the brightest that were taken.
+At full well there is no photon noise, as each photosite holds its capacity. At the converter's end, codes pile up at
+the last one. Flats with neither are merely the brightest taken.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ from camsim.measure.noise.estimate import SURE, Estimate, no_figure, over
 from camsim.measure.noise.stack import Level, Stack
 
 _FULL = 0.9
-"""Of the codes at the converter's end, or of the photon noise gone: so the mean is less than a tenth of it too low."""
+"""Share of codes at the converter's end, or of missing photon noise, above which the mean is nearly the saturation."""
 _HEAPED, _NOISE_LEFT = 0.05, 0.7
-"""Of the codes at the end; of the photon noise where the brightest photosites begin to be full."""
+"""Share of codes at the end, and of remaining photon noise, at which the brightest photosites become full."""
 
 
 def saturation(brightest: Level, gain_dn_per_e: Estimate) -> Estimate:
-    """Return the signal of a channel that is full, whatever ends it, in electrons."""
+    """Return the saturation signal of a channel, for either cause, in electrons."""
     if not gain_dn_per_e.measurable:
         return gain_dn_per_e
     photon_dn2 = gain_dn_per_e.value * brightest.signal_dn
@@ -47,7 +47,7 @@ def full_well(brightest: Level, gain_dn_per_e: Estimate) -> Estimate:
 def not_full(
     darks: Sequence[tuple[float, Stack]], brightest: Level, gain_dn_per_e: Estimate
 ) -> list[tuple[float, Stack]]:
-    """Return the darks of which hardly a photosite is full: the mean of others tells no charge."""
+    """Return the darks with hardly any full photosites: the mean of others does not give the charge."""
     shortest = darks[0][1]
     if saturation(brightest, gain_dn_per_e).measurable:
         end_dn = brightest.light.mean_dn
@@ -65,5 +65,5 @@ def not_full(
 
 
 def _at_converter(light: Stack) -> bool:
-    """Whether the converter ends the signal: all on one code, or next to it, without the noise that reading adds."""
+    """Whether the converter limits the signal: all codes at or next to one, without read noise."""
     return light.at_end >= _FULL or light.variance_dn2 < light.rounding.least_dn2

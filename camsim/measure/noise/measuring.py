@@ -24,12 +24,12 @@ _LEAST_FLATS, _LEAST_FRAMES = 4, 2
 _SAME_TIME = 1e-3
 _DEFECT = 8.0
 _DARKER = 0.05
-"""Of a flat's signal: less is the slack of a saturation that is not quite even, which linearity leaves out as well."""
+"""Relative decrease of a flat's signal to report: less occurs near saturation, which linearity also excludes."""
 _ONE_CODE = 1.0
-"""Nearer than so many steps no photosite is told from what rounding does where the noise is small."""
+"""Steps within which an outlier may be due to rounding if the noise is small."""
 
 _BENT = 0.005
-"""Of the signal: less is what lamps and clocks are off by."""
+"""Relative non-linearity to report: less may come from lamps and clocks."""
 
 _DECIBELS = 20.0 / math.log(10.0)
 
@@ -39,9 +39,9 @@ _SHOTS = Annotated[Shots, Called("Shots", "take_shots of a camera or read_shots 
 def measure_noise(shots: Shots, *, expected: Mapping[str, dict[str, float]] | None = None) -> NoiseReport:
     """Return the figures of EMVA 1288 R4 of every channel.
 
-    expected : figures by channel to put beside them
+    expected : expected figures by channel, for comparison
 
-    Raises UnsupportedError in one sentence when the frames cannot give them.
+    Raises UnsupportedError if the frames do not determine them.
     """
     check(shots, _SHOTS, "shots")
     step_dn = step_between_codes_dn(codes for group in shots.groups for codes in group.codes)
@@ -64,7 +64,7 @@ def measure_noise(shots: Shots, *, expected: Mapping[str, dict[str, float]] | No
         found = photon_transfer(flats=seen, darks=darks_of, brightest=full)
         threshold_e, saturation_e, snr_max_db, dynamic_range_db = _range(found, full)
         signal = np.array([level.signal_dn for level in seen])
-        # Every flat has the dark of its own time; what that differs from the first flat's is taken off.
+        # Every flat has the dark of its exposure time; its difference from the first flat's is subtracted.
         added = np.array([level.added_dn2 for level in seen])
         channels.append(
             ChannelNoise(
@@ -96,7 +96,7 @@ def measure_noise(shots: Shots, *, expected: Mapping[str, dict[str, float]] | No
 
 
 def _notes(found: PhotonTransfer, rounding: Rounding) -> tuple[str, ...]:
-    """Return what the figures do not say of themselves."""
+    """Return remarks on the figures."""
     error, gain = found.linearity_error, found.gain_dn_per_e
     said = []
     if gain.measurable and error.measurable and error.value - SURE * error.sigma > _BENT:
@@ -133,7 +133,7 @@ def _refuse(shots: Shots, rounding: Rounding) -> None:
                 f"has flats of {group.time_s:g} s and no dark of that time; take darks as long as the flats",
                 stage=shots.name,
             )
-    # The brightest one may be full: it tells saturation.
+    # The brightest one may be full: it gives the saturation.
     full = sum(_ended(group) for group in flats)
     if len(flats) - full < _LEAST_FLATS - 1:
         raise UnsupportedError(
@@ -143,9 +143,9 @@ def _refuse(shots: Shots, rounding: Rounding) -> None:
 
 
 def _refuse_copies(shots: Shots, rounding: Rounding) -> None:
-    """Refuse a frame that is there twice: it shows no noise, and the group's would be told too small.
+    """Raise for duplicate frames: they have no noise between them, which would bias the group's noise.
 
-    Where even the shortest dark scatters over codes no two frames are alike, unless they are full.
+    If even the shortest dark scatters over codes, no two frames are equal unless they are full.
     """
     darks = shots.of("dark")
     if _scatter_dn(min(darks, key=lambda dark: dark.time_s)) ** 2 < rounding.least_dn2:
@@ -161,15 +161,15 @@ def _refuse_copies(shots: Shots, rounding: Rounding) -> None:
 
 
 def _scatter_dn(group: Group) -> float:
-    """Return the standard deviation of what differs between the first frame and another, the most of all of them."""
+    """Return the largest standard deviation of the difference between the first frame and another."""
     first = group.codes[0].astype(np.float64)
     return max(float(np.std(codes - first)) for codes in group.codes[1:]) / math.sqrt(2.0)
 
 
 def _refuse_unlit(name: str, channel: str, flats: list[tuple[Group, Level]]) -> None:
-    """Refuse flats that show no light, or less of it the more they are said to have.
+    """Raise for flats without light, or with less signal at more stated light.
 
-    flats : the least exposure first, the brightest one last
+    flats : by increasing exposure, the brightest one last
     """
 
     def stated(group: Group, signal: float) -> str:
@@ -177,7 +177,7 @@ def _refuse_unlit(name: str, channel: str, flats: list[tuple[Group, Level]]) -> 
         return f"the {what} at exposure {group.exposure:g} and {group.time_s:g} s, {signal:.4g} DN over its dark"
 
     signals, errors = [level.signal_dn for _, level in flats], [level.signal_sigma_dn for _, level in flats]
-    # Faint ones may lie below their dark by chance; the last two are to show light.
+    # Faint ones may be below their dark by chance; the last two must show light.
     for (group, _), signal, error in list(zip(flats, signals, errors, strict=True))[-2:]:
         if not signal > SURE * error:
             raise UnsupportedError(
@@ -196,13 +196,13 @@ def _refuse_unlit(name: str, channel: str, flats: list[tuple[Group, Level]]) -> 
 
 
 def _ended(flat: Group) -> bool:
-    """Whether the converter ends the most of a flat."""
+    """Whether most of a flat is clipped by the converter."""
     largest = max(int(codes.max()) for codes in flat.codes)
     return float(np.mean([np.mean(codes == largest) for codes in flat.codes])) > 0.5
 
 
 def _longest(darks: tuple[Group, ...], brightest: Group, index: U8) -> Group:
-    """Return the longest dark that is nearer to the shortest one than to the brightest flat: full ones hide defects."""
+    """Return the longest dark nearer to the shortest one than to the brightest flat: full ones hide defects."""
 
     def charge(group: Group) -> F64:
         return np.array([np.median(group.codes[0][index == k]) for k in np.unique(index)], np.float64)
@@ -221,7 +221,7 @@ def _at(darks: list[tuple[float, Stack]], time_s: float) -> Stack:
 
 
 def _healthy(group: Group, index: U8, step_dn: float) -> Chosen:
-    """Return photosites that are no outliers of their channel (8 robust standard deviations): defects."""
+    """Return a mask without defects, i.e. outliers of their channel by 8 robust standard deviations."""
     mean = np.mean(group.codes, axis=0)
     good = np.ones(mean.shape, dtype=bool)
     for k in np.unique(index):
@@ -239,7 +239,7 @@ def _range(found: PhotonTransfer, full: Level) -> tuple[Estimate, Estimate, Esti
     rounding_e = math.sqrt(full.dark.rounding.dn2) / gain.value
     noise_e2 = read.value**2 + rounding_e**2
     least = sensitivity_threshold_e(math.sqrt(noise_e2))
-    # What is counted in electrons has the gain's error, and shares it: of a range hardly any is left.
+    # Figures in electrons share the gain's error, which nearly cancels in the range.
     by_gain = gain.sigma / gain.value
     by_read = read.value**2 * math.sqrt(max((read.sigma / read.value) ** 2 - by_gain**2, 0.0)) / (least - 0.5)
     threshold = Estimate(least, math.hypot(by_read, noise_e2 * by_gain / (least - 0.5)))

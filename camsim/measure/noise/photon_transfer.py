@@ -2,7 +2,7 @@
 
 The quantities and regressions are those of EMVA Standard 1288, Release 4.0 Linear, from stacks of more than two
 frames: temporal variance is the mean over photosites of the variance over frames. Every figure comes with the
-standard deviation of its own estimate.
+standard deviation of its estimate.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from camsim.measure.noise.stack import Level, Stack
 
 # EMVA 1288 R4.0: the gain from 0 to 70 % of saturation, linearity from 5 to 95 %.
 LEAST_LEVELS = 3
-"""Within the range of linearity; any two lie on a line."""
+"""Least levels within the range of linearity: any two lie on a line."""
 _GAIN_UPTO, _LINEAR_FROM, _LINEAR_UPTO = 0.7, 0.05, 0.95
 _LEAST_DARKS = 2
 _ROUNDS = 3
-"""Of the gain, each weighted by the variances of the one before."""
+"""Iterations of the gain, each weighted by the variances of the previous one."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -45,7 +45,7 @@ class PhotonTransfer:
 def sensitivity_threshold_e(noise_e: float) -> float:
     """Return the signal that is as large as its own noise, µ² = σ² + µ: EMVA 1288's absolute sensitivity threshold.
 
-    noise_e : temporal noise of the dark, the rounding of codes within it: √(σ_d² + σ_q²/K²), σ_q² = 1/12 DN²
+    noise_e : temporal noise of the dark, including rounding of codes: √(σ_d² + σ_q²/K²), σ_q² = 1/12 DN²
 
     >>> round(sensitivity_threshold_e(2.0), 4)
     2.5616
@@ -58,9 +58,9 @@ def photon_transfer(
 ) -> PhotonTransfer:
     """Return the figures of one channel.
 
-    flats     : levels of light, the least first
+    flats     : levels of light, increasing
     darks     : (exposure time in s, stack) without light, the shortest first
-    brightest : flats so bright that every photosite is full, if there are any; or the last of the flats
+    brightest : flats in which every photosite is full, if any; else the last of the flats
     """
     dark = flats[0].dark
     reason = _why_no_noise(dark)
@@ -88,13 +88,13 @@ def photon_transfer(
 
 
 def within_linearity(signal: F64, saturation: float) -> npt.NDArray[np.bool_]:
-    """Return which levels (n,) tell the linearity: 5 to 95 % of saturation."""
+    """Return a mask of levels (n,) for linearity: 5 to 95 % of saturation."""
     inside: npt.NDArray[np.bool_] = (signal >= _LINEAR_FROM * saturation) & (signal <= _LINEAR_UPTO * saturation)
     return inside
 
 
 def off_the_line(exposure: F64, signal: F64) -> float:
-    """Return the mean absolute deviation from the line whose relative deviations are least, a fraction.
+    """Return the mean absolute deviation from the line that minimises relative deviations, a fraction.
 
     >>> round(off_the_line(np.array([1.0, 2.0, 3.0]), np.array([1.0, 2.1, 3.0])), 4)
     0.0199
@@ -116,10 +116,10 @@ def _why_no_noise(dark: Stack) -> str:
 def _gain(flats: Sequence[Level], brightest: Level, shortest: Stack) -> tuple[Estimate, float]:
     """Regress variance on signal through the origin, 0 to 70 % of saturation, each level by its own error.
 
-    Levels above one dark share what that dark is off: not so many independent numbers as they are. Errors are those of
-    fitted variances: of measured ones, those that are small by chance would count for the others.
+    Levels with a common dark share its error, so they are not independent. Errors are computed from fitted variances:
+    with measured ones, levels that are small by chance would dominate.
 
-    Returned beside the gain: its covariance with the variance of the shortest dark, which may be one of those.
+    Also returned: the covariance of the gain with the variance of the shortest dark, which may be one of those.
     """
     levels = [level for level in flats if level.signal_dn <= _GAIN_UPTO * brightest.signal_dn]
     if not levels:
@@ -147,13 +147,13 @@ def _gain(flats: Sequence[Level], brightest: Level, shortest: Stack) -> tuple[Es
 
 
 def _both(level: Stack) -> tuple[float, float]:
-    """Return a variance, of rounding at least, and its relative error: frames that are copies have none."""
+    """Return a variance, at least that of rounding, and its relative error: duplicate frames have none."""
     variance_dn2 = max(level.variance_dn2, level.rounding.dn2)
     return variance_dn2, max(level.variance_sigma_dn2 / variance_dn2, 1e-6)
 
 
 def _read_noise(dark: Stack, gain_dn_per_e: Estimate, shared_dn3: float) -> Estimate:
-    """Return the noise of the shortest dark; the converter's rounding, a twelfth of a squared step, is taken off.
+    """Return the noise of the shortest dark; the converter's rounding, a twelfth of a squared step, is subtracted.
 
     shared_dn3 : covariance of its variance and the gain, of which it may be a part
     """
@@ -169,7 +169,7 @@ def _read_noise(dark: Stack, gain_dn_per_e: Estimate, shared_dn3: float) -> Esti
 def _dark_current(darks: Sequence[tuple[float, Stack]], gain_dn_per_e: Estimate, *, of: int) -> Estimate:
     """Return the slope of darks' means over time.
 
-    darks : those that are not full, of so many
+    darks : those not full;  of: their original number
     """
     if of < _LEAST_DARKS:
         return no_figure("all darks are of one exposure time, and two tell it")
@@ -177,7 +177,7 @@ def _dark_current(darks: Sequence[tuple[float, Stack]], gain_dn_per_e: Estimate,
         return no_figure(f"{len(darks)} of {of} darks is not full, and two tell it; take shorter ones")
     time_s = np.array([time for time, _ in darks])
     mean = np.array([level.mean_dn for _, level in darks])
-    # Weighed by what a few frames' means scatter, those that agree by chance would count for the others.
+    # Weights from the scatter of a few frames' means would favour those that agree by chance.
     excess_dn2 = max(0.0, float(np.mean([level.excess_dn2 for _, level in darks])))
     weight = 1.0 / (np.array([level.row_sigma_dn for _, level in darks]) ** 2 + excess_dn2)
     centre = np.sum(weight * time_s) / np.sum(weight)
@@ -187,9 +187,9 @@ def _dark_current(darks: Sequence[tuple[float, Stack]], gain_dn_per_e: Estimate,
 
 
 def _prnu(flats: Sequence[Level], brightest: Level) -> Estimate:
-    """Return the pattern at half of saturation, less that of the dark, over the signal; what is smooth is the light's.
+    """Return the pattern at half of saturation, minus that of the dark, over the signal; smooth parts are the light's.
 
-    Uneven light makes the pattern uneven: of the signal it is the root mean square that counts.
+    Under non-uniform light the pattern varies too, so the root mean square of the signal is used.
     """
     half = min(flats, key=lambda level: abs(level.signal_dn - 0.5 * brightest.signal_dn))
     light, dark = half.light, half.dark

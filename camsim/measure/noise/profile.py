@@ -1,4 +1,4 @@
-"""What a camera's own numbers say that its flats and darks must show."""
+"""Expected figures of flats and darks from a camera's parameters."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from camsim.measure.noise.taking import DARK_TIMES_S, LEVELS, TIME_S, even_light
 from camsim.measure.picture import channel_names, places_of
 
 _STEP = 1e-4
-"""Of a charge: over which the read-out's slope is taken."""
+"""Relative charge step for the read-out's slope."""
 
 
 def expected_of(
@@ -24,7 +24,7 @@ def expected_of(
 ) -> dict[str, float]:
     """Return the figures of ``PhotonTransfer`` by sums of a profile's numbers; NaN where it has none.
 
-    channel : as measured, the greens of a Bayer array apart: G1 in the rows of red, G2; G is both together
+    channel : as measured, greens of a Bayer array separate: G1 in the rows of red, G2; G is both
     iso, temperature_c : as the frames were taken
     """
     check(camera, Camera, "camera")
@@ -50,7 +50,7 @@ def expected_of(
 
 
 def _light_of_well_e(camera: Camera, iso: float, temperature_c: float | None) -> float:
-    """Return what light adds to the dark until the well is full, as flats show it: the dark has its own part."""
+    """Return the charge of light at full well, as measured from flats, which excludes the dark charge."""
     well_e = camera.well_as_read_e(iso)
     return math.nan if well_e is None else well_e - _as_read_e(camera, camera.dark_e(TIME_S, temperature_c))
 
@@ -60,18 +60,18 @@ def _as_read_e(camera: Camera, charge_e: float) -> float:
 
 
 def _names(camera: Camera) -> set[str]:
-    """Return the names of channels, together and apart."""
+    """Return the names of channels, with greens together and separate."""
     return {*camera.cfa.channels, *(name for row in channel_names(list(camera.cfa.pattern)) for name in row)}
 
 
 def _places(camera: Camera, channel: str, period: tuple[int, int]) -> npt.NDArray[np.bool_]:
-    """Return which photosites of a period, of whole patterns, are a channel's."""
+    """Return a mask of a channel's photosites within a period of whole patterns."""
     one = places_of(channel, list(camera.cfa.pattern))
     return np.tile(one, (period[0] // one.shape[0], period[1] // one.shape[1]))
 
 
 def _spread_e(camera: Camera, channel: str, iso: float) -> float:
-    """Black offsets of a channel's own photosites as a standard deviation; those of others are not seen."""
+    """Standard deviation of the black offsets of a channel's photosites."""
     table = np.array(camera.converter.black_offsets_dn, np.float64)
     rows, cols = (math.lcm(*sizes) for sizes in zip(table.shape, camera.cfa.period, strict=True))
     offsets = np.tile(table, (rows // table.shape[0], cols // table.shape[1]))
@@ -79,9 +79,9 @@ def _spread_e(camera: Camera, channel: str, iso: float) -> float:
 
 
 def _flat_e(camera: Camera) -> tuple[F64, F64]:
-    """Return what a flat of 1 W/m² gives the photosites of a period, and the sum of the squares of its parts.
+    """Return the charge of a flat of 1 W/m² in the photosites of a period, and the sum of squares of its parts.
 
-    Crosstalk mixes the light of other colours in.
+    Crosstalk adds light of other colours.
     """
     each_e = camera.replace(crosstalk=None).diffuser_electrons(even_light(1.0), TIME_S)
     exposed_e: F64 = each_e[camera.cfa.channel_index(*camera.cfa.period)]
@@ -93,7 +93,7 @@ def _flat_e(camera: Camera) -> tuple[F64, F64]:
 
 
 def _pattern(camera: Camera, channel: str) -> float:
-    """PRNU as a flat shows it: crosstalk mixes gains that know nothing of one another, and light of other colours."""
+    """PRNU as measured in a flat: crosstalk mixes independent gains, and light of other colours."""
     fraction = camera.prnu.fraction if camera.prnu else 0.0
     exposed_e, squares_e2 = (each[_places(camera, channel, camera.cfa.period)] for each in _flat_e(camera))
     if not exposed_e.mean() > 0.0:
@@ -102,10 +102,10 @@ def _pattern(camera: Camera, channel: str) -> float:
 
 
 def _bend(camera: Camera, channel: str, iso: float, temperature_c: float | None) -> tuple[float, float]:
-    """Return what the profile's response does to a channel's flats.
+    """Return the effect of the profile's non-linear response on a channel's flats.
 
-    The linearity error, and by how much patterns of the charge are larger in the signal, relative to it, where PRNU is
-    told: in the flat nearest to half of saturation. NaN where the channel sees nothing, or few levels tell it.
+    These are the linearity error, and the factor on relative patterns of the charge where PRNU is measured, in the flat
+    nearest to half of saturation. NaN if the channel has no signal, or too few levels.
     """
     if camera.nonlinearity is None:
         return 0.0, 1.0

@@ -1,4 +1,4 @@
-"""What a measurement of noise returns."""
+"""Results of a measurement of noise."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ BENT = "bent"
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Spectrogram:
-    """How fixed patterns are spread over frequencies (EMVA 1288 R4, 8.5).
+    """Power spectra of fixed patterns (EMVA 1288 R4, 8.5).
 
     frequency_cycles_per_pixel : (n,) of the sensor's pitch
-    rows, cols : (n,) root of the power along rows and along columns, DN; white noise of σ is σ everywhere
+    rows, cols : (n,) root of the power along rows and along columns, DN; σ everywhere for white noise of σ
     """
 
     frequency_cycles_per_pixel: F64
@@ -47,13 +47,13 @@ class ChannelNoise:
 
     transfer         : gain, read noise, full well, dark current, DSNU, PRNU, linearity
     sensitivity_threshold_e : the signal that is as large as its noise, √(σ_d² + σ_q²/K² + ¼) + ½; σ_q² = 1/12 DN²
-    saturation_e     : the signal of flats that are full, whether the well or the converter ends it
+    saturation_e     : the signal of full flats, limited by the well or the converter
     snr_max_db       : √saturation_e, by photon noise alone
     dynamic_range_db : saturation over the sensitivity threshold
     exposure, signal_dn, variance_dn2, snr : (n,) of the flats, above dark; snr: signal over temporal noise
     dark, flat       : spectrograms of the mean dark and of the flat nearest to half of saturation
-    expected         : what the camera's profile says, where it is known
-    notes            : what is to be known of the figures
+    expected         : figures of the camera's profile, if known
+    notes            : remarks on the figures
     """
 
     channel: str
@@ -74,7 +74,7 @@ class ChannelNoise:
     notes: tuple[str, ...] = ()
 
     def remark(self, name: str) -> str:
-        """Return the word that belongs beside a figure: bent, where a bent read-out has made it another's."""
+        """Return the remark on a figure: "bent" if a non-linear read-out affects it."""
         by_gain = "e⁻" in UNITS[name] or UNITS[name] == "dB"
         return BENT if by_gain and any(note.startswith(BENT) for note in self.notes) else ""
 
@@ -85,7 +85,7 @@ class ChannelNoise:
         return named | {name: getattr(self, name) for name in more}
 
     def as_dict(self) -> dict[str, Any]:
-        """Return plain values for JSON; a figure that cannot be told has a reason in place of a value."""
+        """Return plain values for JSON; a figure that is not measurable has a reason in place of a value."""
         tree: dict[str, Any] = {
             "channel": self.channel,
             "photosites": self.photosites,

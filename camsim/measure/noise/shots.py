@@ -1,4 +1,4 @@
-"""Flats and darks: taken alike in groups, from a folder with an index, or from a camera."""
+"""Groups of flats and darks, from a folder with an index or from a camera."""
 
 from __future__ import annotations
 
@@ -33,21 +33,21 @@ INDEX = "index.csv"
 HEADS = ("file", "kind", "exposure", "time_s")
 _SUMMED = "summed"
 _CONVERTERS_BYTES = 2
-"""No converter of a camera has more: wider codes may be sums of frames."""
+"""Largest width of a camera's converter: wider codes may be sums of frames."""
 _MOST_FRAMES = 10_000
 _NOMINAL = 1.2
-"""Cameras note 1/15 s for 1/16 and 30 s for 32: no nearer are their times to be believed."""
+"""Tolerance of stated times: cameras write 1/15 s for 1/16 and 30 s for 32."""
 _PERIODS = {2: "second", 3: "third", 4: "fourth"}
 _FILTERED = 0.05
-"""Of the signal: lattices of photosites without filters are not so far from one another."""
+"""Relative difference of lattices above which there are colour filters."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Group:
     """Frames taken alike.
 
-    kind     : "flat"; "dark": without light; "clipped": so bright that every photosite is full
-    exposure : light per photosite in any unit, the same for all; 0 of darks
+    kind     : "flat"; "dark": without light; "clipped": every photosite is full
+    exposure : light per photosite in any unit, the same for all; 0 for darks
     time_s   : exposure time
     codes    : (rows, cols) of each frame
     """
@@ -62,8 +62,8 @@ class Group:
 class Shots:
     """All that a measurement of noise needs.
 
-    channel_index : (rows, cols) which of ``channels`` a photosite is
-    summed        : frames that were added up to each of these; None where nobody says
+    channel_index : (rows, cols) index into ``channels``
+    summed        : number of frames summed into each; None if unknown
     """
 
     name: str
@@ -73,7 +73,7 @@ class Shots:
     summed: int | None = 1
 
     def of(self, kind: Kind) -> tuple[Group, ...]:
-        """Return the groups of a kind, the least exposure and time first."""
+        """Return the groups of a kind, by increasing exposure and time."""
         found = [group for group in self.groups if group.kind == kind]
         return tuple(sorted(found, key=lambda group: (group.exposure, group.time_s)))
 
@@ -81,9 +81,9 @@ class Shots:
 def read_shots(folder: str | Path, *, cfa: str | None = None) -> Shots:
     """Read a folder of raw frames whose ``index.csv`` says what each is: file, kind, exposure, time_s.
 
-    cfa : the colour filter array of files that do not say it, such as RGGB; mono if there is none
+    cfa : the colour filter array of files that do not state it, such as RGGB; mono if there is none
 
-    Raises InputError in one sentence for what is missing or does not belong together.
+    Raises InputError for missing or inconsistent files.
     """
     place = Path(check(folder, FilePath, "folder"))
     if not place.is_dir():
@@ -136,7 +136,7 @@ def read_shots(folder: str | Path, *, cfa: str | None = None) -> Shots:
 
 
 def setting_of(path: Path, picture: Picture) -> tuple[float | None, float | None]:
-    """Return the ISO setting and the exposure time, s, that a frame says it was taken at; None where it says none."""
+    """Return the ISO setting and the exposure time, s, stated by a frame; None if not stated."""
     described = (picture.description or {}).get("exposure")
     if isinstance(described, Mapping):
         iso, time_s = (described.get(name) for name in ("iso", "time_s"))
@@ -154,10 +154,10 @@ def _number(said: object) -> float | None:
 
 
 def refuse_filters(shots: Shots) -> None:
-    """Refuse frames that show colour filters which no file names: what channels differ by would be PRNU."""
+    """Raise for frames with unstated colour filters: differences of channels would count as PRNU."""
     flats, darks = shots.of("flat"), shots.of("dark")
     if not flats or not darks:
-        return  # which is said where they are measured
+        return  # reported by the measurement
     signal = np.mean(flats[len(flats) // 2].codes, axis=0) - np.mean(darks[0].codes, axis=0)
     for period, ordinal in _PERIODS.items():
         lattices = [signal[row::period, col::period] for row, col in np.ndindex(period, period)]
@@ -200,7 +200,7 @@ def write_shots(folder: str | Path, frames: Mapping[tuple[Kind, float, float], S
 
 
 def _index(path: Path) -> Iterator[tuple[str, Kind, float, float, int]]:
-    """Yield file, kind, exposure, time and the number of summed frames (0: not said) of every line."""
+    """Yield file, kind, exposure, time and the number of summed frames (0: not stated) of every line."""
     if not path.is_file():
         raise InputError(
             f"{str(path)!r} is missing; it says what each frame is, in the columns {', '.join(HEADS)} "
@@ -240,7 +240,7 @@ def codes_of(picture: Picture) -> tuple[tuple[str, ...], U8, Codes]:
     channels = tuple(dict.fromkeys(plane.name for plane in picture.planes))
     if any(plane.samples.dtype.kind not in "ui" for plane in picture.planes):
         raise UnsupportedError("holds no codes, and noise is measured in the converter's own", stage=picture.name)
-    # As wide as the file has them: programs that add frames up write 32 bits.
+    # In the width of the file: programs that sum frames write 32 bits.
     wide = np.result_type(*(plane.samples.dtype for plane in picture.planes))
     index, codes = np.zeros(picture.shape, np.uint8), np.zeros(picture.shape, wide)
     covered = 0

@@ -1,4 +1,4 @@
-"""Frames taken alike, reduced to what is kept of them: means, temporal and spatial variances, and their errors."""
+"""Statistics of equal frames: means, temporal and spatial variances, and their errors."""
 
 from __future__ import annotations
 
@@ -19,23 +19,23 @@ Codes: TypeAlias = npt.NDArray[np.integer[Any]]
 Chosen: TypeAlias = npt.NDArray[np.bool_]
 
 _SMOOTH: F64 = np.convolve(np.convolve(np.full(7, 1 / 7), np.full(11, 1 / 11)), (0.25, 0.5, 0.25))
-"""What EMVA 1288 R4's high-pass takes off along an axis: boxes of 7 and of 11, then 1 2 1."""
+"""Low-pass subtracted by EMVA 1288 R4's high-pass along an axis: boxes of 7 and of 11, then 1 2 1."""
 _OF_ROWS = float(1.0 - 2.0 * _SMOOTH.max() + np.sum(_SMOOTH**2))
-"""The part of the variance of independent rows that it leaves."""
+"""Part of the variance of independent rows that remains after the high-pass."""
 
 _FEW_CODES = 8
 _LEAST_SEEN = 3
-"""Codes: fewer tell no distance."""
+"""Fewest distinct codes that determine their distance."""
 _MOST_CODES = 1 << 22
-"""Of any converter, summed over frames: more is no code's number."""
+"""Most codes of a converter, summed over frames: larger numbers are not codes."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rounding:
-    """What the converter rounds to, and how often.
+    """Rounding by the converter.
 
     step_dn : between neighbouring codes: 16 of 12 bits stored in 16
-    summed  : frames that were added up to each, which all were rounded; None where nobody says
+    summed  : number of rounded frames summed into each; None if unknown
     """
 
     step_dn: float = 1.0
@@ -43,16 +43,16 @@ class Rounding:
 
     @property
     def dn2(self) -> float:
-        """The variance of rounding, of one frame where the number is not known."""
+        """The variance of rounding; for one frame if the number is unknown."""
         return (self.summed or 1) * self.step_dn**2 / 12.0
 
     @property
     def least_dn2(self) -> float:
-        """Temporal variance below which rounding is no longer noise of its own (EMVA 1288: σ_y,dark ≥ 0.49 DN)."""
+        """Temporal variance below which rounding is no longer independent noise (EMVA 1288: σ_y,dark ≥ 0.49 DN)."""
         return 3.0 * self.dn2
 
     def sigma_dn2(self, variance_dn2: float) -> float:
-        """Return how far the variance of rounding may be another in frames of so much noise: any number of frames."""
+        """Return the uncertainty of the variance of rounding for frames of such noise if their number is unknown."""
         most = 1.0 if self.summed else max(1.0, variance_dn2 / self.least_dn2)
         return (most - 1.0) * self.dn2 / math.sqrt(3.0)
 
@@ -61,7 +61,7 @@ _EACH_CODE = Rounding()
 
 
 def step_between_codes_dn(frames: Iterable[Codes]) -> float:
-    """Return the distance between neighbouring codes that a converter gives; 1 where few different ones are seen.
+    """Return the distance between neighbouring codes of a converter; 1 if few distinct ones occur.
 
     >>> step_between_codes_dn([np.arange(100, 140).reshape(5, 8) * 16])
     16.0
@@ -80,7 +80,7 @@ def step_between_codes_dn(frames: Iterable[Codes]) -> float:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Pattern:
-    """A spatial variance, the standard deviation of its estimate, and the part of that which temporal noise makes."""
+    """A spatial variance, the standard deviation of its estimate, and the part of the latter from temporal noise."""
 
     dn2: float
     sigma_dn2: float
@@ -89,17 +89,17 @@ class Pattern:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stack:
-    """What is kept of several frames taken alike, over the photosites of one channel.
+    """Statistics of several equal frames over the photosites of one channel.
 
-    frames : of how many
+    frames : their number
     mean_dn, mean_sigma_dn : mean code and the standard deviation of its estimate
-    row_sigma_dn : the same as rows tell it, of which there are many;  excess_dn2: how much more the variance of
-                   frames' means is than that: of few frames by chance, and less than none as often
-    variance_dn2, variance_sigma_dn2 : temporal variance of a photosite, likewise, without what a frame has in common
-    pattern, fine      : spatial variance of what stays: all of it, and without what is smooth over tens of photosites
-    rounding           : of its codes;  coarser_dn2: by how much its variance is more here, of companded codes
-    clipped_low        : fraction of codes that are 0, or heaped on the smallest below it
-    largest_dn, at_end : the largest code, and the fraction of codes that are heaped on it; 0 where they thin out to it
+    row_sigma_dn : the same estimated from rows, which are many;  excess_dn2: excess of the variance of
+    frames' means over that: for few frames random, of either sign
+    variance_dn2, variance_sigma_dn2 : temporal variance of a photosite, and error, without offsets common to a frame
+    pattern, fine      : spatial variance of the fixed pattern: total, and without parts smooth over tens of photosites
+    rounding           : of its codes;  coarser_dn2: additional variance of rounding here, for companded codes
+    clipped_low        : fraction of codes that are 0, or piled up at the smallest one below 0
+    largest_dn, at_end : the largest code, and the fraction of codes piled up there; 0 if they thin out towards it
     """
 
     frames: int
@@ -120,7 +120,7 @@ class Stack:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Level:
-    """Flats, and the darks of their own time."""
+    """Flats, and the darks of the same exposure time."""
 
     exposure: float
     light: Stack
@@ -128,7 +128,7 @@ class Level:
 
     @property
     def signal_dn(self) -> float:
-        """What light adds to the mean."""
+        """Mean added by light."""
         return self.light.mean_dn - self.dark.mean_dn
 
     @property
@@ -138,7 +138,7 @@ class Level:
 
     @property
     def added_dn2(self) -> float:
-        """What light adds to the temporal variance; the lamp's drift scales what is uneven of it, which is no noise."""
+        """Temporal variance added by light, without that of non-uniform light scaled by the lamp's drift."""
         added_dn2 = self.light.variance_dn2 - self.dark.variance_dn2
         added_dn2 -= self.light.coarser_dn2 - self.dark.coarser_dn2
         if self.signal_dn > SURE * self.signal_sigma_dn:
@@ -155,10 +155,10 @@ class Level:
 def stack(frames: Sequence[Codes], channel: Chosen, rounding: Rounding = _EACH_CODE) -> Stack:
     """Reduce frames (rows, cols) to their statistics over the photosites where ``channel`` (rows, cols) is true.
 
-    A frame's own mean is taken off before the temporal variance, as in EMVA 1288: the lamp's drift, or an offset of the
-    frame, is no noise of photosites. Offsets of rows move that mean a little too: what they tell of it is given back.
-    The scatter of rows and columns enters the standard deviations, so that offsets common to a row or a column are
-    not taken for many independent numbers.
+    The mean of each frame is subtracted before the temporal variance, as in EMVA 1288: the lamp's drift, or an offset
+    of the frame, is not noise of photosites. Row offsets contribute to that mean: their share is added back.
+    The scatter of rows and columns enters the standard deviations, so that offsets common to a row or a column do
+    not count as many independent numbers.
     """
     count, photosites = len(frames), int(np.count_nonzero(channel))
     if count < 2:
@@ -171,7 +171,7 @@ def stack(frames: Sequence[Codes], channel: Chosen, rounding: Rounding = _EACH_C
     low, at = (sum(int(np.count_nonzero(c == code)) for c in seen) for code in (min(smallest, 0), largest))
     below = sum(int(np.count_nonzero(c > largest - near)) for c in seen) - at
     if smallest < 0 and low <= sum(int(np.count_nonzero(c < smallest + near)) for c in seen) - low:
-        low = 0  # of signed codes they thin out to the smallest
+        low = 0  # signed codes thin out towards the smallest
     total, squares, means, means_of_rows = np.zeros(photosites), np.zeros(photosites), [], []
     for codes in seen:
         means.append(float(codes.mean(dtype=np.float64)))
@@ -183,14 +183,14 @@ def stack(frames: Sequence[Codes], channel: Chosen, rounding: Rounding = _EACH_C
     variance = (squares - count * mean * mean) / (count - 1)
     apart = float(variance.mean())
     if rows > 1:
-        # Rows that a frame's read-out moves as a whole are so many numbers, whatever the frames are.
+        # Row offsets give as many independent numbers as there are rows.
         of_rows = float(np.var(means_of_rows, axis=0, ddof=1).mean()) * rows / (rows - 1)
         temporal = apart + of_rows / rows
     else:
         of_rows, temporal = 0.0, apart * photosites / max(1, photosites - 1)
     between = float(np.var(means, ddof=1)) / count
     by_rows = max(temporal / photosites, of_rows / rows) / count
-    # What scatters from frame to frame scatters the mean, by so much less.
+    # Temporal scatter contributes to the mean, divided by the number of frames.
     scatter = apart * photosites / max(1, photosites - 1)
     temporal_sigma = max(_error_by_rows(variance, row), _error_by_chance(temporal, of_rows, (photosites, rows), count))
 
@@ -221,10 +221,10 @@ def stack(frames: Sequence[Codes], channel: Chosen, rounding: Rounding = _EACH_C
 
 
 def _coarser_dn2(codes: Sequence[Codes], rounding: Rounding) -> float:
-    """Return how much more variance rounding has here than where it is dark: codes that were companded lie far apart.
+    """Return the excess variance of rounding over that in the dark: companded codes are further apart.
 
-    A code stands for what is nearer to it than to the next ones that are seen. Those never seen widen it by less than a
-    thousandth of the noise.
+    A code represents the interval nearest to it among codes that occur. Absent codes widen it by less than a thousandth
+    of the noise.
     """
     low, high = min(int(each.min()) for each in codes), max(int(each.max()) for each in codes)
     if high - low > _MOST_CODES:
@@ -242,11 +242,11 @@ def _coarser_dn2(codes: Sequence[Codes], rounding: Rounding) -> float:
 
 
 def _fine(mean: F64, channel: Chosen) -> tuple[F64, float]:
-    """Return what a high-pass leaves of the photosites of a channel, so that it has the variance of white noise again.
+    """Return the high-pass filtered photosites of a channel, scaled to preserve the variance of white noise.
 
-    mean : of the photosites where ``channel`` is true;  second: the part of that variance that the high-pass left
+    mean : of the photosites where ``channel`` is true. Also returned: the part of that variance left by the high-pass
 
-    A polynomial is taken off first: at its edges, and where light falls off steeply, the high-pass leaves some of it.
+    A polynomial is subtracted first: at borders, and with steep fall-off, the high-pass alone leaves some shading.
     """
     there = np.ix_(channel.any(axis=1), channel.any(axis=0))
     inside = channel[there]
@@ -278,7 +278,7 @@ def _polynomials(size: int) -> F64:
 
 
 def _error_by_chance(temporal: float, of_rows: float, numbers: tuple[int, int], count: int) -> float:
-    """Return the standard deviation of a variance of so many frames: of what rows have in common, and of the rest."""
+    """Return the standard deviation of a variance from ``count`` frames: of row offsets, and of the rest."""
     photosites, rows = numbers
     rest = max(0.0, temporal - of_rows) if photosites > rows else 0.0
     parts = of_rows**2 / max(1, rows - 1) + rest**2 / max(1, photosites - rows)
@@ -286,7 +286,7 @@ def _error_by_chance(temporal: float, of_rows: float, numbers: tuple[int, int], 
 
 
 def _chance(whole: float, noise: float) -> float:
-    """Return by how much a variance of numbers of which noise is a part scatters when they are drawn anew, times them.
+    """Return the sampling variance of a variance that includes noise, times the number of samples.
 
     >>> _chance(3.0, 0.0), _chance(1.0, 1.0)
     (0.0, 2.0)
@@ -295,7 +295,7 @@ def _chance(whole: float, noise: float) -> float:
 
 
 def _lines(channel: Chosen, axis: int) -> I64:
-    """Return which row (axis 0) or column (axis 1) of those that have any each photosite is in."""
+    """Return the index of each photosite's row (axis 0) or column (axis 1), counting only non-empty ones."""
     there = channel.any(axis=1 - axis)
     number: I64 = (np.cumsum(there) - 1)[np.nonzero(channel)[axis]]
     return number
@@ -314,10 +314,10 @@ def _error_by_rows(values: F64, row: I64) -> float:
 
 
 def _variance_of_lines(mean: F64, line: I64) -> float:
-    """Return the variance that columns or rows have in common, beyond what chance gives."""
+    """Return the variance of offsets of columns or rows, beyond that expected by chance."""
     lines = _means(mean, line)
     if len(lines) < 2:
         return 0.0
-    # Chance is what differs within lines: what is common to them is no part of it.
+    # The chance level comes from variation within lines, without their offsets.
     within = float(np.sum((mean - lines[line]) ** 2)) / max(1, len(mean) - len(lines))
     return max(0.0, float(lines.var(ddof=1)) - within * len(lines) / len(mean))

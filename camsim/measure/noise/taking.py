@@ -1,4 +1,4 @@
-"""Flats and darks of a camera, as a laboratory takes them: even light at several levels, no lens to speak of."""
+"""Flats and darks of a camera, as taken in a laboratory: uniform light at several levels, without a lens."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ from camsim.spectra.light import Light
 TIME_S = 0.01
 DARK_TIMES_S = (0.001, 3.0, 10.0, 20.0, 30.0)
 LEVELS = (0.04, 0.08, 0.15, 0.22, 0.3, 0.38, 0.46, 0.54, 0.62, 0.7, 0.8, 0.9)
-"""Of saturation, in the channel that responds most."""
+"""Levels relative to saturation in the most responsive channel."""
 
 _FAINTEST = 1e-6
-"""Of the channel that responds most: where that one is full this one has no electron."""
+"""Response relative to the most responsive channel below which a channel has no electrons."""
 
 _APART = 1_000_000
 Side: TypeAlias = Annotated[int, Ge(32), Le(4000)]
@@ -47,14 +47,14 @@ def take_shots(
     """Take flats at 12 levels and darks from 1 ms to 30 s of a window of ``side`` squared photosites.
 
     side   : 32 … 4000
-    frames : of each level, 2 … 1000; two show the noise, more tell fixed patterns from it
+    frames : of each level, 2 … 1000; two give the noise, more separate fixed patterns from it
     iso    : the sensor's base ISO when None
     temperature_c : of the sensor; None: the one that its dark current is given for
-    seed   : of the temporal noise; fixed patterns are the sensor's own
+    seed   : of the temporal noise; fixed patterns depend on the sensor only
     """
     taken = frames_of(camera, side=side, frames=frames, iso=iso, temperature_c=temperature_c, seed=seed)
     groups = {key: list(each) for key, each in taken}
-    # The two greens of a Bayer array apart, as everywhere in measuring.
+    # The two greens of a Bayer array are separate, as in all measurements.
     planes = mosaic_planes(np.zeros((side, side)), list(camera.cfa.pattern))
     channels = tuple(dict.fromkeys(plane.name for plane in planes))
     index = np.zeros((side, side), np.uint8)
@@ -81,7 +81,7 @@ def frames_of(
     temperature_c: float | None = None,
     seed: int = 0,
 ) -> Iterator[tuple[_Key, Sequence[Frame]]]:
-    """Yield the frames of every group: kind, exposure (of saturation) and time, and what was taken."""
+    """Yield kind, exposure (relative to saturation) and time of every group, and its frames."""
     check(camera, Camera, "camera")
     check(side, Side, "side")
     check(frames, Frames, "frames")
@@ -106,7 +106,7 @@ def frames_of(
             light=even_light(brightest * (level or 1.0)),
             exposure=dataclasses.replace(exposure, time_s=time_s),
             seed=seed,
-            frame_number=group * _APART,  # no two frames alike
+            frame_number=group * _APART,  # so that no two frames are equal
             tolerance=1e-2,
             scene_name=f"flat at {level:g}" if level else "dark",
         )
@@ -127,7 +127,7 @@ def exposure_of(camera: Camera, *, iso: float | None, temperature_c: float | Non
 
 
 def _bench_camera(camera: Camera, side: int) -> Camera:
-    # Patterns do not depend on the format; a smaller frame spares drawing those of photosites that nobody looks at.
+    # Patterns do not depend on the format; a smaller frame avoids drawing those of unused photosites.
     defects = camera.defects
     if defects is not None:
         hot = [(row, col, e_per_s) for row, col, e_per_s in defects.hot if max(row, col) < side]

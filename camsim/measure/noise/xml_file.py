@@ -1,4 +1,4 @@
-"""Results of one channel as XML, in the form that the standard's reference implementation writes and compares.
+"""Results of one channel as XML, in the form of the standard's reference implementation.
 
 That is the program emva1288 on PyPI, of the working group: ``results`` / section / figure / ``short``, ``symbol``,
 ``unit``, ``value``, with its names. A figure that is not measurable is ``None``.
@@ -14,7 +14,7 @@ from camsim.measure.noise.result import ChannelNoise
 
 
 def xml_of(channel: ChannelNoise) -> bytes:
-    """Return the figures of a channel that the standard names."""
+    """Return the figures of a channel that the standard defines."""
     root = Etree.Element("results")
     for section, name, (short, symbol, unit), value in _figures(channel):
         parent = root.find(section)

@@ -1,4 +1,4 @@
-"""What a chart's picture holds without light: charge that no surface of the scene has given."""
+"""Dark charge in the picture of a chart."""
 
 from __future__ import annotations
 
@@ -12,6 +12,6 @@ def dark_e(plane: Plane, capture: Capture) -> float:
 
 
 def dark_signal(plane: Plane, capture: Capture) -> float:
-    """Return the same in the plane's own unit: codes, which have a white level, or electrons."""
+    """Return the same in the unit of the plane: codes, which have a white level, or electrons."""
     per_unit = 1.0 if plane.white is None else capture.camera.converter.electrons_per_dn_at(capture.exposure.iso)
     return dark_e(plane, capture) / per_unit

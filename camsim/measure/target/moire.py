@@ -1,16 +1,16 @@
-"""Moiré of a zone plate: how much of its contrast comes back as a second middle, where the rings meet the lattice.
+"""Moiré of a zone plate: contrast of its aliased second centres, where the rings meet the sampling lattice.
 
 At radius r a zone plate has the frequency k·r, k = rim frequency / rim radius. About the point where this is a
-channel's sampling frequency f_s along an axis, sampled rings look like the middle of another plate:
+channel's sampling frequency f_s along an axis, sampled rings look like the centre of another plate:
 
     cos(π·k·|p|²)  at photosites of the lattice  =  cos(π·k·|p − p_s|² + φ),  p_s = f_s/k,
 
 with the transfer function at f_s as its contrast. That is what an optical low-pass filter is for.
 
-Nowhere but in the middle of the ghost is it the transfer at f_s: at p it is T(k·p), which a low-pass filter changes
-along and across. It is fitted as a polynomial. What that costs in noise is saved by φ, which the lattice tells: of a
-symmetric transfer only the cosine is heard, and a quarter period aside what the rings' change over a blur adds,
-k·∇²T/4π, which the polynomial tells too.
+Only at the centre of the ghost is this the transfer function at f_s: at p it is T(k·p), which a low-pass filter varies
+along and across. It is fitted as a polynomial. The added noise is offset by knowledge of φ from the lattice: for a
+symmetric transfer function only the cosine contributes, plus, a quarter period aside, the change of the rings over
+the blur, k·∇²T/4π, which also follows from the polynomial.
 """
 
 from __future__ import annotations
@@ -36,13 +36,13 @@ from camsim.measure.theory import CameraOtf
 from camsim.scene.charts import Chart
 
 _NEAR = 0.2
-"""Of the sampling frequency: how fine a ghost's rings may be where it is fitted."""
+"""Highest frequency of a ghost's rings within the fit, relative to the sampling frequency."""
 
 _DEGREE, _HIGHER, _ASIDE, _HARD = 3, 4, 1, 2
-"""Of polynomials in frequency: the ghost's cosine, the one that tells what that leaves, its sine, third harmonics."""
+"""Degrees of polynomials in frequency: the ghost's cosine, one to estimate its residual, its sine, third harmonics."""
 
 _ALIKE = 3.0
-"""Standard errors that a ghost may be out of step with its lattice by."""
+"""Largest phase error of a ghost relative to its lattice, in standard errors."""
 
 _LEAST_PHOTOSITES = 100
 _ROUNDED = 1.0 + 1e-9
@@ -50,13 +50,13 @@ _ROUNDED = 1.0 + 1e-9
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ghost:
-    """One second middle.
+    """One second centre.
 
-    fx_cycles_per_pixel, fy_cycles_per_pixel : the sampling frequency that makes it
-    x_pixel, y_pixel : where it lies, from the middle of the plate
-    contrast  : of its rings, over that of the plate's own rings in the scene
-    contrast_error : its standard error: of the picture's noise, and of what the transfer's polynomial does not follow
-    theory    : absolute value of the transfer function at that frequency; NaN where it is not known
+    fx_cycles_per_pixel, fy_cycles_per_pixel : the sampling frequency that causes it
+    x_pixel, y_pixel : its position from the centre of the plate
+    contrast  : of its rings, relative to that of the plate's rings in the scene
+    contrast_error : its standard error, from noise and from the residual of the polynomial
+    theory    : absolute value of the transfer function at that frequency; NaN if unknown
     """
 
     channel: str
@@ -73,7 +73,7 @@ class Ghost:
 class MoireReport:
     """All ghosts of one picture.
 
-    middle_pixel, rim_pixel : of a plate that was found in anybody's picture: (x, y), and how far it is taken to reach
+    middle_pixel, rim_pixel : of a plate detected in a picture: (x, y), and its assumed radius
     """
 
     file: str
@@ -99,7 +99,7 @@ class MoireReport:
 def measure_moire(picture: Picture, capture: Capture) -> MoireReport:
     """Measure the ghosts of the zone plate of a capture's scene along both axes, in every channel.
 
-    Raises UnsupportedError for a scene without a zone plate, and for one whose rings are coarser than all lattices.
+    Raises UnsupportedError for a scene without a zone plate, or if its rings are coarser than all lattices.
     """
     check_given(picture=picture, capture=capture)
     picture = straightened(picture, capture)
@@ -108,7 +108,7 @@ def measure_moire(picture: Picture, capture: Capture) -> MoireReport:
         raise UnsupportedError("the scene has no chart zone-plate", stage=picture.name)
     refuse_distortion(capture, picture.name, "a zone plate is")
     plate = plates[-1].parameters
-    # A channel on several lattices has no one sampling frequency.
+    # A channel on several lattices has no single sampling frequency.
     lattices = [channel.planes[0] for channel in picture.select("all") if len(channel.planes) == 1]
     ghosts = tuple(ghost for plane in lattices for ghost in _ghosts(plane, capture, plate))
     if not ghosts:
@@ -119,10 +119,10 @@ def measure_moire(picture: Picture, capture: Capture) -> MoireReport:
 def measure_plate(picture: Picture, *, rim_pixel: Number | None = None) -> MoireReport:
     """Measure the ghosts of a zone plate that anybody photographed, in every channel; no theory is known.
 
-    rim_pixel : radius of the plate in the picture; None: it goes on as far as the picture shows
+    rim_pixel : radius of the plate in the picture; None: the whole picture
 
-    The plate is looked for about the picture's middle, a little askew or not. Contrast is over that of its coarse
-    rings, in the middle. Raises UnsupportedError where it is not seen, or no ghost within the plate.
+    The plate is searched near the picture's centre, possibly tilted. Contrast is relative to that of its coarse rings,
+    at the centre. Raises UnsupportedError if no plate is found, or no ghost within it.
     """
     check_given(picture=picture)
     rim = check(rim_pixel, Positive | None, "rim_pixel")
@@ -151,7 +151,7 @@ def measure_plate(picture: Picture, *, rim_pixel: Number | None = None) -> Moire
 
 
 def _of_rings(plane: Plane, rings: Rings, rim: float) -> Iterator[tuple[Ghost, float]]:
-    """Yield the ghosts of rings, and how far from their middle each reaches, samples."""
+    """Yield the ghosts of rings, and the radius of each, samples."""
     light = plane.samples.astype(np.float64) - plane.black
     size = np.array(light.shape) - 1.0
     growth = rings.growth
@@ -219,11 +219,11 @@ def _why_none(lattices: list[Plane], capture: Capture, plate: Mapping[str, Any])
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Near:
-    """The photosites about a ghost.
+    """The photosites around a ghost.
 
-    along, across : by how much the frequency is finer than the sampling one and beside it, of what is fitted
-    turn          : the phase of the rings from the middle of the ghost;  signal: above black
-    aside         : what k·∇²T/4π is of the sum of both second coefficients
+    along, across : frequency relative to the sampling one, along and across it, in units of the fitted range
+    turn          : the phase of the rings from the centre of the ghost;  signal: above black
+    aside         : factor from the sum of both second coefficients to k·∇²T/4π
     """
 
     along: F64
@@ -233,11 +233,11 @@ class _Near:
     aside: float
 
     def rings(self, phase: float, degree: int) -> tuple[F64, F64, float]:
-        """Return cosine and sine of the ghost, their covariance, and the mean, of rings that begin at a phase."""
+        """Return cosine and sine of the ghost, their covariance, and the mean, for rings with an initial phase."""
         wave = self.turn + phase
         cosine, sine = self._polynomial(degree), self._polynomial(_ASIDE)
         columns = [np.ones((1, wave.size)), cosine * np.cos(wave), sine * np.sin(wave)]
-        # The third harmonic of hard rings has a ghost of its own, in step as well.
+        # The third harmonic of hard rings has a ghost too, in phase as well.
         columns += [self._polynomial(_HARD) * np.cos(3.0 * wave), np.sin(3.0 * wave)[None]]
         basis = np.concatenate(columns).T
         inverse = np.linalg.inv(np.einsum("ni,nj->ij", basis, basis))
@@ -246,27 +246,27 @@ class _Near:
         variance = float(np.einsum("n,n->", rest, rest)) / (rest.size - fitted.size)
         pick = np.zeros((2, fitted.size))
         pick[0, 1] = pick[1, 1 + len(cosine)] = 1.0
-        # The squares come fourth and sixth.
+        # The squares are the fourth and sixth columns.
         pick[1, [4, 6]] = -self.aside
         covariance = variance * np.einsum("ai,ij,bj->ab", pick, inverse, pick)
         return np.einsum("ai,i->a", pick, fitted), covariance, float(fitted[0])
 
     def _polynomial(self, degree: int) -> F64:
-        """Return the powers of along and across up to a degree, the lower ones first."""
+        """Return the powers of along and across up to a degree, by increasing degree."""
         powers = [self.along ** (n - j) * self.across**j for n in range(degree + 1) for j in range(n + 1)]
         return np.stack(powers)
 
     def contrast(self, phase: float) -> tuple[float, float]:
         """Return the ghost's contrast with its standard error.
 
-        phase : of the rings in the middle by the lattice; a lopsided pattern may have another
+        phase : of the rings at the centre, from the lattice; an asymmetric PSF may change it
         """
         ghost, covariance, _ = self.rings(phase, _DEGREE)
         if abs(ghost[1]) > _ALIKE * math.sqrt(covariance[1, 1]):
             phase += math.atan2(-ghost[1], ghost[0])
         ghost, covariance, mean = self.rings(phase, _DEGREE)
         finer, more, _ = self.rings(phase, _HIGHER)
-        # Nested fits differ by chance with the difference of their variances.
+        # For nested fits, the variance of the difference is the difference of the variances.
         left = max(float(finer[0] - ghost[0]) ** 2 - max(float(more[0, 0] - covariance[0, 0]), 0.0), 0.0)
         return math.hypot(*ghost) / mean, math.sqrt(float(covariance[0, 0]) + left) / mean
 

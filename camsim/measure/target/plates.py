@@ -1,7 +1,7 @@
-"""A zone plate in anybody's picture: where its middle lies, how fast its rings grow fine, and how strong they are.
+"""A zone plate in any picture: its centre, the growth of its ring frequency, and its contrast.
 
 Rings of phase π·(p − p₀)ᵀK(p − p₀) + φ are a chirp: times exp(−iπk·|p|²) they are one wave, which a Fourier transform
-shows as a peak. K has three numbers, for a plate that is seen a little askew.
+shows as a peak. K has three numbers, for a slightly tilted plate.
 """
 
 from __future__ import annotations
@@ -18,38 +18,38 @@ from camsim.core.errors import UnsupportedError
 from camsim.measure.picture import Plane
 
 _SIDES = (256, 512, 1024)
-"""Samples along a side of what is searched, about the middle: a plate of slow rings is large."""
+"""Side of the searched area around the centre, samples: a plate of coarse rings is large."""
 
 _STEPS = 2.0
-"""Searched growths are so close that a chirp stays in step until its rings meet the lattice."""
+"""Step of searched growths, fine enough that a chirp stays in phase until its rings meet the lattice."""
 
 _FINEST = 0.04
-"""Growth of frequency, cycles per sample per sample: of finer plates too few photosites see a ghost."""
+"""Growth of frequency, cycles per sample per sample: in finer plates too few photosites cover a ghost."""
 
 _SURE = 25.0
-"""Of a peak: so many times the root mean square of a spectrum."""
+"""Least height of a peak relative to the root mean square of its spectrum."""
 
 _COARSE, _INNER = 0.2, 0.4
-"""Frequencies, cycles per sample, up to which rings are followed at first, and at last."""
+"""Frequencies, cycles per sample, up to which rings are fitted at first, and finally."""
 
 _LEAST_SHARE = 0.5
-"""Of the variance within the inner rings: less is no plate."""
+"""Least share of the variance within the inner rings that a plate explains."""
 
 _ROUND = 1.5
-"""Of a radius: ellipses reach farther one way."""
+"""Margin of a radius for elliptical rings."""
 
 _CLIPPED, _LEAST_SAMPLES, _MOST_STEPS = 0.002, 60, 300
 
 _ASTRAY, _SEEN = 3.0, 8.0
-"""How far a ghost is looked for, samples, and by how many standard errors of its wave it is seen."""
+"""Search distance of a ghost, samples, and its least amplitude in standard errors."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Rings:
-    """Rings about a place; samples and cycles per sample of one lattice.
+    """Rings around a centre; samples and cycles per sample of one lattice.
 
     centre : (row, col);  growth: (2, 2) of the frequency, symmetric;  phase: of the cosine at the centre
-    contrast, error : fundamental over mean in the middle, and its standard error
+    contrast, error : fundamental over mean at the centre, and its standard error
     """
 
     centre: F64
@@ -72,19 +72,19 @@ class Rings:
         return places[near], offset[near], frequency[near]
 
     def turn(self, offset: F64) -> F64:
-        """Return the phase beyond that of the centre at offsets (n, 2) from it."""
+        """Return the phase relative to that of the centre at offsets (n, 2) from it."""
         turn: F64 = math.pi * np.einsum("ni,ij,nj->n", offset, self.growth, offset)
         return turn
 
     def shifted(self, by: F64) -> Rings:
-        """Return the rings about another place (row, col)."""
+        """Return the rings with the centre (row, col) shifted."""
         return replace(self, centre=self.centre + by)
 
 
 def rings_of(planes: Sequence[Plane], name: str) -> tuple[Rings, ...]:
     """Return the rings of a picture's zone plate on each of its lattices.
 
-    Raises UnsupportedError where none are seen, or where they are clipped.
+    Raises UnsupportedError if none are found, or if they are clipped.
     """
     lights = [plane.samples.astype(np.float64) - plane.black for plane in planes]
     first = _found(lights[0])
@@ -93,7 +93,7 @@ def rings_of(planes: Sequence[Plane], name: str) -> tuple[Rings, ...]:
         raise UnsupportedError(f"{message}; give a part with one in its middle", stage=name)
     found = []
     for plane, light in zip(planes, lights, strict=True):
-        # The lattices are alike, and lie beside one another.
+        # The lattices are equal and interleaved.
         apart = (np.array(planes[0].first) - plane.first) / np.array(plane.step)
         rings = refined(light, first.shifted(apart), _INNER)
         if not _share_stated(light, rings) > _LEAST_SHARE:
@@ -119,7 +119,7 @@ def _found(light: F64) -> Rings | None:
 
 
 def aligned(light: F64, rings: Rings, reach: float) -> Rings:
-    """Return rings moved to where they are strongest, no more than a few samples away, if they surely are there."""
+    """Return rings shifted to the strongest position within a few samples, if significant there."""
     shifts = np.arange(-_ASTRAY, _ASTRAY + 0.25, 0.5)
     places, _, _ = rings.about(light.shape, reach)
     seen = light[places[:, 0], places[:, 1]]
@@ -138,7 +138,7 @@ def aligned(light: F64, rings: Rings, reach: float) -> Rings:
 
 
 def _searched(light: F64, side: int) -> Rings | None:
-    """Return the chirp whose peak is highest in the middle of a picture; None where none stands out."""
+    """Return the chirp with the highest peak near the centre of a picture; None if none is significant."""
     first = [(size - side) // 2 for size in light.shape]
     part = light[first[0] : first[0] + side, first[1] : first[1] + side]
     part = part - scipy.ndimage.uniform_filter(part, 31, mode="nearest")
@@ -162,7 +162,7 @@ def _searched(light: F64, side: int) -> Rings | None:
     height, k, wave = best
     if height < _SURE:
         return None
-    # Sampled rings are the same about each ghost: the true middle is where they are strongest.
+    # Sampled rings look the same around each ghost: the true centre is where they are strongest.
     middle = np.array(first) + 0.5 * (side - 1) - wave / k
     turns = np.arange(-math.ceil(side * k), math.ceil(side * k) + 1)
     candidates = [Rings(centre=middle + np.array([i, j]) / k, growth=k * np.eye(2)) for i in turns for j in turns]
@@ -174,7 +174,7 @@ def _searched(light: F64, side: int) -> Rings | None:
 
 
 def _wave(light: F64, rings: Rings) -> complex:
-    """Return the wave of coarse rings about a place: half their amplitude, and their phase."""
+    """Return the complex amplitude of coarse rings: half their amplitude, and their phase."""
     places, offset, _ = rings.about(light.shape, _COARSE)
     if len(places) < _LEAST_SAMPLES:
         return 0.0
@@ -183,7 +183,7 @@ def _wave(light: F64, rings: Rings) -> complex:
 
 
 def _columns(rings: Rings, offset: F64) -> F64:
-    """Return what rings are fitted by (n, m): light that is uneven, their fall over frequency, third harmonics."""
+    """Return the design matrix of rings (n, m): shading, their decrease with frequency, third harmonics."""
     turn, frequency = rings.turn(offset) + rings.phase, offset @ rings.growth / _INNER
     wave, square = np.cos(turn), np.sum(frequency**2, axis=1)
     uneven = offset.T / np.abs(offset).max()
@@ -231,7 +231,7 @@ def refined(light: F64, rings: Rings, reach: float, *, growing: bool = True) -> 
 
 
 def _share_stated(light: F64, rings: Rings) -> float:
-    """Return the part of the inner rings' variance that is theirs."""
+    """Return the share of the variance in the inner area explained by the rings."""
     places, offset, _ = rings.about(light.shape, _INNER)
     seen = light[places[:, 0], places[:, 1]]
     basis = _columns(rings, offset)

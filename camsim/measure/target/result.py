@@ -1,4 +1,4 @@
-"""What a star or a texture tells: frozen, every name with its unit."""
+"""Results of measurements of a star or a texture."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from camsim.measure.full_frame import NYQUIST_OF_SENSOR_CYCLES_PER_PIXEL, FullFr
 Method: TypeAlias = Literal["star", "texture"]
 
 _MOST_ERROR = 1.0
-"""As large as an MTF may be: a point of this standard error tells nothing."""
+"""Standard error from which a point is dropped: as large as the MTF itself."""
 
 _NEAR = 0.2
 _LEAST_NEAR = 4
@@ -27,9 +27,9 @@ class TargetMtf:
     """The MTF of one channel, the mean over all directions.
 
     frequency_cycles_per_pixel : (n,);  mtf, mtf_error: (n,) and its standard error
-    mtf50_cycles_per_pixel, mtf50_error : where it falls to 50 %; NaN where it does not within the curve
-    nyquist_cycles_per_pixel   : of the channel's own lattice; the sensor's is 0.5
-    theory, theory_mtf50_cycles_per_pixel : of lens, OLPF, photosite and crosstalk; None where it is not known
+    mtf50_cycles_per_pixel, mtf50_error : where it falls to 50 %; NaN if it does not within the curve
+    nyquist_cycles_per_pixel   : of the channel's lattice; the sensor's is 0.5
+    theory, theory_mtf50_cycles_per_pixel : of lens, OLPF, photosite and crosstalk; None if unknown
     """
 
     channel: str
@@ -74,9 +74,9 @@ class TargetReport:
 
 
 def half_of(frequency: F64, mtf: F64, error: F64) -> tuple[float, float]:
-    """Return where a curve with errors falls to 50 %, and the standard error of that; NaN where it does not.
+    """Return where a curve with errors falls to 50 %, and the standard error of that; NaN if it does not.
 
-    A parabola through the points within 0.2 of there, weighted by their errors, tells more than two neighbours.
+    A parabola through the points within 0.2 of it, weighted by their errors, is more precise than two neighbours.
 
     >>> f = np.linspace(0.0, 1.0, 21)
     >>> [round(value, 6) for value in half_of(f, 1.0 - f, np.full(21, 1e-3))]
@@ -86,7 +86,7 @@ def half_of(frequency: F64, mtf: F64, error: F64) -> tuple[float, float]:
     if math.isnan(first):
         return math.nan, math.nan
     near = np.abs(mtf - 0.5) < _NEAR
-    # One piece about the first crossing: later ones may lie on the other side of a null.
+    # One piece around the first crossing: later ones may be on the other side of a null.
     middle = int(np.searchsorted(frequency, first))
     low, high = middle, middle
     while low > 0 and near[low - 1]:

@@ -30,15 +30,15 @@ _HARMONICS, _FINER = (1, 3), (5, 7)
 _LEAST_PHOTOSITES = 30
 _LEAST_CONTRAST, _CLIPPED = 1e-3, 0.002
 FUNDAMENTAL = 4.0 / math.pi
-"""Of hard sectors, times their contrast."""
+"""Fundamental of hard sectors, relative to their contrast."""
 
 
 def measure_star(picture: Picture, capture: Capture) -> TargetReport:
     """Measure the Siemens star of a capture's scene, in every channel.
 
-    Every photosite of a ring is fitted at its own angle: mean, fundamental and third harmonic, each with its change
-    along the radius, so that a ring may be wide. Contrast is fundamental over mean, against what the two surfaces
-    give the channel; exposure does not matter. Raises UnsupportedError for a scene without a star.
+    Photosites of a ring are fitted at their exact angles: mean, fundamental and third harmonic, each with a radial
+    gradient, so that a ring may be wide. Contrast is fundamental over mean, relative to that of the two surfaces in
+    the channel; exposure has no effect. Raises UnsupportedError for a scene without a star.
     """
     check_given(picture=picture, capture=capture)
     picture = straightened(picture, capture)
@@ -66,7 +66,7 @@ def measure_star(picture: Picture, capture: Capture) -> TargetReport:
 def _channel(
     channel: Channel, picture: Picture, capture: Capture, star: Mapping[str, Any], light: Spectrum
 ) -> TargetMtf | None:
-    """Return the curve of a channel; None where it cannot follow a ring, or the surfaces look alike to it."""
+    """Return the curve of a channel; None if no ring can be fitted, or the surfaces are equal in it."""
     contrast = surface_contrast(channel.planes[0], capture, star["dark"], light)
     whole = CameraOtf.of(capture)
     sides = {"dark": star["dark"], "bright": light}
@@ -80,25 +80,25 @@ def _channel(
         return None
     radius, phase, signal, falloff = _polar(channel, picture, capture, star, middle)
     per_radius = int(star["cycles"]) / (2.0 * math.pi)
-    # Evenly spread frequencies, each of a ring about its radius.
+    # Uniformly spaced frequencies, each of a ring around its radius.
     frequency = np.linspace(per_radius / radii[1], per_radius / radii[0], _RINGS)
     rings = np.array([_ring(radius, phase, signal, falloff, per_radius / f, f) for f in frequency.tolist()])
     seen = np.isfinite(rings[:, 0])
     if not seen.any():
         return None
-    # Light from beyond the rim is in the outer rings' own means, and in no contrast.
+    # Light from beyond the rim is included in the outer rings' means, but not in their contrast.
     mean = float(np.median(rings[seen, 2] / rings[seen, 3])) * rings[:, 3]
-    # The cosine is largest in the middle of dark sectors.
+    # The cosine is largest at the centre of dark sectors.
     mtf, error = -rings[:, 0] / (mean * FUNDAMENTAL * contrast), rings[:, 1] / (mean * FUNDAMENTAL * abs(contrast))
     theory = whole.over_directions(frequency, **seen_as, about_pixel=shift)
     return curve(channel.name, frequency, mtf, error, channel.nyquist_cycles_per_pixel, theory)
 
 
 def surface_contrast(plane: Plane, capture: Capture, dark: Spectrum, light: Spectrum) -> float | None:
-    """Return what two surfaces give a plane's channel, difference over sum; None where they look alike to it.
+    """Return the contrast of two surfaces in a plane's channel, difference over sum; None if they are equal in it.
 
-    What crosstalk brings in counts. What lies under both is in the sum: veiling glare, and the dark charge where the
-    plane holds it.
+    Crosstalk is included. The sum contains the common offset: veiling glare, and dark charge if the plane includes
+    it.
     """
     camera, channel = capture.camera, plane.name
     shares = neighbours(camera, channel)
@@ -114,7 +114,7 @@ def surface_contrast(plane: Plane, capture: Capture, dark: Spectrum, light: Spec
 def _radii(
     channel: Channel, picture: Picture, capture: Capture, star: Mapping[str, Any], middle: tuple[float, float]
 ) -> tuple[float, float]:
-    """Return the innermost and outermost radius, pixels, whose ring is whole and within the channel's Nyquist."""
+    """Return the innermost and outermost radius, pixels, of complete rings within the channel's Nyquist frequency."""
     (x, y), pitch_um = middle, capture.camera.pitch_um
     whole = min(x, y, picture.shape[1] - 1 - x, picture.shape[0] - 1 - y) - _HALF_RING_PX
     finest = int(star["cycles"]) / (2.0 * math.pi * channel.nyquist_cycles_per_pixel)
@@ -147,14 +147,14 @@ def _polar(
 def _ring(
     radius: F64, phase: F64, signal: F64, falloff: F64, middle: float, frequency: float
 ) -> tuple[float, float, float, float]:
-    """Return fundamental of a ring, in phase with the sectors, its standard error, mean and fall-off; NaN of few."""
+    """Return in-phase fundamental of a ring, its standard error, mean and fall-off; NaN for too few photosites."""
     chosen = np.abs(radius - middle) < _HALF_RING_PX
     r, turn, values = radius[chosen] - middle, phase[chosen], signal[chosen]
     if values.size < _LEAST_PHOTOSITES:
         return math.nan, math.nan, math.nan, math.nan
     waves = [of(k * turn) for k in _HARMONICS for of in (np.cos, np.sin)]
     columns = [np.ones_like(r), *waves, r, *(wave * r for wave in waves), *(wave * r**2 for wave in waves)]
-    # Of hard sectors these meet the lattice where they look as coarse as the fundamental.
+    # Harmonics of hard sectors that alias to the frequency of the fundamental.
     columns += [np.cos(k * turn) for k in _FINER if k * frequency < 1.0]
     basis = np.stack(columns, axis=1)
     inverse = np.linalg.pinv(np.einsum("ni,nj->ij", basis, basis))

@@ -1,12 +1,11 @@
-"""The MTF of a texture whose truth is known: what of the scene's own spectrum the picture has kept.
+"""The MTF of a texture with known truth: the transfer from the scene's spectrum to the picture's.
 
-With S the spectrum of the scene, sharp, and M that of a channel's photosites, both under one window,
+With S the spectrum of the sharp scene, and M that of a channel's photosites, both under the same window,
 
     H(f) = Σ Re(M·S*) / Σ |S|²,   the sums over a ring |f|.
 
-Noise and what folds back at the channel's sampling are not in step with S and average out; a power spectrum alone
-would count both as sharpness. S is rendered: the same scene, four times as fine, through a blur that is known and
-divided out.
+Noise and aliasing are uncorrelated with S and average out; a power spectrum alone would count both as sharpness. S is
+rendered: the same scene, four times as fine, through a known blur that is divided out.
 """
 
 from __future__ import annotations
@@ -40,15 +39,15 @@ _MOST_RINGS = 40
 _TOLERANCE = 1e-3
 _CLIPPED = 0.002
 _WHOLE = 24
-"""Photosites that the window is a multiple of: of every filter array's period."""
+"""Size of which the window is a multiple, photosites: a multiple of every filter array's period."""
 _HANN_SPREAD = 2.25
-"""Bins of the transform that a Hann window ties together, in two dimensions: 1.5²."""
+"""Correlated bins of the transform under a Hann window, in two dimensions: 1.5²."""
 
 
 def measure_texture(picture: Picture, capture: Capture) -> TargetReport:
-    """Measure how much of its scene's structure a picture has kept, in every channel, the mean over all directions.
+    """Measure the transfer of its scene's structure to a picture, in every channel, averaged over directions.
 
-    Of large pictures the middle, 400 photosites a side. The theory is that of a grey texture. Raises
+    Uses the centre of large pictures, 400 photosites per side. The theory is that of a grey texture. Raises
     UnsupportedError for a picture that is small, and where the scene has no structure or noise hides it.
     """
     check_given(picture=picture, capture=capture)
@@ -90,10 +89,10 @@ def measure_texture(picture: Picture, capture: Capture) -> TargetReport:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Sharp:
-    """What the scene gives a channel at every place.
+    """The sharp scene in a channel.
 
     light    : (4·rows, 4·cols), with fall-off
-    contrast : standard deviation over mean without fall-off, which is smooth and which no blur of the lens changes
+    contrast : standard deviation over mean without fall-off, which is smooth and unaffected by the lens's blur
     """
 
     light: F64
@@ -141,7 +140,7 @@ def sharp(capture: Capture, first: tuple[int, int], size: tuple[int, int]) -> di
 def _channel(
     plane: Plane, reference: F64, first: tuple[int, int], size: tuple[int, int], capture: Capture
 ) -> TargetMtf | None:
-    """Return the curve of a channel; None where noise hides it."""
+    """Return the curve of a channel; None if noise hides it."""
     begin = [(-(f - p)) % s for f, p, s in zip(first, plane.first, plane.step, strict=True)]
     where = tuple(
         slice((f + b - p) // s, (f + b - p) // s + n // s)
@@ -154,12 +153,12 @@ def _channel(
     seen, fy, fx = _spectrum(stored - plane.black, plane.step, [b + 0.5 for b in begin], size)
     true, _, _ = _spectrum(reference, (1.0 / _FINER,) * 2, [0.5 / _FINER] * 2, size)
     seen, rows, cols = seen * steps, *seen.shape
-    # The same frequencies of the finer transform, whose own blur is taken off.
+    # The same frequencies of the finer transform, with its blur divided out.
     true = np.roll(true, (rows // 2, cols // 2), axis=(0, 1))[:rows, :cols] / _FINER**2
     true = np.roll(true, (-(rows // 2), -(cols // 2)), axis=(0, 1))
     radius = np.hypot(fy, fx)
     true = true / (np.exp(-2.0 * (np.pi * _SIGMA_PX * radius) ** 2) * np.sinc(fx / _FINER) * np.sinc(fy / _FINER))
-    # Levels differ by exposure to codes: the mean of the light, which every blur keeps, tells the factor.
+    # Levels differ by exposure and gain: the mean of the light, which blur preserves, gives the factor.
     scale = (float(np.mean(stored - plane.black)) - dark_signal(plane, capture)) / float(np.mean(reference))
     if not scale > 0.0:
         return None
@@ -185,7 +184,7 @@ def _channel(
         rest = (m - kept * s) * np.conj(s)
         frequency.append(float(np.sum(radius[ring] * np.abs(s) ** 2)) / power)
         mtf.append(kept)
-        # Each frequency is there twice, f and −f.
+        # Each frequency occurs twice, as f and −f.
         error.append(math.sqrt(2.0 * _HANN_SPREAD * float(np.sum(rest.real**2))) / power)
     f = np.array(frequency)
     theory = whole.over_directions(f, **seen_as, about_pixel=shift)

@@ -1,4 +1,4 @@
-"""What a perfect camera would have given at every photosite, in the spaces that people compare in."""
+"""Ground truth at every photosite, in the colour spaces used for comparison."""
 
 from camsim.measure.truth.image import SPACES, Space, TruthImage
 from camsim.measure.truth.spaces import balanced, truth_in

@@ -1,4 +1,4 @@
-"""A truth: an image with the space that it is in and what its numbers count."""
+"""A truth: an image with its space and unit."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ SPACES: Mapping[Space, str] = {
     "xyz": "CIE 1931 XYZ through the spectra; Y = 1: a perfect diffuser",
     "srgb": "linear sRGB of those XYZ, adapted from the scene's white to D65; 1: a perfect diffuser",
 }
-"""What a truth can be in, and what its numbers count."""
+"""Spaces of a truth, and their units."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class TruthImage:
-    """What every channel is at every photosite, without noise and without a filter array.
+    """All channels at every photosite, without noise and without a filter array.
 
     image          : (rows, cols, channels) float32
     channels       : their names, such as ("R", "G", "B") or ("X", "Y", "Z")
     space          : see ``SPACES``
-    diffuser       : (channels,) what a perfect diffuser on the optical axis has here
+    diffuser       : (channels,) values of a perfect diffuser on the optical axis
     error_estimate : the largest error found of the rendering, relative to a perfect diffuser
     """
 
@@ -38,7 +38,7 @@ class TruthImage:
 
     @property
     def unit(self) -> str:
-        """What the numbers count."""
+        """Unit of the values."""
         return SPACES[self.space]
 
     def __repr__(self) -> str:

@@ -1,12 +1,12 @@
 """Truth in four spaces: electrons, balanced camera channels, XYZ and linear sRGB.
 
-The colours are no product of the camera's matrix: the scene is rendered once more, with the eye in place of the
+The colours do not come from the camera's matrix: the scene is rendered again, with the observer in place of the
 camera's channels. With the light's irradiance S(λ), the reflectance ρ(λ, x) and the observer x̄, ȳ, z̄,
 
     X(x) = k ∫ [ρ(λ, ·) ∗ h_λ](x) S(λ) x̄(λ) dλ,    k = 1 / ∫ S(λ) ȳ(λ) dλ,
 
-h_λ being the same lens, low-pass filter and photosite as the camera's. What lens and filters swallow is not taken
-off, the fall-off towards the corners is kept, and crosstalk, which is the camera's channels' own, is left out.
+h_λ being the PSF of the camera's lens, low-pass filter and photosite. Absorption by lens and filters is not
+included; relative illumination is; crosstalk, which concerns the camera's channels only, is not.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ CAMERA_SPACES: tuple[Space, ...] = ("electrons", "camera-rgb")
 def truth_in(capture: Capture, space: Space, *, progress: Progress | None = None) -> TruthImage:
     """Return the truth of a capture in a space; see ``SPACES``.
 
-    Raises UnknownNameError for another space, UnsupportedError for colours of a light that the eye does not see.
+    Raises UnknownNameError for another space, UnsupportedError for colours under invisible light.
     """
     check_given(capture=capture)
     known_name("space", space, SPACES, "space")
@@ -50,8 +50,8 @@ def balanced(electrons: F32, capture: Capture) -> F32:
     """Return mean electrons (rows, cols, channels) as linear camera channels, white-balanced; 1: white clips.
 
     E_k / (g·(W − B)·n_k) with g electrons per DN, W white level, B black level and n the channels' response to a
-    perfect diffuser, the largest 1. Codes D less their black level in place of E/g give the same but for noise, dark
-    current and rounding, and end at 1/n_k.
+    perfect diffuser, the largest 1. Codes D minus black level in place of E/g give the same up to noise, dark current
+    and rounding, and clip at 1/n_k.
     """
     check_given(capture=capture, electrons=electrons)
     white_e: F32 = (full_scale_e(capture) * neutral_of(capture)).astype(np.float32)
@@ -65,7 +65,7 @@ def full_scale_e(capture: Capture) -> float:
 
 
 def neutral_of(capture: Capture) -> F64:
-    """Return (channels,) what a perfect diffuser gives each channel, the largest 1."""
+    """Return (channels,) responses to a perfect diffuser, the largest 1."""
     return as_shot_neutral(capture.camera.colour_response(capture.light, capture.colour_matrix))
 
 
@@ -118,7 +118,7 @@ def _of_the_eye(capture: Capture, space: Space, progress: Progress | None) -> Tr
         xyz = xyz * capture.window.falloff(grid)
     matrix: F64 = np.eye(3) if space == "xyz" else XYZ_TO_SRGB @ adaptation(white, fit_white("D65"))
     if space == "srgb":
-        # White is (1, 1, 1) to the last digit; the table's seven digits miss it by 1e-4.
+        # White is exactly (1, 1, 1); the table's seven digits miss it by 1e-4.
         matrix /= (matrix @ white)[:, None]
     return TruthImage(
         image=np.einsum("sc,crk->rks", matrix, xyz).astype(np.float32),

@@ -39,7 +39,7 @@ def bars(
     sets_um = periods(bars, lp_per_mm, periods_um)
     counted(bars, "pairs", pairs * len(sets_um))
     length = 5.0 * max(sets_um) if length_um is None else length_um
-    # A set is its bars, the gaps between them, and a gap of two periods to the next set.
+    # A set consists of its bars, the gaps between them, and a gap of two periods to the next set.
     widths = [(pairs - 0.5) * period for period in sets_um]
     gaps = [2.0 * max(pair) for pair in pairwise(sets_um)]
     whole = sum(widths) + sum(gaps)

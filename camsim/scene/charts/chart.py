@@ -1,4 +1,4 @@
-"""What makes a function a chart: its parameters are judged, and files know it by its name."""
+"""The decorator that makes a function a chart: validates its parameters and registers its name for files."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from camsim.spectra.curve import Spectrum
 Place: TypeAlias = tuple[float, float]
 
 MOST_SHAPES = 1_000_000
-"""Of one chart: 10 bytes of a file cannot ask for more than memory holds."""
+"""Most shapes of one chart: a few bytes of a file must not exhaust memory."""
 
 Many: TypeAlias = Annotated[int, Ge(1), Le(100_000)]
 
@@ -43,7 +43,7 @@ _COMMON = {
 class Chart(Shape):
     """A chart: one shape that is painted as many.
 
-    name       : of the chart, as files call it
+    name       : of the chart, as in files
     parameters : of its function; defaults are filled in
     shapes     : ordinary ones, in painter's order
 
@@ -75,7 +75,7 @@ class Chart(Shape):
         signature = inspect.signature(draw)
         try:
             given = signature.bind(**self.parameters)
-        except TypeError as error:  # one is missing
+        except TypeError as error:  # a parameter is missing
             raise InvalidValueError(in_brief(error), stage=draw.__name__) from None
         given.apply_defaults()
         kept = {key: check(value, kinds[key], key, draw.__name__) for key, value in given.arguments.items()}
@@ -89,11 +89,11 @@ class Chart(Shape):
             object.__setattr__(self, key, value)
 
     def __reduce__(self) -> tuple[Any, tuple[()]]:
-        """Return how it is made again: workers draw it, which is quicker than to read thousands of shapes."""
+        """Return its parameters for pickling: workers redraw it, faster than unpickling thousands of shapes."""
         return functools.partial(Chart, name=self.name, parameters=self.parameters), ()
 
     def primitives(self) -> Iterator[Primitive]:
-        """Return what its shapes are painted as; kept, as spectra, outlines and the check all ask for it."""
+        """Return the primitives of its shapes; cached, as spectra, outlines and the check all use them."""
         painted = self._painted
         if painted is None:
             painted = tuple(flattened(self.shapes))
@@ -106,11 +106,11 @@ KNOWN: dict[str, Callable[..., Iterable[Shape]]] = {}
 
 
 INSTEAD: dict[str, Mapping[str, tuple[str, ...]]] = {}
-"""Of each chart's function, parameters that others do nothing beside."""
+"""For each chart's function, parameters that make others meaningless."""
 
 
 def instead(**others: tuple[str, ...]) -> Callable[[Callable[_P, _R]], Callable[_P, _R]]:
-    """Say of a chart's function which parameters have no meaning where another is given: then they are refused."""
+    """Declare which parameters of a chart's function must not be given together with another one."""
 
     def said(draw: Callable[_P, _R]) -> Callable[_P, _R]:
         INSTEAD[draw.__name__] = others
@@ -158,14 +158,14 @@ def refused(draw: Callable[..., Any], key: str, message: str) -> InvalidValueErr
 
 
 def with_densities(draw: Callable[..., Any], **fractions: float) -> None:
-    """Refuse reflectances of no density: 0."""
+    """Raise for reflectances without a density: 0."""
     for key, fraction in fractions.items():
         if fraction <= 0.0:
             raise refused(draw, key, "is 0, whose density has no end; give a fraction above 0")
 
 
 def counted(draw: Callable[..., Any], key: str, shapes: float) -> None:
-    """Refuse a chart of more shapes than memory holds."""
+    """Raise for a chart with more shapes than memory holds."""
     if shapes > MOST_SHAPES:
         raise refused(draw, key, f"makes {shapes:.3g} shapes; a chart has at most {MOST_SHAPES}")
 
@@ -176,7 +176,7 @@ def periods(
     periods_um: Several[Positive] | None,
     keys: tuple[str, str] = ("lp_per_mm", "periods_um"),
 ) -> tuple[float, ...]:
-    """Return the lengths of line pairs, of which one of the two gives them."""
+    """Return the lengths of line pairs, from whichever of the two is given."""
     if (lp_per_mm is None) == (periods_um is None):
         said = "missing" if lp_per_mm is None else "given twice"
         raise refused(draw, keys[0], f"{said}; give one of {keys[0]} and {keys[1]}")
@@ -185,7 +185,7 @@ def periods(
 
 @dataclass(frozen=True, slots=True)
 class Card:
-    """Where a chart lies: what it draws about its own centre, moved and turned to its place."""
+    """Placement of a chart: rotation about its centre, and translation."""
 
     centre_um: Point
     rotate_deg: float = 0.0

@@ -65,7 +65,7 @@ def e_sfr(
 
 
 def _star(card: Card, radius_um: float, at_um: Place, dark: Spectrum) -> Iterator[Shape]:
-    """Draw four dark sectors of an eighth: their edges are four straight lines through the middle."""
+    """Draw four dark sectors of 45°: their edges are four straight lines through the centre."""
     (centre_um,) = card.placed_um([at_um])
     for quarter in range(4):
         from_deg = _SLANT_DEG + 90.0 * quarter

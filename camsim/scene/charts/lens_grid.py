@@ -58,7 +58,7 @@ def lens_grid(
             if radius < side:
                 blocks.append(card.rectangle(side, side, (x, y), dark))
                 continue
-            # Inner and outer side across the ray through the block's centre, the others along rays.
+            # Inner and outer side are perpendicular to the ray through the block's centre, the others lie along rays.
             along, across = np.array([x, y]) / radius, np.array([-y, x]) / radius
             inner, outer = radius - 0.5 * side, radius + 0.5 * side
             spread = 0.5 * side / radius
@@ -74,5 +74,5 @@ def lens_grid(
 
 
 def _centres(extent_um: float, count: int) -> list[float]:
-    """Return evenly spread places over an extent about 0."""
+    """Return uniformly spaced positions over an extent centred at 0."""
     return [0.0] if count == 1 else [extent_um * (index / (count - 1) - 0.5) for index in range(count)]

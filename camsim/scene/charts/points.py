@@ -13,7 +13,7 @@ from camsim.scene.charts.chart import Card, Many, chart, instead, refused
 from camsim.scene.primitives import Shape
 from camsim.spectra.curve import Reflectance
 
-_PER_MAGNITUDE = 0.6  # stars evenly spread in space: 10^0.6 times as many a magnitude fainter
+_PER_MAGNITUDE = 0.6  # stars uniform in space: 10^0.6 times as many per magnitude
 
 Magnitude = Annotated[float, Ge(-30), Le(30)]
 

@@ -1,4 +1,4 @@
-"""A QR code, for the whole road from a scene to a reader."""
+"""A QR code, to test the whole path from a scene to a reader."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def qr(
     import segno
 
     try:
-        # Its own boost of the level would make what is drawn depend on segno's version of that rule.
+        # segno's automatic increase of the level would make the drawing depend on segno's version.
         code = segno.make_qr(text, error=level.lower(), boost_error=False)
     except (ValueError, segno.DataOverflowError):
         message = f"{len(text)} letters are too many for a QR code of level {level}; shorten them or take level L"

@@ -44,7 +44,7 @@ def random(
     source = np.random.Generator(np.random.Philox(seed))
     colours: Several[Reflectance] = palette or _measured()
     whole = min(width_um, height_um)
-    # Sizes are even in their logarithm: as many details as large areas.
+    # Sizes are log-uniform.
     sizes = np.sort(whole * np.geomspace(0.02, 0.5, 1000)[source.integers(1000, size=shapes)])[::-1]
     for size in sizes.tolist():
         x, y = ((source.random(2) - 0.5) * (width_um, height_um)).tolist()

@@ -14,7 +14,7 @@ from camsim.scene.primitives import Shape
 from camsim.scene.shapes import Path
 from camsim.spectra.curve import Reflectance
 
-# The card reaches beyond the sectors: round outlines that coincide are cut more finely than any other.
+# The card extends beyond the sectors: coincident round outlines would be cut more finely.
 _RIM = 1.05
 
 
@@ -52,7 +52,7 @@ def siemens_star(
 def _sectors(
     cycles: int, radius_um: float, inner_um: float, rotate_deg: float, centre_um: Point
 ) -> Iterator[tuple[str | float, ...]]:
-    """Yield the outlines of all sectors: as one path they are arranged in a tenth of the time of many that meet."""
+    """Yield the outlines of all sectors: as one path they take a tenth of the time of many touching shapes."""
     x, y = centre_um
     for index in range(cycles):
         middle = math.radians(rotate_deg) + math.tau * index / cycles

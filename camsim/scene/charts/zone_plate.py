@@ -44,6 +44,6 @@ def zone_plate(
     radii = [math.sqrt((index + 0.5) * period_um * radius_um) for index in range(boundaries)]
     if not radii or radii[-1] < radius_um:
         radii.append(radius_um)
-    # Each disc covers all of the one before it but a ring.
+    # Each disc covers all of the previous one except a ring.
     for index in reversed(range(len(radii))):
         yield card.disc(radii[index], (0.0, 0.0), dark if index % 2 else light)

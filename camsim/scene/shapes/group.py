@@ -72,13 +72,13 @@ class Group(Shape):
             raise refusal(self, "clip", "is clipped itself; clip this group in another group")
 
     def primitives(self) -> Iterator[Primitive]:
-        """Return the shapes where they come to lie."""
+        """Return the primitives of the transformed shapes."""
         matrix = self._matrix
         clip: tuple[tuple[Fill, ...], ...] = ()
         if self.clip is not None:
             clip = (tuple(fill for primitive in self.clip.primitives() for fill in primitive.fills),)
             if not clip[0]:
-                return  # a clip that covers nothing leaves nothing
+                return  # an empty clip removes everything
         for shape in self.shapes:
             for primitive in shape.primitives():
                 clipped = primitive._replace(layers=primitive.layers + clip) if clip else primitive
@@ -86,7 +86,7 @@ class Group(Shape):
 
     @property
     def _matrix(self) -> F64 | None:
-        """The linear map (2, 3), None where it changes nothing."""
+        """The linear map (2, 3); None for the identity."""
         if self.matrix is not None:
             return np.array(self.matrix).reshape(3, 2).T
         x, y = self.scale if isinstance(self.scale, tuple) else (self.scale, self.scale)
@@ -135,7 +135,7 @@ class RepeatOnGrid(Shape):
 class RepeatOnRing(Shape):
     """Shapes repeated on a ring: copies, evenly turned about a centre, the first as it is given.
 
-    upright : copies keep their direction: the middle of the box about them goes round, and they are moved with it
+    upright : copies keep their direction: they are translated with the centre of their bounding box
 
     >>> from camsim.scene import Disc
     >>> RepeatOnRing(shapes=[Disc(radius_um=5.0, centre_um=(40.0, 0.0), reflectance=0.1)], count=6).count
@@ -167,13 +167,13 @@ class RepeatOnRing(Shape):
         for copy in range(self.count):
             turn = _turn(360.0 * copy / self.count)
             kept = np.eye(2) if self.upright else turn
-            # What lies at ``middle`` comes to lie where the turn about the centre puts it.
+            # Translate ``middle`` to its rotated position.
             moved = centre + np.einsum("ij,j->i", turn, middle - centre) - np.einsum("ij,j->i", kept, middle)
             yield from (primitive.moved(np.column_stack([kept, moved])) for primitive in each)
 
     @staticmethod
     def _middle(each: list[Primitive]) -> F64:
-        """The middle of the box about what is repeated, of what is clipped about what boxes have in common."""
+        """Centre of the bounding box of the repeated shapes; of clipped ones, of the intersection of boxes."""
         boxes = np.empty((0, 4))
         for one in each:
             layers = [np.array([fill.curves.extent for fill in layer]) for layer in one.layers]
@@ -188,7 +188,7 @@ class RepeatOnRing(Shape):
 
 
 def _turn(degrees: float) -> F64:
-    """Return the matrix that turns clockwise as displayed."""
+    """Return the matrix of a rotation clockwise as displayed."""
     c, s = cosine_and_sine(degrees)
     return np.array([[c, -s], [s, c]])
 

@@ -14,9 +14,9 @@ from camsim.scene.primitives import Primitive, Shape, one, turned
 from camsim.spectra.curve import NumberOrCurve, Reflectance
 
 REACH_UM = 1e10
-"""How far it goes: behind an f/8 lens less than 1e-10 of the light comes from beyond."""
+"""Its extent: behind an f/8 lens less than 1e-10 of the light comes from beyond."""
 
-STEP = 100.0  # its line is cut at distances that grow by this, so that numbers are small where the frame is
+STEP = 100.0  # ratio of distances at which its line is cut, for accuracy near the frame
 FIRST_UM = 1e4
 
 

@@ -22,12 +22,12 @@ Join = Literal["miter", "round", "bevel"]
 MiterLimit = Annotated[float, Ge(1), Le(1e6)]
 
 Outline: TypeAlias = tuple[tuple[float, float], list[Way], bool]
-"""Where one begins, its pieces (none where it has no length), and whether it is closed."""
+"""Start, pieces (none for zero length), and whether it is closed."""
 
-FOLLOWED = 1e-7  # of its width: how closely a bent line's middle is followed by arcs
-NO_WAVE = 1e-3  # of that distance: so short that nothing but distance counts
+FOLLOWED = 1e-7  # of its width: accuracy of arcs along a bent line's centre
+NO_WAVE = 1e-3  # of that distance: so short that only distance matters
 MOST_DASHES = 200_000
-SMOOTH = 1e-7  # radians that a direction may jump without a corner
+SMOOTH = 1e-7  # radians: largest change of direction that is not a corner
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,7 +39,7 @@ class Line(Drawn):
     cap         : of open ends: cut off square, a half disc, or half a width longer; what has no length is its caps
                   alone: nothing, a disc, or an upright square
     join        : of corners: sides drawn on until they meet, a disc, or cut off; where a curve turns back it is a disc
-    miter_limit : a miter longer than so many widths is cut off, as in SVG
+    miter_limit : largest length of a miter in widths; longer ones are cut off, as in SVG
     dashes_um   : lengths of dash, gap, dash … along each outline, again and again; of odd number twice over, as in SVG
     dash_offset_um : where in this pattern each outline begins
 
@@ -83,7 +83,7 @@ class Line(Drawn):
         self._keep(pen, "a line")
 
     def _drawn(self) -> Iterator[Outline]:
-        """Yield each outline, or its dashes: one of no length has none, as in SVG."""
+        """Yield each outline, or its dashes; zero length has none, as in SVG."""
         pattern = tuple(self.dashes_um) * (1 + len(self.dashes_um) % 2)
         if sum(pattern) == 0.0:  # as in SVG
             yield from _parts(self.segments_um, self.width_um)
@@ -98,7 +98,7 @@ class Line(Drawn):
                     yield start, *dash
 
     def _dot(self, pen: Pen, at: tuple[float, float]) -> None:
-        """Draw the ends of an outline of no length, which runs to the right."""
+        """Draw the caps of an outline of zero length, directed to the right."""
         (x, y), half = at, 0.5 * self.width_um
         if self.cap == "butt":
             return
@@ -113,14 +113,14 @@ class Line(Drawn):
 
 
 def _parts(segments: Iterable[Any], width_um: float) -> Iterator[Outline]:
-    """Yield each outline in which something is drawn, be it of no length."""
+    """Yield each outline with a drawing command, even of zero length."""
     groups: list[tuple[list[tuple[Any, ...]], bool]] = []
     for segment in segments:
         if segment[0] == "move" or not groups:
             groups.append(([], False))
         elif groups[-1][1] and segment[0] == "close":
             continue
-        elif groups[-1][1]:  # goes on where the closed one began
+        elif groups[-1][1]:  # continues at the start of the closed one
             groups.append(([("move", *groups[-1][0][0][1:])], False))
         if segment[0] == "close":
             groups[-1] = (groups[-1][0], True)
@@ -132,7 +132,7 @@ def _parts(segments: Iterable[Any], width_um: float) -> Iterator[Outline]:
         pen = Pen()
         for word, *numbers in drawn:
             getattr(pen, word)(*numbers)
-        # What the pen adds to close the loop is left out again.
+        # The pen's closing piece is removed again.
         more = 0 if closed or pen.place == pen.start else 1
         curves = pen.curves()
         ways = _ways(curves, width_um)
@@ -144,12 +144,12 @@ def _ways(curves: Curves, width_um: float) -> list[Way]:
     fine = FOLLOWED * width_um
     arcs: Arcs | None = None
     if bent.size:
-        # Followed to a distance, whatever waves pass.
+        # Approximated to a distance, for any optics.
         arcs = arcs_of(curves.some(bent), Fineness(NO_WAVE * fine, 2.0 / NO_WAVE))
     ways: list[Way] = []
     place = 0
     for number in range(len(curves.kind)):
-        place += 1  # a step of two: another curve begins
+        place += 1  # a step of two marks a new curve
         if curves.kind[number] == STRAIGHT:
             x, y = curves.points[number, [0, 3]].T
             ways.append(Way(complex(x[0], y[0]), complex(x[1], y[1]), 0.0, place := place + 1))
@@ -161,13 +161,13 @@ def _ways(curves: Curves, width_um: float) -> list[Way]:
 
 
 class _Stroke:
-    """One outline of a line: its left side there, its right side back."""
+    """One outline of a line: forward along its left side, back along its right side."""
 
     def __init__(self, line: Line, ways: list[Way], closed: bool) -> None:
         self.line, self.half, self.ways, self.closed = line, 0.5 * line.width_um, ways, closed
 
     def draw(self, pen: Pen) -> None:
-        """Draw it: where it covers itself it is wound about twice."""
+        """Draw it; overlaps have a winding number of 2."""
         back = [way.back() for way in reversed(self.ways)]
         if self.closed:
             for ways in (self.ways, back):
@@ -191,13 +191,13 @@ class _Stroke:
     def _side(self, pen: Pen, ways: Sequence[Way]) -> None:
         """Draw the right side (cross product below 0) of pieces and of the corners between them."""
         for number, way in enumerate(ways):
-            radius = way.radius + self.half  # of the side on the right
+            radius = way.radius + self.half  # radius of the right side
             end = way.end - 1j * self.half * way.into
             if way.bend_rad == 0.0:
                 pen.line(*_xy(end))
             elif way.radius > 0.0 or -way.radius > self.half:
                 pen.arc(abs(radius), abs(radius), 0.0, abs(way.bend_rad) > math.pi, way.bend_rad > 0.0, *_xy(end))
-            else:  # wider than it is bent: its side lies beyond the centre
+            else:  # half width exceeds the radius: its side is beyond the centre
                 pen.line(*_xy(way.start + 1j * way.radius * way.out))
                 pen.line(*_xy(end))
             if number + 1 < len(ways):
@@ -209,10 +209,10 @@ class _Stroke:
         if abs(turn) <= SMOOTH:
             pen.line(*_xy(there))
         elif turn < 0.0:
-            # The inner side: by the corner itself, so that nothing is wound about the wrong way.
+            # The inner side passes through the corner, to avoid negative winding.
             pen.line(*_xy(after.start))
             pen.line(*_xy(there))
-        elif self.line.join == "round" or after.place == before.place + 1:  # a curve has no corners, however it bends
+        elif self.line.join == "round" or after.place == before.place + 1:  # a curve has no corners
             pen.arc(self.half, self.half, 0.0, False, True, *_xy(there))
         else:
             longer = 1.0 / max(math.cos(0.5 * turn), 1e-9)
@@ -232,7 +232,7 @@ class _Stroke:
         pen.line(*_xy(there))
 
     def _beyond_centre(self, pen: Pen, way: Way) -> None:
-        """Draw what a piece that is bent more than it is wide sweeps on the other side of its centre."""
+        """Draw the area that a piece with a radius below its half width sweeps beyond its centre."""
         rest = self.half - abs(way.radius)
         if way.bend_rad == 0.0 or rest <= 0.0:
             return

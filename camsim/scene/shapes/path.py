@@ -21,14 +21,14 @@ from camsim.spectra.curve import NumberOrCurve, Reflectance
 Segment = tuple[Any, ...]
 
 NUMBERS: Mapping[str, int] = {"move": 2, "line": 2, "quadratic": 4, "cubic": 6, "arc": 7, "close": 0}
-"""How many follow each word; the last two are where it ends, those of an arc are in the order of SVG."""
+"""Count of numbers after each word; the last two are the end point, those of an arc are in SVG's order."""
 
 _COORDINATE = number(float, ())
-_FLAGS = 4, 5  # of an arc's numbers: whether it is the long one, and which way round it goes
+_FLAGS = 4, 5  # indices of an arc's flags: large arc, and sweep direction
 
 
 def segments(given: Sequence[Any]) -> tuple[Segment, ...]:
-    """Return a path's segments in one form; raises InvalidValueError that says which one is wrong."""
+    """Return a path's segments in canonical form; raises InvalidValueError with the index of a wrong one."""
     if len(given) > MOST_PIECES:
         raise InvalidValueError(f"{len(given)} segments; the most is {MOST_PIECES}", key="segments_um")
     kept = tuple(_segment(index, segment) for index, segment in enumerate(given))
@@ -51,7 +51,7 @@ def _segment(index: int, given: Any) -> Segment:
 
 
 def _number(given: Any, item: str, *, flag: bool) -> float:
-    """Return one of a segment's numbers; a text is none, because lengths of a file are scaled before they come here."""
+    """Return one of a segment's numbers; texts are refused, as lengths of a file are already scaled."""
     truth = flag and isinstance(given, bool | np.bool_)
     try:
         kept: float = _COORDINATE.take(float(given) if truth else given)
@@ -66,7 +66,7 @@ Segments = Annotated[Several[Any], Called("a list of segments"), After(segments)
 
 
 class Drawn(Shape):
-    """What a pen has drawn, filled."""
+    """A filled drawing of a pen."""
 
     __slots__ = ()
 
@@ -81,7 +81,7 @@ class Drawn(Shape):
         return len(self._curves.kind)
 
     def primitives(self) -> Iterator[Primitive]:
-        """Return what is enclosed."""
+        """Return the enclosed area."""
         if self.pieces:
             yield one(self._curves, self.reflectance, rule=getattr(self, "fill_rule", "nonzero"))
 

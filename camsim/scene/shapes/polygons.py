@@ -109,7 +109,7 @@ class Rectangle(Shape):
     def corners_um(self) -> F64:
         """The four corners (4, 2)."""
         c, s = cosine_and_sine(self.rotate_deg)
-        x, y = 0.5 * self.width_um * c, 0.5 * self.width_um * s  # half of it across
+        x, y = 0.5 * self.width_um * c, 0.5 * self.width_um * s  # half its width
         u, v = 0.5 * self.height_um * -s, 0.5 * self.height_um * c  # and down
         corners: F64 = np.array(self.centre_um) + np.array(
             [[-x - u, -y - v], [x - u, y - v], [x + u, y + v], [-x + u, -y + v]]
@@ -212,14 +212,14 @@ class Star(Shape):
 
 
 def _round(radii: F64, rotate_deg: float) -> F64:
-    """Return points at distances (n,) from the origin, evenly turned about it."""
+    """Return points at distances (n,) from the origin, at uniform angles."""
     angle = math.radians(rotate_deg) + math.tau * np.arange(len(radii)) / len(radii)
     corners: F64 = radii[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
     return corners
 
 
 def _fault(outlines: tuple[Corners, ...]) -> tuple[str, str] | None:
-    """Return what is wrong with an outline and its holes and where; None when none touches or crosses."""
+    """Return the fault of an outline and its holes, and its place; None if none touch or cross."""
     import shapely
     from shapely.validation import explain_validity
 

@@ -1,4 +1,4 @@
-"""Round shapes: discs, ellipses, rings and sectors. They stay round; engines choose sides for their tolerance."""
+"""Round shapes: discs, ellipses, rings and sectors, as exact curves; engines choose sides by tolerance."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Disc(Shape):
 
     @staticmethod
     def together(discs: Sequence[Disc]) -> Iterator[Primitive]:
-        """Return the outlines of many at once, which are views of a few arrays."""
+        """Return the outlines of many discs, as views of a few arrays."""
         points = np.zeros((len(discs), 1, 4, 2))
         points[:, 0, 1, 0] = points[:, 0, 2, 1] = [disc.radius_um for disc in discs]
         points[:, 0, 0] = points[:, 0, 3] = points[:, 0, 1] + [disc.centre_um for disc in discs]
@@ -173,7 +173,7 @@ class Sector(Shape):
         validate_radii(self, self.inner_radius_um, self.radius_um)
 
     def primitives(self) -> Iterator[Primitive]:
-        """Return its outline: there along the rim, back along the inner one."""
+        """Return its outline: forward along the rim, back along the inner one."""
         if self.turn_deg == 360.0:
             radii = (self.radius_um, self.inner_radius_um)
             circles = [_circle(self.centre_um, radius) for radius in radii if radius > 0.0]
@@ -200,6 +200,6 @@ def _circle(centre_um: Point, radius_um: float) -> Curves:
 
 
 def validate_radii(shape: Any, inner_um: float, outer_um: float) -> None:
-    """Refuse an inner radius that is no smaller than the outer one."""
+    """Raise unless the inner radius is smaller than the outer one."""
     if inner_um >= outer_um:
         raise refusal(shape, "inner_radius_um", f"is {inner_um:g}; it must be below radius_um, {outer_um:g}")

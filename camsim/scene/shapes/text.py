@@ -85,11 +85,11 @@ class Text(Shape):
         object.__setattr__(self, "pieces", pieces)
 
     def primitives(self) -> Iterator[Primitive]:
-        """Return letter by letter, of each what lies apart, as i and its dot."""
+        """Return the primitives letter by letter, disjoint parts (i and its dot) separately."""
         font, lines = font_of(self.weight), self.text.split("\n")
         turn = self.size_um * turned(np.eye(2), self.rotate_deg).T
         matrix = np.column_stack([turn, np.zeros(2)])
-        set_once: dict[str, list[Primitive]] = {}  # each letter in its size and direction, then moved
+        set_once: dict[str, list[Primitive]] = {}  # each letter scaled and rotated once, then translated
         top = 0.0
         if self.vertical == "middle":
             top = 0.5 * (font.capital - self.line * (len(lines) - 1))
@@ -106,7 +106,7 @@ class Text(Shape):
 
 
 class Font:
-    """A TrueType font: outlines in sizes, y down, each from its place on the baseline."""
+    """A TrueType font: outlines in units of the size, y down, relative to the baseline origin."""
 
     def __init__(self, path: Any) -> None:
         from fontTools.ttLib import TTFont
@@ -120,15 +120,15 @@ class Font:
         self.capital = float(self._font["OS/2"].sCapHeight) / self._em
 
     def __contains__(self, letter: str) -> bool:
-        """Whether it has a letter that can be set alone."""
+        """Whether it has a letter that is not a combining mark."""
         return ord(letter) in self._names and unicodedata.combining(letter) == 0
 
     def advance(self, letter: str) -> float:
-        """Return how far the next letter stands, in sizes."""
+        """Return the advance width, in units of the size."""
         return float(self._glyphs[self._names[ord(letter)]].width) / self._em
 
     def parts(self, letter: str) -> tuple[Fill, ...]:
-        """Return a letter's outlines, sorted."""
+        """Return a letter's outlines, sorted into fills."""
         if letter not in self._parts:
             self._parts[letter] = separated(self.glyph(letter), "nonzero")
         return self._parts[letter]

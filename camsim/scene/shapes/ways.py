@@ -1,4 +1,4 @@
-"""The middle of a line: straight and round pieces, cut into dashes."""
+"""The centre of a line: straight and round pieces, cut into dashes."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-DOT = 1e-9  # of a line's width: a dash of no length, which has a direction all the same
+DOT = 1e-9  # of a line's width: a dash of zero length, which still has a direction
 
 
 class Way(NamedTuple):
-    """A piece of the middle of a line: straight, or an arc that bends by ``bend_rad``.
+    """A piece of the centre of a line: straight, or an arc that turns by ``bend_rad``.
 
-    place : one more than that of the piece before, where both follow one curve
+    place : consecutive for pieces of one curve
     """
 
     start: complex
@@ -24,30 +24,30 @@ class Way(NamedTuple):
 
     @property
     def out(self) -> complex:
-        """Direction in which it leaves."""
+        """Direction at its start."""
         return unit(self.end - self.start) * turn(-0.5 * self.bend_rad)
 
     @property
     def into(self) -> complex:
-        """Direction in which it arrives."""
+        """Direction at its end."""
         return unit(self.end - self.start) * turn(0.5 * self.bend_rad)
 
     @property
     def radius(self) -> float:
-        """Above 0 where its centre lies to the left (cross product above 0)."""
+        """Signed radius, positive if its centre is on the left (cross product above 0)."""
         return math.inf if self.bend_rad == 0.0 else 0.5 * abs(self.end - self.start) / math.sin(0.5 * self.bend_rad)
 
     @property
     def length(self) -> float:
-        """How long it is."""
+        """Its length."""
         return abs(self.end - self.start) if self.bend_rad == 0.0 else abs(self.radius * self.bend_rad)
 
     def back(self) -> Way:
-        """Return it the other way."""
+        """Return it reversed."""
         return Way(self.end, self.start, -self.bend_rad, -self.place)
 
     def at(self, t: float) -> complex:
-        """Return the place at a share of its length; its ends by their very numbers."""
+        """Return the point at a fraction of its length; exact at its ends."""
         if t in (0.0, 1.0):
             return self.end if t else self.start
         if self.bend_rad == 0.0:
@@ -56,17 +56,17 @@ class Way(NamedTuple):
         return centre + (self.start - centre) * turn(self.bend_rad * t)
 
     def part(self, t0: float, t1: float) -> Way:
-        """Return what lies between two shares."""
+        """Return the part between two fractions."""
         return Way(self.at(t0), self.at(t1), self.bend_rad * (t1 - t0), self.place)
 
 
 def turn(angle: float) -> complex:
-    """Return the direction of an angle."""
+    """Return the unit vector of an angle."""
     return complex(math.cos(angle), math.sin(angle))
 
 
 def unit(vector: complex) -> complex:
-    """Return a vector's direction."""
+    """Return the unit vector of a vector."""
     return vector / abs(vector)
 
 
@@ -76,9 +76,9 @@ def dashes_of(
     """Yield the dashes of an outline, each as pieces, and whether it is closed.
 
     pattern : lengths of dash, gap, dash …, of even number and not all 0;  offset: of the pattern at the outline's start
-    dot     : length of a dash of none
+    dot     : length used for dashes of zero length
 
-    A dash that reaches the end of a closed outline goes on in the one at its start.
+    A dash that reaches the end of a closed outline is joined with the one at its start.
     """
     until = list(itertools.accumulate((way.length for way in ways), initial=0.0))
     total, period = until[-1], sum(pattern)
@@ -111,7 +111,7 @@ def _between(ways: Sequence[Way], until: Sequence[float], begin: float, end: flo
         if until[number] >= end:
             break
         size = until[number + 1] - until[number]
-        if size == 0.0:  # so short that it is lost in the sum
+        if size == 0.0:  # too short to change the sum
             continue
         low, high = max(0.0, (begin - until[number]) / size), min(1.0, (end - until[number]) / size)
         if (way := ways[number].part(low, high)).start != way.end:

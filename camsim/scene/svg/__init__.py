@@ -51,7 +51,7 @@ class Svg(Shape):
         object.__setattr__(self, "pieces", pieces)
 
     def primitives(self) -> Iterator[Primitive]:
-        """Return what its shapes are painted as."""
+        """Return the primitives of its shapes."""
         for shape in self.shapes:
             yield from shape.primitives()
 
@@ -73,7 +73,7 @@ def read_svg(
     rotate_deg : about the page's centre, clockwise as displayed
     palette    : reflectances of colours, such as {"#ff0000": 0.2, "black": 0.05}; other colours get the reflectance
                  that has their sRGB under D65 (``camsim.spectra.rgb``)
-    shown      : what messages call the file; its path when left out
+    displayed  : name of the file in messages; its path when left out
 
     Paths, basic shapes, groups, ``use``, transforms, fills, strokes and clip paths are drawn; nothing beyond the page
     is. Raises ConfigError that names every element that cannot be, with its line: nothing is left out silently.
@@ -95,7 +95,7 @@ def read_svg(
     kept = check({} if palette is None else palette, Mapping[str, Reflectance], "palette", "read_svg")
     x, y = check(centre_um, Point, "centre_um", "read_svg")
     angle = math.radians(check(rotate_deg, float, "rotate_deg", "read_svg"))
-    from camsim.scene.svg.reader import Reader  # and a parser of XML, which most scenes do without
+    from camsim.scene.svg.reader import Reader  # imported here: most scenes need no XML parser
 
     view, shapes = Reader(Path(file), name, kept).shapes()
     scale = kept_um / (view.width_px if height_um is None else view.height_px)

@@ -62,22 +62,22 @@ def share(text: str) -> float:
 
 
 def _stray_comma(text: str) -> str:
-    """Return a comma with which other programs stop reading, and what stands before it; empty where there is none."""
+    """Return a comma at which other programs stop reading, with the text before it; empty if none."""
     found = re.search(r"(?:^|[,A-DF-Za-df-z])\s*,", text)
     return found[0].strip() if found else ""
 
 
 def times(one: Matrix, two: Matrix) -> Matrix:
-    """Return the matrix of doing ``two`` first and then ``one``."""
+    """Return the matrix that applies ``two`` first and then ``one``."""
     a, b, c, d, e, f = one
     p, q, r, s, t, u = two
     return a * p + c * q, b * p + d * q, a * r + c * s, b * r + d * s, a * t + c * u + e, b * t + d * u + f
 
 
 def matrix_of(text: str, *, styled: bool = False) -> Matrix:
-    """Return the matrix of a transform attribute, or of what a style says.
+    """Return the matrix of a transform attribute, or of a style.
 
-    styled : angles and lengths have units, which they have not in an attribute: others pass over what has it otherwise
+    styled : angles and lengths need units, which attributes do not have; other programs ignore violations
 
     >>> matrix_of("translate(5) scale(2, 3)")
     (2.0, 0.0, 0.0, 3.0, 5.0, 0.0)
@@ -111,7 +111,7 @@ def _of_transform(name: str, place: int, styled: bool) -> Mapping[str, float]:
 
 
 def flattens(matrix: Matrix) -> bool:
-    """Return whether nothing is left of what a matrix moves, so that it is not painted.
+    """Return whether a matrix is singular, so that nothing is painted.
 
     >>> flattens(matrix_of("scale(0)")), flattens(matrix_of("scale(1e-9)"))
     (True, False)
@@ -143,7 +143,7 @@ def _transform(name: str, given: Sequence[float]) -> Matrix:
 
 
 class _Pen:
-    """Writes down what fontTools reads, as a path's segments."""
+    """Records what fontTools reads, as a path's segments."""
 
     def __init__(self) -> None:
         self.segments: list[Segment] = []
@@ -195,7 +195,7 @@ def path_segments(data: str) -> list[Segment]:
 
 
 def segments_of(element: Element, whole: tuple[float, float]) -> list[Segment]:
-    """Return the outline of a basic shape or path, in its own user units; empty where it draws nothing.
+    """Return the outline of a basic shape or path, in its user units; empty if it draws nothing.
 
     whole : width and height of the view, for percentages
     """
@@ -250,8 +250,8 @@ def _rectangle(x: float, y: float, wide: float, high: float, radii: tuple[float,
 
 
 def dashes_of(style: Mapping[str, str], diagonal: float) -> tuple[list[float], float]:
-    """Return the lengths of a stroke's dashes and gaps, none where it is whole, and where in them it begins."""
+    """Return the lengths of a stroke's dashes and gaps, empty if solid, and the offset."""
     said = style["stroke-dasharray"]
     given = [] if said == "none" else [length(part, diagonal) for part in re.split(r"[\s,]+", said.strip())]
-    # A length below 0 is an error, which SVG lets pass.
+    # A negative length is an error that SVG ignores.
     return ([] if min(given, default=0.0) < 0.0 else given), length(style["stroke-dashoffset"], diagonal)

@@ -1,4 +1,4 @@
-"""The shapes that drawings are made of."""
+"""Shapes of drawings."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from camsim.spectra.curve import Spectrum
 
 
 def path(segments: Sequence[Segment], rule: str, reflectance: Spectrum, matrix: Matrix) -> Any:
-    """Return a filled path where it comes to lie."""
+    """Return a filled path under a transform."""
     fill_rule: FillRule = "evenodd" if rule == "evenodd" else "nonzero"
     filled = Path(segments_um=segments, fill_rule=fill_rule, reflectance=reflectance)
     return placed(filled, matrix)

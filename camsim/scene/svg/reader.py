@@ -1,4 +1,4 @@
-"""From the elements of a drawing to shapes: what is painted, in painter's order, and what cannot be."""
+"""Conversion of a drawing's elements to shapes in painter's order, and of unsupported ones to faults."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _UNSEEN = (
     *("defs", "title", "desc", "metadata", "style", "clipPath", "symbol", "linearGradient", "radialGradient"),
     *("pattern", "mask", "filter", "marker", "font", "view", "cursor", "color-profile"),
 )
-_CONDITIONS = "systemLanguage", "requiredExtensions"  # whether an element is seen at all
+_CONDITIONS = "systemLanguage", "requiredExtensions"  # conditions for rendering an element
 _MOVEMENTS = "animate", "animateTransform", "animateMotion", "set"
 _WAYS_OUT = {
     "text": "letters are not supported; turn them into paths (Inkscape: Path > Object to Path)",
@@ -61,15 +61,15 @@ T = TypeVar("T")
 
 
 class Reader:
-    """A drawing being read; what it cannot paint is gathered, so that all of it is said at once."""
+    """A drawing being read; unsupported content is collected and reported together."""
 
     def __init__(self, file: File, name: str, palette: Mapping[str, Spectrum]) -> None:
         self.name = name
         self.root = read_elements(file, name)
         self.faults: list[Fault] = []
         self.rules: list[Rule] = rules_of(self.root, self.refuse)
-        self.known: dict[str, Element] = {}  # of an id that is given twice the first
-        self.around: dict[int, Element] = {}  # of every element, what it lies in
+        self.known: dict[str, Element] = {}  # for a duplicate id, the first
+        self.around: dict[int, Element] = {}  # parent of every element
         for element in self.root.all():
             self.known.setdefault(element.attributes.get("id", ""), element)
             self.around |= {id(child): element for child in element.children}
@@ -80,7 +80,7 @@ class Reader:
             raise ConfigError(self.faults)
 
     def shapes(self) -> tuple[View, list[Any]]:
-        """Return the view, and what is painted in px of it; raises ConfigError with all that cannot be."""
+        """Return the view, and the painted shapes in its px; raises ConfigError with all unsupported content."""
         view = self._tried(self.root, lambda: view_of(self.root)) or View(1.0, 1.0, IDENTITY, (1.0, 1.0))
         self.view = view
         found = list(self._painted(self.root, view.matrix, {}, ()))
@@ -89,14 +89,14 @@ class Reader:
         return view, found
 
     def refuse(self, element: Element, message: str) -> None:
-        """Say what of an element is not supported."""
+        """Record unsupported content of an element."""
         where = f"<{element.tag}>"
         fault = Fault(self.name, element.line, element.column, where, message)
         if fault not in self.faults:
             self.faults.append(fault)
 
     def _tried(self, element: Element, make: Callable[[], T]) -> T | None:
-        """Return what is made, or None where it is refused."""
+        """Return the result of ``make``, or None if it is refused."""
         try:
             return make()
         except ConfigError:
@@ -108,9 +108,9 @@ class Reader:
     def _painted(
         self, element: Element, matrix: Matrix, above: Mapping[str, str], used: tuple[str, ...]
     ) -> Iterator[Any]:
-        """Yield what an element and all in it paint.
+        """Yield the shapes of an element and its descendants.
 
-        used : ids of the <use> elements on the way here
+        used : ids of the enclosing <use> elements
         """
         if len(self.faults) >= MOST_FAULTS:
             return
@@ -172,7 +172,7 @@ class Reader:
             yield from drawn if found.tag != "symbol" else self._within(found, drawn, matrix, element.attributes)
 
     def _moved(self, element: Element, style: Mapping[str, str]) -> Matrix | None:
-        """Return how an element lies in what is around it; x and y of a <use> are part of that, and move its clip."""
+        """Return the transform of an element in its parent; it includes x and y of a <use>, and applies to its clip."""
         said, given = style["transform"], element.attributes
 
         def make() -> Matrix:
@@ -185,15 +185,15 @@ class Reader:
         return self._tried(element, make)
 
     def _within(self, symbol: Element, drawn: list[Any], matrix: Matrix, given: Mapping[str, str]) -> Iterator[Any]:
-        """Yield what of a symbol is seen: what lies in its own view, unless it may be seen beyond."""
-        if any(symbol.attributes.get(key, "0") not in ("0", "0px") for key in "xy"):  # few programs go by these
+        """Yield the visible part of a symbol: clipped to its view unless it may overflow."""
+        if any(symbol.attributes.get(key, "0") not in ("0", "0px") for key in "xy"):  # few programs support these
             self.refuse(symbol, "has a place of its own; give x and y to its <use>")
             return
         style = styled(symbol, {}, self.rules)
         if not drawn or style["overflow"] in ("visible", "auto"):
             yield from drawn
             return
-        if style["transform"]:  # some turn its view with it, some do not
+        if style["transform"]:  # programs differ on whether its view is transformed too
             self.refuse(symbol, "has a transform of its own, and shows no more than its view; transform its <use>")
             return
         sizes: list[float] = []
@@ -236,7 +236,7 @@ class Reader:
         dashes = self._tried(element, lambda: dashes_of(style, diagonal))
         if not width or limit is None or dashes is None:
             return None
-        if width < 0.0:  # some draw none, some one as wide as if nothing were said
+        if width < 0.0:  # programs differ: none, or the default width
             self.refuse(element, f"its stroke-width {style['stroke-width'][:40]!r} is below 0; give one of 0 or more")
             return None
         if any(dashes[0]) and "pathLength" in element.attributes:
@@ -250,7 +250,7 @@ class Reader:
                 width_um=width,
                 cap=cap,  # type: ignore[arg-type]  # judged there
                 join=join,  # type: ignore[arg-type]
-                miter_limit=max(limit, 1.0) if limit >= 0.0 else 4.0,  # below 0 is an error, which SVG lets pass
+                miter_limit=max(limit, 1.0) if limit >= 0.0 else 4.0,  # negative is an error that SVG ignores
                 dashes_um=dashes[0],
                 dash_offset_um=dashes[1],
                 reflectance=colour,
@@ -278,7 +278,7 @@ class Reader:
         return self.palette[colour] if colour in self.palette else colours.reflectance(colour)
 
     def _understood(self, element: Element, style: Mapping[str, str]) -> bool:
-        """Return whether an element is to be painted, and refuse what of its style is not understood."""
+        """Return whether an element is painted; refuse unsupported style."""
         opacity = self._tried(element, lambda: share(style["opacity"]))
         if opacity is None or opacity <= 0.0:
             return False
@@ -287,15 +287,15 @@ class Reader:
             said["opacity"] = style["opacity"]
         if style["stroke"] != "none":
             said |= {key: style[key] for key in ("vector-effect",) if style[key] != "none"}
-        if element is self.root:  # some take these for the page's, some for those of what is in it
+        if element is self.root:  # programs differ on whether these apply to the page or its content
             said |= {key: style[key] for key in ("transform", "clip-path") if style[key] not in ("", "none")}
             said |= {key: style[key] for key in OF_PAGE if key in style}
         return self._lies_plainly(element, style, said)
 
     def _lies_plainly(self, element: Element, style: Mapping[str, str], said: Mapping[str, str]) -> bool:
-        """Return whether all is understood of where an element lies and whether it is seen; refuse the rest.
+        """Return whether an element's placement and visibility are supported; refuse the rest.
 
-        said : what else is to be refused
+        said : further content to refuse
         """
         found = dict(said)
         if style["transform"] and style["transform-origin"].replace("px", "") not in ("", "0", "0 0"):
@@ -349,6 +349,6 @@ class Reader:
         return None if None in shapes else Group(shapes=shapes)
 
     def _style_of(self, element: Element) -> dict[str, str]:
-        """Return an element's properties where it stands."""
+        """Return an element's properties with inheritance."""
         around = self.around.get(id(element))
         return styled(element, {} if around is None else self._style_of(around), self.rules)

@@ -1,4 +1,4 @@
-"""Drawings too large to be read in seconds are refused before any of them is."""
+"""Drawings too large to be read in seconds are refused in advance."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ MOST_USES = 20
 
 
 def too_large(root: Element, known: Mapping[str, Element]) -> tuple[Element, str] | None:
-    """Return where a drawing is too large, and what is to be said of it; ``known``: elements by their ids."""
+    """Return the element at which a drawing is too large, and the message; ``known``: elements by id."""
     count = 0
     for element in root.all():
         for key in ("d", "points"):
@@ -27,9 +27,9 @@ def too_large(root: Element, known: Mapping[str, Element]) -> tuple[Element, str
 
 
 def _drawn(element: Element, known: Mapping[str, Element], found: dict[int, int], uses: int) -> int:
-    """Return how many elements an element draws; of what uses itself or lies too deep any number."""
+    """Return the number of elements that an element draws; arbitrary for recursion or excessive depth."""
     if id(element) not in found:
-        found[id(element)] = 1  # on the way here
+        found[id(element)] = 1  # guard against recursion
         linked = known.get(element.attributes.get("href", "").removeprefix("#"))
         inner = [linked] if element.tag == "use" and linked is not None and uses < MOST_USES else element.children
         deeper = uses + (element.tag == "use")

@@ -1,4 +1,4 @@
-"""How elements are painted: attributes, style rules and inheritance."""
+"""Style of elements: attributes, style rules and inheritance."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Refuse = Callable[[Element, str], None]
 _RULE = r"([^{}]+)\{([^{}]*)\}"
 _NAME = r"(?!-?\d)[\w-]+"
 
-# Properties that matter to what is painted, with their initial values; those that children take over.
+# Properties that affect painting, with initial values; and inherited ones.
 INHERITED = {
     "fill": "black",
     "fill-rule": "nonzero",
@@ -48,7 +48,7 @@ OWN = {
     "transform-box": "view-box",
     "overflow": "",
 }
-# Properties that are one of a few words, in any case, and what they may be.
+# Properties with keyword values (case-insensitive), and their values.
 WORDS = {
     **dict.fromkeys(("fill-rule", "clip-rule"), ("nonzero", "evenodd")),
     "visibility": ("visible", "hidden", "collapse"),
@@ -61,9 +61,9 @@ WORDS = {
 _IN_ANY_CASE = (*WORDS, "stroke-linecap", "stroke-linejoin", "paint-order", "overflow", "transform-box")
 _AS_UNSET = ("unset", "revert", "revert-layer")
 _PAINTED = ("fill", "stroke", "markers")
-# What a style says of where outlines lie is refused: attributes say it.
+# Geometry in a style is refused: it belongs to attributes.
 GEOMETRY = ("x", "y", "width", "height", "cx", "cy", "r", "rx", "ry", "d", "points")
-# What a style says of where, how large and whether things are drawn, and what of it changes nothing.
+# Style of position, size and visibility, and values without effect.
 CHANGES = {
     **dict.fromkeys(("translate", "rotate", "scale", "offset-path", "mask-image"), ("none",)),
     **dict.fromkeys(
@@ -74,12 +74,12 @@ CHANGES = {
     "content-visibility": ("visible", "auto"),
     "all": (),
 }
-# What only a page has, behind and around what is drawn.
+# Properties of a page, behind and around the drawing.
 OF_PAGE = {
     **dict.fromkeys(("background", "background-color", "background-image"), ("none", "transparent")),
     **dict.fromkeys(("border", "outline", "padding"), ("none", "0", "0px")),
 }
-# Of these only the initial value is understood.
+# Only the initial value of these is supported.
 PLAIN = ("marker", "marker-start", "marker-mid", "marker-end", "mask", "filter", "mix-blend-mode")
 
 
@@ -100,7 +100,7 @@ class Rule:
         return 100 * bool(self.identity) + 10 * bool(self.name) + bool(self.tag)
 
     def suits(self, element: Element) -> bool:
-        """Return whether it is about an element."""
+        """Return whether it matches an element."""
         return (
             self.tag in ("", element.tag)
             and self.name in ("", *element.attributes.get("class", "").split())
@@ -109,7 +109,7 @@ class Rule:
 
 
 def rules_of(root: Element, refuse: Refuse) -> list[Rule]:
-    """Return the rules of all <style> elements, the weightiest last."""
+    """Return the rules of all <style> elements by increasing specificity."""
     found = []
     for element in root.all():
         if element.tag != "style" or element.attributes.get("type", "text/css").strip().lower() not in ("", "text/css"):
@@ -118,7 +118,7 @@ def rules_of(root: Element, refuse: Refuse) -> list[Rule]:
         if query := next((one for one in media if not re.fullmatch(r"[a-z-]*", one)), None):
             refuse(element, f"is for media {query[:40]!r}, which is not understood; give it none, or screen")
             continue
-        if not {"", "all", "screen"} & set(media):  # what is printed or read aloud looks otherwise
+        if not {"", "all", "screen"} & set(media):  # rules for other media do not apply
             continue
         text = re.sub(r"/\*.*?\*/", "", element.text, flags=re.DOTALL).replace("<!--", "").replace("-->", "")
         if at_rule := re.search(r"@[\w-]+", text):
@@ -148,13 +148,13 @@ def declared(text: str) -> tuple[dict[str, str], dict[str, str]]:
     for part in re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL).split(";"):
         key, colon, value = part.partition(":")
         plain = re.sub(r"\s*!\s*important\s*$", "", value.strip(), flags=re.IGNORECASE)
-        if colon and plain:  # nothing is no value of any
+        if colon and plain:  # an empty value is invalid
             (says if plain == value.strip() else insists)[key.strip().lower()] = plain
     return says, insists
 
 
 def styled(element: Element, above: Mapping[str, str], rules: Sequence[Rule]) -> dict[str, str]:
-    """Return an element's properties: its own, else those of what it lies in, else the initial ones."""
+    """Return an element's properties: specified, else inherited, else initial."""
     known = INHERITED | OWN
     each = {key: value.strip() for key, value in element.attributes.items() if key in known and value.strip()}
     says, insists = declared(element.attributes.get("style", ""))
@@ -179,7 +179,7 @@ def styled(element: Element, above: Mapping[str, str], rules: Sequence[Rule]) ->
 
 
 def strange(style: Mapping[str, str]) -> dict[str, str]:
-    """Return the properties whose words are none that they may have.
+    """Return the properties with invalid keywords.
 
     >>> strange({"fill-rule": "odd", "visibility": "hidden", "paint-order": "stroke fill"})
     {'fill-rule': 'odd'}

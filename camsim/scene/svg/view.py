@@ -1,4 +1,4 @@
-"""Which part of a drawing is shown, and how large."""
+"""The displayed part of a drawing, and its size."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ _FIT = r"\s*(?:(none)|x(Min|Mid|Max)Y(Min|Mid|Max))(?:\s+(meet|slice))?\s*"
 
 
 class View(NamedTuple):
-    """The part of a drawing that is shown.
+    """The displayed part of a drawing.
 
-    width_px, height_px : as its editor showed it
+    width_px, height_px : as displayed by its editor
     matrix        : from user units to these px
-    whole         : width and height in user units, which percentages are of
+    whole         : width and height in user units, the reference of percentages
     """
 
     width_px: float
@@ -28,7 +28,7 @@ class View(NamedTuple):
 
 
 def view_of(root: Element) -> View:
-    """Return what of a drawing is shown: its width and height, or its viewBox where it has none."""
+    """Return the displayed part of a drawing: by its width and height, or else its viewBox."""
     box = numbers(root.attributes["viewBox"]) if "viewBox" in root.attributes else []
     if box and (len(box) != 4 or box[2] <= 0.0 or box[3] <= 0.0):
         raise InvalidValueError(

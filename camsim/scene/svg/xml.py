@@ -1,4 +1,4 @@
-"""XML from strangers: elements with their lines. No entities, nothing from elsewhere, bounded in size and depth."""
+"""Untrusted XML: elements with their lines; no entities or external content, bounded in size and depth."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ _HREF = "http://www.w3.org/1999/xlink href"
 
 @dataclass(slots=True, eq=False)
 class Element:
-    """An element of SVG's own namespace.
+    """An element of the SVG namespace.
 
-    text : the letters right inside it
+    text : its direct text content
     """
 
     tag: str
@@ -40,9 +40,9 @@ class Element:
 
 
 def read_elements(path: Path, name: str) -> Element:
-    """Return the root element of an SVG file; elements of other namespaces (metadata of editors) are left out.
+    """Return the root element of an SVG file; elements of other namespaces (metadata of editors) are skipped.
 
-    name : what messages call the file
+    name : of the file in messages
     """
     try:
         with path.open("rb") as file:
@@ -68,7 +68,7 @@ class _Reader:
     def __init__(self, name: str) -> None:
         self.name, self.root = name, None
         self.open: list[Element | None] = []
-        self.spaces: tuple[str, ...] = (SVG,)  # where the first element has one, what has none is no part of it
+        self.spaces: tuple[str, ...] = (SVG,)  # if the root has a namespace, elements without one are foreign
         self.parser = expat.ParserCreate(namespace_separator=" ")
         self.parser.buffer_text = True
         self.parser.StartElementHandler = self.start
@@ -84,7 +84,7 @@ class _Reader:
         if len(self.open) >= MOST_DEPTH:
             self.refuse(f"elements lie more than {MOST_DEPTH} deep in one another; ungroup some")
         space, _, bare = tag.rpartition(" ")
-        if space == _HTML and bare in ("style", "link"):  # those hold in a drawing too
+        if space == _HTML and bare in ("style", "link"):  # these apply to a drawing too
             self.refuse(f"holds a <{bare}> of HTML; give fills and strokes to the elements themselves")
         if not self.open:
             self.spaces = ("", SVG) if space == "" else (SVG,)

@@ -1,4 +1,4 @@
-"""Charge that runs over."""
+"""Blooming."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from camsim.sensor.stages.full_well import FullWell
 class Blooming(ElectronicStage):
     """Charge above the full well that runs up and down its column, as in a CCD without drains.
 
-    spill : the fraction of it that runs on, half of it upwards; the rest is drained. 0..1
+    spill : fraction of the excess that moves on, half of it upwards; the rest is drained. 0..1
 
     Charge that leaves the window is lost, and none comes in from outside.
 
@@ -47,14 +47,14 @@ class Blooming(ElectronicStage):
         return "" if there else "there is no full_well that charge could spill over; give one"
 
     def apply(self, electrons: F64, context: Context) -> F64:
-        """Let what is above the sensor's full well run along the columns of the whole window."""
+        """Spill charge above the sensor's full well along the columns of the whole window."""
         well = context.other(FullWell)
         if well is None:
             raise InvalidValueError(self.lacks(()), key=self.name)
         return self.spilt(electrons, capacity_e=well.capacity_e)
 
     def spilt(self, electrons: F64, *, capacity_e: float) -> F64:
-        """Return the charge of a whole window (rows, cols), nowhere above ``capacity_e``.
+        """Return the charge of a whole window (rows, cols) after blooming, at most ``capacity_e``.
 
         >>> Blooming().spilt(np.array([[0.0], [150.0], [30.0]]), capacity_e=100.0).ravel()
         array([ 25., 100.,  55.])

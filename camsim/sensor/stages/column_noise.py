@@ -1,4 +1,4 @@
-"""Offsets of columns that stay."""
+"""Fixed-pattern offsets of columns."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def column_normals(serial: int, frame_cols: int) -> F32:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Offsets(ElectronicStage):
-    """Standard normals (cols,) of the frame's columns, and what they are multiplied by."""
+    """Standard normals (cols,) of the frame's columns, and their standard deviation."""
 
     name: ClassVar = ColumnNoise.name
 

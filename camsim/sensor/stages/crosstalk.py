@@ -1,4 +1,4 @@
-"""What photosites give to their neighbours."""
+"""Crosstalk between neighbouring photosites."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Crosstalk(ElectronicStage):
     """Mean light and charge that end in a neighbouring photosite.
 
     kernel : 3 × 3 fractions; kernel[1 + i][1 + j] of a photosite's charge ends in the photosite i rows below and
-             j columns to the right of it. Together at most 1 (what is missing is lost).
+             j columns to the right of it. They sum to at most 1 (the remainder is lost).
 
     >>> one = np.zeros((5, 5))
     >>> one[2, 2] = 100.0
@@ -52,24 +52,24 @@ class Crosstalk(ElectronicStage):
             raise refusal(self, "kernel", message)
 
     def apply(self, electrons: F64, context: Context) -> F64:
-        """Let each photosite's charge end where the kernel says."""
+        """Convolve the charge with the kernel."""
         return self.spread(electrons)
 
     def spread(self, electrons: F64) -> F64:
-        """Return (rows, cols) mean charge of (rows + 2, cols + 2): the window with one photosite more all round."""
+        """Return (rows, cols) mean charge from (rows + 2, cols + 2): the window padded by one photosite."""
         rows, cols = electrons.shape[0] - 2, electrons.shape[1] - 2
         mixed = np.zeros((rows, cols))
         for i, row in enumerate(self.kernel):
             for j, fraction in enumerate(row):
                 if fraction:
-                    # What comes from above left was sent to below right.
+                    # Charge from above left was sent to below right.
                     mixed += fraction * electrons[2 - i : 2 - i + rows, 2 - j : 2 - j + cols]
         return mixed
 
     def mixing(self, cfa: Cfa) -> F64:
-        """Return (channels, channels): what a photosite of a channel gets of its own and of the others, on flat light.
+        """Return (channels, channels): share that a photosite of a channel receives from every channel, in flat light.
 
-        The mean over all photosites of the channel: a lopsided kernel tells the greens of two rows apart.
+        Averaged over all photosites of the channel: an asymmetric kernel differs between greens of two rows.
 
         >>> Crosstalk(((0, 0.01, 0), (0.01, 0.96, 0.01), (0, 0.01, 0))).mixing(Cfa.bayer("RGGB")).round(2).tolist()
         [[0.96, 0.04, 0.0], [0.02, 0.96, 0.02], [0.0, 0.04, 0.96]]
@@ -78,11 +78,11 @@ class Crosstalk(ElectronicStage):
         return mixing
 
     def left_of_pattern(self, cfa: Cfa, each_e: F64) -> F64:
-        """Return (channels,) what is left of gains that know nothing of one another (PRNU), on flat light.
+        """Return (channels,) the factor by which crosstalk reduces independent gains (PRNU), in flat light.
 
-        A photosite holds parts of nine: their means add, and of what they are off the squares. Relative to the mean.
+        A photosite holds parts of nine: their means add, and so do their variances. Relative to the mean.
 
-        own_e : (channels,) what each channel's photosites get before they give any away, in any unit
+        each_e : (channels,) mean charge of each channel before crosstalk, in any unit
 
         >>> Crosstalk(((0, 0, 0), (0, 0.8, 0.2), (0, 0, 0))).left_of_pattern(Cfa.named("mono"), np.ones(1)).round(4)
         array([0.8246])
@@ -92,9 +92,9 @@ class Crosstalk(ElectronicStage):
         return left
 
     def seen_by(self, channel: int, planes: F64, cfa: Cfa) -> F64:
-        """Return (rows, cols) mean charge that a photosite of ``channel`` would collect at every place.
+        """Return (rows, cols) mean charge that a photosite of ``channel`` would collect at every position.
 
-        Its neighbours are those that such a photosite has in the array, on the average of its places there.
+        Its neighbours are those of such a photosite in the array, averaged over its positions in a period.
 
         planes : (channels, rows + 2, cols + 2) mean charge that each channel's filter lets through
         """
@@ -107,9 +107,9 @@ class Crosstalk(ElectronicStage):
 
 
 def senders(cfa: Cfa, one: npt.NDArray[np.bool_]) -> F64:
-    """Return (3, 3, channels): how often what reaches some photosites by kernel[i][j] is of which channel.
+    """Return (3, 3, channels): share of each channel among senders to some photosites through kernel[i][j].
 
-    own : (rows, cols) which of a period they are
+    one : (rows, cols) mask of these photosites in a period
     """
     index, count = cfa.channel_index(*cfa.period), len(cfa.channels)
     shares = np.empty((3, 3, count))
@@ -120,6 +120,6 @@ def senders(cfa: Cfa, one: npt.NDArray[np.bool_]) -> F64:
 
 
 def _of_channels(cfa: Cfa) -> F64:
-    """Return (channels, 3, 3, channels): the same of each channel's photosites."""
+    """Return (channels, 3, 3, channels): ``senders`` for the photosites of each channel."""
     index = cfa.channel_index(*cfa.period)
     return np.stack([senders(cfa, index == channel) for channel in range(len(cfa.channels))])

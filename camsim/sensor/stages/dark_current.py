@@ -1,4 +1,4 @@
-"""Charge that gathers without light."""
+"""Dark current."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class DarkCurrent(ElectronicStage):
     """Mean charge that gathers without light; its shot noise is drawn with that of the light.
 
     e_per_s       : electrons per second and photosite, the mean of all
-    nonuniformity : standard deviation of its photosites (DCNU), a fraction of the mean; log-normal above 0.25
+    nonuniformity : standard deviation over photosites (DCNU), a fraction of the mean; log-normal above 0.25
     at_c          : temperature at which ``e_per_s`` holds, °C
     doubling_c    : warming that doubles it, °C
 
@@ -44,7 +44,7 @@ class DarkCurrent(ElectronicStage):
         validate(self)
 
     def warming(self, temperature_c: float | None) -> float:
-        """Return how many times ``e_per_s`` the current is at a temperature (None: at ``at_c``).
+        """Return the current at a temperature relative to ``e_per_s`` (None: at ``at_c``).
 
         >>> DarkCurrent(1.0, at_c=20.0, doubling_c=6.0).warming(32.0)
         4.0
@@ -52,17 +52,17 @@ class DarkCurrent(ElectronicStage):
         if temperature_c is None:
             return 1.0
         check(temperature_c, Celsius, "temperature_c", "Exposure")
-        # Hotter than this no sensor is; the power of two stays finite.
+        # No sensor is hotter than this; the power of two stays finite.
         factor: float = 2.0 ** min((temperature_c - self.at_c) / self.doubling_c, 500.0)
         return factor
 
     def apply(self, electrons: F64, context: Context) -> F64:
-        """Add e_per_s · time to the mean charge, each photosite's own share of it."""
+        """Add e_per_s · time to the mean charge, times each photosite's relative current."""
         dark_e = self.e_per_s * context.time_s * self.warming(context.temperature_c)
         if not self.nonuniformity:
             return electrons + dark_e
         return electrons + dark_e * gains(self.nonuniformity, context.normals(self.stream, electrons.shape))
 
     def draws(self, shape: tuple[int, int], context: Context) -> int:
-        """Return how many normals its pattern takes; an even current has none."""
+        """Return the number of normals of its pattern; a uniform current has none."""
         return context.normals_drawn(shape[0]) if self.nonuniformity else 0

@@ -1,4 +1,4 @@
-"""Real darks of a camera, in place of its own dark signal and noise."""
+"""Real darks of a camera, in place of simulated dark signal and noise."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class DarkFrames(ElectronicStage):
     """Real darks: in each exposure one of them, drawn at random, is added as it was read out.
 
     codes_dn : (darks, rows, cols) data numbers above their mean, taken at the ISO setting and time of the exposure;
-               where the sensor has more photosites they are repeated
+               tiled if the sensor has more photosites
     source   : the folder that they came from;  sha256: of their codes
 
     >>> darks = DarkFrames(codes_dn=np.zeros((3, 4, 6)))
@@ -59,7 +59,7 @@ class DarkFrames(ElectronicStage):
         return rows, cols
 
     def lacks(self, others: Sequence[ElectronicStage]) -> str:
-        """Darks have all of the sensor's own dark signal and noise in them."""
+        """Darks contain the dark signal and noise, so the stages that simulate these must be absent."""
         reading = [
             stage
             for stage in others
@@ -70,7 +70,7 @@ class DarkFrames(ElectronicStage):
         return f"have {', '.join(twice)} in them, which would be there twice; leave that out" if twice else ""
 
     def apply(self, electrons: F64, context: Context) -> F64:
-        """Add the dark of this frame, its photosites where they lie in the frame."""
+        """Add the dark of this frame, aligned with the full frame."""
         drawn = int(context.frame_generator(self.stream).integers(len(self.codes_dn)))
         dark = pattern_at(self.codes_dn[drawn], context.first, electrons.shape)
         dark *= context.electrons_per_dn
@@ -78,11 +78,11 @@ class DarkFrames(ElectronicStage):
         return dark
 
     def draws(self, shape: tuple[int, int], context: Context) -> int:
-        """Return one number for each block: the same one."""
+        """Return one number for each block, as each draws the same one."""
         return -(-shape[0] // 64)
 
     def dark_noise_e(self, electrons_per_dn: float) -> float:
-        """Return the standard deviation of a photosite from dark to dark, robustly."""
+        """Return a robust standard deviation of a photosite from dark to dark."""
         if len(self.codes_dn) < 2:
             return 0.0
         apart = np.abs(self.codes_dn[1] - self.codes_dn[0])

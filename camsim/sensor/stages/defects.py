@@ -1,4 +1,4 @@
-"""Photosites that are broken."""
+"""Defective photosites."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ Places: TypeAlias = tuple[I64, I64]
 class Defects(ElectronicStage):
     """Hot photosites (with a dark current of their own) and dead ones (blind), by share and by list.
 
-    hot_fraction  : share of all photosites that are hot, drawn from the sensor's serial number
-    hot_e_per_s   : their mean dark current; it is distributed exponentially (both are given, or neither)
-    dead_fraction : share that sees no light
+    hot_fraction  : share of photosites that are hot, drawn from the sensor's serial number
+    hot_e_per_s   : their mean dark current, exponentially distributed (give both or neither)
+    dead_fraction : share without response to light
     hot           : (row, col, e_per_s) of the full frame, besides those drawn
     dead          : (row, col) of the full frame, besides those drawn
 
@@ -69,7 +69,7 @@ class Defects(ElectronicStage):
             raise refusal(self, "dead_fraction", message)
 
     def apply(self, electrons: F64, context: Context) -> F64:
-        """Take the light from dead photosites; later, with the dark current, give hot ones theirs."""
+        """Set light of dead photosites to 0; in the charge phase, add the dark current of hot ones."""
         shape = (electrons.shape[0], electrons.shape[1])
         hot, e_per_s, dead = self.within(
             serial=context.serial, shape=shape, origin=context.first, frame_cols=context.frame_cols
@@ -78,7 +78,7 @@ class Defects(ElectronicStage):
         if context.phase is Phase.LIGHT:
             electrons[dead] = 0.0
         else:
-            current = context.other(DarkCurrent) or DarkCurrent(0.0)  # whose temperatures go for these as well
+            current = context.other(DarkCurrent) or DarkCurrent(0.0)  # its temperature dependence applies here too
             warming = current.warming(context.temperature_c)
             np.add.at(electrons, hot, (warming * context.time_s) * e_per_s)
         return electrons
@@ -88,7 +88,7 @@ class Defects(ElectronicStage):
     ) -> tuple[Places, F64, Places]:
         """Return the hot photosites of a window, their currents in e⁻/s, and the dead ones: rows and columns in it.
 
-        serial     : of the sensor, which says where they are
+        serial     : of the sensor, which determines their places
         origin     : (row, col) of the window's first photosite in the full frame
         frame_cols : width of the full frame
         """
@@ -105,7 +105,7 @@ class Defects(ElectronicStage):
         return hot_places[1], current[hot_places[0]], dead_places[1]
 
     def _drawn(self, serial: int, block: int, frame_cols: int) -> tuple[F64, I64]:
-        """Return (row, col, e_per_s) and (row, col) of a block of rows: how many, then where, then how hot."""
+        """Return (row, col, e_per_s) and (row, col) of a block of rows: number, then places, then currents."""
         rng = streams.generator(serial, self.stream, block=block)
         photosites = BLOCK_ROWS * frame_cols
         hot_count = int(rng.binomial(photosites, self.hot_fraction or 0.0))
@@ -118,12 +118,12 @@ class Defects(ElectronicStage):
 
 @functools.lru_cache(maxsize=4)
 def _table(hot: tuple[tuple[int, int, float], ...]) -> F64:
-    """Return listed photosites as an array (n, 3): there may be many, and every block of rows asks for them."""
+    """Return listed photosites as an array (n, 3), cached as every block of rows uses it."""
     return np.array(hot, dtype=np.float64).reshape(-1, 3)
 
 
 def _inside(places: I64, shape: tuple[int, int], origin: tuple[int, int]) -> tuple[npt.NDArray[np.bool_], Places]:
-    """Return which places of the full frame lie in a window, and where in it."""
+    """Return a mask of the places of the full frame within a window, and their positions in it."""
     row, col = places[:, 0] - origin[0], places[:, 1] - origin[1]
     inside = (row >= 0) & (row < shape[0]) & (col >= 0) & (col < shape[1])
     return inside, (row[inside], col[inside])

@@ -42,13 +42,13 @@ class FlickerRows(ElectronicStage):
     def offsets_e(self, rows: int, rng: np.random.Generator) -> F64:
         """Return (rows,) offsets of one frame, mean 0.
 
-        White normals are shaped in the frequency domain of twice the frame (so that the last row knows nothing of
-        the first) from one cycle per 2·rows up to Nyquist, and scaled to the expected variance.
+        White normals are shaped in the frequency domain of twice the frame (so that the last and first rows are not
+        wrapped together) from one cycle per 2·rows up to Nyquist, and scaled to the expected variance.
         """
         frequency = np.fft.rfftfreq(2 * rows)
         amplitude = np.zeros_like(frequency)
         amplitude[1:] = frequency[1:] ** (-0.5 * self.exponent)
-        # Each frequency but Nyquist's stands for two of the full transform.
+        # Each frequency except Nyquist represents two of the full transform.
         power = (2.0 * np.sum(amplitude[1:-1] ** 2) + amplitude[-1] ** 2) / (2 * rows)
         white = np.fft.rfft(rng.standard_normal(2 * rows))
         shaped = np.fft.irfft(white * (amplitude / math.sqrt(power)), n=2 * rows)
@@ -56,7 +56,7 @@ class FlickerRows(ElectronicStage):
         return offsets
 
     def over(self, context: Context) -> ElectronicStage:
-        """Draw the offsets of all the window's rows at once: they know one another."""
+        """Draw the offsets of all the window's rows at once, as they are correlated."""
         return _Offsets(self.offsets_e(context.rows_in_all, context.frame_generator(self.stream)))
 
     def apply(self, electrons: F64, context: Context) -> F64:

@@ -1,4 +1,4 @@
-"""What a photosite can hold."""
+"""Full well."""
 
 from __future__ import annotations
 
@@ -36,6 +36,6 @@ class FullWell(ElectronicStage):
         validate(self)
 
     def apply(self, electrons: F64, context: Context) -> F64:
-        """Cut the charge at the capacity."""
+        """Clip the charge at the capacity."""
         held: F64 = np.minimum(electrons, self.capacity_e)
         return held

@@ -1,4 +1,4 @@
-"""How charge becomes a voltage that is not quite in proportion to it."""
+"""Non-linear response: voltage that is not quite proportional to charge."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class PolynomialResponse(ElectronicStage):
     """Response x·(1 + a₁u + a₂u² + …), u = x/scale_e: relative errors that grow with the charge.
 
     coefficients : a₁, a₂, …
-    scale_e      : electrons at which u is 1, the full well say; beyond it the curve goes on as its tangent
+    scale_e      : electrons at which u is 1, such as the full well; continued linearly by its tangent above
 
     The response must rise everywhere from 0 to scale_e.
 
@@ -78,7 +78,7 @@ class ResponseTable(ElectronicStage):
     """Response by a table, straight between its points and beyond them.
 
     electrons_in  : (n,) charge, increasing from 0, at least two
-    electrons_out : (n,) what a linear read-out would have called it, increasing from 0
+    electrons_out : (n,) electrons as read, under the assumption of linearity, increasing from 0
 
     >>> ResponseTable((0.0, 1000.0, 2000.0), (0.0, 1000.0, 1900.0)).response(np.array([500.0, 1500.0, 3000.0]))
     array([ 500., 1450., 2800.])
@@ -130,19 +130,19 @@ Nonlinearity: TypeAlias = PolynomialResponse | ResponseTable
 
 
 def charge_e(bends: Nonlinearity, signal_e: float) -> float:
-    """Return the charge whose response is a signal.
+    """Return the charge whose response equals a signal.
 
     >>> round(charge_e(PolynomialResponse((-0.02,), scale_e=10_000.0), 4950.0), 9)
     5000.0
     """
 
-    from scipy.optimize import brentq  # a tenth of a second, which no other sensor needs
+    from scipy.optimize import brentq  # imported here, as it takes 0.1 s that linear sensors do not need
 
     def over(charge: float) -> float:
         return float(bends.response(np.array([charge]))[0]) - signal_e
 
     most = max(signal_e, 1.0)
-    while over(most) < 0.0:  # it rises, however far out
+    while over(most) < 0.0:  # the response rises without bound
         most *= 2.0
     found: float = brentq(over, 0.0, most, xtol=1e-12 * most)
     return found

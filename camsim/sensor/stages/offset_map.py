@@ -1,4 +1,4 @@
-"""Offsets of photosites as they were measured."""
+"""Measured offsets of photosites."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ OffsetUnit: TypeAlias = Literal["dn", "electrons"]
 class OffsetMap(ElectronicStage):
     """A fixed offset of each photosite, such as the mean of many darks shows it.
 
-    offsets : (rows, cols), added to what is read; where the sensor has more photosites they are repeated
-    unit    : "dn": after the gain, the same data numbers at every ISO setting; "electrons": before it
+    offsets : (rows, cols), added to the signal; tiled if the sensor has more photosites
+    unit    : "dn": after the gain, equal data numbers at every ISO setting; "electrons": before the gain
     source  : the file or folder that they came from;  sha256: of the offsets
 
     >>> OffsetMap(offsets=np.zeros((4, 6)), unit="electrons").shape
@@ -70,11 +70,11 @@ class OffsetMap(ElectronicStage):
 
 
 def keep_pattern(stage: ElectronicStage, field_name: str, axes: str) -> None:
-    """Put a stage's numbers of photosites there in single precision, read-only, and their SHA-256 into ``sha256``.
+    """Store a stage's per-photosite array in single precision, read-only, and its SHA-256 in ``sha256``.
 
-    axes : in words, such as "rows, cols"
+    axes : names, such as "rows, cols"
 
-    Raises InvalidValueError where these are no finite numbers along such axes.
+    Raises InvalidValueError unless these are finite numbers along such axes.
     """
     given = array_of(getattr(stage, field_name), field_name, type(stage).__name__)
     if given.ndim != len(axes.split(",")) or given.dtype.kind not in "fiu" or not given.size:
@@ -90,7 +90,7 @@ def keep_pattern(stage: ElectronicStage, field_name: str, axes: str) -> None:
 
 
 def pattern_at(pattern: F32, first: tuple[int, int], shape: tuple[int, ...]) -> F64:
-    """Return the part of a pattern (rows, cols), repeated over the frame, that begins at photosite ``first``."""
+    """Return the part of a pattern (rows, cols), tiled over the frame, that begins at photosite ``first``."""
     row, col = (
         (start + np.arange(count)) % size for start, count, size in zip(first, shape, pattern.shape, strict=True)
     )

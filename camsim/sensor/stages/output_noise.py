@@ -36,7 +36,7 @@ class OutputNoise(ElectronicStage):
         validate(self)
 
     def apply(self, electrons: F64, context: Context) -> F64:
-        """Add normal noise, in electrons that stand for data numbers."""
+        """Add normal noise, converted to electrons."""
         normals = context.generator(self.stream).standard_normal(electrons.shape, dtype=np.float32)
         return add_normals(electrons, self.dark_noise_e(context.electrons_per_dn), normals)
 

@@ -38,5 +38,5 @@ class Prnu(ElectronicStage):
         return electrons * gains(self.fraction, context.normals(self.stream, electrons.shape))
 
     def draws(self, shape: tuple[int, int], context: Context) -> int:
-        """Return how many normals its pattern takes."""
+        """Return the number of normals of its pattern."""
         return context.normals_drawn(shape[0])

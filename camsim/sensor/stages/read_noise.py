@@ -15,18 +15,18 @@ from camsim.core.words import brief
 from camsim.sensor.stage import Context, ElectronicStage, add_normals
 
 _FINEST = 2.0**-53
-"""Probabilities nearer to 0 or 1 are none of a random number's."""
+"""Smallest distance of a probability from 0 or 1."""
 
 
 @dataclass(frozen=True, slots=True)
 class ReadNoise(ElectronicStage):
     """Noise of the read-out, referred to electrons: normal, or with heavy tails, alike for all photosites or not.
 
-    sigma_e       : standard deviation, electrons, whatever the law; with ``spread`` the root of the mean variance
-    student_dof   : degrees of freedom of Student's t, above 2: the less, the heavier its tails
+    sigma_e       : standard deviation, electrons, for every distribution; with ``spread`` the root mean variance
+    student_dof   : degrees of freedom of Student's t, above 2; smaller means heavier tails
     tukey_lambda  : shape of Tukey's λ law, the quantiles of which are (pˡ − (1 − p)ˡ)/l: 0.13 is nearly normal, 0 the
                     logistic law, and the further below 0 the heavier the tails
-    spread        : standard deviation of the logarithm of the photosites' own standard deviations, a fixed pattern
+    spread        : standard deviation of the logarithm of each photosite's standard deviation, a fixed pattern
 
     >>> ReadNoise(2.4).dark_noise_e(2.7)
     2.4
@@ -82,7 +82,7 @@ class ReadNoise(ElectronicStage):
         return one
 
     def draws(self, shape: tuple[int, int], context: Context) -> int:
-        """Return one number for each photosite, and how many normals the pattern takes."""
+        """Return one number for each photosite, plus the normals of the pattern."""
         return shape[0] * shape[1] + (context.normals_drawn(shape[0]) if self.spread else 0)
 
     def dark_noise_e(self, electrons_per_dn: float) -> float:

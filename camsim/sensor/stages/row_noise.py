@@ -1,4 +1,4 @@
-"""Offsets of rows that last one frame."""
+"""Temporal offsets of rows."""
 
 from __future__ import annotations
 

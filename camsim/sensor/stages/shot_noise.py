@@ -1,4 +1,4 @@
-"""Electrons are whole."""
+"""Shot noise."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from camsim.core.arrays import F64
 from camsim.sensor.stage import Context, ElectronicStage, Phase
 
-# numpy's Poisson takes means up to about 9.2e18. No photosite holds a billionth of this.
+# numpy's Poisson takes means up to about 9.2e18. No photosite holds even a billionth of that.
 _LARGEST_MEAN_E = 1e18
 
 
@@ -28,9 +28,9 @@ class ShotNoise(ElectronicStage):
     temporal: ClassVar = True
 
     def apply(self, electrons: F64, context: Context) -> F64:
-        """Replace mean charge by a count, Poisson at any mean (to rounding: above 1e13 its spread suffers).
+        """Replace mean charge by a Poisson count (above 1e13 rounding affects its standard deviation).
 
-        A mean below zero (a rendering may be, by its tolerance) counts as zero.
+        A negative mean (possible within the tolerance of a rendering) counts as zero.
         """
         rng = context.generator(self.stream)
         return rng.poisson(np.clip(electrons, 0.0, _LARGEST_MEAN_E)).astype(np.float64, copy=False)

@@ -20,9 +20,9 @@ class TelegraphNoise(ElectronicStage):
     """A trap in some photosites' transistors: each is up or down in a frame, as likely, and their amplitudes differ.
 
     fraction    : share of photosites that have one, drawn from the sensor's serial number
-    amplitude_e : mean distance between up and down, electrons; it is distributed exponentially
+    amplitude_e : mean distance between up and down, electrons, exponentially distributed
 
-    Frames lie further apart than the trap's own time: the state in one says nothing of that in the next.
+    Frames are further apart than the time constant of the trap: states in two frames are independent.
 
     >>> round(TelegraphNoise(fraction=0.02, amplitude_e=10.0).dark_noise_e(1.0), 6)
     1.0
@@ -43,7 +43,7 @@ class TelegraphNoise(ElectronicStage):
         validate(self)
 
     def apply(self, electrons: F64, context: Context) -> F64:
-        """Add half of its amplitude to each such photosite, or take it away."""
+        """Add or subtract half of its amplitude at each such photosite."""
         row, col, amplitude_e = self.within((electrons.shape[0], electrons.shape[1]), context)
         up = context.generator(self.stream[1]).random(len(row)) < 0.5
         moved = electrons.copy()
@@ -51,7 +51,7 @@ class TelegraphNoise(ElectronicStage):
         return moved
 
     def within(self, shape: tuple[int, int], context: Context) -> tuple[I64, I64, F64]:
-        """Return rows, columns and amplitudes, electrons, of such photosites among those of a context."""
+        """Return rows, columns and amplitudes, electrons, of such photosites within a context."""
         (first_row, first_col), cols = context.first, context.frame_cols
         found = []
         for block in range(first_row // BLOCK_ROWS, (first_row + shape[0] - 1) // BLOCK_ROWS + 1):
@@ -67,5 +67,5 @@ class TelegraphNoise(ElectronicStage):
         return row[inside].astype(np.int64), col[inside].astype(np.int64), amplitude_e[inside]
 
     def dark_noise_e(self, electrons_per_dn: float) -> float:
-        """Return the standard deviation of all photosites: ¼ of the mean square of the amplitudes that are there."""
+        """Return the standard deviation of all photosites: the root of ¼ of the mean square amplitude."""
         return math.sqrt(0.5 * self.fraction) * self.amplitude_e
