@@ -43,7 +43,7 @@ class TruthLine:
     checked_to         : largest difference from photosites computed directly, by a third method
     checked_photosites : number of those photosites
     difference         : largest difference from the other truth, anywhere in the window; None without another
-    believed_to        : accuracy: ``checked_to``, or for the coarser of two truths ``difference`` if larger
+    accurate_to        : accuracy: ``checked_to``, or for the coarser of two truths ``difference`` if larger
     """
 
     engine: str
@@ -63,7 +63,7 @@ class Point:
     engine         : engine used
     error_max, error_rms : from the truth, over the window, relative to full scale
     row, col       : of the largest error, in photosites of the sensor's frame
-    truth          : engine of the reference image;  believed_to: accuracy of that
+    truth          : engine of the reference image;  accurate_to: accuracy of that
     error_estimate : estimate of the rendering
     wall_s, cpu_s  : the fastest lap, including set-up and check;  first_wall_s: the first
     """

@@ -30,7 +30,7 @@ POINTS = {
     "first lap, wall s": "first_wall_s",
     "laps": "laps",
     "judged by": "truth",
-    "truth to be believed to": "believed_to",
+    "truth to be believed to": "accurate_to",
 }
 TRUTHS = {
     "engine": "engine",
@@ -38,7 +38,7 @@ TRUTHS = {
     "largest difference from photosites computed directly": "checked_to",
     "so many photosites": "checked_photosites",
     "largest difference from the other truth": "difference",
-    "to be believed to": "believed_to",
+    "to be believed to": "accurate_to",
     "seconds": "seconds",
 }
 

@@ -1,13 +1,8 @@
 """Validation of parameters against their declared types, and conversion to a standard form.
 
 A constructor calls ``validate(self)`` first. Numbers of numpy become Python's, lists and arrays tuples; a number is
-<<<<<<< HEAD
 within the limits of its type, finite, and never a truth value or a text. Files are validated by the same limits and in
 the same words (``camsim.config``).
-=======
-within the limits of its type, finite, and never a truth value or a text. Files are validated with the same limits and
-messages (``camsim.config``).
->>>>>>> words-a
 """
 
 from __future__ import annotations

@@ -158,8 +158,8 @@ def barycentric(nodes: F64, weights: np.ndarray, points: F64, *, same: float = 0
     gap = points[:, None] - nodes[None, :]
     hit = np.abs(gap) <= same
     terms = weights / np.where(hit, 1.0, gap)
-    matrix: F64 = terms / terms.sum(axis=1, keepdims=True)
     exact = hit.any(axis=1)
+    matrix: F64 = terms / np.where(exact, 1.0, terms.sum(axis=1))[:, None]
     matrix[exact] = hit[exact]
     return matrix
 
