@@ -94,7 +94,9 @@ class Lens:
             border = np.concatenate([table.border, -table.border[:1]])
             stretched = level.cut * float(np.hypot(*table.border.T).max())
             per_um, per = per_um * (stretched / level.cut), points / stretched
-            steps = _followed(lambda count: table.in_panels(few, count), 12, self.allowed)
+            # A step beyond a panel must lie close to its Chebyshev nodes: polynomials grow fast outside of them.
+            close = min(max(12, (directions // table.panels // 6) ** 2), MOST_STEPS)
+            steps = _followed(lambda count: table.in_panels(few, count), close, self.allowed)
             along = table.in_panels(per_um, steps)
             along = np.concatenate([along, along[:, :, :1].conj()], axis=2)  # half a turn on it is the conjugate
             polar = np.einsum("kcj,jnt->ntkc", weights, along.reshape(*along.shape[:2], -1))
