@@ -172,9 +172,7 @@ def choose_varying(
         fields = fields if fields.layers else None
     if not len(job.edges) and fields is None:
         flat = FlatPlan(job=job)
-        return Choice(
-            method="fourier", why="there is nothing to render", plan=flat, judge=JudgeOfPlaces(plan=flat)
-        )
+        return Choice(method="fourier", why="there is nothing to render", plan=flat, judge=JudgeOfPlaces(plan=flat))
     plan = planned(VaryingPlan, job=job, fields=fields, lens=lens)
     refuse_much("fourier", plan)
     why = "asked for" if method == "fourier" else "the lens changes over the frame"

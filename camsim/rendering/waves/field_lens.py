@@ -18,7 +18,6 @@ import numpy as np
 import scipy
 
 from camsim.arrays import C128, F64, I64
-from camsim.errors import UnsupportedError
 from camsim.kept import cached_property
 from camsim.kernels import shared
 from camsim.optics import OpticalSystem
@@ -343,7 +342,10 @@ class VaryingImage:
         channels = self.sources[0][1].shape[1]
         near = [level for level in self.levels if level.every <= NEAR_EVERY]
         coarse = [near[-1], *self.levels[len(near) :]]
-        far = [self._far(one, coarse, origin, shape) for one in self.sources] if len(coarse) > 1 else []
+        each = [self._far(one, coarse, origin, shape) for one in self.sources] if len(coarse) > 1 else []
+        far = [one for one in each if one is not None]
+        if len(far) < len(each):  # a lens that changes too fast for that: in as small parts as it asks for
+            near, far = [*self.levels], []
         for row, col, height, width in tiles(shape):
             image = np.zeros((channels, height, width))
             part = slice(row, row + height), slice(col, col + width)
@@ -378,20 +380,21 @@ class VaryingImage:
         levels: Sequence[Level],
         origin: tuple[float, float],
         shape: tuple[int, int],
-    ) -> tuple[Mixtures, FrequencyImage, F64, int]:
-        """Return what levels but the first give of each mixture for the whole frame, and its points' distance."""
+    ) -> tuple[Mixtures, FrequencyImage, F64, int] | None:
+        """Return what levels but the first give of each mixture for the whole frame, and its points' distance.
+
+        None: the lens changes too fast
+        """
         source, weights, lens = one
         mixtures = lens.mixtures(_corners_um(origin, shape, lens), levels[1].cut, weights, FAR_NODES)
         if mixtures is None:
-            raise UnsupportedError("it changes too fast over the frame; render a smaller region", key="lens")
+            return None
         among = self._among(source, weights, mixtures, levels)
         values, every = among._far(origin, shape, mixtures.number)
         assert values is not None
         return mixtures, among, values, every
 
-    def _among(
-        self, source: Source, weights: F64, mixtures: Mixtures, levels: Sequence[Level]
-    ) -> FrequencyImage:
+    def _among(self, source: Source, weights: F64, mixtures: Mixtures, levels: Sequence[Level]) -> FrequencyImage:
         return FrequencyImage(
             sources=[(source, weights, mixtures)],  # type: ignore[list-item]  # what is asked of a lens it has
             footprint=self.footprint,

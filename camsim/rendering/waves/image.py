@@ -83,9 +83,11 @@ class FrequencyImage:
         for axis, own in ((1, part[0]), (2, part[1])):
             first, phase = np.divmod(np.arange(own.start, own.stop), every)
             if every == 1:
-                coarse = coarse[:, first[0] + beyond : first[-1] + beyond + 1] if axis == 1 else coarse[
-                    :, :, first[0] + beyond : first[-1] + beyond + 1
-                ]
+                coarse = (
+                    coarse[:, first[0] + beyond : first[-1] + beyond + 1]
+                    if axis == 1
+                    else coarse[:, :, first[0] + beyond : first[-1] + beyond + 1]
+                )
                 continue
             first += beyond - beyond // 2 + 1
             shape = list(coarse.shape)

@@ -320,7 +320,9 @@ def planned(kind: type[P], *, job: Job, **more: Any) -> P:
     """Return a plan of a kind, its wavelengths chosen."""
     first = kind(job=job, nodes=job.nodes(count=1), **more)
     wavelength_nm, density = first.fused(job.signals, job.tolerance)
-    return dataclasses.replace(first, nodes=job.nodes_like(dataclasses.replace(first.nodes, wavelength_nm=wavelength_nm, density=density)))
+    return dataclasses.replace(
+        first, nodes=job.nodes_like(dataclasses.replace(first.nodes, wavelength_nm=wavelength_nm, density=density))
+    )
 
 
 def _wavelengths(job: Job, tolerance: float) -> int:
