@@ -24,7 +24,8 @@ from bench.field import SQUARE_UM, scene_of
 from camsim.measure import CameraOtf, Roi, measure_mtf, read_picture
 from camsim.measure.geometry import EdgeLine
 from camsim.optical_image import OpticalImage
-from camsim.rendering.across.field_plan import FieldPlan
+from camsim.rendering.varying import VaryingPlan
+from camsim.rendering.waves.image import tiles
 
 NEAR = 3.0  # photosites from an edge
 DRAWN = 2000  # of which those near edges are taken
@@ -32,7 +33,7 @@ SIDES, LONG, WIDE = 20, 100, 80  # that are measured, and photosites about each
 KNOTS = 17  # frequencies of theory
 
 
-def distance(plan: FieldPlan, rows: np.ndarray, cols: np.ndarray) -> np.ndarray:
+def distance(plan: VaryingPlan, rows: np.ndarray, cols: np.ndarray) -> np.ndarray:
     """Return how far photosites lie from the nearest edge, pitches."""
     edges, (x0, y0) = plan.job.edges, plan.job.grid.first_centre
     along = edges.end - edges.start
@@ -44,14 +45,14 @@ def distance(plan: FieldPlan, rows: np.ndarray, cols: np.ndarray) -> np.ndarray:
     return found
 
 
-def places(plan: FieldPlan, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def places(plan: VaryingPlan, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return rows, columns and whose they are: 0 anywhere, 1 near an edge, 2 near one and at a border of tiles."""
     grid, quarter = plan.job.grid, count // 4
     rows, cols = rng.integers(0, grid.rows, DRAWN), rng.integers(0, grid.cols, DRAWN)
     near = np.flatnonzero(distance(plan, rows, cols) < NEAR)[:quarter]
     at_rows, at_cols = rng.integers(0, grid.rows, 4 * DRAWN), rng.integers(0, grid.cols, 4 * DRAWN)
-    boxes = [box for part in plan.image.parts for box in part.boxes]
-    borders = [np.unique([box.row for box in boxes])[1:], np.unique([box.col for box in boxes])[1:]]
+    first = np.array([(row, col) for row, col, _, _ in tiles((grid.rows, grid.cols))])
+    borders = [np.unique(own)[1:] for own in first.T]
     beside = rng.integers(0, 2, 4 * DRAWN)
     down = rng.integers(0, 2, 4 * DRAWN) == 0
     for own, border, here in ((at_rows, borders[0], down), (at_cols, borders[1], ~down)):
@@ -131,7 +132,7 @@ def main() -> None:
     seen = capture.optical_image()
     choice, rendering, channels = seen.choice, seen.rendering, capture.window.channels_of_all()
     plan = choice.plan
-    assert isinstance(plan, FieldPlan)
+    assert isinstance(plan, VaryingPlan)
     print(f"{rows} × {cols} at {tolerance:g}: {time.process_time() - began:.0f} CPU s", flush=True)
     measured(capture, seen)
     at_rows, at_cols, whose = places(plan, count, np.random.default_rng(1))

@@ -2,11 +2,8 @@
 
 An image's error is what the scene's preparation leaves and what one engine leaves: ``SCENE`` and ``BOUNDARY`` add to
 1, and so do ``SCENE`` and ``FOURIER``. An aberrated lens is rendered as two, each to its part of the tolerance: a round
-one and a difference; ``SCENE`` and ``DIFFERENCE`` add to 1. Behind a lens that changes over the frame all this holds of
-the image of each place, to ``PLACES_PART`` of the tolerance; that and ``ACROSS`` add to 1. Where such a lens is one of
-revolution, what differs from the perfect lens is rendered for all places at once: ``SCENE`` and ``FIELD`` add to 1. The
-check is no source of error in an image; what *it* may be wrong by is ``CHECK_PART`` of the tolerance, and ``CHECK``
-adds to 1 within that.
+one and a difference; ``SCENE`` and ``DIFFERENCE`` add to 1. ``BENT`` is what distortion adds. The check is no source of
+error in an image; what *it* may be wrong by is ``CHECK_PART`` of the tolerance, and ``CHECK`` adds to 1 within that.
 Shares are large where a digit costs most: ends and lines grow with the power −2/5 of what they may leave, a
 difference's reach with −1/3, everything else with −1/6 or slower.
 """
@@ -20,8 +17,7 @@ Source: TypeAlias = Literal[
     "outlines", "dropped", "wavelengths",
     "ends", "lines", "foci", "powers", "moments", "tiles", "field", "response", "panels",
     "rings", "band", "taper", "reach", "spreading", "pupil",
-    "cut", "hem", "short pupil", "short lines", "between places", "slivers", "bent edges",
-    "near cut", "far cut", "transfers",
+    "cut", "hem", "short pupil", "short lines", "bent edges",
     "footprint rule", "own curves", "beyond", "meeting", "own wavelengths",
 ]  # fmt: skip
 
@@ -73,18 +69,9 @@ DIFFERENCE: dict[Source, Share] = {
     ),
     "spreading": FOURIER["spreading"],
 }
-ACROSS: dict[Source, Share] = {
-    "between places": Share(0.20, "patterns interpolated over the frame: half of all that they differ by"),
-    "slivers": Share(0.05, "what lies between bent edges and chords: height × line spread beyond its reach, look-ups"),
+BENT: dict[Source, Share] = {
     "bent edges": Share(0.05, "edges bent by distortion as straight sides: two thirds of an arrow × line spread"),
 }
-FIELD: dict[Source, Share] = {
-    "near cut": Share(0.25, "what lines and their ends show past reaches but the last band's, windows' ends, look-ups"),
-    "far cut": Share(0.30, "what a line shows past the last band's reach, by the rim's slopes"),
-    "transfers": Share(0.33, "transfers along the radius, over wavelengths, |f| and angle: each a quarter, measured"),
-    "spreading": FOURIER["spreading"],
-}
-PLACES_PART = 0.70  # of the tolerance, over Lebesgue's constants: what each place's own image may be wrong by
 CLOSED_PART = 0.5  # of the tolerance: what an aberrated lens's round part may be wrong by; its difference has the rest
 CHECK: dict[Source, Share] = {
     "footprint rule": Share(0.35, "Gauss rule over the photosite"),
@@ -117,4 +104,4 @@ class ErrorBudget:
         return ErrorBudget(CHECK_PART * self.tolerance)
 
 
-_SHARES = SCENE | BOUNDARY | FOURIER | DIFFERENCE | ACROSS | FIELD | CHECK
+_SHARES = SCENE | BOUNDARY | FOURIER | DIFFERENCE | BENT | CHECK

@@ -11,8 +11,8 @@ from camsim.arrays import F64
 from camsim.optics import OpticalSystem
 from camsim.optics.protocols import Varies
 from camsim.quadrature import gauss_legendre
-from camsim.rendering.bending import undistorted
 from camsim.rendering.anchors import anchored
+from camsim.rendering.bending import undistorted
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.grid import Grid
 from camsim.scene import Arrangement, Primitive, Scene, arrange, flattened

@@ -15,7 +15,7 @@ from annotated_types import MinLen
 
 from camsim.arrays import F64, U8
 from camsim.calls import in_words
-from camsim.errors import InvalidValueError, UnsupportedError
+from camsim.errors import InvalidValueError
 from camsim.memory import too_large
 from camsim.optics import OpticalStage, OpticalSystem
 from camsim.optics.own import check_transfer

@@ -49,7 +49,7 @@ class VaryingPlan(WavesPlan):
 
     lens: Varies
 
-    summed: ClassVar = VaryingImage
+    summed: ClassVar = VaryingImage  # type: ignore[assignment]  # what a plan asks of an image it has
 
     def _lens(self, wavelength_nm: F64, tolerance: float) -> VaryingLens:  # type: ignore[override]
         return VaryingLens(

@@ -1,8 +1,8 @@
 """Pictures, gradients and points as a lens with distortion throws them.
 
 Samples fall where the distortion throws their places, and light of as much more or less as it stretches area. A
-sample's spline becomes one along bent axes, which change little over a part of the frame: about their mean its transform
-is taken to the first order. Samples are fine enough for that, and for a spline to bend no further.
+sample's spline becomes one along bent axes, which change little over a part of the frame: about their mean its
+transform is taken to the first order. Samples are fine enough for that, and for a spline to bend no further.
 """
 
 from __future__ import annotations
@@ -121,7 +121,9 @@ class BentSource(FieldSource):
         else:
             axes = np.einsum("ax,nxy->nay", layer.axes, self._axes_at(splines.places.reshape(-1, 2)))
         area = axes[:, 0, 0] * axes[:, 1, 1] - axes[:, 0, 1] * axes[:, 1, 0]
-        return fallen.reshape(-1, 2), axes, splines.light.reshape(len(splines.light), -1) * np.abs(area)
+        light = splines.light.reshape(len(splines.light), -1) * np.abs(area)
+        there = light.any(axis=0)
+        return fallen.reshape(-1, 2)[there], axes[there], light[:, there]
 
     def _blocks(self, lattice: Lattice, origin: tuple[float, float]) -> Iterator[np.ndarray]:
         """Yield samples in sight, in blocks over which axes change little."""

@@ -38,7 +38,7 @@ LOOKED_AT = 48  # radial frequencies at which transfers are compared
 BANDS = 4, 8, 14, 21, 28, 36, 48  # of these: where bands of frequencies end, each with mixtures of its own
 POINTS, FAR_POINTS = 320, 96  # along the radius of a table
 TURNS = 32, 48, 64, 96, 128, 192, 256, 384, 512  # directions of a table over half a turn
-OF_RULE, OF_PLACES, OF_MIXTURES, OF_TURNS = 1.0, 2.0, 2.0, 0.6  # of what is allowed
+OF_RULE, OF_PLACES, OF_MIXTURES, OF_TURNS = 0.5, 1.5, 1.5, 0.5  # of what is allowed
 CUBIC = 0.0234  # of the fourth power of a wave's step: what a cubic between four points leaves
 ALIKE_UM = 1e-6  # heights that are one
 NEAR_EVERY = 2  # photosites between points of levels that are summed tile by tile
@@ -74,8 +74,8 @@ class VaryingLens:
         flat = weights.reshape(len(weights), -1)
         _, triangle, order = scipy.linalg.qr(flat.T, mode="economic", pivoting=True)
         count = max(1, int(np.count_nonzero(np.abs(np.diag(triangle)) * math.sqrt(flat.shape[1]) > allowed)))
-        rows = np.sort(order[:count])
-        return rows, np.linalg.lstsq(flat[rows].T, flat.T, rcond=None)[0]
+        rows = np.sort(order[:count]).astype(np.int64)
+        return rows, np.linalg.lstsq(flat[rows].T, flat.T, rcond=None)[0].astype(np.float64)
 
     @property
     def blurs(self) -> F64:
@@ -255,7 +255,7 @@ class Mixtures:
     @property
     def number(self) -> int:
         """How many there are."""
-        return self.harmonics.shape[2]
+        return int(self.harmonics.shape[2])
 
     def polar(self, level: Level, weights: F64) -> tuple[tuple[C128, I64], float]:
         """Return the table of ``Lens.polar``, mixtures as its channels; weights are in it."""
@@ -417,4 +417,4 @@ def _halves(count: int) -> list[slice]:
 def _corners_um(at: tuple[float, float], shape: tuple[int, int], lens: VaryingLens) -> F64:
     """Return the centres of the first and the last photosite of a part."""
     low = np.array(at)
-    return lens.pitch_um * np.stack([low, low + [shape[1] - 1.0, shape[0] - 1.0]])
+    return lens.pitch_um * np.stack([low, low + np.array([shape[1] - 1.0, shape[0] - 1.0])])

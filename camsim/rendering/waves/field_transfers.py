@@ -2,8 +2,8 @@
 
 A transfer is an integral over what the opening and its shifted copy have in common. Where in the pupil its nodes lie
 depends on the frequency alone, so wavefronts of all places share them: at a node each is a sum of the same differences
-of Zernike polynomials. Along chords, and in the angle that says which chord, the integrand is analytic: x = u, y = sin α
-with |u| ≤ cos α − ρ, |α| ≤ arccos ρ.
+of Zernike polynomials. Along chords, and in the angle that says which chord, the integrand is analytic: x = u and
+y = sin α with |u| ≤ cos α − ρ, |α| ≤ arccos ρ.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from camsim.errors import UnsupportedError
 from camsim.kernels import kernel, shared
 from camsim.optics.placed import PlacedLens
 from camsim.optics.protocols import Placed
-from camsim.optics.rays import places_over
 from camsim.optics.pupil import Pupil
+from camsim.optics.rays import places_over
 from camsim.optics.transfer_table import radial_matrix, radial_places
 from camsim.optics.zernike import layout, orders, zernike
 from camsim.quadrature import chebyshev, gauss_rules
@@ -52,7 +52,7 @@ class Wavefronts:
     def of(cls, lenses: Sequence[Placed], wavelength_nm: F64) -> Wavefronts:
         """Return those of lenses, each at all wavelengths."""
         each = [_coefficients(lens, wavelength_nm) for lens in lenses]
-        index = tuple(sorted({j for own, values in each for j, there in zip(own, values.any(axis=0)) if there and j}))
+        index = tuple(sorted({j for own, values in each for j in np.array(own)[values.any(axis=0)].tolist() if j}))
         waves = np.zeros((len(index), len(lenses), wavelength_nm.size))
         for k, (own, values) in enumerate(each):
             for j, value in zip(own, values.T, strict=True):
@@ -89,7 +89,7 @@ def _coefficients(lens: Placed, wavelength_nm: F64) -> tuple[tuple[int, ...], F6
     waves = np.stack([lens.waves(x, y, nm) for nm in wavelength_nm.tolist()])
     for count in (TERMS, MOST_TERMS):
         terms = np.stack([zernike(j, x, y) for j in range(count)], axis=1)
-        found = np.linalg.lstsq(terms, waves.T, rcond=None)[0]
+        found: F64 = np.linalg.lstsq(terms, waves.T, rcond=None)[0].astype(np.float64)
         if np.abs(terms @ found - waves.T).max() <= FITTED:
             return tuple(range(count)), found.T
     raise UnsupportedError("its wavefront is no polynomial of order 20 or less", key="lens")
@@ -162,8 +162,8 @@ class Rule:
         for count in MANY_RADII:
             rho, angle = self.outer * radial_places(count), np.repeat(TRIED_DIRECTIONS, count)
             values = self.at(fronts, np.tile(rho, 2), angle).reshape(2, count, -1)
-            series = np.cos(np.arange(count)[:, None] * np.arccos(chebyshev(count))) * (2.0 / count)
-            size = np.abs(np.einsum("rn,dnp->drp", series, values, optimize=True)).max(axis=(0, 2))
+            cosines = np.cos(np.arange(count)[:, None] * np.arccos(chebyshev(count))) * (2.0 / count)
+            size = np.abs(np.einsum("rn,dnp->drp", cosines, values, optimize=True)).max(axis=(0, 2))
             if (fits := _fewest(size, RADII, allowed)) is not None:
                 return fits
         raise UnsupportedError("its wavefronts turn too often along the pupil's radius", key="lens")
