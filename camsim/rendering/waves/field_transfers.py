@@ -29,10 +29,10 @@ from camsim.optics.zernike import layout, orders, zernike
 from camsim.quadrature import chebyshev, gauss_rules
 
 NODES = 6, 8, 10, 12, 16, 20, 24, 32, 40, 52, 64, 88, 120, 160, 220, 300  # each way of an overlap
-RADII = 8, 10, 12, 16, 20, 24, 32, 48, 64, 96, 128, 192, 256, 384
+RADII = 8, 10, 12, 16, 20, 24, 28, 32, 40, 48, 56, 64, 72, 84, 96, 128, 192, 256, 384
 DIRECTIONS = 6, 8, 12, 16, 20, 24, 32, 48, 64, 96, 128, 192, 256  # over half a turn
 TRIED_RADII, TRIED_DIRECTIONS = np.array([0.03, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0]), np.array([0.4, 1.3])
-MANY_RADII, MANY_DIRECTIONS = (24, 48, 96, 240, 480), (24, 48, 96, 320)  # of which few are found to be enough
+MANY_RADII, MANY_DIRECTIONS = (24, 48, 96, 160, 240, 480), (24, 48, 96, 320)  # of which few are found to be enough
 S3, S5, S7, S9, S11, S13, S15 = (math.pow(-1.0, n) / math.factorial(2 * n + 1) for n in range(1, 8))
 C2, C4, C6, C8, C10, C12, C14, C16 = (math.pow(-1.0, n) / math.factorial(2 * n) for n in range(1, 9))
 TERMS = 66  # Zernikes to order 10, as which a wavefront of somebody's own is taken first

@@ -15,7 +15,7 @@ import scipy
 from camsim.arrays import C128, F64
 from camsim.kept import cached_property
 from camsim.kernels import shared
-from camsim.rendering.waves.kernels import add_curves, add_polar, between
+from camsim.rendering.waves.kernels import add_curves, add_polar, between, channels_first
 from camsim.rendering.waves.levels import Lattice, Level, lattice_of
 from camsim.rendering.waves.transfers import Footprint, Lens
 
@@ -144,7 +144,7 @@ class FrequencyImage:
             parts = polar.view(np.float64)
             work = functools.partial(add_polar, sums, transform, parts, there, footprint, share, (step_x, step_y, per))
             shared(total.shape[1], work)
-            total += np.moveaxis(sums.view(np.complex128), 2, 0)
+            shared(total.shape[1], functools.partial(channels_first, sums, total))
             return
         else:
             self._add_planes(total, transform, level, lattice, behind, footprint, share)

@@ -157,6 +157,15 @@ def add_polar(
 
 
 @kernel()
+def channels_first(sums: F64, total: C128, begin: int, stop: int) -> None:
+    """Add rows begin … stop of ``add_polar``'s sums (rows, cols, 2·channels) to a total (channels, rows, cols)."""
+    for row in range(begin, stop):
+        for c in range(len(total)):
+            for col in range(total.shape[2]):
+                total[c, row, col] += complex(sums[row, col, 2 * c], sums[row, col, 2 * c + 1])
+
+
+@kernel()
 def between(coarse: F64, down: bool, first: I64, taps: F64, out: F64, begin: int, stop: int) -> None:
     """Write rows begin … stop of what coarse points (n, rows, cols) are between them, down columns or along rows.
 
