@@ -25,14 +25,7 @@ def test_shares_add_to_one():
     for engine in (budget.BOUNDARY, budget.FOURIER, budget.DIFFERENCE):
         assert sum(share.part for share in (budget.SCENE | engine).values()) == pytest.approx(1.0, abs=1e-12)
     assert sum(share.part for share in budget.CHECK.values()) == pytest.approx(1.0, abs=1e-12)
-    every = (
-        budget.SCENE
-        | budget.BOUNDARY
-        | budget.FOURIER
-        | budget.DIFFERENCE
-        | budget.BENT
-        | budget.CHECK
-    )
+    every = budget.SCENE | budget.BOUNDARY | budget.FOURIER | budget.DIFFERENCE | budget.BENT | budget.CHECK
     assert set(every) == set(typing.get_args(budget.Source))
 
 

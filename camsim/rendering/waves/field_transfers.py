@@ -147,7 +147,7 @@ class Rule:
         if fronts.mirrored:  # T(ρ, π − θ) is the conjugate of T(ρ, −θ), which is T(ρ, θ)
             half = np.concatenate([half, half[:, count - first : 0 : -1].conj()], axis=1)
         whole = np.concatenate([half, half.conj()], axis=1)
-        waves: C128 = scipy.fft.fft(whole, axis=1) / (2 * count)
+        waves = np.fft.fft(whole, axis=1) / (2 * count)
         return np.ascontiguousarray(np.moveaxis(waves, 2, 0))
 
     def between(self, rho: F64) -> F64:
