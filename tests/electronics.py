@@ -5,8 +5,11 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+import pytest
 
 import camsim
+from camsim.capturing import load_camera
+from camsim.errors import CamsimError
 from camsim.sensor import streams
 from camsim.sensor.chain import record
 from camsim.sensor.electronics import ORDER, Electronics
@@ -16,6 +19,14 @@ TIME_S = 0.25
 ELECTRONS_PER_DN = 4.0
 WELL = camsim.FullWell(900.0)
 KERNEL = ((0.01, 0.02, 0.0), (0.03, 0.9, 0.015), (0.0, 0.02, 0.005))
+
+
+def refused_in_a_sentence(file, sentence):
+    """Load a sensor file that is wrong, and find the sentence in what is said, and no more than one."""
+    with pytest.raises(CamsimError) as caught:
+        load_camera(file, lens=camsim.Airy(f_number=8.0))
+    assert sentence in str(caught.value)
+    assert "\n" not in str(caught.value)
 
 
 @dataclass(frozen=True, kw_only=True)

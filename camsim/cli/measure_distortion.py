@@ -6,7 +6,7 @@ import functools
 from typing import TYPE_CHECKING
 
 from camsim.cli.measure_mtf_table import with_error
-from camsim.cli.measured import Outputs, picture_and_capture
+from camsim.cli.measured import Outputs, capture_of
 from camsim.cli.progress import Bar
 from camsim.cli.tables import print_table
 
@@ -34,7 +34,7 @@ def measure(file: str, cfa: str | None, outputs: Outputs) -> None:
         _measure_grid(picture, outputs)
         return
     with Bar(shown=True, compiles=False) as bar:
-        report = measure_distortion(*picture_and_capture(file), progress=bar.update)
+        report = measure_distortion(picture, capture_of(picture, file), progress=bar.update)
     rows = [[getattr(mark, name) for name in _COLUMNS] for channel in report.channels for mark in channel.marks]
     outputs.write(_COLUMNS, rows, functools.partial(_draw, report))
     outputs.tell(report, _print)

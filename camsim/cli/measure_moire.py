@@ -8,7 +8,7 @@ from dataclasses import fields
 from typing import TYPE_CHECKING
 
 from camsim.cli.measure_mtf_table import with_error
-from camsim.cli.measured import Outputs, picture_and_capture
+from camsim.cli.measured import Outputs, capture_of
 from camsim.cli.tables import print_table
 from camsim.errors import InvalidValueError
 
@@ -30,7 +30,7 @@ def measure(file: str, cfa: str | None, rim_pixel: float | None, outputs: Output
     elif rim_pixel is not None:
         raise InvalidValueError("is of anybody's files; this one says what it was taken of; leave it out", key="--rim")
     else:
-        report = measure_moire(*picture_and_capture(file))
+        report = measure_moire(picture, capture_of(picture, file))
     names = [field.name for field in fields(Ghost)]
     rows = [[getattr(ghost, name) for name in names] for ghost in report.ghosts]
     outputs.write(names, rows, functools.partial(_draw, report))

@@ -73,11 +73,17 @@ class Outputs:
 def picture_and_capture(file: str) -> tuple[Picture, Capture]:
     """Return a file's picture and what it says it was taken of; raises UnsupportedError where it says nothing."""
     from camsim.measure import read_picture
-    from camsim.revive import revive_capture
 
     picture = read_picture(file)
+    return picture, capture_of(picture, file)
+
+
+def capture_of(picture: Picture, file: str) -> Capture:
+    """Return what a file's picture says it was taken of; raises UnsupportedError where it says nothing."""
+    from camsim.revive import revive_capture
+
     if picture.description is None:
         raise UnsupportedError(
             "does not say what it was taken of; camsim's own files do (.dng, .tiff, .exr, .png:mosaic)", stage=file
         )
-    return picture, replace(revive_capture(picture.description), scene_name=file)
+    return replace(revive_capture(picture.description), scene_name=file)

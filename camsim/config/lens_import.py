@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from camsim.config import lens_glass
-from camsim.config.lens_rays import NEAR_AXIS, Lens, Prescription, Surface
+from camsim.config.lens_rays import NEAR_AXIS, Lens, Prescription, Surface, or_aim
 from camsim.config.lens_tables import Traced, lens_file
 from camsim.errors import InputError
 
@@ -323,10 +323,9 @@ def _angle_of(lens: Lens, height_mm: float, name: str) -> float:
     stop = int(beyond[0]) if beyond.size else 0
     if not stop or not np.isfinite(heights[:stop]).all():
         reached = float(np.nanmax(heights))
-        aimed = "" if lens.aim else "aim its rays at the stop (RAIM 0 2 in place of RAIM 0 0), or "
         raise InputError(
             f"{name!r} has no chief ray that falls {height_mm:g} mm from the axis; those that are found reach "
-            f"{reached:.4g} mm: {aimed}give it a smaller field, such as --field-mm {0.95 * reached:.3g}"
+            f"{reached:.4g} mm: {or_aim(lens.aim)}give it a smaller field, such as --field-mm {0.95 * reached:.3g}"
         )
     low, high = float(angles[stop - 1]), float(angles[stop])
     while high - low > 1e-10:

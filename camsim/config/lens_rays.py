@@ -316,3 +316,8 @@ def _met(surface: Surface, x: F64, y: F64, dx: F64, dy: F64, dz: F64) -> tuple[F
         if not np.nanmax(np.abs(missed), initial=0.0) > MET:
             break
     return length, slope_x, slope_y
+
+
+def or_aim(aim: bool) -> str:
+    """Return the other way out where chief rays are lost: to aim rays at the stop, if they are not."""
+    return "" if aim else "aim its rays at the stop (RAIM 0 2 in place of RAIM 0 0), or "

@@ -15,7 +15,7 @@ from camsim.arrays import F64
 from camsim.config import yaml_source
 from camsim.config.lens_check import CHECKED_NM, CYCLES_PER_MM, compared, even_disc, least_squares
 from camsim.config.lens_files import lens_of
-from camsim.config.lens_rays import NEAR_AXIS, Beam, Lens, Prescription
+from camsim.config.lens_rays import NEAR_AXIS, Beam, Lens, Prescription, or_aim
 from camsim.cores import one_blas_thread
 from camsim.errors import InputError
 from camsim.optics.field_lens import FieldLens
@@ -183,10 +183,9 @@ def _judge_heights(height_mm: F64, angles: F64, name: str, *, aim: bool) -> None
     lost[1:] |= np.diff(height_mm) <= 0.0
     if lost.any():
         reached = math.degrees(angles[max(int(np.argmax(lost)) - 1, 0)])
-        aimed = "" if aim else "aim its rays at the stop (RAIM 0 2 in place of RAIM 0 0), or "
         raise InputError(
-            f"{name!r} has no chief ray past {reached:.4g}° from the axis that falls farther out; {aimed}give it a "
-            f"smaller field, such as --field {math.floor(10.0 * reached) / 10.0:g}"
+            f"{name!r} has no chief ray past {reached:.4g}° from the axis that falls farther out; {or_aim(aim)}give it "
+            f"a smaller field, such as --field {math.floor(10.0 * reached) / 10.0:g}"
         )
 
 

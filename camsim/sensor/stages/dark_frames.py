@@ -10,12 +10,11 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from camsim.arrays import F64
-from camsim.kind import array_of
 from camsim.own import is_own
 from camsim.sensor.stage import Context, ElectronicStage, Phase
 from camsim.sensor.stages.dark_current import DarkCurrent
-from camsim.sensor.stages.offset_map import OffsetMap, kept_pattern, pattern_at
-from camsim.typed import judge, refusal
+from camsim.sensor.stages.offset_map import OffsetMap, keep_pattern, pattern_at
+from camsim.typed import judge
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -45,15 +44,7 @@ class DarkFrames(ElectronicStage):
 
     def __post_init__(self) -> None:
         judge(self)
-        codes = array_of(self.codes_dn, "codes_dn", "DarkFrames")
-        if codes.ndim != 3 or codes.dtype.kind not in "fiu" or not codes.size:
-            message = f"must be numbers (darks, rows, cols), not {codes.dtype} of shape {codes.shape}"
-            raise refusal(self, "codes_dn", message)
-        kept, sha256 = kept_pattern(codes)
-        if not np.isfinite(kept).all():
-            raise refusal(self, "codes_dn", "must be finite")
-        object.__setattr__(self, "codes_dn", kept)
-        object.__setattr__(self, "sha256", sha256)
+        keep_pattern(self, "codes_dn", "darks, rows, cols")
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, DarkFrames) and self.sha256 == other.sha256

@@ -41,15 +41,7 @@ class OffsetMap(ElectronicStage):
 
     def __post_init__(self) -> None:
         judge(self)
-        offsets = array_of(self.offsets, "offsets", "OffsetMap")
-        if offsets.ndim != 2 or offsets.dtype.kind not in "fiu" or not offsets.size:
-            message = f"must be numbers (rows, cols), not {offsets.dtype} of shape {offsets.shape}"
-            raise refusal(self, "offsets", message)
-        kept, sha256 = kept_pattern(offsets)
-        if not np.isfinite(kept).all():
-            raise refusal(self, "offsets", "must be finite")
-        object.__setattr__(self, "offsets", kept)
-        object.__setattr__(self, "sha256", sha256)
+        keep_pattern(self, "offsets", "rows, cols")
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, OffsetMap) and (self.sha256, self.unit) == (other.sha256, other.unit)
@@ -77,13 +69,24 @@ class OffsetMap(ElectronicStage):
         return offsets
 
 
-def kept_pattern(given: Any) -> tuple[F32, str]:
-    """Return numbers of photosites in single precision, which cannot be written into, and their SHA-256."""
+def keep_pattern(stage: ElectronicStage, field_name: str, axes: str) -> None:
+    """Put a stage's numbers of photosites there in single precision, read-only, and their SHA-256 into ``sha256``.
+
+    axes : in words, such as "rows, cols"
+
+    Raises InvalidValueError where these are no finite numbers along such axes.
+    """
+    given = array_of(getattr(stage, field_name), field_name, type(stage).__name__)
+    if given.ndim != len(axes.split(",")) or given.dtype.kind not in "fiu" or not given.size:
+        raise refusal(stage, field_name, f"must be numbers ({axes}), not {given.dtype} of shape {given.shape}")
     kept = np.array(given, np.float32, order="C")
+    if not np.isfinite(kept).all():
+        raise refusal(stage, field_name, "must be finite")
     kept.flags.writeable = False
     told = hashlib.sha256(f"{kept.shape}".encode())
     told.update(kept.data)
-    return kept, told.hexdigest()
+    object.__setattr__(stage, field_name, kept)
+    object.__setattr__(stage, "sha256", told.hexdigest())
 
 
 def pattern_at(pattern: F32, first: tuple[int, int], shape: tuple[int, ...]) -> F64:
