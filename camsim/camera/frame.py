@@ -182,12 +182,12 @@ class Frame:
     """A finished capture.
 
     mosaic              (rows, cols) uint16 stored codes; ``signal_dn`` and ``signal_e`` are their data numbers minus
-    black, as floats
+                        black, as floats
     mean_electrons      (rows, cols) float64, before any noise, after crosstalk, each photosite in its own channel
     electrons           (rows, cols) float64, after noise and full well, before the ADC
     truth               (rows, cols, channels) float32 mean electrons of every channel; None unless requested. At a
-    photosite's channel it equals ``mean_electrons``; at others, what a photosite of that
-    channel would collect there, with the neighbours (for crosstalk) it has in the array
+                        photosite's channel it equals ``mean_electrons``; at others, what a photosite of that channel
+                        would collect there, with the neighbours (for crosstalk) it has in the array
     channel_index       (rows, cols) uint8, index into ``channels``
     channels            names such as ("R", "G", "B") or ("Y",)
     cfa_pattern         letters from the window's (0,0) (0,1) … , one string per row, such as ("RG", "GB")
@@ -196,14 +196,14 @@ class Frame:
                         as ``black_levels_dn``
     electrons_per_dn    at the ISO setting of the exposure
     white_e             mean electrons at which white clips, for a non-linear read-out; None: from white_level_dn
-    shot_e2_per_e       variance of shot noise per electron of signal as read, at 18 % of black..white: 1 for a
-    linear read-out; 0 without shot noise
+    shot_e2_per_e       variance of shot noise per electron of signal as read, at 18 % of black..white: 1 for a linear
+                        read-out; 0 without shot noise
     read_noise_e        standard deviation of the total temporal read-out noise
     steps_e             quantisation step of each channel's electrons in 64-bit files: finer digits differ between
-    processors; empty: not quantised
+                        processors; empty: not quantised
     f_number            of the lens; 0: no lens
     companding          (data number, code) points where stored codes are companded; all levels are data numbers, and
-    ``linear_dn`` gives the mosaic in them
+                        ``linear_dn`` gives the mosaic in them
     frame_number        index of the exposure among those of one scene
     spectral            the scene's radiance per wavelength; None unless requested
     passed_rows         number of rows of a streamed capture, whose arrays are empty

@@ -71,8 +71,7 @@ class Document:
 
     file    as the user gave it: the name that faults carry
     folder  where the file lies; files that it names lie under here
-    faults  what the reader refused
-    removed keys removed by overrides, with their places
+    faults  what the reader refused removed keys removed by overrides, with their places
     """
 
     file: str

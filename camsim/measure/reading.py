@@ -99,8 +99,8 @@ def read_picture(
     gamma : encoding to undo: an exponent such as 2.2, or "srgb"; 1 declares the numbers linear
     cfa   : the colour filter array of a file that does not state it, such as RGGB
     layer : of an EXR, NPZ or MATLAB file that holds several, such as mean or noisy
-    stored : for a DNG its codes as stored, to measure noise: opcode lists are not applied, and black levels by row
-    and column are subtracted as integers. Otherwise its opcode lists are applied, or raise by name
+    stored : for a DNG its codes as stored, to measure noise: opcode lists are not applied, and black levels by row and
+             column are subtracted as integers. Otherwise its opcode lists are applied, or raise by name
 
     Four planes of a filter array, (4, rows, cols) or (rows, cols, 4), become its mosaic if ``cfa`` declares it: the
     planes are the positions (0, 0), (0, 1), (1, 0), (1, 1).

@@ -23,8 +23,8 @@ class SideLimits(NamedTuple):
     segment_um : largest length
     wobble_um  : root-mean-square distance between side and curve: s²/(R·√720), the parabola s²/8R less its mean
     cut_um2    : area between them that no other side compensates: s³/24R at a corner, which is kept in place, and
-    s³/(72·√3·R) over a part of a side where another shape cuts the outline. The first is used for
-    both: an arc then has the sides of its circle
+                 s³/(72·√3·R) over a part of a side where another shape cuts the outline. The first is used for both: an
+                 arc then has the sides of its circle
     moment_um3 : moment that remains where the next side is longer or shorter: s⁴/96R
     off_um     : distance between them that is always negligible: s²/12R, with ends slightly outside
     turn_rad   : turn of the curve over a side

@@ -37,13 +37,14 @@ class Adc:
     black_level_dn   : data number of zero electrons; data numbers equal codes unless companded
     electrons_per_dn : at ``base_iso``; falls in proportion to the ISO setting
     base_iso         : ISO at which ``electrons_per_dn`` holds
-    black_offsets_dn : a rectangle of integers, tiled over the full frame and added to the black level, as in
-    sensors that read several photosites at once; they include 0 or both signs
+    black_offsets_dn : a rectangle of integers, tiled over the full frame and added to the black level, as in sensors
+                       that read several photosites at once; they include 0 or both signs
     gain_at_iso      : (ISO, electrons per data number) of other settings, by increasing ISO, where the gain is not
-    proportional to ISO; electrons_per_dn · iso is interpolated linearly in log iso, ``base_iso`` included
+                       proportional to ISO; electrons_per_dn · iso is interpolated linearly in log iso, ``base_iso``
+                       included
     code_step_dn     : distance between codes, as for 12 bits stored in 16; the largest code is the last one in range
-    companding       : (data number, code) points, increasing from data number 0 to the largest one distinguished:
-    the stored code of each data number, piecewise linear; empty: not companded
+    companding       : (data number, code) points, increasing from data number 0 to the largest one distinguished: the
+                       stored code of each data number, piecewise linear; empty: not companded
 
     >>> adc = Adc(bit_depth=12, black_level_dn=128, electrons_per_dn=10.0, base_iso=200.0)
     >>> adc.quantise(np.array([-1e9, 0.0, 14.0, 16.0, 1e9]), iso=200.0)

@@ -51,8 +51,8 @@ def filters_of(channels: Sequence[str]) -> tuple[str, ...]:
 class Cfa:
     """A colour filter array: a rectangle of letters repeated over the sensor, from photosite (0, 0).
 
-    pattern : one string of letters per row. G and g are two channels of one filter colour with separate curves,
-    such as the greens in rows with red (Gr) and with blue (Gb): files and previews treat both as green
+    pattern : one string of letters per row. G and g are two channels of one filter colour with separate curves, such as
+              the greens in rows with red (Gr) and with blue (Gb): files and previews treat both as green
 
     >>> Cfa.bayer("GBRG").pattern
     ('GB', 'RG')

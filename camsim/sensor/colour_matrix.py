@@ -51,7 +51,7 @@ class ColourResponse:
     light     : of the scene
     passes    : transmissions in the light path (lens, filters), multiplied
     crosstalk : (channels, channels) share that each channel receives from every channel; None: no crosstalk. In
-    ``of_filters`` (filters, channels)
+                ``of_filters`` (filters, channels)
     matrix    : illuminants of a file's colour matrices
     measured  : matrices measured on a chart, in place of the fitted ones
     """

@@ -25,14 +25,14 @@ _MERGED_BITS = 16
 class DualGain:
     """High conversion gain: a smaller full well and less read noise, from an ISO setting on, or in each exposure.
 
-    from_iso     : the lowest setting that uses it; ``Adc.electrons_per_dn`` stays proportional to ISO there, as
-    makers calibrate their settings across the switch
+    from_iso     : the lowest setting that uses it; ``Adc.electrons_per_dn`` stays proportional to ISO there, as makers
+                   calibrate their settings across the switch
     capacity_e   : full well in this mode, electrons; None: as at low gain
     read_noise_e : standard deviation in this mode, electrons; None: as at low gain
-    electrons_per_dn : instead of ``from_iso``, at the base ISO: each exposure is read at both gains, with
-    independent read-out noise
-    read         : the recorded image, "low", "high" or "merged": in 16 bits, the high-gain one up to 90 % of its
-    white, the low-gain one above. None: merged if there are two
+    electrons_per_dn : instead of ``from_iso``, at the base ISO: each exposure is read at both gains, with independent
+                       read-out noise
+    read         : the recorded image, "low", "high" or "merged": in 16 bits, the high-gain one up to 90 % of its white,
+                   the low-gain one above. None: merged if there are two
 
     >>> DualGain(from_iso=800.0, capacity_e=8000.0, read_noise_e=1.2).read is None
     True

@@ -25,7 +25,7 @@ class MeasuredMatrix:
 
     light         : its name;  white_xyz: the XYZ of a perfect diffuser in it, Y = 1
     camera_to_xyz : rows X, Y, Z of red, green and blue above black, on any scale. The values that it maps to
-    ``white_xyz`` are the camera's white balance
+                    ``white_xyz`` are the camera's white balance
 
     >>> matrix = MeasuredMatrix(
     ...     light="D50",

@@ -165,8 +165,8 @@ class ElectronicStage(Protocol):
 
     name          : of the camera's field, and prefix of its error messages
     phases        : when it acts, mostly one
-    stream        : id of its random stream, or several; None: nothing is drawn. Ids must not be reused,
-    or old captures change
+    stream        : id of its random stream, or several; None: nothing is drawn. Ids must not be reused, or old captures
+                    change
     temporal      : whether it draws anew in each frame (from the seed) or once for the sensor (from the serial number)
     without_noise : whether it also acts in captures without noise
     margin        : photosites of padding that it needs on every side

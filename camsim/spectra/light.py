@@ -214,8 +214,8 @@ class Light:
     def samples(self, *stages: Iterable[Spectrum]) -> LightSamples:
         """Return the spectral irradiance at nodes that integrate its product with one curve of every stage.
 
-        stages : stages in the light path, each with alternative curves (the reflectances of a scene, the channels
-        of a sensor)
+        stages : stages in the light path, each with alternative curves (the reflectances of a scene, the channels of a
+                 sensor)
 
         Every point of every curve bounds a panel, so that narrow features and steps are resolved. Sums are integrals of
         the given curves, exact to rounding; for a line of finite width or a blackbody, to 1e-9.

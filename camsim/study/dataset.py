@@ -133,8 +133,8 @@ def check_dataset(study: StudyOrFile) -> None:
 def read_pair(folder: str | os.PathLike[str], index: int) -> tuple[dict[str, F32], dict[str, Any]]:
     """Return a sample of a data set: its arrays by part (noisy, clean, truth), and its row of the index.
 
-    noisy : codes (of a sensor that compands, their data numbers), uint16;  clean : (rows, cols) and truth :
-    (rows, cols, channels) mean electrons, float32
+    noisy : codes (of a sensor that compands, their data numbers), uint16;  clean : (rows, cols) and truth : (rows,
+            cols, channels) mean electrons, float32
 
     Electrons of a code are (code − black_level_dn − black_offsets_dn) · electrons_per_dn.
 

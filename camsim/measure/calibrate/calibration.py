@@ -35,8 +35,8 @@ class Calibration:
     cells_dn  : mean black levels over the period of the filter array
     read_noise_e, dual_read_noise_e : before the gain, without telegraph noise, of low and of high conversion gain
     law       : distribution of a photosite's noise, at ``law_setting``
-    hot_fraction, hot_e_per_s, hot : hot photosites in the longest darks: their share, mean current,
-    and (row, col, e_per_s) of each
+    hot_fraction, hot_e_per_s, hot : hot photosites in the longest darks: their share, mean current, and (row, col,
+                                     e_per_s) of each
     notes     : remarks on the figures
     """
 

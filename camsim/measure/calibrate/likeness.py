@@ -47,8 +47,8 @@ class SideBySide:
 
     mean_dn, variance_dn2, profile_variance_dn2 : (n,) of the groups of frames, per channel
     darks, profile_darks : statistics of the darks
-    kl_nats : Kullback–Leibler divergence of the darks' codes, camera from profile, as noise models are compared
-    (Noise Flow and ELD: histograms of codes above their mean); floor: between halves of the camera's darks
+    kl_nats : Kullback–Leibler divergence of the darks' codes, camera from profile, as noise models are compared (Noise
+              Flow and ELD: histograms of codes above their mean); floor: between halves of the camera's darks
     """
 
     iso: float

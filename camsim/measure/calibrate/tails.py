@@ -62,8 +62,8 @@ class Fitted:
     """The selected distribution.
 
     errors : standard errors of the shape's figures by name
-    rises  : increase of the log-likelihood by each component, in its standard errors, in order of selection;
-    for the first rejected one, name and number
+    rises  : increase of the log-likelihood by each component, in its standard errors, in order of selection; for the
+             first rejected one, name and number
     """
 
     shape: Shape
@@ -86,8 +86,8 @@ def fit_tails(
 
     step_dn    : between codes
     normal_dn2 : variance of further normal noise in them (after the gain, of rows), and its error
-    fixed_dn2  : variance of the fixed pattern, normal over photosites;  period: of the filter array, whose
-    cells may have separate black levels
+    fixed_dn2  : variance of the fixed pattern, normal over photosites;  period: of the filter array, whose cells may
+                 have separate black levels
 
     A component (tails, telegraph noise, non-uniformity) is selected if the log-likelihood increases by more than 4
     standard errors of the increase, estimated from blocks of rows (Vuong's test), in order of increase. Differences are

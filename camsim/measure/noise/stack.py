@@ -93,8 +93,8 @@ class Stack:
 
     frames : their number
     mean_dn, mean_sigma_dn : mean code and the standard deviation of its estimate
-    row_sigma_dn : the same estimated from rows, which are many;  excess_dn2: excess of the variance of
-    frames' means over that: for few frames random, of either sign
+    row_sigma_dn : the same estimated from rows, which are many;  excess_dn2: excess of the variance of frames' means
+                   over that: for few frames random, of either sign
     variance_dn2, variance_sigma_dn2 : temporal variance of a photosite, and error, without offsets common to a frame
     pattern, fine      : spatial variance of the fixed pattern: total, and without parts smooth over tens of photosites
     rounding           : of its codes;  coarser_dn2: additional variance of rounding here, for companded codes

@@ -4,8 +4,8 @@ F. van den Bergh, "On the rendering of synthetic images with specific point spre
 set of samples of the PSF around every photosite and weight the scene's mean over the footprint at each; ``strips``
 integrates a Gaussian PSF instead, in closed form along x and adaptively along y.
 
-area           the footprint alone, clipped exactly: no lens
-uniform-pixel  11 × 11 samples at integer pixels, weighted by the PSF
+area           the footprint alone, clipped exactly: no lens uniform-pixel  11 × 11 samples at integer pixels, weighted
+               by the PSF
 uniform        11 × 11 samples over the extent of the PSF (3 σ, or the third dark ring)
 importance     N samples (default 2025) of the Halton sequence (2, 3), distributed as the PSF (Airy cut at 18 λN)
 strips         Gaussian PSF of any covariance, point photosite
