@@ -98,16 +98,16 @@ def carry_out(
         for k, bands in enumerate(_images(plans, channels, _part(report, 0.0, 0.9))):
             values[k] = _passed(bands, channels[k], scale, (rows, cols), _Into(planes[k]))
         right = checker.values(rows, cols, np.broadcast_to(each, values.shape))
-        found_of = [checker.compare(plan, item, its, rows, cols) for item, its in zip(values, right, strict=True)]
+        found_of = [Found.of(plan, item, its, rows, cols) for item, its in zip(values, right, strict=True)]
         planes_found = max(found_of, key=lambda found: found.error)
         image = np.take_along_axis(planes, channel[None].astype(np.intp), axis=0)[0]
         each_channel = sets, np.arange(rows.size)
-        found = checker.compare(plan, values[each_channel], right[each_channel], rows, cols)
+        found = Found.of(plan, values[each_channel], right[each_channel], rows, cols)
     else:
         whole = _Into(np.empty((0 if take is not None else channel.shape[0], channel.shape[1])), or_itself=True)
         one = _passed(plan.bands(channel, _part(report, 0.0, 0.9)), channel, scale, (rows, cols), take or whole)
         image = whole.image
-        found = checker.compare(plan, one, checker.values(rows, cols, sets), rows, cols)
+        found = Found.of(plan, one, checker.values(rows, cols, sets), rows, cols)
     if strict:
         for outcome in (found, planes_found):
             if outcome is not None:

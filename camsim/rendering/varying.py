@@ -20,7 +20,6 @@ from camsim.optics.protocols import KnowsWaves, Rectangular, Varies
 from camsim.rendering.auto import FREQUENCIES, Choice, fits
 from camsim.rendering.bending import Bending
 from camsim.rendering.budget import ErrorBudget
-from camsim.rendering.direct.checks import Found
 from camsim.rendering.engine import Decision, Plan, too_much
 from camsim.rendering.fields.job import FieldJob
 from camsim.rendering.fields.layer import Layer
@@ -254,13 +253,6 @@ class FieldCheck:
         _, _, light = next(image.planes(one.first_centre, (1, 1)))
         seen: F64 = base + light[:, 0, 0]
         return seen
-
-    def compare(self, plan: Plan, values: F64, right: F64, rows: I64, cols: I64) -> Found:
-        """Compare an image's values at photosites with the reference."""
-        off = np.abs(values - right)
-        off = np.where(np.isnan(off), np.inf, off).reshape(-1, rows.size).max(axis=0)
-        worst = int(np.argmax(off))
-        return Found(error=float(off[worst]), row=int(rows[worst]), col=int(cols[worst]), photosites=rows.size)
 
 
 def _bending(lens: Varies, system: OpticalSystem, grid: Grid, seen_nm: F64, tolerance: float) -> Bending:

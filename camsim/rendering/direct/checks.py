@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
+import numpy as np
+
 from camsim.core.arrays import F64, I64, U8
 from camsim.rendering.engine import Plan
 
@@ -25,6 +27,20 @@ class Found:
     photosites: int
     standard_error: float | None = None
 
+    @classmethod
+    def of(cls, plan: Plan, values: F64, right: F64, rows: I64, cols: I64) -> Found:
+        """Compare an image's values at photosites with the reference; not a number counts as an infinite error."""
+        difference = np.abs(values - right)
+        difference = np.where(np.isnan(difference), np.inf, difference)
+        worst = int(np.argmax(difference))
+        return cls(
+            error=float(difference[worst]),
+            row=int(rows[worst]),
+            col=int(cols[worst]),
+            photosites=rows.size,
+            standard_error=plan.standard_error(rows, cols),
+        )
+
 
 class Checks(Protocol):
     """Recomputes photosites of a rendering."""
@@ -39,8 +55,4 @@ class Checks(Protocol):
 
     def values(self, rows: I64, cols: I64, sets: U8) -> F64:
         """Recompute photosites, each in its channel of ``sets`` (..., photosites)."""
-        ...
-
-    def compare(self, plan: Plan, values: F64, right: F64, rows: I64, cols: I64) -> Found:
-        """Compare an image's values at photosites with the reference."""
         ...

@@ -11,7 +11,6 @@ from camsim.core.arrays import F64, I64, U8, kinds_of
 from camsim.core.cached import cached_property
 from camsim.core.kernels import shared
 from camsim.numerics.matrix_products import product
-from camsim.rendering.direct.checks import Found
 from camsim.rendering.direct.fields import Fields
 from camsim.rendering.direct.light import condensed, count_of, counted_until, densities
 from camsim.rendering.direct.photosites import along_outlines
@@ -156,19 +155,6 @@ class DirectCheck:
         if self._nothing:
             return 0.0
         return ROW_SECONDS * (self._until * self._highest) ** 2 + self._count(plan) * self._seconds_each
-
-    def compare(self, plan: Plan, values: F64, right: F64, rows: I64, cols: I64) -> Found:
-        """Compare an image's values at photosites with the reference; not a number counts as an infinite error."""
-        difference = np.abs(values - right)
-        difference = np.where(np.isnan(difference), np.inf, difference)
-        worst = int(np.argmax(difference))
-        return Found(
-            error=float(difference[worst]),
-            row=int(rows[worst]),
-            col=int(cols[worst]),
-            photosites=rows.size,
-            standard_error=plan.standard_error(rows, cols),
-        )
 
     def values(self, rows: I64, cols: I64, sets: U8) -> F64:
         """Recompute photosites, each in its channel of ``sets`` (..., photosites)."""

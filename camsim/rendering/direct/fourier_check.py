@@ -15,7 +15,6 @@ from camsim.core.arrays import F64, I64, U8
 from camsim.core.cached import cached_property
 from camsim.numerics.quadrature import GOLDEN
 from camsim.optics.of_pupil import OfPupil
-from camsim.rendering.direct.checks import Found
 from camsim.rendering.engine import FINEST, MEMORY_LIMIT_BYTES, Plan
 from camsim.rendering.fields.job import FieldJob
 from camsim.rendering.grid import Grid
@@ -107,18 +106,6 @@ class FourierCheck:
         found = self._image.at(grid.first_centre, (grid.rows, grid.cols), rows, cols)
         values += np.take_along_axis(found, sets.reshape(-1, rows.size), axis=0).reshape(sets.shape)
         return values
-
-    def compare(self, plan: Plan, values: F64, right: F64, rows: I64, cols: I64) -> Found:
-        """Compare an image's values at photosites with the reference."""
-        difference = np.where(np.isnan(values - right), np.inf, np.abs(values - right))
-        worst = int(np.argmax(difference))
-        return Found(
-            error=float(difference[worst]),
-            row=int(rows[worst]),
-            col=int(cols[worst]),
-            photosites=rows.size,
-            standard_error=plan.standard_error(rows, cols),
-        )
 
 
 def hardest_of(job: Job, count: int) -> tuple[I64, I64]:
