@@ -12,8 +12,6 @@ F32: TypeAlias = npt.NDArray[np.float32]
 U16: TypeAlias = npt.NDArray[np.uint16]
 U8: TypeAlias = npt.NDArray[np.uint8]
 I64: TypeAlias = npt.NDArray[np.int64]
-I32: TypeAlias = npt.NDArray[np.int32]
-C64: TypeAlias = npt.NDArray[np.complex64]
 C128: TypeAlias = npt.NDArray[np.complex128]
 Scalar = TypeVar("Scalar", bound=np.generic)
 

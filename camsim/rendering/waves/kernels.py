@@ -9,8 +9,6 @@ import numpy as np
 from camsim.core.arrays import C128, F64, I64
 from camsim.core.kernels import kernel
 
-HERMITE = 4
-
 
 @kernel()
 def add_curves(
