@@ -17,7 +17,7 @@ from camsim.core.errors import InvalidValueError
 BLOCK_ROWS = 64
 _AT_ONCE = 1 << 18  # normals that fit in a processor's cache
 
-_MOST_KEPT, _LARGEST_KEPT = 256, 1 << 16  # blocks of fixed patterns, normals of one: 64 MiB at most
+_MOST_KEPT, _LARGEST_KEPT, _ALL_KEPT = 256, 1 << 18, 1 << 24  # blocks of fixed patterns, normals of one, of all: 64 MiB
 _KEPT: dict[tuple[object, ...], F32] = {}
 _KEPT_BY = threading.Lock()
 
@@ -45,7 +45,7 @@ def fixed_normals(serial: int, stream: int, *, rows: int, cols: int, origin: tup
 
     A window's normals are exactly that slice of the full frame's. 24 bits of a normal suffice: they are multiplied
     by a standard deviation and added to a number that is rounded far more coarsely. They are 0 beyond the left,
-    right and upper edges of the frame. Those of small windows are cached for the next exposure, and read-only.
+    right and upper edges of the frame. Those of windows up to 4096 wide are cached for the next exposure, read-only.
     """
     key = serial, stream, rows, cols, origin, frame_cols
     with _KEPT_BY:
@@ -57,7 +57,7 @@ def fixed_normals(serial: int, stream: int, *, rows: int, cols: int, origin: tup
         normals.flags.writeable = False
         with _KEPT_BY:
             _KEPT[key] = normals
-            while len(_KEPT) > _MOST_KEPT:
+            while len(_KEPT) > _MOST_KEPT or sum(each.size for each in _KEPT.values()) > _ALL_KEPT:
                 del _KEPT[next(iter(_KEPT))]
     return normals
 
