@@ -75,14 +75,16 @@ class Window:
         if planes is None:
             return None
         planes = np.maximum(planes, 0.0, out=planes)
-        planes += veil_e[:, None, None]
+        if veil_e.any():
+            planes += veil_e[:, None, None]
         if self.falls_off:
             planes *= self.falloff(self.wide)
         truth = np.empty((self.grid.rows, self.grid.cols, len(planes)), np.float32)
         one, crosstalk = self.channel(self.grid), self.camera.crosstalk
         for k in range(len(planes)):
             plane = planes[k] if crosstalk is None else crosstalk.seen_by(k, planes, self.camera.cfa)
-            truth[..., k] = np.where(one == k, mean_electrons, plane)
+            truth[..., k] = plane
+            np.copyto(truth[..., k], mean_electrons, where=one == k, casting="same_kind")
         return truth
 
     @property

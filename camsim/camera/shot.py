@@ -32,6 +32,7 @@ WHITE = Light("D65", illuminance_lux=10.0, at="sensor")
 """Default illumination of a perfect diffuser on the sensor: a scene of 640 lux gives it behind a lens at f/4."""
 
 
+_ROWS_AT_ONCE = 32
 _WAY_OUT = "time, ISO or the light itself sets how bright it is"
 
 
@@ -223,13 +224,16 @@ class Shot(Recording):
         index = cfa.channel_index(*cfa.period, wide.origin)
         for (row, col), channel in np.ndenumerate(index):
             here = np.s_[row :: cfa.period[0], col :: cfa.period[1]]
-            image[here] = _weighed(samples[here], self.response[channel])
+            _weigh(samples[here], self.response[channel], image[here])
         return image
 
     def _planes(self, samples: Any) -> F64:
         """Return (channels, rows, cols) mean electrons of every channel."""
         assert self.response is not None
-        return np.stack([_weighed(samples, one) for one in self.response])
+        planes = np.empty((len(self.response), *samples.shape[:2]))
+        for weights, plane in zip(self.response, planes, strict=True):
+            _weigh(samples, weights, plane)
+        return planes
 
     def _wavelengths(self) -> str:
         unit = self.image.unit
@@ -246,10 +250,11 @@ def reflected(size: int, step: int) -> I64:
     return inside
 
 
-def _weighed(samples: Any, weights: F64) -> F64:
-    """Return Σ plane × weight, (rows, cols), in double precision; planes of weight 0 are skipped."""
+def _weigh(samples: Any, weights: F64, total: F64) -> None:
+    """Write Σ plane × weight, (rows, cols), in double precision, rows by rows as a cache holds them."""
     planes = samples[..., None] if samples.ndim == 2 else samples
-    total: F64 = np.multiply(planes[..., 0], weights[0], dtype=np.float64)
-    for plane in np.flatnonzero(weights[1:]) + 1:
-        total += np.multiply(planes[..., plane], weights[plane], dtype=np.float64)
-    return total
+    for first in range(0, len(total), _ROWS_AT_ONCE):
+        rows = slice(first, first + _ROWS_AT_ONCE)
+        total[rows] = 0.0
+        for plane in np.flatnonzero(weights):
+            total[rows] += np.multiply(planes[rows, :, plane], weights[plane], dtype=np.float64)
