@@ -76,11 +76,7 @@ class VaryingLens:
     def mixed(self, weights: F64, allowed: float) -> tuple[I64, F64]:
         """Return the kinds that span all others, and the mixtures; as of ``Lens``, but for any transfers."""
         flat = weights.reshape(len(weights), -1)
-        _, triangle, order = scipy.linalg.qr(flat.T, mode="economic", pivoting=True)
-        count = max(1, int(np.count_nonzero(np.abs(np.diag(triangle)) * math.sqrt(flat.shape[1]) > allowed)))
-        rows = np.sort(order[:count]).astype(np.int64)
-        mixtures: F64 = np.asarray(np.linalg.lstsq(flat[rows].T, flat.T, rcond=None)[0], float)
-        return rows, mixtures
+        return spanning(flat, allowed / flat.shape[1])
 
     @property
     def blurs(self) -> F64:

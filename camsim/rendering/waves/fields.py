@@ -104,7 +104,7 @@ class FieldSource:
             return out if there else None
         splines = self._splines
         if layer.upright:
-            there = self._upright(out, splines.light, splines.places[0, 0], splines.step, lattice, origin, whole=True)
+            there = self._upright(out, splines.light, splines.first, splines.step, lattice, origin, whole=True)
             there |= self._add_points(out, splines.points, splines.corrections, lattice, origin)
             return out if there else None
         there = self._add_points(out, splines.places, splines.light, lattice, origin)
@@ -146,7 +146,7 @@ class FieldSource:
         turn = half_plane(np.ones(1, complex), across, out.shape[2])
         for one, values in zip(out, light, strict=True):
             if values.any():
-                one += modes((down, across), turn * values, one.shape, precision=self.precision, sign=-1)
+                one += modes((down, across), turn * values[None], one.shape, precision=self.precision, sign=-1)[0]
         return True
 
     @cached_property

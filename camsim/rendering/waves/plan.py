@@ -24,7 +24,7 @@ from camsim.rendering.fields.layer import Layer
 from camsim.rendering.fields.points import PointLayer
 from camsim.rendering.fields.samples import LONGEST_SQUARE, Support
 from camsim.rendering.job import Job, Nodes
-from camsim.rendering.spectral import Signals, fewer, fuse, kinds, wavefront_phase
+from camsim.rendering.spectral import Signals, fuse, kinds, wavefront_phase
 from camsim.rendering.waves.edges import EdgeSource
 from camsim.rendering.waves.fields import FieldSource
 from camsim.rendering.waves.image import MOST_AT_ONCE, FrequencyImage, Source, summed_shape, tiles
@@ -99,9 +99,10 @@ class WavesPlan:
             density = nodes.density
             if not job.system.chromatic:
                 density, lens = density.sum(axis=2, keepdims=True), self._lens(nodes.wavelength_nm[:1], tolerance)
-            off = OF_MIXTURE * tolerance / density.shape[2]
-            shares, contrast = fewer(*kinds(density[1:] - density[0]), off)
-            found.append((EdgeSource(edges=job.edges, shares=shares, precision=precision), contrast, lens))
+            shares, contrast = kinds(density[1:] - density[0])
+            rows, mixture = lens.mixed(contrast, OF_MIXTURE * tolerance)
+            shares = np.einsum("sk,mk->sm", shares, mixture)
+            found.append((EdgeSource(edges=job.edges, shares=shares, precision=precision), contrast[rows], lens))
         if self.fields is not None:
             found += self._of_fields(self.fields, precision)
         if not found:
