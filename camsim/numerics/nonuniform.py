@@ -52,7 +52,9 @@ def modes(
         return sums.reshape(len(strengths), *shape)
     if precision >= SINGLE:
         phases = phases[0].astype(np.float32), phases[1].astype(np.float32)
-        strengths = strengths.astype(np.complex64)
+        strengths = strengths.astype(np.complex64, order="C")
+    else:
+        strengths = np.ascontiguousarray(strengths)
     # For many points, a larger grid is better, since each point spreads over fewer cells.
     larger = finer(precision) if precision >= COARSE or strengths.shape[1] < shape[0] * shape[1] else 2.0
     total: C128 = finufft.nufft2d1(

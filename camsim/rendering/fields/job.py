@@ -24,7 +24,9 @@ from camsim.spectra.component import Component
 from camsim.spectra.curve import Curve, Spectrum
 
 POINT_ROOM = 3.0  # light of a point, in photosites of a diffuser, up to which the tolerance is not tightened
-OF_ALIASES = 2.0  # of the tolerance, for the bound on aliases at a rim; behind full photosites a tenth of it was measured
+OF_ALIASES = (
+    2.0  # of the tolerance, for the bound on aliases at a rim; behind full photosites a tenth of it was measured
+)
 TAILS = 0.02  # of the tolerance: light at either end of the spectrum that may be moved to another wavelength
 
 

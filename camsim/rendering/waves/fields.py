@@ -21,7 +21,7 @@ from camsim.numerics.quadrature import gauss_legendre
 from camsim.rendering.fields.layer import Layer, basis
 from camsim.rendering.fields.points import PointLayer
 from camsim.rendering.fields.samples import LONGEST_SQUARE, Splines, Support, parts_of, splines_of
-from camsim.rendering.waves.edges import half_plane, phases
+from camsim.rendering.waves.edges import NODES_AT_ONCE, half_plane, phases
 from camsim.rendering.waves.kernels import repeat
 from camsim.rendering.waves.levels import Lattice
 
@@ -144,9 +144,10 @@ class FieldSource:
             at, light = at[inside], light[:, inside]
         down, across = phases(at, lattice)
         turn = half_plane(np.ones(1, complex), across, out.shape[2])
-        for one, values in zip(out, light, strict=True):
-            if values.any():
-                one += modes((down, across), turn * values[None], one.shape, precision=self.precision, sign=-1)[0]
+        at_once = max(1, NODES_AT_ONCE // turn.size)
+        for first in range(0, len(out), at_once):
+            some = slice(first, first + at_once)
+            out[some] += modes((down, across), turn * light[some], out.shape[1:], precision=self.precision, sign=-1)
         return True
 
     @cached_property

@@ -130,7 +130,9 @@ class Lens:
         kinds = len(weights)
         if kinds <= FEW_KINDS:
             return np.arange(kinds), np.eye(kinds)
-        otf = self._around(np.linspace(0.0, self.system.highest_per_um(self.wavelength_nm) * self.pitch_um, FREQUENCIES))
+        otf = self._around(
+            np.linspace(0.0, self.system.highest_per_um(self.wavelength_nm) * self.pitch_um, FREQUENCIES)
+        )
         curves = np.einsum("kcj,jna->kcna", weights, otf).reshape(kinds, -1)
         return spanning(np.concatenate([curves.real, curves.imag], axis=1), allowed)
 
