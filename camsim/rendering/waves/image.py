@@ -21,7 +21,7 @@ from camsim.rendering.waves.transfers import Footprint, Lens
 
 TILE = 512  # photosites along a tile's side
 FEW_ROWS = 64  # rows of photosites up to which each is summed directly rather than by an FFT over the period
-MOST_AT_ONCE = 1 << 24  # frequencies of one part of a transform that is computed in parts
+MOST_AT_ONCE = 1 << 24  # frequencies, of all kinds of light, of one part of a transform that is computed in parts
 ROWS_OF_PLANE = 400_000  # frequencies whose transfers are evaluated at a time
 
 
@@ -138,7 +138,8 @@ class FrequencyImage:
         lattice = lattice_of(level, size, low - at, high - at, whole)
         total = np.zeros((channels, *summed_shape(lattice, every, out.shape[1])), complex)
         found = False
-        for some in lattice.parts(MOST_AT_ONCE) if self.in_parts else (lattice,):
+        most = MOST_AT_ONCE / max(len(weights) for _, weights, _ in self.sources)
+        for some in lattice.parts(most) if self.in_parts else (lattice,):
             footprint = self.footprint.on(some)
             for source, weights, lens in self.sources:
                 transform = source.transform(some, at)

@@ -117,17 +117,15 @@ class WavesPlan:
             last = first + np.array([job.grid.cols - 1, job.grid.rows - 1])
             support = Support(first - reach, last + reach, WIDER * low)
             found = [
-                (
-                    LowFrequencies(
-                        source=dataclasses.replace(one, support=support) if isinstance(one, FieldSource) else one,
-                        cut=low,
-                        precision=precision,
-                    ),
-                    weights,
-                    lens,
-                )
-                for one, weights, lens in found
+                (dataclasses.replace(one, support=support) if isinstance(one, FieldSource) else one, *behind)
+                for one, *behind in found
             ]
+            # The far levels need still fewer samples.
+            for low in [level.cut for level in levels[1:3]]:
+                found = [
+                    (LowFrequencies(source=one, cut=low, precision=precision), weights, lens)
+                    for one, weights, lens in found
+                ]
         return self.summed(
             sources=found,
             footprint=Footprint(system=job.system, pitch_um=job.grid.pitch_um),
@@ -293,7 +291,7 @@ class WavesPlan:
         most = max(len(weights) for _, weights, _ in image.sources)
         tables = sum(len(lens.wavelength_nm) * SECONDS_TABLE for *_, lens in image.sources if not lens.is_round)
         bytes_each = most * BYTES_EACH, image.sources[0][1].shape[1] * BYTES_SUMMED
-        at_once = MOST_AT_ONCE if image.in_parts else math.inf
+        at_once = MOST_AT_ONCE / most if image.in_parts else math.inf
         memory = max(min(size, at_once) * bytes_each[0] + places * bytes_each[1] for size, places in self._lattices)
         return Cost(seconds=0.005 + seconds + tables, memory_bytes=memory)
 
