@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from camsim.rendering.spectral import Signals, fewer, fuse, kinds
+from camsim.rendering.modes import spanning
+from camsim.rendering.spectral import Signals, fuse, kinds
 from tests.truth import rays
 
 WAVELENGTH_NM = np.linspace(400.0, 700.0, 6001)
@@ -30,9 +31,11 @@ def test_spectra_are_mixtures_of_few(rng, off):
     nm = np.linspace(549.0, 551.0, 4)
     surfaces = rng.uniform(0.0, 1.0, (10, 1)) + np.sin(nm / 40.0 + rng.uniform(0.0, 6.0, (10, 1)))
     contrast = surfaces[:, None] * rng.uniform(0.0, 0.3, (3, 4))
-    shares, few = fewer(*kinds(contrast), off)
-    assert len(few) <= (3 if off > 1e-6 else 4)
-    assert not shares[0].any()
-    assert np.abs(np.einsum("sm,mcj->scj", shares[1:], few) - contrast).max() <= off + 1e-15
+    rows, mixture = spanning(contrast.reshape(10, -1), off)
+    assert len(rows) <= (3 if off > 1e-6 else 4)
+    assert np.abs(np.einsum("ms,mcj->scj", mixture, contrast[rows]) - contrast).max() <= off + 1e-15
     greys = rng.uniform(0.0, 1.0, (5, 1, 1)) * contrast[:1]
-    assert len(fewer(*kinds(greys), off)[1]) == 1
+    shares, few = kinds(greys)
+    assert len(few) == len(spanning(greys.reshape(5, -1), off)[0]) == 1
+    assert not shares[0].any()
+    assert shares[1:, 0, None, None] * few == pytest.approx(greys, rel=1e-12)
