@@ -13,6 +13,7 @@ from camsim.camera.frame import Frame, Products
 from camsim.camera.notes import notes_of_sensor
 from camsim.camera.window import Region
 from camsim.core.doors import above
+from camsim.core.note import Note
 from camsim.core.typed import Number, Several, Truth, Whole
 from camsim.core.words import brief
 from camsim.optics import Lens, LowPass, OpticalStage, PhotositeShape
@@ -91,7 +92,7 @@ class Camera(Body):
         return camera
 
     @property
-    def notes(self) -> tuple[str, ...]:
+    def notes(self) -> tuple[Note, ...]:
         """Likely errors in copying a data sheet, such as a PRNU in per cent; ``camsim validate`` prints them."""
         return tuple(notes_of_sensor(self))
 

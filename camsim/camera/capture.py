@@ -25,6 +25,7 @@ from camsim.core.arrays import F64, U16, read_only
 from camsim.core.cached import cached_property
 from camsim.core.errors import InvalidValueError
 from camsim.core.memory import needed_bytes, too_large
+from camsim.core.note import Note
 from camsim.core.typed import FrameNumber, Number, Positive, Seed, Several, Truth, Whole, check, refusal, validate
 from camsim.core.words import brief
 from camsim.optics.no_lens import NoLens
@@ -155,7 +156,7 @@ class Capture(Recording):
             tolerance=self.tolerance, method=self.method,
         )  # fmt: skip
 
-    def notes(self, choice: Choice, products: Products = ("mosaic",)) -> tuple[str, ...]:
+    def notes(self, choice: Choice, products: Products = ("mosaic",)) -> tuple[Note, ...]:
         """Return notes on unexpected results that are predictable before rendering; ``choice``: from ``plan``."""
         setting = Setting(
             camera=self.camera, scene=self.scene, light=self.light, exposure=self.exposure, time_s=self.time_s,
@@ -282,7 +283,7 @@ class Capture(Recording):
     def _steps_e(self) -> tuple[float, ...]:
         return self.camera.steps_e(self.light, self.time_s, self.tolerance)
 
-    def _report(self, rendering: Rendering, clock: Clock, signals: Signals, notes: tuple[str, ...]) -> Report:
+    def _report(self, rendering: Rendering, clock: Clock, signals: Signals, notes: tuple[Note, ...]) -> Report:
         signal = signals.all()
         return Report(
             scene=self.scene_name,

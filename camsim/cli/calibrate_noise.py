@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -169,7 +169,7 @@ def _as_dict(found: Calibration) -> dict[str, Any]:
         "dual_gain_from_iso": found.over_iso.dual_from_iso,
         "law": None if found.law is None else found.law.shape.law,
         "figures": figures,
-        "notes": list(found.notes),
+        "notes": [asdict(note) for note in found.notes],
     }
 
 

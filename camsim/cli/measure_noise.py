@@ -13,6 +13,7 @@ from camsim.cli.measure_mtf_table import with_error
 from camsim.cli.measured import Outputs
 from camsim.cli.tables import check_text_file, print_table
 from camsim.core.errors import ConfigError, InvalidValueError, OutputError
+from camsim.core.note import Note
 from camsim.core.typed import Iso, Seed, check
 from camsim.files.atomic import made_together, together, write_whole
 
@@ -186,7 +187,7 @@ def _print(report: NoiseReport) -> None:
     for reason, (figures, channels) in reasons.items():
         verb = "is" if len(figures) == 1 else "are"
         print(f"{', '.join(figures)} of {', '.join(channels)} {verb} not measurable: {reason}")
-    notes: dict[str, list[str]] = {}
+    notes: dict[Note, list[str]] = {}
     for channel in report.channels:
         for note in channel.notes:
             notes.setdefault(note, []).append(channel.channel)

@@ -117,7 +117,7 @@ def _figures_of_sensor(located: Located) -> list[Row]:
             f"{20.0 * math.log10(ratio):.1f} dB, {math.log2(ratio):.1f} stops, at ISO {adc.base_iso:g}: "
             f"saturation over {threshold_e:.2f} e⁻, SNR 1",
         ),
-        *(("note", note) for note in notes_of_sensor(camera)),
+        *(("note", note.text) for note in notes_of_sensor(camera)),
     ]
     return rows
 

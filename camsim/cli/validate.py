@@ -14,6 +14,7 @@ from camsim.config import yaml_source
 from camsim.config.lens_files import read_lens_file
 from camsim.config.sensor_search import SensorSearch
 from camsim.core.errors import CamsimError, InvalidValueError
+from camsim.core.note import Note
 from camsim.files.atomic import write_whole
 from camsim.optics import Airy
 from camsim.study import check_dataset, check_study
@@ -61,7 +62,7 @@ def draw_scene(
         print(f"{drawing}: {capture.scene_name}")
 
 
-def _validated(file: str, search: SensorSearch, overrides: Sequence[str] = ()) -> tuple[str, Sequence[str]]:
+def _validated(file: str, search: SensorSearch, overrides: Sequence[str] = ()) -> tuple[str, Sequence[Note]]:
     """Return the kind of a file, and notes on it."""
     _, located = search.locate_any(file)
     tree = yaml_source.read(located.path, located.displayed).tree

@@ -18,6 +18,7 @@ from camsim.config.lens_rays import NEAR_AXIS, Beam, Lens, Prescription, or_aim
 from camsim.core.arrays import F64
 from camsim.core.cores import one_blas_thread
 from camsim.core.errors import InputError
+from camsim.core.note import Note
 from camsim.optics.field_lens import FieldLens
 from camsim.optics.wavefront import MOST_WAVES
 from camsim.optics.zernike import cosines, orders
@@ -58,7 +59,7 @@ class Traced(NamedTuple):
     left: float
     mtf: F64
     places_um: tuple[float, ...]
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
 
     @property
     def stated(self) -> str:
@@ -96,7 +97,7 @@ class Traced(NamedTuple):
 
 @one_blas_thread()
 def lens_file(
-    stated: Prescription, full_rad: float, *, name: str, source: str, comment: str = "", notes: Sequence[str] = ()
+    stated: Prescription, full_rad: float, *, name: str, source: str, comment: str = "", notes: Sequence[Note] = ()
 ) -> Traced:
     """Trace a lens to a field, radians, and return its file; raises InputError where a file cannot hold it.
 
@@ -112,9 +113,8 @@ def lens_file(
     if out_mm := _out_of_focus(axis, stated.middle_nm / 1e6):
         f_number = 0.5 * abs(middle.focal_mm) / (middle.radius_mm * middle.vignetted(0.0)[1])
         side_of = "behind" if out_mm > 0.0 else "before"
-        notes.append(
-            f"the sensor lies {abs(out_mm):.3g} mm {side_of} the best focus; the f-number is that of the focus"
-        )
+        text = f"the sensor lies {abs(out_mm):.3g} mm {side_of} the best focus; the f-number is that of the focus"
+        notes.append(Note("out-of-focus", text, "f_number"))
     if not math.isfinite(f_number):
         raise InputError(f"{name!r} lets no ray of its pupil's rim pass on the axis; give it a smaller pupil")
     for steps in STEPS:

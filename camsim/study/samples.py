@@ -109,7 +109,7 @@ class Cuts:
                         **about,
                         "black_offsets_dn": np.roll(offsets_dn, (-crop.row, -crop.col), (0, 1)).tolist(),
                         "status": DONE,
-                        "message": BETWEEN_NOTES.join(frame.report.notes),
+                        "message": BETWEEN_NOTES.join(map(str, frame.report.notes)),
                     }
                 )
                 write(rows[-1], {part: _stored(whole[part][window]) for part in self.hold})

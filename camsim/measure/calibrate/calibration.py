@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from camsim.core.arrays import F64
+from camsim.core.note import Note
 from camsim.files.hot_list import Hot
 from camsim.measure.calibrate import figures
 from camsim.measure.calibrate.estimates import best_of, mean_of, root, without
@@ -67,12 +68,12 @@ class Calibration:
     law_setting: Setting | None
     telegraph_fraction: Estimate
     telegraph_e: Estimate
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
 
 
 def calibrate(shots: ShotsOfCamera) -> Calibration:
     """Return the figures of the camera that took the frames; raises UnsupportedError in one sentence."""
-    notes: list[str] = []
+    notes: list[Note] = []
     step_dn = step_between_codes_dn(shot.codes for shot in shots.shots)
     settings = settings_of(shots, notes)
     own, shared = gain_errors(settings)
@@ -94,10 +95,11 @@ def calibrate(shots: ShotsOfCamera) -> Calibration:
     rows_e, flicker_e = figures.rows(settings, shots.rows)
     largest = max(int(shot.codes.max()) for shot in shots.shots)
     white = max(largest, int(shots.white_dn or 0), *shots.linear_dn)
-    current, at_c, doubling = figures.dark_current(shots, settings, notes)
+    current, at_c, doubling = figures.dark_current(shots, settings)
     hot_fraction, hot_e_per_s, hot = figures.hot(shots, settings)
     if any(not shot.iso_stated for shot in shots.shots):
-        notes.append("no file says its ISO setting, which is called 100 here; a column iso in index.csv tells it")
+        text = "no file says its ISO setting, which is called 100 here; a column iso in index.csv tells it"
+        notes.append(Note("iso-not-stated", text, "iso"))
     found = Calibration(
         shots=shots,
         settings=settings,
@@ -157,7 +159,7 @@ def _one(setting: Setting, gain_alone: float, step_dn: float) -> OneSetting:
 
 
 def _law(
-    settings: Sequence[Setting], over_iso: ReadNoiseOverIso, step_dn: float, notes: list[str]
+    settings: Sequence[Setting], over_iso: ReadNoiseOverIso, step_dn: float, notes: list[Note]
 ) -> tuple[Setting | None, Fitted | None]:
     """Return the noise distribution, at a setting where noise before the gain dominates."""
     after = over_iso.after_dn2 if over_iso.after_dn2.measurable else Estimate(0.0, 0.0)
@@ -167,7 +169,8 @@ def _law(
 
     able = [each for each in settings if each.darks.frames >= LEAST_FRAMES and each.darks.own.dn2 > 0.25 * step_dn**2]
     if not able:
-        notes.append(f"tails and jumps of the read noise are not looked for: that takes {LEAST_FRAMES} darks or more")
+        text = f"tails and jumps of the read noise are not looked for: that takes {LEAST_FRAMES} darks or more"
+        notes.append(Note("few-darks", text, "readout"))
         return None, None
     best = max(able, key=share)
     rows = best.darks.rows

@@ -94,9 +94,7 @@ def rows(settings: Sequence[Setting], rows_of_frame: int) -> tuple[Estimate, Est
     return root(mean_of(white)), flicker
 
 
-def dark_current(
-    shots: ShotsOfCamera, settings: Sequence[Setting], notes: list[str]
-) -> tuple[Estimate, float, Estimate]:
+def dark_current(shots: ShotsOfCamera, settings: Sequence[Setting]) -> tuple[Estimate, float, Estimate]:
     """Return the charge that gathers without light, e⁻/s, the temperature it holds at, and what doubles it, °C."""
     gains = {each.iso: each.gain_dn_per_e.value for each in settings}
     of_iso: dict[float, dict[tuple[float, float | None], list[float]]] = {iso: {} for iso in gains}
