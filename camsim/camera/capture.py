@@ -206,9 +206,9 @@ class Capture(Recording):
         cube = self._cube(products)
         clock.lap("light")
         choice, rendering = (given.choice, given.rendering) if given else self._seen(products, progress)
-        own = given is None  # rendered here, so it may be overwritten: saves a copy of a large frame
-        exposed = self.window.exposed(self._exposed(rendering.image, own=own), self.veil_e, 0)
-        planes = None if rendering.planes is None else self._exposed(rendering.planes, own=own)
+        in_place = given is None  # rendered here, so it may be overwritten: saves a copy of a large frame
+        exposed = self.window.exposed(self._exposed(rendering.image, in_place=in_place), self.veil_e, 0)
+        planes = None if rendering.planes is None else self._exposed(rendering.planes, in_place=in_place)
         truth = self.window.truth(planes, self.veil_e, exposed.displayed_e)
         if count > 1:  # frames share the array: a change in one would alter the next
             read_only(exposed.mean_e, exposed.displayed_e, exposed.channel, truth)
@@ -246,7 +246,7 @@ class Capture(Recording):
 
         def record_rows(image: F64) -> None:
             nonlocal passed
-            exposed = self.window.exposed(self._exposed(image, own=True), self.veil_e, passed)
+            exposed = self.window.exposed(self._exposed(image, in_place=True), self.veil_e, passed)
             clock.lap("render")
             _, codes = self._recorded(exposed, self.frame_number, clock, signals)
             take(codes)
@@ -267,9 +267,9 @@ class Capture(Recording):
             report=self._report(rendering, clock, signals, self.notes(choice, products)),
         )  # fmt: skip
 
-    def _exposed(self, image: F64, *, own: bool) -> F64:
-        """Return electrons from electrons per J/m²; ``own``: in place."""
-        return np.multiply(image, self.radiant_exposure_j_per_m2, out=image if own else None)
+    def _exposed(self, image: F64, *, in_place: bool) -> F64:
+        """Return electrons from electrons per J/m²; ``in_place``: written over the image."""
+        return np.multiply(image, self.radiant_exposure_j_per_m2, out=image if in_place else None)
 
     def _cube(self, products: Products) -> SpectralCube | None:
         if "spectral" not in products:

@@ -50,7 +50,7 @@ def calibrate(request: CalibrationRequest) -> None:
     from camsim.measure.calibrate import calibrate as calibrated
     from camsim.measure.calibrate import read_folder
 
-    _judge(request)
+    _validate(request)
     shots = read_folder(request.folder, cfa=request.cfa, side=request.window)
     if request.dry_run:
         _print_shots(shots)
@@ -82,7 +82,7 @@ def calibrate(request: CalibrationRequest) -> None:
             print(f"{request.output}: camsim expose LIGHT --sensor {_as_path(request.output)} takes it")
 
 
-def _judge(request: CalibrationRequest) -> None:
+def _validate(request: CalibrationRequest) -> None:
     from camsim.cli.new import check_yaml_output
 
     asked = {"-o": request.output, "--check": request.check, "--dry-run": request.dry_run or None}
@@ -234,7 +234,7 @@ def _print_check(request: CalibrationRequest, sides: Sequence[SideBySide]) -> No
     rows = []
     for side in sides:
         ratio = np.median(side.profile_variance_dn2 / side.variance_dn2)
-        darks = [math.sqrt(each.own.dn2) for each in (side.darks, side.profile_darks)]
+        darks = [math.sqrt(each.temporal.dn2) for each in (side.darks, side.profile_darks)]
         lines = [math.sqrt(max(each.rows.dn2, 0.0)) for each in (side.darks, side.profile_darks)]
         rows.append([
             f"{side.iso:g}", f"{ratio:.4f}", f"{darks[0]:.4g} / {darks[1]:.4g}", f"{lines[0]:.3g} / {lines[1]:.3g}",

@@ -43,7 +43,7 @@ def import_lens(
         raise InvalidValueError("given together with '--field'; leave one of the two out", key="--field-mm")
     check_yaml_output(output, force=force)
     traced = trace_zemax(Path(file), field_deg=field, field_mm=field_mm)
-    traced.judge(mtf_within, Path(file).name)
+    traced.check_mtf(mtf_within, Path(file).name)
     write_whole(output, traced.text.encode("utf-8"))
     for note in traced.notes:
         print(f"{output}: note: {note}")

@@ -115,7 +115,9 @@ def _table(ranking: Ranking) -> str:
         for v in ranking.verdicts
     ]
     left = f", {ranking.clipped} clipped" if ranking.clipped else ""
-    return table(f"{ranking.judged} photosites judged{left}; press a head to sort", _HEADS, rows, decimals=_DECIMALS)
+    return table(
+        f"{ranking.photosites} photosites compared{left}; press a head to sort", _HEADS, rows, decimals=_DECIMALS
+    )
 
 
 def _faults(ranking: Ranking) -> str:

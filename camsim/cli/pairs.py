@@ -130,8 +130,8 @@ def write_pairs(
         "README.md": readme(capture, rows[0]),
     }
     for name, text in texts.items():
-        with replacing(folder / name) as beside:
-            write_chunks(beside, (text.encode(),))
+        with replacing(folder / name) as temporary:
+            write_chunks(temporary, (text.encode(),))
 
 
 def _variants(capture: Capture) -> Iterator[_Variant]:

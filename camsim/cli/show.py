@@ -187,7 +187,7 @@ def _saturation_exposures(camera: Body, saturation_e: float) -> list[Row]:
 def _figures_of_scene(located: Located, search: SensorSearch) -> list[Row]:
     from camsim.api import load
 
-    setup = load(located.path, sensors=search.own)
+    setup = load(located.path, sensors=search.given)
     camera, light = setup.camera, setup.light
     rows, cols = (setup.region.rows, setup.region.cols) if setup.region else (camera.rows, camera.cols)
     wavelength_nm = light.line_nm or 550.0

@@ -101,10 +101,10 @@ def _transfers(pupil: F64, path_mm: F64, share: F64, wave_mm: float, per_mm: F64
     phase[there] = 2.0 * np.pi / wave_mm * (rows(np.stack([x[there], y[there]])) @ coefficients)
     area = np.clip(0.5 + inside, 0.0, 1.0).sum()
     sizes = np.zeros((2, per_mm.size))
-    for k, (turns, deep) in enumerate(((phase, inside), (phase.T, inside.T))):
+    for k, (phases, deep) in enumerate(((phase, inside), (phase.T, inside.T))):
         for n, frequency in enumerate(per_mm.tolist()):
             by = round(frequency * wave_mm / step)
             first, second = slice(None, max(deep.shape[1] - by, 0)), slice(by, None)
             overlap = np.clip(0.5 + np.minimum(deep[:, first], deep[:, second]), 0.0, 1.0)
-            sizes[k, n] = abs((overlap * np.exp(1j * (turns[:, first] - turns[:, second]))).sum()) / area
+            sizes[k, n] = abs((overlap * np.exp(1j * (phases[:, first] - phases[:, second]))).sum()) / area
     return sizes

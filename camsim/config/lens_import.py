@@ -267,10 +267,10 @@ def _stopped(stated: Prescription, name: str, notes: list[Note]) -> Prescription
 
 def _fields(head: Operands) -> list[list[float]]:
     """Return x and y of a file's fields, in what they are given by, and the vignetting factors of each."""
-    kept = int(_number(head, "FTYP", 2, 0.0)) or None  # later entries are leftovers of other fields
+    count = int(_number(head, "FTYP", 2, 0.0)) or None  # later entries are leftovers of other fields
 
     def of(key: str, older: str) -> list[float]:
-        return [float(value) for value in (_values(head, key) or _values(head, older))[:kept]]
+        return [float(value) for value in (_values(head, key) or _values(head, older))[:count]]
 
     columns = [of(f"{axis}FLN", f"{axis}FLD") for axis in "XY"] + [of(key, key) for key in VIGNETTING]
     return [list(row) for row in itertools.zip_longest(*columns, fillvalue=0.0)] or [[0.0] * len(columns)]

@@ -73,7 +73,7 @@ class Traced(NamedTuple):
         largest: list[float] = np.abs(self.mtf).max(axis=(1, 2, 3)).tolist()
         return largest
 
-    def judge(self, within: float, name: str) -> None:
+    def check_mtf(self, within: float, name: str) -> None:
         """Raise InputError where the file is not one that is read, or its MTF is farther from the rays' than that."""
         if self.largest > MOST_WAVES:
             raise InputError(
@@ -129,7 +129,7 @@ def lens_file(
         most = float(np.abs(waves).max())
         if most > MOST_WAVES or _between(f_number, heights_um, indices, waves) <= BETWEEN:
             break
-    kept = _needed(waves)
+    needed = _needed(waves)
     left = math.hypot(left, DROPPED)
     every = slice(None, None, 2)
     lateral_um = 1e3 * (side * np.array([beam.chief_mm for beam in beams[every]]).T - np.abs(chief_mm[every]))
@@ -139,7 +139,7 @@ def lens_file(
     rows: list[tuple[str, Any]] = [
         ("wavelength_nm", list(WAVELENGTHS_NM)),
         ("height_um", _rounded(heights_um[every], 3)),
-        ("zernike", [indices[k] for k in kept]),
+        ("zernike", [indices[k] for k in needed]),
         ("distortion_height_um", _rounded(drawn_um, 3)),
         ("distortion", _rounded(distortion, 8)),
         ("relative_illumination", _rounded(np.minimum(light, 1.0), 5)),
@@ -149,16 +149,17 @@ def lens_file(
     body = [f"f_number: {round(f_number, 5)}", *(f"{key}: {json.dumps(values)}" for key, values in rows)]
     body += ["lateral_colour_um:", *(f"  - {json.dumps(_rounded(row, 4))}" for row in lateral_um)]
     body += ["waves: # for each wavelength, for each height, of each Zernike"]
-    for of_wavelength in waves[:, every][:, :, kept]:
+    for of_wavelength in waves[:, every][:, :, needed]:
         of_heights = [json.dumps(_rounded(row, 5)) for row in of_wavelength]
         body += [f"  {'- ' if k == 0 else '  '}- {row}" for k, row in enumerate(of_heights)]
     head.append(f"residual_waves: {left:.4f}")
     if most > MOST_WAVES:
-        return Traced("\n".join([*head, *body]) + "\n", most, len(kept), left, np.empty((0, 1, 1, 1)), (), tuple(notes))
+        text = "\n".join([*head, *body]) + "\n"
+        return Traced(text, most, len(needed), left, np.empty((0, 1, 1, 1)), (), tuple(notes))
     found = lens_of(yaml_source.parse("\n".join([*head, *body]).encode("utf-8"), f"{name}.yaml", Path()))
     mtf, places_um = compared(stated, full_rad, found, name)
     head.append(f"residual_mtf: {np.abs(mtf).max():.4f}")
-    return Traced("\n".join([*head, *body]) + "\n", most, len(kept), left, mtf, places_um, tuple(notes))
+    return Traced("\n".join([*head, *body]) + "\n", most, len(needed), left, mtf, places_um, tuple(notes))
 
 
 def _out_of_focus(axis: Beam, wave_mm: float) -> float:

@@ -94,11 +94,11 @@ def validate(stage: Any) -> None:
         if kind.as_is(given):
             continue
         try:
-            kept = kind.take(given)
+            stored = kind.take(given)
         except InvalidValueError as error:
             raise refusal(stage, name, error.message) from None
-        if kept is not given:
-            object.__setattr__(stage, name, kept)
+        if stored is not given:
+            object.__setattr__(stage, name, stored)
 
 
 def refusal(stage: object, key: str, message: str) -> InvalidValueError:

@@ -70,10 +70,10 @@ def _less(area: Any, other: Any) -> Any:
 
     from camsim.scene.overlap import common_area  # imported here: Numba is not needed to make a scene
 
-    kept = area.area - common_area(area, other)
+    remaining = area.area - common_area(area, other)
     near = _about(area, other)  # may lose most of an outline, which the area check detects
     return _sure(
-        lambda grid: shapely.difference(area, near if grid is None else other, grid_size=grid), kept, [area, other]
+        lambda grid: shapely.difference(area, near if grid is None else other, grid_size=grid), remaining, [area, other]
     )
 
 
@@ -254,8 +254,8 @@ def _by_faces(rings: Sequence[F64], lines: Any, rule: FillRule) -> Any:
     faces = shapely.get_parts(shapely.polygonize(shapely.get_parts(cut)))
     places = shapely.get_coordinates(shapely.point_on_surface(faces))
     around, times = _windings(places, rings)
-    kept = faces[_inside(around, times, rule)]
-    return joined_areas(kept) if len(kept) else shapely.Polygon()
+    filled = faces[_inside(around, times, rule)]
+    return joined_areas(filled) if len(filled) else shapely.Polygon()
 
 
 def _windings(places: F64, rings: Sequence[F64]) -> tuple[I64, I64]:

@@ -73,7 +73,7 @@ def completed(
     make: Callable[[Collection[str]], Iterator[Results]],
     report: Progress,
     *,
-    kept: Callable[[str, list[Row]], list[Row]] = lambda identity, rows: rows,
+    existing: Callable[[str, list[Row]], list[Row]] = lambda identity, rows: rows,
 ) -> Outcome:
     """Make missing items, and write the manifest, also on interruption; the folder must be locked.
 
@@ -84,7 +84,7 @@ def completed(
     journal = Journal(folder)
     there = journal.finished(wanted)
     journal.begin(there)
-    old, new = [kept(identity, there[identity]) for identity in wanted if identity in there], list[list[Row]]()
+    old, new = [existing(identity, there[identity]) for identity in wanted if identity in there], list[list[Row]]()
     every: list[Row] = []
     try:
         for results in make(there):

@@ -76,11 +76,11 @@ def calibrate(shots: ShotsOfCamera) -> Calibration:
     notes: list[Note] = []
     step_dn = step_between_codes_dn(shot.codes for shot in shots.shots)
     settings = settings_of(shots, notes)
-    own, shared = gain_errors(settings)
+    errors, shared = gain_errors(settings)
     if shots.exposures_stated and (agreed := linked(settings)) is not None:
-        settings, own, shared = agreed
+        settings, errors, shared = agreed
     base = settings[0]
-    one = [_one(each, error, step_dn) for each, error in zip(settings, own, strict=True)]
+    one = [_one(each, error, step_dn) for each, error in zip(settings, errors, strict=True)]
     over_iso = read_noise_over_iso(one, shared)
     law_setting, law = _law(settings, over_iso, step_dn, notes)
     # Normal noise and telegraph noise do not reveal which part arose before the gain.
@@ -153,8 +153,8 @@ def _one(setting: Setting, gain_alone: float, step_dn: float) -> OneSetting:
         iso=setting.iso,
         gain_dn_per_e=setting.gain_dn_per_e.value,
         gain_alone=gain_alone,
-        dn2=setting.darks.own.dn2 - rounding,
-        dn2_rows=setting.darks.its_rows - rounding,
+        dn2=setting.darks.temporal.dn2 - rounding,
+        dn2_rows=setting.darks.temporal_rows - rounding,
     )
 
 
@@ -165,9 +165,10 @@ def _law(
     after = over_iso.after_dn2 if over_iso.after_dn2.measurable else Estimate(0.0, 0.0)
 
     def share(setting: Setting) -> float:
-        return 1.0 - (max(after.value, 0.0) + step_dn**2 / 12.0) / setting.darks.own.dn2
+        return 1.0 - (max(after.value, 0.0) + step_dn**2 / 12.0) / setting.darks.temporal.dn2
 
-    able = [each for each in settings if each.darks.frames >= LEAST_FRAMES and each.darks.own.dn2 > 0.25 * step_dn**2]
+    many = [each for each in settings if each.darks.frames >= LEAST_FRAMES]
+    able = [each for each in many if each.darks.temporal.dn2 > 0.25 * step_dn**2]
     if not able:
         text = f"tails and jumps of the read noise are not looked for: that takes {LEAST_FRAMES} darks or more"
         notes.append(Note("few-darks", text, "readout"))
@@ -196,7 +197,7 @@ def _after(settings: Sequence[Setting], law: Fitted, law_setting: Setting, step_
         AtGain(
             frames=[np.asarray(codes).astype(np.int64) for codes in each.dark_codes],
             gain_dn_per_e=each.gain_dn_per_e.value,
-            each_dn2=each.darks.own.dn2 - step_dn**2 / 12.0,
+            each_dn2=each.darks.temporal.dn2 - step_dn**2 / 12.0,
             rows_dn2=max(each.darks.rows.dn2, 0.0),
         )
         for each in settings
