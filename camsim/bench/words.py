@@ -41,13 +41,13 @@ def words_of_truths(truths: Sequence[TruthLine]) -> Iterator[str]:
     if len(truths) == 2 and truths[0].difference is not None:
         yield (
             f"The two truths differ by {short(truths[0].difference)} at most, anywhere in the window; "
-            "each engine is judged by the other's, and errors below "
-            f"{' and '.join(f'{short(t.accurate_to)} ({t.engine})' for t in truths)} are not told apart."
+            "each engine is compared with the other's, and errors below "
+            f"{' and '.join(f'{short(t.accurate_to)} ({t.engine})' for t in truths)} cannot be distinguished."
         )
     elif truths:
         yield (
-            f"No other engine renders this window so finely in the time: {truths[0].engine} is judged by itself at its "
-            "finest, and by what was computed directly."
+            f"No other engine renders this window so finely in the time: {truths[0].engine} is compared with itself at "
+            "its finest, and with what was computed directly."
         )
 
 

@@ -40,7 +40,7 @@ from camsim.spectra.curve import Curve, Filter, NumberOrCurve, Spectrum, Transmi
 from camsim.spectra.light import Light, LightSamples
 
 CustomLens: TypeAlias = Annotated[
-    Lens, Called("a lens", "such as Airy(f_number=8); one of your own has f_number, transmission and otf")
+    Lens, Called("a lens", "such as Airy(f_number=8); a custom one has f_number, transmission and otf")
 ]
 Photosite: TypeAlias = Annotated[PhotositeShape, Called("a photosite", "such as SquarePhotosite(side_um=…)")]
 Blur: TypeAlias = Annotated[OpticalStage, Called("a stage with otf(fx_per_um, fy_per_um, wavelength_nm)")]

@@ -65,7 +65,7 @@ def notes_before(setting: Setting, choice: Choice) -> Iterator[Note]:
     yield from _of_custom_stages(setting.camera)
     yield from _of_the_optics(setting.camera)
     yield from _of_one_line(setting.camera, setting.light)
-    yield from _of_tables_beside_the_light(setting)
+    yield from _of_curves_outside_the_light(setting)
     yield from _of_glare(setting)
     yield from _of_the_converter(setting.camera, setting.exposure.iso)
     yield from _of_a_low_iso(setting.camera, setting.exposure.iso)
@@ -138,7 +138,7 @@ def notes_after(signal: Sequence[ChannelSignal], camera: Body, iso: float, way_o
 
 def _of_custom_stages(camera: Body) -> Iterator[Note]:
     if each := custom_stages((*camera.optics.stages, *camera.stages)):
-        text = f"not reproducible by camsim alone: {both(each)} {'is' if len(each) == 1 else 'are'} of your own"
+        text = f"not reproducible by camsim alone: {both(each)} {'is' if len(each) == 1 else 'are'} custom"
         yield Note("custom-stages", text, ", ".join(each))
 
 
@@ -172,7 +172,7 @@ def _of_one_line(camera: Body, light: Light) -> Iterator[Note]:
         )
 
 
-def _of_tables_beside_the_light(setting: Setting) -> Iterator[Note]:
+def _of_curves_outside_the_light(setting: Setting) -> Iterator[Note]:
     low_nm, high_nm = setting.light.ends_nm
     transmission = getattr(setting.camera.lens, "transmission", 1.0)
     some = Scene(background=setting.scene.background, shapes=setting.scene.shapes[:_LOOKED_AT])
@@ -184,7 +184,7 @@ def _of_tables_beside_the_light(setting: Setting) -> Iterator[Note]:
         if begin_nm > high_nm or end_nm < low_nm:
             value = curve.values[0 if begin_nm > high_nm else -1]
             yield Note(
-                "curve-beside-light",
+                "curve-outside-light",
                 f"{what} is known from {begin_nm:g} to {end_nm:g} nm, and this light has nothing there, but from "
                 f"{low_nm:g} to {high_nm:g} nm: it is taken for {value:g} all over; tables are in nm, 4000 Å are 400",
                 where,

@@ -99,7 +99,7 @@ def _validate(request: CalibrationRequest) -> None:
         check_yaml_output(request.output, force=request.force)
     if request.hot is not None:
         if request.output is None or Path(request.hot).resolve().parent != Path(request.output).resolve().parent:
-            raise InvalidValueError("is of the sensor file that -o writes, and lies beside it", key="--hot")
+            raise InvalidValueError("is of the sensor file that -o writes, and lies in its folder", key="--hot")
         check_text_file(request.hot, force=request.force)
     if request.plot is not None:
         from camsim.cli.plot import check_drawing
@@ -180,7 +180,7 @@ def _print(found: Calibration) -> None:
         limit = f"≤ {each.at_most:.2g}" if math.isfinite(each.at_most) else "–"
         rows.append([name, with_error(each.value, each.sigma) if each.measurable else limit])
         if not each.measurable:
-            reasons.append(f"{name} is not told: {each.why_not}")
+            reasons.append(f"{name} is not determined: {each.why_not}")
     shape = found.shots.channel_index.shape
     title = f"{found.shots.name}: {len(found.shots.shots)} frames, the middle {shape[0]} × {shape[1]} photosites"
     print_table(title, ["figure", "value"], rows)
@@ -246,6 +246,6 @@ def _print_check(request: CalibrationRequest, sides: Sequence[SideBySide]) -> No
     print("KL: divergence of the darks' codes, camera from profile, in brackets that of the camera's own halves")
     apart = [f"ISO {side.iso:g}: {each.test}" for side in sides for each in side.tests if each.probability < _APART]
     if apart:
-        print(f"told apart at 1 %: {'; '.join(apart)}")
+        print(f"distinguishable at 1 %: {'; '.join(apart)}")
     else:
         print("no test tells the profile's frames from the camera's at 1 %")

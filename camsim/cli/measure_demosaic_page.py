@@ -1,4 +1,4 @@
-"""The judge's page: rankings, linked crops at 1:1 to 8:1 and error maps, in one file without a network."""
+"""The page of results: rankings, linked crops at 1:1 to 8:1 and error maps, in one file without a network."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ class Page:
                 section(_title(ranking), _table(ranking) + _faults(ranking) + _viewer(number, ranking, gallery))
             )
         parts.append(f"<script>\n{script}</script>")
-        return document("camsim measure demosaic", parts, {}, heading="Demosaicing, judged by the truth")
+        return document("camsim measure demosaic", parts, {}, heading="Demosaicing, compared with the truth")
 
 
 _ABOUT = (

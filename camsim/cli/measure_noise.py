@@ -150,7 +150,7 @@ def _apart(texts: Sequence[str]) -> tuple[list[str], dict[str, Any]]:
             of_sensor.append(text)
         elif key not in known:
             raise InvalidValueError(
-                f"a photon transfer has no such key: it takes flats and darks of its own; those of the sensor "
+                f"a photon transfer has no such key: it takes its flats and darks itself; those of the sensor "
                 f"(sensor.readout.read_noise_e …), {', '.join(known)} can be set",
                 key=f"--set {key}",
             )

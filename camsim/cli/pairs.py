@@ -90,7 +90,7 @@ def plan_pairs(capture: Capture, levels: Sequence[float]) -> list[Pair]:
     wanted = [(variant, level) for variant in _variants(capture) for level in levels]
     if capture.seed + len(wanted) - 1 > LARGEST_SEED:
         message = (
-            f"each of {len(wanted)} pairs has a seed of its own, from {capture.seed} on, and 2^63 − 1 is the largest"
+            f"each of {len(wanted)} pairs has a different seed, from {capture.seed} on, and 2^63 − 1 is the largest"
         )
         raise InvalidValueError(f"{message}; begin at a smaller one", key="--pairs")
     return [

@@ -51,7 +51,7 @@ def stages_from_record(tree: Any, folder: Path | None = None) -> Any:
 def capture_from_record(description: Mapping[str, Any], folder: Path | None = None) -> Capture:
     """Return the capture of a description; ``folder``: in which pictures are searched."""
     if "image" in description:
-        raise InputError("it was exposed to light of someone's own, and there is no scene that says what is right")
+        raise InputError("it was exposed to a custom light, and there is no scene that says what is right")
     return cast(Capture, _exposure(Capture, description, folder))
 
 
@@ -65,7 +65,7 @@ def shot_from_record(description: Mapping[str, Any], folder: Path | None = None)
 def _exposure(exposed: type, description: Mapping[str, Any], folder: Path | None) -> Any:
     if one := description.get(CUSTOM_STAGES):
         names = [ascii(name)[1:-1][:40] for name in one if isinstance(name, str)] if isinstance(one, list) else []
-        taken = f"it was taken with {both(names) or 'stages'} of someone's own"
+        taken = f"it was taken with {both(names) or 'stages'}, which camsim does not have"
         raise InputError(f"not reproducible by camsim alone: {taken}; take it again in Python, where these are there")
     parts = stages_from_record(description, folder)
     kinds = _parameters(exposed)

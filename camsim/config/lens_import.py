@@ -126,7 +126,7 @@ def _prescription(head: Operands, blocks: list[Operands], name: str) -> tuple[Pr
         )
     image = len(blocks) - 1
     if image < 2:
-        raise InputError(f"{name!r} has {len(blocks)} surfaces; a lens has an object, one or more of its own, an image")
+        raise InputError(f"{name!r} has {len(blocks)} surfaces; a lens has some between object and image")
     if (_values(blocks[image], "TYPE") or ["STANDARD"])[0] != "STANDARD" or _number(blocks[image], "CURV"):
         radius = mm / (_number(blocks[image], "CURV") or math.inf)
         raise InputError(

@@ -230,7 +230,7 @@ class Picture:
         places = [(p.name, *(f % s for f, s in zip(p.first, p.step, strict=True))) for p in planes]
         if len(set(places)) < len(places):
             raise InvalidValueError(
-                "two of one name hold the same photosites; give each channel a name of its own",
+                "two of one name hold the same photosites; give each channel a different name",
                 key="planes",
                 stage=self.name,
             )

@@ -144,7 +144,7 @@ def test_fields_are_what_a_record_can_hold(value, message, tmp_path):
     for join in joins:
         if message is None:
             join().expose(GREY, **SMALL).save(tmp_path / "own.npz", force=True)
-            assert "stages of someone's own: Own" in text_of_file(str(tmp_path / "own.npz"))
+            assert "custom stages: Own" in text_of_file(str(tmp_path / "own.npz"))
         else:
             with pytest.raises(InvalidValueError, match=message):
                 join()
@@ -325,7 +325,7 @@ def test_the_f_number_of_a_lens_of_ones_own_grows_with_the_magnification():
 def test_a_file_of_it_says_so(tmp_path):
     own_optics().replace(extra_stages=[TELEGRAPH]).expose(EDGE, **SMALL).save(tmp_path / "a.tiff")
     stated = text_of_file(str(tmp_path / "a.tiff"))
-    assert "stages of someone's own: Blurred, Motion, SixSpotOlpf, Diamond, Telegraph" in stated
+    assert "custom stages: Blurred, Motion, SixSpotOlpf, Diamond, Telegraph" in stated
     assert "Motion(length_um=3) → SixSpotOlpf(radius_um=1.5) → Diamond(half_um=2)" in stated
     assert "Telegraph(probability=0.1, step_e=50)" in stated
 

@@ -369,7 +369,9 @@ def test_charts_draw_what_they_are_told_or_say_why_not():
 def test_parameters_that_do_nothing_beside_another_are_refused(chart, given, other, value):
     drawn = getattr(camsim.charts, chart)
     drawn(**given)
-    with pytest.raises(InvalidValueError, match=rf"{chart}\.{other}: does nothing beside '\w+'; leave one of them out"):
+    with pytest.raises(
+        InvalidValueError, match=rf"{chart}\.{other}: does nothing together with '\w+'; leave one of them out"
+    ):
         drawn(**given, **{other: value})
 
 

@@ -50,7 +50,7 @@ class Makes:
 
     field : the camera's
     also  : other keys of the same table
-    reads : keys to the name of what lies beside the file, from the value: ``make`` is given its path as well, None
+    reads : keys to the name of another file, from the value: ``make`` is given its path as well, None
             where no name stands there
     """
 

@@ -33,7 +33,7 @@ Place: TypeAlias = Annotated[int, Field(ge=0)]
 
 
 class HotPhotosite(Table):
-    """One photosite with a dark current of its own."""
+    """One photosite with more dark current."""
 
     row: int = Field(ge=0, description="from the top, 0 the first")
     col: int = Field(ge=0, description="from the left, 0 the first")
@@ -200,7 +200,7 @@ class Companding(Table):
 
     linear_dn: list[Place] = Field(
         min_length=2,
-        description="data numbers, increasing from 0; the last is the largest that is told apart",
+        description="data numbers, increasing from 0; the last is the largest that has a code",
     )
     codes: list[Place] = Field(min_length=2, description="what is stored for each, increasing, 65535 at most")
 

@@ -181,9 +181,9 @@ Triple: TypeAlias = Annotated[tuple[float, float, float], Called("three numbers"
 
 
 class MeasuredMatrix(Table):
-    """A camera's colours under one light, as a chart told them (camsim calibrate colour)."""
+    """A camera's colours under one light, as measured on a chart (camsim calibrate colour)."""
 
-    light: Name = Field(description="its name; that of A is told as A's, any other as D65's")
+    light: Name = Field(description="its name; files state that of A as A's, any other as D65's")
     white_xyz: Triple = Field(description="X, Y and Z of a perfect diffuser in that light, Y = 1")
     camera_to_xyz: tuple[Triple, Triple, Triple] = Field(
         description="rows X, Y and Z of red, green and blue above black, on any scale"

@@ -196,6 +196,6 @@ class DatasetFile(Varying):
     licence: Name | None = Field(default=None, description="of the data set, for its card; not stated when left out")
     sources: list[Name] = Field(
         default=[],
-        description="whose its pictures and its own spectra are, and their licences, a sentence each, for its card",
+        description="whose its pictures and custom spectra are, and their licences, a sentence each, for its card",
     )
     description: str = Field(default="", description="a sentence for its card")

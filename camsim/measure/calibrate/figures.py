@@ -109,7 +109,7 @@ def dark_current(shots: ShotsOfCamera, settings: Sequence[Setting]) -> tuple[Est
 
     iso = max(gains, key=spans)
     points = of_iso[iso]
-    no_temperature = no_figure("no two temperatures are told")
+    no_temperature = no_figure("the darks have no two temperatures")
     if len({time_s for time_s, _ in points}) < 2:
         return no_figure("all darks are of one exposure time, and two tell it"), 25.0, no_temperature
     time_s = np.array([time for time, _ in points])

@@ -80,7 +80,7 @@ def _setting(shots: ShotsOfCamera, iso: float, here: Sequence[Shot], notes: list
                     f"has flats of {group.time_s:g} s and no dark of that time; take darks as long as the flats",
                     stage=name,
                 )
-            text = f"ISO {iso:g}: flats have no darks of their own times; the nearest are taken off, with their charge"
+            text = f"ISO {iso:g}: flats have no darks of the same time; the nearest are taken off, with their charge"
             note = Note("other-darks", text, f"ISO {iso:g}")
             if note not in notes:
                 notes.append(note)
@@ -93,7 +93,7 @@ def _setting(shots: ShotsOfCamera, iso: float, here: Sequence[Shot], notes: list
     gains = [channel.transfer.gain_dn_per_e for channel in report.channels]
     gain = mean_of(gains)
     if not gain.measurable:
-        raise UnsupportedError(f"its gain cannot be told: {gain.why_not}", stage=name)
+        raise UnsupportedError(f"its gain is not determined: {gain.why_not}", stage=name)
     codes = tuple(darks[0].codes)
     return Setting(
         iso=iso,

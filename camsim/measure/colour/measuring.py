@@ -94,7 +94,7 @@ def measure_chart(
 ) -> ColourReport:
     """Measure the patches of a ColorChecker in any raw file, developed as the file states.
 
-    light   : that lit the chart
+    light   : on the chart
     corners : (row, col) of the centres of the patches dark skin, bluish green, black and white; None: detected
     chart   : measured reflectances: "ISO 17321-1" or "BabelColor Average"
 

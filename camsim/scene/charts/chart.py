@@ -82,7 +82,7 @@ class Chart(Shape):
         for key, others in INSTEAD.get(draw.__name__, {}).items():
             for other in others if complete[key] is not None else ():
                 if complete[other] != signature.parameters[other].default:
-                    raise refused(draw, other, f"does nothing beside {key!r}; leave one of them out")
+                    raise refused(draw, other, f"does nothing together with {key!r}; leave one of them out")
         shapes = tuple(draw(**complete))
         depth, pieces = count_pieces(shapes)
         for key, value in (("parameters", complete), ("shapes", shapes), ("depth", depth), ("pieces", pieces)):
@@ -120,7 +120,7 @@ def instead(**others: tuple[str, ...]) -> Callable[[Callable[_P, _R]], Callable[
 
 
 def chart(draw: Callable[_P, Iterable[Shape]]) -> Callable[_P, Chart]:
-    """Make a chart of a function that yields shapes in painter's order: judge what it is given by its own types."""
+    """Make a chart of a function that yields shapes in painter's order: parameters are validated by their types."""
     name = draw.__name__.replace("_", "-")
     KNOWN[name] = draw
 
