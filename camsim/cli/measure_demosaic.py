@@ -141,7 +141,7 @@ def _of_scenes(request: DemosaicRequest, page: Page | None) -> Iterator[Ranking]
         keep = _keeper(page, subject)
         entries: list[Method]
         entries, why = methods(frame) if request.published else ([], [])
-        ranking = compete(subject, frame, entries, left_out=why, seen=keep)
+        ranking = compete(subject, frame, entries, left_out=why, on_verdict=keep)
         verdicts = list(ranking.verdicts)
         for template in request.programs:
             found = run_program(template, frame, suffix=request.result, gamma=gamma_of(request.gamma))

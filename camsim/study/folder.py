@@ -1,4 +1,4 @@
-"""The folder of a sweep, locked for one process: existing files are kept, missing ones are made."""
+"""The folder of a sweep, locked for one process: only missing files are made."""
 
 from __future__ import annotations
 
@@ -77,9 +77,9 @@ def completed(
 ) -> Outcome:
     """Make missing items, and write the manifest, also on interruption; the folder must be locked.
 
-    wanted : identities
-    make   : makes all except existing ones
-    kept   : returns existing rows with current indices
+    wanted   : identities
+    make     : makes all except existing ones
+    existing : returns existing rows with current indices
     """
     journal = Journal(folder)
     there = journal.finished(wanted)

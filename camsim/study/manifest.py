@@ -50,7 +50,7 @@ class Journal:
         return all(sha256_of(self.folder / file) == checksum for file, checksum in wanted)
 
     def begin(self, listed: Mapping[str, Sequence[Row]]) -> None:
-        """Rewrite the kept rows, dropping a truncated line and unwanted rows."""
+        """Rewrite the listed rows, dropping a truncated line and unwanted rows."""
         lines = [_line(identity, rows) for identity, rows in listed.items()]
         write_whole(self.path, "".join(lines).encode())
 

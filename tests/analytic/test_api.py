@@ -155,7 +155,7 @@ def test_help_of_replace_names_every_stage() -> None:
     """The keywords are the camera's fields; their types are judged in tests/architecture/test_constructors.py."""
     listed = inspect.signature(camsim.Camera.replace).parameters
     assert set(listed) == {"self", *(field.name for field in dataclasses.fields(camsim.Camera))}
-    assert str(listed["olpf"]) == "olpf: 'Olpf | None' = kept"
+    assert str(listed["olpf"]) == "olpf: 'LowPass | None' = unchanged"
 
 
 def test_no_public_call_hides_its_arguments() -> None:

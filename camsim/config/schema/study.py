@@ -138,7 +138,7 @@ class Varying(Table):
 
 
 class StudyFile(Varying):
-    """A study: a base scene, keys that vary, and what is kept of every capture."""
+    """A study: a base scene, keys that vary, and what is stored of every capture."""
 
     camsim: Literal["study/1"] = Field(description="format of this file")
     frames: int = Field(default=1, ge=1, le=MOST, description="exposures of each, with fresh temporal noise")

@@ -15,7 +15,7 @@ from camsim.measure.demosaic.subject import Subject
 from camsim.measure.demosaic.verdict import Verdict, evaluate
 from camsim.measure.given import check_given
 
-Seen = Callable[[Verdict, F32], None]
+OnVerdict = Callable[[Verdict, F32], None]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,9 +48,9 @@ def compete(
     entries: Iterable[Method],
     *,
     left_out: Iterable[str] = (),
-    seen: Seen | None = None,
+    on_verdict: OnVerdict | None = None,
 ) -> Ranking:
-    """Run methods on a frame and rank them; ``seen`` is called with each verdict and its picture."""
+    """Run methods on a frame and rank them; ``on_verdict`` is called with each verdict and its picture."""
     check_given(frame=frame)
     check(subject, Subject, "subject")
     verdicts, why = [], list(left_out)
@@ -61,8 +61,8 @@ def compete(
             why.append(str(error) if method.name in str(error) else f"{method.name}: {error}")
             continue
         verdicts.append(verdict)
-        if seen is not None:
-            seen(verdict, image)
+        if on_verdict is not None:
+            on_verdict(verdict, image)
     return ranked(subject, verdicts, why)
 
 

@@ -111,7 +111,7 @@ class Font:
     def __init__(self, path: Any) -> None:
         from fontTools.ttLib import TTFont
 
-        self._font = TTFont(io.BytesIO(path.read_bytes()), lazy=True)  # no file stays open for as long as it is kept
+        self._font = TTFont(io.BytesIO(path.read_bytes()), lazy=True)  # no file stays open
         self._names = self._font.getBestCmap()
         self._glyphs = self._font.getGlyphSet()
         self._em = float(self._font["head"].unitsPerEm)
