@@ -65,7 +65,7 @@ def check_products(products: Collection[str], *, streamed: bool = False) -> None
 
 
 def frame_numbers(first: int, count: Whole) -> range:
-    """Return the numbers of one frame or several; refuses more than there are, since no file could be captured again.
+    """Return the numbers of one frame or several; raises above the largest number that files can have.
 
     >>> list(frame_numbers(3, 2))
     [3, 4]

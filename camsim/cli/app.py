@@ -325,7 +325,7 @@ def validate(
     overrides: Changes = None,
     force: Force = False,
 ) -> None:
-    """Look for faults in scene and sensor files, and print all of them; draw a scene."""
+    """Print all faults of scene and sensor files; draw a scene."""
     from camsim.cli.validate import draw_scene, validate_files
 
     if draw is not None:

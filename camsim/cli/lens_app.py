@@ -33,7 +33,7 @@ def import_lens(
     ] = 0.01,
     force: Force = False,
 ) -> None:
-    """Trace a prescription and write what it does at every place as a lens file (needs optiland for its glasses)."""
+    """Trace a prescription and write a lens file, with its PSF over the frame (needs optiland for its glasses)."""
     from camsim.cli.new import check_yaml_output
     from camsim.config.lens_import import trace_zemax
     from camsim.core.errors import InvalidValueError

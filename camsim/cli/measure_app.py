@@ -160,7 +160,7 @@ def measure_demosaic(
     plot: PlotFile = None,
     force: Force = False,
 ) -> None:
-    """Hold demosaiced pictures against the truth, name what is wrong with them, and rank them."""
+    """Compare demosaiced pictures with the truth, name their faults, and rank them."""
     from camsim.cli.measure_demosaic import DemosaicRequest, measure
     from camsim.cli.measured import Outputs
 

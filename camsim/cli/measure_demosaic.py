@@ -64,7 +64,7 @@ class DemosaicRequest:
 
 
 def measure(request: DemosaicRequest) -> None:
-    """Judge, print and write; raises CamsimError with one sentence."""
+    """Evaluate, print and write; raises CamsimError with one sentence."""
     from camsim.cli.measure_demosaic_page import Page
 
     _check(request)

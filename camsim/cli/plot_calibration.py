@@ -1,4 +1,4 @@
-"""A calibration as a page of plots: photon transfer, what is left of the fits, spectra, histograms against the law."""
+"""A calibration as a page of plots: photon transfer, residuals of the fits, spectra, histograms against the law."""
 
 from __future__ import annotations
 

@@ -158,7 +158,7 @@ def _photosite(table: schema.Table, pitch_um: float) -> PhotositeShape:
 
 
 def olpf(sensor: Validated[schema.SensorFile]) -> LowPass | None:
-    """Make the low-pass filter of a sensor; None for none, or when it is wrong."""
+    """Make the low-pass filter of a sensor; None without one, or when it is wrong."""
     model, path = sensor.model, ("olpf",)
     if model is None or model.olpf is None or any(type(model.olpf).contradictions(sensor.value(path))):
         return None

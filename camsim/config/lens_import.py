@@ -59,7 +59,7 @@ def trace_zemax(file: Path, *, field_deg: float | None = None, field_mm: float |
 def read_zemax(
     file: Path, *, field_deg: float | None = None, field_mm: float | None = None
 ) -> tuple[Prescription, float, list[Note]]:
-    """Return the lens of a Zemax prescription, its largest field in radians, and what of it is worth a line."""
+    """Return the lens of a Zemax prescription, its largest field in radians, and notes."""
     if not file.is_file():
         raise InputError(f"no such file: {str(file)!r}")
     head, surfaces = _read(file)
@@ -99,7 +99,7 @@ def _read(file: Path) -> tuple[Operands, list[Operands]]:
 
 
 def _values(operands: Operands, key: str) -> list[str]:
-    """Return what stands behind an operand, where it stands last; nothing where it does not."""
+    """Return the words after an operand's last occurrence; none if it does not occur."""
     return next((words[1:] for words in reversed(operands) if words[0] == key), [])
 
 
@@ -109,7 +109,7 @@ def _number(operands: Operands, key: str, place: int = 0, otherwise: float = 0.0
 
 
 def _prescription(head: Operands, blocks: list[Operands], name: str) -> tuple[Prescription, list[Note]]:
-    """Return the lens, and what of it is worth a line."""
+    """Return the lens, and notes."""
     if (mode := (_values(head, "MODE") or ["SEQ"])[0]) != "SEQ":
         raise InputError(f"{name!r} is of mode {mode}; save it as a sequential system (MODE SEQ)")
     unit = (_values(head, "UNIT") or ["MM"])[0].upper()
@@ -238,7 +238,7 @@ def _surface(number: int, one: Operands, mm: float, makers: Sequence[str], name:
 
 
 def _stopped(stated: Prescription, name: str, notes: list[Note]) -> Prescription:
-    """Return a lens whose stop is what stops the axis's light; raises InputError where it has no focal length."""
+    """Return the lens with the aperture that limits the axial beam as its stop; raises InputError if it is afocal."""
     lens = stated.of_wavelengths((stated.middle_nm,))
     if not math.isfinite(lens.focal_mm) or abs(lens.focal_mm) > FAR_MM or not math.isfinite(lens.radius_mm):
         raise InputError(f"{name!r} has no focal length: light of a far point leaves it as parallel as it came")
@@ -266,7 +266,7 @@ def _stopped(stated: Prescription, name: str, notes: list[Note]) -> Prescription
 
 
 def _fields(head: Operands) -> list[list[float]]:
-    """Return x and y of a file's fields, in what they are given by, and the vignetting factors of each."""
+    """Return x and y of the file's fields, in the file's unit, and the vignetting factors of each."""
     count = int(_number(head, "FTYP", 2, 0.0)) or None  # later entries are leftovers of other fields
 
     def of(key: str, older: str) -> list[float]:
@@ -279,7 +279,7 @@ def _fields(head: Operands) -> list[list[float]]:
 def _vignetting(
     lens: Lens, head: Operands, fields: list[list[float]], name: str
 ) -> tuple[tuple[float, float, float, float], ...]:
-    """Return ``Prescription.vignetting``; raises InputError where it is not the same all round the axis."""
+    """Return ``Prescription.vignetting``; raises InputError if it is not rotationally symmetric."""
     rows = {0.0: (0.0, 0.0, 0.0)}
     for number, (x, y, *factors) in enumerate(fields, start=1):
         shift_x, shift_y, less_x, less_y = factors

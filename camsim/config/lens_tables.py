@@ -63,7 +63,7 @@ class Traced(NamedTuple):
 
     @property
     def stated(self) -> str:
-        """The residuals of the file, on a line."""
+        """The residuals of the file as one line of text."""
         each = ", ".join(f"{one:.4f} at {um / 1e3:.4g} mm" for um, one in zip(self.places_um, self._off, strict=True))
         return f"{self.zernikes} Zernikes leave {self.left:.4f} waves rms; MTF off the rays' by {each}"
 
@@ -74,7 +74,7 @@ class Traced(NamedTuple):
         return largest
 
     def check_mtf(self, within: float, name: str) -> None:
-        """Raise InputError where the file is not one that is read, or its MTF is farther from the rays' than that."""
+        """Raise InputError for an unreadable file, or one whose MTF differs by more than ``within`` from the rays'."""
         if self.largest > MOST_WAVES:
             raise InputError(
                 f"{name!r} makes {self.largest:.3g} waves rms, and a lens file holds {MOST_WAVES:g}; give it a smaller "
@@ -163,7 +163,7 @@ def lens_file(
 
 
 def _out_of_focus(axis: Beam, wave_mm: float) -> float:
-    """Return how far behind the focus the sensor lies, mm, where that is most of what blurs the axis; else 0.
+    """Return the distance of the sensor behind the focus, mm, if defocus dominates the blur on the axis; else 0.
 
     The cone of light from the exit pupil to a sensor that is far out of focus is not that of the lens's f-number.
     """
@@ -179,7 +179,7 @@ def _rounded(values: F64, digits: int) -> list[float]:
 
 
 def _validate_heights(height_mm: F64, angles: F64, name: str, *, aim: bool) -> None:
-    """Raise InputError where chief rays are lost, or do not fall farther out with the field."""
+    """Raise InputError if chief rays are lost, or if image heights do not increase with the field."""
     lost = ~np.isfinite(height_mm)
     lost[1:] |= np.diff(height_mm) <= 0.0
     if lost.any():
@@ -193,7 +193,7 @@ def _validate_heights(height_mm: F64, angles: F64, name: str, *, aim: bool) -> N
 def _fitted(
     beams: Sequence[Beam], aperture: float, spread: F64, side: float, angles: F64, name: str
 ) -> tuple[tuple[int, ...], F64, float]:
-    """Return Zernikes, their coefficients (w, heights, k) in waves, and what they leave at the worst, waves rms."""
+    """Return Zernikes, their coefficients (w, heights, k) in waves, and the largest residual, waves rms."""
     for order in ORDERS:
         some = [(k, w) for k in (0, len(beams) // 2, len(beams) - 1) for w in (0, len(WAVELENGTHS_NM) // 2)]
         if all(_fit(beams[k], w, order, aperture, spread, side, angles[k], name)[2] <= LEFT for k, w in some):
@@ -212,7 +212,7 @@ def _fitted(
 def _fit(
     beam: Beam, w: int, order: int, aperture: float, spread: F64, side: float, angle: float, name: str
 ) -> tuple[tuple[int, ...], F64, float]:
-    """Return Zernikes, coefficients that send rays where they fall, and what as many leave of the path, waves rms."""
+    """Return Zernikes, coefficients that direct rays to where they fall, and the residual of the path, waves rms."""
     known, passes = np.isfinite(beam.path_mm[w] + beam.pupil[0, w]), beam.passes[w]
     if passes.sum() < 0.02 * passes.size:
         raise InputError(
@@ -238,7 +238,7 @@ def _fit(
 
 
 def _between(f_number: float, heights_um: F64, indices: tuple[int, ...], waves: F64) -> float:
-    """Return by how many waves rms wavefronts of every second height are off at those between."""
+    """Return the error, waves rms, of interpolating wavefronts from every second height."""
     coarse = FieldLens(
         f_number=f_number,
         wavelength_nm=WAVELENGTHS_NM,

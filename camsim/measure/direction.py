@@ -56,8 +56,7 @@ def direction_error_rad(
     slope is an estimate, whose noise looks like information about the direction (``_of_noise``). And for few photosites
     the sum of squares is not a parabola: at many standard errors the fit may be nearly as good, or better. So the line
     is turned and everything else refitted: directions that raise the least sum of squares by less than 4² variances
-    must lie within four standard errors. (Fitted again from where it is least, figures were no better: of 3000 small
-    edges four ended otherwise, two of them no longer refused and then wrong by more than three standard errors.)
+    must lie within four standard errors.
     """
     rows = shape.placed(*line.across_and_along(near.x, near.y))
     close = np.abs(rows.d) <= 1.25 * model.half_width

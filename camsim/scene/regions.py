@@ -144,8 +144,10 @@ def _sure(overlay: Callable[[float | None], Any], area: float, polygons: Sequenc
 
 
 def _filled(geometry: Any) -> Any:
-    """Return what of an overlay has an area: the lines along which areas met, and slivers that a grid has made lines,
-    cannot be laid over others on a grid."""
+    """Return the areas of an overlay, without its lines, which cannot be overlaid again on a grid.
+
+    Areas meet along lines, and a grid makes lines of slivers.
+    """
     import shapely
 
     if geometry.geom_type != "GeometryCollection":

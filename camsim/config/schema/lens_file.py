@@ -1,4 +1,4 @@
-"""Lens files: what a lens does at every place of the frame, as numbers."""
+"""Lens files: wavefront, distortion and illumination over the frame, as numbers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""scene/1: one capture, that is what is in front of which camera, the light and the exposure."""
+"""scene/1: one capture: scene, camera, light and exposure."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Light(Table):
 
     @classmethod
     def contradictions(cls, table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-        """One spectrum and one level, not none and not two."""
+        """Yield faults unless one spectrum and one level are given."""
         spectra, levels = cls.alternatives
         given = [key for key in spectra if table.get(key) is not None]
         if not given:
@@ -72,7 +72,7 @@ Time: TypeAlias = Annotated[Annotated[Seconds, Tag("number")] | Annotated[Litera
 
 
 class Exposure(Table):
-    """How long, and how much the signal is amplified."""
+    """Exposure time and ISO setting."""
 
     time_s: Time = Field(description="seconds; auto puts a perfect diffuser at 80 % of black..white")
     iso: Iso = Field(description="ISO setting; the sensor's electrons_per_dn holds at its base_iso")
@@ -170,7 +170,7 @@ class CustomLight(Table):
 
 
 class CustomExposure(Table):
-    """How long, and how much the signal is amplified, without a lens."""
+    """Exposure time and ISO setting, without a lens."""
 
     time_s: Time | None = Field(
         default=None,

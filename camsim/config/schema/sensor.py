@@ -84,7 +84,7 @@ class FourSpotOlpf(Table):
 
     @classmethod
     def contradictions(cls, table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-        """One split along each axis."""
+        """Yield a fault unless one split is given along each axis."""
         yield from _one_split(table)
         if table.get("split_y_um") is not None and table.get("split_y_pitches") is not None:
             yield "split_y_pitches", "given together with 'split_y_um'; leave one of the two out"
@@ -106,7 +106,7 @@ class TwoSpotOlpf(Table):
 
     @classmethod
     def contradictions(cls, table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-        """One split."""
+        """Yield a fault unless one split is given."""
         yield from _one_split(table)
 
 
