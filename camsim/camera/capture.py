@@ -49,7 +49,7 @@ class Capture(Recording):
     """Everything that makes a picture, and the pipeline from scene to codes.
 
     camera, scene, light, exposure : the camera, and what it photographs
-    seed, frame_number : of the temporal noise, which both determine; fixed patterns do not depend on them
+    seed, frame_number : determine the temporal noise; fixed patterns do not depend on them
     noise         : False leaves out all noise and the dark current
     region, scene_name : a window of the frame, None for all of it; for the report
     tolerance, strict : of the optics, relative to a perfect diffuser or the brightest surface; raise if missed

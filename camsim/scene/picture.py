@@ -233,7 +233,7 @@ class Picture(Raster, Field):
 
     @property
     def surfaces(self) -> tuple[Spectrum, ...]:
-        """Curves that bend where the planes' spectra do."""
+        """Curves with every kink of the planes' spectra, for quadrature."""
         return tuple(s.size if isinstance(s, Component) else s for s in self.spectra)
 
 
