@@ -41,7 +41,7 @@ def compared(stated: Prescription, full_rad: float, found: FieldLens, name: str)
 
     Raises InputError if a wavefront of the file is too steep to sample.
 
-    The rays' are sums over their own pupil, as wide and as cut as it is, of the path and not of where rays fall.
+    Those of the rays are autocorrelations of the real, vignetted pupil, with the path lengths of the rays.
     """
     lens, disc = stated.of_wavelengths(CHECKED_NM), even_disc(CHECK_RAYS, RIM)
     beams = lens.beams([share * full_rad for share in CHECKED], disc)
@@ -73,10 +73,10 @@ def compared(stated: Prescription, full_rad: float, found: FieldLens, name: str)
 def _transfers(pupil: F64, path_mm: F64, share: F64, wave_mm: float, per_mm: F64, order: int) -> F64:
     """Return sizes of transfers along x and across, at multiples of the first frequency.
 
-    order : of the polynomials that the path is followed by
+    order : of the polynomials that approximate the path
 
-    Of rays all over a pupil and beyond its rim, where ``share`` passes 1. The pupil stands on a lattice that these
-    frequencies shift it by whole steps of; cells that a rim cuts count by as much as they are open.
+    From rays over the pupil and beyond its rim, where ``share`` exceeds 1. The frequencies shift the pupil by whole
+    cells of a lattice; a cell at the rim counts by its open fraction.
     """
     known = np.isfinite(pupil[0] + path_mm + share)
     pupil, path_mm, share = pupil[:, known], path_mm[known], share[known]

@@ -29,13 +29,13 @@ BETWEEN = 0.01  # waves rms: largest error of wavefronts between heights
 ORDERS = (8, 10, 12, 14, 16, 18, 20)  # of Zernikes: as required by the rays
 LEFT = 0.005  # waves rms: largest residual
 DROPPED = 0.002  # waves rms of all omitted coefficients together
-CLOSED = 0.1  # weight of a ray that a rim stops: nothing falls there, but the wavefront must go somewhere
+CLOSED = 0.1  # weight of a ray that a rim stops: without light, but it keeps the wavefront bounded
 RAYS = 720  # over the pupil, of equal areas; one half of them is traced
 EXPOSED_STEP = 2e-4  # of the field, over which the sky is compared with where it falls
-BRIGHTER = 1e-3  # of the axis's light, above which light off the axis is refused and not taken for rounding
-DRAWN = 1e-5  # of a height: what distortion between its heights may be off by
+BRIGHTER = 1e-3  # of the light on the axis: a larger excess off the axis is refused, a smaller one is rounding
+DRAWN = 1e-5  # of a height: largest error of distortion between heights
 DRAWN_STEPS = (16, 32, 64, 128, 256)
-BALANCED = 0.1  # of the blur's square: as little left at the best focus, a sensor is not where it was meant to be
+BALANCED = 0.1  # of the squared blur: if less remains at the best focus, the sensor is misplaced
 
 
 QUARTER = even_disc(RAYS)[:, (even_disc(RAYS) > 0.0).all(axis=0)]
@@ -50,7 +50,7 @@ class Traced(NamedTuple):
     left  : rms residual of the Zernikes at the worst place, waves
     mtf   : differences of transfers (fields, wavelengths, 2 directions: along the radius and across, frequencies)
     places_um : of these fields, from the axis
-    notes : what is worth a line
+    notes : on the prescription
     """
 
     text: str
@@ -101,8 +101,8 @@ def lens_file(
 ) -> Traced:
     """Trace a lens to a field, radians, and return its file; raises InputError where a file cannot hold it.
 
-    Off the axis the cone of light is no circle. A file's is: its wavefront is the one whose rays fall where the
-    lens's own do, over the circle that the open part of the pupil, an ellipse by its second moments, is drawn to.
+    Off the axis the cone of light is an ellipse, in a lens file a circle. The ellipse, that of the open pupil's second
+    moments, is mapped to the circle, and the wavefront is the one that sends each ray to where the real ray falls.
     """
     lens, middle = stated.of_wavelengths(WAVELENGTHS_NM), stated.of_wavelengths((stated.middle_nm,))
     [axis] = middle.beams([0.0], np.concatenate([[[1.0], [0.0]], HALF_DISC], axis=1))
@@ -266,8 +266,8 @@ def _needed(waves: F64) -> list[int]:
 def _light(lens: Lens, angles: F64, height_mm: F64, name: str) -> F64:
     """Return the irradiance of an even sky at heights on the flat sensor, over that on the axis.
 
-    What comes from a ring of the sky, cos θ·dΩ for each part of the pupil that is open there, falls into a ring of the
-    sensor, however sharp it is there: its light's middle is followed, which coma takes away from the chief ray.
+    The light of a ring of the sky, cos θ·dΩ for each open part of the pupil, falls into a ring of the sensor. The
+    radius of that ring is the centroid of the light, which coma shifts from the chief ray.
     """
     full = float(angles[-1])
     near = [
@@ -304,7 +304,7 @@ def _light(lens: Lens, angles: F64, height_mm: F64, name: str) -> F64:
 def _distortion(lens: Lens, full_rad: float, side: float) -> tuple[F64, F64]:
     """Return heights without distortion, µm, and its fractions there; excluding scale: none near the axis.
 
-    A sensor that lies off the paraxial focus sees all larger or smaller, which is no distortion.
+    Off the paraxial focus the image is larger or smaller: a change of scale, not distortion.
     """
     for steps in DRAWN_STEPS:
         angles = np.concatenate([[0.0, NEAR_AXIS], full_rad * np.arange(1, 2 * steps + 1) / (2 * steps)])

@@ -41,7 +41,7 @@ def is_picture(path: Path) -> bool:
 def scene_of(picture: Path, folder: Path) -> str:
     """Return a scene that shows a picture, for a file in ``folder``; raises CamsimError if impossible.
 
-    Two samples are a photosite's side, or more where the picture would be larger than the sensor; the window is inside.
+    A photosite has two samples a side, or more if the picture would exceed the sensor; the window lies inside.
     """
     from camsim.files.picture_samples import read_samples
     from camsim.files.reading import opened

@@ -32,7 +32,7 @@ class Table(BaseModel):
     def fields(cls) -> Mapping[str, FieldInfo]:
         """Return the definition of each key, also of tables defined later in their module: groups hold groups.
 
-        Such a table is built here and not when it is imported, which would take longer than all that a capture reads.
+        Such a table is built here, not on import, which would take longer than reading a capture.
         """
         if not cls.__pydantic_fields_complete__:
             cls.model_rebuild()
@@ -51,7 +51,7 @@ class Makes:
     field : the camera's
     also  : other keys of the same table
     reads : keys to the name of another file, from the value: ``make`` is given its path as well, None
-            where no name stands there
+            without a name
     """
 
     field: str
