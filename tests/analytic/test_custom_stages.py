@@ -107,7 +107,7 @@ def test_files_say_that_it_was_there_and_others_keep_their_bytes():
 
 def test_a_capture_with_it_is_not_taken_again_without_it():
     described = json.loads(json.dumps(camera_with(TELEGRAPH).expose(GREY, **HOW).description))
-    with pytest.raises(InputError, match="not reproducible by camsim alone: it was taken with Telegraph of some"):
+    with pytest.raises(InputError, match="not reproducible by camsim alone: it was taken with Telegraph, which camsim"):
         capture_from_record(described)
 
 
@@ -269,7 +269,7 @@ class Taken(Telegraph):
         ([Taken(probability=0.1, step_e=1.0)], "Taken: stream 3; those below 1000 are camsim's"),
         (
             [TELEGRAPH, replace(TELEGRAPH, step_e=1.0)],
-            "^Camera.extra_stages: Telegraph and Telegraph both draw from stream 1002; .* own, 1003 is free",
+            "^Camera.extra_stages: Telegraph and Telegraph both draw from stream 1002; .* different one, 1003 is free",
         ),
         ([Telegraph], "item 0 must be a dataclass that .*, not the class Telegraph; give one of it"),
         ([each(name=None)], "Own.name: must be a text, not None; such as name"),
