@@ -197,8 +197,8 @@ class GivenLight(Caching):
         if self.unit == "srgb" or (self.unit == "reflectance" and samples.dtype.kind in "iu"):
             encoding: Literal["srgb", "linear"] = "srgb" if self.unit == "srgb" else "linear"
             return linear_colours(samples, encoding, "samples", type(self).__name__)
-        kept: NDArray[np.floating] = samples
-        return kept
+        floats: NDArray[np.floating] = samples
+        return floats
 
     def on_photosites(self) -> NDArray[np.floating]:
         """Return (rows, cols) or (rows, cols, n), one value per photosite: sums for charges, means otherwise."""

@@ -72,7 +72,7 @@ def modes_of_lines(phases: F64, strengths: C128, count: int, *, precision: float
     import finufft
 
     total: C128 = finufft.nufft1d1(
-        _less_turns(phases), strengths, n_modes=count, eps=precision, isign=-1, upsampfac=finer(precision), nthreads=1
+        _reduced(phases), strengths, n_modes=count, eps=precision, isign=-1, upsampfac=finer(precision), nthreads=1
     )
     return total.reshape(len(strengths), count)
 
@@ -88,7 +88,7 @@ def at_points(phases: tuple[F64, F64], coefficients: C128, *, precision: float, 
     return total
 
 
-def _less_turns(phases: F64) -> F64:
+def _reduced(phases: F64) -> F64:
     """Return phases reduced to −π … π, the range that finufft accepts."""
     turned: F64 = (phases + np.pi) % (2.0 * np.pi) - np.pi
     return turned

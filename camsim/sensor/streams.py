@@ -17,9 +17,9 @@ from camsim.core.errors import InvalidValueError
 BLOCK_ROWS = 64
 _AT_ONCE = 1 << 18  # normals that fit in a processor's cache
 
-_MOST_KEPT, _LARGEST_KEPT = 256, 1 << 16  # blocks of fixed patterns, normals of one: 64 MiB at most
-_KEPT: dict[tuple[object, ...], F32] = {}
-_KEPT_BY = threading.Lock()
+_MOST_CACHED, _LARGEST_CACHED = 256, 1 << 16  # blocks of fixed patterns, normals of one: 64 MiB at most
+_CACHED: dict[tuple[object, ...], F32] = {}
+_CACHE_LOCK = threading.Lock()
 
 
 def generator(seed: int, stream: int, *, block: int, frame_number: int = 0, read_out: int = 0) -> np.random.Generator:
@@ -48,17 +48,17 @@ def fixed_normals(serial: int, stream: int, *, rows: int, cols: int, origin: tup
     right and upper edges of the frame. Those of small windows are cached for the next exposure, and read-only.
     """
     key = serial, stream, rows, cols, origin, frame_cols
-    with _KEPT_BY:
-        if (known := _KEPT.pop(key, None)) is not None:
-            _KEPT[key] = known  # most recently used, so evicted last
+    with _CACHE_LOCK:
+        if (known := _CACHED.pop(key, None)) is not None:
+            _CACHED[key] = known  # most recently used, so evicted last
             return known
     normals = _drawn(serial, stream, rows=rows, cols=cols, origin=origin, frame_cols=frame_cols)
-    if normals.size <= _LARGEST_KEPT:
+    if normals.size <= _LARGEST_CACHED:
         normals.flags.writeable = False
-        with _KEPT_BY:
-            _KEPT[key] = normals
-            while len(_KEPT) > _MOST_KEPT:
-                del _KEPT[next(iter(_KEPT))]
+        with _CACHE_LOCK:
+            _CACHED[key] = normals
+            while len(_CACHED) > _MOST_CACHED:
+                del _CACHED[next(iter(_CACHED))]
     return normals
 
 

@@ -267,7 +267,8 @@ def test_the_report_names_the_stages_that_act() -> None:
 def test_a_full_well_beyond_the_converter_is_noted() -> None:
     camera = camera_of(full_well=camsim.FullWell(40_000.0))
     (note,) = exposed(camera).report.notes
-    assert note.startswith("the converter ends at 16283 e⁻, below the full well of 40000 e⁻")
+    assert note.code == "well-not-reached"
+    assert note.text.startswith("the converter ends at 16283 e⁻, below the full well of 40000 e⁻")
     assert exposed(camera.replace(full_well=camsim.FullWell(16_000.0))).report.notes == ()
 
 

@@ -357,7 +357,7 @@ def test_a_qr_code_that_segno_drew_is_the_chart(tmp_path):
         ),
         (
             page('<symbol id="s" x="3"><circle r="3"/></symbol><use href="#s"/>'),
-            "<symbol>: has a place of its own; give x and y to its <use>",
+            "<symbol>: has a position; give x and y to its <use>",
         ),
         (
             page('<symbol id="s"><circle r="3"/></symbol><use href="#s" width="-3"/>'),
@@ -390,7 +390,7 @@ def test_a_qr_code_that_segno_drew_is_the_chart(tmp_path):
         (page("<style media='(color)'>a{fill:red}</style>"), "is for media '(color)', which is not understood"),
         (
             page('<symbol id="s" transform="rotate(9)"><rect width="9" height="9"/></symbol><use href="#s"/>'),
-            "<symbol>: has a transform of its own",
+            "<symbol>: has a transform",
         ),
         (page("<style>a > b{fill:red}</style>"), "the selector 'a > b' is not understood"),
         (page("<style>a{fill:red</style>"), "its rules are cut short or nested at 'a{fill:red'"),

@@ -153,7 +153,7 @@ def test_colours_outside_srgb_are_said():
     given = np.full((4, 4, 3), (-0.9, 0.1, 0.1))
     frame = BAYER.expose(given, unit="reflectance", exposure=HOW)
     assert frame.mean_electrons.min() == 0.0
-    assert any(note.startswith("4 photosites would get less light than none") for note in frame.report.notes)
+    assert any(note.text.startswith("4 photosites would get less light than none") for note in frame.report.notes)
 
 
 @pytest.mark.parametrize(

@@ -106,7 +106,7 @@ def test_truth_and_results(rings, camsim):
         ({"files": ("truth.npy",)}, "give a truth and one result or more"),
         ({"files": ("truth.npy", "truth.npy"), "border": 30}, "truth.npy: 60 × 64 photosites less a border of 30"),
         ({"files": ("truth.npy", "truth.npy"), "cfa": "XYZW"}, "'XYZW'; give one of RGGB"),
-        ({"files": ("truth.npy", "truth.npy"), "cfa": "rgbw"}, "demosaicing is judged in R, G and B"),
+        ({"files": ("truth.npy", "truth.npy"), "cfa": "rgbw"}, "demosaicing is measured in R, G and B"),
         ({"files": ("truth.npy", "truth.npy"), "white": -1.0}, "-1; must be above 0"),
         ({"files": ("truth.npy", "truth.npy"), "sensor": "d40-like"}, "--sensor: is for scenes, with --all or --run"),
         ({"files": ("s.yaml",), "published": True, "cfa": "RGGB"}, "--cfa: is for a truth in a file"),
@@ -118,7 +118,7 @@ def test_truth_and_results(rings, camsim):
         ({"files": ("s.yaml",), "programs": ("mine {in}",)}, "lacks {in} or {out}"),
         ({"files": ("s.yaml",), "programs": ("mine {dng} {out}",)}, "{dng} is not known"),
         ({"files": ("leaves-in-colour",), "programs": ("no-such-program {in} {out}",), **SMALL}, "there is no program"),
-        ({"files": ("siemens-star",), "published": True, **SMALL}, "demosaicing is judged in R, G and B"),
+        ({"files": ("siemens-star",), "published": True, **SMALL}, "demosaicing is measured in R, G and B"),
     ],
 )
 def test_what_cannot_be_judged_is_one_sentence(folder, monkeypatch, changes, sentence):

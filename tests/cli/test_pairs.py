@@ -152,7 +152,7 @@ def test_mistakes(camsim: Run, options: tuple[str, ...], message: str) -> None:
     [
         (
             ("--set", f"noise.seed={2**63 - 2}", "--levels", "1"),
-            f"--pairs: each of 7 pairs has a seed of its own, from {2**63 - 2} on, and 2^63 − 1 is the largest; "
+            f"--pairs: each of 7 pairs has a different seed, from {2**63 - 2} on, and 2^63 − 1 is the largest; "
             "begin at a smaller one\n",
         ),
         (

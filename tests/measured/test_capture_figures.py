@@ -369,7 +369,9 @@ def test_charts_draw_what_they_are_told_or_say_why_not():
 def test_parameters_that_do_nothing_beside_another_are_refused(chart, given, other, value):
     drawn = getattr(camsim.charts, chart)
     drawn(**given)
-    with pytest.raises(InvalidValueError, match=rf"{chart}\.{other}: does nothing beside '\w+'; leave one of them out"):
+    with pytest.raises(
+        InvalidValueError, match=rf"{chart}\.{other}: does nothing together with '\w+'; leave one of them out"
+    ):
         drawn(**given, **{other: value})
 
 
@@ -380,4 +382,4 @@ def test_parameters_that_do_nothing_beside_another_are_refused(chart, given, oth
 def test_tables_beside_the_light_are_noted(key, what):
     table = "{wavelength_nm: [4000, 7000], values: [0.1, 0.4]}"
     frame = camsim.capture("flat-field", sensor="mono-345", overrides=["region={rows: 4, cols: 4}", f"{key}={table}"])
-    assert any(note.startswith(f"{what} is known from 4000 to 7000 nm") for note in frame.report.notes)
+    assert any(note.text.startswith(f"{what} is known from 4000 to 7000 nm") for note in frame.report.notes)
