@@ -9,7 +9,7 @@ import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol, TypeAlias
+from typing import Protocol
 
 import numpy as np
 
@@ -17,7 +17,6 @@ from camsim.core.arrays import F64
 from camsim.numerics.quadrature import gauss_legendre
 
 MOMENT_NODES = 60  # for bounds, in which a per cent does not matter
-Tone: TypeAlias = tuple[float, tuple[complex, ...]]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -30,9 +29,6 @@ class Pattern:
     breaks  : where the transfer is not smooth, in increasing order; it is 0 (or below 1e-16) past the last
     powers  : c1, c3, c5 of 1 − E = Σ c_k/ρ^k + oscillatory terms
     rings   : (u, a, n): the far form of an edge's end at distance R has ringing of frequency u, at most a·R⁻ⁿ
-    oscillations : (u, (a₀, a₁ …)): oscillatory terms Re Σ aₖ·ρ^(−2−k)·e^{2πiuρ} of 1 − E; empty if they are not known,
-              and ringing is then bounded by distance
-    oscillations_from_blurs : ρ from which they are valid, to 3e-8 of the strongest
     signed  : the PSF has negative values, as for a measured or invented transfer
     quiet   : function of an error: ρ from which the smooth powers leave no more than it
     finest  : the smallest tolerance
@@ -44,8 +40,6 @@ class Pattern:
     breaks: tuple[float, ...]
     powers: tuple[float, float, float]
     rings: tuple[tuple[float, float, float], ...]
-    oscillations: tuple[Tone, ...]
-    oscillations_from_blurs: float
     signed: bool
     quiet: Callable[[float], float]
     finest: float

@@ -134,8 +134,6 @@ def _pattern(lens: RadialOtf) -> Pattern:
         breaks=tuple(float(u) for u in knots[1:]),
         powers=(float(-at_zero[1] / (2.0 * math.pi)), float(3.0 * at_zero[3] / (2.0 * math.pi) ** 3), 0.0),
         rings=tuple(rings),
-        oscillations=(),
-        oscillations_from_blurs=0.0,
         signed=True,
         quiet=lambda allowed: max(5.0, 2.0 / float(knots[1])),
         finest=1e-7,

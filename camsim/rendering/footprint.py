@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from dataclasses import dataclass
 
@@ -15,7 +14,6 @@ from camsim.numerics.quadrature import gauss_legendre
 from camsim.optics import OpticalStage, OpticalSystem, RoundLens
 from camsim.optics.pattern import Pattern
 from camsim.optics.protocols import Rectangular
-from camsim.rendering.envelope import Envelope
 
 BEYOND = (8, 10, 12, 14, 16)  # powers of the harmonic moments that the far form leaves out
 _SAME = 1e-13  # of the farthest spot: offsets this close are equal
@@ -31,7 +29,6 @@ class Footprint:
     square   : whether it is also symmetric under a quarter turn
     sigma2 : ½⟨|ζ|²⟩; m22 = ⟨|ζ|⁴⟩, m66 = ⟨|ζ|⁶⟩; m2 = ⟨ζ²⟩, m31 = ⟨ζ³ζ̄⟩, m4, m6 = ⟨ζ⁴⟩, ⟨ζ⁶⟩
     beyond : sizes of ⟨ζ⁸⟩, ⟨ζ¹⁰⟩ … ⟨ζ¹⁶⟩
-    envelope : bound of the transfer over all directions, for a point that represents another shape; None: not needed
     """
 
     width: float
@@ -47,7 +44,6 @@ class Footprint:
     m4: complex
     m6: complex
     beyond: tuple[float, ...]
-    envelope: Envelope | None = None
 
     @classmethod
     def of(cls, system: OpticalSystem, pitch_um: float) -> Footprint:
@@ -65,16 +61,6 @@ class Footprint:
             )
         width, height = (side / pitch_um for side in system.photosite.sides_um)
         return cls.measured(width, height, system.spots_um() / pitch_um)
-
-    @classmethod
-    def point(cls) -> Footprint:
-        """Return a point."""
-        return cls.measured(0.0, 0.0, np.zeros((1, 2)))
-
-    @classmethod
-    def enveloped(cls, system: OpticalSystem, pitch_um: float, highest: float) -> Footprint:
-        """Return a point with the envelope of the system's transfer, up to the frequency ``highest``."""
-        return dataclasses.replace(cls.point(), envelope=Envelope.of(system, pitch_um, highest))
 
     @classmethod
     def measured(cls, width: float, height: float, spots: F64) -> Footprint:
@@ -165,8 +151,6 @@ class Footprint:
     def transfer(self, frequency: F64) -> F64:
         """OTF (directions, n), signed, at each radial frequency (cycles/pitch) in the directions of ``angles``."""
         angle = self.angles(frequency.size)
-        if self.envelope is not None:
-            return np.broadcast_to(self.envelope.at(frequency), (angle.size, frequency.size))
         return self.otf(np.outer(np.cos(angle), frequency), np.outer(np.sin(angle), frequency))
 
 

@@ -11,12 +11,11 @@ from examples import OPTICS, PICTURE, PITCH_UM, TOLERANCE, WAVELENGTH_NM, grid_o
 
 import camsim
 from camsim.optics import OpticalSystem, airy
-from camsim.rendering import coherence as quiet
-from camsim.rendering import focus, footprint, job, outlines
-from camsim.rendering import ringing as counted
+from camsim.rendering import footprint, job, outlines
+from camsim.rendering.boundary import coherence as quiet
 from camsim.rendering.boundary import engine as boundary_engine
 from camsim.rendering.boundary import image as boundary_image
-from camsim.rendering.boundary import tables
+from camsim.rendering.boundary import ringing, tables
 from camsim.rendering.fields import job as field_job
 from camsim.rendering.fields import layer, samples
 from camsim.rendering.render import render_channels
@@ -332,28 +331,22 @@ CORRUPTIONS = {
     "the pattern's transfer": (airy, "AIRY", pattern(otf=lambda f: lambda u: f(1.01 * u)), {"optics": WIDE}),
     "quiet too soon": (quiet.Waves, "negligible_distance", lambda f: scaled(f, 0.2), {"optics": SHARP}),
     "moments end too soon": (
-        counted,
+        ringing,
         "_moment_distance",
         lambda f: scaled(f, 0.3),
         {"optics": WIDER, "scene": "overlap"},
     ),
     "rings in the centre of a disc are left out": (
-        boundary_engine,
-        "plan_boundary",
-        returning(lambda s: dataclasses.replace(s, foci=focus.NO_FOCI)),
-        {"scene": "disc", "optics": SHARP, "over": 1.0},
-    ),
-    "rings of short edges upside down": (
-        boundary_image,
-        "ring_table",
-        returning(lambda t: t._replace(values=-t.values)),
+        ringing,
+        "_meeting",
+        lambda f: lambda waves, edges, grid, least, allowed: least,
         {"scene": "disc", "optics": SHARP, "over": 1.0},
     ),
     # kernels, through what they are given
     "careless radii": (
         boundary_engine,
         "plan_boundary",
-        fields(near=0.3, reach=0.3, negligible_end=0.3, negligible_line=0.3),
+        fields(near=0.3, reach=0.3),
         {"optics": WIDE},
     ),
     "a coarse field": (boundary_engine, "plan_boundary", fields(field_step=8.0), {"optics": WIDE}),

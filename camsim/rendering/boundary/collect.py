@@ -111,12 +111,12 @@ def _smooth_part(e: int, state: int, x: float, y: float, half: float, edges: Tab
     spread = half * (abs(tx) + abs(ty))
     line_gap = abs(h) - spread if s1 < spread and s2 > -spread else math.inf
     if state == LINE:
-        return LINE if line_gap >= apart and line_gap >= n.negligible_line else -1
+        return LINE if line_gap >= apart and line_gap >= n.reach else -1
     x2, y2 = dx + edges.length[e] * tx, dy + edges.length[e] * ty
     gap = min(gap_from(dx, dy, half, half), gap_from(x2, y2, half, half))
-    if gap < n.negligible_end or gap < apart:
+    if gap < n.near or gap < apart:
         return -1
-    if line_gap >= apart and line_gap >= (n.negligible_line if edges.response[e] >= 0 else n.negligible_end):
+    if line_gap >= apart and line_gap >= (n.reach if edges.response[e] >= 0 else n.near):
         return WHOLE
     return ENDS if edges.response[e] >= 0 and s1 <= -spread and s2 >= spread else -1
 
@@ -161,7 +161,7 @@ def collect(level: int, x: float, y: float, stack: Stack, scratch: Scratch, worl
                 c = opened[waiting]
                 widest = max(cells.half_x[c], cells.half_y[c])
                 gap = gap_from(cells.x[c] - x, cells.y[c] - y, half + cells.half_x[c], half + cells.half_y[c])
-                if gap < n.negligible_end or gap < n.separation * widest:
+                if gap < n.near or gap < n.separation * widest:
                     if last or widest > half:
                         first, end = cells.first_edge[c], cells.first_edge[c + 1]
                         for child in range(cells.first_child[c], cells.first_child[c + 1]):

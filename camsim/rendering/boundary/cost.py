@@ -12,10 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from camsim.core.arrays import I64
+from camsim.core.arrays import F64
 from camsim.rendering.boundary.image import inside_length, largest_tile
 from camsim.rendering.boundary.potential import ORDER
-from camsim.rendering.boundary.ring_counts import HARMONIC, MOST_ENDS, OF_TABLE, TERM, VALUE, ring_counts, within
 from camsim.rendering.boundary.settings import Settings
 from camsim.rendering.boundary.tables import LONG
 from camsim.rendering.edges import Edges
@@ -24,6 +23,8 @@ from camsim.rendering.footprint import Footprint
 from camsim.rendering.grid import Grid
 
 MATRIX, SINE = 0.1, 20.0  # costs in terms: of a term of a matrix product, of a sine
+MOST_ROWS = 128  # rows that are counted for the photosites in a circle
+MOST_ENDS = 512  # ends whose surroundings are counted; larger numbers are thinned out
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,23 +32,19 @@ class Counts:
     """Counts of the boundary engine's operations for one image.
 
     photosites : of the grid;  near_nodes: quadrature nodes near ends;  looked_up: photosites × nearby lines
-    ring_terms, ring_harmonics : of series at nodes × photosites where ringing is computed (``ring_counts``)
-    close      : photosites × edges beyond the near zone whose ringing is not negligible, or just beyond it
+    close      : photosites × edges just beyond the near zone
     collected  : sources × tiles that sum them
     parts      : of the footprint, for each of which all of the above is done
-    tables     : fields and edge responses;  ring_rows: of the table of ringing along short edges, 0 for none
+    tables     : fields and edge responses
     table_values : numbers in all of them;  table_terms: terms summed for them
     """
 
     photosites: float
     near_nodes: float
     looked_up: float
-    ring_terms: float
-    ring_harmonics: float
     close: float
     collected: float
     tables: int
-    ring_rows: int
     table_values: float
     table_terms: float
     parts: int
@@ -59,24 +56,41 @@ class Counts:
         return seconds
 
 
+def within(points: F64, radius: float, grid: Grid) -> F64:
+    """Return how many photosites of the grid lie within ``radius`` of each point (n, 2), pitches.
+
+    They are counted on the circle's chord in each row, or in a subset of many rows.
+
+    >>> within(np.array([[0.0, 0.0]]), 1.0, Grid(rows=2, cols=4, pitch_um=1.0))
+    array([4.])
+    """
+    x0, y0 = grid.first_centre
+    first = max(0, math.ceil(float(points[:, 1].min()) - radius - y0))
+    last = min(grid.rows - 1, math.floor(float(points[:, 1].max()) + radius - y0))
+    step = max(1, (last - first + 1) // MOST_ROWS)
+    row = np.arange(first, last + 1, step)[:, None]
+    half = np.sqrt(np.maximum(radius**2 - (y0 + row - points[:, 1]) ** 2, 0.0))
+    left = np.maximum(np.ceil(points[:, 0] - half - x0), 0.0)
+    right = np.minimum(np.floor(points[:, 0] + half - x0), grid.cols - 1.0)
+    counts: F64 = np.where(half > 0.0, np.maximum(right - left + 1.0, 0.0), 0.0).sum(axis=0)
+    return step * counts
+
+
 def boundary_counts(
     edges: Edges,
     grid: Grid,
     settings: Settings,
     footprint: Footprint,
     *,
-    in_foci: tuple[I64, I64],
     normals: int,
     sets: int,
     wavelengths: int,
-    oscillations: int,
     parts: int,
 ) -> Counts:
     """Count the boundary engine's operations.
 
-    in_foci : the edges of each of the settings' foci (``focus.touching``)
     normals : number of edge responses
-    sets : pairs of spectra times channels;  oscillations: of the pattern;  parts: of the footprint
+    sets : pairs of spectra times channels;  parts: of the footprint
     """
     start, end, length = edges.start, edges.end, edges.length
     long = length >= settings.near
@@ -88,7 +102,7 @@ def boundary_counts(
     # Mean of √(near² − h²) over the disc, minus half of the part before the foot; a short edge counts entirely.
     chord = np.where(is_long, 0.85 * settings.near, np.minimum(np.tile(length[::thin], 2), 1.7 * settings.near))
     nodes = np.ceil(chord / settings.panel) * settings.panel_nodes
-    close = within(ends, settings.negligible_end + settings.leaf, grid) - near
+    close = within(ends, settings.near + settings.leaf, grid) - near
     root = largest_tile(settings, (grid.rows, grid.cols))
     # A tile with nothing but lines left is not quartered: all of its photosites look them up.
     band = 2.0 * settings.reach + root
@@ -97,16 +111,6 @@ def boundary_counts(
     roots = -(-grid.rows // root) * -(-grid.cols // root)
     levels = 1.0 + math.log2(root / settings.leaf)
     shortest = settings.shortest
-    rings = ring_counts(
-        edges,
-        grid,
-        settings,
-        footprint,
-        in_foci=in_foci,
-        sets=sets,
-        oscillations=oscillations * wavelengths,
-        parts=parts,
-    )
     order = min(settings.tile_nodes, root) if root == settings.leaf else settings.tile_nodes
     collected = len(start) * (roots + 12.0 * levels) * order**2
     rows = settings.near / settings.field_step
@@ -121,16 +125,12 @@ def boundary_counts(
         photosites=photosites,
         near_nodes=float(near @ (nodes * share)),
         looked_up=min(looked_up, photosites * float(np.count_nonzero(long))),
-        ring_terms=rings.terms,
-        ring_harmonics=rings.harmonics,
         close=float(close @ share),
         collected=collected,
         tables=sets * (1 + normals),
-        ring_rows=rings.rows,
-        table_values=sets * (2.0 * rows * rows + normals * 6.0 * cells) + rings.table_values,
+        table_values=sets * (2.0 * rows * rows + normals * 6.0 * cells),
         table_terms=sets * (rows * (rows + 0.5 * taps) * terms + MATRIX * normals * cells * waves)
-        + SINE * cells * waves
-        + rings.table_terms,
+        + SINE * cells * waves,
         parts=parts,
     )
 
@@ -140,12 +140,10 @@ PRICES = {
     "photosites": 8.0,
     "near_nodes": 24.0,
     "looked_up": 11.0,
-    "ring_terms": TERM,
-    "ring_harmonics": HARMONIC,
     "close": 45.0,
     "collected": 4.6,
-    "table_values": VALUE,
-    "table_terms": OF_TABLE,
+    "table_values": 3.0,
+    "table_terms": 0.5,
 }
 OF_TABLES = ("table_values", "table_terms")
 

@@ -18,7 +18,6 @@ from camsim.rendering.boundary.cost import Counts, boundary_cost, boundary_count
 from camsim.rendering.boundary.image import boundary_bands, directions
 from camsim.rendering.boundary.settings import Settings, plan_boundary
 from camsim.rendering.engine import FEWEST_CHECKED, MEMORY_LIMIT_BYTES, Cost, Decision, Marks, Progress, one_by_one
-from camsim.rendering.focus import touching
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.job import Job, Nodes
 from camsim.rendering.spectral import multiples
@@ -48,7 +47,7 @@ class BoundaryPlan:
         settings = self.settings
         return Marks(
             near=settings.near,
-            quiet=settings.negligible_end,
+            quiet=settings.near,
             reach=settings.reach,
             leaf=settings.leaf,
             apart=max(settings.near, settings.separation * 0.5 * settings.leaf),
@@ -71,13 +70,8 @@ class BoundaryPlan:
         return len(np.unique(multiples(weights.reshape(len(weights), -1))[0]))
 
     @cached_property
-    def in_foci(self) -> tuple[I64, I64]:
-        """The job's edges that touch each of the settings' foci; cached for cost and image, since it is slow."""
-        return touching(self.settings.foci, self.job.edges)
-
-    @cached_property
     def lines(self) -> tuple[I64, F64]:
-        """Index of the edge response of each of the job's edges, and the responses' normals; cached as well."""
+        """Index of the edge response of each of the job's edges, and the responses' normals; for cost and image."""
         reach = self.settings.reach + float(np.abs(self.places).max())
         return directions(self.job.edges, self.job.grid, self.settings.near, reach, self.footprint)
 
@@ -90,11 +84,9 @@ class BoundaryPlan:
             job.grid,
             self.settings,
             self.footprint,
-            in_foci=self.in_foci,
             normals=len(self.lines[1]),
             sets=self.tabled * job.signals.scale.size,
             wavelengths=self.wavelengths,
-            oscillations=len(self.pattern.oscillations),
             parts=len(self.places),
         )
 
@@ -125,12 +117,6 @@ class BoundaryPlan:
             decision=f"ends integrated within {settings.near:.3g} pitches, lines looked up within {settings.reach:.3g}",
             reason="beyond, the far form keeps its share of the tolerance",
         )
-        if len(settings.foci.radius):
-            yield Decision(
-                topic="settings",
-                decision=f"rings followed to {len(settings.foci.radius)} round outlines",
-                reason="in their centres the rings of all sides meet, and are heard",
-            )
         yield Decision(
             topic="settings",
             decision=f"{counts.tables} tables, {counts.table_values:.2g} numbers",
@@ -151,9 +137,7 @@ class BoundaryPlan:
             places=self.places,
             nodes=self.nodes,
             settings=self.settings,
-            in_foci=self.in_foci,
             lines=self.lines,
-            ring_rows=self.counts.ring_rows,
             channel=channel,
         ):
             row += len(band)
@@ -198,7 +182,7 @@ def _rank(plan: BoundaryPlan) -> tuple[bool, float]:
 
 def _planned(job: Job, pattern: Pattern, footprint: Footprint, places: F64) -> BoundaryPlan:
     settings = plan_boundary(job, pattern, footprint)
-    phase = 2.0 * math.pi * min(settings.negligible_line, job.span) * float(1.0 / job.blur.min() - 1.0 / job.blur.max())
+    phase = 2.0 * math.pi * min(settings.reach, job.span) * float(1.0 / job.blur.min() - 1.0 / job.blur.max())
     return BoundaryPlan(
         job=job,
         pattern=pattern,

@@ -9,7 +9,6 @@ from camsim.core.kernels import kernel
 from camsim.rendering.boundary.collect import CELL, Scratch, Stack, World, gap_from
 from camsim.rendering.boundary.crowd import cell_at_points
 from camsim.rendering.boundary.edge import edge_at, line_at
-from camsim.rendering.boundary.edge_rings import rings_at, rings_of_line_at
 from camsim.rendering.boundary.far import across, far_line, weigh
 from camsim.rendering.boundary.records import Numbers, TabledEdges, Tables, moments_in_frame, moments_of
 from camsim.rendering.boundary.smooth import LINE, add_weighed, far_and_negligible, far_at_points
@@ -36,9 +35,6 @@ def _add_line(
                 image[r, c] += weigh(far_line(h0 - c * ty, d), far[channel[r, c]])
         for c in range(begin, stop):
             image[r, c] += line_at(h0 - c * ty, e, channel[r, c], edges, tables, n)
-        if n.negligible_line > n.reach:
-            for c in range(cols):
-                image[r, c] += rings_of_line_at(h0 - c * ty, e, channel[r, c], edges, tables, n)
 
 
 @kernel(forceinline=True)
@@ -46,7 +42,7 @@ def _negligible_all_over(e: int, x: float, y: float, half: float, edges: TabledE
     """Return whether an edge is far away, with negligible ringing, for a square about (x, y): a test by its middle."""
     reach = 0.5 * edges.length[e]
     gap = gap_from(edges.x[e] + reach * edges.tx[e] - x, edges.y[e] + reach * edges.ty[e] - y, half, half) - reach
-    quiet: bool = gap >= (n.negligible_line if edges.response[e] >= 0 else n.negligible_end)
+    quiet: bool = gap >= (n.reach if edges.response[e] >= 0 else n.near)
     return quiet
 
 
@@ -110,8 +106,6 @@ def finish(
                         image[row + r, col + c] += weigh((g[0, i], g[1, i], g[2, i], g[3, i]), far)
                     else:
                         image[row + r, col + c] += edge_at(x0 + c, y0 + r, e, k, edges, tables, n)
-                        if n.negligible_end > n.near:
-                            image[row + r, col + c] += rings_at(x0 + c, y0 + r, e, k, edges, tables, n)
     if size == n.leaf:
         for r in range(rows):
             for c in range(cols):

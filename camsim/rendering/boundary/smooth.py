@@ -120,8 +120,8 @@ def far_and_negligible(e: int, x0: float, y0: float, x: F64, y: F64, edges: Tabl
     """Write to ``quiet`` (points) 1 where the far form suffices: ringing is negligible and no line is looked up."""
     tx, ty, length = edges.tx[e], edges.ty[e], edges.length[e]
     dx, dy = edges.x[e] - x0, edges.y[e] - y0
-    line = n.negligible_line if edges.response[e] >= 0 else n.negligible_end
-    end2 = n.negligible_end * n.negligible_end
+    line = n.reach if edges.response[e] >= 0 else n.near
+    end2 = n.near * n.near
     for i in range(x.size):
         h = (dx - x[i]) * ty - (dy - y[i]) * tx
         s1 = (dx - x[i]) * tx + (dy - y[i]) * ty
