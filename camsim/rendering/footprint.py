@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -91,17 +90,6 @@ class Footprint:
             m6=mean(z**6),
             beyond=tuple(abs(mean(z**n)) for n in BEYOND),
         )
-
-    def cut(self, count: int) -> tuple[Footprint, F64]:
-        """Return a rectangle without spots, and offsets (n, 2) at which copies of it make up the footprint.
-
-        count : parts along the longer side; those along the other are no longer
-        """
-        across, down = (max(1, math.ceil(count * side / max(self.side, 1e-300))) for side in (self.width, self.height))
-        x, y = (side * ((np.arange(n) + 0.5) / n - 0.5) for n, side in ((across, self.width), (down, self.height)))
-        part = Footprint.measured(self.width / across, self.height / down, np.zeros((1, 2)))
-        places = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
-        return part, (self.spots[:, None] + places).reshape(-1, 2)
 
     def otf(self, fx: F64, fy: F64) -> F64:
         """Transfer, signed, at (fx, fy) cycles/pitch."""

@@ -359,23 +359,11 @@ CORRUPTIONS = {
         {"rows": 100, "cols": 100},
     ),
     "quadrature weights": (boundary_image, "numbers", of_numbers(gauss_w=lambda w: 1.001 * w), {}),
-    "moments of a crowd's cells": (
-        boundary_image,
-        "numbers",
-        of_numbers(harmonic=lambda h: 3.0 * h),
-        {"scene": "crowd", "rows": 64, "cols": 64, "optics": TURNED},
-    ),
     "tiles interpolated from the wrong side": (
         boundary_image,
         "numbers",
         of_numbers(to_photosites=lambda m: np.ascontiguousarray(m[:, ::-1])),
         {"rows": 100, "cols": 100},
-    ),
-    "cells of a crowd": (
-        boundary_image,
-        "gather",
-        returning(lambda f: (f[0], f[1]._replace(strength=1.01 * f[1].strength))),
-        {"scene": "crowd", "rows": 64, "cols": 64, "optics": SHARP},
     ),
     "moments σ²": (footprint.Footprint, "of", fields(sigma2=1.5), {"optics": WIDE}),
     "moments ⟨ζ⁴⟩": (footprint.Footprint, "of", fields(m4=1.5), {"optics": WIDE}),

@@ -34,7 +34,6 @@ class Counts:
     photosites : of the grid;  near_nodes: quadrature nodes near ends;  looked_up: photosites × nearby lines
     close      : photosites × edges just beyond the near zone
     collected  : sources × tiles that sum them
-    parts      : of the footprint, for each of which all of the above is done
     tables     : fields and edge responses
     table_values : numbers in all of them;  table_terms: terms summed for them
     """
@@ -47,13 +46,6 @@ class Counts:
     tables: int
     table_values: float
     table_terms: float
-    parts: int
-
-    @property
-    def table_seconds(self) -> float:
-        """Seconds for the tables."""
-        seconds: float = sum(1e-9 * PRICES[name] * getattr(self, name) for name in OF_TABLES)
-        return seconds
 
 
 def within(points: F64, radius: float, grid: Grid) -> F64:
@@ -85,12 +77,11 @@ def boundary_counts(
     normals: int,
     sets: int,
     wavelengths: int,
-    parts: int,
 ) -> Counts:
     """Count the boundary engine's operations.
 
     normals : number of edge responses
-    sets : pairs of spectra times channels;  parts: of the footprint
+    sets : pairs of spectra times channels
     """
     start, end, length = edges.start, edges.end, edges.length
     long = length >= settings.near
@@ -131,7 +122,6 @@ def boundary_counts(
         table_values=sets * (2.0 * rows * rows + normals * 6.0 * cells),
         table_terms=sets * (rows * (rows + 0.5 * taps) * terms + MATRIX * normals * cells * waves)
         + SINE * cells * waves,
-        parts=parts,
     )
 
 
@@ -145,14 +135,11 @@ PRICES = {
     "table_values": 3.0,
     "table_terms": 0.5,
 }
-OF_TABLES = ("table_values", "table_terms")
 
 
 def boundary_cost(counts: Counts) -> Cost:
     """Return the cost of the counts."""
-    of_each = sum(price * 1e-9 * getattr(counts, name) for name, price in PRICES.items() if name not in OF_TABLES)
-    seconds = SET_UP_SECONDS + counts.parts * of_each + counts.table_seconds
     return Cost(
-        seconds=seconds,
+        seconds=SET_UP_SECONDS + sum(price * 1e-9 * getattr(counts, name) for name, price in PRICES.items()),
         memory_bytes=8.0 * (counts.photosites + counts.table_values) + 4e6,
     )

@@ -6,11 +6,10 @@ import numpy as np
 
 from camsim.core.arrays import F64, U8
 from camsim.core.kernels import kernel
-from camsim.rendering.boundary.collect import CELL, Scratch, Stack, World, gap_from
-from camsim.rendering.boundary.crowd import cell_at_points
+from camsim.rendering.boundary.collect import Scratch, Stack, World, gap_from
 from camsim.rendering.boundary.edge import edge_at, line_at
 from camsim.rendering.boundary.far import across, far_line, weigh
-from camsim.rendering.boundary.records import Numbers, TabledEdges, Tables, moments_in_frame, moments_of
+from camsim.rendering.boundary.records import Numbers, TabledEdges, Tables, moments_of
 from camsim.rendering.boundary.smooth import LINE, add_weighed, far_and_negligible, far_at_points
 
 
@@ -58,7 +57,7 @@ def finish(
     world: World,
 ) -> None:
     """Write the photosites of a level's tile: background, collected sums, and the remaining sources of its list."""
-    edges, cells, tables, n = world
+    edges, tables, n = world
     row, col, size = stack.row[level], stack.col[level], n.root >> (level - 1)
     count, source, state, sums = stack.listed[level], stack.source[level], stack.state[level], stack.sums[level]
     rows, cols = min(size, image.shape[0] - row), min(size, image.shape[1] - col)
@@ -81,18 +80,16 @@ def finish(
             image[row + r, col + c] = site[channel[row + r, col + c], c]
     x0, y0 = origin_x + col, origin_y + row
     px, py, g, quiet = scratch.site_x, scratch.site_y, scratch.site_g, scratch.quiet
-    sends, from_all, half = scratch.site_sends, scratch.site_sums, 0.5 * (n.leaf - 1)
+    from_all, half = scratch.site_sums, 0.5 * (n.leaf - 1)
     from_all[:] = 0.0
     for m in range(count):
         e = source[m]
         if state[m] == LINE:
             part = slice(row, row + rows), slice(col, col + cols)
             _add_line(e, x0, y0, channel[part], image[part], edges, tables, n)
-        elif state[m] == CELL:
-            cell_at_points(e, x0, y0, px, py, moments_in_frame(n), cells, sends, from_all)
         else:
             # Not the constant WHOLE, for which Numba would compile the function again.
-            far_at_points(e, np.int64(state[m]), x0, y0, px, py, edges, n, sends, g)  # type: ignore[arg-type]
+            far_at_points(e, np.int64(state[m]), x0, y0, px, py, edges, n, g)  # type: ignore[arg-type]
             if _negligible_all_over(e, x0 + half, y0 + half, half, edges, n):
                 add_weighed(g, tables.far[edges.pair[e]], from_all)
                 continue

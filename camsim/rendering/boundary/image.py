@@ -12,7 +12,6 @@ from camsim.core.arrays import F64, I64, kinds_of
 from camsim.core.tiled import Channels
 from camsim.numerics.quadrature import chebyshev, gauss_rules, interpolation
 from camsim.optics.pattern import Pattern
-from camsim.rendering.boundary.crowd import gather
 from camsim.rendering.boundary.far import far_moments
 from camsim.rendering.boundary.records import Numbers, TabledEdges, Tables
 from camsim.rendering.boundary.settings import LONGEST_PIECE, PANEL_BLURS, Settings
@@ -27,7 +26,6 @@ from camsim.rendering.spectral import multiples
 BAND_PHOTOSITES = 2_000_000
 MOST_IN_BAND = 1 << 22  # photosites: 34 MB
 MOST_TILES = 100  # of the largest size: enough for all threads, few enough to share far edges among many photosites
-CELL_NODES = 1  # additional nodes along a cell, since all of it contributes; few photosites lie at a tile's rim
 
 
 def largest_tile(settings: Settings, shape: tuple[int, int]) -> int:
@@ -47,7 +45,6 @@ def numbers(settings: Settings, footprint: Footprint, shape: tuple[int, int]) ->
     nodes, to_children, to_photosites = _interpolated(settings.tile_nodes, root, settings.leaf)
     gauss_x, gauss_w, gauss_count = gauss_rules(settings.piece_nodes)
     return Numbers(
-        dipoles=settings.dipoles,
         near=settings.near,
         reach=settings.reach,
         field_step=settings.field_step,
@@ -58,7 +55,6 @@ def numbers(settings: Settings, footprint: Footprint, shape: tuple[int, int]) ->
         gauss_count=gauss_count,
         sigma2=footprint.sigma2,
         m22=footprint.m22,
-        harmonic=np.array([footprint.m2, footprint.m31, footprint.m4, footprint.m6]),
         apart=footprint.grid[2],
         separation=settings.separation,
         nodes=nodes,
@@ -95,7 +91,6 @@ def boundary_bands(
     *,
     pattern: Pattern,
     footprint: Footprint,
-    places: F64,
     nodes: Nodes,
     settings: Settings,
     lines: tuple[I64, F64],
@@ -103,23 +98,20 @@ def boundary_bands(
 ) -> Iterator[F64]:
     """Render a job with a supported lens and footprint; yield the image band by band, from the top.
 
-    footprint : the footprint, or a part of which copies at ``places`` (n, 2) from a photosite's centre make it up
     lines     : index of each edge's response, and the responses' normals (``directions``)
     channel   : (rows, cols) channel of each photosite
     """
     weights = nodes.weights
-    origin = job.grid.first_centre
+    x, y = job.grid.first_centre
     blur = job.blur_at(nodes.wavelength_nm)
     pairs, channels, count = weights.shape
     flat = weights.reshape(-1, count)
     far = far_moments(pattern, blur, flat).reshape(pairs, channels, 4)
-    order, cells = gather(job.edges, job.pair, far, settings.tile_nodes + CELL_NODES)
-    some = job.edges.some(order)
     which, times = multiples(weights.reshape(pairs, -1))
     tabled, alike = kinds_of(which)
     different = weights[tabled].reshape(-1, count)
     response, normals = lines
-    edges = _tabled(some, job.pair[order], (alike, times), response[order], footprint)
+    edges = _tabled(job.edges, job.pair, (alike, times), response, footprint)
     field = field_tables(
         pattern,
         blur,
@@ -152,15 +144,7 @@ def boundary_bands(
     band = n.root * max(1, BAND_PHOTOSITES // (n.root * cols))
     for row in range(0, rows, band):
         here = np.ascontiguousarray(channel[row : row + band])
-        whole: F64 | None = None
-        for x, y in (origin + places).tolist():
-            part = render_edges(x, y + row, here, edges, cells, tables, n)
-            if len(places) > 1:
-                part /= len(places)
-            whole = part if whole is None else whole + part
-        assert whole is not None
-        yield whole
-        del part, whole  # frees it before the next band is computed
+        yield render_edges(x, y + row, here, edges, tables, n)
 
 
 def inside_length(edges: Edges, grid: Grid, margin: float) -> F64:

@@ -39,7 +39,6 @@ class Tables(NamedTuple):
 class Numbers(NamedTuple):
     """The plan's settings, for the kernels; lengths in pitches."""
 
-    dipoles: float  # an edge no longer than this is two dipoles wherever it is not integrated
     near: float  # an end within this distance is integrated; beyond, its ringing is neglected
     reach: float  # an edge response is looked up to this distance; beyond, a line's ringing is neglected
     field_step: float
@@ -50,9 +49,8 @@ class Numbers(NamedTuple):
     gauss_count: I64  # (lengths,) nodes of each
     sigma2: float  # footprint: ½⟨|ζ|²⟩, ⟨|ζ|⁴⟩
     m22: float
-    harmonic: C128  # (4,) its ⟨ζ²⟩, ⟨ζ³ζ̄⟩, ⟨ζ⁴⟩, ⟨ζ⁶⟩ in the photosite's frame
     apart: F64  # (c, 2): the field is the mean of its table at these offsets
-    separation: float  # half-widths of a tile, or of a cell of sources, from which one is smooth over the other
+    separation: float  # half-widths of a tile from which a source is smooth over it
     nodes: F64  # (n,) Chebyshev nodes on −1 … 1
     to_children: F64  # (2, n, n)
     to_photosites: F64  # (levels, n, root), level 0 the root
@@ -64,9 +62,3 @@ class Numbers(NamedTuple):
 def moments_of(e: int, edges: TabledEdges, n: Numbers) -> Moments:
     """Return the footprint's moments in the frame of edge ``e``."""
     return Moments(n.sigma2, n.m22, edges.m2[e], edges.m31[e], edges.m4[e], edges.m6[e])
-
-
-@kernel(forceinline=True)
-def moments_in_frame(n: Numbers) -> Moments:
-    """Return the footprint's moments in the photosite's frame."""
-    return Moments(n.sigma2, n.m22, n.harmonic[0], n.harmonic[1], n.harmonic[2], n.harmonic[3])

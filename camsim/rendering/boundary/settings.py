@@ -8,7 +8,7 @@ Every source of error has its share of the tolerance (budget.py); amplitudes are
   share falls with the root of their number.
 * The footprint's moments end at the sixth: the next are |Mₙ|/(2πnRⁿ), n = 8, 10 …, and about 3·c1·M6/(2π R⁷).
 * The eight-point look-up in the field and the six-point one in a line's response: `_step`.
-* The Gauss rule on panels along an edge: `_panel_nodes`; on short edges far away: `dipole.longest_dipoles`.
+* The Gauss rule on panels along an edge: `_panel_nodes`.
 * Chebyshev interpolation over a tile: ρ⁻ⁿ/(πn) with ρ = κ + √(1 + κ²) for the angle of an edge κ half-widths away.
 """
 
@@ -24,7 +24,6 @@ from camsim.core.errors import InvalidValueError
 from camsim.numerics.quadrature import EIGHT_POINTS, SIX_POINTS, gauss_error
 from camsim.optics.pattern import Pattern
 from camsim.rendering.boundary.coherence import Waves
-from camsim.rendering.boundary.dipole import longest_dipoles
 from camsim.rendering.boundary.ringing import reach_of_ringing
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.job import Job
@@ -34,7 +33,6 @@ SEPARATION = 2.0  # half-widths of a tile: least distance of a source that is in
 PANEL_BLURS = 1.6  # λN: length of a panel that ``panel_nodes`` integrate along an edge
 LONGEST_PIECE, LENGTHS = 6.4, 64  # λN: longest piece of one Gauss rule near an end; number of rules up to it
 OF_PIECES = 16.0  # bound for pieces over the allowed error
-OF_DIPOLES = 0.1  # share of the allowed error of panels, which were measured to use 0.15 of it
 COARSEST_FIELD, COARSEST_RESPONSE = 0.3, 0.15  # largest steps, λN, for which the error's leading terms hold to a tenth
 LARGEST_LEAF = 16  # side of the smallest tiles, photosites; a smaller frame is one tile
 
@@ -43,14 +41,12 @@ LARGEST_LEAF = 16  # side of the smallest tiles, photosites; a smaller frame is 
 class Settings:
     """Settings of one boundary rendering; lengths in pitches.
 
-    dipoles : an edge no longer than this is two dipoles wherever it is not integrated
     near    : an end is integrated within this distance; beyond, its ringing is neglected
     reach   : a line's response is looked up within this distance, likewise
     leaf    : side of the smallest tiles, photosites;  tile_nodes: Chebyshev nodes along any tile
     """
 
     tolerance: float
-    dipoles: float
     near: float
     reach: float
     field_step: float
@@ -90,7 +86,6 @@ def plan_boundary(job: Job, pattern: Pattern, footprint: Footprint) -> Settings:
     panel_nodes = _panel_nodes(pattern, budget.allowed("panels"))
     return Settings(
         tolerance=job.tolerance,
-        dipoles=longest_dipoles(near, OF_DIPOLES * budget.allowed("panels")),
         near=near,
         reach=reach,
         field_step=field_step,
