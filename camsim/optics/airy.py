@@ -113,7 +113,6 @@ class Airy:
 _ENERGY, _OTF = of_unit(Airy(f_number=1.0))
 AIRY = Pattern(
     energy=_ENERGY,
-    core=math.pi**2 / 4.0,
     otf=_OTF,
     breaks=(1.0,),
     powers=POWERS,  # DLMF 10.18.17

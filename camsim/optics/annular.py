@@ -208,7 +208,6 @@ def _pattern(e: float) -> Pattern:
     rings = (cross(-1.0), (e, share / math.sqrt(e) * RING, 2.5), cross(1.0), (1.0, share * RING, 2.5))
     return Pattern(
         energy=energy,
-        core=math.pi**2 / 4.0 * (1.0 - e * e),
         otf=otf,
         breaks=tuple(sorted(u for u, _, _ in rings)),
         powers=(

@@ -176,7 +176,6 @@ class EllipticalGaussian:
 _ENERGY, _OTF = of_unit(Gaussian(sigma_um=1.0))
 _PATTERN = Pattern(
     energy=_ENERGY,
-    core=0.5,
     otf=_OTF,
     breaks=(1.37,),
     powers=(0.0, 0.0, 0.0),

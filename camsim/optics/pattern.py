@@ -24,7 +24,6 @@ class Pattern:
     """One pattern; lengths in blurs, frequencies in cycles per blur.
 
     energy  : E(ρ), the encircled energy
-    core    : lim E/ρ² at ρ = 0
     otf     : transfer at u
     breaks  : where the transfer is not smooth, in increasing order; it is 0 (or below 1e-16) past the last
     powers  : c1, c3, c5 of 1 − E = Σ c_k/ρ^k + oscillatory terms
@@ -35,7 +34,6 @@ class Pattern:
     """
 
     energy: Callable[[F64], F64]
-    core: float
     otf: Callable[[F64], F64]
     breaks: tuple[float, ...]
     powers: tuple[float, float, float]
@@ -55,33 +53,10 @@ class Pattern:
         light: F64 = 2.0 * np.abs(1.0 - self.energy(farther)).max(axis=1, initial=0.0)
         return light
 
-    def absolute(self, rho: float) -> float:
-        """Return ∫|PSF| beyond ρ; with negative values the total exceeds 1 (up to 6 was found)."""
-        radius, beyond = _absolute(self)
-        if rho < radius[-1]:
-            return float(np.interp(rho, radius, beyond))
-        return float(beyond[-1]) * math.sqrt(radius[-1] / rho)
-
-    @property
-    def peak(self) -> float:
-        """Bound of |PSF| per square blur: the value at the centre, or for a signed pattern a bound anywhere."""
-        return 2.0 * math.pi * self.moment(1) if self.signed else self.core / math.pi
-
     def moment(self, power: int) -> float:
         """Return ∫|OTF|·u^power du, a moment of the MTF."""
         u, passing = _passing(self)
         return float(passing @ u**power)
-
-    def spread(self, rho: F64) -> F64:
-        """Return a bound of the PSF per square blur at ρ and beyond, where the far form holds: slope of E over 2πρ.
-
-        A term c/ρᵏ has the slope kc/ρ^{k+1}. The oscillation of E is 4π√(uρ) times that of an end, and its slope is 2πu
-        times its amplitude.
-        """
-        smooth = sum(k * abs(c) * rho ** -(k + 2.0) for k, c in zip((1, 3, 5), self.powers, strict=True))
-        amplitude = sum(8.0 * math.pi**2 * u**1.5 * a * rho ** -(n + 0.5) for u, a, n in self.rings)
-        light: F64 = (smooth + amplitude + np.zeros_like(rho)) / (2.0 * math.pi)
-        return light
 
 
 @functools.lru_cache(maxsize=16)
@@ -91,22 +66,6 @@ def _passing(pattern: Pattern) -> tuple[F64, F64]:
     top = pattern.breaks[-1]
     u = 0.5 * top * (1.0 + x)
     return u, 0.5 * top * w * np.abs(pattern.otf(u))
-
-
-FOLLOWED, EACH = 200.0, 0.125  # blurs: range and step of the sum, eight steps to the shortest period
-
-
-@functools.cache
-def _absolute(pattern: Pattern) -> tuple[F64, F64]:
-    """Return radii and ∫|PSF| beyond them: the total variation of E.
-
-    The slowest decay is that of a transfer with a corner: ρ^−½. So the part beyond the last radius is at most
-    1/(√2 − 1) of that in the outer half.
-    """
-    radius = np.arange(0.0, FOLLOWED + EACH, EACH)
-    steps = np.abs(np.diff(pattern.energy(radius)))
-    beyond = np.append(np.cumsum(steps[::-1])[::-1], 0.0)
-    return radius, beyond + (1.0 + math.sqrt(2.0)) * beyond[radius.size // 2]
 
 
 UNIT_NM = 1e3  # at 1000 nm and f/1 a diffraction pattern's λN is 1 µm: lengths are blurs
