@@ -23,7 +23,7 @@ from camsim.rendering.grid import Grid
 from camsim.rendering.job import Job, Nodes
 from camsim.rendering.spectral import multiples
 
-BAND_PHOTOSITES = 2_000_000
+BAND_PHOTOSITES = 2_000_000  # 16 MB: progress is told after each
 MOST_IN_BAND = 1 << 22  # photosites: 34 MB
 MOST_TILES = 100  # of the largest size: enough for all threads, few enough to share far edges among many photosites
 

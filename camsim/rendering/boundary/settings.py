@@ -28,7 +28,7 @@ from camsim.rendering.boundary.ringing import reach_of_ringing
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.job import Job
 
-COARSEST = 1e-2
+COARSEST = 1e-2  # the contract's: the bounds below are of small errors
 SEPARATION = 2.0  # half-widths of a tile: least distance of a source that is interpolated over it
 PANEL_BLURS = 1.6  # λN: length of a panel that ``panel_nodes`` integrate along an edge
 LONGEST_PIECE, LENGTHS = 6.4, 64  # λN: longest piece of one Gauss rule near an end; number of rules up to it

@@ -26,7 +26,7 @@ WORTH_A_THREAD = 10_000  # numbers of a table: a few tenths of a millisecond
 LONG = 100  # taps from which on an average is computed as a running sum
 FIELD_ORDER = 8  # points per axis of the look-up in the field table (potential.eight_points)
 NARROW = 1e-2  # steps: below this, differences over a side cancel; two slopes at Gauss nodes are right to 1e-13
-_GAUSS_X, _GAUSS_W = gauss_legendre(8)
+_GAUSS_X, _GAUSS_W = gauss_legendre(8)  # exact for the interpolant's degree, ORDER − 1
 _NODES = np.arange(ORDER) + 1.0 - ORDER // 2
 _OTHERS = ~np.eye(ORDER, dtype=bool)  # for each node, all others
 _LEFT_OUT = ~(_OTHERS[:, None] & _OTHERS[None])  # by node and by factor: the node and that factor

@@ -28,7 +28,7 @@ COARSER, LONGEST = (0.3, 1.0), 5.0  # alternatives, if that exceeds the memory l
 FARTHER, FINER = 1.37, 1.13  # reach of the first level and number of wavelengths, over those of the image
 STEEP = 0.6  # waves of a wavefront from which on a second table of transfers takes too long
 MANY = 5_000  # edges above which the image's transforms are reused
-COUNT = 8
+COUNT = 8  # photosites, one of every kind of ``hardest_of`` twice: each has its own sums
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
