@@ -16,7 +16,6 @@ from camsim.core.arrays import F64
 from camsim.rendering.boundary.image import inside_length, largest_tile
 from camsim.rendering.boundary.potential import ORDER
 from camsim.rendering.boundary.settings import Settings
-from camsim.rendering.boundary.tables import LONG
 from camsim.rendering.edges import Edges
 from camsim.rendering.engine import SET_UP_SECONDS, Cost
 from camsim.rendering.footprint import Footprint
@@ -106,9 +105,8 @@ def boundary_counts(
     collected = len(start) * (roots + 12.0 * levels) * order**2
     rows = settings.near / settings.field_step
     taps = 2.0 * footprint.extent / settings.field_step
-    # A long average is a running sum with as many terms as a slope: a Lagrange rule at either side of every spot.
-    ends_of_spots = 2.0 * ORDER * len(footprint.grid[0])
-    terms = ORDER + (ends_of_spots if taps > LONG else taps + ORDER) + ends_of_spots
+    # A slope has the taps of a Lagrange rule at either side of every spot.
+    terms = ORDER + taps + ORDER + 2.0 * ORDER * len(footprint.grid[0])
     cells = settings.reach / settings.response_step
     # Nodes of the edge responses' integrals: some between every two cut-offs, and more in proportion to the phase.
     waves = 14.0 * wavelengths + 1.1 * math.pi * (settings.reach + footprint.extent) / shortest
