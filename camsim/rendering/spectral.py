@@ -17,7 +17,7 @@ from camsim.spectra.component import Component
 from camsim.spectra.curve import Spectrum, spectrum_at
 from camsim.spectra.integral import lagrange, lumped, whole_nanometres
 
-FEWEST_NODES = 16
+FEWEST_NODES = 16  # so few cost nothing beside the rest
 ALIKE = 12  # digits to which proportional weights agree
 ROUNDED_BITS = 48  # rounding of weights, in bits below the largest
 PROBED = 16  # stride of the columns that are compared first

@@ -42,7 +42,6 @@ DIMENSIONLESS = {
     "values": "a curve's: its user knows",
     "spectrum": "relative",
     "tolerance": "relative to a perfect diffuser",
-    "oscillations_from_blurs": "a pattern's own lengths",
     "error_estimate": "relative to a perfect diffuser",
     "standard_error": "relative to a perfect diffuser",
     "truth_error_estimate": "relative to a perfect diffuser",
