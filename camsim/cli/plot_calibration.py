@@ -23,7 +23,7 @@ def draw(found: Calibration, file: str) -> bytes:
     """Return a PNG, SVG or PDF, by the suffix of ``file``."""
     figure = new_figure(14.0, 9.0)
     (transfer, residual, over_iso), (row_axes, column_axes, histogram) = figure.subplots(2, 3)
-    for number, setting in enumerate(found.settings):
+    for number, setting in enumerate(setting for one in found.read_outs for setting in one.settings):
         colour, gain = _COLOURS[number % 10], setting.gain_dn_per_e
         label = f"ISO {setting.iso:g}, {1.0 / gain.value:.3g} e⁻/DN"
         for channel in setting.report.channels:
@@ -133,7 +133,9 @@ def draw_check(sides: Sequence[SideBySide], file: str) -> bytes:
         order = np.argsort(side.mean_dn)
         transfer.semilogy(side.mean_dn[order], side.variance_dn2[order], "o", mfc="none", label="camera")
         transfer.semilogy(side.mean_dn[order], side.profile_variance_dn2[order], "x", label="profile")
-        transfer.set(xlabel="mean, DN", ylabel="variance, DN²", title=f"ISO {side.iso:g}: variance against mean")
+        transfer.set(
+            xlabel="mean, DN", ylabel="variance, DN²", title=f"ISO {side.iso:g} {side.read_out}: variance against mean"
+        )
         for darks, label in ((side.darks, "camera"), (side.profile_darks, "profile")):
             spectrum.loglog(darks.row_frequency, np.sqrt(darks.row_power), lw=0.7, label=f"rows, {label}")
             spectrum.loglog(

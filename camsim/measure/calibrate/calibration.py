@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from camsim.core.arrays import F64
+from camsim.core.errors import UnsupportedError
 from camsim.core.note import Note
 from camsim.files.hot_list import Hot
 from camsim.measure.calibrate import figures
@@ -38,6 +39,8 @@ class Calibration:
     law       : distribution of a photosite's noise, at ``law_setting``
     hot_fraction, hot_e_per_s, hot : hot photosites in the longest darks: their share, mean current, and (row, col,
                                      e_per_s) of each
+    high      : the images of high gain, if each exposure is read at both; the other figures are of those of low gain,
+                fixed patterns of either
     notes     : remarks on the figures
     """
 
@@ -69,10 +72,34 @@ class Calibration:
     telegraph_fraction: Estimate
     telegraph_e: Estimate
     notes: tuple[Note, ...]
+    high: Calibration | None = None
+
+    @property
+    def read_outs(self) -> tuple[Calibration, ...]:
+        """The calibrations of the images: of one gain, or of low and of high gain."""
+        if self.high is None:
+            return (self,)
+        return replace(self, shots=self.shots.read_outs[0], high=None), self.high
+
+
+_PATTERNS = ("prnu", "dsnu_e", "column_noise_e", "dark_current_e_per_s", "doubling_c")
 
 
 def calibrate(shots: ShotsOfCamera) -> Calibration:
     """Return the figures of the camera that took the frames; raises UnsupportedError in one sentence."""
+    found, *others = (_calibrated(each) for each in shots.read_outs)
+    for high in others:
+        if high.settings[0].iso != found.settings[0].iso:
+            message = f"low gain is calibrated from ISO {found.settings[0].iso:g} on, and high gain from ISO "
+            raise UnsupportedError(f"{message}{high.settings[0].iso:g}; take both of the lowest", stage=shots.name)
+        either: dict[str, Any] = {name: best_of([getattr(each, name) for each in (found, high)]) for name in _PATTERNS}
+        notes = *found.notes, *(replace(note, text=f"high gain: {note}") for note in high.notes if note not in found.notes)
+        bits = max(found.bit_depth, high.bit_depth)
+        found = replace(found, shots=shots, bit_depth=bits, high=high, notes=notes, **either)
+    return found
+
+
+def _calibrated(shots: ShotsOfCamera) -> Calibration:
     notes: list[Note] = []
     step_dn = step_between_codes_dn(shot.codes for shot in shots.shots)
     settings = settings_of(shots, notes)

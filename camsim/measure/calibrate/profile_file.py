@@ -170,6 +170,11 @@ def _noise(found: Calibration) -> Iterator[str]:
             yield "  dual_gain:"
             yield f"    from_iso: {at:g}    # one conversion gain does not fit the darks over ISO"
             yield "  " + _stated("read_noise_e", dual, "darks from that ISO on")
+    if found.high is not None:
+        yield "  dual_gain:"
+        gain = found.high.settings[0].electrons_per_dn
+        yield "  " + _stated("electrons_per_dn", gain, "photon transfer of the images of high gain")
+        yield "  " + _stated("read_noise_e", found.high.read_noise_e, "their darks")
     yield _stated("output_noise_dn", found.output_noise_dn, "darks over ISO, after the gain")
 
 
