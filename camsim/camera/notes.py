@@ -88,8 +88,8 @@ def notes_of_exposed(camera: Body, iso: float, below: int, *, encoded: bool) -> 
     yield from _of_prnu(camera)
     if encoded:
         yield (
-            "the reflectances are codes of a picture, taken as linear; those of a PNG or a JPEG are not: with unit srgb "
-            "(--as srgb) they become light"
+            "the reflectances are codes of a picture, taken as linear; those of a PNG or a JPEG are not: with unit "
+            "srgb (--as srgb) they become light"
         )
     if below:
         yield f"{below} photosites would get less light than none (colours outside sRGB have parts below 0): 0 is taken"

@@ -21,7 +21,7 @@ from camsim.scene.shapes import Rectangle
 from camsim.spectra.component import Component
 from camsim.spectra.curve import Curve, Spectrum, spectrum_at
 from camsim.spectra.pca import planes_of_cube
-from camsim.spectra.rgb import Encoding, linear_colours, rgb_basis, whole_codes, whole_codes
+from camsim.spectra.rgb import Encoding, linear_colours, rgb_basis, whole_codes
 
 MOST_PLANES = 64
 _ROUNDING = 1e-6  # of samples of reflectance in single precision
