@@ -81,12 +81,18 @@ def notes_before(setting: Setting, choice: Choice) -> Iterator[Note]:
             yield from _of_the_tolerance(setting, choice)
 
 
-def notes_of_exposed(camera: Body, iso: float, below: int) -> Iterator[Note]:
-    """Yield notes on given light; ``below``: number of photosites with negative light."""
+def notes_of_exposed(camera: Body, iso: float, below: int, *, encoded: bool) -> Iterator[Note]:
+    """Yield notes on given light; ``below``: photosites with negative light; ``encoded``: it may not be linear."""
     yield from _of_custom_stages(camera)
     yield from _of_the_converter(camera, iso)
     yield from _of_a_low_iso(camera, iso)
     yield from _of_prnu(camera)
+    if encoded:
+        text = (
+            "the reflectances are codes of a picture, taken as linear; those of a PNG or a JPEG are not: with unit "
+            "srgb (--as srgb) they become light"
+        )
+        yield Note("codes-as-light", text, "light")
     if below:
         text = (
             f"{below} photosites would get less light than none (colours outside sRGB have parts below 0): 0 is taken"

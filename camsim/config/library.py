@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Literal, TypeAlias
 
 import camsim
-from camsim.config.pictured import way_out_of
+from camsim.config.pictured import is_picture, way_out_of
 from camsim.core.errors import CamsimError, ConfigError, Fault, UnknownNameError
 
 Kind: TypeAlias = Literal["sensor", "scene", "lens"]
@@ -89,6 +89,8 @@ def _near_file(kind: Kind, path: Path) -> str:
     if path.stem in shipped(kind):
         return f"; for the shipped {kind} write {path.stem!r}"
     there = os.listdir(path.parent) if os.path.isdir(path.parent) else []
+    if there and "*" in path.name:
+        return f"; {path.parent} {way_out_of(path.parent)}"
     # Without their suffixes, which are alike whatever the files hold.
     names = {Path(name).stem: name for name in sorted(there) if name.endswith(YAML_SUFFIXES)}
     near = difflib.get_close_matches(path.stem, names, n=1, cutoff=_ALIKE)
@@ -97,7 +99,8 @@ def _near_file(kind: Kind, path: Path) -> str:
 
 def looks_like_path(name: str) -> bool:
     """Whether a word is a path rather than a bare name."""
-    return name.endswith(YAML_SUFFIXES) or "/" in name or "\\" in name or name in (os.curdir, os.pardir)
+    known = name.endswith(YAML_SUFFIXES) or ("." in name and is_picture(Path(name)))
+    return known or "/" in name or "\\" in name or name in (os.curdir, os.pardir)
 
 
 def _folder(kind: Kind) -> Path:

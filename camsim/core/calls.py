@@ -93,6 +93,9 @@ def _stated(call: Callable[P, R], split: Split, kind: type | None = None) -> Cal
             except TypeError:
                 called, rest = split(given)
                 taken = list(signature.parameters.values())[len(given) - len(rest) :]
+                if len(rest) == 1 and isinstance(rest[0], str) and hasattr(kind, "from_yaml"):
+                    read = f"{called}.from_yaml({_written(rest[0])}, …)"
+                    raise WrongCallError(f"takes its parts, by name; {read} reads one", stage=called) from None
                 raise _refusal(called, taken, rest, named, _kinds(kind)) from None
             raise
 

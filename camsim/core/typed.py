@@ -33,7 +33,7 @@ Truth: TypeAlias = bool | np.bool_
 Positive: TypeAlias = Annotated[float, Gt(0)]
 NonNegative: TypeAlias = Annotated[float, Ge(0)]
 Fraction: TypeAlias = Annotated[float, Ge(0), Le(1)]
-Celsius: TypeAlias = Annotated[float, Ge(-273.15), Le(1000)]
+Celsius: TypeAlias = Annotated[float, Ge(-273.15), Le(200)]
 # In air no lens is faster than f/0.5, where rays come from the whole half-space; pinholes are slower than f/100.
 FNumber: TypeAlias = Annotated[float, Ge(0.5), Le(10_000)]
 # Below a few tenths of a wavelength nothing is resolved; a detector of a centimetre is a single one, not an array.

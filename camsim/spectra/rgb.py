@@ -144,6 +144,15 @@ def _asked(what: str, stage: str) -> InvalidValueError:
     return InvalidValueError(message, key="encoding", stage=stage)
 
 
+def whole_codes(samples: NDArray[Any]) -> bool:
+    """Whether floats are codes of a picture that nobody divided by the largest.
+
+    >>> whole_codes(np.array([0.0, 255.0])), whole_codes(np.array([0.0, 1.0])), whole_codes(np.array([0, 255]))
+    (True, False, False)
+    """
+    return samples.dtype.kind == "f" and bool(samples.max() > 2.0 and (samples == np.rint(samples)).all())
+
+
 def depth_of_codes(samples: NDArray[np.floating]) -> int:
     """Return the largest code of which all numbers from 0 to 1 are fractions: 255, 65535, or 0 for neither.
 

@@ -156,6 +156,13 @@ def test_colours_outside_srgb_are_said():
     assert any(note.text.startswith("4 photosites would get less light than none") for note in frame.report.notes)
 
 
+def test_codes_of_a_picture_taken_as_reflectances_are_said():
+    codes = np.random.default_rng(1).integers(0, 256, (8, 9, 3)).astype(np.uint8)
+    for given, said in ((codes, True), (codes / 255, True), (codes.astype(np.float32) / 254.3, False)):
+        notes = BAYER.expose(given, unit="reflectance", exposure=HOW).report.notes
+        assert any("(--as srgb)" in note for note in notes) == said
+
+
 @pytest.mark.parametrize(
     ("given", "how", "said"),
     [

@@ -221,7 +221,16 @@ def test_a_picture_in_a_scenes_place_gets_the_scene_that_shows_it() -> None:
         ),
         (["capture", "photos/"], r"photos/: is a folder, of 2 pictures; .*\n\ncamsim: dataset/1\n"),
         (["capture", "sub"], r"sub: is a folder; name a file in it"),
-        (["capture", "none.jpg"], r"unknown scene 'none.jpg'"),
+        (["capture", "none.jpg"], r"none.jpg: no such file$"),
+        (
+            ["capture", "photos/*.jpg"],
+            r"photos/\*.jpg: no such file; photos is a folder, of 2 pictures; .*\n\ncamsim: ",
+        ),
+        (
+            ["capture", "list.yaml"],
+            r"list.yaml:6:8: scene: must be a table {unit, background, shapes}, not a list of 1; a picture is one of "
+            r"scene.shapes, {kind: picture, file: photos/no 0.jpg, sample: 0.5}: camsim new scene --picture",
+        ),
         (["capture", "cut.png"], r"cut.png: is a picture, not a YAML file, and cannot be read: "),
         (
             ["capture", "a.webp"],
@@ -264,6 +273,9 @@ def test_what_is_no_scene_is_told_what_it_is(words: list[str], said: str) -> Non
     Path("a.NEF").write_bytes(b"MM\x00*")
     Path("set.yaml").write_text("camsim: dataset/1\nscene: [photos/no 0.jpg]\ncrops: {rows: 4, cols: 4}\n")
     Path("study.yaml").write_text("camsim: study/1\nscene: photos/no 1.jpg\nvary: {exposure.iso: [200, 400]}\n")
+    head = "camsim: scene/1\nsensor: d40-like\nlens: {kind: airy, f_number: 8}\nexposure: {time_s: 1, iso: 200}\n"
+    light = "light: {illuminant: D65, illuminance_lux: 5}\n"
+    Path("list.yaml").write_text(f"{head}{light}scene: [photos/no 0.jpg]\n")
     before = sorted(Path().rglob("*"))
     code, _, stated = run(*words)
     assert code == 2

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from edges import gaussian_edge
+from edges import gaussian_edge, gaussian_mtf
 from PIL import Image
 
 import camsim
@@ -303,3 +303,13 @@ def test_what_a_caller_may_mistake_is_refused(name):
     wrong, message = MISTAKEN[name]
     with pytest.raises(CamsimError, match=message):
         wrong()
+
+
+@pytest.mark.parametrize("width", [0.05, 0.1, 0.2])
+def test_a_line_too_thin_to_be_seen_is_said_to_be_possible(width):
+    """Coma makes the same edge, so it is not refused; the note's bound is above what the line does, and not far."""
+    edge = measure_edge(Plane(name="Y", samples=line_between_greys(width)), WHOLE)
+    too_high = 0.5 / gaussian_mtf(edge.figures.mtf50_cycles_per_pixel, 0.8) - 1.0
+    (said,) = (float(number) for note in edge.notes for number in re.findall(r"up to ([\d.]+) % too high", note))
+    assert 0.95 * too_high < said / 100 < 1.5 * too_high
+    assert not measure_edge(Plane(name="Y", samples=noisy(gaussian_edge(64, 64, 5, 0.8))), WHOLE).notes
