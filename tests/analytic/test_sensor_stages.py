@@ -24,7 +24,6 @@ from camsim import (
     DualGain,
     FlickerRows,
     FullWell,
-    OutputNoise,
     PolynomialResponse,
     Prnu,
     RadialFalloff,
@@ -52,9 +51,7 @@ def ramp(rows: int, cols: int) -> Any:
     ("noise", "law"),
     [
         (ReadNoise(3.0, student_dof=2.5), scipy.stats.t(2.5)),
-        (ReadNoise(3.0, student_dof=7.0), scipy.stats.t(7.0)),
         (ReadNoise(3.0, tukey_lambda=-0.3), scipy.stats.tukeylambda(-0.3)),
-        (ReadNoise(3.0, tukey_lambda=0.0), scipy.stats.logistic()),
         (ReadNoise(3.0, tukey_lambda=1e-7), scipy.stats.logistic()),
         (ReadNoise(3.0, tukey_lambda=0.1), scipy.stats.tukeylambda(0.1)),
     ],
@@ -67,16 +64,14 @@ def test_read_noise_has_its_law_and_its_standard_deviation(noise: ReadNoise, law
 def test_uneven_read_noise_is_a_pattern_of_the_sensor() -> None:
     """Frames in a row show each photosite's own standard deviation, log-normal around the same mean variance."""
     frames = np.stack([
-        recorded(np.zeros((200, 300)), read_noise=ReadNoise(3.0, spread=0.4), **{**QUIET, "frame_number": k})
-        for k in range(200)
+        recorded(np.zeros((100, 150)), read_noise=ReadNoise(3.0, spread=0.4), **{**QUIET, "frame_number": k})
+        for k in range(150)
     ])  # fmt: skip
     each = frames.var(axis=0, ddof=1)
     normal = 2.0 / (len(frames) - 1)
     assert np.mean(each) == pytest.approx(9.0, rel=0.02)
     # A logarithm of a variance has 2/(n − 1) of its own; half of it is that of a standard deviation.
     assert 0.5 * np.sqrt(np.log(each).var() - normal) == pytest.approx(0.4, rel=0.02)
-    other = recorded(np.zeros((200, 300)), read_noise=ReadNoise(3.0, spread=0.4), **{**QUIET, "serial": 4})
-    assert not np.array_equal(other, frames[0])
 
 
 def test_telegraph_noise_jumps_between_two_values() -> None:
@@ -114,7 +109,7 @@ def test_crosstalk_mixes_what_the_pattern_has_made_of_the_light() -> None:
     assert dark.std() == pytest.approx(0.2 * 100.0, rel=0.02)
 
 
-@pytest.mark.parametrize("origin", [(0, 0), (5, 9), (64, 100), (150, 240)])
+@pytest.mark.parametrize("origin", [(0, 0), (64, 100)])
 def test_a_window_with_crosstalk_is_that_slice_of_the_frame(origin: tuple[int, int]) -> None:
     """The neighbours' pattern counts too, whether they lie in the window or not."""
     stages: dict[str, Any] = {
@@ -140,17 +135,6 @@ def test_dark_current_doubles_with_warmth() -> None:
     for temperature_c, factor in ((20.0, 1.0), (26.0, 2.0), (14.0, 0.5), (80.0, 1024.0), (-40.0, 1 / 1024)):
         warm = recorded(nothing, dark_current=current, temperature_c=temperature_c, **QUIET)
         np.testing.assert_allclose(warm, 6.0 * factor, rtol=1e-12)
-
-
-def test_photosites_have_dark_currents_of_their_own() -> None:
-    dark = recorded(np.zeros((400, 300)), dark_current=DarkCurrent(50.0, nonuniformity=0.1), **QUIET)
-    n = dark.size
-    assert abs(dark.mean() - 100.0) < SIGMA * 10.0 / np.sqrt(n)
-    assert abs(dark.std() - 10.0) < SIGMA * 10.0 / np.sqrt(2 * n)
-    later = recorded(
-        np.zeros((400, 300)), dark_current=DarkCurrent(50.0, nonuniformity=0.1), **(QUIET | {"time_s": 20.0})
-    )
-    np.testing.assert_allclose(later, 10.0 * dark, rtol=1e-12)
 
 
 def test_hot_and_dead_photosites() -> None:
@@ -189,7 +173,7 @@ def bloomed_one_by_one(electrons: Any, capacity_e: float, spill: float) -> Any:
     return held
 
 
-@pytest.mark.parametrize("spill", [0.0, 0.3, 1.0])
+@pytest.mark.parametrize("spill", [0.3, 1.0])
 def test_blooming_against_one_walk_after_another(spill: float) -> None:
     electrons = np.random.default_rng(5).uniform(0.0, 130.0, (40, 6))
     electrons[12, 3] = 900.0
@@ -199,15 +183,6 @@ def test_blooming_against_one_walk_after_another(spill: float) -> None:
     np.testing.assert_allclose(held.sum(axis=0), expected.sum(axis=0), rtol=1e-12)
     np.testing.assert_allclose(held, expected, atol=1e-9)
     assert held.max() <= 100.0
-
-
-def test_blooming_keeps_all_charge_that_has_room() -> None:
-    electrons = np.full((101, 3), 10.0)
-    electrons[50] = 1010.0
-    out = recorded(electrons, full_well=FullWell(100.0), blooming=Blooming(), **QUIET)
-    np.testing.assert_allclose(out.sum(axis=0), electrons.sum(axis=0), rtol=1e-12)
-    np.testing.assert_allclose(out[45:56, 0], 100.0, rtol=1e-12)
-    np.testing.assert_allclose(out, out[::-1], rtol=1e-12)
 
 
 def test_noise_comes_after_the_bent_response() -> None:
@@ -244,15 +219,6 @@ def test_rows_have_offsets_of_their_own_that_last_one_frame() -> None:
     assert abs(np.corrcoef(first[:-1, 0], first[1:, 0])[0, 1]) < SIGMA / np.sqrt(400)
 
 
-def test_columns_have_offsets_that_stay() -> None:
-    first, second = (
-        recorded(np.zeros((70, 300)), column_noise=ColumnNoise(3.0), frame_number=n, **QUIET) for n in (0, 1)
-    )
-    np.testing.assert_array_equal(first, second)
-    assert np.ptp(first, axis=0).max() == 0.0
-    assert first[0].std() == pytest.approx(3.0, rel=SIGMA / np.sqrt(600))
-
-
 @pytest.mark.parametrize("exponent", [0.0, 1.0, 2.0])
 def test_flicker_rows_have_their_spectrum(exponent: float) -> None:
     """Averaged over many frames: the variance asked for, and power that falls as 1/f^exponent."""
@@ -271,12 +237,6 @@ def test_a_row_alone_flickers_too() -> None:
     for rows in (1, 2):
         frames = np.stack([FlickerRows(2.0).offsets_e(rows, np.random.default_rng(k)) for k in range(4000)])
         assert np.mean(frames**2) == pytest.approx(4.0, rel=SIGMA * np.sqrt(2 / 4000))
-
-
-def test_noise_after_the_gain_is_the_same_in_data_numbers() -> None:
-    for electrons_per_dn in (0.5, 8.0):
-        out = recorded(np.zeros((400, 300)), output_noise=OutputNoise(1.5), electrons_per_dn=electrons_per_dn, **QUIET)
-        assert (out / electrons_per_dn).std() == pytest.approx(1.5, rel=SIGMA / np.sqrt(2 * out.size))
 
 
 def test_the_dark_noise_of_all_is_what_dark_frames_have() -> None:
@@ -378,10 +338,10 @@ def test_an_impossible_stage_is_refused(make: Any, message: str) -> None:
 
 
 @pytest.mark.parametrize("cfa", [Cfa.named("mono"), Cfa.bayer("GRBG"), Cfa.named("x-trans")])
-@pytest.mark.parametrize("kernel", [KERNEL, ((0, 0, 0), (0, 1, 0), (0, 0, 0)), ((0.1, 0, 0), (0, 0.5, 0.3), (0, 0, 0))])
+@pytest.mark.parametrize("kernel", [KERNEL, ((0.1, 0, 0), (0, 0.5, 0.3), (0, 0, 0))])
 def test_crosstalk_averages_gains(cfa: Cfa, kernel: tuple[tuple[float, ...], ...]) -> None:
     """Photosite by photosite: what random gains add to flat light, of which neighbours have more or less."""
-    rows, sigma = 602, 0.05
+    rows, sigma = 302, 0.05
     each_e = np.array([200.0, 1000.0, 500.0])[: len(cfa.channels)]
     level = each_e[cfa.channel_index(rows, rows, (-1, -1))]
     gains = np.random.default_rng(5).normal(0.0, sigma, level.shape)

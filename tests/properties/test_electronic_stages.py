@@ -21,7 +21,6 @@ from camsim.sensor.stage import CUSTOM_STREAMS, Phase, streams_of
 LIGHT = camsim.Light(line_nm=488.0, irradiance_w_per_m2=0.1)
 EXPOSURE = camsim.Exposure(time_s=0.01, iso=100.0)
 REGION = camsim.Region(rows=8, cols=8)
-ADC = camsim.Adc(bit_depth=12, black_level_dn=100, electrons_per_dn=4.0, base_iso=100.0)
 BY_CHANCE = camsim.Defects, camsim.TelegraphNoise
 """Chance decides how many photosites have them: their draws are not counted."""
 ADDING = {law.stage.name: law for law in reversed((LAWS | OWN).values()) if law.adds}
@@ -295,32 +294,3 @@ def test_a_camera_has_it_and_says_so(law):
     assert camera.needs_whole_window == law.stage.whole_window
     frame = camera.expose(camsim.Scene(background=0.5), light=LIGHT, exposure=EXPOSURE, region=REGION)
     assert brief(law.stage) in frame.report.electronics
-
-
-@pytest.mark.parametrize("bit_depth", [1, 8, 12, 14, 16])
-@pytest.mark.parametrize("iso", [100.0, 250.0, 6400.0])
-def test_adc_gives_back_the_charge_to_half_a_step(bit_depth, iso, rng):
-    adc = dataclasses.replace(ADC, bit_depth=bit_depth, black_level_dn=(1 << bit_depth) // 5)
-    step_e = 4.0 * 100.0 / iso
-    top_e = (adc.largest_dn - adc.black_level_dn) * step_e
-    electrons = rng.uniform(-adc.black_level_dn * step_e, top_e, (50, 60))
-    codes = adc.quantise(electrons, iso=iso)
-    assert codes.dtype == np.uint16
-    assert codes.shape == electrons.shape
-    back_e = (codes.astype(float) - adc.black_level_dn) * step_e
-    assert np.abs(back_e - electrons).max() <= 0.5 * step_e * (1 + 1e-12)
-    # And every code comes back as itself.
-    every = np.arange(adc.largest_dn + 1.0)
-    np.testing.assert_array_equal(adc.quantise((every - adc.black_level_dn) * step_e, iso=iso), every)
-
-
-def test_adc_is_monotone_and_clips(rng):
-    electrons = np.sort(rng.normal(8000.0, 9000.0, 5000))
-    before = electrons.copy()
-    codes = ADC.quantise(electrons, iso=100.0)
-    assert np.diff(codes.astype(int)).min() >= 0
-    assert (codes[0], codes[-1]) == (0, 4095)
-    np.testing.assert_array_equal(electrons, before)
-    # White is the first code that a full well of whole steps can reach.
-    assert ADC.white_level_dn(100.0, full_well_e=8000.0) == ADC.quantise(np.array([8000.0]), iso=100.0)[0]
-    assert ADC.white_level_dn(100.0, full_well_e=1e9) == ADC.quantise(np.array([1e9]), iso=100.0)[0]
