@@ -370,29 +370,3 @@ def test_samples_wider_than_the_frame():
     picture = camsim.Picture(planes=np.ones((40, 60)), width_um=1e4, rotate_deg=10.0)
     white = rendered(picture, tolerance=1e-4, background=0.1)
     assert worst(white, 1.0) <= 1e-4 + 4 * 2.0 * 4.0 / (np.pi**3 * 3300.0)
-
-
-@pytest.mark.parametrize(
-    ("made", "why"),
-    [
-        (lambda: camsim.Picture(planes=np.ma.masked_greater([[0.1, 0.9]], 0.5), width_um=3.0), "masked samples"),
-        (lambda: camsim.Picture.of_rgb(np.ma.masked_greater(np.ones((2, 2, 3)), 0.5), width_um=3.0), "masked samples"),
-        (
-            lambda: camsim.Picture(planes=[[[0.1, 0.9]], [[0.2, 0.6]]], spectra=(1, 0.5), width_um=3.0),
-            "comes to 1.2; a",
-        ),
-        (
-            lambda: camsim.Picture(planes=[[0.1, 0.7]], spectra=Curve((400, 500, 600), (1, 2, 1)), width_um=3.0),
-            "at 500 nm the sum of planes × spectra comes to 1.4",
-        ),
-        (lambda: camsim.Picture(planes=[[0.1]], spectra=True, width_um=3.0), "a number from 0 to 1 or a Curve, not T"),
-        (
-            lambda: camsim.Picture.of_cube(np.ones((2, 2, 3)), [0.45, 0.55, 0.65], width_um=3.0),
-            "0.65 µm are 650 nm",
-        ),
-    ],
-)
-def test_what_would_be_rendered_otherwise_than_meant_is_refused(made, why):
-    """The hidden numbers, more light than there is, and the last band for all of the light."""
-    with pytest.raises(camsim.CamsimError, match=why):
-        made()

@@ -424,60 +424,16 @@ def nested(depth):
     return shape
 
 
-@pytest.mark.parametrize(
-    ("make", "said"),
-    [
+def test_more_shapes_than_can_be_drawn_are_refused():
+    for make, said in (
         (lambda: nested(70), "makes 8388608 sides and curves; the most is 5000000"),
         (
             lambda: camsim.RepeatOnGrid(shapes=[nested(10)], cols=10**6, rows=10**6, step_um=(1, 1)),
             "makes 1024000000000000 sides and curves; the most is 5000000",
         ),
-        (
-            lambda: camsim.Line(
-                segments_um=[("move", 0, 0), ("line", 9, 0)], width_um=1, dashes_um=[1e-9], reflectance=0
-            ),
-            "makes more than 200000 dashes",
-        ),
-        (lambda: camsim.Path.of(shapely.Polygon(), reflectance=0), "or LinearRing, not an empty Polygon"),
-        (lambda: camsim.Path.of([(0, 1), (2, 3)], reflectance=0), "at least 3 corners (n, 2), or an area of Shapely's"),
-        (lambda: camsim.Text(text="שלום", size_um=1, reflectance=0), "Open Sans has no '\\u05e9' (U+05E9, hebrew"),
-        (lambda: camsim.Text(text="a\u0301", size_um=1, reflectance=0), "(U+0301, combining acute accent)"),
-        (lambda: camsim.Text(text="a", weight="Heavy", size_um=1, reflectance=0), "not 'Heavy'"),
-        (lambda: camsim.Ring(radius_um=1, inner_radius_um=1, reflectance=0), "is 1; it must be below radius_um, 1"),
-        (
-            lambda: camsim.Path(segments_um=[("move", 0, 0), ("cube", 1)], reflectance=0),
-            "item 1 must be a segment such as ('line', x, y)",
-        ),
-        (
-            lambda: camsim.Path(segments_um=[("move", 0, 0), ("line", 1, math.nan)], reflectance=0),
-            "item 1.2 must be a finite number",
-        ),
-        # Lengths of a file are scaled where they are numbers: a text of mm would have been µm.
-        (
-            lambda: camsim.Path(segments_um=[("move", 0, 0), ("line", "7", 1)], reflectance=0),
-            "item 1.1 must be a number, not '7'",
-        ),
-        (
-            lambda: camsim.Path(segments_um=[("move", 0, 0), ("line", 1, 5, 2, 5)], reflectance=0),
-            "item 1 must be 'line' and 2 numbers, not a list of 5; a decimal number has a point, such as 1.5",
-        ),
-        (
-            lambda: camsim.Group(shapes=[], matrix=(1, 2, 2, 4, 0, 0)),
-            "flattens all shapes to a line; its first four numbers must not",
-        ),
-        (
-            lambda: camsim.Polygon(
-                points_um=[(0, 0), (4, 0), (4, 4), (0, 4)], holes_um=[[(3, 3), (6, 3), (3, 6)]], reflectance=0
-            ),
-            "outlines of holes cross or share sides at",
-        ),
-    ],
-)  # fmt: skip
-def test_what_is_refused(make, said):
-    with pytest.raises(InvalidValueError) as caught:
-        make()
-    assert said in str(caught.value)
-    assert "\n" not in str(caught.value)
+    ):
+        with pytest.raises(InvalidValueError, match=said):
+            make()
 
 
 def test_a_chain_of_groups_is_so_deep_and_no_deeper():
