@@ -124,8 +124,8 @@ def test_a_few_wavelengths_add_up(rng):
 
 
 def test_a_whole_spectrum_adds_up():
-    """30 wavelengths, two of them far brighter than the rest, fused into fewer nodes: the same as one by one."""
-    wavelength_nm = np.arange(405.0, 700.0, 10.0)
+    """59 wavelengths, two of them far brighter than the rest, fused into fewer nodes: the same as one by one."""
+    wavelength_nm = np.arange(405.0, 700.0, 5.0)
     smooth = np.exp(-(((wavelength_nm - 560.0) / 70.0) ** 2))
     lines = np.where(np.isin(wavelength_nm, (435.0, 545.0)), 40.0, 0.2)
     response = np.stack([smooth, lines])
