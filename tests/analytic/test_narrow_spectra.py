@@ -143,7 +143,7 @@ def light_of(draw: random.Random, **level: float) -> tuple[Light, Function, tupl
     return light, line_through(table), (table[0][0], table[0][-1]), set(table[0])
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", range(8))
 def test_random_lines_etalons_and_steps(seed: int) -> None:
     """Through the whole camera; lens, filters and surface each an etalon or a step, every channel to 1e-6."""
     draw = random.Random(seed)
@@ -190,8 +190,7 @@ def photons_per_w_m2(low_nm: float, high_nm: float) -> float:
     return 0.25 * (high_nm**2 - low_nm**2) / 2 * 1e-9 / HC * 4e-12
 
 
-@pytest.mark.parametrize("edge_nm", [550.0, 550.25, 550.5, 550.999])
-@pytest.mark.parametrize("flank_nm", [0.5, 1e-3, 1e-9])
+@pytest.mark.parametrize(("edge_nm", "flank_nm"), [(550.0, 1e-9), (550.25, 0.5), (550.999, 1e-3)])
 def test_a_step_passes_what_lies_below_it(edge_nm: float, flank_nm: float) -> None:
     """Its flank is straight: half of it counts."""
     light = Light(camsim.Curve((500.0, 600.0), (1.0, 1.0)), irradiance_w_per_m2=100.0)
@@ -202,7 +201,7 @@ def test_a_step_passes_what_lies_below_it(edge_nm: float, flank_nm: float) -> No
     assert found == pytest.approx(expected, rel=1e-9)
 
 
-@pytest.mark.parametrize("filters", range(7))
+@pytest.mark.parametrize("filters", [0, 3, 6])
 def test_ramps_that_multiply_are_a_polynomial(filters: int) -> None:
     """Light, surface and filters all rise from 0 to 1 within 0.8 nm: ∫ x^n·λ dx, to rounding however many there are."""
     ramp, width_nm = camsim.Curve((500.1, 500.9), (0.0, 1.0)), 0.8
@@ -304,7 +303,7 @@ def test_what_lies_on_a_lump_stays_there() -> None:
     np.testing.assert_array_equal(lumps[1:7], np.eye(6))
 
 
-@pytest.mark.parametrize(("distance", "allowed"), [(23.0, 1e-8), (100.0, 1e-4), (366.0, 0.05)])
+@pytest.mark.parametrize(("distance", "allowed"), [(23.0, 1e-8), (366.0, 0.05)])
 def test_lumps_turn_as_the_light_does(distance: float, allowed: float) -> None:
     """exp(2πiR/λN) over spectra that fill a nanometre in every possible way, R in λN of 500 nm."""
     rng = np.random.default_rng(2)

@@ -42,10 +42,9 @@ def test_places_of_the_truth():
         assert truth.light_of_picture(planes, **how)[2].sum() == pytest.approx(4.0 * planes.sum(), rel=1e-12)
 
 
-@pytest.mark.parametrize("interpolation", INTERPOLATIONS)
-@pytest.mark.parametrize("seed", [0, 2, 5])
+@pytest.mark.parametrize(("seed", "interpolation"), [(0, "squares"), (2, "linear"), (5, "cubic"), (2, "cubic")])
 def test_brute_force(seed, interpolation):
-    """Random size, scale 0.05 … 6, place and angle, at four tolerances."""
+    """Random size, scale 0.05 … 6, place and angle, at three tolerances."""
     rng = np.random.default_rng(seed)
     rows, cols = rng.integers(1, 8, 2)
     scale, angle, centre = np.exp(rng.uniform(np.log(0.05), np.log(6.0))), rng.uniform(0, 360), rng.uniform(-2, 2, 2)
@@ -57,7 +56,7 @@ def test_brute_force(seed, interpolation):
     x0, y0 = GRID.first_centre
     centres = [(x0 + col, y0 + row) for row, col in places]
     right = truth.photosites(light, centres=centres, blur=8.0 * NM * 1e-3 / PITCH_UM, side=1.0, spots=spots, nodes=10)
-    for tolerance in (1e-2, 1e-4, 1e-6, 1e-8):
+    for tolerance in (1e-2, 1e-5, 1e-8):
         picture = camsim.Picture(
             planes=planes,
             width_um=scale * cols * PITCH_UM,
@@ -72,11 +71,9 @@ def test_brute_force(seed, interpolation):
 @pytest.mark.parametrize(
     ("rows", "cols", "scale", "angle", "interpolation"),
     [
-        (64, 64, 0.05, 33.0, "cubic"),
-        (64, 48, 0.4, 90.0, "linear"),
+        (64, 48, 0.05, 33.0, "cubic"),
         (48, 64, 0.7, 0.0, "squares"),
         (3, 4, 20.0, 61.0, "linear"),
-        (4, 3, 17.0, 180.0, "squares"),
         (2, 5, 20.0, 0.0, "cubic"),
     ],
 )
@@ -96,8 +93,7 @@ def test_brute_force_of_many_samples_and_of_large_ones(rows, cols, scale, angle,
         assert worst(rendered(picture, tolerance=tolerance, optics=[LENS, PHOTOSITE])[place], right[0]) <= tolerance
 
 
-@pytest.mark.parametrize("interpolation", INTERPOLATIONS)
-@pytest.mark.parametrize("tolerance", [1e-3, 1e-6, 1e-8])
+@pytest.mark.parametrize(("interpolation", "tolerance"), [("squares", 1e-8), ("linear", 1e-3), ("cubic", 1e-6)])
 def test_one_flat_colour_is_a_rectangle(interpolation, tolerance):
     placed = {"width_um": 31.0, "centre_um": (2.0, -1.0), "rotate_deg": 23.0}
     flat = camsim.Picture(planes=np.full((5, 7), 0.8), interpolation=interpolation, **placed)
@@ -142,8 +138,7 @@ def test_a_picture_is_seen_through_holes():
     assert worst(image, rendered(drawn, *rings, tolerance=1e-6, background=0.2)) <= 1e-4
 
 
-@pytest.mark.parametrize("turn_deg", [1e-9, 1e-8, 90.0 + 1e-7, -1e-12])
-@pytest.mark.parametrize("interpolation", INTERPOLATIONS)
+@pytest.mark.parametrize(("turn_deg", "interpolation"), [(1e-9, "squares"), (90.0 + 1e-7, "linear"), (-1e-12, "cubic")])
 def test_hardly_turned_is_upright(interpolation, turn_deg):
     """The cosine of a billionth of a degree is 1; its sine was taken for a direction, and the capture crashed."""
     planes = np.random.default_rng(9).random((4, 5))
@@ -186,7 +181,7 @@ def test_a_chart_of_shapes_is_a_picture_of_squares_under_shapes():
         assert worst(displayed, right) <= tolerance
 
 
-@pytest.mark.parametrize("interpolation", INTERPOLATIONS)
+@pytest.mark.parametrize("interpolation", ["squares", "cubic"])
 def test_what_is_hidden_might_be_anything(interpolation):
     """A picture wholly behind a shape is that shape; two halves of a mask show all of a picture."""
     planes = np.random.default_rng(4).random((6, 6))
@@ -216,7 +211,7 @@ WAVEFRONTS = {
 }
 
 
-@pytest.mark.parametrize("name", ["airy", *WAVEFRONTS])
+@pytest.mark.parametrize("name", ["airy", "coma and a tilt", "annular"])
 def test_light_from_far_away(name):
     """A picture of 120 pitches behind 11 photosites, against its squares drawn one by one."""
     planes, optics = np.random.default_rng(8).random((6, 7)), [WAVEFRONTS.get(name, LENS), PHOTOSITE]
@@ -329,7 +324,7 @@ def test_what_checks_pictures_is_right_where_a_shape_cuts_their_samples(cover):
     assert worst(found, right[rows, cols]) <= 1e-7
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2, 3])
+@pytest.mark.parametrize("seed", [0, 1])
 def test_a_flat_picture_of_which_a_corner_is_hidden(seed):
     """The check took patches beyond a hidden corner for seen, 0.02 off: it asked on the picture's own side."""
     rng = np.random.default_rng(seed)

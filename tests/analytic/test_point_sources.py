@@ -26,7 +26,7 @@ Y = (GRID.first_centre[1] + np.arange(ROWS))[:, None]
 @functools.cache
 def light(at, pattern):
     """The light of a point of 1 over a photosite and its spots, (rows, cols)."""
-    nodes, weights = np.polynomial.legendre.leggauss(24)
+    nodes, weights = np.polynomial.legendre.leggauss(16)
     total = np.zeros((ROWS, COLS))
     for across, w in zip(0.5 * nodes, 0.5 * weights, strict=True):
         for down, v in zip(0.375 * nodes, 0.5 * weights, strict=True):
@@ -49,9 +49,10 @@ def rendered(shapes, lens, tolerance, background=0.1, **more):
 PATTERNS = {"airy": Airy(8.0 * NM * 1e-3 / PITCH_UM).pattern, "annular": Airy(8.0 * NM * 1e-3 / PITCH_UM, 0.4).pattern}
 
 
-@pytest.mark.parametrize("tolerance", [1e-2, 1e-4, 1e-6])
-@pytest.mark.parametrize("bright", [0.2, 40.0, 300.0])
-@pytest.mark.parametrize("kind", ["airy", "annular"])
+@pytest.mark.parametrize(
+    ("kind", "bright", "tolerance"),
+    [("airy", 0.2, 1e-2), ("airy", 300.0, 1e-6), ("annular", 40.0, 1e-4), ("annular", 300.0, 1e-6)],
+)
 def test_a_point_is_the_pattern(kind, bright, tolerance):
     """Inside the frame and outside; the error is of a perfect diffuser, however bright a point is."""
     lens = camsim.Airy(f_number=8.0) if kind == "airy" else camsim.AnnularAiry(f_number=8.0, obstruction=0.4)
@@ -124,7 +125,7 @@ def test_a_point_beside_a_rim_is_hidden_by_the_shape_itself(kind, off_um, tolera
     """By chords it was shown inside a rim, or hidden outside; where the check saw none that was a traceback."""
     shape, rim = COVERS[kind]
     alone = rendered([shape], camsim.Airy(f_number=16.0), tolerance)
-    for part in (0.07, 0.175, 0.32, 0.53, 0.7, 0.94):
+    for part in (0.07, 0.32, 0.7):
         for side in (-1.0, 1.0):
             place, out = rim(part)
             at = (place + side * off_um * out) / PITCH_UM

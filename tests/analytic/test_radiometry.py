@@ -70,13 +70,13 @@ def test_a_grey_card_in_5000_lux_at_f8() -> None:
     assert lux_of(samples, 0.18 * irradiance) == pytest.approx(3.516, rel=2e-4)
 
 
-@pytest.mark.parametrize("light", ["D50", "E", "FL11", "LED-B3", "HP1", "ISO 7589 Photoflood"])
+@pytest.mark.parametrize("light", ["D50", "FL11", "LED-B3"])
 def test_every_light_has_the_lux_that_were_asked_for(light: str) -> None:
     samples = Light(light, illuminance_lux=750.0).samples()
     assert lux_of(samples, samples.irradiance_w_per_m2_nm) == pytest.approx(750.0, rel=1e-4)
 
 
-@pytest.mark.parametrize("f_number", [1.4, 2.0, 8.0, 22.0])
+@pytest.mark.parametrize("f_number", [1.4, 22.0])
 def test_the_sensor_sees_the_solid_angle_of_the_lens(f_number: float) -> None:
     """E = ∫ L·cosθ dΩ over the cone with sinθ = 1/2N, L = E_scene/π: integrated over the angle."""
     samples = Light(line_nm=550.0, illuminance_lux=1.0).samples()
@@ -90,8 +90,8 @@ def test_the_sensor_sees_the_solid_angle_of_the_lens(f_number: float) -> None:
 
 @pytest.mark.parametrize("sensor", sorted(set(shipped("sensor")) - {"paper-488"}))
 def test_electrons_of_every_profile(sensor: str) -> None:
-    """6 illuminants × 4 f-numbers, 0.1 %, from the pitch in the file to electrons."""
-    for f_number in (1.4, 2.8, 8.0, 16.0):
+    """6 illuminants × 2 f-numbers, 0.1 %, from the pitch in the file to electrons."""
+    for f_number in (1.4, 16.0):
         camera = load_camera(sensor, lens=Airy(f_number=f_number))
         by_hand = functools.partial(
             truth.efficiency,

@@ -8,7 +8,7 @@ from tests.attack import systems
 from tests.attack.draw import draw
 
 
-@pytest.mark.parametrize("obstruction", [0.0, 0.05, 0.3, 0.6, 0.9])
+@pytest.mark.parametrize("obstruction", [0.0, 0.05, 0.9])
 def test_powers_and_tones_are_all_of_the_light_far_out(obstruction):
     lens = camsim.AnnularAiry(f_number=1.0, obstruction=obstruction)
     pattern = lens.pattern()

@@ -19,7 +19,7 @@ def random_polygon(rng, size):
     return radius * np.stack([np.cos(angle), np.sin(angle)], axis=1) + rng.uniform(-0.4, 0.4, 2) * size
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", range(4))
 def test_every_tolerance_is_kept_everywhere(seed):
     rng = np.random.default_rng(seed)
     f_number = float(np.exp(rng.uniform(np.log(2.8), np.log(45.0))))
@@ -39,18 +39,18 @@ def test_every_tolerance_is_kept_everywhere(seed):
     if split:
         stages.append(FourSpotOlpf(split_um=split * PITCH_UM))
     scene = Scene(background=0.0, shapes=[Polygon(points_um=polygon * PITCH_UM, reflectance=1.0)])
-    for tolerance in (1e-2, 1e-4, 1e-6, 1e-8):
+    for tolerance in (1e-2, 1e-5, 1e-8):
         image = render(scene, stages, grid, wavelength_nm=WAVELENGTH_NM, method="fourier", tolerance=tolerance).image
         assert np.abs(image - truth).max() <= 0.5 * tolerance
 
 
 def test_few_wavelengths_do_not_come_back_into_step():
     """Rings that a spectrum quiets soon, and a few wavelengths would let sound again far from every edge."""
-    wavelength_nm = np.linspace(480.0, 620.0, 141)
+    wavelength_nm = np.linspace(480.0, 620.0, 71)
     weights = np.exp(-(((wavelength_nm - 550.0) / 30.0) ** 2))
     weights /= weights.sum()
-    size = 96
-    polygon = np.array([(-42.0, -40.0), (-14.0, -37.0), (-12.0, 35.0), (-45.0, 40.0)])
+    size = 64
+    polygon = np.array([(-31.0, -28.0), (-14.0, -27.0), (-12.0, 25.0), (-32.0, 28.0)])
     grid = Grid(rows=size, cols=size, pitch_um=PITCH_UM)
     truth = window_truths(
         polygon,
@@ -61,7 +61,7 @@ def test_few_wavelengths_do_not_come_back_into_step():
         shifts=np.zeros((1, 2)),
     )[0, 0]
     scene = Scene(background=0.0, shapes=[Polygon(points_um=polygon * PITCH_UM, reflectance=1.0)])
-    for tolerance in (1e-4, 1e-6, 1e-8):
+    for tolerance in (1e-4, 1e-8):
         rendering = render_channels(
             scene,
             OpticalSystem.of([Airy(f_number=8.0), SquarePhotosite(side_um=0.0)]),

