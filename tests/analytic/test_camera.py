@@ -267,7 +267,7 @@ EVERY: dict[str, Any] = EXAMPLES | {
     "defects": camsim.Defects(
         hot_fraction=0.01, hot_e_per_s=9.0, dead_fraction=0.01, hot=((1, 2, 3.0),), dead=((4, 5),)
     ),
-    "dual_gain": camsim.DualGain(from_iso=800.0, capacity_e=1e3, read_noise_e=1.0),
+    "dual_gain": camsim.DualGain(from_iso=800.0, capacity_e=500.0, read_noise_e=1.0),
 }
 
 

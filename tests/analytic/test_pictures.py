@@ -24,7 +24,6 @@ LENS, OLPF, PHOTOSITE = (
 )
 OPTICS = [LENS, OLPF, PHOTOSITE]
 GRID = camsim.Grid(rows=9, cols=11, pitch_um=PITCH_UM)
-INTERPOLATIONS = ["squares", "linear", "cubic"]
 
 
 def rendered(*shapes, tolerance, background=0.0, optics=None, grid=GRID, **how):
@@ -32,14 +31,6 @@ def rendered(*shapes, tolerance, background=0.0, optics=None, grid=GRID, **how):
     found = camsim.render(scene, optics or OPTICS, grid, wavelength_nm=NM, tolerance=tolerance, **how)
     assert found.error_estimate <= tolerance, (found.error_estimate, tolerance)
     return found.image
-
-
-def test_places_of_the_truth():
-    """The truth itself: a flat picture has its area's light, and so has any by its mean."""
-    planes = np.random.default_rng(1).random((3, 4))
-    for interpolation in INTERPOLATIONS:
-        how = {"interpolation": interpolation, "step": 2.0, "centre": (0, 0), "rotate_deg": 0.0, "nodes": 6}
-        assert truth.light_of_picture(planes, **how)[2].sum() == pytest.approx(4.0 * planes.sum(), rel=1e-12)
 
 
 @pytest.mark.parametrize(("seed", "interpolation"), [(0, "squares"), (2, "linear"), (5, "cubic"), (2, "cubic")])
@@ -93,16 +84,6 @@ def test_brute_force_of_many_samples_and_of_large_ones(rows, cols, scale, angle,
         assert worst(rendered(picture, tolerance=tolerance, optics=[LENS, PHOTOSITE])[place], right[0]) <= tolerance
 
 
-@pytest.mark.parametrize(("interpolation", "tolerance"), [("squares", 1e-8), ("linear", 1e-3), ("cubic", 1e-6)])
-def test_one_flat_colour_is_a_rectangle(interpolation, tolerance):
-    placed = {"width_um": 31.0, "centre_um": (2.0, -1.0), "rotate_deg": 23.0}
-    flat = camsim.Picture(planes=np.full((5, 7), 0.8), interpolation=interpolation, **placed)
-    drawn = camsim.Rectangle(height_um=31.0 * 5 / 7, reflectance=0.8, **placed)
-    image = rendered(flat, tolerance=tolerance, background=0.2)
-    right = rendered(drawn, tolerance=1e-9, background=0.2, method="fourier")
-    assert worst(image, right) <= tolerance
-
-
 @pytest.mark.parametrize(
     "spectra",
     [
@@ -124,18 +105,6 @@ def test_numbers_are_spectra(spectra):
         for shapes in ((), (picture,))
     ]
     np.testing.assert_allclose(*(frame.mean_electrons for frame in frames), rtol=1e-3)
-
-
-def test_a_picture_is_seen_through_holes():
-    """A ring, and in its hole another one: islands within holes within islands."""
-    rings = [
-        camsim.Ring(radius_um=radius, inner_radius_um=0.8 * radius, centre_um=(1.0, -2.0), reflectance=0.1)
-        for radius in (12.0, 5.0)
-    ]
-    flat = camsim.Picture(planes=np.full((3, 4), 0.8), width_um=40.0, rotate_deg=23.0, interpolation="linear")
-    drawn = camsim.Rectangle(width_um=40.0, height_um=30.0, rotate_deg=23.0, reflectance=0.8)
-    image = rendered(flat, *rings, tolerance=1e-4, background=0.2)
-    assert worst(image, rendered(drawn, *rings, tolerance=1e-6, background=0.2)) <= 1e-4
 
 
 @pytest.mark.parametrize(("turn_deg", "interpolation"), [(1e-9, "squares"), (90.0 + 1e-7, "linear"), (-1e-12, "cubic")])
@@ -193,14 +162,6 @@ def test_what_is_hidden_might_be_anything(interpolation):
     halves = rendered(picture, left, tolerance=1e-6, method="fourier")
     halves = halves + rendered(picture, right, tolerance=1e-6, method="fourier")
     assert worst(halves, rendered(picture, tolerance=1e-9)) <= 3e-6
-
-
-def test_any_lens_takes_pictures():
-    """A wavefront without aberrations is an Airy lens; an ellipse of a Gaussian that is round is a Gaussian."""
-    picture = camsim.Picture(planes=np.random.default_rng(6).random((4, 5)), width_um=30.0, rotate_deg=31.0)
-    plain = camsim.Wavefront(f_number=8.0, zernike_waves={4: 0.0})
-    same = rendered(picture, tolerance=1e-5, optics=[plain, OLPF, PHOTOSITE])
-    assert worst(same, rendered(picture, tolerance=1e-8)) <= 1e-5
 
 
 WAVEFRONTS = {

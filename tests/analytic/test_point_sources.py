@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import functools
-import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -188,34 +186,3 @@ def test_the_check_sees_a_point_that_was_moved_or_lost(monkeypatch):
     scene = camsim.Scene(background=0.1, shapes=[spot, camsim.Disc(radius_um=9.0, reflectance=0.1)])
     monkeypatch.setattr(job, "seen_of", lambda _: [spot])
     assert error() > 0.1
-
-
-def test_a_file_and_its_twin(tmp_path: Path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    shape = {"kind": "point-source", "electrons": 20000, "centre": [1.3, -2.2], "reflectance": 0.5}
-    scene = {
-        "camsim": "scene/1", "sensor": "d40-like", "lens": {"kind": "airy", "f_number": 8},
-        "light": {"illuminant": "D55", "illuminance_lux": 5000}, "exposure": {"time_s": 0.01, "iso": 200},
-        "region": {"rows": 8, "cols": 10}, "render": {"tolerance": 1e-3},
-        "scene": {"unit": "um", "background": {"reflectance": 0.3}, "shapes": [shape]},
-    }  # fmt: skip
-    Path("scene.yaml").write_text(json.dumps(scene), encoding="utf-8")
-    frame = camsim.load("scene.yaml").frame()
-    frame.save("a.dng")
-    twin = camsim.Camera.from_yaml("d40-like", lens=camsim.Airy(f_number=8.0)).expose(
-        camsim.Scene(
-            background=0.3,
-            shapes=[camsim.PointSource(electrons=20000.0, centre_um=(1.3, -2.2), reflectance=0.5)],
-        ),
-        light=camsim.Light("D55", illuminance_lux=5000.0),
-        exposure=camsim.Exposure(time_s=0.01, iso=200.0),
-        region=camsim.Region(rows=8, cols=10),
-        tolerance=1e-3,
-    )
-    twin.save("b.dng")
-    assert Path("a.dng").read_bytes() == Path("b.dng").read_bytes()
-    shape["kind"] = "group"
-    scene["scene"]["shapes"] = [{"kind": "group", "shapes": [shape | {"kind": "point-source"}]}]
-    Path("scene.yaml").write_text(json.dumps(scene), encoding="utf-8")
-    with pytest.raises(CamsimError, match=r"shapes\.0\.shapes\.0\.kind: must be rectangle"):
-        camsim.load("scene.yaml")

@@ -37,18 +37,6 @@ def test_point_samples_equal_rays(polygon, point, lambda_n):
     assert one_photosite(polygon, point, lambda_n) == pytest.approx(expected, abs=1e-6)
 
 
-@pytest.mark.parametrize("point", [(-3.0, -2.1), (1.1, 1.7)])
-def test_square_photosite_with_olpf_is_the_mean_of_rays(point):
-    lambda_n, side, split = 0.9, 1.0, 0.75
-
-    def point_sample(offset):
-        return rays.coverage_by_rays(TRIANGLE, np.array(point) + offset, lambda r: rays.rayleigh_energy(r, lambda_n))
-
-    spots = [np.array([sx, sy]) * split / 2 for sx in (-1, 1) for sy in (-1, 1)]
-    expected = np.mean([rays.box_average(lambda u, s=s: point_sample(u + s), side, order=8) for s in spots])
-    assert one_photosite(TRIANGLE, point, lambda_n, side=side, split=split) == pytest.approx(expected, abs=1e-6)
-
-
 @pytest.mark.parametrize("distance", [-6.0, -0.8, 0.0, 0.31, 2.5])
 def test_middle_of_a_long_edge_tends_to_the_half_plane(distance):
     # A square of half-width S about the foot, edge through it: what it lacks of the half-plane is at most the tail of

@@ -23,8 +23,6 @@ EXPOSURE = camsim.Exposure(time_s=0.01, iso=100.0)
 REGION = camsim.Region(rows=8, cols=8)
 BY_CHANCE = camsim.Defects, camsim.TelegraphNoise
 """Chance decides how many photosites have them: their draws are not counted."""
-ADDING = {law.stage.name: law for law in reversed((LAWS | OWN).values()) if law.adds}
-"""One of each stage: those of one name draw the same numbers."""
 
 
 @pytest.fixture(params=(LAWS | OWN).values(), ids=LAWS | OWN)
@@ -204,23 +202,6 @@ def test_the_stage_switched_off_takes_away_its_own_draws_alone(law, rng, monkeyp
     for key in without:
         if key[1] not in others:
             assert all(np.array_equal(a, b) for a, b in zip(without[key], whole[key], strict=True)), key
-
-
-def test_additive_stages_are_a_sum(rng):
-    """On a mean of nothing; and they know nothing of one another."""
-    nothing = np.zeros((130, 300))
-    alone = {name: through(law, nothing) for name, law in ADDING.items()}
-    for left_out in ADDING:
-        others = [law.stage for name, law in ADDING.items() if name != left_out]
-        total = sum(added for name, added in alone.items() if name != left_out)
-        np.testing.assert_allclose(recorded_by(others, nothing), total, atol=ROUNDING * 100.0)
-    counts = {"photosite": nothing.size, "row": 130, "column": 300}
-    for one in ADDING:
-        for other in ADDING:
-            if one < other:
-                few = min(counts[ADDING[one].each], counts[ADDING[other].each])
-                correlation = np.corrcoef(alone[one].ravel(), alone[other].ravel())[0, 1]
-                assert abs(correlation) < STATISTICAL / np.sqrt(few), (one, other)
 
 
 def test_mean_and_variance(law):
