@@ -70,32 +70,6 @@ def test_light_falls_off_from_the_axis_of_the_frame_not_of_the_window() -> None:
     np.testing.assert_allclose(one, whole.mean_electrons, rtol=1e-6)
 
 
-def test_filters_stand_before_the_sensor() -> None:
-    half, ramp = 0.5, camsim.Curve((500.0, 600.0), (0.0, 1.0), outside="hold")
-    plain = exposed(camera_of(), noise=False).mean_electrons
-    filtered = exposed(camera_of(filters=(half, ramp)), noise=False).mean_electrons
-    np.testing.assert_allclose(filtered, 0.25 * plain, rtol=1e-9)
-    on_sensor = camsim.Light(line_nm=550.0, irradiance_w_per_m2=0.1, at="sensor")
-    behind = exposed(camera_of(filters=(half,)), light=on_sensor, noise=False).mean_electrons
-    np.testing.assert_allclose(behind, 0.5 * 4.0 * 4.0**2 * plain, rtol=1e-9)
-
-
-def test_crosstalk_mixes_the_mean_of_the_window_and_its_neighbours() -> None:
-    camera = camera_of("RGB", crosstalk=camsim.Crosstalk(KERNEL))
-    mixed = exposed(camera, noise=False)
-    clean = exposed(camera.replace(crosstalk=None), noise=False)
-    before, inside = clean.mean_electrons, np.s_[1:-1, 1:-1]
-    expected = 0.9 * before[inside] + 0.02 * before[2:, 1:-1] + 0.04 * before[:-2, 1:-1]
-    expected += 0.03 * before[1:-1, 2:] + 0.01 * before[1:-1, :-2]
-    np.testing.assert_allclose(mixed.mean_electrons[inside], expected, rtol=1e-3)
-    np.testing.assert_array_equal(mixed.electrons, mixed.mean_electrons)
-    # The scene goes on beyond the frame: a flat one has no darker rim.
-    flat = exposed(camera.replace(crosstalk=camsim.Crosstalk(KERNEL)), camsim.Scene(background=1.0), noise=False)
-    assert np.ptp(flat.mean_electrons) < 1e-9 * flat.mean_electrons.max()
-    window = exposed(camera, noise=False, region=camsim.Region(rows=9, cols=12, origin=(20, 33)))
-    np.testing.assert_allclose(window.mean_electrons, mixed.mean_electrons[20:29, 33:45], rtol=1e-3)
-
-
 @pytest.mark.parametrize("pattern", [("RG", "GB"), ("GBR",), ("RGW", "WBG"), ("Y",)])
 def test_the_truth_holds_what_crosstalk_makes_of_every_channel(pattern: tuple[str, ...]) -> None:
     """Its own channel is a photosite's mean; elsewhere one of that channel has the neighbours that those have.

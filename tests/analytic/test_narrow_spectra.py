@@ -190,17 +190,6 @@ def photons_per_w_m2(low_nm: float, high_nm: float) -> float:
     return 0.25 * (high_nm**2 - low_nm**2) / 2 * 1e-9 / HC * 4e-12
 
 
-@pytest.mark.parametrize(("edge_nm", "flank_nm"), [(550.0, 1e-9), (550.25, 0.5), (550.999, 1e-3)])
-def test_a_step_passes_what_lies_below_it(edge_nm: float, flank_nm: float) -> None:
-    """Its flank is straight: half of it counts."""
-    light = Light(camsim.Curve((500.0, 600.0), (1.0, 1.0)), irradiance_w_per_m2=100.0)
-    step_down = camsim.Curve((400.0, edge_nm, edge_nm + flank_nm, 700.0), (1.0, 1.0, 0.0, 0.0))
-    found = mono(filters=(step_down,)).diffuser_electrons(light, 1.0)[0]
-    flank, _ = scipy.integrate.quad(lambda x: (1 - x) * (edge_nm + flank_nm * x), 0.0, 1.0)
-    expected = photons_per_w_m2(500.0, edge_nm) + 0.25 * flank_nm * flank * 1e-9 / HC * 4e-12
-    assert found == pytest.approx(expected, rel=1e-9)
-
-
 @pytest.mark.parametrize("filters", [0, 3, 6])
 def test_ramps_that_multiply_are_a_polynomial(filters: int) -> None:
     """Light, surface and filters all rise from 0 to 1 within 0.8 nm: ∫ x^n·λ dx, to rounding however many there are."""
@@ -236,19 +225,6 @@ def test_a_blackbody_shines_from_300_to_1100_nm() -> None:
     light = Light(blackbody_k=2856.0, irradiance_w_per_m2=1.0)
     ends = np.array([299.999, 300.0, 1100.0, 1100.001])
     assert (light.irradiance_at(ends) > 0.0).tolist() == [False, True, True, False]
-
-
-@pytest.mark.parametrize("width_nm", [0.01, 0.3, 5.0])
-def test_a_lines_width_is_its_full_width_at_half_maximum(width_nm: float) -> None:
-    light = Light(line_nm=600.2, width_nm=width_nm, irradiance_w_per_m2=3.0)
-    beside = light.irradiance_at(600.2 + 0.5 * width_nm * np.array([-1.0, 0.0, 1.0]))
-    np.testing.assert_allclose(beside / beside[1], [0.5, 1.0, 0.5], rtol=1e-9)
-    # Of a normal distribution, 76.096809 % lie within its full width at half maximum: erf(√ln 2).
-    within = camsim.Curve((600.2 - 0.5 * width_nm, 600.2 + 0.5 * width_nm), (1.0, 1.0))
-    samples = light.samples([within])
-    power = samples.weight_nm * samples.irradiance_w_per_m2_nm
-    assert power.sum() == pytest.approx(3.0, rel=1e-9)
-    assert power @ within.at(samples.wavelength_nm) == pytest.approx(3.0 * 0.760968108550488, rel=1e-8)
 
 
 def test_a_line_meets_the_curves_at_its_wavelength() -> None:

@@ -12,7 +12,6 @@ from truth import samples as truth
 import camsim
 from camsim.optics import OpticalSystem
 from camsim.rendering.render import plan_render, render_channels
-from camsim.rendering.waves.plan import WavesPlan
 from camsim.spectra.curve import Curve
 from camsim.spectra.rgb import reflectance_of_rgb
 
@@ -197,28 +196,6 @@ def test_many_wavelengths_behind_a_wavefront():
     assert each.error_estimate <= 1e-6
     assert together.error_estimate <= 1e-5
     assert worst(together.image, each.image.mean(axis=0)) <= 1e-5
-
-
-@pytest.mark.parametrize("lens", [LENS, WAVEFRONTS["coma and a tilt"]], ids=["airy", "wavefront"])
-def test_the_check_sees_what_is_wrong(monkeypatch, lens):
-    """A hundredth of a pitch of shift, a plane that is a thousandth too bright: neither goes unseen."""
-    picture = camsim.Picture(planes=np.random.default_rng(7).random((8, 8)), width_um=30.0)
-    scene, optics = camsim.Scene(background=0.2, shapes=[picture]), [lens, OLPF, PHOTOSITE]
-    honest = WavesPlan.bands
-
-    def shifted(self, channel, progress):
-        job = dataclasses.replace(self.job, grid=self.job.grid.behind((0.01 * PITCH_UM, 0.0)))
-        return honest(dataclasses.replace(self, job=job), channel, progress)
-
-    def weighed(self, channel, progress):
-        fields = dataclasses.replace(self.fields, density=1.001 * self.fields.density)
-        return honest(dataclasses.replace(self, fields=fields), channel, progress)
-
-    for wrong in (shifted, weighed):
-        monkeypatch.setattr(WavesPlan, "bands", wrong)
-        assert camsim.render(scene, optics, GRID, wavelength_nm=NM, tolerance=1e-5).error_estimate > 2e-5
-    monkeypatch.setattr(WavesPlan, "bands", honest)
-    assert camsim.render(scene, optics, GRID, wavelength_nm=NM, tolerance=1e-5).error_estimate <= 1e-5
 
 
 def exposed(*shapes, background=0.2, **how):

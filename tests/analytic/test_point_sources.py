@@ -11,7 +11,6 @@ from truth.round_lenses import Airy
 
 import camsim
 from camsim.core.errors import CamsimError
-from camsim.rendering.fields import job
 
 PITCH_UM, NM, ROWS, COLS = 4.0, 550.0, 30, 41
 GRID = camsim.Grid(rows=ROWS, cols=COLS, pitch_um=PITCH_UM)
@@ -163,26 +162,3 @@ def test_its_electrons_are_those_of_the_channel_that_collects_most():
         rendered([camsim.PointSource(electrons=5.0)], camsim.Airy(f_number=4.0), 1e-4)
     with pytest.raises(CamsimError, match="electrons: given beside photosites"):
         camsim.PointSource(electrons=5.0, photosites=1.0)
-
-
-def test_the_check_sees_a_point_that_was_moved_or_lost(monkeypatch):
-    layer_of, seen_of = job.layer_of, job.seen_of
-    spot, lens = point(0.3, -1.1, 2.0), camsim.Airy(f_number=8.0)
-    scene = camsim.Scene(background=0.1, shapes=[spot])
-
-    def error():
-        return camsim.render(scene, [lens, *SYSTEM], GRID, wavelength_nm=NM, tolerance=1e-4).error_estimate
-
-    def moved(*given):
-        found = layer_of(*given)
-        found.at[:] += 0.01
-        return found
-
-    monkeypatch.setattr(job, "layer_of", moved)
-    assert error() > 1e-4
-    monkeypatch.setattr(job, "layer_of", layer_of)
-    monkeypatch.setattr(job, "seen_of", lambda *given: seen_of(*given)[1:])
-    assert error() > 1e-4
-    scene = camsim.Scene(background=0.1, shapes=[spot, camsim.Disc(radius_um=9.0, reflectance=0.1)])
-    monkeypatch.setattr(job, "seen_of", lambda _: [spot])
-    assert error() > 0.1

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import subprocess
 import sys
-import warnings
 
 import numpy as np
 import pytest
@@ -12,7 +11,6 @@ import pytest
 from camsim.core.errors import InvalidValueError, UnknownNameError
 from camsim.sensor.quantum_efficiency import QuantumEfficiency
 from camsim.spectra import pca
-from camsim.spectra.colour_science import colour_science
 from camsim.spectra.curve import Curve, spectrum_at
 from camsim.spectra.light import Light
 from camsim.spectra.named import (
@@ -124,12 +122,6 @@ def test_colour_science_leaves_no_trace_in_numpy_or_in_the_warnings() -> None:
         "assert before == (np.get_printoptions(), np.geterr(), list(warnings.filters))\n"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
-
-
-def test_loading_twice_gives_the_same_module_without_a_warning() -> None:
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        assert colour_science() is colour_science()
 
 
 def test_illuminant_a_follows_the_formula_that_defines_it() -> None:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from tests.attack import systems
+from tests.truth.lattice import Lens, window_truths
 
 TOLERANCES = [1e-2, 1e-3, 1e-4, 1e-6]
 POINT, SQUARE = {"kind": "point"}, {"kind": "square", "side": 1.0}
@@ -92,3 +93,37 @@ def test_a_crowd_of_corners_keeps_the_tolerance():
     assert unsure < 1e-11
     for tolerance in TOLERANCES:
         assert np.abs(systems.rendered(system, tolerance=tolerance).image - exact).max() <= tolerance
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_frequency_sums_keep_half_of_it_behind_random_polygons(seed):
+    rng = np.random.default_rng(seed)
+    blur, size = float(np.exp(rng.uniform(np.log(0.3), np.log(5.0)))), int(rng.integers(16, 48))
+    corners = int(rng.integers(3, 9))
+    angle = (np.arange(corners) + rng.uniform(0.1, 0.9, corners)) * 2.0 * np.pi / corners
+    outline = rng.uniform(0.2, 0.7) * size * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    shape = {"kind": "polygon", "points": (outline + rng.uniform(-0.4, 0.4, 2) * size).tolist(), "reflectance": 0.0}
+    photosite, olpf = ((POINT, None), (SQUARE, OLPF), (SQUARE, None), (POINT, OLPF))[seed]
+    system = system_of([shape], blur, photosite=photosite, olpf=olpf, rows=size, cols=size)
+    exact, unsure = systems.Truth(system).everywhere()
+    assert unsure < 1e-10
+    for tolerance in (1e-2, 1e-5, 1e-8):
+        image = systems.rendered(system, tolerance=tolerance, method="fourier").image
+        assert np.abs(image - exact).max() <= 0.5 * tolerance
+
+
+def test_few_wavelengths_do_not_come_back_into_step():
+    """Rings that a spectrum quiets soon, and a few wavelengths would let sound again far from every edge."""
+    nm = np.linspace(480.0, 620.0, 71)
+    weights = np.exp(-(((nm - 550.0) / 30.0) ** 2))
+    weights /= weights.sum()
+    polygon = np.array([(-31.0, -28.0), (-14.0, -27.0), (-12.0, 25.0), (-32.0, 28.0)])
+    shape = {"kind": "polygon", "points": polygon.tolist(), "reflectance": 1.0}
+    system = system_of([shape], 8.0 * 0.55 / 4.88, photosite=POINT, rows=64, cols=64) | {"background": 0.0}
+    system |= {"wavelength_nm": nm.tolist(), "response": [weights.tolist()]}
+    lens = Lens(blur=nm * 1e-3 * 8.0 / 4.88, weights=weights)
+    how = {"origin": systems.grid(system).first_centre, "shape": (64, 64), "shifts": np.zeros((1, 2))}
+    truth = window_truths(polygon, lens, [(0.0, 0.0)], **how)[0, 0]
+    for tolerance in (1e-4, 1e-8):
+        image = systems.rendered(system, tolerance=tolerance, method="fourier").image
+        assert np.abs(image - truth).max() <= 0.5 * tolerance
