@@ -21,7 +21,6 @@ ADC = camsim.Adc(bit_depth=14, black_level_dn=100, electrons_per_dn=1.0, base_is
 LIGHT = camsim.Light(line_nm=550.0, irradiance_w_per_m2=0.1)
 EXPOSURE = camsim.Exposure(time_s=0.01, iso=100.0)
 SCENE = camsim.Scene(background=0.5, shapes=[camsim.Rectangle(width_um=40.0, height_um=20.0, reflectance=0.1)])
-KERNEL = ((0.0, 0.02, 0.0), (0.03, 0.9, 0.01), (0.0, 0.04, 0.0))
 
 
 def camera_of(letters: str = "Y", **stages: Any) -> camsim.Camera:
@@ -68,48 +67,6 @@ def test_light_falls_off_from_the_axis_of_the_frame_not_of_the_window() -> None:
     assert whole.truth is not None
     one = np.take_along_axis(whole.truth, whole.channel_index[..., None].astype(int), axis=2)[..., 0]
     np.testing.assert_allclose(one, whole.mean_electrons, rtol=1e-6)
-
-
-@pytest.mark.parametrize("pattern", [("RG", "GB"), ("GBR",), ("RGW", "WBG"), ("Y",)])
-def test_the_truth_holds_what_crosstalk_makes_of_every_channel(pattern: tuple[str, ...]) -> None:
-    """Its own channel is a photosite's mean; elsewhere one of that channel has the neighbours that those have.
-
-    Photosites are put in one by one: the charge that each sends is counted by loops over the kernel.
-    """
-    cfa = camsim.Cfa(pattern)
-    scale = {letter: 0.3 + 0.2 * k for k, letter in enumerate(cfa.channels)}
-    ends_nm = (300.0, 1100.0)
-    curves = tuple((letter, camsim.Curve(ends_nm, (value, value))) for letter, value in scale.items())
-    camera = camera_of(
-        cfa=cfa,
-        quantum_efficiency=camsim.QuantumEfficiency(curves, per="photon", peak=max(scale.values())),
-        crosstalk=camsim.Crosstalk(KERNEL),
-        falloff=camsim.Cos4Falloff(exit_pupil_mm=0.5),
-    )
-    how: dict[str, Any] = {"noise": False, "products": ("mosaic", "truth"), "tolerance": 1e-6}
-    window = camsim.Region(rows=12, cols=12, origin=(19, 14))
-    mixed = exposed(camera, region=window, **how)
-    wide = exposed(camera.replace(crosstalk=None), region=camsim.Region(rows=14, cols=14, origin=(18, 13)), **how)
-    assert mixed.truth is not None
-    assert wide.truth is not None
-    one = np.take_along_axis(mixed.truth, mixed.channel_index[..., None].astype(int), axis=2)[..., 0]
-    np.testing.assert_array_equal(one, mixed.mean_electrons.astype(np.float32))
-
-    # Every place of a channel within one period, in the middle of a wide array: who sends to it from where?
-    rows, cols = cfa.period
-    letters = lambda r, c: cfa.channels.index(pattern[r % rows][c % cols])  # noqa: E731
-    for r, c in ((3, 4), (7, 2), (10, 11)):
-        for k in range(len(cfa.channels)):
-            if letters(r + 19, c + 14) == k:
-                continue
-            places = [(a, b) for a in range(rows) for b in range(cols) if letters(a, b) == k]
-            got = 0.0
-            for a, b in places:
-                for i in (-1, 0, 1):
-                    for j in (-1, 0, 1):
-                        sender = letters(a - i, b - j)
-                        got += KERNEL[1 + i][1 + j] * wide.truth[r + 1 - i, c + 1 - j, sender] / len(places)
-            assert mixed.truth[r, c, k] == pytest.approx(got, rel=1e-5)
 
 
 @pytest.mark.parametrize("sensor", ["phone-080", "pi-155", "x-trans-376"])

@@ -81,16 +81,16 @@ def test_sharp_limit_is_the_clipped_area():
     assert np.abs(image - expected).max() < 0.01
 
 
+FOUR = [(-0.375, -0.375), (0.375, -0.375), (-0.375, 0.375), (0.375, 0.375)]
+
+
 @pytest.mark.parametrize(
-    ("h", "s1", "s2"), [(9.0, -4.0, 13.0), (3.0, 9.0, 30.0), (-0.5, -40.0, -10.0), (12.0, 0.0, 5.0)]
-)
-@pytest.mark.parametrize("turn", [0.0, 0.3])
-@pytest.mark.parametrize(
-    ("width", "height", "spots"),
+    ("h", "s1", "s2", "turn", "width", "height", "spots"),
     [
-        (1.0, 1.0, [(-0.375, -0.375), (0.375, -0.375), (-0.375, 0.375), (0.375, 0.375)]),
-        (1.0, 0.6, [(0.0, 0.0)]),
-        (0.8, 1.0, [(-0.3, -0.2), (0.3, 0.2)]),
+        (9.0, -4.0, 13.0, 0.3, 1.0, 1.0, FOUR),
+        (3.0, 9.0, 30.0, 0.0, 1.0, 0.6, [(0.0, 0.0)]),
+        (-0.5, -40.0, -10.0, 0.3, 0.8, 1.0, [(-0.3, -0.2), (0.3, 0.2)]),
+        (12.0, 0.0, 5.0, 0.0, 1.0, 1.0, FOUR),
     ],
 )
 def test_far_form_with_moments_equals_the_averaged_smooth_integral(h, s1, s2, turn, width, height, spots):

@@ -1,101 +1,16 @@
-"""Rings along short edges, looked up: against Hankel functions by plain quadrature, and against nodes one by one."""
-
-import math
+"""Rings along short edges, looked up: the same images as by nodes one by one."""
 
 import numpy as np
 import pytest
-from scipy import special
 
 import camsim
-from camsim.numerics.quadrature import gauss_legendre
 from camsim.optics import OpticalSystem
 from camsim.rendering.boundary import engine as boundary_engine
 from camsim.rendering.boundary import image as boundary_image
 from camsim.rendering.boundary import ring_counts
-from camsim.rendering.boundary.ring_table import BEYOND, MARGIN, ring_step, ring_table, tabled_part
-from camsim.rendering.boundary.rings import (
-    oscillation_lengths,
-    piece_nodes,
-    piece_phases,
-    ring_amplitudes,
-)
 from camsim.rendering.render import plan_render
 
 PITCH_UM = 4.0
-AIRY = camsim.Airy(f_number=5.6)
-FARTHEST = 60.0
-
-
-class Rings:
-    """A table of two pairs' rings in two channels, and random pieces that it holds for."""
-
-    def __init__(self, lens, blur, turns, tolerance):
-        rng = np.random.default_rng(1)
-        self.near, self.turns = max(10.0 * blur, 3.0), turns
-        self.blur = blur * np.array([0.93, 1.0, 1.06])
-        # Another photosite than a square one, turned: nothing but half a turn leaves it as it is.
-        height = 1.0 if turns == 4 else 0.6
-        x, w = gauss_legendre(14 + math.ceil(6.0 / blur))
-        nodes = 0.5 * np.stack(np.meshgrid(x, height * x), axis=-1).reshape(-1, 2)
-        angle = 0.0 if turns == 4 else 0.4
-        turn = np.array([[math.cos(angle), math.sin(angle)], [-math.sin(angle), math.cos(angle)]])
-        self.nodes, self.shares = nodes @ turn, 0.25 * np.outer(w, w).ravel()
-        self.weights = rng.uniform(-1.0, 1.0, (2, 2, self.blur.size))
-        oscillations = lens.pattern().oscillations
-        self.amplitude = ring_amplitudes(
-            oscillations, self.blur, self.nodes, self.shares, turns=turns, nearest=self.near
-        )
-        self.lengths, self.phases = oscillation_lengths(oscillations, self.blur), piece_phases(tolerance)
-        rows = math.ceil((FARTHEST - self.near) / ring_step(self.lengths.min(), tolerance)) + MARGIN + BEYOND
-        self.table = ring_table(
-            self.amplitude, self.lengths, self.weights, nearest=self.near, rows=rows, tolerance=tolerance
-        )
-        distance, angle = rng.uniform(self.near, 0.9 * FARTHEST, 120), rng.uniform(0.0, 2.0 * np.pi, 120)
-        long = np.exp(rng.uniform(-3.0, 0.5, 120)) * blur
-        short = piece_nodes(long, self.lengths.min(), tolerance) > 0.0
-        self.pieces = [
-            (r * math.sin(a), (r * math.cos(a), r * math.cos(a) + size), complex(np.exp(1j * rng.uniform(0.0, 6.3))))
-            for r, a, size in zip(distance[short], angle[short], long[short], strict=True)
-            if math.hypot(r * math.sin(a), r * math.cos(a) + size) > self.near
-        ]
-        # Rings fall by r³, and more where pieces are met square on, or where the footprint lets little pass.
-        self.sizes = np.array([(b - a) / math.hypot(h, 0.5 * (a + b)) ** 3 for h, (a, b), _ in self.pieces])
-        assert len(self.pieces) > 60
-
-    def looked_up(self, pair, channel):
-        values = self.table.values[pair, channel]
-        assert max(math.hypot(h, s) for h, ends, _ in self.pieces for s in ends) < self.table.until
-        return np.array([tabled_part(*piece, values, self.table, self.turns, self.phases) for piece in self.pieces])
-
-    def by_hankel_functions(self, pair, channel):
-        """−V·n along each piece, V = (E − smooth powers)·d/2πd² averaged: of 1 − E ½·Re (H0² + H1²) oscillates."""
-        x, w = np.polynomial.legendre.leggauss(16)
-        found = []
-        for h, (s1, s2), way in self.pieces:
-            along = 0.5 * (s1 + s2) + 0.5 * (s2 - s1) * x
-            tx, ty = way.real, way.imag
-            places = np.multiply.outer(along, [tx, ty]) - h * np.array([-ty, tx])
-            d = places[:, None] + self.nodes
-            r = np.hypot(d[..., 0], d[..., 1])
-            swings = np.zeros_like(r)
-            for blur, weight in zip(self.blur, self.weights[pair, channel], strict=True):
-                u = np.pi * r / blur
-                swings += (
-                    weight * 0.5 * (special.j0(u) ** 2 - special.y0(u) ** 2 + special.j1(u) ** 2 - special.y1(u) ** 2)
-                )
-            across = -(d @ np.array([-ty, tx])) * -swings / (2.0 * np.pi * r**2)
-            found.append(0.5 * (s2 - s1) * w @ across @ self.shares)
-        return np.array(found)
-
-
-@pytest.mark.parametrize(("turns", "blur"), [(2, 0.3), (4, 1.0), (2, 3.0)])
-def test_pieces_by_hankel_functions(blur, turns):
-    """The sign of an angle, a wavelength, a harmonic: any of them left out would be as large as the rings are."""
-    rings = Rings(AIRY, blur, turns, 1e-9)
-    found, true = rings.looked_up(0, 1), rings.by_hankel_functions(0, 1)
-    strongest = np.abs(true / rings.sizes).max()
-    # Amplitudes hold to 1e-6 of themselves.
-    assert np.abs((found - true) / rings.sizes).max() <= 2e-6 * strongest
 
 
 RED = camsim.Curve((450.0, 700.0), (0.05, 0.9), outside="hold")

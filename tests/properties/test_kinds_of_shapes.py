@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 import shapely
 from areas import area_of, area_seen
-from PIL import Image, ImageDraw, ImageFont
 from tolerances import ROUNDING
 
 import camsim
@@ -265,28 +264,6 @@ def test_random_shapes_against_places(seed):
         expected = np.count_nonzero(seen == reflectance) * step**2
         assert area_of(found, found.spectra.index(reflectance)) == pytest.approx(expected, abs=0.1)
         assert area_seen(pieces, k) == pytest.approx(area_of(found, found.spectra.index(reflectance)), abs=0.02)
-
-
-@pytest.mark.parametrize("weight", ["Regular", "BoldItalic"])
-def test_text_is_where_freetype_puts_it(weight):
-    """Area and middle of a word of lopsided letters, upright and the right way round, against another rasteriser."""
-    import ttf_opensans
-
-    font = next(font for font in ttf_opensans.FONTS if font.name == f"OpenSans-{weight}")
-    size = 400
-    image = Image.new("L", (1600, 800))
-    ImageDraw.Draw(image).text((100, 500), "F7äg", font=ImageFont.truetype(str(font.path), size), fill=255, anchor="ls")
-    ink = np.asarray(image) / 255.0
-    y, x = np.mgrid[:800, :1600] + 0.5
-    area = ink.sum()
-    middle = np.array([(ink * (x - 100)).sum(), (ink * (y - 500)).sum()]) / area / size
-    text = camsim.Text(text="F7äg", size_um=1.0, weight=weight, reflectance=0.0)
-    found = arrange(camsim.Scene(background=1.0, shapes=[text]), SideLimits(segment_um=0.02))
-    (x0, y0), (x1, y1) = found.start_um.T, found.end_um.T
-    weight_of = (x0 * y1 - y0 * x1) * np.where(found.left == 1, 0.5, -0.5)
-    item = np.array([(weight_of * (x0 + x1)).sum(), (weight_of * (y0 + y1)).sum()]) / 3.0 / weight_of.sum()
-    assert weight_of.sum() == pytest.approx(area / size**2, rel=2e-3)
-    assert item == pytest.approx(middle, abs=1e-3)
 
 
 def test_lines_of_text_stand_as_they_are_told():

@@ -13,7 +13,6 @@ from examples import (
     grid_of,
     image_of,
     moved,
-    scene_of,
     worst,
 )
 from tolerances import METHOD, ROUNDING
@@ -105,27 +104,6 @@ def test_a_large_frame_is_made_of_the_numbers_of_small_ones(monkeypatch, shape, 
     corners = np.array([(-70, -60), (-40, -55), (-60, -20)]) * PITCH_UM
     far_off = camsim.Polygon(points_um=corners.tolist(), reflectance=1.0)
     assert worst(image(1), image(100_000)) <= tolerance
-
-
-@pytest.mark.parametrize("factor", [0.25, 1000.0])
-def test_enlarging_every_length_changes_nothing(optics, image, factor):
-    """Scene, photosite, spots, pitch and, by the f-number, the Airy pattern."""
-    scaled = []
-    for stage in optics:
-        if isinstance(stage, camsim.Airy):
-            scaled.append(camsim.Airy(f_number=stage.f_number * factor))
-        elif isinstance(stage, camsim.FourSpotOlpf):
-            scaled.append(camsim.FourSpotOlpf(split_um=stage.split_um * factor))
-        else:
-            scaled.append(camsim.SquarePhotosite(side_um=stage.side_um * factor))
-    big = camsim.render(
-        scene_of(moved(PICTURE, np.eye(2) * factor)),
-        scaled,
-        camsim.Grid(rows=20, cols=24, pitch_um=PITCH_UM * factor),
-        wavelength_nm=WAVELENGTH_NM,
-    )
-    # What is left is the rounding of settings and coordinates.
-    assert worst(big.image, image) <= 100 * ROUNDING
 
 
 def test_a_rectangle_turns_clockwise_as_displayed():
