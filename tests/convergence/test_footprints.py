@@ -59,9 +59,10 @@ ROUND, COMA = {4: 0.0}, {8: 0.1, 4: 0.05}
 @pytest.mark.parametrize(
     ("kind", "waves", "plates", "split"),
     [
-        *(("picture", COMA, "two", 75.0), ("picture", ROUND, "four", 11.3)),
-        *(("gradient", ROUND, "two", 75.0), ("gradient", COMA, "four", 25.0)),
-        *(("point", COMA, "four", 11.3), ("point", ROUND, "four", 25.0)),
+        ("picture", COMA, "two", 75.0),
+        ("picture", ROUND, "four", 11.3),
+        ("gradient", COMA, "four", 25.0),
+        ("point", ROUND, "four", 25.0),
     ],
 )
 def test_spots_far_apart(kind, waves, plates, split):
@@ -73,7 +74,7 @@ def test_spots_far_apart(kind, waves, plates, split):
         scene = camsim.Scene(background=0.4, shapes=[fields(*at)[kind]])
         return camsim.render(scene, optics, GRID, wavelength_nm=550.0, tolerance=tolerance)
 
-    mean = np.mean([seen([lens, photosite], at, 1e-6).image for at in olpf.spots_um().tolist()], axis=0)
+    mean = np.mean([seen([lens, photosite], at, 1e-5).image for at in olpf.spots_um().tolist()], axis=0)
     found = seen([lens, olpf, photosite], (0.0, 0.0), 1e-4)
     assert np.abs(found.image - mean).max() <= 0.5e-4
     assert found.error_estimate <= 0.5e-4
