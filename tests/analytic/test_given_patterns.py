@@ -73,6 +73,20 @@ def test_what_lies_beyond_a_radius_is_bounded_and_closely():
         assert seen <= float(kind.spread(np.array([far]))[0]) <= 1.5 * seen
 
 
+def test_a_measured_pattern_goes_through_its_samples():
+    """Its transfer, summed back over all frequencies that pass, at the places of the samples."""
+    rows, spacing_um = ((0.0, 1.0, 2.0), (3.0, 9.0, 1.0), (0.0, 4.0, 0.0)), 0.5
+    lens = camsim.MeasuredPsf(irradiance=rows, spacing_um=spacing_um)
+    step = 0.02
+    f = np.arange(-0.7, 0.7 + step / 2, step)
+    fx, fy = np.meshgrid(f / spacing_um, f / spacing_um)
+    otf = lens.otf(fx, fy, 550.0)
+    for r, row in enumerate(rows):
+        for c, sample in enumerate(row):
+            wave = np.exp(2j * np.pi * spacing_um * (fx * (c - 1) + fy * (r - 1)))
+            assert (otf * wave).sum().real * step**2 == pytest.approx(sample / 20.0, abs=1e-6)
+
+
 def test_lenses_given_by_numbers_are_f_8_unless_told():
     curve = camsim.RadialOtf(freq_per_um=(0.0, 0.1, 0.2), values=(1.0, 0.4, 0.0))
     assert curve.f_number == camsim.MeasuredPsf(irradiance=((1.0,),), spacing_um=1.0).f_number == 8.0

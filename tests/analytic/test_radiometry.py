@@ -164,6 +164,15 @@ def test_a_blackbody_has_plancks_spectrum() -> None:
     assert lux_of(samples, samples.irradiance_w_per_m2_nm) == pytest.approx(100.0, rel=1e-4)
 
 
+def test_a_line_has_its_width() -> None:
+    samples = Light(line_nm=632.8, width_nm=2.0, irradiance_w_per_m2=5.0).samples()
+    power = samples.weight_nm * samples.irradiance_w_per_m2_nm
+    assert power.sum() == pytest.approx(5.0, rel=1e-12)
+    # Of a normal distribution of this half-width the variance is 4/(8 ln 2).
+    variance = power @ (samples.wavelength_nm - 632.8) ** 2 / 5.0
+    assert variance == pytest.approx(4.0 / (8.0 * math.log(2.0)), rel=1e-6)
+
+
 def test_luminance_of_a_perfect_diffuser() -> None:
     """1000 cd/m² through f/4: π·1000/(4·16) lx on the sensor, by the camera equation in photometric units."""
     samples = Light("D65", luminance_cd_per_m2=1000.0).samples()
