@@ -1,4 +1,4 @@
-"""Noise stages and their chain: whole distributions, photon transfer, and the order of the stages."""
+"""Noise stages: whole distributions, and photon transfer."""
 
 from __future__ import annotations
 
