@@ -163,7 +163,7 @@ ONCE_WRONG = {
             system_of(shapes, 0.23, photosite=POINT, rows=3, cols=4),
             *((1e-6, 1e-8), "fourier"),
         )
-        for k, shapes in enumerate(([CAPSULE, ELLIPSE], [ELLIPSE, CAPSULE], [RECTANGLE | {"width": 3.0}, SLIVER]))
+        for k, shapes in enumerate(([CAPSULE, ELLIPSE], [RECTANGLE | {"width": 3.0}, SLIVER]))
     },
     # The check was 9e-8 off: a whole circle, small and far away, was taken for a short arc. The picture was right.
     "small circles far outside": (system_of([SMALL_RING], 0.27, rows=3, cols=3) | gaussian(0.27), (1e-8,), "auto"),

@@ -106,7 +106,7 @@ def monochromatic(shapes, wavelength_nm, rows, cols):
                 OPTICS["f/8, OLPF"],
                 grid_of(rows, cols),
                 wavelength_nm=float(nm),
-                tolerance=1e-7,
+                tolerance=TOLERANCE,
             ).image
         )
     return np.array(images)
