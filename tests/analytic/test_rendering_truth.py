@@ -12,7 +12,6 @@ import camsim
 from camsim.numerics.quadrature import gauss_error
 from camsim.optics.pattern import SEVENTH
 from camsim.rendering.boundary.far import Moments, far_edge, far_moments
-from camsim.rendering.boundary.tables import LONG, _filtered
 from tests.truth import rays
 
 TRIANGLE = [(-3.1, -2.2), (6.7, -1.4), (0.9, 4.8)]
@@ -126,21 +125,6 @@ def test_a_gauss_rule_errs_by_what_is_said_of_it(order):
     phase = 0.5 * order
     error = abs(w @ np.cos(phase * x) - 2.0 * math.sin(phase) / phase)
     assert -0.25 < math.log(error) - gauss_error(order, phase) <= 0.0
-
-
-@pytest.mark.parametrize("reach", [7, LONG])
-def test_a_field_is_the_potential_averaged_along_and_differenced_across(reach):
-    """Short averages are added up, long ones run: both against the sum as it is written."""
-    average = np.interp(np.arange(-reach, reach + 1), [-reach, 2 - reach, reach - 3, reach], [0.0, 1.0, 1.0, 0.0])
-    slope, rows, margin = np.array([-1.0, 0.0, 0.3, 0.0, 1.0]), 20, 3
-    count = rows - margin + reach
-    radial = np.exp(-((np.arange(6 * count) / 2.0 / 25.0) ** 2))
-    found = _filtered(radial[None], 2.0, average, slope, rows, margin, count)[0]
-    down = np.arange(rows)[:, None] - margin + np.arange(-2, 3)
-    right = np.arange(rows)[:, None] - margin + np.arange(-reach, reach + 1)
-    along = np.exp(-((right / 25.0) ** 2)) @ average
-    across = np.exp(-((down / 25.0) ** 2)) @ slope
-    assert found == pytest.approx(np.outer(across, along), abs=1e-8)
 
 
 def test_the_first_power_that_is_left_out_is_as_large_as_is_said():
