@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
-from electronics import Spy, Telegraph
+from electronics import Telegraph
 from own_optics import Blurred, Diamond, Motion, SixSpotOlpf
 from tolerances import STATISTICAL
 
@@ -68,31 +68,6 @@ def test_a_window_has_its_part_of_it():
     whole = camera_with(Glow(2e5)).expose(GREY, **(HOW | {"region": None}))
     part = camera_with(Glow(2e5)).expose(GREY, **(HOW | {"region": camsim.Region(rows=9, cols=9, origin=(70, 11))}))
     np.testing.assert_allclose(part.electrons, whole.electrons[70:79, 11:20], rtol=1e-6)
-
-
-def test_it_is_counted_and_changes_no_others_draws(monkeypatch):
-    stages = {"read_noise": camsim.ReadNoise(3.0), "dsnu": camsim.Dsnu(1.0)}
-    spy = Spy(monkeypatch)
-    plain = camera_with(**stages).expose(GREY, **HOW)
-    before = spy.numbers
-    frame = camera_with(TELEGRAPH, **stages).expose(GREY, **HOW)
-    assert frame.report.work["random_numbers"] == spy.numbers - before == plain.report.work["random_numbers"] + 130 * 90
-    off_e = frame.electrons - plain.electrons
-    up = off_e > 25.0
-    np.testing.assert_allclose(off_e, 50.0 * up, atol=1e-9)
-    assert abs(up.mean() - 0.1) < STATISTICAL * np.sqrt(0.09 / up.size)
-
-
-def test_dark_noise_has_its_share():
-    camera = camera_with(TELEGRAPH, read_noise=camsim.ReadNoise(8.0))
-    assert camera.dark_noise_e(100.0) == pytest.approx(17.0)  # 15² + 8²
-    assert camera_with(TELEGRAPH).expose(GREY, **HOW, noise=False).report.electronics == ()
-
-
-def test_rows_are_those_of_the_frame():
-    camera, rows = camera_with(TELEGRAPH, Glow(1e4)), []
-    camsim.Capture(camera=camera, scene=GREY, **HOW).rows(rows.append)
-    np.testing.assert_array_equal(np.concatenate(rows), camera.expose(GREY, **HOW).mosaic)
 
 
 def test_files_say_that_it_was_there_and_others_keep_their_bytes():

@@ -93,7 +93,10 @@ def calibrate(shots: ShotsOfCamera) -> Calibration:
             message = f"low gain is calibrated from ISO {found.settings[0].iso:g} on, and high gain from ISO "
             raise UnsupportedError(f"{message}{high.settings[0].iso:g}; take both of the lowest", stage=shots.name)
         either: dict[str, Any] = {name: best_of([getattr(each, name) for each in (found, high)]) for name in _PATTERNS}
-        notes = *found.notes, *(replace(note, text=f"high gain: {note}") for note in high.notes if note not in found.notes)
+        notes = (
+            *found.notes,
+            *(replace(note, text=f"high gain: {note}") for note in high.notes if note not in found.notes),
+        )
         bits = max(found.bit_depth, high.bit_depth)
         found = replace(found, shots=shots, bit_depth=bits, high=high, notes=notes, **either)
     return found
