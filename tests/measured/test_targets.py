@@ -61,8 +61,9 @@ BENT = "sensor.charge.nonlinearity={kind: polynomial, coefficients: [-0.2], scal
         ["lens.f_number=8", "lens.falloff={kind: cos4, exit_pupil_mm: 1}"],
         ["lens.f_number=4"],
         ["lens.f_number=8", BENT],
+        ["lens.f_number=8", "lens.veiling_glare=0.1"],
     ],
-    ids=["rim", "bright beside it", "fall-off", "fifth harmonic", "bent"],
+    ids=["rim", "bright beside it", "fall-off", "fifth harmonic", "bent", "glare"],
 )
 def test_outer_rings_are_right_too(changes):
     """The shipped star, 0.004 to 0.026 too low: light from beyond its rim, harmonics on the lattice, the read-out."""
