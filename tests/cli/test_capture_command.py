@@ -8,12 +8,11 @@ import resource
 import signal
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
-Run = Callable[..., subprocess.CompletedProcess[str]]
+from .conftest import Run
 
 
 def files_in(folder: Path) -> set[str]:
@@ -86,17 +85,12 @@ def test_several_frames_share_the_patterns_and_can_be_taken_again(camsim: Run, f
 
 
 def test_a_shipped_scene_and_sensor_by_name_in_an_empty_folder(camsim: Run, folder: Path) -> None:
-    done = camsim("capture", "flat-field", "--sensor", "mono-345", "--set", "region={rows: 8, cols: 8}")
+    done = camsim("capture", "flat-field", "--sensor", "mono-345", "--set", "region={rows: 8, cols: 8}", "-v")
     assert done.returncode == 0, done.stderr
+    assert "kind: SquarePhotosite" in done.stderr  # what was computed
+    assert len(done.stderr.splitlines()) < 150
     assert files_in(folder) == {"small.yaml", "flat-field.dng"}
     assert "Mono machine vision, 3.45 µm" in done.stderr
-
-
-def test_verbose_also_says_what_was_computed(camsim: Run) -> None:
-    done = camsim("capture", "small.yaml", "-v")
-    assert "kind: FourSpotOlpf" in done.stderr
-    assert "split_um: 3.66" in done.stderr
-    assert len(done.stderr.splitlines()) < 150
 
 
 def test_all_faults_of_files_options_and_outputs_at_once_before_any_work(camsim: Run, folder: Path) -> None:
@@ -128,22 +122,6 @@ def test_all_faults_of_files_options_and_outputs_at_once_before_any_work(camsim:
         "'./good.dng' is named twice; each product needs a file of its own",
     ]
     assert files_in(folder) == before
-
-
-def test_a_missing_file_and_an_unknown_scene(camsim: Run) -> None:
-    done = camsim("capture", "smal.yaml")
-    assert (done.returncode, done.stderr) == (2, "smal.yaml: no such file; did you mean 'small.yaml'?\n")
-    done = camsim("capture", "flatfield")
-    assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr.startswith("unknown scene 'flatfield'; did you mean 'flat-field' or ")
-
-
-def test_a_frame_that_does_not_fit_is_refused_with_the_figure(camsim: Run, folder: Path) -> None:
-    done = camsim("capture", "small.yaml", "--set", "region=null", "--set", "sensor.frame.rows=10000000",
-                  "--set", "sensor.frame.cols=10000000")  # fmt: skip
-    assert done.returncode == 2
-    assert "10000000 × 10000000 photosites need about 20 TB of memory, " in done.stderr
-    assert files_in(folder) == {"small.yaml"}
 
 
 def test_a_disk_that_fills_up_leaves_nothing_behind(camsim: Run, folder: Path) -> None:

@@ -22,6 +22,7 @@ from camsim.spectra.light import Light
 
 WAVELENGTH_NM = np.arange(360.0, 831.0)
 X_TRANS = "GBGGRG RGRBGB GBGGRG GRGGBG BGBRGR GRGGBG"
+MakeFrame = Callable[..., Frame]
 
 
 def bell(centre_nm: float, width_nm: float) -> np.ndarray:

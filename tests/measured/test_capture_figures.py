@@ -13,7 +13,6 @@ from tolerances import STATISTICAL
 import camsim
 from camsim.core.errors import InvalidValueError
 from camsim.files.dng import noise_profile
-from camsim.measure import read_picture
 from camsim.sensor.stage import gains
 
 PROJECT = Path(__file__).parents[2]
@@ -195,24 +194,6 @@ def test_a_stage_of_ones_own_is_looked_at_at_every_wavelength(fault):
     grid, stages = camsim.Grid(rows=4, cols=4, pitch_um=4.0), [Odd(fault), camsim.SquarePhotosite(side_um=4.0)]
     with pytest.raises(InvalidValueError, match=r"Odd\.otf"):
         camsim.render(scene, stages, grid, wavelength_nm=450.0, tolerance=1e-4)
-
-
-def test_options_that_a_file_has_no_use_for_are_refused(tmp_path):
-    """They were ignored, or obeyed against what the file says."""
-    small = ["region={rows: 40, cols: 40}"]
-    frame = camsim.capture("knife-edge", sensor="d40-like", overrides=small, products=("mosaic", "truth"))
-    for name in ("a.dng", "a.exr", "a.npy"):
-        frame.save(tmp_path / name)
-    for name, option, sentence in (
-        ("a.dng", {"gamma": 2.2}, r"gamma: a \.dng is linear; leave it out"),
-        ("a.exr", {"gamma": "srgb"}, r"gamma: a \.exr is linear; leave it out"),
-        ("a.dng", {"layer": "mean"}, r"layer: a \.dng has none; leave it out"),
-        ("a.dng", {"cfa": "BGGR"}, "cfa: 'BGGR', and the file says RG/GB; leave it out"),
-        ("a.exr", {"cfa": "RGGB"}, "cfa: it has a plane for each channel, and no filter array; leave it out"),
-    ):
-        with pytest.raises(InvalidValueError, match=sentence):
-            read_picture(tmp_path / name, **option)
-    assert [plane.name for plane in read_picture(tmp_path / "a.dng", cfa="RGGB").planes] == ["R", "G1", "G2", "B"]
 
 
 def test_a_study_takes_the_seeds_that_it_is_told(tmp_path):
