@@ -54,7 +54,7 @@ def test_mutated_files_give_a_sentence(tmp_path: Path, fuzz: ModuleType, whole: 
     assert tally.ends.total() == 5 * 60
     for what in ("info", "info --full", "info --json", "measure", "recapture"):
         assert tally.ends[f"{what}: refused"] > 15, what
-        assert tally.ends[f"{what}: done"] > 3, what
+        assert tally.ends[f"{what}: done"] > 2, what
 
 
 def test_crafted_files_are_refused(tmp_path: Path, fuzz: ModuleType, whole: Any) -> None:

@@ -325,10 +325,10 @@ def test_defects_are_left_out(rng):
 
 
 def test_standard_errors_are_true(rng):
-    """128 draws of even noise at SNR 100: no bias beyond its own error, and errors true to 20 %."""
+    """64 draws of even noise at SNR 100: no bias beyond its own error, and errors true to a third."""
     image = gaussian_edge(64, 64, 5, gaussian_sigma(0.25))
     values, errors = [], []
-    for _ in range(128):
+    for _ in range(64):
         edge = measured(image + rng.normal(0.0, 0.008, image.shape))
         figures, error = edge.figures, edge.standard_error
         names = ("mtf50_cycles_per_pixel", "rise_10_90_pixel", "angle_deg", "contrast", "snr")
@@ -338,8 +338,8 @@ def test_standard_errors_are_true(rng):
     values, errors = np.array(values), np.array(errors)
     spread = values.std(axis=0, ddof=1)
     ratio = np.sqrt((errors**2).mean(axis=0)) / spread
-    # The spread of 128 draws is itself known to 6 %.
-    assert np.all(np.abs(ratio - 1.0) < 0.2), ratio
+    # The spread of 64 draws is itself known to 9 %.
+    assert np.all(np.abs(ratio - 1.0) < 0.33), ratio
     assert abs(values[:, 0].mean() - 0.25) < STATISTICAL * spread[0] / math.sqrt(len(values))
     assert values[:, 4].mean() == pytest.approx(100, rel=0.02)
 
@@ -349,7 +349,7 @@ def test_noise_that_rows_or_columns_share_is_in_the_errors(rng, angle, lines):
     """An edge along them: of independent photosites the contrast's error would be a fifth, the angle's a third."""
     image = gaussian_edge(64, 64, angle, 0.8)
     off = []
-    for _ in range(48):
+    for _ in range(32):
         shared = rng.normal(0.0, 0.012, (64, 1))
         edge = measured(image + rng.normal(0.0, 0.012, image.shape) + (shared if lines == "rows" else shared.T))
         figures, error = edge.figures, edge.standard_error
