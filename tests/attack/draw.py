@@ -8,8 +8,6 @@ Most coordinates lie on multiples of a quarter pitch in some share of the system
 corners and straight off an edge's end are where closed forms change branch.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

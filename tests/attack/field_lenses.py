@@ -1,7 +1,5 @@
 """Lenses that change over the frame, given to a system in place of its own: tables at random, a sensor anywhere."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

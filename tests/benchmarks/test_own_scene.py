@@ -17,7 +17,7 @@ from tests.cli.conftest import SCENE
 from tests.truth.lattice import Lens, window_truths
 
 REGION = Region(rows=8, cols=10, origin=(86, 102))  # of the paper's 446 × 446: the square's upper left corner
-FEW = Region(rows=2, cols=3, origin=(997, 1514))  # on an edge of the small scene
+QUICK = {"region": Region(rows=2, cols=3, origin=(997, 1514)), "longest_s": 0.5}  # beside what the small scene shows
 TURN = np.radians(4.0)
 CORNERS = (
     125.0
@@ -83,7 +83,7 @@ def scene(tmp_path):
 
 def test_where_every_photosite_is_checked_the_check_says_the_same(scene):
     """Photosites of three channels, each relative to its own full scale, computed once more by the run-time check."""
-    found = bench_scene(scene, methods=("boundary",), tolerances=(1e-3, 1e-4), region=FEW)
+    found = bench_scene(scene, methods=("boundary",), tolerances=(1e-3, 1e-4), **QUICK)
     for point in found.points:
         assert point.error_max > 1e3 * point.accurate_to
         # Of a twentieth of its tolerance an image and its check may have the same part.
@@ -93,7 +93,7 @@ def test_where_every_photosite_is_checked_the_check_says_the_same(scene):
 
 def test_more_light_is_no_more_error(scene):
     one, two = (
-        bench_scene(scene, overrides=[f"exposure.time_s={t}"], methods=("boundary",), tolerances=(1e-3,), region=FEW)
+        bench_scene(scene, overrides=[f"exposure.time_s={t}"], methods=("boundary",), tolerances=(1e-3,), **QUICK)
         for t in (0.01, 0.02)
     )
     assert two.points[0].error_max == pytest.approx(one.points[0].error_max, rel=1e-6)
@@ -121,9 +121,9 @@ POINT = "{kind: point-source, electrons: 500}"
 
 
 def test_what_one_engine_alone_renders_is_judged_by_itself(scene):
-    few = {"region": Region(rows=2, cols=2), "longest_s": 0.5}
     shapes = [f"scene.shapes=[{GRATING}, {SQUARE}, {POINT}]"]
-    found = bench_scene(scene, methods=("boundary", "fourier"), tolerances=(1e-3, 1e-9), overrides=shapes, **few)
+    how = QUICK | {"region": Region(rows=2, cols=2), "overrides": shapes}
+    found = bench_scene(scene, methods=("boundary", "fourier"), tolerances=(1e-3, 1e-9), **how)
     (truth,) = found.truths
     assert (truth.engine, truth.difference) == ("fourier", None)
     assert [p.label for p in found.points] == ["fourier 1e-3"]

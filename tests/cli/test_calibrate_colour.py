@@ -1,7 +1,5 @@
 """From a photograph of a chart to a sensor file and a capture, as users do it: in processes of their own."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from pathlib import Path

@@ -1,18 +1,17 @@
 """``camsim capture`` as a user meets it: files, report, exit codes."""
 
-from __future__ import annotations
-
 import json
 import os
-import resource
 import signal
 import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
+import pytest
 
-from .conftest import Run
+from camsim import api, rendering
+
+from .conftest import COMMAND, Run, full_disk, run_camsim
 
 
 def files_in(folder: Path) -> set[str]:
@@ -125,12 +124,8 @@ def test_all_faults_of_files_options_and_outputs_at_once_before_any_work(camsim:
 
 
 def test_a_disk_that_fills_up_leaves_nothing_behind(camsim: Run, folder: Path) -> None:
-    """The system stops every file at 100 bytes, as a full disk would."""
-
-    def limit() -> None:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))
-
-    done = camsim("capture", "small.yaml", "-o", "a.dng", before=limit, env={"NUMBA_DISABLE_CACHING": "1"})
+    with full_disk():
+        done = camsim("capture", "small.yaml", "-o", "a.dng")
     assert done.returncode == 2, done.stderr
     assert done.stderr.splitlines()[-1].startswith("cannot write 'a.dng': ")
     assert files_in(folder) == {"small.yaml"}
@@ -140,9 +135,8 @@ def test_control_c_ends_it_with_130_and_no_file(folder: Path) -> None:
     # A pipe for a scene: the command waits in it until the interrupt comes.
     pipe = folder / "pipe.yaml"
     os.mkfifo(pipe)
-    command = [str(Path(sys.executable).parent / "camsim"), "capture", "pipe.yaml"]
     process = subprocess.Popen(
-        command,
+        [COMMAND, "capture", "pipe.yaml"],
         cwd=folder,
         stderr=subprocess.PIPE,
         encoding="utf-8",
@@ -157,30 +151,35 @@ def test_control_c_ends_it_with_130_and_no_file(folder: Path) -> None:
     assert files_in(folder) == {"small.yaml", "pipe.yaml"}
 
 
-def test_a_bug_is_a_plain_traceback_and_1(patched: Run, folder: Path) -> None:
-    code = "import camsim.api\ndef broken(*a, **k): secret = 'value of a local'; 1 / 0\n"
-    done = patched(code + "import sys; sys.modules['camsim.api'].load_any = broken", "capture", "small.yaml")
+def test_a_bug_is_a_plain_traceback_and_1(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(*given: object, **named: object) -> None:
+        secret = "value of a local"
+        raise ValueError(len(secret))
+
+    monkeypatch.setattr(api, "load_any", broken)
+    done = run_camsim(folder, "capture", "small.yaml")
     assert done.returncode == 1
     assert "Traceback (most recent call last)" in done.stderr
-    assert done.stderr.endswith(
-        "ZeroDivisionError: division by zero\nThis is a bug of camsim: please report it with the lines above.\n"
-    )
+    assert done.stderr.endswith("ValueError: 16\nThis is a bug of camsim: please report it with the lines above.\n")
     # No frame is printed with its locals.
     assert done.stderr.count("value of a local") <= 1
     assert files_in(folder) == {"small.yaml"}
 
 
-def test_the_systems_word_is_one_line_and_1(patched: Run) -> None:
-    code = "import camsim.api, sys\ndef broken(*a, **k): raise OSError(5, 'Input/output error')\n"
-    done = patched(code + "sys.modules['camsim.api'].load_any = broken", "capture", "small.yaml")
+def test_the_systems_word_is_one_line_and_1(camsim: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(*given: object, **named: object) -> None:
+        raise OSError(5, "Input/output error")
+
+    monkeypatch.setattr(api, "load_any", broken)
+    done = camsim("capture", "small.yaml")
     assert (done.returncode, done.stderr) == (1, "camsim: the system says: [Errno 5] Input/output error\n")
 
 
-def test_first_use_says_once_that_it_compiles(patched: Run) -> None:
-    code = "import camsim.rendering, sys; sys.modules['camsim.rendering'].kernels_compiled = lambda: False"
-    done = patched(code, "capture", "small.yaml")
+def test_first_use_says_once_that_it_compiles(camsim: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(rendering, "kernels_compiled", lambda: False)
+    done = camsim("capture", "small.yaml")
     assert done.returncode == 0
     line = "camsim: compiling its kernels, once on this machine (about 20 s)"
     assert done.stderr.splitlines().count(line) == 1
     assert done.stderr.startswith(line)
-    assert patched(code, "capture", "small.yaml", "-q", "--force").stderr == ""
+    assert camsim("capture", "small.yaml", "-q", "--force").stderr == ""

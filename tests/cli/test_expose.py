@@ -1,7 +1,5 @@
 """``camsim expose`` in processes of their own: renders, cubes, photographs and arrays become raw files."""
 
-from __future__ import annotations
-
 import csv
 import json
 import subprocess

@@ -1,7 +1,5 @@
 """``camsim info`` and ``camsim recapture`` in processes of their own."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import re

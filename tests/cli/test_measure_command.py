@@ -4,11 +4,12 @@ import csv
 import json
 import re
 import shutil
+import sys
 
 import pytest
 from tolerances import STATISTICAL
 
-from .conftest import FULL_DISK, run_camsim
+from .conftest import full_disk, run_camsim
 
 EDGE = """\
 camsim: scene/1
@@ -111,16 +112,18 @@ def test_two_files_by_aperture_and_a_map(folder, captured):
     assert "<svg" in (folder / "map.svg").read_text(encoding="utf-8")
 
 
-def test_without_matplotlib_a_plot_says_what_to_install(captured, patched):
-    done = patched("import sys; sys.modules['matplotlib'] = None", "measure", "mtf", "edge.dng", "--plot", "a.png")
+def test_without_matplotlib_a_plot_says_what_to_install(captured, monkeypatch):
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    done = captured("measure", "mtf", "edge.dng", "--plot", "a.png")
     assert done.returncode == 2
     assert "camsim-spectral[plot]" in done.stderr
 
 
-def test_a_full_disk_leaves_the_older_plot_and_no_half_one(folder, captured, patched):
+def test_a_full_disk_leaves_the_older_plot_and_no_half_one(folder, captured):
     (folder / "a.png").write_text("old")
     before = {path.name for path in folder.iterdir()}
-    done = patched(FULL_DISK, "measure", "mtf", "edge.dng", "--roi", "0,0,128,96", "--force", "--plot", "a.png")
+    with full_disk():
+        done = captured("measure", "mtf", "edge.dng", "--roi", "0,0,128,96", "--force", "--plot", "a.png")
     assert done.returncode == 2
     assert done.stderr == "cannot write 'a.png': the file would be larger than the system allows\n"
     assert {path.name for path in folder.iterdir()} == before

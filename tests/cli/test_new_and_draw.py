@@ -1,7 +1,5 @@
 """``camsim new`` and ``validate --draw``: a file to start from, and the scene before anything is rendered."""
 
-from __future__ import annotations
-
 import csv
 import re
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Options, unusual numbers, and messages that name the way out."""
 
-from __future__ import annotations
-
 import dataclasses
 import io
 import re

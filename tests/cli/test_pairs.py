@@ -1,7 +1,5 @@
 """``camsim capture --pairs``: what the index says is in the files, and belongs together."""
 
-from __future__ import annotations
-
 import csv
 import json
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What a command cannot use: the sentence of tests/data/wrong-commands.txt, exit code 2, and nothing written."""
 
-from __future__ import annotations
-
 import os
 import shlex
 import warnings

@@ -1,7 +1,5 @@
 """optiland's own transfer functions of the shipped lenses, and a Zemax prescription imported through it."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 import runpy

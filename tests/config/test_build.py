@@ -1,7 +1,5 @@
 """From YAML to stages: what is left out, samples in files, curves that must cover the light, and what fits."""
 
-from __future__ import annotations
-
 import types
 from collections.abc import Callable
 from pathlib import Path

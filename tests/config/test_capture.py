@@ -1,7 +1,5 @@
 """A YAML file and its Python twin give the same picture; names and overrides reach it."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Curves from CSV files: as people have them, anywhere a curve may stand, nothing from outside the file's folder."""
 
-from __future__ import annotations
-
 import os
 import shutil
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """One mistake at a time in a scene, its sensor or --set: the exact sentences of tests/data/wrong-files.txt."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Whole files: none wrong, all wrong, nothing in them."""
 
-from __future__ import annotations
-
 import random
 import re
 from pathlib import Path

@@ -1,7 +1,5 @@
 """``--set``: what it changes, what wins, and what it is told when it cannot."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

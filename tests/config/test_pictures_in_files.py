@@ -1,7 +1,5 @@
 """Pictures of scene files: the same bytes as their twins in Python, and as captured again."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Pairs of a YAML capture and its Python twin, one for every kind of part: the same electrons, codes and records."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """YAML as camsim reads it: 1.2 scalars, positions, and what is refused, with either of PyYAML's parsers."""
 
-from __future__ import annotations
-
 import json
 import math
 import random

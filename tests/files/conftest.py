@@ -1,7 +1,5 @@
 """Frames made by hand, without the renderer: what is tested here is the files."""
 
-from __future__ import annotations
-
 import dataclasses
 import functools
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Anyone's array as a DNG: read back by LibRaw, developed as a capture's file is, refused in one sentence."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """A DNG read back by LibRaw (rawpy) and tifffile."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """EXR, TIFF, PNG and NPY read back by other people's libraries; every format byte for byte the same twice."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import time

@@ -1,7 +1,5 @@
 """DNGs of lossless JPEG: the codes come back exactly, from other people's decoders."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

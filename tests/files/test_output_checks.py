@@ -1,7 +1,5 @@
 """Each mistake in where or what to write has its one sentence, before any work is done."""
 
-from __future__ import annotations
-
 import dataclasses
 from pathlib import Path
 

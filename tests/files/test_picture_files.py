@@ -1,7 +1,5 @@
 """Pictures from files that other programs wrote: the right reflectances, or one sentence."""
 
-from __future__ import annotations
-
 import io
 import struct
 import zlib

@@ -1,7 +1,5 @@
 """The preview against LibRaw's development, and against what it must do exactly."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Files read back by ourselves: what they say, and what is said of those that are not whole or not ours."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import re

@@ -1,7 +1,5 @@
 """The spectral cube: radiance by its definition, electrons that follow from it, and the file that holds it."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Mapping
 from pathlib import Path

@@ -1,7 +1,5 @@
 """TIFF's many layouts as another program writes them, read back number for number."""
 
-from __future__ import annotations
-
 import itertools
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Files from strangers through every command: one sentence and exit 2, little memory, and nothing of theirs is run."""
 
-from __future__ import annotations
-
 import io
 import json
 import struct

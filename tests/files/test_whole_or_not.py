@@ -1,7 +1,5 @@
 """A file is there whole or not at all, whatever happens while it is written."""
 
-from __future__ import annotations
-
 import dataclasses
 import errno
 import json

@@ -9,8 +9,6 @@ Bradford, then Lab relative to D65. LibRaw gives XYZ relative to D65: its white 
 diffuser D65 white.
 """
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Callable
 from pathlib import Path

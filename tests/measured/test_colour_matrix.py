@@ -1,7 +1,5 @@
 """The fit of colour matrices: exact for white, and no matrix that keeps white is better."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Companded codes: fractions, files that other programs read, levels, and noise that is measured through them."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 from itertools import pairwise
 from pathlib import Path

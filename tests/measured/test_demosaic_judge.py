@@ -1,7 +1,5 @@
 """The judge: its figures by other roads, its names for what is wrong, and its order of published methods."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 import warnings

@@ -1,7 +1,5 @@
 """Published methods have the figures that follow from their published coefficients, and the order that is known."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import judged

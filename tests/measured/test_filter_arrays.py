@@ -1,7 +1,5 @@
 """Every colour filter array: letters, mosaic, channel index and DNG tell the same, in odd windows too."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,9 +1,9 @@
 """Which way round: three squares, the lower one red, found where the scene has them, before and after developing.
 
-What else files hold is compared with these arrays, number for number (tests/files/test_formats.py). Nothing is compared
-with camsim's own idea of the picture: each array is cut into 2 × 2 cells by the pattern that the file states, the squares
-are found as connected bright spots, and their centres and colours must be those of the scene. A picture that is mirrored,
-turned or shifted has none of them in place.
+What else files hold is compared with these arrays, number for number (tests/files/test_formats.py). Nothing is
+compared with camsim's own idea of the picture: each array is cut into 2 × 2 cells by the pattern that the file states,
+the squares are found as connected bright spots, and their centres and colours must be those of the scene. A picture
+that is mirrored, turned or shifted has none of them in place.
 """
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What is known of single photosites, from files: offsets, hot ones, and real darks of which each exposure has one."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

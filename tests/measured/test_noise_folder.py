@@ -1,7 +1,5 @@
 """Flats and darks by way of a folder: the same figures as from the sensor, and what a folder must hold."""
 
-from __future__ import annotations
-
 import dataclasses
 import re
 

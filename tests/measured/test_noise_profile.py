@@ -1,7 +1,5 @@
 """What stands beside measured noise as the profile's own: flats and darks of a few photosites must agree with it."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 

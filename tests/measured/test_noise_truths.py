@@ -1,7 +1,5 @@
 """Sensors of a few lines of numpy whose numbers are known: what flats and darks of them tell, and what they cannot."""
 
-from __future__ import annotations
-
 import json
 import math
 import re

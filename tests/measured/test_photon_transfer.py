@@ -1,7 +1,5 @@
 """What goes into a sensor comes back from its flats and darks, by EMVA 1288's procedures."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -3,8 +3,6 @@
 ``python bench/mtf_study.py small`` draws thousands of these.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

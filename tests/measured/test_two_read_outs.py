@@ -1,7 +1,5 @@
 """Both conversion gains read of one exposure: two images and the merged one, by what chance alone gives."""
 
-from __future__ import annotations
-
 import dataclasses
 from pathlib import Path
 
