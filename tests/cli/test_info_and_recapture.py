@@ -103,22 +103,6 @@ def test_info_is_short_unless_told(camsim: Run) -> None:
     assert whole["description"]["camera"]["lens"]["f_number"] == 8
 
 
-def test_mistakes(folder: Path, camsim: Run) -> None:
-    take(camsim, "a.dng")
-    (folder / "half.dng").write_bytes((folder / "a.dng").read_bytes()[:3000])
-    (folder / "text.dng").write_text("hello")
-    for command in ("info", "recapture"):
-        for name in ("half.dng", "text.dng", "gone.dng"):
-            refused = camsim(command, name)
-            assert refused.returncode == 2
-            assert refused.stderr.startswith(f"cannot read '{name}': ")
-            assert refused.stderr.count("\n") == 1
-            assert refused.stdout == ""
-    refused = camsim("recapture", "a.dng", "-o", "a.dng")
-    assert refused.returncode == 2
-    assert "exists; overwrite it with --force" in refused.stderr
-
-
 def test_a_compressed_dng_is_compressed_again(folder: Path, camsim: Run) -> None:
     take(camsim, "plain.dng")
     changes = ("--set", "exposure.iso=800", "--set", "region.origin=[901, 1200]", "--seed", "9")

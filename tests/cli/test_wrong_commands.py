@@ -3,7 +3,7 @@
 import os
 import shlex
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +13,7 @@ from typer.testing import CliRunner
 
 import camsim
 from camsim.cli.app import app
+from camsim.files import png
 
 from .conftest import SCENE
 
@@ -27,6 +28,27 @@ FILES = {
     "a.webp": "RIFF",
     "a.NEF": "MM\0*",
     "file": "",
+}
+
+
+OUT = "--csv out.csv --plot out.svg"
+MEASURING = [
+    *(f"{kind} {{}} {OUT}" for kind in ("mtf", "star", "texture", "distortion", "moire")),
+    *(f"colour {{}} {OUT} --picture out.png", "truth {} -o out.npy", f"noise {{}} {OUT} --xml out.xml"),
+    *(f"demosaic {{}} truth.npy {OUT} --html out.html", f"demosaic truth.npy {{}} {OUT} --html out.html"),
+]
+BAD: dict[str, bytes | np.ndarray | None] = {
+    "missing.dng": None,
+    "empty.npy": b"",
+    "empty.dng": b"",
+    "torn.dng": b"II*\0\x08\0\0\0\x05\0",
+    **dict.fromkeys(("words.tiff", "words.exr", "words.png"), b"this is no picture\n" * 9),
+    "camera.nef": b"II*\0" * 9,
+    "no suffix": b"x",
+    "nan of all.npy": np.full((40, 40, 3), np.nan, np.float32),
+    "tiny.npy": np.ones((3, 3, 3), np.float32),
+    "words.npy": np.array([["a", "b"]]),
+    "vector.npy": np.arange(9.0),
 }
 
 
@@ -68,18 +90,45 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
     edge = camsim.capture("knife-edge", overrides=["region={rows: 64, cols: 60}"], products=("mosaic", "preview"))
     for name in ("edge.dng", "edge.tiff", "edge.npy", "look.png"):
         edge.save(desk / name)
+    (desk / "half.dng").write_bytes((desk / "edge.dng").read_bytes()[:3000])
+    for name, made in BAD.items():
+        if isinstance(made, bytes):
+            (desk / name).write_bytes(made)
+        elif made is not None:
+            np.save(desk / name, made)
+    (desk / "folder.dng").mkdir()
+    (desk / "eight.png").write_bytes(png.plain(np.full((40, 40, 3), 90, np.uint8)))
     return desk
 
 
-@pytest.mark.parametrize(("command", "said", "one_line"), list(cases()))
-def test_it_is_refused(command: str, said: str, one_line: bool, desk: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.fixture
+def refused(desk: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], str]:
+    """Run a command that can do nothing, and leaves nothing; return what it says."""
     monkeypatch.chdir(desk)
     monkeypatch.delenv("CAMSIM_PATH", raising=False)
-    before = sorted(os.walk("."))
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        done = CliRunner().invoke(app, shlex.split(command), terminal_width=200)
-    assert (done.exit_code, done.stdout) == (2, ""), (done.output, done.exception)
-    assert said in " ".join(done.stderr.replace("│", " ").split())
-    assert not one_line or len(done.stderr.splitlines()) == 1, done.stderr
-    assert sorted(os.walk(".")) == before
+
+    def run(command: str) -> str:
+        before = sorted(os.walk("."))
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            done = CliRunner().invoke(app, shlex.split(command), terminal_width=200)
+        assert (done.exit_code, done.stdout) == (2, ""), (command, done.output, done.exception)
+        assert sorted(os.walk(".")) == before
+        return done.stderr
+
+    return run
+
+
+@pytest.mark.parametrize(("command", "said", "one_line"), list(cases()))
+def test_it_is_refused(command: str, said: str, one_line: bool, refused: Callable[[str], str]) -> None:
+    stated = refused(command)
+    assert said in " ".join(stated.replace("│", " ").split())
+    assert not one_line or len(stated.splitlines()) == 1, stated
+
+
+@pytest.mark.parametrize("command", MEASURING)
+def test_files_that_cannot_be_measured_are_refused_by_name(command: str, refused: Callable[[str], str]) -> None:
+    for name in (*BAD, "folder.dng", "eight.png"):
+        stated = refused("measure " + command.format(f"'{name}'"))
+        assert name in stated
+        assert len(stated.strip().splitlines()) == 1, (name, stated)

@@ -212,12 +212,12 @@ def test_a_field_lens_has_its_own_law_beside_what_is_seen():
 
 def test_lateral_colour_in_daylight_is_what_the_lens_states():
     """Every wavelength's dots drawn where the lens puts them, weighed by D55 and the channels' own triangles."""
-    nm = np.arange(380.0, 781.0, 40.0)
+    nm = np.arange(380.0, 781.0, 20.0)
     seen = {
         letter: np.maximum(1.0 - abs(nm - peak) / 80.0, 0.0)
         for letter, peak in zip("RGB", (620, 540, 460), strict=True)
     }
-    weight = {letter: curve * aligned("light", "D55")[::8] for letter, curve in seen.items()}
+    weight = {letter: curve * aligned("light", "D55")[::4] for letter, curve in seen.items()}
     lateral = [[0, 0.06 * (550 - at)] for at in (380, 550, 780)]  # 1e-4 of the height for each nm
     lens = field_lens([380, 550, 780], height_um=[0, 600], lateral_colour_um=lateral)
     capture = captured("{kind: chart, name: dot-grid, spacing: 20, radius: 5, rows: 3, cols: 7}")
