@@ -170,11 +170,10 @@ def test_a_picture_that_a_tilt_has_moved_has_the_theory_of_its_edge():
 
 
 @pytest.mark.parametrize("sides", [(), (-1,), (1,), (-1, 1)])
-@pytest.mark.parametrize("normal_deg", [-110.0])
-def test_the_surfaces_of_an_edge_are_looked_up_three_pixels_beside_it(sides, normal_deg):
+def test_the_surfaces_of_an_edge_are_looked_up_three_pixels_beside_it(sides):
     """Marks a third of a pixel wide on an even background: an edge is seen where just one side has its mark."""
     camera = camsim.Camera.from_yaml("mono-345", lens=camsim.Airy(f_number=8.0))
-    region, turn = camsim.Region(rows=40, cols=50, origin=(600, 100)), math.radians(normal_deg)
+    region, turn = camsim.Region(rows=40, cols=50, origin=(600, 100)), math.radians(-110.0)
     x, y = 20.25, 18.75  # in the window, from its upper left corner
     marks = [
         camsim.Rectangle(
@@ -265,10 +264,9 @@ def test_aberrations_stay_within_stated_errors(name, size, side):
     assert error < (0.04 if size == 48 else 0.006) * half
 
 
-@pytest.mark.parametrize("radius", [100.0])
-def test_a_disc_tells_the_same_as_a_straight_edge(radius):
+def test_a_disc_tells_the_same_as_a_straight_edge():
     """A Gaussian's light within a disc is Rice's distribution; the rim is an arc, and no parabola."""
-    sigma, turn = 1.0, math.radians(20.0)
+    radius, sigma, turn = 100.0, 1.0, math.radians(20.0)
     y, x = np.mgrid[:64, :64] + 0.5 - 32.0
     far = np.hypot(x + radius * math.cos(turn), y + radius * math.sin(turn))
     edge = measured(0.9 - 0.8 * scipy.stats.ncx2.cdf((radius / sigma) ** 2, 2, (far / sigma) ** 2))
