@@ -1,4 +1,4 @@
-"""From a photograph of a chart to a sensor file and a capture, as users do it: in processes of their own."""
+"""From a photograph of a chart to a sensor file and a capture, as users do it."""
 
 import json
 import shutil

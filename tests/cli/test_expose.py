@@ -1,4 +1,4 @@
-"""``camsim expose`` in processes of their own: renders, cubes, photographs and arrays become raw files."""
+"""``camsim expose``: renders, cubes, photographs and arrays become raw files."""
 
 import csv
 import json

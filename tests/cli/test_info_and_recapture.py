@@ -1,4 +1,4 @@
-"""``camsim info`` and ``camsim recapture`` in processes of their own."""
+"""``camsim info`` and ``camsim recapture`` as a user meets them."""
 
 import hashlib
 import json
