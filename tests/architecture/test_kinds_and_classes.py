@@ -1,7 +1,5 @@
 """Every kind of a YAML file has a class, and every class a kind of the same name: without the word of its place."""
 
-from __future__ import annotations
-
 import dataclasses
 import re
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Lens files against rays and transfers of another trace (tests/truth/lens_rays.py)."""
 
-from __future__ import annotations
-
 import functools
 import math
 from pathlib import Path

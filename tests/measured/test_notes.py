@@ -1,7 +1,5 @@
 """Where a picture would surprise, the report says why and what to do; and elsewhere it is silent."""
 
-from __future__ import annotations
-
 import dataclasses
 from typing import Any
 

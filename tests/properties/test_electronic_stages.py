@@ -82,7 +82,7 @@ def test_it_is_public_and_comes_back_from_its_description(listed):
     kind = type(listed.stage)
     assert getattr(camsim, kind.__name__) is kind
     if kind in (camsim.DarkFrames, camsim.OffsetMap):
-        return  # of files: tests/measured/test_dark_frames.py
+        return  # of files: tests/measured/test_maps_of_photosites.py
     assert stages_from_record(json.loads(json.dumps(describe(listed.stage)))) == listed.stage
 
 

@@ -13,6 +13,7 @@ from PIL import Image
 import camsim
 from camsim.core.errors import CamsimError
 from camsim.measure import colour, demosaic, distortion, noise, target, truth
+from camsim.study import read_study  # noqa: F401 (calls are told by their text)
 
 A = np.array([400.0, 700.0])
 FLAT = camsim.Curve(A, (1.0, 1.0), outside="hold")
