@@ -95,14 +95,13 @@ def splines_of(
     patches = np.argwhere((_any(keep, range(1 - n, n + 1)) if n else keep) & ~cover.whole)
     lattice = np.where(keep, fine, 0.0)
     both = patches, cover.cut
-    near = [np.ones(len(one), bool) for one in both]
-    found = []
+    near, found = [np.ones(len(one), bool) for one in both], []
     if support is not None:
         middles = [layer.places((knot + one[:, ::-1] + 0.5) / times) for one in both]
-        near = [((one >= support.low) & (one <= support.high)).all(axis=1) for one in middles]
-        far = ~near[0], ~near[1]
+        near = [np.all((one >= support.low) & (one <= support.high), axis=1) for one in middles]
+        far = [~one for one in near]
         found.append(_corrections(layer, fine, lattice, cover, patches, far, math.pi * support.cut * step, allowed))
-    found.append(_corrections(layer, fine, lattice, cover, patches, (near[0], near[1]), math.pi * cut * step, allowed))
+    found.append(_corrections(layer, fine, lattice, cover, patches, near, math.pi * cut * step, allowed))
     points = layer.places((knot + np.concatenate([one for one, _ in found])) / times)
     corrections = step**2 * np.concatenate([one for _, one in found], axis=1)
     return splines._replace(light=step**2 * lattice, points=points, corrections=corrections)
@@ -158,7 +157,7 @@ def _corrections(
     lattice: F64,
     cover: Cover,
     patches: I64,
-    among: tuple[np.ndarray, np.ndarray],
+    among: list[np.ndarray],
     phase: float,
     allowed: float,
 ) -> tuple[F64, F64]:
@@ -209,7 +208,8 @@ def _on_grids(coefficients: F64, degree: int, patch: I64, x: F64) -> F64:
     part = np.stack([_window(coefficients, degree, patch, i, j) for i in range(degree + 1) for j in range(degree + 1)])
     part = part.reshape(degree + 1, degree + 1, len(coefficients), len(patch))
     rows = np.einsum("xj,ijpm->pmix", weights, part)
-    return np.einsum("yi,pmix->pmyx", weights, rows).reshape(len(coefficients), len(patch), x.size**2)
+    values: F64 = np.einsum("yi,pmix->pmyx", weights, rows).reshape(len(coefficients), len(patch), x.size**2)
+    return values
 
 
 def _window(coefficients: F64, degree: int, patch: I64, i: int, j: int) -> F64:

@@ -13,7 +13,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import scipy
@@ -46,6 +46,8 @@ CUBIC = 0.0234  # error of cubic interpolation, over the fourth power of a harmo
 ALIKE_UM = 1e-6  # image heights closer than this are equal
 NEAR_EVERY = 2  # largest spacing, photosites, of levels that are summed tile by tile
 MOST_KEPT, MOST_SHARED = 200, 8  # image heights whose transfers are cached, and parts of the frame
+SAME = 1e-9  # difference of waves, and of transfers, that is rounding
+Table: TypeAlias = tuple[tuple[C128, I64], float, tuple[float, float, int, F64]]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -136,7 +138,7 @@ class VaryingLens:
         f = 0.4 / self.pitch_um * np.array([[0.9, 0.3], [0.5, 0.7]])
         sizes = [np.abs(self.system.footprint_otf(sign * f[:, 0], f[:, 1])) for sign in (1.0, -1.0)]
         waves = [lens.waves(x, sign * y, float(self.wavelength_nm[0])) for sign in (1.0, -1.0)]
-        return all(np.allclose(*both, rtol=0.0, atol=1e-9) for both in (sizes, waves))
+        return all(float(np.abs(one - other).max()) < SAME for one, other in (sizes, waves))
 
     def _mixtures(self, corners_um: F64, cut: float, weights: F64, counts: Sequence[int]) -> Mixtures | None:
         rule = self._rule(corners_um, min(1.0, cut * float(self.blurs.max())))
@@ -306,7 +308,7 @@ class Mixtures:
         """Number of mixtures."""
         return int(self.harmonics.shape[2])
 
-    def polar(self, level: Level, weights: F64) -> tuple[tuple[C128, I64], float, tuple[float, float, int, F64]]:
+    def polar(self, level: Level, weights: F64) -> Table:
         """Return the table of ``Lens.polar`` with mixtures as channels; the weights are included already."""
         if self.like is None:
             if id(level) not in self._tables:
@@ -321,10 +323,10 @@ class Mixtures:
         return (_closed(half.conj() if left else half), there), per, turn
 
     @cached_property
-    def _tables(self) -> dict[int, Any]:
+    def _tables(self) -> dict[int, Table]:
         return {}
 
-    def _made(self, level: Level) -> tuple[tuple[C128, I64], float, tuple[float, float, int, F64]]:
+    def _made(self, level: Level) -> Table:
         points = max(POINTS, OF_RADII * self.rule.radii) if level.takes is None else FAR_POINTS
         frequency = np.linspace(0.0, level.cut, points + 1)
         shape = self.harmonics.shape[2:]

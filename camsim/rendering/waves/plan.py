@@ -117,8 +117,8 @@ class WavesPlan:
             last = first + np.array([job.grid.cols - 1, job.grid.rows - 1])
             support = Support(first - reach, last + reach, WIDER * low)
             found = [
-                (dataclasses.replace(one, support=support) if isinstance(one, FieldSource) else one, *behind)
-                for one, *behind in found
+                (dataclasses.replace(one, support=support) if isinstance(one, FieldSource) else one, weights, lens)
+                for one, weights, lens in found
             ]
             # The far levels need still fewer samples.
             for low in [level.cut for level in levels[1:3]]:
