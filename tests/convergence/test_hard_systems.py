@@ -565,3 +565,12 @@ def test_endless_wedges_show_what_symmetry_gives_them(index, wedges, share):
         found = camsim.render(scene, optics, grid, wavelength_nm=550.0, tolerance=tolerance)
         assert abs(found.image[0, 0] - share) <= tolerance
         assert found.error_estimate <= tolerance
+
+
+def test_an_obstruction_in_a_bladed_pupil():
+    """Where the obstruction's image meets a blade the transfer bends, in each direction elsewhere: it was refused."""
+    system = system_of([RECTANGLE], 0.8, rows=5, cols=5)
+    keeps(
+        system | {"lens": wavefront(0.8, {"shape": "bladed", "blades": 7, "rotate_deg": 10.0, "obstruction": 0.1})},
+        1e-4,
+    )
