@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,10 +12,11 @@ from numpy.typing import ArrayLike
 from camsim.camera.body import Body
 from camsim.camera.shot import reflected
 from camsim.camera.window import Region
+from camsim.core.annotations import Called
 from camsim.core.arrays import F32, F64
 from camsim.core.errors import InvalidValueError
 from camsim.core.number_kinds import array_of
-from camsim.core.typed import Iso, Number, Positive, Seed, Whole, check, validate
+from camsim.core.typed import Celsius, Iso, Number, Positive, Seed, Whole, check, validate
 from camsim.core.words import brief
 from camsim.sensor.chain import record
 from camsim.sensor.stage import Context
@@ -42,10 +43,10 @@ class Noise:
     ((64, 64), dtype('float32'), True)
     """
 
-    sensor: Body
+    sensor: Annotated[Body, Called("a Sensor or a Camera", "Sensor.from_yaml makes one")]
     iso: Iso | None = None
     time_s: Positive = 0.01
-    temperature_c: float | None = None
+    temperature_c: Celsius | None = None
 
     if TYPE_CHECKING:
 
@@ -66,6 +67,9 @@ class Noise:
         given = array_of(electrons, "electrons", "Noise")
         if given.dtype.kind not in "fiu" or given.ndim < 2 or not given.size:
             message = f"must be numbers (rows, cols) or (…, rows, cols), not {given.dtype} of shape {given.shape}"
+            raise InvalidValueError(message, key="electrons", stage="Noise")
+        if given.ndim > 2 and given.shape[-1] in (3, 4):
+            message = f"is {given.shape}, and images are (…, rows, cols); give planes first, np.moveaxis(…, -1, 0)"
             raise InvalidValueError(message, key="electrons", stage="Noise")
         if not 0.0 <= given.min() <= given.max() < np.inf:
             message = "must be finite, and 0 or more: a mean charge"

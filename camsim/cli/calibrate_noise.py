@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -50,7 +50,7 @@ def calibrate(request: CalibrationRequest) -> None:
     from camsim.measure.calibrate import calibrate as calibrated
     from camsim.measure.calibrate import read_folder
 
-    _judge(request)
+    _validate(request)
     shots = read_folder(request.folder, cfa=request.cfa, side=request.window)
     if request.dry_run:
         _print_shots(shots)
@@ -82,7 +82,7 @@ def calibrate(request: CalibrationRequest) -> None:
             print(f"{request.output}: camsim expose LIGHT --sensor {_as_path(request.output)} takes it")
 
 
-def _judge(request: CalibrationRequest) -> None:
+def _validate(request: CalibrationRequest) -> None:
     from camsim.cli.new import check_yaml_output
 
     asked = {"-o": request.output, "--check": request.check, "--dry-run": request.dry_run or None}
@@ -99,7 +99,7 @@ def _judge(request: CalibrationRequest) -> None:
         check_yaml_output(request.output, force=request.force)
     if request.hot is not None:
         if request.output is None or Path(request.hot).resolve().parent != Path(request.output).resolve().parent:
-            raise InvalidValueError("is of the sensor file that -o writes, and lies beside it", key="--hot")
+            raise InvalidValueError("is of the sensor file that -o writes, and lies in its folder", key="--hot")
         check_text_file(request.hot, force=request.force)
     if request.plot is not None:
         from camsim.cli.plot import check_drawing
@@ -175,7 +175,7 @@ def _as_dict(found: Calibration) -> dict[str, Any]:
         "dual_gain_from_iso": found.over_iso.dual_from_iso,
         "law": None if found.law is None else found.law.shape.law,
         "figures": figures,
-        "notes": list(found.notes),
+        "notes": [asdict(note) for note in found.notes],
     }
 
 
@@ -186,7 +186,7 @@ def _print(found: Calibration) -> None:
         limit = f"≤ {each.at_most:.2g}" if math.isfinite(each.at_most) else "–"
         rows.append([name, with_error(each.value, each.sigma) if each.measurable else limit])
         if not each.measurable:
-            reasons.append(f"{name} is not told: {each.why_not}")
+            reasons.append(f"{name} is not determined: {each.why_not}")
     shape = found.shots.channel_index.shape
     title = f"{found.shots.name}: {len(found.shots.shots)} frames, the middle {shape[0]} × {shape[1]} photosites"
     print_table(title, ["figure", "value"], rows)
@@ -246,7 +246,7 @@ def _print_check(request: CalibrationRequest, sides: Sequence[SideBySide]) -> No
     rows = []
     for side in sides:
         ratio = np.median(side.profile_variance_dn2 / side.variance_dn2)
-        darks = [math.sqrt(each.own.dn2) for each in (side.darks, side.profile_darks)]
+        darks = [math.sqrt(each.temporal.dn2) for each in (side.darks, side.profile_darks)]
         lines = [math.sqrt(max(each.rows.dn2, 0.0)) for each in (side.darks, side.profile_darks)]
         rows.append([
             f"{side.iso:g} {side.read_out}".strip(), f"{ratio:.4f}", f"{darks[0]:.4g} / {darks[1]:.4g}",
@@ -259,6 +259,6 @@ def _print_check(request: CalibrationRequest, sides: Sequence[SideBySide]) -> No
     print("KL: divergence of the darks' codes, camera from profile, in brackets that of the camera's own halves")
     apart = [f"ISO {side.iso:g}: {each.test}" for side in sides for each in side.tests if each.probability < _APART]
     if apart:
-        print(f"told apart at 1 %: {'; '.join(apart)}")
+        print(f"distinguishable at 1 %: {'; '.join(apart)}")
     else:
         print("no test tells the profile's frames from the camera's at 1 %")

@@ -30,37 +30,6 @@ def test_without_noise_the_codes_are_the_electrons_over_the_gain(sensor, iso):
     assert np.array_equal(frame.mean_electrons, electrons)
 
 
-def test_four_hundred_frames_have_the_mean_and_the_variance_of_the_theory():
-    sensor = MONO.replace(prnu=None, dsnu=None, dark_current=None)
-    how = camsim.Exposure(time_s=0.02, iso=100)
-    electrons = 5.0 + ramp(16, 24, 8000.0)
-    shots = [
-        sensor.expose(electrons, unit="electrons", exposure=how, seed=7, frame_number=number).signal_e
-        for number in range(400)
-    ]
-    gain = sensor.adc.electrons_per_dn * sensor.adc.base_iso / how.iso
-    variance = electrons + sensor.read_noise.sigma_e**2 + gain**2 / 12
-    off = (np.mean(shots, axis=0) - electrons) / np.sqrt(variance / 400)
-    assert np.abs(off).max() < 6.0
-    assert off.std() == pytest.approx(1.0, abs=0.15)
-    spread = np.var(shots, axis=0, ddof=1) / variance
-    assert np.abs(spread - 1.0).max() < 6.0 * np.sqrt(2 / 399)
-    assert spread.mean() == pytest.approx(1.0, abs=0.02)
-
-
-def test_gains_of_photosites_come_before_the_count():
-    sensor = MONO.replace(dsnu=None, dark_current=None, read_noise=None, full_well=None, prnu=camsim.Prnu(0.1))
-    electrons = np.full((64, 64), 3000.0)
-    shots = np.array(
-        [sensor.expose(electrons, unit="electrons", exposure=HOW, seed=seed).electrons for seed in range(40)]
-    )
-    mean, variance = shots.mean(axis=0), shots.var(axis=0, ddof=1)
-    assert mean.std() == pytest.approx(300.0, rel=0.06)
-    # A photosite that gets more counts with more noise, as its own mean says.
-    slope = np.polyfit(mean.ravel(), variance.ravel(), 1)[0]
-    assert slope == pytest.approx(1.0, abs=0.15)
-
-
 def test_planes_of_the_channels_are_sampled_and_are_the_truth():
     planes = np.random.default_rng(2).uniform(0.0, 9000.0, (12, 16, 3))
     frame = BAYER.expose(planes, unit="electrons", noise=False)
@@ -153,7 +122,14 @@ def test_colours_outside_srgb_are_said():
     given = np.full((4, 4, 3), (-0.9, 0.1, 0.1))
     frame = BAYER.expose(given, unit="reflectance", exposure=HOW)
     assert frame.mean_electrons.min() == 0.0
-    assert any(note.startswith("4 photosites would get less light than none") for note in frame.report.notes)
+    assert any(note.text.startswith("4 photosites would get less light than none") for note in frame.report.notes)
+
+
+def test_codes_of_a_picture_taken_as_reflectances_are_said():
+    codes = np.random.default_rng(1).integers(0, 256, (8, 9, 3)).astype(np.uint8)
+    for given, said in ((codes, True), (codes / 255, True), (codes.astype(np.float32) / 254.3, False)):
+        notes = BAYER.expose(given, unit="reflectance", exposure=HOW).report.notes
+        assert any("(--as srgb)" in note for note in notes) == said
 
 
 @pytest.mark.parametrize(

@@ -194,7 +194,7 @@ def test_a_setting_without_its_frames_is_left_out(tmp_path: Path, put: Put, rng:
     put("dark", list(frames_at(rng, 0.0, 2)), time_s=0.01, iso=200)
     found = calibrated(tmp_path)
     assert [setting.iso for setting in found.settings] == [100.0]
-    assert any("ISO 200 is left out: has 0 levels of light" in note for note in found.notes)
+    assert any("ISO 200 is left out: has 0 levels of light" in note.text for note in found.notes)
     assert near(found.settings[0].electrons_per_dn, GAIN_E)
     assert near(found.read_noise_e, READ_E)
 

@@ -1,7 +1,5 @@
 """Companded codes: fractions, files that other programs read, levels, and noise that is measured through them."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 from itertools import pairwise
 from pathlib import Path
@@ -16,7 +14,6 @@ import camsim
 from camsim.api import load_camera
 from camsim.cli.app import app
 from camsim.config.from_record import shot_from_record
-from camsim.core.errors import CamsimError, InvalidValueError
 from camsim.files.reading import read_record
 from camsim.measure import read_picture
 from camsim.measure.calibrate import calibrate, read_folder
@@ -142,34 +139,6 @@ def test_the_noise_of_a_camera_is_measured_through_it() -> None:
     transfer = measure_noise(take_shots(camera, side=192, frames=8, seed=3)).channels[0].transfer
     for figure, value in ((transfer.gain_dn_per_e, 1 / 2.7), (transfer.read_noise_e, 8.0), (transfer.prnu, 0.02)):
         assert abs(figure.value - value) < STATISTICAL * figure.sigma < 0.02 * value, figure
-
-
-@pytest.mark.parametrize(
-    ("points", "sentence"),
-    [
-        ([(0, 0), (100, 50), (90, 60), (4095, 900)], "must be two points or more, data numbers and codes both increas"),
-        ([(0, 0), (4095, 70000)], "both increasing, 65535 at most"),
-        ([(0, 0)], "must be two points or more"),
-        ([(1, 0), (4095, 900)], "goes from data number 1 to 4095; give points from 0 to 4095, the largest, or less"),
-        ([(0, 0), (4096, 900)], "goes from data number 0 to 4096; give points from 0 to 4095, the largest, or less"),
-    ],
-)
-def test_a_wrong_table_is_told(points: list[tuple[int, int]], sentence: str) -> None:
-    with pytest.raises(InvalidValueError) as caught:
-        camsim.Adc(bit_depth=12, black_level_dn=9, electrons_per_dn=1, base_iso=100, companding=points)
-    assert sentence in str(caught.value)
-    overrides = f"{{linear_dn: {[dn for dn, _ in points]}, codes: {[code for _, code in points]}}}"
-    with pytest.raises(CamsimError, match=r"readout\.companding"):
-        camsim.Sensor.from_yaml("mono-345", overrides=[f"sensor.readout.companding={overrides}"])
-
-
-def test_lists_of_two_lengths_and_offsets_are_refused() -> None:
-    with pytest.raises(CamsimError, match=r"readout.companding.codes: 2 of them for 3 linear_dn; give one for each"):
-        camsim.Sensor.from_yaml(
-            "mono-345", overrides=["sensor.readout.companding={linear_dn: [0, 9, 4095], codes: [0, 90]}"]
-        )
-    with pytest.raises(CamsimError, match=r"readout.companding: given together with black_offsets_dn"):
-        camsim.Sensor.from_yaml("mono-345", overrides=[YAML, "sensor.readout.black_offsets_dn=[[0, 2]]"])
 
 
 def test_a_profile_has_the_table_of_the_files(tmp_path: Path, rng: np.random.Generator) -> None:

@@ -314,7 +314,7 @@ def _window(shape: tuple[int, ...], period: tuple[int, int], side: int) -> tuple
     """Return the middle of a frame, in whole periods."""
     found = []
     for size, step in zip(shape, period, strict=True):
-        kept = max(min(side, size) // step, 1) * step
-        first = (size - kept) // 2 // step * step
-        found.append(slice(first, first + kept))
+        length = max(min(side, size) // step, 1) * step
+        first = (size - length) // 2 // step * step
+        found.append(slice(first, first + length))
     return found[0], found[1]

@@ -32,7 +32,7 @@ def profile_text(found: Calibration, *, name: str, pitch_um: float | None = None
     pitch, stated = _pitch(found, pitch_um)
     lines = [
         f"# Calibrated from the {len(shots.shots)} frames of {json.dumps(shots.name, ensure_ascii=False)}: ISO {isos},",
-        f"# the middle {rows} × {cols} photosites. A number ± its standard error; “typical”: not told by frames.",
+        f"# the middle {rows} × {cols} photosites. A number ± its standard error; “typical”: not from the frames.",
         *(f"# {note}" for note in found.notes),
         "camsim: sensor/1",
         f"name: {json.dumps(name, ensure_ascii=False)}",
@@ -86,7 +86,7 @@ def _stated(key: str, found: Estimate, source: str) -> str:
     if found.measurable:
         return f"  {key}: {_number(found.value)}    # ± {found.sigma:.2g}; {source}"
     limit = f"at most {found.at_most:.3g}; " if math.isfinite(found.at_most) else ""
-    return f"  # {key}: not told: {limit}{found.why_not}"
+    return f"  # {key}: not determined: {limit}{found.why_not}"
 
 
 def _number(value: float) -> str:

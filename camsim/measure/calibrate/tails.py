@@ -309,9 +309,9 @@ class _Model:
         def at(values: F64, normal_dn2: float | None = None) -> F64:
             moved = _shape_of(shape, values, beyond=0.006)
             assert moved is not None
-            kept, self.normal_dn2 = self.normal_dn2, self.normal_dn2 if normal_dn2 is None else normal_dn2
+            original, self.normal_dn2 = self.normal_dn2, self.normal_dn2 if normal_dn2 is None else normal_dn2
             stated = self.logarithms(moved)
-            self.normal_dn2 = kept
+            self.normal_dn2 = original
             return stated
 
         def gradient(values: F64, normal_dn2: float | None = None) -> F64:

@@ -119,7 +119,7 @@ def read_shots(folder: str | Path, *, cfa: str | None = None) -> Shots:
         (one, its), (other, others), *_ = settings.items()
         raise InputError(
             f"{str(place / its)!r} was taken at ISO {one:g} and {others!r} at ISO {other:g}: one sensor at two gains; "
-            "measure each setting from a folder of its own"
+            "measure each setting from a separate folder"
         )
     assert first is not None
     wide = any(codes.itemsize > _CONVERTERS_BYTES for group in found.values() for codes in group)

@@ -201,7 +201,7 @@ def stack(frames: Sequence[Codes], channel: Chosen, rounding: Rounding = _EACH_C
         chance = _chance(spatial, scatter / count) / photosites + _chance(of_means, of_rows / count) / rows
         return Pattern(dn2=spatial - scatter / count, sigma_dn2=lines, chance_dn2=math.sqrt(chance + more**2))
 
-    fine, kept = _fine(mean, channel)
+    fine, remaining = _fine(mean, channel)
     return Stack(
         frames=count,
         mean_dn=float(np.mean(means)),
@@ -211,7 +211,7 @@ def stack(frames: Sequence[Codes], channel: Chosen, rounding: Rounding = _EACH_C
         variance_dn2=temporal,
         variance_sigma_dn2=temporal_sigma,
         pattern=pattern(mean, of_rows, scatter),
-        fine=pattern(fine, of_rows * _OF_ROWS / kept, max(scatter - of_rows * (1.0 - _OF_ROWS / kept), 0.0)),
+        fine=pattern(fine, of_rows * _OF_ROWS / remaining, max(scatter - of_rows * (1.0 - _OF_ROWS / remaining), 0.0)),
         rounding=rounding,
         coarser_dn2=_coarser_dn2(seen, rounding, temporal),
         clipped_low=low / (count * photosites),
@@ -271,9 +271,9 @@ def _fine(mean: F64, channel: Chosen) -> tuple[F64, float]:
     left = np.where(inside, filled - down @ (down.T @ filled @ across) @ across.T, 0.0)
     one = _SMOOTH.max() ** 2 / around
     white = 1.0 - 2.0 * one + smooth(weight, _SMOOTH**2) / around**2
-    kept = float(np.mean(white[inside])) * max(1.0 - down.shape[1] * across.shape[1] / mean.size, 1e-9)
-    fine: F64 = (left - smooth(left, _SMOOTH) / around)[inside] / math.sqrt(kept)
-    return fine, kept
+    remaining = float(np.mean(white[inside])) * max(1.0 - down.shape[1] * across.shape[1] / mean.size, 1e-9)
+    fine: F64 = (left - smooth(left, _SMOOTH) / around)[inside] / math.sqrt(remaining)
+    return fine, remaining
 
 
 def _polynomials(size: int) -> F64:
