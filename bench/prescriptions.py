@@ -221,8 +221,8 @@ def row(file: Path, field_mm: float | None) -> str:
     largest = f"{math.degrees(full):.3g}°, {lens.height_um[-1] / 1e3:.3g} mm, f/{lens.f_number:.3g}"
     found = held(file, stated, full, lens)
     return (
-        f"{file.name} ({largest}): {seconds:.1f} s of one core; MTF off {found.mtf_truth:.4f} (own), {found.mtf_optiland:.4f} "
-        f"(optiland); distortion off {100 * found.fall_truth:.4f} %, {100 * found.fall_optiland:.4f} %"
+        f"{file.name} ({largest}): {seconds:.1f} s of one core; MTF off {found.mtf_truth:.4f} (own), "
+        f"{found.mtf_optiland:.4f} (optiland); distortion off {100 * found.fall_truth:.4f} %, {100 * found.fall_optiland:.4f} %"
     )
 
 
