@@ -222,7 +222,8 @@ def row(file: Path, field_mm: float | None) -> str:
     found = held(file, stated, full, lens)
     return (
         f"{file.name} ({largest}): {seconds:.1f} s of one core; MTF off {found.mtf_truth:.4f} (own), "
-        f"{found.mtf_optiland:.4f} (optiland); distortion off {100 * found.fall_truth:.4f} %, {100 * found.fall_optiland:.4f} %"
+        f"{found.mtf_optiland:.4f} (optiland); "
+        f"distortion off {100 * found.fall_truth:.4f} %, {100 * found.fall_optiland:.4f} %"
     )
 
 
