@@ -93,6 +93,9 @@ class GivenLight(Caching):
             raise refusal(self, "samples", "holds whole numbers, codes of a picture; give .astype(np.uint8) of it")
         nodes_nm = self.wavelength_nm
         bands = 1 if samples.ndim == 2 else samples.shape[2]
+        if bands > MOST_SAMPLES and samples.shape[0] in (1, 3, 4) and nodes_nm is None:
+            message = f"is {samples.shape}, and planes come last, (rows, cols, n): np.moveaxis(samples, 0, -1)"
+            raise refusal(self, "samples", message)
         if nodes_nm is not None:
             if len(nodes_nm) != bands:
                 message = f"{len(nodes_nm)} for {bands} planes; give one for each{self._planes_last(len(nodes_nm))}"
@@ -212,8 +215,8 @@ class GivenLight(Caching):
         if self.unit == "srgb" or (self.unit == "reflectance" and samples.dtype.kind in "iu"):
             encoding: Literal["srgb", "linear"] = "srgb" if self.unit == "srgb" else "linear"
             return linear_colours(samples, encoding, "samples", type(self).__name__)
-        kept: NDArray[np.floating] = samples
-        return kept
+        floats: NDArray[np.floating] = samples
+        return floats
 
     def on_photosites(self) -> NDArray[np.floating]:
         """Return (rows, cols) or (rows, cols, n), one value per photosite: sums for charges, means otherwise."""

@@ -26,7 +26,7 @@ _LONGEST_DISPLAYED = 40
 _TRUTHS = {"true": ("yes", "on", "y"), "false": ("no", "off", "n", "none")}
 
 
-def judge(document: Document, model: type[T]) -> tuple[T | None, list[Fault]]:
+def parsed(document: Document, model: type[T]) -> tuple[T | None, list[Fault]]:
     """Return the document as a model (None when it has faults), and all its faults in the file's order.
 
     Raises ConfigError if the file is of another kind, as its keys cannot be interpreted.

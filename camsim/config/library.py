@@ -71,7 +71,7 @@ def refuse_pictures(path: Path, displayed: str) -> None:
         raise ConfigError([Fault(displayed, 0, 0, "", way_out)])
 
 
-def beside(folder: Path, name: str, *, way_out: str = "put it there", also: Path | None = None) -> Path:
+def in_folder(folder: Path, name: str, *, way_out: str = "put it there", also: Path | None = None) -> Path:
     """Return the path of a file that a file in ``folder`` names: under that folder, or directly in ``also``.
 
     Raises CamsimError about any other, so that a file from elsewhere reads nothing of the disk.

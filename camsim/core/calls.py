@@ -38,7 +38,8 @@ def in_words(call: Callable[P, R]) -> Callable[P, R]:
 
 def constructors_in_words(kind: type) -> None:
     """Do the same for a class: for its constructors, and its methods with keyword-only parameters."""
-    for name, made in list(vars(kind).items()):
+    inherited = {"__init__": inspect.getattr_static(kind, "__init__")}
+    for name, made in {**inherited, **vars(kind)}.items():
         call = made.__func__ if isinstance(made, classmethod) else made
         if not inspect.isfunction(call) or hasattr(call, "__wrapped__"):
             continue

@@ -12,6 +12,7 @@ import numpy as np
 from camsim.core.arrays import C128, F64
 from camsim.core.cores import one_blas_thread
 from camsim.core.errors import UnsupportedError
+from camsim.core.note import Note
 from camsim.core.typed import check
 from camsim.core.words import percent
 from camsim.measure import spline
@@ -126,22 +127,25 @@ def _result(fit: EdgeFit, channel: Channel, roi: Roi, *, tail: bool, theory: The
     # Light is not negative: with a dark side so far below black, the values are not light above black.
     known = 2.0 * dark + step > 0.0 and dark > -_BELOW_BLACK * step
     if not known:
-        notes.append("the dark side lies below black, so contrast is not known")
+        notes.append(Note("below-black", "the dark side lies below black, so contrast is not known", "contrast"))
     wide = fit.rise / min(reach)
     if tail and wide > _WIDE:
-        notes.append(
+        text = (
             f"the edge rises over {percent(wide)} of what the region has beside it: behind coma or spherical "
             f"aberration MTF50 may be off by up to {percent(_MOST_OFF * wide)}, in a larger region by less"
         )
+        notes.append(Note("wide-edge", text, "roi"))
     if (too_high := _leaning(fit, limits[0][0])) > _LEANS_BY:
-        notes.append(
+        text = (
             "the line spread leans to one side, as behind coma; were it a line thinner than a photosite along the "
             f"edge, the MTF would be up to {percent(too_high)} too high where it falls to 50 %"
         )
+        notes.append(Note("leaning-spread", text, "roi"))
     if fit.left_out:
-        notes.append(f"{fit.left_out} photosites far from the fit were left out (defects)")
+        notes.append(Note("defects", f"{fit.left_out} photosites far from the fit were left out (defects)", "left_out"))
     if fit.gap_pixel > 0.25:
-        notes.append(f"sampling phases repeat: {fit.gap_pixel:.2f} px across the edge are never sampled")
+        text = f"sampling phases repeat: {fit.gap_pixel:.2f} px across the edge are never sampled"
+        notes.append(Note("phases-repeat", text, "angle_deg"))
     whole, inside = (spline.transform_rows(np.zeros(1), model, r)[0].real @ c for r in (None, reach))
     fraction = float(1.0 - inside / whole)
     distance = np.arange(-math.floor(8.0 * reach[0]), math.floor(8.0 * reach[1]) + 1) / 8.0

@@ -193,8 +193,8 @@ class Picture(Raster, Field):
                     (principal components); 0 keeps every band
         """
         samples = _all_given(cube, "cube", "Picture.of_cube")
-        kept_nm = np.asarray(check(wavelength_nm, tuple[float, ...], "wavelength_nm", "Picture"), float)
-        planes, components = planes_of_cube(samples, kept_nm, error=tolerance)
+        bands_nm = np.asarray(check(wavelength_nm, tuple[float, ...], "wavelength_nm", "Picture"), float)
+        planes, components = planes_of_cube(samples, bands_nm, error=tolerance)
         return cls(
             planes=planes,
             spectra=components,
@@ -233,7 +233,7 @@ class Picture(Raster, Field):
 
     @property
     def surfaces(self) -> tuple[Spectrum, ...]:
-        """Curves that bend where the planes' spectra do."""
+        """Curves with every kink of the planes' spectra, for quadrature."""
         return tuple(s.size if isinstance(s, Component) else s for s in self.spectra)
 
 
