@@ -394,8 +394,8 @@ def test_colours_that_spots_gather_from_farther_than_the_scene_is():
     disc = {"kind": "disc", "radius": 0.2, "centre": [0.1, 0.05], "reflectance": 0.05}
     spots = {"split": 20.0, "split_y": 20.0, "rotate_deg": 0.0}
     system = system_of([disc], 0.55, photosite={"kind": "square", "side": 0.05}, olpf=spots, rows=1, cols=1)
-    nm = np.arange(400.0, 701.0, 2.0).tolist()
-    each = [systems.rendered(system | {"wavelength_nm": [item]}, tolerance=1e-8, method="boundary") for item in nm]
+    nm = np.arange(400.0, 701.0, 4.0).tolist()
+    each = [systems.rendered(system | {"wavelength_nm": [item]}, tolerance=1e-8, method="fourier") for item in nm]
     exact = np.mean([one.image for one in each])
     system |= {"wavelength_nm": nm, "response": [[1.0 / len(nm)] * len(nm)]}
     for method in ("boundary", "fourier"):
