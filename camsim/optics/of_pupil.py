@@ -131,8 +131,8 @@ class OfPupil:
             strengths = strengths * np.exp(-2j * np.pi * radius * middle * places)
             phases.append(np.remainder(-2.0 * np.pi * radius * step * places + np.pi, 2.0 * np.pi) - np.pi)
         amplitude = modes(
-            (phases[0], phases[1]), strengths, (y_um.size, x_um.size), precision=max(precision, 1e-14), sign=1
-        )
+            (phases[0], phases[1]), strengths[None], (y_um.size, x_um.size), precision=max(precision, 1e-14), sign=1
+        )[0]
         irradiance: F64 = radius**2 / self.pupil.area * (np.square(amplitude.real) + np.square(amplitude.imag))
         return irradiance
 

@@ -24,7 +24,7 @@ from camsim.optics.of_pupil import OfPupil
 from camsim.optics.overlaps import Overlaps
 
 MOST_WORK = 5e9  # nodes of all of a table in one strip of an overlap: a minute
-RADII = 10, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256
+RADII = 10, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512
 DIRECTIONS = 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256
 IN_PANEL = 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192
 PANEL_TRIED = 0.023, 0.19, 0.46, 0.71, 0.94  # of a panel

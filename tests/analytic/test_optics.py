@@ -16,14 +16,8 @@ from camsim.optics import (
     SquarePhotosite,
     TwoSpotOlpf,
 )
-from camsim.optics.airy import airy_encircled_energy, airy_otf
+from camsim.optics.airy import airy_otf
 from tests.truth import rays
-
-
-@pytest.mark.parametrize("radius", [0.05, 0.4, 1.2196698912665045, 3.3, 9.7])
-def test_encircled_energy_is_the_psf_added_up(radius):
-    energy = airy_encircled_energy(np.array(radius), f_number=2.0, wavelength_nm=500.0)  # λN = 1 µm
-    assert energy == pytest.approx(rays.energy_by_integration(radius, 1.0), abs=1e-11)
 
 
 @pytest.mark.parametrize("frequency", [0.05, 0.3, 0.77, 0.999])

@@ -8,7 +8,7 @@ from tests.attack import systems
 from tests.attack.draw import draw
 
 
-@pytest.mark.parametrize("obstruction", [0.0, 0.05, 0.3, 0.6, 0.9])
+@pytest.mark.parametrize("obstruction", [0.0, 0.05, 0.9])
 def test_light_far_out_is_powers_and_no_more_ringing_than_stated(obstruction):
     """Around a circle it lacks the loss 4π√(uρ) of an edge's end, on which a pattern's figures are."""
     lens = camsim.AnnularAiry(f_number=1.0, obstruction=obstruction)

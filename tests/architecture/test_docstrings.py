@@ -14,18 +14,8 @@ from camsim.sensor.electronics import Electronics
 UNIT = re.compile(r"_(um|mm|nm|um2|deg|s|e|c|dn|lux|k|iso|m2|waves|per_\w+|photosite)$")
 # What a name says by itself wherever it stands.
 PLAIN = {
-    "reflectance",
-    "dark",
-    "light",
-    "low",
-    "high",
-    "transmission",
-    "rows",
-    "cols",
-    "seed",
-    "path",
-    "name",
-    "shapes",
+    *("reflectance", "dark", "light", "low", "high", "transmission"),
+    *("rows", "cols", "seed", "path", "name", "shapes"),
 }
 
 

@@ -63,37 +63,28 @@ def small(tmp_path):
     return run
 
 
-def test_what_was_compiled_is_found_again(small):
-    assert small("1.0") == ["20.0", "False", "False"]
-    assert small("1.0") == ["20.0", "True", "True"]
-
-
 def test_a_change_in_what_a_kernel_takes_in_is_seen_and_the_old_version_stays(small):
     assert small("1.0") == ["20.0", "False", "False"]
     assert small("2.0") == ["30.0", "False", "False"]
     assert small("1.0") == ["20.0", "True", "True"]
-    assert small("2.0") == ["30.0", "True", "True"]
 
 
-@pytest.mark.parametrize("suffix", [".nbi", ".nbc"])
-def test_a_damaged_cache_is_compiled_again(small, tmp_path, suffix):
+def test_a_damaged_cache_is_compiled_again(small, tmp_path):
     small("1.0")
-    damaged = list((tmp_path / "cache").glob(f"*{suffix}"))
-    assert damaged
-    for path in damaged:
-        path.write_bytes(path.read_bytes()[:30])
-    assert small("1.0")[0] == "20.0"
+    for suffix in (".nbi", ".nbc"):
+        (damaged,) = (tmp_path / "cache").glob(f"outer.outer-*{suffix}")
+        damaged.write_bytes(damaged.read_bytes()[:30])
+        assert small("1.0")[0] == "20.0"
     assert small("1.0") == ["20.0", "True", "True"]
 
 
 def test_a_folder_that_cannot_be_written_is_survived(small, tmp_path):
     (tmp_path / "file").write_text("no folder can be made in here")
     assert small("1.0", "file/cache") == ["20.0", "False", "False"]
-    assert small("1.0", "file/cache") == ["20.0", "False", "False"]
 
 
 def test_processes_share_a_cache(small):
-    processes = [small.begin("1.0") for _ in range(3)]
+    processes = [small.begin("1.0") for _ in range(2)]
     assert {process.communicate()[0].split()[0] for process in processes} == {"20.0"}
     assert small("1.0") == ["20.0", "True", "True"]
 
@@ -102,10 +93,10 @@ def test_old_versions_go(small, tmp_path):
     """Fewer are kept here than by camsim: each takes a process."""
     cache = tmp_path / "camsim" / "core" / "kernels" / "cache.py"
     cache.write_text(cache.read_text().replace(f"KEPT = {KEPT} ", "KEPT = 2 "))
-    for inside in range(4):
+    for inside in range(3):
         small(f"{inside}.0")
     assert len(list((tmp_path / "cache").glob("outer.outer-*.nbi"))) == 2
-    assert small("3.0") == ["40.0", "True", "True"]
+    assert small("2.0") == ["30.0", "True", "True"]
 
 
 def test_no_kernel_is_compiled_anew_for_a_change_far_away():

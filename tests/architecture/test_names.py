@@ -27,94 +27,30 @@ UNITS = (
     *("s", "seconds", "per_s", "c", "k", "iso", "fraction"),
 )
 DIMENSIONLESS = {
-    "f_number": "focal length over aperture",
-    "fill_factor": "fraction of the pitch's area",
-    "of_cutoff": "frequencies over the cut-off",
-    "band": "rows of codes or electrons, as its name says",
-    "reflectance": "fraction, or a curve of it",
-    "low": "a reflectance",
-    "high": "a reflectance",
-    "background": "a reflectance",
-    "transmission": "fraction, or a curve of it",
-    "veiling_glare": "fraction, or a curve of it",
-    "fraction": "what the stage is called after",
-    "peak": "electrons per photon",
-    "values": "a curve's: its user knows",
-    "spectrum": "relative",
-    "tolerance": "relative to a perfect diffuser",
-    "error_estimate": "relative to a perfect diffuser",
-    "standard_error": "relative to a perfect diffuser",
-    "truth_error_estimate": "relative to a perfect diffuser",
-    "planes_error": "relative to a perfect diffuser",
-    "image": "relative, or in the unit of the response",
-    "planes": "in the unit of the response",
-    "truth": "electrons, as the docstring says",
-    "surfaces": "reflectances",
-    "passes": "curves of transmission",
-    "crosstalk": "fractions",
-    "distortion": "fractions of a height",
-    "distortion_powers": "of a height over the last one",
-    "relative_illumination": "fractions",
-    "neutral": "relative",
-    "white_xyz": "relative",
-    "camera_to_xyz": "a matrix",
-    "xyz_to_camera": "a matrix",
-    "normals": "standard normals",
-    "uniforms": "0..1",
-    "magnification": "image over scene",
-    "exponent": "of a power law",
-    "student_dof": "degrees of freedom",
-    "tukey_lambda": "of a law's shape",
-    "spread": "of a logarithm",
-    "coefficients": "of a polynomial in full wells",
-    "kernel": "fractions",
-    "spill": "a fraction",
-    "nonuniformity": "a fraction of the mean",
-    "hot": "(row, col, electrons per second)",
-    "photosites": "as many full ones",
-    "electrons_in": "electrons",
-    "electrons_out": "electrons",
-    "filters": "curves of transmission",
-    "spectra": "reflectances",
-    "obstruction": "its diameter over the pupil's",
-    "irradiance": "relative",
-    "precision": "relative",
-    "outer": "half diameters of the pupil",
-    "border": "of λN",
-    "share": "of a whole",
-    "x": "half diameters of the pupil",
-    "y": "half diameters of the pupil",
-    "shift": "half diameters of the pupil",
-    "direction": "a unit vector",
-    "along": "a unit vector",
-    "across": "a unit vector",
-    "ends": "half diameters of the pupil",
-    "whole": "a drawing's own unit",
-    "rho": "the pattern's own length",
-    "core": "per square of it",
-    "breaks": "cycles in it",
-    "powers": "powers of it",
-    "rings": "cycles in it, shares, powers",
-    "finest": "a tolerance",
-    "points": "curves': µm, in the check pitches",
-    "matrix": "a linear map; its last column is µm",
-    "t": "share of a curve's parameter, or of a patch's side",
-    "u": "share of a patch's side",
-    "begin": "shares of a patch's sides",
-    "size": "shares of a patch's sides",
-    "along_u": "half diameters of the pupil",
-    "along_t": "half diameters of the pupil",
-    "t0": "share of a curve's parameter",
-    "t1": "share of a curve's parameter",
-    "longest": "in the curves' unit",
-    "allowed": "of full scale",
-    "scale": "a factor",
-    "miter_limit": "in widths",
-    "line": "in sizes of the font",
-    "large": "a flag, as in SVG",
-    "sweep": "a flag, as in SVG",
-    **dict.fromkeys(("rx", "ry", "x1", "y1", "x2", "y2"), "a pen's: µm"),
+    "ratios": "f_number of_cutoff distortion_powers magnification photosites border scale miter_limit line",
+    "fractions": (
+        "fill_factor fraction crosstalk distortion relative_illumination uniforms kernel spill nonuniformity "
+        "obstruction share allowed"
+    ),
+    "electrons, as the name or the docstring says": "band peak truth hot electrons_in electrons_out",
+    "fractions, or curves of them": (
+        "reflectance low high background transmission veiling_glare surfaces passes filters spectra"
+    ),
+    "in a pattern's or a drawing's own unit": (
+        "values whole rho core breaks powers rings points longest rx ry x1 y1 x2 y2"
+    ),
+    "relative": "spectrum neutral white_xyz normals irradiance precision",
+    "relative to a perfect diffuser": (
+        "tolerance error_estimate standard_error truth_error_estimate planes_error finest"
+    ),
+    "in the unit of the response, or relative": "image planes",
+    "unit vectors, matrices, flags": "camera_to_xyz xyz_to_camera direction along across matrix large sweep",
+    "of a law's shape": "exponent student_dof tukey_lambda spread coefficients",
+    "half diameters of the pupil": "outer x y shift ends along_u along_t",
+    "shares of a curve's parameter, or of a patch's sides": "t u begin size t0 t1",
 }
+"""Numbers without a unit: what they are, and their names."""
+UNITLESS = {name for names in DIMENSIONLESS.values() for name in names.split()}
 NUMBERS = ("float", "F64", "F32", "Spectrum", "Reflectance", "Transmission", "Filter", "Corners", "Point")
 LIMITED = ("Positive", "NonNegative", "Fraction", "Celsius")
 NUMBER = re.compile(rf"\b({'|'.join((*NUMBERS, *LIMITED))})\b")
@@ -124,7 +60,7 @@ ROOMS += ("rendering/grid.py", "rendering/render.py", "rendering/running.py")
 
 
 def has_unit(name):
-    return name in DIMENSIONLESS or any(name == unit or name.endswith("_" + unit) for unit in UNITS)
+    return name in UNITLESS or any(name == unit or name.endswith("_" + unit) for unit in UNITS)
 
 
 def sources():

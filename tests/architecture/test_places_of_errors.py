@@ -1,7 +1,5 @@
 """An error says by its arguments what it is about, and nobody reads that out of its sentence."""
 
-from __future__ import annotations
-
 import ast
 import re
 from pathlib import Path

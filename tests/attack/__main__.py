@@ -1,7 +1,5 @@
 """``python -m tests.attack``: draw systems, judge them, say what is wrong; exit code 1 when anything is."""
 
-from __future__ import annotations
-
 import argparse
 import datetime
 import json

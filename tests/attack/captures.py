@@ -6,8 +6,6 @@ are rectangles along the axes behind Gaussians, or stripes behind a perfect lens
 Exit code 1 when anything is wrong.
 """
 
-from __future__ import annotations
-
 import argparse
 import datetime
 import functools

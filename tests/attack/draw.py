@@ -8,8 +8,6 @@ Most coordinates lie on multiples of a quarter pitch in some share of the system
 corners and straight off an edge's end are where closed forms change branch.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -114,16 +112,24 @@ def _tiles(rng, size):
         greys = rng.random(2)[np.indices((rows, cols)).sum(axis=0) % 2]
     centres = tile_centres((rows, cols), step, centre, rotate_deg).reshape(-1, 2)
     return [
-        {
-            "kind": "rectangle",
-            "width": step,
-            "height": step,
-            "centre": place,
-            "rotate_deg": rotate_deg,
-            "reflectance": grey,
-        }
+        _rectangle(step, step, place, rotate_deg) | {"reflectance": grey}
         for place, grey in zip(centres.tolist(), greys.ravel().tolist(), strict=True)
     ]
+
+
+def _rectangle(width, height, centre, rotate_deg):
+    place = [float(v) for v in centre]
+    return {
+        "kind": "rectangle",
+        "width": float(width),
+        "height": float(height),
+        "centre": place,
+        "rotate_deg": rotate_deg,
+    }
+
+
+def _polygon(points):
+    return {"kind": "polygon", "points": [[float(a), float(b)] for a, b in points]}
 
 
 def _sides(rng):
@@ -334,18 +340,9 @@ def _aligned(rng, size):
         x, y = low
         w, h = extent
         if rng.random() < 0.5:
-            points = [(x, y), (x + w, y), (x + w, y + h), (x, y + h)]
-            shapes.append({"kind": "polygon", "points": [[float(a), float(b)] for a, b in points]})
+            shapes.append(_polygon([(x, y), (x + w, y), (x + w, y + h), (x, y + h)]))
         else:
-            shapes.append(
-                {
-                    "kind": "rectangle",
-                    "width": float(w),
-                    "height": float(h),
-                    "centre": [float(x + 0.5 * w), float(y + 0.5 * h)],
-                    "rotate_deg": float(rng.choice([0.0, 0.0, 90.0])),
-                }
-            )
+            shapes.append(_rectangle(w, h, (x + 0.5 * w, y + 0.5 * h), float(rng.choice([0.0, 0.0, 90.0]))))
     return shapes
 
 
@@ -354,12 +351,7 @@ def _diamonds(rng, size):
     for _ in range(rng.integers(1, 4)):
         x, y = np.round(2.0 * rng.uniform(-0.5, 0.5, 2) * size) / 2.0
         r = max(round(2.0 * size * 10.0 ** rng.uniform(-1.0, 0.0)), 1) / 2.0
-        shapes.append(
-            {
-                "kind": "polygon",
-                "points": [[float(x + a * r), float(y + b * r)] for a, b in ((-1, 0), (0, -1), (1, 0), (0, 1))],
-            }
-        )
+        shapes.append(_polygon([(x + a * r, y + b * r) for a, b in ((-1, 0), (0, -1), (1, 0), (0, 1))]))
     return shapes
 
 
@@ -384,15 +376,8 @@ def _slivers(rng, size):
     shapes = []
     for _ in range(rng.integers(1, 3)):
         width = 10.0 ** rng.uniform(-6.0, -0.5)
-        shapes.append(
-            {
-                "kind": "rectangle",
-                "width": float(size * rng.uniform(0.2, 2.0)),
-                "height": float(width),
-                "centre": [float(v) for v in np.round(rng.uniform(-0.5, 0.5, 2) * size)],
-                "rotate_deg": _angle(rng),
-            }
-        )
+        length, centre = size * rng.uniform(0.2, 2.0), np.round(rng.uniform(-0.5, 0.5, 2) * size)
+        shapes.append(_rectangle(length, width, centre, _angle(rng)))
     return shapes
 
 
@@ -419,13 +404,7 @@ def _crowd(rng, size):
     step = size / 4.0
     angle = _angle(rng)
     return [
-        {
-            "kind": "rectangle",
-            "width": 0.6 * step,
-            "height": 0.6 * step,
-            "centre": [x * step, y * step],
-            "rotate_deg": angle,
-        }
+        _rectangle(0.6 * step, 0.6 * step, (x * step, y * step), angle)
         for x in (-1.5, -0.5, 0.5, 1.5)
         for y in (-1.5, -0.5, 0.5, 1.5)
     ]

@@ -1,7 +1,5 @@
 """Paths of Bézier curves; groups, moved, turned, scaled, mirrored and clipped; repeats on grids and rings."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

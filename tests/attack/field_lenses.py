@@ -1,11 +1,10 @@
 """Lenses that change over the frame, given to a system in place of its own: tables at random, a sensor anywhere."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
 
+from tests.attack.moved import moved
 from tests.truth import field_lens
 
 BLUR = 0.3, 4.0  # λN that sums over a place's pupil take a moment for
@@ -47,18 +46,6 @@ def add_field_lens(rng, system, curves):
     if system["method"] == "boundary":
         system["method"] = "auto"
     system["shapes"] = [moved(shape, _before_distortion(system["lens"], middle)) for shape in shapes]
-
-
-def moved(shape, by):
-    """A shape somewhere else."""
-    out = dict(shape)
-    if "centre" in shape:
-        out["centre"] = (np.array(shape["centre"]) + by).tolist()
-    if "points" in shape:
-        out["points"] = (np.array(shape["points"]) + by).tolist()
-    if "holes" in shape:
-        out["holes"] = [(np.array(hole) + by).tolist() for hole in shape["holes"]]
-    return out
 
 
 def _daylight(rng, system):

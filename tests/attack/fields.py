@@ -1,7 +1,5 @@
 """Pictures and gradients among the shapes of a system: scale, angle, interpolation, what lies in front and behind."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

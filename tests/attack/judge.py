@@ -1,7 +1,5 @@
 """One system rendered and judged: a record with the true error, the estimate, the time and what is wrong."""
 
-from __future__ import annotations
-
 import contextlib
 import signal
 import time

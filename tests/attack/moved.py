@@ -4,8 +4,6 @@ A tilt of the wavefront moves the image and does nothing else, whatever other te
 other way, and the truth, which knows of neither, stays what it was.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

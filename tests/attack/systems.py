@@ -1,7 +1,5 @@
 """A system as camsim's objects, as Python to copy, and as the truth's."""
 
-from __future__ import annotations
-
 import numpy as np
 
 import camsim

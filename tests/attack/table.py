@@ -1,7 +1,5 @@
 """What an attack found, as a table."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 

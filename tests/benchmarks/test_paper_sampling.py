@@ -23,8 +23,8 @@ def cut_image(samples, cut, corners, *, origin, shape):
     return rule.image(edges, contrast, 1.0, origin=origin, shape=shape)
 
 
-@pytest.mark.parametrize("cut", [18.0, 55.0])
-def test_beside_an_edge_the_cut_pattern_errs_by_the_light_beyond_the_cut(cut):
+def test_beside_an_edge_the_cut_pattern_errs_by_the_light_beyond_the_cut():
+    cut = 18.0
     distance = np.arange(6, 14) + 0.5  # inside the black: past the first rings, within either cut
     image = cut_image(40401, cut, CORNERS, origin=(distance[0], 0.0), shape=(1, distance.size))[0]
     grid = camsim.Grid(rows=1, cols=2 * int(distance[-1] + 1), pitch_um=4.88)

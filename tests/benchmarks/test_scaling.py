@@ -12,7 +12,7 @@ from tests.pages import assert_numbers_are_from
 def test_scaling_is_lines_and_words(monkeypatch, tmp_path):
     monkeypatch.setattr(sizes, "SIZES", {"photosites": (100, 400), "threads": (1,)})
     monkeypatch.setattr(sizes, "cores", lambda: 2)
-    monkeypatch.setattr(sizes, "LAPS", 2)  # each a process of its own
+    monkeypatch.setattr(sizes, "LAPS", 1)  # each a process of its own
     with Results(tmp_path / "scaling.jsonl") as results:
         results.start(quick=True)
         sizes.run_scaling(results, lambda fraction, words: None, quick=True)

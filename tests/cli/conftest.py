@@ -1,15 +1,18 @@
-from __future__ import annotations
-
-import os
+import contextlib
+import gc
+import io
+import resource
 import subprocess
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from . import forked
+from camsim import files
+from camsim.cli.app import run
+from camsim.files import atomic
 
 COMMAND = str(Path(sys.executable).parent / "camsim")
 
@@ -30,16 +33,6 @@ render: {tolerance: 1e-4}
 noise: {enabled: true, seed: 1}
 """
 
-# From where a file is about to be written on, the system takes no more than its first thousand bytes.
-FULL_DISK = """\
-import resource
-import camsim.files.atomic as atomic
-replacing = atomic.replacing
-def limited(path):
-    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
-    return replacing(path)
-atomic.replacing = limited"""
-
 Run = Callable[..., subprocess.CompletedProcess[str]]
 
 
@@ -50,50 +43,56 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def run_camsim(
-    folder: Path,
-    *arguments: str,
-    code: str = "",
-    env: Mapping[str, str] | None = None,
-    before: Callable[[], None] | None = None,
-) -> subprocess.CompletedProcess[str]:
-    """Start ``camsim`` in a process of its own, as a user does, after lines of Python that change something in it.
+def run_camsim(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """Run ``camsim`` in a folder as a process of its own would: its words, its streams, its exit code."""
+    said, told, code = io.StringIO(), io.StringIO(), 0
+    with (
+        pytest.MonkeyPatch.context() as patch,
+        contextlib.chdir(folder),
+        contextlib.redirect_stdout(said),
+        contextlib.redirect_stderr(told),
+    ):
+        patch.setattr(sys, "argv", ["camsim", *arguments])
+        patch.setattr(sys.modules["__main__"], "__package__", None)  # by which the program would be pytest
+        patch.setattr(sys, "excepthook", sys.__excepthook__)  # typer sets its own
+        try:
+            run()
+        except SystemExit as ended:
+            code = int(ended.code or 0)
+        except Exception:
+            sys.excepthook(*sys.exc_info())
+            code = 1
+        finally:
+            gc.unfreeze()
+            gc.enable()
+    return subprocess.CompletedProcess(["camsim", *arguments], code, said.getvalue(), told.getvalue())
 
-    before : what the process does before it becomes ``camsim``
-    """
-    environment = {**os.environ, **(env or {})}
-    if before is None and forked.can_run(environment):
-        return forked.run(arguments, folder, environment, before=code, timeout_s=600)
-    start = [sys.executable, "-c", f"{code}\nfrom camsim.cli import main\nmain()"] if code else [COMMAND]
-    return subprocess.run(
-        [*start, *arguments],
-        cwd=folder,
-        env=environment,
-        preexec_fn=before,
-        capture_output=True,
-        encoding="utf-8",
-        timeout=600,
-        check=False,
-    )
+
+@contextlib.contextmanager
+def full_disk() -> Iterator[None]:
+    """From where a file is about to be written on, the system takes no more than its first thousand bytes."""
+    replacing, limits = atomic.replacing, resource.getrlimit(resource.RLIMIT_FSIZE)
+
+    def limited(path: Path) -> Any:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (1000, limits[1]))
+        return replacing(path)
+
+    try:
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(atomic, "replacing", limited)
+            patch.setattr(files, "replacing", limited)
+            yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
 
 
 @pytest.fixture
 def camsim(folder: Path) -> Run:
-    """Start ``camsim`` in the folder; a traceback is nothing that it may say."""
+    """Run ``camsim`` in the folder; a traceback is nothing that it may say."""
 
-    def run(*arguments: str, **how: Any) -> subprocess.CompletedProcess[str]:
-        done = run_camsim(folder, *arguments, **how)
+    def run(*arguments: str) -> subprocess.CompletedProcess[str]:
+        done = run_camsim(folder, *arguments)
         assert "Traceback" not in done.stderr, done.stderr
         return done
-
-    return run
-
-
-@pytest.fixture
-def patched(folder: Path) -> Run:
-    """Start ``camsim`` after a line of Python has changed something in it."""
-
-    def run(code: str, *arguments: str) -> subprocess.CompletedProcess[str]:
-        return run_camsim(folder, *arguments, code=code)
 
     return run

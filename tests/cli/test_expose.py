@@ -1,11 +1,8 @@
-"""``camsim expose`` in processes of their own: renders, cubes, photographs and arrays become raw files."""
-
-from __future__ import annotations
+"""``camsim expose``: renders, cubes, photographs and arrays become raw files."""
 
 import csv
 import json
 import subprocess
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +10,8 @@ import OpenEXR
 import tifffile
 from PIL import Image
 
-Run = Callable[..., subprocess.CompletedProcess[str]]
+from .conftest import Run
+
 RANDOM = np.random.default_rng(11)
 
 
@@ -86,40 +84,17 @@ def test_cubes_and_photographs_in_one_command(folder: Path, camsim: Run) -> None
 def test_a_folder_of_pictures_is_as_many_raw_files(folder: Path, camsim: Run) -> None:
     (folder / "frames").mkdir()
     (folder / "raw").mkdir()
-    for number in range(100):
-        Image.fromarray(np.full((4, 6), 2 * number + 9, np.uint8)).save(folder / "frames" / f"{number:03}.png")
+    for number in range(12):
+        Image.fromarray(np.full((4, 6), 20 * number + 9, np.uint8)).save(folder / "frames" / f"{number:02}.png")
     (folder / "frames" / "notes.txt").write_text("none of them", encoding="utf-8")
     stated = done(camsim, "frames", "--sensor", "d40-like", "-o", "raw/shot.dng", "--seed", "5")
-    assert stated.stderr.splitlines()[0].endswith("000.png: raw/shot-000.dng")
-    means = [codes(folder / "raw" / f"shot-{number:03}.dng").mean() for number in range(100)]
-    assert len(list((folder / "raw").iterdir())) == 100
-    assert means[-1] > means[50] > means[0] > 100.0
+    assert stated.stderr.splitlines()[0].endswith("00.png: raw/shot-00.dng")
+    means = [codes(folder / "raw" / f"shot-{number:02}.dng").mean() for number in range(12)]
+    assert len(list((folder / "raw").iterdir())) == 12
+    assert means[-1] > means[6] > means[0] > 100.0
     again = camsim("expose", "frames", "--sensor", "d40-like", "-o", "raw/shot.dng")
     assert again.returncode == 2
-    assert again.stderr.splitlines()[-1] == "… and 92 more"
-
-
-def test_what_cannot_be_is_said_in_a_sentence_and_nothing_is_written(folder: Path, camsim: Run) -> None:
-    np.save(folder / "mean.npy", np.ones((4, 4)))
-    (folder / "none").mkdir()
-    for arguments, said in (
-        (("mean.npy",), "its numbers may be anything; give unit (--as): electrons, photons"),
-        (("mean.npy", "--as", "electron"), "--as: unknown unit 'electron'; did you mean 'electrons'?"),
-        (("mean.npy", "--as", "electrons", "--time", "auto"), "electrons say how much light there is; give seconds"),
-        (
-            ("mean.npy", "--as", "electrons", "--time", "1/50"),
-            "--time: must be seconds or auto, not '1/50'; write 0.02",
-        ),
-        (("mean.npy", "--as", "photons", "--wavelengths", "400:700"), "--wavelengths: must be wavelengths in nm"),
-        (("none",), "'none' holds no light"),
-        (("gone.npy", "--as", "electrons"), "cannot read 'gone.npy': there is no such file"),
-        (("mean.npy", "--as", "electrons", "-o", "t.exr"), "says nothing of the other channels"),
-        (("mean.npy", "--as", "electrons", "--set", "exposure.iso=8"), "its own begin with 'sensor.'"),
-    ):
-        ran = camsim("expose", *arguments, "--sensor", "d40-like")
-        assert ran.returncode == 2, arguments
-        assert said in ran.stderr, ran.stderr
-    assert {path.suffix for path in folder.iterdir() if path.is_file()} == {".npy", ".yaml"}
+    assert again.stderr.splitlines()[-1] == "… and 4 more"
 
 
 ALONE = (

@@ -1,7 +1,5 @@
 """Shipped lenses by name, what a lens file's faults are called, and pictures of what a lens does over the frame."""
 
-from __future__ import annotations
-
 import pytest
 
 import camsim

@@ -3,13 +3,9 @@
 And the next capture imports nothing that takes long and is of no use to it.
 """
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from pathlib import Path
-
-from .conftest import Run
 
 CODE = """
 import sys
@@ -51,9 +47,3 @@ def test_a_capture_takes_nothing_that_was_not_compiled_ahead(tmp_path: Path) -> 
     warm = subprocess.run([sys.executable, "-c", NEXT], check=True, capture_output=True, text=True, cwd=tmp_path)
     assert set(warm.stdout.split()) & NOT_NEEDED == set()
     assert (tmp_path / "slanted-edge.dng").exists()
-
-
-def test_commands_of_other_tests_begin_with_all_of_it(patched: Run) -> None:
-    """A variable that a library sets made each begin anew: imports were half of the time of all these tests."""
-    code = "import sys; assert {'numba', 'scipy.linalg', 'camsim.measure'} <= sys.modules.keys()"
-    assert patched(code, "--version").returncode == 0

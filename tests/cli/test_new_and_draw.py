@@ -1,7 +1,5 @@
 """``camsim new`` and ``validate --draw``: a file to start from, and the scene before anything is rendered."""
 
-from __future__ import annotations
-
 import csv
 import re
 from pathlib import Path
@@ -82,15 +80,9 @@ def test_new_writes_what_can_be_captured() -> None:
         assert run("new", kind)[0] == 0
         assert run("validate", f"{kind}.yaml")[0] == 0
     before = Path("scene.yaml").read_bytes()
-    for words, why in (
-        (("scene",), "'scene.yaml' exists; overwrite it with --force"),
-        (("scene", "-o", "a.txt"), "it is YAML, give a name that ends in .yaml"),
-        (("sensor", "-o", "no/a.yaml"), "its folder does not exist; make it first"),
-    ):
-        code, _, error = run("new", *words)
-        assert code == 2
-        assert why in error
-        assert error.count("\n") == 1
+    code, _, error = run("new", "scene")
+    assert (code, error.count("\n")) == (2, 1)
+    assert "'scene.yaml' exists; overwrite it with --force" in error
     assert Path("scene.yaml").read_bytes() == before
 
 
@@ -136,23 +128,6 @@ def test_drawings_are_files(name: str) -> None:
     assert "<svg" in Path("a.svg").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize(
-    ("words", "why"),
-    [
-        (("slanted-edge", "--draw", "a.jpg"), "cannot write 'a.jpg': a plot is one of .png, .svg, .pdf"),
-        (("slanted-edge", "flat-field", "--draw", "-"), "--draw: draws one scene, and 2 files are given"),
-        (("d40-like", "--draw", "-"), "--draw: 'd40-like' is a sensor; give a scene, such as one that uses it"),
-        (("slanted-edge", "--set", "exposure.iso=800"), "--set: changes what is drawn, and nothing is; give --draw"),
-        (("slanted-edge", "--draw", "-", "--set", "region.rows=-4"), "--set region.rows: must be"),
-        (("d40", "--draw", "-"), "unknown sensor, scene or lens 'd40'; did you mean 'd40-like'?"),
-    ],
-)
-def test_what_cannot_be_drawn(words: tuple[str, ...], why: str) -> None:
-    code, said, error = run("validate", *words)
-    assert (code, said) == (2, "")
-    assert error.startswith(why)
-
-
 def test_sensors_of_ones_own_are_listed_with_their_place(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("CAMSIM_PATH", raising=False)
     for place, name in (("sensors/mine.yaml", "Mine"), ("far/theirs.yaml", "Theirs"), ("path/d40-like.yaml", "Other")):
@@ -177,10 +152,6 @@ def test_sensors_of_ones_own_are_listed_with_their_place(monkeypatch: pytest.Mon
     code, _, error = run("capture", "scene.yaml", "--sensor", "theirs", "-o", "a.dng")
     assert code == 2
     assert error.startswith("--sensor: unknown sensor 'theirs'")
-    assert (
-        run("list", "sensors", "--sensors", "gone")[2]
-        == "--sensors: 'gone' is no folder; name one that holds sensor files\n"
-    )
 
 
 def photographs(count: int) -> None:
@@ -212,66 +183,6 @@ def test_a_picture_in_a_scenes_place_gets_the_scene_that_shows_it() -> None:
     assert run("new", "scene", "--picture", "photos/no 0.jpg")[0] == 2  # exists
 
 
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (
-            ["capture", "photos"],
-            r"photos: is a folder, of 2 pictures; camsim new scene --picture 'photos/no 0.jpg' makes",
-        ),
-        (["capture", "photos/"], r"photos/: is a folder, of 2 pictures; .*\n\ncamsim: dataset/1\n"),
-        (["capture", "sub"], r"sub: is a folder; name a file in it"),
-        (["capture", "none.jpg"], r"unknown scene 'none.jpg'"),
-        (["capture", "cut.png"], r"cut.png: is a picture, not a YAML file, and cannot be read: "),
-        (
-            ["capture", "a.webp"],
-            r"a.webp: is a picture of a kind that is not read; save it as PNG or TIFF, then camsim",
-        ),
-        (["capture", "a.NEF"], r"a.NEF: is a camera's picture, not a YAML file; camsim info says what one"),
-        (
-            ["dataset", "set.yaml", "-o", "out"],
-            r"set.yaml:2:9: scene.0: 'photos/no 0.jpg': is a picture, not a YAML file; ",
-        ),
-        (
-            ["sweep", "study.yaml", "-o", "out"],
-            r"study.yaml:2:8: scene: 'photos/no 1.jpg': is a picture, not a YAML file; ",
-        ),
-        (
-            ["sweep", "photos/no 0.jpg", "-o", "out"],
-            r"photos/no 0.jpg: is a picture, not a YAML file; a scene that shows",
-        ),
-        (
-            ["new", "sensor", "--picture", "photos/no 0.jpg"],
-            r"--picture: is in a scene; write camsim new scene --picture",
-        ),
-        (
-            ["new", "scene", "--picture", "a.webp"],
-            r"--picture: 'a.webp' is a picture of a kind that is not read; save it",
-        ),
-        (["new", "scene", "--picture", "no.png"], r"'no.png'"),
-        (["new", "scene", "--picture", "photos/no 0.jpg", "-o", "out/a.yaml"], r"its folder does not exist"),
-        (
-            ["new", "scene", "--picture", "photos/no 0.jpg", "-o", "sub/a.yaml"],
-            r"lies outside 'sub', the scene's folder; ",
-        ),
-    ],
-)
-def test_what_is_no_scene_is_told_what_it_is(words: list[str], said: str) -> None:
-    photographs(2)
-    Path("sub").mkdir()
-    Path("cut.png").write_bytes(b"\x89PNG\r\n")
-    Path("a.webp").write_bytes(b"RIFF")
-    Path("a.NEF").write_bytes(b"MM\x00*")
-    Path("set.yaml").write_text("camsim: dataset/1\nscene: [photos/no 0.jpg]\ncrops: {rows: 4, cols: 4}\n")
-    Path("study.yaml").write_text("camsim: study/1\nscene: photos/no 1.jpg\nvary: {exposure.iso: [200, 400]}\n")
-    before = sorted(Path().rglob("*"))
-    code, _, stated = run(*words)
-    assert code == 2
-    assert re.search(said, stated), stated
-    assert "UTF-8" not in stated
-    assert sorted(Path().rglob("*")) == before
-
-
 def test_a_folder_of_photographs_is_a_data_set_split_by_file() -> None:
     """What is said of the folder is pasted: sizes follow each photograph's own."""
     photographs(4)
@@ -287,14 +198,3 @@ def test_a_folder_of_photographs_is_a_data_set_split_by_file() -> None:
     assert list(split_of) == [f"photos/no {number}.jpg" for number in range(4)]
     assert sorted(split_of.values()) == ["test", "train", "train", "val"]
     assert all(split_of[row["scene_shapes_0_file"]] == row["split"] for row in rows)
-
-
-def test_a_pattern_that_matches_nothing_is_refused_where_it_stands() -> None:
-    photographs(1)
-    Path("set.yaml").write_text(
-        "camsim: dataset/1\nscene: flat-field\ncrops: {rows: 4, cols: 4}\n"
-        'vary: {scene.shapes.0.file: {glob: "photos/*.png"}}\n'
-    )
-    code, _, stated = run("dataset", "set.yaml", "-o", "out")
-    assert code == 2
-    assert re.search(r"set.yaml:4:\d+: vary.scene.shapes.0.file.glob: no file of .* matches .photos", stated), stated

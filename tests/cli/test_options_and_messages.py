@@ -1,7 +1,5 @@
 """Options, unusual numbers, and messages that name the way out."""
 
-from __future__ import annotations
-
 import dataclasses
 import io
 import re
@@ -42,40 +40,10 @@ def run(*words: str) -> tuple[int, str, str]:
     return done.exit_code, done.stdout, " ".join(done.stderr.replace("│", " ").split())
 
 
-@pytest.mark.parametrize(
-    ("option", "key"),
-    [
-        ("--tolerance", "render.tolerance"),
-        ("--iso", "exposure.iso"),
-        ("--shutter", "exposure.time_s"),
-        ("--f-number", "lens.f_number"),
-        ("--read-noise", "sensor.readout.read_noise_e"),
-        ("--pixel-pitch", "sensor.frame.pitch_um"),
-    ],
-)
-def test_an_option_that_is_a_key(option: str, key: str) -> None:
-    for command in ("capture", "explain"):
-        code, _, error = run(command, "slanted-edge", option, "1")
-        assert code == 2
-        assert f"No such option: {option}; write --set {key}=VALUE" in error
-    assert "No such option: --forse (Possible options: --force" in run("capture", "slanted-edge", "--forse")[2]
-    assert "(Possible options: " in run("bench", "slanted-edge", "--tolerance", "1")[2]
-    # The beginning of an option, and a word that is only a little like a key, are no keys.
-    assert "No such option: --out (Possible options: --output" in run("capture", "slanted-edge", "--out", "a.dng")[2]
+def test_only_a_keys_own_name_is_taken_for_the_key() -> None:
+    """The beginning of an option, and a word that is only a little like a key, are no keys."""
     assert "--set" not in run("explain", "slanted-edge", "--mot", "1")[2].replace("(Possible options: --set)", "")
-    assert "--set" not in run("info", "a.dng", option)[2]
-
-
-@pytest.mark.parametrize("folder", [".", "..", "./here/"])
-def test_a_folder_is_no_scene(folder: str) -> None:
-    Path("here").mkdir()
-    assert run("capture", folder) == (2, "", f"{folder}: is a folder; name a file in it")
-
-
-def test_a_file_that_is_missing_is_not_taken_for_any_other() -> None:
-    Path("first-scene.yaml").touch()
-    assert run("capture", "scene.yaml")[2] == "scene.yaml: no such file"
-    assert run("capture", "first-scen.yaml")[2] == "first-scen.yaml: no such file; did you mean 'first-scene.yaml'?"
+    assert "--set" not in run("info", "a.dng", "--iso")[2]
 
 
 def test_a_turned_filter_has_its_nulls_along_its_own_axes() -> None:
@@ -96,7 +64,9 @@ def test_a_lens_that_is_all_tables_is_told_on_a_line() -> None:
 def test_light_that_no_channel_sees_has_a_way_out() -> None:
     infrared = "light={line_nm: 1550, irradiance_w_per_m2: 1}"
     ready = load("small.yaml", overrides=[infrared])
-    assert ready.notes(ready.plan())[-1].startswith("nothing of the light (line of 1550 nm) reaches a channel of the ")
+    assert ready.notes(ready.plan())[-1].text.startswith(
+        "nothing of the light (line of 1550 nm) reaches a channel of the "
+    )
     with pytest.raises(CamsimError) as caught:
         camsim.save(ready.frame(), "a.dng")
     assert "no channel of the camera responds to the scene's light, line of 1550 nm" in str(caught.value)

@@ -1,12 +1,10 @@
 """Help, list, show, validate: nothing heavy loaded, honest about mistakes, and fit for pipes."""
 
-from __future__ import annotations
-
 import json
+import os
 import re
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -14,7 +12,7 @@ import yaml
 
 from camsim.api import load
 
-Run = Callable[..., subprocess.CompletedProcess[str]]
+from .conftest import COMMAND, Run
 
 # One of these alone takes longer to import than the help may take to print (bench/waits.py measures that).
 HEAVY = ("numpy", "numba", "scipy", "shapely", "colour", "pydantic", "yaml", "tifffile", "OpenEXR", "PIL")
@@ -37,35 +35,6 @@ def test_version(camsim: Run) -> None:
     done = camsim("--version")
     assert done.returncode == 0
     assert done.stdout.startswith("camsim 0.")
-
-
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (["frobnicate"], "No such command 'frobnicate'"),
-        (["capture"], "Missing argument 'SCENE'"),
-        (["capture", "flat-field", "--isoo", "3"], "No such option: --isoo"),
-        (["capture", "flat-field", "--seed", "x"], "--seed"),
-    ],
-)
-def test_typers_own_messages_and_exit_code(camsim: Run, arguments: list[str], said: str) -> None:
-    done = camsim(*arguments)
-    assert (done.returncode, done.stdout) == (2, "")
-    assert said in done.stderr
-
-
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (["list", "lens"], "unknown list 'lens'; did you mean 'lenses'? (known: illuminants, lenses, "),
-        (["new", "scen"], "unknown kind of file 'scen'; did you mean 'scene'? (known: dataset, scene, sensor, study)"),
-        (["schema", "lenses"], "unknown kind of file 'lenses'; did you mean 'lens'? (known: dataset, lens, "),
-    ],
-)
-def test_names_of_lists_and_files_are_refused_in_camsims_words(camsim: Run, arguments: list[str], said: str) -> None:
-    done = camsim(*arguments)
-    assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr.startswith(said)
 
 
 def test_no_arguments_is_a_call_for_help(camsim: Run) -> None:
@@ -116,9 +85,6 @@ def test_show_a_scene_and_files_of_ones_own(camsim: Run) -> None:
     # λN = 550 nm · 8; 5000 lx / (4 · 8²).
     assert "λN = 4.4 µm at 550 nm, 0.902 pitches; cut-off 0.2273 cycles/µm" in done.stdout
     assert "5000 lx on the scene, 19.53 lx on the sensor" in done.stdout
-    done = camsim("show", "d40")
-    assert done.returncode == 2
-    assert done.stderr.startswith("unknown sensor, scene or lens 'd40'")
 
 
 @pytest.mark.parametrize(
@@ -140,9 +106,9 @@ def test_lux_on_the_sensor_are_those_that_expose_alike(camsim: Run, folder: Path
     assert electrons[0] == pytest.approx(electrons[1], rel=1e-3)
 
 
-def test_a_terminal_without_these_letters_still_shows(camsim: Run) -> None:
-    done = camsim("show", "d40-like", env={"PYTHONIOENCODING": "ascii"})
-    assert done.returncode == 0
+def test_a_terminal_without_these_letters_still_shows() -> None:
+    ascii_only = {**os.environ, "PYTHONIOENCODING": "ascii"}
+    done = subprocess.run([COMMAND, "show", "d40-like"], env=ascii_only, capture_output=True, text=True, check=True)
     assert "0.10246 cycles/?m" in done.stdout
 
 
@@ -173,7 +139,7 @@ def test_validate(camsim: Run, folder: Path) -> None:
 
 
 def test_a_reader_that_stops_early_is_no_error(folder: Path) -> None:
-    command = f"'{Path(sys.executable).parent / 'camsim'}' list reflectances | head -n 1"
+    command = f"'{COMMAND}' list reflectances | head -n 1"
     done = subprocess.run(command, shell=True, cwd=folder, capture_output=True, text=True, check=False)
     assert (done.stdout, done.stderr) == ("dark skin\n", "")
 

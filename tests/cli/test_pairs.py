@@ -1,11 +1,7 @@
 """``camsim capture --pairs``: what the index says is in the files, and belongs together."""
 
-from __future__ import annotations
-
 import csv
 import json
-import subprocess
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +12,7 @@ from tolerances import STATISTICAL
 
 from camsim.files.reading import read_file
 
-Run = Callable[..., subprocess.CompletedProcess[str]]
+from .conftest import Run
 
 
 def rows_of(folder: Path) -> list[dict[str, object]]:
@@ -71,18 +67,15 @@ def test_pairs_belong_together(folder: Path, camsim: Run) -> None:
         assert 0.5 < (noisy - clean).std() < 8
         assert abs((noisy - clean).mean()) < STATISTICAL * (noisy - clean).std() / np.sqrt(noisy.size) + 0.2
         assert read_file(folder / "out" / str(row["noisy"])).record.description_sha256 == row["description_sha256"]
+    still, shifted = (truth_of(folder / "out" / str(rows[k]["truth"])) for k in (0, -2))
+    np.testing.assert_allclose(still[1:, 1:], shifted[:-1, :-1], atol=2e-4 * still.max())
+    again = camsim("recapture", f"out/{rows[-1]['noisy']}", "--force")
+    assert "the same bytes as" in again.stderr
     for bright, dim in zip(rows[::2], rows[1::2], strict=True):
         assert (bright["level"], dim["level"]) == (1, 0.25)
         np.testing.assert_allclose(
             truth_of(folder / "out" / str(bright["truth"])) / 4, truth_of(folder / "out" / str(dim["truth"])), rtol=1e-5
         )
-
-
-def test_a_shifted_window_sees_the_same_scene(folder: Path, camsim: Run) -> None:
-    assert camsim("capture", "small.yaml", "--pairs", "out", "--levels", "1", "-q").returncode == 0
-    rows = rows_of(folder / "out")
-    still, shifted = truth_of(folder / "out" / str(rows[0]["truth"])), truth_of(folder / "out" / str(rows[-1]["truth"]))
-    np.testing.assert_allclose(still[1:, 1:], shifted[:-1, :-1], atol=2e-4 * still.max())
 
 
 def test_names_say_what_a_window_at_an_odd_place_shows(folder: Path, camsim: Run) -> None:
@@ -119,55 +112,6 @@ def test_a_points_electrons_are_the_same_at_every_level(folder: Path, camsim: Ru
     for row in rows_of(folder / "out")[:3]:
         collected = truth_of(folder / "out" / str(row["truth"])).sum(axis=(0, 1))
         assert collected.max() == pytest.approx(20000.0, rel=1e-3), row["level"]
-
-
-def test_a_pair_can_be_captured_again(folder: Path, camsim: Run) -> None:
-    assert camsim("capture", "small.yaml", "--pairs", "out", "--levels", "0.5", "-q").returncode == 0
-    for path in (folder / "out").glob("005*noisy.dng"):
-        again = camsim("recapture", f"out/{path.name}", "--force")
-        assert "the same bytes as" in again.stderr
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        (("--levels", "1"), "--levels: is of --pairs; name a folder with --pairs FOLDER"),
-        (("--pairs", "out", "-o", "a.dng"), "--pairs: names its files itself; leave out -o, --frames and --json"),
-        (("--pairs", "out", "--levels", "x"), "--levels: 'x'; give numbers such as 1,0.25,0.0625"),
-        (("--pairs", "out", "--levels", "1,0"), "--levels: '1,0'; give different numbers above 0"),
-        (("--pairs", "out", "--levels", "1,1"), "--levels: '1,1'; give different numbers above 0"),
-        (("--pairs", "."), "'.' is not empty; overwrite with --force, or name another folder"),
-        (("--pairs", "small.yaml"), "cannot write into 'small.yaml': File exists"),
-    ],
-)
-def test_mistakes(camsim: Run, options: tuple[str, ...], message: str) -> None:
-    refused = camsim("capture", "small.yaml", *options)
-    assert refused.returncode == 2
-    assert refused.stderr.startswith(message)
-    assert refused.stderr.count("\n") == 1
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        (
-            ("--set", f"noise.seed={2**63 - 2}", "--levels", "1"),
-            f"--pairs: each of 7 pairs has a seed of its own, from {2**63 - 2} on, and 2^63 − 1 is the largest; "
-            "begin at a smaller one\n",
-        ),
-        (
-            ("--set", "exposure.time_s=1e-8", "--levels", "1,0.01"),
-            "--levels: 0.01 of 1e-08 s is 1e-10 s, outside 1e-09 … 1e+09; give another level, "
-            "or another exposure.time_s\n",
-        ),
-    ],
-)
-def test_what_a_later_pair_would_refuse_is_told_before_the_first(
-    folder: Path, camsim: Run, options: tuple[str, ...], message: str
-) -> None:
-    refused = camsim("capture", "small.yaml", "--pairs", "out", *options)
-    assert (refused.returncode, refused.stderr) == (2, message)
-    assert not (folder / "out").exists()
 
 
 def test_the_largest_seed_is_the_last_pairs(folder: Path, camsim: Run) -> None:

@@ -1,7 +1,5 @@
 """The bar on a terminal: what is at work, and at the first use on a machine what is being compiled."""
 
-from __future__ import annotations
-
 import io
 import sys
 from typing import Any

@@ -1,7 +1,5 @@
 """Prints the table of programs and files after the tests that filled it."""
 
-from __future__ import annotations
-
 import pytest
 import table
 

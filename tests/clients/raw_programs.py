@@ -4,8 +4,6 @@ All develop in the same way: camera white balance, no brightening, no curve, lin
 the two, it returns None. A program that cannot open a file raises Refused.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import subprocess

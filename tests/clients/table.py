@@ -1,7 +1,5 @@
 """The table that the tests of programs fill and pytest prints at its end."""
 
-from __future__ import annotations
-
 CELLS: dict[tuple[str, str], str] = {}
 
 

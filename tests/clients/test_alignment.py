@@ -5,8 +5,6 @@ Kanade), after a blur that hides what demosaicing does to single photosites. Hal
 wrong by one, would show as 0.5 or 1.
 """
 
-from __future__ import annotations
-
 import functools
 import warnings
 from pathlib import Path

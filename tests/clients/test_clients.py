@@ -4,8 +4,6 @@ A program that is missing is a failure, never a skip. What a program is known no
 version does it, the test says so.
 """
 
-from __future__ import annotations
-
 import functools
 import json
 import tempfile

@@ -4,8 +4,6 @@ Of two frames a level its gain has a fifteenth of our degrees of freedom. Not co
 one electron here), its saturation (where the variance is largest) and its linearity (weights of Release 3).
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,12 +1,7 @@
-from __future__ import annotations
-
-import re
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-
-from camsim.core.errors import ConfigError
 
 SCENE = """\
 camsim: scene/1
@@ -67,17 +62,15 @@ def edited(folder: Path) -> Callable[..., None]:
     return edit
 
 
-@pytest.fixture
-def places_hold() -> Callable[[ConfigError], None]:
-    """Look at the file where a message points to: there stands the key or the value that it speaks of."""
-
-    def check(error: ConfigError) -> None:
-        for fault in error.faults:
-            there = Path(fault.file).read_text(encoding="utf-8").splitlines()[fault.line - 1][fault.column - 1 :]
-            value = re.search(r"must be .*, not '?([^';( ]+)", fault.message)
-            if "unknown key" in fault.message:
-                assert there.startswith(fault.key.rpartition(".")[2]), fault
-            elif value and value[1] not in ("a", "an", "empty"):
-                assert there.lstrip("'").startswith(value[1]), fault
-
-    return check
+def wrong_files(*sections: str) -> list[list[str]]:
+    """The cases of tests/data/wrong-files.txt in sections: what is wrong, and each sentence that it gets."""
+    table = Path(__file__).parents[1] / "data" / "wrong-files.txt"
+    cases: dict[str, list[list[str]]] = {}
+    for line in table.read_text(encoding="utf-8").splitlines():
+        if line.startswith("# "):
+            cases[line[2:]] = here = []
+        elif line.startswith("  | "):
+            here[-1].append(line[4:])
+        else:
+            here.append(line.split(" | "))
+    return [case for section in sections for case in cases[section]]

@@ -1,64 +1,18 @@
-"""From YAML to stages: units, defaults and what fits."""
-
-from __future__ import annotations
+"""From YAML to stages: what is left out, samples in files, curves that must cover the light, and what fits."""
 
 import types
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
+import OpenEXR
 import pytest
+import tifffile
 
 import camsim
 from camsim.api import load, load_camera
 from camsim.core import memory
 from camsim.core.errors import ConfigError
-from camsim.optics import Airy, FourSpotOlpf, SquarePhotosite
-from camsim.scene import Disc, Polygon, Rectangle
-from camsim.sensor.adc import Adc
-from camsim.sensor.cfa import Cfa
-from camsim.sensor.exposure import Exposure
-from camsim.spectra.curve import Curve
-from camsim.spectra.light import Light
-from camsim.spectra.named import reflectance, sensitivities
-
-
-@pytest.mark.usefixtures("folder")
-def test_every_value_of_the_good_files_arrives() -> None:
-    setup = load("good.yaml")
-    camera = setup.camera
-    assert (camera.name, camera.serial, camera.rows, camera.cols, camera.pitch_um) == (
-        "Mine",
-        7,
-        200,
-        300,
-        4.0,
-    )
-    assert camera.lens == Airy(f_number=8.0)
-    assert camera.olpf == FourSpotOlpf(split_um=3.0)
-    assert camera.photosite.side_um == pytest.approx(3.6, rel=1e-15)
-    assert camera.cfa == Cfa(("GR", "BG"))
-    assert dict(camera.quantum_efficiency.curves) == sensitivities("Nikon 5100 (NPL)")
-    assert (camera.quantum_efficiency.per, camera.quantum_efficiency.peak) == ("energy", 0.5)
-    assert (camera.full_well, camera.dark_current) == (camsim.FullWell(20000.0), camsim.DarkCurrent(1.5))
-    assert (camera.prnu, camera.dsnu, camera.read_noise) == (camsim.Prnu(0.01), camsim.Dsnu(0.5), camsim.ReadNoise(3.0))
-    assert camera.adc == Adc(bit_depth=12, black_level_dn=100, electrons_per_dn=5.0, base_iso=100.0)
-    assert setup.light == Light("D55", illuminance_lux=5000.0)
-    assert setup.exposure == Exposure(time_s=0.01, iso=200.0)
-    assert setup.region is not None
-    assert (setup.region.rows, setup.region.cols, setup.region.origin) == (20, 24, None)
-    assert (setup.tolerance, setup.noise, setup.seed, setup.scene_name) == (1e-3, True, 1, "good")
-
-
-@pytest.mark.usefixtures("folder")
-@pytest.mark.parametrize(("unit", "um"), [("pixel", 4.0), ("um", 1.0), ("mm", 1000.0)])
-def test_lengths_are_in_the_scenes_unit(unit: str, um: float) -> None:
-    scene = load("good.yaml", overrides=[f"scene.unit={unit}"]).scene
-    assert scene.background == 0.9
-    assert scene.shapes == (
-        Rectangle(width_um=5 * um, height_um=4 * um, centre_um=(um, 2 * um), rotate_deg=4.0, reflectance=0.05),
-        Polygon(points_um=((0, 0), (4 * um, 0), (0, 4 * um)), reflectance=reflectance("dark skin")),
-        Disc(radius_um=3 * um, reflectance=Curve((400.0, 700.0), (0.1, 0.8), outside="hold")),
-    )
 
 
 @pytest.mark.usefixtures("folder")
@@ -67,33 +21,55 @@ def test_what_is_left_out_of_a_sensor_is_no_stage() -> None:
     camera = load("good.yaml", overrides=[f"sensor.{key}=null" for key in keys]).camera
     left = (camera.olpf, camera.full_well, camera.dark_current, camera.prnu, camera.dsnu, camera.read_noise)
     assert left == (None,) * 6
-    assert camera.photosite == SquarePhotosite(side_um=4.0)
-
-
-@pytest.mark.usefixtures("folder")
-def test_curves_of_ones_own() -> None:
-    table = "{wavelength_nm: [400, 700], values: [1, 2]}"
-    camera = load_camera(
-        "my.yaml",
-        lens=Airy(f_number=2.0),
-        overrides=["sensor.cfa={kind: mono}", f"sensor.quantum_efficiency.curves={{Y: {table}}}"],
-    )
-    assert camera.cfa == Cfa.mono()
-    assert camera.quantum_efficiency.curves == (("Y", Curve((400.0, 700.0), (1.0, 2.0))),)
-    assert camera.lens == Airy(f_number=2.0)
+    assert camera.photosite == camsim.SquarePhotosite(side_um=4.0)
 
 
 def test_a_sensor_alone_has_no_keys_of_a_scene() -> None:
     with pytest.raises(ConfigError, match=r"--set exposure\.iso: a sensor without a scene has no such key"):
-        load_camera("mono-345", lens=Airy(f_number=2.0), overrides=["exposure.iso=800"])
+        load_camera("mono-345", lens=camsim.Airy(f_number=2.0), overrides=["exposure.iso=800"])
+
+
+@pytest.mark.parametrize("suffix", ["npy", "tiff", "exr"])
+def test_a_pattern_from_a_file(folder: Path, edited: Callable[..., None], suffix: str) -> None:
+    pattern = np.array([[0, 1, 0.5], [1, 4, 1], [0, 1, 0]], np.float32)
+    np.save(folder / "psf.npy", pattern)
+    tifffile.imwrite(folder / "psf.tiff", pattern)
+    OpenEXR.File({"type": OpenEXR.scanlineimage}, {"Y": pattern}).write(str(folder / "psf.exr"))
+    edited("{kind: airy, f_number: 8}", f"{{kind: measured-psf, f_number: 8, file: psf.{suffix}, spacing_um: 2}}")
+    assert load("scene.yaml").camera.lens == camsim.MeasuredPsf(irradiance=pattern.astype(float), spacing_um=2.0)
+
+
+def test_a_complex_transfer_from_a_file(folder: Path, edited: Callable[..., None]) -> None:
+    ramp = np.zeros((5, 5), complex)
+    ramp[1:4, 1:4] = np.outer(np.ones(3), [0.5 + 0.2j, 1.0, 0.5 - 0.2j])
+    ramp[2, 2] = 1.0
+    parts = {"re": ramp.real.astype(np.float32), "im": ramp.imag.astype(np.float32)}
+    OpenEXR.File({"type": OpenEXR.scanlineimage}, parts).write(str(folder / "otf.exr"))
+    edited("{kind: airy, f_number: 8}", "{kind: measured-otf, f_number: 8, file: otf.exr, spacing_per_um: 0.1}")
+    expected = camsim.MeasuredOtf(values=ramp, spacing_per_um=0.1)
+    np.testing.assert_allclose(load("scene.yaml").camera.lens.values, expected.values, rtol=0, atol=1e-7)  # type: ignore[attr-defined]
+
+
+def test_curves_must_cover_the_light(edited: Callable[..., None]) -> None:
+    """D55 goes on from 700 nm to 830 nm, at about 72 (of 100 at 560 nm): 30 % of its photons."""
+    curves = "{" + ", ".join(f"{c}: {{wavelength_nm: [300, 700], values: [1, 1]}}" for c in "RG")
+    edited("Nikon 5100 (NPL)", curves + ", B: {wavelength_nm: [300, 700], values: [1, 1], outside: zero}}", sensor=True)
+    with pytest.raises(ConfigError) as caught:
+        load("good.yaml", overrides=["sensor.quantum_efficiency.per=photon"])
+    first, second = str(caught.value).splitlines()
+    assert first == (
+        "my.yaml:9:15: quantum_efficiency.curves.R: 700..830 nm is missing, with 30 % of the photons of D55; "
+        "extend the table, or say outside: zero (or hold)"
+    )
+    assert second.startswith("my.yaml:9:63: quantum_efficiency.curves.G: 700..830 nm is missing")
+    # Behind an infrared cut nothing is missing any more.
+    load("good.yaml", overrides=["light={line_nm: 550, illuminance_lux: 1}"])
 
 
 @pytest.mark.usefixtures("folder")
-def test_the_lens_may_have_a_curve() -> None:
-    overrides = ["lens.transmission={wavelength_nm: [400, 700], values: [0.9, 0.8]}"]
-    assert load("good.yaml", overrides=overrides).camera.lens.transmission == Curve(
-        (400.0, 700.0), (0.9, 0.8), outside="hold"
-    )
+def test_filters_must_cover_the_light() -> None:
+    with pytest.raises(ConfigError, match=r"lens.filters.0: 300..400 nm is missing, with 3.9 % of the photons"):
+        load("good.yaml", overrides=["lens.filters=[{wavelength_nm: [400, 830], values: [1, 1]}]"])
 
 
 def test_a_frame_that_does_not_fit_in_memory(edited: Callable[..., None], folder: Path) -> None:

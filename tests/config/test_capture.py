@@ -1,10 +1,5 @@
 """A YAML file and its Python twin give the same picture; names and overrides reach it."""
 
-from __future__ import annotations
-
-import inspect
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -97,19 +92,6 @@ def test_progress_is_told() -> None:
     camsim.capture("good.yaml", progress=lambda stage, fraction: stated.append((stage, fraction)))
     assert stated
     assert all(stage and 0.0 <= fraction <= 1.0 for stage, fraction in stated)
-
-
-@pytest.mark.parametrize("first", ["import camsim.api", "from camsim.api import load", "import camsim"])
-def test_the_function_is_not_hidden_by_its_module(first: str) -> None:
-    code = f"{first}\nimport camsim\nassert callable(camsim.capture)\nassert callable(camsim.capture)"
-    subprocess.run([sys.executable, "-c", code], check=True)
-    assert "overrides" in inspect.signature(camsim.capture).parameters
-
-
-def test_importing_camsim_is_nearly_free() -> None:
-    code = "import sys, camsim; print(*sys.modules)"
-    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert not {"numba", "shapely", "pydantic", "colour", "numpy"} & set(loaded.stdout.split())
 
 
 def test_overrides_are_read_without_a_file() -> None:

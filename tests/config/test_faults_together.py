@@ -1,7 +1,5 @@
 """Whole files: none wrong, all wrong, nothing in them."""
 
-from __future__ import annotations
-
 import random
 import re
 from pathlib import Path
@@ -13,11 +11,19 @@ from camsim.api import load
 from camsim.config.tree import MOST_FAULTS, Document
 from camsim.core.errors import ConfigError, Fault
 
-KINDS = (
-    "rectangle, polygon, regular-polygon, star, disc, ellipse, ring, sector, half-plane, path, line, text, group, "
-    "repeat-on-grid, repeat-on-ring, chart, svg, picture, point-source, linear-gradient, radial-gradient, "
-    "sine-grating, sine-star or sine-zone-plate"
-)
+VALUES = """\
+null | true | 0 | -1 | 1e400 | .nan | [] | {} | [1, 2] | '' | auto | mono | disc | pixel |
+[[0, 0], [1, 1], [1, 0]] | {kind: disc} | {wavelength_nm: [1], values: []} | 99999999999999999999999 | {x: 1} |
+[[[[]]]] | {kind: [1]} | {Y: 3} | dark skin | {[1]: 2} | *a | &b 3 | !c 4 | sensor/1"""
+KEYS = """\
+camsim | sensor | lens | lens.kind | lens.transmission.wavelength_nm | light | light.illuminant | light.line_nm |
+exposure.time_s | exposure.datetime | region | region.origin | region.rows | scene | scene.unit | scene.shapes |
+scene.shapes.0 | scene.shapes.1.points | scene.shapes.1.points.0 | scene.shapes.2 | scene.shapes.2.reflectance |
+scene.shapes.2.reflectance.values | scene.shapes.2.kind | render | noise.seed | scene.background |
+scene.background.reflectance | name | zzz | sensor.frame | sensor.frame.rows | sensor.photosite | sensor.olpf |
+sensor.cfa | sensor.cfa.kind | sensor.charge | sensor.quantum_efficiency | sensor.quantum_efficiency.curves |
+sensor.quantum_efficiency.curves.R | sensor.readout | sensor.readout.black_level_dn | sensor.camsim |
+sensor.name | sensor.zzz"""
 
 
 def test_the_good_files_have_no_faults(folder: Path) -> None:
@@ -88,86 +94,7 @@ def test_all_faults_of_both_files_and_the_command_line_at_once(folder: Path) -> 
 def test_whatever_is_changed_the_answer_is_a_setup_or_sentences(folder: Path) -> None:
     """Values swapped, dropped and put in at random places of both files: never another exception."""
     rng = random.Random(11)
-    values = [
-        *(
-            "null",
-            "true",
-            "0",
-            "-1",
-            "1e400",
-            ".nan",
-            "[]",
-            "{}",
-            "[1, 2]",
-            "''",
-            "auto",
-            "mono",
-            "disc",
-            "pixel",
-        ),
-        *(
-            "[[0, 0], [1, 1], [1, 0]]",
-            "{kind: disc}",
-            "{wavelength_nm: [1], values: []}",
-            "99999999999999999999999",
-        ),
-        *(
-            "{x: 1}",
-            "[[[[]]]]",
-            "{kind: [1]}",
-            "{Y: 3}",
-            "dark skin",
-            "{[1]: 2}",
-            "*a",
-            "&b 3",
-            "!c 4",
-            "sensor/1",
-        ),
-    ]
-    keys = [
-        *(
-            "camsim",
-            "sensor",
-            "lens",
-            "lens.kind",
-            "lens.transmission.wavelength_nm",
-            "light",
-            "light.illuminant",
-            "light.line_nm",
-        ),
-        *(
-            "exposure.time_s",
-            "exposure.datetime",
-            "region",
-            "region.origin",
-            "region.rows",
-            "scene",
-            "scene.unit",
-        ),
-        *(
-            "scene.shapes",
-            "scene.shapes.0",
-            "scene.shapes.1.points",
-            "scene.shapes.1.points.0",
-            "scene.shapes.2",
-        ),
-        *("scene.shapes.2.reflectance", "scene.shapes.2.reflectance.values", "scene.shapes.2.kind", "render"),
-        *("noise.seed", "scene.background", "scene.background.reflectance", "name", "zzz", "sensor.frame"),
-        *(
-            "sensor.frame.rows",
-            "sensor.photosite",
-            "sensor.olpf",
-            "sensor.cfa",
-            "sensor.cfa.kind",
-            "sensor.charge",
-        ),
-        *(
-            "sensor.quantum_efficiency",
-            "sensor.quantum_efficiency.curves",
-            "sensor.quantum_efficiency.curves.R",
-        ),
-        *("sensor.readout", "sensor.readout.black_level_dn", "sensor.camsim", "sensor.name", "sensor.zzz"),
-    ]
+    values, keys = ([each.strip() for each in text.split("|")] for text in (VALUES, KEYS))
     outcomes = set()
     for _ in range(400):
         overrides = [f"{rng.choice(keys)}={rng.choice(values)}" for _ in range(rng.randint(1, 4))]
@@ -194,7 +121,7 @@ def test_a_misspelt_kind_does_not_hide_what_is_wrong_beside_it(folder: Path) -> 
     said = {fault.key: fault.message for fault in caught.value.faults}
     # The reflectance, which stands there as a colour, is not missing too.
     assert set(said) == {"scene.shapes.0.kind", "scene.shapes.0.radius", "scene.shapes.0.colour"}
-    assert said["scene.shapes.0.kind"] == f"must be {KINDS}, not 'disk'; did you mean 'disc'?"
+    assert said["scene.shapes.0.kind"].endswith(" or sine-zone-plate, not 'disk'; did you mean 'disc'?")
 
 
 @pytest.mark.parametrize(

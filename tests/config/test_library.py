@@ -1,7 +1,5 @@
 """Shipped files by name, the user's own by path, and nothing outside a scene's folder."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 

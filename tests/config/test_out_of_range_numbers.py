@@ -4,8 +4,6 @@ What is a billion times too large or too small is a length in another unit; befo
 is of a size that engines follow.
 """
 
-from __future__ import annotations
-
 import copy
 import json
 import math

@@ -1,7 +1,5 @@
 """``--set``: what it changes, what wins, and what it is told when it cannot."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest
@@ -90,62 +88,6 @@ def test_a_sensor_that_is_set_is_found_from_here(folder: Path, monkeypatch: pyte
     monkeypatch.chdir(elsewhere)
     assert load("../good.yaml", overrides=["sensor=../my.yaml"]).camera.name == "Mine"
     assert load("../good.yaml", sensor="../my.yaml").camera.name == "Mine"
-
-
-@pytest.mark.parametrize(
-    ("text", "expected"),
-    [
-        ("iso=800", "--set iso: unknown key here; did you mean 'exposure.iso'?"),
-        (
-            "exposure.iso=fast",
-            "--set exposure.iso: must be a number from 0.001 to 1e+09, not 'fast' "
-            "(ISO setting; the sensor's electrons_per_dn holds at its base_iso)",
-        ),
-        ("exposure=7", "--set exposure: must be a table {time_s, iso, datetime, temperature_c}, not 7 "
-                       "(how long, and how much the signal is amplified)"),
-        ("render={tolerance: 1e-3, foo: 1}",
-         "--set render: render.foo: unknown key; known here: tolerance, method, strict"),
-        ("exposure.iso", "--set exposure.iso: must be KEY=VALUE, such as exposure.iso=800"),
-        ("=3", "--set =3: must be KEY=VALUE, such as exposure.iso=800"),
-        ("a..b=3", "--set a..b=3: must be KEY=VALUE, such as exposure.iso=800"),
-        ("exposure.iso=[1", "--set exposure.iso: a list '[' is not closed; write [a, b, c]"),
-        ("exposure.iso=*x", "--set exposure.iso: the alias *x is not allowed; write the value out"),
-        ("region={rows: 1, rows: 2}", "--set region: rows: given twice; keep one"),
-        ("exposure.iso.x=1", "--set exposure.iso.x: exposure.iso is 200, which has no 'x' inside"),
-        ("scene.shapes.3=null", "--set scene.shapes.3: no item 3 in scene.shapes; there are 0 to 2"),
-        ("scene.shapes.00.radius=1", "--set scene.shapes.00.radius: no item 00 in scene.shapes; there are 0 to 2"),
-        ("scene.shapes.last.radius=1",
-         "--set scene.shapes.last.radius: no item last in scene.shapes; there are 0 to 2"),
-        ("lens=null",
-         "--set lens: missing; a table of kind airy, annular-airy, gaussian, elliptical-gaussian, wavefront, "
-         "field, radial-otf, measured-psf or measured-otf (the lens)"),
-        ("nose=null", "--set nose: unknown key; did you mean 'noise'? (the noise of this capture)"),
-        ("readout.bit_depth=8",
-         "--set readout.bit_depth: unknown key; the sensor's begin with 'sensor.': "
-         "did you mean 'sensor.readout.bit_depth'?"),
-        ("sensor.readout.bit_depth=0",
-         "--set sensor.readout.bit_depth: must be a whole number from 1 to 16, not 0 "
-         "(bits of a data number)"),
-        ("sensor.quantum_efficiency.curves=Canon",
-         "--set sensor.quantum_efficiency.curves: unknown sensitivity 'Canon' "
-         "(known: Nikon 5100 (NPL), Sigma SDMerill (NPL)); see camsim list sensitivities"),
-        ("sensor=nobody",
-         "--set sensor: unknown sensor 'nobody' "
-        "(known: astronomy-376, d40-like, machine-colour-345, medium-format-376, mono-345, my, "
-        "paper-488, phone-080, pi-155, x-trans-376); "
-         "your own lies beside the scene, in sensors there or in ../sensors, in --sensors DIR, or is named by "
-         "its path"),
-        ("sensor=3", "--set sensor: must be a name, not 3; as a text it stands in quotes: '3' "
-                     "(its name (camsim list sensors), or a file in this scene's folder or in ../sensors)"),
-        ("scene.shapes.1.points=[[0, 0], [2, 2], [2, 0], [0, 2]]",
-         "--set scene.shapes.1.points: the outline crosses itself at (1, 1); "
-         "list the corners in order round the shape"),
-        ("camsim=scene/9",
-         "--set camsim: scene/9 is newer than this camsim, which reads scene/1; update camsim"),
-    ],
-)  # fmt: skip
-def test_a_fault_names_the_override(text: str, expected: str) -> None:
-    assert faults(text) == [expected]
 
 
 def test_all_faulty_overrides_at_once() -> None:

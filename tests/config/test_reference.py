@@ -1,7 +1,5 @@
 """The schema as others see it: JSON Schema that judges the shipped files, and a page that is up to date."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

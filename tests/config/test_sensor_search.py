@@ -1,7 +1,5 @@
 """Sensors by name: the user's folders, those beside a scene, the shipped ones; and nothing else of the disk."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

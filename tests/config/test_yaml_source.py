@@ -1,7 +1,5 @@
 """YAML as camsim reads it: 1.2 scalars, positions, and what is refused, with either of PyYAML's parsers."""
 
-from __future__ import annotations
-
 import json
 import math
 import random
@@ -14,6 +12,8 @@ import yaml
 from camsim.config import yaml_source
 from camsim.config.scalars import resolve
 from camsim.core.errors import ConfigError
+
+from .conftest import wrong_files
 
 PARSERS = [loader for loader in ("CSafeLoader", "SafeLoader") if hasattr(yaml, loader)]
 
@@ -120,88 +120,17 @@ def test_a_byte_order_mark_is_no_character() -> None:
     assert document.find(("a",)).named.column == 1
 
 
-FAULTS = {
-    "duplicate key": ("a: 1\nb: 2\na: 3\n", ["x.yaml:3:1: a: given twice (first on line 1); keep one"]),
-    "duplicate key, quoted": ("{a: 1, 'a': 2}", ["x.yaml:1:8: a: given twice (first on line 1); keep one"]),
-    "anchor": (
-        "a: &b 1",
-        ["x.yaml:1:4: a: the anchor &b is not allowed; write the value out where it is used"],
-    ),
-    "alias": (
-        "a: &b [1]\nc: *b\n",
-        [
-            "x.yaml:1:4: a: the anchor &b is not allowed; write the value out where it is used",
-            "x.yaml:2:4: c: the alias *b is not allowed; write the value out",
-        ],
-    ),
-    "tag": ("a: [!!int 3]", ["x.yaml:1:5: a.0: the tag !!int is not allowed; leave it out"]),
-    "own tag": ("a: !x {}", ["x.yaml:1:4: a: the tag !x is not allowed; leave it out"]),
-    "tagged key": ("!!str a: 1", ["x.yaml:1:1: a: the tag !!str is not allowed; leave it out"]),
-    "list as key": ("? [a]\n: 1\nb: 2\n", ["x.yaml:1:3: a key must be a word"]),
-    "two documents": (
-        "a: 1\n---\nb: 2\n",
-        ["x.yaml:2:1: a second document begins here; a file holds one (delete the '---')"],
-    ),
-    "directive": (
-        "%YAML 1.1\n---\na: 1\n",
-        ["x.yaml:1:1: files are read as YAML 1.2; leave the lines that begin with % out"],
-    ),
-    "tag directive": (
-        "%TAG ! tag:x,2000:\n---\na: 1\n",
-        ["x.yaml:1:1: files are read as YAML 1.2; leave the lines that begin with % out"],
-    ),
-    "too deep": ("a: " + "[" * 70 + "]" * 70, ["x.yaml:1:67: nested more than 64 deep"]),
-    "not UTF-8": (b"a: 1\nb: caf\xe9\n", ["x.yaml:2:7: byte 0xe9 is not UTF-8; save the file as UTF-8"]),
-    "UTF-16": ("a: 1".encode("utf-16"), ["x.yaml:1:1: byte 0xff is not UTF-8; save the file as UTF-8"]),
-    "control character": (
-        "a: 1\nb: \x07\n",
-        ["x.yaml:2:4: the control character U+0007 has no place in a YAML file; delete it"],
-    ),
-    "escaped control character": (
-        'a: "\\0"',
-        ["x.yaml:1:4: a: the character U+0000 has no place here; leave it out"],
-    ),
-    "tab": ("a:\n\tb: 1\n", ["x.yaml:2:1: a tab in the indentation; use spaces"]),
-    "tab, later": ("a:\n  b: 1\n\tc: 2\n", ["x.yaml:3:1: a tab in the indentation; use spaces"]),
-    "list left open": ("a: [1, 2\nb: 3\n", ["x.yaml:1:4: a list '[' is not closed; write [a, b, c]"]),
-    "table left open": (
-        "a: {b: 1\n",
-        ["x.yaml:1:4: a table '{' is not closed; write {key: value, key: value}"],
-    ),
-    "quote left open": ("a: 1\nb: 'x\nc: 2\n", ["x.yaml:2:4: the quote that opens here is never closed"]),
-    "two colons": (
-        "a: b: c\n",
-        ["x.yaml:1:5: a second ': ' in one value; put it in quotes or mend the indentation"],
-    ),
-    "no colon": ("a: 1\nb\nc: 2\n", ["x.yaml:3:1: a line without ': '; write key: value"]),
-    "indentation": (
-        "a:\n    b: 1\n  c: 2\n",
-        ["x.yaml:3:3: the indentation or a '-' does not fit the lines above; keys of one table start in one column"],
-    ),
-    "closing bracket too many": (
-        "a: 1\nb: ]\n",
-        ["x.yaml:2:4: a value or a closing bracket is missing here"],
-    ),
-    "stray sign": ("a: @x\n", ["x.yaml:1:4: a value cannot begin with '@'; put it in quotes"]),
-    "text after the end": (
-        "a: 1\n...\nb\n",
-        ["x.yaml:3:1: text after the end of the document; a file holds one table"],
-    ),
-    "too large": (b"#" * (16 * 2**20 + 1), ["x.yaml: larger than 16 MB, the most that is read"]),
-    "several at once": (
-        "a: 1\na: 2\nb: !x 3\nc: [\n",
-        [
-            "x.yaml:2:1: a: given twice (first on line 1); keep one",
-            "x.yaml:3:4: b: the tag !x is not allowed; leave it out",
-            "x.yaml:5:1: a value or a closing bracket is missing here",
-        ],
-    ),
-}
+NO_TEXT = [
+    [b"a: 1\nb: caf\xe9\n", "x.yaml:2:7: byte 0xe9 is not UTF-8; save the file as UTF-8"],
+    ["a: 1".encode("utf-16"), "x.yaml:1:1: byte 0xff is not UTF-8; save the file as UTF-8"],
+    [b"#" * (16 * 2**20 + 1), "x.yaml: larger than 16 MB, the most that is read"],
+]
 
 
-@pytest.mark.parametrize(("text", "expected"), FAULTS.values(), ids=FAULTS)
-def test_what_is_refused(text: str | bytes, expected: list[str]) -> None:
-    assert faults(text) == expected
+@pytest.mark.parametrize("case", [*wrong_files("YAML"), *NO_TEXT], ids=lambda case: case[1][:40])
+def test_what_is_refused(case: list[Any]) -> None:
+    text, *expected = case
+    assert faults(text.encode().decode("unicode_escape") if isinstance(text, str) else text) == expected
 
 
 def test_yaml_1_2_may_say_so() -> None:

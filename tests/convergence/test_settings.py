@@ -68,7 +68,7 @@ def rendered(request):
     return Rendered(request.param)
 
 
-@pytest.mark.parametrize("allowed", [1e-8, 1e-6, 1e-4])
+@pytest.mark.parametrize("allowed", [1e-8, 1e-4])
 def test_look_ups_keep_what_their_steps_were_chosen_for(rendered, allowed):
     pattern = rendered.plan.pattern
     field = _step(pattern, 8, allowed / (43.066 / math.factorial(8)))
@@ -78,7 +78,7 @@ def test_look_ups_keep_what_their_steps_were_chosen_for(rendered, allowed):
     assert 1e-3 * allowed < rendered.error(response_step=response) < 1.15 * allowed
 
 
-@pytest.mark.parametrize("allowed", [1e-7, 1e-5, 1e-3])
+@pytest.mark.parametrize("allowed", [1e-7, 1e-3])
 def test_panels_keep_what_their_nodes_were_chosen_for(rendered, allowed):
     pattern = rendered.plan.pattern
     nodes = _panel_nodes(pattern, allowed)

@@ -1,7 +1,5 @@
 """Frames made by hand, without the renderer: what is tested here is the files."""
 
-from __future__ import annotations
-
 import dataclasses
 import functools
 from collections.abc import Callable
@@ -22,6 +20,7 @@ from camsim.spectra.light import Light
 
 WAVELENGTH_NM = np.arange(360.0, 831.0)
 X_TRANS = "GBGGRG RGRBGB GBGGRG GRGGBG BGBRGR GRGGBG"
+MakeFrame = Callable[..., Frame]
 
 
 def bell(centre_nm: float, width_nm: float) -> np.ndarray:

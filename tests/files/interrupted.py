@@ -3,8 +3,6 @@
 python interrupted.py FRAMES.pickle FOLDER KILLS prints, for each suffix, what was found after each kill.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os

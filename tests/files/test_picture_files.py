@@ -1,7 +1,5 @@
 """Pictures from files that other programs wrote: the right reflectances, or one sentence."""
 
-from __future__ import annotations
-
 import io
 import struct
 import zlib
@@ -154,8 +152,6 @@ def test_damaged_notes_leave_a_photograph_as_it_is_stored(tmp_path: Path) -> Non
 def test_gamma_of_a_png_is_noticed(tmp_path: Path) -> None:
     Image.fromarray(RGB).save(tmp_path / "a.png")
     content = (tmp_path / "a.png").read_bytes()
-    import zlib
-
     chunk = b"gAMA" + struct.pack(">I", 55556)  # 1/1.8
     content = content[:33] + struct.pack(">I", 4) + chunk + struct.pack(">I", zlib.crc32(chunk)) + content[33:]
     (tmp_path / "a.png").write_bytes(content)

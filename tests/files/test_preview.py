@@ -1,7 +1,5 @@
 """The preview against LibRaw's development, and against what it must do exactly."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Callable
 from pathlib import Path
@@ -13,6 +11,7 @@ from camsim.camera.frame import Frame
 from camsim.files import save
 from camsim.files.preview import _XYZ_D50_TO_SRGB, _srgb_bytes, demosaic, develop
 from camsim.spectra.colour_science import colour_science
+from tests.files.conftest import MakeFrame
 
 PATTERNS = ["RG GB", "BG GR", "GR BG", "GB RG"]
 
@@ -25,10 +24,7 @@ def linear(codes: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("pattern", PATTERNS)
 def test_it_looks_like_libraws_development(
-    tmp_path: Path,
-    make_frame: Callable[..., Frame],
-    develop_with_rawpy: Callable[[Path], np.ndarray],
-    pattern: str,
+    tmp_path: Path, make_frame: MakeFrame, develop_with_rawpy: Callable[[Path], np.ndarray], pattern: str
 ) -> None:
     frame = make_frame(pattern=pattern)
     save(frame, tmp_path / "a.dng")
@@ -58,7 +54,7 @@ def test_the_matrix_is_that_of_the_primaries_and_whites() -> None:
 @pytest.mark.parametrize("pattern", [*PATTERNS, "GBGGRG RGRBGB GBGGRG GRGGBG BGBRGR GRGGBG", "RRGG RRGG GGBB GGBB"])
 @pytest.mark.parametrize("size", [(48, 66), (13, 17)])
 def test_demosaicing_keeps_what_was_recorded_and_is_exact_on_flats(
-    make_frame: Callable[..., Frame], pattern: str, size: tuple[int, int]
+    make_frame: MakeFrame, pattern: str, size: tuple[int, int]
 ) -> None:
     index = make_frame(*size, pattern).channel_index
     flat = np.array([0.2, 0.7, 0.4], dtype=np.float32)
@@ -70,7 +66,7 @@ def test_demosaicing_keeps_what_was_recorded_and_is_exact_on_flats(
         np.testing.assert_array_equal(planes[channel][index == channel], noisy[index == channel])
 
 
-def test_bayer_demosaicing_is_exact_on_ramps_inside(make_frame: Callable[..., Frame]) -> None:
+def test_bayer_demosaicing_is_exact_on_ramps_inside(make_frame: MakeFrame) -> None:
     index = make_frame().channel_index
     rows, cols = np.indices(index.shape, dtype=np.float32)
     ramp = 0.01 * rows + 0.003 * cols

@@ -1,7 +1,5 @@
 """The spectral cube: radiance by its definition, electrons that follow from it, and the file that holds it."""
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Mapping
 from pathlib import Path
@@ -12,7 +10,7 @@ import pytest
 
 import camsim
 from camsim.camera.frame import Frame
-from camsim.core.errors import InvalidValueError, OutputError, UnsupportedError
+from camsim.core.errors import OutputError, UnsupportedError
 from camsim.files import save
 from camsim.files.exr_stream import write_exr
 from camsim.spectra.colour_science import colour_science
@@ -173,24 +171,7 @@ def test_wavelengths_of_four_digits_are_in_their_place(tmp_path: Path) -> None:
         np.testing.assert_array_equal(planes[name], frame.spectral.plane(k)[0])
 
 
-@pytest.mark.parametrize(
-    ("nodes", "message"),
-    [
-        ((), "0 wavelengths; give 1 to 1000"),
-        ((500.0, 500.0), "must increase, each given once"),
-        ((600.0, 500.0), "must increase, each given once"),
-        ((0.0, 500.0), "item 0 must be a number above 0, not 0.0"),
-        ((500.0, float("nan")), "item 1 must be a finite number above 0, not nan"),
-    ],
-)
-def test_mistakes_in_the_wavelengths(nodes: tuple[float, ...], message: str) -> None:
-    with pytest.raises(InvalidValueError, match=message):
-        exposed(DAYLIGHT, spectral_nm=nodes)
-
-
 def test_mistakes_in_the_light() -> None:
-    with pytest.raises(InvalidValueError, match="the light has one wavelength, 550 nm; leave spectral_nm out"):
-        exposed(LINE, spectral_nm=(500.0, 550.0))
     with pytest.raises(UnsupportedError, match="the light's level is given on the sensor"):
         exposed(camsim.Light("D55", illuminance_lux=10.0, at="sensor"))
 

@@ -109,8 +109,7 @@ def test_the_truth_does_not_come_row_by_row():
         camsim.Capture(camera=camera, scene=SCENE, **HOW).rows(print, products=("truth",))
 
 
-@pytest.mark.parametrize("compress", [False, True])
-@pytest.mark.parametrize("sensor", ["d40-like", "mono-345"])
+@pytest.mark.parametrize(("sensor", "compress"), [("d40-like", True), ("mono-345", False)])
 def test_a_file_written_row_by_row_has_the_same_bytes(tmp_path, sensor, compress):
     camera = camsim.Camera.from_yaml(sensor, lens=camsim.Airy(f_number=8.0))
     save(camera.expose(SCENE, **HOW), tmp_path / "whole.dng", compress=compress)

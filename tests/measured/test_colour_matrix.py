@@ -1,7 +1,5 @@
 """The fit of colour matrices: exact for white, and no matrix that keeps white is better."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np
@@ -37,6 +35,15 @@ def eye() -> np.ndarray:
     return observer.align(colour.SpectralShape(380, 780, 5)).values.T
 
 
+def surfaces_seen(sensitivity: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """What a camera and the eye see of the surfaces under D65, summed here every 5 nm, white being 1."""
+    colour = colour_science()
+    surfaces = colour.characterisation.read_training_data_rawtoaces_v1().values.T
+    power = colour.SDS_ILLUMINANTS["D65"].copy().align(colour.SpectralShape(380, 780, 5)).values
+    lit = surfaces * power
+    return lit @ sensitivity.T / (sensitivity @ power).max(), lit @ eye().T / (eye()[1] @ power)
+
+
 @pytest.mark.parametrize("light", ["A", "D65"])
 def test_a_camera_that_sees_like_the_eye_gets_the_exact_matrix(light: str) -> None:
     # Every nm, as the observer is tabulated: nothing is lost in interpolation.
@@ -62,12 +69,8 @@ def test_white_is_exact(light: str) -> None:
 
 
 def test_no_matrix_that_keeps_white_is_nearer() -> None:
-    """Residuals are summed here, every 5 nm; every small change that leaves white alone is worse."""
-    colour = colour_science()
-    surfaces = colour.characterisation.read_training_data_rawtoaces_v1().values.T
-    power = colour.SDS_ILLUMINANTS["D65"].copy().align(colour.SpectralShape(380, 780, 5)).values
-    camera = (surfaces * power) @ nikon().T / (nikon() @ power).max()
-    seen = (surfaces * power) @ eye().T / (eye()[1] @ power)
+    """Every small change that leaves white alone is worse."""
+    camera, seen = surfaces_seen(nikon())
     found = fit(response(nikon()), "D65")
 
     def misfit(matrix: np.ndarray) -> float:
@@ -103,9 +106,6 @@ def test_four_channels_are_fitted_to_surfaces_with_noise() -> None:
 
     The mean over a hundred draws of 1 % of white, summed here: of matrices that keep white no scaled step is nearer.
     """
-    colour = colour_science()
-    surfaces = colour.characterisation.read_training_data_rawtoaces_v1().values.T
-    power = colour.SDS_ILLUMINANTS["D65"].copy().align(colour.SpectralShape(380, 780, 5)).values
     drawn = (
         ([380, 570, 610, 650, 780], [0.02, 0.05, 0.9, 0.8, 0.0]),
         ([380, 480, 540, 600, 780], [0.0, 0.05, 0.9, 0.05, 0.0]),
@@ -113,8 +113,7 @@ def test_four_channels_are_fitted_to_surfaces_with_noise() -> None:
         ([380, 420, 540, 650, 780], [0.0, 0.8, 0.95, 0.8, 0.0]),
     )
     curves = np.array([np.interp(NODES_NM, *points) for points in drawn])
-    camera = (surfaces * power) @ curves.T / (curves @ power).max()
-    seen = (surfaces * power) @ eye().T / (eye()[1] @ power)
+    camera, seen = surfaces_seen(curves)
     rng = np.random.default_rng(0)
     noisy = np.tile(camera, (100, 1)) + rng.normal(0.0, 0.01, (100 * len(camera), 4))
     fitted = fit(response(curves), "D65")
@@ -133,13 +132,9 @@ def test_four_channels_are_fitted_to_surfaces_with_noise() -> None:
 
 
 def test_what_four_channels_hold_besides_xyz_is_the_nearest_to_surfaces() -> None:
-    """Residuals of camera values of the surfaces, summed here: no change that keeps white and the inverse is nearer."""
-    colour = colour_science()
-    surfaces = colour.characterisation.read_training_data_rawtoaces_v1().values.T
-    power = colour.SDS_ILLUMINANTS["D65"].copy().align(colour.SpectralShape(380, 780, 5)).values
+    """Of camera values of the surfaces no change that keeps white and the inverse is nearer."""
     curves = np.vstack([nikon(), nikon().sum(axis=0) ** 0.5])
-    camera = (surfaces * power) @ curves.T / (curves @ power).max()
-    seen = (surfaces * power) @ eye().T / (eye()[1] @ power)
+    camera, seen = surfaces_seen(curves)
     found = fit(response(curves), "D65")
     unseen = linalg.null_space(found.camera_to_xyz)[:, 0]
 

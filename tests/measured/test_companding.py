@@ -1,7 +1,5 @@
 """Companded codes: fractions, files that other programs read, levels, and noise that is measured through them."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 from itertools import pairwise
 from pathlib import Path
@@ -16,13 +14,13 @@ import camsim
 from camsim.api import load_camera
 from camsim.cli.app import app
 from camsim.config.from_record import shot_from_record
-from camsim.core.errors import CamsimError, InvalidValueError
 from camsim.files.reading import read_record
 from camsim.measure import read_picture
 from camsim.measure.calibrate import calibrate, read_folder
 from camsim.measure.calibrate.likeness import side_by_side, simulated
 from camsim.measure.calibrate.profile_file import profile_text
 from camsim.measure.noise import measure_noise, take_shots
+from camsim.measure.noise.stack import Rounding, stack
 from camsim.measure.reading import picture_of_frame
 from camsim.sensor.companding import decoding, encoding
 
@@ -143,34 +141,6 @@ def test_the_noise_of_a_camera_is_measured_through_it() -> None:
         assert abs(figure.value - value) < STATISTICAL * figure.sigma < 0.02 * value, figure
 
 
-@pytest.mark.parametrize(
-    ("points", "sentence"),
-    [
-        ([(0, 0), (100, 50), (90, 60), (4095, 900)], "must be two points or more, data numbers and codes both increas"),
-        ([(0, 0), (4095, 70000)], "both increasing, 65535 at most"),
-        ([(0, 0)], "must be two points or more"),
-        ([(1, 0), (4095, 900)], "goes from data number 1 to 4095; give points from 0 to 4095, the largest, or less"),
-        ([(0, 0), (4096, 900)], "goes from data number 0 to 4096; give points from 0 to 4095, the largest, or less"),
-    ],
-)
-def test_a_wrong_table_is_told(points: list[tuple[int, int]], sentence: str) -> None:
-    with pytest.raises(InvalidValueError) as caught:
-        camsim.Adc(bit_depth=12, black_level_dn=9, electrons_per_dn=1, base_iso=100, companding=points)
-    assert sentence in str(caught.value)
-    overrides = f"{{linear_dn: {[dn for dn, _ in points]}, codes: {[code for _, code in points]}}}"
-    with pytest.raises(CamsimError, match=r"readout\.companding"):
-        camsim.Sensor.from_yaml("mono-345", overrides=[f"sensor.readout.companding={overrides}"])
-
-
-def test_lists_of_two_lengths_and_offsets_are_refused() -> None:
-    with pytest.raises(CamsimError, match=r"readout.companding.codes: 2 of them for 3 linear_dn; give one for each"):
-        camsim.Sensor.from_yaml(
-            "mono-345", overrides=["sensor.readout.companding={linear_dn: [0, 9, 4095], codes: [0, 90]}"]
-        )
-    with pytest.raises(CamsimError, match=r"readout.companding: given together with black_offsets_dn"):
-        camsim.Sensor.from_yaml("mono-345", overrides=[YAML, "sensor.readout.black_offsets_dn=[[0, 2]]"])
-
-
 def test_a_profile_has_the_table_of_the_files(tmp_path: Path, rng: np.random.Generator) -> None:
     """Frames of plain NumPy in DNGs whose codes are the roots of data numbers; the profile takes frames alike."""
     table = np.concatenate([np.arange(256), 255 + np.cumsum(np.arange(1, 121) // 6 + 1)]).astype(np.uint16)
@@ -199,3 +169,15 @@ def test_a_profile_has_the_table_of_the_files(tmp_path: Path, rng: np.random.Gen
     assert sensor.adc.data_numbers(np.arange(table.size, dtype=np.uint16)).tolist() == table.tolist()
     sides = side_by_side(found.shots, simulated(found.shots, found, sensor), found)
     assert min(test.probability for side in sides for test in side.tests) > 1e-4
+
+
+@pytest.mark.parametrize("mean", [1400.0, 1560.0, 1600.0, 1640.0, 1800.0])
+@pytest.mark.parametrize("uneven", [0.0, 20.0])
+def test_rounding_where_codes_begin_to_lie_further_apart(mean: float, uneven: float) -> None:
+    """Codes 8 apart to 1600 and 32 apart from there on: their variance less that of rounding is the signal's."""
+    rng = np.random.default_rng(8)
+    noise = 30.0 * rng.standard_normal((8, 200, 200))
+    signal = mean + uneven * rng.standard_normal((200, 200)) + noise
+    codes = np.where(signal < 1600.0, 8.0 * np.rint(signal / 8.0), 1600.0 + 32.0 * np.rint((signal - 1600.0) / 32.0))
+    one = stack(list(codes.astype(np.int64)), np.ones((200, 200), bool), Rounding(step_dn=8.0))
+    assert one.variance_dn2 - one.coarser_dn2 - 64.0 / 12.0 == pytest.approx(noise.var(axis=0, ddof=1).mean(), rel=6e-3)

@@ -1,7 +1,5 @@
 """Parts of the judge of demosaicing, on pictures made by hand whose answer can be counted."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -19,6 +19,8 @@ from tests.colour_data import aligned
 ROWS, COLS, SPACING, HALF = 120, 160, 20.0, 0.5 * math.hypot(120, 160)
 LAW = {"R": (1.001, -0.03, 0.01), "G": (1.0, -0.03, 0.01), "B": (0.999, -0.03, 0.01)}
 SHIFT = (0.2, -0.1)
+Y, X = np.indices((ROWS, COLS)) + 0.5 - 0.5 * np.array([ROWS, COLS])[:, None, None]
+BAYER = np.add.outer(np.arange(ROWS) % 2, np.arange(COLS) % 2)
 
 
 def captured(chart, sensor="d40-like", *changes):
@@ -35,19 +37,17 @@ def bent(x, y, channel):
 
 def displaced(kind, noise=0.0):
     """A Bayer mosaic under the law: dots drawn where it puts them, squares looked up where each photosite was."""
-    y, x = np.indices((ROWS, COLS)) + 0.5 - 0.5 * np.array([ROWS, COLS])[:, None, None]
-    index = np.array([[0, 1], [1, 2]])[np.indices((ROWS, COLS))[0] % 2, np.indices((ROWS, COLS))[1] % 2]
     mosaic, rng = np.full((ROWS, COLS), 900.0), np.random.default_rng(2)
     for k, channel in enumerate("RGB"):
-        one = index == k
+        one = k == BAYER
         if kind == "checkerboard":
-            mosaic[one] = 500.0 + 400.0 * squares(*straight(x[one], y[one], channel))
+            mosaic[one] = 500.0 + 400.0 * squares(*straight(X[one], Y[one], channel))
             continue
         for v in np.arange(-2, 2.1) * SPACING:
             for u in np.arange(-3, 3.1) * SPACING:
                 cx, cy = bent(u, v, channel)
-                near = (np.hypot(x - cx, y - cy) < 16) & one
-                mosaic[near] -= 800.0 * blurred_disc(np.hypot(x[near] - cx, y[near] - cy), 5.0, 0.8)
+                near = (np.hypot(X - cx, Y - cy) < 16) & one
+                mosaic[near] -= 800.0 * blurred_disc(np.hypot(X[near] - cx, Y[near] - cy), 5.0, 0.8)
     return mosaic + noise * rng.standard_normal(mosaic.shape)
 
 
@@ -97,7 +97,7 @@ def test_the_polynomial_is_as_sure_as_it_is_said(rng):
     truth, solved, said = np.array([0.2, -0.1, 1e-3, -0.03, 0.01]), [], []
     r2 = np.sum(places**2, axis=1) / HALF**2
     moves = places * (truth[2] + truth[3] * r2 + truth[4] * r2**2)[:, None] + truth[:2]
-    for _ in range(200):
+    for _ in range(100):
         found, _, covariance = radial_fit(places, moves + rng.normal(0.0, 0.02, moves.shape), HALF)
         solved.append(found)
         said.append(np.diag(covariance))
@@ -175,28 +175,25 @@ def test_theory_knows_what_else_moves_a_picture(change):
     assert grey.off_theory_rms_pixel < 0.01
 
 
+def field_lens(wavelength_nm, **law):
+    waves = np.zeros((len(wavelength_nm), 2, 1)).tolist()
+    return camsim.FieldLens(f_number=5.6, wavelength_nm=wavelength_nm, zernike=[4], waves=waves, **law)
+
+
 def test_a_field_lens_has_its_own_law_beside_what_is_seen():
     """Barrel distortion of 3 px in the corners and lateral colour; dots drawn where these put them, not by the lens."""
-    lens = camsim.FieldLens(
-        f_number=5.6,
-        wavelength_nm=[500, 600],
-        zernike=[4],
-        waves=np.zeros((2, 2, 1)).tolist(),
-        height_um=[0, 400],
-        distortion_powers=[-0.12],
-        lateral_colour_um=[[0, 4], [0, -4]],
-    )
+    lateral = [[0, 4], [0, -4]]
+    lens = field_lens([500, 600], height_um=[0, 400], distortion_powers=[-0.12], lateral_colour_um=lateral)
     chart = "{kind: chart, name: dot-grid, spacing: 20, radius: 5, rows: 5, cols: 7}"
     capture = captured(chart, None, "light={line_nm: 525, illuminance_lux: 2000}")
     capture = dataclasses.replace(capture, camera=capture.camera.replace(lens=lens))
-    y, x = np.indices((ROWS, COLS)) + 0.5 - 0.5 * np.array([ROWS, COLS])[:, None, None]
     image, falls = np.full((ROWS, COLS), 900.0), {}
     for v in np.arange(-2, 2.1) * SPACING:
         for u in np.arange(-3, 3.1) * SPACING:
             # A quarter of the way from 500 to 600 nm: half of 4 µm at 400 µm, outwards.
             factor = (1.0 - 0.12 * ((u * u + v * v) * (3.45 / 400.0) ** 2)) * (1.0 + 2.0 / 400.0)
             falls[u, v] = np.array([u, v]) * (factor - 1.0)
-            away = np.hypot(x - u * factor, y - v * factor)
+            away = np.hypot(X - u * factor, Y - v * factor)
             near = away < 16
             image[near] -= 800.0 * blurred_disc(away[near], 5.0, 0.8)
     report = measure_distortion(
@@ -221,31 +218,22 @@ def test_lateral_colour_in_daylight_is_what_the_lens_states():
         for letter, peak in zip("RGB", (620, 540, 460), strict=True)
     }
     weight = {letter: curve * aligned("light", "D55")[::4] for letter, curve in seen.items()}
-    lens = camsim.FieldLens(
-        f_number=5.6,
-        wavelength_nm=[380, 550, 780],
-        zernike=[4],
-        waves=np.zeros((3, 2, 1)).tolist(),
-        height_um=[0, 600],
-        lateral_colour_um=[[0, 0.06 * (550 - at)] for at in (380, 550, 780)],  # 1e-4 of the height for each nm
-    )
+    lateral = [[0, 0.06 * (550 - at)] for at in (380, 550, 780)]  # 1e-4 of the height for each nm
+    lens = field_lens([380, 550, 780], height_um=[0, 600], lateral_colour_um=lateral)
     capture = captured("{kind: chart, name: dot-grid, spacing: 20, radius: 5, rows: 3, cols: 7}")
     curves = [(letter, camsim.Curve(nm, curve, outside="zero")) for letter, curve in seen.items()]
     efficiency = camsim.QuantumEfficiency(curves, per="energy", peak=0.5)
     camera = capture.camera.replace(lens=lens, quantum_efficiency=efficiency, filters=())
     capture = dataclasses.replace(capture, camera=camera, light=camsim.Light("D55", illuminance_lux=2000.0))
-    y, x = np.indices((ROWS, COLS)) + 0.5 - 0.5 * np.array([ROWS, COLS])[:, None, None]
-    index = np.array([[0, 1], [1, 2]])[np.indices((ROWS, COLS))[0] % 2, np.indices((ROWS, COLS))[1] % 2]
     mosaic = np.full((ROWS, COLS), 900.0)
     for k, letter in enumerate("RGB"):
         for v in (-20.0, 0.0, 20.0):
             for u in np.arange(-3, 3.1) * SPACING:
-                near = (np.hypot(x - u, y - v) < 16) & (index == k)
+                near = (np.hypot(X - u, Y - v) < 16) & (k == BAYER)
                 for at, share in zip(nm, weight[letter] / weight[letter].sum(), strict=True):
                     if share:
-                        away = np.hypot(
-                            *(np.array([x[near], y[near]]) - np.array([[u], [v]]) * (1 + 1e-4 * (550 - at)))
-                        )
+                        larger = 1 + 1e-4 * (550 - at)
+                        away = np.hypot(X[near] - u * larger, Y[near] - v * larger)
                         mosaic[near] -= 800.0 * share * blurred_disc(away, 5.0, 0.8)
     planes = mosaic_planes(mosaic, ("RG", "GB"))
     report = measure_distortion(Picture(name="grid", shape=(ROWS, COLS), planes=planes), capture)

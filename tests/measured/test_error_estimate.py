@@ -90,12 +90,7 @@ SCENES = {
 
 def rendered(optics=OPTICS["f/8"], scene="picture", method="boundary", tolerance=TOLERANCE, rows=40, cols=40):
     return camsim.render(
-        SCENES[scene],
-        optics,
-        grid_of(rows, cols),
-        wavelength_nm=WAVELENGTH_NM,
-        method=method,
-        tolerance=tolerance,
+        SCENES[scene], optics, grid_of(rows, cols), wavelength_nm=WAVELENGTH_NM, method=method, tolerance=tolerance
     )
 
 
@@ -152,31 +147,11 @@ def given(**changed):
     return corrupt
 
 
-def edge_lost(found):
-    return dataclasses.replace(
-        found, **{name: getattr(found, name)[:-1] for name in ("start_um", "end_um", "left", "right")}
-    )
-
-
 def seen_by_reversed_painter(function):
     """Primitives that are handed on are the true scene's: they are made anew."""
 
     def arranged(scene, *limits, **how):
         return function(dataclasses.replace(scene, shapes=scene.shapes[::-1]), *limits, **how | {"primitives": None})
-
-    return arranged
-
-
-def uncut(function):
-    """No shape hides another."""
-
-    def arranged(scene, *limits, **how):
-        how["primitives"] = None
-        parts = [function(dataclasses.replace(scene, shapes=[shape]), *limits, **how) for shape in scene.shapes]
-        joined = {name: np.concatenate([getattr(p, name) for p in parts]) for name in ("start_um", "end_um", "right")}
-        left = np.concatenate([np.full(len(p.left), k + 1) for k, p in enumerate(parts)])
-        spectra = (scene.background, *(shape.reflectance for shape in scene.shapes))
-        return dataclasses.replace(parts[0], **joined, left=left, spectra=spectra)
 
     return arranged
 
@@ -190,14 +165,6 @@ def swapped(footprint_of):
         width, height = system.photosite.sides_um
         other = camsim.RectangularPhotosite(width_um=height, height_um=width)
         return footprint_of(dataclasses.replace(system, photosite=other), pitch_um)
-
-    return wrong
-
-
-def turned_the_other_way(footprint_of):
-    def wrong(system, pitch_um):
-        olpf = dataclasses.replace(system.olpf, rotate_deg=-system.olpf.rotate_deg)
-        return footprint_of(dataclasses.replace(system, olpf=olpf), pitch_um)
 
     return wrong
 
@@ -235,20 +202,8 @@ def stronger(found):
 
 CORRUPTIONS = {
     # geometry
-    "an edge is lost": (outlines, "arrange", returning(edge_lost), {}),
     "the scene is a ten-thousandth too large": (outlines, "arrange", returning(moved), {}),
-    "discs have 64 sides": (
-        outlines,
-        "arrange",
-        lambda f: lambda scene, limits, **how: f(scene),
-        {"scene": "disc"},
-    ),
-    "cut discs are cut as others": (
-        outlines,
-        "arrange",
-        lambda f: lambda scene, limits, **how: f(scene, limits._replace(cut_um2=np.inf, moment_um3=np.inf)),
-        {"scene": "cut disc", "over": 2.0},
-    ),
+    "discs have 64 sides": (outlines, "arrange", lambda f: lambda scene, limits, **how: f(scene), {"scene": "disc"}),
     "discs are a ten-thousandth too large": (
         scene_outlines,
         "polygons",
@@ -257,17 +212,10 @@ CORRUPTIONS = {
     ),
     # painter's order
     "the painter works backwards": (outlines, "arrange", seen_by_reversed_painter, {"scene": "overlap"}),
-    "no shape hides another": (outlines, "arrange", uncut, {"scene": "overlap"}),
     "a shared edge has one colour": (
         outlines,
         "arrange",
         returning(lambda found: dataclasses.replace(found, right=np.zeros_like(found.right))),
-        {"scene": "shared"},
-    ),
-    "left is right": (
-        outlines,
-        "arrange",
-        returning(lambda found: dataclasses.replace(found, left=found.right, right=found.left)),
         {"scene": "shared"},
     ),
     # pruning
@@ -286,7 +234,6 @@ CORRUPTIONS = {
     # spectra and fusion
     "three wavelengths": (job, "fuse", few_nodes, {"colour": True}),
     "weights one node off": (job, "fuse", returning(lambda f: (f[0], np.roll(f[1], 1, axis=-1))), {"colour": True}),
-    "wavelengths backwards": (job, "fuse", returning(lambda f: (f[0], f[1][..., ::-1])), {"colour": True}),
     "a spectrum a thousandth too bright": (
         job.Signals,
         "of",
@@ -299,10 +246,8 @@ CORRUPTIONS = {
     ),
     "the background a ten-thousandth too bright": (job.Job, "of", fields(base=1.0001), {"scene": "overlap"}),
     "the lens's length 1 % too long": (job, "blur_of", lambda f: scaled(f, 1.01), {}),
-    "the lens's length 1 % too long, in colour": (job, "blur_of", lambda f: scaled(f, 1.01), {"colour": True}),
     # tables
     "a field too strong": (boundary_image, "field_tables", lambda f: scaled(f, 1.001), {}),
-    "a field too weak": (boundary_image, "field_tables", lambda f: scaled(f, 0.999), {"optics": WIDE}),
     "an edge response too strong": (boundary_image, "edge_responses", lambda f: scaled(f, 1.001), {"optics": WIDE}),
     "responses across the wrong normal": (
         boundary_image,
@@ -311,7 +256,6 @@ CORRUPTIONS = {
         {"optics": TURNED},
     ),
     "the potential's slope": (tables, "potential", lambda f: scaled(f, 1.001), {}),
-    "far moments": (boundary_image, "far_moments", lambda f: scaled(f, 1.001), {}),
     "c1 in the far form": (
         boundary_image,
         "far_moments",
@@ -320,7 +264,6 @@ CORRUPTIONS = {
     ),
     # constants, wherever they are used
     "c1 of the pattern": (airy, "AIRY", pattern(powers=lambda c: (1.05 * c[0], *c[1:])), {"optics": WIDE}),
-    "c3 of the pattern": (airy, "AIRY", pattern(powers=lambda c: (c[0], 3e3 * c[1], c[2])), {"optics": SHARP}),
     "rings thirty times too faint": (
         airy,
         "AIRY",
@@ -366,8 +309,6 @@ CORRUPTIONS = {
         {"rows": 100, "cols": 100},
     ),
     "moments σ²": (footprint.Footprint, "of", fields(sigma2=1.5), {"optics": WIDE}),
-    "moments ⟨ζ⁴⟩": (footprint.Footprint, "of", fields(m4=1.5), {"optics": WIDE}),
-    "moments ⟨|ζ|⁴⟩": (footprint.Footprint, "of", fields(m22=20.0), {"optics": WIDE}),
     "moments ⟨ζ²⟩": (
         footprint.Footprint,
         "of",
@@ -376,7 +317,6 @@ CORRUPTIONS = {
     ),
     # OLPF and photosite
     "an OLPF 1 % too wide": (footprint.Footprint, "of", split_wider, {"optics": WIDE}),
-    "an OLPF turned the other way": (footprint.Footprint, "of", turned_the_other_way, {"optics": TURNED}),
     "a photosite lying on its side": (footprint.Footprint, "of", swapped, {"optics": TURNED}),
     # frequency sums
     "a transfer too strong": (
@@ -464,13 +404,18 @@ CORRUPTIONS = {
 }
 
 
+HONEST = {}
+"""Renderings that nothing corrupts, by what was asked for."""
+
+
 @pytest.mark.parametrize("name", CORRUPTIONS)
 def test_what_is_corrupted_is_seen(monkeypatch, name):
     place, attribute, corrupt, how = CORRUPTIONS[name]
     how = dict(how)
     over = how.pop("over", 10.0)
     run = in_colour if how.pop("colour", False) else rendered
-    honest = run(**how)
+    key = run.__name__, repr(how)
+    honest = HONEST[key] = HONEST.get(key) or run(**how)
     true = getattr(place, attribute)
     with monkeypatch.context() as patch:
         wrong = corrupt(true)
@@ -481,13 +426,12 @@ def test_what_is_corrupted_is_seen(monkeypatch, name):
     assert corrupted.error_estimate > TOLERANCE
 
 
-@pytest.mark.parametrize("tolerance", [1e-2, 1e-4, 1e-6, 1e-7])
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-6])
 @pytest.mark.parametrize("optics", SYSTEMS.values(), ids=SYSTEMS)
 def test_an_honest_rendering_is_within_its_tolerance(optics, tolerance):
     rendering = rendered(optics, tolerance=tolerance, rows=24, cols=24)
     assert rendering.error_estimate <= tolerance
     assert rendering.checked_photosites >= 4
-    assert rendering.error_estimate == rendered(optics, tolerance=tolerance, rows=24, cols=24).error_estimate
 
 
 def test_a_scene_without_edges_has_no_error():
@@ -496,7 +440,7 @@ def test_a_scene_without_edges_has_no_error():
     assert flat.error_estimate == 0.0
 
 
-@pytest.mark.parametrize(("rows", "cols"), [(1, 1), (1, 3), (2, 2)])
+@pytest.mark.parametrize(("rows", "cols"), [(1, 1), (2, 2)])
 def test_of_a_tiny_frame_every_photosite_is_checked(rows, cols):
     """Then the estimate is the largest error, to a tenth of the tolerance; the truth is a far finer rendering."""
     coarse = rendered(OPTICS["f/8, OLPF"], tolerance=1e-2, rows=rows, cols=cols)

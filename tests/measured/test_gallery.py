@@ -43,8 +43,8 @@ def test_a_twin_says_what_its_file_says(name, exposed):
     assert file.region == twin.region
 
 
-@pytest.mark.parametrize("name", ["bars", "groups", "slanted-edge"])
-def test_a_twin_takes_the_same_picture(name, exposed):
+def test_a_twin_takes_the_same_picture(exposed):
+    name = "bars"
     runpy.run_path(str(SCENES[name].with_suffix(".py")))
     (twin,) = exposed
     window = Region(rows=ROWS, cols=COLS)

@@ -1,6 +1,4 @@
-"""What is known of single photosites, from files: their offsets, and how hot they are."""
-
-from __future__ import annotations
+"""What is known of single photosites, from files: offsets, hot ones, and real darks of which each exposure has one."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -12,7 +10,7 @@ from electronics import refused_in_a_sentence
 import camsim
 from camsim.config.from_record import shot_from_record
 from camsim.core.errors import InputError
-from camsim.files.reading import read_record
+from camsim.files.reading import read_file
 
 SENSOR = """\
 camsim: sensor/1
@@ -23,7 +21,13 @@ quantum_efficiency: {curves: {Y: {wavelength_nm: [380, 780], values: [0.5, 0.5]}
 charge: {shot_noise: false, defects: {hot: hot.csv}}
 readout: {bit_depth: 12, black_level_dn: 100, base_iso: 100, electrons_per_dn: 2.0, offset_map: {file: bias.npy}}
 """
+DARKS = SENSOR.replace("defects: {hot: hot.csv}", "dark_frames: darks").replace(", offset_map: {file: bias.npy}", "")
 HOT = "# of the darks of 60 s\nrow,col,e_per_s\n3,4,100\n11,15,2.5e3\n"
+ALIKE = "sensor.charge.defects=null"
+
+
+def put(file: str, text: str) -> None:
+    Path(file).write_text(text, encoding="utf-8")
 
 
 @pytest.fixture
@@ -33,14 +37,28 @@ def bias(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, rng: np.random.Generat
     bias = np.rint(rng.normal(0.0, 6.0, (12, 16)))
     bias[0, 0] -= bias.sum()
     np.save("bias.npy", bias + 250.0)
-    Path("hot.csv").write_text(HOT, encoding="utf-8")
-    Path("mine.yaml").write_text(SENSOR, encoding="utf-8")
+    put("hot.csv", HOT)
+    put("mine.yaml", SENSOR)
     return bias
 
 
-def exposed(sensor: camsim.Sensor, iso: float = 100.0, time_s: float = 0.5, electrons: float = 80.0) -> np.ndarray:
-    light = np.full((sensor.rows, sensor.cols), electrons)
-    return sensor.expose(light, unit="electrons", exposure=camsim.Exposure(time_s=time_s, iso=iso)).mosaic.astype(int)
+@pytest.fixture
+def darks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, rng: np.random.Generator) -> np.ndarray:
+    """Five darks of a mean of 50, and a sensor beside them."""
+    monkeypatch.chdir(tmp_path)
+    codes = rng.integers(40, 60, (5, 12, 16))
+    codes[0, 0] += (50 * codes.size - codes.sum()) // 16
+    codes[0, 1, 0] += 50 * codes.size - codes.sum()
+    Path("darks").mkdir()
+    for k, dark in enumerate(codes):
+        np.save(f"darks/{k}.npy", dark.astype(np.uint16))
+    put("mine.yaml", DARKS)
+    return codes
+
+
+def exposed(sensor: camsim.Sensor, iso: float = 100.0, seed: int = 1, electrons: float = 80.0) -> np.ndarray:
+    light, exposure = np.full((sensor.rows, sensor.cols), electrons), camsim.Exposure(time_s=0.5, iso=iso)
+    return sensor.expose(light, unit="electrons", exposure=exposure, seed=seed).mosaic.astype(int)
 
 
 def test_codes_have_the_offsets_and_the_hot_photosites(bias: np.ndarray) -> None:
@@ -51,11 +69,9 @@ def test_codes_have_the_offsets_and_the_hot_photosites(bias: np.ndarray) -> None
 
 
 def test_offsets_of_data_numbers_stay_at_every_setting_and_electrons_grow(bias: np.ndarray) -> None:
-    sensor = camsim.Sensor.from_yaml("mine.yaml", overrides=["sensor.charge.defects=null"])
+    sensor = camsim.Sensor.from_yaml("mine.yaml", overrides=[ALIKE])
     np.testing.assert_array_equal(exposed(sensor, iso=400.0), 100 + 160 + bias)
-    sensor = camsim.Sensor.from_yaml(
-        "mine.yaml", overrides=["sensor.charge.defects=null", "sensor.readout.offset_map.unit=electrons"]
-    )
+    sensor = camsim.Sensor.from_yaml("mine.yaml", overrides=[ALIKE, "sensor.readout.offset_map.unit=electrons"])
     np.testing.assert_array_equal(exposed(sensor, iso=400.0), 100 + 160 + 2 * bias)
 
 
@@ -64,82 +80,72 @@ def test_a_folder_of_darks_gives_their_mean(bias: np.ndarray, rng: np.random.Gen
     Path("darks").mkdir()
     for k, dark in enumerate([*(bias + noise), *(bias - noise)]):
         np.save(f"darks/{k}.npy", (dark + 500).astype(np.uint16))
-    Path("mine.yaml").write_text(SENSOR.replace("bias.npy", "darks"), encoding="utf-8")
-    sensor = camsim.Sensor.from_yaml("mine.yaml", overrides=["sensor.charge.defects=null"])
-    np.testing.assert_array_equal(exposed(sensor), 140 + bias)
+    put("mine.yaml", SENSOR.replace("bias.npy", "darks"))
+    np.testing.assert_array_equal(exposed(camsim.Sensor.from_yaml("mine.yaml", overrides=[ALIKE])), 140 + bias)
 
 
-def test_a_window_has_its_own_part_and_a_larger_sensor_repeats_it(bias: np.ndarray) -> None:
-    sensor = camsim.Sensor.from_yaml("mine.yaml")
+def test_each_exposure_is_light_and_one_of_the_darks(darks: np.ndarray) -> None:
+    sensor, seen = camsim.Sensor.from_yaml("mine.yaml"), set()
+    for seed in range(40):
+        codes = exposed(sensor, seed=seed)
+        (match,) = (k for k, dark in enumerate(darks) if np.array_equal(codes, 100 + 40 + dark - 50))
+        seen.add(match)
+    assert seen == set(range(5))
+
+
+@pytest.mark.parametrize("known", ["bias", "darks"])
+def test_a_window_has_its_own_part_and_a_larger_sensor_repeats_it(known: str, request: pytest.FixtureRequest) -> None:
+    request.getfixturevalue(known)
+    sensor = camsim.Sensor.from_yaml("mine.yaml", overrides=[ALIKE])
     region = camsim.Region(rows=5, cols=6, origin=(4, 7))
-    part = sensor.expose(np.full((5, 6), 80.0), unit="electrons", region=region).mosaic
-    np.testing.assert_array_equal(part, 140 + bias[4:9, 7:13])
-    large = sensor.replace(rows=30, cols=40, defects=None)
-    np.testing.assert_array_equal(exposed(large), 140 + np.tile(bias, (3, 3))[:30, :40])
+    part = sensor.expose(np.full((5, 6), 80.0), unit="electrons", region=region, seed=1).mosaic
+    whole = exposed(sensor)
+    np.testing.assert_array_equal(part, whole[4:9, 7:13])
+    np.testing.assert_array_equal(exposed(sensor.replace(rows=30, cols=40)), np.tile(whole, (3, 3))[:30, :40])
 
 
-def test_it_is_taken_again_while_the_map_is_there(bias: np.ndarray, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("known", "what"), [("bias", "the offsets"), ("darks", "the darks")])
+def test_it_is_taken_again_while_the_files_are_there(
+    known: str, what: str, request: pytest.FixtureRequest, tmp_path: Path
+) -> None:
+    request.getfixturevalue(known)
     np.save("light.npy", np.full((12, 16), 80.0))
     frame = camsim.Sensor.from_yaml("mine.yaml").expose(camsim.read_light("light.npy", unit="electrons"), seed=7)
     camsim.save(frame, "shot.dng")
-    with Path("shot.dng").open("rb") as file:
-        record = read_record(file, Path("shot.dng").stat().st_size)
-    assert record is not None
-    again = shot_from_record(record.description, tmp_path).frame()
-    np.testing.assert_array_equal(again.mosaic, frame.mosaic)
-    np.save("bias.npy", bias.T)
-    with pytest.raises(InputError, match=r"the offsets .* are others than were taken, their numbers differ"):
-        shot_from_record(record.description, tmp_path)
-    Path("bias.npy").unlink()
-    with pytest.raises(InputError, match=r"not reproducible without the offsets .bias.npy.; put them there"):
-        shot_from_record(record.description, tmp_path)
-
-
-def no_map() -> None:
-    Path("bias.npy").unlink()
-
-
-def colours() -> None:
-    np.save("bias.npy", np.zeros((4, 4, 3)))
-
-
-def no_numbers() -> None:
-    np.save("bias.npy", np.full((4, 4), np.nan))
-
-
-def no_list() -> None:
-    Path("hot.csv").unlink()
-
-
-def other_columns() -> None:
-    Path("hot.csv").write_text("x,y,rate\n1,2,3\n", encoding="utf-8")
-
-
-def a_place_that_is_none() -> None:
-    Path("hot.csv").write_text(HOT + "-1,2,3\n", encoding="utf-8")
-
-
-def outside_the_frame() -> None:
-    Path("hot.csv").write_text(HOT + "12,2,3\n", encoding="utf-8")
-
-
-def outside_the_folder() -> None:
-    Path("mine.yaml").write_text(SENSOR.replace("hot.csv", "../hot.csv"), encoding="utf-8")
+    description = read_file("shot.dng").description
+    np.testing.assert_array_equal(shot_from_record(description, tmp_path).frame().mosaic, frame.mosaic)  # type: ignore[union-attr]
+    file = Path("bias.npy" if known == "bias" else "darks/0.npy")
+    np.save(file, np.load(file).T if known == "bias" else np.load("darks/1.npy"))
+    with pytest.raises(InputError, match=rf"{what} .*are others than were taken, their numbers differ"):
+        shot_from_record(description, tmp_path)
+    Path(known if known == "darks" else "bias.npy").rename("gone")
+    with pytest.raises(InputError, match=rf"not reproducible without {what} .*; put them there"):
+        shot_from_record(description, tmp_path)
 
 
 @pytest.mark.parametrize(
     ("mistake", "sentence"),
     [
-        (no_map, "mine.yaml:7:97: readout.offset_map: cannot read 'bias.npy': there is no such file"),
-        (colours, "mine.yaml:7:97: readout.offset_map: 'bias.npy' has the shape (4, 4, 3); a map of offsets is "),
-        (no_numbers, "readout.offset_map: 'bias.npy' has numbers that are not finite; a map of offsets is "),
-        (no_list, "mine.yaml:6:38: charge.defects: cannot read 'hot.csv': there is no such file"),
-        (other_columns, "charge.defects: 'hot.csv' needs the columns row, col, e_per_s: a line for each hot photosite"),
-        (a_place_that_is_none, "'hot.csv', photosite 3: '-1,2,3'; give row and col, whole numbers from 0, and a dark"),
-        (outside_the_frame, "charge.defects: no photosite (12, 2) in a frame of 12 × 16"),
-        (outside_the_folder, "charge.defects.hot: '../hot.csv' lies outside this file's folder; put it there"),
+        (lambda: Path("bias.npy").unlink(), "mine.yaml:7:97: readout.offset_map: cannot read 'bias.npy': there is no "),
+        (lambda: np.save("bias.npy", np.zeros((4, 4, 3))), "'bias.npy' has the shape (4, 4, 3); a map of offsets is "),
+        (lambda: np.save("bias.npy", np.full((4, 4), np.nan)), "'bias.npy' has numbers that are not finite; a map of "),
+        (lambda: Path("hot.csv").unlink(), "mine.yaml:6:38: charge.defects: cannot read 'hot.csv': there is no such "),
+        (lambda: put("hot.csv", "x,y,rate\n1,2,3\n"), "'hot.csv' needs the columns row, col, e_per_s: a line for each"),
+        (lambda: put("hot.csv", HOT + "-1,2,3\n"), "'hot.csv', photosite 3: '-1,2,3'; give row and col, whole"),
+        (lambda: put("hot.csv", HOT + "12,2,3\n"), "charge.defects: no photosite (12, 2) in a frame of 12 × 16"),
+        (lambda: put("mine.yaml", SENSOR.replace("hot.csv", "../hot.csv")), "'../hot.csv' lies outside this file's "),
+        (lambda: put("mine.yaml", DARKS.replace("darks", "night")), "mine.yaml:6:42: charge.dark_frames: "),
+        (lambda: put("mine.yaml", DARKS.replace("darks", "../darks")), "'../darks' lies outside this file's folder"),
+        (lambda: (Path("darks").mkdir(), put("mine.yaml", DARKS)), "holds no raw file that can be read"),
     ],
 )
 def test_a_mistake_is_told_in_one_sentence(mistake: Callable[[], None], sentence: str, bias: np.ndarray) -> None:
     mistake()
-    refused_in_a_sentence("mine.yaml", sentence)
+    refused_in_a_sentence("./mine.yaml", sentence)
+
+
+def test_darks_of_another_size_and_what_they_hold_besides(darks: np.ndarray) -> None:
+    put("mine.yaml", DARKS.replace("darks", "darks, dsnu_e: 1"))
+    refused_in_a_sentence("./mine.yaml", "mine.yaml:6:42: charge.dark_frames: have dsnu in them, which would be there ")
+    np.save("darks/7.npy", np.zeros((5, 5), np.uint16))
+    refused_in_a_sentence("./mine.yaml", "has 5 × 5 photosites, and ")

@@ -5,7 +5,8 @@ import re
 
 import numpy as np
 import pytest
-import scipy
+import scipy.special
+import scipy.stats
 from edges import ABERRATED, gaussian_edge, gaussian_limit, gaussian_mtf, gaussian_sigma, pupil_edge
 from tolerances import STATISTICAL
 
@@ -27,9 +28,11 @@ def measured(image, step=1, first=(0, 0), size=64, **options):
     return measure_edge(plane, Roi(0, 0, size, size), **options)
 
 
-@pytest.mark.parametrize("angle", [2, 5, 11, 30, 43, -2, -20, -43, 92, 110, 184, -100])
+@pytest.mark.parametrize(
+    ("angle", "mtf50"),
+    list(zip([2, 5, 11, 30, 43, -2, -20, -43, 92, 110, 184, -100], [0.10, 0.25, 0.40] * 4, strict=True)),
+)
 @pytest.mark.parametrize("step", [1, 2])
-@pytest.mark.parametrize("mtf50", [0.10, 0.25, 0.40])
 def test_an_edge_in_closed_form(angle, step, mtf50):
     sigma = gaussian_sigma(mtf50)
     first = (1, 0) if step == 2 else (0, 0)
@@ -58,50 +61,27 @@ def test_a_capture_without_noise_shows_its_optics(sensor, f_number, olpf):
     camera = camsim.Camera.from_yaml(sensor, lens=camsim.Airy(f_number=f_number))
     camera = camera.replace(olpf=camsim.FourSpotOlpf(split_um=0.75 * camera.pitch_um) if olpf else None)
     region = camsim.Region(rows=64, cols=64)
-    # Each angle is met by both sensors, all f-numbers, with the OLPF and without.
-    for angle in ((2.0, 43.0), (-11.0, 97.0))[((sensor == "d40-like") + olpf + (f_number == 8.0)) % 2]:
-        far, turn = 1e5, math.radians(angle)
-        plane = camsim.Rectangle(
-            width_um=far,
-            height_um=4 * far,
-            rotate_deg=angle,
-            centre_um=(0.5 * far * math.cos(turn) + 0.7, 0.5 * far * math.sin(turn)),
-            reflectance=0.9,
-        )
-        scene = camsim.Scene(background=0.05, shapes=[plane])
-        frame = camera.expose(scene, light=LIGHT, exposure=EXPOSURE, region=region, noise=False)
-        theory = CameraOtf(camera=camera, scene=scene, light=LIGHT, region=region)
-        report = measure_mtf(picture_of_frame(frame, "mean_electrons"), rois=[Roi(0, 0, 64, 64)], theory=theory)
-        assert [edge.channel for edge in report.edges] == (["Y"] if sensor == "mono-345" else ["R", "G1", "G2", "B"])
-        for edge in report.edges:
-            assert edge.theory is not None
-            assert edge.theory.difference_to_nyquist < 2e-3
-            assert edge.figures.mtf50_cycles_per_pixel == pytest.approx(edge.theory.mtf50_cycles_per_pixel, rel=1e-3)
-            assert edge.figures.contrast == pytest.approx(0.85 / 0.95, rel=1e-3)
+    # Each angle is met by both sensors and all f-numbers.
+    angle = (2.0, 43.0, -11.0, 97.0)[(2 * (sensor == "d40-like") + olpf + int(f_number)) % 4]
+    scene = camsim.Scene(background=0.05, shapes=[half_plane(angle, 0.7)])
+    frame = camera.expose(scene, light=LIGHT, exposure=EXPOSURE, region=region, noise=False)
+    theory = CameraOtf(camera=camera, scene=scene, light=LIGHT, region=region)
+    report = measure_mtf(picture_of_frame(frame, "mean_electrons"), rois=[Roi(0, 0, 64, 64)], theory=theory)
+    assert [edge.channel for edge in report.edges] == (["Y"] if sensor == "mono-345" else ["R", "G1", "G2", "B"])
+    for edge in report.edges:
+        assert edge.theory is not None
+        assert edge.theory.difference_to_nyquist < 2e-3
+        assert edge.figures.mtf50_cycles_per_pixel == pytest.approx(edge.theory.mtf50_cycles_per_pixel, rel=1e-3)
+        assert edge.figures.contrast == pytest.approx(0.85 / 0.95, rel=1e-3)
 
 
-def test_the_theory_is_the_product_of_transfers_in_green_light():
-    """At one wavelength: lens by the overlap of two circles, OLPF by its two spots, photosite by its width."""
-    camera = camsim.Camera.from_yaml("d40-like", lens=camsim.Airy(f_number=8.0))
-    scene = camsim.Scene(background=0.9)
-    light = camsim.Light(line_nm=550.0, illuminance_lux=5000)
-    square = camsim.Rectangle(width_um=488.0, height_um=488.0, centre_um=(244.0, 0.0), reflectance=0.05)
-    theory = CameraOtf(camera=camera, scene=camsim.Scene(background=0.9, shapes=[square]), light=light)
-    line = EdgeLine(x_pixel=0.5 * camera.cols, y_pixel=0.5 * camera.rows, normal_rad=math.pi)
-    f = np.array([0.0, 0.1, 0.25, 2.0 / 3.0, 0.9])
-    per_um = f / 4.88
-    u = per_um * 0.55 * 8.0
-    overlap = np.array([1 - 4 / math.pi * _half_lens(x) for x in u])
-    expected = overlap * np.cos(np.pi * 3.66 * per_um) * np.sinc(f)
-    got = theory.along_normal(f, channel="G1", line=line)
-    np.testing.assert_allclose(got, expected, atol=1e-9)
-    assert abs(got[3]) < 1e-12  # the OLPF's null at 1/(2d)
-    flat = CameraOtf(camera=camera, scene=scene, light=light)
-    assert flat.along_normal(f, channel="G1", line=line) is None
-    assert theory.along_normal(f, channel="Y", line=line) is None
+def half_plane(angle_deg, shift_um=0.0):
+    far, turn = 1e5, math.radians(angle_deg)
+    centre_um = (0.5 * far * math.cos(turn) + shift_um, 0.5 * far * math.sin(turn))
+    return camsim.Rectangle(width_um=far, height_um=4 * far, rotate_deg=angle_deg, centre_um=centre_um, reflectance=0.9)
 
 
-@pytest.mark.parametrize(("f_number", "obstruction"), [(4, 0.0), (16, 0.0), (4, 0.3)])
+@pytest.mark.parametrize(("f_number", "obstruction"), [(16, 0.0), (4, 0.3)])
 def test_few_wavelengths_stand_for_daylight(f_number, obstruction):
     """A pupil without aberrations against the closed form, each channel's light summed at all of 450 wavelengths."""
     closed = (
@@ -141,16 +121,12 @@ def check_theory(lens, exact, frequency, *, within, every=1):
 
 
 def test_the_theory_of_ones_own_is_judged():
-    """A surface given as a curve was dark beyond its table; a scene's file was a traceback later."""
+    """A surface given as a curve was dark beyond its table."""
     camera = camsim.Camera.from_yaml("mono-345", lens=camsim.Airy(f_number=8.0))
     scene, light = camsim.Scene(background=0.9), camsim.Light("D55", illuminance_lux=500.0)
     theory, fx, fy = CameraOtf(camera=camera, scene=scene, light=light), np.array([0.1, 0.4]), np.zeros(2)
     green = camsim.Curve((540.0, 560.0), (0.8, 0.8))
     np.testing.assert_allclose(theory.at(fx, fy, "Y", 0.0, green), theory.at(fx, fy, "Y", 0.0, 0.8), rtol=1e-9)
-    with pytest.raises(InvalidValueError, match=r"CameraOtf.scene: must be a Scene, not 'edge'"):
-        CameraOtf(camera=camera, scene="edge", light=light)
-    with pytest.raises(InvalidValueError, match=r"CameraOtf.camera: must be a Camera, not 'mono-345'; Cam"):
-        CameraOtf(camera="mono-345", scene=scene, light=light)
     with pytest.raises(InvalidValueError, match=r"CameraOtf.dark: must be a number from 0 to 1"):
         theory.at(fx, fy, "Y", -0.1, green)
 
@@ -171,8 +147,9 @@ def test_the_theory_of_an_oblique_edge_has_each_axis_own_part(normal_deg):
     fx, fy = (f / 3.45 * part for part in (math.cos(turn), math.sin(turn)))
     overlap = np.array([1 - 4 / math.pi * _half_lens(x) for x in f / 3.45 * 0.55 * 8.0])
     expected = overlap * np.cos(np.pi * 2.5 * fx) * np.sinc(3.4 * fx) * np.sinc(2.0 * fy)
-    got = CameraOtf(camera=camera, scene=scene, light=light).along_normal(f, channel="Y", line=line)
-    np.testing.assert_allclose(got, expected, atol=1e-9)
+    theory = CameraOtf(camera=camera, scene=scene, light=light)
+    np.testing.assert_allclose(theory.along_normal(f, channel="Y", line=line), expected, atol=1e-9)
+    assert theory.along_normal(f, channel="G1", line=line) is None
 
 
 def test_a_picture_that_a_tilt_has_moved_has_the_theory_of_its_edge():
@@ -193,11 +170,10 @@ def test_a_picture_that_a_tilt_has_moved_has_the_theory_of_its_edge():
 
 
 @pytest.mark.parametrize("sides", [(), (-1,), (1,), (-1, 1)])
-@pytest.mark.parametrize("normal_deg", [20.0, -110.0])
-def test_the_surfaces_of_an_edge_are_looked_up_three_pixels_beside_it(sides, normal_deg):
+def test_the_surfaces_of_an_edge_are_looked_up_three_pixels_beside_it(sides):
     """Marks a third of a pixel wide on an even background: an edge is seen where just one side has its mark."""
     camera = camsim.Camera.from_yaml("mono-345", lens=camsim.Airy(f_number=8.0))
-    region, turn = camsim.Region(rows=40, cols=50, origin=(600, 100)), math.radians(normal_deg)
+    region, turn = camsim.Region(rows=40, cols=50, origin=(600, 100)), math.radians(-110.0)
     x, y = 20.25, 18.75  # in the window, from its upper left corner
     marks = [
         camsim.Rectangle(
@@ -226,15 +202,7 @@ def _half_lens(u):
 def test_what_lies_beyond_the_region_is_added_or_left_out():
     """The plain figure of ±32 px is too high at f/32, and by as much as the line spread beyond says."""
     camera = camsim.Camera.from_yaml("mono-345", lens=camsim.Airy(f_number=32.0))
-    plane = camsim.Rectangle(width_um=1e5, height_um=4e5, centre_um=(5e4, 0), rotate_deg=0, reflectance=0.9)
-    turned = camsim.Rectangle(
-        width_um=1e5,
-        height_um=4e5,
-        rotate_deg=6.0,
-        centre_um=(5e4 * math.cos(math.radians(6)), 5e4 * math.sin(math.radians(6))),
-        reflectance=plane.reflectance,
-    )
-    scene, region = camsim.Scene(background=0.05, shapes=[turned]), camsim.Region(rows=64, cols=64)
+    scene, region = camsim.Scene(background=0.05, shapes=[half_plane(6.0)]), camsim.Region(rows=64, cols=64)
     frame = camera.expose(scene, light=LIGHT, exposure=EXPOSURE, region=region, noise=False)
     theory = CameraOtf(camera=camera, scene=scene, light=LIGHT, region=region)
     plane_y = picture_of_frame(frame, "mean_electrons").planes[0]
@@ -261,7 +229,7 @@ def test_a_wide_edge_has_a_note_of_what_aberrations_may_do():
     plane_y = Plane(name="Y", samples=gaussian_edge(64, 64, 7, 3.0))
     whole, plain = (measure_edge(plane_y, Roi(0, 0, 64, 64), tail=tail) for tail in (True, False))
     (note,) = whole.notes
-    assert re.search(r"rises over 2[3-5] % .* off by up to 3\.\d %", note)
+    assert re.search(r"rises over 2[3-5] % .* off by up to 3\.\d %", note.text)
     assert plain.notes == measured(gaussian_edge(64, 64, 7, 1.2)).notes == ()
 
 
@@ -278,28 +246,27 @@ def test_noise_hides_nothing_of_what_coma_throws():
     """Its tail on the dark side, in a small region: 2.7 % high with knots so wide that it was taken for shading."""
     image, half = aberrated(48, {4: 0.2, 8: 0.15})
     rng, found = np.random.default_rng(3), []
-    for _ in range(24):
+    for _ in range(12):
         noisy = image + rng.normal(0.0, 0.009, image.shape)
         found.append(measured(noisy, size=48).figures.mtf50_cycles_per_pixel)
-    assert np.mean(found) == pytest.approx(half, rel=0.012)  # four standard errors
+    assert np.mean(found) == pytest.approx(half, rel=0.017)  # four standard errors
 
 
-@pytest.mark.parametrize("name", ABERRATED)
-@pytest.mark.parametrize("size", [48, 128])
-def test_aberrations_stay_within_stated_errors(name, size):
+@pytest.mark.parametrize(
+    ("name", "size", "side"), [*((name, 48, 1.0) for name in ABERRATED), ("defocus 0.2, coma 0.15", 128, -1.0)]
+)
+def test_aberrations_stay_within_stated_errors(name, size, side):
     """What they throw beyond a region passes for shading; MTF50 is then low, and the error says by how much."""
-    for side in (1.0, -1.0):
-        image, half = aberrated(size, ABERRATED[name], f_number=5.6, pitch_um=3.45, side=side)
-        edge = measured(image, size=size)
-        error = edge.standard_error.mtf50_cycles_per_pixel
-        assert abs(edge.figures.mtf50_cycles_per_pixel - half) <= 2.5 * error
-        assert error < (0.04 if size == 48 else 0.006) * half
+    image, half = aberrated(size, ABERRATED[name], f_number=5.6, pitch_um=3.45, side=side)
+    edge = measured(image, size=size)
+    error = edge.standard_error.mtf50_cycles_per_pixel
+    assert abs(edge.figures.mtf50_cycles_per_pixel - half) <= 2.5 * error
+    assert error < (0.04 if size == 48 else 0.006) * half
 
 
-@pytest.mark.parametrize("radius", [100.0, 200.0])
-def test_a_disc_tells_the_same_as_a_straight_edge(radius):
+def test_a_disc_tells_the_same_as_a_straight_edge():
     """A Gaussian's light within a disc is Rice's distribution; the rim is an arc, and no parabola."""
-    sigma, turn = 1.0, math.radians(20.0)
+    radius, sigma, turn = 100.0, 1.0, math.radians(20.0)
     y, x = np.mgrid[:64, :64] + 0.5 - 32.0
     far = np.hypot(x + radius * math.cos(turn), y + radius * math.sin(turn))
     edge = measured(0.9 - 0.8 * scipy.stats.ncx2.cdf((radius / sigma) ** 2, 2, (far / sigma) ** 2))
@@ -316,7 +283,7 @@ def test_shading_does_not_count_as_blur(direction):
     assert mtf50 == pytest.approx(gaussian_limit(0.5, 0.8), rel=2e-3)
 
 
-@pytest.mark.parametrize(("along_x", "along_y"), [(0.0024, -0.0032), (-0.003, 0.003), (0.003, 0.0)])
+@pytest.mark.parametrize(("along_x", "along_y"), [(0.0024, -0.0032), (0.003, 0.0)])
 def test_steep_lamps_do_not_blur_either(along_x, along_y):
     """Light that doubles over the region: what the sides have at the edge is not what they have in their middles."""
     sigma, middle = 1.5, np.arange(96) - 47.5
@@ -329,7 +296,7 @@ def test_steep_lamps_do_not_blur_either(along_x, along_y):
     assert figures.angle_deg == pytest.approx(-23.6, abs=0.02)
 
 
-@pytest.mark.parametrize(("along_x", "along_y"), [(0.15, 0.15), (-0.15, 0.1), (0.0, -0.15)])
+@pytest.mark.parametrize(("along_x", "along_y"), [(0.15, 0.15), (0.0, -0.15)])
 @pytest.mark.parametrize("wide", [False, True])
 def test_tilted_light_turns_no_edge(rng, along_x, along_y, wide):
     """±15 % over the region, of edges whose shape is no error function: angle and MTF50 are within their errors."""
@@ -351,17 +318,16 @@ def test_defects_are_left_out(rng):
     image[rng.integers(0, 64, 12), rng.integers(0, 64, 12)] = 2.0
     edge = measured(image)
     assert edge.left_out == 12
-    assert "12 photosites" in edge.notes[0]
+    assert "12 photosites" in edge.notes[0].text
     assert edge.figures.mtf50_cycles_per_pixel == pytest.approx(clean, rel=2e-3)
 
 
-@pytest.mark.parametrize(("size", "step", "angle", "mtf50"), [(64, 1, 5, 0.25), (64, 2, -10, 0.2)])
-def test_standard_errors_are_true(rng, size, step, angle, mtf50):
-    """128 draws of even noise at SNR 100: no bias beyond its own error, and errors true to 20 %."""
-    image = gaussian_edge(size, size, angle, gaussian_sigma(mtf50), step=step)
+def test_standard_errors_are_true(rng):
+    """64 draws of even noise at SNR 100: no bias beyond its own error, and errors true to a third."""
+    image = gaussian_edge(64, 64, 5, gaussian_sigma(0.25))
     values, errors = [], []
-    for _ in range(128):
-        edge = measured(image + rng.normal(0.0, 0.008, image.shape), step)
+    for _ in range(64):
+        edge = measured(image + rng.normal(0.0, 0.008, image.shape))
         figures, error = edge.figures, edge.standard_error
         names = ("mtf50_cycles_per_pixel", "rise_10_90_pixel", "angle_deg", "contrast", "snr")
         at = np.searchsorted(edge.frequency_cycles_per_pixel, 0.1)
@@ -370,9 +336,9 @@ def test_standard_errors_are_true(rng, size, step, angle, mtf50):
     values, errors = np.array(values), np.array(errors)
     spread = values.std(axis=0, ddof=1)
     ratio = np.sqrt((errors**2).mean(axis=0)) / spread
-    # The spread of 128 draws is itself known to 6 %.
-    assert np.all(np.abs(ratio - 1.0) < 0.2), ratio
-    assert abs(values[:, 0].mean() - mtf50) < STATISTICAL * spread[0] / math.sqrt(len(values))
+    # The spread of 64 draws is itself known to 9 %.
+    assert np.all(np.abs(ratio - 1.0) < 0.33), ratio
+    assert abs(values[:, 0].mean() - 0.25) < STATISTICAL * spread[0] / math.sqrt(len(values))
     assert values[:, 4].mean() == pytest.approx(100, rel=0.02)
 
 
@@ -381,7 +347,7 @@ def test_noise_that_rows_or_columns_share_is_in_the_errors(rng, angle, lines):
     """An edge along them: of independent photosites the contrast's error would be a fifth, the angle's a third."""
     image = gaussian_edge(64, 64, angle, 0.8)
     off = []
-    for _ in range(48):
+    for _ in range(32):
         shared = rng.normal(0.0, 0.012, (64, 1))
         edge = measured(image + rng.normal(0.0, 0.012, image.shape) + (shared if lines == "rows" else shared.T))
         figures, error = edge.figures, edge.standard_error
@@ -395,33 +361,12 @@ def test_noise_that_rows_or_columns_share_is_in_the_errors(rng, angle, lines):
     assert np.sqrt(np.mean(np.square(off), axis=0))[0] > 0.6
 
 
-def test_a_step_of_several_greys_is_found_everywhere(rng):
-    """Edges found on their own: all twelve sides of three turned squares, none of the frame's border."""
-    image = np.full((420, 900), 0.8)
-    y, x = np.mgrid[:420, :900] + 0.5
-    for centre, angle, level in ((150, 5, 0.1), (450, -12, 0.3), (750, 20, 0.5)):
-        turn = math.radians(angle)
-        u = (x - centre) * math.cos(turn) + (y - 210) * math.sin(turn)
-        v = (y - 210) * math.cos(turn) - (x - centre) * math.sin(turn)
-        inside = _step(u + 85) * _step(85 - u) * _step(v + 85) * _step(85 - v)
-        image += (level - 0.8) * inside
-    image += rng.normal(0, 0.004, image.shape)
-    picture = Picture(name="three squares", shape=image.shape, planes=(Plane(name="Y", samples=image),))
-    report = measure_mtf(picture)
-    assert len(report.edges) == 12
-    assert not report.refused
-    for edge in report.edges:
-        assert min(abs(edge.figures.angle_deg - a) for a in (5, -12, 20)) < 0.1
-        error = edge.figures.mtf50_cycles_per_pixel - gaussian_limit(0.5, 0.7)
-        assert abs(error) < STATISTICAL * edge.standard_error.mtf50_cycles_per_pixel
-
-
 @pytest.mark.parametrize("pattern", [("Y",), ("RG", "GB")])
 def test_regions_lie_in_the_middle_of_their_sides(rng, pattern):
     """Turned rectangles at places between pixels: each side's region is about its middle, and no side is left out."""
     y, x = np.mgrid[:200, :220] + 0.5
     aside = []
-    for _ in range(40):
+    for _ in range(20):
         cx, cy, turn = 110.0 + rng.uniform(-4, 4), 100.0 + rng.uniform(-4, 4), math.radians(rng.uniform(4.0, 12.0))
         u = (x - cx) * math.cos(turn) + (y - cy) * math.sin(turn)
         v = (y - cy) * math.cos(turn) - (x - cx) * math.sin(turn)
@@ -457,9 +402,7 @@ def test_the_unit_of_the_numbers_is_no_matter(scale):
 
 
 def _step(distance):
-    from scipy import special
-
-    return special.ndtr(distance / 0.7)
+    return scipy.special.ndtr(distance / 0.7)
 
 
 def test_a_defect_is_told_by_the_noise_of_its_own_side():

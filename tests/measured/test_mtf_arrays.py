@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 from edges import gaussian_edge, gaussian_limit, gaussian_mtf, gaussian_sigma
+from scipy import special
 
 import camsim
 from camsim.core.errors import InvalidValueError, UnsupportedError
@@ -31,8 +32,7 @@ def picture_of(image, pattern, **levels):
     [
         (array, a, (0.10, 0.25, 0.40)[(i + k) % 3])  # every pair of the three
         for i, array in enumerate(ARRAYS)
-        for k, a in enumerate((3, 5, 20, 43, -2.5, -20, 97, 184))
-        if array != "nona-bayer" or abs(a) > 3
+        for k, a in enumerate((5, 43, -20, 184))
     ],
 )
 def test_an_edge_in_closed_form(array, angle, mtf50):
@@ -112,31 +112,21 @@ def test_a_capture_without_noise_shows_its_optics(sensor, kernel):
     light, region = camsim.Light("D55", illuminance_lux=5000), camsim.Region(rows=96, cols=96)
     # Places of one channel that have other neighbours each show another edge; theory is their mean.
     several = camera.crosstalk is not None and len(camera.cfa.pattern) > 2
-    for angle in (3.0, -20.0):
-        far, turn = 1e5, math.radians(angle)
-        plane = camsim.Rectangle(
-            width_um=far,
-            height_um=4 * far,
-            rotate_deg=angle,
-            centre_um=(0.5 * far * math.cos(turn), 0.5 * far * math.sin(turn)),
-            reflectance=0.9,
+    scene = camsim.Scene(background=0.05, shapes=[camsim.HalfPlane(towards_deg=-20.0, reflectance=0.9)])
+    exposure = camsim.Exposure(time_s=0.01, iso=200)
+    frame = camera.expose(scene, light=light, exposure=exposure, region=region, noise=False)
+    theory = CameraOtf(camera=camera, scene=scene, light=light, region=region)
+    report = measure_mtf(picture_of_frame(frame, "mean_electrons"), rois=[Roi(0, 0, 96, 96)], theory=theory)
+    assert {edge.channel[0] for edge in report.edges} == ({"Y"} if sensor == "mono-345" else {"R", "G", "B"})
+    for edge in report.edges:
+        assert edge.theory is not None
+        assert edge.theory.difference_to_nyquist < (2e-2 if several else 2e-3)
+        assert edge.figures.mtf50_cycles_per_pixel == pytest.approx(
+            edge.theory.mtf50_cycles_per_pixel, rel=1e-2 if several else 1e-3
         )
-        scene = camsim.Scene(background=0.05, shapes=[plane])
-        exposure = camsim.Exposure(time_s=0.01, iso=200)
-        frame = camera.expose(scene, light=light, exposure=exposure, region=region, noise=False)
-        theory = CameraOtf(camera=camera, scene=scene, light=light, region=region)
-        report = measure_mtf(picture_of_frame(frame, "mean_electrons"), rois=[Roi(0, 0, 96, 96)], theory=theory)
-        assert {edge.channel[0] for edge in report.edges} == ({"Y"} if sensor == "mono-345" else {"R", "G", "B"})
-        for edge in report.edges:
-            assert edge.theory is not None
-            assert edge.theory.difference_to_nyquist < (2e-2 if several else 2e-3)
-            assert edge.figures.mtf50_cycles_per_pixel == pytest.approx(
-                edge.theory.mtf50_cycles_per_pixel, rel=1e-2 if several else 1e-3
-            )
 
 
-@pytest.mark.parametrize("sigma", [0.7, 6.0])
-@pytest.mark.parametrize("array", ["x-trans", "quad-bayer", "mono"])
+@pytest.mark.parametrize(("array", "sigma"), [("x-trans", 0.7), ("quad-bayer", 6.0), ("mono", 6.0)])
 def test_edges_are_found_sharp_or_blurred(array, sigma):
     """All four sides of a square; a blurred edge's skirts are no edges of others."""
     y, x = np.mgrid[:420, :420] + 0.5 - 210
@@ -151,8 +141,6 @@ def test_edges_are_found_sharp_or_blurred(array, sigma):
 
 
 def _step(distance, sigma):
-    from scipy import special
-
     return special.ndtr(distance / sigma)
 
 
@@ -195,8 +183,7 @@ def test_the_array_of_a_file_that_does_not_say_it(tmp_path):
         read_picture(tmp_path / "a.npy", cfa="RGBX")
 
 
-@pytest.mark.parametrize("rows", range(4))
-@pytest.mark.parametrize("cols", range(4))
+@pytest.mark.parametrize(("rows", "cols"), [(0, 0), (1, 2), (2, 3), (3, 1)])
 def test_a_window_of_a_quad_bayer_array_keeps_the_names_of_its_filters(rows, cols):
     """G1 is in the rows of red wherever the window begins."""
     whole = np.array([list(row) for row in ("RRGG", "RRGG", "GGBB", "GGBB")])

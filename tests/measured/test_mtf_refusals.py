@@ -2,19 +2,17 @@
 
 import math
 import re
-import warnings
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from edges import gaussian_edge
+from edges import gaussian_edge, gaussian_mtf
 from PIL import Image
 
 import camsim
-from camsim.core.errors import CamsimError, InputError, InvalidValueError, UnsupportedError
-from camsim.measure import FullFrame, Picture, Plane, Roi, measure_edge, measure_mtf, read_picture
-from camsim.measure.acutance import acutance
-from camsim.measure.picture import Channel, mosaic_planes
+from camsim.core.errors import InputError, InvalidValueError, UnsupportedError
+from camsim.measure import Picture, Plane, Roi, measure_edge, measure_mtf, read_picture
+from camsim.measure.picture import Channel
 from camsim.measure.reading import picture_of_frame
 from camsim.measure.sampling import refuse_gap
 
@@ -128,7 +126,7 @@ def test_highlights_that_clip_below_what_a_file_can_store_are_seen(photons, gain
     measure_edge(Plane(name="Y", samples=codes.astype(np.uint16), black=64.0, white=65535.0), WHOLE)
 
 
-@pytest.mark.parametrize("kept", ["frame", "npz", "dng"])
+@pytest.mark.parametrize("kept", ["frame", "dng"])
 def test_highlights_of_a_channel_with_an_offset_are_seen(tmp_path, kept):
     """Blue is full 12 codes sooner than the others: 0.394 was its MTF50 where theory has 0.281."""
     sets = ("charge.full_well_e=20000", "readout.black_offsets_dn=[[0,0],[0,-12]]")
@@ -156,7 +154,7 @@ def test_of_light_below_black_no_contrast_is_said():
     edge = gaussian_edge(64, 64, 5, 0.8)
     measured = measure_edge(Plane(name="Y", samples=edge - 0.7), WHOLE)
     assert math.isnan(measured.figures.contrast)
-    assert any("below black" in note for note in measured.notes)
+    assert any(note.code == "below-black" for note in measured.notes)
     right = measure_edge(Plane(name="Y", samples=edge), WHOLE)
     assert measured.figures.mtf50_cycles_per_pixel == pytest.approx(right.figures.mtf50_cycles_per_pixel, rel=1e-6)
 
@@ -166,35 +164,6 @@ def test_true_and_false_are_no_light(tmp_path):
     np.save(file, gaussian_edge(64, 64, 5, 0.8) > 0.5)
     with pytest.raises(InputError, match="true and false"):
         read_picture(file)
-
-
-@pytest.mark.parametrize(
-    ("made", "message"),
-    [
-        (lambda: Plane(name="Y", samples=np.ones((4, 4)) + 0j), "Y.samples: must be .* not complex128 of shape"),
-        (lambda: Plane(name="Y", samples=np.ones((4, 4, 3))), r"Y.samples: must be .* of shape \(4, 4, 3\)"),
-        (lambda: Plane(name="Y", samples=[[True, False]]), "Y.samples: must be .* not bool"),
-        (lambda: Plane(name="Y", samples=np.ones((4, 4)), step=(0, 1)), "Y.step: item 0 must be a whole number of 1"),
-        (lambda: Plane(name="Y", samples=np.ones((4, 4)), first=(0, -1)), "Y.first: item 1 must be a whole number of"),
-        (lambda: Plane(name="Y", samples=np.ones((4, 4)), black="64"), "Y.black: '64'; must be a number up to"),
-        (
-            lambda: one_plane((60, 80), (80, 60)),
-            "Y.samples: has 60 rows of samples, every 1 from 0 on, .* 80 rows × 60",
-        ),
-        (lambda: one_plane((80, 80), (40, 40)), "Y.samples: has 80 rows of samples"),
-        (lambda: one_plane((80, 80), (80, 80), pitch_um=-3.45), "Picture.pitch_um: must be a number above 0 or None"),
-        (lambda: one_plane((80, 80), (80.0, 80.0)), "Picture.shape: item 0 must be a whole number"),
-        (lambda: measure_mtf(one_plane((80, 80), (80, 80)), tail="no"), "tail: must be true or false, not 'no'"),
-    ],
-)
-def test_a_picture_of_ones_own_is_judged(made, message):
-    """Tracebacks, lp/mm below 0, or the corner of an image that was measured for all of it."""
-    with pytest.raises(InvalidValueError, match=message):
-        made()
-
-
-def one_plane(size, shape, **facts):
-    return Picture(name="x", shape=shape, planes=[Plane(name="Y", samples=np.zeros(size))], **facts)
 
 
 def test_black_is_taken_off_whole_numbers():
@@ -212,23 +181,10 @@ def test_too_few_rows():
         measure_edge(Plane(name="Y", samples=gaussian_edge(6, 64, 5, 0.8)), Roi(0, 0, 6, 64))
 
 
-@pytest.mark.parametrize("roi", [Roi(0, 0, 65, 64), Roi(-1, 0, 10, 10), Roi(0, 60, 10, 10), Roi(0, 0, 0, 4)])
-def test_a_region_outside_the_image(roi):
-    picture = Picture(name="x", shape=(64, 64), planes=(Plane(name="Y", samples=np.zeros((64, 64))),))
-    with pytest.raises(InvalidValueError, match="roi"):
-        measure_mtf(picture, rois=[roi])
-
-
 def test_a_picture_without_edges():
     flat = Picture(name="x", shape=(200, 200), planes=(Plane(name="Y", samples=noisy(np.full((200, 200), 0.5))),))
     with pytest.raises(UnsupportedError, match="no measurable slanted edge"):
         measure_mtf(flat)
-
-
-def test_a_channel_that_does_not_exist():
-    picture = Picture(name="x", shape=(64, 64), planes=(Plane(name="Y", samples=np.zeros((64, 64))),))
-    with pytest.raises(CamsimError, match=r"unknown channel 'R'.*known: Y, all"):
-        measure_mtf(picture, channel="R")
 
 
 def test_encoded_data_is_refused_until_someone_says_how_it_is_encoded(tmp_path):
@@ -247,16 +203,6 @@ def test_encoded_data_is_refused_until_someone_says_how_it_is_encoded(tmp_path):
     assert abs(wrong.figures.mtf50_cycles_per_pixel / right.figures.mtf50_cycles_per_pixel - 1) > 0.01
 
 
-@pytest.mark.parametrize("name", ["gone.dng", "a.cr3", "a.dng", "a.exr", "a.npy", "a.png"])
-def test_files_that_cannot_be_read(tmp_path, name):
-    if name != "gone.dng":
-        (tmp_path / name).write_bytes(b"II*\0 nothing of the kind" * 9)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # Pillow warns of broken Exif before it gives up
-        with pytest.raises(InputError, match="cannot read"):
-            read_picture(tmp_path / name)
-
-
 @pytest.mark.parametrize("length", [20.0, 33.0, 64.0])
 @pytest.mark.parametrize("step", [1, 2])
 def test_an_edge_turned_as_far_as_is_said_has_its_phases(length, step):
@@ -270,36 +216,11 @@ def test_an_edge_turned_as_far_as_is_said_has_its_phases(length, step):
     refuse(float(re.search(r"to (\d+)°", str(caught.value)).group(1)))
 
 
-EDGE = gaussian_edge(64, 96, 7, 0.8)
-PLANE = Plane(name="Y", samples=EDGE)
-RISING = np.linspace(0.0, 1.0, 11)
-MISTAKEN = {
-    "one colour twice": (lambda: Picture(name="x", shape=(64, 96), planes=(PLANE, PLANE)), "same photosites"),
-    "filters as a text": (lambda: mosaic_planes(EDGE, "RGGB"), r"'RGGB'; .* such as \('RG', 'GB'\)"),
-    "blacks in a row": (lambda: mosaic_planes(EDGE, ("RG", "GB"), black=[0, 1, 2, 3]), "black: a list of 4"),
-    "whites in a row": (lambda: mosaic_planes(EDGE, ("RG", "GB"), white=[1, 1, 2, 3]), "white: a list of 4"),
-    "beyond the image": (lambda: measure_edge(PLANE, Roi(0, 0, 200, 96)), "reaches beyond the image of 64 rows"),
-    "before it": (lambda: measure_edge(PLANE, Roi(-8, 0, 64, 96)), "begins outside the image"),
-    "a word for no": (lambda: measure_edge(PLANE, Roi(0, 0, 64, 96), tail="no"), "tail: must be true or false"),
-    "a unit of its own": (lambda: FullFrame.of(None, (64, 96)).per_unit("cycles/mm"), "unknown unit 'cycles/mm'"),
-    "frequencies that fall": (
-        lambda: acutance(RISING[::-1], RISING, rows=64, distance_picture_heights=2.0),
-        "must increase from 0",
-    ),
-    "an MTF in per cent": (
-        lambda: acutance(RISING, 100.0 - RISING, rows=64, distance_picture_heights=2.0),
-        "100 at frequency 0",
-    ),
-    "MTFs of other frequencies": (
-        lambda: acutance(RISING, np.ones(10), rows=64, distance_picture_heights=2.0),
-        "one for each",
-    ),
-}
-
-
-@pytest.mark.parametrize("name", MISTAKEN)
-def test_what_a_caller_may_mistake_is_refused(name):
-    """Each of these was measured as if it were right, or ended in an exception of numpy's."""
-    wrong, message = MISTAKEN[name]
-    with pytest.raises(CamsimError, match=message):
-        wrong()
+@pytest.mark.parametrize("width", [0.05, 0.1, 0.2])
+def test_a_line_too_thin_to_be_seen_is_said_to_be_possible(width):
+    """Coma makes the same edge, so it is not refused; the note's bound is above what the line does, and not far."""
+    edge = measure_edge(Plane(name="Y", samples=line_between_greys(width)), WHOLE)
+    too_high = 0.5 / gaussian_mtf(edge.figures.mtf50_cycles_per_pixel, 0.8) - 1.0
+    (said,) = (float(number) for note in edge.notes for number in re.findall(r"up to ([\d.]+) % too high", note))
+    assert 0.95 * too_high < said / 100 < 1.5 * too_high
+    assert not measure_edge(Plane(name="Y", samples=noisy(gaussian_edge(64, 64, 5, 0.8))), WHOLE).notes

@@ -1,7 +1,5 @@
 """What stands beside measured noise as the profile's own: flats and darks of a few photosites must agree with it."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 
@@ -15,6 +13,8 @@ from camsim.measure.noise import expected_of, measure_noise, take_shots
 BENT = camsim.PolynomialResponse((-0.2,), scale_e=40_000.0)
 LOPSIDED = camsim.Crosstalk(((0, 0, 0), (0, 0.6, 0.35), (0, 0, 0)))
 
+SMALL_WELL, HOT = camsim.DualGain(from_iso=100.0, capacity_e=4000.0), camsim.DarkCurrent(1e6)
+
 
 def camera_of(sensor, *, offsets=((0,),), **changes):
     camera = load_camera(sensor, lens=camsim.Airy(f_number=8.0))
@@ -24,37 +24,15 @@ def camera_of(sensor, *, offsets=((0,),), **changes):
 @pytest.mark.parametrize(
     ("figure", "sensor", "iso", "changes"),
     [
-        ("linearity_error", "d40-like", None, {"nonlinearity": BENT}),
         ("linearity_error", "d40-like", 3200.0, {"nonlinearity": BENT}),
-        ("linearity_error", "d40-like", None, {"nonlinearity": BENT, "full_well": None}),
-        (
-            "linearity_error",
-            "d40-like",
-            None,
-            {"nonlinearity": BENT, "dual_gain": camsim.DualGain(from_iso=100.0, capacity_e=4000.0)},
-        ),
-        (
-            "linearity_error",
-            "d40-like",
-            None,
-            {"nonlinearity": BENT, "crosstalk": LOPSIDED, "dark_current": camsim.DarkCurrent(1e6)},
-        ),
-        (
-            "linearity_error",
-            "mono-345",
-            None,
-            {"nonlinearity": camsim.ResponseTable((0, 5000, 10_700), (0, 5000, 7000))},
-        ),
+        ("linearity_error", "d40-like", None, {"nonlinearity": BENT, "dual_gain": SMALL_WELL}),
+        ("linearity_error", "d40-like", None, {"nonlinearity": BENT, "crosstalk": LOPSIDED, "dark_current": HOT}),
         ("full_well_e", "mono-345", None, {"dark_current": camsim.DarkCurrent(5e4)}),
-        ("dsnu_e", "d40-like", None, {"offsets": ((0, 6), (12, 20))}),
-        ("dsnu_e", "d40-like", None, {"offsets": ((0, 6, 9), (12, 20, 2), (5, 8, 13))}),
         ("dsnu_e", "d40-like", 400.0, {"offsets": ((0, 6, 12, 20),)}),
         ("dsnu_e", "x-trans-376", None, {"offsets": ((0, 6), (12, 20))}),
         ("dsnu_e", "mono-345", None, {"offsets": ((0, 6), (12, 20))}),
-        ("prnu", "d40-like", None, {"nonlinearity": BENT, "prnu": camsim.Prnu(0.02)}),
         ("prnu", "d40-like", 400.0, {"nonlinearity": BENT, "prnu": camsim.Prnu(0.02), "full_well": None}),
         ("prnu", "mono-345", None, {"nonlinearity": camsim.ResponseTable((0, 3000, 10_700), (0, 3000, 7000))}),
-        ("prnu", "d40-like", None, {"crosstalk": LOPSIDED, "prnu": camsim.Prnu(0.05)}),
         ("prnu", "x-trans-376", None, {"crosstalk": LOPSIDED, "prnu": camsim.Prnu(0.02)}),
     ],
 )

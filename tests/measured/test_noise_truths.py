@@ -1,7 +1,5 @@
 """Sensors of a few lines of numpy whose numbers are known: what flats and darks of them tell, and what they cannot."""
 
-from __future__ import annotations
-
 import json
 import math
 import re
@@ -131,8 +129,6 @@ def test_codes_that_a_program_moved_after_the_converter_are_its_end(rng):
     ("sensor", "clipped"),
     [
         (Sensor(well_e=8000, dark_e_per_s=390.0), 30_000),
-        (Sensor(last_dn=4400, dark_e_per_s=390.0), 30_000),
-        (Sensor(well_e=8000, dark_e_per_s=390.0), None),
         (Sensor(last_dn=4400, dark_e_per_s=390.0), None),
     ],
 )
@@ -174,14 +170,14 @@ def test_figures_know_their_errors(sensor):
         "dark_current_e_per_s": sensor.dark_e_per_s,
     }
     levels = [share * well_e for share in (0.04, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7)]
-    for name, rms in sensor.pulls(truth, trials=24, levels=levels, clipped=4 * well_e).items():
+    for name, rms in sensor.pulls(truth, trials=16, levels=levels, clipped=4 * well_e).items():
         assert 0.55 < rms < 1.35, name
 
 
 def test_patterns_that_chance_hides_have_a_limit():
     """Of a sensor without any, PRNU was 0.0037 ± 0.0006; of one with little the limit lies above it."""
     for prnu in (0.0, 0.0003):
-        for seed in range(12):
+        for seed in range(6):
             shots = Sensor(well_e=8000, prnu=prnu, side=40).shots(np.random.default_rng(seed), MONO, clipped=30_000)
             (channel,) = measure_noise(shots).channels
             stated = channel.as_dict()["figures"]
@@ -192,7 +188,7 @@ def test_patterns_that_chance_hides_have_a_limit():
             assert stated["prnu"]["at_most"] < 0.02
 
 
-@pytest.mark.parametrize("kind", ["u4", "u8", ">u4"])
+@pytest.mark.parametrize("kind", ["u8", ">u4"])
 def test_a_folder_of_wide_codes_keeps_them(rng, tmp_path, kind):
     """Sums of frames wrapped at 65 536: a saturation of 13 600 e⁻ for 30 000."""
     shots = Sensor(well_e=8000).shots(rng, MONO, clipped=30_000)

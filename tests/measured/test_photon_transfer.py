@@ -1,7 +1,5 @@
 """What goes into a sensor comes back from its flats and darks, by EMVA 1288's procedures."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 
@@ -15,7 +13,7 @@ from camsim.measure.noise.estimate import Estimate
 from camsim.measure.noise.photon_transfer import _dark_current, photon_transfer
 from camsim.measure.noise.stack import Level, stack
 
-SIDE, FRAMES, TIME_S = 360, 16, 0.01
+SIDE, FRAMES, TIME_S = 240, 12, 0.01
 LEVELS = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
 
 
@@ -113,7 +111,7 @@ def test_a_strip_of_few_columns_has_lines_too(rng: np.random.Generator, cols: in
     """Rows, or columns, share offsets and nothing else differs: the stated error of the pattern holds."""
     channel = np.ones((100, cols), dtype=bool)
     stacks = []
-    for _ in range(300):
+    for _ in range(150):
         codes = np.rint(np.broadcast_to(rng.normal(5000.0, 300.0, lines), channel.shape)).astype(np.uint16)
         stacks.append(stack([codes, codes], channel))
     scatter = np.std([s.pattern.dn2 for s in stacks])
@@ -136,7 +134,7 @@ def test_rows_and_columns_are_no_independent_numbers(rng: np.random.Generator) -
     assert np.abs(np.mean(pattern)) < 0.5
 
 
-@pytest.mark.parametrize(("rows_dn", "walk_dn"), [(0.0, 0.0), (4.0, 0.0), (0.0, 1.0)])
+@pytest.mark.parametrize(("rows_dn", "walk_dn"), [(4.0, 0.0), (0.0, 1.0)])
 def test_a_dark_current_is_as_sure_as_rows_are(rng: np.random.Generator, rows_dn: float, walk_dn: float) -> None:
     """Weighed by what three frames' means scatter its error was half of what it is, with row noise (or a walk)."""
     whole, gain, off = np.ones((40, 40), dtype=bool), Estimate(1.0, 1e-9), []

@@ -3,8 +3,6 @@
 ``python bench/mtf_study.py small`` draws thousands of these.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -20,7 +18,7 @@ FIGURES = ("angle_deg", "mtf50_cycles_per_pixel", "rise_10_90_pixel")
 
 def test_what_is_not_refused_is_right():
     rng, measured = np.random.default_rng(7), 0
-    for _ in range(48):
+    for _ in range(32):
         samples, first, (rows, cols), true = drawn_edge(rng)
         try:
             edge = measure_edge(Plane(name="R", samples=samples, step=(2, 2), first=first), Roi(0, 0, rows, cols))
@@ -30,13 +28,13 @@ def test_what_is_not_refused_is_right():
         for name in FIGURES:
             found, error = getattr(edge.figures, name), getattr(edge.standard_error, name)
             assert math.isnan(found) or abs(found - true[name]) <= 4.0 * error, (true, name, found, error)
-    assert measured > 24
+    assert measured > 16
 
 
 def test_edges_as_charts_have_them_are_within_their_errors():
     """Blocks of 25 px and more, near neighbours, tilted light, noise and none; bench/mtf_study.py draws hundreds."""
     measured = 0
-    for seed in range(60):
+    for seed in range(30):
         drawn = drawn_edge_of_a_chart(np.random.default_rng(seed))
         try:
             edge = measure_edge(drawn.plane, drawn.roi)
@@ -45,7 +43,7 @@ def test_edges_as_charts_have_them_are_within_their_errors():
         found, error = edge.figures.mtf50_cycles_per_pixel, edge.standard_error.mtf50_cycles_per_pixel
         measured += math.isfinite(found)
         assert math.isnan(found) or abs(found - drawn.mtf50_cycles_per_pixel) <= 4.0 * error, drawn.how
-    assert measured > 30
+    assert measured > 15
 
 
 @pytest.mark.parametrize("seed", [1324, 162])

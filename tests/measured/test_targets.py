@@ -61,8 +61,9 @@ BENT = "sensor.charge.nonlinearity={kind: polynomial, coefficients: [-0.2], scal
         ["lens.f_number=8", "lens.falloff={kind: cos4, exit_pupil_mm: 1}"],
         ["lens.f_number=4"],
         ["lens.f_number=8", BENT],
+        ["lens.f_number=8", "lens.veiling_glare=0.1"],
     ],
-    ids=["rim", "bright beside it", "fall-off", "fifth harmonic", "bent"],
+    ids=["rim", "bright beside it", "fall-off", "fifth harmonic", "bent", "glare"],
 )
 def test_outer_rings_are_right_too(changes):
     """The shipped star, 0.004 to 0.026 too low: light from beyond its rim, harmonics on the lattice, the read-out."""
@@ -152,10 +153,10 @@ LAYERS = [
 ]  # fmt: skip
 
 
-# A texture's reference is rendered each time: the first seven hold every kind of layer.
+# A texture's reference is rendered each time: three hold every kind of layer.
 @pytest.mark.parametrize(
     ("measure", "file", "layer"),
-    [(measure_star, *one) for one in LAYERS] + [(measure_texture, *one) for one in LAYERS[:7]],
+    [(measure_star, *one) for one in LAYERS] + [(measure_texture, *one) for one in (LAYERS[0], LAYERS[2], LAYERS[4])],
 )
 def test_dark_charge_is_no_blur_in_any_file(in_the_dark, measure, file, layer):
     """A texture's MTF was 0.6094 for 0.9575; a star's was too low in electrons with noise, too high in a truth."""
@@ -229,12 +230,12 @@ def test_what_shows_no_star_or_no_structure_is_refused():
         measure_texture(picture, capture)
 
 
-@pytest.mark.parametrize("change", ["noise.enabled=true", "noise.enabled=false"])
-@pytest.mark.parametrize("exit_pupil_mm", [0.5, 1.5, 20.0])
-def test_fall_off_is_no_structure(change, exit_pupil_mm):
+@pytest.mark.parametrize(("noise", "exit_pupil_mm"), [("true", 0.5), ("true", 20.0), ("false", 1.5)])
+def test_fall_off_is_no_structure(noise, exit_pupil_mm):
     """It gave an MTF of 4.25 and −13.87; a lens changes structure and no fall-off."""
     falloff = f"lens.falloff={{kind: cos4, exit_pupil_mm: {exit_pupil_mm}}}"
-    capture = camsim.load("dead-leaves", overrides=["region={rows: 48, cols: 48}", "scene.shapes=[]", falloff, change])
+    changes = ["region={rows: 48, cols: 48}", "scene.shapes=[]", falloff, f"noise.enabled={noise}"]
+    capture = camsim.load("dead-leaves", overrides=changes)
     with pytest.raises(UnsupportedError, match=r"no structure to measure: its contrast here is 0 % fall-off apart"):
         measure_texture(picture_of_frame(capture.frame()), capture)
 

@@ -1,7 +1,5 @@
 """Truth in every space, against colour-science where the whole window shows one surface."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Both conversion gains read of one exposure: two images and the merged one, by what chance alone gives."""
 
-from __future__ import annotations
-
 import dataclasses
 from pathlib import Path
 
@@ -12,7 +10,7 @@ from tolerances import STATISTICAL
 
 import camsim
 from camsim.config.from_record import shot_from_record
-from camsim.core.errors import CamsimError, InvalidValueError
+from camsim.core.errors import InvalidValueError
 from camsim.files.reading import read_record
 
 LOW_E, HIGH_E = 8.0, 0.5
@@ -136,31 +134,6 @@ def test_noise_for_loops_takes_one_image() -> None:
     apart = (low(light, seed=1) - high(light, seed=1)).var()
     want = READ_LOW_E**2 + READ_HIGH_E**2
     assert abs(apart - want) < STATISTICAL * want * np.sqrt(2 / light.size)
-
-
-@pytest.mark.parametrize(
-    ("table", "sentence"),
-    [
-        (
-            "{}",
-            "readout.dual_gain.from_iso: give one of from_iso, and electrons_per_dn of a sensor that reads both gains",
-        ),
-        ("{from_iso: 800, read_noise_e: 1, electrons_per_dn: 1}", "give one of from_iso, and electrons_per_dn"),
-        (
-            "{from_iso: 800, read_noise_e: 1, read: low}",
-            "readout.dual_gain.read: does nothing without electrons_per_dn",
-        ),
-        (
-            "{electrons_per_dn: 3}",
-            "dual_gain: has 3 electrons_per_dn, and the low gain's are 2.7; a high conversion gain",
-        ),
-        ("{electrons_per_dn: 1, read: both}", "dual_gain.read: must be merged, low or high, not 'both'"),
-    ],
-)
-def test_a_mistake_is_told(table: str, sentence: str) -> None:
-    with pytest.raises(CamsimError) as caught:
-        camsim.Sensor.from_yaml("mono-345", overrides=[f"sensor.readout.dual_gain={table}"])
-    assert sentence in str(caught.value)
 
 
 def test_companding_is_refused_with_it() -> None:

@@ -113,61 +113,6 @@ def test_draws_are_functions_of_seed_key_and_index_and_have_their_distributions(
     assert all(2.0 <= value < 3.0 for value in of["u"])
 
 
-@pytest.mark.parametrize(
-    ("keys", "why"),
-    [
-        ({"vary": {A: []}}, "vary.exposure.iso: must be a list of at least 1 or a table {linear, log, glob, "),
-        ({"vary": {A: {"linear": [1, 2]}}}, "vary.exposure.iso.linear: must be [first, last, how many]"),
-        (
-            {"vary": {A: {"linear": [1, 2, 2**70]}}},
-            "linear.2: must be a whole number from 1 to 1e+06, not 1180591620717411303424",
-        ),
-        ({"vary": {A: {"linear": [1, 2, 3], "log": [1, 2, 3]}}}, "log: given together with 'linear'"),
-        ({"vary": {A: {"log": [0, 2, 3]}}}, "log: has no logarithm; give ends above 0"),
-        ({"vary": {A: {"uniform": [3, 2]}}}, "uniform: begins above its end; give [2, 3]"),
-        ({"vary": {A: {"iso": 3}}}, "iso: unknown key"),
-        ({"vary": {A: [1, 2], B: [1]}, "combine": "zip"}, "zip takes lists of one length, and exposure.iso has 2"),
-        ({"vary": {A: [1]}, "set": {A: 2}}, "exposure.iso is set and varied"),
-        (
-            {"vary": {A: [1], "exposure": [{"iso": 100, "time_s": 0.1}]}},
-            "vary: exposure.iso is lost, as exposure comes after it and replaces all of it",
-        ),
-        ({"vary": {"lens": [{}]}, "set": {"lens.f_number": 2}}, "set: lens.f_number is lost, as lens comes after it"),
-        (
-            {"vary": {"lens": [{}], A: [1]}, "set": {"lens.f_number": 2}, "combine": "sequential"},
-            "set: lens.f_number is lost, as lens comes after it",
-        ),
-        (
-            {"vary": {A: {"choice": [400]}, "exposure": [{}]}, "combine": "sequential"},
-            "vary: exposure.iso is lost, as exposure comes after it",
-        ),
-        ({"sensor": "mono-345", "vary": {"sensor": ["d40-like"]}}, "sensor: given here and in vary, which would have"),
-        ({"sensor": "mono-345", "set": {"sensor": "d40-like"}}, "sensor: given here and in set, which would have"),
-        ({"vary": {A: [1], A + " ": [2]}}, "vary: 'exposure.iso ' has spaces beside it"),
-        ({"vary": {A: {"normal": [300, -1]}}}, "normal: scatters by -1; a standard deviation is 0 or more"),
-        ({"vary": {A: {"integers": [0, 2**63]}}}, "integers.1: must be a whole number from −2^63 to 2^63 − 1, not"),
-        ({"vary": {A: {"uniform": [-1e308, 1e308]}}}, "uniform: is wider than numbers are"),
-        ({"vary": {A: {"uniform": [1, "a"]}}}, "uniform.1: must be a number, not 'a'"),
-        ({"draws": 3}, "draws: nothing in vary is drawn"),
-        ({"vary": {A: {"linear": [1, 2, 100000]}, B: {"linear": [1, 2, 1000]}}}, "makes 100000000 frames"),
-        ({"files": "{nothing}.dng"}, "no field {nothing}; there are index, frame, scene"),
-        ({"files": "{index.__class__}.dng"}, "no field {index.__class__}"),
-        ({"files": "../{index}.dng"}, "leads out of the folder"),
-        ({"files": "{index}.jpg"}, "cannot write '{index}.jpg'"),
-        ({"files": "{index}.dng:truths"}, "truth"),
-        ({"files": "{index.dng"}, "write fields as {index}"),
-        ({"scene": "slanted-edg"}, "did you mean 'slanted-edge'"),
-        ({"scene": "no/such.yaml"}, "'no/such.yaml': no such file"),
-        ({"frames": 0}, "frames: must be a whole number"),
-        ({"combine": "all"}, "combine: must be"),
-    ],
-)
-def test_what_is_wrong_is_said_in_its_place(keys, why):
-    with pytest.raises(ConfigError) as caught:
-        study(**keys)
-    assert why in str(caught.value)
-
-
 def test_listed_keys_of_which_one_holds_the_other_vary_one_after_another():
     found = settings(vary={A: [400], "exposure": [{"iso": 100}]}, combine="sequential")
     assert found == [{A: 400}, {"exposure": {"iso": 100}}]

@@ -1,7 +1,5 @@
 """What type checkers make of calls: mypy and pyright, both strict, take the right ones and refuse the wrong ones."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

@@ -19,10 +19,10 @@ STEPS = 2  # of Newton's method
 
 
 class Sorted(NamedTuple):
-    """Boxes (n, 4) low x, low y, high x, high y, sorted by low x, and which (n,) each was."""
+    """Boxes (n, 4) low x, low y, high x, high y, sorted by low x, and the order (n,) in which they were."""
 
     boxes: F64
-    which: I64
+    order: I64
 
     @classmethod
     def of(cls, boxes: F64) -> Sorted:
@@ -40,7 +40,7 @@ def touching(by_x: Sorted, k: int, found: I64) -> int:
         if boxes[other, 0] > x1:
             break
         if boxes[other, 1] <= y1 and boxes[other, 3] >= y0:
-            found[count] = by_x.which[other]
+            found[count] = by_x.order[other]
             count += 1
     return count
 
@@ -65,7 +65,7 @@ def _pairs(by_x: Sorted, found: I64, one: I64, two: I64) -> int:
         count = touching(by_x, e, found)
         for k in range(count):
             if total < one.size:
-                one[total], two[total] = by_x.which[e], found[k]
+                one[total], two[total] = by_x.order[e], found[k]
             total += 1
     return total
 
@@ -230,7 +230,7 @@ def _cut(o: Outlines, by_x: Sorted, same: F64, found: I64, out: F64, owner: I64,
     """Write cuts up to the arrays' size; return the number of all cuts."""
     total = 0
     for first in range(len(o.x)):
-        count, a = touching(by_x, first, found), by_x.which[first]
+        count, a = touching(by_x, first, found), by_x.order[first]
         for k in range(count):
             b = found[k]
             for e, f in ((a, b), (b, a)):

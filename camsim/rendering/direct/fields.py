@@ -333,7 +333,10 @@ class Fields:
             near |= np.hypot(*(centres - point).T) < reach
         phase = math.pi * (self.highest * seen.step + seen.cycles)
         fine = seen.nodes(cells[near], gauss_order(phase, max(self.allowed, 1e-12), most=MOST_NODES) + seen.degree // 2)
-        smooth = gauss_order(math.pi * seen.cycles, max(self.allowed, 1e-12), least=FAR_NODES)
+        # The coarse cells send at most the light beyond the table's end.
+        far = np.einsum("pcq,q->pc", np.abs(behind.weights), np.abs(behind.table.powers[0, :, 0]))
+        beyond = max(2.0 * math.pi * float(far.max()) / behind.table.until, self.allowed)
+        smooth = gauss_order(math.pi * seen.cycles, max(self.allowed / beyond, 1e-12), least=FAR_NODES)
         coarse = seen.nodes(cells, smooth)
         begins = np.full((len(cells), 2), 0)
         begins[near, 0], begins[near, 1] = fine[0][:-1], fine[0][1:]
