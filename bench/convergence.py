@@ -16,7 +16,7 @@ import numpy as np
 import camsim
 from camsim.optics import OpticalSystem
 from camsim.rendering import render_channels
-from tests.analytic.test_discs import disc_by_frequencies
+from tests.truth.closed_forms import disc_by_frequencies
 from tests.truth.lattice import white_with_a_black_polygon
 
 ROOT = Path(__file__).parents[1]

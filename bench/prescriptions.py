@@ -213,7 +213,7 @@ def row(file: Path, field_mm: float | None) -> str:
     try:
         stated, full, notes = lens_import.read_zemax(file, field_mm=field_mm)
         traced = lens_import.lens_file(stated, full, name=file.stem, source=file.name, notes=notes)
-        traced.judge(WITHIN, file.name)
+        traced.check_mtf(WITHIN, file.name)
     except CamsimError as refused:
         return f"{file.name}: refused in {time.perf_counter() - began:.1f} s: {refused}"
     seconds = time.perf_counter() - began

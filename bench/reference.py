@@ -20,15 +20,19 @@ import typer
 import camsim
 from camsim.cli.app import app
 from camsim.optics import protocols
+from camsim.scene.gradients import Gradient
+from camsim.scene.primitives import Paints
+from camsim.scene.raster import Field
 
 PAGES = sorted((Path(__file__).parents[1] / "docs" / "reference").glob("*.md"))
 _NAMED = re.compile(r"^\.\. auto\w+:: camsim\.([\w.]+)$", re.MULTILINE)
 _PLACE = re.compile(r"(?<=<!-- names -->\n).*?(?=<!-- /names -->)", re.DOTALL)
 _LONGEST_DEFAULT = 24  # characters
 _LONG = re.compile(r"--[\w-]+")
-_COMMON = 3  # commands with an option of the same words, which is then told once
-_STAGES = [kind for kind in vars(protocols).values() if inspect.isclass(kind)] + [camsim.ElectronicStage]
-_OF_STAGES = {key for kind in _STAGES for key in vars(kind)}  # said once, of the protocols
+_COMMON = 2  # commands with an option of the same words, which is then told once
+_BASES = [kind for kind in vars(protocols).values() if inspect.isclass(kind)]
+_BASES += [camsim.ElectronicStage, Paints, Field, Gradient]
+_OF_BASES = {key for kind in _BASES for key in vars(kind)}  # told once, of the base or protocol
 
 
 def written(page: str) -> str:
@@ -48,8 +52,8 @@ def _of_python(name: str) -> str:
 def _methods(value: type) -> Iterator[tuple[str, Any]]:
     for key, member in vars(value).items():
         function = member.__func__ if isinstance(member, classmethod | staticmethod) else member
-        of_protocol = key in _OF_STAGES and value not in _STAGES
-        if not key.startswith("_") and inspect.isfunction(function) and not of_protocol:
+        of_base = key in _OF_BASES and value not in _BASES
+        if not key.startswith("_") and inspect.isfunction(function) and not of_base:
             yield key, function
 
 

@@ -14,6 +14,7 @@ from .camera.noise import Noise as Noise
 from .camera.sensor import Sensor as Sensor
 from .camera.window import Region as Region
 from .core.errors import CamsimError as CamsimError
+from .core.note import Note as Note
 from .files import save as save
 from .files.given import develop as develop
 from .files.given import write_dng as write_dng

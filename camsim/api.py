@@ -243,9 +243,9 @@ def _refuse_what_does_not_fit(
         sensor.refuse(("frame",), f"{message}; capture a region of it")
 
 
-def _search(folders: Iterable[PathOrName], beside: Path) -> SensorSearch:
+def _search(folders: Iterable[PathOrName], scene_folder: Path) -> SensorSearch:
     try:
-        return SensorSearch.of(check(folders, _FOLDERS, "sensors"), beside)
+        return SensorSearch.of(check(folders, _FOLDERS, "sensors"), scene_folder)
     except InvalidValueError as error:
         raise ConfigError([Fault(error.key, 0, 0, "", error.message)]) from None
 
@@ -266,7 +266,7 @@ def _sensor_of(
         # Paths in overrides are relative to the user's working directory.
         if not node.place.line:
             return search.locate_path_or_name(name)
-        return search.locate_beside(name)
+        return search.locate_in_folder(name)
 
     located = scene.build(("sensor",), find)
     return None if located is None else _read(located, changes, schema.SensorFile)

@@ -22,6 +22,7 @@ nitpicky = False
 myst_heading_anchors = 4
 myst_enable_extensions = ["html_image"]
 
+autodoc_default_options = {"members": True}
 autodoc_member_order = "bysource"
 autodoc_typehints_format = "short"
 autodoc_preserve_defaults = True

@@ -228,8 +228,8 @@ class Spy:
         self.drawn = {}
         self._true = streams.generator
         monkeypatch.setattr(streams, "generator", self)
-        monkeypatch.setattr(streams, "_KEPT", {})
-        monkeypatch.setattr(streams, "_MOST_KEPT", 0)  # each exposure draws all that it needs
+        monkeypatch.setattr(streams, "_CACHED", {})
+        monkeypatch.setattr(streams, "_MOST_CACHED", 0)  # each exposure draws all that it needs
 
     def __call__(self, seed, stream, *, block, frame_number=0, read_out=0):
         key = (seed, int(stream), block, frame_number, read_out)

@@ -14,7 +14,7 @@ ROUNDING = 1e-16  # errors of 0 are drawn here
 ERROR = "largest error of any photosite (full scale is 1)"
 CAPTION = (
     "Lower left is better. Point at a marker, or step through them with the tab key, for its figures. Errors below "
-    "what the truth is to be believed to are drawn there, and no error at all at 1e-16."
+    "the accuracy of the truth are drawn there, and no error at all at 1e-16."
 )
 POINTS = {
     "method": "method",
@@ -29,8 +29,8 @@ POINTS = {
     "CPU s": "cpu_s",
     "first lap, wall s": "first_wall_s",
     "laps": "laps",
-    "judged by": "truth",
-    "truth to be believed to": "accurate_to",
+    "truth": "truth",
+    "accuracy of the truth": "accurate_to",
 }
 TRUTHS = {
     "engine": "engine",
@@ -38,7 +38,7 @@ TRUTHS = {
     "largest difference from photosites computed directly": "checked_to",
     "so many photosites": "checked_photosites",
     "largest difference from the other truth": "difference",
-    "to be believed to": "accurate_to",
+    "accuracy": "accurate_to",
     "seconds": "seconds",
 }
 
@@ -107,7 +107,7 @@ def _truths(bench: Bench) -> str:
     if not bench.truths:
         return ""
     rows = [[rounded(getattr(truth, name)) for name in TRUTHS.values()] for truth in bench.truths]
-    return html.table("Each engine is judged by the other one where both render the scene.", list(TRUTHS), rows)
+    return html.table("The truth of each engine is the other one where both render the scene.", list(TRUTHS), rows)
 
 
 def _stated(point: Point) -> str:
@@ -119,5 +119,5 @@ def _stated(point: Point) -> str:
         f"{point.label} ({point.engine})\n"
         f"largest error {figures['error_max']}, rms {figures['error_rms']}\n"
         f"{figures['wall_s']} s, of all cores {figures['cpu_s']} s\n"
-        f"judged by {point.truth}"
+        f"truth: {point.truth}"
     )

@@ -15,7 +15,7 @@ from camsim.bench.machine import machine, spin, versions, words_of_load
 from camsim.bench.records import Bench, Finding, Head, LeftOut, Point, Record, TruthLine
 from camsim.bench.settings import METHODS, SAMPLES, Setting, default_tolerances, settings_of
 from camsim.bench.subject import Subject
-from camsim.bench.truths import Truth, is_the_truth, judge_of, truths_of
+from camsim.bench.truths import Truth, is_the_truth, truth_of_engine, truths_of
 from camsim.bench.window import busiest
 from camsim.bench.words import findings
 from camsim.camera.window import Region
@@ -179,7 +179,7 @@ def _measured(subject: Subject, setting: Setting, truths: dict[str, Truth], long
         rendering, laps = _clocked(subject, setting)
     except CamsimError as refusal:
         return _left_out(setting, str(refusal))
-    truth = judge_of(truths, rendering.method)
+    truth = truth_of_engine(truths, rendering.method)
     error = subject.relative(rendering.image) - truth.image
     row, col = np.unravel_index(int(np.argmax(np.abs(error))), error.shape)
     wall_s, cpu_s = min(laps)

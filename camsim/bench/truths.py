@@ -58,7 +58,7 @@ def truths_of(
     if not found:
         reasons = "; ".join(f"{engine}: {why}" for engine, why in without.items())
         raise UnsupportedError(
-            f"no engine renders this window finely enough to judge the others by ({reasons})", key="method"
+            f"no engine renders this window finely enough as a truth for the others ({reasons})", key="method"
         )
     if len(found) == 2:
         apart = float(np.abs(found["boundary"].image - found["fourier"].image).max())
@@ -93,7 +93,7 @@ def is_the_truth(setting: Setting, truths: dict[str, Truth]) -> bool:
     return not others and of_it and setting.asked < FINER * truth.line.tolerance
 
 
-def judge_of(truths: dict[str, Truth], engine: str) -> Truth:
+def truth_of_engine(truths: dict[str, Truth], engine: str) -> Truth:
     """Return the truth for an engine: the other engine's if available; of two the more accurate."""
     others: Sequence[Truth] = [truth for name, truth in truths.items() if name != engine] or list(truths.values())
     return min(others, key=lambda truth: truth.line.accurate_to)

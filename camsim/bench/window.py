@@ -20,9 +20,9 @@ MOST_POINTS = 200_000  # along all outlines: enough to compare windows
 
 
 def busiest(scene: Scene, grid: Grid, side: int = SIDE) -> Region:
-    """Return a window of at most ``side`` photosites each way, with the most outline of all, nearest to the middle.
+    """Return a window of at most ``side`` photosites a side with the longest outlines, the nearest to the middle.
 
-    What one shape hides of another counts all the same: this chooses where to look and nothing else.
+    Hidden outlines count too: the window only decides where to measure.
     """
     rows, cols = min(side, grid.rows), min(side, grid.cols)
     places = along_outlines(scene, grid)
@@ -44,7 +44,7 @@ def busiest(scene: Scene, grid: Grid, side: int = SIDE) -> Region:
 
 
 def along_outlines(scene: Scene, grid: Grid) -> F64:
-    """Return points (n, 2), row and col of the grid, spread evenly along what of the outlines lies within it."""
+    """Return points (n, 2), row and col of the grid, spread evenly along the outlines within it."""
     primitives = flattened(scene.shapes)
     rings = Outlines.of(primitives).rings(SideLimits(64.0 * grid.pitch_um))
     outlines = [ring / grid.pitch_um for one in rings for ring in one]

@@ -1,4 +1,4 @@
-"""What the figures say, in words."""
+"""The results of a bench as sentences."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ NOISE = 1.15  # two times that differ by less are the same
 
 
 def findings(records: Iterable[Record]) -> Iterator[str]:
-    """Yield what is to be said of a bench."""
+    """Yield sentences on the results of a bench."""
     found = list(records)
     points = [r for r in found if isinstance(r, Point)]
     for head in (r for r in found if isinstance(r, Head)):
@@ -23,7 +23,7 @@ def findings(records: Iterable[Record]) -> Iterator[str]:
 
 
 def words_of_window(head: Head) -> str:
-    """Say what was rendered."""
+    """Return a text on what was rendered."""
     row, col = head.origin
     window = f"{head.rows} × {head.cols} photosites from [{row}, {col}]"
     if (head.rows, head.cols) == (head.frame_rows, head.frame_cols):
@@ -41,18 +41,18 @@ def words_of_truths(truths: Sequence[TruthLine]) -> Iterator[str]:
     if len(truths) == 2 and truths[0].difference is not None:
         yield (
             f"The two truths differ by {short(truths[0].difference)} at most, anywhere in the window; "
-            "each engine is judged by the other's, and errors below "
-            f"{' and '.join(f'{short(t.accurate_to)} ({t.engine})' for t in truths)} are not told apart."
+            "each engine is compared with the other's, and errors below "
+            f"{' and '.join(f'{short(t.accurate_to)} ({t.engine})' for t in truths)} cannot be distinguished."
         )
     elif truths:
         yield (
-            f"No other engine renders this window so finely in the time: {truths[0].engine} is judged by itself at its "
-            "finest, and by what was computed directly."
+            f"No other engine renders this window so finely in the time: {truths[0].engine} is compared with itself at "
+            "its finest, and with what was computed directly."
         )
 
 
 def words_of_point(point: Point, points: Sequence[Point]) -> str:
-    """Say a setting's time and error, and what reaches no larger an error sooner."""
+    """Return a text on a setting's time and error, and on what is faster at no larger error."""
     ran = f" ({point.engine})" if point.engine != point.method else ""
     label = point.label if point.tolerance is None else f"{point.method} at {power(point.tolerance)}"
     error, reached = f"error {short(point.error_max)}", point.error_max

@@ -6,7 +6,7 @@ import dataclasses
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import Annotated, Any, Self, TypeAlias, Unpack
+from typing import TYPE_CHECKING, Annotated, Any, Self, TypeAlias, Unpack
 
 import numpy as np
 from annotated_types import MinLen
@@ -40,7 +40,7 @@ from camsim.spectra.curve import Curve, Filter, NumberOrCurve, Spectrum, Transmi
 from camsim.spectra.light import Light, LightSamples
 
 CustomLens: TypeAlias = Annotated[
-    Lens, Called("a lens", "such as Airy(f_number=8); one of your own has f_number, transmission and otf")
+    Lens, Called("a lens", "such as Airy(f_number=8); a custom one has f_number, transmission and otf")
 ]
 Photosite: TypeAlias = Annotated[PhotositeShape, Called("a photosite", "such as SquarePhotosite(side_um=…)")]
 Blur: TypeAlias = Annotated[OpticalStage, Called("a stage with otf(fx_per_um, fy_per_um, wavelength_nm)")]
@@ -60,9 +60,9 @@ class Changes(ElectronicChanges, total=False):
     rows: Whole
     cols: Whole
     pitch_um: Number
-    lens: CustomLens
-    olpf: Olpf | None
-    photosite: Photosite
+    lens: Lens
+    olpf: LowPass | None
+    photosite: PhotositeShape
     cfa: Cfa
     quantum_efficiency: QuantumEfficiency
     colour_matrices: Several[MeasuredMatrix]
@@ -72,7 +72,7 @@ class Changes(ElectronicChanges, total=False):
     veiling_glare: NumberOrCurve
     dual_gain: DualGain | None
     adc: Adc
-    extra_optics: Several[Blur]
+    extra_optics: Several[OpticalStage]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -108,6 +108,32 @@ class Body(Electronics):
     dual_gain: DualGain | None = None
     adc: Adc
     extra_optics: Several[Blur] = dataclasses.field(default=(), metadata={"described": "if any"})
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            *,
+            name: str = "camera",
+            serial: Whole = 1,
+            rows: Whole,
+            cols: Whole,
+            pitch_um: Number,
+            lens: Lens,
+            olpf: LowPass | None = None,
+            photosite: PhotositeShape,
+            cfa: Cfa,
+            quantum_efficiency: QuantumEfficiency,
+            colour_matrices: Several[MeasuredMatrix] = (),
+            filters: Several[NumberOrCurve] = (),
+            magnification: Number = 0.0,
+            falloff: Falloff | None = None,
+            veiling_glare: NumberOrCurve = 0.0,
+            dual_gain: DualGain | None = None,
+            adc: Adc,
+            extra_optics: Several[OpticalStage] = (),
+            **electronics: Unpack[ElectronicChanges],
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Unpack
 
 from camsim.camera.body import Body
 from camsim.camera.capture import Capture, Method
@@ -13,24 +12,17 @@ from camsim.camera.frame import Frame, Products
 from camsim.camera.notes import notes_of_sensor
 from camsim.camera.window import Region
 from camsim.core.doors import above
+from camsim.core.note import Note
 from camsim.core.typed import Number, Several, Truth, Whole
 from camsim.core.words import brief
-from camsim.optics import Lens, LowPass, OpticalStage, PhotositeShape
+from camsim.optics import Lens
 from camsim.scene import Scene
-from camsim.sensor.adc import Adc
-from camsim.sensor.cfa import Cfa
 from camsim.sensor.colour_matrix import MatrixOf
-from camsim.sensor.conversion_gain import DualGain
-from camsim.sensor.electronics import ElectronicChanges
 from camsim.sensor.exposure import Exposure
-from camsim.sensor.falloff import Falloff
-from camsim.sensor.measured_matrix import MeasuredMatrix
-from camsim.sensor.quantum_efficiency import QuantumEfficiency
-from camsim.spectra.curve import NumberOrCurve
 from camsim.spectra.light import Light
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, init=False)
 class Camera(Body):
     """A lens and a sensor, stage by stage; a stage that is None is left out.
 
@@ -56,32 +48,6 @@ class Camera(Body):
     FullWell(capacity_e=5000.0)
     """
 
-    if TYPE_CHECKING:
-
-        def __init__(
-            self,
-            *,
-            name: str = "camera",
-            serial: Whole = 1,
-            rows: Whole,
-            cols: Whole,
-            pitch_um: Number,
-            lens: Lens,
-            olpf: LowPass | None = None,
-            photosite: PhotositeShape,
-            cfa: Cfa,
-            quantum_efficiency: QuantumEfficiency,
-            colour_matrices: Several[MeasuredMatrix] = (),
-            filters: Several[NumberOrCurve] = (),
-            magnification: Number = 0.0,
-            falloff: Falloff | None = None,
-            veiling_glare: NumberOrCurve = 0.0,
-            dual_gain: DualGain | None = None,
-            adc: Adc,
-            extra_optics: Several[OpticalStage] = (),
-            **electronics: Unpack[ElectronicChanges],
-        ) -> None: ...
-
     __repr__ = brief
 
     @classmethod
@@ -91,7 +57,7 @@ class Camera(Body):
         return camera
 
     @property
-    def notes(self) -> tuple[str, ...]:
+    def notes(self) -> tuple[Note, ...]:
         """Likely errors in copying a data sheet, such as a PRNU in per cent; ``camsim validate`` prints them."""
         return tuple(notes_of_sensor(self))
 

@@ -25,6 +25,7 @@ from camsim.core.arrays import F64, U16, read_only
 from camsim.core.cached import cached_property
 from camsim.core.errors import InvalidValueError
 from camsim.core.memory import needed_bytes, too_large
+from camsim.core.note import Note
 from camsim.core.typed import FrameNumber, Number, Positive, Seed, Several, Truth, Whole, check, refusal, validate
 from camsim.core.words import brief
 from camsim.optics.no_lens import NoLens
@@ -48,7 +49,7 @@ class Capture(Recording):
     """Everything that makes a picture, and the pipeline from scene to codes.
 
     camera, scene, light, exposure : the camera, and what it photographs
-    seed, frame_number : of the temporal noise, which both determine; fixed patterns do not depend on them
+    seed, frame_number : determine the temporal noise; fixed patterns do not depend on them
     noise         : False leaves out all noise and the dark current
     region, scene_name : a window of the frame, None for all of it; for the report
     tolerance, strict : of the optics, relative to a perfect diffuser or the brightest surface; raise if missed
@@ -155,7 +156,7 @@ class Capture(Recording):
             tolerance=self.tolerance, method=self.method,
         )  # fmt: skip
 
-    def notes(self, choice: Choice, products: Products = ("mosaic",)) -> tuple[str, ...]:
+    def notes(self, choice: Choice, products: Products = ("mosaic",)) -> tuple[Note, ...]:
         """Return notes on unexpected results that are predictable before rendering; ``choice``: from ``plan``."""
         setting = Setting(
             camera=self.camera, scene=self.scene, light=self.light, exposure=self.exposure, time_s=self.time_s,
@@ -205,9 +206,9 @@ class Capture(Recording):
         cube = self._cube(products)
         clock.lap("light")
         choice, rendering = (given.choice, given.rendering) if given else self._seen(products, progress)
-        own = given is None  # rendered here, so it may be overwritten: saves a copy of a large frame
-        exposed = self.window.exposed(self._exposed(rendering.image, own=own), self.veil_e, 0)
-        planes = None if rendering.planes is None else self._exposed(rendering.planes, own=own)
+        in_place = given is None  # rendered here, so it may be overwritten: saves a copy of a large frame
+        exposed = self.window.exposed(self._exposed(rendering.image, in_place=in_place), self.veil_e, 0)
+        planes = None if rendering.planes is None else self._exposed(rendering.planes, in_place=in_place)
         truth = self.window.truth(planes, self.veil_e, exposed.displayed_e)
         if count > 1:  # frames share the array: a change in one would alter the next
             read_only(exposed.mean_e, exposed.displayed_e, exposed.channel, truth)
@@ -245,7 +246,7 @@ class Capture(Recording):
 
         def record_rows(image: F64) -> None:
             nonlocal passed
-            exposed = self.window.exposed(self._exposed(image, own=True), self.veil_e, passed)
+            exposed = self.window.exposed(self._exposed(image, in_place=True), self.veil_e, passed)
             clock.lap("render")
             _, codes = self._recorded(exposed, self.frame_number, clock, signals)
             take(codes)
@@ -266,9 +267,9 @@ class Capture(Recording):
             report=self._report(rendering, clock, signals, self.notes(choice, products)),
         )  # fmt: skip
 
-    def _exposed(self, image: F64, *, own: bool) -> F64:
-        """Return electrons from electrons per J/m²; ``own``: in place."""
-        return np.multiply(image, self.radiant_exposure_j_per_m2, out=image if own else None)
+    def _exposed(self, image: F64, *, in_place: bool) -> F64:
+        """Return electrons from electrons per J/m²; ``in_place``: written over the image."""
+        return np.multiply(image, self.radiant_exposure_j_per_m2, out=image if in_place else None)
 
     def _cube(self, products: Products) -> SpectralCube | None:
         if "spectral" not in products:
@@ -282,7 +283,7 @@ class Capture(Recording):
     def _steps_e(self) -> tuple[float, ...]:
         return self.camera.steps_e(self.light, self.time_s, self.tolerance)
 
-    def _report(self, rendering: Rendering, clock: Clock, signals: Signals, notes: tuple[str, ...]) -> Report:
+    def _report(self, rendering: Rendering, clock: Clock, signals: Signals, notes: tuple[Note, ...]) -> Report:
         signal = signals.all()
         return Report(
             scene=self.scene_name,

@@ -71,7 +71,7 @@ class Window:
         return ExposedRows(rows_before=rows_before, mean_e=mean_e, displayed_e=displayed_e, channel=channel)
 
     def truth(self, planes: F64 | None, veil_e: F64, mean_electrons: F64) -> F32 | None:
-        """Return (rows, cols, channels) mean electrons: rendered planes and measured channel."""
+        """Return (rows, cols, channels) mean electrons: planes, with ``mean_electrons`` in each photosite's channel."""
         if planes is None:
             return None
         planes = np.maximum(planes, 0.0, out=planes)

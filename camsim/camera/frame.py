@@ -14,6 +14,7 @@ from camsim.core import notebook
 from camsim.core.arrays import F32, F64, I64, U8, U16
 from camsim.core.doors import above
 from camsim.core.errors import InvalidValueError
+from camsim.core.note import Note
 from camsim.core.number_kinds import array_of
 from camsim.core.typed import LARGEST_FRAME_NUMBER, Count, Whole, check, known_name
 from camsim.core.words import displayed
@@ -64,7 +65,7 @@ def check_products(products: Collection[str], *, streamed: bool = False) -> None
 
 
 def frame_numbers(first: int, count: Whole) -> range:
-    """Return the numbers of one frame or several; refuses more than there are, since no file could be captured again.
+    """Return the numbers of one frame or several; raises above the largest number that files can have.
 
     >>> list(frame_numbers(3, 2))
     [3, 4]
@@ -146,7 +147,7 @@ class Report:
     work: Mapping[str, int] = field(default_factory=dict)
     signal: tuple[ChannelSignal, ...]
     seconds: Mapping[str, float] = field(default_factory=dict)
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
 
     def __repr__(self) -> str:
         notes = f", {len(self.notes)} notes" if self.notes else ""
@@ -171,7 +172,7 @@ class Report:
                 f"{clipped if channel.clipped_photosites else ''}",
             )
         for note in self.notes:
-            yield "note", note
+            yield "note", note.text
 
     def _repr_html_(self) -> str:
         return notebook.table(self.rows(), self.scene)

@@ -20,7 +20,7 @@ from camsim.core.number_kinds import LARGEST, array_of
 from camsim.core.typed import Number, Several, Whole, refusal, validate
 from camsim.spectra.curve import Curve, Wavelength, spectrum_at
 from camsim.spectra.light import Light, photons_per_um2_per_j_m2
-from camsim.spectra.rgb import linear_colours, rgb_basis
+from camsim.spectra.rgb import depth_of_codes, linear_colours, rgb_basis, whole_codes
 
 Unit: TypeAlias = Literal["electrons", "photons", "irradiance", "reflectance", "srgb"]
 CHARGES, RELATIVE = ("electrons", "photons"), ("reflectance", "srgb")
@@ -89,11 +89,17 @@ class GivenLight(Caching):
             place = [int(index) for index in np.unravel_index(samples.argmin(), samples.shape)]
             message = f"holds {low:g} {self.unit} at {place}; light is 0 or more: clip it, or take its black off before"
             raise refusal(self, "samples", message)
+        if self.unit == "srgb" and whole_codes(samples):
+            raise refusal(self, "samples", "holds whole numbers, codes of a picture; give .astype(np.uint8) of it")
         nodes_nm = self.wavelength_nm
         bands = 1 if samples.ndim == 2 else samples.shape[2]
+        if bands > MOST_SAMPLES and samples.shape[0] in (1, 3, 4) and nodes_nm is None:
+            message = f"is {samples.shape}, and planes come last, (rows, cols, n): np.moveaxis(samples, 0, -1)"
+            raise refusal(self, "samples", message)
         if nodes_nm is not None:
             if len(nodes_nm) != bands:
-                raise refusal(self, "wavelength_nm", f"{len(nodes_nm)} for {bands} planes; give one for each")
+                message = f"{len(nodes_nm)} for {bands} planes; give one for each{self._planes_last(len(nodes_nm))}"
+                raise refusal(self, "wavelength_nm", message)
             if any(after <= before for before, after in pairwise(nodes_nm)):
                 raise refusal(self, "wavelength_nm", "wavelengths must increase, each given once")
             if self.unit in ("electrons", "srgb"):
@@ -101,6 +107,13 @@ class GivenLight(Caching):
         elif self.unit in ("photons", "irradiance"):
             raise refusal(self, "wavelength_nm", f"must be given with {self.unit}, one for each plane")
         object.__setattr__(self, "samples", samples.astype(np.float32) if samples.dtype == np.float16 else samples)
+
+    @cached_property
+    def seems_encoded(self) -> bool:
+        """Whether reflectances are the codes of a picture, which are rarely linear."""
+        if self.unit != "reflectance" or self.wavelength_nm is not None:
+            return False
+        return self.samples.dtype.kind in "iu" or depth_of_codes(self.samples) > 0
 
     @property
     def rows(self) -> int:
@@ -157,7 +170,7 @@ class GivenLight(Caching):
                 return None if len(channels) > 1 else np.ones((1, 1))
             if bands != len(channels):
                 message = f"has {bands} planes; give one for each of {', '.join(channels)}, or (rows, cols) of a mosaic"
-                raise refusal(self, "samples", message)
+                raise refusal(self, "samples", message + self._planes_last(len(channels)))
             return np.eye(bands)
         if self.unit in RELATIVE:
             return self._of_diffuser(camera, light, time_s, bands)
@@ -185,11 +198,16 @@ class GivenLight(Caching):
             samples = camera.samples(light)
             shares = np.ones((1, samples.wavelength_nm.size))
         else:
-            way_out = "; without its opacity it is [..., :3]" if bands == 4 else ""
+            way_out = "; without its opacity it is [..., :3]" if bands == 4 else self._planes_last(3)
             message = f"has {bands} planes; give grey, linear sRGB of 3, or wavelength_nm of each{way_out}"
             raise refusal(self, "samples", message)
         electrons: F64 = np.einsum("cm,nm->cn", camera.electrons_per_reflectance(samples, time_s), shares)
         return electrons
+
+    def _planes_last(self, planes: int) -> str:
+        """Return what to do with samples whose planes come first."""
+        first = self.samples.ndim == 3 and self.samples.shape[0] == planes
+        return "; planes come last: give np.moveaxis(…, 0, 2)" if first else ""
 
     def linear(self) -> NDArray[np.floating]:
         """Return samples proportional to light; integer codes of pictures as fractions of the largest code."""
@@ -197,8 +215,8 @@ class GivenLight(Caching):
         if self.unit == "srgb" or (self.unit == "reflectance" and samples.dtype.kind in "iu"):
             encoding: Literal["srgb", "linear"] = "srgb" if self.unit == "srgb" else "linear"
             return linear_colours(samples, encoding, "samples", type(self).__name__)
-        kept: NDArray[np.floating] = samples
-        return kept
+        floats: NDArray[np.floating] = samples
+        return floats
 
     def on_photosites(self) -> NDArray[np.floating]:
         """Return (rows, cols) or (rows, cols, n), one value per photosite: sums for charges, means otherwise."""

@@ -1,10 +1,10 @@
-"""A sensor's noise for arrays in a loop: the same stages with faster random generators."""
+"""A sensor's noise for arrays in a loop."""
 
 from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,49 +12,14 @@ from numpy.typing import ArrayLike
 from camsim.camera.body import Body
 from camsim.camera.shot import reflected
 from camsim.camera.window import Region
+from camsim.core.annotations import Called
 from camsim.core.arrays import F32, F64
 from camsim.core.errors import InvalidValueError
-from camsim.core.kernels.counts import fill_counts
 from camsim.core.number_kinds import array_of
-from camsim.core.typed import Iso, Number, Positive, Seed, Whole, check, validate
+from camsim.core.typed import Celsius, Iso, Number, Positive, Seed, Whole, check, validate
 from camsim.core.words import brief
 from camsim.sensor.chain import record
 from camsim.sensor.stage import Context
-
-
-class _QuickGenerator:
-    """numpy's fastest bit generator, with faster Poisson counts."""
-
-    def __init__(self, *words: int) -> None:
-        seeds = np.random.SeedSequence(words)
-        self._numpy = np.random.Generator(np.random.SFC64(seeds))
-        self._state = np.asarray(seeds.generate_state(1, np.uint64), np.uint64)
-
-    def __getattr__(self, verb: str) -> Any:
-        return getattr(self._numpy, verb)
-
-    def poisson(self, mean: F64) -> F64:
-        """Return Poisson counts of the shape of ``mean``."""
-        counts = np.empty(mean.shape)
-        fill_counts(counts.reshape(-1), np.ascontiguousarray(mean).reshape(-1), self._state)
-        return counts
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Quick(Context):
-    """Context whose temporal noise comes from the fastest generators."""
-
-    def generator(self, stream: int) -> Any:
-        """Return the generator of a temporal stage for these rows."""
-        return _QuickGenerator(self.seed, stream, self.frame_number, self.rows_before, *self._more)
-
-    def frame_generator(self, stream: int) -> Any:
-        """Return the generator of a temporal stage that draws once per frame."""
-        return _QuickGenerator(self.seed, stream, self.frame_number, *self._more)
-
-    @property
-    def _more(self) -> tuple[int, ...]:
-        return (self._its_read_out,) if self._its_read_out else ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,9 +32,8 @@ class Noise:
     temperature_c : of the sensor, °C; None: the one that its dark current is given for
 
     Called with electrons (rows, cols), or (…, rows, cols) for several images, and a seed, it returns float32 electrons
-    as read, of the same shape. Seed and image index determine the noise; the sensor's serial determines the fixed
-    patterns, placed in the middle of the frame as by ``Sensor.expose``. A CPU tensor is read without a copy, through
-    the array protocol; ``torch.from_numpy`` takes the result without a copy. Codes:
+    as read, of the same shape: those of ``Sensor.expose``, with the image's index as the frame number. A CPU tensor is
+    read without a copy, through the array protocol; ``torch.from_numpy`` takes the result without a copy. Codes:
     ``sensor.converter.quantise(noisy, iso=…)``.
 
     >>> import camsim
@@ -79,10 +43,10 @@ class Noise:
     ((64, 64), dtype('float32'), True)
     """
 
-    sensor: Body
+    sensor: Annotated[Body, Called("a Sensor or a Camera", "Sensor.from_yaml makes one")]
     iso: Iso | None = None
     time_s: Positive = 0.01
-    temperature_c: float | None = None
+    temperature_c: Celsius | None = None
 
     if TYPE_CHECKING:
 
@@ -104,6 +68,9 @@ class Noise:
         if given.dtype.kind not in "fiu" or given.ndim < 2 or not given.size:
             message = f"must be numbers (rows, cols) or (…, rows, cols), not {given.dtype} of shape {given.shape}"
             raise InvalidValueError(message, key="electrons", stage="Noise")
+        if given.ndim > 2 and given.shape[-1] in (3, 4):
+            message = f"is {given.shape}, and images are (…, rows, cols); give planes first, np.moveaxis(…, -1, 0)"
+            raise InvalidValueError(message, key="electrons", stage="Noise")
         if not 0.0 <= given.min() <= given.max() < np.inf:
             message = "must be finite, and 0 or more: a mean charge"
             raise InvalidValueError(message, key="electrons", stage="Noise")
@@ -120,11 +87,11 @@ class Noise:
             noisy[number] = record(mean_e, stages, dataclasses.replace(context, frame_number=number))
         return noisy.reshape(given.shape)
 
-    def _context(self, rows: int, cols: int, seed: int) -> _Quick:
+    def _context(self, rows: int, cols: int, seed: int) -> Context:
         sensor = self.sensor
         iso = sensor.adc.base_iso if self.iso is None else self.iso
         grid = sensor.grid(None if (rows, cols) == (sensor.rows, sensor.cols) else Region(rows=rows, cols=cols))
-        return _Quick(
+        return Context(
             time_s=self.time_s, iso=iso, temperature_c=self.temperature_c,
             electrons_per_dn=sensor.converter.electrons_per_dn_at(iso), seed=seed, serial=sensor.serial,
             read_out=sensor.read_out_number, origin=grid.origin, frame_cols=sensor.cols, rows_in_all=rows,

@@ -12,6 +12,7 @@ from camsim.camera.body import Body
 from camsim.camera.frame import ChannelSignal
 from camsim.core.arrays import F64
 from camsim.core.custom import custom_stages, is_custom
+from camsim.core.note import Note
 from camsim.core.words import both, percent
 from camsim.optics.protocols import KnowsSplits, Round
 from camsim.rendering.auto import Choice
@@ -59,12 +60,12 @@ class Setting:
     mean_wanted: bool = False
 
 
-def notes_before(setting: Setting, choice: Choice) -> Iterator[str]:
+def notes_before(setting: Setting, choice: Choice) -> Iterator[Note]:
     """Yield notes known before the picture is taken; ``choice``: the rendering method."""
     yield from _of_custom_stages(setting.camera)
     yield from _of_the_optics(setting.camera)
     yield from _of_one_line(setting.camera, setting.light)
-    yield from _of_tables_beside_the_light(setting)
+    yield from _of_curves_outside_the_light(setting)
     yield from _of_glare(setting)
     yield from _of_the_converter(setting.camera, setting.exposure.iso)
     yield from _of_a_low_iso(setting.camera, setting.exposure.iso)
@@ -80,17 +81,26 @@ def notes_before(setting: Setting, choice: Choice) -> Iterator[str]:
             yield from _of_the_tolerance(setting, choice)
 
 
-def notes_of_exposed(camera: Body, iso: float, below: int) -> Iterator[str]:
-    """Yield notes on given light; ``below``: number of photosites with negative light."""
+def notes_of_exposed(camera: Body, iso: float, below: int, *, encoded: bool) -> Iterator[Note]:
+    """Yield notes on given light; ``below``: photosites with negative light; ``encoded``: it may not be linear."""
     yield from _of_custom_stages(camera)
     yield from _of_the_converter(camera, iso)
     yield from _of_a_low_iso(camera, iso)
     yield from _of_prnu(camera)
+    if encoded:
+        text = (
+            "the reflectances are codes of a picture, taken as linear; those of a PNG or a JPEG are not: with unit "
+            "srgb (--as srgb) they become light"
+        )
+        yield Note("codes-as-light", text, "light")
     if below:
-        yield f"{below} photosites would get less light than none (colours outside sRGB have parts below 0): 0 is taken"
+        text = (
+            f"{below} photosites would get less light than none (colours outside sRGB have parts below 0): 0 is taken"
+        )
+        yield Note("negative-light", text, "light")
 
 
-def notes_of_sensor(camera: Body) -> Iterator[str]:
+def notes_of_sensor(camera: Body) -> Iterator[Note]:
     """Yield likely errors in copying a data sheet; not refused, as such sensors are possible."""
     adc = camera.converter
     yield from _of_the_converter(camera, adc.base_iso)
@@ -98,127 +108,149 @@ def notes_of_sensor(camera: Body) -> Iterator[str]:
     well_e, reach_e = camera.well_as_read_e(adc.base_iso), _reach_e(camera, adc.base_iso)
     if well_e is not None and not 1.0 / _MANY_TIMES < reach_e / well_e < _MANY_TIMES:
         per_dn = adc.electrons_per_dn
-        yield (
+        yield Note(
+            "gain-or-its-inverse",
             f"the converter's codes reach to {percent(reach_e / well_e)} of the full well; electrons_per_dn is 1/K: "
-            f"if {per_dn:.4g} is the gain K in DN/e⁻, electrons_per_dn is {1.0 / per_dn:.4g}"
+            f"if {per_dn:.4g} is the gain K in DN/e⁻, electrons_per_dn is {1.0 / per_dn:.4g}",
+            "sensor.readout.electrons_per_dn",
         )
 
 
 _AUTO = "exposure.time_s: auto (time_s='auto') puts white at 80 %"
 
 
-def notes_after(signal: Sequence[ChannelSignal], camera: Body, iso: float, way_out: str = _AUTO) -> Iterator[str]:
+def notes_after(signal: Sequence[ChannelSignal], camera: Body, iso: float, way_out: str = _AUTO) -> Iterator[Note]:
     """Yield notes on the picture's signal at an ISO setting, each with a remedy."""
     electrons_per_dn = camera.converter.electrons_per_dn_at(iso)
     # By the mean: read-out noise scatters codes around white.
     if all(channel.min_e >= camera.charge_at_e(1.0, iso) for channel in signal):
         white_dn = camera.converter.white_level_dn(iso, camera.well_as_read_e(iso))
-        yield f"every photosite is clipped at {white_dn} DN: nothing is left of the scene; {way_out}"
+        text = f"every photosite is clipped at {white_dn} DN: nothing is left of the scene; {way_out}"
+        yield Note("all-clipped", text, "exposure.time_s")
         return
     for channel in signal:
         share = channel.clipped_photosites / channel.photosites
         if share > _MUCH_CLIPPED:
-            yield f"{percent(share)} of {channel.name} is clipped; {way_out}"
+            yield Note("clipped", f"{percent(share)} of {channel.name} is clipped; {way_out}", "exposure.time_s")
     most_dn = max(channel.max_e for channel in signal) / electrons_per_dn
     if 0.0 < most_dn < 1.0:
-        yield (
+        yield Note(
+            "less-than-a-code",
             f"the brightest photosite is {most_dn:.2g} DN above black, less than one code: the picture is all noise; "
-            f"more light, a longer exposure or a higher ISO would show the scene, or {way_out}"
+            f"more light, a longer exposure or a higher ISO would show the scene, or {way_out}",
+            "exposure.time_s",
         )
 
 
-def _of_custom_stages(camera: Body) -> Iterator[str]:
+def _of_custom_stages(camera: Body) -> Iterator[Note]:
     if each := custom_stages((*camera.optics.stages, *camera.stages)):
-        yield f"not reproducible by camsim alone: {both(each)} {'is' if len(each) == 1 else 'are'} of your own"
+        text = f"not reproducible by camsim alone: {both(each)} {'is' if len(each) == 1 else 'are'} custom"
+        yield Note("custom-stages", text, ", ".join(each))
 
 
-def _of_the_optics(camera: Body) -> Iterator[str]:
+def _of_the_optics(camera: Body) -> Iterator[Note]:
     olpf = camera.olpf
     if isinstance(olpf, KnowsSplits):
         for split_um in dict.fromkeys(split for split in olpf.splits_um if split):
             pitches = split_um / camera.pitch_um
             if not _LEAST_SPLIT <= pitches <= _MOST_SPLIT:
-                yield (
+                yield Note(
+                    "unusual-split",
                     f"the OLPF's split of {split_um:g} µm is {pitches:.2g} pitches of {camera.pitch_um:g} µm; low-pass "
-                    "filters split by half a pitch to a whole one, and split_pitches (from_pitches) goes with the pitch"
+                    "filters split by half a pitch to a whole one, and split_pitches (from_pitches) goes with "
+                    "the pitch",
+                    "sensor.olpf",
                 )
 
 
-def _of_one_line(camera: Body, light: Light) -> Iterator[str]:
+def _of_one_line(camera: Body, light: Light) -> Iterator[Note]:
     channels = camera.cfa.channels
     if light.line_nm is None or light.width_nm or len(channels) == 1:
         return
     seen = camera.diffuser_electrons(light, 1.0)
     if seen.max() > 0.0:
         shares = ", ".join(f"{name} {percent(e / seen.max())}" for name, e in zip(channels, seen, strict=True))
-        yield (
+        yield Note(
+            "one-line",
             f"a colour sensor in light of one line at {light.line_nm:g} nm: every surface has one colour, and channels "
-            f"get {shares} of the most; light={{illuminant: D65, illuminance_lux: 2000}} shows colours"
+            f"get {shares} of the most; light={{illuminant: D65, illuminance_lux: 2000}} shows colours",
+            "light",
         )
 
 
-def _of_tables_beside_the_light(setting: Setting) -> Iterator[str]:
+def _of_curves_outside_the_light(setting: Setting) -> Iterator[Note]:
     low_nm, high_nm = setting.light.ends_nm
     transmission = getattr(setting.camera.lens, "transmission", 1.0)
     some = Scene(background=setting.scene.background, shapes=setting.scene.shapes[:_LOOKED_AT])
-    held = [("a reflectance", one) for one in some.spectra] + [("the lens's transmission", transmission)]
-    for what, curve in held:
+    held = [("scene", "a reflectance", one) for one in some.spectra]
+    for where, what, curve in (*held, ("lens.transmission", "the lens's transmission", transmission)):
         if not isinstance(curve, Curve) or curve.outside == "zero":
             continue
         begin_nm, end_nm = curve.wavelength_nm[0], curve.wavelength_nm[-1]
         if begin_nm > high_nm or end_nm < low_nm:
             value = curve.values[0 if begin_nm > high_nm else -1]
-            yield (
+            yield Note(
+                "curve-outside-light",
                 f"{what} is known from {begin_nm:g} to {end_nm:g} nm, and this light has nothing there, but from "
-                f"{low_nm:g} to {high_nm:g} nm: it is taken for {value:g} all over; tables are in nm, 4000 Å are 400"
+                f"{low_nm:g} to {high_nm:g} nm: it is taken for {value:g} all over; tables are in nm, 4000 Å are 400",
+                where,
             )
             return
 
 
-def _of_no_light(light: Light) -> Iterator[str]:
+def _of_no_light(light: Light) -> Iterator[Note]:
     low_nm, high_nm = light.ends_nm
     where = "" if low_nm == high_nm else f", {low_nm:g} to {high_nm:g} nm"
-    yield (
+    yield Note(
+        "no-light",
         f"nothing of the light ({light.name}{where}) reaches a channel of the sensor: the picture is black; take a "
-        "light, a lens, filters and a sensor that meet"
+        "light, a lens, filters and a sensor that meet",
+        "light",
     )
 
 
-def _of_glare(setting: Setting) -> Iterator[str]:
+def _of_glare(setting: Setting) -> Iterator[Note]:
     most_e = float(setting.veil_e.max())
     if most_e > 0.0:
         most_dn = most_e / setting.camera.converter.electrons_per_dn_at(setting.exposure.iso)
-        yield (
+        yield Note(
+            "veiling-glare",
             f"veiling glare gives every photosite up to {most_e:.3g} e⁻ ({most_dn:.3g} DN), black ones too, in the "
-            "mosaic, mean_electrons and truth; veiling_glare 0 shows the scene without it"
+            "mosaic, mean_electrons and truth; veiling_glare 0 shows the scene without it",
+            "lens.veiling_glare",
         )
 
 
-def _of_slow_stages(camera: Body, choice: Choice) -> Iterator[str]:
+def _of_slow_stages(camera: Body, choice: Choice) -> Iterator[Note]:
     """Yield why rendering is slow if the cause is a custom optical stage without declared capabilities."""
     more = tuple(camera.extra_optics)
     slow = [stage for stage in more or (camera.lens,) if is_custom(stage) and not isinstance(stage, Round)]
     if not slow or choice.cost.seconds < _WORTH_WAITING:
         return
+    names = [type(stage).__name__ for stage in slow]
     way_out = "with a lens that is all of it and has" if more else "with"
-    yield (
+    yield Note(
+        "slow-stage",
         f"about {choice.cost.seconds:.2g} s of one core are expected: the pattern is summed from the transfer of "
-        f"{both([type(stage).__name__ for stage in slow])} at each wavelength; it is quicker {way_out} "
-        "point_spread(r_um, wavelength_nm), a larger tolerance or a smaller region"
+        f"{both(names)} at each wavelength; it is quicker {way_out} "
+        "point_spread(r_um, wavelength_nm), a larger tolerance or a smaller region",
+        ", ".join(names),
     )
 
 
-def _of_the_converter(camera: Body, iso: float) -> Iterator[str]:
+def _of_the_converter(camera: Body, iso: float) -> Iterator[Note]:
     adc, well_e = camera.converter, camera.well_as_read_e(iso)
     reach_e = _reach_e(camera, iso)
     if well_e is not None and iso <= adc.base_iso and well_e > reach_e * _WORTH_A_NOTE:
-        yield (
+        yield Note(
+            "well-not-reached",
             f"the converter ends at {reach_e:.0f} e⁻, below the full well of {well_e:.0f} e⁻: the well is never "
-            "seen full; more electrons_per_dn or bits would show it"
+            "seen full; more electrons_per_dn or bits would show it",
+            "sensor.readout.electrons_per_dn",
         )
 
 
-def _of_a_low_iso(camera: Body, iso: float) -> Iterator[str]:
+def _of_a_low_iso(camera: Body, iso: float) -> Iterator[Note]:
     adc, well_e = camera.converter, camera.well_as_read_e(iso)
     if iso >= adc.base_iso:
         return
@@ -226,16 +258,20 @@ def _of_a_low_iso(camera: Body, iso: float) -> Iterator[str]:
         f"ISO {iso:g} is below the base of {adc.base_iso:g}: a code stands for {adc.electrons_per_dn_at(iso):.4g} e⁻"
     )
     if well_e is None:
-        yield (
+        yield Note(
+            "iso-below-base",
             f"{stated}, and white for {_reach_e(camera, iso):.0f} e⁻, more than at the base, as no full well ends it; "
-            "cameras have no such setting, give full_well_e or the base"
+            "cameras have no such setting, give full_well_e or the base",
+            "exposure.iso",
         )
     else:
         white_dn = adc.white_level_dn(iso, well_e)
-        yield (
+        yield Note(
+            "iso-below-base",
             f"{stated}, the well holds no more than at the base, and white is {white_dn} DN of {adc.largest_dn}; "
             "cameras "
-            f"that offer it expose as at ISO {adc.base_iso:g} and let raw programs darken the picture"
+            f"that offer it expose as at ISO {adc.base_iso:g} and let raw programs darken the picture",
+            "exposure.iso",
         )
 
 
@@ -243,26 +279,30 @@ def _reach_e(camera: Body, iso: float) -> float:
     return (camera.converter.largest_dn - camera.converter.black_level_dn) * camera.converter.electrons_per_dn_at(iso)
 
 
-def _of_prnu(camera: Body) -> Iterator[str]:
+def _of_prnu(camera: Body) -> Iterator[Note]:
     if camera.prnu is not None and camera.prnu.fraction > _MUCH_PRNU:
         given = camera.prnu.fraction
-        yield (
+        yield Note(
+            "large-prnu",
             f"a PRNU of {given:g} is {percent(given)} of the signal; sensors have about 1 %, and prnu is a fraction: "
-            f"{given:g} % is {given / 100.0:g}"
+            f"{given:g} % is {given / 100.0:g}",
+            "sensor.charge.prnu",
         )
 
 
-def _of_edges(scene: Scene, choice: Choice) -> Iterator[str]:
+def _of_edges(scene: Scene, choice: Choice) -> Iterator[Note]:
     job = choice.plan.job
     if _any_field_within(scene, job.grid):
         return  # a picture or gradient has detail everywhere, so an absent edge needs no note
     if scene.shapes and not _any_edge_within(job.edges.start, job.edges.end, job.grid):
         left, top = (job.grid.pitch_um * (first - 0.5) for first in job.grid.first_centre)
         right, bottom = left + job.grid.pitch_um * job.grid.cols, top + job.grid.pitch_um * job.grid.rows
-        yield (
+        yield Note(
+            "no-edge",
             f"no edge in the window, x from {left:.6g} to {right:.6g} µm and y from {top:.6g} to {bottom:.6g} µm of "
             "the optical axis: no outline of the scene runs through it, or only between surfaces that are equal; move "
-            "the region or the shapes"
+            "the region or the shapes",
+            "region",
         )
 
 
@@ -286,20 +326,22 @@ def _any_edge_within(start: np.ndarray, end: np.ndarray, grid: Grid) -> bool:
     return bool((enters <= leaves).any())
 
 
-def _of_dark_current(setting: Setting) -> Iterator[str]:
+def _of_dark_current(setting: Setting) -> Iterator[Note]:
     camera, exposure = setting.camera, setting.exposure
     if camera.dark_current is None:
         return
     dark_e = camera.dark_current.e_per_s * setting.time_s * camera.dark_current.warming(exposure.temperature_c)
     dark_dn = dark_e / camera.converter.electrons_per_dn_at(exposure.iso)
     if dark_dn >= _SEEN_DN:
-        yield (
+        yield Note(
+            "dark-current",
             f"the mosaic holds {dark_e:.3g} e⁻ ({dark_dn:.3g} DN) of dark current in the mean, which mean_electrons "
-            "and truth, of light alone, do not: take it off before you compare them"
+            "and truth, of light alone, do not: take it off before you compare them",
+            "sensor.charge.dark_current_e_per_s",
         )
 
 
-def _of_the_tolerance(setting: Setting, choice: Choice) -> Iterator[str]:
+def _of_the_tolerance(setting: Setting, choice: Choice) -> Iterator[Note]:
     camera, iso, job = setting.camera, setting.exposure.iso, choice.plan.job
     diffuser_e = float(job.response.sum(axis=1).max())
     noise_e = math.hypot(camera.dark_noise_e(iso), camera.converter.electrons_per_dn_at(iso) / math.sqrt(12.0))
@@ -309,7 +351,9 @@ def _of_the_tolerance(setting: Setting, choice: Choice) -> Iterator[str]:
     enough = min(10.0 ** math.floor(math.log10(_ENOUGH * noise_e / diffuser_e)), 1e-2)
     seconds = choice.plan.cost.seconds
     if enough > job.tolerance and seconds >= _WORTH_SECONDS:
-        yield (
+        yield Note(
+            "tolerance-below-noise",
             f"the tolerance of {job.tolerance:g} is {error_e:.2g} e⁻, far below the noise of {noise_e:.2g} e⁻ that the "
-            f"darkest photosite has, and takes about {seconds:.2g} s of one core; {enough:g} would do"
+            f"darkest photosite has, and takes about {seconds:.2g} s of one core; {enough:g} would do",
+            "render.tolerance",
         )

@@ -10,6 +10,7 @@ from camsim.camera.body import Body
 from camsim.camera.exposed_rows import ExposedRows
 from camsim.camera.frame import ChannelSignal
 from camsim.core.arrays import F32, F64, I64, U16
+from camsim.core.note import Note
 from camsim.rendering import Rendering
 from camsim.sensor.adc import full_codes
 from camsim.spectra.light import Light
@@ -29,18 +30,19 @@ class Clock:
         self._last = now
 
 
-def accuracy_notes(rendering: Rendering) -> tuple[str, ...]:
+def accuracy_notes(rendering: Rendering) -> tuple[Note, ...]:
     """Return a warning if a rendering is less accurate than requested."""
     worst = max(rendering.error_estimate, rendering.planes_error or 0.0)
     if worst <= rendering.tolerance:
         return ()
-    return (
+    text = (
         f"warning: the error found, {worst:.2g}, is above the tolerance of {rendering.tolerance:g}; "
-        "render: {strict: true} or --strict makes that a failure",
+        "render: {strict: true} or --strict makes that a failure"
     )
+    return (Note("error-above-tolerance", text, "render.tolerance"),)
 
 
-def rounding_notes(truth: F32 | None, diffuser_e: F64, tolerance: float) -> tuple[str, ...]:
+def rounding_notes(truth: F32 | None, diffuser_e: F64, tolerance: float) -> tuple[Note, ...]:
     """Return a warning if single precision is too coarse for a truth (rows, cols, channels) at the tolerance."""
     if truth is None or not truth.size:
         return ()
@@ -48,10 +50,11 @@ def rounding_notes(truth: F32 | None, diffuser_e: F64, tolerance: float) -> tupl
     rounded = truth.max(axis=(0, 1))[exposed] * (0.5 * np.finfo(np.float32).eps) / diffuser_e[exposed]
     if (worst := float(rounded.max(initial=0.0))) <= tolerance:
         return ()
-    return (
+    text = (
         f"warning: truth is in single precision, which rounds its brightest electrons by up to {worst:.2g} of a "
-        f"perfect diffuser's; tolerance is {tolerance:g}; mean_electrons holds every digit",
+        f"perfect diffuser's; tolerance is {tolerance:g}; mean_electrons holds every digit"
     )
+    return (Note("truth-rounded", text, "render.tolerance"),)
 
 
 class Signals:

@@ -44,7 +44,7 @@ def usual_exposure(iso: float, unit: Unit, time_s: float | Literal["auto"] | Non
 
 @dataclass(frozen=True, kw_only=True)
 class Sensor(Body):
-    """A sensor without a lens: your own light goes in, raw frames come out; for parameters see ``Camera``.
+    """A sensor without a lens: your light goes in, raw frames come out; for parameters see ``Camera``.
 
     Nothing blurs: neither lens nor OLPF act. Filters and quantum efficiency act if the light has a spectrum.
 

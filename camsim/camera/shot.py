@@ -160,7 +160,10 @@ class Shot(Recording):
             truth_error_estimate=None if truth is None else 0.0,
             seconds=dict(clock.seconds),
             signal=signal,
-            notes=(*notes_of_exposed(self.camera, iso, below), *notes_after(signal, self.camera, iso, _WAY_OUT)),
+            notes=(
+                *notes_of_exposed(self.camera, iso, below, encoded=self.image.seems_encoded),
+                *notes_after(signal, self.camera, iso, _WAY_OUT),
+            ),
             work={"random_numbers": self.random_numbers},
         )
         return self._frame(

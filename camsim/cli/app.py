@@ -273,7 +273,7 @@ app.command()(dataset)
 
 @app.command("list")
 def list_names(what: Annotated[str, _one_of(LISTS, "list")], sensors: Sensors = None) -> None:
-    """List the names that files and options can use; sensors also of your own, each with its place."""
+    """List the names that files and options can use; with the place of each sensor, yours included."""
     from camsim.cli.show import lines_of_list
 
     for line in lines_of_list(what, sensors or ()):
@@ -325,7 +325,7 @@ def validate(
     overrides: Changes = None,
     force: Force = False,
 ) -> None:
-    """Look for faults in scene and sensor files, and print all of them; draw a scene."""
+    """Print all faults of scene and sensor files; draw a scene."""
     from camsim.cli.validate import draw_scene, validate_files
 
     if draw is not None:

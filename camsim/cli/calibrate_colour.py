@@ -55,7 +55,7 @@ def calibrate_colour(
 
     check_yaml_output(output, force=force)
     if sensor is not None and pitch_um is not None:
-        raise InvalidValueError("is the sensor's; leave it out beside --sensor", key="--pitch")
+        raise InvalidValueError("is the sensor's; leave it out with --sensor", key="--pitch")
     base = None if sensor is None else Base.of(sensor, sensors or ())
     known = [camera for file in cameras or () for camera in read_cameras(Path(file))]
     picture = read_picture(chart, cfa=cfa)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -50,7 +50,7 @@ def calibrate(request: CalibrationRequest) -> None:
     from camsim.measure.calibrate import calibrate as calibrated
     from camsim.measure.calibrate import read_folder
 
-    _judge(request)
+    _validate(request)
     shots = read_folder(request.folder, cfa=request.cfa, side=request.window)
     if request.dry_run:
         _print_shots(shots)
@@ -82,7 +82,7 @@ def calibrate(request: CalibrationRequest) -> None:
             print(f"{request.output}: camsim expose LIGHT --sensor {_as_path(request.output)} takes it")
 
 
-def _judge(request: CalibrationRequest) -> None:
+def _validate(request: CalibrationRequest) -> None:
     from camsim.cli.new import check_yaml_output
 
     asked = {"-o": request.output, "--check": request.check, "--dry-run": request.dry_run or None}
@@ -99,7 +99,7 @@ def _judge(request: CalibrationRequest) -> None:
         check_yaml_output(request.output, force=request.force)
     if request.hot is not None:
         if request.output is None or Path(request.hot).resolve().parent != Path(request.output).resolve().parent:
-            raise InvalidValueError("is of the sensor file that -o writes, and lies beside it", key="--hot")
+            raise InvalidValueError("is of the sensor file that -o writes, and lies in its folder", key="--hot")
         check_text_file(request.hot, force=request.force)
     if request.plot is not None:
         from camsim.cli.plot import check_drawing
@@ -115,21 +115,23 @@ def _print_shots(shots: ShotsOfCamera) -> None:
     """Print the kind of each group of frames, and its source."""
     alike: dict[tuple[object, ...], list[Shot]] = {}
     for shot in sorted(shots.shots, key=lambda each: (each.iso, each.kind, each.time_s or 0.0, each.exposure)):
-        key = shot.iso, shot.kind, shot.time_s, shot.exposure, shot.temperature_c, shot.stated_by
+        key = shot.iso, shot.kind, shot.time_s, shot.exposure, shot.temperature_c, shot.stated_by, shot.read_out
         alike.setdefault(key, []).append(shot)
-    rows = []
+    rows, both = [], len(shots.read_outs) > 1
     for group in alike.values():
         first = group[0]
         rows.append([
             f"{first.iso:g}" if first.iso_stated else "?", first.kind, first.stated_by,
             "?" if first.time_s is None else f"{first.time_s:g}",
-            "" if first.temperature_c is None else f"{first.temperature_c:g}", str(len(group)),
-            f"{sum(shot.mean_dn for shot in group) / len(group):.1f}",
+            "" if first.temperature_c is None else f"{first.temperature_c:g}", *[first.read_out] * both,
+            str(len(group)), f"{sum(shot.mean_dn for shot in group) / len(group):.1f}",
         ])  # fmt: skip
     filters = "/".join(shots.pattern)
-    heads = ["ISO", "kind", "by", "time, s", "°C", "frames", "mean, DN"]
+    heads = ["ISO", "kind", "by", "time, s", "°C", *["gain"] * both, "frames", "mean, DN"]
     print_table(f"{shots.name}: {len(shots.shots)} frames of {shots.rows} × {shots.cols}, {filters}", heads, rows)
-    print("by: what says so; an index.csv (file, kind, iso, time_s, exposure, temperature_c) says otherwise")
+    from camsim.measure.calibrate.folder import COLUMNS
+
+    print(f"by: what says so; an index.csv ({', '.join(COLUMNS)}) says otherwise")
 
 
 def _figures(found: Calibration) -> Iterator[tuple[str, Estimate]]:
@@ -142,6 +144,10 @@ def _figures(found: Calibration) -> Iterator[tuple[str, Estimate]]:
         value = getattr(found, field.name)
         if isinstance(value, Estimate) and field.name != "black_dn":
             yield field.name, value
+    if found.high is not None:
+        for setting in found.high.settings:
+            yield f"electrons_per_dn at ISO {setting.iso:g}, high gain", setting.electrons_per_dn
+        yield "read_noise_e of high gain", found.high.read_noise_e
     law = found.law
     if law is not None and law.shape.law != "normal":
         yield (
@@ -169,7 +175,7 @@ def _as_dict(found: Calibration) -> dict[str, Any]:
         "dual_gain_from_iso": found.over_iso.dual_from_iso,
         "law": None if found.law is None else found.law.shape.law,
         "figures": figures,
-        "notes": list(found.notes),
+        "notes": [asdict(note) for note in found.notes],
     }
 
 
@@ -180,7 +186,7 @@ def _print(found: Calibration) -> None:
         limit = f"≤ {each.at_most:.2g}" if math.isfinite(each.at_most) else "–"
         rows.append([name, with_error(each.value, each.sigma) if each.measurable else limit])
         if not each.measurable:
-            reasons.append(f"{name} is not told: {each.why_not}")
+            reasons.append(f"{name} is not determined: {each.why_not}")
     shape = found.shots.channel_index.shape
     title = f"{found.shots.name}: {len(found.shots.shots)} frames, the middle {shape[0]} × {shape[1]} photosites"
     print_table(title, ["figure", "value"], rows)
@@ -188,6 +194,7 @@ def _print(found: Calibration) -> None:
     dual = found.over_iso.dual_from_iso
     law = "not looked for" if found.law is None else found.law.shape.law
     gains = "one conversion gain" if dual is None else f"a high conversion gain from ISO {dual:g} on"
+    gains = gains if found.high is None else "both conversion gains of each exposure"
     print(f"{codes}; {gains}; law of the read noise: {law}")
     for line in (*reasons, *found.notes):
         print(line)
@@ -206,7 +213,11 @@ def _check(request: CalibrationRequest, shots: ShotsOfCamera, found: Calibration
             key="--check",
             stage=request.check,
         )
-    sides = side_by_side(shots, simulated(shots, found, sensor, seed=request.seed), found)
+    sides = [
+        side
+        for one in found.read_outs
+        for side in side_by_side(one.shots, simulated(one.shots, one, sensor, seed=request.seed), one)
+    ]
     if request.plot is not None:
         from camsim.cli.plot_calibration import draw_check
 
@@ -220,6 +231,7 @@ def _check(request: CalibrationRequest, shots: ShotsOfCamera, found: Calibration
 def _side_as_dict(side: SideBySide) -> dict[str, Any]:
     return {
         "iso": side.iso,
+        "read_out": side.read_out,
         "mean_dn": side.mean_dn.tolist(),
         "variance_dn2": {"camera": side.variance_dn2.tolist(), "profile": side.profile_variance_dn2.tolist()},
         "kl_nats": side.kl_nats,
@@ -234,10 +246,11 @@ def _print_check(request: CalibrationRequest, sides: Sequence[SideBySide]) -> No
     rows = []
     for side in sides:
         ratio = np.median(side.profile_variance_dn2 / side.variance_dn2)
-        darks = [math.sqrt(each.own.dn2) for each in (side.darks, side.profile_darks)]
+        darks = [math.sqrt(each.temporal.dn2) for each in (side.darks, side.profile_darks)]
         lines = [math.sqrt(max(each.rows.dn2, 0.0)) for each in (side.darks, side.profile_darks)]
         rows.append([
-            f"{side.iso:g}", f"{ratio:.4f}", f"{darks[0]:.4g} / {darks[1]:.4g}", f"{lines[0]:.3g} / {lines[1]:.3g}",
+            f"{side.iso:g} {side.read_out}".strip(), f"{ratio:.4f}", f"{darks[0]:.4g} / {darks[1]:.4g}",
+            f"{lines[0]:.3g} / {lines[1]:.3g}",
             f"{side.kl_nats:.2g} ({side.kl_floor_nats:.2g})", *(f"{each.probability:.2g}" for each in side.tests),
         ])  # fmt: skip
     tests = [each.test for each in sides[0].tests]
@@ -246,6 +259,6 @@ def _print_check(request: CalibrationRequest, sides: Sequence[SideBySide]) -> No
     print("KL: divergence of the darks' codes, camera from profile, in brackets that of the camera's own halves")
     apart = [f"ISO {side.iso:g}: {each.test}" for side in sides for each in side.tests if each.probability < _APART]
     if apart:
-        print(f"told apart at 1 %: {'; '.join(apart)}")
+        print(f"distinguishable at 1 %: {'; '.join(apart)}")
     else:
         print("no test tells the profile's frames from the camera's at 1 %")

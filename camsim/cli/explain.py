@@ -113,7 +113,7 @@ def explained(capture: Capture, products: Products, files: list[tuple[str, str]]
         "tolerance": capture.tolerance,
         "method": choice.method,
         "decisions": [asdict(decision) for decision in decisions],
-        "notes": capture.notes(choice, products),
+        "notes": [asdict(note) for note in capture.notes(choice, products)],
         "expected": {"seconds": seconds, "memory_bytes": memory, "error": expected["error"]},
         "work": {**choice.plan.work(images).counts(), "random_numbers": capture.random_numbers},
     }
@@ -234,7 +234,7 @@ def _print(stated: dict[str, Any]) -> None:
     table.add_row("memory", f"about {readable(expected['memory_bytes'])}", "beyond what the program itself holds")
     table.add_row("error", f"at most {expected['error']:g}", "of a perfect diffuser, or of the brightest surface")
     for note in stated["notes"]:
-        table.add_row("note", note)
+        table.add_row("note", note["text"])
     with console.capture() as printed:
         console.print(table)
     print("\n".join(line.rstrip() for line in printed.get().splitlines()))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import textwrap
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -99,12 +100,13 @@ def draw_psf(figure: Any, capture: Capture, title: str, at_um: tuple[float, floa
         whole = window.pattern(lambda fx, fy: theory.at(fx, fy, names[0], 0.0, 1.0), highest)
         patterns[FOOTPRINT if system.olpf is None else "OLPF ⊗ photosite"] = footprint, "black"
         patterns[f"system, {names[0]}{crosstalk}"] = whole, "black"
+    figure.set_figwidth(max(4.5, 3.3 * len(patterns)))
     pictures, slices = figure.subplots(2, len(patterns), height_ratios=[3, 2], squeeze=False)
     for above, below, (stated, (pattern, colour)) in zip(pictures, slices, patterns.items(), strict=True):
         _show(figure, above, below, pattern, window)
         above.set_title(stated, fontsize=10, color=colour)
     place = "" if at_um is None else f"; at ({at_um[0]:g}, {at_um[1]:g}) µm"
-    figure.suptitle(f"{title}{place}")
+    figure.suptitle(textwrap.fill(f"{title}{place}", 20 + 25 * len(patterns)))
 
 
 def _window(lens: Transfer, highest: float, pitch_um: float) -> _Window:

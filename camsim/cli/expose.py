@@ -82,7 +82,7 @@ def expose(
     as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON; of a folder a list.")] = False,
     quiet: Quiet = False,
 ) -> None:
-    """Expose a sensor to light of your own: no lens, no scene, nothing resampled."""
+    """Expose a sensor to your light: no lens, no scene, nothing resampled."""
     began_s = time.perf_counter()
     from camsim.camera.given_light import Unit
     from camsim.camera.sensor import Sensor

@@ -108,7 +108,7 @@ def _figures(held: Held) -> list[tuple[str, str]]:
     black_dn = record.black_level_dn + np.array(record.black_offsets_dn)
     channels, pattern = _printable(", ".join(record.channels)), _printable(" / ".join(record.cfa_pattern))
     error, one = record.error_estimate, record.description.get(CUSTOM_STAGES)
-    alone = f"no, it was taken with stages of someone's own: {_printable(', '.join(map(str, one)))}" if one else "yes"
+    alone = f"no, it was taken with custom stages: {_printable(', '.join(map(str, one)))}" if one else "yes"
     whole = "whole: it fits its checksum"
     if image := _part(record.description, "image"):
         source = _printable(str(image.get("source") or ""))
@@ -152,8 +152,8 @@ def _summary(description: Any) -> list[tuple[str, str]]:
         given = f"{_word(image.get('unit'))} of {_word(image.get('source')) or 'an array in Python'}, without a lens"
         rows = [("scene", given), *rows[1:-1]]
     stated = {label: _printable(value) for label, value in rows}
-    stated["optics"], stated["own stages"] = _in_turn(optics), _in_turn(_parts(camera, "extra_stages"))
-    order = ("scene", "light", "optics", "exposure", "window", "noise", "own stages", "computed")
+    stated["optics"], stated["custom stages"] = _in_turn(optics), _in_turn(_parts(camera, "extra_stages"))
+    order = ("scene", "light", "optics", "exposure", "window", "noise", "custom stages", "computed")
     return [(label, stated[label]) for label in order if stated.get(label)]
 
 

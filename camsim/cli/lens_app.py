@@ -33,7 +33,7 @@ def import_lens(
     ] = 0.01,
     force: Force = False,
 ) -> None:
-    """Trace a prescription and write what it does at every place as a lens file (needs optiland for its glasses)."""
+    """Trace a prescription and write a lens file, with its PSF over the frame (needs optiland for its glasses)."""
     from camsim.cli.new import check_yaml_output
     from camsim.config.lens_import import trace_zemax
     from camsim.core.errors import InvalidValueError
@@ -43,7 +43,7 @@ def import_lens(
         raise InvalidValueError("given together with '--field'; leave one of the two out", key="--field-mm")
     check_yaml_output(output, force=force)
     traced = trace_zemax(Path(file), field_deg=field, field_mm=field_mm)
-    traced.judge(mtf_within, Path(file).name)
+    traced.check_mtf(mtf_within, Path(file).name)
     write_whole(output, traced.text.encode("utf-8"))
     for note in traced.notes:
         print(f"{output}: note: {note}")

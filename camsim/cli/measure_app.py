@@ -70,7 +70,7 @@ def measure_mtf(
     ] = None,
     force: Force = False,
 ) -> None:
-    """Measure the MTF on slanted edges, beside what theory gives when the file says what it was taken with."""
+    """Measure the MTF on slanted edges, with theory if the file says what it was taken with."""
     from camsim.cli.measure import MtfRequest, measure
     from camsim.cli.measured import Outputs
 
@@ -160,7 +160,7 @@ def measure_demosaic(
     plot: PlotFile = None,
     force: Force = False,
 ) -> None:
-    """Hold demosaiced pictures against the truth, name what is wrong with them, and rank them."""
+    """Compare demosaiced pictures with the truth, name their faults, and rank them."""
     from camsim.cli.measure_demosaic import DemosaicRequest, measure
     from camsim.cli.measured import Outputs
 
@@ -193,7 +193,7 @@ def measure_colour(
         typer.Option(
             "--light",
             metavar="NAME|FILE.csv",
-            help="That lit a ColorChecker: an illuminant, or its measured power over nm; D50 when left out.",
+            help="Light on a ColorChecker: an illuminant, or its measured power over nm; D50 when left out.",
         ),
     ] = None,
     corners: Corners = None,
@@ -243,7 +243,7 @@ def measure_star(
     plot: PlotFile = None,
     force: Force = False,
 ) -> None:
-    """Measure the MTF on the Siemens star of the file's scene, beside theory."""
+    """Measure the MTF on the Siemens star of the file's scene, with theory."""
     from camsim.cli.measure_target import measure
     from camsim.cli.measured import Outputs
 
@@ -287,7 +287,7 @@ def measure_moire(
     plot: PlotFile = None,
     force: Force = False,
 ) -> None:
-    """Measure the moiré of a zone plate: how much of its contrast comes back as ghosts, beside theory.
+    """Measure the moiré of a zone plate: how much of its contrast comes back as ghosts, with theory.
 
     In a file that does not say what it was taken of a plate is looked for about the picture's middle.
     """

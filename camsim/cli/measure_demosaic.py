@@ -64,7 +64,7 @@ class DemosaicRequest:
 
 
 def measure(request: DemosaicRequest) -> None:
-    """Judge, print and write; raises CamsimError with one sentence."""
+    """Evaluate, print and write; raises CamsimError with one sentence."""
     from camsim.cli.measure_demosaic_page import Page
 
     _check(request)
@@ -124,7 +124,7 @@ def _check_options(request: DemosaicRequest) -> None:
 def _of_scenes(request: DemosaicRequest, page: Page | None) -> Iterator[Ranking]:
     """Capture every scene and run methods and programs on its mosaic."""
     from camsim.api import load
-    from camsim.measure.demosaic import Method, compete, judge, methods, ranked, run_program
+    from camsim.measure.demosaic import Method, compete, evaluate, methods, ranked, run_program
     from camsim.measure.demosaic.subject import subject_of_capture
 
     for scene in request.files:
@@ -141,11 +141,11 @@ def _of_scenes(request: DemosaicRequest, page: Page | None) -> Iterator[Ranking]
         keep = _keeper(page, subject)
         entries: list[Method]
         entries, why = methods(frame) if request.published else ([], [])
-        ranking = compete(subject, frame, entries, left_out=why, seen=keep)
+        ranking = compete(subject, frame, entries, left_out=why, on_verdict=keep)
         verdicts = list(ranking.verdicts)
         for template in request.programs:
             found = run_program(template, frame, suffix=request.result, gamma=gamma_of(request.gamma))
-            verdict, image = judge(found, subject, method=template)
+            verdict, image = evaluate(found, subject, method=template)
             keep(verdict, image)
             verdicts.append(verdict)
         yield ranked(subject, verdicts, ranking.left_out)
@@ -153,7 +153,7 @@ def _of_scenes(request: DemosaicRequest, page: Page | None) -> Iterator[Ranking]
 
 def _of_results(request: DemosaicRequest, page: Page | None) -> Iterator[Ranking]:
     """Compare results with a truth."""
-    from camsim.measure.demosaic import judge, ranked
+    from camsim.measure.demosaic import evaluate, ranked
     from camsim.measure.demosaic.subject import planes_of
     from camsim.measure.reading import read_picture
 
@@ -163,7 +163,7 @@ def _of_results(request: DemosaicRequest, page: Page | None) -> Iterator[Ranking
     verdicts = []
     for file in results:
         found = planes_of(read_picture(file, gamma=gamma_of(request.gamma)))
-        verdict, image = judge(found, subject, method=file)
+        verdict, image = evaluate(found, subject, method=file)
         keep(verdict, image)
         verdicts.append(verdict)
     yield ranked(subject, verdicts)
@@ -215,7 +215,7 @@ def _is_integer(samples: Any) -> bool:
 def _title(ranking: Ranking) -> str:
     clipped = f", {ranking.clipped} clipped photosites and their neighbours left out" if ranking.clipped else ""
     cfa = f", {ranking.cfa}" if ranking.cfa else ""
-    return f"{ranking.subject}: {ranking.rows} × {ranking.cols} photosites{cfa}, {ranking.judged} judged{clipped}"
+    return f"{ranking.subject}: {ranking.rows} × {ranking.cols} photosites{cfa}, {ranking.photosites} compared{clipped}"
 
 
 def row_of(verdict: Verdict) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""The judge's page: rankings, linked crops at 1:1 to 8:1 and error maps, in one file without a network."""
+"""The page of results: rankings, linked crops at 1:1 to 8:1 and error maps, in one file without a network."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ class Page:
                 section(_title(ranking), _table(ranking) + _faults(ranking) + _viewer(number, ranking, gallery))
             )
         parts.append(f"<script>\n{script}</script>")
-        return document("camsim measure demosaic", parts, {}, heading="Demosaicing, judged by the truth")
+        return document("camsim measure demosaic", parts, {}, heading="Demosaicing, compared with the truth")
 
 
 _ABOUT = (
@@ -115,7 +115,9 @@ def _table(ranking: Ranking) -> str:
         for v in ranking.verdicts
     ]
     left = f", {ranking.clipped} clipped" if ranking.clipped else ""
-    return table(f"{ranking.judged} photosites judged{left}; press a head to sort", _HEADS, rows, decimals=_DECIMALS)
+    return table(
+        f"{ranking.photosites} photosites compared{left}; press a head to sort", _HEADS, rows, decimals=_DECIMALS
+    )
 
 
 def _faults(ranking: Ranking) -> str:

@@ -101,7 +101,7 @@ def _row(report: MtfReport, edge: EdgeMtf, unit: Unit) -> tuple[str, ...]:
 
 
 def _nyquist(report: MtfReport) -> str:
-    """Say the Nyquist frequencies, and whose they are."""
+    """Print the Nyquist frequencies of the sensor and its channels."""
     stated = "; ".join(
         f"{'of the sensor' if name == 'sensor' else f'of {name}'} {_in_words(each)}"
         for name, each in report.nyquist().items()

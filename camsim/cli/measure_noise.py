@@ -13,6 +13,7 @@ from camsim.cli.measure_mtf_table import with_error
 from camsim.cli.measured import Outputs
 from camsim.cli.tables import check_text_file, print_table
 from camsim.core.errors import ConfigError, InvalidValueError, OutputError
+from camsim.core.note import Note
 from camsim.core.typed import Iso, Seed, check
 from camsim.files.atomic import made_together, together, write_whole
 
@@ -149,7 +150,7 @@ def _apart(texts: Sequence[str]) -> tuple[list[str], dict[str, Any]]:
             of_sensor.append(text)
         elif key not in known:
             raise InvalidValueError(
-                f"a photon transfer has no such key: it takes flats and darks of its own; those of the sensor "
+                f"a photon transfer has no such key: it takes its flats and darks itself; those of the sensor "
                 f"(sensor.readout.read_noise_e …), {', '.join(known)} can be set",
                 key=f"--set {key}",
             )
@@ -186,7 +187,7 @@ def _print(report: NoiseReport) -> None:
     for reason, (figures, channels) in reasons.items():
         verb = "is" if len(figures) == 1 else "are"
         print(f"{', '.join(figures)} of {', '.join(channels)} {verb} not measurable: {reason}")
-    notes: dict[str, list[str]] = {}
+    notes: dict[Note, list[str]] = {}
     for channel in report.channels:
         for note in channel.notes:
             notes.setdefault(note, []).append(channel.channel)

@@ -35,7 +35,7 @@ class TruthRequest:
 
 
 def measure(request: TruthRequest) -> None:
-    """Compute the truth, write and tell it; raises CamsimError with one sentence."""
+    """Compute, write and print the truth; raises CamsimError with one sentence."""
     from camsim.measure.truth import SPACES, truth_in
 
     check_planes_file(request.output, force=request.force)

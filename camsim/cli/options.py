@@ -47,7 +47,7 @@ CfaOf: TypeAlias = Annotated[
 LightName: TypeAlias = Annotated[
     str,
     typer.Option(
-        "--light", metavar="NAME|FILE.csv", help="That lit the chart: an illuminant, or its measured power over nm."
+        "--light", metavar="NAME|FILE.csv", help="Light on the chart: an illuminant, or its measured power over nm."
     ),
 ]
 Corners: TypeAlias = Annotated[

@@ -54,7 +54,7 @@ def check(texts: Iterable[str], *, force: bool) -> tuple[list[Output], list[Cams
             # Two names of one file would overwrite the first product.
             real = os.path.realpath(path)
             if real in seen:
-                raise OutputError(f"{path!r} is named twice; each product needs a file of its own")
+                raise OutputError(f"{path!r} is named twice; each product needs a separate file")
             seen.add(real)
         except OutputError as error:
             errors.append(error)

@@ -90,7 +90,7 @@ def plan_pairs(capture: Capture, levels: Sequence[float]) -> list[Pair]:
     wanted = [(variant, level) for variant in _variants(capture) for level in levels]
     if capture.seed + len(wanted) - 1 > LARGEST_SEED:
         message = (
-            f"each of {len(wanted)} pairs has a seed of its own, from {capture.seed} on, and 2^63 − 1 is the largest"
+            f"each of {len(wanted)} pairs has a different seed, from {capture.seed} on, and 2^63 − 1 is the largest"
         )
         raise InvalidValueError(f"{message}; begin at a smaller one", key="--pairs")
     return [
@@ -130,8 +130,8 @@ def write_pairs(
         "README.md": readme(capture, rows[0]),
     }
     for name, text in texts.items():
-        with replacing(folder / name) as beside:
-            write_chunks(beside, (text.encode(),))
+        with replacing(folder / name) as temporary:
+            write_chunks(temporary, (text.encode(),))
 
 
 def _variants(capture: Capture) -> Iterator[_Variant]:

@@ -1,4 +1,4 @@
-"""A calibration as a page of plots: photon transfer, what is left of the fits, spectra, histograms against the law."""
+"""A calibration as a page of plots: photon transfer, residuals of the fits, spectra, histograms against the law."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def draw(found: Calibration, file: str) -> bytes:
     """Return a PNG, SVG or PDF, by the suffix of ``file``."""
     figure = new_figure(14.0, 9.0)
     (transfer, residual, over_iso), (row_axes, column_axes, histogram) = figure.subplots(2, 3)
-    for number, setting in enumerate(found.settings):
+    for number, setting in enumerate(setting for one in found.read_outs for setting in one.settings):
         colour, gain = _COLOURS[number % 10], setting.gain_dn_per_e
         label = f"ISO {setting.iso:g}, {1.0 / gain.value:.3g} e⁻/DN"
         for channel in setting.report.channels:
@@ -39,15 +39,16 @@ def draw(found: Calibration, file: str) -> bytes:
         row_axes.loglog(
             darks.row_frequency, np.sqrt(darks.row_power), lw=0.6, color=colour, label=f"ISO {setting.iso:g}"
         )
-        row_axes.axhline(math.sqrt(darks.own.dn2 / darks.shape[1]), color=colour, ls=":", lw=0.8)
+        row_axes.axhline(math.sqrt(darks.temporal.dn2 / darks.shape[1]), color=colour, ls=":", lw=0.8)
         column_axes.loglog(
             darks.column_frequency, np.sqrt(darks.column_power), lw=0.6, color=colour, label=f"ISO {setting.iso:g}"
         )
-        column_axes.axhline(math.sqrt((darks.own.dn2 / darks.frames + max(darks.pattern.dn2, 0.0)) / darks.shape[0]),
-                            color=colour, ls=":", lw=0.8)  # fmt: skip
+        by_chance_dn2 = (darks.temporal.dn2 / darks.frames + max(darks.pattern.dn2, 0.0)) / darks.shape[0]
+        column_axes.axhline(math.sqrt(by_chance_dn2), color=colour, ls=":", lw=0.8)
     gains = np.array([each.electrons_per_dn.value for each in found.settings])
     iso = np.array([each.iso for each in found.settings])
-    noise = np.array([math.sqrt(max(each.darks.own.dn2 - found.step_dn**2 / 12.0, 0.0)) for each in found.settings])
+    noise_dn2 = np.array([each.darks.temporal.dn2 for each in found.settings]) - found.step_dn**2 / 12.0
+    noise = np.sqrt(np.maximum(noise_dn2, 0.0))
     over_iso.loglog(iso, noise * gains, "o", mfc="none", label="darks")
     after = found.over_iso.after_dn2.value if found.over_iso.after_dn2.measurable else 0.0
     dual = found.over_iso.dual_from_iso
@@ -107,18 +108,18 @@ def _draw_differences(found: Calibration, rng: np.random.Generator) -> np.ndarra
     shape, size = found.law.shape, (2, 1_000_000)
     if shape.law == "student":
         dof = 1.0 / shape.tails
-        own = rng.standard_t(dof, size) * math.sqrt(1.0 - 2.0 / dof)
+        drawn = rng.standard_t(dof, size) * math.sqrt(1.0 - 2.0 / dof)
     elif shape.law == "tukey":
         p = np.clip(rng.random(size), 1e-16, 1.0 - 1e-16)
-        own = scipy.stats.tukeylambda.ppf(p, shape.tails) / tukey_sigma(shape.tails)
+        drawn = scipy.stats.tukeylambda.ppf(p, shape.tails) / tukey_sigma(shape.tails)
     else:
-        own = rng.standard_normal(size)
+        drawn = rng.standard_normal(size)
     spread = np.exp(shape.spread * rng.standard_normal(size[1]) - shape.spread**2)
     jumps = np.where(rng.random(size[1]) < shape.fraction, rng.exponential(1.0, size[1]) * shape.amplitude_dn, 0.0)
     darks = found.law_setting.darks
     after = found.over_iso.after_dn2.value if found.over_iso.after_dn2.measurable else 0.0
     other = math.sqrt(max(after, 0.0) + max(darks.rows.dn2, 0.0))
-    read = shape.sigma_dn * spread * own + jumps * rng.integers(0, 2, size) + other * rng.standard_normal(size)
+    read = shape.sigma_dn * spread * drawn + jumps * rng.integers(0, 2, size) + other * rng.standard_normal(size)
     codes = np.rint(read / found.step_dn + rng.random(size[1])) * found.step_dn
     apart: np.ndarray = (codes[0] - codes[1]) / math.sqrt(2.0)
     return apart
@@ -132,7 +133,9 @@ def draw_check(sides: Sequence[SideBySide], file: str) -> bytes:
         order = np.argsort(side.mean_dn)
         transfer.semilogy(side.mean_dn[order], side.variance_dn2[order], "o", mfc="none", label="camera")
         transfer.semilogy(side.mean_dn[order], side.profile_variance_dn2[order], "x", label="profile")
-        transfer.set(xlabel="mean, DN", ylabel="variance, DN²", title=f"ISO {side.iso:g}: variance against mean")
+        transfer.set(
+            xlabel="mean, DN", ylabel="variance, DN²", title=f"ISO {side.iso:g} {side.read_out}: variance against mean"
+        )
         for darks, label in ((side.darks, "camera"), (side.profile_darks, "profile")):
             spectrum.loglog(darks.row_frequency, np.sqrt(darks.row_power), lw=0.7, label=f"rows, {label}")
             spectrum.loglog(

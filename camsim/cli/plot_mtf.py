@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from camsim.measure import EdgeMtf, MtfReport, MtfSeries
     from camsim.measure.full_frame import Unit
 
-_MOST_CURVES = 24
+_MOST_CURVES, _MOST_NAMED = 24, 12
 _DASHES = {"R": ":", "G": "-", "G1": "-", "G2": "-.", "B": "--"}
 
 
@@ -36,12 +36,14 @@ def draw(series: MtfSeries, file: str, unit: Unit, stages: Sequence[str] = ()) -
             colour = f"C{number % 10}" if several else colour_of_channel(edge.channel)
             dash = _DASHES.get(edge.channel, "-") if several else "-"
             name = f"{edge.channel}, {edge.figures.angle_deg:.2f}°, roi {edge.roi}"
+            if len(report.edges) > _MOST_NAMED:
+                name = f"{edge.channel}, {min(most, len(report.edges))} of {len(report.edges)} edges"
             if several:
                 name = f"{series.by or ''} {label}, {edge.channel}".strip()
             style = {"color": colour, "ls": dash, "label": None if name in seen else name}
             seen.add(name)
             factor = report.full_frame.per_unit(unit)
-            _curve(top, below, edge, factor, style)
+            _curve(top, below, edge, factor, style, shaded=len(report.edges) <= _MOST_NAMED)
             if edge.theory is not None:
                 named = f"theory: {' · '.join(stages)}" if stages else "theory"
                 stated = None if "theory" in seen else named
@@ -61,18 +63,20 @@ def draw(series: MtfSeries, file: str, unit: Unit, stages: Sequence[str] = ()) -
         below.axhline(0.0, color="black", lw=0.8)
         below.set_ylabel("measured − theory")
         below.grid(alpha=0.3)
-    last.set_xlabel(f"{UNITS[unit]}; shaded: two standard errors")
+    shaded = any(len(report.edges) <= _MOST_NAMED for report in series.reports)
+    last.set_xlabel(f"{UNITS[unit]}{'; shaded: two standard errors' if shaded else ''}")
     return bytes_of(figure, file)
 
 
-def _curve(top: Any, below: Any, edge: EdgeMtf, factor: float, style: dict[str, Any]) -> None:
+def _curve(top: Any, below: Any, edge: EdgeMtf, factor: float, style: dict[str, Any], *, shaded: bool) -> None:
     f, colour = factor * edge.frequency_cycles_per_pixel, style["color"]
+    error = 2 * edge.mtf_error if shaded else 0.0 * edge.mtf_error
     top.plot(f, edge.mtf, lw=1.2, **style)
-    top.fill_between(f, edge.mtf - 2 * edge.mtf_error, edge.mtf + 2 * edge.mtf_error, color=colour, alpha=0.15, lw=0)
+    top.fill_between(f, edge.mtf - error, edge.mtf + error, color=colour, alpha=0.15, lw=0)
     top.plot([factor * edge.figures.mtf50_cycles_per_pixel], [0.5], "o", color=colour, ms=4)
     if edge.theory is not None and below is not None:
         below.plot(f, edge.theory.difference, color=colour, ls=style["ls"], lw=1.0)
-        below.fill_between(f, -2 * edge.mtf_error, 2 * edge.mtf_error, color=colour, alpha=0.15, lw=0)
+        below.fill_between(f, -error, error, color=colour, alpha=0.15, lw=0)
 
 
 def _nyquists(reports: Sequence[MtfReport], most: int, unit: Unit, top: Any, below: Any) -> None:

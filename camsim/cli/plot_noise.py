@@ -40,7 +40,8 @@ def draw(report: NoiseReport, file: str) -> bytes:
                 fine = np.geomspace(min(1.0, electrons.min()), 1.5 * electrons.max(), 100)
                 snr.loglog(fine, fine / np.sqrt(fine + read.value**2), lw=1.0, color=colour)
             if full.measurable:
-                label = f"{name} full, {full.value:.4g} e⁻"
+                end = "full well" if channel.transfer.full_well_e.measurable else "converter's end"
+                label = f"{name}, {end} at {full.value:.4g} e⁻"
                 transfer.axvline(gain.value * full.value, color=colour, ls=next(dashes), lw=1.0, label=label)
                 snr.axvline(full.value, color=colour, ls=":", lw=0.8)
         slope = float(np.sum(channel.exposure / signal) / np.sum((channel.exposure / signal) ** 2))
@@ -59,7 +60,7 @@ def draw(report: NoiseReport, file: str) -> bytes:
         xlabel="signal above dark, DN", ylabel="variance above dark, DN²", title="photon transfer; line: photon noise"
     )
     snr.set(xlabel="signal, e⁻", ylabel="signal over noise", title="SNR; line: photon noise and read noise")
-    linear.set(xlabel="exposure", ylabel="off a straight line, %", title="linearity")
+    linear.set(xlabel="light per photosite (relative)", ylabel="off a straight line, %", title="linearity")
     spectra.set(xlabel="cycles per pixel, along rows", ylabel="DN", title="spectrogram of fixed patterns")
     for axes in (transfer, snr, linear, spectra):
         axes.legend(fontsize=7)

@@ -137,7 +137,7 @@ def _parts(held: Held, again: Held) -> Iterator[str]:
             differs = True
             yield f"{count} of {off.size} numbers of {name}, by up to {off.max():.3g} of {np.abs(other).max():.6g}"
     if not differs:
-        yield "what stands beside the same numbers and record: tags, or how they are packed"
+        yield "what goes with the same numbers and record: tags, or how they are packed"
 
 
 def _fields(tree: Mapping[str, Any]) -> dict[str, Any]:

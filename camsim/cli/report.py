@@ -48,7 +48,7 @@ def print_report(
         lines.add_row("", f"{report.truth_error_estimate:.2g} in the truth, every channel at every photosite")
     lines.add_row("signal", _signal(frame))
     for note in report.notes:
-        lines.add_row("note", note)
+        lines.add_row("note", note.text)
     if report.standard_error is not None:
         lines.add_row("", f"{report.standard_error:.2g}, standard error of the samples' mean, the worst of those")
     if verbose:

@@ -30,7 +30,7 @@ def write_mosaics(
     region: Region | None,
     **how: bool,
 ) -> Frame:
-    """Write the mosaics among ``outputs`` while ``expose`` gives their rows to what it is called with.
+    """Write the mosaics among ``outputs``; ``expose`` passes their rows to its argument.
 
     how : ``allow_odd_cfa`` and ``compress``, as of ``camsim.files.save``
     """

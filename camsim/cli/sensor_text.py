@@ -67,9 +67,9 @@ def written(path: str, base: Base, parts: Mapping[str, str]) -> Camera:
     if base.folder is not None and Path(path).resolve().parent != base.folder and _FILE.search(text):
         message = f"the sensor names CSV files beside it; write into its folder, {str(base.folder)!r}"
         raise InvalidValueError(message, key="--output")
-    with replacing(Path(path)) as beside:
-        beside.write_text(text, "utf-8")
-        return load_camera(beside, lens=NO_LENS)
+    with replacing(Path(path)) as temporary:
+        temporary.write_text(text, "utf-8")
+        return load_camera(temporary, lens=NO_LENS)
 
 
 def exchanged(text: str, parts: Mapping[str, str]) -> str:

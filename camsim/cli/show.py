@@ -117,7 +117,7 @@ def _figures_of_sensor(located: Located) -> list[Row]:
             f"{20.0 * math.log10(ratio):.1f} dB, {math.log2(ratio):.1f} stops, at ISO {adc.base_iso:g}: "
             f"saturation over {threshold_e:.2f} e⁻, SNR 1",
         ),
-        *(("note", note) for note in notes_of_sensor(camera)),
+        *(("note", note.text) for note in notes_of_sensor(camera)),
     ]
     return rows
 
@@ -187,7 +187,7 @@ def _saturation_exposures(camera: Body, saturation_e: float) -> list[Row]:
 def _figures_of_scene(located: Located, search: SensorSearch) -> list[Row]:
     from camsim.api import load
 
-    setup = load(located.path, sensors=search.own)
+    setup = load(located.path, sensors=search.given)
     camera, light = setup.camera, setup.light
     rows, cols = (setup.region.rows, setup.region.cols) if setup.region else (camera.rows, camera.cols)
     wavelength_nm = light.line_nm or 550.0

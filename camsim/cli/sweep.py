@@ -14,6 +14,7 @@ import typer
 
 from camsim.cli.options import AsJson, Force, Quiet, Scheduler, Workers
 from camsim.core.errors import InvalidValueError
+from camsim.core.note import Note
 
 if TYPE_CHECKING:
     from camsim.study import Forecast
@@ -104,7 +105,7 @@ def _say_columns(rows: Sequence[Mapping[str, Any]]) -> None:
         Console().print(table)
 
 
-def say_notes(rows: Sequence[Mapping[str, Any]], more: Sequence[str] = ()) -> None:
+def say_notes(rows: Sequence[Mapping[str, Any]], more: Sequence[Note] = ()) -> None:
     """Print notes of captures, with their number of rows; ``more``: notes on all of them."""
     from camsim.study.manifest import BETWEEN_NOTES
 

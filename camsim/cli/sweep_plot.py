@@ -17,8 +17,8 @@ _MOST_NAMED = 12
 _UNITS = {
     "cycles_per_pixel": "cycles/pixel", "lp_per_mm": "lp/mm", "electrons_per_dn": "e⁻/DN", "e_per_s": "e⁻/s",
     "um": "µm", "nm": "nm", "mm": "mm", "deg": "degrees", "pitches": "pitches", "pixel": "pixels", "waves": "waves",
-    "e": "e⁻", "dn": "DN", "s": "s", "lux": "lux", "w_per_m2": "W/m²", "c": "°C", "bytes": "bytes",
-    "seconds": "s",
+    "e": "e⁻", "dn": "DN", "s": "s", "lux": "lux", "w_per_m2": "W/m²", "cd_per_m2": "cd/m²", "k": "K", "c": "°C",
+    "bytes": "bytes", "seconds": "s",
 }  # fmt: skip
 """Units by the ending of a key's name or, before a channel's, of a column's."""
 

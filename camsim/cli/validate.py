@@ -14,6 +14,7 @@ from camsim.config import yaml_source
 from camsim.config.lens_files import read_lens_file
 from camsim.config.sensor_search import SensorSearch
 from camsim.core.errors import CamsimError, InvalidValueError
+from camsim.core.note import Note
 from camsim.files.atomic import write_whole
 from camsim.optics import Airy
 from camsim.study import check_dataset, check_study
@@ -53,7 +54,7 @@ def draw_scene(
     said, _ = _validated(files[0], search, overrides)
     if said != A_SCENE:
         raise InvalidValueError(f"{files[0]!r} is {said}; give a scene, such as one that uses it", key="--draw")
-    capture = load(files[0], overrides=overrides, sensors=search.own)
+    capture = load(files[0], overrides=overrides, sensors=search.given)
     if drawing == TERMINAL:
         print("\n".join(lines(capture)))
     else:
@@ -61,14 +62,14 @@ def draw_scene(
         print(f"{drawing}: {capture.scene_name}")
 
 
-def _validated(file: str, search: SensorSearch, overrides: Sequence[str] = ()) -> tuple[str, Sequence[str]]:
+def _validated(file: str, search: SensorSearch, overrides: Sequence[str] = ()) -> tuple[str, Sequence[Note]]:
     """Return the kind of a file, and notes on it."""
     _, located = search.locate_any(file)
     tree = yaml_source.read(located.path, located.displayed).tree
     said = tree.get("camsim") if isinstance(tree, dict) else None
     if isinstance(said, str) and said.startswith("sensor/"):
         # A sensor is valid without a lens; any one serves to build the camera.
-        camera = load_camera(file, lens=Airy(f_number=8.0), sensors=search.own)
+        camera = load_camera(file, lens=Airy(f_number=8.0), sensors=search.given)
         return "a sensor", tuple(notes_of_sensor(camera))
     if isinstance(said, str) and said.startswith("lens/"):
         read_lens_file(located)
@@ -79,5 +80,5 @@ def _validated(file: str, search: SensorSearch, overrides: Sequence[str] = ()) -
     if isinstance(said, str) and said.startswith("dataset/"):
         check_dataset(file)
         return "a data set", ()
-    ready = load_any(file, overrides=overrides, sensors=search.own)
+    ready = load_any(file, overrides=overrides, sensors=search.given)
     return (A_SCENE if isinstance(ready, Capture) else "light on a sensor"), ()

@@ -7,7 +7,7 @@ from typing import Any, TypeAlias
 
 from camsim.config import schema
 from camsim.config.lengths import SceneDocument, made, scaled
-from camsim.config.library import beside
+from camsim.config.library import in_folder
 from camsim.config.schema.charts import LENGTH, is_of_reflectances, key_of
 from camsim.config.tree import KeyPath
 from camsim.scene.charts import KNOWN, Chart, parameters
@@ -50,7 +50,7 @@ def drawing(scene: SceneDocument, path: KeyPath, unit_um: float, spectrum: MakeS
     table = scene.part(path, schema.Svg)
     if table is None or None in palette.values() or any(schema.Svg.contradictions(given)):
         return None
-    file = scene.build((*path, "file"), lambda: beside(scene.document.folder, table.file))
+    file = scene.build((*path, "file"), lambda: in_folder(scene.document.folder, table.file))
     if file is None:
         return None
     return scene.build(

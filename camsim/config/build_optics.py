@@ -110,7 +110,7 @@ def _planes(name: str, folder: Path) -> dict[str, Any]:
     """Read the channels of an image that a scene names; it must be under the scene's folder."""
     from camsim.measure.reading import read_picture
 
-    return {plane.name: plane.samples for plane in read_picture(library.beside(folder, name)).planes}
+    return {plane.name: plane.samples for plane in read_picture(library.in_folder(folder, name)).planes}
 
 
 _LENSES: dict[type[schema.Table], Callable[[Any, dict[str, Any]], Lens]] = {
@@ -158,7 +158,7 @@ def _photosite(table: schema.Table, pitch_um: float) -> PhotositeShape:
 
 
 def olpf(sensor: Validated[schema.SensorFile]) -> LowPass | None:
-    """Make the low-pass filter of a sensor; None for none, or when it is wrong."""
+    """Make the low-pass filter of a sensor; None without one, or when it is wrong."""
     model, path = sensor.model, ("olpf",)
     if model is None or model.olpf is None or any(type(model.olpf).contradictions(sensor.value(path))):
         return None

@@ -22,7 +22,7 @@ def _read(table: schema.Picture, folder: Path, unit_um: float) -> Picture:
     from camsim.files.picture_file import read_picture
 
     return read_picture(
-        library.beside(folder, table.file),
+        library.in_folder(folder, table.file),
         encoding=table.encoding,
         scale=table.scale,
         wavelength_nm=table.wavelength_nm,

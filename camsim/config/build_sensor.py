@@ -148,7 +148,7 @@ def _stage(sensor: SensorDocument, key: str, table: schema.Table, names: Sequenc
         return None
     if makes.reads is not None:
         named = (key, names[0], *makes.reads)
-        return sensor.build((key, names[0]), lambda: makes.make(*values, _beside(sensor, named)))
+        return sensor.build((key, names[0]), lambda: makes.make(*values, _named_file(sensor, named)))
     if not dataclasses.is_dataclass(makes.make):
         return sensor.build((key, names[0]), lambda: makes.make(*values))
     parameters = [field.name for field in dataclasses.fields(makes.make)]
@@ -156,7 +156,7 @@ def _stage(sensor: SensorDocument, key: str, table: schema.Table, names: Sequenc
     return sensor.build((key,), lambda: makes.make(*values), keys=keys)
 
 
-def _beside(sensor: SensorDocument, path: KeyPath) -> Path | None:
+def _named_file(sensor: SensorDocument, path: KeyPath) -> Path | None:
     """Return the path in a key: under the sensor file's folder, or for an override relative to the working directory.
 
     None if there is no path.

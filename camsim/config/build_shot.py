@@ -64,7 +64,7 @@ def _image(document: ShotDocument) -> GivenLight | None:
         from camsim.files.light_file import read_light
 
         # Paths in overrides are relative to the user's working directory.
-        one = Path(table.file) if not file.place.line else library.beside(document.document.folder, table.file)
+        one = Path(table.file) if not file.place.line else library.in_folder(document.document.folder, table.file)
         return read_light(
             one,
             unit=table.unit,

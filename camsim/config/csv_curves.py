@@ -88,7 +88,7 @@ class _Reading:
     def _path(self, file: Node) -> Path:
         name = str(file.content)
         # Paths in overrides are relative to the user's working directory.
-        return Path(name) if not file.place.line else library.beside(self.document.folder, name)
+        return Path(name) if not file.place.line else library.in_folder(self.document.folder, name)
 
     def _refused(self, node: Node, path: KeyPath, message: str) -> Node:
         self.faults.append(self.document.fault(path, message))

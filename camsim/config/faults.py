@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import json
 import math
+import shlex
 from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import Any, TypeVar, get_args
 
 from pydantic import ValidationError
 
 from camsim.config.expect import Expected, along, can_contradict
 from camsim.config.near import elsewhere
+from camsim.config.pictured import is_picture
 from camsim.config.scalars import resolve
 from camsim.config.schema import Table
 from camsim.config.tree import MOST_FAULTS, Document, KeyPath, Node
@@ -23,7 +26,7 @@ _LONGEST_DISPLAYED = 40
 _TRUTHS = {"true": ("yes", "on", "y"), "false": ("no", "off", "n", "none")}
 
 
-def judge(document: Document, model: type[T]) -> tuple[T | None, list[Fault]]:
+def parsed(document: Document, model: type[T]) -> tuple[T | None, list[Fault]]:
     """Return the document as a model (None when it has faults), and all its faults in the file's order.
 
     Raises ConfigError if the file is of another kind, as its keys cannot be interpreted.
@@ -204,7 +207,12 @@ def _wrong_value(node: Node, expected: Expected) -> str:
     if isinstance(value, float) and not math.isfinite(value):
         return f"must be {words.replace('a number', 'a finite number', 1)}, not {node.text}"
     hint = ""
-    if isinstance(value, str):
+    if expected.tables() and (picture := _picture_in(value)):
+        hint = (
+            f"; a picture is one of scene.shapes, {{kind: picture, file: {picture}, sample: 0.5}}: camsim new scene "
+            f"--picture {shlex.quote(picture)} writes a scene of it"
+        )
+    elif isinstance(value, str):
         hint = word_hint(value, expected.literals()) or _hint_of_text(value, expected)
     elif expected.is_fraction():
         hint = percent_hint(value)
@@ -213,6 +221,12 @@ def _wrong_value(node: Node, expected: Expected) -> str:
     elif isinstance(value, tuple) and value and len(value) == 2 * expected.length():
         hint = DECIMAL_POINT
     return f"must be {words}, not {_got(node)}{hint}"
+
+
+def _picture_in(value: Any) -> str:
+    """Return the name of a picture given in place of a table; empty if there is none."""
+    name = value[0].content if isinstance(value, tuple) and value else value
+    return name if isinstance(name, str) and is_picture(Path(name)) else ""
 
 
 def _hint_of_text(text: str, expected: Expected) -> str:

@@ -51,7 +51,7 @@ def stages_from_record(tree: Any, folder: Path | None = None) -> Any:
 def capture_from_record(description: Mapping[str, Any], folder: Path | None = None) -> Capture:
     """Return the capture of a description; ``folder``: in which pictures are searched."""
     if "image" in description:
-        raise InputError("it was exposed to light of someone's own, and there is no scene that says what is right")
+        raise InputError("it was exposed to a custom light, and there is no scene that says what is right")
     return cast(Capture, _exposure(Capture, description, folder))
 
 
@@ -65,7 +65,7 @@ def shot_from_record(description: Mapping[str, Any], folder: Path | None = None)
 def _exposure(exposed: type, description: Mapping[str, Any], folder: Path | None) -> Any:
     if one := description.get(CUSTOM_STAGES):
         names = [ascii(name)[1:-1][:40] for name in one if isinstance(name, str)] if isinstance(one, list) else []
-        taken = f"it was taken with {both(names) or 'stages'} of someone's own"
+        taken = f"it was taken with {both(names) or 'stages'}, which camsim does not have"
         raise InputError(f"not reproducible by camsim alone: {taken}; take it again in Python, where these are there")
     parts = stages_from_record(description, folder)
     kinds = _parameters(exposed)
@@ -145,8 +145,8 @@ def _dark_signal(kind: str, parts: Mapping[str, Any], place: str, folder: Path |
     if not isinstance(source, str) or not source:
         message = f"not reproducible: its {what} were an array in Python, which such a file does not hold"
         raise InputError(f"{message}; expose again with them", stage=place)
-    beside = () if folder is None else (folder / source, folder / Path(source).name)
-    found = next((each for each in (*beside, Path(source)) if each.exists()), None)
+    nearby = () if folder is None else (folder / source, folder / Path(source).name)
+    found = next((each for each in (*nearby, Path(source)) if each.exists()), None)
     if found is None:
         message = f"not reproducible without the {what} {ascii(source)[:200]}"
         raise InputError(f"{message}; put them there, or beside this file", stage=place)
@@ -167,8 +167,8 @@ def _given_light(parts: Mapping[str, Any], place: str, folder: Path | None) -> G
         message = "not reproducible: its light was an array in Python, which such a file does not hold"
         raise InputError(f"{message}; expose the array again", stage=place)
     name, path = ascii(source)[:200], Path(source)
-    beside = () if folder is None else (folder / path, folder / path.name)
-    found = next((each for each in (*beside, path) if each.is_file()), None)
+    nearby = () if folder is None else (folder / path, folder / path.name)
+    found = next((each for each in (*nearby, path) if each.is_file()), None)
     if found is None:
         raise InputError(f"not reproducible without the light {name}; put it there, or beside this file", stage=place)
     stated = {key: value for key, value in parts.items() if key not in ("source", "read", "sha256")}

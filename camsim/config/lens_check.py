@@ -41,7 +41,7 @@ def compared(stated: Prescription, full_rad: float, found: FieldLens, name: str)
 
     Raises InputError if a wavefront of the file is too steep to sample.
 
-    The rays' are sums over their own pupil, as wide and as cut as it is, of the path and not of where rays fall.
+    Those of the rays are autocorrelations of the real, vignetted pupil, with the path lengths of the rays.
     """
     lens, disc = stated.of_wavelengths(CHECKED_NM), even_disc(CHECK_RAYS, RIM)
     beams = lens.beams([share * full_rad for share in CHECKED], disc)
@@ -73,10 +73,10 @@ def compared(stated: Prescription, full_rad: float, found: FieldLens, name: str)
 def _transfers(pupil: F64, path_mm: F64, share: F64, wave_mm: float, per_mm: F64, order: int) -> F64:
     """Return sizes of transfers along x and across, at multiples of the first frequency.
 
-    order : of the polynomials that the path is followed by
+    order : of the polynomials that approximate the path
 
-    Of rays all over a pupil and beyond its rim, where ``share`` passes 1. The pupil stands on a lattice that these
-    frequencies shift it by whole steps of; cells that a rim cuts count by as much as they are open.
+    From rays over the pupil and beyond its rim, where ``share`` exceeds 1. The frequencies shift the pupil by whole
+    cells of a lattice; a cell at the rim counts by its open fraction.
     """
     known = np.isfinite(pupil[0] + path_mm + share)
     pupil, path_mm, share = pupil[:, known], path_mm[known], share[known]
@@ -101,10 +101,10 @@ def _transfers(pupil: F64, path_mm: F64, share: F64, wave_mm: float, per_mm: F64
     phase[there] = 2.0 * np.pi / wave_mm * (rows(np.stack([x[there], y[there]])) @ coefficients)
     area = np.clip(0.5 + inside, 0.0, 1.0).sum()
     sizes = np.zeros((2, per_mm.size))
-    for k, (turns, deep) in enumerate(((phase, inside), (phase.T, inside.T))):
+    for k, (phases, deep) in enumerate(((phase, inside), (phase.T, inside.T))):
         for n, frequency in enumerate(per_mm.tolist()):
             by = round(frequency * wave_mm / step)
             first, second = slice(None, max(deep.shape[1] - by, 0)), slice(by, None)
             overlap = np.clip(0.5 + np.minimum(deep[:, first], deep[:, second]), 0.0, 1.0)
-            sizes[k, n] = abs((overlap * np.exp(1j * (turns[:, first] - turns[:, second]))).sum()) / area
+            sizes[k, n] = abs((overlap * np.exp(1j * (phases[:, first] - phases[:, second]))).sum()) / area
     return sizes

@@ -26,8 +26,8 @@ def lens_of(source: Document, *, focus_um: float = 0.0, transmission: Spectrum =
     table = document.model
     lens = None
     if table is not None:
-        kept: dict[str, Any] = {key: getattr(table, key) for key in schema.LensFile.model_fields if key not in ABOUT}
-        lens = document.build((), lambda: FieldLens(**kept, focus_um=focus_um, transmission=transmission))
+        given: dict[str, Any] = {key: getattr(table, key) for key in schema.LensFile.model_fields if key not in ABOUT}
+        lens = document.build((), lambda: FieldLens(**given, focus_um=focus_um, transmission=transmission))
     if lens is None:
         raise ConfigError(document.faults)
     return lens
@@ -38,5 +38,5 @@ def locate_lens(name: str, scene: Validated[Any]) -> Located:
     node = scene.document.find(("lens", "file"))
     if not library.looks_like_path(name) or node is None or not node.place.line:
         return library.locate("lens", name)
-    path = library.beside(scene.document.folder, name)
+    path = library.in_folder(scene.document.folder, name)
     return Located(path, str(path))

@@ -14,6 +14,7 @@ from camsim.config import lens_glass
 from camsim.config.lens_rays import NEAR_AXIS, Lens, Prescription, Surface, or_aim
 from camsim.config.lens_tables import Traced, lens_file
 from camsim.core.errors import InputError
+from camsim.core.note import Note
 
 UNITS_MM = {"MM": 1.0, "CM": 10.0, "IN": 25.4, "METER": 1000.0}  # as Zemax writes them
 ANGLES, PARAXIAL_HEIGHTS, REAL_HEIGHTS = "0", "2", "3"
@@ -57,8 +58,8 @@ def trace_zemax(file: Path, *, field_deg: float | None = None, field_mm: float |
 
 def read_zemax(
     file: Path, *, field_deg: float | None = None, field_mm: float | None = None
-) -> tuple[Prescription, float, list[str]]:
-    """Return the lens of a Zemax prescription, its largest field in radians, and what of it is worth a line."""
+) -> tuple[Prescription, float, list[Note]]:
+    """Return the lens of a Zemax prescription, its largest field in radians, and notes."""
     if not file.is_file():
         raise InputError(f"no such file: {str(file)!r}")
     head, surfaces = _read(file)
@@ -74,7 +75,8 @@ def read_zemax(
         full = _angle(lens, head, max(math.hypot(x, y) for x, y, *_ in fields), file.name)
     if any(any(factors) for _, _, *factors in fields):
         stated = dataclasses.replace(stated, vignetting=_vignetting(lens, head, fields, file.name))
-        notes.append("the pupil is that of the file's vignetting factors, linear between its fields")
+        text = "the pupil is that of the file's vignetting factors, linear between its fields"
+        notes.append(Note("vignetting-factors", text, "VDXN"))
     return stated, full, notes
 
 
@@ -97,7 +99,7 @@ def _read(file: Path) -> tuple[Operands, list[Operands]]:
 
 
 def _values(operands: Operands, key: str) -> list[str]:
-    """Return what stands behind an operand, where it stands last; nothing where it does not."""
+    """Return the words after an operand's last occurrence; none if it does not occur."""
     return next((words[1:] for words in reversed(operands) if words[0] == key), [])
 
 
@@ -106,8 +108,8 @@ def _number(operands: Operands, key: str, place: int = 0, otherwise: float = 0.0
     return float(values[place].replace(",", ".")) if len(values) > place else otherwise
 
 
-def _prescription(head: Operands, blocks: list[Operands], name: str) -> tuple[Prescription, list[str]]:
-    """Return the lens, and what of it is worth a line."""
+def _prescription(head: Operands, blocks: list[Operands], name: str) -> tuple[Prescription, list[Note]]:
+    """Return the lens, and notes."""
     if (mode := (_values(head, "MODE") or ["SEQ"])[0]) != "SEQ":
         raise InputError(f"{name!r} is of mode {mode}; save it as a sequential system (MODE SEQ)")
     unit = (_values(head, "UNIT") or ["MM"])[0].upper()
@@ -124,25 +126,27 @@ def _prescription(head: Operands, blocks: list[Operands], name: str) -> tuple[Pr
         )
     image = len(blocks) - 1
     if image < 2:
-        raise InputError(f"{name!r} has {len(blocks)} surfaces; a lens has an object, one or more of its own, an image")
+        raise InputError(f"{name!r} has {len(blocks)} surfaces; a lens has some between object and image")
     if (_values(blocks[image], "TYPE") or ["STANDARD"])[0] != "STANDARD" or _number(blocks[image], "CURV"):
         radius = mm / (_number(blocks[image], "CURV") or math.inf)
         raise InputError(
             f"{name!r} has a curved image surface (SURF {image}, radius {radius:.4g} mm), and sensors are flat; "
             "give it no curvature (CURV 0), and the lens its best focus there"
         )
-    notes: list[str] = []
+    notes: list[Note] = []
     makers = _values(head, "GCAT")
     surfaces = [_surface(number, one, mm, makers, name, notes) for number, one in enumerate(blocks[1:image], start=1)]
     if not any(surface.stop for surface in surfaces):
         raise InputError(f"{name!r} has no aperture stop (STOP); mark the surface that is it")
     middle_nm = _primary_nm(head)
     if not SEEN_UM[0] <= middle_nm / 1e3 <= SEEN_UM[1]:
-        notes.append(f"primary wavelength {middle_nm:g} nm, which is not seen: {MIDDLE_NM:g} nm in its place")
+        text = f"primary wavelength {middle_nm:g} nm, which is not seen: {MIDDLE_NM:g} nm in its place"
+        notes.append(Note("wavelength-not-seen", text, "PWAV"))
         middle_nm = MIDDLE_NM
     aim = _number(head, "RAIM", 1) != 0.0
     if not aim:
-        notes.append("rays fill the paraxial entrance pupil, for the file does not aim them at the stop (RAIM 0 0)")
+        text = "rays fill the paraxial entrance pupil, for the file does not aim them at the stop (RAIM 0 0)"
+        notes.append(Note("paraxial-pupil", text, "RAIM"))
     aperture = _aperture(head, blocks, mm, name)
     return Prescription(surfaces=tuple(surfaces), aperture=aperture, aim=aim, middle_nm=middle_nm), notes
 
@@ -170,7 +174,7 @@ def _primary_nm(head: Operands) -> float:
     return each.get(int(_number(head, "PWAV", otherwise=1.0)), MIDDLE_NM)
 
 
-def _surface(number: int, one: Operands, mm: float, makers: Sequence[str], name: str, notes: list[str]) -> Surface:
+def _surface(number: int, one: Operands, mm: float, makers: Sequence[str], name: str, notes: list[Note]) -> Surface:
     """Return a surface; raises InputError unless it is rotationally symmetric and supported."""
     kind = (_values(one, "TYPE") or ["STANDARD"])[0]
     parameters = {int(values[0]): float(values[1]) for key, *values in one if key == "PARM" and len(values) > 1}
@@ -215,8 +219,8 @@ def _surface(number: int, one: Operands, mm: float, makers: Sequence[str], name:
         if stated == lens_glass.PLACEHOLDER and glass[1] != MODEL:
             stated = None
         where = f"{name!r} has at SURF {number} the "
-        index, note = lens_glass.by_name(glass[0], makers, stated, where=where)
-        if note and note not in notes:
+        index, text = lens_glass.by_name(glass[0], makers, stated, where=where)
+        if text and (note := Note("glass", text, glass[0])) not in notes:
             notes.append(note)
     distance = (_values(one, "DISZ") or ["0"])[0]
     if distance == "INFINITY" or not math.isfinite(float(distance)):
@@ -233,8 +237,8 @@ def _surface(number: int, one: Operands, mm: float, makers: Sequence[str], name:
     )
 
 
-def _stopped(stated: Prescription, name: str, notes: list[str]) -> Prescription:
-    """Return a lens whose stop is what stops the axis's light; raises InputError where it has no focal length."""
+def _stopped(stated: Prescription, name: str, notes: list[Note]) -> Prescription:
+    """Return the lens with the aperture that limits the axial beam as its stop; raises InputError if it is afocal."""
     lens = stated.of_wavelengths((stated.middle_nm,))
     if not math.isfinite(lens.focal_mm) or abs(lens.focal_mm) > FAR_MM or not math.isfinite(lens.radius_mm):
         raise InputError(f"{name!r} has no focal length: light of a far point leaves it as parallel as it came")
@@ -252,7 +256,8 @@ def _stopped(stated: Prescription, name: str, notes: list[str]) -> Prescription:
 
     rims = list(enumerate(stated.surfaces))
     first = max(range(len(rims)), key=share)
-    notes.append(f"the aperture of SURF {first + 1} is taken for the stop, as it stops more of the axis's light")
+    text = f"the aperture of SURF {first + 1} is taken for the stop, as it stops more of the axis's light"
+    notes.append(Note("other-stop", text, f"SURF {first + 1}"))
     surfaces = [
         dataclasses.replace(one, stop=k == first, rim_mm=min(one.rim_mm, lens.stop_mm) if one.stop else one.rim_mm)
         for k, one in rims
@@ -261,11 +266,11 @@ def _stopped(stated: Prescription, name: str, notes: list[str]) -> Prescription:
 
 
 def _fields(head: Operands) -> list[list[float]]:
-    """Return x and y of a file's fields, in what they are given by, and the vignetting factors of each."""
-    kept = int(_number(head, "FTYP", 2, 0.0)) or None  # later entries are leftovers of other fields
+    """Return x and y of the file's fields, in the file's unit, and the vignetting factors of each."""
+    count = int(_number(head, "FTYP", 2, 0.0)) or None  # later entries are leftovers of other fields
 
     def of(key: str, older: str) -> list[float]:
-        return [float(value) for value in (_values(head, key) or _values(head, older))[:kept]]
+        return [float(value) for value in (_values(head, key) or _values(head, older))[:count]]
 
     columns = [of(f"{axis}FLN", f"{axis}FLD") for axis in "XY"] + [of(key, key) for key in VIGNETTING]
     return [list(row) for row in itertools.zip_longest(*columns, fillvalue=0.0)] or [[0.0] * len(columns)]
@@ -274,7 +279,7 @@ def _fields(head: Operands) -> list[list[float]]:
 def _vignetting(
     lens: Lens, head: Operands, fields: list[list[float]], name: str
 ) -> tuple[tuple[float, float, float, float], ...]:
-    """Return ``Prescription.vignetting``; raises InputError where it is not the same all round the axis."""
+    """Return ``Prescription.vignetting``; raises InputError if it is not rotationally symmetric."""
     rows = {0.0: (0.0, 0.0, 0.0)}
     for number, (x, y, *factors) in enumerate(fields, start=1):
         shift_x, shift_y, less_x, less_y = factors

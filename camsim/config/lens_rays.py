@@ -124,7 +124,7 @@ class Lens:
 
     @classmethod
     def of(cls, stated: Prescription, nm: F64) -> Lens:
-        """Return it, first-order quantities taken of rays so near to the axis that they are paraxial."""
+        """Return the lens, with first-order quantities from paraxial rays."""
 
         def at(some: F64) -> tuple[F64, ...]:
             behind = np.ones((some.size, 1))
@@ -209,12 +209,12 @@ class Lens:
         return Traced(np.stack([x, y, np.zeros_like(x)]), np.stack([dx, dy, dz]), path, stop, share)
 
     def beams(self, angles_rad: Iterable[float], places: F64) -> list[Beam]:
-        """Return what falls at fields, increasing from 0, of places (2, n) over the pupil's unit circle."""
+        """Return the light of fields, increasing from 0: rays through places (2, n) of the pupil's unit circle."""
         with np.errstate(all="ignore"):
             return self._beams(angles_rad, np.concatenate([np.zeros((2, 1)), places], axis=1))
 
     def entry_area(self, angle_rad: float, entry_mm: F64) -> F64:
-        """Return by how much larger areas of the first vertex's plane are than those of the pupil's places (w, n)."""
+        """Return the area in the plane of the first vertex per area of the pupil, at its places (w, n)."""
         _, along, across = self.vignetted(angle_rad)
         if not self.aim:
             return np.full(entry_mm.shape[1:], along * across * self.radius_mm**2)
@@ -224,7 +224,7 @@ class Lens:
         return area
 
     def vignetted(self, angle_rad: float) -> tuple[float, float, float]:
-        """Return where a field's pupil has its middle along the radius, and its half widths along and across it."""
+        """Return the vignetted pupil of a field: its centre along the radius, and half widths along and across it."""
         if not self.vignetting:
             return 0.0, 1.0, 1.0
         at, *columns = np.array(self.vignetting).T
@@ -232,7 +232,7 @@ class Lens:
         return moved, 1.0 - along, 1.0 - across
 
     def _slopes(self, angle: float, entry: F64) -> tuple[F64, F64, F64]:
-        """Return places in the stop, and by how much they go with where rays enter along x and along y."""
+        """Return places in the stop, and their derivatives by the place of entry along x and along y."""
         step = 1e-6 * self.radius_mm
         here = self.trace(angle, entry).stop_mm
         sides = np.array([[step, 0.0], [0.0, step]])[:, :, None, None]
@@ -259,7 +259,7 @@ class Lens:
         return beams
 
     def _aimed(self, before: float, angle: float, entry: F64, moved: F64, wanted: F64, depth: int = 0) -> F64:
-        """Return where rays enter that meet places of the stop; by smaller steps of the field where one is too wide."""
+        """Return where rays enter that meet places of the stop; found by smaller steps of the field if needed."""
         found = self._met_stop(angle, entry + moved * (angle - before), wanted)
         lost = ~np.isfinite(found[0])
         if not lost.any() or depth == HALVINGS or angle == before:
@@ -296,7 +296,7 @@ class Lens:
 
 
 def _met(surface: Surface, x: F64, y: F64, dx: F64, dy: F64, dz: F64) -> tuple[F64, F64, F64]:
-    """Return how far rays from the vertex's plane go to a surface, and its slopes along x and y there."""
+    """Return the distance along rays from the vertex's plane to a surface, and its slopes along x and y there."""
     c, k = surface.curvature_per_mm, surface.conic
     a, b = c * (1.0 + k * dz**2), c * (x * dx + y * dy) - dz
     length = c * (x**2 + y**2) / (np.copysign(np.sqrt(b**2 - a * c * (x**2 + y**2)), dz) - b)
@@ -319,5 +319,5 @@ def _met(surface: Surface, x: F64, y: F64, dx: F64, dy: F64, dz: F64) -> tuple[F
 
 
 def or_aim(aim: bool) -> str:
-    """Return the other way out where chief rays are lost: to aim rays at the stop, if they are not."""
+    """Return the advice to aim rays at the stop, for lost chief rays; empty if they are aimed."""
     return "" if aim else "aim its rays at the stop (RAIM 0 2 in place of RAIM 0 0), or "

@@ -18,6 +18,7 @@ from camsim.config.lens_rays import NEAR_AXIS, Beam, Lens, Prescription, or_aim
 from camsim.core.arrays import F64
 from camsim.core.cores import one_blas_thread
 from camsim.core.errors import InputError
+from camsim.core.note import Note
 from camsim.optics.field_lens import FieldLens
 from camsim.optics.wavefront import MOST_WAVES
 from camsim.optics.zernike import cosines, orders
@@ -28,13 +29,13 @@ BETWEEN = 0.01  # waves rms: largest error of wavefronts between heights
 ORDERS = (8, 10, 12, 14, 16, 18, 20)  # of Zernikes: as required by the rays
 LEFT = 0.005  # waves rms: largest residual
 DROPPED = 0.002  # waves rms of all omitted coefficients together
-CLOSED = 0.1  # weight of a ray that a rim stops: nothing falls there, but the wavefront must go somewhere
+CLOSED = 0.1  # weight of a ray that a rim stops: without light, but it keeps the wavefront bounded
 RAYS = 720  # over the pupil, of equal areas; one half of them is traced
 EXPOSED_STEP = 2e-4  # of the field, over which the sky is compared with where it falls
-BRIGHTER = 1e-3  # of the axis's light, above which light off the axis is refused and not taken for rounding
-DRAWN = 1e-5  # of a height: what distortion between its heights may be off by
+BRIGHTER = 1e-3  # of the light on the axis: a larger excess off the axis is refused, a smaller one is rounding
+DRAWN = 1e-5  # of a height: largest error of distortion between heights
 DRAWN_STEPS = (16, 32, 64, 128, 256)
-BALANCED = 0.1  # of the blur's square: as little left at the best focus, a sensor is not where it was meant to be
+BALANCED = 0.1  # of the squared blur: if less remains at the best focus, the sensor is misplaced
 
 
 QUARTER = even_disc(RAYS)[:, (even_disc(RAYS) > 0.0).all(axis=0)]
@@ -49,7 +50,7 @@ class Traced(NamedTuple):
     left  : rms residual of the Zernikes at the worst place, waves
     mtf   : differences of transfers (fields, wavelengths, 2 directions: along the radius and across, frequencies)
     places_um : of these fields, from the axis
-    notes : what is worth a line
+    notes : on the prescription
     """
 
     text: str
@@ -58,11 +59,11 @@ class Traced(NamedTuple):
     left: float
     mtf: F64
     places_um: tuple[float, ...]
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
 
     @property
     def stated(self) -> str:
-        """The residuals of the file, on a line."""
+        """The residuals of the file as one line of text."""
         each = ", ".join(f"{one:.4f} at {um / 1e3:.4g} mm" for um, one in zip(self.places_um, self._off, strict=True))
         return f"{self.zernikes} Zernikes leave {self.left:.4f} waves rms; MTF off the rays' by {each}"
 
@@ -72,8 +73,8 @@ class Traced(NamedTuple):
         largest: list[float] = np.abs(self.mtf).max(axis=(1, 2, 3)).tolist()
         return largest
 
-    def judge(self, within: float, name: str) -> None:
-        """Raise InputError where the file is not one that is read, or its MTF is farther from the rays' than that."""
+    def check_mtf(self, within: float, name: str) -> None:
+        """Raise InputError for an unreadable file, or one whose MTF differs by more than ``within`` from the rays'."""
         if self.largest > MOST_WAVES:
             raise InputError(
                 f"{name!r} makes {self.largest:.3g} waves rms, and a lens file holds {MOST_WAVES:g}; give it a smaller "
@@ -96,12 +97,12 @@ class Traced(NamedTuple):
 
 @one_blas_thread()
 def lens_file(
-    stated: Prescription, full_rad: float, *, name: str, source: str, comment: str = "", notes: Sequence[str] = ()
+    stated: Prescription, full_rad: float, *, name: str, source: str, comment: str = "", notes: Sequence[Note] = ()
 ) -> Traced:
     """Trace a lens to a field, radians, and return its file; raises InputError where a file cannot hold it.
 
-    Off the axis the cone of light is no circle. A file's is: its wavefront is the one whose rays fall where the
-    lens's own do, over the circle that the open part of the pupil, an ellipse by its second moments, is drawn to.
+    Off the axis the cone of light is an ellipse, in a lens file a circle. The ellipse, that of the open pupil's second
+    moments, is mapped to the circle, and the wavefront is the one that sends each ray to where the real ray falls.
     """
     lens, middle = stated.of_wavelengths(WAVELENGTHS_NM), stated.of_wavelengths((stated.middle_nm,))
     [axis] = middle.beams([0.0], np.concatenate([[[1.0], [0.0]], HALF_DISC], axis=1))
@@ -112,9 +113,8 @@ def lens_file(
     if out_mm := _out_of_focus(axis, stated.middle_nm / 1e6):
         f_number = 0.5 * abs(middle.focal_mm) / (middle.radius_mm * middle.vignetted(0.0)[1])
         side_of = "behind" if out_mm > 0.0 else "before"
-        notes.append(
-            f"the sensor lies {abs(out_mm):.3g} mm {side_of} the best focus; the f-number is that of the focus"
-        )
+        text = f"the sensor lies {abs(out_mm):.3g} mm {side_of} the best focus; the f-number is that of the focus"
+        notes.append(Note("out-of-focus", text, "f_number"))
     if not math.isfinite(f_number):
         raise InputError(f"{name!r} lets no ray of its pupil's rim pass on the axis; give it a smaller pupil")
     for steps in STEPS:
@@ -129,7 +129,7 @@ def lens_file(
         most = float(np.abs(waves).max())
         if most > MOST_WAVES or _between(f_number, heights_um, indices, waves) <= BETWEEN:
             break
-    kept = _needed(waves)
+    needed = _needed(waves)
     left = math.hypot(left, DROPPED)
     every = slice(None, None, 2)
     lateral_um = 1e3 * (side * np.array([beam.chief_mm for beam in beams[every]]).T - np.abs(chief_mm[every]))
@@ -139,7 +139,7 @@ def lens_file(
     rows: list[tuple[str, Any]] = [
         ("wavelength_nm", list(WAVELENGTHS_NM)),
         ("height_um", _rounded(heights_um[every], 3)),
-        ("zernike", [indices[k] for k in kept]),
+        ("zernike", [indices[k] for k in needed]),
         ("distortion_height_um", _rounded(drawn_um, 3)),
         ("distortion", _rounded(distortion, 8)),
         ("relative_illumination", _rounded(np.minimum(light, 1.0), 5)),
@@ -149,20 +149,21 @@ def lens_file(
     body = [f"f_number: {round(f_number, 5)}", *(f"{key}: {json.dumps(values)}" for key, values in rows)]
     body += ["lateral_colour_um:", *(f"  - {json.dumps(_rounded(row, 4))}" for row in lateral_um)]
     body += ["waves: # for each wavelength, for each height, of each Zernike"]
-    for of_wavelength in waves[:, every][:, :, kept]:
+    for of_wavelength in waves[:, every][:, :, needed]:
         of_heights = [json.dumps(_rounded(row, 5)) for row in of_wavelength]
         body += [f"  {'- ' if k == 0 else '  '}- {row}" for k, row in enumerate(of_heights)]
     head.append(f"residual_waves: {left:.4f}")
     if most > MOST_WAVES:
-        return Traced("\n".join([*head, *body]) + "\n", most, len(kept), left, np.empty((0, 1, 1, 1)), (), tuple(notes))
+        text = "\n".join([*head, *body]) + "\n"
+        return Traced(text, most, len(needed), left, np.empty((0, 1, 1, 1)), (), tuple(notes))
     found = lens_of(yaml_source.parse("\n".join([*head, *body]).encode("utf-8"), f"{name}.yaml", Path()))
     mtf, places_um = compared(stated, full_rad, found, name)
     head.append(f"residual_mtf: {np.abs(mtf).max():.4f}")
-    return Traced("\n".join([*head, *body]) + "\n", most, len(kept), left, mtf, places_um, tuple(notes))
+    return Traced("\n".join([*head, *body]) + "\n", most, len(needed), left, mtf, places_um, tuple(notes))
 
 
 def _out_of_focus(axis: Beam, wave_mm: float) -> float:
-    """Return how far behind the focus the sensor lies, mm, where that is most of what blurs the axis; else 0.
+    """Return the distance of the sensor behind the focus, mm, if defocus dominates the blur on the axis; else 0.
 
     The cone of light from the exit pupil to a sensor that is far out of focus is not that of the lens's f-number.
     """
@@ -178,7 +179,7 @@ def _rounded(values: F64, digits: int) -> list[float]:
 
 
 def _validate_heights(height_mm: F64, angles: F64, name: str, *, aim: bool) -> None:
-    """Raise InputError where chief rays are lost, or do not fall farther out with the field."""
+    """Raise InputError if chief rays are lost, or if image heights do not increase with the field."""
     lost = ~np.isfinite(height_mm)
     lost[1:] |= np.diff(height_mm) <= 0.0
     if lost.any():
@@ -192,7 +193,7 @@ def _validate_heights(height_mm: F64, angles: F64, name: str, *, aim: bool) -> N
 def _fitted(
     beams: Sequence[Beam], aperture: float, spread: F64, side: float, angles: F64, name: str
 ) -> tuple[tuple[int, ...], F64, float]:
-    """Return Zernikes, their coefficients (w, heights, k) in waves, and what they leave at the worst, waves rms."""
+    """Return Zernikes, their coefficients (w, heights, k) in waves, and the largest residual, waves rms."""
     for order in ORDERS:
         some = [(k, w) for k in (0, len(beams) // 2, len(beams) - 1) for w in (0, len(WAVELENGTHS_NM) // 2)]
         if all(_fit(beams[k], w, order, aperture, spread, side, angles[k], name)[2] <= LEFT for k, w in some):
@@ -211,7 +212,7 @@ def _fitted(
 def _fit(
     beam: Beam, w: int, order: int, aperture: float, spread: F64, side: float, angle: float, name: str
 ) -> tuple[tuple[int, ...], F64, float]:
-    """Return Zernikes, coefficients that send rays where they fall, and what as many leave of the path, waves rms."""
+    """Return Zernikes, coefficients that direct rays to where they fall, and the residual of the path, waves rms."""
     known, passes = np.isfinite(beam.path_mm[w] + beam.pupil[0, w]), beam.passes[w]
     if passes.sum() < 0.02 * passes.size:
         raise InputError(
@@ -237,7 +238,7 @@ def _fit(
 
 
 def _between(f_number: float, heights_um: F64, indices: tuple[int, ...], waves: F64) -> float:
-    """Return by how many waves rms wavefronts of every second height are off at those between."""
+    """Return the error, waves rms, of interpolating wavefronts from every second height."""
     coarse = FieldLens(
         f_number=f_number,
         wavelength_nm=WAVELENGTHS_NM,
@@ -265,8 +266,8 @@ def _needed(waves: F64) -> list[int]:
 def _light(lens: Lens, angles: F64, height_mm: F64, name: str) -> F64:
     """Return the irradiance of an even sky at heights on the flat sensor, over that on the axis.
 
-    What comes from a ring of the sky, cos θ·dΩ for each part of the pupil that is open there, falls into a ring of the
-    sensor, however sharp it is there: its light's middle is followed, which coma takes away from the chief ray.
+    The light of a ring of the sky, cos θ·dΩ for each open part of the pupil, falls into a ring of the sensor. The
+    radius of that ring is the centroid of the light, which coma shifts from the chief ray.
     """
     full = float(angles[-1])
     near = [
@@ -303,7 +304,7 @@ def _light(lens: Lens, angles: F64, height_mm: F64, name: str) -> F64:
 def _distortion(lens: Lens, full_rad: float, side: float) -> tuple[F64, F64]:
     """Return heights without distortion, µm, and its fractions there; excluding scale: none near the axis.
 
-    A sensor that lies off the paraxial focus sees all larger or smaller, which is no distortion.
+    Off the paraxial focus the image is larger or smaller: a change of scale, not distortion.
     """
     for steps in DRAWN_STEPS:
         angles = np.concatenate([[0.0, NEAR_AXIS], full_rad * np.arange(1, 2 * steps + 1) / (2 * steps)])

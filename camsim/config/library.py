@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Literal, TypeAlias
 
 import camsim
-from camsim.config.pictured import way_out_of
+from camsim.config.pictured import is_picture, way_out_of
 from camsim.core.errors import CamsimError, ConfigError, Fault, UnknownNameError
 
 Kind: TypeAlias = Literal["sensor", "scene", "lens"]
@@ -71,7 +71,7 @@ def refuse_pictures(path: Path, displayed: str) -> None:
         raise ConfigError([Fault(displayed, 0, 0, "", way_out)])
 
 
-def beside(folder: Path, name: str, *, way_out: str = "put it there", also: Path | None = None) -> Path:
+def in_folder(folder: Path, name: str, *, way_out: str = "put it there", also: Path | None = None) -> Path:
     """Return the path of a file that a file in ``folder`` names: under that folder, or directly in ``also``.
 
     Raises CamsimError about any other, so that a file from elsewhere reads nothing of the disk.
@@ -89,6 +89,8 @@ def _near_file(kind: Kind, path: Path) -> str:
     if path.stem in shipped(kind):
         return f"; for the shipped {kind} write {path.stem!r}"
     there = os.listdir(path.parent) if os.path.isdir(path.parent) else []
+    if there and "*" in path.name:
+        return f"; {path.parent} {way_out_of(path.parent)}"
     # Without their suffixes, which are alike whatever the files hold.
     names = {Path(name).stem: name for name in sorted(there) if name.endswith(YAML_SUFFIXES)}
     near = difflib.get_close_matches(path.stem, names, n=1, cutoff=_ALIKE)
@@ -97,7 +99,8 @@ def _near_file(kind: Kind, path: Path) -> str:
 
 def looks_like_path(name: str) -> bool:
     """Whether a word is a path rather than a bare name."""
-    return name.endswith(YAML_SUFFIXES) or "/" in name or "\\" in name or name in (os.curdir, os.pardir)
+    known = name.endswith(YAML_SUFFIXES) or ("." in name and is_picture(Path(name)))
+    return known or "/" in name or "\\" in name or name in (os.curdir, os.pardir)
 
 
 def _folder(kind: Kind) -> Path:

@@ -58,7 +58,7 @@ def parse(texts: Iterable[str]) -> tuple[list[Override], list[Fault]]:
 
 
 def apply(document: Document, overrides: Iterable[Override], model: type[Table]) -> Document:
-    """Return the document with the overrides in it, in their order; later ones see what earlier ones did."""
+    """Return the document with the overrides in it, in order; later ones act on the results of earlier ones."""
     root, faults, removed = document.root, list(document.faults), dict(document.removed)
     for override in overrides:
         try:
@@ -95,7 +95,7 @@ def _changed(node: Node, rest: tuple[str, ...], override: Override, expected: Ex
 
 
 def _without_the_others(node: Node, content: Mapping[str, Node], key: str, expected: Expected) -> dict[str, Node]:
-    """Return a table without what the file gives instead of ``key``; values of other overrides stay."""
+    """Return a table without the file's alternatives to ``key``; those of other overrides stay."""
     table = expected.table(node)
     groups = table.alternatives if table is not None else ()
     others = {other for group in groups if key in group for other in group if other != key}

@@ -1,4 +1,4 @@
-"""Pictures, and folders of them, where a YAML file is wanted: the scene that shows them, ready to be pasted."""
+"""Advice for pictures and folders given in place of a YAML file: a scene that shows them, to be pasted."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def is_picture(path: Path) -> bool:
 def scene_of(picture: Path, folder: Path) -> str:
     """Return a scene that shows a picture, for a file in ``folder``; raises CamsimError if impossible.
 
-    Two samples are a photosite's side, or more where the picture would be larger than the sensor; the window is inside.
+    A photosite has two samples a side, or more if the picture would exceed the sensor; the window lies inside.
     """
     from camsim.files.picture_samples import read_samples
     from camsim.files.reading import opened
@@ -61,7 +61,7 @@ def scene_of(picture: Path, folder: Path) -> str:
 
 
 def way_out_of(path: Path) -> str:
-    """Return what a path is that holds no YAML, and what to give in its place; empty where nothing is known of it."""
+    """Return a text on a path that is not YAML: what it is, and what to give instead; empty if unknown."""
     if path.is_dir():
         return _of_folder(path)
     suffix = path.suffix.lower()

@@ -37,7 +37,7 @@ def json_schema(kind: Kind) -> dict[str, Any]:
 
 
 def _with_or_without_a_lens(scene: dict[str, Any], shot: dict[str, Any]) -> dict[str, Any]:
-    """Return the schema of a scene file, which of ``lens: none`` is another one."""
+    """Return the schema of a scene file; with ``lens: none`` it is another one."""
     parts = {**scene.pop("$defs"), **shot.pop("$defs")}
     without = {"properties": {"lens": {"const": "none"}}, "required": ["lens"]}
     return {"$defs": parts, "if": without, "then": shot, "else": scene}
@@ -93,7 +93,7 @@ def _tables(table: type[Table], path: str, above: tuple[type[Table], ...] = ()) 
 
 
 def _short(paths: list[str]) -> list[str]:
-    """Name a place once that is the same in several kinds of a table, and then without their kinds.
+    """Merge places that are equal in several kinds of a table, without the kinds.
 
     >>> _short(["lens (kind airy).falloff (kind cos4)", "lens (kind gaussian).falloff (kind cos4)"])
     ['lens.falloff (kind cos4)']

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from camsim.config.library import YAML_SUFFIXES, Kind, Located, beside, locate, locate_path, looks_like_path, shipped
+from camsim.config.library import YAML_SUFFIXES, Kind, Located, in_folder, locate, locate_path, looks_like_path, shipped
 from camsim.core.errors import InvalidValueError, UnknownNameError
 from camsim.core.words import displayed
 
@@ -26,16 +26,16 @@ _WHERE = (
 class SensorSearch:
     """Search order of sensors by name: the first match wins; shipped ones come last.
 
-    own    : folders given by the user
-    beside : the folder of a scene: it, ``sensors`` in it and ``../sensors`` are looked into, and no other place, so
-             that a scene from elsewhere reads nothing of the disk
+    given        : folders given by the user
+    scene_folder : it, ``sensors`` in it and ``../sensors`` are searched, and no other place, so that a scene from
+                   elsewhere reads nothing of the disk
     """
 
-    own: tuple[Path, ...]
-    beside: Path
+    given: tuple[Path, ...]
+    scene_folder: Path
 
     @classmethod
-    def of(cls, folders: str | os.PathLike[str] | Iterable[str | os.PathLike[str]], beside: Path) -> SensorSearch:
+    def of(cls, folders: str | os.PathLike[str] | Iterable[str | os.PathLike[str]], scene_folder: Path) -> SensorSearch:
         """Look into these folders, those of CAMSIM_PATH and the scene's; raises InvalidValueError about a wrong one."""
         given = [folders] if isinstance(folders, str | os.PathLike) else folders
         try:
@@ -48,7 +48,7 @@ class SensorSearch:
                 message = f"{str(folder)!r} is no folder; name one that holds sensor files"
                 raise InvalidValueError(message, key="--sensors")
         said = os.environ.get(PATH_VARIABLE, "").split(os.pathsep)
-        return cls((*named, *(Path(folder) for folder in said if folder)), beside)
+        return cls((*named, *(Path(folder) for folder in said if folder)), scene_folder)
 
     def locate(self, name: str) -> Located:
         """Find a sensor by its bare name; raises UnknownNameError with those that there are."""
@@ -79,12 +79,12 @@ class SensorSearch:
         """Find what the user named on the command line or in Python: a path from here, or a name."""
         return locate_path("sensor", name) or self.locate(name)
 
-    def locate_beside(self, name: str) -> Located:
+    def locate_in_folder(self, name: str) -> Located:
         """Find what a scene names: a name, or a file under the scene's folder or in ``../sensors``."""
         if not looks_like_path(name):
             return self.locate(name)
         way_out = "put it there or into ../sensors, or name it with --sensor"
-        path = beside(self.beside, name, way_out=way_out, also=self.beside / ".." / "sensors")
+        path = in_folder(self.scene_folder, name, way_out=way_out, also=self.scene_folder / ".." / "sensors")
         return Located(path, str(path))
 
     def all(self) -> Iterator[tuple[str, Located]]:
@@ -101,14 +101,15 @@ class SensorSearch:
                 yield name, Located(path, f"sensors/{name}.yaml")
 
     def _folders(self) -> Iterator[Path]:
-        yield from self.own
-        yield from (self.beside, self.beside / "sensors", Path(os.path.normpath(self.beside / ".." / "sensors")))
+        yield from self.given
+        here = self.scene_folder
+        yield from (here, here / "sensors", Path(os.path.normpath(here / ".." / "sensors")))
 
     def _holds(self, folder: Path, path: Path) -> bool:
         """Whether a sensor is there; next to a scene, links must not leave the folder."""
         if not os.path.isfile(path):
             return False
-        if folder not in self.own and not path.resolve().is_relative_to(folder.resolve()):
+        if folder not in self.given and not path.resolve().is_relative_to(folder.resolve()):
             return False
         try:
             with path.open("rb") as file:

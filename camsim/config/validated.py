@@ -9,7 +9,7 @@ from typing import Any, Generic, TypeVar
 from pydantic import ValidationError
 
 from camsim.config.expect import Expected, along
-from camsim.config.faults import judge, validate
+from camsim.config.faults import parsed, validate
 from camsim.config.schema import Table
 from camsim.config.tree import MOST_FAULTS, Document, KeyPath
 from camsim.core.errors import CamsimError, ConfigError, Fault, UnknownNameError
@@ -41,7 +41,7 @@ class Validated(Generic[M]):
     @classmethod
     def of(cls, document: Document, model_type: type[M]) -> Validated[M]:
         """Validate a document by its schema."""
-        model, faults = judge(document, model_type)
+        model, faults = parsed(document, model_type)
         return cls(document, model_type, model, faults)
 
     def value(self, path: KeyPath) -> Any:

@@ -48,7 +48,7 @@ def read(path: Path, displayed: str) -> Document:
     """Read a file.
 
     path    the file
-    shown   its name as the user gave it
+    displayed  its name as the user gave it
 
     Raises ConfigError when nothing can be made of the file. Lesser faults (anchors, duplicate keys) travel in
     the document, so that they are reported together with what the schema finds.

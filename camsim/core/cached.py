@@ -49,13 +49,13 @@ class cached_property(functools.cached_property[Cached]):
         """Return the value and store it in the instance's dictionary, where later accesses find it."""
         if instance is None:
             return self
-        kept, name = instance.__dict__, self.attrname
+        cache, name = instance.__dict__, self.attrname
         assert name is not None
         making = f"{name}{_MAKING}"
-        with kept.setdefault(making, threading.RLock()):  # atomic: both threads get the same lock
+        with cache.setdefault(making, threading.RLock()):  # atomic: both threads get the same lock
             try:
-                if name not in kept:
-                    kept[name] = self.func(instance)
-                return kept[name]
+                if name not in cache:
+                    cache[name] = self.func(instance)
+                return cache[name]
             finally:
-                kept.pop(making, None)
+                cache.pop(making, None)

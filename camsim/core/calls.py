@@ -38,7 +38,8 @@ def in_words(call: Callable[P, R]) -> Callable[P, R]:
 
 def constructors_in_words(kind: type) -> None:
     """Do the same for a class: for its constructors, and its methods with keyword-only parameters."""
-    for name, made in list(vars(kind).items()):
+    inherited = {"__init__": inspect.getattr_static(kind, "__init__")}
+    for name, made in {**inherited, **vars(kind)}.items():
         call = made.__func__ if isinstance(made, classmethod) else made
         if not inspect.isfunction(call) or hasattr(call, "__wrapped__"):
             continue
@@ -92,6 +93,9 @@ def _stated(call: Callable[P, R], split: Split, kind: type | None = None) -> Cal
             except TypeError:
                 called, rest = split(given)
                 taken = list(signature.parameters.values())[len(given) - len(rest) :]
+                if len(rest) == 1 and isinstance(rest[0], str) and hasattr(kind, "from_yaml"):
+                    read = f"{called}.from_yaml({_written(rest[0])}, …)"
+                    raise WrongCallError(f"takes its parts, by name; {read} reads one", stage=called) from None
                 raise _refusal(called, taken, rest, named, _kinds(kind)) from None
             raise
 

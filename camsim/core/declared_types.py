@@ -176,14 +176,14 @@ def _items(value: Any) -> Sequence[Any] | None:
 
 
 def _each(values: Sequence[Any], members: Sequence[Kind]) -> list[Any]:
-    kept = []
+    taken = []
     for index, (value, member) in enumerate(zip(values, members, strict=True)):
         try:
-            kept.append(member.take(value))
+            taken.append(member.take(value))
         except Misfit as misfit:
             item = f"{index}.{misfit.item}" if misfit.item else str(index)
             raise Misfit(misfit.words, misfit.value, item=item, hint=misfit.hint) from None
-    return kept
+    return taken
 
 
 def _annotated(bare: Any, marks: Sequence[Any]) -> Kind:
@@ -209,10 +209,10 @@ def _marked(kind: Kind, mark: Any) -> Kind:
         words = f"{words} of at {f'least {least}' if most is None else f'most {most}'}"
 
         def of_length(value: Any) -> Any:
-            kept = take(value)
-            if len(kept) < least or (most is not None and len(kept) > most):
+            taken = take(value)
+            if len(taken) < least or (most is not None and len(taken) > most):
                 raise Misfit(words, value)
-            return kept
+            return taken
 
         return Kind(words, kind.has_form, of_length)
     return kind

@@ -21,13 +21,18 @@ SMALLEST = 1e-30
 """Lower limit of positive numbers; products of such numbers are far from underflow."""
 
 _LARGEST_WHOLE = 2**64
+_NO_COLOURS = ("P", "PA", "HSV", "YCbCr", "LAB", "CMYK")
 
 
 def array_of(given: Any, key: str = "", stage: str = "") -> npt.NDArray[Any]:
     """Return numbers, lists, arrays, tensors or images as an array.
 
-    Raises InvalidValueError, with a hint, for a tensor that NumPy cannot read directly.
+    Raises InvalidValueError, with a hint, for a tensor that NumPy cannot read directly, and for an image of Pillow
+    whose numbers are not those of its colours.
     """
+    if hasattr(given, "getpalette") and given.mode in _NO_COLOURS:
+        message = f"is an image of mode {given.mode!r}, whose numbers are no colours; give {key or 'x'}.convert('RGB')"
+        raise InvalidValueError(message, key=key, stage=stage)
     try:
         if not hasattr(given, "__array__") and callable(getattr(given, "numpy", None)):
             given = given.numpy()

@@ -33,7 +33,7 @@ Truth: TypeAlias = bool | np.bool_
 Positive: TypeAlias = Annotated[float, Gt(0)]
 NonNegative: TypeAlias = Annotated[float, Ge(0)]
 Fraction: TypeAlias = Annotated[float, Ge(0), Le(1)]
-Celsius: TypeAlias = Annotated[float, Ge(-273.15), Le(1000)]
+Celsius: TypeAlias = Annotated[float, Ge(-273.15), Le(200)]
 # In air no lens is faster than f/0.5, where rays come from the whole half-space; pinholes are slower than f/100.
 FNumber: TypeAlias = Annotated[float, Ge(0.5), Le(10_000)]
 # Below a few tenths of a wavelength nothing is resolved; a detector of a centimetre is a single one, not an array.
@@ -94,11 +94,11 @@ def validate(stage: Any) -> None:
         if kind.as_is(given):
             continue
         try:
-            kept = kind.take(given)
+            stored = kind.take(given)
         except InvalidValueError as error:
             raise refusal(stage, name, error.message) from None
-        if kept is not given:
-            object.__setattr__(stage, name, kept)
+        if stored is not given:
+            object.__setattr__(stage, name, stored)
 
 
 def refusal(stage: object, key: str, message: str) -> InvalidValueError:
@@ -151,7 +151,7 @@ def spelled_out(keywords: type) -> Callable[[F], F]:
 
     def spelled(method: F) -> F:
         named = [
-            inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=_KEPT, annotation=_as_written(kind))
+            inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=_UNCHANGED, annotation=_as_written(kind))
             for name, kind in keywords.__annotations__.items()
         ]
         signature = inspect.signature(method)
@@ -162,14 +162,14 @@ def spelled_out(keywords: type) -> Callable[[F], F]:
     return spelled
 
 
-class _Cached:
+class _Unchanged:
     """The default that help displays for a keyword whose absence changes nothing."""
 
     def __repr__(self) -> str:
-        return "kept"
+        return "unchanged"
 
 
-_KEPT = _Cached()
+_UNCHANGED = _Unchanged()
 
 
 def _as_written(kind: Any) -> Any:

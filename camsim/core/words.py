@@ -124,6 +124,7 @@ _OTHER_WORDS = {
     "background": "bg backdrop",
     "bit_depth": "bits bpp adc_bits depth",
     "black_level_dn": "black black_level offset pedestal bias",
+    "blackbody_k": "cct kelvin temperature_k colour_temperature color_temperature",
     "centre": "center centre_um center_um position pos xy middle",
     "cfa": "bayer pattern color_filter filter mosaic",
     "cols": "columns width width_px nx",
@@ -134,7 +135,7 @@ _OTHER_WORDS = {
     "dsnu_e": "dsnu fpn fixed_pattern",
     "electrons_per_dn": "gain system_gain conversion_gain e_per_dn k",
     "enabled": "on active disabled off",
-    "f_number": "aperture fstop f_stop f n fnumber stop",
+    "f_number": "aperture fstop f_stop f n fno fnumber stop",
     "fill_factor": "fill ff",
     "full_well_e": "well capacity saturation full_well_capacity",
     "illuminance_lux": "lux lx illuminance brightness intensity level",
@@ -152,7 +153,7 @@ _OTHER_WORDS = {
     "points": "vertices corners coordinates points_um polygon",
     "prnu": "gain_noise",
     "quantum_efficiency": "qe efficiency sensitivity",
-    "radius": "r radius_um diameter",
+    "radius": "r radius_um diameter diameter_um",
     "read_noise_e": "noise sigma read_noise_dn readnoise",
     "reflectance": "color colour albedo value fill grey gray neutral brightness",
     "region": "roi window crop",
@@ -193,7 +194,7 @@ def meant(key: str, allowed: Sequence[str], *, alike: float = 0.6) -> str | None
 
 
 def word_hint(text: str, known: Sequence[str]) -> str:
-    """Return a hint with the allowed words that were probably meant; empty if most of them might be.
+    """Return a hint with the allowed words that were probably meant; empty if most of them fit.
 
     >>> word_hint("px", ["pixel", "um", "mm"]), word_hint("GGRB", ["RGGB", "BGGR", "GRBG", "GBRG"])
     ("; did you mean 'pixel'?", '')

@@ -92,8 +92,8 @@ def save(
         writer = functools.partial(dng.write_dng, allow_odd_cfa=allow_odd_cfa, compress=compress)
     elif writer is dng.write_truth:
         writer = functools.partial(dng.write_truth, compress=compress)
-    with replacing(target) as beside:
-        writer(frame, beside)
+    with replacing(target) as temporary:
+        writer(frame, temporary)
 
 
 def comes_row_by_row(path: str, product: Product) -> bool:
@@ -122,7 +122,7 @@ def writing_rows(
     check_output(path, "mosaic")
     _refuse_what_exists(path, force=force)
     cols, mono = camera.grid(region).cols, len(camera.cfa.channels) == 1
-    with replacing(Path(path)) as beside, beside.open("wb") as file:
+    with replacing(Path(path)) as temporary, temporary.open("wb") as file:
         yield dng.MosaicWriter(file, cols=cols, mono=mono, allow_odd_cfa=allow_odd_cfa, compress=compress)
 
 

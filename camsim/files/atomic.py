@@ -25,19 +25,19 @@ def replacing(path: Path) -> Iterator[Path]:
     as OutputError; a link is followed, so that its target is replaced and not the link.
     """
     target = Path(os.path.realpath(path))
-    beside = target.with_name(f".{target.name[:_STEM_LETTERS]}.{secrets.token_hex(4)}.part")
+    temporary = target.with_name(f".{target.name[:_STEM_LETTERS]}.{secrets.token_hex(4)}.part")
     with _system_errors_named(path):
         try:
             # os.open instead of tempfile, so that the umask sets the usual permissions.
-            os.close(os.open(beside, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
-            yield beside
-            _flush_to_disk(beside)
+            os.close(os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
+            yield temporary
+            _flush_to_disk(temporary)
             if (waiting := _WAITING.get()) is not None:
-                waiting[target] = beside
+                waiting[target] = temporary
                 return
-            os.replace(beside, target)
+            os.replace(temporary, target)
         except BaseException:
-            beside.unlink(missing_ok=True)
+            temporary.unlink(missing_ok=True)
             raise
         _flush_folder(target.parent)
 
@@ -62,8 +62,8 @@ def together() -> Iterator[None]:
             _flush_folder(target.parent)
     finally:
         _WAITING.reset(token)
-        for beside in waiting.values():
-            beside.unlink(missing_ok=True)
+        for temporary in waiting.values():
+            temporary.unlink(missing_ok=True)
 
 
 @contextlib.contextmanager
@@ -127,5 +127,5 @@ def write_chunks(path: Path, chunks: Iterable[bytes | memoryview]) -> None:
 
 def write_whole(path: str | os.PathLike[str], content: bytes) -> None:
     """Write a file atomically; on failure an existing one is unchanged. Raises OutputError."""
-    with replacing(Path(path)) as beside:
-        beside.write_bytes(content)
+    with replacing(Path(path)) as temporary:
+        temporary.write_bytes(content)

@@ -159,9 +159,9 @@ class LosslessTiles:
             yield from pool.map(self._tile, parts)
 
     def _tile(self, codes: U16) -> bytes:
-        beside, below = self._cols - codes.shape[1], _TILE_ROWS - len(codes)
-        edges = ((0, below), (0, beside), (0, 0))[: codes.ndim]
-        whole = np.pad(codes, edges, mode="edge") if beside or below else np.ascontiguousarray(codes)
+        right, below = self._cols - codes.shape[1], _TILE_ROWS - len(codes)
+        edges = ((0, below), (0, right), (0, 0))[: codes.ndim]
+        whole = np.pad(codes, edges, mode="edge") if right or below else np.ascontiguousarray(codes)
         return self._encode(whole if whole.ndim == 3 else whole.reshape(_TILE_ROWS, -1, self._components))
 
 

@@ -121,7 +121,7 @@ def read_layers(path: Path, file: BinaryIO, size: int) -> Mapping[str, Mapping[s
 def _without_its_words() -> Iterator[None]:
     """Silence the library, which writes errors directly to the process's stderr in addition to raising them."""
     try:
-        kept = os.dup(2)
+        saved = os.dup(2)
     except OSError:  # there is no stderr
         yield
         return
@@ -131,8 +131,8 @@ def _without_its_words() -> Iterator[None]:
         os.close(nowhere)
         yield
     finally:
-        os.dup2(kept, 2)
-        os.close(kept)
+        os.dup2(saved, 2)
+        os.close(saved)
 
 
 def _image_bytes(header: Header, size: int) -> int:

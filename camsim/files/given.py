@@ -100,7 +100,7 @@ def write_dng(
     def all_tags(layout: tuple[Tag, ...], identity: bytes, at: int) -> tuple[bytes, int]:
         return directories((*layout, *said.tags(identity)), (undefined(36864, b"0230"),), at)  # ExifVersion
 
-    with replacing(target) as beside, beside.open("wb") as file:
+    with replacing(target) as temporary, temporary.open("wb") as file:
         image = Image(file, LosslessTiles(cols, components=1 if mono or linear else 2) if compress else Strip())
         image.take(given.codes)
         image.finish(given.text, all_tags)

@@ -16,7 +16,7 @@ def refuse_bomb(needed_bytes: int, size: int) -> None:
     if needed_bytes > max(MOST_UNPACKED_BYTES, MOST_RATIO * size):
         raise InputError(
             f"its image takes {needed_bytes / 1e6:.0f} MB unpacked, from {size} bytes: more than "
-            f"{MOST_UNPACKED_BYTES >> 20} MiB and {MOST_RATIO} times the file are not believed; store it uncompressed"
+            f"{MOST_UNPACKED_BYTES >> 20} MiB and {MOST_RATIO} times the file are refused; store it uncompressed"
         )
 
 

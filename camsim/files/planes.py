@@ -30,9 +30,9 @@ def check_planes_file(file: str, *, force: bool) -> None:
 def write_planes(file: str, image: F32, channels: Sequence[str], attributes: Mapping[str, str | float]) -> None:
     """Write (rows, cols, channels) 32-bit numbers; a NPY holds the array alone, an EXR ``attributes`` too."""
     path = Path(file)
-    with replacing(path) as beside:
+    with replacing(path) as temporary:
         if path.suffix.lower() == ".npy":
-            write_array(image, beside)
+            write_array(image, temporary)
             return
         order = sorted(range(len(channels)), key=lambda k: channels[k])
 
@@ -40,7 +40,7 @@ def write_planes(file: str, image: F32, channels: Sequence[str], attributes: Map
             return np.ascontiguousarray(np.moveaxis(image[first : first + height][:, :, order], 2, 0), dtype="<f4")
 
         write_exr(
-            beside,
+            temporary,
             rows=image.shape[0],
             cols=image.shape[1],
             channels=[channels[k] for k in order],

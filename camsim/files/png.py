@@ -29,7 +29,7 @@ def write_mosaic(frame: Frame, path: Path) -> None:
 
 
 def picture(pixels: U8) -> bytes:
-    """Return pixels as PNG to look at, without a record: few ones enlarged by whole numbers, many made fewer.
+    """Return pixels as PNG for viewing, without a record: small pictures enlarged, large ones reduced.
 
     A notebook stores every picture in its file.
     """

@@ -177,17 +177,17 @@ def _header(head: bytes | None, text: str | None, gamma: float, coloured: bool, 
 
 def _checked(file: BinaryIO, kind: bytes, length: int, most: int) -> bytes:
     """Return the first ``most`` bytes of a chunk after verifying its checksum; none for pixels."""
-    kept, checksum, left = b"", zlib.crc32(kind), length
+    content, checksum, left = b"", zlib.crc32(kind), length
     while left:
         some = file.read(min(1 << 20, left))
         if not some:
             raise InputError(f"it is cut short within its chunk {kind!r}")
         checksum = zlib.crc32(some, checksum)
-        kept += some[: max(0, most - len(kept))]
+        content += some[: max(0, most - len(content))]
         left -= len(some)
     if file.read(4) != struct.pack(">I", checksum):
         raise InputError(f"its chunk {kind!r} is damaged (its checksum does not fit)")
-    return kept
+    return content
 
 
 def _unpacked(packed: bytes, most: int) -> str:

@@ -182,7 +182,7 @@ def read_image_directory(file: BinaryIO, size: int) -> Directory:
     if pixels.count(max(pixels)) > 1:
         raise InputError(
             f"it holds {pixels.count(max(pixels))} pages of one size, and nobody knows which is meant; "
-            "save one as a file of its own"
+            "save one as a separate file"
         )
     return images[pixels.index(max(pixels))]
 

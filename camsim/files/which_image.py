@@ -105,8 +105,8 @@ def _is_image(layer: str, channels: frozenset[str]) -> bool:
 
 def _several(what: str, names: list[str]) -> str:
     return (
-        f"it holds several {what}, {_named(names)}, and nobody knows which is meant; give layer, or save one as a file "
-        "of its own"
+        f"it holds several {what}, {_named(names)}, and nobody knows which is meant; give layer, or save one as a "
+        "separate file"
     )
 
 

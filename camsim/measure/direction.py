@@ -56,8 +56,7 @@ def direction_error_rad(
     slope is an estimate, whose noise looks like information about the direction (``_of_noise``). And for few photosites
     the sum of squares is not a parabola: at many standard errors the fit may be nearly as good, or better. So the line
     is turned and everything else refitted: directions that raise the least sum of squares by less than 4² variances
-    must lie within four standard errors. (Fitted again from where it is least, figures were no better: of 3000 small
-    edges four ended otherwise, two of them no longer refused and then wrong by more than three standard errors.)
+    must lie within four standard errors.
     """
     rows = shape.placed(*line.across_and_along(near.x, near.y))
     close = np.abs(rows.d) <= 1.25 * model.half_width
@@ -70,13 +69,13 @@ def direction_error_rad(
     # With few photosites the curvature is no better determined than the direction.
     lines, reached = {line, dataclasses.replace(line, curvature_per_pixel=0.0)}, True
     while reached and error < _MOST_RAD:
-        turns = np.linspace(-_FARTHEST, _FARTHEST, 2 * _STEPS + 1) * error
-        squares = np.array([[_squares(near, bent, model, shape, float(turn)) for turn in turns] for bent in lines])
+        angles = np.linspace(-_FARTHEST, _FARTHEST, 2 * _STEPS + 1) * error
+        squares = np.array([[_squares(near, bent, model, shape, float(angle)) for angle in angles] for bent in lines])
         above = (squares - float(squares.min())).min(axis=0)
         for sure in (0.5 * _SURE, _SURE):
-            likely = np.abs(turns[above < (few * sure) ** 2 * most])
+            likely = np.abs(angles[above < (few * sure) ** 2 * most])
             error = max(error, float(likely.max()) / sure)
-        reached = bool(likely.max() == turns[-1])  # directions beyond the range may be as likely
+        reached = bool(likely.max() == angles[-1])  # directions beyond the range may be as likely
     return error
 
 

@@ -107,7 +107,7 @@ def read_raw(path: Path, file: BinaryIO, size: int, *, stored: bool = False) -> 
     if image.ndim == 3 and photometric(here) == MOSAIC:
         raise InputError(
             f"it has {image.shape[2]} samples of each photosite of its mosaic (as of large and small photosites, or "
-            "two exposures), and one is measured; write each as a DNG of its own"
+            "two exposures), and one is measured; write each as a separate DNG"
         )
     pattern = _pattern(here) if photometric(here) == MOSAIC else None
     period = (1, 1) if pattern is None else (len(pattern), len(pattern[0]))
@@ -160,7 +160,7 @@ def _by_libraw(path: Path, directory: Directory, why: NotReadError) -> npt.NDArr
 def _in_turn(image: npt.NDArray[Any], directory: Directory) -> npt.NDArray[Any]:
     """Return the image of rows and columns stored as several fields, one below or next to the other."""
     if set(directory.numbers(_BLOCK)) - {1}:
-        raise InputError("its tiles are stored in blocks of their own (SubTileBlockSize), which is not read")
+        raise InputError("its tiles are stored in separate blocks (SubTileBlockSize), which is not read")
     for axis, number in enumerate((_ROW_INTERLEAVE, _COLUMN_INTERLEAVE)):
         fields, size = directory.number(number, 1), image.shape[axis]
         if not 1 <= fields <= size:

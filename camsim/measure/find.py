@@ -100,7 +100,7 @@ def find_edges(picture: Picture) -> Found:
     if not all(abs(end) <= LARGEST_SIGNAL for plane in picture.planes for end in _range(plane)):
         raise UnsupportedError(
             f"holds values that are no numbers (NaN or infinite) or above {LARGEST_SIGNAL:g}; "
-            "point at an edge beside them with a roi",
+            "point at another edge with a roi",
             stage=picture.name,
         )
     cells = _cells(picture)
@@ -272,7 +272,7 @@ def _regions(segment: _Segment, cells: _Gradients, picture: Picture) -> tuple[tu
     inside = (first[0] >= 0) & (first[1] >= 0) & (last[0] <= picture.shape[0]) & (last[1] <= picture.shape[1])
     fits = inside & (reach >= least_reach)
     if not fits.any():
-        return (), f"less than {least_reach:.0f} px beside it to the picture's border"
+        return (), f"less than {least_reach:.0f} px from it to the picture's border"
     free = fits & ~_holds_others(segment, cells, first, last)
     if not free.any():
         needed = f"{least_span:.0f} px of it must have {least_reach:.0f} px free on either side"

@@ -22,10 +22,10 @@ from camsim.measure.spline import (
     ACROSS,
     ALONG,
     BEND,
-    BESIDE,
-    BESIDE_POWERS,
     EXTRAS,
     FAR_ELSE,
+    STRAY,
+    STRAY_POWERS,
     TAIL,
     TURN,
     Model,
@@ -178,13 +178,13 @@ def _fit(samples: Samples, channel: Channel, guess: Guess, *, reach: float, what
     refuse_gap(gap, line, length, float(np.ptp(along)) + channel.period_pixel if along.size else 0.0, channel, what)
     x, y = x[enough], y[enough]
     model = Model.of(half_width=half_width, spacing=spacing, scale=0.5 * length)
-    line, rows, beside, coefficients, inverse = _whole(x, y, v, line, shape, model, reach)
+    line, rows, stray, coefficients, inverse = _whole(x, y, v, line, shape, model, reach)
     r = spline.residuals(rows, v, model, coefficients)
     keep = _ordinary(rows.d, r, half_width)
     for _ in range(5):
         if keep.all():
             break
-        coefficients, inverse = solve(rows.only(keep), v[keep], model, beside=beside)
+        coefficients, inverse = solve(rows.only(keep), v[keep], model, stray=stray)
         r = spline.residuals(rows, v, model, coefficients)
         # A defect distorts the fit: without it its neighbours may no longer be outliers.
         before, keep = keep, _ordinary(rows.d, r, half_width)
@@ -197,9 +197,9 @@ def _fit(samples: Samples, channel: Channel, guess: Guess, *, reach: float, what
     near = np.abs(d) <= _NEARER * reach
     nearer = Model.of(half_width=min(half_width, 0.75 * _NEARER * reach), spacing=spacing, scale=model.scale)
     others = (
-        Other(coarser, solve(rows, v, coarser, beside=beside)[0]),
+        Other(coarser, solve(rows, v, coarser, stray=stray)[0]),
         Other(model, solve(rows, v, model)[0]),
-        Other(nearer, solve(rows.only(near), v[near], nearer, beside=beside)[0], noise=_NEARER_NOISE),
+        Other(nearer, solve(rows.only(near), v[near], nearer, stray=stray)[0], noise=_NEARER_NOISE),
     )
     free = max(1, d.size - coefficients.size)
     variance = float(r @ r) / free
@@ -214,7 +214,7 @@ def _fit(samples: Samples, channel: Channel, guess: Guess, *, reach: float, what
         thrown += shared_scatter(place, rows, r, one, model, inverse)
     n = model.columns
     # Quantities limited by penalties are as uncertain as noise.
-    thrown[range(n + BESIDE, n + EXTRAS), range(n + BESIDE, n + EXTRAS)] += beside * variance
+    thrown[range(n + STRAY, n + EXTRAS), range(n + STRAY, n + EXTRAS)] += stray * variance
     covariance = inverse @ thrown @ inverse
     turn_rad = float(coefficients[n + TURN]) / model.scale
     # For fits smoother than the final one the profile is too sharp.
@@ -275,14 +275,14 @@ def _whole(
     allow that much, less if noise would exceed it, and nothing for an edge without a tail.
     """
     n, scale = model.columns, model.scale
-    usual = (scale / reach) ** np.array(BESIDE_POWERS)[:, 0] / reach
-    beside = np.full(usual.size, math.inf)
+    usual = (scale / reach) ** np.array(STRAY_POWERS)[:, 0] / reach
+    stray = np.full(usual.size, math.inf)
     rows = shape.placed(*line.across_and_along(x, y))
     coefficients, inverse = solve(rows, v, model)
     for _ in range(_MOST_PASSES):
         r = spline.residuals(rows, v, model, coefficients)
         variance = float(r @ r) / max(1, v.size - coefficients.size)
-        beside = variance / np.maximum(abs(coefficients[n + TAIL]) * usual, _NO_TAIL) ** 2
+        stray = variance / np.maximum(abs(coefficients[n + TAIL]) * usual, _NO_TAIL) ** 2
         # The line has converged.
         turned = np.clip(coefficients[[n + TURN, n + BEND]] / scale, -_MOST_TURN_RAD, _MOST_TURN_RAD)
         turn, bent = turned.tolist()
@@ -293,10 +293,10 @@ def _whole(
         shading = (coefficients[n + ACROSS] * d + coefficients[n + ALONG] * s) / scale
         slope = shape.placed(d, s).slope * (1.0 + shading)
         rows = Placed(d, s, slope, level)
-        coefficients, inverse = solve(rows, v, model, beside=beside)
+        coefficients, inverse = solve(rows, v, model, stray=stray)
         if moved < _SAME:
             break
-    return line, rows, beside, coefficients, inverse
+    return line, rows, stray, coefficients, inverse
 
 
 def _near(x: F64, y: F64, line: EdgeLine, distance: float) -> np.ndarray:

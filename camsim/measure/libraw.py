@@ -154,7 +154,7 @@ def _counted() -> Iterator[list[str]]:
     lines: list[str] = []
     with _ONE_AT_A_TIME, tempfile.TemporaryFile() as said:
         try:
-            kept = os.dup(2)
+            saved = os.dup(2)
         except OSError:  # a program without stderr has nothing to capture
             yield lines
             return
@@ -162,8 +162,8 @@ def _counted() -> Iterator[list[str]]:
         try:
             yield lines
         finally:
-            os.dup2(kept, 2)
-            os.close(kept)
+            os.dup2(saved, 2)
+            os.close(saved)
             said.seek(0)
             lines += said.read().decode("utf-8", "replace").splitlines()
 
@@ -200,8 +200,8 @@ def _above_0(value: float) -> float | None:
 
 def _factors(values: Any) -> tuple[float, ...]:
     """Return factors of channels, empty if red or blue has none; a second green of 0 equals the first."""
-    kept = tuple(float(f"{value:.7g}") for value in values)
-    return () if min(kept[:3]) <= 0.0 else kept if kept[3] > 0.0 else kept[:3]
+    rounded = tuple(float(f"{value:.7g}") for value in values)
+    return () if min(rounded[:3]) <= 0.0 else rounded if rounded[3] > 0.0 else rounded[:3]
 
 
 def _camera(path: Path) -> str:

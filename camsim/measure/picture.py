@@ -53,7 +53,7 @@ class Plane:
 
     def __post_init__(self) -> None:
         check(self.name, str, "Plane.name")
-        kept: dict[str, Any] = {
+        converted: dict[str, Any] = {
             "samples": _numbers(self.samples, self.name),
             "first": check(self.first, tuple[Index, Index], "first", self.name),
             "step": check(self.step, tuple[Count, Count], "step", self.name),
@@ -66,8 +66,8 @@ class Plane:
             if not abs(number) <= LARGEST_SIGNAL:
                 message = f"{displayed(level)}; must be a number up to {LARGEST_SIGNAL:g}"
                 raise InvalidValueError(message, key=key, stage=self.name)
-            kept[key] = number  # so that it can be subtracted from unsigned codes
-        for key, value in kept.items():
+            converted[key] = number  # so that it can be subtracted from unsigned codes
+        for key, value in converted.items():
             object.__setattr__(self, key, value)
 
     def check_inside(self, shape: tuple[int, int]) -> None:
@@ -191,8 +191,8 @@ class Channel:
             where = np.ix_((y - roi.row).astype(np.intp), (x - roi.col).astype(np.intp))
             total[where], weight[where] = stored - plane.black, 1.0
         width, every = 0.3 * self.period_pixel, max(1, math.floor(self.pitch_pixel))
-        around, beside = (scipy.ndimage.gaussian_filter(part, width, truncate=8.0) for part in (total, weight))
-        smooth = around / np.maximum(beside, 1e-12)
+        blurred, weights = (scipy.ndimage.gaussian_filter(part, width, truncate=8.0) for part in (total, weight))
+        smooth = blurred / np.maximum(weights, 1e-12)
         x = roi.col + 0.5 + np.arange(0, roi.cols, every, dtype=np.float64)
         y = roi.row + 0.5 + np.arange(0, roi.rows, every, dtype=np.float64)
         return smooth[::every, ::every], x, y
@@ -230,7 +230,7 @@ class Picture:
         places = [(p.name, *(f % s for f, s in zip(p.first, p.step, strict=True))) for p in planes]
         if len(set(places)) < len(places):
             raise InvalidValueError(
-                "two of one name hold the same photosites; give each channel a name of its own",
+                "two of one name hold the same photosites; give each channel a different name",
                 key="planes",
                 stage=self.name,
             )

@@ -99,8 +99,8 @@ def read_picture(
     gamma : encoding to undo: an exponent such as 2.2, or "srgb"; 1 declares the numbers linear
     cfa   : the colour filter array of a file that does not state it, such as RGGB
     layer : of an EXR, NPZ or MATLAB file that holds several, such as mean or noisy
-    stored : for a DNG its codes as stored, to measure noise: opcode lists are not applied, and black levels by row and
-             column are subtracted as integers. Otherwise its opcode lists are applied, or raise by name
+    stored : codes as stored, to measure noise: those of 8 bits too; a DNG's opcode lists are not applied, and its black
+             levels by row and column are subtracted as integers. Otherwise opcode lists are applied, or raise by name
 
     Four planes of a filter array, (4, rows, cols) or (rows, cols, 4), become its mosaic if ``cfa`` declares it: the
     planes are the positions (0, 0), (0, 1), (1, 0), (1, 1).
@@ -283,7 +283,8 @@ def _of_stored(
     source: _Source, stored: npt.NDArray[Any], product: str | None, *, largest: float, encoded: bool, why: str
 ) -> Picture:
     """Return the linear picture of samples as stored, (rows, cols) or (rows, cols, n)."""
-    image, changed = _linear(_displayed(stored, source, largest), source.gamma, largest, encoded=encoded, why=why)
+    image, encoded = _displayed(stored, source, largest), encoded and not (source.stored and stored.ndim == 2)
+    image, changed = _linear(image, source.gamma, largest, encoded=encoded, why=why)
     planes = _grey_or_planes(image, source, product, **_after(_levels(image, source, product, largest), changed))
     return _picture(source, planes, image.shape)
 
@@ -357,9 +358,13 @@ def _read_mat(source: _Source) -> Picture:
 
 
 def _packed(image: npt.NDArray[Any], source: _Source) -> npt.NDArray[Any]:
-    """Return the mosaic of planes of a declared filter array; any other image unchanged."""
+    """Return the mosaic of planes of a declared filter array, or of one plane; any other image unchanged."""
     if source.record is not None:
         return image
+    if image.ndim == 3 and image.shape[2] == 1:
+        image = image[:, :, 0]
+    elif image.ndim == 3 and image.shape[0] == 1 and image.shape[2] > _MOST_PLANES:
+        image = image[0]
     if source.cfa is not None:
         return mosaic_of(image, filter_rows(source.cfa))
     four = image.ndim == 3 and 4 in (image.shape[0], image.shape[2]) and image.dtype.kind in "ui"

@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass, field, fields
 from typing import Any
 
 from camsim.core.arrays import F64
+from camsim.core.note import Note
 from camsim.measure.acutance import DISTANCES_PICTURE_HEIGHTS, acutance
 from camsim.measure.field import FieldPlace, field_place
 from camsim.measure.full_frame import NYQUIST_OF_SENSOR_CYCLES_PER_PIXEL, FullFrame
@@ -95,7 +96,7 @@ class EdgeMtf:
     knot_spacing_pixel: float
     photosites: int
     left_out: int
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
     theory: Theory | None = None
 
     def as_dict(self) -> dict[str, Any]:
@@ -105,6 +106,7 @@ class EdgeMtf:
         tree["standard_error"] = asdict(self.standard_error)
         displayed = {f.name for f in fields(self)} - {"figures", "standard_error", "channel", "roi", "theory"}
         tree |= {f.name: getattr(self, f.name) for f in fields(self) if f.name in displayed}
+        tree["notes"] = [asdict(note) for note in self.notes]
         if self.theory is not None:
             tree["theory"] = asdict(self.theory)
         return {key: _plain(value) for key, value in tree.items()}

@@ -7,26 +7,26 @@ import scipy
 
 from camsim.core.arrays import F64
 from camsim.measure import spline
-from camsim.measure.spline import ACROSS, BESIDE, EXTRAS, TAIL, TURN, Model, Placed
+from camsim.measure.spline import ACROSS, EXTRAS, STRAY, TAIL, TURN, Model, Placed
 
 _RIDGE = 1e-9
 
 
-def solve(rows: Placed, v: F64, model: Model, *, tail: bool = True, beside: F64 | None = None) -> tuple[F64, F64]:
+def solve(rows: Placed, v: F64, model: Model, *, tail: bool = True, stray: F64 | None = None) -> tuple[F64, F64]:
     """Return the coefficients and the inverse of the normal equations; columns left out are zero in both.
 
     tail   : with the tail and the shading across the edge
-    beside : penalties on the squares of the coefficients of light from other edges; None leaves them out
+    stray : penalties on the squares of the coefficients of light from other edges; None leaves them out
     """
     matrix, right = spline.normal_equations(rows, v, model)
     n = model.columns
     used = np.ones(n + EXTRAS, bool)
     used[n + TAIL] = tail
     used[n + ACROSS] = tail
-    used[n + TURN : n + BESIDE] = bool(np.any(rows.slope))
-    used[n + BESIDE :] = beside is not None
-    if beside is not None:
-        matrix[range(n + BESIDE, n + EXTRAS), range(n + BESIDE, n + EXTRAS)] += beside
+    used[n + TURN : n + STRAY] = bool(np.any(rows.slope))
+    used[n + STRAY :] = stray is not None
+    if stray is not None:
+        matrix[range(n + STRAY, n + EXTRAS), range(n + STRAY, n + EXTRAS)] += stray
     chosen = np.flatnonzero(used)
     part = matrix[np.ix_(chosen, chosen)]
     # Without photosites the curve continues smoothly: a tiny penalty on its third differences.

@@ -5,7 +5,7 @@ Across the edge (d, pixels) the model is
     ESF(d) = Σ_k c_k·B_k(d)          cubic B-splines of spacing h on −D … D, constant beyond
            + tail·tail_spread(d)      line spread 1/d²: diffraction's beyond D
            + level(d)·(across·d + along·s)   shading: the light changes in proportion to the level, ESF itself
-           + Σ_jk beside_jk·d^j·s^k   light from other edges: smooth, and equal on bright and dark
+           + Σ_jk stray_jk·d^j·s^k   light from other edges: smooth, and equal on bright and dark
            − ESF′(d)·(turn·s + bend·s²)   effect of a small error of the edge's direction and curvature
 
 Level and ESF′ are those of the previous fit: the last line makes this a Gauss–Newton iteration, whose coefficients
@@ -22,11 +22,11 @@ import numpy as np
 from camsim.core.arrays import F64
 from camsim.core.kernels import kernel
 
-TAIL, ACROSS, ALONG, TURN, BEND, BESIDE = range(6)
-BESIDE_POWERS = ((1, 0), (2, 0), (0, 1), (0, 2), (1, 1))
+TAIL, ACROSS, ALONG, TURN, BEND, STRAY = range(6)
+STRAY_POWERS = ((1, 0), (2, 0), (0, 1), (0, 2), (1, 1))
 """Powers of d and s in light from other edges; a constant is included in the two levels."""
 
-EXTRAS = BESIDE + len(BESIDE_POWERS)
+EXTRAS = STRAY + len(STRAY_POWERS)
 _NONZERO = 4 + EXTRAS
 
 FAR, FAR_ELSE = -1.0 / 2.0, -1.0 / 3.0
@@ -40,7 +40,7 @@ class Model(NamedTuple):
     """Parameters of the model for the kernels; lengths in pixels, signals in units of the step.
 
     half_width : D;  spacing: h;  columns: number of spline coefficients
-    scale      : unit of length of ``across``, ``turn``, ``bend`` and ``beside``
+    scale      : unit of length of ``across``, ``turn``, ``bend`` and ``stray``
     far        : B of the tail
     """
 

@@ -248,11 +248,11 @@ def _shift_pixel(seen: Callable[[F64, F64], F64 | C128 | None], highest_cycles_p
 
     from_middle = np.stack(np.meshgrid(_SEARCHED_PIXEL, _SEARCHED_PIXEL), axis=-1).reshape(-1, 2)
     begin = max(np.concatenate([from_middle + middle, from_middle]), key=reality)
-    turns, shift = 2.0 * np.pi * np.stack([fx, fy]), begin
+    angular, shift = 2.0 * np.pi * np.stack([fx, fy]), begin
     for _ in range(_NEWTON_STEPS):
         moved = _moved(otf, fx, fy, shift)
-        bend = np.einsum("in,jn,n->ij", turns, turns, np.real(moved))
-        shift = shift - np.linalg.lstsq(bend, np.einsum("in,n->i", turns, np.imag(moved)), rcond=None)[0]
+        bend = np.einsum("in,jn,n->ij", angular, angular, np.real(moved))
+        shift = shift - np.linalg.lstsq(bend, np.einsum("in,n->i", angular, np.imag(moved)), rcond=None)[0]
     x, y = shift if reality(shift) >= reality(begin) else begin
     return float(x), float(y)
 

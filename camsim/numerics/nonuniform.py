@@ -34,30 +34,34 @@ def modes(
     precision: float,
     sign: Literal[-1, 1],
 ) -> C128:
-    """Return Σ_q strengths[q]·exp(±i(j·phases[0][q] + i·phases[1][q])), (j, i) integers about 0: (shape).
+    """Return Σ_q strengths[n, q]·exp(±i(j·phases[0][q] + i·phases[1][q])), (j, i) integers about 0: (n, *shape).
 
-    phases    : per row and per column, radians, (m,) each
+    phases    : per row and per column, radians, (m,) each;  strengths: (n, m)
     precision : relative to the sum of the strengths' sizes
     """
     import finufft
 
-    if strengths.size <= FEW:
+    if strengths.shape[1] <= FEW:
         down, across = (
             np.exp(1j * sign * np.outer(np.arange(count) - count // 2, one))
             for count, one in zip(shape, phases, strict=True)
         )
-        down, across = down * strengths, np.ascontiguousarray(across.T)
+        across = np.ascontiguousarray(across.T)
         both = np.concatenate([across, 1j * across]).view(np.float64)
-        return product(np.concatenate([down.real, down.imag], axis=1), both).view(np.complex128)
+        down = (strengths[:, None] * down).reshape(-1, strengths.shape[1])
+        sums = product(np.concatenate([down.real, down.imag], axis=1), both).view(np.complex128)
+        return sums.reshape(len(strengths), *shape)
     if precision >= SINGLE:
         phases = phases[0].astype(np.float32), phases[1].astype(np.float32)
-        strengths = strengths.astype(np.complex64)
+        strengths = strengths.astype(np.complex64, order="C")
+    else:
+        strengths = np.ascontiguousarray(strengths)
     # For many points, a larger grid is better, since each point spreads over fewer cells.
-    larger = finer(precision) if precision >= COARSE or strengths.size < shape[0] * shape[1] else 2.0
+    larger = finer(precision) if precision >= COARSE or strengths.shape[1] < shape[0] * shape[1] else 2.0
     total: C128 = finufft.nufft2d1(
         *phases, strengths, n_modes=shape, eps=precision, isign=sign, upsampfac=larger, nthreads=1
     )
-    return total
+    return total.reshape(len(strengths), *shape)
 
 
 def modes_of_lines(phases: F64, strengths: C128, count: int, *, precision: float) -> C128:
@@ -68,7 +72,7 @@ def modes_of_lines(phases: F64, strengths: C128, count: int, *, precision: float
     import finufft
 
     total: C128 = finufft.nufft1d1(
-        _less_turns(phases), strengths, n_modes=count, eps=precision, isign=-1, upsampfac=finer(precision), nthreads=1
+        _reduced(phases), strengths, n_modes=count, eps=precision, isign=-1, upsampfac=finer(precision), nthreads=1
     )
     return total.reshape(len(strengths), count)
 
@@ -84,7 +88,7 @@ def at_points(phases: tuple[F64, F64], coefficients: C128, *, precision: float, 
     return total
 
 
-def _less_turns(phases: F64) -> F64:
+def _reduced(phases: F64) -> F64:
     """Return phases reduced to −π … π, the range that finufft accepts."""
     turned: F64 = (phases + np.pi) % (2.0 * np.pi) - np.pi
     return turned

@@ -11,14 +11,10 @@ import numpy as np
 from camsim.core.arrays import F64
 from camsim.core.typed import Number, Positive, validate
 from camsim.optics.bessel import bessel_j0_j1
-from camsim.optics.pattern import POWERS, RING, SEVENTH, Pattern, Tone, of_unit
+from camsim.optics.pattern import POWERS, RING, SEVENTH, Pattern, of_unit
 from camsim.spectra.curve import NumberOrCurve, Transmission
 
 NM_PER_UM = 1e3
-# J0² + J1² = (smooth) + ½·Re G(x), x = πρ, with Hankel functions G = H0² + H1²; by the series of DLMF 10.17.5
-# (πx/2)·e^{−2ix}·G = Σ i^{k+1}·d_k/x^{k+1}, d_k as below: relative error 1e-11 for x ≥ 20.
-_SERIES = (1.0, -1 / 4, 9 / 32, -57 / 128, 1875 / 2048, -19035 / 8192, 460845 / 65536, -6486165 / 262144)
-SERIES_FROM = 5.0  # λN: x = 16, where the series has a relative error of 1e-8
 
 
 def airy_otf(freq_per_um: F64, *, f_number: float, wavelength_nm: float) -> F64:
@@ -114,23 +110,13 @@ class Airy:
         return airy_encircled_energy(r_um, f_number=self.f_number, wavelength_nm=wavelength_nm)
 
 
-def airy_oscillation(scale: float, times: float) -> Tone:
-    """Return the oscillatory part of ``times``·(J0² + J1²)(π·scale·ρ)."""
-    return scale, tuple(
-        times * 1j ** (k + 2) * d / math.pi * (math.pi * scale) ** (-2 - k) for k, d in enumerate(_SERIES)
-    )
-
-
 _ENERGY, _OTF = of_unit(Airy(f_number=1.0))
 AIRY = Pattern(
     energy=_ENERGY,
-    core=math.pi**2 / 4.0,
     otf=_OTF,
     breaks=(1.0,),
     powers=POWERS,  # DLMF 10.18.17
     rings=((1.0, RING, 2.5),),
-    oscillations=(airy_oscillation(1.0, 1.0),),
-    oscillations_from_blurs=SERIES_FROM,
     signed=False,
     quiet=lambda allowed: max(5.0, (SEVENTH / allowed) ** (1.0 / 7.0)),
     finest=1e-11,

@@ -176,13 +176,10 @@ class EllipticalGaussian:
 _ENERGY, _OTF = of_unit(Gaussian(sigma_um=1.0))
 _PATTERN = Pattern(
     energy=_ENERGY,
-    core=0.5,
     otf=_OTF,
     breaks=(1.37,),
     powers=(0.0, 0.0, 0.0),
     rings=(),
-    oscillations=(),
-    oscillations_from_blurs=0.0,
     signed=False,
     quiet=lambda allowed: math.sqrt(2.0 * math.log(1.0 / allowed)),
     finest=1e-9,

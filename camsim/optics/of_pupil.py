@@ -72,13 +72,23 @@ class OfPupil:
         Complex if the wavefront has odd parts. The integral over the exact overlap is refined to 1e-11; raises
         UnsupportedError if it does not converge.
         """
+        from camsim.optics.overlaps import SHARES, Overlaps  # with a compiler, which no lens needs before it is asked
+
         fx, fy = np.broadcast_arrays(np.asarray(fx_per_um, float), np.asarray(fy_per_um, float))
-        blur_um = self.blur_um(wavelength_nm)
-        shifts, angles = 2.0 * blur_um * np.hypot(fx, fy), np.arctan2(fy, fx)
-        out = np.empty(fx.shape, complex)
-        for place in np.ndindex(fx.shape):
-            out[place] = self._transfer(float(shifts[place]), float(angles[place]), wavelength_nm)
-        return out.real.copy() if self._symmetric else out
+        rho, angle = self.blur_um(wavelength_nm) * np.hypot(fx, fy).ravel(), np.arctan2(fy, fx).ravel()
+        out = (rho == 0.0).astype(complex)
+        left = np.flatnonzero((rho > 0.0) & (rho < self.pupil.outer_radius))
+        at, nodes = Overlaps.of(self, np.array([wavelength_nm])), 24
+        before = np.full(left.size, np.inf)
+        while left.size:
+            if nodes > MOST_ACROSS:
+                raise _not_followed(wavelength_nm, "where two copies of the pupil overlap", nodes**2)
+            found = at(rho[left], angle[left], np.full(SHARES.size, nodes))[0]
+            out[left] = found
+            moves = np.abs(found - before) > SETTLED
+            left, before, nodes = left[moves], found[moves], math.ceil(1.5 * nodes)
+        otf: F64 = out.reshape(fx.shape)
+        return otf.real.copy() if self._symmetric else otf
 
     def otf_size(self, frequency_per_um: F64, direction: tuple[float, float], wavelength_nm: float) -> F64:
         """MTF at frequencies along a unit vector, to about a hundredth: for bounds.
@@ -95,25 +105,6 @@ class OfPupil:
         if self.pupil.obstruction:
             return AnnularAiry(f_number=self.f_number, obstruction=self.pupil.obstruction)
         return Airy(f_number=self.f_number)
-
-    def _transfer(self, shift: float, angle: float, wavelength_nm: float) -> complex:
-        """Return the transfer for pupils ``shift`` half diameters apart."""
-        if shift >= 2.0 * self.pupil.outer_radius:
-            return 0.0
-        if shift == 0.0:
-            return 1.0
-        dx, dy = 0.5 * shift * math.cos(angle), 0.5 * shift * math.sin(angle)
-        nodes, before = 24, complex(math.inf)
-        while True:
-            x, y, weights = self.pupil.overlap(shift, angle, nodes)
-            # The transform of |a|² with exp(−2πi f·x) pairs the pupil function with its conjugate a shift further on.
-            phase = self.waves(x - dx, y - dy, wavelength_nm) - self.waves(x + dx, y + dy, wavelength_nm)
-            value = complex(np.sum(weights * np.exp(2j * np.pi * phase))) / self.pupil.area
-            if abs(value - before) <= SETTLED:
-                return value
-            if nodes > MOST_ACROSS:
-                raise _not_followed(wavelength_nm, "where two copies of the pupil overlap", nodes**2)
-            before, nodes = value, math.ceil(1.5 * nodes)
 
     def strehl(self, wavelength_nm: float) -> float:
         """Return the Strehl ratio: the PSF at the centre over that without aberrations."""
@@ -140,8 +131,8 @@ class OfPupil:
             strengths = strengths * np.exp(-2j * np.pi * radius * middle * places)
             phases.append(np.remainder(-2.0 * np.pi * radius * step * places + np.pi, 2.0 * np.pi) - np.pi)
         amplitude = modes(
-            (phases[0], phases[1]), strengths, (y_um.size, x_um.size), precision=max(precision, 1e-14), sign=1
-        )
+            (phases[0], phases[1]), strengths[None], (y_um.size, x_um.size), precision=max(precision, 1e-14), sign=1
+        )[0]
         irradiance: F64 = radius**2 / self.pupil.area * (np.square(amplitude.real) + np.square(amplitude.imag))
         return irradiance
 

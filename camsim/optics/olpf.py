@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, ClassVar, TypeAlias
 
@@ -15,8 +16,42 @@ from camsim.numerics.rotations import cosine_and_sine
 Split: TypeAlias = Annotated[Positive, Called("a number above 0", "without a split leave the filter out")]
 
 
+class _Plates:
+    """Mixin of filters with ``splits_um`` and ``rotate_deg``. It has no fields."""
+
+    __slots__ = ()
+
+    rotate_deg: float
+
+    @property
+    @abstractmethod
+    def splits_um(self) -> tuple[float, float]:
+        """The distances between neighbouring spots along x and y before rotation, µm."""
+
+    @property
+    def separable(self) -> bool:
+        """Whether the transfer is a product of one function of fx and one of fy."""
+        return (self.rotate_deg / 90.0).is_integer()
+
+    def spots_um(self) -> F64:
+        """Return the offsets (n, 2) of the spots as x, y in µm; each carries the same light."""
+        across, down = ([-0.5 * split, 0.5 * split] if split else [0.0] for split in self.splits_um)
+        spots = np.array([[x, y] for y in down for x in across])
+        c, s = cosine_and_sine(self.rotate_deg)
+        turned: F64 = spots @ np.array([[c, s], [-s, c]])
+        return turned
+
+    def otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float) -> F64:
+        """Transfer function cos(π·d·fx)·cos(π·d·fy), fx and fy along the splits; first zero at 1/(2d) along each."""
+        c, s = cosine_and_sine(self.rotate_deg)
+        fx, fy = np.asarray(fx_per_um), np.asarray(fy_per_um)
+        along, across = fx * c + fy * s, fy * c - fx * s
+        otf: F64 = np.cos(np.pi * self.splits_um[0] * along) * np.cos(np.pi * self.splits_um[1] * across)
+        return otf
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
-class FourSpotOlpf:
+class FourSpotOlpf(_Plates):
     """Equal spots on the corners of a rectangle: two crossed plates.
 
     split_um   : the full distance between two neighbouring spots along x, µm (never half of it)
@@ -57,22 +92,9 @@ class FourSpotOlpf:
         """The distances between neighbouring spots along x and y before rotation, µm."""
         return self.split_um, self.split_um if self.split_y_um is None else self.split_y_um
 
-    @property
-    def separable(self) -> bool:
-        """Whether the transfer is a product of one function of fx and one of fy."""
-        return (self.rotate_deg / 90.0).is_integer()
-
-    def spots_um(self) -> F64:
-        """Return the offsets (4, 2) of the spots as x, y in µm; each carries the same light."""
-        return _spots_um(self.splits_um, self.rotate_deg)
-
-    def otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float) -> F64:
-        """Transfer function cos(π·d·fx)·cos(π·d·fy), fx and fy along the splits; first zero at 1/(2d) along each."""
-        return _otf(self.splits_um, self.rotate_deg, fx_per_um, fy_per_um)
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class TwoSpotOlpf:
+class TwoSpotOlpf(_Plates):
     """Two equal spots: one plate.
 
     split_um   : the full distance between the spots, µm
@@ -105,38 +127,7 @@ class TwoSpotOlpf:
         """The distances between neighbouring spots along x and y before rotation, µm."""
         return self.split_um, 0.0
 
-    @property
-    def separable(self) -> bool:
-        """Whether the transfer is a product of one function of fx and one of fy."""
-        return (self.rotate_deg / 90.0).is_integer()
-
-    def spots_um(self) -> F64:
-        """Return the offsets (2, 2) of the spots as x, y in µm; each carries the same light."""
-        return _spots_um(self.splits_um, self.rotate_deg)
-
-    def otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float) -> F64:
-        """Transfer function cos(π·d·f), f along the split; first zero at 1/(2d)."""
-        return _otf(self.splits_um, self.rotate_deg, fx_per_um, fy_per_um)
-
 
 def _in_um(kind: type, name: str, pitches: Number, pitch_um: Number) -> float:
     split: float = check(pitches, Split, name, kind.__name__)
     return split * float(check(pitch_um, Positive, "pitch_um", kind.__name__))
-
-
-def _spots_um(splits_um: tuple[float, float], rotate_deg: float) -> F64:
-    half_x, half_y = 0.5 * splits_um[0], 0.5 * splits_um[1]
-    across = [-half_x, half_x] if half_x else [0.0]
-    down = [-half_y, half_y] if half_y else [0.0]
-    spots = np.array([[x, y] for y in down for x in across])
-    c, s = cosine_and_sine(rotate_deg)
-    turned: F64 = spots @ np.array([[c, s], [-s, c]])
-    return turned
-
-
-def _otf(splits_um: tuple[float, float], rotate_deg: float, fx_per_um: F64, fy_per_um: F64) -> F64:
-    c, s = cosine_and_sine(rotate_deg)
-    fx, fy = np.asarray(fx_per_um), np.asarray(fy_per_um)
-    along, across = fx * c + fy * s, fy * c - fx * s
-    otf: F64 = np.cos(np.pi * splits_um[0] * along) * np.cos(np.pi * splits_um[1] * across)
-    return otf

@@ -9,7 +9,7 @@ import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol, TypeAlias
+from typing import Protocol
 
 import numpy as np
 
@@ -17,7 +17,6 @@ from camsim.core.arrays import F64
 from camsim.numerics.quadrature import gauss_legendre
 
 MOMENT_NODES = 60  # for bounds, in which a per cent does not matter
-Tone: TypeAlias = tuple[float, tuple[complex, ...]]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -25,27 +24,20 @@ class Pattern:
     """One pattern; lengths in blurs, frequencies in cycles per blur.
 
     energy  : E(ρ), the encircled energy
-    core    : lim E/ρ² at ρ = 0
     otf     : transfer at u
     breaks  : where the transfer is not smooth, in increasing order; it is 0 (or below 1e-16) past the last
     powers  : c1, c3, c5 of 1 − E = Σ c_k/ρ^k + oscillatory terms
     rings   : (u, a, n): the far form of an edge's end at distance R has ringing of frequency u, at most a·R⁻ⁿ
-    oscillations : (u, (a₀, a₁ …)): oscillatory terms Re Σ aₖ·ρ^(−2−k)·e^{2πiuρ} of 1 − E; empty if they are not known,
-              and ringing is then bounded by distance
-    oscillations_from_blurs : ρ from which they are valid, to 3e-8 of the strongest
     signed  : the PSF has negative values, as for a measured or invented transfer
     quiet   : function of an error: ρ from which the smooth powers leave no more than it
     finest  : the smallest tolerance
     """
 
     energy: Callable[[F64], F64]
-    core: float
     otf: Callable[[F64], F64]
     breaks: tuple[float, ...]
     powers: tuple[float, float, float]
     rings: tuple[tuple[float, float, float], ...]
-    oscillations: tuple[Tone, ...]
-    oscillations_from_blurs: float
     signed: bool
     quiet: Callable[[float], float]
     finest: float
@@ -61,33 +53,10 @@ class Pattern:
         light: F64 = 2.0 * np.abs(1.0 - self.energy(farther)).max(axis=1, initial=0.0)
         return light
 
-    def absolute(self, rho: float) -> float:
-        """Return ∫|PSF| beyond ρ; with negative values the total exceeds 1 (up to 6 was found)."""
-        radius, beyond = _absolute(self)
-        if rho < radius[-1]:
-            return float(np.interp(rho, radius, beyond))
-        return float(beyond[-1]) * math.sqrt(radius[-1] / rho)
-
-    @property
-    def peak(self) -> float:
-        """Bound of |PSF| per square blur: the value at the centre, or for a signed pattern a bound anywhere."""
-        return 2.0 * math.pi * self.moment(1) if self.signed else self.core / math.pi
-
     def moment(self, power: int) -> float:
         """Return ∫|OTF|·u^power du, a moment of the MTF."""
         u, passing = _passing(self)
         return float(passing @ u**power)
-
-    def spread(self, rho: F64) -> F64:
-        """Return a bound of the PSF per square blur at ρ and beyond, where the far form holds: slope of E over 2πρ.
-
-        A term c/ρᵏ has the slope kc/ρ^{k+1}. The oscillation of E is 4π√(uρ) times that of an end, and its slope is 2πu
-        times its amplitude.
-        """
-        smooth = sum(k * abs(c) * rho ** -(k + 2.0) for k, c in zip((1, 3, 5), self.powers, strict=True))
-        amplitude = sum(8.0 * math.pi**2 * u**1.5 * a * rho ** -(n + 0.5) for u, a, n in self.rings)
-        light: F64 = (smooth + amplitude + np.zeros_like(rho)) / (2.0 * math.pi)
-        return light
 
 
 @functools.lru_cache(maxsize=16)
@@ -97,22 +66,6 @@ def _passing(pattern: Pattern) -> tuple[F64, F64]:
     top = pattern.breaks[-1]
     u = 0.5 * top * (1.0 + x)
     return u, 0.5 * top * w * np.abs(pattern.otf(u))
-
-
-FOLLOWED, EACH = 200.0, 0.125  # blurs: range and step of the sum, eight steps to the shortest period
-
-
-@functools.cache
-def _absolute(pattern: Pattern) -> tuple[F64, F64]:
-    """Return radii and ∫|PSF| beyond them: the total variation of E.
-
-    The slowest decay is that of a transfer with a corner: ρ^−½. So the part beyond the last radius is at most
-    1/(√2 − 1) of that in the outer half.
-    """
-    radius = np.arange(0.0, FOLLOWED + EACH, EACH)
-    steps = np.abs(np.diff(pattern.energy(radius)))
-    beyond = np.append(np.cumsum(steps[::-1])[::-1], 0.0)
-    return radius, beyond + (1.0 + math.sqrt(2.0)) * beyond[radius.size // 2]
 
 
 UNIT_NM = 1e3  # at 1000 nm and f/1 a diffraction pattern's λN is 1 µm: lengths are blurs

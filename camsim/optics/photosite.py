@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
+from abc import abstractmethod
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, ClassVar
@@ -21,8 +22,36 @@ from camsim.numerics.quadrature import gauss_legendre
 POWERS = 14  # of the series of a polygon's transfer for phases below 0.45 radians: 0.45¹⁴/14! is 2e-16
 
 
+class _Rectangle:
+    """Mixin of rectangles with ``sides_um``. It has no fields."""
+
+    __slots__ = ()
+
+    @property
+    @abstractmethod
+    def sides_um(self) -> tuple[float, float]:
+        """Width and height, µm."""
+
+    @property
+    def half_extent_um(self) -> tuple[float, float]:
+        """How far it reaches from its centre along x and y, µm."""
+        width, height = self.sides_um
+        return 0.5 * width, 0.5 * height
+
+    @property
+    def area_um2(self) -> float:
+        """Light-collecting area, µm²."""
+        return math.prod(self.sides_um)
+
+    def otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float) -> F64:
+        """Transfer function sinc(w·fx)·sinc(h·fy), the same at every wavelength."""
+        width, height = self.sides_um
+        otf: F64 = np.sinc(np.multiply(width, fx_per_um)) * np.sinc(np.multiply(height, fy_per_um))
+        return otf
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
-class SquarePhotosite:
+class SquarePhotosite(_Rectangle):
     """A square that collects light evenly, sides along x and y; ``side_um`` 0 is a point sample.
 
     >>> SquarePhotosite.from_fill_factor(pitch_um=4.0, fill_factor=0.25).side_um
@@ -49,28 +78,13 @@ class SquarePhotosite:
         return cls(side_um=pitch_um * math.sqrt(fill_factor))
 
     @property
-    def half_extent_um(self) -> tuple[float, float]:
-        """How far it reaches from its centre along x and y, µm."""
-        return 0.5 * self.side_um, 0.5 * self.side_um
-
-    @property
     def sides_um(self) -> tuple[float, float]:
         """Width and height, µm."""
         return self.side_um, self.side_um
 
-    @property
-    def area_um2(self) -> float:
-        """Light-collecting area, µm²."""
-        return self.side_um * self.side_um
-
-    def otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float) -> F64:
-        """Transfer function sinc(w·fx)·sinc(w·fy), the same at every wavelength."""
-        otf: F64 = np.sinc(np.multiply(self.side_um, fx_per_um)) * np.sinc(np.multiply(self.side_um, fy_per_um))
-        return otf
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RectangularPhotosite:
+class RectangularPhotosite(_Rectangle):
     """A rectangle that collects light evenly, sides along x and y.
 
     >>> RectangularPhotosite(width_um=3.0, height_um=2.0).area_um2
@@ -91,24 +105,9 @@ class RectangularPhotosite:
         validate(self)
 
     @property
-    def half_extent_um(self) -> tuple[float, float]:
-        """How far it reaches from its centre along x and y, µm."""
-        return 0.5 * self.width_um, 0.5 * self.height_um
-
-    @property
     def sides_um(self) -> tuple[float, float]:
         """Width and height, µm."""
         return self.width_um, self.height_um
-
-    @property
-    def area_um2(self) -> float:
-        """Light-collecting area, µm²."""
-        return self.width_um * self.height_um
-
-    def otf(self, fx_per_um: F64, fy_per_um: F64, wavelength_nm: float) -> F64:
-        """Transfer function sinc(w·fx)·sinc(h·fy), the same at every wavelength."""
-        otf: F64 = np.sinc(np.multiply(self.width_um, fx_per_um)) * np.sinc(np.multiply(self.height_um, fy_per_um))
-        return otf
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,4 +1,4 @@
-"""The pupil of a lens: its outline, the overlap of two shifted copies, and quadrature rules over either.
+"""The pupil of a lens: its outline, and a quadrature rule over it.
 
 Lengths are in units of half the diameter D = focal length / f-number. Circular and polygonal pupils may have a circular
 central obstruction. A square circumscribes the circle of diameter D (its side is D, so its transfer ends at 1/(λN)
@@ -19,7 +19,7 @@ from camsim.core.annotations import After
 from camsim.core.arrays import F64
 from camsim.core.errors import InvalidValueError
 from camsim.core.typed import Number, Whole, refusal, validate
-from camsim.numerics.quadrature import even_rule, gauss_legendre
+from camsim.numerics.quadrature import even_rule
 
 MOST_BLADES = 64
 LEAST_OBSTRUCTION, LARGEST_OBSTRUCTION = 1e-3, 0.95
@@ -152,101 +152,11 @@ class Pupil:
                 inside &= x * math.cos(normal) + y * math.sin(normal) <= self.inner_radius
         return inside
 
-    def overlap(self, shift: float, angle_rad: float, nodes: int) -> tuple[F64, F64, F64]:
-        """Return a quadrature rule over the overlap of two copies that are ``shift`` apart along a direction.
-
-        returns : x, y (from the midpoint between the copies) and weights; exact boundaries, nodes for waves within them
-
-        On lines parallel to the shift each copy is one interval, or two next to the obstruction. The rule is divided
-        where their ends change order, and cosine-spaced in between, to resolve the square roots of circles.
-        """
-        cuts = sorted({*self._cuts(shift, angle_rad)})
-        cos, sin = math.cos(angle_rad), math.sin(angle_rad)
-        # t = middle − half·cos(u), with weight half·sin(u). Gauss nodes are dense at the ends, where small shifts have
-        # roots.
-        x, w = gauss_legendre(nodes)
-        u = 0.5 * np.pi * (1.0 + x)
-        spaced, slope = -np.cos(u), 0.5 * np.pi * np.sin(u) * w
-        t, v = _from_0(nodes)
-        low, high = np.array(cuts[:-1]), np.array(cuts[1:])
-        wide = high - low > 1e-15
-        low, high = low[wide], high[wide]
-        across = (0.5 * (low + high)[:, None] + 0.5 * (high - low)[:, None] * spaced).ravel()
-        share = (0.5 * (high - low)[:, None] * slope).ravel()
-        begin, end = self._chord(across, angle_rad)
-        hole = np.sqrt(np.maximum(self.obstruction**2 - across * across, 0.0))
-        # Beyond the obstruction there is one interval, and the second is empty.
-        pieces = [(begin, np.where(hole > 0.0, -hole, end)), (np.where(hole > 0.0, hole, end), end)]
-        xs, ys, weights = [], [], []
-        for a in pieces:
-            for b in pieces:
-                left = np.maximum(a[0] - 0.5 * shift, b[0] + 0.5 * shift)
-                length = np.minimum(a[1] - 0.5 * shift, b[1] + 0.5 * shift) - left
-                there = length > 0.0
-                along = left[there, None] + length[there, None] * t
-                level = np.broadcast_to(across[there, None], along.shape)
-                xs.append((along * cos - level * sin).ravel())
-                ys.append((along * sin + level * cos).ravel())
-                weights.append((share[there, None] * length[there, None] * v).ravel())
-        return np.concatenate(xs), np.concatenate(ys), np.concatenate(weights)
-
-    def _chord(self, across: F64, angle: float) -> tuple[F64, F64]:
-        """Return where lines along ``angle``, at distances ``across`` from the centre, enter and leave the outline."""
-        if self.shape == "circular":
-            half = np.sqrt(np.maximum(1.0 - across * across, 0.0))
-            return -half, half
-        begin, end = np.full(across.shape, -np.inf), np.full(across.shape, np.inf)
-        for normal in self.normals():
-            # Inside: cos·s − sin·t ≤ distance to the side, in the rotated axes.
-            along = math.cos(normal - angle)
-            bound = self.inner_radius - across * math.sin(normal - angle)
-            if along > 1e-12:
-                end = np.minimum(end, bound / along)
-            elif along < -1e-12:
-                begin = np.maximum(begin, bound / along)
-        return np.minimum(begin, end), end
-
     def normals(self) -> Iterator[float]:
         """Yield the direction of the normal of every side of a polygon, radians."""
         count, first = (4, 0.0) if self.shape == "square" else (self.blades, math.pi / max(self.blades, 1))
         for k in range(count):
             yield first + math.radians(self.rotate_deg) + 2.0 * math.pi * k / count
-
-    def _cuts(self, shift: float, angle: float) -> Iterator[float]:
-        """Yield every distance across the shift at which ends of intervals begin, end or meet."""
-        radii = [self.obstruction] if self.obstruction else []
-        lines: list[tuple[float, float]] = []  # s = c0 + c1·t along each side
-        if self.shape == "circular":
-            radii.append(1.0)
-            extent = 1.0
-        else:
-            turned = self.corners @ np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
-            yield from turned[:, 1].tolist()
-            extent = float(np.abs(turned[:, 1]).max())
-            for normal in self.normals():
-                along = math.cos(normal - angle)
-                if abs(along) > 1e-12:
-                    lines.append((self.inner_radius / along, -math.sin(normal - angle) / along))
-        found: list[float] = [value for radius in radii for value in (-radius, radius)]
-        for i, a in enumerate(radii):
-            for b in radii[i:]:
-                # √(b² − t²) ± √(a² − t²) = shift
-                larger = 0.5 * (shift + (b * b - a * a) / shift) if shift else 0.0
-                if 0.0 < larger < b:
-                    found += [-math.sqrt(b * b - larger * larger), math.sqrt(b * b - larger * larger)]
-        for c0, c1 in lines:
-            for d0, d1 in lines:
-                if abs(c1 - d1) > 1e-12:
-                    found.append((shift - c0 + d0) / (c1 - d1))
-            for radius in radii:
-                # (c0 + c1·t ∓ shift)² = radius² − t²
-                for level in (c0 - shift, c0 + shift):
-                    half, free = c1 * level / (1.0 + c1 * c1), (level * level - radius * radius) / (1.0 + c1 * c1)
-                    if half * half > free:
-                        root = math.sqrt(half * half - free)
-                        found += [-half - root, -half + root]
-        # Between two that differ only by rounding the rule has negligible weight.
-        yield from (value for value in found if abs(value) <= extent)
 
 
 def _from_0(order: int) -> tuple[F64, F64]:

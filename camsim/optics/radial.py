@@ -129,13 +129,10 @@ def _pattern(lens: RadialOtf) -> Pattern:
                 rings.append((float(u), float(jump / (4.0 * math.pi**2 * u * (2.0 * math.pi) ** order)), order + 1.0))
     return Pattern(
         energy=lambda rho: lens.encircled_energy(rho / last, UNIT_NM),
-        core=math.pi * float(lens.point_spread(np.zeros(1), UNIT_NM)[0]) / last**2,
         otf=lambda u: lens.otf(u * last, np.zeros(1), UNIT_NM),
         breaks=tuple(float(u) for u in knots[1:]),
         powers=(float(-at_zero[1] / (2.0 * math.pi)), float(3.0 * at_zero[3] / (2.0 * math.pi) ** 3), 0.0),
         rings=tuple(rings),
-        oscillations=(),
-        oscillations_from_blurs=0.0,
         signed=True,
         quiet=lambda allowed: max(5.0, 2.0 / float(knots[1])),
         finest=1e-7,

@@ -18,25 +18,16 @@ import numpy as np
 from camsim.core.arrays import C128, F64, I64
 from camsim.core.cached import cached_property
 from camsim.core.errors import UnsupportedError
-from camsim.core.kernels import shared
 from camsim.numerics.matrix_products import product
-from camsim.numerics.quadrature import chebyshev, gauss_legendre, interpolation
+from camsim.numerics.quadrature import chebyshev, interpolation
 from camsim.optics.of_pupil import OfPupil
-from camsim.optics.overlaps import overlaps
+from camsim.optics.overlaps import Overlaps
 
-FIRST_RULE, MOST_RULE = 6, 600  # nodes each way of the integrals over overlaps
-SHARES, TRIED = (
-    np.array([0.05, 0.15, 0.25, 0.4, 0.55, 0.7, 0.85, 0.95]),
-    np.array([0.02, 0.3, 0.77, 1.2, 1.56, 2.1, 2.9]),
-)
 MOST_WORK = 5e9  # nodes of all of a table in one strip of an overlap: a minute
-RADII = 10, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256
+RADII = 10, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512
 DIRECTIONS = 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256
 IN_PANEL = 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192
 PANEL_TRIED = 0.023, 0.19, 0.46, 0.71, 0.94  # of a panel
-DEGREES = 2, 4, 6, 8, 12, 16, 20
-ROUNDING, DIGITS = 1e-12, 12  # waves; digits to which equal directions agree
-SAME_PATH = 1e-9  # nm: path differences closer than this are equal
 RADII_TRIED, DIRECTIONS_TRIED = (
     (0.15, 0.45, 0.8, 0.97),  # near the cut-off only opposite rims overlap, whose phase changes fastest with direction
     (0.031, 0.173, 0.342, 0.561, 0.777, 0.913),
@@ -175,7 +166,7 @@ def transfer_table(lens: OfPupil, wavelength_nm: tuple[float, ...], allowed: flo
 
     The numbers of nodes along each axis, and of the integrals, are found by tests along a few lines.
     """
-    at, outer = _Overlaps.of(lens, np.array(wavelength_nm)), lens.pupil.outer_radius
+    at, outer = Overlaps.of(lens, np.array(wavelength_nm)), lens.pupil.outer_radius
     nodes = at.nodes_for(0.2 * allowed)
     if at.revolves:
         angle = np.zeros(1)
@@ -188,7 +179,7 @@ def transfer_table(lens: OfPupil, wavelength_nm: tuple[float, ...], allowed: flo
     radii = _fewest(RADII, lambda n: _radii_off(at, n, nodes), allowed)
     rho = radial_places(radii, at.breaks)
     asked = np.outer(rho, at.border_at(angle)).ravel(), np.tile(angle, rho.size)
-    if float(np.sum(np.square(at._counts(*asked, nodes), dtype=float))) > MOST_WORK:
+    if float(np.sum(np.square(at.counts(*asked, nodes), dtype=float))) > MOST_WORK:
         raise _too_often()
     values = at(*asked, nodes)
     blur_um = np.array([lens.blur_um(nm) for nm in wavelength_nm])
@@ -218,12 +209,12 @@ def _cell(count: int) -> F64:
     return 0.5 * (1.0 + chebyshev(count))
 
 
-def _panel_off(at: _Overlaps, count: int, nodes: I64) -> float:
+def _panel_off(at: Overlaps, count: int, nodes: I64) -> float:
     """Return the error of interpolation between a panel's nodes, over all panels, at a few radii."""
     rho, width = np.array(RADII_TRIED), np.pi / at.panels
     tried = np.array(PANEL_TRIED)
     off = 0.0
-    for panel in range(at.panels if at.turns == math.pi else 1):
+    for panel in range(at.panels if at.turns_rad == math.pi else 1):
         first = at.first_rad + panel * width
         known, right = (
             at(np.outer(rho, at.border_at(angle)).ravel(), np.tile(angle, rho.size), nodes).reshape(-1, angle.size)
@@ -234,7 +225,7 @@ def _panel_off(at: _Overlaps, count: int, nodes: I64) -> float:
     return off
 
 
-def _directions_off(at: _Overlaps, outer: float, count: int, nodes: I64) -> float:
+def _directions_off(at: Overlaps, outer: float, count: int, nodes: I64) -> float:
     """Return the error of interpolation between directions, at a few radii."""
     rho = outer * np.array(RADII_TRIED)
     angle = np.pi * np.arange(count) / count
@@ -245,7 +236,7 @@ def _directions_off(at: _Overlaps, outer: float, count: int, nodes: I64) -> floa
     return float(np.abs(found - right).max())
 
 
-def _radii_off(at: _Overlaps, count: int, nodes: I64) -> float:
+def _radii_off(at: Overlaps, count: int, nodes: I64) -> float:
     """Return the error of interpolation between radii, in two directions."""
     places = radial_places(count, at.breaks)
     tried = 0.5 * (places[1:] + places[:-1])
@@ -257,164 +248,3 @@ def _radii_off(at: _Overlaps, count: int, nodes: I64) -> float:
         right = at(end * tried, np.full(tried.size, angle), nodes)
         off = max(off, float(np.abs(known @ radial_matrix(places.size, tried, at.breaks).T - right).max()))
     return off
-
-
-@dataclass(frozen=True, eq=False)
-class _Overlaps:
-    """A pupil's overlaps with its shifted copies, at several wavelengths.
-
-    paths : (w, d + 1, d + 1) coefficients of x^a·y^b, nm;  which: (j,) index of each wavelength's path difference
-    turns : angle of rotational symmetry, for a rotationally symmetric wavefront: of a polygon; 0 of a circle; else π
-    """
-
-    lens: OfPupil
-    wavelength_nm: F64
-    paths: F64
-    which: I64
-    turns: float
-
-    @property
-    def revolves(self) -> bool:
-        """Whether the transfer is rotationally symmetric."""
-        return self.turns == 0.0
-
-    @property
-    def panels(self) -> int:
-        """Number of panels between directions of sides in half a turn; 0 for a circle."""
-        pupil = self.lens.pupil
-        if pupil.shape == "circular":
-            return 0
-        # Panels end in the directions of sides and of the corners of the transfer's border.
-        return pupil.sides // 2 if pupil.sides % 4 == 2 else pupil.sides
-
-    @property
-    def first_rad(self) -> float:
-        """The direction of a side, the last one no later than −π/2."""
-        if not self.panels:
-            return 0.0
-        along, width = next(iter(self.lens.pupil.normals())) + 0.5 * math.pi, math.pi / self.panels
-        return along - width * math.ceil((along + 0.5 * math.pi) / width - 1e-12)
-
-    @property
-    def border(self) -> F64:
-        """Vectors (panels, 2) normal to the transfer's border: the polygon of shifts at which two copies just touch."""
-        pupil = self.lens.pupil
-        corner = pupil.inner_radius / math.cos(math.pi / pupil.sides)
-        near = 0.5 * (pupil.inner_radius + (corner if pupil.sides % 2 else pupil.inner_radius))
-        apart = 2.0 * math.pi / (2 * pupil.sides if pupil.sides % 2 else pupil.sides)
-        middle = self.first_rad + (math.pi / self.panels) * (np.arange(self.panels) + 0.5)
-        first = next(iter(pupil.normals()))
-        normal = first + apart * np.round((middle - first) / apart)
-        return np.stack([np.cos(normal), np.sin(normal)], axis=1) / near
-
-    def border_at(self, angle: F64) -> F64:
-        """Return the cut-off ρ in directions (n,)."""
-        if not self.panels:
-            return np.full(angle.size, self.lens.pupil.outer_radius)
-        place = np.floor((angle - self.first_rad) * self.panels / np.pi).astype(np.int64)
-        vector = self.border[place % self.panels] * np.where(place // self.panels % 2, -1.0, 1.0)[:, None]
-        return 1.0 / (vector[:, 0] * np.cos(angle) + vector[:, 1] * np.sin(angle))
-
-    @property
-    def breaks(self) -> tuple[float, ...]:
-        """Radii at which outlines of the opening begin or cease to intersect."""
-        hole = self.lens.pupil.obstruction
-        if self.lens.pupil.shape != "circular" or not hole:
-            return 0.0, 1.0
-        return tuple(sorted({0.0, hole, 0.5 - 0.5 * hole, 0.5 + 0.5 * hole, 1.0}))
-
-    @classmethod
-    def of(cls, lens: OfPupil, wavelength_nm: F64) -> _Overlaps:
-        """Express a wavefront as a polynomial and find its symmetry."""
-        terms, degree = _polynomials(lens, wavelength_nm)
-        same = [int(np.argmax(np.abs(terms[: k + 1] - one).max(axis=1) <= SAME_PATH)) for k, one in enumerate(terms)]
-        kept, which = np.unique(same, return_inverse=True)
-        paths = np.zeros((kept.size, degree + 1, degree + 1))
-        for out, one in zip(paths, terms[kept], strict=True):
-            out[_powers(degree)] = one
-        x = np.array([0.3, 0.7, 1.0])
-        turned = [lens.waves(x * math.cos(a), x * math.sin(a), float(wavelength_nm[0])) for a in (0.0, 1.1, 2.9)]
-        turns = math.pi  # transfers at opposite directions are conjugate
-        if float(np.ptp(turned, axis=0).max()) <= ROUNDING:
-            turns = 0.0 if lens.pupil.shape == "circular" else 2.0 * math.pi / lens.pupil.sides
-        return cls(lens, wavelength_nm, paths, which.astype(np.int64), turns)
-
-    def __call__(self, rho: F64, angle: F64, nodes: I64) -> C128:
-        """Return transfers (j, n) at ρ and directions (n,), computed once for equivalent directions.
-
-        nodes : per axis of an overlap, at the fractions ``SHARES`` of the border's ρ; between two the larger
-        """
-        pupil = self.lens.pupil
-        if 0.0 < self.turns < math.pi:  # symmetry of a regular polygon: rotation, and reflection about its corners
-            first = math.radians(pupil.rotate_deg) + (0.25 * math.pi if pupil.shape == "square" else 0.0)
-            turned: F64 = np.remainder(angle - first, self.turns)
-            angle = np.asarray(first + np.round(np.minimum(turned, self.turns - turned), DIGITS), np.float64)
-        both, which = np.unique(np.round(rho, DIGITS) + 1j * angle, return_inverse=True)
-        rho, angle = np.ascontiguousarray(both.real), np.ascontiguousarray(both.imag)
-        plain = not self.paths.any()  # the transfer is the same at all wavelengths then
-        per_nm = 1.0 / (self.wavelength_nm[:1] if plain else self.wavelength_nm)
-        out = np.empty((rho.size, per_nm.size), complex)
-        normals = np.array([] if pupil.shape == "circular" else [*pupil.normals()], float)
-        opening = normals, float(pupil.inner_radius), float(pupil.obstruction)
-        waves, counts = (per_nm, self.which[: per_nm.size]), self._counts(rho, angle, nodes)
-        for count in np.unique(counts).tolist():
-            one = np.flatnonzero(counts == count)
-            found = np.empty((one.size, per_nm.size), complex)
-            given = 2.0 * rho[one], angle[one], opening, self.paths, waves, _rule(count), found
-            shared(one.size, functools.partial(overlaps, *given), least=8)
-            out[one] = found
-        return np.broadcast_to(out[which].T / pupil.area, (self.wavelength_nm.size, which.size))
-
-    def _counts(self, rho: F64, angle: F64, nodes: I64) -> I64:
-        beside = np.searchsorted(SHARES, rho / self.border_at(angle))
-        counts: I64 = np.maximum(nodes[np.minimum(beside, nodes.size - 1)], nodes[np.maximum(beside - 1, 0)])
-        return counts
-
-    def nodes_for(self, allowed: float) -> I64:
-        """Return how many nodes per axis suffice: 1.5 times as many change the result by at most ``allowed``."""
-        rho, angle = (one.ravel() for one in np.meshgrid(SHARES, TRIED, indexing="ij"))
-        rho = rho * self.border_at(angle)
-        enough, nodes = np.zeros(SHARES.size, np.int64), FIRST_RULE
-        before = self(rho, angle, np.full(SHARES.size, nodes))
-        while True:
-            more = math.ceil(1.5 * nodes)
-            found = self(rho, angle, np.full(SHARES.size, more))
-            off = np.abs(found - before).reshape(-1, SHARES.size, TRIED.size).max(axis=(0, 2))
-            enough[(enough == 0) & (off <= allowed)] = nodes
-            if enough.all():
-                return enough
-            if more > MOST_RULE:
-                raise UnsupportedError(
-                    f"the wavefront turns too fast to be integrated at {self.wavelength_nm.min():g} nm; "
-                    "give fewer waves of aberration, or a larger tolerance",
-                    key="lens",
-                )
-            nodes, before = more, found
-
-
-def _powers(degree: int) -> tuple[I64, I64]:
-    """Return the powers a and b of x and y with a + b up to the degree."""
-    a, b = np.nonzero(np.add.outer(np.arange(degree + 1), np.arange(degree + 1)) <= degree)
-    return a, b
-
-
-def _polynomials(lens: OfPupil, wavelength_nm: F64) -> tuple[F64, int]:
-    """Return coefficients (j, terms) of path differences in nm as polynomials, and their degree."""
-    for degree in DEGREES:
-        count = 2 * degree + 5
-        r, angle = np.sqrt((np.arange(count) + 0.5) / count), 2.0 * np.pi * np.arange(count) / count
-        x, y = ((r[:, None] * part).ravel() for part in (np.cos(angle), np.sin(angle)))
-        path = np.stack([lens.waves(x, y, nm) * nm for nm in wavelength_nm.tolist()], axis=1)
-        a, b = _powers(degree)
-        powers = x[:, None] ** a * y[:, None] ** b
-        terms = np.linalg.lstsq(powers, path, rcond=None)[0]
-        if np.abs(powers @ terms - path).max() <= SAME_PATH * (1.0 + np.abs(path).max()):
-            return terms.T, degree
-    raise UnsupportedError(f"the wavefront is no polynomial of degree {DEGREES[-1]} or less", key="lens")
-
-
-def _rule(nodes: int) -> tuple[F64, F64, F64, F64]:
-    """Return nodes −cos u across a strip with their weights, and a Gauss rule on 0 … 1 along it."""
-    x, w = gauss_legendre(nodes)
-    u = 0.5 * np.pi * (1.0 + x)
-    return -np.cos(u), 0.5 * np.pi * np.sin(u) * w, 0.5 * (1.0 + x), 0.5 * w

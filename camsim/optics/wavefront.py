@@ -34,7 +34,9 @@ if TYPE_CHECKING:
     Zernikes: TypeAlias = Mapping[int, Number] | Sequence[tuple[Whole, Number] | Sequence[Number]] | npt.NDArray[Any]
 else:
     Zernikes = Annotated[
-        tuple[tuple[_Index, _Waves], ...], Called("pairs of index and waves, such as {4: 0.1}"), Before(_as_pairs)
+        tuple[Annotated[tuple[_Index, _Waves], Called("a pair of index and waves, such as (4, 0.1)")], ...],
+        Called("pairs of index and waves, such as {4: 0.1}"),
+        Before(_as_pairs),
     ]
 
 

@@ -21,13 +21,12 @@ from camsim.core.arrays import F64, I64
 from camsim.optics.protocols import Varies
 from camsim.rendering.grid import Grid
 
-TAIL = math.pi**3 / 2.0  # an Airy pattern's line spread is 1/(TAIL·x²), x in λN; 1.3 at its centre
-PEAK = 1.3
+TAIL, PEAK = math.pi**3 / 2.0, 1.3  # an Airy pattern's line spread is 1/(TAIL·x²), x in λN, and PEAK in its middle
 STEP, MOST_STEPS = 1.02, 500  # ratio of radii in the search for the preimage of a corner: up to 2e4 times as far
 MORE = 2.0  # margin over a corner's displacement: a polynomial need not be monotonic
 FULL = 24.0  # λN: distance from the window up to which the line spread's peak is assumed
-MOST_HALVINGS = 40
-QUARTERS = np.array([0.25, 0.5, 0.75])
+MOST_HALVINGS = 40  # 2⁻⁴⁰ of a side is rounding
+QUARTERS = np.array([0.25, 0.5, 0.75])  # places along a side where it is held against its chord
 
 
 def undistorted(grid: Grid, lens: Varies) -> Grid:

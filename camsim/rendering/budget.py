@@ -13,7 +13,7 @@ from typing import Literal, NamedTuple, TypeAlias
 
 Source: TypeAlias = Literal[
     "outlines", "dropped", "wavelengths",
-    "ends", "lines", "foci", "powers", "moments", "tiles", "field", "response", "panels",
+    "ends", "lines", "in step", "powers", "moments", "tiles", "field", "response", "panels",
     "band", "far light", "windows", "between points", "ringing", "transfers", "spreading", "mixtures", "spikes",
     "bent edges",
 ]  # fmt: skip
@@ -37,7 +37,7 @@ SCENE: dict[Source, Share] = {
 BOUNDARY: dict[Source, Share] = {
     "ends": Share(0.25, "rings of an edge's end that the far form leaves out: (λN/R)^{5/2}·D/4π⁴ over the spectrum"),
     "lines": Share(0.16, "the same of a whole line, twice as loud"),
-    "foci": Share(0.09, "what more than that a round outline may leave where its rings meet in step"),
+    "in step": Share(0.09, "what more than that edges leave whose rings meet in step, of a circle (λN/R)²/π³"),
     "powers": Share(0.03, "powers of λN/R past the far form's three: c₇·(λN/R)⁷/13.7; a Gaussian's tail"),
     "moments": Share(0.12, "footprint's moments past the far form's: Mₙ/2πnRⁿ, n = 8, 10 …; 3·c₁·M₆/2πR⁷"),
     "tiles": Share(0.12, "Chebyshev interpolation over a tile: ρ⁻ⁿ/πn, ρ = 2 + √5"),

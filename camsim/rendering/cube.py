@@ -21,7 +21,7 @@ from camsim.spectra.light import Light
 USUAL_NM = tuple(float(w) for w in range(400, 701, 10))
 """Wavelengths of a cube unless others are named."""
 
-MOST_PLANES = 1000
+MOST_PLANES = 1000  # a plane for every nanometre that a sensor may see
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -8,7 +8,6 @@ import numpy as np
 
 from camsim.core.arrays import F64, I64, kinds_of
 from camsim.core.cached import cached_property
-from camsim.rendering.edge_boxes import EdgeBoxes
 from camsim.rendering.grid import Grid
 
 
@@ -67,16 +66,6 @@ class Edges:
         return corners_of(self.start, self.end)
 
     @cached_property
-    def threes(self) -> tuple[I64, I64, I64]:
-        """Triples of successive edges: the indices (m,) of the first, the middle and the last."""
-        points, begins, ends = self.corners
-        leaves, arrives = np.full((2, len(points)), -1)
-        leaves[begins] = arrives[ends] = np.arange(len(self))
-        before, after = arrives[begins], leaves[ends]
-        middle = np.flatnonzero((before >= 0) & (after >= 0))
-        return before[middle], middle, after[middle]
-
-    @cached_property
     def turning(self) -> float:
         """Effective number of straight edges: a curve's sides count by the sine of the angle at each corner."""
         a, b = self.along[:-1], self.along[1:]
@@ -84,11 +73,6 @@ class Edges:
         goes_on = (self.end[:-1, 0] == self.start[1:, 0]) & (self.end[:-1, 1] == self.start[1:, 1])
         ahead = a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1] > 0.0
         return float(np.where(goes_on & ahead, sine, 1.0).sum()) + min(len(self), 1)
-
-    @cached_property
-    def boxes(self) -> EdgeBoxes:
-        """Tree of bounding boxes; there must be at least one edge."""
-        return EdgeBoxes.of(self.start, self.end, self.along, self.length)
 
     def farthest(self, grid: Grid) -> float:
         """Return the largest distance of a photosite's centre from an end, pitches."""

@@ -14,7 +14,7 @@ from camsim.rendering.job import Job
 from camsim.rendering.work import Work
 
 MEMORY_LIMIT_BYTES = 2e9  # of one engine's tables and transforms
-SET_UP_SECONDS = 5e-3
+SET_UP_SECONDS = 5e-3  # of any rendering
 FEWEST_CHECKED = 8  # photosites, whatever their cost
 FINEST = 1e-11  # tolerance that sums in double precision reach
 

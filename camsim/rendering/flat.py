@@ -11,7 +11,7 @@ from camsim.rendering.engine import Cost, Decision, Marks, Progress, one_by_one
 from camsim.rendering.job import Job
 from camsim.rendering.work import Work
 
-ROWS = 256
+ROWS = 256  # of a band
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

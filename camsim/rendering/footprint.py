@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +13,6 @@ from camsim.numerics.quadrature import gauss_legendre
 from camsim.optics import OpticalStage, OpticalSystem, RoundLens
 from camsim.optics.pattern import Pattern
 from camsim.optics.protocols import Rectangular
-from camsim.rendering.envelope import Envelope
 
 BEYOND = (8, 10, 12, 14, 16)  # powers of the harmonic moments that the far form leaves out
 _SAME = 1e-13  # of the farthest spot: offsets this close are equal
@@ -31,7 +28,6 @@ class Footprint:
     square   : whether it is also symmetric under a quarter turn
     sigma2 : ½⟨|ζ|²⟩; m22 = ⟨|ζ|⁴⟩, m66 = ⟨|ζ|⁶⟩; m2 = ⟨ζ²⟩, m31 = ⟨ζ³ζ̄⟩, m4, m6 = ⟨ζ⁴⟩, ⟨ζ⁶⟩
     beyond : sizes of ⟨ζ⁸⟩, ⟨ζ¹⁰⟩ … ⟨ζ¹⁶⟩
-    envelope : bound of the transfer over all directions, for a point that represents another shape; None: not needed
     """
 
     width: float
@@ -47,7 +43,6 @@ class Footprint:
     m4: complex
     m6: complex
     beyond: tuple[float, ...]
-    envelope: Envelope | None = None
 
     @classmethod
     def of(cls, system: OpticalSystem, pitch_um: float) -> Footprint:
@@ -65,16 +60,6 @@ class Footprint:
             )
         width, height = (side / pitch_um for side in system.photosite.sides_um)
         return cls.measured(width, height, system.spots_um() / pitch_um)
-
-    @classmethod
-    def point(cls) -> Footprint:
-        """Return a point."""
-        return cls.measured(0.0, 0.0, np.zeros((1, 2)))
-
-    @classmethod
-    def enveloped(cls, system: OpticalSystem, pitch_um: float, highest: float) -> Footprint:
-        """Return a point with the envelope of the system's transfer, up to the frequency ``highest``."""
-        return dataclasses.replace(cls.point(), envelope=Envelope.of(system, pitch_um, highest))
 
     @classmethod
     def measured(cls, width: float, height: float, spots: F64) -> Footprint:
@@ -105,17 +90,6 @@ class Footprint:
             m6=mean(z**6),
             beyond=tuple(abs(mean(z**n)) for n in BEYOND),
         )
-
-    def cut(self, count: int) -> tuple[Footprint, F64]:
-        """Return a rectangle without spots, and offsets (n, 2) at which copies of it make up the footprint.
-
-        count : parts along the longer side; those along the other are no longer
-        """
-        across, down = (max(1, math.ceil(count * side / max(self.side, 1e-300))) for side in (self.width, self.height))
-        x, y = (side * ((np.arange(n) + 0.5) / n - 0.5) for n, side in ((across, self.width), (down, self.height)))
-        part = Footprint.measured(self.width / across, self.height / down, np.zeros((1, 2)))
-        places = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
-        return part, (self.spots[:, None] + places).reshape(-1, 2)
 
     def otf(self, fx: F64, fy: F64) -> F64:
         """Transfer, signed, at (fx, fy) cycles/pitch."""
@@ -165,8 +139,6 @@ class Footprint:
     def transfer(self, frequency: F64) -> F64:
         """OTF (directions, n), signed, at each radial frequency (cycles/pitch) in the directions of ``angles``."""
         angle = self.angles(frequency.size)
-        if self.envelope is not None:
-            return np.broadcast_to(self.envelope.at(frequency), (angle.size, frequency.size))
         return self.otf(np.outer(np.cos(angle), frequency), np.outer(np.sin(angle), frequency))
 
 

@@ -15,12 +15,10 @@ from camsim.optics import OpticalSystem
 from camsim.optics.pattern import Pattern
 from camsim.rendering.bending import Bending
 from camsim.rendering.budget import ErrorBudget
-from camsim.rendering.coherence import Waves
 from camsim.rendering.edges import Edges
 from camsim.rendering.footprint import Footprint, pattern_of
 from camsim.rendering.grid import Grid
 from camsim.rendering.prune import LeftOut, equal_sides, far_outlines
-from camsim.rendering.ringing import RingingReach, counted
 from camsim.rendering.spectral import Signals, blur_of, different, fuse
 from camsim.scene import Scene
 from camsim.scene.arrange import Arrangement
@@ -176,21 +174,6 @@ class Job:
         """Weights (k, n) of pairs and channels at all wavelengths; of proportional ones only the largest."""
         shares: F64 = self._difference(self.signals.density).reshape(-1, self.signals.wavelength_nm.size)
         return different(shares) if len(shares) else np.zeros((1, self.signals.wavelength_nm.size))
-
-    def waves(self, pattern: Pattern, footprint: Footprint) -> Waves:
-        """Return the ringing of the spectrum behind a footprint, which may be a part of the job's."""
-        return Waves(pattern=pattern, blur=self.blur, shares=self.shares, footprint=footprint)
-
-    @cached_property
-    def counted(self) -> RingingReach:
-        """Cutoff radii of ringing; the pattern must be known."""
-        assert self.pattern is not None
-        return counted(self.waves(self.pattern, self.counting), self.edges, self.grid, self.budget)
-
-    @cached_property
-    def counting(self) -> Footprint:
-        """Footprint for cutoff radii: the system's, or a point with the same envelope if it is not known."""
-        return self.footprint or Footprint.enveloped(self.system, self.grid.pitch_um, 1.0 / float(self.blur.min()))
 
     @property
     def extent(self) -> float:

@@ -23,7 +23,8 @@ from camsim.spectra.curve import spectrum_at
 
 SLOPE_NODES = 96  # quadrature nodes of a bound that need be right only to a few per cent
 DIRECTIONS = 64  # over half a turn, in which the transfer of photosite and OLPF is sampled
-LOOKED_IN = ((1.0, 0.0), (0.0, 1.0), (math.sqrt(0.5), math.sqrt(0.5)), (math.sqrt(0.5), -math.sqrt(0.5)))
+_DIAGONAL = math.sqrt(0.5)
+LOOKED_IN = ((1.0, 0.0), (0.0, 1.0), (_DIAGONAL, _DIAGONAL), (_DIAGONAL, -_DIAGONAL))  # directions of bounds
 MOST_TURN = 2.0 * math.pi / 16.0  # of a side: up to here the sagitta is s²/8R to half a per cent
 WAVES = 24  # frequencies along an edge; the harmonics of a longer side fall as 1/n²
 SIDES = np.geomspace(1.0, 1e4, 81)  # lengths of sides, in the shortest wave that the lens passes

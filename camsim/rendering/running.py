@@ -19,7 +19,7 @@ from camsim.rendering.direct.checks import Found
 from camsim.rendering.engine import Plan, Progress, share
 from camsim.rendering.work import Work
 
-TAKEN_PHOTOSITES = 2_000_000
+TAKEN_PHOTOSITES = 2_000_000  # 16 MB at a time are passed on
 Report = Callable[[str, float], None]
 Take = Callable[[F64], None]
 

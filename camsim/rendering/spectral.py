@@ -9,17 +9,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from camsim.core.arrays import F64, I64, same_rows
-from camsim.numerics.matrix_products import product
 from camsim.numerics.quadrature import gauss_legendre
 from camsim.optics import OpticalSystem
 from camsim.optics.protocols import KnowsWaves
-from camsim.rendering.modes import mixed
 from camsim.scene import Arrangement
 from camsim.spectra.component import Component
 from camsim.spectra.curve import Spectrum, spectrum_at
 from camsim.spectra.integral import lagrange, lumped, whole_nanometres
 
-FEWEST_NODES = 16
+FEWEST_NODES = 16  # so few cost nothing beside the rest
 ALIKE = 12  # digits to which proportional weights agree
 ROUNDED_BITS = 48  # rounding of weights, in bits below the largest
 PROBED = 16  # stride of the columns that are compared first
@@ -112,14 +110,6 @@ def kinds(contrast: F64) -> tuple[F64, F64]:
     few = np.unique(which)
     shares = np.concatenate([np.zeros((1, few.size)), times[:, None] * (which[:, None] == few)])
     return shares, np.ascontiguousarray(contrast[few])
-
-
-def fewer(shares: F64, contrast: F64, off: float) -> tuple[F64, F64]:
-    """Return the shares and contrast of a smaller basis that represents all spectra to within ``off``."""
-    modes, mixture = mixed(contrast.reshape(len(contrast), -1), off)
-    if len(modes) == len(contrast):
-        return shares, contrast
-    return product(shares, np.ascontiguousarray(mixture.T)), modes.reshape(-1, *contrast.shape[1:])
 
 
 def _joined(weights: F64, which: I64) -> I64:

@@ -36,7 +36,7 @@ from camsim.rendering.waves.plan import OF_TRANSFER, WavesPlan, planned, spot_um
 from camsim.scene import Scene
 from camsim.scene.arrange import Arrangement
 
-FINEST = 1e-8
+FINEST = 1e-8  # tolerance offered behind such lenses; nobody takes a finer one
 FEWEST, SECONDS = 4, 0.3  # photosites checked, and the seconds of each
 MIDDLE = 0.01, 0.99  # quantiles of the light between which a wavefront's phase sets the number of nodes
 DIGITS, DIGITS_POWER, NODES_OF_WAVE = 0.65, 1.6, 2.0  # rule for the number of wavelengths

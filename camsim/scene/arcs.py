@@ -149,8 +149,8 @@ def arcs_of(curves: Curves, fine: Fineness, *, cut: bool = False, least: float =
         np.concatenate([np.asarray(part[2][column]) for part in done])[order].ravel() for column in (1, 2, 3)
     )
     arcs = Arcs(np.repeat(owners[order], 2), start, end, bends.real)
-    kept = arcs.start != arcs.end
-    return Arcs(*(column[kept] for column in arcs))
+    proper = arcs.start != arcs.end
+    return Arcs(*(column[proper] for column in arcs))
 
 
 def _areas(pairs: Arcs) -> F64:

@@ -51,8 +51,8 @@ def _covers(primitive: Primitive, places: F64) -> np.ndarray:
     for layer in primitive.layers:
         filled = np.zeros(len(places), bool)
         for fill in layer:
-            turns = _windings(_Stretches.of(fill.curves), places)
-            filled |= turns % 2 == 1 if fill.rule == "evenodd" else turns != 0
+            windings = _windings(_Stretches.of(fill.curves), places)
+            filled |= windings % 2 == 1 if fill.rule == "evenodd" else windings != 0
         all_layers &= filled
     return all_layers
 
@@ -76,9 +76,9 @@ class _Stretches(NamedTuple):
     @classmethod
     def of(cls, curves: Curves) -> _Stretches:
         """Cut curves at extrema of y."""
-        turns = _turns(curves)
-        count = len(turns)
-        shares = np.concatenate([np.zeros((count, 1)), turns, np.ones((count, 1))], axis=1)
+        extremes = _extremes(curves)
+        count = len(extremes)
+        shares = np.concatenate([np.zeros((count, 1)), extremes, np.ones((count, 1))], axis=1)
         heights = np.stack([curves.at(share)[:, 1] for share in shares.T], axis=1)
         heights[:, 0] = curves.points[:, 0, 1]
         ends = shares == 1.0
@@ -91,7 +91,7 @@ class _Stretches(NamedTuple):
         )  # fmt: skip
 
 
-def _turns(curves: Curves) -> F64:
+def _extremes(curves: Curves) -> F64:
     """Return parameters (n, 3) of extrema of y, in order, 1 if none."""
     shares = np.ones((len(curves.kind), 3))
     y = curves.points[..., 1]
@@ -115,18 +115,18 @@ def _turns(curves: Curves) -> F64:
 
 def _windings(of: _Stretches, places: F64) -> I64:
     """Return winding numbers of curves about places (n, 2): crossings of the horizontal to the right, up minus down."""
-    turns = np.zeros(len(places), np.int64)
+    windings = np.zeros(len(places), np.int64)
     step = max(1, AT_ONCE // max(1, len(of.begin)))
     for begin in range(0, len(places), step):
         x, y = places[begin : begin + step].T
         level = (of.y0 <= y[:, None]) != (of.y1 <= y[:, None])
         place, stretch = np.nonzero(level & (of.right > x[:, None]))
-        beside = of.left[stretch] <= x[place]
+        spans = of.left[stretch] <= x[place]
         crossing = np.full(place.size, np.inf)
-        crossing[beside] = _crossing(of, stretch[beside], y[place[beside]])
+        crossing[spans] = _crossing(of, stretch[spans], y[place[spans]])
         up = np.where(of.y1[stretch] > of.y0[stretch], 1, -1)
-        np.add.at(turns, begin + place, np.where(crossing > x[place], up, 0))
-    return turns
+        np.add.at(windings, begin + place, np.where(crossing > x[place], up, 0))
+    return windings
 
 
 def _crossing(of: _Stretches, which: I64, y: F64) -> F64:

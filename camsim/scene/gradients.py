@@ -86,7 +86,7 @@ class Gradient(Field):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LinearGradient(Gradient):
-    """A rectangle that goes evenly from ``low`` on its left side to ``high`` on its right one; then it is turned.
+    """A rectangle, linear from ``low`` at its left side to ``high`` at its right one, then rotated.
 
     >>> wedge = LinearGradient(width_um=40.0, height_um=10.0, low=0.1, high=0.9)
     >>> wedge.value(np.array([-20.0, 0.0, 20.0]), np.zeros(3)).tolist()
@@ -175,7 +175,7 @@ class RadialGradient(Gradient):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SineGrating(Gradient):
-    """A rectangle of waves that run along its width; then it is turned.
+    """A rectangle with a sinusoid along its width, then rotated.
 
     period_um : of a wave;  phase_deg: of the wave in its centre, 0 is bright
 
@@ -233,7 +233,7 @@ class SineGrating(Gradient):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SineStar(Gradient):
-    """A Siemens star whose sectors are waves around its centre; within ``inner_radius_um`` there is nothing of it.
+    """A sinusoidal Siemens star: a ring whose reflectance is a sinusoid of the angle.
 
     cycles : around it;  rotate_deg: of the first bright middle from the right, clockwise as displayed
 

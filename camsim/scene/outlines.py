@@ -82,8 +82,8 @@ class Outlines:
         if not len(self.owner):
             return Polygons(np.empty((0, 2)), np.zeros(1, np.int64))
         # A clip of many shapes is an outline of each: it is cut into sides once, and does not cut itself.
-        kept, kind = _different(self.curves)
-        curves = self.curves if len(kept) == len(kind) else self.curves.loops(kept.tolist())
+        distinct, kind = _different(self.curves)
+        curves = self.curves if len(distinct) == len(kind) else self.curves.loops(distinct.tolist())
         cut = None
         if meets is not None and meets.any():
             cut = np.bincount(kind, (meets | ~self.simple)[self.loop_of]) > 0
@@ -109,14 +109,14 @@ def _different(curves: Curves) -> tuple[I64, I64]:
     if len(beginning) == count:
         return np.arange(count), np.arange(count)
     known: dict[tuple[bytes, ...], int] = {}
-    kept: list[int] = []
+    distinct: list[int] = []
     kind = np.empty(count, np.int64)
     for loop, (first, end) in enumerate(itertools.pairwise(curves.first.tolist())):
         item = tuple(column[first:end].tobytes() for column in (curves.points, curves.turn_rad, curves.kind))
         kind[loop] = known.setdefault(item, len(known))
-        if kind[loop] == len(kept):
-            kept.append(loop)
-    return np.array(kept), kind
+        if kind[loop] == len(distinct):
+            distinct.append(loop)
+    return np.array(distinct), kind
 
 
 def has_curves(primitives: Sequence[Primitive]) -> bool:

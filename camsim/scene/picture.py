@@ -21,7 +21,7 @@ from camsim.scene.shapes import Rectangle
 from camsim.spectra.component import Component
 from camsim.spectra.curve import Curve, Spectrum, spectrum_at
 from camsim.spectra.pca import planes_of_cube
-from camsim.spectra.rgb import Encoding, linear_colours, rgb_basis
+from camsim.spectra.rgb import Encoding, linear_colours, rgb_basis, whole_codes
 
 MOST_PLANES = 64
 _ROUNDING = 1e-6  # of samples of reflectance in single precision
@@ -150,7 +150,7 @@ class Picture(Raster, Field):
         and flat where a sample is grey. The rest is as of the class.
         """
         samples = _of_colours(_all_given(rgb, "rgb", _OF_RGB))
-        if samples.dtype.kind == "f" and samples.size and samples.max() > 2.0 and (samples == np.rint(samples)).all():
+        if whole_codes(samples):
             message = "holds whole numbers, codes of a picture; give .astype(np.uint8) of it, and encoding='srgb'"
             raise InvalidValueError(message, key="rgb", stage=_OF_RGB)
         samples = linear_colours(samples, encoding, "rgb", _OF_RGB)
@@ -193,8 +193,8 @@ class Picture(Raster, Field):
                     (principal components); 0 keeps every band
         """
         samples = _all_given(cube, "cube", "Picture.of_cube")
-        kept_nm = np.asarray(check(wavelength_nm, tuple[float, ...], "wavelength_nm", "Picture"), float)
-        planes, components = planes_of_cube(samples, kept_nm, error=tolerance)
+        bands_nm = np.asarray(check(wavelength_nm, tuple[float, ...], "wavelength_nm", "Picture"), float)
+        planes, components = planes_of_cube(samples, bands_nm, error=tolerance)
         return cls(
             planes=planes,
             spectra=components,
@@ -233,7 +233,7 @@ class Picture(Raster, Field):
 
     @property
     def surfaces(self) -> tuple[Spectrum, ...]:
-        """Curves that bend where the planes' spectra do."""
+        """Curves with every kink of the planes' spectra, for quadrature."""
         return tuple(s.size if isinstance(s, Component) else s for s in self.spectra)
 
 
@@ -278,13 +278,13 @@ def _all_given(samples: ArrayLike, key: str, stage: str) -> NDArray[Any]:
 
 def _of_colours(samples: NDArray[Any]) -> NDArray[Any]:
     """Return samples that are (rows, cols) or (rows, cols, 3); of other axes say how they become so."""
-    if samples.ndim == 2 or (samples.ndim == 3 and samples.shape[2] == 3):
+    if samples.size and (samples.ndim == 2 or (samples.ndim == 3 and samples.shape[2] == 3)):
         return samples
     shape, way_out = samples.shape, ""
     if samples.ndim == 3 and shape[0] in (3, 4):
         way_out = "; give np.moveaxis(np.asarray(rgb)[:3], 0, 2)"
     elif samples.ndim == 3 and shape[2] == 4:
-        way_out = "; without its opacity it is rgb[..., :3]"
+        way_out = "; without its opacity it is np.asarray(rgb)[..., :3]"
     elif samples.ndim == 3 and 1 in (shape[0], shape[2]):
         way_out = f"; a grey one is {'rgb[..., 0]' if shape[2] == 1 else 'rgb[0]'}"
     elif samples.ndim == 4:

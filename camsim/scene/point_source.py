@@ -53,7 +53,7 @@ class PointSource(Field):
         if (self.electrons is None) == (self.photosites is None):
             said = "missing; give one of electrons and photosites"
             raise refusal(
-                self, "electrons", said if self.electrons is None else "given beside photosites; leave one out"
+                self, "electrons", said if self.electrons is None else "given together with photosites; leave one out"
             )
 
     def exposed(self, wavelength_nm: F64, electrons: F64) -> PointSource:

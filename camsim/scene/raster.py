@@ -75,7 +75,7 @@ class Field(abc.ABC):
     @property
     @abc.abstractmethod
     def surfaces(self) -> tuple[Spectrum, ...]:
-        """Curves that bend where its spectra do."""
+        """Curves with every kink of its spectra, for quadrature."""
 
     @abc.abstractmethod
     def frame(self, reflectance: Spectrum) -> Shape:

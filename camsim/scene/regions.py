@@ -70,10 +70,10 @@ def _less(area: Any, other: Any) -> Any:
 
     from camsim.scene.overlap import common_area  # imported here: Numba is not needed to make a scene
 
-    kept = area.area - common_area(area, other)
+    remaining = area.area - common_area(area, other)
     near = _about(area, other)  # may lose most of an outline, which the area check detects
     return _sure(
-        lambda grid: shapely.difference(area, near if grid is None else other, grid_size=grid), kept, [area, other]
+        lambda grid: shapely.difference(area, near if grid is None else other, grid_size=grid), remaining, [area, other]
     )
 
 
@@ -144,8 +144,10 @@ def _sure(overlay: Callable[[float | None], Any], area: float, polygons: Sequenc
 
 
 def _filled(geometry: Any) -> Any:
-    """Return what of an overlay has an area: the lines along which areas met, and slivers that a grid has made lines,
-    cannot be laid over others on a grid."""
+    """Return the areas of an overlay, without its lines, which cannot be overlaid again on a grid.
+
+    Areas meet along lines, and a grid makes lines of slivers.
+    """
     import shapely
 
     if geometry.geom_type != "GeometryCollection":
@@ -254,8 +256,8 @@ def _by_faces(rings: Sequence[F64], lines: Any, rule: FillRule) -> Any:
     faces = shapely.get_parts(shapely.polygonize(shapely.get_parts(cut)))
     places = shapely.get_coordinates(shapely.point_on_surface(faces))
     around, times = _windings(places, rings)
-    kept = faces[_inside(around, times, rule)]
-    return joined_areas(kept) if len(kept) else shapely.Polygon()
+    filled = faces[_inside(around, times, rule)]
+    return joined_areas(filled) if len(filled) else shapely.Polygon()
 
 
 def _windings(places: F64, rings: Sequence[F64]) -> tuple[I64, I64]:

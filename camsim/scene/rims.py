@@ -139,8 +139,8 @@ def rims_of(centre: F64, radius: F64, region: I64, pairs: tuple[I64, I64]) -> Ri
     covers = _Covers.of(met, inner, outer, len(radius))
     behind[seen] = np.append(region, 0)[covers.last(whose[seen], 0.5 * (angle + until)[seen])]
     behind[behind == region[whose]] = HIDDEN
-    kept = until > angle
-    return _joined(whose[kept], angle[kept], behind[kept], place[kept], centre, radius)
+    proper = until > angle
+    return _joined(whose[proper], angle[proper], behind[proper], place[proper], centre, radius)
 
 
 def _joined(whose: I64, angle: F64, behind: I64, place: F64, centre: F64, radius: F64) -> Rims:

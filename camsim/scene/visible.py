@@ -53,8 +53,8 @@ class Covers:
     def some(self, which: np.ndarray) -> Covers:
         """Return the covers among selected ones, which meet none of the others."""
         number = np.cumsum(which) - 1
-        kept = which[self.first]
-        first, second = number[self.first[kept]], number[self.second[kept]]
+        selected = which[self.first]
+        first, second = number[self.first[selected]], number[self.second[selected]]
         return Covers(self.seen[which], first, second, self.alone[which])
 
     def met(self, pairs: np.ndarray) -> Covers:

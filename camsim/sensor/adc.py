@@ -76,9 +76,9 @@ class Adc:
             electrons_per_dn: Number,
             base_iso: Number,
             black_offsets_dn: Several[Several[Whole]] = ((0,),),
-            gain_at_iso: Several[tuple[Number, Number]] = ...,
-            code_step_dn: Number = ...,
-            companding: Several[tuple[Whole, Whole]] = ...,
+            gain_at_iso: Several[tuple[Number, Number]] = (),
+            code_step_dn: Number = 1.0,
+            companding: Several[tuple[Whole, Whole]] = (),
         ) -> None: ...
 
     __repr__ = brief

@@ -42,12 +42,12 @@ def record(
     for acts in _in_turn(stages):
         margin -= sum(stage.margin for stage, _ in acts)
         here = dataclasses.replace(context, margin=margin)
-        kept = False
+        retained = False
         if acts and acts[0][0].whole_window:
             (stage, phase), *acts = acts
             electrons = acted(stage, electrons, dataclasses.replace(here, phase=phase, asking=stage))
-            kept = is_custom(stage)  # a custom stage may return its input or an array that it holds on to
-        electrons = _in_blocks(electrons, acts, here, threads, ours=not kept and electrons is not mean_electrons)
+            retained = is_custom(stage)  # a custom stage may return its input or an array that it holds on to
+        electrons = _in_blocks(electrons, acts, here, threads, ours=not retained and electrons is not mean_electrons)
     return electrons
 
 

@@ -20,7 +20,7 @@ from camsim.sensor.cfa import filters_of
 from camsim.sensor.exposure import electrons_per_reflectance
 from camsim.sensor.measured_matrix import MeasuredMatrix
 from camsim.sensor.quantum_efficiency import QuantumEfficiency
-from camsim.spectra.cached import kept
+from camsim.spectra.cached import cached
 from camsim.spectra.colour_science import colour_science
 from camsim.spectra.curve import Curve, Spectrum
 from camsim.spectra.integral import lumped
@@ -84,13 +84,13 @@ class ColourResponse:
         means = np.einsum("fc,ck->fk", each / each.sum(axis=1, keepdims=True), mixed)
         return dataclasses.replace(self, crosstalk=tuple(map(tuple, means.tolist())))
 
-    def to(self, light: Light, *beside: Iterable[Spectrum]) -> tuple[LightSamples, F64]:
+    def to(self, light: Light, *others: Iterable[Spectrum]) -> tuple[LightSamples, F64]:
         """Return a light at its nodes, and (channels, n) the response of each channel there, on any scale.
 
-        beside : further curves that the nodes must resolve besides those of the camera, as in ``Light.samples``
+        others : further curves that the nodes must resolve besides those of the camera, as in ``Light.samples``
         """
         curves = [curve for _, curve in self.quantum_efficiency.curves]
-        samples = light.samples(*beside, *([spectrum] for spectrum in self.passes), curves)
+        samples = light.samples(*others, *([spectrum] for spectrum in self.passes), curves)
         # At f/0.5 the whole half space is collected: sensor irradiance equals scene irradiance.
         electrons = electrons_per_reflectance(
             samples,
@@ -306,13 +306,13 @@ def observer() -> tuple[Curve, ...]:
     return tuple(Curve(wavelength_nm, curve) for curve in values)
 
 
-@kept
+@cached
 def _training() -> tuple[list[float], list[list[float]]]:
     training = colour_science().characterisation.read_training_data_rawtoaces_v1()
     return training.wavelengths.tolist(), training.values.T.tolist()
 
 
-@kept
+@cached
 def _matching() -> tuple[list[float], list[list[float]]]:
     observer = colour_science().MSDS_CMFS["CIE 1931 2 Degree Standard Observer"]
     return observer.wavelengths.tolist(), observer.values.T.tolist()

@@ -54,8 +54,8 @@ class DualGain:
             from_iso: Number | None = None,
             capacity_e: Number | None = None,
             read_noise_e: Number | None = None,
-            electrons_per_dn: Number | None = ...,
-            read: ReadOut | None = ...,
+            electrons_per_dn: Number | None = None,
+            read: ReadOut | None = None,
         ) -> None: ...
 
     def __post_init__(self) -> None:

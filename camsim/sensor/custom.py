@@ -45,7 +45,7 @@ def check_custom(stages: Sequence[ElectronicStage]) -> None:
             if stream in drawing:
                 free = max(*drawing, stream) + 1
                 both = f"{drawing[stream]} and {name} both draw from stream {stream}"
-                raise refused(KEY, f"{both}; each stage needs one of its own, {free} is free")
+                raise refused(KEY, f"{both}; each stage needs a different one, {free} is free")
             drawing[stream] = name
 
 

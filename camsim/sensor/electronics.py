@@ -98,7 +98,7 @@ class ElectronicChanges(TypedDict, total=False):
     offset_map: OffsetMap | None
     output_noise: OutputNoise | None
     dark_frames: DarkFrames | None
-    extra_stages: Several[Custom]
+    extra_stages: Several[ElectronicStage]
 
 
 ORDER = tuple(field.name for field in dataclasses.fields(Electronics) if field.name != "extra_stages")

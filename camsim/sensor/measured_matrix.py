@@ -52,7 +52,7 @@ class MeasuredMatrix:
             raise refusal(self, "white_xyz", f"{self.white_xyz}; a white has X, Y and Z above 0")
         spread = np.linalg.svd(self.matrix, compute_uv=False)
         if not spread[-1] > _LEAST_RANK * spread[0]:
-            raise refusal(self, "camera_to_xyz", "its rows are not independent: no colour can be told by it")
+            raise refusal(self, "camera_to_xyz", "its rows are not independent: they determine no colour")
         if not min(self.neutral) > 0.0:
             stated = ", ".join(f"{value:.4g}" for value in self.neutral)
             raise refusal(self, "camera_to_xyz", f"its white has red, green and blue of {stated}; all are above 0")

@@ -161,7 +161,7 @@ class Context:
 
 @runtime_checkable
 class ElectronicStage(Protocol):
-    """A frozen dataclass with these facts and verbs; one that inherits from this class says only what differs.
+    """Base class of stages, frozen dataclasses: a subclass has ``apply``, and what differs from these defaults.
 
     name          : of the camera's field, and prefix of its error messages
     phases        : when it acts, mostly one

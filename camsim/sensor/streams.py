@@ -17,9 +17,10 @@ from camsim.core.errors import InvalidValueError
 BLOCK_ROWS = 64
 _AT_ONCE = 1 << 18  # normals that fit in a processor's cache
 
-_MOST_KEPT, _LARGEST_KEPT = 256, 1 << 16  # blocks of fixed patterns, normals of one: 64 MiB at most
-_KEPT: dict[tuple[object, ...], F32] = {}
-_KEPT_BY = threading.Lock()
+# Blocks of fixed patterns, normals of one, and normals of all: 64 MiB.
+_MOST_CACHED, _LARGEST_CACHED, _ALL_CACHED = 256, 1 << 18, 1 << 24
+_CACHED: dict[tuple[object, ...], F32] = {}
+_CACHE_LOCK = threading.Lock()
 
 
 def generator(seed: int, stream: int, *, block: int, frame_number: int = 0, read_out: int = 0) -> np.random.Generator:
@@ -45,20 +46,20 @@ def fixed_normals(serial: int, stream: int, *, rows: int, cols: int, origin: tup
 
     A window's normals are exactly that slice of the full frame's. 24 bits of a normal suffice: they are multiplied
     by a standard deviation and added to a number that is rounded far more coarsely. They are 0 beyond the left,
-    right and upper edges of the frame. Those of small windows are cached for the next exposure, and read-only.
+    right and upper edges of the frame. Those of windows up to 4096 wide are cached for the next exposure, read-only.
     """
     key = serial, stream, rows, cols, origin, frame_cols
-    with _KEPT_BY:
-        if (known := _KEPT.pop(key, None)) is not None:
-            _KEPT[key] = known  # most recently used, so evicted last
+    with _CACHE_LOCK:
+        if (known := _CACHED.pop(key, None)) is not None:
+            _CACHED[key] = known  # most recently used, so evicted last
             return known
     normals = _drawn(serial, stream, rows=rows, cols=cols, origin=origin, frame_cols=frame_cols)
-    if normals.size <= _LARGEST_KEPT:
+    if normals.size <= _LARGEST_CACHED:
         normals.flags.writeable = False
-        with _KEPT_BY:
-            _KEPT[key] = normals
-            while len(_KEPT) > _MOST_KEPT:
-                del _KEPT[next(iter(_KEPT))]
+        with _CACHE_LOCK:
+            _CACHED[key] = normals
+            while len(_CACHED) > _MOST_CACHED or sum(each.size for each in _CACHED.values()) > _ALL_CACHED:
+                del _CACHED[next(iter(_CACHED))]
     return normals
 
 

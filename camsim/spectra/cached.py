@@ -19,7 +19,7 @@ T = TypeVar("T")
 _version = functools.cache(metadata.version)  # reads a package's metadata, which is slow
 
 
-def kept(make: Callable[[], T]) -> Callable[[], T]:
+def cached(make: Callable[[], T]) -> Callable[[], T]:
     """Cache the result of a function on disk, per version of colour-science and of the function's source.
 
     The result consists of dicts, lists, strings and numbers, which are restored exactly. A damaged file is recreated;

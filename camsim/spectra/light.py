@@ -106,7 +106,7 @@ class Light:
 
         def __init__(
             self,
-            spectrum: str | _Spectrum | None = None,
+            spectrum: str | Curve | None = None,
             *,
             line_nm: Number | None = None,
             width_nm: Number = 0.0,

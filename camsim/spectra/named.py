@@ -15,7 +15,7 @@ import numpy as np
 from camsim.core.arrays import F64
 from camsim.core.errors import UnknownNameError
 from camsim.core.typed import check
-from camsim.spectra.cached import kept
+from camsim.spectra.cached import cached
 from camsim.spectra.colour_science import colour_science
 from camsim.spectra.curve import Curve
 
@@ -95,12 +95,12 @@ def photopic_observer() -> Curve:
     return _curve(_observer(), "V(λ), CIE 1924", "zero")
 
 
-@kept
+@cached
 def _observer() -> _Table:
     return _table(colour_science().SDS_LEFS["CIE 1924 Photopic Standard Observer"])
 
 
-@kept
+@cached
 def _reflecting() -> dict[str, _Table]:
     tables = {}
     for chart in _CHARTS:
@@ -112,7 +112,7 @@ def _reflecting() -> dict[str, _Table]:
     return tables
 
 
-@kept
+@cached
 def _lights() -> dict[str, _Table]:
     tables = {name: _table(data) for name, data in colour_science().SDS_ILLUMINANTS.items()}
     tables["A"] = _continued(tables["A"], np.arange(785.0, 1101.0, 5.0), illuminant_a)
@@ -153,7 +153,7 @@ def _continued(table: _Table, wavelength_nm: F64, formula: Callable[[F64], F64])
     return [*table[0], *more_nm.tolist()], [*table[1], *formula(more_nm).tolist()]
 
 
-@kept
+@cached
 def _responses() -> dict[str, dict[str, _Table]]:
     return {
         camera: {_LETTERS[label]: _table(channel) for label, channel in zip(data.labels, data.to_sds(), strict=True)}

@@ -51,9 +51,9 @@ def planes_of_cube(
         )
     directions = _principal(samples) if error > 0.0 else np.eye(bands)
     count = bands if error <= 0.0 else _fewest(samples, directions, error)
-    kept = np.ascontiguousarray(directions[:count])
-    planes = np.concatenate([np.einsum("sb,mb->ms", part, kept) for part in _parts(samples)], axis=1)
-    return planes.reshape(count, *cube.shape[:2]), tuple(Component(wavelength_nm, row) for row in kept)
+    selected = np.ascontiguousarray(directions[:count])
+    planes = np.concatenate([np.einsum("sb,mb->ms", part, selected) for part in _parts(samples)], axis=1)
+    return planes.reshape(count, *cube.shape[:2]), tuple(Component(wavelength_nm, row) for row in selected)
 
 
 def _principal(samples: NDArray[np.floating]) -> F64:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from camsim.core.arrays import F64
 from camsim.core.errors import InvalidValueError
 from camsim.core.typed import Number, check
-from camsim.spectra.cached import kept
+from camsim.spectra.cached import cached
 from camsim.spectra.colour_science import colour_science
 from camsim.spectra.curve import Curve, Spectrum
 
@@ -47,7 +47,7 @@ def rgb_basis() -> RgbBasis:
     return RgbBasis(wavelength_nm=np.array(wavelength_nm), values=values / values.sum(axis=0))
 
 
-@kept
+@cached
 def _primaries() -> tuple[list[float], list[list[float]]]:
     basis = colour_science().recovery.MSDS_BASIS_FUNCTIONS_sRGB_MALLETT2019
     return basis.wavelengths.tolist(), basis.values.T.tolist()
@@ -142,6 +142,15 @@ def _asked(what: str, stage: str) -> InvalidValueError:
         "what screens show, or 'linear' for what is light all the same"
     )
     return InvalidValueError(message, key="encoding", stage=stage)
+
+
+def whole_codes(samples: NDArray[Any]) -> bool:
+    """Whether floats are codes of a picture that nobody divided by the largest.
+
+    >>> whole_codes(np.array([0.0, 255.0])), whole_codes(np.array([0.0, 1.0])), whole_codes(np.array([0, 255]))
+    (True, False, False)
+    """
+    return samples.dtype.kind == "f" and bool(samples.max() > 2.0 and (samples == np.rint(samples)).all())
 
 
 def depth_of_codes(samples: NDArray[np.floating]) -> int:

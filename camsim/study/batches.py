@@ -34,7 +34,7 @@ def batches(items: Iterable[T], *, frames: int) -> Iterator[tuple[T, ...]]:
     groups: dict[str, list[T]] = {}
     for item in items:
         groups.setdefault(item.capture.optical_key, []).append(item)
-    own: list[T] = []
+    batch: list[T] = []
     weight = 0.0
     for group in groups.values():
         grid = group[0].capture.grid
@@ -42,10 +42,10 @@ def batches(items: Iterable[T], *, frames: int) -> Iterator[tuple[T, ...]]:
         rendering = _RENDERING * photosites + _SET_UP
         weight += rendering
         for left, item in zip(range(len(group) - 1, -1, -1), group, strict=True):
-            own.append(item)
+            batch.append(item)
             weight += photosites * frames
             if weight >= max(TASK, _AGAIN * rendering if left else 0.0):
-                yield tuple(own)
-                own, weight = [], rendering if left else 0.0
-    if own:
-        yield tuple(own)
+                yield tuple(batch)
+                batch, weight = [], rendering if left else 0.0
+    if batch:
+        yield tuple(batch)

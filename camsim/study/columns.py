@@ -95,7 +95,7 @@ def _mtf(frame: Frame, capture: Exposed) -> Columns:
     A median's standard error is that of a mean times √(π/2); for one or two edges, that of their mean.
     """
     if isinstance(capture, Shot):
-        raise UnsupportedError("passed no lens whose transfer could be told", stage="light on a sensor")
+        raise UnsupportedError("passed no lens with a known transfer", stage="light on a sensor")
     edges = measure_mtf(picture_of_frame(frame), channel="all", theory=CameraOtf.of(capture)).edges
     columns: dict[str, Any] = {}
     said: list[str] = []

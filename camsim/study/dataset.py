@@ -22,6 +22,7 @@ from camsim.config.schema.study import LIGHT_FILE
 from camsim.core.arrays import F32
 from camsim.core.calls import in_words
 from camsim.core.errors import InputError, InvalidValueError
+from camsim.core.note import Note
 from camsim.core.typed import FilePath, check
 from camsim.rendering.running import to_nobody
 from camsim.scene.raster import Raster
@@ -52,7 +53,7 @@ class Made:
     found: int
     failed: int
     seconds: float
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
 
 
 @in_words
@@ -118,7 +119,10 @@ def dataset(
         found=done.found,
         failed=done.failed,
         seconds=time.perf_counter() - began_s,
-        notes=(*((unstated,) if pictures and not read.model.sources else ()), *((others,) if removed else ())),
+        notes=(
+            *((Note("no-sources", unstated, "sources"),) if pictures and not read.model.sources else ()),
+            *((Note("shards-removed", others),) if removed else ()),
+        ),
     )
 
 

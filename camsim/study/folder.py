@@ -1,4 +1,4 @@
-"""The folder of a sweep, locked for one process: existing files are kept, missing ones are made."""
+"""The folder of a sweep, locked for one process: only missing files are made."""
 
 from __future__ import annotations
 
@@ -73,18 +73,18 @@ def completed(
     make: Callable[[Collection[str]], Iterator[Results]],
     report: Progress,
     *,
-    kept: Callable[[str, list[Row]], list[Row]] = lambda identity, rows: rows,
+    existing: Callable[[str, list[Row]], list[Row]] = lambda identity, rows: rows,
 ) -> Outcome:
     """Make missing items, and write the manifest, also on interruption; the folder must be locked.
 
-    wanted : identities
-    make   : makes all except existing ones
-    kept   : returns existing rows with current indices
+    wanted   : identities
+    make     : makes all except existing ones
+    existing : returns existing rows with current indices
     """
     journal = Journal(folder)
     there = journal.finished(wanted)
     journal.begin(there)
-    old, new = [kept(identity, there[identity]) for identity in wanted if identity in there], list[list[Row]]()
+    old, new = [existing(identity, there[identity]) for identity in wanted if identity in there], list[list[Row]]()
     every: list[Row] = []
     try:
         for results in make(there):

@@ -36,12 +36,12 @@ class Journal:
 
     def finished(self, wanted: Collection[str]) -> dict[str, list[Row]]:
         """Return the rows of each wanted capture, by identity, whose files are all unchanged."""
-        kept: dict[str, list[Row]] = {}
+        listed: dict[str, list[Row]] = {}
         asked = frozenset(wanted)
         for identity, rows in self._lines():
             if identity in asked:
-                kept[identity] = rows
-        return {identity: rows for identity, rows in kept.items() if self._is_there(rows)}
+                listed[identity] = rows
+        return {identity: rows for identity, rows in listed.items() if self._is_there(rows)}
 
     def _is_there(self, rows: Sequence[Row]) -> bool:
         """Whether every file of these rows is unchanged; a shard has many rows and is read once."""
@@ -49,9 +49,9 @@ class Journal:
         wanted |= {pair for row in rows for pair in row.get("also", {}).items()}
         return all(sha256_of(self.folder / file) == checksum for file, checksum in wanted)
 
-    def begin(self, kept: Mapping[str, Sequence[Row]]) -> None:
-        """Rewrite the kept rows, dropping a truncated line and unwanted rows."""
-        lines = [_line(identity, rows) for identity, rows in kept.items()]
+    def begin(self, listed: Mapping[str, Sequence[Row]]) -> None:
+        """Rewrite the listed rows, dropping a truncated line and unwanted rows."""
+        lines = [_line(identity, rows) for identity, rows in listed.items()]
         write_whole(self.path, "".join(lines).encode())
 
     def add(self, identity: str, rows: Sequence[Row]) -> None:

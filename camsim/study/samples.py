@@ -109,7 +109,7 @@ class Cuts:
                         **about,
                         "black_offsets_dn": np.roll(offsets_dn, (-crop.row, -crop.col), (0, 1)).tolist(),
                         "status": DONE,
-                        "message": BETWEEN_NOTES.join(frame.report.notes),
+                        "message": BETWEEN_NOTES.join(map(str, frame.report.notes)),
                     }
                 )
                 write(rows[-1], {part: _stored(whole[part][window]) for part in self.hold})
@@ -187,7 +187,7 @@ Write: TypeAlias = Callable[[Row, Mapping[str, Any]], None]
 @contextlib.contextmanager
 def into_tar(path: Path) -> Iterator[Write]:
     """Write samples in the format of webdataset: members of one key are adjacent."""
-    with replacing(path) as beside, tarfile.open(beside, "w", format=tarfile.USTAR_FORMAT) as tar:
+    with replacing(path) as temporary, tarfile.open(temporary, "w", format=tarfile.USTAR_FORMAT) as tar:
 
         def write(row: Row, arrays: Mapping[str, Any]) -> None:
             for part, array in arrays.items():

@@ -143,7 +143,7 @@ def _into_files(stem: Path, count: int) -> Iterator[Write]:
 
     def write(row: Row, arrays: Mapping[str, Any]) -> None:
         for part, array in arrays.items():
-            with replacing(stem / f"{row['key']}.{part}.npy") as beside, beside.open("wb") as file:
+            with replacing(stem / f"{row['key']}.{part}.npy") as temporary, temporary.open("wb") as file:
                 np.save(file, array, allow_pickle=False)
         write_whole(stem / f"{row['key']}.json", json.dumps(facts(row), sort_keys=True).encode())
 
@@ -164,9 +164,9 @@ def _into_npy(stem: Path, count: int) -> Iterator[Write]:
             nonlocal written
             for part, array in arrays.items():
                 if part not in stacks:
-                    beside = stack.enter_context(replacing(stem.with_name(f"{stem.name}-{part}.npy")))
+                    temporary = stack.enter_context(replacing(stem.with_name(f"{stem.name}-{part}.npy")))
                     stacks[part] = np.lib.format.open_memmap(
-                        beside, mode="w+", dtype=array.dtype, shape=(count, *array.shape)
+                        temporary, mode="w+", dtype=array.dtype, shape=(count, *array.shape)
                     )
                 stacks[part][written] = array
             lines.write(json.dumps(facts(row), sort_keys=True) + "\n")

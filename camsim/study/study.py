@@ -83,7 +83,7 @@ class Study(Generic[V]):
     @property
     def sensor(self) -> str | None:
         """The sensor that replaces the scenes'."""
-        return None if self.model.sensor is None else self._beside(self.model.sensor)
+        return None if self.model.sensor is None else self._in_folder(self.model.sensor)
 
     def stated(self, point: Point) -> dict[str, Any]:
         """Return a capture's columns: its scene, and the varying keys; None if not varied there.
@@ -102,12 +102,12 @@ class Study(Generic[V]):
     def overrides(self, point: Point) -> tuple[str, ...]:
         """Return a capture's keys as ``camsim capture --set`` takes them, after those common to all captures."""
         given = (*self.model.set.items(), *point.settings)
-        return tuple(f"{key}={_in_yaml(self._beside(value) if key in _FILES else value)}" for key, value in given)
+        return tuple(f"{key}={_in_yaml(self._in_folder(value) if key in _FILES else value)}" for key, value in given)
 
-    def _beside(self, name: Any) -> Any:
+    def _in_folder(self, name: Any) -> Any:
         """Return the path of a file in the study's folder; other names unchanged."""
-        beside = self.document.folder / name if isinstance(name, str) else None
-        return os.fspath(beside) if beside is not None and beside.is_file() else name
+        path = self.document.folder / name if isinstance(name, str) else None
+        return os.fspath(path) if path is not None and path.is_file() else name
 
     def points(self) -> Iterator[Point]:
         """Yield its captures in the order of their indices; scenes outermost, draws innermost."""
@@ -208,11 +208,11 @@ def _scenes(study: Validated[V]) -> tuple[str, ...]:
         if not isinstance(name, str):
             continue
         place = ("scene", number) if isinstance(given, list) else ("scene",)
-        beside = study.document.folder / name
+        path = study.document.folder / name
         try:
-            if beside.is_file():
-                library.refuse_pictures(beside, name)
-                found.append(os.fspath(beside))
+            if path.is_file():
+                library.refuse_pictures(path, name)
+                found.append(os.fspath(path))
                 continue
             found.append(os.fspath(library.locate("scene", name).path) if library.looks_like_path(name) else name)
             library.locate("scene", name)

@@ -87,7 +87,7 @@ def sweep(
             list(of),
             lambda there: engine(_tasks([item for item in items if item.identity not in there], place)),
             report,
-            kept=lambda identity, rows: _renumbered(of[identity], rows),
+            existing=lambda identity, rows: _renumbered(of[identity], rows),
         )
     return Swept(
         folder=place,

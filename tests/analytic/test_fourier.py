@@ -13,7 +13,6 @@ from camsim.optics import OpticalSystem
 from camsim.rendering import render_channels
 from camsim.rendering.render import plan_render
 from tests.many_polygons import bayer, random_scene, three_channels
-from tests.truth.lattice import white_with_a_black_polygon
 
 CASES = json.loads((Path(__file__).parents[1] / "data" / "oracle-values.json").read_text())["cases"]
 OUTLINE = np.array([(-9.3, -12.1), (14.2, -7.7), (3.3, 15.9), (-2.0, 2.5)])
@@ -53,13 +52,13 @@ def oracle_error(case, tolerance):
 
 def test_reference_values():
     assert len(CASES) == 296
-    assert max(oracle_error(case, 1e-6) for case in CASES[::3]) <= 1e-6
-    assert max(oracle_error(case, 1e-8) for case in CASES[::12] if case["L"] <= 2.0) <= 1e-8
+    assert max(oracle_error(case, 1e-6) for case in CASES[::9]) <= 1e-6
+    assert max(oracle_error(case, 1e-8) for case in CASES[::24] if case["L"] <= 2.0) <= 1e-8
 
 
 def test_any_tolerance_is_kept(rng):
     """No point above the diagonal, wherever between the limits it lies."""
-    for index in rng.integers(len(CASES), size=40):
+    for index in rng.integers(len(CASES), size=20):
         tolerance = 10 ** rng.uniform(-7, -2)
         assert oracle_error(CASES[index], tolerance) <= tolerance, (CASES[index], tolerance)
 
@@ -72,18 +71,7 @@ def test_tolerances_that_cannot_be_kept_are_refused(tolerance):
         polygon_image([AIRY], tolerance)
 
 
-@pytest.mark.parametrize(("side", "split"), [(0.0, 0.0), (1.0, 0.0), (0.8, 0.75)])
-def test_a_whole_image_against_the_slow_judge(side, split):
-    stages = [AIRY, camsim.SquarePhotosite(side_um=side)]
-    if split:
-        stages.append(camsim.FourSpotOlpf(split_um=split))
-    exact = white_with_a_black_polygon(OUTLINE, 20, 24, 1.2, side=side, split=split, taper=120.0, band=24.0)
-    assert np.abs(polygon_image(stages, 1e-6, shape=(20, 24)) - exact).max() <= 1e-6
-
-
-@pytest.mark.parametrize("olpf", [False, True], ids=["plain", "OLPF"])
-@pytest.mark.parametrize("mosaic", [False, True], ids=["mono", "Bayer"])
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(("seed", "mosaic", "olpf"), [(0, False, True), (1, True, False), (2, True, True)])
 def test_two_engines_make_one_image(seed, mosaic, olpf):
     rng = np.random.default_rng(1000 * seed + 10 * mosaic + olpf)
     pitch_um = float(rng.uniform(2.0, 6.0))
@@ -157,57 +145,17 @@ def test_a_transfer_without_an_end_is_refused():
         polygon_image([Box()], 1e-6)
 
 
-ASYMMETRIC = {
-    "L": camsim.PolygonPhotosite(
-        points_um=((-0.5, -0.5), (0.5, -0.5), (0.5, 0.0), (0.0, 0.0), (0.0, 0.5), (-0.5, 0.5))
-    ),
-    "the same, listed the other way round": camsim.PolygonPhotosite(
-        points_um=((-0.5, 0.5), (0.0, 0.5), (0.0, 0.0), (0.5, 0.0), (0.5, -0.5), (-0.5, -0.5))
-    ),
-}
-
-
-@pytest.mark.parametrize("photosite", ASYMMETRIC.values(), ids=ASYMMETRIC)
-def test_an_l_is_three_squares(photosite):
+def test_an_l_is_three_squares():
+    corners = ((-0.5, -0.5), (0.5, -0.5), (0.5, 0.0), (0.0, 0.0), (0.0, 0.5), (-0.5, 0.5))
     parts = [
         polygon_image([AIRY, camsim.SquarePhotosite(side_um=0.5)], 1e-6, shape=(6, 7), origin=(-3 + x, 4 + y))
         for x, y in ((-0.25, -0.25), (0.25, -0.25), (-0.25, 0.25))
     ]
-    image = polygon_image([AIRY, photosite], 1e-6, shape=(6, 7), origin=(-3.0, 4.0))
-    assert np.abs(image - np.mean(parts, axis=0)).max() <= 2e-6
+    for points in (corners, corners[::-1]):
+        photosite = camsim.PolygonPhotosite(points_um=points)
+        image = polygon_image([AIRY, photosite], 1e-6, shape=(6, 7), origin=(-3.0, 4.0))
+        assert np.abs(image - np.mean(parts, axis=0)).max() <= 2e-6
     assert np.abs(image - image.mean()).max() > 0.1
-
-
-def test_round_photosites_against_point_samples(rng):
-    """The light on an area is the mean of points in it: 6 × 12 nodes in polar coordinates."""
-    x, w = np.polynomial.legendre.leggauss(6)
-    angle = 2 * np.pi * np.arange(12) / 12
-    total = 0.0
-    for r, share in zip(0.25 * (1 + x), 0.25 * w, strict=True):
-        for a in angle:
-            point = polygon_image([AIRY], 1e-6, origin=(8.0 + r * np.cos(a), -5.0 + r * np.sin(a)))[0, 0]
-            total += point * share * r / 12 * 8.0
-    disc = polygon_image([AIRY, camsim.CircularPhotosite(diameter_um=1.0)], 1e-6, origin=(8.0, -5.0))[0, 0]
-    assert disc == pytest.approx(total, abs=3e-6)
-    nearly_a_disc = camsim.RoundedPhotosite(width_um=1.0, height_um=1.0, radius_um=0.5)
-    assert polygon_image([AIRY, nearly_a_disc], 1e-6, origin=(8.0, -5.0))[0, 0] == pytest.approx(total, abs=3e-6)
-    not_rounded = camsim.RoundedPhotosite(width_um=1.0, height_um=1.0, radius_um=0.0)
-    square = polygon_image([AIRY, SQUARE], 1e-6, origin=(8.0, -5.0))[0, 0]
-    assert polygon_image([AIRY, not_rounded], 1e-6, origin=(8.0, -5.0))[0, 0] == pytest.approx(square, abs=ROUNDING)
-
-
-@pytest.mark.parametrize(
-    "olpf",
-    [
-        camsim.FourSpotOlpf(split_um=0.8, split_y_um=0.4, rotate_deg=25.0),
-        camsim.TwoSpotOlpf(split_um=0.8, rotate_deg=60.0),
-    ],
-    ids=["unequal and turned", "one plate"],
-)
-def test_an_olpf_is_the_mean_of_its_images(olpf):
-    parts = [polygon_image([AIRY, SQUARE], 1e-6, shape=(5, 6), origin=(-3.0 - x, 4.0 - y)) for x, y in olpf.spots_um()]
-    image = polygon_image([AIRY, SQUARE, olpf], 1e-6, shape=(5, 6), origin=(-3.0, 4.0))
-    assert np.abs(image - np.mean(parts, axis=0)).max() <= 2e-6
 
 
 def test_a_measured_pattern_beside_the_centre_shifts_the_image():
@@ -232,7 +180,7 @@ def test_samples_of_a_gaussian_make_that_gaussian():
     assert np.abs(images[0] - images[1]).max() <= 2e-6
 
 
-@pytest.mark.parametrize(("ratio", "rotate_deg"), [(2.0, 30.0), (2.0, 0.0), (16.0, 0.0), (16.0, 90.0), (16.0, 7.0)])
+@pytest.mark.parametrize(("ratio", "rotate_deg"), [(2.0, 30.0), (16.0, 90.0), (16.0, 7.0)])
 def test_an_ellipse_is_a_round_pattern_in_a_stretched_world(ratio, rotate_deg):
     """A Gaussian so much wider along a direction: the scene is squeezed along it, and the pattern is round."""
     angle = np.deg2rad(rotate_deg)

@@ -1,13 +1,10 @@
 """Lenses given by numbers: a transfer as a curve, a pattern or a transfer as a table."""
 
-import math
-
 import numpy as np
 import pytest
 from scipy import integrate, special
 
 import camsim
-from camsim.core.errors import InvalidValueError
 
 SQUARE = camsim.SquarePhotosite(side_um=1.0)
 SCENE = camsim.Scene(
@@ -29,10 +26,9 @@ def airy_curve(points):
 
 
 def test_a_curve_through_an_airy_transfer_makes_nearly_its_image():
-    exact = image(camsim.Airy(f_number=4.0))
-    apart = [np.abs(image(airy_curve(points)) - exact).max() for points in (17, 65, 257)]
-    assert apart[0] < 2e-3
-    assert apart[2] < 0.1 * apart[1] < 0.01 * apart[0] * 1.5
+    exact = image(camsim.Airy(f_number=4.0), 1e-6)
+    apart = [np.abs(image(airy_curve(points), 1e-6) - exact).max() for points in (17, 65)]
+    assert apart[1] < 0.15 * apart[0] < 0.15 * 2e-3
 
 
 def test_a_curves_pattern_and_energy_are_its_hankel_transforms():
@@ -57,26 +53,6 @@ def test_a_curves_pattern_and_energy_are_its_hankel_transforms():
         assert float(lens.encircled_energy(np.array(r_um), 500.0)) == pytest.approx(energy, abs=1e-10)
 
 
-def test_what_lies_beyond_a_radius_is_bounded_and_closely():
-    """All light of either sign, and the most of it at one place: against the pattern itself."""
-    lens = camsim.RadialOtf(freq_per_um=(0.0, 0.1, 0.25, 0.4), values=(1.0, 0.5, -0.1, 0.0))
-    pattern, blur_um = lens.pattern(), 2.5
-    assert pattern.breaks == pytest.approx((0.25, 0.625, 1.0))
-    rho = np.arange(0.0, 200.0, 0.01)
-    light = np.abs(lens.point_spread(rho * blur_um, 500.0)) * blur_um**2
-    for start in (0.0, 2.0, 20.0):
-        there = rho >= start
-        beyond = integrate.trapezoid((2 * np.pi * rho * light)[there], rho[there])
-        assert beyond - 1e-3 <= pattern.absolute(start) <= beyond + 0.05
-    for kind, far, seen in (
-        (pattern, 20.0, light[rho >= 20.0].max()),
-        (camsim.Airy(f_number=1.0).pattern(), 100.0, None),
-    ):
-        if seen is None:
-            seen = camsim.Airy(f_number=1.0).point_spread(far + np.linspace(0.0, 2.0, 400), 1000.0).max()
-        assert seen <= float(kind.spread(np.array([far]))[0]) <= 1.5 * seen
-
-
 def test_a_measured_pattern_goes_through_its_samples():
     """Its transfer, summed back over all frequencies that pass, at the places of the samples."""
     rows, spacing_um = ((0.0, 1.0, 2.0), (3.0, 9.0, 1.0), (0.0, 4.0, 0.0)), 0.5
@@ -94,12 +70,6 @@ def test_a_measured_pattern_goes_through_its_samples():
 def test_lenses_given_by_numbers_are_f_8_unless_told():
     curve = camsim.RadialOtf(freq_per_um=(0.0, 0.1, 0.2), values=(1.0, 0.4, 0.0))
     assert curve.f_number == camsim.MeasuredPsf(irradiance=((1.0,),), spacing_um=1.0).f_number == 8.0
-
-
-def test_both_engines_on_a_curve():
-    lens = airy_curve(33)
-    boundary = camsim.render(SCENE, [lens, SQUARE], GRID, wavelength_nm=500.0, tolerance=1e-5, method="boundary")
-    assert np.abs(boundary.image - image(lens)).max() <= 1e-5
 
 
 @pytest.mark.parametrize("shape", [(5, 5), (4, 3), (3, 6), (1, 4)])
@@ -135,56 +105,3 @@ def test_a_measured_transfer_passes_what_was_measured(rng):
     )
     exact = camsim.render(moved, [gaussian, SQUARE], GRID, wavelength_nm=500.0, tolerance=1e-9).image
     assert np.abs(image(lens) - exact).max() < 1e-6
-
-
-@pytest.mark.parametrize(
-    ("make", "message"),
-    [
-        (
-            lambda: camsim.RadialOtf(freq_per_um=(0.0, 0.1, 0.1), values=(1.0, 0.5, 0.0)),
-            "freq_per_um: must start at 0 and increase, each frequency given once",
-        ),
-        (
-            lambda: camsim.RadialOtf(freq_per_um=(0.0, 0.1, 0.2), values=(0.9, 0.5, 0.0)),
-            "values: the first is 0.9; a lens passes 1 at frequency 0",
-        ),
-        (
-            lambda: camsim.RadialOtf(freq_per_um=(0.0, 0.1, 0.2), values=(1.0, 1.5, 0.0)),
-            "values: item 1 must be a number from -1 to 1, not 1.5",
-        ),
-        (lambda: camsim.MeasuredPsf(irradiance=((0.0, 0.0),), spacing_um=1.0), "irradiance: the samples add up to no"),
-        (
-            lambda: camsim.MeasuredPsf(irradiance=((1.0,) * 257,), spacing_um=1.0),
-            "irradiance: 1 × 257 samples; give at most 256 along a side",
-        ),
-        (
-            lambda: camsim.MeasuredOtf(values=np.ones((5, 5)), spacing_per_um=0.1),
-            "values: the transfer has not died away in the outer fifth of the table",
-        ),
-        (
-            lambda: camsim.MeasuredOtf(values=np.ones((4, 4)), spacing_per_um=0.1),
-            "values: 4 rows of 4 values; give as many rows as columns, an odd number from 3",
-        ),
-        (
-            lambda: camsim.MeasuredOtf(values=np.triu(np.ones((5, 5))), spacing_per_um=0.1),
-            "values: opposite frequencies are not conjugate; no pattern has such a transfer",
-        ),
-        (
-            lambda: camsim.EllipticalGaussian(covariance_um2=((1.0, 2.0), (2.0, 1.0))),
-            "covariance_um2: must be .* and xy² below xx·yy",
-        ),
-        (lambda: camsim.PolygonPhotosite(points_um=((0, 0), (1, 1), (2, 2))), "points_um: the polygon has no area"),
-        (
-            lambda: camsim.CircularPhotosite(diameter_um=math.nan),
-            "diameter_um: must be a finite number above 0, not nan",
-        ),
-        (
-            lambda: camsim.FourSpotOlpf(split_um=0.0),
-            "split_um: must be a number above 0, not 0.0; without",
-        ),
-        (lambda: camsim.FourSpotOlpf(split_um=1.0, split_y_um=-1.0), "split_y_um: .* not -1.0"),
-    ],
-)
-def test_numbers_that_make_no_stage_are_refused(make, message):
-    with pytest.raises(InvalidValueError, match=message):
-        make()

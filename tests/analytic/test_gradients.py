@@ -88,8 +88,11 @@ def test_brute_force(name):
         assert worst([image[place] for place in places], right) <= tolerance
 
 
-@pytest.mark.parametrize("frames", [3.0, 10.0])
-@pytest.mark.parametrize("lens", [camsim.Gaussian(sigma_um=2.0), camsim.Airy(f_number=8.0)], ids=["gaussian", "airy"])
+@pytest.mark.parametrize(
+    ("lens", "frames"),
+    [(camsim.Gaussian(sigma_um=2.0), 10.0), (camsim.Airy(f_number=8.0), 3.0)],
+    ids=["gaussian", "airy"],
+)
 def test_far_larger_than_the_frame(lens, frames):
     """Between borders that far away a ramp is itself, and a paraboloid is lower by the blur's second moment.
 

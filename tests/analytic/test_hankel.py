@@ -30,7 +30,7 @@ def exact(curve, r, order):
 @pytest.mark.parametrize(("frequency", "values"), [KNEES, STEEP_AT_ZERO, LOBES], ids=["knees", "steep at 0", "lobes"])
 def test_patterns_and_their_light_however_far_out(frequency, values):
     curve = camsim.RadialOtf(freq_per_um=tuple(frequency), values=tuple(values)).curve()
-    radii = np.array([0.3, 2.5, 4.7, 4.9, 9.7, 33.0, 300.2, 300.4, 3000.7]) / frequency[-1]
+    radii = np.array([0.3, 4.7, 9.7, 300.2, 3000.7]) / frequency[-1]
     for order in (0, 1):
         # All at once they share rules by groups, alone each has its own.
         found, alone = hankel(curve, radii, order), [float(hankel(curve, r, order)) for r in radii]

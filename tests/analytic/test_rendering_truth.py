@@ -12,7 +12,6 @@ import camsim
 from camsim.numerics.quadrature import gauss_error
 from camsim.optics.pattern import SEVENTH
 from camsim.rendering.boundary.far import Moments, far_edge, far_moments
-from camsim.rendering.boundary.tables import LONG, _filtered
 from tests.truth import rays
 
 TRIANGLE = [(-3.1, -2.2), (6.7, -1.4), (0.9, 4.8)]
@@ -35,18 +34,6 @@ def one_photosite(polygon, point, lambda_n, *, side=0.0, split=0.0, tolerance=1e
 def test_point_samples_equal_rays(polygon, point, lambda_n):
     expected = rays.coverage_by_rays(polygon, np.array(point), lambda r: rays.rayleigh_energy(r, lambda_n))
     assert one_photosite(polygon, point, lambda_n) == pytest.approx(expected, abs=1e-6)
-
-
-@pytest.mark.parametrize("point", [(-3.0, -2.1), (1.1, 1.7)])
-def test_square_photosite_with_olpf_is_the_mean_of_rays(point):
-    lambda_n, side, split = 0.9, 1.0, 0.75
-
-    def point_sample(offset):
-        return rays.coverage_by_rays(TRIANGLE, np.array(point) + offset, lambda r: rays.rayleigh_energy(r, lambda_n))
-
-    spots = [np.array([sx, sy]) * split / 2 for sx in (-1, 1) for sy in (-1, 1)]
-    expected = np.mean([rays.box_average(lambda u, s=s: point_sample(u + s), side, order=8) for s in spots])
-    assert one_photosite(TRIANGLE, point, lambda_n, side=side, split=split) == pytest.approx(expected, abs=1e-6)
 
 
 @pytest.mark.parametrize("distance", [-6.0, -0.8, 0.0, 0.31, 2.5])
@@ -93,16 +80,16 @@ def test_sharp_limit_is_the_clipped_area():
     assert np.abs(image - expected).max() < 0.01
 
 
+FOUR = [(-0.375, -0.375), (0.375, -0.375), (-0.375, 0.375), (0.375, 0.375)]
+
+
 @pytest.mark.parametrize(
-    ("h", "s1", "s2"), [(9.0, -4.0, 13.0), (3.0, 9.0, 30.0), (-0.5, -40.0, -10.0), (12.0, 0.0, 5.0)]
-)
-@pytest.mark.parametrize("turn", [0.0, 0.3])
-@pytest.mark.parametrize(
-    ("width", "height", "spots"),
+    ("h", "s1", "s2", "turn", "width", "height", "spots"),
     [
-        (1.0, 1.0, [(-0.375, -0.375), (0.375, -0.375), (-0.375, 0.375), (0.375, 0.375)]),
-        (1.0, 0.6, [(0.0, 0.0)]),
-        (0.8, 1.0, [(-0.3, -0.2), (0.3, 0.2)]),
+        (9.0, -4.0, 13.0, 0.3, 1.0, 1.0, FOUR),
+        (3.0, 9.0, 30.0, 0.0, 1.0, 0.6, [(0.0, 0.0)]),
+        (-0.5, -40.0, -10.0, 0.3, 0.8, 1.0, [(-0.3, -0.2), (0.3, 0.2)]),
+        (12.0, 0.0, 5.0, 0.0, 1.0, 1.0, FOUR),
     ],
 )
 def test_far_form_with_moments_equals_the_averaged_smooth_integral(h, s1, s2, turn, width, height, spots):
@@ -138,21 +125,6 @@ def test_a_gauss_rule_errs_by_what_is_said_of_it(order):
     phase = 0.5 * order
     error = abs(w @ np.cos(phase * x) - 2.0 * math.sin(phase) / phase)
     assert -0.25 < math.log(error) - gauss_error(order, phase) <= 0.0
-
-
-@pytest.mark.parametrize("reach", [7, LONG])
-def test_a_field_is_the_potential_averaged_along_and_differenced_across(reach):
-    """Short averages are added up, long ones run: both against the sum as it is written."""
-    average = np.interp(np.arange(-reach, reach + 1), [-reach, 2 - reach, reach - 3, reach], [0.0, 1.0, 1.0, 0.0])
-    slope, rows, margin = np.array([-1.0, 0.0, 0.3, 0.0, 1.0]), 20, 3
-    count = rows - margin + reach
-    radial = np.exp(-((np.arange(6 * count) / 2.0 / 25.0) ** 2))
-    found = _filtered(radial[None], 2.0, average, slope, rows, margin, count)[0]
-    down = np.arange(rows)[:, None] - margin + np.arange(-2, 3)
-    right = np.arange(rows)[:, None] - margin + np.arange(-reach, reach + 1)
-    along = np.exp(-((right / 25.0) ** 2)) @ average
-    across = np.exp(-((down / 25.0) ** 2)) @ slope
-    assert found == pytest.approx(np.outer(across, along), abs=1e-8)
 
 
 def test_the_first_power_that_is_left_out_is_as_large_as_is_said():

@@ -130,7 +130,7 @@ def test_every_other_table_has_a_class() -> None:
 
 def test_every_public_stage_is_said_by_a_table_or_a_key() -> None:
     public = {name for name in camsim.__all__ if dataclasses.is_dataclass(getattr(camsim, name))}
-    results = {"Frame", "Rendering", "Report", "Context", "Grid"}
+    results = {"Frame", "Rendering", "Report", "Note", "Context", "Grid"}
     of_arrays = {"Sensor", "GivenLight", "Noise"}  # light of one's own has no scene file
     made = {mark.make for table in (schema.Charge, schema.Readout) for mark in _marks(table)}
     by_key = {make.__name__ for make in made if dataclasses.is_dataclass(make)} | {"ShotNoise", "DarkFrames"}

@@ -37,7 +37,7 @@ DIMENSIONLESS = {
         "reflectance low high background transmission veiling_glare surfaces passes filters spectra"
     ),
     "in a pattern's or a drawing's own unit": (
-        "values oscillations_from_blurs whole rho core breaks powers rings points longest rx ry x1 y1 x2 y2"
+        "values whole rho core breaks powers rings points longest rx ry x1 y1 x2 y2"
     ),
     "relative": "spectrum neutral white_xyz normals irradiance precision",
     "relative to a perfect diffuser": (

@@ -116,7 +116,7 @@ def test_a_lens_that_one_engine_renders_is_judged_by_that_one_at_its_finest(scen
         ("auto 1e-12", "it is the truth itself"),
         ("boundary 1e-3", "lens"),
     ]
-    assert "judged by itself" in " ".join(words_of_truths(found.truths))
+    assert "compared with itself" in " ".join(words_of_truths(found.truths))
 
 
 GRATING = "{kind: sine-grating, width: 12, height: 5, period: 6, low: 0.1, high: 0.7}"
@@ -134,7 +134,7 @@ def test_what_one_engine_alone_renders_is_judged_by_itself(scene):
     assert all(p.by_itself and p.error_max > 0.0 for p in found.points)
     assert {left.label for left in found.left_out} == {"boundary 1e-3", "fourier 1e-9"}
     sentences = " ".join(finding.sentence for finding in found.findings)
-    assert "No other engine renders this window so finely in the time: fourier is judged by itself" in sentences
+    assert "No other engine renders this window so finely in the time: fourier is compared with itself" in sentences
 
 
 def test_no_time_for_any_truth_is_said(scene):
@@ -250,7 +250,7 @@ def test_the_words_of_two_truths():
     assert first == "Truth: boundary at 1e-9; 18 of its photosites computed directly differ by 4e-12 at most."
     assert second.startswith("Truth: fourier at 1e-11;")
     assert "differ by 7e-11 at most, anywhere" in third
-    assert "errors below 7e-11 (boundary) and 1e-14 (fourier) are not told apart" in third
+    assert "errors below 7e-11 (boundary) and 1e-14 (fourier) cannot be distinguished" in third
 
 
 def test_a_flat_scene_has_no_error_and_a_page():

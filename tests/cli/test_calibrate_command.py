@@ -41,7 +41,7 @@ def test_a_profile_from_a_folder_of_raw_files(folder: Path, taken: Any) -> None:
     assert (folder / "mine.svg").read_bytes().startswith(b"<?xml")
     text = (folder / "mine.yaml").read_text(encoding="utf-8")
     assert "pitch_um: 4.88}    # rows, cols: files; pitch: the files" in text
-    assert "# full_well_e: not told: " in text
+    assert "# full_well_e: not determined: " in text
     assert taken("validate", "mine.yaml").returncode == 0
     assert taken("calibrate", "noise", "frames", "-o", "listed.yaml", "--hot", "hot.csv").returncode == 0
     assert (folder / "hot.csv").read_text(encoding="utf-8").startswith("row,col,e_per_s\n")
@@ -84,7 +84,10 @@ def test_the_profile_beside_the_camera(folder: Path, taken: Any) -> None:
         (["frames", "-o", "a.txt"], "a.txt"),
         (["frames", "-o", "a.yaml", "--window", "3"], "--window: must be a whole number from 32 to 8192, not 3"),
         (["frames", "-o", "a.yaml", "--pitch-um", "-1"], "--pitch-um: must be a number from 0.1 to 10000, not -1.0"),
-        (["frames", "--dry-run", "--hot", "a.csv"], "--hot: is of the sensor file that -o writes, and lies beside it"),
+        (
+            ["frames", "--dry-run", "--hot", "a.csv"],
+            "--hot: is of the sensor file that -o writes, and lies in its folder",
+        ),
         (["nowhere", "-o", "a.yaml"], "'nowhere' is no folder of flats and darks"),
         (["frames", "--check", "d40-like"], "give their own"),
         (["frames", "-o", "a.yaml", "--cfa", "BGGR"], "leave it out"),

@@ -118,7 +118,7 @@ def test_all_faults_of_files_options_and_outputs_at_once_before_any_work(camsim:
         "cannot write 'x.exr': unknown product 'pixels' (known: mosaic, electrons, truth, spectral, preview, frame)",
         f"cannot write 'no/x.dng': the folder '{folder}/no' does not exist; make it first",
         f"cannot write 'here/x.dng': '{folder}/here' is a file and not a folder",
-        "'./good.dng' is named twice; each product needs a file of its own",
+        "'./good.dng' is named twice; each product needs a separate file",
     ]
     assert files_in(folder) == before
 

@@ -59,7 +59,7 @@ def test_what_differs_is_named_and_only_what_was_changed_is_called_altered(folde
     other = other.replace(',"software":', f',"sha256":"{digest}","software":')
     for name, image, text, differs in (
         ("record.tiff", codes, other, "its record (error_estimate)"),
-        ("packed.tiff", codes, record, "what stands beside the same numbers and record: tags, or how they are packed"),
+        ("packed.tiff", codes, record, "what goes with the same numbers and record: tags, or how they are packed"),
         (
             "codes.tiff",
             codes + (np.arange(20) == 3).astype(np.uint16),

@@ -64,7 +64,9 @@ def test_a_lens_that_is_all_tables_is_told_on_a_line() -> None:
 def test_light_that_no_channel_sees_has_a_way_out() -> None:
     infrared = "light={line_nm: 1550, irradiance_w_per_m2: 1}"
     ready = load("small.yaml", overrides=[infrared])
-    assert ready.notes(ready.plan())[-1].startswith("nothing of the light (line of 1550 nm) reaches a channel of the ")
+    assert ready.notes(ready.plan())[-1].text.startswith(
+        "nothing of the light (line of 1550 nm) reaches a channel of the "
+    )
     with pytest.raises(CamsimError) as caught:
         camsim.save(ready.frame(), "a.dng")
     assert "no channel of the camera responds to the scene's light, line of 1550 nm" in str(caught.value)

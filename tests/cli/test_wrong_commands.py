@@ -20,6 +20,7 @@ from .conftest import SCENE
 TABLE = Path(__file__).parents[1] / "data" / "wrong-commands.txt"
 FILES = {
     "small.yaml": SCENE,
+    "list.yaml": "camsim: scene/1\nsensor: d40-like\nscene: [photos/no 0.jpg]\n",
     "set.yaml": "camsim: dataset/1\nscene: [photos/no 0.jpg]\ncrops: {rows: 4, cols: 4}\n",
     "study.yaml": "camsim: study/1\nscene: photos/no 1.jpg\nvary: {exposure.iso: [200, 400]}\n",
     "globs.yaml": "camsim: dataset/1\nscene: flat-field\ncrops: {rows: 4, cols: 4}\n"

@@ -151,5 +151,5 @@ def made_light(name, height_um, folder):
 def test_what_a_round_cone_cannot_show_is_refused_with_the_place():
     traced = made("rims")
     with pytest.raises(InputError, match=r"^'rims\.zmx' has no circle .* mm from the axis, .*--mtf-within 0\.0\d+"):
-        traced.judge(1e-4, "rims.zmx")
-    traced.judge(0.01, "rims.zmx")
+        traced.check_mtf(1e-4, "rims.zmx")
+    traced.check_mtf(0.01, "rims.zmx")

@@ -13,7 +13,7 @@ from camsim.optics import FieldLens, OpticalSystem, Wavefront
 from camsim.rendering.bending import undistorted
 from camsim.rendering.render import render_channels
 from camsim.spectra.named import illuminant
-from tests.truth import picture, waves
+from tests.truth import field_lens, picture
 
 NM, N, PITCH_UM = 550.0, 5.6, 4.0
 RADIUS_UM = 10_000.0
@@ -112,47 +112,30 @@ def rendered(lens, scene, grid, tolerance=1e-4, wavelength_nm=NM, **more):
     return camsim.render(scene, [lens, PHOTOSITE], grid, wavelength_nm=wavelength_nm, tolerance=tolerance, **more)
 
 
-def truth_at(
-    corners, place_um, row_x: float, row_y: float, tilt_um: float, nm=(NM,), light=(1.0,), longer=None
-) -> float:
-    """One photosite by a sum over its own pupil; x and y in pitches, the scene's corners too.
-
-    nm, light : wavelengths, and how much of the signal each has;  longer: of nm, how much longer its paths are
-    """
-    height, angle = math.hypot(*place_um), math.atan2(place_um[1], place_um[0])
-    one = coefficients(height) | {2: tilt_um / (4.0 * N * NM / 1e3)}
-    turned: dict[int, float] = {}
-    for (radial, m), index, opposite in (((2, 0), 4, 4), ((2, 2), 5, 3), ((3, 1), 8, 7), ((1, 1), 2, 1)):
-        assert radial >= m
-        turned[index] = one[index] * math.cos(m * angle)
-        if m:
-            turned[opposite] = one[index] * math.sin(m * angle)
-    openings = []
-    for each_nm in nm:
-        lens = {"pupil": {"shape": "circular", "obstruction": 0.0}, "reference_nm": NM}
-        times = 1.0 if longer is None else 1.0 + float(longer(each_nm))
-        lens |= {"zernike_waves": [(index, times * waves_own) for index, waves_own in turned.items()]}
-        openings.append(waves.Opening(lens | {"f_number": N, "defocus_um": 0.0, "blur": N * 1e-3 / PITCH_UM}, each_nm))
+def truth_at(corners_um, place_um, nm=(NM,), light=(1.0,), **lens) -> float:
+    """One photosite by a sum over its own pupil, in pitches;  nm, light: wavelengths, and how much each has of it."""
+    rows = [list(coefficients(height_um).values()) for height_um in HEIGHTS_UM]
+    one = {"blur": N * NM / 1e3 / PITCH_UM, "wavelength_nm": [NM], "zernike": [4, 5, 8], "waves": [rows]} | lens
+    one["heights"] = [height_um / PITCH_UM for height_um in HEIGHTS_UM]
+    corners = corners_um / PITCH_UM
     pieces = [picture.Piece(tuple(a), tuple(b), 0, -1) for a, b in zip(corners, np.roll(corners, -1, 0), strict=True)]
-    jumps = np.tile(-0.8 * np.asarray(light), (len(pieces), 1))
-    summed = waves.WaveTruth(pieces, openings, jumps, {"kind": "square", "side": 1.0}, None)
-    values, error = summed.values(np.array([row_x]), np.array([row_y]))
+    jumps, photosite = np.tile(-0.8 * np.asarray(light), (len(pieces), 1)), {"kind": "square", "side": 1.0}
+    truth = field_lens.PlacedTruth(one, pieces, jumps, photosite, None, nm=nm, reference_nm=NM)
+    value, error = truth.value(np.array(place_um) / PITCH_UM)
     assert error < 1e-8
-    return 1.0 + float(values.ravel()[0])
+    return 1.0 + value
 
 
 def test_photosites_see_through_the_patterns_of_their_own_places():
     grid, tolerance = window(), 1e-4
     corners_um = OUTLINE_UM + middle_um(grid)
-    lateral = [[3.0 * h / RADIUS_UM for h in HEIGHTS_UM]]
+    lateral = np.array([[3.0 * h / RADIUS_UM for h in HEIGHTS_UM]])
     found = rendered(revolved(lateral_colour_um=lateral), polygon(corners_um), grid, tolerance)
     assert found.error_estimate <= tolerance
     x0, y0 = grid.first_centre
     for row, col in ((4, 9), (SIZE - 1, 2)):
         place_um = PITCH_UM * (x0 + col), PITCH_UM * (y0 + row)
-        tilt_um = 3.0 * math.hypot(*place_um) / RADIUS_UM
-        # About the photosite's own place: coordinates of the frame have few digits left.
-        right = truth_at((corners_um - np.array(place_um)) / PITCH_UM, place_um, 0.0, 0.0, tilt_um)
+        right = truth_at(corners_um, place_um, lateral=(lateral / PITCH_UM).tolist())
         assert abs(found.image[row, col] - right) <= tolerance
 
 
@@ -165,7 +148,7 @@ def test_scenes_smaller_than_the_pattern_do_not_repeat():
     x0, y0 = grid.first_centre
     for row, col in ((0, 6), (12, 14)):
         place_um = PITCH_UM * (x0 + col), PITCH_UM * (y0 + row)
-        right = truth_at((corners_um - np.array(place_um)) / PITCH_UM, place_um, 0.0, 0.0, 0.0)
+        right = truth_at(corners_um, place_um)
         assert abs(found.image[row, col] - right) <= tolerance
 
 
@@ -191,9 +174,9 @@ def test_daylight_behind_bayer_filters_is_what_sums_over_every_wavelength_are():
         return 0.4 * (at_nm - 550.0) * (at_nm - 440.0) / 2.0e4
 
     rows = np.array([list(coefficients(height_um).values()) for height_um in HEIGHTS_UM])
-    lens = revolved(
-        wavelength_nm=known.tolist(), waves=[((1.0 + longer(each)) * NM / each * rows).tolist() for each in known]
-    )
+    told = {"wavelength_nm": known.tolist()}
+    told["waves"] = [((1.0 + longer(each)) * NM / each * rows).tolist() for each in known]
+    lens = revolved(**told)
     grid = window()
     corners_um = OUTLINE_UM + middle_um(grid)
     channel = np.zeros((SIZE, SIZE), np.uint8)
@@ -208,19 +191,8 @@ def test_daylight_behind_bayer_filters_is_what_sums_over_every_wavelength_are():
     for row, col in ((4, 8), (11, 3)):  # red and blue
         place_um = PITCH_UM * (x0 + col), PITCH_UM * (y0 + row)
         light = response[channel[row, col]]
-        corners = (corners_um - np.array(place_um)) / PITCH_UM
-        right = truth_at(corners, place_um, 0.0, 0.0, 0.0, nm, light, longer)
+        right = truth_at(corners_um, place_um, nm, light, **told)
         assert abs(found.image[row, col] - right) <= tolerance
-
-
-def test_the_same_everywhere_is_a_plain_lens():
-    everywhere = FieldLens(
-        f_number=N, wavelength_nm=[NM], zernike=[4, 7], waves=[[[[0.1, 0.05]]]], x_um=[0.0], y_um=[0.0]
-    )
-    plain = Wavefront(f_number=N, zernike_waves={4: 0.1, 7: 0.05}, reference_nm=NM)
-    grid = window()
-    scene = polygon(OUTLINE_UM + middle_um(grid))
-    assert np.abs(rendered(everywhere, scene, grid).image - rendered(plain, scene, grid).image).max() <= 1e-4
 
 
 def test_scene_and_lens_turned_turn_the_image():
@@ -279,7 +251,7 @@ def test_a_barrel_draws_in_what_lies_beyond_its_last_height():
     assert np.abs(bent - right).max() <= 2e-4
 
 
-@pytest.mark.parametrize("powers", [(-0.08,), (-0.3,), (0.05, -0.2), (0.1,)])
+@pytest.mark.parametrize("powers", [(-0.3,), (0.05, -0.2), (0.1,)])
 def test_what_falls_at_a_windows_corner_lies_in_the_window_before_distortion(powers):
     lens = revolved(distortion_powers=powers, zernike=[4], waves=[[[0.0]] * len(HEIGHTS_UM)])
     grid = window((int(SIDE / 2 + 0.85 * RADIUS_UM / PITCH_UM), SIDE // 2 - 40), 30)
@@ -425,11 +397,9 @@ def test_an_outline_that_closes_smoothly_is_no_line():
     assert found.error_estimate < 1e-2
 
 
-@pytest.mark.parametrize("worst", ["nearest to the axis", "half way", "farthest", "where low orders are small"])
+@pytest.mark.parametrize("worst", ["nearest to the axis", "where low orders are small"])
 def test_wavefronts_that_are_steepest_at_one_radius(worst):
-    high = {"nearest to the axis": [0.4, 0.1, 0.0, 0.0], "half way": [0.0, 0.4, 0.0, 0.0], "farthest": [0, 0, 0, 0.4]}
-    high = high.get(worst, [0.0, 0.0, 0.25, 0.0])
-    low = [0.6, 0.6, 0.1, 0.6] if worst.startswith("where") else [0.1] * 4
+    low, high = ([0.6, 0.6, 0.1, 0.6], [0, 0, 0.25, 0]) if worst.startswith("where") else ([0.1] * 4, [0.4, 0.1, 0, 0])
     lens = FieldLens(
         f_number=4.0,
         wavelength_nm=[NM],
@@ -442,7 +412,7 @@ def test_wavefronts_that_are_steepest_at_one_radius(worst):
     scene, photosite = camsim.Scene(background=1.0, shapes=[bar]), camsim.SquarePhotosite(side_um=0.0)
     found = camsim.render(scene, [lens, photosite], grid, wavelength_nm=NM, tolerance=1e-5)
     assert found.error_estimate <= 1e-5
-    for col in (0, 3, 6):
+    for col in (0, 6):
         x0, y0 = grid.first_centre
         one = camsim.Grid(rows=1, cols=1, pitch_um=10.0, origin=(8, 8 + col), frame=(16, 16))
         optics = [lens.at(10.0 * (x0 + col), 10.0 * y0), photosite]
@@ -450,7 +420,7 @@ def test_wavefronts_that_are_steepest_at_one_radius(worst):
         assert abs(found.image[0, col] - right[0, 0]) <= 1e-5
 
 
-@pytest.mark.parametrize(("zernike", "many_waves"), [(24, 1.0), (24, 2.0), (14, 1.0), (27, 1.0), (44, 0.6)])
+@pytest.mark.parametrize(("zernike", "many_waves"), [(24, 1.0), (44, 0.6)])
 def test_a_single_term_of_high_order(zernike, many_waves):
     """Photosites of one place see what they do behind a plain lens with the wavefront of that place."""
     rows = [[many_waves * height_um / RADIUS_UM] for height_um in HEIGHTS_UM]
@@ -467,16 +437,6 @@ def test_a_tolerance_finer_than_is_kept_is_refused():
     grid = window(size=2)
     with pytest.raises(InvalidValueError, match=r"tolerance: 1e-11 is finer than a lens that changes over the frame"):
         rendered(revolved(), polygon(OUTLINE_UM + middle_um(grid)), grid, 1e-11)
-
-
-def test_a_lens_that_only_distorts_has_no_aberrations():
-    lens = revolved(zernike=[], waves=[[[] for _ in HEIGHTS_UM]], distortion_powers=(-0.02,))
-    grid = window(size=2)
-    scene = polygon(OUTLINE_UM + middle_um(grid))
-    found = rendered(lens, scene, grid, 1e-4)
-    right = rendered(lens, scene, grid, 1e-5).image
-    assert np.abs(found.image - right).max() <= 1e-4
-    assert found.error_estimate <= 1e-4
 
 
 @pytest.mark.parametrize("through", [(0.0, 0.0), (7.0, -3.0)])

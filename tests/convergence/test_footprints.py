@@ -33,7 +33,7 @@ def rendered(optics, tolerance, method):
 
 @pytest.mark.parametrize(
     ("footprint", "f_number"),
-    [(one, n) for i, one in enumerate(FOOTPRINTS) for k, n in enumerate((2.8, 8.0, 22.0)) if (i + k) % 3],
+    [(one, n) for i, one in enumerate(FOOTPRINTS) for k, n in enumerate((2.8, 22.0)) if (i + k) % 2],
 )
 def test_any_footprint(footprint, f_number):
     optics = [camsim.Airy(f_number=f_number), *FOOTPRINTS[footprint]]
@@ -53,9 +53,18 @@ def fields(x_um, y_um):
     }
 
 
-@pytest.mark.parametrize("kind", list(fields(0.0, 0.0)))
-@pytest.mark.parametrize("waves", [{4: 0.0}, {8: 0.1, 4: 0.05}], ids=["round", "coma"])
-@pytest.mark.parametrize(("plates", "split"), [("two", 75.0), ("four", 25.0), ("four", 11.3)])
+ROUND, COMA = {4: 0.0}, {8: 0.1, 4: 0.05}
+
+
+@pytest.mark.parametrize(
+    ("kind", "waves", "plates", "split"),
+    [
+        ("picture", COMA, "two", 75.0),
+        ("picture", ROUND, "four", 11.3),
+        ("gradient", COMA, "four", 25.0),
+        ("point", ROUND, "four", 25.0),
+    ],
+)
 def test_spots_far_apart(kind, waves, plates, split):
     """Of right images the estimate was up to 13 000: they are the mean of those at every spot."""
     olpf = (camsim.TwoSpotOlpf if plates == "two" else camsim.FourSpotOlpf)(split_um=4.0 * split)
@@ -65,14 +74,13 @@ def test_spots_far_apart(kind, waves, plates, split):
         scene = camsim.Scene(background=0.4, shapes=[fields(*at)[kind]])
         return camsim.render(scene, optics, GRID, wavelength_nm=550.0, tolerance=tolerance)
 
-    mean = np.mean([seen([lens, photosite], at, 1e-6).image for at in olpf.spots_um().tolist()], axis=0)
+    mean = np.mean([seen([lens, photosite], at, 1e-5).image for at in olpf.spots_um().tolist()], axis=0)
     found = seen([lens, olpf, photosite], (0.0, 0.0), 1e-4)
     assert np.abs(found.image - mean).max() <= 0.5e-4
     assert found.error_estimate <= 0.5e-4
 
 
-@pytest.mark.parametrize("f_number", [1.4, 8.0, 22.0])
-@pytest.mark.parametrize("obstruction", [0.05, 0.3, 0.6])
+@pytest.mark.parametrize(("f_number", "obstruction"), [(1.4, 0.3), (8.0, 0.6), (22.0, 0.05)])
 def test_central_obstruction(f_number, obstruction):
     optics = [camsim.AnnularAiry(f_number=f_number, obstruction=obstruction), camsim.SquarePhotosite(side_um=4.0)]
     exact = rendered(optics, 1e-7, "fourier").image

@@ -38,24 +38,14 @@ def keeps(system, *tolerances, method="auto"):
 
 @pytest.mark.parametrize("photosite", PHOTOSITES)
 @pytest.mark.parametrize("olpf", OLPFS)
-@pytest.mark.parametrize("rotate_deg", [0.0, 45.0, 20.0])
+@pytest.mark.parametrize("rotate_deg", [0.0, 20.0])
 def test_photosites_straight_off_edges_and_corners(photosite, olpf, rotate_deg):
     """Sides on photosites' centres, spots beside them; odd and even frames, both alignments."""
     across, down = OLPFS[olpf]
     spots = {"split": across, "split_y": down, "rotate_deg": rotate_deg}
-    rows = 12 + (list(PHOTOSITES).index(photosite) + list(OLPFS).index(olpf) + (rotate_deg == 45.0)) % 2
+    rows = 12 + (list(PHOTOSITES).index(photosite) + list(OLPFS).index(olpf) + (rotate_deg == 20.0)) % 2
     system = system_of([RECTANGLE], 0.7, photosite=PHOTOSITES[photosite], olpf=spots, rows=rows, cols=13)
     keeps(system | {"pitch_um": 1.0}, 1e-6, method="boundary")
-
-
-@pytest.mark.parametrize("sigma", [0.5, 3.0, 6.0, 27.0])
-@pytest.mark.parametrize(
-    "photosite", [POINT, SQUARE, {"kind": "circle", "diameter": 1.0}], ids=["point", "square", "circle"]
-)
-def test_gaussians_larger_than_the_frame(sigma, photosite):
-    """1e-3 off by the Fourier engine at any tolerance: its taper took all light for that of an Airy pattern's rings."""
-    system = system_of([RECTANGLE], sigma, photosite=photosite, rows=3, cols=4)
-    keeps(system | {"lens": {"kind": "gaussian", "blur": sigma}}, 1e-3, 1e-6, 1e-8, method="fourier")
 
 
 def wavefront(blur, pupil, waves=()):
@@ -63,32 +53,159 @@ def wavefront(blur, pupil, waves=()):
     return {"kind": "wavefront", "blur": blur, "pupil": opening, "zernike_waves": waves, "defocus_waves": 0.0}
 
 
-@pytest.mark.parametrize(
-    ("waves", "rotate_deg"),
-    [([[22, 0.1]], 30.0), ([[24, 0.08], [27, -0.05]], 0.0), ([[40, 0.05]], 0.0), ([[38, 0.03], [44, 0.05]], 30.0)],
-)
+@pytest.mark.parametrize(("waves", "rotate_deg"), [([[22, 0.1]], 30.0), ([[40, 0.05]], 0.0)])
 def test_high_orders_in_the_corners_of_a_square_pupil(waves, rotate_deg):
     """Up to 700 times the tolerance: beyond the unit circle order 8 grows as r⁸, 16 in the corners.
 
-    The third, of 3.7 waves rms over the square, is refused.
+    The second, of 3.7 waves rms over the square, is refused.
     """
-    system = system_of([RECTANGLE], 0.8, rows=5, cols=5)
+    system = system_of([RECTANGLE | {"width": 3.0, "height": 2.0}], 0.8, rows=3, cols=3)
     system |= {"lens": wavefront(0.8, {"shape": "square", "rotate_deg": rotate_deg}, waves)}
     if waves == [[40, 0.05]]:
         with pytest.raises(UnsupportedError, match="turns too often over the pupil; give fewer waves"):
-            keeps(system, 1e-5)
+            systems.rendered(system, tolerance=1e-5)
     else:
         keeps(system, 1e-5)
 
 
-def test_a_disc_under_a_square_pupil():
-    """1.6e-5 off at 1e-6: sides short enough for λN along the pupil's sides, and not along its diagonals.
+def disc(radius, x, y, reflectance=0.0):
+    return {"kind": "disc", "radius": radius, "centre": [x, y], "reflectance": reflectance}
 
-    The rim runs along y where the photosites lie, and so does one of the pupil's diagonals.
-    """
-    disc = {"kind": "disc", "radius": 15.0, "centre": [15.0, 0.0], "reflectance": 0.0}
-    system = system_of([disc], 0.5, photosite=POINT, rows=3, cols=3)
-    keeps(system | {"lens": wavefront(0.5, {"shape": "square", "rotate_deg": 45.0})}, 1e-5)
+
+def gaussian(sigma):
+    return {"lens": {"kind": "gaussian", "blur": sigma}}
+
+
+def annular(blur, obstruction):
+    return {"lens": {"kind": "annular", "blur": blur, "obstruction": obstruction}}
+
+
+def touching(*discs):
+    """Discs x, y, radius, and a side that touches some of them."""
+    side = {"kind": "polygon", "points": [[-3.0, 1.0], [2.0, 1.0], [2.0, 3.0]], "reflectance": 0.1}
+    each = [disc(r, x, y, 0.3 + 0.3 * k) for k, (x, y, r) in enumerate(discs)]
+    return system_of([*each, side], 1.2, photosite=SQUARE, rows=3, cols=4)
+
+
+def outlined(rule, *outline):
+    shape = {"kind": "path", "rule": rule, "outlines": [outline], "reflectance": 0.0}
+    return system_of([shape], 8.0, photosite=SQUARE, rows=3, cols=4)
+
+
+PLATE = {"split": 0.0, "split_y": 0.75, "rotate_deg": 90.0}
+ELLIPSE = {"kind": "ellipse", "centre": [0.5, -0.8], "radii": [0.8, 0.4], "rotate_deg": 105.0, "reflectance": 0.0}
+CAPSULE = {"kind": "capsule", "points": [[-1.5, -0.5], [0.2, 1.0]], "width": 1.1, "reflectance": 0.65}
+SLIVER = {"kind": "ellipse", "centre": [1.06, -0.04], "radii": [0.59, 0.015], "rotate_deg": 0.0, "reflectance": 0.1}
+SECTOR = {"kind": "sector", "centre": [-0.5, -1.0], "radius": 2.5, "inner": 1.9, "from_deg": 38.0, "turn_deg": 250.0}
+SMALL_RING = {"kind": "ring", "centre": [9.0, 3.0], "radius": 0.5, "inner": 0.25, "reflectance": 0.0}
+RING = {"kind": "ring", "centre": [-2.19, -0.13], "radius": 5.09, "inner": 2.54, "reflectance": 0.0}
+QUARTER = RECTANGLE | {"width": 0.5, "height": 1.0, "centre": [0.25, 0.5], "reflectance": 0.88}
+BESIDE = RECTANGLE | {"width": 3.0, "height": 2.0, "centre": [9.0, -3.0], "reflectance": 1.0}
+TURNED = {"kind": "polygon", "points": [[2.39, -0.39], [2.51, 5.01], [-2.9, 5.12], [-3.01, -0.28]], "reflectance": 1.0}
+DARK_MIDDLE = {"kind": "curve", "frequency": [0.0, 0.3, 0.4, 0.8, 1.0], "values": [1.0, 0.55, 0.1, -0.4, 0.0]}
+FOUR = {"split": 0.5, "split_y": 0.5, "rotate_deg": 0.0}
+LOOP = [-3.0, -1.0], [[6.0, 4.0], [-6.0, 4.0], [3.0, -1.0]]
+NEIGHBOURS = [0.0, -2.0], [[-1.0, -4.0], [-3.0, -4.0], [-2.0, 1.0]], [[-3.5, -3.0], [2.0, -3.5], [-2.2, -2.4]]
+BY_LINE = [-2.0, 0.0], [[2.0, 0.0]], [[2.0, 3.0], [0.0, -2.0], [-2.0, 1.0]]
+
+
+def narrow(sigma):
+    photosite = {"kind": "square", "side": 0.674}
+    return system_of([QUARTER], sigma, photosite=photosite, olpf=PLATE, rows=3, cols=4) | gaussian(sigma)
+
+
+def meeting(obstruction):
+    system = system_of([RING, BESIDE], 0.43, photosite={"kind": "square", "side": 0.5}, rows=6, cols=11)
+    return system | annular(0.43, obstruction) | {"background": 0.18}
+
+
+def slow(obstruction, olpf=None):
+    system = system_of([TURNED], 0.0532, photosite=SQUARE, olpf=olpf, rows=5, cols=2)
+    return system | annular(0.0532, obstruction) | {"pitch_um": 1.0}
+
+
+def cut_rim():
+    square = RECTANGLE | {"centre": [-6.961274387506892, -12.545223757140725], "rotate_deg": 92.37468300022111}
+    square |= {"width": 9.50222514992246, "height": 9.50222514992246, "reflectance": 0.79}
+    shapes = [square, disc(16.466552265758697, 9.453439185115037, -11.824421552208454, 0.04)]
+    olpf = {"split": 0.75, "split_y": 0.05259295200402053, "rotate_deg": 90.0}
+    photosite = {"kind": "square", "side": 0.75}
+    system = system_of(shapes, 3.0373047123140213, photosite=photosite, olpf=olpf, rows=30, cols=18)
+    system["grid"] |= {"origin": [0, 16], "frame": [47, 45]}
+    return system | {"background": 0.16}
+
+
+# What was once wrong, with the figure by which it was; the system, its tolerances, and the method.
+ONCE_WRONG = {
+    # 1e-3 off at any tolerance: the Fourier engine's taper took all light for that of an Airy pattern's rings.
+    **{
+        f"gaussian larger than the frame, {sigma}": (
+            system_of([RECTANGLE], sigma, photosite=photosite, rows=3, cols=4) | gaussian(sigma),
+            *((1e-3, 1e-8), "fourier"),
+        )
+        for sigma, photosite in ((0.5, POINT), (6.0, SQUARE), (27.0, {"kind": "circle", "diameter": 1.0}))
+    },
+    # 1.6e-5 off at 1e-6: sides short enough for λN along the pupil's sides, and not along its diagonals. The rim runs
+    # along y where the photosites lie, and so does one of the pupil's diagonals.
+    "disc under a square pupil": (
+        system_of([disc(7.0, 7.0, 0.0)], 0.5, photosite=POINT, rows=2, cols=3)
+        | {"lens": wavefront(0.5, {"shape": "square", "rotate_deg": 45.0})},
+        *((1e-5,), "auto"),
+    ),
+    # The check said 0.04 of a picture that was right: it asked what lies beside a circle where another touches it.
+    "discs that touch inside": (touching((0.0, -1.0, 1.0), (1.0, -1.0, 2.0)), (1e-7,), "auto"),
+    "outside": (touching((-1.0, 0.0, 1.0), (1.0, 0.0, 1.0)), (1e-7,), "auto"),
+    "at a circle's beginning": (touching((-1.0, 0.0, 2.0), (-3.0, 0.0, 4.0), (3.0, 0.0, 2.0)), (1e-7,), "auto"),
+    "small on large": (touching((1.0, -1.0, 2.0), (0.0, -1.0, 1.0)), (1e-7,), "auto"),
+    # 1e-10 … 3e-8 off at any tolerance: sides of an ellipse crowded at its end, or long ones beside a cut.
+    **{
+        f"ellipses beside circles and cut ones, {k}": (
+            system_of(shapes, 0.23, photosite=POINT, rows=3, cols=4),
+            *((1e-6, 1e-8), "fourier"),
+        )
+        for k, shapes in enumerate(([CAPSULE, ELLIPSE], [RECTANGLE | {"width": 3.0}, SLIVER]))
+    },
+    # The check was 9e-8 off: a whole circle, small and far away, was taken for a short arc. The picture was right.
+    "small circles far outside": (system_of([SMALL_RING], 0.27, rows=3, cols=3) | gaussian(0.27), (1e-8,), "auto"),
+    # 4.5 of the tolerance: an edge's end was far from a photosite's middle, and near one of its spots.
+    "gaussian narrower than the footprint": (narrow(0.1), (1e-2, 1e-3), "boundary"),
+    "a little narrower": (narrow(0.22), (1e-2, 1e-3), "boundary"),
+    # 300 times the tolerance: an inner arc, whose corners come backwards, had lost them all.
+    "an arc that turns the other way": (
+        system_of([SECTOR | {"reflectance": 0.2}], 0.47, rows=4, cols=3),
+        (1e-7,),
+        "auto",
+    ),
+    # 18 times the tolerance: a pattern's middle was taken for its brightest place, and it was below 0.
+    "a pattern whose middle is dark": (
+        system_of([disc(2.7, 1.7, 1.74, 0.4)], 10.3, photosite=POINT, rows=1, cols=2)
+        | {"lens": DARK_MIDDLE | {"blur": 10.3}},
+        *((1e-8,), "fourier"),
+    ),
+    # 1.8 of the tolerance: rules for short sides followed high frequencies, and lost to low ones alike.
+    "a disc within a wide gaussian": (
+        system_of([disc(4.3, 2.7, -0.6, 0.2)], 6.3, photosite=POINT, rows=8, cols=2) | gaussian(6.3),
+        *((1e-3, 4e-6, 1e-7), "boundary"),
+    ),
+    # 1.3 times the tolerance, unseen: stretches shorter than a side had no corner, and those beside one lay apart.
+    "a rim cut where its sides change": (cut_rim(), (3e-3, 1e-3), "boundary"),
+    # 4.9 times the tolerance, unseen: zones added rings by series that hold from ten inner rings on.
+    "rings that meet near, a small hole": (meeting(0.05), (3.6e-3, 4e-4), "boundary"),
+    "rings that meet near, a large hole": (meeting(0.6), (2e-3,), "boundary"),
+    # 5e-5 off at 5e-8: rounding in harmonics that a slow ring has not, grown by e^2mθ, m of fast ones.
+    "slow rings": (slow(0.95), (5e-8,), "boundary"),
+    "slow rings and spots": (slow(0.8, FOUR), (5e-8,), "boundary"),
+    # 1.7e-9 off at 2.5e-10: where a curve crossed itself or the next one its sides were as long as elsewhere.
+    "a curve that crosses itself": (outlined("nonzero", *LOOP), (1e-8,), "auto"),
+    "curves that cross where they meet": (outlined("evenodd", *NEIGHBOURS), (1e-8,), "auto"),
+    "a curve that crosses a line beside it": (outlined("nonzero", *BY_LINE), (1e-8,), "auto"),
+}
+
+
+@pytest.mark.parametrize("name", ONCE_WRONG)
+def test_what_was_once_wrong(name):
+    system, tolerances, method = ONCE_WRONG[name]
+    keeps(system, *tolerances, method=method)
 
 
 BUMP = {
@@ -104,34 +221,13 @@ STAR = [[-1.0, -1.0], [0.0, -0.3], [1.0, -1.0], [0.3, 0.0], [1.0, 1.0], [0.0, 0.
 @pytest.mark.parametrize("points", [SQUARE_SIDES, STAR], ids=["square", "star"])
 def test_outlines_far_outside_under_a_transfer_that_swings(points):
     """5.6e-5 off at 6e-10: where the encircled energy comes back to 1 an outline was dropped, at any tolerance."""
-    at = np.arange(4.0, 16.0, 0.75)
-    for x in at:
+    for x in np.arange(4.0, 16.0, 1.5):
         shape = {"kind": "polygon", "points": [[a + x, b + 0.3 * x] for a, b in points], "reflectance": 1.0}
         system = system_of([shape], 1.06, photosite=SQUARE, rows=2, cols=2)
         keeps(system | {"lens": BUMP}, 1e-5, 1e-8, method="fourier")
 
 
-DISCS_THAT_TOUCH = {
-    "inside": [(0.0, -1.0, 1.0), (1.0, -1.0, 2.0)],
-    "outside": [(-1.0, 0.0, 1.0), (1.0, 0.0, 1.0)],
-    "at a circle's beginning": [(-1.0, 0.0, 2.0), (-3.0, 0.0, 4.0), (3.0, 0.0, 2.0)],
-    "small on large": [(1.0, -1.0, 2.0), (0.0, -1.0, 1.0)],
-}
-
-
-@pytest.mark.parametrize("discs", DISCS_THAT_TOUCH)
-def test_discs_that_touch(discs):
-    """The check said 0.04 of a picture that was right: it asked what lies beside a circle where another touches it."""
-    shapes = [
-        {"kind": "disc", "radius": r, "centre": [x, y], "reflectance": 0.3 + 0.3 * k}
-        for k, (x, y, r) in enumerate(DISCS_THAT_TOUCH[discs])
-    ]
-    tangent = {"kind": "polygon", "points": [[-3.0, 1.0], [2.0, 1.0], [2.0, 3.0]], "reflectance": 0.1}
-    for more in ([], [tangent]):
-        keeps(system_of([*shapes, *more], 1.2, photosite=SQUARE, rows=3, cols=4), 1e-7)
-
-
-@pytest.mark.parametrize("turn_rad", np.linspace(0.05, 6.1, 8).tolist())
+@pytest.mark.parametrize("turn_rad", [0.05, 2.6, 4.4])
 def test_photosites_at_exactly_the_distance_from_which_edges_are_far(turn_rad):
     """2.9e-3 off at one photosite: 5 pitches by the hypotenuse, less by the root; all of an edge was left out.
 
@@ -154,65 +250,12 @@ def test_photosites_at_exactly_the_distance_from_which_edges_are_far(turn_rad):
     keeps(system, 1e-4, method="boundary")
 
 
-ELLIPSE = {"kind": "ellipse", "centre": [0.5, -0.8], "radii": [0.8, 0.4], "rotate_deg": 105.0, "reflectance": 0.0}
-CAPSULE = {"kind": "capsule", "points": [[-1.5, -0.5], [0.2, 1.0]], "width": 1.1, "reflectance": 0.65}
-SLIVER = {"kind": "ellipse", "centre": [1.06, -0.04], "radii": [0.59, 0.015], "rotate_deg": 0.0, "reflectance": 0.1}
-
-
-@pytest.mark.parametrize("shapes", [[CAPSULE, ELLIPSE], [ELLIPSE, CAPSULE], [RECTANGLE | {"width": 3.0}, SLIVER]])
-def test_ellipses_beside_circles_and_cut_ones(shapes):
-    """1e-10 … 3e-8 off at any tolerance: sides of an ellipse crowded at its end, or long ones beside a cut."""
-    system = system_of(shapes, 0.23, photosite=POINT, rows=3, cols=4)
-    keeps(system, 1e-6, 1e-8, method="fourier")
-
-
-def test_small_circles_far_outside():
-    """The check was 9e-8 off: a whole circle, small and far away, was taken for a short arc. The picture was right."""
-    ring = {"kind": "ring", "centre": [9.0, 3.0], "radius": 0.5, "inner": 0.25, "reflectance": 0.0}
-    system = system_of([ring], 0.27, rows=3, cols=3) | {"lens": {"kind": "gaussian", "blur": 0.27}}
-    keeps(system, 1e-8)
-
-
-@pytest.mark.parametrize("sigma", [0.1, 0.22, 0.5])
-def test_gaussians_narrower_than_the_footprint(sigma):
-    """4.5 of the tolerance was met: an edge's end was far from a photosite's middle, and near one of its spots."""
-    square, plate = {"kind": "square", "side": 0.674}, {"split": 0.0, "split_y": 0.75, "rotate_deg": 90.0}
-    shape = {"kind": "rectangle", "width": 0.5, "height": 1.0, "centre": [0.25, 0.5], "rotate_deg": 0.0}
-    system = system_of([shape | {"reflectance": 0.88}], sigma, photosite=square, olpf=plate, rows=3, cols=4)
-    keeps(system | {"lens": {"kind": "gaussian", "blur": sigma}}, 1e-2, 1e-3, method="boundary")
-
-
-@pytest.mark.parametrize("turn_deg", [90.0, 250.0])
-def test_arcs_that_turn_the_other_way(turn_deg):
-    """300 times the tolerance was met: an inner arc, whose corners come backwards, had lost them all."""
-    sector = {"kind": "sector", "centre": [-0.5, -1.0], "radius": 2.5, "inner": 1.9, "from_deg": 38.0}
-    system = system_of([sector | {"turn_deg": turn_deg, "reflectance": 0.2}], 0.47, rows=4, cols=3)
-    keeps(system, 1e-4, 1e-7)
-
-
-@pytest.mark.parametrize("blur", [1.0, 10.3])
-def test_a_disc_behind_a_transfer_that_makes_its_middle_dark(blur):
-    """18 times the tolerance was met: a pattern's middle was taken for its brightest place, and it was below 0."""
-    curve = {"kind": "curve", "frequency": [0.0, 0.3, 0.4, 0.8, 1.0], "values": [1.0, 0.55, 0.1, -0.4, 0.0]}
-    disc = {"kind": "disc", "radius": 2.7, "centre": [1.7, 1.74], "reflectance": 0.4}
-    system = system_of([disc], blur, photosite=POINT, rows=1, cols=2) | {"lens": curve | {"blur": blur}}
-    keeps(system, 1e-8, method="fourier")
-
-
 def test_a_huge_rectangle_behind_a_thin_ellipse():
     """1.1e-6 was said of a right image: the check took places 5e-4 apart for one, where coordinates are 5e6."""
     huge = {"kind": "polygon", "points": [[-0.5, -5.5e6], [-0.5, 3.3e6], [5.8e6, 3.3e6], [5.8e6, -5.5e6]]}
     thin = {"kind": "ellipse", "centre": [-0.67, -0.68], "radii": [1.0, 0.032], "rotate_deg": 30.0, "reflectance": 0.0}
     system = system_of([huge | {"reflectance": 0.2}, thin], 0.47, rows=2, cols=2)
     assert systems.rendered(system, tolerance=1e-7, method="boundary").error_estimate <= 1e-7
-
-
-@pytest.mark.parametrize("tolerance", [1e-3, 4e-6, 1e-7])
-def test_a_disc_within_a_wide_gaussian(tolerance):
-    """1.8 of the tolerance was met: rules for short sides followed high frequencies, and lost to low ones alike."""
-    disc = {"kind": "disc", "radius": 4.3, "centre": [2.7, -0.6], "reflectance": 0.2}
-    system = system_of([disc], 6.3, photosite=POINT, rows=8, cols=2) | {"lens": {"kind": "gaussian", "blur": 6.3}}
-    keeps(system, tolerance, method="boundary")
 
 
 FAR_LENSES = {
@@ -245,8 +288,7 @@ def test_scenery_far_away_of_photosites_of_any_shape(size, lens, photosite):
         assert systems.choice(system, tolerance=tolerance, method="fourier").cost.seconds < 2.0
 
 
-@pytest.mark.parametrize("radii", [[6.0, 0.63], [6.0, 0.2], [12.0, 2.0]])
-@pytest.mark.parametrize("blur", [0.5, 1.3226])
+@pytest.mark.parametrize(("radii", "blur"), [([6.0, 0.63], 0.5), ([6.0, 0.2], 1.3226), ([12.0, 2.0], 1.3226)])
 def test_a_thin_ellipse_within_a_blur(radii, blur):
     """1.7 times the tolerance, and less than a third of it by the estimate: sides grow from its tips on, and what each
     leaves where the next one is longer was looked at only where an outline is cut."""
@@ -259,8 +301,7 @@ def test_a_thin_ellipse_within_a_blur(radii, blur):
         assert np.abs(rendering.image - exact).max() <= 0.35 * tolerance
 
 
-@pytest.mark.parametrize("turned", [False, True])
-@pytest.mark.parametrize("sign", [-1.0, 1.0])
+@pytest.mark.parametrize(("turned", "sign"), [(False, -1.0), (True, 1.0)])
 def test_an_edge_that_only_the_outermost_photosites_see(turned, sign):
     """λN so small that all others see neither side of it: a table of its response is made all the same."""
     size, centre = (40.0, 10.0), (0.0, sign * 6.45)  # its side lies 0.05 before the last centres
@@ -308,7 +349,7 @@ def test_the_check_sees_a_piece_from_afar_that_all_its_listeners_are_near(tolera
     assert np.abs(again - right).max() <= 0.1 * tolerance
 
 
-@pytest.mark.parametrize("radius", [0.5, 0.8, 0.9, 2.5])
+@pytest.mark.parametrize("radius", [0.5, 0.9])
 def test_the_check_follows_rims_that_turn_within_a_wave(radius):
     """A false alarm of 2e-9 at any tolerance: half a circle shorter than a wave was given a straight piece's nodes."""
     disc = {"kind": "disc", "radius": radius, "centre": [8.6, 1.9], "reflectance": 0.0}
@@ -361,40 +402,12 @@ def test_lenses_that_change_over_the_frame(lens, shape, blur, tolerance):
     assert abs(rendering.image[0, 1] - 0.8 - exact) <= 0.5 * tolerance
 
 
-@pytest.mark.parametrize("tolerance", [3e-3, 1e-3])
-def test_a_rim_cut_where_its_sides_change(tolerance):
-    """1.3 times the tolerance, unseen: stretches shorter than a side had no corner, and those beside one lay apart."""
-    side, turned = 9.50222514992246, 92.37468300022111
-    middle = [-6.961274387506892, -12.545223757140725]
-    disc = {"kind": "disc", "radius": 16.466552265758697, "centre": [9.453439185115037, -11.824421552208454]}
-    shapes = [
-        RECTANGLE | {"width": side, "height": side, "centre": middle, "rotate_deg": turned, "reflectance": 0.79},
-        disc | {"reflectance": 0.04},
-    ]
-    olpf = {"split": 0.75, "split_y": 0.05259295200402053, "rotate_deg": 90.0}
-    square = {"kind": "square", "side": 0.75}
-    system = system_of(shapes, 3.0373047123140213, photosite=square, olpf=olpf, rows=30, cols=18)
-    system["grid"] |= {"origin": [0, 16], "frame": [47, 45]}
-    system["background"] = 0.16
-    keeps(system, tolerance, method="boundary")
-
-
-@pytest.mark.parametrize(("obstruction", "tolerance"), [(0.05, 3.6e-3), (0.05, 4e-4), (0.1, 4e-3), (0.6, 2e-3)])
-def test_where_rings_meet_nearer_than_their_series_hold(obstruction, tolerance):
-    """4.9 times the tolerance, unseen: zones added rings by series that hold from ten inner rings on."""
-    ring = {"kind": "ring", "centre": [-2.19, -0.13], "radius": 5.09, "inner": 2.54, "reflectance": 0.0}
-    other = RECTANGLE | {"width": 3.0, "height": 2.0, "centre": [9.0, -3.0], "reflectance": 1.0}
-    system = system_of([ring, other], 0.43, photosite={"kind": "square", "side": 0.5}, rows=6, cols=11)
-    system |= {"lens": {"kind": "annular", "blur": 0.43, "obstruction": obstruction}, "background": 0.18}
-    keeps(system, tolerance, method="boundary")
-
-
 def test_colours_that_spots_gather_from_farther_than_the_scene_is():
     """Wavelengths follow the rings as far as spots are from the scene, and not photosites' centres."""
     disc = {"kind": "disc", "radius": 0.2, "centre": [0.1, 0.05], "reflectance": 0.05}
     spots = {"split": 20.0, "split_y": 20.0, "rotate_deg": 0.0}
     system = system_of([disc], 0.55, photosite={"kind": "square", "side": 0.05}, olpf=spots, rows=1, cols=1)
-    nm = np.arange(400.0, 701.0, 2.0).tolist()
+    nm = np.arange(400.0, 701.0, 6.0).tolist()
     each = [systems.rendered(system | {"wavelength_nm": [item]}, tolerance=1e-8, method="boundary") for item in nm]
     exact = np.mean([one.image for one in each])
     system |= {"wavelength_nm": nm, "response": [[1.0 / len(nm)] * len(nm)]}
@@ -429,19 +442,6 @@ def test_lines_along_any_side_of_a_box_are_within_it(at, axis):
     assert (enters[0], leaves[0]) == (0.25, 0.5)
 
 
-LOOP = [[-3.0, -1.0], [[6.0, 4.0], [-6.0, 4.0], [3.0, -1.0]]]
-NEIGHBOURS = [[0.0, -2.0], [[-1.0, -4.0], [-3.0, -4.0], [-2.0, 1.0]], [[-3.5, -3.0], [2.0, -3.5], [-2.2, -2.4]]]
-BY_LINE = [[-2.0, 0.0], [[2.0, 0.0]], [[2.0, 3.0], [0.0, -2.0], [-2.0, 1.0]]]
-
-
-@pytest.mark.parametrize("rule", ["nonzero", "evenodd"])
-@pytest.mark.parametrize("outline", [LOOP, NEIGHBOURS, BY_LINE], ids=["itself", "neighbours", "a line beside it"])
-def test_curves_that_cross_what_they_touch(outline, rule):
-    """1.7e-9 off at 2.5e-10: where a curve crossed itself or the next one its sides were as long as elsewhere."""
-    shape = {"kind": "path", "rule": rule, "outlines": [outline], "reflectance": 0.0}
-    keeps(system_of([shape], 8.0, photosite=SQUARE, rows=3, cols=4), 1e-8)
-
-
 @pytest.mark.parametrize(("blur", "tolerance"), [(0.7, 1e-5), (1.76, 1e-4)])
 def test_fields_that_meet_at_their_corners(blur, tolerance):
     """1.2 times the tolerance, a tenth by the estimate: directions cancel at a checkerboard's corners, not rings."""
@@ -474,18 +474,7 @@ def test_a_small_hole_s_slow_rings(obstruction, blur, tolerance):
 
 
 FAR_CORNER = {"kind": "polygon", "points": [[-0.5, -1.0], [-0.5, 535.0], [954.0, 535.0], [954.0, -1.0]]}
-TURNED = {"kind": "polygon", "points": [[2.39, -0.39], [2.51, 5.01], [-2.9, 5.12], [-3.01, -0.28]]}
 KNEES = {"frequency": [0.0, 0.12, 0.36, 0.54, 0.94, 1.0], "values": [1.0, 0.945, 0.546, 0.496, 0.132, 0.0]}
-
-
-@pytest.mark.parametrize("obstruction", [0.5, 0.8, 0.9, 0.95])
-@pytest.mark.parametrize("olpf", [None, {"split": 0.5, "split_y": 0.5, "rotate_deg": 0.0}], ids=["bare", "four"])
-def test_slow_rings_go_as_far_off_the_real_axis_as_they_are_long(obstruction, olpf):
-    """5e-5 off at 5e-8: rounding in harmonics that a slow ring has not, grown by e^2mθ, m of fast ones."""
-    lens = {"kind": "annular", "blur": 0.0532, "obstruction": obstruction}
-    spots = {} if olpf is None else {"olpf": olpf}
-    system = system_of([TURNED | {"reflectance": 1.0}], 0.0532, photosite=SQUARE, rows=5, cols=2, **spots)
-    keeps(system | {"lens": lens, "pitch_um": 1.0}, 5e-8, method="boundary")
 
 
 SLOW = {
@@ -501,9 +490,6 @@ SLOW = {
         ("annular 0.9", 0.0357, 4e-5),
         ("annular 0.9", 0.2, 1.3e-6),
         ("annular 0.6", 0.2, 4e-5),
-        ("annular 0.6", 0.0357, 1.3e-6),
-        ("curve", 0.2, 4e-5),
-        ("curve", 0.2, 1.3e-6),
         ("curve", 0.0357, 1.3e-6),
     ],
 )
@@ -544,7 +530,7 @@ def test_sides_of_an_outline_that_is_cut(shape, over):
 
 @pytest.mark.parametrize(
     ("index", "towards_deg"),
-    [(4, 0.0), (8, 10.0), (9, 0.0), (20, 10.0), (54, 0.0), (54, 10.0), (104, 0.0)],
+    [(4, 0.0), (8, 10.0), (9, 0.0), (54, 10.0), (104, 0.0)],
 )
 def test_edges_that_go_straight_on_from_a_photosite(index, towards_deg):
     """Odd aberrations throw the rim's light to one side of an edge along it."""
@@ -579,3 +565,12 @@ def test_endless_wedges_show_what_symmetry_gives_them(index, wedges, share):
         found = camsim.render(scene, optics, grid, wavelength_nm=550.0, tolerance=tolerance)
         assert abs(found.image[0, 0] - share) <= tolerance
         assert found.error_estimate <= tolerance
+
+
+def test_an_obstruction_in_a_bladed_pupil():
+    """Where the obstruction's image meets a blade the transfer bends, in each direction elsewhere: it was refused."""
+    system = system_of([RECTANGLE], 0.8, rows=5, cols=5)
+    keeps(
+        system | {"lens": wavefront(0.8, {"shape": "bladed", "blades": 7, "rotate_deg": 10.0, "obstruction": 0.1})},
+        1e-4,
+    )

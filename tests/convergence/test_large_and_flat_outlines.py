@@ -38,8 +38,7 @@ def beside_a_rim(radius_um, off_um, sigma_um, size=12):
 
 
 @pytest.mark.parametrize("method", ["boundary", "fourier"])
-@pytest.mark.parametrize("tolerance", [1e-2, 1e-3])
-@pytest.mark.parametrize(("radius_um", "sigma_um"), [(3e4, 0.5), (3e5, 1.0), (3e7, 0.5)])
+@pytest.mark.parametrize(("radius_um", "sigma_um", "tolerance"), [(3e4, 0.5, 1e-2), (3e7, 0.5, 1e-3)])
 def test_rims_much_larger_than_the_frame(radius_um, sigma_um, tolerance, method):
     """0.65 of full scale off, and an estimate of 1e-4: a chord that began in the frame ended millimetres beyond it."""
     disc = camsim.Disc(radius_um=radius_um, centre_um=(radius_um + 0.3, 0.0), reflectance=0.9)
@@ -70,7 +69,7 @@ FLAT = {
 def test_flat_curves(shape, lens, monkeypatch):
     """Up to 0.2 of full scale off, honestly or not; sides of another length each time, against those of 1e-6."""
     right = render([shape], lens, 1e-6, method="fourier").image
-    for tolerance in (1e-2, 1e-3, 1e-4):
+    for tolerance in (1e-2, 1e-4):
         found = render([shape], lens, tolerance)
         assert np.abs(found.image - right).max() <= 0.5 * tolerance
         assert found.error_estimate <= tolerance
@@ -81,8 +80,7 @@ def test_flat_curves(shape, lens, monkeypatch):
     assert error <= 1e-3 or as_it_was.error_estimate >= 0.1 * error
 
 
-@pytest.mark.parametrize("apart_um", [0.05, 0.5])
-@pytest.mark.parametrize("towards_deg", [0.0, 5.0, 90.0])
+@pytest.mark.parametrize(("apart_um", "towards_deg"), [(0.05, 5.0), (0.5, 90.0)])
 def test_half_planes_side_by_side(towards_deg, apart_um):
     """Right, and called wrong by 0.2: their far ends, 10 km away, were one to the check and not one."""
     turn = np.radians(towards_deg)
@@ -95,7 +93,7 @@ def test_half_planes_side_by_side(towards_deg, apart_um):
     assert found.error_estimate <= 1e-6
 
 
-@pytest.mark.parametrize("turned_deg", [1e-13, 1e-12, 1e-11, 1e-10, 1e-9, 1e-8])
+@pytest.mark.parametrize("turned_deg", [1e-13, 1e-10, 1e-8])
 def test_outlines_that_are_all_but_one(turned_deg):
     """An estimate of 1.4 of four squares, each turned by 1e-10 degrees against the last."""
     squares = [
@@ -106,7 +104,7 @@ def test_outlines_that_are_all_but_one(turned_deg):
     assert found.error_estimate <= 1e-6
 
 
-@pytest.mark.parametrize("width_um", [2e-10, 2e-9, 2e-8, 2e-7])
+@pytest.mark.parametrize("width_um", [2e-10, 2e-7])
 def test_a_strip_along_a_half_planes_line(width_um):
     """An estimate of 0.1: the line is known to 1e-7 only, and the strip to 1e-14."""
     x = 0.5 * width_um
@@ -143,7 +141,7 @@ def test_straight_sides_that_are_given_as_curves(segment, method):
     assert curved.error_estimate <= 1e-6
 
 
-@pytest.mark.parametrize("long_nm", [2000.0, 3600.0, 1200.0])
+@pytest.mark.parametrize("long_nm", [2000.0, 3600.0])
 def test_wavelengths_that_are_in_step_every_quarter(long_nm):
     """1 : 5 and 1 : 9: at each place of the search for quiet one took the other away; 135 times the tolerance off."""
 
@@ -170,8 +168,7 @@ def test_wavelengths_that_are_in_step_every_quarter(long_nm):
         assert found.error_estimate <= tolerance
 
 
-@pytest.mark.parametrize("tolerance", [1e-6, 1e-8])
-@pytest.mark.parametrize("side_um", [4e-6, 4e-8, 1e-9])
+@pytest.mark.parametrize(("side_um", "tolerance"), [(4e-6, 1e-8), (1e-9, 1e-6)])
 def test_photosites_too_small_to_be_told_from_points(side_um, tolerance):
     """A slope was the difference of its two sides' interpolants, over the side: 3700 times the tolerance off."""
     corners = [(-12.8, -8.4), (8.4, -4.2), (-6.4, 12.8)]
@@ -199,9 +196,15 @@ TILTED = {
 }
 
 
-@pytest.mark.parametrize(("waves", "tolerance"), [((0.0, 1.5), 1e-2), ((-4.0, 6.0), 1e-3), ((35.0, -20.0), 1e-4)])
-@pytest.mark.parametrize("obstruction", [0.0, 0.3])
-@pytest.mark.parametrize("scene", TILTED)
+@pytest.mark.parametrize(
+    ("scene", "obstruction", "waves", "tolerance"),
+    [
+        ("picture", 0.3, (-4.0, 6.0), 1e-3),
+        ("gradient", 0.0, (35.0, -20.0), 1e-4),
+        ("point", 0.3, (35.0, -20.0), 1e-4),
+        ("disc", 0.0, (-4.0, 6.0), 1e-3),
+    ],
+)
 def test_a_tilt_is_a_move(scene, obstruction, waves, tolerance):
 
     def rendered(tilts, tolerance):

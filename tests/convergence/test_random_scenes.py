@@ -16,7 +16,7 @@ OUTLINES = {
     "arrow": [(-1, -0.8), (1, 0), (-1, 0.8), (-0.3, 0)],
     "sliver": [(-1, -0.01), (1, 0), (-1, 0.013)],
 }
-TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6)
+TOLERANCES = (1e-3, 1e-4, 1e-6)
 
 
 def random_case(rng):
@@ -41,7 +41,7 @@ def random_case(rng):
 @pytest.mark.parametrize("seed", range(4))
 def test_random_cases(seed):
     rng = np.random.default_rng(seed)
-    for _ in range(50):
+    for _ in range(20):
         system = random_case(rng)
         expected, unsure = systems.Truth(system).at(0, 0, target=1e-8)
         assert unsure < 2e-8

@@ -178,7 +178,7 @@ def test_as_much_as_is_said_to_be_believed_is(tmp_path: Path, name: str, content
 
 def test_a_large_file_is_believed_sixteenfold() -> None:
     refuse_bomb(MOST_RATIO << 30, 1 << 30)
-    with pytest.raises(InputError, match="and 16 times the file are not believed"):
+    with pytest.raises(InputError, match="and 16 times the file are refused"):
         refuse_bomb((MOST_RATIO << 30) + 1, 1 << 30)
 
 

@@ -194,7 +194,7 @@ def test_a_setting_without_its_frames_is_left_out(tmp_path: Path, put: Put, rng:
     put("dark", list(frames_at(rng, 0.0, 2)), time_s=0.01, iso=200)
     found = calibrated(tmp_path)
     assert [setting.iso for setting in found.settings] == [100.0]
-    assert any("ISO 200 is left out: has 0 levels of light" in note for note in found.notes)
+    assert any("ISO 200 is left out: has 0 levels of light" in note.text for note in found.notes)
     assert near(found.settings[0].electrons_per_dn, GAIN_E)
     assert near(found.read_noise_e, READ_E)
 
@@ -293,3 +293,37 @@ def test_a_profile_says_what_was_told(tmp_path: Path) -> None:
     assert sensor.adc.black_level_dn == round(found.black_dn.value)
     assert sensor.read_noise is not None
     assert sensor.read_noise.sigma_e == pytest.approx(found.read_noise_e.value, rel=1e-5)
+
+
+def test_images_of_both_gains_give_one_profile(tmp_path: Path, put: Put, rng: np.random.Generator) -> None:
+    """One charge of each exposure, read at 2 and at 0.4 electrons per data number."""
+
+    def shoot(kind: str, light_e: float, count: int, **stated: object) -> None:
+        for _ in range(count):
+            charge = rng.poisson(light_e, (SIDE, SIDE))
+            for read_out, gain_e, noise_e in (("low", GAIN_E, READ_E), ("high", 0.4, 1.6)):
+                read = charge + noise_e * rng.standard_normal((SIDE, SIDE))
+                codes = np.clip(np.rint(read / gain_e + BLACK), 0, 16383).astype(np.uint16)
+                put(kind, [codes], read_out=read_out, time_s=0.01, **stated)
+
+    for level in LEVELS_E[:4]:
+        shoot("flat", level, 2, exposure=level)
+    shoot("dark", 0.0, 8)
+    found = calibrated(tmp_path)
+    assert found.high is not None
+    path = tmp_path / "both.yaml"
+    path.write_text(profile_text(found, name="Both"), encoding="utf-8")
+    for one, read, gain_e, noise_e in zip(found.read_outs, ("low", "high"), (GAIN_E, 0.4), (READ_E, 1.6), strict=True):
+        assert near(one.settings[0].electrons_per_dn, gain_e)
+        assert near(one.read_noise_e, noise_e)
+        sensor = Sensor.from_yaml(path, overrides=[f"sensor.readout.dual_gain.read={read}"])
+        assert sensor.converter.electrons_per_dn == pytest.approx(gain_e, rel=0.03)
+    put("dark", list(frames_at(rng, 0.0, 1)), time_s=0.01)
+    with pytest.raises(CamsimError, match=r"'032.npy' does not say of which it is; give it in index.csv, column read_"):
+        calibrated(tmp_path)
+
+
+def test_a_law_beyond_those_that_are_fitted_has_errors(rng: np.random.Generator) -> None:
+    wild = np.rint(1000.0 + 3.0 * rng.standard_cauchy((8, 64, 64)).clip(-40, 40)).astype(np.int64)
+    found = fit_tails(list(wild), step_dn=1.0, normal_dn2=0.0)
+    assert all(np.isfinite(error) for error in found.errors.values())

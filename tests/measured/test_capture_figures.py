@@ -255,4 +255,4 @@ def test_gradients_behind_a_gaussian_of_any_size():
 def test_tables_beside_the_light_are_noted(key, what):
     table = "{wavelength_nm: [4000, 7000], values: [0.1, 0.4]}"
     frame = camsim.capture("flat-field", sensor="mono-345", overrides=["region={rows: 4, cols: 4}", f"{key}={table}"])
-    assert any(note.startswith(f"{what} is known from 4000 to 7000 nm") for note in frame.report.notes)
+    assert any(note.text.startswith(f"{what} is known from 4000 to 7000 nm") for note in frame.report.notes)

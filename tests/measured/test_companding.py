@@ -20,6 +20,7 @@ from camsim.measure.calibrate import calibrate, read_folder
 from camsim.measure.calibrate.likeness import side_by_side, simulated
 from camsim.measure.calibrate.profile_file import profile_text
 from camsim.measure.noise import measure_noise, take_shots
+from camsim.measure.noise.stack import Rounding, stack
 from camsim.measure.reading import picture_of_frame
 from camsim.sensor.companding import decoding, encoding
 
@@ -168,3 +169,15 @@ def test_a_profile_has_the_table_of_the_files(tmp_path: Path, rng: np.random.Gen
     assert sensor.adc.data_numbers(np.arange(table.size, dtype=np.uint16)).tolist() == table.tolist()
     sides = side_by_side(found.shots, simulated(found.shots, found, sensor), found)
     assert min(test.probability for side in sides for test in side.tests) > 1e-4
+
+
+@pytest.mark.parametrize("mean", [1400.0, 1560.0, 1600.0, 1640.0, 1800.0])
+@pytest.mark.parametrize("uneven", [0.0, 20.0])
+def test_rounding_where_codes_begin_to_lie_further_apart(mean: float, uneven: float) -> None:
+    """Codes 8 apart to 1600 and 32 apart from there on: their variance less that of rounding is the signal's."""
+    rng = np.random.default_rng(8)
+    noise = 30.0 * rng.standard_normal((8, 200, 200))
+    signal = mean + uneven * rng.standard_normal((200, 200)) + noise
+    codes = np.where(signal < 1600.0, 8.0 * np.rint(signal / 8.0), 1600.0 + 32.0 * np.rint((signal - 1600.0) / 32.0))
+    one = stack(list(codes.astype(np.int64)), np.ones((200, 200), bool), Rounding(step_dn=8.0))
+    assert one.variance_dn2 - one.coarser_dn2 - 64.0 / 12.0 == pytest.approx(noise.var(axis=0, ddof=1).mean(), rel=6e-3)

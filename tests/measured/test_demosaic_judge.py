@@ -12,7 +12,7 @@ from skimage.metrics import peak_signal_noise_ratio
 
 import camsim
 from camsim.files.preview import demosaic
-from camsim.measure.demosaic import compete, judge, methods, subject_of_capture
+from camsim.measure.demosaic import compete, evaluate, methods, subject_of_capture
 from camsim.measure.demosaic.artefacts import artefacts
 from camsim.measure.demosaic.methods import signal as balanced_signal
 from camsim.measure.demosaic.similarity import ms_ssim, psnr_db, ssim
@@ -31,7 +31,7 @@ def ahd():
 
 
 def faults(found, subject):
-    return [fault.name for fault in judge(found.astype(np.float32), subject, method="x")[0].faults]
+    return [fault.name for fault in evaluate(found.astype(np.float32), subject, method="x")[0].faults]
 
 
 def halved(image):
@@ -91,7 +91,7 @@ def test_likeness_is_that_of_the_papers():
 
 
 def test_an_identical_picture_is_infinitely_good(subject):
-    verdict, _ = judge(judged.frame().truth[..., :], subject, method="the truth in electrons")
+    verdict, _ = evaluate(judged.frame().truth[..., :], subject, method="the truth in electrons")
     assert verdict.identical
     assert math.isinf(verdict.cpsnr_db)
     assert (verdict.ssim, verdict.delta_e_mean, verdict.delta_e_95, verdict.zipper) == (1.0, 0.0, 0.0, 0.0)
@@ -142,9 +142,9 @@ def test_what_is_wrong_is_named(name, spoil, subject, ahd):
 
 @pytest.mark.parametrize("scale", [1.0, 65535.0, 3e-3])
 def test_scale_and_undone_white_balance_are_no_faults(scale, subject, ahd):
-    best = judge(ahd, subject, method="x", scale=subject.level)[0]
+    best = evaluate(ahd, subject, method="x", scale=subject.level)[0]
     for found in (ahd * scale, ahd * scale * subject.neutral):
-        verdict, _ = judge(found.astype(np.float32), subject, method="x")
+        verdict, _ = evaluate(found.astype(np.float32), subject, method="x")
         assert not verdict.faults
         assert verdict.cpsnr_db == pytest.approx(best.cpsnr_db, abs=0.05)
 
@@ -183,7 +183,7 @@ def test_the_four_phases_have_the_same_verdict():
         frame = judged.frame(phase)
         subject = subject_of_capture(judged.capture(phase), frame.truth)
         image = np.moveaxis(demosaic(balanced_signal(frame), frame.channel_index, 3), 0, 2)
-        found.append(judge(image, subject, method=phase, scale=subject.level)[0].cpsnr_db)
+        found.append(evaluate(image, subject, method=phase, scale=subject.level)[0].cpsnr_db)
     assert np.ptp(found) < 0.05
 
 

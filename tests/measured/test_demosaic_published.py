@@ -8,7 +8,7 @@ import pytest
 
 import camsim
 from camsim.core.errors import UnsupportedError
-from camsim.measure.demosaic import judge, methods, subject_of_capture
+from camsim.measure.demosaic import evaluate, methods, subject_of_capture
 from camsim.measure.demosaic.similarity import psnr_db, ssim
 
 BILINEAR = {"camsim: bilinear", "colour-demosaicing: bilinear", "LibRaw: linear"}
@@ -65,7 +65,7 @@ def test_a_grating_is_as_bad_as_published_coefficients_make_it(across, down):
     for method in methods(frame)[0]:
         if method.name in BILINEAR or "Malvar" in method.name:
             squares = 0.5 * 0.3**2 * mean_square("Malvar 2004" if "Malvar" in method.name else "bilinear", fx, fy)
-            verdict = judge(method.run(frame), subject, method=method.name, scale=subject.level)[0]
+            verdict = evaluate(method.run(frame), subject, method=method.name, scale=subject.level)[0]
             assert verdict.cpsnr_db == pytest.approx(-10 * np.log10(squares.mean()), abs=0.02)
             assert verdict.psnr_db == pytest.approx(-10 * np.log10(squares), abs=0.03)
 

@@ -100,7 +100,7 @@ def test_an_edge_at_the_border_is_measured_beside_it(rng):
     image = 0.9 - 0.8 * np.sum(covered, axis=0) + rng.normal(0, 0.002, shape)
     report = measure_mtf(picture_of(image))
     assert len(report.edges) == 4 + 3 + 3
-    assert [bool(re.search("px beside it to the picture's border", each)) for each in report.refused] == [True]
+    assert [bool(re.search("px from it to the picture's border", each)) for each in report.refused] == [True]
     for edge in report.edges:
         error = edge.figures.mtf50_cycles_per_pixel - gaussian_limit(0.5, sigma)
         assert abs(error) < STATISTICAL * edge.standard_error.mtf50_cycles_per_pixel

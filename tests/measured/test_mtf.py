@@ -229,7 +229,7 @@ def test_a_wide_edge_has_a_note_of_what_aberrations_may_do():
     plane_y = Plane(name="Y", samples=gaussian_edge(64, 64, 7, 3.0))
     whole, plain = (measure_edge(plane_y, Roi(0, 0, 64, 64), tail=tail) for tail in (True, False))
     (note,) = whole.notes
-    assert re.search(r"rises over 2[3-5] % .* off by up to 3\.\d %", note)
+    assert re.search(r"rises over 2[3-5] % .* off by up to 3\.\d %", note.text)
     assert plain.notes == measured(gaussian_edge(64, 64, 7, 1.2)).notes == ()
 
 
@@ -318,7 +318,7 @@ def test_defects_are_left_out(rng):
     image[rng.integers(0, 64, 12), rng.integers(0, 64, 12)] = 2.0
     edge = measured(image)
     assert edge.left_out == 12
-    assert "12 photosites" in edge.notes[0]
+    assert "12 photosites" in edge.notes[0].text
     assert edge.figures.mtf50_cycles_per_pixel == pytest.approx(clean, rel=2e-3)
 
 

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from edges import gaussian_edge
+from edges import gaussian_edge, gaussian_mtf
 from PIL import Image
 
 import camsim
@@ -154,7 +154,7 @@ def test_of_light_below_black_no_contrast_is_said():
     edge = gaussian_edge(64, 64, 5, 0.8)
     measured = measure_edge(Plane(name="Y", samples=edge - 0.7), WHOLE)
     assert math.isnan(measured.figures.contrast)
-    assert any("below black" in note for note in measured.notes)
+    assert any(note.code == "below-black" for note in measured.notes)
     right = measure_edge(Plane(name="Y", samples=edge), WHOLE)
     assert measured.figures.mtf50_cycles_per_pixel == pytest.approx(right.figures.mtf50_cycles_per_pixel, rel=1e-6)
 
@@ -214,3 +214,13 @@ def test_an_edge_turned_as_far_as_is_said_has_its_phases(length, step):
     with pytest.raises(UnsupportedError, match=r"turn the edge to (\d+)° or more") as caught:
         refuse(0.0)
     refuse(float(re.search(r"to (\d+)°", str(caught.value)).group(1)))
+
+
+@pytest.mark.parametrize("width", [0.05, 0.1, 0.2])
+def test_a_line_too_thin_to_be_seen_is_said_to_be_possible(width):
+    """Coma makes the same edge, so it is not refused; the note's bound is above what the line does, and not far."""
+    edge = measure_edge(Plane(name="Y", samples=line_between_greys(width)), WHOLE)
+    too_high = 0.5 / gaussian_mtf(edge.figures.mtf50_cycles_per_pixel, 0.8) - 1.0
+    (said,) = (float(number) for note in edge.notes for number in re.findall(r"up to ([\d.]+) % too high", note))
+    assert 0.95 * too_high < said / 100 < 1.5 * too_high
+    assert not measure_edge(Plane(name="Y", samples=noisy(gaussian_edge(64, 64, 5, 0.8))), WHOLE).notes

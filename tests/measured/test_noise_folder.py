@@ -9,10 +9,11 @@ from tolerances import STATISTICAL
 
 import camsim
 from camsim.api import load_camera
-from camsim.core.errors import CamsimError, InputError, UnsupportedError
+from camsim.core.errors import CamsimError, InputError, InvalidValueError, UnsupportedError
 from camsim.measure.filters import filter_rows
 from camsim.measure.noise import Group, Shots, expected_of, measure_noise, read_shots, take_shots, write_shots
 from camsim.measure.noise.measuring import _healthy
+from camsim.measure.noise.shots import codes_of
 from camsim.measure.noise.taking import frames_of
 from camsim.measure.noise.xml_file import xml_of
 from camsim.measure.reading import read_picture
@@ -336,3 +337,22 @@ def test_channels_that_see_nothing(camera, change, sentence):
     """It was an irradiance of infinite watts, which nobody had asked for, and a traceback."""
     with pytest.raises(UnsupportedError, match=sentence):
         measure_noise(take_shots(change(camera), side=32, frames=2))
+
+
+def test_codes_in_any_kind_of_array_are_codes(tmp_path):
+    """Eight bits, MATLAB's doubles, one plane before or behind; a JPEG's and fractions are refused."""
+    codes = np.random.default_rng(2).integers(3, 250, (6, 80))
+    kinds = {"a": codes.astype(np.uint8), "b": codes.astype(float), "c": codes[None], "d": codes[:, :, None]}
+    for name, array in kinds.items():
+        np.save(tmp_path / f"{name}.npy", array)
+    (tmp_path / "e.pgm").write_bytes(b"P5 80 6 255\n" + codes.astype(np.uint8).tobytes())
+    for name in ("a.npy", "b.npy", "c.npy", "d.npy", "e.pgm"):
+        channels, index, found = codes_of(read_picture(tmp_path / name, cfa="RGGB", stored=True))
+        assert channels == ("R", "G1", "G2", "B")
+        assert np.array_equal(found, codes)
+        assert index[:2, :2].tolist() == [[0, 1], [2, 3]]
+    np.save(tmp_path / "f.npy", codes / 255.0)
+    with pytest.raises(UnsupportedError, match="no codes but fractions"):
+        codes_of(read_picture(tmp_path / "f.npy", cfa="RGGB", stored=True))
+    with pytest.raises(InvalidValueError, match="it has 8 bits"):
+        read_picture(tmp_path / "a.npy", cfa="RGGB")

@@ -21,11 +21,8 @@ from camsim.sensor.stage import CUSTOM_STREAMS, Phase, streams_of
 LIGHT = camsim.Light(line_nm=488.0, irradiance_w_per_m2=0.1)
 EXPOSURE = camsim.Exposure(time_s=0.01, iso=100.0)
 REGION = camsim.Region(rows=8, cols=8)
-ADC = camsim.Adc(bit_depth=12, black_level_dn=100, electrons_per_dn=4.0, base_iso=100.0)
 BY_CHANCE = camsim.Defects, camsim.TelegraphNoise
 """Chance decides how many photosites have them: their draws are not counted."""
-ADDING = {law.stage.name: law for law in reversed((LAWS | OWN).values()) if law.adds}
-"""One of each stage: those of one name draw the same numbers."""
 
 
 @pytest.fixture(params=(LAWS | OWN).values(), ids=LAWS | OWN)
@@ -99,7 +96,7 @@ def test_the_facts_agree(law):
     assert not (stage.temporal and stage.phases[0] < Phase.CHARGE)
 
 
-@pytest.mark.parametrize("shape", [(1, 1), (1, 7), (9, 1), (12, 17), (65, 3)])
+@pytest.mark.parametrize("shape", [(1, 1), (9, 1), (65, 3)])
 def test_shape_and_type_stay(law, shape, rng):
     out = through(law, rng.uniform(0, 2000, wide(law, *shape)))
     assert out.shape == shape
@@ -127,7 +124,7 @@ def test_seeds_decide_as_the_stage_says(law, rng):
         assert np.array_equal(through(law, electrons, **change), first) != random, change
 
 
-@pytest.mark.parametrize("rows", [1, 64, 200])
+@pytest.mark.parametrize("rows", [1, 200])
 def test_threads_change_no_byte(law, rows, rng):
     electrons = rng.uniform(0, 2000, wide(law, rows, 40))
     one, two, five = (through(law, electrons, threads=n).tobytes() for n in (1, 2, 5))
@@ -149,7 +146,7 @@ def test_bands_are_the_whole(law, rng):
     np.testing.assert_array_equal(joined, whole)
 
 
-@pytest.mark.parametrize("origin", [(0, 0), (1, 3), (63, 0), (64, 20), (100, 55), (159, 59)])
+@pytest.mark.parametrize("origin", [(1, 3), (64, 20), (159, 59)])
 def test_a_window_is_that_slice_of_the_frame(law, origin, rng):
     """Of what belongs to the sensor; temporal noise belongs to the capture, and charge that runs to the window."""
     electrons = rng.uniform(0, 1200, wide(law, 200, 90))
@@ -162,7 +159,7 @@ def test_a_window_is_that_slice_of_the_frame(law, origin, rng):
         assert same  # a dark lies where it was taken
     elif not law.stage.temporal and not runs:
         assert same
-    elif origin != (0, 0):
+    else:
         assert not same
 
 
@@ -207,28 +204,11 @@ def test_the_stage_switched_off_takes_away_its_own_draws_alone(law, rng, monkeyp
             assert all(np.array_equal(a, b) for a, b in zip(without[key], whole[key], strict=True)), key
 
 
-def test_additive_stages_are_a_sum(rng):
-    """On a mean of nothing; and they know nothing of one another."""
-    nothing = np.zeros((130, 300))
-    alone = {name: through(law, nothing) for name, law in ADDING.items()}
-    for left_out in ADDING:
-        others = [law.stage for name, law in ADDING.items() if name != left_out]
-        total = sum(added for name, added in alone.items() if name != left_out)
-        np.testing.assert_allclose(recorded_by(others, nothing), total, atol=ROUNDING * 100.0)
-    counts = {"photosite": nothing.size, "row": 130, "column": 300}
-    for one in ADDING:
-        for other in ADDING:
-            if one < other:
-                few = min(counts[ADDING[one].each], counts[ADDING[other].each])
-                correlation = np.corrcoef(alone[one].ravel(), alone[other].ravel())[0, 1]
-                assert abs(correlation) < STATISTICAL / np.sqrt(few), (one, other)
-
-
 def test_mean_and_variance(law):
     """Over n independent numbers; the error of a variance by the fourth moment of what came out."""
-    side = 1000
+    side = 600
     n = side * side if law.each == "photosite" else side
-    for mean_e in (40.0, 700.0, 5000.0):
+    for mean_e in (40.0, 5000.0):
         out = through(law, np.full(wide(law, side, side), mean_e))
         wanted_e, variance = law.mean(mean_e), law.variance(mean_e)
         off = out - wanted_e
@@ -295,32 +275,3 @@ def test_a_camera_has_it_and_says_so(law):
     assert camera.needs_whole_window == law.stage.whole_window
     frame = camera.expose(camsim.Scene(background=0.5), light=LIGHT, exposure=EXPOSURE, region=REGION)
     assert brief(law.stage) in frame.report.electronics
-
-
-@pytest.mark.parametrize("bit_depth", [1, 8, 12, 14, 16])
-@pytest.mark.parametrize("iso", [100.0, 250.0, 6400.0])
-def test_adc_gives_back_the_charge_to_half_a_step(bit_depth, iso, rng):
-    adc = dataclasses.replace(ADC, bit_depth=bit_depth, black_level_dn=(1 << bit_depth) // 5)
-    step_e = 4.0 * 100.0 / iso
-    top_e = (adc.largest_dn - adc.black_level_dn) * step_e
-    electrons = rng.uniform(-adc.black_level_dn * step_e, top_e, (50, 60))
-    codes = adc.quantise(electrons, iso=iso)
-    assert codes.dtype == np.uint16
-    assert codes.shape == electrons.shape
-    back_e = (codes.astype(float) - adc.black_level_dn) * step_e
-    assert np.abs(back_e - electrons).max() <= 0.5 * step_e * (1 + 1e-12)
-    # And every code comes back as itself.
-    every = np.arange(adc.largest_dn + 1.0)
-    np.testing.assert_array_equal(adc.quantise((every - adc.black_level_dn) * step_e, iso=iso), every)
-
-
-def test_adc_is_monotone_and_clips(rng):
-    electrons = np.sort(rng.normal(8000.0, 9000.0, 5000))
-    before = electrons.copy()
-    codes = ADC.quantise(electrons, iso=100.0)
-    assert np.diff(codes.astype(int)).min() >= 0
-    assert (codes[0], codes[-1]) == (0, 4095)
-    np.testing.assert_array_equal(electrons, before)
-    # White is the first code that a full well of whole steps can reach.
-    assert ADC.white_level_dn(100.0, full_well_e=8000.0) == ADC.quantise(np.array([8000.0]), iso=100.0)[0]
-    assert ADC.white_level_dn(100.0, full_well_e=1e9) == ADC.quantise(np.array([1e9]), iso=100.0)[0]

@@ -54,8 +54,6 @@ def in_light(**light):
     return dataclasses.replace(CAPTURE, light=camsim.Light(illuminance_lux=3000.0, **light))
 
 
-GREY = [(corners, 0.5) for corners, _ in PICTURE]
-TWINS = [(PICTURE[0][0], 0.9), (PICTURE[1][0], 0.9)]
 SAME_BACKGROUND = [*PICTURE[:2], (PICTURE[2][0], 0.3)]
 MONO = {
     "cfa": camsim.Cfa.mono(),
@@ -127,7 +125,7 @@ def test_without_pruning_nothing_changes_where_nothing_was_dropped_by_its_bound(
     assert worst(pruned.image, whole.image) <= ROUNDING
 
 
-@pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 1e-4, 1e-5])
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-5])
 def test_what_is_dropped_by_its_bound_is_a_tenth_of_the_tolerance(tolerance):
     """Squares all round, from near to far: those dropped are computed by prune=False and found to be as small."""
     around = [
@@ -166,7 +164,7 @@ def test_edges_that_no_channel_sees_are_dropped_and_weigh_nothing():
     assert worst(pruned.image, joined.image) <= METHOD * TOLERANCE * 3
 
 
-@pytest.mark.parametrize("quarters", range(4))
+@pytest.mark.parametrize("quarters", [0, 3])
 def test_the_bound_is_one(rng, quarters):
     """The light of a far square at photosites, by the largest value that its whole could have: its own density."""
     turn = np.linalg.matrix_power(np.array([[0.0, 1.0], [-1.0, 0.0]]), quarters)

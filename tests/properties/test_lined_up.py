@@ -55,7 +55,9 @@ def image(optics, tolerance, corner, angle_deg, shift_um):
     ).image
 
 
-@pytest.mark.parametrize(("olpf", "photosite"), list(itertools.product(OLPFS, PHOTOSITES)))
+@pytest.mark.parametrize(
+    ("olpf", "photosite"), [(a, b) for i, a in enumerate(OLPFS) for k, b in enumerate(PHOTOSITES) if (i + k) % 2]
+)
 @pytest.mark.parametrize("tolerance", [1e-4, 1e-7])
 def test_an_image_moves_with_its_scene(olpf, photosite, tolerance):
     """Every second case of all: no two that differ in one thing only."""

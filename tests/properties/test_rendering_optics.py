@@ -1,7 +1,5 @@
 """Laws of rendering: what OLPF, photosite and wavelength do, from renderings without them."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 from examples import (
@@ -26,8 +24,6 @@ from camsim.optics import OpticalSystem
 from camsim.rendering import render_channels
 from tests.truth import rays
 
-F_NUMBERS = [1.4, 8.0, 48.0]
-
 
 def box(side):
     return camsim.SquarePhotosite(side_um=side * PITCH_UM)
@@ -37,8 +33,7 @@ def spots(split):
     return camsim.FourSpotOlpf(split_um=split * PITCH_UM)
 
 
-@pytest.mark.parametrize("f_number", F_NUMBERS)
-@pytest.mark.parametrize(("split", "side"), [(0.75, 1.0), (0.31, 0.6), (2.5, 1.0), (1.0, 0.0)])
+@pytest.mark.parametrize(("f_number", "split", "side"), [(1.4, 0.31, 0.6), (8.0, 2.5, 1.0), (48.0, 1.0, 0.0)])
 def test_an_olpf_is_the_mean_of_four_images(f_number, split, side):
     """A photosite with spots at ±d/2 sees what one without sees of the scene shifted by ∓d/2, four times."""
     lens = camsim.Airy(f_number=f_number)
@@ -49,67 +44,22 @@ def test_an_olpf_is_the_mean_of_four_images(f_number, split, side):
     assert worst(image_of(PICTURE, [lens, spots(split), box(side)]), np.mean(shifted, axis=0)) <= METHOD * TOLERANCE
 
 
-@pytest.mark.parametrize("f_number", F_NUMBERS)
-@pytest.mark.parametrize("side", [1.0, 0.5, 1.6])
-def test_a_photosite_is_the_mean_of_its_quarters(f_number, side):
-    lens = camsim.Airy(f_number=f_number)
-    quarter = 0.25 * side
-    shifted = [
-        image_of(moved(PICTURE, shift=(dx, dy)), [lens, box(0.5 * side)])
-        for dx in (-quarter, quarter)
-        for dy in (-quarter, quarter)
-    ]
-    assert worst(image_of(PICTURE, [lens, box(side)]), np.mean(shifted, axis=0)) <= METHOD * TOLERANCE
-
-
-@pytest.mark.parametrize("f_number", F_NUMBERS)
-def test_spots_one_side_apart_make_a_photosite_twice_as_wide(f_number):
-    lens = camsim.Airy(f_number=f_number)
-    found = image_of(PICTURE, [lens, spots(0.8), box(0.8)])
-    assert worst(found, image_of(PICTURE, [lens, box(1.6)])) <= METHOD * TOLERANCE
-
-
-@pytest.mark.parametrize("f_number", [8.0, 48.0])
-def test_a_photosite_is_the_mean_of_its_points(f_number):
-    """By a Gauss rule over 6 × 6 points: nothing in the image is shorter than λN, one photosite here."""
-    lens = camsim.Airy(f_number=f_number)
-    x, w = np.polynomial.legendre.leggauss(6)
-    mean = sum(
-        wi * wj / 4 * image_of(moved(PICTURE, shift=(-0.5 * xi, -0.5 * xj)), [lens], 8, 8)
-        for xi, wi in zip(x, w, strict=True)
-        for xj, wj in zip(x, w, strict=True)
-    )
-    assert worst(image_of(PICTURE, [lens, box(1.0)], 8, 8), mean) <= METHOD * TOLERANCE
-
-
-def test_no_olpf_is_an_olpf_of_almost_no_split():
-    lens = camsim.Airy(f_number=8.0)
-    found = image_of(PICTURE, [lens, spots(1e-6), box(1.0)])
-    assert worst(found, image_of(PICTURE, [lens, box(1.0)])) <= METHOD * TOLERANCE
-
-
-def test_a_point_is_a_photosite_of_almost_no_side():
-    lens = camsim.Airy(f_number=8.0)
-    assert worst(image_of(PICTURE, [lens, box(1e-6)]), image_of(PICTURE, [lens])) <= METHOD * TOLERANCE
-
-
-@pytest.mark.parametrize("split", [None, 0.75])
-def test_energy(split):
+def test_energy():
     """With fill factor 1 the frame is one large detector: what it catches of a bright rectangle, all told.
 
     By reciprocity that is the integral over the rectangle of the share of a point's light that falls on the
     frame (on the frame shifted by each of the spots), and a point's share follows from rays to its border.
     What misses a frame of 40 × 48 is 2λN/(π²r) ≈ 1 % of the light: far more than is allowed here.
     """
-    tolerance = 1e-7
+    tolerance, split = 1e-7, 0.75
     rows, cols, width, height = 40, 48, 3.0, 2.0
     rectangle = np.array([(0.7, -4.1), (3.7, -4.1), (3.7, -2.1), (0.7, -2.1)])
-    optics = [camsim.Airy(f_number=8.0), box(1.0), *([] if split is None else [spots(split)])]
+    optics = [camsim.Airy(f_number=8.0), box(1.0), spots(split)]
     caught = image_of([(rectangle, 1.0)], optics, rows, cols, background=0.0, tolerance=tolerance).sum()
 
     frame = 0.5 * np.array([(-cols, -rows), (cols, -rows), (cols, rows), (-cols, rows)])
-    x, w = np.polynomial.legendre.leggauss(14)
-    shifts = [(0.0, 0.0)] if split is None else [(sx, sy) for sx in (-0.375, 0.375) for sy in (-0.375, 0.375)]
+    x, w = np.polynomial.legendre.leggauss(8)
+    shifts = [(sx, sy) for sx in (-0.5 * split, 0.5 * split) for sy in (-0.5 * split, 0.5 * split)]
     expected = 0.0
     for shift in shifts:
         for xi, wi in zip(x, w, strict=True):
@@ -156,7 +106,7 @@ def monochromatic(shapes, wavelength_nm, rows, cols):
                 OPTICS["f/8, OLPF"],
                 grid_of(rows, cols),
                 wavelength_nm=float(nm),
-                tolerance=1e-7,
+                tolerance=TOLERANCE,
             ).image
         )
     return np.array(images)
@@ -174,8 +124,8 @@ def test_a_few_wavelengths_add_up(rng):
 
 
 def test_a_whole_spectrum_adds_up():
-    """61 wavelengths, two of them far brighter than the rest, fused into fewer nodes: the same as one by one."""
-    wavelength_nm = np.arange(400.0, 701.0, 5.0)
+    """59 wavelengths, two of them far brighter than the rest, fused into fewer nodes: the same as one by one."""
+    wavelength_nm = np.arange(405.0, 700.0, 5.0)
     smooth = np.exp(-(((wavelength_nm - 560.0) / 70.0) ** 2))
     lines = np.where(np.isin(wavelength_nm, (435.0, 545.0)), 40.0, 0.2)
     response = np.stack([smooth, lines])
@@ -241,41 +191,3 @@ def test_wavelengths_without_light_do_not_count():
     alone = channels_rendered(PICTURE, np.array([WAVELENGTH_NM]), np.array([[1.0]]), channel).image
     beside = channels_rendered(PICTURE, np.array([1.0, WAVELENGTH_NM, 1e6]), np.array([[0.0, 1.0, 0.0]]), channel).image
     assert worst(alone, beside) <= ROUNDING
-
-
-@dataclasses.dataclass(frozen=True)
-class OwnRound:
-    """A round lens of the user's own that tells its pattern: f/8, as Airy has it."""
-
-    place = "lens"
-
-    def otf(self, fx_per_um, fy_per_um, wavelength_nm):
-        return AIRY_8.otf(fx_per_um, fy_per_um, wavelength_nm)
-
-    def blur_um(self, wavelength_nm):
-        return AIRY_8.blur_um(wavelength_nm)
-
-    def encircled_energy(self, r_um, wavelength_nm):
-        return AIRY_8.encircled_energy(r_um, wavelength_nm)
-
-    def pattern(self):
-        return AIRY_8.pattern()
-
-
-AIRY_8 = camsim.Airy(f_number=8.0)
-
-
-def test_a_round_lens_of_the_users_own_reaches_the_boundary_engine():
-    images = [
-        camsim.render(
-            scene_of(PICTURE),
-            [lens, camsim.SquarePhotosite(side_um=4.0)],
-            grid_of(20, 24),
-            wavelength_nm=WAVELENGTH_NM,
-            tolerance=TOLERANCE,
-        )
-        for lens in (OwnRound(), AIRY_8)
-    ]
-    assert {found.method for found in images} == {"boundary"}
-    np.testing.assert_array_equal(*(found.image for found in images))
-    assert images[0].error_estimate <= TOLERANCE

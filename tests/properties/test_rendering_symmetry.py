@@ -5,8 +5,6 @@ import math
 import numpy as np
 import pytest
 from examples import (
-    ARROW,
-    BACKGROUND,
     OPTICS,
     PICTURE,
     PITCH_UM,
@@ -15,14 +13,12 @@ from examples import (
     grid_of,
     image_of,
     moved,
-    scene_of,
     worst,
 )
 from tolerances import METHOD, ROUNDING
 
 import camsim
 from camsim.rendering.boundary import image as boundary_image
-from tests.truth import rays
 
 MOVES = {
     "mirror in x": ([[-1, 0], [0, 1]], lambda image: image[:, ::-1]),
@@ -34,7 +30,10 @@ MOVES = {
 }
 
 
-@pytest.fixture(params=OPTICS.values(), ids=OPTICS, scope="module")
+TWO = {name: OPTICS[name] for name in ("f/1.4, fill factor 0.5", "f/8, OLPF")}
+
+
+@pytest.fixture(params=TWO.values(), ids=TWO, scope="module")
 def optics(request):
     return request.param
 
@@ -70,7 +69,7 @@ def test_row_0_is_at_the_top_and_column_0_at_the_left():
     assert (rows[bright].mean() - 7.5, cols[bright].mean() - 9.5) == (-6.0, -8.0)
 
 
-@pytest.mark.parametrize("shift", [(3, -2), (-5, 4), (0, 64)])
+@pytest.mark.parametrize("shift", [(-5, 4), (0, 64)])
 def test_a_shift_by_whole_pitches_shifts_the_image(optics, image, shift):
     right, down = shift
     found = image_of(moved(PICTURE, shift=shift), optics, 20 + 2 * abs(down), 24 + 2 * abs(right))
@@ -78,7 +77,7 @@ def test_a_shift_by_whole_pitches_shifts_the_image(optics, image, shift):
     assert worst(found[top : top + 20, left : left + 24], image) <= METHOD * TOLERANCE
 
 
-@pytest.mark.parametrize("origin", [(0, 0), (7, 11), (59, 3), (66, 70)])
+@pytest.mark.parametrize("origin", [(0, 0), (59, 3)])
 def test_a_window_is_that_slice_of_the_frame(optics, whole_frame, origin):
     rows, cols = 24, 30
     window = image_of(PICTURE, optics, rows, cols, origin=origin, frame=whole_frame.shape)
@@ -107,36 +106,6 @@ def test_a_large_frame_is_made_of_the_numbers_of_small_ones(monkeypatch, shape, 
     assert worst(image(1), image(100_000)) <= tolerance
 
 
-@pytest.mark.parametrize("factor", [0.25, 3.7, 1000.0])
-def test_enlarging_every_length_changes_nothing(optics, image, factor):
-    """Scene, photosite, spots, pitch and, by the f-number, the Airy pattern."""
-    scaled = []
-    for stage in optics:
-        if isinstance(stage, camsim.Airy):
-            scaled.append(camsim.Airy(f_number=stage.f_number * factor))
-        elif isinstance(stage, camsim.FourSpotOlpf):
-            scaled.append(camsim.FourSpotOlpf(split_um=stage.split_um * factor))
-        else:
-            scaled.append(camsim.SquarePhotosite(side_um=stage.side_um * factor))
-    big = camsim.render(
-        scene_of(moved(PICTURE, np.eye(2) * factor)),
-        scaled,
-        camsim.Grid(rows=20, cols=24, pitch_um=PITCH_UM * factor),
-        wavelength_nm=WAVELENGTH_NM,
-    )
-    # What is left is the rounding of settings and coordinates.
-    assert worst(big.image, image) <= 100 * ROUNDING
-
-
-def test_only_wavelength_times_f_number_matters():
-    photosite = camsim.SquarePhotosite(side_um=PITCH_UM)
-    images = [
-        camsim.render(scene_of(PICTURE), [camsim.Airy(f_number=n), photosite], grid_of(12, 12), wavelength_nm=nm).image
-        for n, nm in ((8.0, 400.0), (5.0, 640.0))
-    ]
-    assert worst(*images) <= 100 * ROUNDING
-
-
 def test_a_rectangle_turns_clockwise_as_displayed():
     """By 30° its right end goes down, to larger y; a picture of it is darker there."""
     grid = grid_of(24, 24)
@@ -159,45 +128,6 @@ def test_a_rectangle_turns_clockwise_as_displayed():
     assert row_right - row_left == pytest.approx(11 * math.tan(math.pi / 6), abs=0.3)
 
 
-@pytest.mark.parametrize("radius", [0.02, 1.3, 7.0])
-def test_the_light_at_a_discs_centre_is_its_encircled_energy(radius):
-    disc = camsim.Disc(radius_um=radius * PITCH_UM, reflectance=0.0)
-    image = camsim.render(
-        camsim.Scene(background=1.0, shapes=[disc]),
-        [camsim.Airy(f_number=8.0)],
-        grid_of(1, 1),
-        wavelength_nm=WAVELENGTH_NM,
-    ).image
-    assert 1.0 - image[0, 0] == pytest.approx(rays.energy_by_integration(radius, 1.0), abs=TOLERANCE)
-
-
-def test_a_disc_looks_the_same_from_every_side():
-    disc = camsim.Disc(radius_um=26.0, centre_um=(8.0, -4.0), reflectance=0.0)
-    image = camsim.render(
-        camsim.Scene(background=1.0, shapes=[disc]),
-        OPTICS["f/8"],
-        grid_of(21, 21),
-        wavelength_nm=WAVELENGTH_NM,
-    ).image
-    # About its centre, 2 photosites right of the middle and 1 above it.
-    inner = image[9 - 8 : 9 + 9, 12 - 8 : 12 + 9]
-    assert worst(inner, np.rot90(inner)) <= METHOD * TOLERANCE
-    assert worst(inner, inner.T) <= METHOD * TOLERANCE
-
-
 def test_the_direction_of_an_outline_does_not_matter(optics, image):
     shapes = [(corners[::-1], reflectance) for corners, reflectance in PICTURE]
     assert worst(image_of(shapes, optics), image) <= 100 * ROUNDING
-
-
-@pytest.mark.parametrize("first", [1, 2, 3])
-def test_the_first_corner_does_not_matter(first):
-    shapes = [(np.roll(ARROW, first, axis=0), 0.9)]
-    found = image_of(shapes, OPTICS["f/8, OLPF"])
-    assert worst(found, image_of([(ARROW, 0.9)], OPTICS["f/8, OLPF"])) <= 100 * ROUNDING
-
-
-def test_far_from_everything_there_is_the_background():
-    """At distance r the light that strays is at most that outside a circle: 2λN/(π²r) of the contrast."""
-    image = image_of(PICTURE, OPTICS["f/8"], 1, 1, origin=(0, 400), frame=(1, 1))
-    assert 0 < abs(image[0, 0] - BACKGROUND) <= 2 / (np.pi**2 * 380)

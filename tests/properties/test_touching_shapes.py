@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import shapely
+from areas import brightness
 from examples import tiles
 
 import camsim
@@ -23,12 +24,9 @@ def drawn_tiles(rng, angle_deg):
 def test_tiles_add_up(about):
     """A square of four was lost, 0.003 of full scale, where two corners differed in their last bits."""
     rng = np.random.default_rng(int(about))
-    for _ in range(60):
+    for _ in range(25):
         shapes, brighter = drawn_tiles(rng, float(about + rng.uniform(-1.0, 1.0) + 90.0 * rng.integers(4)))
-        seen = arrange(camsim.Scene(background=0.3, shapes=shapes))
-        area = 0.5 * (seen.start_um[:, 0] * seen.end_um[:, 1] - seen.start_um[:, 1] * seen.end_um[:, 0])
-        surface = np.array(seen.spectra, float)
-        assert abs(area @ (surface[seen.left] - surface[seen.right]) - brighter) < 1e-11
+        assert abs(brightness(arrange(camsim.Scene(background=0.3, shapes=shapes))) - brighter) < 1e-11
 
 
 def test_what_areas_have_in_common():
@@ -53,13 +51,13 @@ def test_what_areas_have_in_common():
 
 
 def test_common_area_of_outlines_of_many_sides():
-    """What two discs of 200 000 sides have in common: 4e10 pairs of sides, of which those that meet are looked at."""
-    count, apart = 200_000, 0.5
+    """What two discs of 50 000 sides have in common: 3e9 pairs of sides, of which those that meet are looked at."""
+    count, apart = 50_000, 0.5
     turn = 2.0 * np.pi * np.arange(count) / count
     one, two = (shapely.Polygon(np.stack([np.cos(turn) + x, np.sin(turn) + 0.3 * x], axis=1)) for x in (0.0, apart))
     half = 0.5 * apart * np.hypot(1.0, 0.3)
     lens = 2.0 * (np.arccos(half) - half * np.sqrt(1.0 - half**2))
-    assert abs(common_area(one, two) - lens) < 1e-9  # sides lie inside of circles: π³·2/3 over the count squared
+    assert abs(common_area(one, two) - lens) < 1e-8  # sides lie inside of circles: π³·2/3 over the count squared
 
 
 @pytest.mark.parametrize(
@@ -84,10 +82,8 @@ def test_a_shape_of_many_corners_hides_all_that_it_covers(corners, box):
     many = [shapely.Polygon([(200 + 9 * k, 0), (205 + 9 * k, 0), (200 + 9 * k, 5)]) for k in range(20)]
     over = shapely.MultiPolygon([shapely.Polygon(corners), *many])
     seen = arrange(camsim.Scene(background=0.0, shapes=[below, camsim.Path.of(over, reflectance=1.0)]))
-    area = 0.5 * (seen.start_um[:, 0] * seen.end_um[:, 1] - seen.start_um[:, 1] * seen.end_um[:, 0])
-    surface = np.array(seen.spectra, float)
     light = over.area + 0.5 * shapely.Polygon(below.corners_um).difference(over).area
-    assert abs(area @ (surface[seen.left] - surface[seen.right]) - light) < 1e-9
+    assert abs(brightness(seen) - light) < 1e-9
 
 
 def test_of_areas_that_meet_along_a_side_no_line_is_left():

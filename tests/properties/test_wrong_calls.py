@@ -73,10 +73,6 @@ PUBLIC = [stage for stage in STAGES if type(stage).__name__ in camsim.__all__]
 PARAMETERS = [(stage, field.name) for stage in PUBLIC for field in dataclasses.fields(stage) if field.init]
 
 
-def expose(**changes: Any) -> Any:
-    return CAMERA.expose(**{"scene": SCENE, "light": LIGHT, "exposure": EXPOSURE} | changes)
-
-
 def test_every_public_stage_is_here() -> None:
     public = {getattr(camsim, name) for name in camsim.__all__ if dataclasses.is_dataclass(getattr(camsim, name))}
     made = {camsim.Frame, camsim.Rendering, camsim.Report, camsim.Context, camsim.ShotNoise}
@@ -85,12 +81,12 @@ def test_every_public_stage_is_here() -> None:
     assert public - made - exposed == {type(stage) for stage, _ in PARAMETERS}
 
 
-@pytest.mark.parametrize("wrong", [object(), b"1", {1, 2}, np.array([["a"]]), 1j])
 @pytest.mark.parametrize(("stage", "name"), PARAMETERS, ids=lambda part: part if isinstance(part, str) else "")
-def test_every_parameter_of_every_stage_is_judged(stage: Any, name: str, wrong: Any) -> None:
-    with pytest.raises(InvalidValueError, match="must be ") as refused:
-        dataclasses.replace(stage, **{name: wrong})
-    assert (refused.value.key, refused.value.stage) == (name, type(stage).__name__)
+def test_every_parameter_of_every_stage_is_judged(stage: Any, name: str) -> None:
+    for wrong in (object(), b"1", {1, 2}, np.array([["a"]]), 1j):
+        with pytest.raises(InvalidValueError, match="must be ") as refused:
+            dataclasses.replace(stage, **{name: wrong})
+        assert (refused.value.key, refused.value.stage) == (name, type(stage).__name__)
 
 
 @pytest.mark.parametrize(
@@ -107,57 +103,6 @@ def test_every_class_says_which_parameter_is_meant(kind: Any) -> None:
     if any(field.kw_only for field in dataclasses.fields(kind)):
         with pytest.raises(CamsimError, match=rf"{kind.__name__}.*(by name|missing|must be)"):
             kind(object())
-
-
-@pytest.mark.parametrize(
-    ("call", "message"),
-    [
-        (lambda: camsim.Cfa("RGGB"), "Cfa.pattern: must be a list of rows .* not 'RGGB'; Cfa.bayer('RGGB') makes one"),
-        (lambda: CAMERA.replace(pitch_um=2.0), "Camera.photosite: is 4.88 µm wide; photosites may not overlap"),
-        (lambda: camsim.Airy(f_number="8"), "Airy.f_number: must be a number above 0, not '8'"),
-        (lambda: camsim.Airy(f_number=8.0, transmission=90), "Airy.transmission: .* a fraction: 90 % is 0.9"),
-        (lambda: camsim.Scene(background=18), "Scene.background: must be a number from 0 to 1 or a Curve, not 18; "),
-        (
-            lambda: camsim.Scene(background=0.5, shapes=camsim.Disc(radius_um=1, reflectance=0)),
-            "shapes: must be a list",
-        ),
-        (lambda: expose(noise="off"), "Capture.noise: must be true or false, not 'off'"),
-        (lambda: expose(light="D55"), "Capture.light: must be a Light, not 'D55'; such as Light('D55', "),
-        (lambda: expose(exposure=0.01), "Capture.exposure: must be an Exposure, not 0.01; such as Exposure"),
-        (lambda: expose(method="fourir"), "Capture.method: must be .*; did you mean 'fourier'?"),
-        (lambda: expose(tolerance=0.5), "Capture.tolerance: must be a number from 1e-11 to 0.01, not 0.5"),
-        (lambda: expose(seed=-1), "Capture.seed: must be a whole number from 0 to 2^63 − 1, not -1"),
-        (lambda: expose(spectral_nm=[600, 500]), "Capture.spectral_nm: wavelengths must increase"),
-        (
-            lambda: camsim.Light("D56", illuminance_lux=1),
-            "Light.spectrum: unknown illuminant 'D56'; did you mean 'D55'",
-        ),
-        (lambda: camsim.Light(camsim.Curve((500, 600), (0, 0)), irradiance_w_per_m2=1), "Light.spectrum: .* is dark"),
-        (lambda: camsim.Region(rows=-10, cols=4), "Region.rows: must be a whole number of 1 or more, not -10"),
-        (
-            lambda: camsim.Polygon(points_um=shapely.box(0, 0, 1, 1), reflectance=0.1),
-            "Polygon.points_um: .* not a Polygon; of a shapely polygon give its exterior.coords",
-        ),
-        (
-            lambda: CAMERA.replace(cfa=camsim.Cfa.bayer()),
-            "Camera.quantum_efficiency: no curve for R, G, B of the cfa; there are Y",
-        ),
-        (lambda: CAMERA.replace(photosite=camsim.SquarePhotosite(side_um=0)), "Camera.photosite: has no area"),
-        (
-            lambda: CAMERA.replace(olpf=CAMERA.lens),
-            "Camera.olpf: must be an OLPF or None, not an Airy; such as FourSpotOlpf",
-        ),
-        (lambda: camsim.render(SCENE, CAMERA.lens, GRID, wavelength_nm=550.0), "optics: must be a list, not an Airy"),
-        (lambda: CAMERA.replace(filters=0.5), "Camera.filters: must be a list, not 0.5"),
-        (
-            lambda: camsim.Wavefront(f_number=4, zernike_waves={4: 51}),
-            "zernike_waves: item 0.1 .* from -50 to 50, not 51",
-        ),
-    ],
-)
-def test_what_new_users_wrote(call: Any, message: str) -> None:
-    with pytest.raises(CamsimError, match=message.replace("(", r"\(").replace(")", r"\)").replace("^", r"\^")):
-        call()
 
 
 @pytest.mark.parametrize("kind", [list, tuple, np.array, lambda values: np.array(values, np.float32), range])

@@ -7,6 +7,7 @@ the arguments of the classes.
 from __future__ import annotations
 
 import dataclasses
+import functools
 import json
 import math
 import random
@@ -21,7 +22,7 @@ from camsim.api import load
 from camsim.config import schema
 from camsim.core.errors import CamsimError
 
-DRAWS, ENOUGH = 28, 4
+DRAWS, ENOUGH = 20, 4
 STRANGE = (0, -1, 1.5, 90, 1e-300, 1e15, 1e16, 1e300, math.nan, math.inf, -math.inf, True, False, "8", None, [], [1.0])
 """What may be right for one parameter and is wrong for most."""
 
@@ -91,18 +92,13 @@ def by_letter(value: Any) -> Any:
     return [(letter, curves_in(curve)) for letter, curve in value.items()] if isinstance(value, dict) else value
 
 
-def shape(make: Callable[..., Any], *lengths: str) -> Changes:
-    names = {key: f"{key}_um" for key in lengths}
+def shape(make: Callable[..., Any]) -> Changes:
+    names = {key: f"{key}_um" for key in ("width", "height", "centre", "radius", "points")}
     return lambda base, v: {"scene": camsim.Scene(background=0.9, shapes=[make(**renamed(v, **names))])}
-
-
-def first(name: str) -> Callable[[Mapping[str, Any]], Any]:
-    return lambda values: values[name]
 
 
 NUMBERS = (0.02, 0.5, 1, 3.0, 25)
 FRACTIONS = (0, 0.02, 0.5, 1.0, 1)
-COUNTS = (1, 2, 3, 16)
 ANGLES = (0.0, 30, -45.5)
 HALF = {"wavelength_nm": [300, 900.0], "values": [0, 0.5]}
 SPECTRA = (*FRACTIONS, HALF, HALF | {"outside": "zero"}, HALF | {"values": [1, 1.5]}, HALF | {"values": [1]})
@@ -124,347 +120,229 @@ KERNELS = (
     [[0, 0.6, 0], [0, 0.6, 0], [0, 0, 0]], [[0, 1], [0, 0]], [[0, 0, 0], [0, -1, 0], [0, 0, 0]],
 )  # fmt: skip
 
-PARTS = {
-    "airy": Part(place="lens", also={"kind": "airy"}, changes=lens(camsim.Airy), good=LENS),
-    "annular": Part(
-        place="lens",
-        also={"kind": "annular-airy"},
-        changes=lens(camsim.AnnularAiry),
-        good=LENS | {"obstruction": (0, 0.3, 0.95, 0.96)},
+Table = dict[str, tuple[Any, ...]]
+
+
+def kinds(place: str, changes: Callable[[Any], Changes], table: Table, good: Mapping[str, Any]) -> dict[str, Part]:
+    """Return the parts of one place by their kinds: what makes them, values, and keys that are always there."""
+    return {
+        kind: Part(place=place, also={"kind": kind}, changes=changes(make), good={**good, **own}, needed=tuple(needed))
+        for kind, (make, own, *needed) in table.items()
+    }
+
+
+def valued(place: str, field: str, good: tuple[Any, ...], make: Callable[[Any], Any] = lambda value: value) -> Part:
+    """Return a field of the camera that YAML says by a value and no table."""
+    changes = on_camera(**{field: lambda v: make(v["x"])})
+    return Part(place=place, changes=changes, good={"x": good}, needed=("x",), whole=True)
+
+
+def stage(field: str, **names: str) -> Callable[[Callable[..., Any]], Changes]:
+    return lambda make: on_camera(**{field: lambda v: make(**renamed(v, **names))})
+
+
+def light(base: Any, values: Mapping[str, Any]) -> dict[str, Any]:
+    return {"light": camsim.Light(**renamed(values, illuminant="spectrum"))}
+
+
+def square_of(pitch_um: float, fill_factor: float = 1.0) -> camsim.SquarePhotosite:
+    return camsim.SquarePhotosite.from_fill_factor(pitch_um=pitch_um, fill_factor=fill_factor)
+
+
+ZERNIKES = ([[4, 0.1]], [[4, 0.1], [4, 0.2]], [[231, 0.1]], [[3, 51]], [[4.0, 1]], [[4]], [])
+FREQUENCIES = ([0, 0.1, 0.2], [0.1, 0.2, 0.3], [0, 0.2, 0.1])
+AXES = {"sigma_um": NUMBERS, "sigma_across_um": NUMBERS, "rotate_deg": ANGLES}
+LENSES: Table = {
+    "airy": (camsim.Airy, {}),
+    "annular-airy": (camsim.AnnularAiry, {"obstruction": (0, 0.3, 0.95, 0.96)}),
+    "gaussian": (camsim.Gaussian, {"sigma_um": NUMBERS}, "f_number"),
+    "elliptical-gaussian": (camsim.EllipticalGaussian.from_axes, AXES, "f_number", "rotate_deg"),
+    "radial-otf": (
+        camsim.RadialOtf,
+        {"freq_per_um": FREQUENCIES, "values": ([1, 0.5, 0], [1, 2, 0], [1, 0])},
+        "f_number",
     ),
-    "gaussian": Part(
-        place="lens",
-        also={"kind": "gaussian"},
-        changes=lens(camsim.Gaussian),
-        good=LENS | {"sigma_um": NUMBERS},
-        needed=("f_number",),
+    "wavefront": (
+        camsim.Wavefront,
+        {"zernike_waves": ZERNIKES, "reference_nm": (550, 633.0), "defocus_um": (0, -3.5, 12)},
     ),
-    "ellipse": Part(
-        place="lens",
-        also={"kind": "elliptical-gaussian"},
-        changes=lens(camsim.EllipticalGaussian.from_axes),
-        good=LENS | {"sigma_um": NUMBERS, "sigma_across_um": NUMBERS, "rotate_deg": ANGLES},
-        needed=("f_number", "rotate_deg"),
+    "measured-psf": (camsim.MeasuredPsf, {"irradiance": GRIDS, "spacing_um": NUMBERS}, "f_number"),
+    "measured-otf": (camsim.MeasuredOtf, {"values": (*TRANSFERS, *GRIDS), "spacing_per_um": NUMBERS}, "f_number"),
+}
+FALLS = {"radius_mm": ([0, 1, 2.0], [0, 5], [1, 2]), "values": ([1, 0.5, 0.2], [1.0, 0.5], [0.9, 0.5], [1, 2])}
+FALLOFFS: Table = {"cos4": (camsim.Cos4Falloff, {"exit_pupil_mm": NUMBERS}), "radial": (camsim.RadialFalloff, FALLS)}
+BOX = {"width": NUMBERS, "height": NUMBERS, "centre": ([0, 0], [1.5, -2], [1], [1, "2"]), "rotate_deg": ANGLES}
+SHAPES: Table = {
+    "rectangle": (camsim.Rectangle, BOX),
+    "disc": (camsim.Disc, {"radius": NUMBERS, "centre": ([0, 0], [1e15, 0], [1e16, 0])}),
+    "polygon": (camsim.Polygon, {"points": POINTS}),
+}
+ROUNDED = {"width_um": (2, 4.0), "height_um": (2.5, 4), "radius_um": (0, 0.5, 1, 1.5)}
+PHOTOSITES: Table = {
+    "square": (functools.partial(square_of, 4.0), {"fill_factor": (0.2, 1, 0.64)}, "fill_factor"),
+    "rectangular": (camsim.RectangularPhotosite, {"width_um": (1, 4.0, 4.5), "height_um": (2.5, 4)}),
+    "circular": (camsim.CircularPhotosite, {"diameter_um": (1, 4.0, 4.5)}),
+    "rounded": (camsim.RoundedPhotosite, ROUNDED),
+    "polygon": (camsim.PolygonPhotosite, {"points_um": ([[-1, -1], [1, -1.5], [0, 2]], *POINTS)}),
+}
+OLPFS: Table = {
+    "four-spot": (camsim.FourSpotOlpf, {"split_um": (1, 3.5), "split_y_um": (1.5, 2)}),
+    "two-spot": (camsim.TwoSpotOlpf, {"split_um": (1, 3.5)}),
+}
+IN_PITCHES = {"split_pitches": (1, 0.75), "split_y_pitches": (0.5, 2)}
+CFAS: Table = {
+    "letters": (camsim.Cfa, {"pattern": (["RG", "GB"], ["R"], ["RG", "B"], ["RX"], ["R1"], "RGGB", [""], ["rG"])}),
+    "quad-bayer": (
+        camsim.Cfa.quad_bayer,
+        {"pattern": ("RGGB", "GBRG", "RGBG"), "group": (2, 3, 4, 16, 17)},
+        "pattern",
     ),
-    "radial": Part(
-        place="lens",
-        also={"kind": "radial-otf"},
-        changes=lens(camsim.RadialOtf),
-        good=LENS
-        | {"freq_per_um": ([0, 0.1, 0.2], [0.1, 0.2, 0.3], [0, 0.2, 0.1]), "values": ([1, 0.5, 0], [1, 2, 0], [1, 0])},
-        needed=("f_number",),
-    ),
-    "wavefront": Part(
-        place="lens",
-        also={"kind": "wavefront"},
-        changes=lens(camsim.Wavefront),
-        good=LENS
-        | {
-            "zernike_waves": ([[4, 0.1]], [[4, 0.1], [4, 0.2]], [[231, 0.1]], [[3, 51]], [[4.0, 1]], [[4]], []),
-            "reference_nm": (550, 633.0),
-            "defocus_um": (0, -3.5, 12),
+}
+BENT = {"coefficients": ([-0.02], [0.01, 0], [-0.9], [], [math.nan]), "scale_e": (1e4, 5)}
+RESPONSES: Table = {
+    "polynomial": (camsim.PolynomialResponse, BENT),
+    "table": (camsim.ResponseTable, {"electrons_in": RISING, "electrons_out": RISING}),
+}
+OF_READOUT = {
+    "bit_depth": (8, 12, 16, 17), "black_level_dn": (0, 100, 254, 65534, 65535), "electrons_per_dn": NUMBERS,
+    "base_iso": (100, 200.0), "black_offsets_dn": ([[0, 1], [2, 3]], [[0]], [[-101]], [[0, 1], [2]], [[1.5]]),
+}  # fmt: skip
+DARK = {
+    "dark_current_e_per_s": NUMBERS, "dcnu": FRACTIONS, "dark_current_at_c": (20, -273.15, -300),
+    "dark_current_doubles_every_c": (6, 7.5, 0.5),
+}  # fmt: skip
+DARK_NAMES = dict(zip(DARK, ("e_per_s", "nonuniformity", "at_c", "doubling_c"), strict=True))
+# Parts that are of no kind: the place, what makes the changes, values, and keys that are always there.
+PLAIN: Table = {
+    "pupil": (
+        "lens.pupil",
+        on_camera(lens=lambda v: camsim.Wavefront(f_number=8, pupil=camsim.Pupil(**v))),
+        {
+            "shape": ("circular", "square", "bladed", "round"), "obstruction": (0, 0.3, 0.94),
+            "blades": (0, 0, 5, 6, 2, 64, 65), "rotate_deg": ANGLES,
         },
     ),
-    "pupil": Part(
-        place="lens.pupil",
-        changes=on_camera(lens=lambda v: camsim.Wavefront(f_number=8, pupil=camsim.Pupil(**v))),
-        good={
-            "shape": ("circular", "square", "bladed", "round"),
-            "obstruction": (0, 0.3, 0.94),
-            "blades": (0, 0, 5, 6, 2, 64, 65),
-            "rotate_deg": ANGLES,
+    "line": (
+        "light",
+        light,
+        {"line_nm": (550, 632.8, 1064, 50), "width_nm": (0, 2.5, 200), "illuminance_lux": (1000,)},
+    ),
+    "blackbody": (
+        "light",
+        light,
+        {"blackbody_k": (2856, 500, 499, 1e6), "irradiance_w_per_m2": (0.2,), "at": ("scene", "sensor")},
+    ),
+    "exposure": (
+        "exposure",
+        lambda base, v: {"exposure": camsim.Exposure(**v)},
+        {
+            "time_s": (0.01, 1, "auto", "atuo"), "iso": (100, 200.0, 1e-3, 1e9, 1e10),
+            "datetime": ("2001-02-03 04:05:06", "2001-02-30 00:00:00", "yesterday"), "temperature_c": (20, -30.0, -300),
         },
     ),
-    "measured": Part(
-        place="lens",
-        also={"kind": "measured-psf"},
-        changes=lens(camsim.MeasuredPsf),
-        good=LENS | {"irradiance": GRIDS, "spacing_um": NUMBERS},
-        needed=("f_number",),
+    "region": (
+        "region",
+        lambda base, v: inside(base, camsim.Region(**v)),
+        {"rows": (1, 20, 60, 61), "cols": (2, 80, 81), "origin": ([0, 0], [40, 50], [-1, 0], [1.5, 0], [1])},
     ),
-    "transfer": Part(
-        place="lens",
-        also={"kind": "measured-otf"},
-        changes=lens(camsim.MeasuredOtf),
-        good=LENS | {"values": (*TRANSFERS, *GRIDS), "spacing_per_um": NUMBERS},
-        needed=("f_number",),
+    "background": (
+        "scene.background",
+        lambda base, v: {"scene": camsim.Scene(background=curves_in(v["reflectance"]))},
+        {"reflectance": SPECTRA},
+        "reflectance",
     ),
-    "cos4": Part(
-        place="lens.falloff",
-        also={"kind": "cos4"},
-        changes=on_camera(falloff=lambda v: camsim.Cos4Falloff(**v)),
-        good={"exit_pupil_mm": NUMBERS},
+    "frame": (
+        "sensor.frame",
+        lambda base, v: {"camera": base.camera.replace(**v, photosite=square_of(v["pitch_um"]))},
+        {"rows": (60, 2000), "cols": (80, 3000), "pitch_um": (1.5, 4, 9.0)},
+        *("rows", "cols", "pitch_um"),
     ),
-    "falloff": Part(
-        place="lens.falloff",
-        also={"kind": "radial"},
-        changes=on_camera(falloff=lambda v: camsim.RadialFalloff(**v)),
-        good={"radius_mm": ([0, 1, 2.0], [0, 5], [1, 2]), "values": ([1, 0.5, 0.2], [1.0, 0.5], [0.9, 0.5], [1, 2])},
-    ),
-    "magnification": Part(
-        place="lens.magnification",
-        changes=on_camera(magnification=first("magnification")),
-        good={"magnification": (0, 0.5, 1, 100, 101)},
-        needed=("magnification",),
-        whole=True,
-    ),
-    "glare": Part(
-        place="lens.veiling_glare",
-        changes=on_camera(veiling_glare=first("veiling_glare")),
-        good={"veiling_glare": (0, 0.02, 1, 1.5)},
-        needed=("veiling_glare",),
-        whole=True,
-    ),
-    "light": Part(
-        place="light",
-        changes=lambda base, v: {"light": camsim.Light(**renamed(v, illuminant="spectrum"))},
-        good={
-            "illuminant": ("D55", "A", "FL2", "D56"),
-            "illuminance_lux": (1000, 5.5),
-            "irradiance_w_per_m2": (0.2,),
-            "luminance_cd_per_m2": (80,),
-            "at": ("scene", "sensor", "lens"),
-        },
-        given=0.5,
-    ),
-    "line": Part(
-        place="light",
-        changes=lambda base, v: {"light": camsim.Light(**v)},
-        good={"line_nm": (550, 632.8, 1064, 50), "width_nm": (0, 2.5, 200), "illuminance_lux": (1000,)},
-    ),
-    "blackbody": Part(
-        place="light",
-        changes=lambda base, v: {"light": camsim.Light(**v)},
-        good={"blackbody_k": (2856, 500, 499, 1e6), "irradiance_w_per_m2": (0.2,), "at": ("scene", "sensor")},
-    ),
-    "exposure": Part(
-        place="exposure",
-        changes=lambda base, v: {"exposure": camsim.Exposure(**v)},
-        good={
-            "time_s": (0.01, 1, "auto", "atuo"),
-            "iso": (100, 200.0, 1e-3, 1e9, 1e10),
-            "datetime": ("2001-02-03 04:05:06", "2001-02-30 00:00:00", "yesterday"),
-            "temperature_c": (20, -30.0, -300),
-        },
-    ),
-    "region": Part(
-        place="region",
-        changes=lambda base, v: inside(base, camsim.Region(**v)),
-        good={"rows": (1, 20, 60, 61), "cols": (2, 80, 81), "origin": ([0, 0], [40, 50], [-1, 0], [1.5, 0], [1])},
-    ),
-    "rectangle": Part(
-        place="scene.shapes",
-        also={"kind": "rectangle"},
-        changes=shape(camsim.Rectangle, "width", "height", "centre"),
-        good={
-            "width": NUMBERS,
-            "height": NUMBERS,
-            "centre": ([0, 0], [1.5, -2], [1], [1, "2"]),
-            "rotate_deg": ANGLES,
-            "reflectance": SPECTRA,
-        },
-    ),
-    "disc": Part(
-        place="scene.shapes",
-        also={"kind": "disc"},
-        changes=shape(camsim.Disc, "radius", "centre"),
-        good={"radius": NUMBERS, "centre": ([0, 0], [1e15, 0], [1e16, 0]), "reflectance": SPECTRA},
-    ),
-    "polygon": Part(
-        place="scene.shapes",
-        also={"kind": "polygon"},
-        changes=shape(camsim.Polygon, "points"),
-        good={"points": POINTS, "reflectance": SPECTRA},
-    ),
-    "background": Part(
-        place="scene.background",
-        changes=lambda base, v: {"scene": camsim.Scene(background=curves_in(v["reflectance"]))},
-        good={"reflectance": SPECTRA},
-        needed=("reflectance",),
-    ),
-    "frame": Part(
-        place="sensor.frame",
-        changes=lambda base, v: {
-            "camera": base.camera.replace(
-                **v, photosite=camsim.SquarePhotosite.from_fill_factor(pitch_um=v["pitch_um"], fill_factor=1.0)
-            )
-        },
-        good={"rows": (60, 2000), "cols": (80, 3000), "pitch_um": (1.5, 4, 9.0)},
-        needed=("rows", "cols", "pitch_um"),
-    ),
-    "square": Part(
-        place="sensor.photosite",
-        also={"kind": "square"},
-        changes=on_camera(photosite=lambda v: camsim.SquarePhotosite.from_fill_factor(pitch_um=4.0, **v)),
-        good={"fill_factor": (0.2, 1, 0.64)},
-        needed=("fill_factor",),
-    ),
-    "rectangular": Part(
-        place="sensor.photosite",
-        also={"kind": "rectangular"},
-        changes=on_camera(photosite=lambda v: camsim.RectangularPhotosite(**v)),
-        good={"width_um": (1, 4.0, 4.5), "height_um": (2.5, 4)},
-    ),
-    "circular": Part(
-        place="sensor.photosite",
-        also={"kind": "circular"},
-        changes=on_camera(photosite=lambda v: camsim.CircularPhotosite(**v)),
-        good={"diameter_um": (1, 4.0, 4.5)},
-    ),
-    "rounded": Part(
-        place="sensor.photosite",
-        also={"kind": "rounded"},
-        changes=on_camera(photosite=lambda v: camsim.RoundedPhotosite(**v)),
-        good={"width_um": (2, 4.0), "height_um": (2.5, 4), "radius_um": (0, 0.5, 1, 1.5)},
-    ),
-    "polygonal": Part(
-        place="sensor.photosite",
-        also={"kind": "polygon"},
-        changes=on_camera(photosite=lambda v: camsim.PolygonPhotosite(**v)),
-        good={"points_um": ([[-1, -1], [1, -1.5], [0, 2]], *POINTS)},
-    ),
-    "olpf": Part(
-        place="sensor.olpf",
-        also={"kind": "four-spot"},
-        changes=on_camera(olpf=lambda v: camsim.FourSpotOlpf(**v)),
-        good={"split_um": (1, 3.5), "split_y_um": (1.5, 2), "rotate_deg": ANGLES},
-    ),
-    "plate": Part(
-        place="sensor.olpf",
-        also={"kind": "two-spot"},
-        changes=on_camera(olpf=lambda v: camsim.TwoSpotOlpf(**v)),
-        good={"split_um": (1, 3.5), "rotate_deg": ANGLES},
-    ),
-    "olpf in pitches": Part(
-        place="sensor.olpf",
-        also={"kind": "four-spot"},
-        changes=on_camera(olpf=lambda v: camsim.FourSpotOlpf.from_pitches(pitch_um=4.0, **v)),
-        good={"split_pitches": (1, 0.75), "split_y_pitches": (0.5, 2), "rotate_deg": ANGLES},
-    ),
-    "filters": Part(
-        place="sensor.filters",
-        changes=on_camera(filters=lambda v: [*map(curves_in, v["all"])] if isinstance(v["all"], list) else v["all"]),
-        good={"all": ([], *([one] for one in FILTERS))},
-        needed=("all",),
-        whole=True,
-    ),
-    "cfa": Part(
-        place="sensor.cfa",
-        also={"kind": "letters"},
-        changes=on_camera(cfa=lambda v: camsim.Cfa(**v)),
-        good={"pattern": (["RG", "GB"], ["R"], ["RG", "B"], ["RX"], ["R1"], "RGGB", [""], ["rG"])},
-    ),
-    "groups": Part(
-        place="sensor.cfa",
-        also={"kind": "quad-bayer"},
-        changes=on_camera(cfa=lambda v: camsim.Cfa.quad_bayer(**v)),
-        good={"pattern": ("RGGB", "GBRG", "RGBG"), "group": (2, 3, 4, 16, 17)},
-        needed=("pattern",),
-    ),
-    "efficiency": Part(
-        place="sensor.quantum_efficiency",
-        changes=on_camera(
-            quantum_efficiency=lambda v: camsim.QuantumEfficiency(**v | {"curves": by_letter(v["curves"])})
-        ),
-        good={
+    "efficiency": (
+        "sensor.quantum_efficiency",
+        on_camera(quantum_efficiency=lambda v: camsim.QuantumEfficiency(**v | {"curves": by_letter(v["curves"])})),
+        {
             "curves": (*({"R": one, "G": WIDE, "B": WIDE} for one in (*TABLES, HALF)), {"R": WIDE}),
-            "per": ("energy", "photon", "photons"),
-            "peak": (0.5, 1, 1.5, "as given"),
+            "per": ("energy", "photon", "photons"), "peak": (0.5, 1, 1.5, "as given"),
         },
-        needed=("curves",),
+        "curves",
     ),
-    "adc": Part(
-        place="sensor.readout",
-        changes=on_camera(adc=lambda v: camsim.Adc(**v)),
-        good={
-            "bit_depth": (8, 12, 16, 17),
-            "black_level_dn": (0, 100, 254, 65534, 65535),
-            "electrons_per_dn": NUMBERS,
-            "base_iso": (100, 200.0),
-            "black_offsets_dn": ([[0, 1], [2, 3]], [[0]], [[-101]], [[0, 1], [2]], [[1.5]]),
-        },
-        needed=("bit_depth", "black_level_dn", "electrons_per_dn", "base_iso"),
+    "adc": ("sensor.readout", stage("adc")(camsim.Adc), OF_READOUT, *list(OF_READOUT)[:4]),
+    "dark current": (
+        "sensor.charge",
+        on_camera(full_well=lambda v: None, dark_current=lambda v: camsim.DarkCurrent(**renamed(v, **DARK_NAMES))),
+        DARK,
+        "dark_current_e_per_s",
     ),
-    "dark current": Part(
-        place="sensor.charge",
-        changes=on_camera(
-            full_well=lambda v: None,
-            dark_current=lambda v: camsim.DarkCurrent(
-                **renamed(
-                    v,
-                    dark_current_e_per_s="e_per_s",
-                    dcnu="nonuniformity",
-                    dark_current_at_c="at_c",
-                    dark_current_doubles_every_c="doubling_c",
-                )
-            ),
-        ),
-        good={
-            "dark_current_e_per_s": NUMBERS,
-            "dcnu": FRACTIONS,
-            "dark_current_at_c": (20, -273.15, -300),
-            "dark_current_doubles_every_c": (6, 7.5, 0.5),
-        },
-        needed=("dark_current_e_per_s",),
-    ),
-    "defects": Part(
-        place="sensor.charge.defects",
-        changes=on_camera(defects=lambda v: camsim.Defects(**v)),
-        good={
-            "hot_fraction": (0, 0.01, 0.7),
-            "hot_e_per_s": NUMBERS,
-            "dead_fraction": (0, 0.01, 0.7),
+    "defects": (
+        "sensor.charge.defects",
+        stage("defects")(camsim.Defects),
+        {
+            "hot_fraction": (0, 0.01, 0.7), "hot_e_per_s": NUMBERS, "dead_fraction": (0, 0.01, 0.7),
             "dead": ([], [[1, 2]], [[1, -2]], [[1, 2.0]], [[1]]),
         },
     ),
-    "polynomial": Part(
-        place="sensor.charge.nonlinearity",
-        also={"kind": "polynomial"},
-        changes=on_camera(nonlinearity=lambda v: camsim.PolynomialResponse(**v)),
-        good={"coefficients": ([-0.02], [0.01, 0], [-0.9], [], [math.nan]), "scale_e": (1e4, 5)},
+    "flicker": (
+        "sensor.readout.flicker_rows",
+        stage("flicker_rows")(camsim.FlickerRows),
+        {"sigma_e": NUMBERS, "exponent": (0, 1, 2.0, 2.5)},
     ),
-    "response": Part(
-        place="sensor.charge.nonlinearity",
-        also={"kind": "table"},
-        changes=on_camera(nonlinearity=lambda v: camsim.ResponseTable(**v)),
-        good={"electrons_in": RISING, "electrons_out": RISING},
+    "dual gain": (
+        "sensor.readout.dual_gain",
+        stage("dual_gain", full_well_e="capacity_e")(camsim.DualGain),
+        {"from_iso": (400, 800.0), "full_well_e": NUMBERS, "read_noise_e": FRACTIONS},
     ),
-    "crosstalk": Part(
-        place="sensor.charge.crosstalk",
-        changes=on_camera(crosstalk=lambda v: camsim.Crosstalk(**v)),
-        good={"kernel": KERNELS},
-        needed=("kernel",),
-        whole=True,
-    ),
-    "flicker": Part(
-        place="sensor.readout.flicker_rows",
-        changes=on_camera(flicker_rows=lambda v: camsim.FlickerRows(**v)),
-        good={"sigma_e": NUMBERS, "exponent": (0, 1, 2.0, 2.5)},
-    ),
-    "dual gain": Part(
-        place="sensor.readout.dual_gain",
-        changes=on_camera(dual_gain=lambda v: camsim.DualGain(**renamed(v, full_well_e="capacity_e"))),
-        good={"from_iso": (400, 800.0), "full_well_e": NUMBERS, "read_noise_e": FRACTIONS},
-    ),
-    "render": Part(
-        place="render",
-        changes=lambda base, v: dict(v),
-        good={
-            "tolerance": (1e-3, 1e-11, 1e-2, 0.1),
-            "method": ("auto", "boundary", "fourier", "area"),
+    "render": (
+        "render",
+        lambda base, v: dict(v),
+        {
+            "tolerance": (1e-3, 1e-11, 1e-2, 0.1), "method": ("auto", "boundary", "fourier", "area"),
             "strict": (True, False, "on"),
         },
     ),
-    "noise": Part(
-        place="noise",
-        changes=lambda base, v: renamed(v, enabled="noise"),
-        good={"enabled": (True, False, "off"), "seed": (0, 7, 2**63 - 1, 2**63), "frame_number": (0, 5, 2**31)},
+    "noise": (
+        "noise",
+        lambda base, v: renamed(v, enabled="noise"),
+        {"enabled": (True, False, "off"), "seed": (0, 7, 2**63 - 1, 2**63), "frame_number": (0, 5, 2**31)},
     ),
-    "files": Part(
-        place="files",
-        changes=lambda base, v: dict(v),
-        good={"colour_matrix": ("standard", "scene", "none"), "spectral_nm": ([500, 600.0], [600, 500], [-1], ["a"])},
+    "files": (
+        "files",
+        lambda base, v: dict(v),
+        {"colour_matrix": ("standard", "scene", "none"), "spectral_nm": ([500, 600.0], [600, 500], [-1], ["a"])},
     ),
+}  # fmt: skip
+LIGHTS = {
+    "illuminant": ("D55", "A", "FL2", "D56"), "illuminance_lux": (1000, 5.5), "irradiance_w_per_m2": (0.2,),
+    "luminance_cd_per_m2": (80,), "at": ("scene", "sensor", "lens"),
+}  # fmt: skip
+
+PARTS = {
+    **kinds("lens", lens, LENSES, LENS),
+    **kinds("lens.falloff", stage("falloff"), FALLOFFS, {}),
+    **kinds("scene.shapes", shape, SHAPES, {"reflectance": SPECTRA}),
+    **{f"{kind} photosite": one for kind, one in kinds("sensor.photosite", stage("photosite"), PHOTOSITES, {}).items()},
+    **kinds("sensor.olpf", stage("olpf"), OLPFS, {"rotate_deg": ANGLES}),
+    "four-spot in pitches": Part(
+        place="sensor.olpf",
+        also={"kind": "four-spot"},
+        changes=on_camera(olpf=lambda v: camsim.FourSpotOlpf.from_pitches(pitch_um=4.0, **v)),
+        good=IN_PITCHES | {"rotate_deg": ANGLES},
+    ),
+    **kinds("sensor.cfa", stage("cfa"), CFAS, {}),
+    **kinds("sensor.charge.nonlinearity", stage("nonlinearity"), RESPONSES, {}),
+    **{
+        name: Part(place=place, changes=changes, good=good, needed=tuple(needed))
+        for name, (place, changes, good, *needed) in PLAIN.items()
+    },
+    "light": Part(place="light", changes=light, good=LIGHTS, given=0.5),
+    "magnification": valued("lens.magnification", "magnification", (0, 0.5, 1, 100, 101)),
+    "glare": valued("lens.veiling_glare", "veiling_glare", (0, 0.02, 1, 1.5)),
+    "filters": valued(
+        "sensor.filters",
+        "filters",
+        ([], *([one] for one in FILTERS)),
+        lambda every: [*map(curves_in, every)] if isinstance(every, list) else every,
+    ),
+    "crosstalk": valued("sensor.charge.crosstalk", "crosstalk", KERNELS, camsim.Crosstalk),
 }
 
 
@@ -476,8 +354,7 @@ def stages_of_a_number() -> dict[str, Part]:
             place = f"sensor.{name}.{key}"
             for makes in (mark for mark in field.metadata if isinstance(mark, schema.Makes)):
                 if dataclasses.is_dataclass(makes.make) and not makes.also and place not in TABLES_THERE:
-                    changes = on_camera(**{makes.field: lambda v, make=makes.make: make(v["x"])})
-                    parts[key] = Part(place=place, changes=changes, good={"x": FRACTIONS}, needed=("x",), whole=True)
+                    parts[key] = valued(place, makes.field, FRACTIONS, makes.make)
     return parts
 
 

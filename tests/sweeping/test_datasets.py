@@ -90,7 +90,7 @@ def test_shards_of_an_earlier_making_go(tmp_path):
         there = {p.relative_to(tmp_path).as_posix() for p in tmp_path.glob("*-0*") if p.is_file()}
         there |= {p.relative_to(tmp_path).as_posix() for p in tmp_path.glob("*-0*/*")}
         assert there == {file for row in made.rows for file in (row["file"], *row["also"])}
-        assert "files of shards that this data set has no more were removed" in made.notes[0]
+        assert "files of shards that this data set has no more were removed" in made.notes[0].text
     assert not [path for path in tmp_path.glob("*-0*") if path.is_dir()]
     assert (tmp_path / "train-notes.txt").exists()
 

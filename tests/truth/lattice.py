@@ -51,15 +51,12 @@ def window_truths(
     origin: tuple[float, float],
     shape: tuple[int, int],
     shifts: F64,
-    taper: float = TAPER,
-    band: float = BAND,
 ) -> F64:
     """Return the share of the light from within a polygon: (footprints, shifts, rows, cols).
 
     polygon    : (n, 2) x, y in pitches, positive shoelace area
     footprints : (side of the square photosite, split of the four-spot OLPF) of each
     origin     : centre (x, y) of the window's first photosite;  shifts: (k, 2) of the polygon
-    taper      : width of the taper;  band: how far past the cut-off frequencies are kept, in 1/taper
     """
     x0, y0 = origin
     x1, y1 = x0 + shape[1] - 1, y0 + shape[0] - 1
@@ -71,10 +68,10 @@ def window_truths(
         cut = GAUSSIAN_CUT / float(lens.blur.min())
         outer = GAUSSIAN_REACH * float(lens.blur.max())
     else:
-        cut = 1.0 / float(lens.blur.min()) + band / taper
-        outer = reach + taper
+        cut = 1.0 / float(lens.blur.min()) + BAND / TAPER
+        outer = reach + TAPER
     period = fft.next_fast_len(math.ceil(outer + float(apart.max()) + margin), real=True)
-    otf = _gaussian_otf(lens) if lens.gaussian else _tapered_otf(lens, reach, outer, cut, band / taper)
+    otf = _gaussian_otf(lens) if lens.gaussian else _tapered_otf(lens, reach, outer, cut, BAND / TAPER)
 
     base_y, base_x = fft.fftfreq(period), fft.rfftfreq(period)
     aliases = [(ay, ax) for ay in _orders(cut) for ax in _orders(cut) if _nearest(ay, ax) <= cut]
@@ -117,8 +114,6 @@ def white_with_a_black_polygon(
     *,
     side: float = 0.0,
     split: float = 0.0,
-    taper: float = TAPER,
-    band: float = BAND,
 ) -> F64:
     """Return an image (rows, cols) under an Airy pattern, pitch 1, the origin in the middle of the grid."""
     covered = window_truths(
@@ -128,8 +123,6 @@ def white_with_a_black_polygon(
         origin=(0.5 - 0.5 * cols, 0.5 - 0.5 * rows),
         shape=(rows, cols),
         shifts=np.zeros((1, 2)),
-        taper=taper,
-        band=band,
     )
     image: F64 = 1.0 - covered[0, 0]
     return image

@@ -69,16 +69,6 @@ def _angles(first, last, h, advance):
     return np.arctan2(np.linspace(s_first, s_last, pieces + 1), h)
 
 
-def box_average(function, side, order=24):
-    """Mean of a function of position over a square, by a Gauss product rule."""
-    x, w = np.polynomial.legendre.leggauss(order)
-    return sum(
-        wi * wj / 4 * function(np.array([0.5 * side * xi, 0.5 * side * xj]))
-        for xi, wi in zip(x, w, strict=True)
-        for xj, wj in zip(x, w, strict=True)
-    )
-
-
 def half_plane(distance, lambda_n):
     """Light at a distance inside a bright half-plane: the line spread integrated, itself integrated from the PSF."""
 

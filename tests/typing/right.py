@@ -72,7 +72,7 @@ frame = camera.expose(scene, light=light, exposure=exposure, region=region, tole
 numbers: npt.NDArray[np.uint16] = frame.mosaic
 truth: npt.NDArray[np.float32] | None = frame.truth
 picture: npt.NDArray[np.uint8] = frame.preview()
-notes: tuple[str, ...] = frame.report.notes
+notes: tuple[camsim.Note, ...] = frame.report.notes
 both = camera.expose(scene, light=light, exposure=exposure, tolerance=1e-2, products=("mosaic", "truth"))
 frame.save(pathlib.Path("right.tiff"), force=True)
 camsim.save(frame, "right.npy", product="electrons", force=True)

@@ -30,9 +30,9 @@ class Table(BaseModel):
 
     @classmethod
     def fields(cls) -> Mapping[str, FieldInfo]:
-        """Return what is known of each key, also where its tables come later in their file: groups hold groups.
+        """Return the definition of each key, also of tables defined later in their module: groups hold groups.
 
-        Such a table is built here and not when it is imported, which would take longer than all that a capture reads.
+        Such a table is built here, not on import, which would take longer than reading a capture.
         """
         if not cls.__pydantic_fields_complete__:
             cls.model_rebuild()
@@ -40,7 +40,7 @@ class Table(BaseModel):
 
     @classmethod
     def can_contradict(cls) -> bool:
-        """Whether it has rules of this kind, its own or those of a table that it is made of."""
+        """Whether the table, or a base of it, has such rules."""
         return any("contradictions" in vars(table) for table in cls.mro() if table is not Table)
 
 
@@ -50,8 +50,8 @@ class Makes:
 
     field : the camera's
     also  : other keys of the same table
-    reads : keys to the name of what lies beside the file, from the value: ``make`` is given its path as well, None
-            where no name stands there
+    reads : keys to the name of another file, from the value: ``make`` is given its path as well, None
+            without a name
     """
 
     field: str
@@ -61,7 +61,7 @@ class Makes:
 
 
 def _form(value: Any) -> str:
-    """Tell the alternatives of a value apart by what it looks like, so that only one of them complains."""
+    """Select one alternative of a value by its form, so that only this one reports faults."""
     if isinstance(value, Mapping | BaseModel):
         return "table"
     if isinstance(value, list | tuple):
@@ -82,13 +82,13 @@ LISTS = ("wavelength_nm", "values")
 
 
 def _of_numbers_or_a_file(schema: dict[str, Any]) -> None:
-    """Say to editors what the reader does: a file stands for both lists."""
+    """Add to the JSON Schema that a file stands for both lists."""
     schema["required"] = [key for key in schema["required"] if key not in LISTS]
     schema["anyOf"] = [{"required": list(LISTS)}, {"required": ["csv"]}]
 
 
 class Tabulated(Table):
-    """A curve by its points, in the file or in a CSV file, whose numbers are put in their place when it is read."""
+    """A curve by its points, given directly or in a CSV file."""
 
     model_config = ConfigDict(json_schema_extra=_of_numbers_or_a_file)
 

@@ -25,7 +25,7 @@ class Svg(Table):
 
     @classmethod
     def contradictions(cls, table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-        """One size, from which the other follows."""
+        """Yield a fault unless one size is given; the other follows."""
         sizes = [key for key in ("width", "height") if table.get(key) is not None]
         if not sizes:
             yield "width", "missing; give width or height, the other follows"

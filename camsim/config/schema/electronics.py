@@ -1,4 +1,4 @@
-"""sensor/1, its electronics: what becomes of charge, and which stage of the camera each key makes."""
+"""sensor/1, its electronics: the path of the charge, and the stage of the camera that each key makes."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ Place: TypeAlias = Annotated[int, Field(ge=0)]
 
 
 class HotPhotosite(Table):
-    """One photosite with a dark current of its own."""
+    """One photosite with more dark current."""
 
     row: int = Field(ge=0, description="from the top, 0 the first")
     col: int = Field(ge=0, description="from the left, 0 the first")
@@ -111,7 +111,7 @@ def _darks(name: str, path: Path | None) -> Any:
 
 
 class Charge(Table):
-    """What a photosite does with charge; a stage that is left out does not happen."""
+    """The charge in a photosite; a stage that is left out has no effect."""
 
     prnu: Annotated[float | None, Makes("prnu", Prnu)] = Field(
         default=None, ge=0, le=1, description="standard deviation of the response, a fraction: 0.8 % is 0.008"
@@ -163,7 +163,7 @@ class Charge(Table):
 
     @classmethod
     def contradictions(cls, table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-        """Charge spills over a full well only, and a dark current's particulars are nothing without it."""
+        """Yield faults: blooming without a full well, and details of a dark current without the current."""
         if table.get("dark_current_e_per_s") is None:
             for key in ("dark_current_at_c", "dark_current_doubles_every_c", "dcnu"):
                 if table.get(key) is not None:
@@ -196,11 +196,11 @@ class TelegraphNoise(Table):
 
 
 class Companding(Table):
-    """Fewer codes than data numbers: what is stored, straight between points."""
+    """Fewer codes than data numbers: the stored codes, linear between points."""
 
     linear_dn: list[Place] = Field(
         min_length=2,
-        description="data numbers, increasing from 0; the last is the largest that is told apart",
+        description="data numbers, increasing from 0; the last is the largest that has a code",
     )
     codes: list[Place] = Field(min_length=2, description="what is stored for each, increasing, 65535 at most")
 
@@ -224,7 +224,7 @@ class OffsetMap(Table):
 
 
 class GainAtIso(Table):
-    """The gain at an ISO setting, where it is not that of the base in proportion."""
+    """The gain at an ISO setting, if it is not in proportion to that of the base."""
 
     iso: float = Field(gt=0, description="the setting")
     electrons_per_dn: float = Field(gt=0, description="electrons per data number at that setting")
@@ -328,7 +328,7 @@ class Readout(Table):
 
     @classmethod
     def contradictions(cls, table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-        """The particulars of a read noise are nothing without it."""
+        """Yield faults: details of a read noise without the noise."""
         if table.get("read_noise_e") is None:
             for key in ("read_noise_student_dof", "read_noise_tukey_lambda", "read_noise_spread"):
                 if table.get(key) is not None:

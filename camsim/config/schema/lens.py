@@ -31,7 +31,7 @@ Falloff: TypeAlias = Annotated[Cos4Falloff | RadialFalloff, Field(discriminator=
 
 
 class MountTable(Table):
-    """What every lens has, and what is on it."""
+    """Keys of every lens, and of what is mounted on it."""
 
     kind: str = Field(description="what blurs the image")
     magnification: float = Field(
@@ -92,7 +92,7 @@ class GaussianLens(LensTable):
 
     @classmethod
     def contradictions(cls, table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-        """One width."""
+        """Yield a fault unless one width is given."""
         if table.get("sigma_um") is None and table.get("mtf50_per_um") is None:
             yield "sigma_um", "missing; give sigma_um, or mtf50_per_um"
         elif table.get("sigma_um") is not None and table.get("mtf50_per_um") is not None:
@@ -123,7 +123,7 @@ class Pupil(Table):
 
     @classmethod
     def contradictions(cls, table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-        """An iris has blades, and nothing else has."""
+        """Yield a fault if an iris has no blades, or another shape has some."""
         if table.get("shape") == "bladed" and not table.get("blades"):
             yield "blades", "missing; an iris has 3 blades or more"
         if table.get("shape", "circular") in ("circular", "square") and table.get("blades"):
@@ -168,7 +168,7 @@ class MeasuredPsfLens(LensTable):
 
     @classmethod
     def contradictions(cls, table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-        """Samples from one place."""
+        """Yield a fault unless the samples are given once."""
         yield from _one_of(table, "irradiance")
 
 
@@ -189,7 +189,7 @@ class MeasuredOtfLens(LensTable):
 
     @classmethod
     def contradictions(cls, table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-        """Values from one place."""
+        """Yield a fault unless the values are given once."""
         yield from _one_of(table, "values")
 
 

@@ -1,4 +1,4 @@
-"""Lens files: what a lens does at every place of the frame, as numbers."""
+"""Lens files: wavefront, distortion and illumination over the frame, as numbers."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class LensFile(Table):
     camsim: Literal["lens/1"] = Field(description="format of this file")
     name: Name = Field(description="what people call the lens")
     residual_waves: NonNegative = Field(
-        default=0.0, description="of a traced lens: what rays leave beside the Zernikes, rms at the worst place, waves"
+        default=0.0, description="of a traced lens: the residual of the Zernike fit, rms at the worst place, waves"
     )
     residual_mtf: NonNegative = Field(
         default=0.0, description="of a traced lens: by how much its MTF differs from that of the rays at the most"

@@ -51,7 +51,7 @@ class Picture(Table):
 
     @classmethod
     def contradictions(cls, table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-        """One size."""
+        """Yield a fault unless one size is given."""
         sizes = [key for key in ("width", "sample") if table.get(key) is not None]
         if not sizes:
             yield "width", "missing; give the width of all of it, or sample, the side of one of its samples"

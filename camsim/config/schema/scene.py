@@ -1,4 +1,4 @@
-"""scene/1: one capture, that is what is in front of which camera, the light and the exposure."""
+"""scene/1: one capture: scene, camera, light and exposure."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Light(Table):
     )
 
     illuminant: Name | None = Field(default=None, description="its spectrum by name (camsim list illuminants)")
-    table: LightTable | None = Field(default=None, description="instead: a spectrum of one's own")
+    table: LightTable | None = Field(default=None, description="instead: a custom spectrum")
     blackbody_k: float | None = Field(
         default=None, ge=500, le=1e6, description="instead: a thermal radiator's temperature, kelvin"
     )
@@ -44,7 +44,7 @@ class Light(Table):
 
     @classmethod
     def contradictions(cls, table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-        """One spectrum and one level, not none and not two."""
+        """Yield faults unless one spectrum and one level are given."""
         spectra, levels = cls.alternatives
         given = [key for key in spectra if table.get(key) is not None]
         if not given:
@@ -72,7 +72,7 @@ Time: TypeAlias = Annotated[Annotated[Seconds, Tag("number")] | Annotated[Litera
 
 
 class Exposure(Table):
-    """How long, and how much the signal is amplified."""
+    """Exposure time and ISO setting."""
 
     time_s: Time = Field(description="seconds; auto puts a perfect diffuser at 80 % of black..white")
     iso: Iso = Field(description="ISO setting; the sensor's electrons_per_dn holds at its base_iso")
@@ -140,7 +140,7 @@ class Noise(Table):
 
 
 class Files(Table):
-    """What the files say beside their numbers."""
+    """What the files hold besides their numbers."""
 
     colour_matrix: Literal["standard", "scene"] = Field(
         default="standard",
@@ -170,7 +170,7 @@ class CustomLight(Table):
 
 
 class CustomExposure(Table):
-    """How long, and how much the signal is amplified, without a lens."""
+    """Exposure time and ISO setting, without a lens."""
 
     time_s: Time | None = Field(
         default=None,
@@ -187,7 +187,7 @@ class CustomExposure(Table):
 
 
 class ShotFile(Table):
-    """A capture without a lens: light of one's own on a sensor, nothing resampled."""
+    """A capture without a lens: given light on a sensor, nothing resampled."""
 
     camsim: Literal["scene/1"] = Field(description="format of this file")
     name: Name | None = Field(default=None, description="for people; reports name the light")
@@ -203,7 +203,7 @@ class ShotFile(Table):
         default=None, description="the window that the light fills; in the middle of the frame when left out"
     )
     noise: Noise = Field(default=Noise(), description="the noise of this capture")
-    files: Files = Field(default=Files(), description="what the files say beside their numbers")
+    files: Files = Field(default=Files(), description="what the files hold besides their numbers")
 
 
 class SceneFile(Table):
@@ -221,4 +221,4 @@ class SceneFile(Table):
     scene: SceneContent = Field(description="what is in front of the camera")
     render: Render = Field(default=Render(), description="how accurately the image is computed")
     noise: Noise = Field(default=Noise(), description="the noise of this capture")
-    files: Files = Field(default=Files(), description="what the files say beside their numbers")
+    files: Files = Field(default=Files(), description="what the files hold besides their numbers")

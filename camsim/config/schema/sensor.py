@@ -84,7 +84,7 @@ class FourSpotOlpf(Table):
 
     @classmethod
     def contradictions(cls, table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-        """One split along each axis."""
+        """Yield a fault unless one split is given along each axis."""
         yield from _one_split(table)
         if table.get("split_y_um") is not None and table.get("split_y_pitches") is not None:
             yield "split_y_pitches", "given together with 'split_y_um'; leave one of the two out"
@@ -106,7 +106,7 @@ class TwoSpotOlpf(Table):
 
     @classmethod
     def contradictions(cls, table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-        """One split."""
+        """Yield a fault unless one split is given."""
         yield from _one_split(table)
 
 
@@ -181,9 +181,9 @@ Triple: TypeAlias = Annotated[tuple[float, float, float], Called("three numbers"
 
 
 class MeasuredMatrix(Table):
-    """A camera's colours under one light, as a chart told them (camsim calibrate colour)."""
+    """A camera's colours under one light, as measured on a chart (camsim calibrate colour)."""
 
-    light: Name = Field(description="its name; that of A is told as A's, any other as D65's")
+    light: Name = Field(description="its name; files state that of A as A's, any other as D65's")
     white_xyz: Triple = Field(description="X, Y and Z of a perfect diffuser in that light, Y = 1")
     camera_to_xyz: tuple[Triple, Triple, Triple] = Field(
         description="rows X, Y and Z of red, green and blue above black, on any scale"

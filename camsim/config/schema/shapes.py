@@ -96,7 +96,7 @@ class Ellipse(Table):
 
 
 class Ring(Table):
-    """What lies between two circles."""
+    """The area between two circles."""
 
     kind: Literal["ring"] = Field(description="which shape")
     radius: float = Field(gt=0, description="of the outer circle, in the scene's unit")
@@ -129,7 +129,7 @@ class HalfPlane(Table):
 
 
 class Path(Table):
-    """What outlines enclose that may bend, and cross."""
+    """The area enclosed by outlines, which may be curved and may cross."""
 
     kind: Literal["path"] = Field(description="which shape")
     segments: list[Segment] = Field(

@@ -44,7 +44,7 @@ class Values(Table):
 
     @classmethod
     def contradictions(cls, table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-        """One rule, with numbers that it can work with."""
+        """Yield faults unless one rule is given, with valid numbers."""
         rules = [key for key in (*SPREAD, *DRAWN) if table.get(key) is not None]
         if not rules:
             yield "linear", f"missing; give a list of values, or one of {', '.join((*SPREAD, *DRAWN))}"
@@ -103,7 +103,7 @@ class Varying(Table):
 
     @classmethod
     def contradictions(cls, table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-        """What is drawn varies; nothing is given in two places of which one would win."""
+        """Yield faults: draws without random values, and keys given twice."""
         vary, same = table.get("vary"), table.get("set")
         vary, same = (part if isinstance(part, Mapping) else {} for part in (vary, same))
         if table.get("scene") is None and table.get("light") is None:
@@ -138,7 +138,7 @@ class Varying(Table):
 
 
 class StudyFile(Varying):
-    """A study: a base scene, keys that vary, and what is kept of every capture."""
+    """A study: a base scene, keys that vary, and what is stored of every capture."""
 
     camsim: Literal["study/1"] = Field(description="format of this file")
     frames: int = Field(default=1, ge=1, le=MOST, description="exposures of each, with fresh temporal noise")
@@ -169,7 +169,7 @@ class Splits(Table):
 
     @classmethod
     def contradictions(cls, table: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-        """They add up to 1."""
+        """Yield a fault unless the shares add up to 1."""
         shares = [table.get(name, cls.model_fields[name].default) for name in ("train", "val", "test")]
         if all(isinstance(share, int | float) for share in shares) and abs(sum(shares) - 1.0) > 1e-9:
             yield "train", f"train, val and test add up to {sum(shares):g}; they are shares of 1"
@@ -196,6 +196,6 @@ class DatasetFile(Varying):
     licence: Name | None = Field(default=None, description="of the data set, for its card; not stated when left out")
     sources: list[Name] = Field(
         default=[],
-        description="whose its pictures and its own spectra are, and their licences, a sentence each, for its card",
+        description="whose its pictures and custom spectra are, and their licences, a sentence each, for its card",
     )
     description: str = Field(default="", description="a sentence for its card")

@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 
 from camsim.core.arrays import F64
+from camsim.core.errors import UnsupportedError
+from camsim.core.note import Note
 from camsim.files.hot_list import Hot
 from camsim.measure.calibrate import figures
 from camsim.measure.calibrate.estimates import best_of, mean_of, root, without
@@ -37,6 +39,8 @@ class Calibration:
     law       : distribution of a photosite's noise, at ``law_setting``
     hot_fraction, hot_e_per_s, hot : hot photosites in the longest darks: their share, mean current, and (row, col,
                                      e_per_s) of each
+    high      : the images of high gain, if each exposure is read at both; the other figures are of those of low gain,
+                fixed patterns of either
     notes     : remarks on the figures
     """
 
@@ -67,19 +71,46 @@ class Calibration:
     law_setting: Setting | None
     telegraph_fraction: Estimate
     telegraph_e: Estimate
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
+    high: Calibration | None = None
+
+    @property
+    def read_outs(self) -> tuple[Calibration, ...]:
+        """The calibrations of the images: of one gain, or of low and of high gain."""
+        if self.high is None:
+            return (self,)
+        return replace(self, shots=self.shots.read_outs[0], high=None), self.high
+
+
+_PATTERNS = ("prnu", "dsnu_e", "column_noise_e", "dark_current_e_per_s", "doubling_c")
 
 
 def calibrate(shots: ShotsOfCamera) -> Calibration:
     """Return the figures of the camera that took the frames; raises UnsupportedError in one sentence."""
-    notes: list[str] = []
+    found, *others = (_calibrated(each) for each in shots.read_outs)
+    for high in others:
+        if high.settings[0].iso != found.settings[0].iso:
+            message = f"low gain is calibrated from ISO {found.settings[0].iso:g} on, and high gain from ISO "
+            raise UnsupportedError(f"{message}{high.settings[0].iso:g}; take both of the lowest", stage=shots.name)
+        either: dict[str, Any] = {name: best_of([getattr(each, name) for each in (found, high)]) for name in _PATTERNS}
+        notes = (
+            *found.notes,
+            *(replace(note, text=f"high gain: {note}") for note in high.notes if note not in found.notes),
+        )
+        bits = max(found.bit_depth, high.bit_depth)
+        found = replace(found, shots=shots, bit_depth=bits, high=high, notes=notes, **either)
+    return found
+
+
+def _calibrated(shots: ShotsOfCamera) -> Calibration:
+    notes: list[Note] = []
     step_dn = step_between_codes_dn(shot.codes for shot in shots.shots)
     settings = settings_of(shots, notes)
-    own, shared = gain_errors(settings)
+    errors, shared = gain_errors(settings)
     if shots.exposures_stated and (agreed := linked(settings)) is not None:
-        settings, own, shared = agreed
+        settings, errors, shared = agreed
     base = settings[0]
-    one = [_one(each, error, step_dn) for each, error in zip(settings, own, strict=True)]
+    one = [_one(each, error, step_dn) for each, error in zip(settings, errors, strict=True)]
     over_iso = read_noise_over_iso(one, shared)
     law_setting, law = _law(settings, over_iso, step_dn, notes)
     # Normal noise and telegraph noise do not reveal which part arose before the gain.
@@ -94,10 +125,11 @@ def calibrate(shots: ShotsOfCamera) -> Calibration:
     rows_e, flicker_e = figures.rows(settings, shots.rows)
     largest = max(int(shot.codes.max()) for shot in shots.shots)
     white = max(largest, int(shots.white_dn or 0), *shots.linear_dn)
-    current, at_c, doubling = figures.dark_current(shots, settings, notes)
+    current, at_c, doubling = figures.dark_current(shots, settings)
     hot_fraction, hot_e_per_s, hot = figures.hot(shots, settings)
     if any(not shot.iso_stated for shot in shots.shots):
-        notes.append("no file says its ISO setting, which is called 100 here; a column iso in index.csv tells it")
+        text = "no file says its ISO setting, which is called 100 here; a column iso in index.csv tells it"
+        notes.append(Note("iso-not-stated", text, "iso"))
     found = Calibration(
         shots=shots,
         settings=settings,
@@ -151,23 +183,25 @@ def _one(setting: Setting, gain_alone: float, step_dn: float) -> OneSetting:
         iso=setting.iso,
         gain_dn_per_e=setting.gain_dn_per_e.value,
         gain_alone=gain_alone,
-        dn2=setting.darks.own.dn2 - rounding,
-        dn2_rows=setting.darks.its_rows - rounding,
+        dn2=setting.darks.temporal.dn2 - rounding,
+        dn2_rows=setting.darks.temporal_rows - rounding,
     )
 
 
 def _law(
-    settings: Sequence[Setting], over_iso: ReadNoiseOverIso, step_dn: float, notes: list[str]
+    settings: Sequence[Setting], over_iso: ReadNoiseOverIso, step_dn: float, notes: list[Note]
 ) -> tuple[Setting | None, Fitted | None]:
     """Return the noise distribution, at a setting where noise before the gain dominates."""
     after = over_iso.after_dn2 if over_iso.after_dn2.measurable else Estimate(0.0, 0.0)
 
     def share(setting: Setting) -> float:
-        return 1.0 - (max(after.value, 0.0) + step_dn**2 / 12.0) / setting.darks.own.dn2
+        return 1.0 - (max(after.value, 0.0) + step_dn**2 / 12.0) / setting.darks.temporal.dn2
 
-    able = [each for each in settings if each.darks.frames >= LEAST_FRAMES and each.darks.own.dn2 > 0.25 * step_dn**2]
+    many = [each for each in settings if each.darks.frames >= LEAST_FRAMES]
+    able = [each for each in many if each.darks.temporal.dn2 > 0.25 * step_dn**2]
     if not able:
-        notes.append(f"tails and jumps of the read noise are not looked for: that takes {LEAST_FRAMES} darks or more")
+        text = f"tails and jumps of the read noise are not looked for: that takes {LEAST_FRAMES} darks or more"
+        notes.append(Note("few-darks", text, "readout"))
         return None, None
     best = max(able, key=share)
     rows = best.darks.rows
@@ -193,7 +227,7 @@ def _after(settings: Sequence[Setting], law: Fitted, law_setting: Setting, step_
         AtGain(
             frames=[np.asarray(codes).astype(np.int64) for codes in each.dark_codes],
             gain_dn_per_e=each.gain_dn_per_e.value,
-            each_dn2=each.darks.own.dn2 - step_dn**2 / 12.0,
+            each_dn2=each.darks.temporal.dn2 - step_dn**2 / 12.0,
             rows_dn2=max(each.darks.rows.dn2, 0.0),
         )
         for each in settings

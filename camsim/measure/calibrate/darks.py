@@ -37,7 +37,7 @@ class DarkStatistics:
 
     black_dn, black_sigma_dn : mean code, and its standard error
     cells_dn    : (rows, cols) of the filter array's period: mean codes
-    own         : temporal variance of a photosite, without that shared by its row;  own_rows: (rows,) of each row
+    temporal    : variance of a photosite over time, without that shared by its row;  temporal_rows: (rows,) of each row
     rows        : temporal variance shared by a row
     row_power   : (n,) power of row offsets over ``row_frequency`` (n,), cycles per row, DN²: σ² for white noise of σ
     columns     : variance of fixed column offsets
@@ -52,8 +52,8 @@ class DarkStatistics:
     black_dn: float
     black_sigma_dn: float
     cells_dn: F64
-    own: Squared
-    its_rows: F64
+    temporal: Squared
+    temporal_rows: F64
     rows: Squared
     row_frequency: F64
     row_power: F64
@@ -87,11 +87,11 @@ def dark_statistics(frames: Sequence[Codes], period: tuple[int, int]) -> DarkSta
         its_rows += np.where(used, (off - row[:, None]) ** 2, 0.0).sum(axis=1)
         offsets[k] = row - row.mean()
     its_rows /= (count - 1) * np.maximum(per_row - 1, 1)
-    own = float(its_rows.mean())
+    mean_dn2 = float(its_rows.mean())
     its_sigma = float(its_rows.std(ddof=1)) / math.sqrt(height)
     freedom = (count - 1) * (height - 1)
     whole = float(np.sum(offsets**2)) / freedom
-    chance = own / width
+    chance = mean_dn2 / width
     rows = Squared(
         dn2=whole - chance, sigma_dn2=whole * math.sqrt(2.0 / freedom), null_dn2=chance * math.sqrt(2.0 / freedom)
     )
@@ -106,7 +106,7 @@ def dark_statistics(frames: Sequence[Codes], period: tuple[int, int]) -> DarkSta
     pattern = Squared(dn2=float(blocks.mean()), sigma_dn2=scatter, null_dn2=scatter)
     frame_means = np.array([float(frame.mean(dtype=np.float64)) for frame in frames])
     black_sigma = math.sqrt(
-        max(float(frame_means.var(ddof=1)) / count, (own / width + max(rows.dn2, 0.0)) / (height * count))
+        max(float(frame_means.var(ddof=1)) / count, (mean_dn2 / width + max(rows.dn2, 0.0)) / (height * count))
         + max(pattern.dn2, 0.0) / fixed.size + max(columns.dn2, 0.0) / width
     )  # fmt: skip
     power = np.mean(np.abs(np.fft.rfft(offsets, axis=1)) ** 2, axis=0) / height * count / (count - 1)
@@ -117,8 +117,8 @@ def dark_statistics(frames: Sequence[Codes], period: tuple[int, int]) -> DarkSta
         black_dn=float(np.mean(mean[used])),
         black_sigma_dn=black_sigma,
         cells_dn=cells,
-        own=Squared(dn2=own, sigma_dn2=its_sigma),
-        its_rows=its_rows,
+        temporal=Squared(dn2=mean_dn2, sigma_dn2=its_sigma),
+        temporal_rows=its_rows,
         rows=rows,
         row_frequency=np.arange(1, height // 2 + 1) / height,
         row_power=power[1:],

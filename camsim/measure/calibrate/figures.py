@@ -41,9 +41,9 @@ def columns(settings: Sequence[Setting]) -> Estimate:
     for setting in settings:
         squared, gain = setting.darks.columns, setting.gain_dn_per_e.value
         if squared.there:
-            own = math.sqrt(squared.dn2)
-            by_gain = own / gain * setting.gain_dn_per_e.sigma / gain
-            stated.append(Estimate(own / gain, math.hypot(0.5 * squared.sigma_dn2 / own / gain, by_gain)))
+            sigma_dn = math.sqrt(squared.dn2)
+            by_gain = sigma_dn / gain * setting.gain_dn_per_e.sigma / gain
+            stated.append(Estimate(sigma_dn / gain, math.hypot(0.5 * squared.sigma_dn2 / sigma_dn / gain, by_gain)))
         else:
             most = math.sqrt(max(squared.dn2, 0.0) + SURE * squared.null_dn2) / gain
             stated.append(no_figure("noise gives as much by chance; more darks tell more", at_most=most))
@@ -55,11 +55,11 @@ def full_well(base: Setting) -> Estimate:
     """Return the full well of all channels, counted by the setting's gain."""
     gain, stated = base.gain_dn_per_e, []
     for channel in base.report.channels:
-        own, well = channel.transfer.gain_dn_per_e, channel.transfer.full_well_e
+        its_gain, well = channel.transfer.gain_dn_per_e, channel.transfer.full_well_e
         if not well.measurable:
             return well
-        alone = math.sqrt(max((well.sigma / well.value) ** 2 - (own.sigma / own.value) ** 2, 0.0))
-        value = well.value * own.value / gain.value
+        alone = math.sqrt(max((well.sigma / well.value) ** 2 - (its_gain.sigma / its_gain.value) ** 2, 0.0))
+        value = well.value * its_gain.value / gain.value
         stated.append(Estimate(value, value * max(alone, 1e-6)))
     mean = mean_of(stated)
     return Estimate(mean.value, math.hypot(mean.sigma, mean.value * gain.sigma / gain.value))
@@ -70,7 +70,7 @@ def rows(settings: Sequence[Setting], rows_of_frame: int) -> tuple[Estimate, Est
     white, pink = [], []
     for setting in settings:
         darks, gain = setting.darks, setting.gain_dn_per_e
-        chance = darks.own.dn2 / darks.shape[1]
+        chance = darks.temporal.dn2 / darks.shape[1]
         frequency, power = darks.row_frequency, darks.row_power - chance
         freedom = max(darks.frames - 1, 1)
         design = np.stack([np.ones_like(frequency), 1.0 / frequency], axis=1)
@@ -94,9 +94,7 @@ def rows(settings: Sequence[Setting], rows_of_frame: int) -> tuple[Estimate, Est
     return root(mean_of(white)), flicker
 
 
-def dark_current(
-    shots: ShotsOfCamera, settings: Sequence[Setting], notes: list[str]
-) -> tuple[Estimate, float, Estimate]:
+def dark_current(shots: ShotsOfCamera, settings: Sequence[Setting]) -> tuple[Estimate, float, Estimate]:
     """Return the charge that gathers without light, e⁻/s, the temperature it holds at, and what doubles it, °C."""
     gains = {each.iso: each.gain_dn_per_e.value for each in settings}
     of_iso: dict[float, dict[tuple[float, float | None], list[float]]] = {iso: {} for iso in gains}
@@ -111,7 +109,7 @@ def dark_current(
 
     iso = max(gains, key=spans)
     points = of_iso[iso]
-    no_temperature = no_figure("no two temperatures are told")
+    no_temperature = no_figure("the darks have no two temperatures")
     if len({time_s for time_s, _ in points}) < 2:
         return no_figure("all darks are of one exposure time, and two tell it"), 25.0, no_temperature
     time_s = np.array([time for time, _ in points])

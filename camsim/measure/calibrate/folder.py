@@ -21,7 +21,7 @@ from camsim.measure.noise.stack import Codes
 from camsim.measure.picture import Picture
 from camsim.measure.reading import RAW, read_picture
 
-COLUMNS = ("file", "kind", "iso", "time_s", "exposure", "temperature_c")
+COLUMNS = ("file", "kind", "iso", "time_s", "exposure", "temperature_c", "read_out")
 """Columns of an index; only ``file`` is required."""
 
 MOST_BYTES = 1 << 30
@@ -33,6 +33,7 @@ _WORDS: dict[Kind, tuple[str, ...]] = {
     "clipped": ("clipped", "saturated", "overexposed"),
     "flat": ("flat", "light", "grey", "gray"),
 }
+_READ_OUTS = {"low": r"(?<![a-z])(lcg|low[-_ ]?gain)", "high": r"(?<![a-z])(hcg|high[-_ ]?gain)"}
 _ALIKE = 1.05
 """Ratio of means below which flats of one time count as taken in the same light."""
 _UNLIT = 0.01
@@ -48,6 +49,7 @@ class Shot:
     kind, told_by : its kind, and the source of that: the index, its folder, its name, or its content
     iso           : the setting; iso_said: whether it is stated
     exposure      : light in any unit, the same for all: from the index, or the mean of similar frames
+    read_out      : "low" or "high": the gain of this image; "" if not stated
     codes         : of the window
     """
 
@@ -59,6 +61,7 @@ class Shot:
     time_s: float | None
     exposure: float
     temperature_c: float | None
+    read_out: str
     camera: str
     mean_dn: float
     codes: Codes
@@ -94,6 +97,18 @@ class ShotsOfCamera:
     def period(self) -> tuple[int, int]:
         """Period of the filter array."""
         return len(self.pattern), len(self.pattern[0])
+
+    @property
+    def read_outs(self) -> tuple[ShotsOfCamera, ...]:
+        """The images of low and of high gain, if there are both at an ISO setting; else all shots."""
+        low, high = ([shot for shot in self.shots if shot.read_out == gain] for gain in _READ_OUTS)
+        if not {shot.iso for shot in low} & {shot.iso for shot in high}:
+            return (self,)
+        if len(low) + len(high) < len(self.shots):
+            name = next(shot.file for shot in self.shots if not shot.read_out)
+            message = f"{self.name!r} has images of both gains, and {name!r} does not say of which it is; give it in "
+            raise InputError(message + "index.csv, column read_out: low or high")
+        return replace(self, shots=tuple(low)), replace(self, shots=tuple(high))
 
 
 def read_folder(folder: str | Path, *, cfa: str | None = None, side: int = 1024) -> ShotsOfCamera:
@@ -178,6 +193,8 @@ def _listed(place: Path) -> Iterator[dict[str, str]]:
         seen.add(name)
         if stated["kind"] and stated["kind"] not in get_args(Kind):
             raise InputError(f"{where}: {stated['kind']!r} is no kind; give {', '.join(get_args(Kind))}")
+        if stated["read_out"] and stated["read_out"] not in _READ_OUTS:
+            raise InputError(f"{where}: {stated['read_out']!r} is no read_out; give {' or '.join(_READ_OUTS)}")
         for key in ("iso", "time_s", "exposure", "temperature_c"):
             least = {"iso": 1e-3, "time_s": 1e-9, "exposure": 0.0, "temperature_c": -273.15}[key]
             if stated[key] and not (_is_number(stated[key]) and float(stated[key]) >= least):
@@ -212,6 +229,7 @@ def _shot(line: dict[str, str], path: Path, picture: Picture, codes: Codes) -> S
         time_s=number("time_s", time_s),
         exposure=float(line.get("exposure", "nan")),
         temperature_c=number("temperature_c", temperature),
+        read_out=line.get("read_out") or _read_out(line["file"], picture),
         camera=picture.noted.camera if picture.noted is not None else "",
         mean_dn=float(codes.mean(dtype=np.float64)),
         codes=codes,
@@ -231,6 +249,15 @@ def _kind_of(line: dict[str, str]) -> tuple[Kind, str]:
     return "flat", _CONTENT
 
 
+def _read_out(file: str, picture: Picture) -> str:
+    """Return the gain of an image by our record, or by words in the names of file and folders; "" if none says."""
+    camera = (picture.description or {}).get("camera")
+    dual = camera.get("dual_gain") if isinstance(camera, dict) else None
+    if isinstance(dual, dict) and dual.get("read") in _READ_OUTS:
+        return str(dual["read"])
+    return next((gain for gain, words in _READ_OUTS.items() if re.search(words, file.lower())), "")
+
+
 def _kinds(shots: Sequence[Shot]) -> Iterator[Shot]:
     """Yield the shots with kinds from their codes where not stated."""
     least = min(shot.mean_dn for shot in shots)
@@ -242,17 +269,21 @@ def _kinds(shots: Sequence[Shot]) -> Iterator[Shot]:
 
 def _clusters(shots: Sequence[Shot]) -> Iterator[Shot]:
     """Yield the shots with an exposure: that of the index, or the mean of similar frames of one setting."""
-    least: dict[float, float] = {}
+    least: dict[tuple[float, str], float] = {}
     for shot in shots:
-        least[shot.iso] = min(least.get(shot.iso, math.inf), shot.mean_dn)
+        key = shot.iso, shot.read_out
+        least[key] = min(least.get(key, math.inf), shot.mean_dn)
     level, before = 0.0, None
-    for shot in sorted(shots, key=lambda each: (each.iso, each.time_s or 0.0, each.mean_dn)):
+    for shot in sorted(shots, key=lambda each: (each.iso, each.read_out, each.time_s or 0.0, each.mean_dn)):
         if shot.kind == "dark" or not math.isnan(shot.exposure):
             yield replace(shot, exposure=0.0) if shot.kind == "dark" else shot
             continue
-        signal = max(shot.mean_dn - least[shot.iso], 0.0)
-        if before != (shot.iso, shot.time_s) or signal > _ALIKE * level:
-            level, before = signal, (shot.iso, shot.time_s)
+        signal, setting = (
+            max(shot.mean_dn - least[shot.iso, shot.read_out], 0.0),
+            (shot.iso, shot.read_out, shot.time_s),
+        )
+        if before != setting or signal > _ALIKE * level:
+            level, before = signal, setting
         yield replace(shot, exposure=level)
 
 
@@ -283,7 +314,7 @@ def _window(shape: tuple[int, ...], period: tuple[int, int], side: int) -> tuple
     """Return the middle of a frame, in whole periods."""
     found = []
     for size, step in zip(shape, period, strict=True):
-        kept = max(min(side, size) // step, 1) * step
-        first = (size - kept) // 2 // step * step
-        found.append(slice(first, first + kept))
+        length = max(min(side, size) // step, 1) * step
+        first = (size - length) // 2 // step * step
+        found.append(slice(first, first + length))
     return found[0], found[1]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
@@ -52,6 +52,7 @@ class SideBySide:
     """
 
     iso: float
+    read_out: str
     mean_dn: F64
     variance_dn2: F64
     profile_variance_dn2: F64
@@ -66,6 +67,9 @@ class SideBySide:
 
 def simulated(shots: ShotsOfCamera, found: Calibration, sensor: Sensor, *, seed: int = 1) -> ShotsOfCamera:
     """Return the same frames simulated with a profile: equal brightness, ISO settings and times."""
+    if sensor.dual_gain is not None and sensor.dual_gain.electrons_per_dn is not None:
+        read: Any = shots.shots[0].read_out or "merged"
+        sensor = sensor.replace(dual_gain=replace(sensor.dual_gain, read=read))
     by_iso = {each.iso: each for each in found.settings}
     made: list[Shot] = []
     rows, cols = shots.channel_index.shape
@@ -85,8 +89,8 @@ def simulated(shots: ShotsOfCamera, found: Calibration, sensor: Sensor, *, seed:
             region=None if whole else Region(rows=rows, cols=cols),
             products=("mosaic",),
         )
-        made.append(Shot(**{name: getattr(shot, name) for name in Shot.__slots__} | {"codes": frame.linear_dn}))
-    return ShotsOfCamera(**{name: getattr(shots, name) for name in ShotsOfCamera.__slots__} | {"shots": tuple(made)})
+        made.append(replace(shot, codes=frame.linear_dn))
+    return replace(shots, shots=tuple(made))
 
 
 def _light_e(shot: Shot, alike: Sequence[Codes], setting: Setting, period: tuple[int, int], found: Calibration) -> F64:
@@ -159,6 +163,7 @@ def _of_setting(setting: Setting, camera: ShotsOfCamera, profile: ShotsOfCamera,
     half = len(dark[0]) // 2
     return SideBySide(
         iso=setting.iso,
+        read_out=camera.shots[0].read_out,
         mean_dn=np.array(mean),
         variance_dn2=np.array(ours),
         profile_variance_dn2=np.array(theirs),

@@ -22,7 +22,7 @@ _ROUNDS = 4
 class OneSetting:
     """ISO, gain (DN/e⁻), and the variance of darks without rounding and row noise, DN².
 
-    gain_own : relative error of the gain that is independent of other settings
+    gain_alone : relative error of the gain that is independent of other settings
     dn2_rows : (rows,) the variance of each row of photosites, which settings share
     """
 

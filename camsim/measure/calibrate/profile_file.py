@@ -32,7 +32,7 @@ def profile_text(found: Calibration, *, name: str, pitch_um: float | None = None
     pitch, stated = _pitch(found, pitch_um)
     lines = [
         f"# Calibrated from the {len(shots.shots)} frames of {json.dumps(shots.name, ensure_ascii=False)}: ISO {isos},",
-        f"# the middle {rows} × {cols} photosites. A number ± its standard error; “typical”: not told by frames.",
+        f"# the middle {rows} × {cols} photosites. A number ± its standard error; “typical”: not from the frames.",
         *(f"# {note}" for note in found.notes),
         "camsim: sensor/1",
         f"name: {json.dumps(name, ensure_ascii=False)}",
@@ -86,7 +86,7 @@ def _stated(key: str, found: Estimate, source: str) -> str:
     if found.measurable:
         return f"  {key}: {_number(found.value)}    # ± {found.sigma:.2g}; {source}"
     limit = f"at most {found.at_most:.3g}; " if math.isfinite(found.at_most) else ""
-    return f"  # {key}: not told: {limit}{found.why_not}"
+    return f"  # {key}: not determined: {limit}{found.why_not}"
 
 
 def _number(value: float) -> str:
@@ -170,6 +170,11 @@ def _noise(found: Calibration) -> Iterator[str]:
             yield "  dual_gain:"
             yield f"    from_iso: {at:g}    # one conversion gain does not fit the darks over ISO"
             yield "  " + _stated("read_noise_e", dual, "darks from that ISO on")
+    if found.high is not None:
+        yield "  dual_gain:"
+        gain = found.high.settings[0].electrons_per_dn
+        yield "  " + _stated("electrons_per_dn", gain, "photon transfer of the images of high gain")
+        yield "  " + _stated("read_noise_e", found.high.read_noise_e, "their darks")
     yield _stated("output_noise_dn", found.output_noise_dn, "darks over ISO, after the gain")
 
 

@@ -11,6 +11,7 @@ import scipy.stats
 
 from camsim.core.arrays import F64
 from camsim.core.errors import UnsupportedError
+from camsim.core.note import Note
 from camsim.measure.calibrate.darks import DarkStatistics, dark_statistics
 from camsim.measure.calibrate.estimates import mean_of
 from camsim.measure.calibrate.folder import Shot, ShotsOfCamera
@@ -46,7 +47,7 @@ class Setting:
         return Estimate(1.0 / gain.value, gain.sigma / gain.value**2)
 
 
-def settings_of(shots: ShotsOfCamera, notes: list[str]) -> tuple[Setting, ...]:
+def settings_of(shots: ShotsOfCamera, notes: list[Note]) -> tuple[Setting, ...]:
     """Return the measurements of each ISO setting; those with too few frames are left out, with a note."""
     found: list[Setting] = []
     reason: UnsupportedError | None = None
@@ -56,14 +57,14 @@ def settings_of(shots: ShotsOfCamera, notes: list[str]) -> tuple[Setting, ...]:
             found.append(_setting(shots, iso, here, notes))
         except UnsupportedError as error:
             reason = error
-            notes.append(f"ISO {iso:g} is left out: {error.message}")
+            notes.append(Note("setting-left-out", f"ISO {iso:g} is left out: {error.message}", f"ISO {iso:g}"))
     if not found:
         assert reason is not None
         raise reason
     return tuple(found)
 
 
-def _setting(shots: ShotsOfCamera, iso: float, here: Sequence[Shot], notes: list[str]) -> Setting:
+def _setting(shots: ShotsOfCamera, iso: float, here: Sequence[Shot], notes: list[Note]) -> Setting:
     name = f"{shots.name}, ISO {iso:g}"
     groups = _groups(here, name, notes)
     darks = sorted((group for group in groups if group.kind == "dark"), key=lambda group: group.time_s)
@@ -79,7 +80,8 @@ def _setting(shots: ShotsOfCamera, iso: float, here: Sequence[Shot], notes: list
                     f"has flats of {group.time_s:g} s and no dark of that time; take darks as long as the flats",
                     stage=name,
                 )
-            note = f"ISO {iso:g}: flats have no darks of their own times; the nearest are taken off, with their charge"
+            text = f"ISO {iso:g}: flats have no darks of the same time; the nearest are taken off, with their charge"
+            note = Note("other-darks", text, f"ISO {iso:g}")
             if note not in notes:
                 notes.append(note)
             group = replace(group, time_s=nearest)
@@ -91,7 +93,7 @@ def _setting(shots: ShotsOfCamera, iso: float, here: Sequence[Shot], notes: list
     gains = [channel.transfer.gain_dn_per_e for channel in report.channels]
     gain = mean_of(gains)
     if not gain.measurable:
-        raise UnsupportedError(f"its gain cannot be told: {gain.why_not}", stage=name)
+        raise UnsupportedError(f"its gain is not determined: {gain.why_not}", stage=name)
     codes = tuple(darks[0].codes)
     return Setting(
         iso=iso,
@@ -103,7 +105,7 @@ def _setting(shots: ShotsOfCamera, iso: float, here: Sequence[Shot], notes: list
     )
 
 
-def _groups(here: Sequence[Shot], name: str, notes: list[str]) -> list[Group]:
+def _groups(here: Sequence[Shot], name: str, notes: list[Note]) -> list[Group]:
     """Return groups of two or more equal frames; of several temperatures the one with most frames."""
     temperatures = [shot.temperature_c for shot in here]
     usual = max(set(temperatures), key=temperatures.count)
@@ -113,7 +115,8 @@ def _groups(here: Sequence[Shot], name: str, notes: list[str]) -> list[Group]:
             keys.setdefault((shot.kind, shot.exposure, _time(shot, name)), []).append(shot)
     alone = sum(1 for each in keys.values() if len(each) < 2)
     if alone:
-        notes.append(f"{name}: {alone} frames have none taken alike, and are left out: two show the noise")
+        text = f"{name}: {alone} frames have none taken alike, and are left out: two show the noise"
+        notes.append(Note("single-frames", text, name))
     return [
         Group(kind=each[0].kind, exposure=exposure, time_s=time_s, codes=[shot.codes for shot in each])
         for (_, exposure, time_s), each in keys.items()

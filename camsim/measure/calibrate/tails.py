@@ -8,6 +8,7 @@ these counts (a composite likelihood; errors follow from the sandwich formula, w
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -30,7 +31,8 @@ LEAST_FRAMES = 4
 _SPREADS = 9
 
 _DECAYED = 30.0
-_KNOTS = 500
+_AT = _DECAYED * np.linspace(0.0, 1.0, 500) ** 1.5
+_TUKEY = -0.456, 0.206
 _NONE = 1e-30
 
 
@@ -305,11 +307,11 @@ class _Model:
         width = 0.01
 
         def at(values: F64, normal_dn2: float | None = None) -> F64:
-            moved = _shape_of(shape, values)
+            moved = _shape_of(shape, values, beyond=0.006)
             assert moved is not None
-            kept, self.normal_dn2 = self.normal_dn2, self.normal_dn2 if normal_dn2 is None else normal_dn2
+            original, self.normal_dn2 = self.normal_dn2, self.normal_dn2 if normal_dn2 is None else normal_dn2
             stated = self.logarithms(moved)
-            self.normal_dn2 = kept
+            self.normal_dn2 = original
             return stated
 
         def gradient(values: F64, normal_dn2: float | None = None) -> F64:
@@ -366,18 +368,19 @@ def _values_of(shape: Shape) -> F64:
     return np.array(values)
 
 
-def _shape_of(like: Shape, values: F64) -> Shape | None:
-    """Return the shape of these values with the components of another; None for invalid values."""
+def _shape_of(like: Shape, values: F64, beyond: float = 0.0) -> Shape | None:
+    """Return the shape of these values with the components of another; None beyond the limits by more than that."""
     left = iter(values.tolist())
     changed: dict[str, Any] = {"sigma_dn": math.exp(next(left))}
     if like.law != "normal":
         tails = 0.25 * next(left)
-        if not (0.01 < tails < 0.49 if like.law == "student" else -0.45 < tails < 0.2):
+        least, most = (0.01, 0.49) if like.law == "student" else (-0.45, 0.2)
+        if not least - beyond < tails < most + beyond:
             return None
         changed["tails"] = tails
     if like.spread:
         changed["spread"] = math.exp(next(left))
-        if changed["spread"] > 2.0:
+        if changed["spread"] > 2.0 + 10.0 * beyond:
             return None
     if like.fraction:
         changed["fraction"] = 1.0 / (1.0 + math.exp(-next(left)))
@@ -389,10 +392,9 @@ def _characteristic(law: Law, tails: float) -> Callable[[F64], F64]:
     """Return the characteristic function of a distribution of standard deviation 1, at frequencies of 0 or more."""
     if law == "normal":
         return lambda u: np.exp(-0.5 * u * u)
-    knots = _DECAYED * np.linspace(0.0, 1.0, _KNOTS) ** 1.5
     if law == "student":
         dof = 1.0 / tails
-        scaled = np.maximum(math.sqrt(dof - 2.0) * knots, 1e-9)
+        scaled = np.maximum(math.sqrt(dof - 2.0) * _AT, 1e-9)
         half = 0.5 * dof
         stated = np.exp(
             np.log(scipy.special.kve(half, scaled)) - scaled + half * np.log(scaled)
@@ -400,16 +402,27 @@ def _characteristic(law: Law, tails: float) -> Callable[[F64], F64]:
         )  # fmt: skip
         stated[0] = 1.0
     else:
-        place = np.linspace(0.0, 45.0, 1201)
-        rest = 1.0 / (1.0 + np.exp(place))  # 1 − p
-        far = -tukey_quantiles(rest, tails) / tukey_sigma(tails)
-        weight = 2.0 * rest * (1.0 - rest) * (place[1] - place[0])
-        weight[0] *= 0.5
-        stated = np.cos(np.outer(knots, far)) @ weight
-    spline = scipy.interpolate.CubicSpline(knots, stated)
+        stated = _tukey_waves()(math.sqrt(0.5 + tails))
+    spline = scipy.interpolate.CubicSpline(_AT, stated)
 
     def curve(u: F64) -> F64:
         found: F64 = np.where(u < _DECAYED, spline(np.minimum(u, _DECAYED)), 0.0)
         return found
 
     return curve
+
+
+@functools.cache
+def _tukey_waves() -> scipy.interpolate.BarycentricInterpolator:
+    """Return Tukey's characteristic function of standard deviation 1 at ``_AT``, as a polynomial in √(λ + ½).
+
+    A fit asks for two thousand of them, and the integrals of one take a hundred times longer than the polynomial.
+    """
+    place = np.linspace(0.0, 40.0, 3601)
+    rest = 1.0 / (1.0 + np.exp(place))  # 1 − p
+    weight = 2.0 * rest * (1.0 - rest) * (place[1] - place[0])
+    weight[0] *= 0.5
+    least, most = np.sqrt(0.5 + np.array(_TUKEY))
+    nodes = 0.5 * (least + most + (most - least) * np.cos(math.pi * (np.arange(24) + 0.5) / 24))
+    far = (-tukey_quantiles(rest, one) / tukey_sigma(one) for one in (nodes**2 - 0.5).tolist())
+    return scipy.interpolate.BarycentricInterpolator(nodes, [np.cos(np.outer(_AT, each)) @ weight for each in far])

@@ -203,8 +203,8 @@ def _of_corners(picture: Picture, corners: Sequence[Corner]) -> F64:
     grid = np.array([(0, 0), (COLS - 1, 0), (COLS - 1, ROWS - 1), (0, ROWS - 1)], np.float64)
     pixels = np.array([(col, row) for row, col in corners], np.float64)
     sides = np.roll(pixels, -1, axis=0) - pixels
-    turns = np.cross(np.pad(sides, ((0, 0), (0, 1))), np.pad(np.roll(sides, -1, axis=0), ((0, 0), (0, 1))))[:, 2]
-    if not (turns.min() > 0.0 or turns.max() < 0.0):
+    crosses = np.cross(np.pad(sides, ((0, 0), (0, 1))), np.pad(np.roll(sides, -1, axis=0), ((0, 0), (0, 1))))[:, 2]
+    if not (crosses.min() > 0.0 or crosses.max() < 0.0):
         raise InvalidValueError(f"they are no four corners in turn; give {CORNERS}", key="--corners")
     return homography(grid, pixels)
 

@@ -64,7 +64,7 @@ def measure_colour(picture: Picture, capture: Capture) -> ColourReport:
     reference = lab_of(reference_xyz(capture.light, [area.reflectance for area in areas]))
     whole = developed_light(light)
     left_out = [f"{small} shapes show too little, or hollow areas"] if small else []
-    patches, means, kept = [], [], []
+    patches, means, used = [], [], []
     for number, area in enumerate(areas):
         if _clipped(picture, area):
             left_out.append(f"{area.name}: clipped; expose less")
@@ -76,10 +76,10 @@ def measure_colour(picture: Picture, capture: Capture) -> ColourReport:
             continue
         patches.append(_patch(area, whole[rows, cols][area.inside], mean, error, reference[number], to_xyz))
         means.append(mean)
-        kept.append(number)
+        used.append(number)
     if not patches:
         raise UnsupportedError(f"no patch can be measured ({left_out[-1]})", stage=picture.name)
-    expected = expected_channels(capture, [areas[k].reflectance for k in kept])[:, order]
+    expected = expected_channels(capture, [areas[k].reflectance for k in used])[:, order]
     return ColourReport(
         file=picture.name,
         patches=tuple(patches),
@@ -94,7 +94,7 @@ def measure_chart(
 ) -> ColourReport:
     """Measure the patches of a ColorChecker in any raw file, developed as the file states.
 
-    light   : that lit the chart
+    light   : on the chart
     corners : (row, col) of the centres of the patches dark skin, bluish green, black and white; None: detected
     chart   : measured reflectances: "ISO 17321-1" or "BabelColor Average"
 
@@ -118,7 +118,7 @@ def developed_chart(
     one = one.scaled(seen.mean, colours.xyz[GREYS, 1])
     light_seen = (seen.light / one.neutral).astype(np.float32)
     whole = developed_light(light_seen)
-    kept = [k for k, full in enumerate(seen.clipped) if not full]
+    unclipped = [k for k, full in enumerate(seen.clipped) if not full]
     patches = [
         _patch(
             seen.areas[k],
@@ -128,7 +128,7 @@ def developed_chart(
             colours.lab[k],
             one.to_xyz,
         )
-        for k in kept
+        for k in unclipped
     ]
     if not patches:
         raise UnsupportedError("all patches are clipped; expose less", stage=picture.name)
@@ -138,7 +138,7 @@ def developed_chart(
         # Greys have flat spectra, so their deviations are the white balance's.
         white_balance=None
         if one.by_greys
-        else _white_balance(patches, seen.mean[kept] / one.neutral, colours.xyz[kept, 1:2] * np.ones(3)),
+        else _white_balance(patches, seen.mean[unclipped] / one.neutral, colours.xyz[unclipped, 1:2] * np.ones(3)),
         left_out=tuple(
             f"{area.name}: clipped; expose less" for area, full in zip(seen.areas, seen.clipped, strict=True) if full
         ),

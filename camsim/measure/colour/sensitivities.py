@@ -110,7 +110,7 @@ def smooth_curves(means: F64, error: F64, colours: PatchColours) -> Smooth:
 
 def nearest_camera(means: F64, colours: PatchColours, cameras: Sequence[CameraCurves]) -> Nearest:
     """Return the camera, of those shipped and given, with the nearest response to the patches."""
-    seen = _fine(colours)
+    light = _fine(colours)
     shipped = [
         CameraCurves(name=name, curves=named.sensitivities(name), per="energy") for name in named.sensitivity_names()
     ]
@@ -120,8 +120,8 @@ def nearest_camera(means: F64, colours: PatchColours, cameras: Sequence[CameraCu
         if not {"R", "G", "B"} <= set(camera.curves):
             continue
         chosen = [camera.curves[letter] for letter in "RGB"]
-        per = seen.nodes_nm if camera.per == "photon" else np.ones_like(seen.nodes_nm)
-        would = np.stack([seen.power @ (curve.at(seen.nodes_nm) * per) for curve in chosen], axis=1)
+        per = light.nodes_nm if camera.per == "photon" else np.ones_like(light.nodes_nm)
+        would = np.stack([light.power @ (curve.at(light.nodes_nm) * per) for curve in chosen], axis=1)
         if not would.max(axis=0).min() > 0.0:
             continue
         gains = (would * means).sum(axis=0) / (would * would).sum(axis=0)
@@ -154,25 +154,25 @@ def _sigma(displayed: F64, scatter: F64, part: float) -> F64:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Seen:
+class _Reflected:
     """Power of each patch (n, m) at nodes: the signal of a response of 1 per energy."""
 
     nodes_nm: F64
     power: F64
 
 
-def _fine(colours: PatchColours) -> _Seen:
+def _fine(colours: PatchColours) -> _Reflected:
     surfaces = [named.reflectance(name) for name in colours.names]
     nodes = Curve(NODES_NM.tolist(), np.ones(NODES_NM.size).tolist(), outside="hold")
     samples = colours.light.samples(surfaces, [nodes])
     power = samples.weight_nm * samples.irradiance_w_per_m2_nm
     reflected = np.array([spectrum_at(surface, samples.wavelength_nm) for surface in surfaces]) * power
-    return _Seen(samples.wavelength_nm, reflected)
+    return _Reflected(samples.wavelength_nm, reflected)
 
 
 def _of_nodes(colours: PatchColours) -> F64:
     """Return (n, nodes) the signal of each patch for hat functions at the nodes (linear interpolation)."""
-    seen = _fine(colours)
-    hats = np.stack([np.interp(seen.nodes_nm, NODES_NM, one, left=0.0, right=0.0) for one in np.eye(NODES_NM.size)])
-    projected: F64 = seen.power @ hats.T
+    light = _fine(colours)
+    hats = np.stack([np.interp(light.nodes_nm, NODES_NM, one, left=0.0, right=0.0) for one in np.eye(NODES_NM.size)])
+    projected: F64 = light.power @ hats.T
     return projected

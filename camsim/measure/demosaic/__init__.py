@@ -5,7 +5,7 @@ from camsim.measure.demosaic.methods import Method, methods
 from camsim.measure.demosaic.program import run_program
 from camsim.measure.demosaic.scaling import Fault
 from camsim.measure.demosaic.subject import Subject, subject_of_capture, subject_of_picture
-from camsim.measure.demosaic.verdict import Verdict, judge
+from camsim.measure.demosaic.verdict import Verdict, evaluate
 
 __all__ = [
     "Fault",
@@ -14,7 +14,7 @@ __all__ = [
     "Subject",
     "Verdict",
     "compete",
-    "judge",
+    "evaluate",
     "methods",
     "ranked",
     "run_program",

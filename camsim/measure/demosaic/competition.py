@@ -12,24 +12,24 @@ from camsim.core.errors import CamsimError
 from camsim.core.typed import check
 from camsim.measure.demosaic.methods import Method
 from camsim.measure.demosaic.subject import Subject
-from camsim.measure.demosaic.verdict import Verdict, judge
+from camsim.measure.demosaic.verdict import Verdict, evaluate
 from camsim.measure.given import check_given
 
-Seen = Callable[[Verdict, F32], None]
+OnVerdict = Callable[[Verdict, F32], None]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ranking:
     """The verdicts on one subject, the best CPSNR first.
 
-    rows, cols : of the picture;  judged: photosites used, without border and clipped ones
+    rows, cols : of the picture;  photosites: number used, without border and clipped ones
     left_out   : a sentence for each method that could not be run
     """
 
     subject: str
     rows: int
     cols: int
-    judged: int
+    photosites: int
     clipped: int
     cfa: str
     verdicts: tuple[Verdict, ...]
@@ -37,7 +37,7 @@ class Ranking:
 
     def as_dict(self) -> dict[str, Any]:
         """Return plain values for JSON."""
-        head = {name: getattr(self, name) for name in ("subject", "rows", "cols", "judged", "clipped", "cfa")}
+        head = {name: getattr(self, name) for name in ("subject", "rows", "cols", "photosites", "clipped", "cfa")}
         verdicts = [{"rank": rank, **verdict.as_dict()} for rank, verdict in enumerate(self.verdicts, start=1)]
         return {**head, "verdicts": verdicts, "left_out": list(self.left_out)}
 
@@ -48,21 +48,21 @@ def compete(
     entries: Iterable[Method],
     *,
     left_out: Iterable[str] = (),
-    seen: Seen | None = None,
+    on_verdict: OnVerdict | None = None,
 ) -> Ranking:
-    """Run methods on a frame and rank them; ``seen`` is called with each verdict and its picture."""
+    """Run methods on a frame and rank them; ``on_verdict`` is called with each verdict and its picture."""
     check_given(frame=frame)
     check(subject, Subject, "subject")
     verdicts, why = [], list(left_out)
     for method in entries:
         try:
-            verdict, image = judge(method.run(frame), subject, method=method.name, scale=subject.level)
+            verdict, image = evaluate(method.run(frame), subject, method=method.name, scale=subject.level)
         except CamsimError as error:
             why.append(str(error) if method.name in str(error) else f"{method.name}: {error}")
             continue
         verdicts.append(verdict)
-        if seen is not None:
-            seen(verdict, image)
+        if on_verdict is not None:
+            on_verdict(verdict, image)
     return ranked(subject, verdicts, why)
 
 
@@ -73,7 +73,7 @@ def ranked(subject: Subject, verdicts: Iterable[Verdict], left_out: Iterable[str
         subject=subject.name,
         rows=subject.shape[0],
         cols=subject.shape[1],
-        judged=int(subject.used.sum()),
+        photosites=int(subject.used.sum()),
         clipped=subject.clipped,
         cfa="/".join(subject.cfa or ()),
         verdicts=tuple(sorted(verdicts, key=lambda verdict: (-verdict.cpsnr_db, verdict.method))),

@@ -75,7 +75,7 @@ def subject_of_capture(capture: Capture, truth_e: F32, *, border: int = BORDER) 
     channels = camera.cfa.channels
     if sorted(channels) != sorted(CHANNELS):
         raise UnsupportedError(
-            f"the camera has the channels {', '.join(channels)}; demosaicing is judged in R, G and B", stage=name
+            f"the camera has the channels {', '.join(channels)}; demosaicing is measured in R, G and B", stage=name
         )
     shape = (capture.grid.rows, capture.grid.cols, len(channels))
     if truth_e.shape != shape:
@@ -87,7 +87,7 @@ def subject_of_capture(capture: Capture, truth_e: F32, *, border: int = BORDER) 
     clipped = np.any(truth_e >= _first_full_e(capture), axis=2)
     used = inside(shape, border, name) & ~scipy.ndimage.binary_dilation(clipped, iterations=_BESIDE_CLIPPED)
     if not used.any():
-        raise UnsupportedError("nothing is left to judge, all is clipped or border; expose less", stage=name)
+        raise UnsupportedError("nothing is left to measure, all is clipped or border; expose less", stage=name)
     return Subject(
         name=name,
         truth=(balanced(truth_e, capture)[:, :, order] / np.float32(level)).astype(np.float32),
@@ -120,7 +120,7 @@ def subject_of_picture(
     check_given(picture=picture)
     truth = planes_of(picture)
     if cfa is not None and set("".join(cfa)) != set(CHANNELS):
-        raise InvalidValueError(f"{'/'.join(cfa)}; demosaicing is judged in R, G and B", key="cfa")
+        raise InvalidValueError(f"{'/'.join(cfa)}; demosaicing is measured in R, G and B", key="cfa")
     if white is not None and not 0.0 < white < math.inf:
         raise InvalidValueError(f"{white:g}; must be above 0", key="white")
     peak = white or _peak(picture, truth)

@@ -68,7 +68,7 @@ def _finite(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def judge(found: F32, subject: Subject, *, method: str, scale: float | None = None) -> tuple[Verdict, F32]:
+def evaluate(found: F32, subject: Subject, *, method: str, scale: float | None = None) -> tuple[Verdict, F32]:
     """Return the verdict, and the result on the truth's scale.
 
     found : (rows, cols, 3) linear

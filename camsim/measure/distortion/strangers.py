@@ -95,10 +95,10 @@ def measure_grid(picture: Picture, *, progress: Callable[[str, float], None] | N
         if progress is not None:
             progress("marks", done / len(channels))
         seen[channel.name] = _located(channel, picture, places, marks)
-    own = seen[reference.name]
-    if len(own) < _LEAST:
-        raise _refused(picture, len(own))
-    return _report(picture, reference.name, own, seen)
+    fitted = seen[reference.name]
+    if len(fitted) < _LEAST:
+        raise _refused(picture, len(fitted))
+    return _report(picture, reference.name, fitted, seen)
 
 
 def _refused(picture: Picture, count: int) -> UnsupportedError:
@@ -121,10 +121,10 @@ def _grid_of(channel: Channel, picture: Picture) -> tuple[dict[tuple[int, int], 
     numbers = np.arange(1, count + 1)
     areas = np.asarray(scipy.ndimage.sum_labels(np.ones_like(off), labels, numbers), np.float64)
     middles = np.array(scipy.ndimage.center_of_mass(sign * off, labels, numbers)).reshape(-1, 2)
-    kept = areas >= _SMALLEST
+    large = areas >= _SMALLEST
     step = float(x[1] - x[0]), float(y[1] - y[0])
-    pixels = np.stack([x[0] + step[0] * middles[kept, 1], y[0] + step[1] * middles[kept, 0]], axis=1)
-    sizes = areas[kept] * step[0] * step[1]
+    pixels = np.stack([x[0] + step[0] * middles[large, 1], y[0] + step[1] * middles[large, 0]], axis=1)
+    sizes = areas[large] * step[0] * step[1]
     best = next(iter(lattices(pixels, sizes, least=_LEAST, most=_MOST)), None)
     if best is None:
         raise _refused(picture, 0)
@@ -161,13 +161,13 @@ def _located(
 def _report(
     picture: Picture,
     reference: str,
-    own: dict[tuple[int, int], tuple[float, float, float]],
+    fitted: dict[tuple[int, int], tuple[float, float, float]],
     seen: dict[str, dict[tuple[int, int], tuple[float, float, float]]],
 ) -> GridReport:
-    grid = np.array(list(own), np.float64)
+    grid = np.array(list(fitted), np.float64)
     half = 0.5 * math.hypot(*picture.shape)
     middle = np.array([0.5 * picture.shape[1], 0.5 * picture.shape[0]])
-    places = (np.array([place[:2] for place in own.values()]) - middle) / half
+    places = (np.array([place[:2] for place in fitted.values()]) - middle) / half
     start = homography(grid, places)
     start /= start[2, 2]
 

@@ -12,6 +12,7 @@ import numpy as np
 from camsim.core.annotations import Called
 from camsim.core.arrays import F64, U8
 from camsim.core.errors import UnsupportedError
+from camsim.core.note import Note
 from camsim.core.typed import check
 from camsim.measure.noise.estimate import SURE, Estimate, no_figure
 from camsim.measure.noise.fullness import saturation
@@ -95,21 +96,23 @@ def measure_noise(shots: Shots, *, expected: Mapping[str, dict[str, float]] | No
     )
 
 
-def _notes(found: PhotonTransfer, rounding: Rounding) -> tuple[str, ...]:
+def _notes(found: PhotonTransfer, rounding: Rounding) -> tuple[Note, ...]:
     """Return remarks on the figures."""
     error, gain = found.linearity_error, found.gain_dn_per_e
-    said = []
+    notes = []
     if gain.measurable and error.measurable and error.value - SURE * error.sigma > _BENT:
-        said.append(
+        text = (
             f"{BENT}: the signal is off the line (see the linearity error), so that the gain, and by it all that is "
             "counted in electrons, is another at every signal, and several times as far off"
         )
+        notes.append(Note(BENT, text, "linearity_error"))
     if rounding.summed is None and found.read_noise_e.measurable:
-        said.append(
+        text = (
             "codes are wider than 16 bits and nobody says of how many frames they are sums: the read noise is that of "
             "single ones, its error has in it what sums would round; a column summed in the index tells"
         )
-    return tuple(said)
+        notes.append(Note("sums-not-stated", text, "summed"))
+    return tuple(notes)
 
 
 def _refuse(shots: Shots, rounding: Rounding) -> None:

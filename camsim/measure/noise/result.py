@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import asdict, dataclass, fields
 from typing import Any
 
 from camsim.core.arrays import F64
+from camsim.core.note import Note
 from camsim.measure.noise.estimate import Estimate
 from camsim.measure.noise.photon_transfer import PhotonTransfer
 
@@ -71,12 +72,12 @@ class ChannelNoise:
     dark: Spectrogram
     flat: Spectrogram
     expected: dict[str, float] | None = None
-    notes: tuple[str, ...] = ()
+    notes: tuple[Note, ...] = ()
 
     def remark(self, name: str) -> str:
         """Return the remark on a figure: "bent" if a non-linear read-out affects it."""
         by_gain = "e⁻" in UNITS[name] or UNITS[name] == "dB"
-        return BENT if by_gain and any(note.startswith(BENT) for note in self.notes) else ""
+        return BENT if by_gain and any(note.code == BENT for note in self.notes) else ""
 
     def figures(self) -> dict[str, Estimate]:
         """Return every figure by name, in order."""
@@ -107,7 +108,7 @@ class ChannelNoise:
                 stated["expected"] = expected
             figures[name] = stated
         tree["figures"] = figures
-        tree["notes"] = list(self.notes)
+        tree["notes"] = [asdict(note) for note in self.notes]
         for name in ("exposure", "signal_dn", "variance_dn2", "snr"):
             tree[name] = getattr(self, name).tolist()
         for name in ("dark", "flat"):

@@ -119,7 +119,7 @@ def read_shots(folder: str | Path, *, cfa: str | None = None) -> Shots:
         (one, its), (other, others), *_ = settings.items()
         raise InputError(
             f"{str(place / its)!r} was taken at ISO {one:g} and {others!r} at ISO {other:g}: one sensor at two gains; "
-            "measure each setting from a folder of its own"
+            "measure each setting from a separate folder"
         )
     assert first is not None
     wide = any(codes.itemsize > _CONVERTERS_BYTES for group in found.values() for codes in group)
@@ -238,10 +238,15 @@ def _index(path: Path) -> Iterator[tuple[str, Kind, float, float, int]]:
 def codes_of(picture: Picture) -> tuple[tuple[str, ...], U8, Codes]:
     """Return channels, (rows, cols) of their numbers, and the codes of a mosaic."""
     channels = tuple(dict.fromkeys(plane.name for plane in picture.planes))
-    if any(plane.samples.dtype.kind not in "ui" for plane in picture.planes):
-        raise UnsupportedError("holds no codes, and noise is measured in the converter's own", stage=picture.name)
     # In the width of the file: programs that sum frames write 32 bits.
     wide = np.result_type(*(plane.samples.dtype for plane in picture.planes))
+    if wide.kind == "f":  # whole numbers, as MATLAB keeps codes
+        low, high = (np.array([limit(plane.samples) for plane in picture.planes]) for limit in (np.min, np.max))
+        whole = all((plane.samples == np.rint(plane.samples)).all() for plane in picture.planes)
+        if not whole or not np.abs([low, high]).max() < 2**31:
+            message = "holds no codes but fractions, and noise is measured in the converter's codes; save those"
+            raise UnsupportedError(message, stage=picture.name)
+        wide = np.dtype(np.uint16 if low.min() >= 0 and high.max() < 2**16 else np.int32)
     index, codes = np.zeros(picture.shape, np.uint8), np.zeros(picture.shape, wide)
     covered = 0
     for plane in picture.planes:

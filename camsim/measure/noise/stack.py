@@ -97,7 +97,7 @@ class Stack:
                    over that: for few frames random, of either sign
     variance_dn2, variance_sigma_dn2 : temporal variance of a photosite, and error, without offsets common to a frame
     pattern, fine      : spatial variance of the fixed pattern: total, and without parts smooth over tens of photosites
-    rounding           : of its codes;  coarser_dn2: additional variance of rounding here, for companded codes
+    rounding           : of its codes;  coarser_dn2: what it adds beyond that here, if codes are companded
     clipped_low        : fraction of codes that are 0, or piled up at the smallest one below 0
     largest_dn, at_end : the largest code, and the fraction of codes piled up there; 0 if they thin out towards it
     """
@@ -201,7 +201,7 @@ def stack(frames: Sequence[Codes], channel: Chosen, rounding: Rounding = _EACH_C
         chance = _chance(spatial, scatter / count) / photosites + _chance(of_means, of_rows / count) / rows
         return Pattern(dn2=spatial - scatter / count, sigma_dn2=lines, chance_dn2=math.sqrt(chance + more**2))
 
-    fine, kept = _fine(mean, channel)
+    fine, remaining = _fine(mean, channel)
     return Stack(
         frames=count,
         mean_dn=float(np.mean(means)),
@@ -211,20 +211,21 @@ def stack(frames: Sequence[Codes], channel: Chosen, rounding: Rounding = _EACH_C
         variance_dn2=temporal,
         variance_sigma_dn2=temporal_sigma,
         pattern=pattern(mean, of_rows, scatter),
-        fine=pattern(fine, of_rows * _OF_ROWS / kept, max(scatter - of_rows * (1.0 - _OF_ROWS / kept), 0.0)),
+        fine=pattern(fine, of_rows * _OF_ROWS / remaining, max(scatter - of_rows * (1.0 - _OF_ROWS / remaining), 0.0)),
         rounding=rounding,
-        coarser_dn2=_coarser_dn2(seen, rounding),
+        coarser_dn2=_coarser_dn2(seen, rounding, temporal),
         clipped_low=low / (count * photosites),
         largest_dn=largest,
         at_end=at / (count * photosites) if at > below else 0.0,
     )
 
 
-def _coarser_dn2(codes: Sequence[Codes], rounding: Rounding) -> float:
-    """Return the excess variance of rounding over that in the dark: companded codes are further apart.
+def _coarser_dn2(codes: Sequence[Codes], rounding: Rounding, temporal_dn2: float) -> float:
+    """Return what rounding adds to the temporal variance beyond that in the dark: companded codes are further apart.
 
-    A code represents the interval nearest to it among codes that occur. Absent codes widen it by less than a thousandth
-    of the noise.
+    A code represents the interval nearest to it among codes that occur, in which the signal is spread evenly with the
+    slope of a normal law: where the distance changes, rounding moves signals apart or together. Absent codes widen
+    their neighbours' intervals by less than a thousandth of the noise.
     """
     low, high = min(int(each.min()) for each in codes), max(int(each.max()) for each in codes)
     if high - low > _MOST_CODES:
@@ -235,10 +236,16 @@ def _coarser_dn2(codes: Sequence[Codes], rounding: Rounding) -> float:
     seen = np.flatnonzero(count)
     if len(seen) < _LEAST_SEEN:
         return 0.0
-    count, gap = count[seen], np.diff(seen.astype(np.float64))
-    width = 0.5 * (np.concatenate([gap[:1], gap]) + np.concatenate([gap, gap[-1:]]))
-    whole = (rounding.summed or 1) * float(np.sum(count * width**2) / np.sum(count)) / 12.0
-    return max(whole - rounding.dn2, 0.0)
+    share, gap = count[seen] / count.sum(), np.diff(seen.astype(np.float64))
+    before, after = np.concatenate([gap[:1], gap]), np.concatenate([gap, gap[-1:]])
+    middle = seen + 0.25 * (after - before)
+    middle -= share @ middle
+    spread = float(share @ middle**2)
+    inside = (before + after) ** 2 / 48.0  # variance of the signal within an interval
+    moved = 0.25 * (before - after) + middle / spread * inside  # mean of code − signal
+    own = share @ ((before**3 + after**3) / (12.0 * (before + after))) - (share @ moved) ** 2
+    along = 2.0 * min(temporal_dn2 / spread, 1.0) * (share @ (middle * moved - inside))
+    return (rounding.summed or 1) * float(own + along) - rounding.dn2
 
 
 def _fine(mean: F64, channel: Chosen) -> tuple[F64, float]:
@@ -264,9 +271,9 @@ def _fine(mean: F64, channel: Chosen) -> tuple[F64, float]:
     left = np.where(inside, filled - down @ (down.T @ filled @ across) @ across.T, 0.0)
     one = _SMOOTH.max() ** 2 / around
     white = 1.0 - 2.0 * one + smooth(weight, _SMOOTH**2) / around**2
-    kept = float(np.mean(white[inside])) * max(1.0 - down.shape[1] * across.shape[1] / mean.size, 1e-9)
-    fine: F64 = (left - smooth(left, _SMOOTH) / around)[inside] / math.sqrt(kept)
-    return fine, kept
+    remaining = float(np.mean(white[inside])) * max(1.0 - down.shape[1] * across.shape[1] / mean.size, 1e-9)
+    fine: F64 = (left - smooth(left, _SMOOTH) / around)[inside] / math.sqrt(remaining)
+    return fine, remaining
 
 
 def _polynomials(size: int) -> F64:

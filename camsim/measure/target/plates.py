@@ -164,8 +164,8 @@ def _searched(light: F64, side: int) -> Rings | None:
         return None
     # Sampled rings look the same around each ghost: the true centre is where they are strongest.
     middle = np.array(first) + 0.5 * (side - 1) - wave / k
-    turns = np.arange(-math.ceil(side * k), math.ceil(side * k) + 1)
-    candidates = [Rings(centre=middle + np.array([i, j]) / k, growth=k * np.eye(2)) for i in turns for j in turns]
+    steps = np.arange(-math.ceil(side * k), math.ceil(side * k) + 1)
+    candidates = [Rings(centre=middle + np.array([i, j]) / k, growth=k * np.eye(2)) for i in steps for j in steps]
     inside = [each for each in candidates if (each.centre > 0).all() and (each.centre < light.shape).all()]
     if not inside:
         return None

@@ -180,10 +180,10 @@ def _channel(
         power = float(np.sum(np.abs(s) ** 2))
         if not power > 0.0:
             continue
-        kept = float(np.sum((m * np.conj(s)).real)) / power
-        rest = (m - kept * s) * np.conj(s)
+        transfer = float(np.sum((m * np.conj(s)).real)) / power
+        rest = (m - transfer * s) * np.conj(s)
         frequency.append(float(np.sum(radius[ring] * np.abs(s) ** 2)) / power)
-        mtf.append(kept)
+        mtf.append(transfer)
         # Each frequency occurs twice, as f and −f.
         error.append(math.sqrt(2.0 * _HANN_SPREAD * float(np.sum(rest.real**2))) / power)
     f = np.array(frequency)

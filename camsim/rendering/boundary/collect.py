@@ -9,18 +9,14 @@ import numpy as np
 
 from camsim.core.arrays import F64, I64, U8
 from camsim.core.kernels import kernel
-from camsim.rendering.boundary.crowd import Cells, cell_at_points
-from camsim.rendering.boundary.records import Numbers, TabledEdges, Tables, moments_in_frame
+from camsim.rendering.boundary.records import Numbers, TabledEdges, Tables
 from camsim.rendering.boundary.smooth import ENDS, LINE, WHOLE, add_weighed, far_at_points
-
-CELL = 3  # entry of a tile's list, in addition to a WHOLE edge or a LINE
 
 
 class World(NamedTuple):
     """Data that all tiles share."""
 
     edges: TabledEdges
-    cells: Cells
     tables: Tables
     numbers: Numbers
 
@@ -33,7 +29,7 @@ class Stack(NamedTuple):
     quarter: I64  # the next to be entered
     listed: I64  # number of sources that are not smooth over the tile
     source: I64  # (levels + 1, sources) their indices
-    state: U8  # WHOLE, LINE or CELL
+    state: U8  # WHOLE or LINE
     sums: F64  # (levels + 1, channels, order²) sum of the smooth sources, at the tile's nodes
 
 
@@ -43,29 +39,23 @@ class Scratch(NamedTuple):
     node_x: F64  # a tile's nodes relative to its centre, and an edge's far form there (4, order²)
     node_y: F64
     node_g: F64
-    node_sends: F64  # (8, order²) values of a dipole there
     half_way: F64  # (order, order) a tile's sums, interpolated along one axis
     line: F64  # (channels, order) a tile's sums, interpolated to one row of photosites
     line_sites: F64  # (channels, root) and to each photosite of the row
     site_x: F64  # a tile's photosites relative to its first one, and an edge's far form there (4, leaf²)
     site_y: F64
     site_g: F64
-    site_sends: F64
-    site_sums: F64  # (channels, leaf²) sum of cells and of edges with negligible ringing there
+    site_sums: F64  # (channels, leaf²) sum of edges with negligible ringing there
     quiet: U8  # (leaf²,)
-    opened: I64  # (cells,)
 
 
 def stack_of(world: World) -> Stack:
     """Return a stack with all sources at level 0."""
-    edges, cells, order = world.edges.x.size, world.cells.x.size, world.numbers.nodes.size
+    edges, order = world.edges.x.size, world.numbers.nodes.size
     levels, channels = world.numbers.to_photosites.shape[0], world.tables.far.shape[1]
     row, col, quarter, listed = np.zeros((4, levels + 1), np.int64)
     source, state = np.empty((levels + 1, edges), np.int64), np.empty((levels + 1, edges), np.uint8)
-    if cells:
-        source[0, 0], state[0, 0], listed[0] = 0, CELL, 1
-    else:
-        source[0], state[0], listed[0] = np.arange(edges), WHOLE, edges
+    source[0], state[0], listed[0] = np.arange(edges), WHOLE, edges
     return Stack(row, col, quarter, listed, source, state, np.zeros((levels + 1, channels, order * order)))
 
 
@@ -78,17 +68,14 @@ def scratch_of(world: World) -> Scratch:
         node_x=np.empty(nodes),
         node_y=np.empty(nodes),
         node_g=np.empty((4, nodes)),
-        node_sends=np.empty((8, nodes)),
         half_way=np.empty((order, order)),
         line=np.empty((channels, order)),
         line_sites=np.empty((channels, world.numbers.root)),
         site_x=(index % leaf).astype(np.float64),
         site_y=(index // leaf).astype(np.float64),
         site_g=np.empty((4, sites)),
-        site_sends=np.empty((8, sites)),
         site_sums=np.empty((channels, sites)),
         quiet=np.empty(sites, np.uint8),
-        opened=np.empty(world.cells.x.size, np.int64),
     )
 
 
@@ -111,12 +98,12 @@ def _smooth_part(e: int, state: int, x: float, y: float, half: float, edges: Tab
     spread = half * (abs(tx) + abs(ty))
     line_gap = abs(h) - spread if s1 < spread and s2 > -spread else math.inf
     if state == LINE:
-        return LINE if line_gap >= apart and line_gap >= n.negligible_line else -1
+        return LINE if line_gap >= apart and line_gap >= n.reach else -1
     x2, y2 = dx + edges.length[e] * tx, dy + edges.length[e] * ty
     gap = min(gap_from(dx, dy, half, half), gap_from(x2, y2, half, half))
-    if gap < n.negligible_end or gap < apart:
+    if gap < n.near or gap < apart:
         return -1
-    if line_gap >= apart and line_gap >= (n.negligible_line if edges.response[e] >= 0 else n.negligible_end):
+    if line_gap >= apart and line_gap >= (n.reach if edges.response[e] >= 0 else n.near):
         return WHOLE
     return ENDS if edges.response[e] >= 0 and s1 <= -spread and s2 >= spread else -1
 
@@ -124,55 +111,28 @@ def _smooth_part(e: int, state: int, x: float, y: float, half: float, edges: Tab
 @kernel()
 def collect(level: int, x: float, y: float, stack: Stack, scratch: Scratch, world: World) -> int:
     """Sum the sources that are smooth over a level's tile about (x, y), list the others, and count those not LINE."""
-    edges, cells, tables, n = world
+    edges, tables, n = world
     size = n.root >> (level - 1)
-    half, last = 0.5 * size, size == n.leaf
+    half = 0.5 * size
     count, source, state = stack.listed[level - 1], stack.source[level - 1], stack.state[level - 1]
     keep, keep_state, sums = stack.source[level], stack.state[level], stack.sums[level]
     kept = 0
     lines = 0
-    apart = n.separation * half
-    px, py, g, sends, opened = scratch.node_x, scratch.node_y, scratch.node_g, scratch.node_sends, scratch.opened
+    px, py, g = scratch.node_x, scratch.node_y, scratch.node_g
     for i in range(n.nodes.size):
         for j in range(n.nodes.size):
             px[i * n.nodes.size + j] = half * n.nodes[j]
             py[i * n.nodes.size + j] = half * n.nodes[i]
     for item in range(count):
-        first, end = source[item], source[item] + 1
-        waiting = 0
-        if state[item] == CELL:
-            opened[0] = source[item]
-            first, end, waiting = 0, 0, 1
-        while waiting > 0 or end > first:
-            for e in range(first, end):
-                owed = WHOLE if state[item] == CELL else state[item]
-                part = _smooth_part(e, owed, x, y, half, edges, n)
-                if part >= 0:
-                    far_at_points(e, part, x, y, px, py, edges, n, sends, g)
-                    add_weighed(g, tables.far[edges.pair[e]], sums)
-                if part < 0 or part == ENDS:
-                    keep[kept] = e
-                    keep_state[kept] = LINE if part == ENDS else owed
-                    lines += keep_state[kept] == LINE
-                    kept += 1
-            first, end = 0, 0
-            if waiting > 0:
-                waiting -= 1
-                c = opened[waiting]
-                widest = max(cells.half_x[c], cells.half_y[c])
-                gap = gap_from(cells.x[c] - x, cells.y[c] - y, half + cells.half_x[c], half + cells.half_y[c])
-                if gap < n.negligible_end or gap < n.separation * widest:
-                    if last or widest > half:
-                        first, end = cells.first_edge[c], cells.first_edge[c + 1]
-                        for child in range(cells.first_child[c], cells.first_child[c + 1]):
-                            opened[waiting] = child
-                            waiting += 1
-                        continue
-                elif gap >= apart:
-                    cell_at_points(c, x, y, px, py, moments_in_frame(n), cells, sends, sums)
-                    continue
-                keep[kept] = c
-                keep_state[kept] = CELL
-                kept += 1
+        e = source[item]
+        part = _smooth_part(e, state[item], x, y, half, edges, n)
+        if part >= 0:
+            far_at_points(e, part, x, y, px, py, edges, n, g)
+            add_weighed(g, tables.far[edges.pair[e]], sums)
+        if part < 0 or part == ENDS:
+            keep[kept] = e
+            keep_state[kept] = LINE if part == ENDS else state[item]
+            lines += keep_state[kept] == LINE
+            kept += 1
     stack.listed[level] = kept
     return kept - lines

@@ -12,18 +12,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from camsim.core.arrays import I64
+from camsim.core.arrays import F64
 from camsim.rendering.boundary.image import inside_length, largest_tile
 from camsim.rendering.boundary.potential import ORDER
-from camsim.rendering.boundary.ring_counts import HARMONIC, MOST_ENDS, OF_TABLE, TERM, VALUE, ring_counts, within
 from camsim.rendering.boundary.settings import Settings
-from camsim.rendering.boundary.tables import LONG
 from camsim.rendering.edges import Edges
 from camsim.rendering.engine import SET_UP_SECONDS, Cost
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.grid import Grid
 
 MATRIX, SINE = 0.1, 20.0  # costs in terms: of a term of a matrix product, of a sine
+MOST_ROWS = 128  # rows that are counted for the photosites in a circle
+MOST_ENDS = 512  # ends whose surroundings are counted; larger numbers are thinned out
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,32 +31,40 @@ class Counts:
     """Counts of the boundary engine's operations for one image.
 
     photosites : of the grid;  near_nodes: quadrature nodes near ends;  looked_up: photosites × nearby lines
-    ring_terms, ring_harmonics : of series at nodes × photosites where ringing is computed (``ring_counts``)
-    close      : photosites × edges beyond the near zone whose ringing is not negligible, or just beyond it
+    close      : photosites × edges just beyond the near zone
     collected  : sources × tiles that sum them
-    parts      : of the footprint, for each of which all of the above is done
-    tables     : fields and edge responses;  ring_rows: of the table of ringing along short edges, 0 for none
+    tables     : fields and edge responses
     table_values : numbers in all of them;  table_terms: terms summed for them
     """
 
     photosites: float
     near_nodes: float
     looked_up: float
-    ring_terms: float
-    ring_harmonics: float
     close: float
     collected: float
     tables: int
-    ring_rows: int
     table_values: float
     table_terms: float
-    parts: int
 
-    @property
-    def table_seconds(self) -> float:
-        """Seconds for the tables."""
-        seconds: float = sum(1e-9 * PRICES[name] * getattr(self, name) for name in OF_TABLES)
-        return seconds
+
+def within(points: F64, radius: float, grid: Grid) -> F64:
+    """Return how many photosites of the grid lie within ``radius`` of each point (n, 2), pitches.
+
+    They are counted on the circle's chord in each row, or in a subset of many rows.
+
+    >>> within(np.array([[0.0, 0.0]]), 1.0, Grid(rows=2, cols=4, pitch_um=1.0))
+    array([4.])
+    """
+    x0, y0 = grid.first_centre
+    first = max(0, math.ceil(float(points[:, 1].min()) - radius - y0))
+    last = min(grid.rows - 1, math.floor(float(points[:, 1].max()) + radius - y0))
+    step = max(1, (last - first + 1) // MOST_ROWS)
+    row = np.arange(first, last + 1, step)[:, None]
+    half = np.sqrt(np.maximum(radius**2 - (y0 + row - points[:, 1]) ** 2, 0.0))
+    left = np.maximum(np.ceil(points[:, 0] - half - x0), 0.0)
+    right = np.minimum(np.floor(points[:, 0] + half - x0), grid.cols - 1.0)
+    counts: F64 = np.where(half > 0.0, np.maximum(right - left + 1.0, 0.0), 0.0).sum(axis=0)
+    return step * counts
 
 
 def boundary_counts(
@@ -65,18 +73,14 @@ def boundary_counts(
     settings: Settings,
     footprint: Footprint,
     *,
-    in_foci: tuple[I64, I64],
     normals: int,
     sets: int,
     wavelengths: int,
-    oscillations: int,
-    parts: int,
 ) -> Counts:
     """Count the boundary engine's operations.
 
-    in_foci : the edges of each of the settings' foci (``focus.touching``)
     normals : number of edge responses
-    sets : pairs of spectra times channels;  oscillations: of the pattern;  parts: of the footprint
+    sets : pairs of spectra times channels
     """
     start, end, length = edges.start, edges.end, edges.length
     long = length >= settings.near
@@ -88,7 +92,7 @@ def boundary_counts(
     # Mean of √(near² − h²) over the disc, minus half of the part before the foot; a short edge counts entirely.
     chord = np.where(is_long, 0.85 * settings.near, np.minimum(np.tile(length[::thin], 2), 1.7 * settings.near))
     nodes = np.ceil(chord / settings.panel) * settings.panel_nodes
-    close = within(ends, settings.negligible_end + settings.leaf, grid) - near
+    close = within(ends, settings.near + settings.leaf, grid) - near
     root = largest_tile(settings, (grid.rows, grid.cols))
     # A tile with nothing but lines left is not quartered: all of its photosites look them up.
     band = 2.0 * settings.reach + root
@@ -97,23 +101,12 @@ def boundary_counts(
     roots = -(-grid.rows // root) * -(-grid.cols // root)
     levels = 1.0 + math.log2(root / settings.leaf)
     shortest = settings.shortest
-    rings = ring_counts(
-        edges,
-        grid,
-        settings,
-        footprint,
-        in_foci=in_foci,
-        sets=sets,
-        oscillations=oscillations * wavelengths,
-        parts=parts,
-    )
     order = min(settings.tile_nodes, root) if root == settings.leaf else settings.tile_nodes
     collected = len(start) * (roots + 12.0 * levels) * order**2
     rows = settings.near / settings.field_step
     taps = 2.0 * footprint.extent / settings.field_step
-    # A long average is a running sum with as many terms as a slope: a Lagrange rule at either side of every spot.
-    ends_of_spots = 2.0 * ORDER * len(footprint.grid[0])
-    terms = ORDER + (ends_of_spots if taps > LONG else taps + ORDER) + ends_of_spots
+    # A slope has the taps of a Lagrange rule at either side of every spot.
+    terms = ORDER + taps + ORDER + 2.0 * ORDER * len(footprint.grid[0])
     cells = settings.reach / settings.response_step
     # Nodes of the edge responses' integrals: some between every two cut-offs, and more in proportion to the phase.
     waves = 14.0 * wavelengths + 1.1 * math.pi * (settings.reach + footprint.extent) / shortest
@@ -121,17 +114,12 @@ def boundary_counts(
         photosites=photosites,
         near_nodes=float(near @ (nodes * share)),
         looked_up=min(looked_up, photosites * float(np.count_nonzero(long))),
-        ring_terms=rings.terms,
-        ring_harmonics=rings.harmonics,
         close=float(close @ share),
         collected=collected,
         tables=sets * (1 + normals),
-        ring_rows=rings.rows,
-        table_values=sets * (2.0 * rows * rows + normals * 6.0 * cells) + rings.table_values,
+        table_values=sets * (2.0 * rows * rows + normals * 6.0 * cells),
         table_terms=sets * (rows * (rows + 0.5 * taps) * terms + MATRIX * normals * cells * waves)
-        + SINE * cells * waves
-        + rings.table_terms,
-        parts=parts,
+        + SINE * cells * waves,
     )
 
 
@@ -140,21 +128,16 @@ PRICES = {
     "photosites": 8.0,
     "near_nodes": 24.0,
     "looked_up": 11.0,
-    "ring_terms": TERM,
-    "ring_harmonics": HARMONIC,
     "close": 45.0,
     "collected": 4.6,
-    "table_values": VALUE,
-    "table_terms": OF_TABLE,
+    "table_values": 3.0,
+    "table_terms": 0.5,
 }
-OF_TABLES = ("table_values", "table_terms")
 
 
 def boundary_cost(counts: Counts) -> Cost:
     """Return the cost of the counts."""
-    of_each = sum(price * 1e-9 * getattr(counts, name) for name, price in PRICES.items() if name not in OF_TABLES)
-    seconds = SET_UP_SECONDS + counts.parts * of_each + counts.table_seconds
     return Cost(
-        seconds=seconds,
+        seconds=SET_UP_SECONDS + sum(price * 1e-9 * getattr(counts, name) for name, price in PRICES.items()),
         memory_bytes=8.0 * (counts.photosites + counts.table_values) + 4e6,
     )

@@ -17,14 +17,11 @@ from camsim.optics.pattern import Pattern
 from camsim.rendering.boundary.cost import Counts, boundary_cost, boundary_counts
 from camsim.rendering.boundary.image import boundary_bands, directions
 from camsim.rendering.boundary.settings import Settings, plan_boundary
-from camsim.rendering.engine import FEWEST_CHECKED, MEMORY_LIMIT_BYTES, Cost, Decision, Marks, Progress, one_by_one
-from camsim.rendering.focus import touching
+from camsim.rendering.engine import FEWEST_CHECKED, Cost, Decision, Marks, Progress, one_by_one
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.job import Job, Nodes
 from camsim.rendering.spectral import multiples
 from camsim.rendering.work import Work
-
-MOST_PARTS, OF_TABLES = 64, 0.5  # parts along a photosite; share of tables in the cost from which on parts are tried
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -32,13 +29,12 @@ class BoundaryPlan:
     """A job with a rotationally symmetric lens, and the settings for it.
 
     pattern   : of the job
-    footprint : of the job, or a part of it; copies at ``places`` (n, 2) from a photosite's centre, pitches, make it up
+    footprint : of the job
     """
 
     job: Job
     pattern: Pattern
     footprint: Footprint
-    places: F64
     settings: Settings
     nodes: Nodes
 
@@ -48,7 +44,7 @@ class BoundaryPlan:
         settings = self.settings
         return Marks(
             near=settings.near,
-            quiet=settings.negligible_end,
+            quiet=settings.near,
             reach=settings.reach,
             leaf=settings.leaf,
             apart=max(settings.near, settings.separation * 0.5 * settings.leaf),
@@ -71,15 +67,10 @@ class BoundaryPlan:
         return len(np.unique(multiples(weights.reshape(len(weights), -1))[0]))
 
     @cached_property
-    def in_foci(self) -> tuple[I64, I64]:
-        """The job's edges that touch each of the settings' foci; cached for cost and image, since it is slow."""
-        return touching(self.settings.foci, self.job.edges)
-
-    @cached_property
     def lines(self) -> tuple[I64, F64]:
-        """Index of the edge response of each of the job's edges, and the responses' normals; cached as well."""
-        reach = self.settings.reach + float(np.abs(self.places).max())
-        return directions(self.job.edges, self.job.grid, self.settings.near, reach, self.footprint)
+        """Index of the edge response of each of the job's edges, and the responses' normals; for cost and image."""
+        settings = self.settings
+        return directions(self.job.edges, self.job.grid, settings.near, settings.reach, self.footprint)
 
     @cached_property
     def counts(self) -> Counts:
@@ -90,12 +81,9 @@ class BoundaryPlan:
             job.grid,
             self.settings,
             self.footprint,
-            in_foci=self.in_foci,
             normals=len(self.lines[1]),
             sets=self.tabled * job.signals.scale.size,
             wavelengths=self.wavelengths,
-            oscillations=len(self.pattern.oscillations),
-            parts=len(self.places),
         )
 
     @cached_property
@@ -114,7 +102,7 @@ class BoundaryPlan:
             tables=counts.tables,
             table_values=round(counts.table_values),
             table_terms=round(counts.table_terms),
-            nodes_integrated=images * counts.parts * round(counts.near_nodes),
+            nodes_integrated=images * round(counts.near_nodes),
         )
 
     def decisions(self) -> Iterator[Decision]:
@@ -125,12 +113,6 @@ class BoundaryPlan:
             decision=f"ends integrated within {settings.near:.3g} pitches, lines looked up within {settings.reach:.3g}",
             reason="beyond, the far form keeps its share of the tolerance",
         )
-        if len(settings.foci.radius):
-            yield Decision(
-                topic="settings",
-                decision=f"rings followed to {len(settings.foci.radius)} round outlines",
-                reason="in their centres the rings of all sides meet, and are heard",
-            )
         yield Decision(
             topic="settings",
             decision=f"{counts.tables} tables, {counts.table_values:.2g} numbers",
@@ -148,12 +130,9 @@ class BoundaryPlan:
             self.job,
             pattern=self.pattern,
             footprint=self.footprint,
-            places=self.places,
             nodes=self.nodes,
             settings=self.settings,
-            in_foci=self.in_foci,
             lines=self.lines,
-            ring_rows=self.counts.ring_rows,
             channel=channel,
         ):
             row += len(band)
@@ -179,31 +158,12 @@ class Boundary:
             raise UnsupportedError("boundary takes none; only importance takes a number", key="samples")
         if job.pattern is None or job.footprint is None:
             raise UnsupportedError(job.unknown)
-        best = _planned(job, job.pattern, job.footprint, np.zeros((1, 2)))
-        if not len(job.edges):
-            return best
-        count = 1
-        while count <= MOST_PARTS and (_rank(best)[0] or best.counts.table_seconds > OF_TABLES * best.cost.seconds):
-            part, places = job.footprint.cut(count)
-            other = _planned(job, job.pattern, part, places)
-            if _rank(other) >= _rank(best) and count > 1:
-                break
-            best, count = min(best, other, key=_rank), 2 * count
-        return best
-
-
-def _rank(plan: BoundaryPlan) -> tuple[bool, float]:
-    return plan.cost.memory_bytes > MEMORY_LIMIT_BYTES, plan.cost.seconds
-
-
-def _planned(job: Job, pattern: Pattern, footprint: Footprint, places: F64) -> BoundaryPlan:
-    settings = plan_boundary(job, pattern, footprint)
-    phase = 2.0 * math.pi * min(settings.negligible_line, job.span) * float(1.0 / job.blur.min() - 1.0 / job.blur.max())
-    return BoundaryPlan(
-        job=job,
-        pattern=pattern,
-        footprint=footprint,
-        places=places,
-        settings=settings,
-        nodes=job.nodes(phase=phase),
-    )
+        settings = plan_boundary(job, job.pattern, job.footprint)
+        phase = 2.0 * math.pi * min(settings.reach, job.span) * float(1.0 / job.blur.min() - 1.0 / job.blur.max())
+        return BoundaryPlan(
+            job=job,
+            pattern=job.pattern,
+            footprint=job.footprint,
+            settings=settings,
+            nodes=job.nodes(phase=phase),
+        )

@@ -6,12 +6,10 @@ import numpy as np
 
 from camsim.core.arrays import F64, U8
 from camsim.core.kernels import kernel
-from camsim.rendering.boundary.collect import CELL, Scratch, Stack, World, gap_from
-from camsim.rendering.boundary.crowd import cell_at_points
+from camsim.rendering.boundary.collect import Scratch, Stack, World, gap_from
 from camsim.rendering.boundary.edge import edge_at, line_at
-from camsim.rendering.boundary.edge_rings import rings_at, rings_of_line_at
 from camsim.rendering.boundary.far import across, far_line, weigh
-from camsim.rendering.boundary.records import Numbers, TabledEdges, Tables, moments_in_frame, moments_of
+from camsim.rendering.boundary.records import Numbers, TabledEdges, Tables, moments_of
 from camsim.rendering.boundary.smooth import LINE, add_weighed, far_and_negligible, far_at_points
 
 
@@ -36,9 +34,6 @@ def _add_line(
                 image[r, c] += weigh(far_line(h0 - c * ty, d), far[channel[r, c]])
         for c in range(begin, stop):
             image[r, c] += line_at(h0 - c * ty, e, channel[r, c], edges, tables, n)
-        if n.negligible_line > n.reach:
-            for c in range(cols):
-                image[r, c] += rings_of_line_at(h0 - c * ty, e, channel[r, c], edges, tables, n)
 
 
 @kernel(forceinline=True)
@@ -46,7 +41,7 @@ def _negligible_all_over(e: int, x: float, y: float, half: float, edges: TabledE
     """Return whether an edge is far away, with negligible ringing, for a square about (x, y): a test by its middle."""
     reach = 0.5 * edges.length[e]
     gap = gap_from(edges.x[e] + reach * edges.tx[e] - x, edges.y[e] + reach * edges.ty[e] - y, half, half) - reach
-    quiet: bool = gap >= (n.negligible_line if edges.response[e] >= 0 else n.negligible_end)
+    quiet: bool = gap >= (n.reach if edges.response[e] >= 0 else n.near)
     return quiet
 
 
@@ -62,7 +57,7 @@ def finish(
     world: World,
 ) -> None:
     """Write the photosites of a level's tile: background, collected sums, and the remaining sources of its list."""
-    edges, cells, tables, n = world
+    edges, tables, n = world
     row, col, size = stack.row[level], stack.col[level], n.root >> (level - 1)
     count, source, state, sums = stack.listed[level], stack.source[level], stack.state[level], stack.sums[level]
     rows, cols = min(size, image.shape[0] - row), min(size, image.shape[1] - col)
@@ -85,18 +80,16 @@ def finish(
             image[row + r, col + c] = site[channel[row + r, col + c], c]
     x0, y0 = origin_x + col, origin_y + row
     px, py, g, quiet = scratch.site_x, scratch.site_y, scratch.site_g, scratch.quiet
-    sends, from_all, half = scratch.site_sends, scratch.site_sums, 0.5 * (n.leaf - 1)
+    from_all, half = scratch.site_sums, 0.5 * (n.leaf - 1)
     from_all[:] = 0.0
     for m in range(count):
         e = source[m]
         if state[m] == LINE:
             part = slice(row, row + rows), slice(col, col + cols)
             _add_line(e, x0, y0, channel[part], image[part], edges, tables, n)
-        elif state[m] == CELL:
-            cell_at_points(e, x0, y0, px, py, moments_in_frame(n), cells, sends, from_all)
         else:
             # Not the constant WHOLE, for which Numba would compile the function again.
-            far_at_points(e, np.int64(state[m]), x0, y0, px, py, edges, n, sends, g)  # type: ignore[arg-type]
+            far_at_points(e, np.int64(state[m]), x0, y0, px, py, edges, n, g)  # type: ignore[arg-type]
             if _negligible_all_over(e, x0 + half, y0 + half, half, edges, n):
                 add_weighed(g, tables.far[edges.pair[e]], from_all)
                 continue
@@ -110,8 +103,6 @@ def finish(
                         image[row + r, col + c] += weigh((g[0, i], g[1, i], g[2, i], g[3, i]), far)
                     else:
                         image[row + r, col + c] += edge_at(x0 + c, y0 + r, e, k, edges, tables, n)
-                        if n.negligible_end > n.near:
-                            image[row + r, col + c] += rings_at(x0 + c, y0 + r, e, k, edges, tables, n)
     if size == n.leaf:
         for r in range(rows):
             for c in range(cols):

@@ -8,32 +8,24 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from camsim.core.arrays import C128, F64, I64, kinds_of
+from camsim.core.arrays import F64, I64, kinds_of
 from camsim.core.tiled import Channels
-from camsim.numerics.quadrature import chebyshev, gauss_order, gauss_rules, interpolation
+from camsim.numerics.quadrature import chebyshev, gauss_rules, interpolation
 from camsim.optics.pattern import Pattern
-from camsim.rendering.boundary.crowd import gather
 from camsim.rendering.boundary.far import far_moments
 from camsim.rendering.boundary.records import Numbers, TabledEdges, Tables
-from camsim.rendering.boundary.ring_table import ring_table
-from camsim.rendering.boundary.rings import oscillation_lengths, piece_phases, ring_amplitudes
 from camsim.rendering.boundary.settings import LONGEST_PIECE, PANEL_BLURS, Settings
 from camsim.rendering.boundary.tables import edge_responses, field_tables
 from camsim.rendering.boundary.tiles import render_edges
-from camsim.rendering.boundary.zones import Zones, add_rings_in_zones
 from camsim.rendering.edges import Edges, shares_within
-from camsim.rendering.focus import ZONE
-from camsim.rendering.footprint import Footprint, footprint_rule
+from camsim.rendering.footprint import Footprint
 from camsim.rendering.grid import Grid
 from camsim.rendering.job import Job, Nodes
 from camsim.rendering.spectral import multiples
 
-NO_RINGS = np.empty((0, 2, 1, 1), np.complex128)
-BAND_PHOTOSITES = 2_000_000
+BAND_PHOTOSITES = 2_000_000  # 16 MB: progress is told after each
 MOST_IN_BAND = 1 << 22  # photosites: 34 MB
 MOST_TILES = 100  # of the largest size: enough for all threads, few enough to share far edges among many photosites
-RINGS_TO = 1e-8  # error of the quadrature over the footprint for ringing, relative to a point
-CELL_NODES = 1  # additional nodes along a cell, since all of it contributes; few photosites lie at a tile's rim
 
 
 def largest_tile(settings: Settings, shape: tuple[int, int]) -> int:
@@ -53,22 +45,16 @@ def numbers(settings: Settings, footprint: Footprint, shape: tuple[int, int]) ->
     nodes, to_children, to_photosites = _interpolated(settings.tile_nodes, root, settings.leaf)
     gauss_x, gauss_w, gauss_count = gauss_rules(settings.piece_nodes)
     return Numbers(
-        dipoles=settings.dipoles,
         near=settings.near,
-        negligible_end=settings.negligible_end,
         reach=settings.reach,
-        negligible_line=settings.negligible_line,
         field_step=settings.field_step,
         response_step=settings.response_step,
         piece=LONGEST_PIECE / PANEL_BLURS * settings.panel,
         gauss_x=gauss_x,
         gauss_w=gauss_w,
         gauss_count=gauss_count,
-        ring_phases=piece_phases(settings.tolerance),
         sigma2=footprint.sigma2,
         m22=footprint.m22,
-        harmonic=np.array([footprint.m2, footprint.m31, footprint.m4, footprint.m6]),
-        turns=turns(footprint),
         apart=footprint.grid[2],
         separation=settings.separation,
         nodes=nodes,
@@ -105,35 +91,27 @@ def boundary_bands(
     *,
     pattern: Pattern,
     footprint: Footprint,
-    places: F64,
     nodes: Nodes,
     settings: Settings,
-    in_foci: tuple[I64, I64],
     lines: tuple[I64, F64],
-    ring_rows: int,
     channel: Channels,
 ) -> Iterator[F64]:
     """Render a job with a supported lens and footprint; yield the image band by band, from the top.
 
-    footprint : the footprint, or a part of which copies at ``places`` (n, 2) from a photosite's centre make it up
-    in_foci   : the edges of each of the settings' foci (``focus.touching``)
     lines     : index of each edge's response, and the responses' normals (``directions``)
-    ring_rows : rows of the table of ringing along short edges, 0 for none
     channel   : (rows, cols) channel of each photosite
     """
     weights = nodes.weights
-    origin = job.grid.first_centre
+    x, y = job.grid.first_centre
     blur = job.blur_at(nodes.wavelength_nm)
     pairs, channels, count = weights.shape
     flat = weights.reshape(-1, count)
     far = far_moments(pattern, blur, flat).reshape(pairs, channels, 4)
-    order, cells = gather(job.edges, job.pair, far, settings.tile_nodes + CELL_NODES)
-    some = job.edges.some(order)
     which, times = multiples(weights.reshape(pairs, -1))
     tabled, alike = kinds_of(which)
     different = weights[tabled].reshape(-1, count)
     response, normals = lines
-    edges = _tabled(some, job.pair[order], (alike, times), response[order], footprint)
+    edges = _tabled(job.edges, job.pair, (alike, times), response, footprint)
     field = field_tables(
         pattern,
         blur,
@@ -154,56 +132,19 @@ def boundary_bands(
         )
     else:
         responses = np.empty((0, len(different), 1, 6))
-    zones = _zones(settings, in_foci, order)
-    ringed = settings.negligible_end > settings.near
-    rings = _rings(pattern, blur, footprint, settings.near) if ringed or len(zones.circle) else NO_RINGS
-    oscillations = oscillation_lengths(pattern.oscillations, blur)
     tables = Tables(
         far=far,
         field=field.reshape(len(tabled), channels, *field.shape[1:]),
         response=responses.reshape(len(normals), len(tabled), channels, *responses.shape[2:]),
         base=job.base,
-        rings=rings,
-        ring_weights=np.ascontiguousarray(weights),  # so that kernels are compiled for one layout
-        oscillations=oscillations,
-        short_rings=ring_table(
-            rings, oscillations, weights[tabled], nearest=settings.near, rows=ring_rows, tolerance=settings.tolerance
-        ),
     )
     rows, cols = channel.shape
     n = numbers(settings, footprint, (rows, cols))
-    if len(zones.circle):
-        long, short = _farther(n, settings)
-        far_rings = tables._replace(
-            rings=_rings(pattern, blur, footprint, settings.negligible_end) if ringed else rings
-        )
     # Bands of whole tiles: progress can be reported, and the result depends to the last bit on the plan alone.
     band = n.root * max(1, BAND_PHOTOSITES // (n.root * cols))
     for row in range(0, rows, band):
         here = np.ascontiguousarray(channel[row : row + band])
-        whole: F64 | None = None
-        for x, y in (origin + places).tolist():
-            part = render_edges(x, y + row, here, edges, cells, tables, n)
-            if len(zones.circle):
-                add_rings_in_zones(x, y + row, zones, here, part, edges, far_rings, long, short)
-            if len(places) > 1:
-                part /= len(places)
-            whole = part if whole is None else whole + part
-        assert whole is not None
-        yield whole
-        del part, whole  # frees it before the next band is computed
-
-
-def _rings(pattern: Pattern, blur: F64, footprint: Footprint, nearest: float) -> C128:
-    """Return the amplitudes of ringing, valid from ``nearest`` on."""
-    order = rings_order(footprint, float(blur.min()))
-    nodes, weights = footprint_rule(footprint.width, footprint.height, footprint.spots, order)
-    return ring_amplitudes(pattern.oscillations, blur, nodes, weights, turns=turns(footprint), nearest=nearest)
-
-
-def rings_order(footprint: Footprint, shortest: float) -> int:
-    """Return the order of the quadrature over the footprint for amplitudes; shortest: the shortest λN, pitches."""
-    return gauss_order(math.pi * footprint.side / shortest, RINGS_TO)
+        yield render_edges(x, y + row, here, edges, tables, n)
 
 
 def inside_length(edges: Edges, grid: Grid, margin: float) -> F64:
@@ -245,31 +186,6 @@ def _tabled(
         times=multiple[1][pair],
         response=response,
     )
-
-
-def _zones(settings: Settings, in_foci: tuple[I64, I64], order: I64) -> Zones:
-    """Return the zones about foci in which ringing is added; ``order``: the order in which edges are rendered."""
-    found, (first, picked) = settings.foci, in_foci
-    place = np.empty(order.size, np.int64)
-    place[order] = np.arange(order.size)
-    return Zones(np.concatenate([found.centre, ZONE * found.radius[:, None]], axis=1), first, place[picked])
-
-
-def _farther(n: Numbers, settings: Settings) -> tuple[Numbers, Numbers]:
-    """Return the settings for ringing in zones, for edges with a response and for those without."""
-    until = (1.0 + 2.0 * ZONE) * float(settings.foci.radius.max(initial=0.0))  # from the rim to the circle's far side
-    short = n._replace(
-        near=settings.negligible_end,
-        negligible_end=until,
-        reach=settings.negligible_end,
-        negligible_line=max(until, settings.negligible_line),
-    )
-    return short._replace(reach=settings.negligible_line), short
-
-
-def turns(footprint: Footprint) -> int:
-    """Return the order of a footprint's rotational symmetry: 2 (half a turn) or 4 (a quarter turn)."""
-    return 4 if footprint.square else 2
 
 
 def directions(edges: Edges, grid: Grid, near: float, reach: float, footprint: Footprint) -> tuple[I64, F64]:

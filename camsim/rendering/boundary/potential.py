@@ -18,7 +18,7 @@ from camsim.optics.pattern import Pattern
 
 STEP_PER_BLUR = 1.0 / 32.0
 ORDER = 10  # points of the Lagrange rule; with the step above its error is below 1e-12
-_GAUSS_X, _GAUSS_W = gauss_legendre(8)
+_GAUSS_X, _GAUSS_W = gauss_legendre(8)  # on a step of 1/32 exact to rounding
 _lock = threading.Lock()
 
 

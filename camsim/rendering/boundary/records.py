@@ -7,7 +7,6 @@ from typing import NamedTuple
 from camsim.core.arrays import C128, F64, I64
 from camsim.core.kernels import kernel
 from camsim.rendering.boundary.far import Moments
-from camsim.rendering.boundary.ring_table import RingTable
 
 
 class TabledEdges(NamedTuple):
@@ -35,33 +34,23 @@ class Tables(NamedTuple):
     field: F64  # (pairs, channels, 2, n, n)
     response: F64  # (directions, pairs, channels, cells, 6)
     base: F64  # (channels,) the background
-    rings: C128  # amplitudes by oscillation and wavelength (rings.ring_amplitudes), empty without ringing
-    ring_weights: F64  # (pairs, channels, wavelengths)
-    oscillations: F64  # (oscillations · wavelengths,) their lengths
-    short_rings: RingTable  # ringing of short edges, by pairs of which no two are proportional
 
 
 class Numbers(NamedTuple):
     """The plan's settings, for the kernels; lengths in pitches."""
 
-    dipoles: float  # an edge no longer than this is two dipoles wherever it is not integrated
-    near: float  # an end within this distance is integrated
-    negligible_end: float  # beyond this distance an end's ringing is neglected
-    reach: float  # an edge response is looked up to this distance
-    negligible_line: float  # beyond this distance a line's ringing is neglected
+    near: float  # an end within this distance is integrated; beyond, its ringing is neglected
+    reach: float  # an edge response is looked up to this distance; beyond, a line's ringing is neglected
     field_step: float
     response_step: float
     piece: float  # longest piece that one rule integrates
     gauss_x: F64  # (lengths, most): rules for pieces of 1/lengths, 2/lengths … of it
     gauss_w: F64
     gauss_count: I64  # (lengths,) nodes of each
-    ring_phases: F64  # of rings.piece_phases
     sigma2: float  # footprint: ½⟨|ζ|²⟩, ⟨|ζ|⁴⟩
     m22: float
-    harmonic: C128  # (4,) its ⟨ζ²⟩, ⟨ζ³ζ̄⟩, ⟨ζ⁴⟩, ⟨ζ⁶⟩ in the photosite's frame
-    turns: int  # its rotational symmetry: a half turn (2) or a quarter turn (4)
     apart: F64  # (c, 2): the field is the mean of its table at these offsets
-    separation: float  # half-widths of a tile, or of a cell of sources, from which one is smooth over the other
+    separation: float  # half-widths of a tile from which a source is smooth over it
     nodes: F64  # (n,) Chebyshev nodes on −1 … 1
     to_children: F64  # (2, n, n)
     to_photosites: F64  # (levels, n, root), level 0 the root
@@ -73,9 +62,3 @@ class Numbers(NamedTuple):
 def moments_of(e: int, edges: TabledEdges, n: Numbers) -> Moments:
     """Return the footprint's moments in the frame of edge ``e``."""
     return Moments(n.sigma2, n.m22, edges.m2[e], edges.m31[e], edges.m4[e], edges.m6[e])
-
-
-@kernel(forceinline=True)
-def moments_in_frame(n: Numbers) -> Moments:
-    """Return the footprint's moments in the photosite's frame."""
-    return Moments(n.sigma2, n.m22, n.harmonic[0], n.harmonic[1], n.harmonic[2], n.harmonic[3])

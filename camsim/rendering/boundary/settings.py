@@ -5,11 +5,10 @@ Every source of error has its share of the tolerance (budget.py); amplitudes are
 * The far form neglects ringing, which oscillates with cos(2πr/λN). An end at distance R has at most
   (λN/R)^{5/2}·D/(4π⁴), D the footprint's transfer at 1/λN; a whole line twice that. The wavelengths of a spectrum add
   up as phasors, with the sign of D; many corners (or lines) near one photosite add up with random phases, so their
-  share falls with the root of their number. If the distance at which ringing is negligible would take long integrals,
-  ringing is computed instead (rings.py) up to that distance.
+  share falls with the root of their number.
 * The footprint's moments end at the sixth: the next are |Mₙ|/(2πnRⁿ), n = 8, 10 …, and about 3·c1·M6/(2π R⁷).
 * The eight-point look-up in the field and the six-point one in a line's response: `_step`.
-* The Gauss rule on panels along an edge: `_panel_nodes`; on short edges far away: `dipole.longest_dipoles`.
+* The Gauss rule on panels along an edge: `_panel_nodes`.
 * Chebyshev interpolation over a tile: ρ⁻ⁿ/(πn) with ρ = κ + √(1 + κ²) for the angle of an edge κ half-widths away.
 """
 
@@ -24,49 +23,38 @@ import numpy as np
 from camsim.core.errors import InvalidValueError
 from camsim.numerics.quadrature import EIGHT_POINTS, SIX_POINTS, gauss_error
 from camsim.optics.pattern import Pattern
-from camsim.rendering.boundary.dipole import longest_dipoles
-from camsim.rendering.focus import Foci
+from camsim.rendering.boundary.coherence import Waves
+from camsim.rendering.boundary.ringing import reach_of_ringing
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.job import Job
-from camsim.rendering.ringing import counted, smooth_from
 
-COARSEST = 1e-2
+COARSEST = 1e-2  # the contract's: the bounds below are of small errors
 SEPARATION = 2.0  # half-widths of a tile: least distance of a source that is interpolated over it
 PANEL_BLURS = 1.6  # λN: length of a panel that ``panel_nodes`` integrate along an edge
 LONGEST_PIECE, LENGTHS = 6.4, 64  # λN: longest piece of one Gauss rule near an end; number of rules up to it
 OF_PIECES = 16.0  # bound for pieces over the allowed error
-OF_DIPOLES = 0.1  # share of the allowed error of panels, which were measured to use 0.15 of it
 COARSEST_FIELD, COARSEST_RESPONSE = 0.3, 0.15  # largest steps, λN, for which the error's leading terms hold to a tenth
-RINGS_FROM = 60.0  # λN: integration length that costs more than an end's ringing, per wavelength and oscillation
 LARGEST_LEAF = 16  # side of the smallest tiles, photosites; a smaller frame is one tile
-TABLE_BYTES = 3e8  # of the field: a larger table costs more than ringing in any case
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Settings:
     """Settings of one boundary rendering; lengths in pitches.
 
-    dipoles                : an edge no longer than this is two dipoles wherever it is not integrated
-    near, negligible_end   : an end is integrated within ``near``; beyond, its ringing counts up to ``negligible_end``
-    reach, negligible_line : a line's response is looked up within ``reach``; beyond, its ringing counts up to
-                             ``negligible_line`` (without ringing, the two radii of a pair are equal)
-    foci                   : about these centres ringing counts up to the distance of the outline
-    leaf                   : side of the smallest tiles, photosites;  tile_nodes: Chebyshev nodes along any tile
+    near    : an end is integrated within this distance; beyond, its ringing is neglected
+    reach   : a line's response is looked up within this distance, likewise
+    leaf    : side of the smallest tiles, photosites;  tile_nodes: Chebyshev nodes along any tile
     """
 
     tolerance: float
-    dipoles: float
     near: float
-    negligible_end: float
     reach: float
-    negligible_line: float
     field_step: float
     response_step: float
     panel: float
     panel_nodes: int
     piece_nodes: tuple[int, ...]
     tile_nodes: int
-    foci: Foci
     leaf: int
     separation: float = SEPARATION
 
@@ -89,34 +77,23 @@ def check_tolerance(tolerance: float, pattern: Pattern, part: float = 1.0) -> No
 def plan_boundary(job: Job, pattern: Pattern, footprint: Footprint) -> Settings:
     """Choose the settings; ``pattern``: of the job;  ``footprint``: of the job, or part of it."""
     check_tolerance(job.tolerance, pattern)
-    budget, edges, blur = job.budget, job.edges, job.blur
-    waves = job.waves(pattern, footprint)
-    shortest, longest = float(blur.min()), float(blur.max())
-    one = footprint is job.footprint
-    negligible_end, negligible_line, strength = job.counted if one else counted(waves, edges, job.grid, budget)
+    budget, blur = job.budget, job.blur
+    waves = Waves(pattern=pattern, blur=blur, shares=job.shares, footprint=footprint)
+    shortest = float(blur.min())
+    near, reach = reach_of_ringing(waves, job.edges, job.grid, budget)
     field_step = shortest * min(COARSEST_FIELD, _step(pattern, 8, budget.allowed("field") / EIGHT_POINTS))
     response_step = shortest * min(COARSEST_RESPONSE, _step(pattern, 6, 0.5 * budget.allowed("response") / SIX_POINTS))
-    near, reach = negligible_end, negligible_line
-    table_bytes = 16.0 * len(waves.different) * (negligible_end / field_step) ** 2
-    dear = negligible_end > RINGS_FROM * len(pattern.oscillations) * blur.size * longest or table_bytes > TABLE_BYTES
-    if pattern.oscillations and dear:
-        holds = max(smooth_from(waves, budget), pattern.oscillations_from_blurs * longest + footprint.extent)
-        near, reach = (holds, holds) if holds < negligible_end else (near, reach)
     panel_nodes = _panel_nodes(pattern, budget.allowed("panels"))
     return Settings(
         tolerance=job.tolerance,
-        dipoles=longest_dipoles(negligible_end, OF_DIPOLES * budget.allowed("panels")),
         near=near,
-        negligible_end=negligible_end,
         reach=reach,
-        negligible_line=negligible_line,
         field_step=field_step,
         response_step=response_step,
         panel=shortest * PANEL_BLURS,
         panel_nodes=panel_nodes,
         piece_nodes=_piece_nodes(pattern, budget.allowed("panels"), panel_nodes),
         tile_nodes=_tile_nodes(budget.allowed("tiles")),
-        foci=strength,
         leaf=min(LARGEST_LEAF, max(job.grid.rows, job.grid.cols)),
     )
 

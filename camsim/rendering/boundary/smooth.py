@@ -9,9 +9,8 @@ import math
 
 from camsim.core.arrays import F64, U8
 from camsim.core.kernels import kernel
-from camsim.rendering.boundary.dipole import GAUSS, dipole_at_points
 from camsim.rendering.boundary.far import Moments, across, far_line, mirrored, smooth_tail, weigh
-from camsim.rendering.boundary.records import Numbers, TabledEdges, moments_in_frame, moments_of
+from camsim.rendering.boundary.records import Numbers, TabledEdges, moments_of
 
 WHOLE, LINE, ENDS = 0, 1, 2  # parts of an edge: all of it, its infinite line, or minus both ends (WHOLE = LINE + ENDS)
 HALF_PI, QUARTER_PI = 0.5 * math.pi, 0.25 * math.pi
@@ -53,25 +52,15 @@ def _ends(h: float, s1: float, length: float, side: float, m: Moments) -> tuple[
 
 @kernel(error_model="numpy", fastmath={"contract"})
 def far_at_points(
-    e: int, part: int, x0: float, y0: float, x: F64, y: F64, edges: TabledEdges, n: Numbers, sends: F64, g: F64
+    e: int, part: int, x0: float, y0: float, x: F64, y: F64, edges: TabledEdges, n: Numbers, g: F64
 ) -> None:
     """Write to ``g`` (4, points) the far form of a part of edge ``e`` at the points (x0 + x, y0 + y).
 
     It is not valid at points that are not far away; between the perpendiculars at an edge's ends, |h| is taken as at
-    least ``near``. sends: (8, points) memory.
+    least ``near``.
     """
     tx, ty, length = edges.tx[e], edges.ty[e], edges.length[e]
     dx, dy = edges.x[e] - x0, edges.y[e] - y0
-    if part == WHOLE and length <= n.dipoles:
-        g[:] = 0.0
-        for side in (-GAUSS, GAUSS):
-            s = (0.5 + side) * length
-            dipole_at_points(dx + s * tx, dy + s * ty, x, y, moments_in_frame(n), sends)
-            wx, wy = 0.5 * length * tx, 0.5 * length * ty
-            for k in range(4):
-                for i in range(x.size):
-                    g[k, i] += wx * sends[2 * k, i] + wy * sends[2 * k + 1, i]
-        return
     m = moments_of(e, edges, n)
     plain = Moments(m.sigma2, m.m22, 0j, 0j, m.m4, 0j)  # literal zeros, so that the compiler drops their terms
     is_plain = m.m2 == 0.0 and m.m31 == 0.0 and m.m6 == 0.0
@@ -120,8 +109,8 @@ def far_and_negligible(e: int, x0: float, y0: float, x: F64, y: F64, edges: Tabl
     """Write to ``quiet`` (points) 1 where the far form suffices: ringing is negligible and no line is looked up."""
     tx, ty, length = edges.tx[e], edges.ty[e], edges.length[e]
     dx, dy = edges.x[e] - x0, edges.y[e] - y0
-    line = n.negligible_line if edges.response[e] >= 0 else n.negligible_end
-    end2 = n.negligible_end * n.negligible_end
+    line = n.reach if edges.response[e] >= 0 else n.near
+    end2 = n.near * n.near
     for i in range(x.size):
         h = (dx - x[i]) * ty - (dy - y[i]) * tx
         s1 = (dx - x[i]) * tx + (dy - y[i]) * ty

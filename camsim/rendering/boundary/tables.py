@@ -23,10 +23,9 @@ from camsim.rendering.footprint import Footprint
 
 AT_ONCE = 16  # weight sets that share the computation of cells and weights
 WORTH_A_THREAD = 10_000  # numbers of a table: a few tenths of a millisecond
-LONG = 100  # taps from which on an average is computed as a running sum
 FIELD_ORDER = 8  # points per axis of the look-up in the field table (potential.eight_points)
 NARROW = 1e-2  # steps: below this, differences over a side cancel; two slopes at Gauss nodes are right to 1e-13
-_GAUSS_X, _GAUSS_W = gauss_legendre(8)
+_GAUSS_X, _GAUSS_W = gauss_legendre(8)  # exact for the interpolant's degree, ORDER − 1
 _NODES = np.arange(ORDER) + 1.0 - ORDER // 2
 _OTHERS = ~np.eye(ORDER, dtype=bool)  # for each node, all others
 _LEFT_OUT = ~(_OTHERS[:, None] & _OTHERS[None])  # by node and by factor: the node and that factor
@@ -69,8 +68,6 @@ class Filters(NamedTuple):
     """A short filter along each axis."""
 
     average: F64
-    change: F64  # differences of the average's taps, none where it does not run
-    changes: I64  # indices of those that are not 0
     slope: F64
     slopes: I64  # indices of taps that are not 0
 
@@ -86,14 +83,8 @@ class Line(NamedTuple):
 def _filtered(
     radial: F64, samples_per_step: float, average: F64, slope: F64, rows: int, margin: int, count: int
 ) -> F64:
-    """Apply ``slope`` along the first axis and ``average`` along the second to radial functions: (k, rows, rows).
-
-    A photosite of many steps has a long average with mostly equal taps, and a slope with few taps that are not 0. The
-    average is a running sum then, with the few taps' differences that are not 0.
-    """
-    change = np.append(average, 0.0) - np.append(0.0, average)
-    changes = np.flatnonzero(np.abs(change) > 1e-15 * np.abs(average).max())
-    filters = Filters(average, change[: None if average.size > LONG else 0], changes, slope, np.flatnonzero(slope))
+    """Apply ``slope`` along the first axis and ``average`` along the second to radial functions: (k, rows, rows)."""
+    filters = Filters(average, slope, np.flatnonzero(slope))
     tables = np.empty((radial.shape[0], rows, rows))
     for first in range(0, len(tables), AT_ONCE):
         some, one = tables[first : first + AT_ONCE], radial[first : first + AT_ONCE]
@@ -125,7 +116,7 @@ def _average(
     end: int,
 ) -> None:
     """Fill in some rows of the averages along the second axis."""
-    average, change = filters.average, filters.change
+    average = filters.average
     cells, weights, values = line
     reach, rows = average.size // 2, averaged.shape[2]
     for i in range(begin, end):
@@ -139,18 +130,9 @@ def _average(
             for j in range(margin + reach):
                 values[j] = values[2 * (margin + reach) - j]
             one = averaged[k, i]
-            if change.size:
-                for b in range(average.size):
-                    one[0] += average[b] * values[b]
-                for tap in filters.changes:
-                    for c in range(1, rows):
-                        one[c] += change[tap] * values[c + tap - 1]
-                for c in range(1, rows):
-                    one[c] = one[c - 1] - one[c]
-            else:
-                for b in range(average.size):
-                    for c in range(rows):
-                        one[c] += average[b] * values[c + b]
+            for b in range(average.size):
+                for c in range(rows):
+                    one[c] += average[b] * values[c + b]
 
 
 @kernel()

@@ -3,8 +3,7 @@
 Every edge is a line minus its two ends. For a photosite, the line is one look-up in the edge response of its direction
 (or its far form), and an end is the half line beyond it: a closed form if it is far, quadrature over the tabulated
 field if it is near (edge.py). Far contributions vary slowly: a quadtree collects them on the Chebyshev nodes of the
-largest tile over which they are smooth, and many edges are collected as cells (crowd.py) of the size of the tile or
-larger. Only the remaining edges are evaluated at each photosite.
+largest tile over which they are smooth. Only the remaining edges are evaluated at each photosite.
 """
 
 from __future__ import annotations
@@ -14,7 +13,6 @@ import numpy as np
 from camsim.core.arrays import F64, U8
 from camsim.core.kernels import kernel, shared
 from camsim.rendering.boundary.collect import Scratch, Stack, World, collect, scratch_of, stack_of
-from camsim.rendering.boundary.crowd import Cells
 from camsim.rendering.boundary.finish import finish
 from camsim.rendering.boundary.records import Numbers, TabledEdges, Tables
 
@@ -105,9 +103,7 @@ def render_tiles(
         _descend(row, col, origin_x, origin_y, channel, image, stack, scratch, world)
 
 
-def render_edges(
-    origin_x: float, origin_y: float, channel: U8, edges: TabledEdges, cells: Cells, tables: Tables, n: Numbers
-) -> F64:
+def render_edges(origin_x: float, origin_y: float, channel: U8, edges: TabledEdges, tables: Tables, n: Numbers) -> F64:
     """Render every photosite in the channel assigned to it.
 
     origin   : x, y of the first photosite's centre, pitches
@@ -115,7 +111,7 @@ def render_edges(
     returns  : (rows, cols), in the unit of the weights
     """
     rows, cols = channel.shape
-    image, world = np.empty((rows, cols)), World(edges, cells, tables, n)
+    image, world = np.empty((rows, cols)), World(edges, tables, n)
 
     def work(first: int, end: int) -> None:
         render_tiles(first, end, origin_x, origin_y, channel, image, stack_of(world), scratch_of(world), world)

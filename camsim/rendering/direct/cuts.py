@@ -1,7 +1,7 @@
 """Cuts of outlines where they cross, touch or overlap one another.
 
-Pairs of touching bounding boxes are found first, with a hierarchy of grids whose squares double in size; each box
-belongs to the finest grid whose squares are no smaller.
+Pairs of touching bounding boxes are found first: of boxes sorted by their left sides, each is tested against those that
+begin within it.
 """
 
 from __future__ import annotations
@@ -16,104 +16,56 @@ from camsim.core.kernels import kernel
 from camsim.rendering.direct.records import Outlines
 
 STEPS = 2  # of Newton's method
-MOST_LEVELS = 40
-TINY = float(np.finfo(float).tiny)
-ROW = 1 << 31  # squares in a row: a square's number is y·ROW + x
 
 
-class Squares(NamedTuple):
-    """Boxes sorted by the square in which their low corner lies.
-
-    boxes      : (n, 4) low x, low y, high x, high y;  level: (n,) a square's side is size·2^level
-    low, size  : low corner of all boxes, and side of the smallest square
-    first      : (levels + 1,) where each level begins in ``key`` and ``box``
-    key, box   : (n,) number of the square, and index of the box, sorted within each level
-    """
+class Sorted(NamedTuple):
+    """Boxes (n, 4) low x, low y, high x, high y, sorted by low x, and the order (n,) in which they were."""
 
     boxes: F64
-    level: I64
-    low: F64
-    size: float
-    first: I64
-    key: I64
-    box: I64
+    order: I64
 
     @classmethod
-    def of(cls, boxes: F64) -> Squares:
+    def of(cls, boxes: F64) -> Sorted:
         """Sort boxes."""
-        low = boxes[:, :2].min(axis=0)
-        sides = (boxes[:, 2:] - boxes[:, :2]).max(axis=1)
-        whole = float((boxes[:, 2:].max(axis=0) - low).max())
-        typical = float(np.partition(sides, len(sides) // 2)[len(sides) // 2])
-        size = max(typical, whole * 2.0 ** (1 - MOST_LEVELS), TINY)
-        level = np.minimum(np.ceil(np.log2(np.maximum(sides, size) / size)), MOST_LEVELS).astype(np.int64)
-        x, y = np.floor((boxes[:, :2] - low) / (size * 2.0**level)[:, None]).astype(np.int64).T
-        key = y * ROW + x
-        order = np.lexsort((key, level))
-        first = np.searchsorted(level[order], np.arange(MOST_LEVELS + 2))
-        return cls(boxes, level, low, size, first, key[order], order)
+        order = np.argsort(boxes[:, 0], kind="stable")
+        return cls(boxes[order], order)
 
 
 @kernel()
-def _first_of(key: I64, begin: int, end: int, least: int) -> int:
-    """Return the first index from begin to end at which the sorted keys are ``least`` or more."""
-    while begin < end:
-        middle = (begin + end) // 2
-        if key[middle] < least:
-            begin = middle + 1
-        else:
-            end = middle
-    return begin
-
-
-@kernel()
-def touching(squares: Squares, e: int, found: I64) -> int:
-    """Write the boxes of the same or a higher level that touch box ``e``, each pair once; return their number."""
-    count = 0
-    x0, y0, x1, y1 = squares.boxes[e]
-    for level in range(squares.level[e], len(squares.first) - 1):
-        begin, end = squares.first[level], squares.first[level + 1]
-        if begin == end:
-            continue
-        side = squares.size * 2.0**level
-        low_x, high_x = math.floor((x0 - squares.low[0]) / side) - 1, math.floor((x1 - squares.low[0]) / side)
-        low_y, high_y = math.floor((y0 - squares.low[1]) / side) - 1, math.floor((y1 - squares.low[1]) / side)
-        for row in range(max(low_y, 0), high_y + 1):
-            k = _first_of(squares.key, begin, end, row * ROW + max(low_x, 0))
-            while k < end and squares.key[k] <= row * ROW + high_x:
-                f = squares.box[k]
-                k += 1
-                if level == squares.level[e] and f <= e:
-                    continue
-                b = squares.boxes[f]
-                if b[0] > x1 or b[2] < x0 or b[1] > y1 or b[3] < y0:
-                    continue
-                found[count] = f
-                count += 1
+def touching(by_x: Sorted, k: int, found: I64) -> int:
+    """Write the boxes after the ``k``-th that touch it, so that each pair is found once; return their number."""
+    count, boxes = 0, by_x.boxes
+    _, y0, x1, y1 = boxes[k]
+    for other in range(k + 1, len(boxes)):
+        if boxes[other, 0] > x1:
+            break
+        if boxes[other, 1] <= y1 and boxes[other, 3] >= y0:
+            found[count] = by_x.order[other]
+            count += 1
     return count
 
 
-def pairs(squares: Squares) -> tuple[I64, I64]:
+def pairs(by_x: Sorted) -> tuple[I64, I64]:
     """Return all pairs of touching boxes, each once."""
-    boxes = len(squares.level)
+    boxes = len(by_x.boxes)
     found, room = np.empty(boxes, np.int64), 8 * boxes
     while True:
         one, two = np.empty((2, room), np.int64)
-        total = _pairs(squares, found, one, two)
+        total = _pairs(by_x, found, one, two)
         if total <= room:
             return one[:total], two[:total]
         room = total
 
 
 @kernel()
-def _pairs(squares: Squares, found: I64, one: I64, two: I64) -> int:
+def _pairs(by_x: Sorted, found: I64, one: I64, two: I64) -> int:
     """Write pairs up to the arrays' size; return the number of all pairs."""
     total = 0
-    for e in range(len(squares.level)):
-        count = touching(squares, e, found)
+    for e in range(len(by_x.boxes)):
+        count = touching(by_x, e, found)
         for k in range(count):
             if total < one.size:
-                one[total], two[total] = e, found[k]
+                one[total], two[total] = by_x.order[e], found[k]
             total += 1
     return total
 
@@ -261,24 +213,24 @@ def _crossings(o: Outlines, e: int, f: int, same: float, out: F64) -> int:
     return count
 
 
-def _cuts(o: Outlines, squares: Squares, same: F64) -> tuple[I64, F64]:
+def _cuts(o: Outlines, by_x: Sorted, same: F64) -> tuple[I64, F64]:
     """Return all cuts: the part of each (n,), and its position as a fraction of it (n,)."""
     parts = len(o.x)
     found, room = np.empty(parts, np.int64), 16 * parts
     while True:
         owner, places = np.empty(room, np.int64), np.empty(room)
-        total = _cut(o, squares, same, found, np.empty(8), owner, places)
+        total = _cut(o, by_x, same, found, np.empty(8), owner, places)
         if total <= room:
             return owner[:total], places[:total]
         room = total
 
 
 @kernel()
-def _cut(o: Outlines, squares: Squares, same: F64, found: I64, out: F64, owner: I64, places: F64) -> int:
+def _cut(o: Outlines, by_x: Sorted, same: F64, found: I64, out: F64, owner: I64, places: F64) -> int:
     """Write cuts up to the arrays' size; return the number of all cuts."""
     total = 0
-    for a in range(len(o.x)):
-        count = touching(squares, a, found)
+    for first in range(len(o.x)):
+        count, a = touching(by_x, first, found), by_x.order[first]
         for k in range(count):
             b = found[k]
             for e, f in ((a, b), (b, a)):
@@ -295,7 +247,7 @@ def pieces_between_cuts(o: Outlines, boxes: F64, same: F64) -> tuple[I64, F64, F
 
     boxes, same : (n, 4) of each part, and (n,) distance below which places coincide
     """
-    cut_owner, places = _cuts(o, Squares.of(boxes + same[:, None] * np.array([-1.0, -1.0, 1.0, 1.0])), same)
+    cut_owner, places = _cuts(o, Sorted.of(boxes + same[:, None] * np.array([-1.0, -1.0, 1.0, 1.0])), same)
     parts = np.arange(len(same))
     owner = np.concatenate([parts, parts, cut_owner])
     ends = np.concatenate([np.zeros(len(same)), np.ones(len(same)), places])

@@ -22,7 +22,7 @@ from camsim.core.kernels import shared
 from camsim.numerics.quadrature import GOLDEN, gauss_legendre, gauss_order
 from camsim.rendering.direct.cells import cell_states, cut_nodes
 from camsim.rendering.direct.painter import Rows, covered
-from camsim.rendering.direct.photosites import over_nodes, over_points, over_samples
+from camsim.rendering.direct.photosites import over_nodes, over_samples
 from camsim.rendering.direct.records import Table
 from camsim.rendering.direct.scenery import boxes_about, boxes_of, outlines_of, pieces_of, same_of
 from camsim.rendering.direct.spread import Spline
@@ -36,7 +36,8 @@ from camsim.spectra.curve import Curve, Spectrum
 
 MOST_PHASE = 250.0  # of a spline with which the PSF is convolved: about the number of harmonics
 CELL = 4.0  # largest side of a gradient's cell, in periods of the lens's highest frequency
-FAR_NODES, MOST_NODES, MOST_TURN = 4, 120, 0.1
+FAR_NODES, MOST_NODES = 4, 120  # along a side of a cell: of far ones, and at most
+MOST_TURN = 0.1  # radians of a chord: the bound on its error is of small angles
 NODES_A_WAVE = 2.5  # along a side of a cell
 
 
@@ -259,9 +260,12 @@ class Fields:
         if self.points:
             behind = _light(tabled(None), slice(first, None))
             at = np.array([point.centre_um for point in self.points]) / self.pitch_um
-            size = np.array([point.photosites or 0.0 for point in self.points])
-            colour = np.array([self._colours.index(point.reflectance) for point in self.points])
-            shared(len(points), functools.partial(over_points, points, at, size, colour, *behind, out))
+            light = np.zeros((len(at), len(self._colours)))
+            for each, point in zip(light, self.points, strict=True):
+                each[self._colours.index(point.reflectance)] = point.photosites or 0.0
+            single = np.arange(len(at) + 1), at, light
+            none = np.zeros((len(at), 2), np.int64), at, light
+            shared(len(points), functools.partial(over_nodes, points, at, 0.0, none, single, *behind, out))
         return out
 
     def nodes(self, until: float) -> float:
@@ -329,7 +333,10 @@ class Fields:
             near |= np.hypot(*(centres - point).T) < reach
         phase = math.pi * (self.highest * seen.step + seen.cycles)
         fine = seen.nodes(cells[near], gauss_order(phase, max(self.allowed, 1e-12), most=MOST_NODES) + seen.degree // 2)
-        smooth = gauss_order(math.pi * seen.cycles, max(self.allowed, 1e-12), least=FAR_NODES)
+        # The coarse cells send at most the light beyond the table's end.
+        far = np.einsum("pcq,q->pc", np.abs(behind.weights), np.abs(behind.table.powers[0, :, 0]))
+        beyond = max(2.0 * math.pi * float(far.max()) / behind.table.until, self.allowed)
+        smooth = gauss_order(math.pi * seen.cycles, max(self.allowed / beyond, 1e-12), least=FAR_NODES)
         coarse = seen.nodes(cells, smooth)
         begins = np.full((len(cells), 2), 0)
         begins[near, 0], begins[near, 1] = fine[0][:-1], fine[0][1:]

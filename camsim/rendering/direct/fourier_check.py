@@ -28,7 +28,7 @@ COARSER, LONGEST = (0.3, 1.0), 5.0  # alternatives, if that exceeds the memory l
 FARTHER, FINER = 1.37, 1.13  # reach of the first level and number of wavelengths, over those of the image
 STEEP = 0.6  # waves of a wavefront from which on a second table of transfers takes too long
 MANY = 5_000  # edges above which the image's transforms are reused
-COUNT = 8
+COUNT, FEWEST, OF_IMAGE = 8, 3, 0.07  # photosites; the fewest where separate windows exceed this share of the image's
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -87,7 +87,14 @@ class FourierCheck:
         """Return rows and columns of the photosites to check."""
         if self._nothing:
             return np.zeros(1, np.int64), np.zeros(1, np.int64)
-        return hardest_of(self.job, COUNT)
+        return hardest_of(self.job, self._count)
+
+    @property
+    def _count(self) -> int:
+        """Return how many photosites are checked: those of a small frame share a window."""
+        grid, each = self.job.grid, 2.0 * self._image.levels[0].reach
+        whole = (grid.rows + each) * (grid.cols + each)
+        return COUNT if whole < COUNT * each**2 else max(FEWEST, min(COUNT, int(OF_IMAGE * whole / each**2)))
 
     @property
     def _nothing(self) -> bool:

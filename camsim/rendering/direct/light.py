@@ -20,8 +20,8 @@ NEAREST, FARTHEST, STEP, EACH = 4.0, 1200.0, 1.2, 8  # distances in λN of the s
 OF_LINE = 0.2  # ringing of a line over that of a whole circle, times the root of the distance in λN
 OF_SAMPLES = 0.4  # likewise of samples λN apart, which add up with random phases
 CROWD = 4000  # largest number of edges that count; they add up with random phases
-MOST_SIGNALS = 24
-DIRECTIONS = 180
+MOST_SIGNALS = 24  # spectra whose coherence is summed; others are like them
+DIRECTIONS = 180  # over half a turn, a degree apart
 
 
 def densities(

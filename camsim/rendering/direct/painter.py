@@ -15,91 +15,51 @@ from camsim.rendering.direct.records import Outlines, Owners
 # In units of the distance below which places coincide. The visible shapes are sampled at BESIDE on either side of a
 # part. Parts within ALONG of it count as coincident: one represents all, and the samples are taken at BEYOND.
 BESIDE, ALONG, BEYOND = 4.0, 6.0, 9.0
-PARTS_A_ROW = 4  # largest number of entries in all rows, over the number of parts
-PIECES_AT_ONCE = 64
+PIECES_AT_ONCE = 64  # fewer are not worth a thread
 
 
 class Rows(NamedTuple):
-    """Parts of each fill sorted into horizontal rows in which few begin, so that few are tested for a place.
+    """Parts (n,) of each fill, sorted by their lower bounds, so that few are tested for a place.
 
-    begin, high : (fills + 1,) first row of each fill, and (fills,) its upper bound
-    low         : (rows,) lower bound of each row
-    first, part : first entry of each row in ``part``, and the indices of the parts
+    part    : indices of the parts; those of a fill begin at ``owners.part``
+    low     : lower bound of each;  highest: upper bound of each and of those of its fill before it
     """
 
-    begin: I64
-    high: F64
-    low: F64
-    first: I64
     part: I64
+    low: F64
+    highest: F64
 
     @classmethod
     def of(cls, owners: Owners, boxes: F64, same: F64) -> Rows:
-        """Sort parts into rows; boxes: (n, 4) of each part; same: (n,) distance below which places coincide."""
-        parts = np.diff(owners.part)
-        fill = np.repeat(np.arange(len(parts)), parts)
-        low_y, high_y = boxes[:, 1] - 2.0 * BEYOND * same, boxes[:, 3] + 2.0 * BEYOND * same
-        high = np.full(len(parts), -np.inf)
-        np.maximum.at(high, fill, high_y)
-        sorted_y = low_y[np.lexsort((low_y, fill))]
-        count = np.maximum(parts, 1)
-        while True:
-            begin = np.concatenate([[0], np.cumsum(count)])
-            owner = np.repeat(np.arange(len(count)), count)
-            number = np.arange(begin[-1]) - begin[owner]
-            rank = np.minimum(owners.part[owner] + number * parts[owner] // count[owner], len(fill) - 1)
-            low = np.where(parts[owner] > 0, sorted_y[rank], np.inf)
-            one, two = _rows_of(begin, low, fill, low_y), _rows_of(begin, low, fill, high_y)
-            times = two - one + 1
-            # Tall parts lie in many rows: use fewer rows then.
-            much = np.bincount(fill, times, len(parts)) / (PARTS_A_ROW * np.maximum(parts, 1))
-            if (much <= 1.0).all():  # true for a single row
-                break
-            count = np.maximum(np.where(much > 1.0, count / np.maximum(2.0, much), count), 1).astype(np.int64)
-        part = np.repeat(np.arange(len(fill)), times)
-        row = one[part] + np.arange(part.size) - np.repeat(np.cumsum(times) - times, times)
-        order = np.argsort(row, kind="stable")
-        return cls(begin, high, low, np.searchsorted(row[order], np.arange(begin[-1] + 1)), part[order])
+        """Sort parts; boxes: (n, 4) of each part; same: (n,) distance below which places coincide."""
+        fill = np.repeat(np.arange(len(owners.part) - 1), np.diff(owners.part))
+        low, high = boxes[:, 1] - 2.0 * BEYOND * same, boxes[:, 3] + 2.0 * BEYOND * same
+        part = np.lexsort((low, fill))
+        highest = high[part]
+        for one in np.split(highest, owners.part[1:-1]):
+            np.maximum.accumulate(one, out=one)
+        return cls(part, low[part], highest)
 
 
 @kernel()
-def _row_at(low: F64, begin: int, end: int, y: float) -> int:
-    """Return the last row whose lower bound is at most y, or the first row if there is none."""
-    while end - begin > 1:
+def _after(rows: Rows, begin: int, end: int, y: float) -> int:
+    """Return the first of the sorted parts from ``begin`` to ``end`` that begins beyond y."""
+    while begin < end:
         middle = (begin + end) // 2
-        if low[middle] <= y:
-            begin = middle
+        if rows.low[middle] <= y:
+            begin = middle + 1
         else:
             end = middle
     return begin
 
 
-@kernel(allocates=True)
-def _rows_of(begin: I64, low: F64, fill: I64, y: F64) -> I64:
-    """Return the row of its fill in which each place lies."""
-    rows = np.empty(len(fill), np.int64)
-    for k in range(len(fill)):
-        rows[k] = _row_at(low, begin[fill[k]], begin[fill[k] + 1], y[k])
-    return rows
-
-
-@kernel()
-def _row(rows: Rows, fill: int, y: float) -> int:
-    """Return the row of a fill in which a place lies, or −1."""
-    begin, end = rows.begin[fill], rows.begin[fill + 1]
-    if y < rows.low[begin] or y > rows.high[fill]:
-        return -1
-    return _row_at(rows.low, begin, end, y)
-
-
 @kernel()
 def _winds(o: Outlines, rows: Rows, owners: Owners, fill: int, x: float, y: float) -> int:
     """Return the winding number of a fill's outlines about a place."""
-    turns = 0
-    row = _row(rows, fill, y)
-    if row < 0:
-        return 0
-    for k in range(rows.first[row], rows.first[row + 1]):
+    turns, begin = 0, owners.part[fill]
+    for k in range(_after(rows, begin, owners.part[fill + 1], y) - 1, begin - 1, -1):
+        if rows.highest[k] < y:
+            break
         f = rows.part[k]
         x0, y0, x1, y1 = owners.ends[f]
         side = (x1 - x0) * (y - y0) - (x - x0) * (y1 - y0)
@@ -203,10 +163,10 @@ def _others(
             continue
         here, before = 0, False
         for fill in range(owners.fill[owners.layer[j]], owners.fill[owners.layer[j + 1]]):
-            row = _row(rows, fill, y)
-            if row < 0:
-                continue
-            for p in range(rows.first[row], rows.first[row + 1]):
+            begin = owners.part[fill]
+            for p in range(_after(rows, begin, owners.part[fill + 1], y) - 1, begin - 1, -1):
+                if rows.highest[p] < y:
+                    break
                 f = rows.part[p]
                 if f != e and lies_on(o, f, x, y, ALONG * max(same[e], same[f])):
                     here += 1

@@ -10,8 +10,7 @@ from camsim.core.arrays import F64, I64
 from camsim.core.kernels import kernel
 from camsim.rendering.direct.records import POWERS, Outlines, Table
 
-FAR_LENGTH, SMALL_LENGTH = 0.5, 0.1  # over its distance: the longest far panel, and one for which two nodes suffice
-FAR_NODES, SMALL_NODES = 4, 2
+FAR_LENGTH, FAR_NODES = 0.5, 4  # the longest far panel, over its distance, and its nodes
 MOST_TURN = 1.0  # largest angle of a panel of an arc, radians
 DEEP = 96  # size of the stack of halved panels
 
@@ -23,6 +22,17 @@ def _turned(x: float, y: float, times: int) -> tuple[float, float]:
     for _ in range(times - 1):
         a, b = a * x - b * y, a * y + b * x
     return a, b
+
+
+@kernel(forceinline=True)
+def _between(values: F64, cell: int, k: int, w: tuple[float, float, float, float, float, float]) -> float:
+    """Return a quintic between two rows, from values and two derivatives at either."""
+    here, there = values[cell], values[cell + 1]
+    value: float = (
+        w[0] * here[0, k] + w[1] * here[1, k] + w[2] * here[2, k]
+        + w[3] * there[0, k] + w[4] * there[1, k] + w[5] * there[2, k]
+    )  # fmt: skip
+    return value
 
 
 @kernel()
@@ -39,30 +49,19 @@ def _near(values: F64, t: Table, r: float, x: float, y: float, out: F64) -> None
     w0, w1, w2 = v * v * v * (1.0 + 3.0 * u + 6.0 * u * u), v * v * v * u * (1.0 + 3.0 * u), 0.5 * v * v * v * u * u
     w3, w4 = u * u * u * (1.0 + 3.0 * v + 6.0 * v * v), -u * u * u * v * (1.0 + 3.0 * v)
     w5 = 0.5 * u * u * u * v * v
-    here, there = values[cell], values[cell + 1]
+    weights = w0, w1, w2, w3, w4, w5
     kinds = t.kinds
     for q in range(kinds):
-        out[q] = (
-            w0 * here[0, q] + w1 * here[1, q] + w2 * here[2, q] + w3 * there[0, q] + w4 * there[1, q] + w5 * there[2, q]
-        )
+        out[q] = _between(values, cell, q, weights)
     if t.cosines == 0:
         return
     step_c, step_s = _turned(x, y, t.step)
     c, s = step_c, step_s
     for n in range(1, t.cosines + 1):
         for q in range(kinds):
-            k = n * kinds + q
-            out[q] += c * (
-                w0 * here[0, k] + w1 * here[1, k] + w2 * here[2, k]
-                + w3 * there[0, k] + w4 * there[1, k] + w5 * there[2, k]
-            )  # fmt: skip
-        if t.sines:
-            for q in range(kinds):
-                k = (t.cosines + n) * kinds + q
-                out[q] += s * (
-                    w0 * here[0, k] + w1 * here[1, k] + w2 * here[2, k]
-                    + w3 * there[0, k] + w4 * there[1, k] + w5 * there[2, k]
-                )  # fmt: skip
+            out[q] += c * _between(values, cell, n * kinds + q, weights)
+            if t.sines:
+                out[q] += s * _between(values, cell, (t.cosines + n) * kinds + q, weights)
         c, s = c * step_c - s * step_s, c * step_s + s * step_c
 
 
@@ -118,22 +117,6 @@ def _at(o: Outlines, e: int, t: float) -> tuple[float, float, float, float]:
     return o.x[e] + x, o.y[e] + y, -o.turn_rad[e] * y, o.turn_rad[e] * x
 
 
-@kernel()
-def _beside_chord(
-    o: Outlines, e: int, t0: float, t1: float, point: tuple[float, float], t: Table, out: F64
-) -> float:  # fmt: skip
-    """Set the PSF's tail (kinds,) at the centroid of the segment between an arc and its chord; return its area."""
-    turn, middle = (t1 - t0) * o.turn_rad[e], o.from_rad[e] + 0.5 * (t0 + t1) * o.turn_rad[e]
-    bulge = turn - math.sin(turn)
-    # The centroid of a whole circle is its centre.
-    away = 0.0 if bulge == 0.0 else o.dx[e] * 4.0 * math.sin(0.5 * turn) ** 3 / (3.0 * bulge)
-    x, y = o.x[e] + away * math.cos(middle) - point[0], o.y[e] + away * math.sin(middle) - point[1]
-    r = math.hypot(x, y)
-    _far(t, False, r, x / r, y / r, out)
-    area: float = 0.5 * o.dx[e] * o.dx[e] * bulge
-    return area
-
-
 @kernel(allocates=True)
 def along_outlines(
     points: F64,
@@ -160,7 +143,6 @@ def along_outlines(
         px, py = points[p, 0], points[p, 1]
         for e in range(len(length)):
             turn = abs(o.turn_rad[e])
-            x0, y0, x1, y1 = 0.0, 0.0, 0.0, 0.0
             total[:] = 0.0
             stack[0, 0], stack[0, 1], depth = 0.0, 1.0, 1
             while depth > 0:
@@ -170,42 +152,28 @@ def along_outlines(
                 x, y, _, _ = _at(o, e, 0.5 * (t0 + t1))
                 nearest = math.hypot(x - px, y - py) - 0.5 * long
                 is_far = nearest >= t.until
-                is_small = is_far and long < SMALL_LENGTH * nearest
-                if (
-                    (long > (FAR_LENGTH * nearest if is_far else longest) or turn * (t1 - t0) > MOST_TURN)
-                    and not is_small
-                    and depth + 2 <= DEEP
-                ):
+                too_long = long > (FAR_LENGTH * nearest if is_far else longest) or turn * (t1 - t0) > MOST_TURN
+                if too_long and depth + 2 <= DEEP:
                     middle = 0.5 * (t0 + t1)
                     stack[depth, 0], stack[depth, 1] = t0, middle
                     stack[depth + 1, 0], stack[depth + 1, 1] = middle, t1
                     depth += 2
                     continue
                 if is_far:
-                    order = SMALL_NODES if is_small else FAR_NODES
+                    order = FAR_NODES
                     x0, y0, _, _ = _at(o, e, t0)
                     x1, y1, _, _ = _at(o, e, t1)
                     r, r1 = math.hypot(x0 - px, y0 - py), math.hypot(x1 - px, y1 - py)
                     _ends(t, (x0 - px) / r, (y0 - py) / r, (x1 - px) / r1, (y1 - py) / r1, seen)
                     for q in range(t.kinds):
                         total[q] += seen[q]
-                    if is_small and turn > 0.0:
-                        # The segment between an arc and its chord counts as its area at its centroid.
-                        area = _beside_chord(o, e, t0, t1, (px, py), t, seen)
-                        for q in range(t.kinds):
-                            total[q] += area * seen[q]
                 else:
                     order = 1
                     while phases[order - 1] < per_length * long and order < len(phases):
                         order += 1
-                dx, dy, share = x1 - x0, y1 - y0, 1.0
+                share = t1 - t0
                 for k in range(order):
-                    if is_small:
-                        along = 0.5 * (1.0 + rules[order, 0, k])
-                        x, y = x0 + along * dx, y0 + along * dy
-                    else:
-                        share = t1 - t0
-                        x, y, dx, dy = _at(o, e, 0.5 * (t0 + t1) + 0.5 * share * rules[order, 0, k])
+                    x, y, dx, dy = _at(o, e, 0.5 * (t0 + t1) + 0.5 * share * rules[order, 0, k])
                     x, y = x - px, y - py
                     r = math.hypot(x, y)
                     across = x * dy - y * dx
@@ -322,17 +290,3 @@ def over_nodes(
                     for q in range(t.kinds):
                         total[plane, q] += size * light[q]
         _weighed(weights, total, out[p])
-
-
-@kernel(allocates=True)
-def over_points(
-    points: F64, at: F64, size: F64, colour: I64, t: Table, weights: F64, out: F64, begin: int, end: int
-) -> None:
-    """Add the light of point sources at places (n, 2), each with the index of its colour, to photosites."""
-    light = np.empty(t.kinds)
-    for p in range(begin, end):
-        for k in range(len(size)):
-            _light_at(t, at[k, 0] - points[p, 0], at[k, 1] - points[p, 1], light)
-            for c in range(weights.shape[1]):
-                for q in range(t.kinds):
-                    out[p, c] += size[k] * weights[colour[k], c, q] * light[q]

@@ -13,8 +13,7 @@ from camsim.rendering.engine import Marks
 from camsim.rendering.grid import Grid
 from camsim.rendering.waves.image import tiles
 
-MOST = 256
-MOST_PARTS = 256  # examined for a difficult tile; larger numbers are thinned out
+MOST = 256  # photosites, however long the rendering takes
 SHARE_OF_TIME, SECONDS = 0.1, 2e-3  # time of the check: over that of the rendering, and at least
 PLACE_SECONDS = 6e-5  # to select a photosite
 
@@ -128,7 +127,7 @@ def _hard_points(ends: tuple[F64, F64], middles: tuple[F64, F64], marks: Marks, 
     width, height = grid.cols - 1, grid.rows - 1
     fourth = np.array([x0 + fraction * width, y0 + (fraction * math.e * 7.0) % 1.0 * height])
     if turn % 4 == 0:
-        corner = _tile_corner(*ends, marks, grid, turn)
+        corner = _tile_corner(ends[0], marks, grid, turn)
         fourth = np.array([x0 + (turn % 2) * width, y0 + (turn // 2 % 2) * height]) if corner is None else corner
     elif turn % 4 < 3 and (some := [one for one in middles if len(one)]):
         one = some[(turn + 1) % len(some)]
@@ -144,37 +143,14 @@ def _part(turn: int, parts: int) -> int:
     return int((turn * GOLDEN) % 1.0 * parts)
 
 
-def _tile_corner(start: F64, end: F64, marks: Marks, grid: Grid, turn: int) -> F64 | None:
-    """Return the photosite where interpolation over a tile is most difficult; None if the frame has none.
+def _tile_corner(start: F64, marks: Marks, grid: Grid, turn: int) -> F64 | None:
+    """Return a corner of a tile just far enough from a corner of the scene to be interpolated; None outside the frame.
 
-    It lies in a tile that is just far enough from a corner of the scene to be interpolated, with part of the scene
-    nearer. The errors of edges that meet in a corner and are interpolated together nearly cancel, so the tile must have
-    some of them interpolated and some not.
+    start : (n, 2) corners of the scene;  turn: steps through them and through tiles to all four sides
     """
-    size, half = marks.leaf, 0.5 * marks.leaf
-    first, counts = np.array(grid.first_centre), np.array([grid.cols, grid.rows])
-    ends = np.stack([start, end])[:, :: max(1, len(start) // MOST_PARTS)] - (first - 0.5)
-    one = np.array([_part(turn + k, ends.shape[1]) for k in range(16)])
-    picked, along = ends[0, one], ends[1, one] - ends[0, one]
-    # Tiles to the right, to the left, below and above.
-    tiles = np.repeat((np.floor(picked / size) * size)[None], 4, axis=0)
-    after, before = np.ceil((picked + marks.apart) / size) * size, -(np.ceil((marks.apart - picked) / size) * size)
-    tiles[0, :, 0], tiles[1, :, 0] = after[:, 0], before[:, 0]
-    tiles[2, :, 1], tiles[3, :, 1] = after[:, 1], before[:, 1]
-    corners = tiles.copy()
-    tiles[1, :, 0] -= size
-    tiles[3, :, 1] -= size
-    corners[1, :, 0] -= 1
-    corners[3, :, 1] -= 1
-    inside = np.all((corners >= 0) & (corners < counts), axis=2)
-    low, corner, which = tiles[inside], corners[inside], np.nonzero(inside)[1]
-    one = one[which]
-    behind = np.sum((low + half - picked[which]) * along[which], axis=1) < 0.0
-    beside = np.maximum(np.abs(ends - (low + half)[:, None, None]) - half, 0.0)
-    is_far = np.hypot(beside[..., 0], beside[..., 1]).min(axis=1, initial=np.inf) >= marks.apart
-    mixed = is_far.any(axis=1) & ~is_far.all(axis=1)
-    if not mixed.any():
-        return None
-    surely = mixed & behind & is_far[np.arange(one.size), one]
-    place: F64 = first + corner[np.argmax(surely if surely.any() else mixed)]
-    return place
+    first = np.array(grid.first_centre)
+    picked = start[_part(turn, len(start))] - (first - 0.5)
+    tile, (side, axis) = np.floor(picked / marks.leaf) * marks.leaf, divmod(turn // 4 % 4, 2)
+    far = marks.apart if side else -marks.apart
+    tile[axis] = np.ceil((picked[axis] + far) / marks.leaf) * marks.leaf - (0 if side else 1)
+    return first + tile if np.all((tile >= 0) & (tile < [grid.cols, grid.rows])) else None

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from camsim.core.arrays import F64, I64
-from camsim.rendering.direct.cuts import Squares, pairs, pieces_between_cuts
+from camsim.rendering.direct.cuts import Sorted, pairs, pieces_between_cuts
 from camsim.rendering.direct.painter import BESIDE, Near, Rows, sides_of
 from camsim.rendering.direct.records import Outlines, Owners
 from camsim.scene import Primitive, Scene, flattened
@@ -196,7 +196,7 @@ def _neighbours(boxes: F64, same: float) -> Near:
     some = np.flatnonzero(np.isfinite(boxes).all(axis=1))
     if some.size < 2:
         return Near(np.searchsorted(some, np.arange(len(boxes) + 1)), some, boxes)
-    a, b = pairs(Squares.of(boxes[some] + same * np.array([-1.0, -1.0, 1.0, 1.0])))
+    a, b = pairs(Sorted.of(boxes[some] + same * np.array([-1.0, -1.0, 1.0, 1.0])))
     one, two = np.concatenate([some, some[a], some[b]]), np.concatenate([some, some[b], some[a]])
     sort = np.lexsort((two, one))
     return Near(np.searchsorted(one[sort], np.arange(len(boxes) + 1)), two[sort], boxes)

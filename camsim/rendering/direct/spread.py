@@ -30,11 +30,14 @@ QUINTIC = 1.0 / 46080.0  # error of quintic interpolation between two rows, over
 STEEP = 0.02  # sixth derivative, over that of a wave of the highest frequency
 FEWEST_ROWS, MOST_ROWS = 3.0, 16.0  # per period of the highest frequency
 FIRST_ZONE, WIDER = 8.0, 6.0  # zones of equal density: size of the first in periods, ratio of the others
-ANGLES, FEW_HARMONICS = 8, 3.0
+ANGLES, FEW_HARMONICS = (
+    8,
+    3.0,
+)  # directions beyond the highest order; radians of phase with hardly a harmonic
 ROUNDING = 1e-13  # of signals that are linear combinations of others
-NOTHING = 1e-300
+NOTHING = 1e-300  # keeps a quotient of zeros finite
 FIRST_POWER, OF_MOMENTS = 0.2, 4.0  # light beyond a distance in λN; allowed error, in units of a table's
-MOST_KEPT = 12
+MOST_KEPT = 12  # tables, some MB each: those of one camera's channels and pictures
 _KEPT: dict[Any, tuple[Table, F64]] = {}
 
 

@@ -25,7 +25,7 @@ from camsim.spectra.curve import Curve, Spectrum
 
 POINT_ROOM = 3.0  # light of a point, in photosites of a diffuser, up to which the tolerance is not tightened
 OF_ALIASES = (
-    0.4  # of the tolerance, for the bound on a gradient's aliases at a rim; a hundredth of the bound was measured
+    2.0  # of the tolerance, for the bound on aliases at a rim; behind full photosites a tenth of it was measured
 )
 TAILS = 0.02  # of the tolerance: light at either end of the spectrum that may be moved to another wavelength
 

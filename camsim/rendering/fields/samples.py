@@ -26,17 +26,26 @@ MOST_NODES = 64
 class Splines(NamedTuple):
     """A layer as splines on a lattice, and points of light that correct their errors; pitches.
 
-    places : (rows, cols, 2) of samples;  light: (kinds, rows, cols)
+    first  : (2,) position of the first sample;  ways: (2, 2) steps along rows and down columns
+    light  : (kinds, rows, cols)
     points : (m, 2);  corrections: (kinds, m)
     step, degree : of the splines
     """
 
-    places: F64
+    first: F64
+    ways: F64
     light: F64
     points: F64
     corrections: F64
     step: float
     degree: int
+
+    @property
+    def places(self) -> F64:
+        """Positions of the samples (rows, cols, 2)."""
+        rows, cols = (np.arange(count) for count in self.light.shape[1:])
+        places: F64 = self.first + cols[None, :, None] * self.ways[0] + rows[:, None, None] * self.ways[1]
+        return places
 
     def passes(self, frequency: F64) -> F64:
         """Return the transform of one sample along an axis."""
@@ -73,24 +82,29 @@ def splines_of(
         fine = fine[:, _within(trimmed[0], rows), _within(trimmed[1], cols)]
         rows, cols = trimmed
     step = layer.step / times
-    corner = layer.places(np.array([[cols.start + 0.5, rows.start + 0.5]]) / times)[0]
-    across, down = step * np.arange(fine.shape[2]), step * np.arange(fine.shape[1])
-    places = corner + across[None, :, None] * layer.axes[0] + down[:, None, None] * layer.axes[1]
+    first = layer.places(np.array([[cols.start + 0.5, rows.start + 0.5]]) / times)[0]
+    splines = Splines(
+        first, step * layer.axes, step**2 * fine, np.empty((0, 2)), np.empty((len(fine), 0)), step, layer.degree
+    )
     if layer.degree == 0 and layer.outline is None:
-        return Splines(places, step**2 * fine, np.empty((0, 2)), np.empty((len(fine), 0)), step, 0)
+        return splines
     cover, knot = _cover(layer, times, (rows.start, cols.start), fine.shape[1:])
-    keep = _kept(cover.whole, layer.degree)
+    # A spline is used uncut if a patch that it covers is entirely visible: patches a − n … a + n − 1 for sample a.
+    n = (layer.degree + 1) // 2
+    keep = _any(cover.whole, range(-n, n)) if n else cover.whole
+    patches = np.argwhere((_any(keep, range(1 - n, n + 1)) if n else keep) & ~cover.whole)
     lattice = np.where(keep, fine, 0.0)
-    among = np.ones(cover.whole.shape, bool)
-    found = []
+    both = patches, cover.cut
+    near, found = [np.ones(len(one), bool) for one in both], []
     if support is not None:
-        middle = places + 0.5 * step * layer.axes.sum(axis=0)
-        near = ((middle >= support.low) & (middle <= support.high)).all(axis=2)
-        found.append(_corrections(layer, times, fine, lattice, cover, knot, ~near, cut=support.cut, allowed=allowed))
-        among = near
-    found.append(_corrections(layer, times, fine, lattice, cover, knot, among, cut=cut, allowed=allowed))
-    points, corrections = np.concatenate([one for one, _ in found]), np.concatenate([one for _, one in found], axis=1)
-    return Splines(places, step**2 * lattice, points, corrections, step, layer.degree)
+        middles = [layer.places((knot + one[:, ::-1] + 0.5) / times) for one in both]
+        near = [np.all((one >= support.low) & (one <= support.high), axis=1) for one in middles]
+        far = [~one for one in near]
+        found.append(_corrections(layer, fine, lattice, cover, patches, far, math.pi * support.cut * step, allowed))
+    found.append(_corrections(layer, fine, lattice, cover, patches, near, math.pi * cut * step, allowed))
+    points = layer.places((knot + np.concatenate([one for one, _ in found])) / times)
+    corrections = step**2 * np.concatenate([one for _, one in found], axis=1)
+    return splines._replace(light=step**2 * lattice, points=points, corrections=corrections)
 
 
 def parts_of(layer: Layer, cut: float) -> int:
@@ -123,56 +137,49 @@ def _cover(layer: Layer, times: int, first: tuple[int, int], shape: tuple[int, .
     return cover_of((start, end), (shape[0], shape[1])), knot
 
 
-def _kept(whole: np.ndarray, degree: int) -> np.ndarray:
-    """Return a mask of the samples to use uncut: those with a patch in their support that is entirely visible."""
-    if degree == 0:
-        return whole.copy()
-    # The spline of sample a covers the patches a − n … a + n − 1.
-    n = (degree + 1) // 2
-    keep = whole
+def _any(mask: np.ndarray, shifts: range) -> np.ndarray:
+    """Return a mask (rows, cols): whether any place at these shifts, along both axes, is in the mask."""
     for axis in (0, 1):
-        total = np.zeros_like(keep)
-        for shift in range(-n, n):
-            total |= _shifted(keep, shift, axis)
-        keep = total
-    return keep
+        total = np.zeros_like(mask)
+        for shift in shifts:
+            into, out_of = slice(max(-shift, 0), mask.shape[axis] - max(shift, 0)), slice(max(shift, 0), None)
+            if shift < 0:
+                out_of = slice(0, shift)
+            where = (slice(None),) * axis
+            total[(*where, into)] |= mask[(*where, out_of)]
+        mask = total
+    return mask
 
 
 def _corrections(
     layer: Layer,
-    times: int,
     fine: F64,
     lattice: F64,
     cover: Cover,
-    knot: F64,
-    among: np.ndarray,
-    *,
-    cut: float,
+    patches: I64,
+    among: list[np.ndarray],
+    phase: float,
     allowed: float,
 ) -> tuple[F64, F64]:
     """Return nodes (m, 2) and light (planes, m): the visible field on patches minus that of the uncut splines.
 
-    among : (rows, cols) mask of the patches to consider
+    patches : (n, 2) row and column of patches, not entirely visible, that uncut splines cover
+    among   : which of these, and which of those of ``cover.cut``, to consider
+    phase   : radians over half a patch at the highest frequency
     """
-    step = layer.step / times
-    given = _patches(np.abs(lattice).sum(axis=0)[None], layer.degree)[0] > 0.0
-    wrong = given & ~cover.whole & among
-    phase = np.array([math.pi * cut * step])
-    pieces, orders = gauss_pieces(phase, allowed, MOST_NODES)
+    pieces, orders = gauss_pieces(np.array([phase]), allowed, MOST_NODES)
     x, w = _composite(int(pieces[0]), int(orders[0]) + 2)
 
     # Subtract the uncut splines over the whole patch.
-    patch = np.argwhere(wrong)
+    patch = patches[among[0]]
     t = np.stack(np.meshgrid(x, x), axis=-1).reshape(-1, 2)
-    whole_at = patch[:, None, ::-1] + t
-    taken = _values(lattice, layer.degree, patch, np.broadcast_to(t, (len(patch), *t.shape))) * -np.outer(w, w).ravel()
-
-    nodes, light = [whole_at.reshape(-1, 2)], [taken.reshape(len(fine), -1)]
+    taken = _on_grids(lattice, layer.degree, patch, x) * -np.outer(w, w).ravel()
+    nodes, light = [(patch[:, None, ::-1] + t).reshape(-1, 2)], [taken.reshape(len(fine), -1)]
 
     # Add the visible part: signed triangles from the patch's centre to every edge, by Duffy's transformation. The
     # coordinate along the edge needs fewer nodes for short edges.
     length = np.hypot(*(cover.end - cover.start).T)
-    mine = among[tuple(cover.cut.T)][cover.owner] if len(cover.owner) else np.empty(0, bool)
+    mine = among[1][cover.owner] if len(cover.owner) else np.empty(0, bool)
     needed = np.minimum(x.size, np.ceil(x.size * length).astype(np.int64) + 3)
     for order in np.unique(needed[mine]).tolist():
         these = mine & (needed == order)
@@ -185,26 +192,7 @@ def _corrections(
         seen *= twice[:, None] * (np.outer(ws, w).ravel() * along)
         nodes.append((of[:, None, ::-1] + 0.5 + inside).reshape(-1, 2))
         light.append(seen.reshape(len(fine), -1))
-    places = layer.places((knot + np.concatenate(nodes)) / times)
-    return places, step**2 * np.concatenate(light, axis=1)
-
-
-def _patches(values: F64, degree: int) -> F64:
-    """Return the sums over the samples whose splines cover each patch."""
-    if degree == 0:
-        return values
-    n = (degree + 1) // 2
-    for axis in (1, 2):
-        values = sum(_shifted(values, shift, axis) for shift in range(1 - n, n + 1))  # type: ignore[assignment]
-    return values
-
-
-def _shifted(values: np.ndarray, shift: int, axis: int) -> np.ndarray:
-    """Return values shifted by ``shift`` places along an axis, filled with zeros."""
-    moved = np.roll(values, -shift, axis=axis)
-    ends = slice(-shift, None) if shift > 0 else slice(0, -shift)
-    moved[(slice(None),) * axis + (ends,)] = 0
-    return moved
+    return np.concatenate(nodes), np.concatenate(light, axis=1)
 
 
 def _composite(pieces: int, order: int) -> tuple[F64, F64]:
@@ -214,17 +202,29 @@ def _composite(pieces: int, order: int) -> tuple[F64, F64]:
     return nodes.ravel(), np.tile(0.5 * w / pieces, pieces)
 
 
+def _on_grids(coefficients: F64, degree: int, patch: I64, x: F64) -> F64:
+    """Return the field (planes, patches, n²) on the grid of places x (n,), 0 … 1, in each patch."""
+    weights = basis(degree, x)
+    part = np.stack([_window(coefficients, degree, patch, i, j) for i in range(degree + 1) for j in range(degree + 1)])
+    part = part.reshape(degree + 1, degree + 1, len(coefficients), len(patch))
+    rows = np.einsum("xj,ijpm->pmix", weights, part)
+    values: F64 = np.einsum("yi,pmix->pmyx", weights, rows).reshape(len(coefficients), len(patch), x.size**2)
+    return values
+
+
+def _window(coefficients: F64, degree: int, patch: I64, i: int, j: int) -> F64:
+    """Return the coefficient (planes, patches) of the spline in row i and column j of those that cover a patch."""
+    n, (rows, cols) = max((degree + 1) // 2 - 1, 0), coefficients.shape[1:]
+    window: F64 = coefficients[:, np.clip(patch[:, 0] + i - n, 0, rows - 1), np.clip(patch[:, 1] + j - n, 0, cols - 1)]
+    return window
+
+
 def _values(coefficients: F64, degree: int, patch: I64, t: F64) -> F64:
     """Return the field (planes, patches, nodes) at places t (patches, nodes, 2), 0 … 1 along and down each patch."""
-    if not len(patch):
-        return np.zeros((len(coefficients), 0, t.shape[1]))
-    n = max((degree + 1) // 2 - 1, 0)
     across = basis(degree, t[..., 0].ravel()).reshape(*t.shape[:2], -1)
     down = basis(degree, t[..., 1].ravel()).reshape(*t.shape[:2], -1)
     out = np.zeros((len(coefficients), *t.shape[:2]))
-    rows, cols = coefficients.shape[1:]
     for i in range(degree + 1):
         for j in range(degree + 1):
-            one = coefficients[:, np.clip(patch[:, 0] + i - n, 0, rows - 1), np.clip(patch[:, 1] + j - n, 0, cols - 1)]
-            out += one[:, :, None] * (down[..., i] * across[..., j])
+            out += _window(coefficients, degree, patch, i, j)[:, :, None] * (down[..., i] * across[..., j])
     return out

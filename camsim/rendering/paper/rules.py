@@ -33,8 +33,8 @@ from camsim.rendering.edges import Edges
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.paper.kernels import Boxes, Steps, each_sample, strips, weighted
 
-GRID = 11
-IMPORTANCE_SAMPLES = 2025
+GRID = 11  # the paper's samples along a side
+IMPORTANCE_SAMPLES = 2025  # the paper's
 AIRY_CUT = 18.0  # λN, as in the paper
 THIRD_DARK_RING = 3.2383  # λN
 

@@ -20,6 +20,7 @@ from camsim.rendering.waves.levels import Lattice
 
 MOST_NODES = 200  # of one Gauss rule on an edge; longer edges are divided
 EDGES_AT_ONCE, ROWS_AT_ONCE = 1000, 16
+NODES_AT_ONCE = 1_000_000  # of all kinds that are transformed together
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -72,10 +73,11 @@ class EdgeSource:
         out = np.empty((self.kinds, len(rows), lattice.counts[0]), complex)
         along *= np.exp(-1j * (rows.start + len(rows) // 2) * places[0])
         step_x, step_y = (1.0 / period for period in lattice.periods)
-        for k, (one, area) in enumerate(zip(jump.T, areas, strict=True)):
-            whole = out[k]
-            strengths = along * one[which]
-            whole[:] = modes(places, strengths, whole.shape, precision=self.precision, sign=-1)
+        at_once, jump = max(1, NODES_AT_ONCE // along.size), np.ascontiguousarray(jump.T)
+        for first in range(0, self.kinds, at_once):
+            strengths = along * np.take(jump[first : first + at_once], which, axis=1)
+            out[first : first + at_once] = modes(places, strengths, out.shape[1:], precision=self.precision, sign=-1)
+        for whole, area in zip(out, areas, strict=True):
             shared(
                 len(whole),
                 functools.partial(slope, whole, -rows.start, step_x, step_y, area),

@@ -11,8 +11,9 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Any, TypeAlias
 
 import numpy as np
 import scipy
@@ -26,6 +27,7 @@ from camsim.optics.airy import Airy
 from camsim.optics.placed import Revolves
 from camsim.optics.protocols import Varies
 from camsim.optics.transfer_table import NO_BORDER
+from camsim.rendering.modes import spanning
 from camsim.rendering.waves.field_transfers import Rule, Wavefronts
 from camsim.rendering.waves.image import FrequencyImage, Source, tiles
 from camsim.rendering.waves.kernels import mix
@@ -43,7 +45,9 @@ OF_RULE, OF_PLACES, OF_MIXTURES, OF_TURNS = 1.0, 2.0, 1.0, 0.6  # shares of the 
 CUBIC = 0.0234  # error of cubic interpolation, over the fourth power of a harmonic's phase step
 ALIKE_UM = 1e-6  # image heights closer than this are equal
 NEAR_EVERY = 2  # largest spacing, photosites, of levels that are summed tile by tile
-MOST_KEPT = 200  # image heights whose transfers are cached
+MOST_KEPT, MOST_SHARED = 200, 8  # image heights whose transfers are cached, and parts of the frame
+SAME = 1e-9  # difference of waves, and of transfers, that is rounding
+Table: TypeAlias = tuple[tuple[C128, I64], float, tuple[float, float, int, F64]]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -76,11 +80,7 @@ class VaryingLens:
     def mixed(self, weights: F64, allowed: float) -> tuple[I64, F64]:
         """Return the kinds that span all others, and the mixtures; as of ``Lens``, but for any transfers."""
         flat = weights.reshape(len(weights), -1)
-        _, triangle, order = scipy.linalg.qr(flat.T, mode="economic", pivoting=True)
-        count = max(1, int(np.count_nonzero(np.abs(np.diag(triangle)) * math.sqrt(flat.shape[1]) > allowed)))
-        rows = np.sort(order[:count]).astype(np.int64)
-        mixtures: F64 = np.asarray(np.linalg.lstsq(flat[rows].T, flat.T, rcond=None)[0], float)
-        return rows, mixtures
+        return spanning(flat, allowed / flat.shape[1])
 
     @property
     def blurs(self) -> F64:
@@ -110,7 +110,37 @@ class VaryingLens:
 
         corners_um : (2, 2) low and high corner;  cut: highest frequency, cycles/pitch
         weights    : (kinds, channels, j);  counts: numbers of Chebyshev points along a side to try
+
+        Parts on either side of the axis of a symmetric lens share their mixtures.
         """
+        if not self._symmetric(float(np.hypot(*np.abs(corners_um).max(axis=0)))):
+            return self._mixtures(corners_um, cut, weights, counts)
+        left, up = (corners_um.sum(axis=0) < 0.0).tolist()
+        there = np.where([left, up], -corners_um[::-1], corners_um)
+        key = tuple(np.rint(there / ALIKE_UM).ravel().tolist()), cut, id(weights), tuple(counts)
+        if key not in self._shared:
+            while len(self._shared) >= MOST_SHARED:
+                del self._shared[next(iter(self._shared))]
+            self._shared[key] = self._mixtures(there, cut, weights, counts)
+        found = self._shared[key]
+        return found if found is None or not (left or up) else found.mirrored(left, up)
+
+    @cached_property
+    def _shared(self) -> dict[Any, Mixtures | None]:
+        return {}
+
+    def _symmetric(self, height_um: float) -> bool:
+        """Whether the lens at an image height and the footprint are symmetric about the x and the y axis."""
+        if not self._turns or self.system.more:
+            return False
+        x, y = (np.array([1.0, -0.6]) * part for part in (0.5, 0.3))
+        lens = self.lens.at(height_um, 0.0)
+        f = 0.4 / self.pitch_um * np.array([[0.9, 0.3], [0.5, 0.7]])
+        sizes = [np.abs(self.system.footprint_otf(sign * f[:, 0], f[:, 1])) for sign in (1.0, -1.0)]
+        waves = [lens.waves(x, sign * y, float(self.wavelength_nm[0])) for sign in (1.0, -1.0)]
+        return all(float(np.abs(one - other).max()) < SAME for one, other in (sizes, waves))
+
+    def _mixtures(self, corners_um: F64, cut: float, weights: F64, counts: Sequence[int]) -> Mixtures | None:
         rule = self._rule(corners_um, min(1.0, cut * float(self.blurs.max())))
         part = _Part(self, rule, corners_um, cut, weights)
         tried = part.displayed(part.at(TRIED))
@@ -252,6 +282,7 @@ class Mixtures:
     harmonics : (j, radii, m, kinds, 2·directions);  turns: directions of a table
     numbers   : how many of the first mixtures frequencies up to each of ``BANDS`` use;  cut: highest frequency
     count     : Chebyshev points along a side;  taken: (channels, m, count²) weight of each mixture at these points
+    like      : the mixtures of which these are a mirror image, and whether along x and along y
     """
 
     lens: VaryingLens
@@ -262,16 +293,40 @@ class Mixtures:
     cut: float
     count: int
     taken: F64
+    like: tuple[Mixtures, bool, bool] | None = None
 
     is_round, is_pupil = False, True
+
+    def mirrored(self, left: bool, up: bool) -> Mixtures:
+        """Return the mixtures of the part on the other side of the axis along x, along y, or both."""
+        square = self.taken.reshape(*self.taken.shape[:2], self.count, self.count)
+        taken = square[..., :: -1 if up else 1, :: -1 if left else 1].reshape(self.taken.shape)
+        return replace(self, taken=taken, like=(self, left, up))
 
     @property
     def number(self) -> int:
         """Number of mixtures."""
         return int(self.harmonics.shape[2])
 
-    def polar(self, level: Level, weights: F64) -> tuple[tuple[C128, I64], float, tuple[float, float, int, F64]]:
+    def polar(self, level: Level, weights: F64) -> Table:
         """Return the table of ``Lens.polar`` with mixtures as channels; the weights are included already."""
+        if self.like is None:
+            if id(level) not in self._tables:
+                self._tables[id(level)] = self._made(level)
+            return self._tables[id(level)]
+        one, left, up = self.like
+        (table, there), per, turn = one.polar(level, weights)
+        # T(−f) is the conjugate of T(f); the first direction is −π/2, and the table has one more before it.
+        half = table[:, 1:-2]
+        if left != up:
+            half = np.concatenate([half[:, :1].conj(), half[:, :0:-1]], axis=1)
+        return (_closed(half.conj() if left else half), there), per, turn
+
+    @cached_property
+    def _tables(self) -> dict[int, Table]:
+        return {}
+
+    def _made(self, level: Level) -> Table:
         points = max(POINTS, OF_RADII * self.rule.radii) if level.takes is None else FAR_POINTS
         frequency = np.linspace(0.0, level.cut, points + 1)
         shape = self.harmonics.shape[2:]
@@ -288,10 +343,9 @@ class Mixtures:
             passes = functools.reduce(np.multiply, (stage.otf(fx, fy, nm) for stage in more))
             out += _finer(along, self.turns) * passes[:, None, None]
         half = np.moveaxis(_finer(total, self.turns) if out is None else out, 3, 1).swapaxes(2, 3)
-        table = np.concatenate([half[:, -1:].conj(), half, half[:, :2].conj()], axis=1)
         band = np.searchsorted(np.array(BANDS[:-1]) * (self.cut / LOOKED_AT), frequency, side="right")
         turn = -0.5 * math.pi, 1.0 / math.pi, self.turns, NO_BORDER
-        return (np.ascontiguousarray(table), self.numbers[band]), points / level.cut, turn
+        return (_closed(half), self.numbers[band]), points / level.cut, turn
 
     def add(self, image: F64, each: F64, part: tuple[slice, slice], shape: tuple[int, int]) -> None:
         """Add mixtures (m, rows, cols), weighted at each photosite, to a part of an image (channels, rows, cols).
@@ -303,6 +357,11 @@ class Mixtures:
         )  # (rows, count), (cols, count)
         amounts = np.einsum("ra,cmab->rcmb", down, self.taken.reshape(*self.taken.shape[:2], self.count, self.count))
         shared(image.shape[1], functools.partial(mix, image, each, amounts, np.ascontiguousarray(across.T)))
+
+
+def _closed(half: C128) -> C128:
+    """Return a table (points, directions, …) over half a turn with one direction more before it and two past it."""
+    return np.ascontiguousarray(np.concatenate([half[:, -1:].conj(), half, half[:, :2].conj()], axis=1))
 
 
 def _times(matrix: F64, values: C128) -> C128:

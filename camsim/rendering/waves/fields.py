@@ -21,7 +21,7 @@ from camsim.numerics.quadrature import gauss_legendre
 from camsim.rendering.fields.layer import Layer, basis
 from camsim.rendering.fields.points import PointLayer
 from camsim.rendering.fields.samples import LONGEST_SQUARE, Splines, Support, parts_of, splines_of
-from camsim.rendering.waves.edges import half_plane, phases
+from camsim.rendering.waves.edges import NODES_AT_ONCE, half_plane, phases
 from camsim.rendering.waves.kernels import repeat
 from camsim.rendering.waves.levels import Lattice
 
@@ -104,7 +104,7 @@ class FieldSource:
             return out if there else None
         splines = self._splines
         if layer.upright:
-            there = self._upright(out, splines.light, splines.places[0, 0], splines.step, lattice, origin, whole=True)
+            there = self._upright(out, splines.light, splines.first, splines.step, lattice, origin, whole=True)
             there |= self._add_points(out, splines.points, splines.corrections, lattice, origin)
             return out if there else None
         there = self._add_points(out, splines.places, splines.light, lattice, origin)
@@ -144,9 +144,10 @@ class FieldSource:
             at, light = at[inside], light[:, inside]
         down, across = phases(at, lattice)
         turn = half_plane(np.ones(1, complex), across, out.shape[2])
-        for one, values in zip(out, light, strict=True):
-            if values.any():
-                one += modes((down, across), turn * values, one.shape, precision=self.precision, sign=-1)
+        at_once = max(1, NODES_AT_ONCE // turn.size)
+        for first in range(0, len(out), at_once):
+            some = slice(first, first + at_once)
+            out[some] += modes((down, across), turn * light[some], out.shape[1:], precision=self.precision, sign=-1)
         return True
 
     @cached_property

@@ -21,7 +21,7 @@ from camsim.rendering.waves.transfers import Footprint, Lens
 
 TILE = 512  # photosites along a tile's side
 FEW_ROWS = 64  # rows of photosites up to which each is summed directly rather than by an FFT over the period
-MOST_AT_ONCE = 1 << 24  # frequencies of one part of a transform that is computed in parts
+MOST_AT_ONCE = 1 << 24  # frequencies, of all kinds of light, of one part of a transform that is computed in parts
 ROWS_OF_PLANE = 400_000  # frequencies whose transfers are evaluated at a time
 
 
@@ -138,7 +138,8 @@ class FrequencyImage:
         lattice = lattice_of(level, size, low - at, high - at, whole)
         total = np.zeros((channels, *summed_shape(lattice, every, out.shape[1])), complex)
         found = False
-        for some in lattice.parts(MOST_AT_ONCE) if self.in_parts else (lattice,):
+        most = MOST_AT_ONCE / max(len(weights) for _, weights, _ in self.sources)
+        for some in lattice.parts(most) if self.in_parts else (lattice,):
             footprint = self.footprint.on(some)
             for source, weights, lens in self.sources:
                 transform = source.transform(some, at)
@@ -168,15 +169,10 @@ class FrequencyImage:
             work = functools.partial(add_curves, total, transform, curves, footprint, share, scale, lattice.rows.start)
         elif lens.is_pupil:
             (polar, there), per, turn = self._table("polar", level, weights, lens)
-            # Channels last, real and imaginary parts interleaved: see ``kernels.add_polar``.
-            sums = np.zeros((*total.shape[1:], 2 * len(total)))
             parts, steps = polar.view(np.float64), (step_x, step_y, per, lattice.cut)
             work = functools.partial(
-                add_polar, sums, transform, parts, there, footprint, share, steps, turn, lattice.rows.start
+                add_polar, total, transform, parts, there, footprint, share, steps, turn, lattice.rows.start
             )
-            shared(total.shape[1], work)
-            total += np.moveaxis(sums.view(np.complex128), 2, 0)
-            return
         else:
             self._add_planes(total, transform, level, lattice, behind, footprint, share)
             return
@@ -248,13 +244,20 @@ def _photosites(total: C128, every: int, periods: tuple[int, int], out: F64) -> 
 
     Columns are transformed by an FFT, or by direct sums where there are few rows and frequencies do not alias.
     """
-    scale = 2.0 / every**2
     (px, py), lines = (period // every for period in periods), total.shape[1]
     turns = np.outer(np.arange(out.shape[1]), np.rint(np.fft.fftfreq(lines, 1.0 / lines))) % py
     waves = np.exp(2j * np.pi / py * turns) / py if lines < py else None
     for one, whole in zip(out, total, strict=True):
         columns = scipy.fft.ifft(whole, axis=0)[: one.shape[0]] if waves is None else waves @ whole
-        one += scipy.fft.ifft(columns, px, axis=1)[:, : one.shape[1]].real * scale
+        # The real part of a sum over all frequencies, as one over those up to Nyquist, of which only the first and
+        # Nyquist's itself have no counterpart.
+        half = columns[:, : px // 2 + 1].copy()
+        beyond = columns[:, px // 2 + 1 :]
+        half[:, px - px // 2 - beyond.shape[1] : px - px // 2] += beyond[:, ::-1].conj()
+        half[:, 0] *= 2.0
+        if px % 2 == 0 and half.shape[1] == px // 2 + 1:
+            half[:, -1] *= 2.0
+        one += scipy.fft.irfft(half, px, axis=1)[:, : one.shape[1]] * (1.0 / every**2)
 
 
 def tiles(shape: tuple[int, int]) -> Iterator[tuple[int, int, int, int]]:
@@ -267,7 +270,8 @@ def tiles(shape: tuple[int, int]) -> Iterator[tuple[int, int, int, int]]:
 
 def _parts(length: int) -> list[tuple[int, int]]:
     count = max(1, math.ceil(length / (1.3 * TILE)))
-    ends = [length * k // count for k in range(count + 1)]
+    # Symmetric: behind a lens of revolution, tiles on either side of its axis share their transfers.
+    ends = [length * k // count if 2 * k <= count else length - length * (count - k) // count for k in range(count + 1)]
     return [(a, b - a) for a, b in pairwise(ends)]
 
 

@@ -81,7 +81,7 @@ def _line(share: tuple[F64, float], frequency: float) -> float:
 
 @kernel(allocates=True)
 def add_polar(
-    total: F64,
+    total: C128,
     source: C128,
     polar: F64,
     there: I64,
@@ -95,8 +95,9 @@ def add_polar(
 ) -> None:
     """Add source × transfer for a transfer that depends on direction.
 
-    total : (rows, cols, 2·channels), and polar: (points, directions, kinds, 2·channels): real and imaginary parts
-            interleaved, so that loops over channels vectorise
+    total : (channels, rows, cols) as of ``add_curves``
+    polar : (points, directions, kinds, 2·channels): real and imaginary parts interleaved, so that loops over channels
+            vectorise
     there : (points,) how many of the first channels are summed at a radius
     scale : as of ``add_curves``, and the highest frequency
     turn  : direction where the first panel begins, panels per radian, steps n in each; a panel has n + 3 directions,
@@ -105,15 +106,15 @@ def add_polar(
     """
     (across, down, both), (step_x, step_y, per, most) = footprint, scale
     kinds, lines, columns = source.shape
-    rows, cols, parts = total.shape
-    points = len(polar)
-    turns = polar.shape[1]
+    channels, rows, cols = total.shape
+    points, turns, parts = len(polar), polar.shape[1], polar.shape[3]
     begins, per_radian, steps, border = turn
     panels = turns // (steps + 3)
-    lens = np.empty(parts)
+    lens, sums = np.empty(parts), np.empty((cols, parts))
     radial, turned = np.empty(4), np.ones(4)
     ways = 1 if turns == 1 else 4
     for row in range(begin, stop):
+        sums[:] = 0.0
         first = row - ((row - lowest) // rows) * rows
         for j in range(first, lowest + lines, rows):
             fy = j * step_y
@@ -159,13 +160,16 @@ def add_polar(
                                 near = polar[at + q - 1, way + t - 1, k]
                                 for c in range(parts):
                                     lens[c] += weight * near[c]
-                        here = total[row, col]
+                        here = sums[col]
                         for c in range(0, parts, 2):
                             here[c] += value.real * lens[c] - value.imag * lens[c + 1]
                             here[c + 1] += value.real * lens[c + 1] + value.imag * lens[c]
                 col += 1
                 if col == cols:
                     col = 0
+        for c in range(channels):
+            for i in range(cols):
+                total[c, row, i] += complex(sums[i, 2 * c], sums[i, 2 * c + 1])
 
 
 @kernel()

@@ -24,7 +24,7 @@ from camsim.rendering.fields.layer import Layer
 from camsim.rendering.fields.points import PointLayer
 from camsim.rendering.fields.samples import LONGEST_SQUARE, Support
 from camsim.rendering.job import Job, Nodes
-from camsim.rendering.spectral import Signals, fewer, fuse, kinds, wavefront_phase
+from camsim.rendering.spectral import Signals, fuse, kinds, wavefront_phase
 from camsim.rendering.waves.edges import EdgeSource
 from camsim.rendering.waves.fields import FieldSource
 from camsim.rendering.waves.image import MOST_AT_ONCE, FrequencyImage, Source, summed_shape, tiles
@@ -78,8 +78,8 @@ class WavesPlan:
 
     @property
     def fewest(self) -> int:
-        """Smallest number of photosites that are checked."""
-        return FEWEST_CHECKED
+        """Smallest number of photosites that are checked: fewer where each is a sum over a picture's samples."""
+        return FEWEST_CHECKED if self.fields is None else FEWEST_CHECKED // 2
 
     @property
     def wavelengths(self) -> int:
@@ -99,9 +99,10 @@ class WavesPlan:
             density = nodes.density
             if not job.system.chromatic:
                 density, lens = density.sum(axis=2, keepdims=True), self._lens(nodes.wavelength_nm[:1], tolerance)
-            off = OF_MIXTURE * tolerance / density.shape[2]
-            shares, contrast = fewer(*kinds(density[1:] - density[0]), off)
-            found.append((EdgeSource(edges=job.edges, shares=shares, precision=precision), contrast, lens))
+            shares, contrast = kinds(density[1:] - density[0])
+            rows, mixture = lens.mixed(contrast, OF_MIXTURE * tolerance)
+            shares = np.einsum("sk,mk->sm", shares, mixture)
+            found.append((EdgeSource(edges=job.edges, shares=shares, precision=precision), contrast[rows], lens))
         if self.fields is not None:
             found += self._of_fields(self.fields, precision)
         if not found:
@@ -116,17 +117,15 @@ class WavesPlan:
             last = first + np.array([job.grid.cols - 1, job.grid.rows - 1])
             support = Support(first - reach, last + reach, WIDER * low)
             found = [
-                (
-                    LowFrequencies(
-                        source=dataclasses.replace(one, support=support) if isinstance(one, FieldSource) else one,
-                        cut=low,
-                        precision=precision,
-                    ),
-                    weights,
-                    lens,
-                )
+                (dataclasses.replace(one, support=support) if isinstance(one, FieldSource) else one, weights, lens)
                 for one, weights, lens in found
             ]
+            # The far levels need still fewer samples.
+            for low in [level.cut for level in levels[1:3]]:
+                found = [
+                    (LowFrequencies(source=one, cut=low, precision=precision), weights, lens)
+                    for one, weights, lens in found
+                ]
         return self.summed(
             sources=found,
             footprint=Footprint(system=job.system, pitch_um=job.grid.pitch_um),
@@ -292,7 +291,7 @@ class WavesPlan:
         most = max(len(weights) for _, weights, _ in image.sources)
         tables = sum(len(lens.wavelength_nm) * SECONDS_TABLE for *_, lens in image.sources if not lens.is_round)
         bytes_each = most * BYTES_EACH, image.sources[0][1].shape[1] * BYTES_SUMMED
-        at_once = MOST_AT_ONCE if image.in_parts else math.inf
+        at_once = MOST_AT_ONCE / most if image.in_parts else math.inf
         memory = max(min(size, at_once) * bytes_each[0] + places * bytes_each[1] for size, places in self._lattices)
         return Cost(seconds=0.005 + seconds + tables, memory_bytes=memory)
 

@@ -11,7 +11,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
 
 from camsim.core.arrays import C128, F64, I64
 from camsim.core.cached import cached_property
@@ -20,6 +19,7 @@ from camsim.optics.annular import AnnularAiry
 from camsim.optics.of_pupil import OfPupil
 from camsim.optics.protocols import Round, Separable
 from camsim.optics.transfer_table import NO_BORDER, TransferTable, transfer_table
+from camsim.rendering.modes import spanning
 from camsim.rendering.waves.levels import Lattice, Level
 
 FEWEST_POINTS, MOST_POINTS = 2048, 1 << 16
@@ -27,7 +27,7 @@ POLAR_POINTS = 128  # smallest number along the radius: aberrations give a coars
 MOST_POLAR, MOST_STEPS, FEW_RADII = 2048, 1000, 24  # largest radial points and directions of a table; radii for tests
 OF_RADII = 6.0  # points per radius of the transfer table, for cubic interpolation at 1e-5
 ASKED = 180  # directions in which a lens without a table is sampled; one degree resolves an aspect ratio of 16
-FEW_KINDS = 4  # kinds up to which no reduction is tried
+FEW_KINDS, FREQUENCIES = 4, 48  # kinds up to which no reduction is tried; radial frequencies for it
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -109,18 +109,18 @@ class Lens:
 
     def size(self, frequency: F64, light: F64) -> F64:
         """Return the largest transfer over all directions at frequencies (n,), cycles/pitch; light: (j,) weights."""
+        size: F64 = np.einsum("j,jn->n", light, np.abs(self._around(frequency)).max(axis=2))
+        return size
+
+    def _around(self, frequency: F64) -> C128:
+        """Return transfers (j, n, directions) at radial frequencies (n,), cycles/pitch."""
         per_um = frequency / self.pitch_um
         if self.is_pupil:
             table = self._table
-            each = np.abs(table.along(per_um * table.nearest, table.values.shape[2])).max(axis=2)
-        else:
-            angle = np.pi * np.arange(1 if self.is_round else ASKED) / ASKED
-            fx, fy = np.outer(np.cos(angle), per_um), np.outer(np.sin(angle), per_um)
-            each = np.stack(
-                [np.abs(self.system.point_otf(fx, fy, nm)).max(axis=0) for nm in self.wavelength_nm.tolist()]
-            )
-        size: F64 = np.einsum("j,jn->n", light, each)
-        return size
+            return table.along(per_um * table.nearest, table.values.shape[2])
+        angle = np.pi * np.arange(1 if self.is_round else ASKED) / ASKED
+        fx, fy = np.outer(per_um, np.cos(angle)), np.outer(per_um, np.sin(angle))
+        return np.stack([np.asarray(self.system.point_otf(fx, fy, nm), complex) for nm in self.wavelength_nm.tolist()])
 
     def mixed(self, weights: F64, allowed: float) -> tuple[I64, F64]:
         """Return the indices (k,) of kinds that span all others, and mixtures (k, kinds) that express every kind.
@@ -130,16 +130,11 @@ class Lens:
         kinds = len(weights)
         if kinds <= FEW_KINDS:
             return np.arange(kinds), np.eye(kinds)
-        frequency = np.linspace(0.0, self.system.highest_per_um(self.wavelength_nm), 48)
-        zero = np.zeros_like(frequency)
-        otf = np.stack([self.system.point_otf(frequency, zero, nm) for nm in self.wavelength_nm.tolist()])
-        curves = np.einsum("kcj,jn->kcn", weights, otf).reshape(kinds, -1)
-        curves = np.concatenate([curves.real, curves.imag], axis=1)
-        _, triangle, order = scipy.linalg.qr(curves.T, mode="economic", pivoting=True)
-        count = max(1, int(np.count_nonzero(np.abs(np.diag(triangle)) > allowed)))
-        rows = np.sort(order[:count])
-        mixture = np.linalg.lstsq(curves[rows].T, curves.T, rcond=None)[0]
-        return rows, mixture
+        otf = self._around(
+            np.linspace(0.0, self.system.highest_per_um(self.wavelength_nm) * self.pitch_um, FREQUENCIES)
+        )
+        curves = np.einsum("kcj,jna->kcna", weights, otf).reshape(kinds, -1)
+        return spanning(np.concatenate([curves.real, curves.imag], axis=1), allowed)
 
     def plane(self, weights: F64, fx: F64, fy: F64) -> C128:
         """Return the transfer (kinds, channels, …) at frequencies in cycles/pitch."""

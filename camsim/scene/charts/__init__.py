@@ -1,6 +1,6 @@
 """Charts that cameras are tested with: functions that return shapes, each a line of a scene file.
 
-A chart is a function in a file of its own, imported here; its keys in files are its parameters.
+A chart is a function in a separate file, imported here; its keys in files are its parameters.
 """
 
 from camsim.scene.charts.bars import bars

@@ -26,7 +26,7 @@ def bars(
     light: Reflectance | None = None,
     centre_um: Point = (0.0, 0.0),
 ) -> Iterator[Shape]:
-    """Draw sets of upright bars side by side, one set a frequency, in the order given.
+    """Draw sets of upright bars side by side, one set for each frequency, in the order given.
 
     lp_per_mm  : line pairs per mm on the sensor, one a set
     periods_um : instead: length of a line pair, a dark bar and the gap beside it, one a set

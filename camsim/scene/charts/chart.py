@@ -78,14 +78,14 @@ class Chart(Shape):
         except TypeError as error:  # a parameter is missing
             raise InvalidValueError(in_brief(error), stage=draw.__name__) from None
         given.apply_defaults()
-        kept = {key: check(value, kinds[key], key, draw.__name__) for key, value in given.arguments.items()}
+        complete = {key: check(value, kinds[key], key, draw.__name__) for key, value in given.arguments.items()}
         for key, others in INSTEAD.get(draw.__name__, {}).items():
-            for other in others if kept[key] is not None else ():
-                if kept[other] != signature.parameters[other].default:
-                    raise refused(draw, other, f"does nothing beside {key!r}; leave one of them out")
-        shapes = tuple(draw(**kept))
+            for other in others if complete[key] is not None else ():
+                if complete[other] != signature.parameters[other].default:
+                    raise refused(draw, other, f"does nothing together with {key!r}; leave one of them out")
+        shapes = tuple(draw(**complete))
         depth, pieces = count_pieces(shapes)
-        for key, value in (("parameters", kept), ("shapes", shapes), ("depth", depth), ("pieces", pieces)):
+        for key, value in (("parameters", complete), ("shapes", shapes), ("depth", depth), ("pieces", pieces)):
             object.__setattr__(self, key, value)
 
     def __reduce__(self) -> tuple[Any, tuple[()]]:
@@ -120,7 +120,7 @@ def instead(**others: tuple[str, ...]) -> Callable[[Callable[_P, _R]], Callable[
 
 
 def chart(draw: Callable[_P, Iterable[Shape]]) -> Callable[_P, Chart]:
-    """Make a chart of a function that yields shapes in painter's order: judge what it is given by its own types."""
+    """Make a chart of a function that yields shapes in painter's order: parameters are validated by their types."""
     name = draw.__name__.replace("_", "-")
     KNOWN[name] = draw
 

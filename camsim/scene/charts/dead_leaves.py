@@ -32,7 +32,7 @@ def dead_leaves(
     greys: Annotated[int, Ge(2), Le(4096)] = 64,
     centre_um: Point = (0.0, 0.0),
 ) -> Iterator[Shape]:
-    """Draw discs with radii of a density r⁻³, each over those before it, each with a reflectance drawn evenly.
+    """Draw discs with radii of a density r⁻³, each over those before it, with uniformly distributed reflectances.
 
     Their power spectrum falls as 1/f² (ISO/TS 19567-2, IEEE 1858) between the frequencies of the largest and of the
     least discs: the wider the limits, the longer.

@@ -74,11 +74,11 @@ def bar_um(group: int, element: int = 1) -> float:
 
 def _element(card: Card, bar: float, at_um: Place, dark: Spectrum) -> Iterator[Shape]:
     """Draw three upright bars and, to their right, three level ones."""
-    length, beside = _SQUARE * bar, 0.5 * (_SQUARE + _GAP) * bar
+    length, offset = _SQUARE * bar, 0.5 * (_SQUARE + _GAP) * bar
     for step in (-2.0 * bar, 0.0, 2.0 * bar):
-        yield card.rectangle(bar, length, (at_um[0] - beside + step, at_um[1]), dark)
+        yield card.rectangle(bar, length, (at_um[0] - offset + step, at_um[1]), dark)
     for step in (-2.0 * bar, 0.0, 2.0 * bar):
-        yield card.rectangle(length, bar, (at_um[0] + beside, at_um[1] + step), dark)
+        yield card.rectangle(length, bar, (at_um[0] + offset, at_um[1] + step), dark)
 
 
 def _labels(card: Card, group: int, outer: int, dark: Spectrum) -> Iterator[Shape]:

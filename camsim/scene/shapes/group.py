@@ -166,10 +166,10 @@ class RepeatOnRing(Shape):
         middle = self._middle(each) if self.upright else centre
         for copy in range(self.count):
             turn = _turn(360.0 * copy / self.count)
-            kept = np.eye(2) if self.upright else turn
+            orientation = np.eye(2) if self.upright else turn
             # Translate ``middle`` to its rotated position.
-            moved = centre + np.einsum("ij,j->i", turn, middle - centre) - np.einsum("ij,j->i", kept, middle)
-            yield from (primitive.moved(np.column_stack([kept, moved])) for primitive in each)
+            moved = centre + np.einsum("ij,j->i", turn, middle - centre) - np.einsum("ij,j->i", orientation, middle)
+            yield from (primitive.moved(np.column_stack([orientation, moved])) for primitive in each)
 
     @staticmethod
     def _middle(each: list[Primitive]) -> F64:

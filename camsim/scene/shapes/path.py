@@ -31,10 +31,10 @@ def segments(given: Sequence[Any]) -> tuple[Segment, ...]:
     """Return a path's segments in canonical form; raises InvalidValueError with the index of a wrong one."""
     if len(given) > MOST_PIECES:
         raise InvalidValueError(f"{len(given)} segments; the most is {MOST_PIECES}", key="segments_um")
-    kept = tuple(_segment(index, segment) for index, segment in enumerate(given))
-    if kept and kept[0][0] != "move":
-        raise InvalidValueError(f"begins with {kept[0][0]!r}; a path begins with ('move', x, y)", key="segments_um")
-    return kept
+    made = tuple(_segment(index, segment) for index, segment in enumerate(given))
+    if made and made[0][0] != "move":
+        raise InvalidValueError(f"begins with {made[0][0]!r}; a path begins with ('move', x, y)", key="segments_um")
+    return made
 
 
 def _segment(index: int, given: Any) -> Segment:
@@ -54,12 +54,12 @@ def _number(given: Any, item: str, *, flag: bool) -> float:
     """Return one of a segment's numbers; texts are refused, as lengths of a file are already scaled."""
     truth = flag and isinstance(given, bool | np.bool_)
     try:
-        kept: float = _COORDINATE.take(float(given) if truth else given)
+        value: float = _COORDINATE.take(float(given) if truth else given)
     except Misfit as error:
         raise Misfit(error.words, given, item=item, hint=error.hint) from None
-    if flag and kept not in (0.0, 1.0):
-        raise Misfit("0 or 1, as the flags of an arc are", kept, item=item)
-    return kept
+    if flag and value not in (0.0, 1.0):
+        raise Misfit("0 or 1, as the flags of an arc are", value, item=item)
+    return value
 
 
 Segments = Annotated[Several[Any], Called("a list of segments"), After(segments)]

@@ -190,8 +190,8 @@ class Sector(Shape):
         rows = [(there, turn, ARC), (sides[0], 0.0, 0), (back, turn, ARC), (sides[1], 0.0, 0)]
         if self.inner_radius_um == 0.0:
             del rows[2]
-        points, turns, kinds = zip(*rows, strict=True)
-        curves = Curves(np.array(points), np.array(turns), np.array(kinds, np.int64), np.array([0, len(rows)]))
+        points, bends, kinds = zip(*rows, strict=True)
+        curves = Curves(np.array(points), np.array(bends), np.array(kinds, np.int64), np.array([0, len(rows)]))
         yield one(curves, self.reflectance, simple=True)
 
 

@@ -111,11 +111,11 @@ class Font:
     def __init__(self, path: Any) -> None:
         from fontTools.ttLib import TTFont
 
-        self._font = TTFont(io.BytesIO(path.read_bytes()), lazy=True)  # no file stays open for as long as it is kept
+        self._font = TTFont(io.BytesIO(path.read_bytes()), lazy=True)  # no file stays open
         self._names = self._font.getBestCmap()
         self._glyphs = self._font.getGlyphSet()
         self._em = float(self._font["head"].unitsPerEm)
-        self._kept: dict[str, Curves] = {}
+        self._cached: dict[str, Curves] = {}
         self._parts: dict[str, tuple[Fill, ...]] = {}
         self.capital = float(self._font["OS/2"].sCapHeight) / self._em
 
@@ -135,7 +135,7 @@ class Font:
 
     def glyph(self, letter: str) -> Curves:
         """Return a letter's outlines."""
-        if letter not in self._kept:
+        if letter not in self._cached:
             from fontTools.pens.basePen import decomposeQuadraticSegment
             from fontTools.pens.recordingPen import DecomposingRecordingPen
 
@@ -154,8 +154,8 @@ class Font:
                     pen.cubic(*places[0], *places[1], *places[2])
                 elif word == "closePath":
                     pen.close()
-            self._kept[letter] = pen.curves()
-        return self._kept[letter]
+            self._cached[letter] = pen.curves()
+        return self._cached[letter]
 
 
 @functools.cache

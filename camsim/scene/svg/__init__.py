@@ -91,14 +91,14 @@ def read_svg(
         message = "missing; give it or height_um" if width_um is None else "given together with height_um; one follows"
         raise InvalidValueError(message, key="width_um", stage="read_svg")
     size = (width_um, "width_um") if height_um is None else (height_um, "height_um")
-    kept_um: float = check(size[0], Positive, size[1], "read_svg")
-    kept = check({} if palette is None else palette, Mapping[str, Reflectance], "palette", "read_svg")
+    size_um: float = check(size[0], Positive, size[1], "read_svg")
+    reflectances = check({} if palette is None else palette, Mapping[str, Reflectance], "palette", "read_svg")
     x, y = check(centre_um, Point, "centre_um", "read_svg")
     angle = math.radians(check(rotate_deg, float, "rotate_deg", "read_svg"))
     from camsim.scene.svg.reader import Reader  # imported here: most scenes need no XML parser
 
-    view, shapes = Reader(Path(file), name, kept).shapes()
-    scale = kept_um / (view.width_px if height_um is None else view.height_px)
+    view, shapes = Reader(Path(file), name, reflectances).shapes()
+    scale = size_um / (view.width_px if height_um is None else view.height_px)
     boxes = [fill.curves.boxes for primitive in flattened(shapes) for fill in primitive.fills]
     beyond = boxes and not _within(np.concatenate(boxes), view.width_px, view.height_px)
     page = Rectangle(

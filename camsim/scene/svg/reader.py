@@ -42,7 +42,7 @@ _CONDITIONS = "systemLanguage", "requiredExtensions"  # conditions for rendering
 _MOVEMENTS = "animate", "animateTransform", "animateMotion", "set"
 _WAYS_OUT = {
     "text": "letters are not supported; turn them into paths (Inkscape: Path > Object to Path)",
-    "image": "pictures in a drawing are not supported; a scene takes them beside it",
+    "image": "pictures in a drawing are not supported; a scene takes them as shapes",
     "script": "scripts are not run; save the drawing as it looks",
     "switch": "is not supported; keep what is to be seen",
     "foreignObject": "holds what is no drawing; remove it",
@@ -187,14 +187,14 @@ class Reader:
     def _within(self, symbol: Element, drawn: list[Any], matrix: Matrix, given: Mapping[str, str]) -> Iterator[Any]:
         """Yield the visible part of a symbol: clipped to its view unless it may overflow."""
         if any(symbol.attributes.get(key, "0") not in ("0", "0px") for key in "xy"):  # few programs support these
-            self.refuse(symbol, "has a place of its own; give x and y to its <use>")
+            self.refuse(symbol, "has a position; give x and y to its <use>")
             return
         style = styled(symbol, {}, self.rules)
         if not drawn or style["overflow"] in ("visible", "auto"):
             yield from drawn
             return
         if style["transform"]:  # programs differ on whether its view is transformed too
-            self.refuse(symbol, "has a transform of its own, and shows no more than its view; transform its <use>")
+            self.refuse(symbol, "has a transform, and shows no more than its view; transform its <use>")
             return
         sizes: list[float] = []
         for key, whole in zip(("width", "height"), self.view.whole, strict=True):
@@ -248,7 +248,7 @@ class Reader:
             lambda: Line(
                 segments_um=segments,
                 width_um=width,
-                cap=cap,  # type: ignore[arg-type]  # judged there
+                cap=cap,  # type: ignore[arg-type]  # validated there
                 join=join,  # type: ignore[arg-type]
                 miter_limit=max(limit, 1.0) if limit >= 0.0 else 4.0,  # negative is an error that SVG ignores
                 dashes_um=dashes[0],
@@ -321,7 +321,7 @@ class Reader:
             return None
         above = self._style_of(clip)
         if clip.attributes.get("clipPathUnits", "userSpaceOnUse") != "userSpaceOnUse" or above["clip-path"] != "none":
-            self.refuse(clip, "is not supported: give it clipPathUnits userSpaceOnUse and no clip of its own")
+            self.refuse(clip, "is not supported: give it clipPathUnits userSpaceOnUse and no clip-path")
             return None
         if not self._lies_plainly(clip, above, {}) or (one := self._moved(clip, above)) is None:
             return None

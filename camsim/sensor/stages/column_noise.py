@@ -15,7 +15,7 @@ from camsim.sensor.stage import Context, ElectronicStage
 
 @dataclass(frozen=True, slots=True)
 class ColumnNoise(ElectronicStage):
-    """Every column's amplifier has an offset of its own, normal around 0: a fixed pattern of the sensor.
+    """Every column has a fixed offset, that of its amplifier, normal around 0 over the columns.
 
     sigma_e : standard deviation, electrons
 

@@ -59,7 +59,7 @@ class DarkFrames(ElectronicStage):
         return rows, cols
 
     def lacks(self, others: Sequence[ElectronicStage]) -> str:
-        """Darks contain the dark signal and noise, so the stages that simulate these must be absent."""
+        """Return a message if stages simulate the dark signal or its noise, which darks contain."""
         reading = [
             stage
             for stage in others

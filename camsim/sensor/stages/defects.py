@@ -23,7 +23,7 @@ Places: TypeAlias = tuple[I64, I64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Defects(ElectronicStage):
-    """Hot photosites (with a dark current of their own) and dead ones (blind), by share and by list.
+    """Hot photosites (with more dark current) and dead ones (blind), by share and by list.
 
     hot_fraction  : share of photosites that are hot, drawn from the sensor's serial number
     hot_e_per_s   : their mean dark current, exponentially distributed (give both or neither)

@@ -12,7 +12,7 @@ from camsim.sensor.stage import Context, ElectronicStage, add_normals
 
 @dataclass(frozen=True, slots=True)
 class Dsnu(ElectronicStage):
-    """Dark-signal non-uniformity: every photosite has an offset of its own, normal around 0.
+    """Dark-signal non-uniformity: every photosite has a different offset, normal around 0.
 
     sigma_e : standard deviation of the offset, electrons
 

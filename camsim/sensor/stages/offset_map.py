@@ -79,13 +79,13 @@ def keep_pattern(stage: ElectronicStage, field_name: str, axes: str) -> None:
     given = array_of(getattr(stage, field_name), field_name, type(stage).__name__)
     if given.ndim != len(axes.split(",")) or given.dtype.kind not in "fiu" or not given.size:
         raise refusal(stage, field_name, f"must be numbers ({axes}), not {given.dtype} of shape {given.shape}")
-    kept = np.array(given, np.float32, order="C")
-    if not np.isfinite(kept).all():
+    stored = np.array(given, np.float32, order="C")
+    if not np.isfinite(stored).all():
         raise refusal(stage, field_name, "must be finite")
-    kept.flags.writeable = False
-    stated = hashlib.sha256(f"{kept.shape}".encode())
-    stated.update(kept.data)
-    object.__setattr__(stage, field_name, kept)
+    stored.flags.writeable = False
+    stated = hashlib.sha256(f"{stored.shape}".encode())
+    stated.update(stored.data)
+    object.__setattr__(stage, field_name, stored)
     object.__setattr__(stage, "sha256", stated.hexdigest())
 
 

@@ -12,7 +12,7 @@ from camsim.sensor.stage import Context, ElectronicStage, Phase, gains
 
 @dataclass(frozen=True, slots=True)
 class Prnu(ElectronicStage):
-    """Photo-response non-uniformity: every photosite has a gain of its own, normal around 1 (log-normal above 0.25).
+    """Photo-response non-uniformity: every photosite has a different gain, normal around 1 (log-normal above 0.25).
 
     fraction : standard deviation of the gain, 0..1
 

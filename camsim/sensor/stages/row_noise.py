@@ -12,7 +12,7 @@ from camsim.sensor.stage import Context, ElectronicStage
 
 @dataclass(frozen=True, slots=True)
 class RowNoise(ElectronicStage):
-    """Every row of every frame has an offset of its own, normal around 0, independent of the other rows'.
+    """Every row of every frame has a random offset, normal around 0, independent of other rows.
 
     sigma_e : standard deviation, electrons
 

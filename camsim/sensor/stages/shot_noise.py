@@ -8,10 +8,8 @@ from typing import ClassVar
 import numpy as np
 
 from camsim.core.arrays import F64
+from camsim.core.kernels.counts import fill_counts
 from camsim.sensor.stage import Context, ElectronicStage, Phase
-
-# numpy's Poisson takes means up to about 9.2e18. No photosite holds even a billionth of that.
-_LARGEST_MEAN_E = 1e18
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,12 +26,14 @@ class ShotNoise(ElectronicStage):
     temporal: ClassVar = True
 
     def apply(self, electrons: F64, context: Context) -> F64:
-        """Replace mean charge by a Poisson count (above 1e13 rounding affects its standard deviation).
+        """Replace mean charge by a Poisson count, one normal number for each: it increases with the mean.
 
         A negative mean (possible within the tolerance of a rendering) counts as zero.
         """
-        rng = context.generator(self.stream)
-        return rng.poisson(np.clip(electrons, 0.0, _LARGEST_MEAN_E)).astype(np.float64, copy=False)
+        normals = context.generator(self.stream).standard_normal(electrons.size)
+        counts = np.empty(electrons.shape)
+        fill_counts(counts.reshape(-1), np.ravel(electrons), normals)
+        return counts
 
     def draws(self, shape: tuple[int, int], context: Context) -> int:
         """Return one count for each photosite."""

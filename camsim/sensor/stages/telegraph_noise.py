@@ -17,7 +17,7 @@ from camsim.sensor.streams import BLOCK_ROWS
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TelegraphNoise(ElectronicStage):
-    """A trap in some photosites' transistors: each is up or down in a frame, as likely, and their amplitudes differ.
+    """Random telegraph noise: in each frame a trap adds or subtracts half its amplitude, equally likely.
 
     fraction    : share of photosites that have one, drawn from the sensor's serial number
     amplitude_e : mean distance between up and down, electrons, exponentially distributed

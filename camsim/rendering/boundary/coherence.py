@@ -12,7 +12,7 @@ from camsim.core.arrays import C128, F64
 from camsim.core.cached import cached_property
 from camsim.numerics.matrix_products import product
 from camsim.optics.pattern import Pattern
-from camsim.rendering.falling import falls_to
+from camsim.rendering.boundary.falling import falls_to
 from camsim.rendering.footprint import Footprint
 from camsim.rendering.spectral import different
 
@@ -40,8 +40,8 @@ class Waves:
     ) -> float:
         """Return the distance beyond which ringing stays below ``allowed``, pitches.
 
-        front  : ringing at an edge's "end"; across a whole "line", twice that; or in the "focus" of a whole circle
-                 (focus.py), where it lacks the loss 4π√(u·ρ) of an end by its varying phase
+        front  : ringing at an edge's "end"; across a whole "line", twice that; or in the "focus" of a whole circle,
+                 where it lacks the loss 4π√(u·ρ) of an end by its varying phase
         least  : distances up to this one are not distinguished
         within : upper bound of the result
         """
@@ -64,22 +64,6 @@ class Waves:
             if strength.size:
                 return longest * (NEAREST + step * min(block * AT_ONCE + int(strength[-1]) + 1, count - 1))
         return NEAREST * longest
-
-    def passed(self, normals: F64) -> F64:
-        """Return bounds (n,) of the ringing for edges with normals (n, 2), relative to the strongest direction.
-
-        A bound holds at every wavelength.
-        """
-        angle = self.footprint.angles(self.blur.size)
-        strongest = np.zeros(angle.size)
-        for u, _, _ in self.pattern.rings:
-            size = np.abs(self._transfer(u))
-            strongest = np.maximum(strongest, (size / size.max(axis=0)).max(axis=1))
-        x, y = self.footprint.folded(normals).T
-        place = (angle[0] - np.arctan2(y, x)) / (angle[0] - angle[1])
-        step = np.clip(place.astype(np.int64), 0, angle.size - 2)
-        between: F64 = np.maximum(strongest[:-1], strongest[1:])[step]
-        return between
 
     def _phasors(self, u: float, power: float) -> F64:
         """Return the amplitudes (n, j) of unit ringing at every wavelength, for each direction and set of weights."""
