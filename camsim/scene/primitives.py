@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import Literal, NamedTuple, Protocol
+from typing import Any, ClassVar, Literal, NamedTuple, Protocol
 
 import numpy as np
 
 from camsim.core.arrays import F64, I64
 from camsim.core.errors import InvalidValueError
+from camsim.core.typed import validate
 from camsim.numerics.rotations import cosine_and_sine
 from camsim.scene.curves import Curves
 from camsim.spectra.curve import Spectrum
@@ -84,6 +85,31 @@ class Shape(Paints, Protocol):
 
     @property
     def pieces(self) -> int: ...  # noqa: D102
+
+
+class Outlined(Shape):
+    """A shape of one outline, which may have holes, in one colour."""
+
+    __slots__ = ()
+
+    depth: ClassVar[int] = 0
+
+    reflectance: Any
+
+    def __post_init__(self) -> None:
+        validate(self)
+
+    @property
+    def pieces(self) -> int:
+        """Sides and curves."""
+        return len(self._outline().kind)
+
+    def primitives(self) -> Iterator[Primitive]:
+        """Return its outline."""
+        yield one(self._outline(), self.reflectance, rule="evenodd", simple=True)
+
+    def _outline(self) -> Curves:
+        raise NotImplementedError
 
 
 def flattened(shapes: Iterable[Paints]) -> list[Primitive]:
