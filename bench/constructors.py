@@ -30,6 +30,8 @@ WIDER = {
     "Transmission": "NumberOrCurve",
 }
 """What is taken for the kinds of values that fields have."""
+VALIDATING = {"Outlined", "Gradient"}
+"""Bases that validate what their classes are given."""
 BODIES = ("Body", "Sensor")
 """Classes whose fields are partly those of their base."""
 TABLES = {"ElectronicChanges": "Electronics", "Changes": "Body"}
@@ -41,7 +43,8 @@ def validating(tree: ast.Module) -> Iterator[ast.ClassDef]:
     for node in ast.walk(tree):
         if isinstance(node, ast.ClassDef) and node.name in (*dir(camsim), *BODIES):
             made = [part for part in node.body if isinstance(part, ast.FunctionDef) and part.name == "__post_init__"]
-            if node.name in BODIES or any("validate(self)" in ast.unparse(part) for part in made):
+            inherited = not made and VALIDATING & set(map(ast.unparse, node.bases))
+            if node.name in BODIES or inherited or any("validate(self)" in ast.unparse(part) for part in made):
                 yield node
 
 
@@ -114,7 +117,8 @@ def written(node: ast.ClassDef) -> ast.If | None:
 def files() -> Iterator[Path]:
     """Yield the files that hold such classes."""
     for path in sorted(PACKAGE.rglob("*.py")):
-        if "validate(self)" in path.read_text(encoding="utf-8") and path.name != "typed.py":
+        source = path.read_text(encoding="utf-8")
+        if ("validate(self)" in source or "(Outlined)" in source) and path.name != "typed.py":
             yield path
     yield from (PACKAGE / "camera" / name for name in ("body.py", "sensor.py"))
 

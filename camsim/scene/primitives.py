@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import Literal, NamedTuple, Protocol
+from dataclasses import dataclass, field
+from typing import Any, ClassVar, Literal, NamedTuple, Protocol
 
 import numpy as np
 
 from camsim.core.arrays import F64, I64
 from camsim.core.errors import InvalidValueError
+from camsim.core.typed import refusal, validate
 from camsim.numerics.rotations import cosine_and_sine
 from camsim.scene.curves import Curves
 from camsim.spectra.curve import Spectrum
@@ -84,6 +86,47 @@ class Shape(Paints, Protocol):
 
     @property
     def pieces(self) -> int: ...  # noqa: D102
+
+
+class Outlined(Shape):
+    """A shape of one outline, which may have holes, in one colour."""
+
+    __slots__ = ()
+
+    depth: ClassVar[int] = 0
+
+    reflectance: Any
+
+    def __post_init__(self) -> None:
+        validate(self)
+
+    @property
+    def pieces(self) -> int:
+        """Sides and curves."""
+        return len(self._outline().kind)
+
+    def primitives(self) -> Iterator[Primitive]:
+        """Return its outline."""
+        yield one(self._outline(), self.reflectance, rule="evenodd", simple=True)
+
+    def _outline(self) -> Curves:
+        raise NotImplementedError
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Compound(Shape):
+    """A shape that is made of others."""
+
+    depth: int = field(init=False, repr=False, compare=False)
+    pieces: int = field(init=False, repr=False, compare=False)
+
+    def _count(self, shapes: Iterable[Shape], *, copies: int = 1, deeper: int = 1) -> None:
+        try:
+            depth, pieces = counted(shapes, copies=copies, deeper=deeper)
+        except InvalidValueError as error:
+            raise refusal(self, "shapes", error.message) from None
+        object.__setattr__(self, "depth", depth)
+        object.__setattr__(self, "pieces", pieces)
 
 
 def flattened(shapes: Iterable[Paints]) -> list[Primitive]:

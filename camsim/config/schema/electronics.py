@@ -132,7 +132,7 @@ class Charge(Table):
         Makes("dark_current", DarkCurrent, also=("dcnu", "dark_current_at_c", "dark_current_doubles_every_c")),
     ] = Field(default=None, ge=0, description="charge without light, electrons per second")
     dark_current_at_c: float = Field(
-        default=25.0, ge=-273.15, le=1000, description="temperature at which dark_current_e_per_s holds, °C"
+        default=25.0, ge=-273.15, le=200, description="temperature at which dark_current_e_per_s holds, °C"
     )
     dark_current_doubles_every_c: float = Field(
         default=7.0, ge=1, le=1000, description="warming that doubles it, °C; silicon: 5 to 9"

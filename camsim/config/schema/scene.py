@@ -80,7 +80,7 @@ class Exposure(Table):
         default="2000-01-01 00:00:00", description="what files carry as their date"
     )
     temperature_c: float | None = Field(
-        default=None, ge=-273.15, le=1000, description="of the sensor, °C; the one of its dark current when left out"
+        default=None, ge=-273.15, le=200, description="of the sensor, °C; the one of its dark current when left out"
     )
 
 
@@ -182,7 +182,7 @@ class CustomExposure(Table):
         default="2000-01-01 00:00:00", description="what files carry as their date"
     )
     temperature_c: float | None = Field(
-        default=None, ge=-273.15, le=1000, description="of the sensor, °C; the one of its dark current when left out"
+        default=None, ge=-273.15, le=200, description="of the sensor, °C; the one of its dark current when left out"
     )
 
 

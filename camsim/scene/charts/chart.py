@@ -16,8 +16,7 @@ from annotated_types import Ge, Le
 from camsim.core.arrays import F64
 from camsim.core.errors import InvalidValueError, UnknownNameError, in_brief
 from camsim.core.typed import Point, Positive, Several, check, validate
-from camsim.scene.primitives import Primitive, Shape, flattened, turned
-from camsim.scene.primitives import counted as count_pieces
+from camsim.scene.primitives import Compound, Primitive, Shape, flattened, turned
 from camsim.scene.shapes import Disc, Polygon, Rectangle, Text
 from camsim.spectra.curve import Spectrum
 
@@ -40,7 +39,7 @@ _COMMON = {
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Chart(Shape):
+class Chart(Compound):
     """A chart: one shape that is painted as many.
 
     name       : of the chart, as in files
@@ -55,8 +54,6 @@ class Chart(Shape):
     name: str
     parameters: Mapping[str, Any] = field(hash=False)
     shapes: tuple[Shape, ...] = field(init=False, repr=False, compare=False)
-    depth: int = field(init=False, repr=False, compare=False)
-    pieces: int = field(init=False, repr=False, compare=False)
     _painted: tuple[Primitive, ...] | None = field(default=None, init=False, repr=False, compare=False)
 
     if TYPE_CHECKING:
@@ -83,10 +80,9 @@ class Chart(Shape):
             for other in others if complete[key] is not None else ():
                 if complete[other] != signature.parameters[other].default:
                     raise refused(draw, other, f"does nothing together with {key!r}; leave one of them out")
-        shapes = tuple(draw(**complete))
-        depth, pieces = count_pieces(shapes)
-        for key, value in (("parameters", complete), ("shapes", shapes), ("depth", depth), ("pieces", pieces)):
-            object.__setattr__(self, key, value)
+        object.__setattr__(self, "parameters", complete)
+        object.__setattr__(self, "shapes", tuple(draw(**complete)))
+        self._count(self.shapes, deeper=0)
 
     def __reduce__(self) -> tuple[Any, tuple[()]]:
         """Return its parameters for pickling: workers redraw it, faster than unpickling thousands of shapes."""

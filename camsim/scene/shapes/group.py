@@ -2,25 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
 from annotated_types import Ge, Le
 
 from camsim.core.arrays import F64
-from camsim.core.errors import InvalidValueError
 from camsim.core.typed import Count, Number, Place, Point, Positive, Several, Truth, Whole, refusal, validate
-from camsim.numerics.rotations import cosine_and_sine
-from camsim.scene.primitives import Fill, Primitive, Shape, counted
+from camsim.scene.curves import joined
+from camsim.scene.primitives import Compound, Fill, Primitive, Shape, flattened, turned
 
 Matrix = tuple[float, float, float, float, float, float]
 Finite = Annotated[float, Ge(-1e6), Le(1e6)]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Group(Shape):
+class Group(Compound):
     """Shapes that are mirrored, scaled, turned and moved together, in this order, all about the origin.
 
     mirror    : "left-right" or "up-down"
@@ -42,8 +41,6 @@ class Group(Shape):
     move_um: Point = (0.0, 0.0)
     matrix: Matrix | None = None
     clip: Shape | None = None
-    depth: int = field(init=False, repr=False, compare=False)
-    pieces: int = field(init=False, repr=False, compare=False)
 
     if TYPE_CHECKING:
 
@@ -61,7 +58,7 @@ class Group(Shape):
 
     def __post_init__(self) -> None:
         validate(self)
-        _count(self, (*self.shapes, *(() if self.clip is None else (self.clip,))), 1)
+        self._count((*self.shapes, *(() if self.clip is None else (self.clip,))))
         if self.matrix is not None:
             a, b, c, d, _, _ = self.matrix
             if (self.mirror, self.scale, self.turn_deg, tuple(self.move_um)) != (None, 1.0, 0.0, (0.0, 0.0)):
@@ -79,10 +76,9 @@ class Group(Shape):
             clip = (tuple(fill for primitive in self.clip.primitives() for fill in primitive.fills),)
             if not clip[0]:
                 return  # an empty clip removes everything
-        for shape in self.shapes:
-            for primitive in shape.primitives():
-                clipped = primitive._replace(layers=primitive.layers + clip) if clip else primitive
-                yield clipped if matrix is None else clipped.moved(matrix)
+        for primitive in flattened(self.shapes):
+            clipped = primitive._replace(layers=primitive.layers + clip) if clip else primitive
+            yield clipped if matrix is None else clipped.moved(matrix)
 
     @property
     def _matrix(self) -> F64 | None:
@@ -96,7 +92,7 @@ class Group(Shape):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RepeatOnGrid(Shape):
+class RepeatOnGrid(Compound):
     """Shapes repeated in rows and columns, row by row, about where they are given.
 
     step_um : from one column and from one row to the next
@@ -110,8 +106,6 @@ class RepeatOnGrid(Shape):
     cols: Count = 1
     rows: Count = 1
     step_um: Point
-    depth: int = field(init=False, repr=False, compare=False)
-    pieces: int = field(init=False, repr=False, compare=False)
 
     if TYPE_CHECKING:
 
@@ -119,11 +113,11 @@ class RepeatOnGrid(Shape):
 
     def __post_init__(self) -> None:
         validate(self)
-        _count(self, self.shapes, self.cols * self.rows)
+        self._count(self.shapes, copies=self.cols * self.rows)
 
     def primitives(self) -> Iterator[Primitive]:
         """Return all copies."""
-        each = [primitive for shape in self.shapes for primitive in shape.primitives()]
+        each = flattened(self.shapes)
         for row in range(self.rows):
             for col in range(self.cols):
                 place = (col - 0.5 * (self.cols - 1), row - 0.5 * (self.rows - 1))
@@ -132,7 +126,7 @@ class RepeatOnGrid(Shape):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RepeatOnRing(Shape):
+class RepeatOnRing(Compound):
     """Shapes repeated on a ring: copies, evenly turned about a centre, the first as it is given.
 
     upright : copies keep their direction: they are translated with the centre of their bounding box
@@ -146,8 +140,6 @@ class RepeatOnRing(Shape):
     count: Count
     centre_um: Point = (0.0, 0.0)
     upright: bool = False
-    depth: int = field(init=False, repr=False, compare=False)
-    pieces: int = field(init=False, repr=False, compare=False)
 
     if TYPE_CHECKING:
 
@@ -157,11 +149,11 @@ class RepeatOnRing(Shape):
 
     def __post_init__(self) -> None:
         validate(self)
-        _count(self, self.shapes, self.count)
+        self._count(self.shapes, copies=self.count)
 
     def primitives(self) -> Iterator[Primitive]:
         """Return all copies."""
-        each = [primitive for shape in self.shapes for primitive in shape.primitives()]
+        each = flattened(self.shapes)
         centre = np.array(self.centre_um)
         middle = self._middle(each) if self.upright else centre
         for copy in range(self.count):
@@ -174,29 +166,18 @@ class RepeatOnRing(Shape):
     @staticmethod
     def _middle(each: list[Primitive]) -> F64:
         """Centre of the bounding box of the repeated shapes; of clipped ones, of the intersection of boxes."""
-        boxes = np.empty((0, 4))
+        boxes = []
         for one in each:
-            layers = [np.array([fill.curves.extent for fill in layer]) for layer in one.layers]
-            around = [np.concatenate([layer[:, :2].min(axis=0), layer[:, 2:].max(axis=0)]) for layer in layers]
-            low, high = np.max(around, axis=0)[:2], np.min(around, axis=0)[2:]
+            layers = np.array([joined([fill.curves for fill in layer]).extent for layer in one.layers])
+            low, high = layers[:, :2].max(axis=0), layers[:, 2:].min(axis=0)
             if (low <= high).all():
-                boxes = np.vstack([boxes, np.concatenate([low, high])])
-        if not len(boxes):
+                boxes.append([low, high])
+        if not boxes:
             return np.zeros(2)
-        middle: F64 = 0.5 * (boxes[:, :2].min(axis=0) + boxes[:, 2:].max(axis=0))
+        middle: F64 = 0.5 * (np.min(boxes, axis=0)[0] + np.max(boxes, axis=0)[1])
         return middle
 
 
 def _turn(degrees: float) -> F64:
     """Return the matrix of a rotation clockwise as displayed."""
-    c, s = cosine_and_sine(degrees)
-    return np.array([[c, -s], [s, c]])
-
-
-def _count(group: Group | RepeatOnGrid | RepeatOnRing, shapes: Iterable[Shape], copies: int) -> None:
-    try:
-        depth, pieces = counted(shapes, copies=copies, deeper=1)
-    except InvalidValueError as error:
-        raise refusal(group, "shapes", error.message) from None
-    object.__setattr__(group, "depth", depth)
-    object.__setattr__(group, "pieces", pieces)
+    return turned(np.eye(2), degrees).T

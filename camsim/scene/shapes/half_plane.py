@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from camsim.core.typed import Number, Place, Point, validate
-from camsim.scene.curves import through
-from camsim.scene.primitives import Primitive, Shape, one, turned
+from camsim.core.typed import Number, Place, Point
+from camsim.scene.curves import Curves, through
+from camsim.scene.primitives import Outlined, turned
 from camsim.spectra.curve import NumberOrCurve, Reflectance
 
 REACH_UM = 1e10
@@ -21,7 +20,7 @@ FIRST_UM = 1e4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class HalfPlane(Shape):
+class HalfPlane(Outlined):
     """Everything on one side of a line, to a distance of 10 km.
 
     through_um  : a point of the line
@@ -31,7 +30,6 @@ class HalfPlane(Shape):
     HalfPlane(through_um=(0.0, 0.0), towards_deg=5.0, reflectance=0.05)
     """
 
-    depth: ClassVar[int] = 0
     pieces: ClassVar[int] = 11
 
     through_um: Point = (0.0, 0.0)
@@ -44,10 +42,7 @@ class HalfPlane(Shape):
             self, *, through_um: Place = (0.0, 0.0), towards_deg: Number = 0.0, reflectance: NumberOrCurve
         ) -> None: ...
 
-    def __post_init__(self) -> None:
-        validate(self)
-
-    def primitives(self) -> Iterator[Primitive]:
+    def _outline(self) -> Curves:
         """Return its outline: a square of which the line is one side."""
         count = int(np.ceil(np.log(REACH_UM / FIRST_UM) / np.log(STEP)))
         away = np.minimum(FIRST_UM * STEP ** np.arange(count + 1), REACH_UM)
@@ -55,4 +50,4 @@ class HalfPlane(Shape):
         line = np.stack([np.zeros_like(along), along], axis=1)
         far = np.array([[2.0 * REACH_UM, REACH_UM], [2.0 * REACH_UM, -REACH_UM]])
         corners = np.array(self.through_um) + turned(np.concatenate([line, far]), self.towards_deg)
-        yield one(through(corners), self.reflectance, simple=True)
+        return through(corners)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from camsim.core.number_kinds import Misfit, number
 from camsim.core.typed import Several, refusal, validate
 from camsim.core.words import DECIMAL_POINT
 from camsim.scene.curves import Curves, Pen
-from camsim.scene.primitives import MOST_PIECES, FillRule, Primitive, Shape, one
+from camsim.scene.primitives import MOST_PIECES, FillRule, Outlined, Primitive, one
 from camsim.spectra.curve import NumberOrCurve, Reflectance
 
 Segment = tuple[Any, ...]
@@ -65,20 +65,15 @@ def _number(given: Any, item: str, *, flag: bool) -> float:
 Segments = Annotated[Several[Any], Called("a list of segments"), After(segments)]
 
 
-class Drawn(Shape):
+class Drawn(Outlined):
     """A filled drawing of a pen."""
 
     __slots__ = ()
 
-    depth: ClassVar[int] = 0
-
-    reflectance: Reflectance
     _curves: Curves
 
-    @property
-    def pieces(self) -> int:
-        """Sides and curves."""
-        return len(self._curves.kind)
+    def _outline(self) -> Curves:
+        return self._curves
 
     def primitives(self) -> Iterator[Primitive]:
         """Return the enclosed area."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
@@ -14,16 +13,15 @@ from annotated_types import Ge, Le
 from camsim.core.arrays import F64
 from camsim.core.typed import Corners, Number, Place, Point, Positive, Several, Whole, refusal, validate
 from camsim.core.words import brief
-from camsim.numerics.rotations import cosine_and_sine
-from camsim.scene.curves import joined, through
-from camsim.scene.primitives import Primitive, Shape, one
+from camsim.scene.curves import Curves, joined, through
+from camsim.scene.primitives import Outlined, turned
 from camsim.spectra.curve import NumberOrCurve, Reflectance
 
 Sides = Annotated[int, Ge(3), Le(100_000)]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Polygon(Shape):
+class Polygon(Outlined):
     """A simple polygon: its outline does not cross itself; either direction round.
 
     points_um : at least three corners (x, y), µm
@@ -34,8 +32,6 @@ class Polygon(Shape):
         ...
     camsim.core.errors.InvalidValueError: Polygon.points_um: the outline crosses itself at (1, 1); list ...
     """
-
-    depth: ClassVar[int] = 0
 
     points_um: Corners
     holes_um: Several[Corners] = ()
@@ -67,21 +63,18 @@ class Polygon(Shape):
         """Sides."""
         return len(self.points_um) + sum(map(len, self.holes_um))
 
-    def primitives(self) -> Iterator[Primitive]:
-        """Return it as one outline with holes."""
-        outlines = [through(np.array(outline, float)) for outline in (self.points_um, *self.holes_um)]
-        yield one(joined(outlines), self.reflectance, rule="evenodd", simple=True)
+    def _outline(self) -> Curves:
+        return joined([through(np.array(outline, float)) for outline in (self.points_um, *self.holes_um)])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Rectangle(Shape):
+class Rectangle(Outlined):
     """A rectangle about its centre; ``rotate_deg`` turns it clockwise as displayed (y is down).
 
     >>> Rectangle(width_um=60.0, height_um=40.0, rotate_deg=4.0, reflectance=0.05)
     Rectangle(width_um=60.0, height_um=40.0, centre_um=(0.0, 0.0), rotate_deg=4.0, reflectance=0.05)
     """
 
-    depth: ClassVar[int] = 0
     pieces: ClassVar[int] = 4
 
     width_um: Positive
@@ -102,27 +95,18 @@ class Rectangle(Shape):
             reflectance: NumberOrCurve,
         ) -> None: ...
 
-    def __post_init__(self) -> None:
-        validate(self)
-
     @property
     def corners_um(self) -> F64:
         """The four corners (4, 2)."""
-        c, s = cosine_and_sine(self.rotate_deg)
-        x, y = 0.5 * self.width_um * c, 0.5 * self.width_um * s  # half its width
-        u, v = 0.5 * self.height_um * -s, 0.5 * self.height_um * c  # and down
-        corners: F64 = np.array(self.centre_um) + np.array(
-            [[-x - u, -y - v], [x - u, y - v], [x + u, y + v], [-x + u, -y + v]]
-        )
-        return corners
+        across, down = turned(0.5 * np.diag([self.width_um, self.height_um]), self.rotate_deg)
+        return np.array([-across - down, across - down, across + down, down - across]) + self.centre_um
 
-    def primitives(self) -> Iterator[Primitive]:
-        """Return its outline."""
-        yield one(through(self.corners_um), self.reflectance, simple=True)
+    def _outline(self) -> Curves:
+        return through(self.corners_um)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RegularPolygon(Shape):
+class RegularPolygon(Outlined):
     """A polygon of equal sides and angles; its first corner lies to the right of its centre before it is turned.
 
     radius_um : from the centre to a corner
@@ -130,8 +114,6 @@ class RegularPolygon(Shape):
     >>> RegularPolygon(sides=6, radius_um=30.0, reflectance=0.2)
     RegularPolygon(sides=6, radius_um=30.0, centre_um=(0.0, 0.0), rotate_deg=0.0, reflectance=0.2)
     """
-
-    depth: ClassVar[int] = 0
 
     sides: Sides
     radius_um: Positive
@@ -151,22 +133,12 @@ class RegularPolygon(Shape):
             reflectance: NumberOrCurve,
         ) -> None: ...
 
-    def __post_init__(self) -> None:
-        validate(self)
-
-    @property
-    def pieces(self) -> int:
-        """Sides."""
-        return self.sides
-
-    def primitives(self) -> Iterator[Primitive]:
-        """Return its outline."""
-        corners = _round(np.full(self.sides, self.radius_um), self.rotate_deg)
-        yield one(through(np.array(self.centre_um) + corners), self.reflectance, simple=True)
+    def _outline(self) -> Curves:
+        return _round(self, np.full(self.sides, self.radius_um))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Star(Shape):
+class Star(Outlined):
     """A star of ``tips``; the first lies to the right of its centre before it is turned.
 
     radius_um, inner_radius_um : from the centre to the tips, and to the corners between them
@@ -174,8 +146,6 @@ class Star(Shape):
     >>> Star(tips=5, radius_um=30.0, inner_radius_um=12.0, reflectance=0.2)
     Star(tips=5, radius_um=30.0, inner_radius_um=12.0, centre_um=(0.0, 0.0), rotate_deg=0.0, reflectance=0.2)
     """
-
-    depth: ClassVar[int] = 0
 
     tips: Sides
     radius_um: Positive
@@ -197,25 +167,15 @@ class Star(Shape):
             reflectance: NumberOrCurve,
         ) -> None: ...
 
-    def __post_init__(self) -> None:
-        validate(self)
-
-    @property
-    def pieces(self) -> int:
-        """Sides."""
-        return 2 * self.tips
-
-    def primitives(self) -> Iterator[Primitive]:
-        """Return its outline."""
-        corners = _round(np.tile([self.radius_um, self.inner_radius_um], self.tips), self.rotate_deg)
-        yield one(through(np.array(self.centre_um) + corners), self.reflectance, simple=True)
+    def _outline(self) -> Curves:
+        return _round(self, np.tile([self.radius_um, self.inner_radius_um], self.tips))
 
 
-def _round(radii: F64, rotate_deg: float) -> F64:
-    """Return points at distances (n,) from the origin, at uniform angles."""
-    angle = math.radians(rotate_deg) + math.tau * np.arange(len(radii)) / len(radii)
-    corners: F64 = radii[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    return corners
+def _round(shape: RegularPolygon | Star, radii: F64) -> Curves:
+    """Return the polygon of corners at distances (n,) from a shape's centre, at uniform angles."""
+    angle = math.radians(shape.rotate_deg) + math.tau * np.arange(len(radii)) / len(radii)
+    corners = radii[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    return through(np.array(shape.centre_um) + corners)
 
 
 def _fault(outlines: tuple[Corners, ...]) -> tuple[str, str] | None:

@@ -12,7 +12,7 @@ from annotated_types import Ge, Gt, Le
 
 from camsim.core.typed import NonNegative, Number, Place, Point, Positive, refusal, validate
 from camsim.scene.curves import ARC, Curves, around, joined
-from camsim.scene.primitives import Primitive, Shape, one, turned
+from camsim.scene.primitives import Outlined, Primitive, one, turned
 from camsim.spectra.curve import NumberOrCurve, Reflectance
 
 Turn = Annotated[float, Gt(0), Le(360)]
@@ -20,14 +20,13 @@ Angle = Annotated[float, Ge(-1e6), Le(1e6)]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Disc(Shape):
+class Disc(Outlined):
     """A round disc.
 
     >>> Disc(radius_um=30.0, centre_um=(60.0, 0.0), reflectance=0.2)
     Disc(radius_um=30.0, centre_um=(60.0, 0.0), reflectance=0.2)
     """
 
-    depth: ClassVar[int] = 0
     pieces: ClassVar[int] = 1
 
     radius_um: Positive
@@ -37,9 +36,6 @@ class Disc(Shape):
     if TYPE_CHECKING:
 
         def __init__(self, *, radius_um: Number, centre_um: Place = (0.0, 0.0), reflectance: NumberOrCurve) -> None: ...
-
-    def __post_init__(self) -> None:
-        validate(self)
 
     def primitives(self) -> Iterator[Primitive]:
         """Return its outline."""
@@ -59,7 +55,7 @@ class Disc(Shape):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Ellipse(Shape):
+class Ellipse(Outlined):
     """An ellipse; ``rotate_deg`` turns it clockwise as displayed.
 
     radius_x_um, radius_y_um : half its width and half its height before it is turned
@@ -68,7 +64,6 @@ class Ellipse(Shape):
     Ellipse(radius_x_um=30.0, radius_y_um=10.0, centre_um=(0.0, 0.0), rotate_deg=20.0, reflectance=0.2)
     """
 
-    depth: ClassVar[int] = 0
     pieces: ClassVar[int] = 1
 
     radius_x_um: Positive
@@ -89,24 +84,18 @@ class Ellipse(Shape):
             reflectance: NumberOrCurve,
         ) -> None: ...
 
-    def __post_init__(self) -> None:
-        validate(self)
-
-    def primitives(self) -> Iterator[Primitive]:
-        """Return its outline."""
-        u, v = turned(np.diag([self.radius_x_um, self.radius_y_um]), self.rotate_deg)
-        yield one(around(self.centre_um, u, v), self.reflectance, simple=True)
+    def _outline(self) -> Curves:
+        return around(self.centre_um, *turned(np.diag([self.radius_x_um, self.radius_y_um]), self.rotate_deg))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Ring(Shape):
+class Ring(Outlined):
     """The area between two concentric circles.
 
     >>> Ring(radius_um=30.0, inner_radius_um=20.0, reflectance=0.2)
     Ring(radius_um=30.0, inner_radius_um=20.0, centre_um=(0.0, 0.0), reflectance=0.2)
     """
 
-    depth: ClassVar[int] = 0
     pieces: ClassVar[int] = 2
 
     radius_um: Positive
@@ -129,14 +118,12 @@ class Ring(Shape):
         validate(self)
         validate_radii(self, self.inner_radius_um, self.radius_um)
 
-    def primitives(self) -> Iterator[Primitive]:
-        """Return its outline and its hole."""
-        circles = [_circle(self.centre_um, radius) for radius in (self.radius_um, self.inner_radius_um)]
-        yield one(joined(circles), self.reflectance, rule="evenodd", simple=True)
+    def _outline(self) -> Curves:
+        return _circles(self)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Sector(Shape):
+class Sector(Outlined):
     """Part of a disc, or of a ring where ``inner_radius_um`` is above 0.
 
     from_deg, turn_deg : where it begins, clockwise as displayed from the right, and how far it goes on from there
@@ -145,7 +132,6 @@ class Sector(Shape):
     Sector(radius_um=30.0, inner_radius_um=0.0, from_deg=0.0, turn_deg=90.0, centre_um=(0.0, 0.0), reflectance=0.2)
     """
 
-    depth: ClassVar[int] = 0
     pieces: ClassVar[int] = 4
 
     radius_um: Positive
@@ -172,31 +158,27 @@ class Sector(Shape):
         validate(self)
         validate_radii(self, self.inner_radius_um, self.radius_um)
 
-    def primitives(self) -> Iterator[Primitive]:
+    def _outline(self) -> Curves:
         """Return its outline: forward along the rim, back along the inner one."""
         if self.turn_deg == 360.0:
-            radii = (self.radius_um, self.inner_radius_um)
-            circles = [_circle(self.centre_um, radius) for radius in radii if radius > 0.0]
-            yield one(joined(circles), self.reflectance, rule="evenodd", simple=True)
-            return
-        turn, centre = math.radians(self.turn_deg), np.array(self.centre_um)
-        begin, end = turned(np.eye(2), self.from_deg), turned(np.eye(2), self.from_deg + self.turn_deg)
-        corners = [
-            centre + radius * side[0] for radius in (self.radius_um, self.inner_radius_um) for side in (begin, end)
-        ]
-        there = [corners[0], self.radius_um * begin[0], self.radius_um * begin[1], corners[1]]
-        back = [corners[3], self.inner_radius_um * end[0], -self.inner_radius_um * end[1], corners[2]]
-        sides = [[corners[1], corners[1], corners[3], corners[3]], [corners[2], corners[2], corners[0], corners[0]]]
+            return _circles(self)
+        turn, outer, inner = math.radians(self.turn_deg), self.radius_um, self.inner_radius_um
+        begin, end = (turned(np.eye(2), angle) for angle in (self.from_deg, self.from_deg + self.turn_deg))
+        there = [outer * begin[0], outer * begin[0], outer * begin[1], outer * end[0]]
+        back = [inner * end[0], inner * end[0], -inner * end[1], inner * begin[0]]
+        sides = [[there[3], there[3], back[0], back[0]], [back[3], back[3], there[0], there[0]]]
         rows = [(there, turn, ARC), (sides[0], 0.0, 0), (back, turn, ARC), (sides[1], 0.0, 0)]
-        if self.inner_radius_um == 0.0:
+        if inner == 0.0:
             del rows[2]
         points, bends, kinds = zip(*rows, strict=True)
         curves = Curves(np.array(points), np.array(bends), np.array(kinds, np.int64), np.array([0, len(rows)]))
-        yield one(curves, self.reflectance, simple=True)
+        return curves.shifted(np.array(self.centre_um))
 
 
-def _circle(centre_um: Point, radius_um: float) -> Curves:
-    return around(centre_um, np.array((radius_um, 0.0)), np.array((0.0, radius_um)))
+def _circles(shape: Ring | Sector) -> Curves:
+    """Return the circles of a shape."""
+    radii = (shape.radius_um, shape.inner_radius_um)
+    return joined([around(shape.centre_um, *(radius * np.eye(2))) for radius in radii if radius > 0.0])
 
 
 def validate_radii(shape: Any, inner_um: float, outer_um: float) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,7 +13,7 @@ import numpy as np
 
 from camsim.core.errors import InvalidValueError
 from camsim.core.typed import FilePath, Number, Place, Point, Positive, Several, check, validate
-from camsim.scene.primitives import Primitive, Shape, counted, flattened
+from camsim.scene.primitives import Compound, Primitive, Shape, flattened
 from camsim.scene.shapes import Group, Rectangle
 from camsim.spectra.curve import Reflectance, Spectrum
 
@@ -21,7 +21,7 @@ __all__ = ["Svg", "read_svg"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Svg(Shape):
+class Svg(Compound):
     """The shapes of a drawing.
 
     name : of its file
@@ -37,8 +37,6 @@ class Svg(Shape):
 
     name: str
     shapes: Several[Shape]
-    depth: int = field(init=False, repr=False, compare=False)
-    pieces: int = field(init=False, repr=False, compare=False)
 
     if TYPE_CHECKING:
 
@@ -46,14 +44,11 @@ class Svg(Shape):
 
     def __post_init__(self) -> None:
         validate(self)
-        depth, pieces = counted(self.shapes)
-        object.__setattr__(self, "depth", depth)
-        object.__setattr__(self, "pieces", pieces)
+        self._count(self.shapes, deeper=0)
 
     def primitives(self) -> Iterator[Primitive]:
         """Return the primitives of its shapes."""
-        for shape in self.shapes:
-            yield from shape.primitives()
+        return iter(flattened(self.shapes))
 
 
 def read_svg(
