@@ -14,6 +14,7 @@ from camsim.core.arrays import F64, I64, U8
 from camsim.core.cached import cached_property
 from camsim.core.errors import InvalidValueError, UnsupportedError
 from camsim.core.tiled import Channels
+from camsim.optics import RoundLens
 from camsim.optics.annular import AnnularAiry
 from camsim.optics.of_pupil import OfPupil
 from camsim.optics.protocols import Fading, KnowsReach
@@ -47,6 +48,7 @@ RINGING = 2.0 / math.pi**4  # amplitude of an edge's ringing: 8 end points' (λN
 CIRCLE_TAIL = 0.06  # an edge's light at R, over (p/a)·λN/R, behind a pupil of perimeter p and area a
 STEEP, BENT = 20.0, 40.0  # scales of aberrations: spot radius in λN; waves per radian² along the rim
 STRONGER = 3.5  # ringing behind an aberration of s such scales is stronger by 1 + STRONGER·s²
+UNKNOWN = 4.0  # the same of a lens that is known by its transfer alone: its pupil may be obstructed, or have sides
 RINGS_AT = 0.8, 0.85, 0.9, 0.95  # fractions of the cut-off at which an aberrated lens rings
 CROWD = 4000  # edges beyond which the bound on ringing grows no further
 NEARLY_ALL = 0.92  # fraction of the lens's band from which all of it is taken: a picture's ringing is not estimated
@@ -438,6 +440,8 @@ def _strength(job: Job) -> float:
         steep = (slope / STEEP) ** 2 + (float(bend) / BENT) ** 2
         passes += min(steep, 1.0) * max(job.system.ring_share(wavelengths, share) for share in RINGS_AT)
         stronger *= 1.0 + STRONGER * steep
+    elif not isinstance(lens, RoundLens | Fading):
+        stronger *= UNKNOWN
     return stronger * passes
 
 
