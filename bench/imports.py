@@ -17,7 +17,7 @@ SOURCES = sorted(PACKAGE.rglob("*.py"))
 
 # From the ground up; a floor may use those before it.
 FLOORS = (
-    "version",
+    "errors",
     "core",
     "numerics",
     "spectra",

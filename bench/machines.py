@@ -139,7 +139,7 @@ def _taken_on(name: str, place: Path) -> list[dict[str, str]]:
 
 def _take(to: Path) -> None:
     import camsim
-    from camsim.core.errors import OutputError
+    from camsim.errors import OutputError
 
     found = []
     for scene, sensor, changes in CAPTURES:

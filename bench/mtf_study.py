@@ -28,7 +28,7 @@ from drawn_edges import drawn_edge_of_a_chart
 from edges import ABERRATED, drawn_edge, gaussian_edge, gaussian_mtf, gaussian_sigma, pupil_edge
 
 import camsim
-from camsim.core.errors import UnsupportedError
+from camsim.errors import UnsupportedError
 from camsim.measure import CameraOtf, Picture, Plane, Roi, measure_edge, measure_mtf, picture_of_frame
 from camsim.optics import OpticalSystem
 

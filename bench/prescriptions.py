@@ -26,7 +26,7 @@ from camsim.config import lens_import, yaml_source
 from camsim.config.lens_files import lens_of
 from camsim.config.lens_rays import NEAR_AXIS, Prescription
 from camsim.core.arrays import F64
-from camsim.core.errors import CamsimError
+from camsim.errors import CamsimError
 from camsim.optics import FieldLens
 from tests.truth import lens_rays as truth
 

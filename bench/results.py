@@ -12,7 +12,7 @@ from camsim.bench.lines import LinesFile
 from camsim.bench.machine import machine, versions
 from camsim.bench.records import Line, rounded
 from camsim.core.cores import cores
-from camsim.core.errors import InputError
+from camsim.errors import InputError
 
 FORMAT = "camsim-bench/2"
 FILE = "results.jsonl"

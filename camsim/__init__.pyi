@@ -13,8 +13,9 @@ from .camera.given_light import GivenLight as GivenLight
 from .camera.noise import Noise as Noise
 from .camera.sensor import Sensor as Sensor
 from .camera.window import Region as Region
-from .core.errors import CamsimError as CamsimError
 from .core.note import Note as Note
+from .core.version import __version__ as __version__
+from .errors import CamsimError as CamsimError
 from .files import save as save
 from .files.given import develop as develop
 from .files.given import write_dng as write_dng
@@ -107,6 +108,5 @@ from .spectra.named import reflectance as reflectance
 from .study import dataset as dataset
 from .study import read_pair as read_pair
 from .study import sweep as sweep
-from .version import __version__ as __version__
 
 __all__: list[str]

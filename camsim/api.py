@@ -23,8 +23,8 @@ from camsim.config.validated import Validated
 from camsim.core import memory
 from camsim.core.annotations import Before, Called
 from camsim.core.calls import in_words
-from camsim.core.errors import CamsimError, ConfigError, Fault, InvalidValueError
 from camsim.core.typed import Seed, Whole, check, text_of_path
+from camsim.errors import CamsimError, ConfigError, Fault, InvalidValueError
 from camsim.optics import FieldLens, Lens
 from camsim.optics.no_lens import NO_LENS
 

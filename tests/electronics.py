@@ -9,7 +9,7 @@ import pytest
 
 import camsim
 from camsim.api import load_camera
-from camsim.core.errors import CamsimError
+from camsim.errors import CamsimError
 from camsim.sensor import streams
 from camsim.sensor.chain import record
 from camsim.sensor.electronics import ORDER, Electronics

@@ -19,7 +19,7 @@ from bench.report import close
 from bench.results import FILE, Results, read_results
 from bench.teller import Teller
 from camsim.bench.diagram import check_matplotlib
-from camsim.core.errors import CamsimError
+from camsim.errors import CamsimError
 
 
 def main() -> int:

@@ -16,7 +16,7 @@ import numpy as np
 
 from camsim.camera.camera import Camera
 from camsim.core.arrays import F64
-from camsim.core.errors import UnknownNameError
+from camsim.errors import UnknownNameError
 from camsim.optics import Airy, FourSpotOlpf, Gaussian, OpticalStage, OpticalSystem, SquarePhotosite
 from camsim.rendering import Grid, Rendering, render, render_channels
 from camsim.rendering.render import plan_render

@@ -24,7 +24,7 @@ from bench.paper.cases import (
 )
 from bench.paper.peers import PEERS
 from camsim.core.arrays import F64
-from camsim.core.errors import CamsimError
+from camsim.errors import CamsimError
 
 LONGEST_S = 15.0  # a frame; what takes longer is left out: closed forms of many wavelengths at 1e-10 take hours
 

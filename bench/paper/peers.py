@@ -15,7 +15,7 @@ import numpy as np
 
 from bench.paper.cases import CLOCKED_PSFS, PITCH_UM, SIDE_PX, SIZE, TURN_DEG, WAVELENGTH_NM, Psf, Setting
 from camsim.core.arrays import F64
-from camsim.core.errors import UnsupportedError
+from camsim.errors import UnsupportedError
 from camsim.optics import Gaussian
 
 LARGEST_FFT = 32768

@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from camsim.core.errors import UnsupportedError
+from camsim.errors import UnsupportedError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

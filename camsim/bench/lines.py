@@ -8,7 +8,7 @@ from pathlib import Path
 from types import TracebackType
 
 from camsim.bench.records import Line
-from camsim.core.errors import OutputError
+from camsim.errors import OutputError
 
 
 class LinesFile:

@@ -19,8 +19,8 @@ from camsim.bench.truths import Truth, is_the_truth, truth_of_engine, truths_of
 from camsim.bench.window import busiest
 from camsim.bench.words import findings
 from camsim.camera.window import Region
-from camsim.core.errors import CamsimError
 from camsim.core.typed import NonNegative, check
+from camsim.errors import CamsimError
 from camsim.rendering import Rendering
 
 if TYPE_CHECKING:

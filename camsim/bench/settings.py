@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-from camsim.core.errors import InvalidValueError
 from camsim.core.typed import check, known_name
+from camsim.errors import InvalidValueError
 
 EXACT = ("boundary", "fourier")
 ASKED = ("auto", *EXACT)

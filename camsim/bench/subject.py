@@ -12,7 +12,7 @@ import numpy as np
 from camsim.bench.settings import Setting
 from camsim.camera.window import Region
 from camsim.core.arrays import F64, U8
-from camsim.core.errors import CamsimError
+from camsim.errors import CamsimError
 from camsim.optics import OpticalSystem
 from camsim.rendering import Grid, Rendering, render_channels
 from camsim.rendering.auto import Choice

@@ -14,7 +14,7 @@ from camsim.bench.records import TruthLine
 from camsim.bench.settings import EXACT, Setting, power
 from camsim.bench.subject import Subject
 from camsim.core.arrays import F64
-from camsim.core.errors import CamsimError, UnsupportedError
+from camsim.errors import CamsimError, UnsupportedError
 
 FINEST = (1e-9, 1e-8, 1e-7, 1e-6)  # tried in turn
 FINER = 5.0  # ratio of tolerances required of a truth for its own engine

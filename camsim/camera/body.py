@@ -15,8 +15,8 @@ from camsim.camera.window import Region, grid_of
 from camsim.core.annotations import Called
 from camsim.core.arrays import F64
 from camsim.core.custom import is_custom
-from camsim.core.errors import UnknownNameError
 from camsim.core.typed import Count, FNumber, Number, Pitch, Seed, Several, Whole, check, refusal, spelled_out
+from camsim.errors import UnknownNameError
 from camsim.optics import Lens, LowPass, OpticalStage, OpticalSystem, PhotositeShape
 from camsim.optics.custom import check_blur, check_custom, check_extent, settled
 from camsim.optics.protocols import KnowsOpening

@@ -23,11 +23,11 @@ from camsim.camera.window import Region
 from camsim.core.annotations import Called
 from camsim.core.arrays import F64, U16, read_only
 from camsim.core.cached import cached_property
-from camsim.core.errors import InvalidValueError
 from camsim.core.memory import needed_bytes, too_large
 from camsim.core.note import Note
 from camsim.core.typed import FrameNumber, Number, Positive, Seed, Several, Truth, Whole, check, refusal, validate
 from camsim.core.words import brief
+from camsim.errors import InvalidValueError
 from camsim.optics.no_lens import NoLens
 from camsim.rendering import Rendering
 from camsim.rendering.auto import Choice

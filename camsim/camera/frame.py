@@ -13,11 +13,11 @@ from numpy.typing import ArrayLike
 from camsim.core import notebook
 from camsim.core.arrays import F32, F64, I64, U8, U16
 from camsim.core.doors import above
-from camsim.core.errors import InvalidValueError
 from camsim.core.note import Note
 from camsim.core.number_kinds import array_of
 from camsim.core.typed import LARGEST_FRAME_NUMBER, Count, Whole, check, known_name
 from camsim.core.words import displayed
+from camsim.errors import InvalidValueError
 from camsim.sensor.adc import full_codes
 from camsim.sensor.colour_matrix import ColourResponse
 from camsim.sensor.companding import data_numbers

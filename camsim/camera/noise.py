@@ -14,10 +14,10 @@ from camsim.camera.shot import reflected
 from camsim.camera.window import Region
 from camsim.core.annotations import Called
 from camsim.core.arrays import F32, F64
-from camsim.core.errors import InvalidValueError
 from camsim.core.number_kinds import array_of
 from camsim.core.typed import Celsius, Iso, Number, Positive, Seed, Whole, check, validate
 from camsim.core.words import brief
+from camsim.errors import InvalidValueError
 from camsim.sensor.chain import record
 from camsim.sensor.stage import Context
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from camsim.core.arrays import read_only
-from camsim.core.errors import InvalidValueError
+from camsim.errors import InvalidValueError
 from camsim.rendering import Rendering
 from camsim.rendering.auto import Choice
 from camsim.scene import Scene

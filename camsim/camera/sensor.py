@@ -16,9 +16,9 @@ from camsim.camera.given_light import RELATIVE, GivenLight, Unit
 from camsim.camera.shot import WHITE, Shot
 from camsim.camera.window import Region
 from camsim.core.doors import above
-from camsim.core.errors import InvalidValueError
 from camsim.core.typed import Number, Several, Truth, Whole
 from camsim.core.words import brief, either
+from camsim.errors import InvalidValueError
 from camsim.optics import Lens, LowPass, OpticalStage, PhotositeShape
 from camsim.optics.no_lens import NO_LENS
 from camsim.sensor.adc import Adc

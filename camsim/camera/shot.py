@@ -19,10 +19,10 @@ from camsim.camera.window import Region
 from camsim.core.annotations import Called
 from camsim.core.arrays import F64, I64, U16
 from camsim.core.cached import cached_property
-from camsim.core.errors import InvalidValueError
 from camsim.core.memory import needed_bytes, too_large
 from camsim.core.typed import FrameNumber, Seed, Truth, Whole, refusal, validate
 from camsim.core.words import brief
+from camsim.errors import InvalidValueError
 from camsim.optics.no_lens import NoLens
 from camsim.sensor.colour_matrix import MatrixOf
 from camsim.sensor.exposure import Exposure

@@ -6,8 +6,8 @@ import dataclasses
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from camsim.core.errors import InvalidValueError
 from camsim.core.typed import Count, Index, Whole, validate
+from camsim.errors import InvalidValueError
 from camsim.rendering import Grid
 
 

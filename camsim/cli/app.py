@@ -34,7 +34,7 @@ from camsim.cli.options import (
 )
 from camsim.cli.sensor_app import sensor_app
 from camsim.cli.sweep import sweep
-from camsim.core.errors import AccuracyError, CamsimError, InvalidValueError, UnknownNameError
+from camsim.errors import AccuracyError, CamsimError, InvalidValueError, UnknownNameError
 
 _BEGAN_S = time.perf_counter()
 _MOST_LINES = 200

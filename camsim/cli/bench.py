@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from camsim.cli.options import Changes, Quiet, SensorName, Sensors
-from camsim.core.errors import InvalidValueError, OutputError
+from camsim.errors import InvalidValueError, OutputError
 
 if TYPE_CHECKING:
     from camsim.bench import Bench

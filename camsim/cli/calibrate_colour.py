@@ -48,7 +48,7 @@ def calibrate_colour(
     from camsim.cli.measure_colour import corners_of, light_of
     from camsim.cli.new import check_yaml_output
     from camsim.cli.sensor_text import Base, efficiency_text, matrices_text, written
-    from camsim.core.errors import InvalidValueError
+    from camsim.errors import InvalidValueError
     from camsim.files.camera_curves import read_cameras
     from camsim.measure import read_picture
     from camsim.measure.colour import calibrate_colour as calibrated
@@ -138,7 +138,7 @@ def _number(value: float) -> str:
 def _skeleton(picture: Picture, pitch_um: float | None) -> Base:
     """Return a sensor from the metadata of a raw file."""
     from camsim.cli.sensor_text import Base, skeleton
-    from camsim.core.errors import InvalidValueError
+    from camsim.errors import InvalidValueError
 
     planes = picture.planes
     step = max(planes, key=lambda plane: plane.step).step

@@ -13,8 +13,8 @@ from annotated_types import Ge, Le
 
 from camsim.cli.measure_mtf_table import with_error
 from camsim.cli.tables import check_text_file, print_table
-from camsim.core.errors import InvalidValueError
 from camsim.core.typed import Pitch, Seed, check
+from camsim.errors import InvalidValueError
 from camsim.files.atomic import together, write_whole
 from camsim.files.hot_list import hot_text
 

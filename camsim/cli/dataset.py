@@ -9,7 +9,7 @@ import typer
 
 from camsim.cli.options import AsJson, Quiet, Scheduler, Workers
 from camsim.cli.sweep import say_failures, say_figures, say_forecast, say_notes
-from camsim.core.errors import InvalidValueError
+from camsim.errors import InvalidValueError
 
 
 def dataset(

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from camsim.cli.options import AsJson, Changes, Force, SensorName, Sensors
-from camsim.core.errors import CamsimError, InvalidValueError, UnknownNameError
+from camsim.errors import CamsimError, InvalidValueError, UnknownNameError
 
 if TYPE_CHECKING:
     from camsim.camera.capture import Capture

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from camsim.core.errors import UnsupportedError
+from camsim.errors import UnsupportedError
 from camsim.optics import FieldLens
 from camsim.optics.placed import PlacedLens
 from camsim.optics.sampled import sampled_otf

@@ -15,7 +15,7 @@ import scipy
 from camsim.cli.explain_field import field_lens
 from camsim.cli.plot import colour_of_channel
 from camsim.core.arrays import C128, F64
-from camsim.core.errors import UnsupportedError
+from camsim.errors import UnsupportedError
 from camsim.optics import Airy, AnnularAiry, FieldLens, Wavefront
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 import typer
 
 from camsim.cli.options import AllowOddCfa, Changes, Compress, Force, Quiet, Sensors
-from camsim.core.errors import CamsimError, InputError, InvalidValueError
+from camsim.errors import CamsimError, InputError, InvalidValueError
 
 if TYPE_CHECKING:
     from camsim.camera.frame import Frame, Product

@@ -36,7 +36,7 @@ def import_lens(
     """Trace a prescription and write a lens file, with its PSF over the frame (needs optiland for its glasses)."""
     from camsim.cli.new import check_yaml_output
     from camsim.config.lens_import import trace_zemax
-    from camsim.core.errors import InvalidValueError
+    from camsim.errors import InvalidValueError
     from camsim.files.atomic import write_whole
 
     if field is not None and field_mm is not None:

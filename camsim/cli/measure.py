@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from camsim.cli.measured import Outputs
 from camsim.cli.progress import Bar
-from camsim.core.errors import CamsimError, InvalidValueError, UnknownNameError, UnsupportedError
+from camsim.errors import CamsimError, InvalidValueError, UnknownNameError, UnsupportedError
 from camsim.files.atomic import together, write_whole
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from camsim.cli.measured import Outputs, picture_and_capture
 from camsim.cli.tables import check_text_file, print_table
-from camsim.core.errors import InvalidValueError, OutputError
+from camsim.errors import InvalidValueError, OutputError
 from camsim.files.atomic import together, write_whole
 
 if TYPE_CHECKING:

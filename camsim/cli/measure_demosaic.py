@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from camsim.cli.measure import gamma_of
 from camsim.cli.measured import Outputs
 from camsim.cli.tables import check_text_file, print_table
-from camsim.core.errors import InputError, InvalidValueError
+from camsim.errors import InputError, InvalidValueError
 from camsim.files.atomic import together, write_whole
 
 if TYPE_CHECKING:

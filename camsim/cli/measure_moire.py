@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from camsim.cli.measure_mtf_table import with_error
 from camsim.cli.measured import Outputs, capture_of
 from camsim.cli.tables import print_table
-from camsim.core.errors import InvalidValueError
+from camsim.errors import InvalidValueError
 
 if TYPE_CHECKING:
     from camsim.measure.target import MoireReport

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any, get_type_hints
 from camsim.cli.measure_mtf_table import with_error
 from camsim.cli.measured import Outputs
 from camsim.cli.tables import check_text_file, print_table
-from camsim.core.errors import ConfigError, InvalidValueError, OutputError
 from camsim.core.note import Note
 from camsim.core.typed import Iso, Seed, check
+from camsim.errors import ConfigError, InvalidValueError, OutputError
 from camsim.files.atomic import made_together, together, write_whole
 
 if TYPE_CHECKING:

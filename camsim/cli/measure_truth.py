@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from camsim.cli.tables import print_table
-from camsim.core.errors import InputError, UnknownNameError
+from camsim.errors import InputError, UnknownNameError
 from camsim.files.planes import check_planes_file, write_planes
 
 if TYPE_CHECKING:

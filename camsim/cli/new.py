@@ -6,7 +6,7 @@ from pathlib import Path
 
 from camsim.config.library import YAML_SUFFIXES
 from camsim.config.pictured import is_picture, scene_of, way_out_of
-from camsim.core.errors import InvalidValueError, OutputError
+from camsim.errors import InvalidValueError, OutputError
 from camsim.files.atomic import write_whole
 
 _NEXT = {

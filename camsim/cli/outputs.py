@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from camsim.camera.frame import Product
-from camsim.core.errors import CamsimError, OutputError
+from camsim.errors import CamsimError, OutputError
 from camsim.files import check_output
 from camsim.files.naming import split_product
 

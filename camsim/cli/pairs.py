@@ -17,8 +17,8 @@ from camsim.camera.frame import Frame
 from camsim.camera.optical_image import OpticalImage
 from camsim.camera.window import Region
 from camsim.cli.pairs_readme import readme
-from camsim.core.errors import CamsimError, InvalidValueError, OutputError
 from camsim.core.typed import LARGEST_SEED, LONGEST_S, SHORTEST_S
+from camsim.errors import CamsimError, InvalidValueError, OutputError
 from camsim.files import save
 from camsim.files.atomic import replacing, write_chunks
 from camsim.files.describe import record

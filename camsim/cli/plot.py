@@ -7,7 +7,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from camsim.core.errors import OutputError, UnsupportedError
+from camsim.errors import OutputError, UnsupportedError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

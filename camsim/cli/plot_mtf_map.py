@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from camsim.cli.plot import bytes_of, colour_of_channel, new_figure
-from camsim.core.errors import UnsupportedError
+from camsim.errors import UnsupportedError
 
 if TYPE_CHECKING:
     from camsim.measure import MtfReport

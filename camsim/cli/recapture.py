@@ -16,7 +16,7 @@ from camsim.cli import outputs as outputs_of
 from camsim.cli.outputs import Output
 from camsim.cli.progress import Bar
 from camsim.cli.row_by_row import come_row_by_row, write_mosaics
-from camsim.core.errors import CamsimError, InputError, OutputError
+from camsim.errors import CamsimError, InputError, OutputError
 from camsim.files.atomic import together
 from camsim.files.reading import Held, is_altered, read_arrays, read_file
 

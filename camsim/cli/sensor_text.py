@@ -14,7 +14,7 @@ import numpy as np
 from camsim.api import load_camera
 from camsim.camera.camera import Camera
 from camsim.config.sensor_search import SensorSearch
-from camsim.core.errors import InvalidValueError
+from camsim.errors import InvalidValueError
 from camsim.files.atomic import replacing
 from camsim.optics.no_lens import NO_LENS
 from camsim.sensor.measured_matrix import MeasuredMatrix

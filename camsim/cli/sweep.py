@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from camsim.cli.options import AsJson, Force, Quiet, Scheduler, Workers
-from camsim.core.errors import InvalidValueError
 from camsim.core.note import Note
+from camsim.errors import InvalidValueError
 
 if TYPE_CHECKING:
     from camsim.study import Forecast

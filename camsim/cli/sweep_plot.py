@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from camsim.core.errors import InvalidValueError
+from camsim.errors import InvalidValueError
 from camsim.files.atomic import write_whole
 
 _MOST_NAMED = 12

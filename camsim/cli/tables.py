@@ -11,7 +11,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from camsim.core.errors import OutputError
+from camsim.errors import OutputError
 
 _WIDTH_OF_A_LOG = 1000
 

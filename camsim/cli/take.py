@@ -17,7 +17,7 @@ from camsim.cli import outputs as outputs_of
 from camsim.cli.outputs import Output
 from camsim.cli.progress import Bar
 from camsim.cli.row_by_row import come_row_by_row, write_mosaics
-from camsim.core.errors import CamsimError, InvalidValueError, OutputError
+from camsim.errors import CamsimError, InvalidValueError, OutputError
 from camsim.files.atomic import made_together, together
 
 if TYPE_CHECKING:

@@ -13,8 +13,8 @@ from camsim.cli.plot import check_drawing
 from camsim.config import yaml_source
 from camsim.config.lens_files import read_lens_file
 from camsim.config.sensor_search import SensorSearch
-from camsim.core.errors import CamsimError, InvalidValueError
 from camsim.core.note import Note
+from camsim.errors import CamsimError, InvalidValueError
 from camsim.files.atomic import write_whole
 from camsim.optics import Airy
 from camsim.study import check_dataset, check_study

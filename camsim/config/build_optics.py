@@ -12,7 +12,7 @@ from camsim.config import library, schema
 from camsim.config.lens_files import locate_lens, read_lens_file
 from camsim.config.tree import KeyPath
 from camsim.config.validated import Validated
-from camsim.core.errors import InvalidValueError
+from camsim.errors import InvalidValueError
 from camsim.optics import (
     Airy,
     AnnularAiry,

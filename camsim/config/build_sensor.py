@@ -11,7 +11,7 @@ from camsim.camera.camera import Camera
 from camsim.config import build_optics, schema
 from camsim.config.tree import KeyPath
 from camsim.config.validated import Validated
-from camsim.core.errors import InputError
+from camsim.errors import InputError
 from camsim.optics import Lens
 from camsim.sensor.adc import Adc
 from camsim.sensor.cfa import GREENS, Cfa

@@ -10,7 +10,7 @@ from typing import get_args
 from camsim.config import library, schema
 from camsim.config.expect import Expected, along, expected_of_field
 from camsim.config.tree import Document, KeyPath, Node
-from camsim.core.errors import CamsimError, Fault
+from camsim.errors import CamsimError, Fault
 from camsim.spectra.csv_table import read_points
 
 

@@ -14,8 +14,8 @@ from pydantic.fields import FieldInfo
 
 from camsim.config.schema import Called, Table
 from camsim.config.tree import KeyPath, Node
-from camsim.core.errors import nearest
 from camsim.core.words import either, in_range
+from camsim.errors import nearest
 
 
 @dataclass(frozen=True, slots=True)

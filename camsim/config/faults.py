@@ -17,8 +17,8 @@ from camsim.config.pictured import is_picture
 from camsim.config.scalars import resolve
 from camsim.config.schema import Table
 from camsim.config.tree import MOST_FAULTS, Document, KeyPath, Node
-from camsim.core.errors import ConfigError, Fault
 from camsim.core.words import DECIMAL_POINT, either, meant, number_hint, percent_hint, word_hint
+from camsim.errors import ConfigError, Fault
 
 T = TypeVar("T", bound=Table)
 

@@ -13,8 +13,8 @@ from camsim.camera.capture import Capture
 from camsim.camera.description import CUSTOM_STAGES
 from camsim.camera.given_light import GivenLight
 from camsim.camera.shot import Shot
-from camsim.core.errors import CamsimError, InputError
 from camsim.core.words import both
+from camsim.errors import CamsimError, InputError
 from camsim.files.light_file import read_light
 from camsim.files.picture_file import read_picture
 from camsim.measure.dark_frames import read_darks, read_offsets

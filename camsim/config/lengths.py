@@ -8,7 +8,7 @@ from typing import Any, TypeAlias, TypeVar
 from camsim.config import schema
 from camsim.config.tree import KeyPath
 from camsim.config.validated import Validated
-from camsim.core.errors import CamsimError
+from camsim.errors import CamsimError
 
 T = TypeVar("T")
 

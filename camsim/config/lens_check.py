@@ -9,7 +9,7 @@ from scipy.interpolate import LinearNDInterpolator
 
 from camsim.config.lens_rays import Prescription
 from camsim.core.arrays import F64
-from camsim.core.errors import InputError, UnsupportedError
+from camsim.errors import InputError, UnsupportedError
 from camsim.optics.field_lens import FieldLens
 from camsim.optics.zernike import cosines, orders
 

@@ -8,7 +8,7 @@ from camsim.config import library, schema, yaml_source
 from camsim.config.library import Located
 from camsim.config.tree import Document
 from camsim.config.validated import Validated
-from camsim.core.errors import ConfigError
+from camsim.errors import ConfigError
 from camsim.optics import FieldLens
 from camsim.spectra.curve import Spectrum
 

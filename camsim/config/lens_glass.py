@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from camsim.core.arrays import F64
-from camsim.core.errors import InputError
+from camsim.errors import InputError
 
 PLACEHOLDER = (1.5, 40.0)  # written by Zemax with every catalogue glass
 SEEN_UM = (0.44, 0.65)  # range required of measurements, which are extrapolated to 380 and 780 nm

@@ -13,8 +13,8 @@ import numpy as np
 from camsim.config import lens_glass
 from camsim.config.lens_rays import NEAR_AXIS, Lens, Prescription, Surface, or_aim
 from camsim.config.lens_tables import Traced, lens_file
-from camsim.core.errors import InputError
 from camsim.core.note import Note
+from camsim.errors import InputError
 
 UNITS_MM = {"MM": 1.0, "CM": 10.0, "IN": 25.4, "METER": 1000.0}  # as Zemax writes them
 ANGLES, PARAXIAL_HEIGHTS, REAL_HEIGHTS = "0", "2", "3"

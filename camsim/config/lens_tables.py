@@ -17,8 +17,8 @@ from camsim.config.lens_files import lens_of
 from camsim.config.lens_rays import NEAR_AXIS, Beam, Lens, Prescription, or_aim
 from camsim.core.arrays import F64
 from camsim.core.cores import one_blas_thread
-from camsim.core.errors import InputError
 from camsim.core.note import Note
+from camsim.errors import InputError
 from camsim.optics.field_lens import FieldLens
 from camsim.optics.wavefront import MOST_WAVES
 from camsim.optics.zernike import cosines, orders

@@ -11,7 +11,7 @@ from typing import Literal, TypeAlias
 
 import camsim
 from camsim.config.pictured import is_picture, way_out_of
-from camsim.core.errors import CamsimError, ConfigError, Fault, UnknownNameError
+from camsim.errors import CamsimError, ConfigError, Fault, UnknownNameError
 
 Kind: TypeAlias = Literal["sensor", "scene", "lens"]
 FOLDERS: dict[Kind, str] = {"sensor": "sensors", "scene": "scenes", "lens": "lenses"}

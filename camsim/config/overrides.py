@@ -10,7 +10,7 @@ from camsim.config.expect import Expected
 from camsim.config.schema import SceneFile, SensorFile, Table
 from camsim.config.tree import Document, KeyPath, Node, Place, dotted
 from camsim.config.yaml_source import parse_value
-from camsim.core.errors import ConfigError, Fault
+from camsim.errors import ConfigError, Fault
 
 _SENSOR = "sensor"
 

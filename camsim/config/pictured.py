@@ -8,7 +8,7 @@ import shlex
 from collections.abc import Iterator
 from pathlib import Path
 
-from camsim.core.errors import CamsimError
+from camsim.errors import CamsimError
 
 _RAW = (".dng", ".nef", ".cr2", ".cr3", ".arw", ".raf", ".rw2", ".orf", ".pef", ".raw")
 _NOT_READ = (".webp", ".heic", ".heif", ".avif", ".gif", ".bmp", ".jp2", ".psd")

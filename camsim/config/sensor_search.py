@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from camsim.config.library import YAML_SUFFIXES, Kind, Located, in_folder, locate, locate_path, looks_like_path, shipped
-from camsim.core.errors import InvalidValueError, UnknownNameError
 from camsim.core.words import displayed
+from camsim.errors import InvalidValueError, UnknownNameError
 
 PATH_VARIABLE = "CAMSIM_PATH"
 """Folders with sensors, separated as in PATH; missing ones are ignored."""

@@ -12,8 +12,8 @@ from camsim.config.expect import Expected, along
 from camsim.config.faults import parsed, validate
 from camsim.config.schema import Table
 from camsim.config.tree import MOST_FAULTS, Document, KeyPath
-from camsim.core.errors import CamsimError, ConfigError, Fault, UnknownNameError
 from camsim.core.words import number_hint
+from camsim.errors import CamsimError, ConfigError, Fault, UnknownNameError
 
 M = TypeVar("M", bound=Table)
 P = TypeVar("P", bound=Table)

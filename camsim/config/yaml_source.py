@@ -15,7 +15,7 @@ import yaml
 
 from camsim.config.scalars import resolve
 from camsim.config.tree import MOST_FAULTS, Document, KeyPath, Node, Place, dotted
-from camsim.core.errors import ConfigError, Fault
+from camsim.errors import ConfigError, Fault
 
 MAX_BYTES = 16 * 1024 * 1024
 MAX_DEPTH = 64

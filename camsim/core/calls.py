@@ -8,10 +8,10 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ParamSpec, TypeVar
 
 from camsim.core.declared_types import kind_of
-from camsim.core.errors import WrongCallError
 from camsim.core.number_kinds import Kind
 from camsim.core.typed import hints
 from camsim.core.words import both, meant
+from camsim.errors import WrongCallError
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -27,11 +27,11 @@ def in_words(call: Callable[P, R]) -> Callable[P, R]:
     >>> expose(shutter=0.01)
     Traceback (most recent call last):
         ...
-    camsim.core.errors.WrongCallError: expose.shutter: unknown parameter; did you mean 'time_s'?
+    camsim.errors.WrongCallError: expose.shutter: unknown parameter; did you mean 'time_s'?
     >>> expose(0.01)
     Traceback (most recent call last):
         ...
-    camsim.core.errors.WrongCallError: expose: takes time_s by name; write expose(time_s=0.01)
+    camsim.errors.WrongCallError: expose: takes time_s by name; write expose(time_s=0.01)
     """
     return _stated(call, lambda given: (call.__name__, given))
 

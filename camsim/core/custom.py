@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from camsim.core.errors import InvalidValueError
 from camsim.core.words import displayed
+from camsim.errors import InvalidValueError
 
 _LARGEST_WHOLE = 2**64
 _HELD = "finite numbers, truth values, texts, None, and tuples, tables by name or frozen dataclasses of these"

@@ -11,8 +11,8 @@ import numpy as np
 import numpy.typing as npt
 from annotated_types import Ge, Gt, Le
 
-from camsim.core.errors import InvalidValueError
 from camsim.core.words import displayed, in_range, number_hint, percent_hint
+from camsim.errors import InvalidValueError
 
 LARGEST = 1e15
 """Upper limit of any light, length, time or count; products of such numbers are far from overflow."""

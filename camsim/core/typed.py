@@ -21,9 +21,9 @@ from annotated_types import Ge, Gt, Le
 
 from camsim.core.annotations import Before, Called
 from camsim.core.declared_types import kind_of
-from camsim.core.errors import InvalidValueError, UnknownNameError
 from camsim.core.number_kinds import Kind
 from camsim.core.words import displayed, either
+from camsim.errors import InvalidValueError, UnknownNameError
 
 Number: TypeAlias = float | np.floating[Any] | np.integer[Any]
 Whole: TypeAlias = int | np.integer[Any]
@@ -87,7 +87,7 @@ def validate(stage: Any) -> None:
     >>> Airy(f_number="8")
     Traceback (most recent call last):
         ...
-    camsim.core.errors.InvalidValueError: Airy.f_number: must be a number above 0, not '8'
+    camsim.errors.InvalidValueError: Airy.f_number: must be a number above 0, not '8'
     """
     for name, kind in _parameters(stage.__class__):
         given = getattr(stage, name)
@@ -120,7 +120,7 @@ def check_truths(**given: Any) -> None:
     >>> check_truths(force=True, compress="no")
     Traceback (most recent call last):
         ...
-    camsim.core.errors.InvalidValueError: compress: must be true or false, not 'no'
+    camsim.errors.InvalidValueError: compress: must be true or false, not 'no'
     """
     for key, value in given.items():
         check(value, bool, key)
@@ -132,7 +132,7 @@ def known_name(kind: str, name: Any, known: Collection[str], key: str = "") -> s
     >>> known_name("method", None, ["boundary", "fourier"])
     Traceback (most recent call last):
         ...
-    camsim.core.errors.InvalidValueError: method: must be 'boundary' or 'fourier', not None
+    camsim.errors.InvalidValueError: method: must be 'boundary' or 'fourier', not None
     """
     if not isinstance(name, str):
         raise InvalidValueError(

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from annotated_types import Ge, Gt, Le, Lt
 
-from camsim.core.errors import nearest
+from camsim.errors import nearest
 
 
 def either(words: Sequence[str]) -> str:

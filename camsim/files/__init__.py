@@ -13,8 +13,8 @@ from camsim.camera.body import Body
 from camsim.camera.frame import PRODUCTS, Frame, Product
 from camsim.camera.window import Region
 from camsim.core.calls import in_words
-from camsim.core.errors import OutputError, did_you_mean
 from camsim.core.typed import FilePath, check, check_truths
+from camsim.errors import OutputError, did_you_mean
 from camsim.files import dng, exr, npy, npz, png, tiff
 from camsim.files.atomic import reason, replacing
 

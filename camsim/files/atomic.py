@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator
 from contextvars import ContextVar
 from pathlib import Path
 
-from camsim.core.errors import OutputError
+from camsim.errors import OutputError
 
 _STEM_LETTERS = 40
 """Letters of the name in the temporary one, so that it fits wherever the name itself does (255 bytes)."""

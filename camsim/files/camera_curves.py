@@ -14,7 +14,7 @@ import numpy as np
 import scipy
 
 from camsim.core.arrays import F64
-from camsim.core.errors import CamsimError, InputError, UnknownNameError, in_brief
+from camsim.errors import CamsimError, InputError, UnknownNameError, in_brief
 from camsim.spectra.csv_table import MAX_BYTES, columns, read_points
 from camsim.spectra.curve import Curve
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from camsim.camera.frame import Frame
-from camsim.core.errors import OutputError
+from camsim.errors import OutputError
 
 RECORD_FORMAT = "frame/1"
 """Name and version of the record format."""

@@ -15,7 +15,7 @@ import numpy as np
 from camsim.camera.body import MID_GREY
 from camsim.camera.frame import Frame
 from camsim.core.arrays import U16
-from camsim.core.errors import OutputError
+from camsim.errors import OutputError
 from camsim.files.describe import description_hash, error_text, exif_datetime, record_json
 from camsim.files.dng_image import Image, LosslessTiles, Strip
 from camsim.files.dng_tags import CFA, D65, LINEAR_RAW, RGB, STANDARD_LIGHT_A, Colour, Metadata, odd_cfa, xmp_packet

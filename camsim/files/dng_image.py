@@ -14,7 +14,7 @@ from typing import Any, BinaryIO, Protocol
 import numpy as np
 
 from camsim.core.arrays import U16
-from camsim.core.errors import OutputError
+from camsim.errors import OutputError
 from camsim.files.tiff_ifd import HEADER_BYTES, Tag, header, long, refuse_over_4_gib, short
 
 _UNCOMPRESSED, _LOSSLESS_JPEG = 1, 7

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from camsim.core.arrays import F64
-from camsim.core.errors import OutputError
+from camsim.errors import OutputError
 from camsim.files.describe import XMP_NAMESPACE, ascii_text, software
 from camsim.files.tiff_ifd import Tag, ascii_string, byte, double, long, rational, short, srational
 

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from camsim.core.arrays import F64
-from camsim.core.errors import InputError
+from camsim.errors import InputError
 from camsim.files.limits import refuse_many
 
 SUFFIXES = (".hdr", ".img", ".dat", ".raw", ".bsq", ".bil", ".bip", "")

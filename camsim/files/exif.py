@@ -6,7 +6,7 @@ import io
 from collections.abc import Callable
 from typing import TypeVar
 
-from camsim.core.errors import InputError
+from camsim.errors import InputError
 from camsim.files.tiff_reader import Directory, read_directory
 
 _PREFIX = b"Exif\0\0"

@@ -16,7 +16,7 @@ import numpy as np
 
 from camsim.camera.frame import Frame
 from camsim.core.arrays import F32, F64
-from camsim.core.errors import InputError
+from camsim.errors import InputError
 from camsim.files.describe import description_hash, error_text, exif_datetime, record_json, software
 from camsim.files.exr_reader import end_of_chunks, read_header
 from camsim.files.exr_stream import write_exr

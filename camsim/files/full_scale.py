@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from camsim.core.errors import InputError
+from camsim.errors import InputError
 
 
 def largest_sample(dtype: np.dtype[Any], bits: int | None = None) -> float:

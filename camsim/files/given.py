@@ -14,10 +14,10 @@ from numpy.typing import ArrayLike
 from camsim.camera.frame import LARGEST_CODE, codes_of
 from camsim.core.arrays import F64, U8, U16
 from camsim.core.calls import in_words
-from camsim.core.errors import InvalidValueError, OutputError, did_you_mean
 from camsim.core.number_kinds import array_of
 from camsim.core.typed import FilePath, check, check_truths
 from camsim.core.words import displayed
+from camsim.errors import InvalidValueError, OutputError, did_you_mean
 from camsim.files.atomic import replacing
 from camsim.files.describe import canonical
 from camsim.files.dng_image import Image, LosslessTiles, Strip

@@ -8,7 +8,7 @@ import math
 from collections.abc import Iterable
 from pathlib import Path
 
-from camsim.core.errors import InputError
+from camsim.errors import InputError
 from camsim.files.reading import opened
 
 HEADS = ("row", "col", "e_per_s")

@@ -8,7 +8,7 @@ from typing import Any, BinaryIO
 import numpy as np
 import numpy.typing as npt
 
-from camsim.core.errors import InputError, in_brief
+from camsim.errors import InputError, in_brief
 from camsim.files.limits import refuse_bomb
 
 MAGIC = b"\xff\xd8"

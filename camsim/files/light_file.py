@@ -10,9 +10,9 @@ import numpy as np
 
 from camsim.camera.given_light import RELATIVE, GivenLight, Unit
 from camsim.core.calls import in_words
-from camsim.core.errors import CamsimError, InputError, InvalidValueError
 from camsim.core.typed import FilePath, Number, Several, Whole, check
 from camsim.core.words import either
+from camsim.errors import CamsimError, InputError, InvalidValueError
 from camsim.files.picture_samples import Read, read_samples
 from camsim.files.reading import opened
 

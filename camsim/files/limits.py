@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from camsim.core.errors import InputError
+from camsim.errors import InputError
 
 MOST_UNPACKED_BYTES = 256 << 20
 """Unpacked size allowed for a file of any size: 128 megapixels of 16 bits."""

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 import scipy
 
-from camsim.core.errors import InputError, in_brief
+from camsim.errors import InputError, in_brief
 from camsim.files.limits import refuse_bomb, refuse_many
 from camsim.files.which_image import image_array
 

@@ -11,7 +11,7 @@ from typing import Any, BinaryIO
 import numpy as np
 import numpy.typing as npt
 
-from camsim.core.errors import InputError
+from camsim.errors import InputError
 
 MAGIC = b"\x93NUMPY"
 

@@ -13,7 +13,7 @@ from typing import Any, BinaryIO
 import numpy as np
 import numpy.typing as npt
 
-from camsim.core.errors import InputError, did_you_mean, in_brief
+from camsim.errors import InputError, did_you_mean, in_brief
 from camsim.files.limits import refuse_bomb
 from camsim.files.npy_reader import Header, read_header
 

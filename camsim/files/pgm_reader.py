@@ -8,7 +8,7 @@ from typing import Any, BinaryIO
 import numpy as np
 import numpy.typing as npt
 
-from camsim.core.errors import InputError
+from camsim.errors import InputError
 from camsim.files.limits import refuse_bomb
 
 _HEADER = re.compile(rb"(P[25])" + 3 * rb"(?:\s|#[^\n]*\n)+(\d{1,9})" + rb"(?:#[^\n]*\n|\s)")

@@ -11,8 +11,8 @@ import numpy.typing as npt
 
 from camsim.core.arrays import F64
 from camsim.core.calls import in_words
-from camsim.core.errors import CamsimError, InputError, InvalidValueError
 from camsim.core.typed import FilePath, NonNegative, Number, Place, Positive, Several, check
+from camsim.errors import CamsimError, InputError, InvalidValueError
 from camsim.files.picture_samples import Read, read_samples
 from camsim.files.reading import opened
 from camsim.scene import Picture

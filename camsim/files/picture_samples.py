@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from camsim.core.arrays import F64
-from camsim.core.errors import InputError, InvalidValueError
+from camsim.errors import InputError, InvalidValueError
 from camsim.files import exr_reader, jpeg_reader, npy_reader, npz_reader, png_reader
 from camsim.files.envi_reader import SUFFIXES as ENVI_SUFFIXES
 from camsim.files.envi_reader import read_cube

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from camsim.core.arrays import F32
-from camsim.core.errors import OutputError
+from camsim.errors import OutputError
 from camsim.files.atomic import replacing
 from camsim.files.exr_stream import write_exr
 from camsim.files.npy import write_array

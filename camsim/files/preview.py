@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from camsim.camera.frame import Frame
 from camsim.core.arrays import F32, F64, U8, U16
-from camsim.core.errors import CamsimError
+from camsim.errors import CamsimError
 from camsim.sensor.cfa import filters_of
 from camsim.sensor.colour_matrix import XYZ_D50, as_shot_neutral, fit_for_development
 

@@ -18,7 +18,7 @@ from xml.parsers import expat
 import numpy as np
 import numpy.typing as npt
 
-from camsim.core.errors import InputError, in_brief
+from camsim.errors import InputError, in_brief
 from camsim.files import exr_reader, npz_reader, png_reader, tiff_reader
 from camsim.files.describe import XMP_NAMESPACE
 from camsim.files.npz import RECORD_NAME

@@ -11,8 +11,8 @@ from typing import Any
 
 from camsim.camera.frame import check_products
 from camsim.core.arrays import I64
-from camsim.core.errors import CamsimError, InputError, InvalidValueError
 from camsim.core.typed import hints, validate
+from camsim.errors import CamsimError, InputError, InvalidValueError
 from camsim.files.describe import RECORD_FORMAT, checksum
 from camsim.sensor.adc import full_codes
 from camsim.sensor.companding import are_points

@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from camsim.core.errors import InputError, in_brief
+from camsim.errors import InputError, in_brief
 from camsim.files.jpeg_reader import frame_header
 from camsim.files.limits import refuse_bomb
 from camsim.files.tiff_reader import COMPRESSION, IMAGE_LENGTH, IMAGE_WIDTH, TILE_OFFSETS, Directory

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import BinaryIO, Literal
 
-from camsim.core.errors import InputError
+from camsim.errors import InputError
 
 SUBFILE_TYPE, IMAGE_WIDTH, IMAGE_LENGTH, IMAGE_DESCRIPTION = 254, 256, 257, 270
 COMPRESSION, LOSSLESS_JPEG = 259, 7

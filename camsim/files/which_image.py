@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Iterable, Mapping
 
-from camsim.core.errors import InputError, InvalidValueError
+from camsim.errors import InputError, InvalidValueError
 
 _SPECTRAL = re.compile(r"^(?:(.*?)\.)??((?:w|S0\.|T\.)?(\d+(?:[.,]\d+)?) ?nm)$")
 """Channels of Fichet's layout (S0.550,000000nm, T.550,000000nm) and others such as w550nm and 550nm, in any layer."""

@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from camsim.core.arrays import F64
-from camsim.core.errors import InvalidValueError
+from camsim.errors import InvalidValueError
 
 DISTANCES_PICTURE_HEIGHTS = (1.0, 2.0, 4.0)
 """Viewing distances in reports."""

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from camsim.core.arrays import F32
-from camsim.core.errors import InputError
+from camsim.errors import InputError
 from camsim.files.picture_samples import read_samples
 from camsim.files.reading import opened
 from camsim.measure.noise.shots import codes_of

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from camsim.core.arrays import F64
-from camsim.core.errors import InputError
+from camsim.errors import InputError
 from camsim.files.full_scale import largest_sample
 from camsim.files.tiff_image import LINEAR_RAW, MOSAIC, NotReadError, bits_per_sample, photometric, read_image
 from camsim.files.tiff_reader import (

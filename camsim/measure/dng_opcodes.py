@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from camsim.core.arrays import F64
-from camsim.core.errors import InputError
+from camsim.errors import InputError
 from camsim.files.tiff_reader import Directory
 
 _LISTS = {1: 51008, 2: 51009, 3: 51022}

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from camsim.core.errors import InvalidValueError
+from camsim.errors import InvalidValueError
 from camsim.sensor.cfa import BAYER, PATTERNS
 
 

@@ -11,7 +11,7 @@ import numpy.typing as npt
 import scipy
 
 from camsim.core.arrays import F64
-from camsim.core.errors import UnsupportedError
+from camsim.errors import UnsupportedError
 from camsim.measure.geometry import Roi
 from camsim.measure.grow import grow
 from camsim.measure.picture import LARGEST_SIGNAL, Picture, Plane

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from camsim.core.arrays import F64
-from camsim.core.errors import UnsupportedError
+from camsim.errors import UnsupportedError
 from camsim.measure import spline
 from camsim.measure.direction import Near, direction_error_rad
 from camsim.measure.geometry import EdgeLine, longest_gap

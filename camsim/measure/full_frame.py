@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
 from camsim.camera.window import Region, grid_of
-from camsim.core.errors import CamsimError
 from camsim.core.typed import known_name
+from camsim.errors import CamsimError
 
 Unit: TypeAlias = Literal["cycles/px", "lp/mm", "lw/ph"]
 

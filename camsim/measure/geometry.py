@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from camsim.core.arrays import F64
-from camsim.core.errors import InvalidValueError
 from camsim.core.typed import check, validate
+from camsim.errors import InvalidValueError
 
 
 @dataclass(frozen=True, slots=True)

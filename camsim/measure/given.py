@@ -9,8 +9,8 @@ import numpy as np
 from camsim.camera.capture import Capture
 from camsim.camera.frame import Frame
 from camsim.core.annotations import Called
-from camsim.core.errors import UnsupportedError
 from camsim.core.typed import check
+from camsim.errors import UnsupportedError
 from camsim.measure.picture import Picture
 
 _ARRAY = Annotated[np.ndarray, Called("an array")]
@@ -30,7 +30,7 @@ def check_given(**given: Any) -> None:
     >>> check_given(capture="slanted-edge")
     Traceback (most recent call last):
         ...
-    camsim.core.errors.InvalidValueError: capture: must be a Capture, not 'slanted-edge'; camsim.load of a scene \
+    camsim.errors.InvalidValueError: capture: must be a Capture, not 'slanted-edge'; camsim.load of a scene \
 gives one
     """
     for name, value in given.items():

@@ -14,7 +14,7 @@ import numpy as np
 from camsim.camera.body import Body
 from camsim.camera.capture import Capture
 from camsim.core.arrays import F64
-from camsim.core.errors import UnsupportedError
+from camsim.errors import UnsupportedError
 from camsim.measure.neighbours import neighbours
 from camsim.optics import OpticalSystem
 from camsim.optics.protocols import Varies

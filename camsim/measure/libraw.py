@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from camsim.core.errors import InputError, in_brief
+from camsim.errors import InputError, in_brief
 from camsim.files.exif import in_exif
 from camsim.files.limits import refuse_bomb
 from camsim.files.reading import opened

@@ -11,8 +11,8 @@ import numpy.typing as npt
 import scipy
 
 from camsim.core.arrays import F64
-from camsim.core.errors import UnsupportedError
 from camsim.core.words import percent
+from camsim.errors import UnsupportedError
 from camsim.measure.geometry import EdgeLine, Roi
 
 LEAST_CONTRAST = 0.05

@@ -6,8 +6,8 @@ import functools
 from collections.abc import Callable, Sequence
 from typing import TypeAlias
 
-from camsim.core.errors import UnsupportedError
 from camsim.core.typed import check
+from camsim.errors import UnsupportedError
 from camsim.measure.find import find_edges
 from camsim.measure.geometry import Roi
 from camsim.measure.given import check_given

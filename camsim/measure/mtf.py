@@ -11,10 +11,10 @@ import numpy as np
 
 from camsim.core.arrays import C128, F64
 from camsim.core.cores import one_blas_thread
-from camsim.core.errors import UnsupportedError
 from camsim.core.note import Note
 from camsim.core.typed import check
 from camsim.core.words import percent
+from camsim.errors import UnsupportedError
 from camsim.measure import spline
 from camsim.measure.crossings import errors_of, falls_to, limit, rise_of
 from camsim.measure.fit import EdgeFit, fit_edge

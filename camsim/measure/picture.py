@@ -13,10 +13,10 @@ import numpy.typing as npt
 import scipy
 
 from camsim.core.arrays import F64
-from camsim.core.errors import InvalidValueError, UnknownNameError
 from camsim.core.number_kinds import array_of
 from camsim.core.typed import Count, Index, Positive, check
 from camsim.core.words import displayed
+from camsim.errors import InvalidValueError, UnknownNameError
 from camsim.measure.full_frame import FullFrame
 from camsim.measure.geometry import Roi
 from camsim.measure.libraw import Noted

@@ -17,8 +17,8 @@ import numpy.typing as npt
 
 from camsim.camera.frame import Frame
 from camsim.core.arrays import F64
-from camsim.core.errors import InputError, InvalidValueError
 from camsim.core.typed import FilePath, check
+from camsim.errors import InputError, InvalidValueError
 from camsim.files import exr_reader, jpeg_reader, npy_reader, npz_reader, pgm_reader, png_reader
 from camsim.files.exif import setting_noted
 from camsim.files.full_scale import largest_sample, opaque, refuse_transparent

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from camsim.core.errors import UnsupportedError
+from camsim.errors import UnsupportedError
 from camsim.measure.geometry import EdgeLine
 from camsim.measure.picture import Channel
 

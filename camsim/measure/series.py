@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import PurePath
 from typing import Any, TypeAlias
 
-from camsim.core.errors import InvalidValueError, UnknownNameError, UnsupportedError
 from camsim.core.typed import check
+from camsim.errors import InvalidValueError, UnknownNameError, UnsupportedError
 from camsim.measure.result import MtfReport
 
 Value: TypeAlias = float | str | bool | None

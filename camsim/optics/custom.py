@@ -10,9 +10,9 @@ import numpy as np
 
 from camsim.core.arrays import F64
 from camsim.core.custom import check_described, is_custom, refused
-from camsim.core.errors import CamsimError, InvalidValueError
 from camsim.core.typed import NonNegative, Positive, check
 from camsim.core.words import both, displayed
+from camsim.errors import CamsimError, InvalidValueError
 from camsim.numerics.quadrature import GOLDEN
 from camsim.optics.protocols import Illuminates, KnowsOpening, OpticalStage, PhotositeShape, Varies
 from camsim.spectra.curve import Transmission

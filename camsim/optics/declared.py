@@ -16,8 +16,8 @@ import scipy
 
 from camsim.core.arrays import F64
 from camsim.core.custom import is_custom, refused
-from camsim.core.errors import CamsimError
 from camsim.core.typed import NonNegative, Positive, check
+from camsim.errors import CamsimError
 from camsim.numerics.quadrature import gauss_legendre
 from camsim.optics.custom import check_extent, disc_of_frequencies
 from camsim.optics.pattern import Pattern

@@ -11,7 +11,7 @@ import numpy as np
 import scipy
 
 from camsim.core.arrays import C128, F64
-from camsim.core.errors import UnsupportedError
+from camsim.errors import UnsupportedError
 from camsim.optics.airy import NM_PER_UM, Airy
 from camsim.optics.annular import AnnularAiry
 from camsim.optics.pupil import Pupil

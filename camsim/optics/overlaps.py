@@ -10,9 +10,9 @@ from typing import Protocol
 import numpy as np
 
 from camsim.core.arrays import C128, F64, I64
-from camsim.core.errors import UnsupportedError
 from camsim.core.kernels import kernel, shared
 from camsim.core.kernels.turning import turned
+from camsim.errors import UnsupportedError
 from camsim.numerics.quadrature import gauss_legendre
 from camsim.optics.pupil import Pupil
 

@@ -17,8 +17,8 @@ from annotated_types import Ge, Le
 
 from camsim.core.annotations import After
 from camsim.core.arrays import F64
-from camsim.core.errors import InvalidValueError
 from camsim.core.typed import Number, Whole, refusal, validate
+from camsim.errors import InvalidValueError
 from camsim.numerics.quadrature import even_rule
 
 MOST_BLADES = 64

@@ -12,8 +12,8 @@ import numpy as np
 
 from camsim.core.arrays import F64
 from camsim.core.custom import is_custom
-from camsim.core.errors import UnsupportedError
 from camsim.core.typed import check
+from camsim.errors import UnsupportedError
 from camsim.optics.photosite import SquarePhotosite
 from camsim.optics.protocols import (
     KnowsBlur,

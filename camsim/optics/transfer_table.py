@@ -17,7 +17,7 @@ import numpy as np
 
 from camsim.core.arrays import C128, F64, I64
 from camsim.core.cached import cached_property
-from camsim.core.errors import UnsupportedError
+from camsim.errors import UnsupportedError
 from camsim.numerics.matrix_products import product
 from camsim.numerics.quadrature import chebyshev, interpolation
 from camsim.optics.of_pupil import OfPupil

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from camsim.core.errors import UnsupportedError
 from camsim.core.typed import known_name
+from camsim.errors import UnsupportedError
 from camsim.optics import RoundLens
 from camsim.rendering.boundary.engine import Boundary
 from camsim.rendering.direct.checks import Checks

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from camsim.core.arrays import F32, F64
-from camsim.core.errors import InvalidValueError, UnsupportedError
+from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.optics import OpticalSystem
 from camsim.rendering.grid import Grid
 from camsim.rendering.render import render_channels

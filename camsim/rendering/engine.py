@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from camsim.core.arrays import F64, I64, U8
-from camsim.core.errors import InvalidValueError
 from camsim.core.tiled import Channels
+from camsim.errors import InvalidValueError
 from camsim.rendering.job import Job
 from camsim.rendering.work import Work
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from camsim.core.arrays import F64
 from camsim.core.cached import cached_property
-from camsim.core.errors import UnsupportedError
+from camsim.errors import UnsupportedError
 from camsim.numerics.quadrature import gauss_legendre
 from camsim.optics import OpticalStage, OpticalSystem, RoundLens
 from camsim.optics.pattern import Pattern

@@ -10,7 +10,7 @@ import numpy as np
 
 from camsim.core.arrays import F64, I64
 from camsim.core.cached import cached_property
-from camsim.core.errors import UnsupportedError
+from camsim.errors import UnsupportedError
 from camsim.optics import OpticalSystem
 from camsim.optics.pattern import Pattern
 from camsim.rendering.bending import Bending

@@ -15,9 +15,9 @@ from annotated_types import MinLen
 
 from camsim.core.arrays import F64, U8
 from camsim.core.calls import in_words
-from camsim.core.errors import InvalidValueError
 from camsim.core.memory import too_large
 from camsim.core.typed import Number, Positive, Several, Whole, check, check_truths
+from camsim.errors import InvalidValueError
 from camsim.optics import OpticalStage, OpticalSystem
 from camsim.optics.custom import check_transfer
 from camsim.optics.declared import check_declared, check_lengths

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from camsim.core.arrays import F64, I64, U8
-from camsim.core.errors import AccuracyError
 from camsim.core.tiled import Channels, multiply
 from camsim.core.typed import check
+from camsim.errors import AccuracyError
 from camsim.rendering.auto import Choice, choose
 from camsim.rendering.direct.checks import Found
 from camsim.rendering.engine import Plan, Progress, share

@@ -6,7 +6,7 @@ Tables, tiles and boxes grow with either ratio; values beyond the limits suggest
 from __future__ import annotations
 
 from camsim.core.arrays import F64
-from camsim.core.errors import UnsupportedError
+from camsim.errors import UnsupportedError
 from camsim.optics import OpticalSystem
 from camsim.optics.protocols import KnowsBlur
 from camsim.rendering.grid import Grid
@@ -23,7 +23,7 @@ def check_scales(system: OpticalSystem, grid: Grid, wavelength_nm: F64) -> None:
     >>> check_scales(OpticalSystem(lens=Gaussian(sigma_um=1e-9)), Grid(rows=1, cols=1, pitch_um=4.0), np.ones(1))
     Traceback (most recent call last):
         ...
-    camsim.core.errors.UnsupportedError: lens: its pattern is 2.5e-10 pitches of 4 µm wide; 0.001 to 10000 are \
+    camsim.errors.UnsupportedError: lens: its pattern is 2.5e-10 pitches of 4 µm wide; 0.001 to 10000 are \
 rendered: look at the units of both
     """
     if isinstance(system.lens, KnowsBlur):

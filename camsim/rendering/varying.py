@@ -12,7 +12,7 @@ import numpy as np
 
 from camsim.core.arrays import F64, I64, U8
 from camsim.core.cached import cached_property
-from camsim.core.errors import InvalidValueError, UnsupportedError
+from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.optics import OpticalSystem
 from camsim.optics.of_pupil import OfPupil
 from camsim.optics.placed import PlacedLens, Revolves

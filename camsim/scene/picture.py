@@ -12,10 +12,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from camsim.core.annotations import After, Before, Called
 from camsim.core.arrays import F64
-from camsim.core.errors import InvalidValueError
 from camsim.core.number_kinds import array_of
 from camsim.core.typed import Fraction, Number, Place, Point, Positive, Several, check, refusal, validate
 from camsim.core.words import displayed
+from camsim.errors import InvalidValueError
 from camsim.scene.raster import Field, Interpolation, Raster
 from camsim.scene.shapes import Rectangle
 from camsim.spectra.component import Component

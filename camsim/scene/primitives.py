@@ -10,8 +10,8 @@ from typing import Any, ClassVar, Literal, NamedTuple, Protocol
 import numpy as np
 
 from camsim.core.arrays import F64, I64
-from camsim.core.errors import InvalidValueError
 from camsim.core.typed import refusal, validate
+from camsim.errors import InvalidValueError
 from camsim.numerics.rotations import cosine_and_sine
 from camsim.scene.curves import Curves
 from camsim.spectra.curve import Spectrum

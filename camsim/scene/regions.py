@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from camsim.core.arrays import F64, I64
-from camsim.core.errors import InvalidValueError
+from camsim.errors import InvalidValueError
 from camsim.scene.curves import cross
 from camsim.scene.primitives import FillRule
 

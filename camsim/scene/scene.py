@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 from camsim.core import notebook
 from camsim.core.arrays import F64
 from camsim.core.doors import above
-from camsim.core.errors import InvalidValueError
 from camsim.core.typed import refusal, validate
 from camsim.core.words import brief
+from camsim.errors import InvalidValueError
 from camsim.scene.point_source import PointSource
 from camsim.scene.primitives import Shape, counted, numbered
 from camsim.scene.raster import Field

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from camsim.core.arrays import F64
-from camsim.core.errors import InvalidValueError
+from camsim.errors import InvalidValueError
 
 ROUGH_TURN = 2.0 * math.pi / 64.0
 """Turn of a side for display only, radians: it deviates by a thousandth of the radius."""

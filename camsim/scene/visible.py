@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from camsim.core.arrays import F64, I64
-from camsim.core.errors import InvalidValueError
+from camsim.errors import InvalidValueError
 from camsim.scene.outlines import Outlines, area_of
 from camsim.scene.primitives import Primitive
 from camsim.scene.regions import joined_areas, rings_of, without

@@ -11,10 +11,10 @@ from annotated_types import Ge, Le
 
 from camsim.core.annotations import Called
 from camsim.core.arrays import U8
-from camsim.core.errors import InvalidValueError, UnknownNameError
 from camsim.core.tiled import Tiled
 from camsim.core.typed import Several, Whole, check, refusal, validate
 from camsim.core.words import brief
+from camsim.errors import InvalidValueError, UnknownNameError
 
 _FIRST = "RGB"
 

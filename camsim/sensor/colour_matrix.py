@@ -15,7 +15,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from camsim.core.arrays import F64
-from camsim.core.errors import InvalidValueError, UnsupportedError
+from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.sensor.cfa import filters_of
 from camsim.sensor.exposure import electrons_per_reflectance
 from camsim.sensor.measured_matrix import MeasuredMatrix

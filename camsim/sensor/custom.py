@@ -12,9 +12,9 @@ from annotated_types import MinLen
 from camsim.core.annotations import Called
 from camsim.core.arrays import F64
 from camsim.core.custom import check_described, is_custom, refused
-from camsim.core.errors import InvalidValueError
 from camsim.core.typed import Index, NonNegative, check
 from camsim.core.words import displayed
+from camsim.errors import InvalidValueError
 from camsim.sensor.stage import CUSTOM_STREAMS, Context, ElectronicStage, Phase, streams_of
 
 KEY = "extra_stages"

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Annotated, Any, TypeAlias, TypedDict
 
 from camsim.core.annotations import Called
-from camsim.core.errors import InvalidValueError
 from camsim.core.typed import Several, validate
+from camsim.errors import InvalidValueError
 from camsim.sensor.custom import check_custom
 from camsim.sensor.stage import ElectronicStage
 from camsim.sensor.stages.blooming import Blooming

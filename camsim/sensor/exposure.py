@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from camsim.core.arrays import F64
-from camsim.core.errors import InvalidValueError
 from camsim.core.typed import LONGEST_S, SHORTEST_S, Celsius, Iso, Number, Seconds, refusal, validate
+from camsim.errors import InvalidValueError
 from camsim.sensor.quantum_efficiency import QuantumEfficiency
 from camsim.spectra.curve import Spectrum, spectrum_at
 from camsim.spectra.light import LightSamples, photons_per_um2_per_j_m2

@@ -12,9 +12,9 @@ from annotated_types import Gt, Le
 
 from camsim.core.annotations import Called
 from camsim.core.arrays import F64
-from camsim.core.errors import InvalidValueError
 from camsim.core.typed import Number, refusal, validate
 from camsim.core.words import brief
+from camsim.errors import InvalidValueError
 from camsim.sensor.cfa import GREENS
 from camsim.spectra.curve import Curve
 from camsim.spectra.light import LIGHT_SPEED_M_PER_S, PLANCK_J_S

@@ -12,7 +12,7 @@ import threading
 import numpy as np
 
 from camsim.core.arrays import F32
-from camsim.core.errors import InvalidValueError
+from camsim.errors import InvalidValueError
 
 BLOCK_ROWS = 64
 _AT_ONCE = 1 << 18  # normals that fit in a processor's cache

@@ -11,7 +11,7 @@ from itertools import takewhile
 from pathlib import Path
 from typing import NoReturn, TypeAlias
 
-from camsim.core.errors import InputError, InvalidValueError, did_you_mean
+from camsim.errors import InputError, InvalidValueError, did_you_mean
 from camsim.spectra import csv_header
 
 Column: TypeAlias = str | int

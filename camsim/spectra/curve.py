@@ -15,9 +15,9 @@ from annotated_types import Ge, Le
 from camsim.core import notebook
 from camsim.core.annotations import After, Called, Hinted
 from camsim.core.arrays import F64
-from camsim.core.errors import InvalidValueError
 from camsim.core.typed import Count, Fraction, NonNegative, Number, Positive, Several, check, validate
 from camsim.core.words import LIGHT_NM, brief, wavelength_hint
+from camsim.errors import InvalidValueError
 from camsim.spectra.csv_table import Column, read_points
 
 Wavelength: TypeAlias = Annotated[float, Ge(LIGHT_NM[0]), Le(LIGHT_NM[1]), Hinted(wavelength_hint)]

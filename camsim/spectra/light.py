@@ -14,9 +14,9 @@ from annotated_types import Ge, Le
 
 from camsim.core.annotations import After
 from camsim.core.arrays import F64
-from camsim.core.errors import InvalidValueError, UnknownNameError
 from camsim.core.typed import NonNegative, Number, Positive, refusal, validate
 from camsim.core.words import LIGHT_NM, brief, either, percent, wavelength_hint
+from camsim.errors import InvalidValueError, UnknownNameError
 from camsim.spectra.curve import Curve, Spectrum
 from camsim.spectra.integral import nodes_between
 from camsim.spectra.named import illuminant, photopic_observer

@@ -13,8 +13,8 @@ from typing import Any, Literal, TypeVar
 import numpy as np
 
 from camsim.core.arrays import F64
-from camsim.core.errors import UnknownNameError
 from camsim.core.typed import check
+from camsim.errors import UnknownNameError
 from camsim.spectra.cached import cached
 from camsim.spectra.colour_science import colour_science
 from camsim.spectra.curve import Curve

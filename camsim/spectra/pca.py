@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camsim.core.arrays import F64
-from camsim.core.errors import InvalidValueError
 from camsim.core.words import LIGHT_NM
+from camsim.errors import InvalidValueError
 from camsim.spectra.component import Component
 from camsim.spectra.curve import ends_where_no_light_is
 

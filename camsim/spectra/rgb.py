@@ -12,8 +12,8 @@ from annotated_types import Ge, Le
 from numpy.typing import NDArray
 
 from camsim.core.arrays import F64
-from camsim.core.errors import InvalidValueError
 from camsim.core.typed import Number, check
+from camsim.errors import InvalidValueError
 from camsim.spectra.cached import cached
 from camsim.spectra.colour_science import colour_science
 from camsim.spectra.curve import Curve, Spectrum

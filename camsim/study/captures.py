@@ -14,7 +14,7 @@ from camsim.api import Exposed, load_any
 from camsim.camera.frame import Product
 from camsim.camera.given_light import GivenLight
 from camsim.camera.shot import Shot
-from camsim.core.errors import ConfigError, Fault
+from camsim.errors import ConfigError, Fault
 from camsim.files.describe import canonical, software
 from camsim.scene import Scene
 from camsim.study.study import MOST_POINTS, Point, Study, V

@@ -11,7 +11,7 @@ import numpy as np
 from camsim.api import Exposed
 from camsim.camera.frame import Frame
 from camsim.camera.shot import Shot
-from camsim.core.errors import UnsupportedError
+from camsim.errors import UnsupportedError
 from camsim.measure import CameraOtf, measure_mtf, picture_of_frame
 from camsim.measure.target.moire import measure_moire
 from camsim.sensor.adc import full_codes

@@ -21,9 +21,9 @@ from camsim.config import schema
 from camsim.config.schema.study import LIGHT_FILE
 from camsim.core.arrays import F32
 from camsim.core.calls import in_words
-from camsim.core.errors import InputError, InvalidValueError
 from camsim.core.note import Note
 from camsim.core.typed import FilePath, check
+from camsim.errors import InputError, InvalidValueError
 from camsim.rendering.running import to_nobody
 from camsim.scene.raster import Raster
 from camsim.study import engines

@@ -15,9 +15,9 @@ from typing import Any, Protocol, TypeAlias
 import psutil
 
 from camsim.core.cores import cores
-from camsim.core.errors import CamsimError, InvalidValueError
 from camsim.core.kernels import use_one_thread
 from camsim.core.typed import check
+from camsim.errors import CamsimError, InvalidValueError
 from camsim.files.describe import software
 from camsim.study.manifest import Results
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from camsim.core.errors import OutputError
+from camsim.errors import OutputError
 from camsim.files.atomic import reason
 from camsim.study.captures import Progress
 from camsim.study.manifest import (

@@ -11,7 +11,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from camsim.core.errors import OutputError
+from camsim.errors import OutputError
 from camsim.files.atomic import reason, write_whole
 
 Row: TypeAlias = dict[str, Any]

@@ -11,8 +11,8 @@ import numpy as np
 
 from camsim.config.tree import KeyPath, dotted
 from camsim.config.yaml_source import MAX_DEPTH
-from camsim.core.errors import ConfigError, Fault
 from camsim.core.words import displayed
+from camsim.errors import ConfigError, Fault
 
 
 def plain(value: Any, kind: str, path: KeyPath = ()) -> Any:

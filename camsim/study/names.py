@@ -11,7 +11,7 @@ from pathlib import PurePosixPath
 from typing import Any
 
 from camsim.camera.frame import Product
-from camsim.core.errors import InvalidValueError
+from camsim.errors import InvalidValueError
 from camsim.files import check_output
 from camsim.files.naming import split_product
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from camsim.api import Exposed
 from camsim.camera.frame import Frame, Product
-from camsim.core.errors import UnsupportedError
+from camsim.errors import UnsupportedError
 from camsim.files.atomic import replacing
 from camsim.sensor.colour_matrix import as_shot_neutral, fit
 from camsim.sensor.stages.column_noise import ColumnNoise

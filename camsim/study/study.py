@@ -17,8 +17,8 @@ from camsim.config.schema.study import LIGHT_FILE
 from camsim.config.tree import Document, KeyPath
 from camsim.config.validated import Validated
 from camsim.config.yaml_text import yaml_text
-from camsim.core.errors import CamsimError, ConfigError, Fault, UnknownNameError
 from camsim.core.typed import FilePath, check
+from camsim.errors import CamsimError, ConfigError, Fault, UnknownNameError
 from camsim.study.mapping import plain
 from camsim.study.names import Template, columns_of, field_of
 from camsim.study.values import drawn, is_drawn, listed

@@ -11,8 +11,8 @@ from pathlib import Path
 from camsim.api import Exposed
 from camsim.config import schema
 from camsim.core.calls import in_words
-from camsim.core.errors import InvalidValueError
 from camsim.core.typed import FilePath, check
+from camsim.errors import InvalidValueError
 from camsim.files.describe import software
 from camsim.rendering.running import to_nobody
 from camsim.study import engines

@@ -13,7 +13,7 @@ from camsim.camera.capture import Capture
 from camsim.camera.frame import Frame, Product
 from camsim.camera.optical_image import OpticalImage
 from camsim.camera.shot import Shot
-from camsim.core.errors import CamsimError
+from camsim.errors import CamsimError
 from camsim.files import save
 from camsim.files.describe import software
 from camsim.study.columns import measured

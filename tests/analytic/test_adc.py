@@ -7,7 +7,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from camsim.core.errors import InvalidValueError
+from camsim.errors import InvalidValueError
 from camsim.sensor.adc import Adc
 
 

@@ -13,7 +13,7 @@ import pytest
 from PIL import Image
 
 import camsim
-from camsim.core.errors import InvalidValueError, UnknownNameError
+from camsim.errors import InvalidValueError, UnknownNameError
 from camsim.files.png import picture
 from camsim.files.preview import develop
 

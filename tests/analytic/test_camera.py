@@ -12,7 +12,7 @@ from electronics import EVERY as EXAMPLES
 
 import camsim
 from camsim.config.from_record import stages_from_record
-from camsim.core.errors import InvalidValueError
+from camsim.errors import InvalidValueError
 from camsim.files.preview import develop
 from camsim.sensor.colour_matrix import as_shot_neutral
 

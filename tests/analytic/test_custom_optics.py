@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import camsim
-from camsim.core.errors import InvalidValueError
+from camsim.errors import InvalidValueError
 
 AIRY, SQUARE = camsim.Airy(f_number=8.0), camsim.SquarePhotosite(side_um=4.0)
 FASTER = camsim.Airy(f_number=4.0)

@@ -15,7 +15,7 @@ from tolerances import STATISTICAL
 import camsim
 from camsim.cli.info import text_of_file
 from camsim.config.from_record import capture_from_record
-from camsim.core.errors import InputError, InvalidValueError
+from camsim.errors import InputError, InvalidValueError
 
 TELEGRAPH = Telegraph(probability=0.1, step_e=50.0)
 HOW = {
@@ -127,7 +127,7 @@ def test_fields_are_what_a_record_can_hold(value, message, tmp_path):
 
 def test_no_record_is_written_that_is_no_json(tmp_path):
     frame = camera_with().expose(GREY, **SMALL)
-    with pytest.raises(camsim.core.errors.OutputError, match="holds a number that is not finite"):
+    with pytest.raises(camsim.errors.OutputError, match="holds a number that is not finite"):
         replace(frame, description={"tau_s": np.inf}).save(tmp_path / "a.npz")
     assert not list(tmp_path.iterdir())
 

@@ -18,7 +18,7 @@ from PIL import Image
 from truth.coverage import coverage
 
 import camsim
-from camsim.core.errors import CamsimError
+from camsim.errors import CamsimError
 from camsim.scene import arrange, flattened
 from camsim.scene.svg import read_svg
 from camsim.spectra.curve import spectrum_at

@@ -5,8 +5,8 @@ import pytest
 import scipy.special
 
 import camsim
-from camsim.core.errors import InvalidValueError
 from camsim.core.kernels.counts import fill_counts
+from camsim.errors import InvalidValueError
 from camsim.spectra.rgb import reflectance_of_rgb
 
 MONO = camsim.Sensor.from_yaml("mono-345")
@@ -129,7 +129,7 @@ def test_codes_of_a_picture_taken_as_reflectances_are_said():
     codes = np.random.default_rng(1).integers(0, 256, (8, 9, 3)).astype(np.uint8)
     for given, said in ((codes, True), (codes / 255, True), (codes.astype(np.float32) / 254.3, False)):
         notes = BAYER.expose(given, unit="reflectance", exposure=HOW).report.notes
-        assert any("(--as srgb)" in note.text for note in notes) == said
+        assert any(note.code == "codes-as-light" for note in notes) == said
 
 
 @pytest.mark.parametrize(

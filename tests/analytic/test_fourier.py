@@ -8,7 +8,7 @@ import pytest
 from tolerances import ROUNDING
 
 import camsim
-from camsim.core.errors import InvalidValueError, UnsupportedError
+from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.optics import OpticalSystem
 from camsim.rendering import render_channels
 from camsim.rendering.render import plan_render

@@ -11,7 +11,7 @@ from truth import samples as truth
 from truth.closed_forms import grating_contrast
 
 import camsim
-from camsim.core.errors import InvalidValueError
+from camsim.errors import InvalidValueError
 
 PITCH_UM, NM = 4.0, 500.0
 OPTICS = [camsim.Airy(f_number=8.0), camsim.FourSpotOlpf(split_um=3.0), camsim.SquarePhotosite(side_um=PITCH_UM)]

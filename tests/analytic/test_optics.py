@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import integrate, special
 
-from camsim.core.errors import UnsupportedError
+from camsim.errors import UnsupportedError
 from camsim.optics import (
     Airy,
     AnnularAiry,

@@ -10,7 +10,7 @@ from examples import worst
 from truth.round_lenses import Airy
 
 import camsim
-from camsim.core.errors import CamsimError
+from camsim.errors import CamsimError
 
 PITCH_UM, NM, ROWS, COLS = 4.0, 550.0, 30, 41
 GRID = camsim.Grid(rows=ROWS, cols=COLS, pitch_um=PITCH_UM)

@@ -14,7 +14,7 @@ import scipy.interpolate
 
 from camsim.api import load_camera
 from camsim.config.library import shipped
-from camsim.core.errors import InvalidValueError, UnknownNameError
+from camsim.errors import InvalidValueError, UnknownNameError
 from camsim.optics import Airy
 from camsim.sensor.adc import Adc
 from camsim.sensor.exposure import (

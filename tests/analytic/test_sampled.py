@@ -6,7 +6,7 @@ import shapely
 from scipy.special import ndtr
 
 import camsim
-from camsim.core.errors import UnknownNameError, UnsupportedError
+from camsim.errors import UnknownNameError, UnsupportedError
 
 GRID = camsim.Grid(rows=14, cols=17, pitch_um=1.0)
 OUTLINE = [(-5.3, -4.1), (3.9, -3.2), (1.2, 4.4), (-0.5, 0.3)]

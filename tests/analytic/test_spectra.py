@@ -8,7 +8,7 @@ import sys
 import numpy as np
 import pytest
 
-from camsim.core.errors import InvalidValueError, UnknownNameError
+from camsim.errors import InvalidValueError, UnknownNameError
 from camsim.sensor.quantum_efficiency import QuantumEfficiency
 from camsim.spectra import pca
 from camsim.spectra.curve import Curve, spectrum_at

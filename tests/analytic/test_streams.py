@@ -12,7 +12,7 @@ from electronics import context, recorded
 from tolerances import STATISTICAL
 
 from camsim import ColumnNoise, DarkCurrent, Dsnu, FullWell, Prnu, ReadNoise, ShotNoise
-from camsim.core.errors import InvalidValueError
+from camsim.errors import InvalidValueError
 from camsim.sensor.stage import streams_of
 from camsim.sensor.stages.column_noise import column_normals
 from camsim.sensor.streams import fixed_normals, generator

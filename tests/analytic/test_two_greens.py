@@ -9,7 +9,7 @@ import pytest
 import rawpy
 
 import camsim
-from camsim.core.errors import CamsimError
+from camsim.errors import CamsimError
 from camsim.files.preview import develop
 
 NM = (400.0, 500.0, 600.0, 700.0)

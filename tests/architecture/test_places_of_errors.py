@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import camsim
-from camsim.core.errors import CamsimError, UnknownNameError
+from camsim.errors import CamsimError, UnknownNameError
 
 SOURCES = sorted(Path(camsim.__file__).parent.rglob("*.py"))
 PLACED = {"InvalidValueError", "UnsupportedError"}

@@ -9,7 +9,7 @@ import warnings
 import numpy as np
 from numba.core.compiler_lock import global_compiler_lock
 
-from camsim.core.errors import AccuracyError, InvalidValueError, UnsupportedError
+from camsim.errors import AccuracyError, InvalidValueError, UnsupportedError
 from tests.attack import systems
 from tests.attack.draw import draw
 from tests.truth import field_lens

@@ -12,7 +12,7 @@ from camsim.bench.settings import METHODS
 from camsim.bench.window import busiest
 from camsim.bench.words import words_of_point, words_of_truths
 from camsim.camera.window import Region
-from camsim.core.errors import UnsupportedError
+from camsim.errors import UnsupportedError
 from tests.cli.conftest import SCENE
 from tests.truth.lattice import Lens, window_truths
 

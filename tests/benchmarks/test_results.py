@@ -6,7 +6,7 @@ import pytest
 
 from bench.results import read_results
 from camsim.bench.records import rounded
-from camsim.core.errors import InputError
+from camsim.errors import InputError
 
 from .lines import head
 

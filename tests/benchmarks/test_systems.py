@@ -8,7 +8,7 @@ import shapely
 
 from bench.paper import cases
 from bench.paper.peers import PEERS, Peer, installed_peers
-from camsim.core.errors import UnknownNameError, UnsupportedError
+from camsim.errors import UnknownNameError, UnsupportedError
 from camsim.scene import flattened
 
 

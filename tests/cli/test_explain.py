@@ -12,7 +12,7 @@ import pytest
 from camsim import capture, files
 from camsim.camera.frame import Frame
 from camsim.cli import pairs, plot_mtf_map
-from camsim.core.errors import InvalidValueError, OutputError
+from camsim.errors import InvalidValueError, OutputError
 from camsim.files import save
 
 from .conftest import Run, run_camsim

@@ -38,15 +38,13 @@ def test_a_lens_file_lies_beside_its_scene(tmp_path) -> None:
         f_number=4, wavelength_nm=[550], height_um=[0, 9000], zernike=[4], waves=[[[0], [0.2]]], focus_um=20
     )
     (tmp_path / "own.yaml").write_text(LENS.replace("[0, 9000]", "[0, 0]"), encoding="utf-8")
-    with pytest.raises(
-        camsim.core.errors.ConfigError, match=r"own\.yaml:5:12: height_um: \[0\.0, 0\.0\]; must increase"
-    ):
+    with pytest.raises(camsim.errors.ConfigError, match=r"own\.yaml:5:12: height_um: \[0\.0, 0\.0\]; must increase"):
         load(scene)
     (tmp_path / "own.yaml").write_text(LENS.replace("zernike:", "zernikes:"), encoding="utf-8")
-    with pytest.raises(camsim.core.errors.ConfigError, match=r"own\.yaml:6:1: zernikes: unknown key"):
+    with pytest.raises(camsim.errors.ConfigError, match=r"own\.yaml:6:1: zernikes: unknown key"):
         load(scene)
     scene.write_text(text.replace("double-gauss", "double-gaus"), encoding="utf-8")
-    with pytest.raises(camsim.core.errors.ConfigError, match="unknown lens 'double-gaus'; did you mean 'double-gauss'"):
+    with pytest.raises(camsim.errors.ConfigError, match="unknown lens 'double-gaus'; did you mean 'double-gauss'"):
         load(scene)
 
 
@@ -54,9 +52,7 @@ def test_what_a_lens_does_over_the_frame_is_drawn() -> None:
     capture = load("field-lens")
     assert draw(capture, "field", "plot.png").startswith(PNG)
     assert draw(capture, "psf", "plot.png", (-3300.0, -2700.0)).startswith(PNG)
-    with pytest.raises(
-        camsim.core.errors.CamsimError, match="lies 30000 µm from the axis; the lens's image circle ends at"
-    ):
+    with pytest.raises(camsim.errors.CamsimError, match="lies 30000 µm from the axis; the lens's image circle ends at"):
         draw(capture, "psf", "plot.png", (30000.0, 0.0))
-    with pytest.raises(camsim.core.errors.CamsimError, match="the lens is Airy, the same all over the frame"):
+    with pytest.raises(camsim.errors.CamsimError, match="the lens is Airy, the same all over the frame"):
         draw(load("slanted-edge"), "field", "plot.png")

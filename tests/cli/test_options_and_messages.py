@@ -18,7 +18,7 @@ from camsim.cli.app import app
 from camsim.cli.explain_noise import background_e, noise_budget
 from camsim.cli.explain_plot import nyquists
 from camsim.cli.explain_spectra import draw_efficiency, draw_spectra
-from camsim.core.errors import CamsimError
+from camsim.errors import CamsimError
 from camsim.measure import CameraOtf, read_picture
 from camsim.sensor.cfa import Cfa
 

@@ -13,7 +13,7 @@ from types import SimpleNamespace
 import pytest
 
 import camsim
-from camsim.core.errors import CamsimError, InvalidValueError
+from camsim.errors import CamsimError, InvalidValueError
 from camsim.study import batches
 
 pytestmark = pytest.mark.clients

@@ -14,7 +14,7 @@ import yaml
 import camsim
 from camsim.config.lens_glass import by_name
 from camsim.config.lens_import import _prescription, _read, import_zemax
-from camsim.core.errors import InputError
+from camsim.errors import InputError
 
 pytestmark = pytest.mark.clients
 pytest.importorskip("optiland", reason="the extra lens is not installed")

@@ -12,7 +12,7 @@ import tifffile
 import camsim
 from camsim.api import load, load_camera
 from camsim.core import memory
-from camsim.core.errors import ConfigError
+from camsim.errors import ConfigError
 
 
 @pytest.mark.usefixtures("folder")

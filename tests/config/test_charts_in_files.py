@@ -4,7 +4,7 @@ import pytest
 
 import camsim
 from camsim.api import load
-from camsim.core.errors import ConfigError
+from camsim.errors import ConfigError
 
 HEAD = """\
 camsim: scene/1

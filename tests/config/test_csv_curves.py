@@ -11,7 +11,7 @@ import pytest
 import camsim
 from camsim.api import load
 from camsim.config.from_record import capture_from_record
-from camsim.core.errors import CamsimError, ConfigError
+from camsim.errors import CamsimError, ConfigError
 from camsim.files.reading import read_file
 
 POINTS = ((400.0, 550.5, 700.0), (0.1, 0.35, 0.2))

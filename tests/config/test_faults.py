@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from camsim.api import load
-from camsim.core.errors import ConfigError
+from camsim.errors import ConfigError
 
 from .conftest import wrong_files
 

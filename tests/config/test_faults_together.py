@@ -9,7 +9,7 @@ import pytest
 
 from camsim.api import load
 from camsim.config.tree import MOST_FAULTS, Document
-from camsim.core.errors import ConfigError, Fault
+from camsim.errors import ConfigError, Fault
 
 VALUES = """\
 null | true | 0 | -1 | 1e400 | .nan | [] | {} | [1, 2] | '' | auto | mono | disc | pixel |

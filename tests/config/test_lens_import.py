@@ -10,7 +10,7 @@ import pytest
 import camsim
 from camsim.config.lens_rays import Prescription, Surface
 from camsim.config.lens_tables import lens_file
-from camsim.core.errors import InputError
+from camsim.errors import InputError
 from tests.truth import lens_rays as truth
 
 PER_MM = np.array([10.0, 20.0, 40.0])

@@ -8,7 +8,7 @@ import pytest
 import camsim
 from camsim.api import load, load_camera
 from camsim.config import library
-from camsim.core.errors import CamsimError, ConfigError, UnknownNameError
+from camsim.errors import CamsimError, ConfigError, UnknownNameError
 from camsim.optics import Airy
 
 LENS = Airy(f_number=8.0)

@@ -19,7 +19,7 @@ import yaml
 from camsim.api import load
 from camsim.config.reference import examples
 from camsim.config.schema import SceneFile, SensorFile
-from camsim.core.errors import CamsimError
+from camsim.errors import CamsimError
 from camsim.rendering.scales import LEAST_BLUR, MOST_BLUR, check_scales
 from tests.blocks import SCENE, SENSOR
 

@@ -6,7 +6,7 @@ import pytest
 
 from camsim.api import load
 from camsim.camera.capture import Capture
-from camsim.core.errors import ConfigError
+from camsim.errors import ConfigError
 
 pytestmark = pytest.mark.usefixtures("folder")
 

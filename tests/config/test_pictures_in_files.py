@@ -9,7 +9,7 @@ import pytest
 
 import camsim
 from camsim.config.from_record import capture_from_record
-from camsim.core.errors import InputError
+from camsim.errors import InputError
 
 PICTURE = {"file": "photo.npy", "width": 30.0, "centre": [2.0, -1.0], "rotate_deg": 10.0, "scale": 0.5}
 

@@ -7,7 +7,7 @@ import pytest
 import camsim
 from camsim.api import load, load_camera
 from camsim.config.sensor_search import SensorSearch
-from camsim.core.errors import CamsimError, ConfigError
+from camsim.errors import CamsimError, ConfigError
 from camsim.optics import Airy
 
 from .conftest import SCENE, SENSOR

@@ -11,7 +11,7 @@ import yaml
 
 from camsim.config import yaml_source
 from camsim.config.scalars import resolve
-from camsim.core.errors import ConfigError
+from camsim.errors import ConfigError
 
 from .conftest import wrong_files
 

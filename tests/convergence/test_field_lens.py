@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import camsim
-from camsim.core.errors import InvalidValueError
+from camsim.errors import InvalidValueError
 from camsim.optics import FieldLens, OpticalSystem, Wavefront
 from camsim.rendering.bending import undistorted
 from camsim.rendering.render import render_channels
@@ -342,21 +342,19 @@ REFUSED = {
 @pytest.mark.parametrize("name", list(REFUSED))
 def test_what_is_no_lens_is_refused_in_a_sentence(name):
     wrong, message = REFUSED[name]
-    with pytest.raises(camsim.core.errors.CamsimError, match=f"^FieldLens.{message}"):
+    with pytest.raises(camsim.errors.CamsimError, match=f"^FieldLens.{message}"):
         revolved(**wrong)
 
 
 def test_what_a_lens_cannot_take_is_refused():
     scene = camsim.Scene(background=1.0, shapes=[camsim.Disc(radius_um=9.0, reflectance=0.0)])
     beyond = camsim.Grid(rows=2, cols=5200, pitch_um=PITCH_UM)
-    with pytest.raises(camsim.core.errors.CamsimError, match="image circle of 10 mm about the axis"):
+    with pytest.raises(camsim.errors.CamsimError, match="image circle of 10 mm about the axis"):
         rendered(revolved(), scene, beyond)
     two = revolved(wavelength_nm=[500.0, 600.0], waves=[[[0.0] * 3] * 4] * 2)
-    with pytest.raises(
-        camsim.core.errors.CamsimError, match="known from 500 to 600 nm, and light of 450 to 450 nm is seen"
-    ):
+    with pytest.raises(camsim.errors.CamsimError, match="known from 500 to 600 nm, and light of 450 to 450 nm is seen"):
         rendered(two, scene, window(), wavelength_nm=450.0)
-    with pytest.raises(camsim.core.errors.CamsimError, match="strips renders one pattern for all of the frame"):
+    with pytest.raises(camsim.errors.CamsimError, match="strips renders one pattern for all of the frame"):
         rendered(revolved(), scene, window(), method="strips")
 
 

@@ -5,7 +5,7 @@ import pytest
 from examples import tile_centres
 
 import camsim
-from camsim.core.errors import UnsupportedError
+from camsim.errors import UnsupportedError
 from camsim.optics import OpticalSystem, SquarePhotosite, Wavefront
 from camsim.rendering.edges import shares_within
 from camsim.rendering.render import plan_render

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import scipy
 
-from camsim.core.errors import InputError, UnknownNameError
+from camsim.errors import InputError, UnknownNameError
 from camsim.files.camera_curves import camera_of, read_cameras
 
 NM = np.arange(380.0, 781.0, 5.0)

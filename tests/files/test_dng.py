@@ -16,7 +16,7 @@ from tolerances import STATISTICAL
 
 import camsim
 from camsim.camera.frame import Frame
-from camsim.core.errors import OutputError
+from camsim.errors import OutputError
 from camsim.files import save
 from camsim.files.dng import noise_profile
 from camsim.files.dng_tags import odd_cfa

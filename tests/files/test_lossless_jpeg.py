@@ -9,7 +9,7 @@ import rawpy
 import tifffile
 
 from camsim.camera.frame import Frame
-from camsim.core.errors import OutputError
+from camsim.errors import OutputError
 from camsim.files import save
 from camsim.files.reading import read_file
 from tests.files.conftest import X_TRANS, MakeFrame

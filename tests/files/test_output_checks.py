@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from camsim.camera.frame import Frame
-from camsim.core.errors import OutputError
+from camsim.errors import OutputError
 from camsim.files import PRODUCTS, SUFFIXES, check_output, save
 from camsim.rendering.cube import SpectralCube
 

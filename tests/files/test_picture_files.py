@@ -20,7 +20,7 @@ import camsim
 import camsim.measure
 from camsim.camera.description import describe
 from camsim.config.from_record import stages_from_record
-from camsim.core.errors import CamsimError, InputError
+from camsim.errors import CamsimError, InputError
 
 ROWS, COLS = 5, 7
 RGB = np.random.default_rng(3).integers(0, 256, (ROWS, COLS, 3)).astype(np.uint8)

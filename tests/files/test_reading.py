@@ -18,7 +18,7 @@ from camsim.camera.camera import Camera
 from camsim.camera.description import describe
 from camsim.camera.frame import Frame
 from camsim.config.from_record import stages_from_record
-from camsim.core.errors import CamsimError, InputError
+from camsim.errors import CamsimError, InputError
 from camsim.files import save
 from camsim.files.describe import canonical, checksum
 from camsim.files.reading import read_file

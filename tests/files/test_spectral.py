@@ -10,7 +10,7 @@ import pytest
 
 import camsim
 from camsim.camera.frame import Frame
-from camsim.core.errors import OutputError, UnsupportedError
+from camsim.errors import OutputError, UnsupportedError
 from camsim.files import save
 from camsim.files.exr_stream import write_exr
 from camsim.spectra.colour_science import colour_science

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import camsim
-from camsim.core.errors import InvalidValueError, OutputError
+from camsim.errors import InvalidValueError, OutputError
 from camsim.files import save, writing_rows
 from camsim.rendering.boundary import image as boundary_image
 from camsim.rendering.waves.plan import WavesPlan

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import tifffile
 
-from camsim.core.errors import InputError
+from camsim.errors import InputError
 from camsim.files.tiff_image import read_image
 from camsim.files.tiff_reader import read_directory
 

@@ -18,8 +18,8 @@ import camsim
 from camsim.camera.camera import Camera
 from camsim.camera.description import describe
 from camsim.config.from_record import capture_from_record
-from camsim.core.errors import CamsimError, InputError, InvalidValueError
 from camsim.core.typed import check
+from camsim.errors import CamsimError, InputError, InvalidValueError
 from camsim.files import exr_reader, jpeg_reader, save, tiff_reader
 from camsim.files.limits import MOST_RATIO, MOST_UNPACKED_BYTES, refuse_bomb
 from camsim.files.reading import read_file

@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from camsim.camera.frame import Frame
-from camsim.core.errors import InvalidValueError, OutputError
+from camsim.errors import InvalidValueError, OutputError
 from camsim.files import SUFFIXES, save
 from camsim.files.atomic import replacing, together, write_whole
 from tests.files.conftest import MakeFrame

@@ -14,7 +14,7 @@ from tolerances import STATISTICAL
 
 from bench.calibration import draw_camera, judged, verdict, write_frames
 from camsim.camera.sensor import Sensor
-from camsim.core.errors import CamsimError
+from camsim.errors import CamsimError
 from camsim.files.hot_list import hot_text
 from camsim.measure.calibrate import Calibration, calibrate, read_folder
 from camsim.measure.calibrate.likeness import kl_nats

@@ -5,7 +5,7 @@ import pytest
 from photographed_chart import BLACK_DN, CAMERA, FULL_E, NODES_NM, WHITE_DN, channels, photographed, place
 
 import camsim
-from camsim.core.errors import InvalidValueError, UnsupportedError
+from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.measure import Picture
 from camsim.measure.colour import calibrate_colour
 from camsim.measure.picture import mosaic_planes

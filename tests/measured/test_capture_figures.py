@@ -11,7 +11,7 @@ import pytest
 from tolerances import STATISTICAL
 
 import camsim
-from camsim.core.errors import InvalidValueError
+from camsim.errors import InvalidValueError
 from camsim.files.dng import noise_profile
 from camsim.sensor.stage import gains
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import linalg
 
-from camsim.core.errors import InvalidValueError, UnsupportedError
+from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.sensor.colour_matrix import XYZ_D50, ColourResponse, adaptation, as_shot_neutral, fit
 from camsim.sensor.quantum_efficiency import QuantumEfficiency
 from camsim.spectra.colour_science import colour_science

@@ -7,7 +7,7 @@ import pytest
 from scipy import ndimage
 
 import camsim
-from camsim.core.errors import UnsupportedError
+from camsim.errors import UnsupportedError
 from camsim.measure import Picture, picture_of_frame
 from camsim.measure.colour import measure_colour
 from camsim.measure.colour.areas import margin_pixel

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import camsim
-from camsim.core.errors import UnsupportedError
+from camsim.errors import UnsupportedError
 from camsim.measure.demosaic import evaluate, methods, subject_of_capture
 from camsim.measure.demosaic.similarity import psnr_db, ssim
 

@@ -8,7 +8,7 @@ import pytest
 from scipy import special
 
 import camsim
-from camsim.core.errors import UnsupportedError
+from camsim.errors import UnsupportedError
 from camsim.measure import Picture, Plane, picture_of_frame
 from camsim.measure.distortion import measure_distortion
 from camsim.measure.distortion.marks import Marks, locate_mark

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from maker_files import Tags, mosaic_tags, tiff_raw
 
-from camsim.core.errors import InputError
+from camsim.errors import InputError
 from camsim.measure import Picture, read_picture
 
 ROWS, COLS, BLACK, WHITE = 40, 60, 100, 4100

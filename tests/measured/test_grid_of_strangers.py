@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from camsim.cli.app import app
-from camsim.core.errors import UnsupportedError
+from camsim.errors import UnsupportedError
 from camsim.measure import Picture
 from camsim.measure.distortion import measure_grid
 from camsim.measure.picture import mosaic_planes

@@ -11,7 +11,7 @@ import rawpy
 from edges import gaussian_edge, gaussian_limit
 from maker_files import X_TRANS, Tags, fuji_raw, mosaic_tags, tiff_raw
 
-from camsim.core.errors import InputError
+from camsim.errors import InputError
 from camsim.measure import Picture, Roi, measure_mtf, read_picture
 
 CODES = np.random.default_rng(1).integers(600, 4000, (160, 240)).astype(np.uint16)

@@ -9,7 +9,7 @@ from electronics import refused_in_a_sentence
 
 import camsim
 from camsim.config.from_record import shot_from_record
-from camsim.core.errors import InputError
+from camsim.errors import InputError
 from camsim.files.reading import read_file
 
 SENSOR = """\

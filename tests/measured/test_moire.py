@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import camsim
-from camsim.core.errors import UnsupportedError
+from camsim.errors import UnsupportedError
 from camsim.measure import picture_of_frame
 from camsim.measure.target import measure_moire
 

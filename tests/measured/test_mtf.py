@@ -11,7 +11,7 @@ from edges import ABERRATED, gaussian_edge, gaussian_limit, gaussian_mtf, gaussi
 from tolerances import STATISTICAL
 
 import camsim
-from camsim.core.errors import InvalidValueError
+from camsim.errors import InvalidValueError
 from camsim.measure import CameraOtf, EdgeLine, Picture, Plane, Roi, measure_edge, measure_mtf, picture_of_frame
 from camsim.measure.crossings import limit
 from camsim.measure.find import find_edges

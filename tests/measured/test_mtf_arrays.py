@@ -9,7 +9,7 @@ from edges import gaussian_edge, gaussian_limit, gaussian_mtf, gaussian_sigma
 from scipy import special
 
 import camsim
-from camsim.core.errors import InvalidValueError, UnsupportedError
+from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.measure import CameraOtf, Picture, Roi, measure_edge, measure_mtf, picture_of_frame, read_picture
 from camsim.measure.find import find_edges
 from camsim.measure.picture import mosaic_planes

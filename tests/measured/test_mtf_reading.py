@@ -8,7 +8,7 @@ import tifffile
 from edges import gaussian_edge, gaussian_limit
 
 import camsim
-from camsim.core.errors import CamsimError
+from camsim.errors import CamsimError
 from camsim.measure import Roi, measure_mtf, read_picture
 
 EDGE = gaussian_edge(96, 96, 5, 0.8)

@@ -10,7 +10,7 @@ from edges import gaussian_edge, gaussian_mtf
 from PIL import Image
 
 import camsim
-from camsim.core.errors import InputError, InvalidValueError, UnsupportedError
+from camsim.errors import InputError, InvalidValueError, UnsupportedError
 from camsim.measure import Picture, Plane, Roi, measure_edge, measure_mtf, read_picture
 from camsim.measure.picture import Channel
 from camsim.measure.reading import picture_of_frame
@@ -221,6 +221,6 @@ def test_a_line_too_thin_to_be_seen_is_said_to_be_possible(width):
     """Coma makes the same edge, so it is not refused; the note's bound is above what the line does, and not far."""
     edge = measure_edge(Plane(name="Y", samples=line_between_greys(width)), WHOLE)
     too_high = 0.5 / gaussian_mtf(edge.figures.mtf50_cycles_per_pixel, 0.8) - 1.0
-    (said,) = (float(number) for note in edge.notes for number in re.findall(r"up to ([\d.]+) % too high", note))
+    (said,) = (float(number) for note in edge.notes for number in re.findall(r"up to ([\d.]+) % too high", str(note)))
     assert 0.95 * too_high < said / 100 < 1.5 * too_high
     assert not measure_edge(Plane(name="Y", samples=noisy(gaussian_edge(64, 64, 5, 0.8))), WHOLE).notes

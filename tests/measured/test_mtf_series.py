@@ -8,7 +8,7 @@ import pytest
 from edges import gaussian_edge, gaussian_limit
 
 from camsim.cli import plot_mtf_map
-from camsim.core.errors import InvalidValueError, UnknownNameError, UnsupportedError
+from camsim.errors import InvalidValueError, UnknownNameError, UnsupportedError
 from camsim.measure import FullFrame, Picture, Plane, Roi, measure_mtf, mtf_series
 
 SAGITTAL_PX, TANGENTIAL_PX = 0.7, 1.1

@@ -9,7 +9,7 @@ from tolerances import STATISTICAL
 
 import camsim
 from camsim.api import load_camera
-from camsim.core.errors import CamsimError, InputError, InvalidValueError, UnsupportedError
+from camsim.errors import CamsimError, InputError, InvalidValueError, UnsupportedError
 from camsim.measure.filters import filter_rows
 from camsim.measure.noise import Group, Shots, expected_of, measure_noise, read_shots, take_shots, write_shots
 from camsim.measure.noise.measuring import _healthy

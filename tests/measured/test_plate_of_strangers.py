@@ -10,7 +10,7 @@ from maker_files import Tags, mosaic_tags, tiff_raw
 
 import camsim
 from camsim.cli.app import app
-from camsim.core.errors import UnsupportedError
+from camsim.errors import UnsupportedError
 from camsim.measure import Picture, picture_of_frame
 from camsim.measure.picture import mosaic_planes
 from camsim.measure.target import measure_moire, measure_plate

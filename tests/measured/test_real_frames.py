@@ -12,7 +12,7 @@ from maker_files import Tags, mosaic_tags, tiff_raw
 from tolerances import STATISTICAL
 
 from camsim.cli.app import app
-from camsim.core.errors import InputError
+from camsim.errors import InputError
 from camsim.measure import read_picture
 from camsim.measure.noise import ChannelNoise, measure_noise, read_shots
 

@@ -10,7 +10,7 @@ import pytest
 from drawn_edges import drawn_edge_of_a_chart
 from edges import drawn_edge, gaussian_edge, gaussian_sigma
 
-from camsim.core.errors import UnsupportedError
+from camsim.errors import UnsupportedError
 from camsim.measure import Plane, Roi, measure_edge
 
 FIGURES = ("angle_deg", "mtf50_cycles_per_pixel", "rise_10_90_pixel")

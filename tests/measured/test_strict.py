@@ -7,7 +7,7 @@ import pytest
 from examples import OPTICS, PICTURE, TOLERANCE, WAVELENGTH_NM, grid_of, scene_of, worst
 
 import camsim
-from camsim.core.errors import AccuracyError
+from camsim.errors import AccuracyError
 from camsim.optics import OpticalSystem
 from camsim.rendering.boundary import engine as boundary_engine
 from camsim.rendering.direct.places import _tile_corner, hardest_photosites

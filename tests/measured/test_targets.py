@@ -9,7 +9,7 @@ from scipy import integrate
 from tolerances import STATISTICAL
 
 import camsim
-from camsim.core.errors import UnsupportedError
+from camsim.errors import UnsupportedError
 from camsim.measure import Picture, Plane, picture_of_frame, read_picture
 from camsim.measure.acutance import acutance
 from camsim.measure.colour import measure_colour

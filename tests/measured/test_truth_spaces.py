@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import camsim
-from camsim.core.errors import UnknownNameError, UnsupportedError
+from camsim.errors import UnknownNameError, UnsupportedError
 from camsim.measure.truth import balanced, truth_in
 from camsim.spectra.colour_science import colour_science
 

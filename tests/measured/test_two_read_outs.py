@@ -10,7 +10,7 @@ from tolerances import STATISTICAL
 
 import camsim
 from camsim.config.from_record import shot_from_record
-from camsim.core.errors import InvalidValueError
+from camsim.errors import InvalidValueError
 from camsim.files.reading import read_record
 
 LOW_E, HIGH_E = 8.0, 0.5

@@ -10,7 +10,7 @@ from areas import area_of, area_seen
 from tolerances import ROUNDING
 
 import camsim
-from camsim.core.errors import CamsimError, InvalidValueError
+from camsim.errors import CamsimError, InvalidValueError
 from camsim.rendering.direct.scenery import pieces_of
 from camsim.scene import arrange
 from camsim.scene.arcs import Fineness

@@ -11,7 +11,7 @@ import shapely
 from PIL import Image
 
 import camsim
-from camsim.core.errors import CamsimError
+from camsim.errors import CamsimError
 from camsim.measure import colour, demosaic, distortion, noise, target, truth
 from camsim.study import read_study  # noqa: F401 (calls are told by their text)
 

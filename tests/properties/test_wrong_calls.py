@@ -11,7 +11,7 @@ import shapely
 from electronics import LAWS
 
 import camsim
-from camsim.core.errors import CamsimError, InvalidValueError, WrongCallError
+from camsim.errors import CamsimError, InvalidValueError, WrongCallError
 
 FLAT = camsim.Curve((300.0, 1100.0), (1.0, 1.0))
 CAMERA = camsim.Camera(

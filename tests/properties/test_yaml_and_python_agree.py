@@ -20,7 +20,7 @@ import pytest
 import camsim
 from camsim.api import load
 from camsim.config import schema
-from camsim.core.errors import CamsimError
+from camsim.errors import CamsimError
 
 DRAWS, ENOUGH = 20, 4
 STRANGE = (0, -1, 1.5, 90, 1e-300, 1e15, 1e16, 1e300, math.nan, math.inf, -math.inf, True, False, "8", None, [], [1.0])

@@ -9,7 +9,7 @@ import pytest
 
 import camsim
 from camsim.camera.capture import Capture
-from camsim.core.errors import CamsimError, ConfigError, InputError, OutputError
+from camsim.errors import CamsimError, ConfigError, InputError, OutputError
 from camsim.study import check_dataset, dataset, forecast_dataset, read_dataset, read_pair, samples, shards
 from camsim.study.captures import captures_of
 from camsim.study.dataset import shards_of

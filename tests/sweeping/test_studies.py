@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from camsim.config import library
-from camsim.core.errors import ConfigError
+from camsim.errors import ConfigError
 from camsim.study import read_dataset, read_study
 from camsim.study.captures import captures_of
 

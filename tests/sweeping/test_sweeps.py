@@ -18,7 +18,7 @@ from filelock import FileLock
 import camsim
 from camsim.camera import optical_image
 from camsim.cli.sweep_plot import draw_columns
-from camsim.core.errors import CamsimError, ConfigError, OutputError
+from camsim.errors import CamsimError, ConfigError, OutputError
 from camsim.study import batches, engines, forecast, work
 
 SMALL = {

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from camsim.core.arrays import F64
-from camsim.core.errors import UnsupportedError
 from camsim.core.note import Note
+from camsim.errors import UnsupportedError
 from camsim.files.hot_list import Hot
 from camsim.measure.calibrate import figures
 from camsim.measure.calibrate.estimates import best_of, mean_of, root, without

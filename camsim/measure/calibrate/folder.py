@@ -14,8 +14,8 @@ from typing import get_args
 import numpy as np
 
 from camsim.core.arrays import U8
-from camsim.core.errors import InputError
 from camsim.core.typed import FilePath, check
+from camsim.errors import InputError
 from camsim.measure.noise.shots import INDEX, Kind, codes_of, setting_of
 from camsim.measure.noise.stack import Codes
 from camsim.measure.picture import Picture

@@ -10,8 +10,8 @@ import numpy as np
 import scipy.stats
 
 from camsim.core.arrays import F64
-from camsim.core.errors import UnsupportedError
 from camsim.core.note import Note
+from camsim.errors import UnsupportedError
 from camsim.measure.calibrate.darks import DarkStatistics, dark_statistics
 from camsim.measure.calibrate.estimates import mean_of
 from camsim.measure.calibrate.folder import Shot, ShotsOfCamera

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from camsim.camera.body import Body
 from camsim.camera.capture import Capture
 from camsim.core.arrays import F64
-from camsim.core.errors import UnsupportedError
+from camsim.errors import UnsupportedError
 from camsim.measure.geometry import Roi
 from camsim.measure.lens_places import fallen_um, middles_um, scene_place_um, system_at
 from camsim.optics import OpticalSystem

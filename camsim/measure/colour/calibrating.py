@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from camsim.core.errors import UnsupportedError
+from camsim.errors import UnsupportedError
 from camsim.files.camera_curves import CameraCurves
 from camsim.measure.colour.chart import Chart, Corner, read_chart, reflectance_names
 from camsim.measure.colour.development import GREYS, development_of

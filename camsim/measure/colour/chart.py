@@ -12,8 +12,8 @@ import numpy.typing as npt
 import scipy
 
 from camsim.core.arrays import F32, F64
-from camsim.core.errors import InvalidValueError, UnsupportedError
 from camsim.core.typed import known_name
+from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.measure.colour.areas import PatchArea, photosites_in
 from camsim.measure.colour.matrix import PatchColours, quick_difference
 from camsim.measure.demosaic.subject import CHANNELS

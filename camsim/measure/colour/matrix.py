@@ -10,7 +10,7 @@ import numpy.typing as npt
 import scipy
 
 from camsim.core.arrays import F64
-from camsim.core.errors import UnsupportedError
+from camsim.errors import UnsupportedError
 from camsim.measure.colour.reference import reference_xyz, white_of
 from camsim.measure.demosaic.artefacts import delta_e_2000
 from camsim.measure.demosaic.develop import lab_of

@@ -9,7 +9,7 @@ import numpy as np
 
 from camsim.camera.capture import Capture
 from camsim.core.arrays import F32, F64
-from camsim.core.errors import UnsupportedError
+from camsim.errors import UnsupportedError
 from camsim.files.preview import demosaic
 from camsim.measure.colour.areas import PatchArea, margin_pixel, patch_areas
 from camsim.measure.colour.chart import Chart, Corner, read_chart, reflectance_names

@@ -8,7 +8,7 @@ import numpy as np
 
 from camsim.camera.capture import Capture
 from camsim.core.arrays import F64
-from camsim.core.errors import UnsupportedError
+from camsim.errors import UnsupportedError
 from camsim.sensor.colour_matrix import XYZ_D50, adaptation, observer
 from camsim.spectra.curve import Spectrum, spectrum_at
 from camsim.spectra.light import Light, LightSamples

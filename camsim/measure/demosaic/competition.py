@@ -8,8 +8,8 @@ from typing import Any
 
 from camsim.camera.frame import Frame
 from camsim.core.arrays import F32
-from camsim.core.errors import CamsimError
 from camsim.core.typed import check
+from camsim.errors import CamsimError
 from camsim.measure.demosaic.methods import Method
 from camsim.measure.demosaic.subject import Subject
 from camsim.measure.demosaic.verdict import Verdict, evaluate

@@ -18,7 +18,7 @@ import numpy as np
 
 from camsim.camera.frame import Frame
 from camsim.core.arrays import F32
-from camsim.core.errors import CamsimError, UnsupportedError, in_brief
+from camsim.errors import CamsimError, UnsupportedError, in_brief
 from camsim.files import save
 from camsim.files.preview import demosaic
 from camsim.measure.given import check_given

@@ -10,8 +10,8 @@ from tempfile import TemporaryDirectory
 
 from camsim.camera.frame import Frame
 from camsim.core.arrays import F32
-from camsim.core.errors import InvalidValueError, UnsupportedError, in_brief
 from camsim.core.typed import check
+from camsim.errors import InvalidValueError, UnsupportedError, in_brief
 from camsim.files import save
 from camsim.measure.demosaic.subject import planes_of
 from camsim.measure.given import check_given

@@ -9,7 +9,7 @@ from types import ModuleType
 import numpy as np
 
 from camsim.core.arrays import F32
-from camsim.core.errors import UnsupportedError
+from camsim.errors import UnsupportedError
 from camsim.measure.demosaic.subject import Used
 
 SCALES = (0.0448, 0.2856, 0.3001, 0.2363, 0.1333)

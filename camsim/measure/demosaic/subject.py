@@ -11,8 +11,8 @@ import scipy
 
 from camsim.camera.capture import Capture
 from camsim.core.arrays import F32, F64, U8
-from camsim.core.errors import InvalidValueError, UnsupportedError
 from camsim.core.typed import check
+from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.measure.given import check_given
 from camsim.measure.picture import Picture
 from camsim.measure.truth.spaces import XYZ_TO_SRGB, balanced, neutral_of

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from camsim.core.arrays import F32
-from camsim.core.errors import InvalidValueError, UnsupportedError
 from camsim.core.typed import check
+from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.measure.demosaic.alignment import SHIFTED_PX, best_shift
 from camsim.measure.demosaic.artefacts import artefacts
 from camsim.measure.demosaic.develop import developed

@@ -11,7 +11,7 @@ import numpy as np
 
 from camsim.camera.capture import Capture, Progress
 from camsim.core.arrays import F64
-from camsim.core.errors import UnsupportedError
+from camsim.errors import UnsupportedError
 from camsim.measure.distortion.marks import Marks, locate_mark, marks_of
 from camsim.measure.distortion.result import (
     ChannelDistortion,

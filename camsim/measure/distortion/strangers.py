@@ -16,7 +16,7 @@ import numpy as np
 import scipy
 
 from camsim.core.arrays import F64
-from camsim.core.errors import UnsupportedError
+from camsim.errors import UnsupportedError
 from camsim.measure.distortion.marks import Marks, locate_mark
 from camsim.measure.geometry import Roi
 from camsim.measure.given import check_given

@@ -11,9 +11,9 @@ import numpy as np
 
 from camsim.core.annotations import Called
 from camsim.core.arrays import F64, U8
-from camsim.core.errors import UnsupportedError
 from camsim.core.note import Note
 from camsim.core.typed import check
+from camsim.errors import UnsupportedError
 from camsim.measure.noise.estimate import SURE, Estimate, no_figure
 from camsim.measure.noise.fullness import saturation
 from camsim.measure.noise.photon_transfer import PhotonTransfer, photon_transfer, sensitivity_threshold_e

@@ -9,8 +9,8 @@ import numpy.typing as npt
 
 from camsim.camera.camera import Camera
 from camsim.core.arrays import F64
-from camsim.core.errors import UnknownNameError
 from camsim.core.typed import check
+from camsim.errors import UnknownNameError
 from camsim.measure.noise.photon_transfer import LEAST_LEVELS, off_the_line, within_linearity
 from camsim.measure.noise.taking import DARK_TIMES_S, LEVELS, TIME_S, even_light, exposure_of
 from camsim.measure.picture import channel_names, places_of

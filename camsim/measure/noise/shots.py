@@ -14,9 +14,9 @@ import numpy as np
 
 from camsim.camera.frame import Frame
 from camsim.core.arrays import U8
-from camsim.core.errors import InputError, OutputError, UnsupportedError
 from camsim.core.typed import FilePath, check
 from camsim.core.words import percent
+from camsim.errors import InputError, OutputError, UnsupportedError
 from camsim.files import save
 from camsim.files.atomic import made_together, write_whole
 from camsim.files.exif import setting_noted

@@ -12,7 +12,7 @@ import numpy.typing as npt
 import scipy
 
 from camsim.core.arrays import F64, I64
-from camsim.core.errors import InvalidValueError
+from camsim.errors import InvalidValueError
 from camsim.measure.noise.estimate import SURE
 
 Codes: TypeAlias = npt.NDArray[np.integer[Any]]

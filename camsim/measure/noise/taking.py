@@ -12,9 +12,9 @@ from annotated_types import Ge, Le
 from camsim.camera.camera import Camera
 from camsim.camera.capture import Capture
 from camsim.camera.frame import Frame
-from camsim.core.errors import UnsupportedError
 from camsim.core.typed import check
 from camsim.core.words import both
+from camsim.errors import UnsupportedError
 from camsim.measure.noise.shots import Group, Kind, Shots
 from camsim.measure.picture import mosaic_planes
 from camsim.scene import Scene

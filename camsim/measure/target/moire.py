@@ -24,8 +24,8 @@ import numpy as np
 
 from camsim.camera.capture import Capture
 from camsim.core.arrays import F64
-from camsim.core.errors import UnsupportedError
 from camsim.core.typed import Number, Positive, check
+from camsim.errors import UnsupportedError
 from camsim.measure.given import check_given
 from camsim.measure.lens_places import refuse_distortion
 from camsim.measure.picture import Picture, Plane

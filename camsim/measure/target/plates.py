@@ -14,7 +14,7 @@ import numpy as np
 import scipy
 
 from camsim.core.arrays import F64
-from camsim.core.errors import UnsupportedError
+from camsim.errors import UnsupportedError
 from camsim.measure.picture import Plane
 
 _SIDES = (256, 512, 1024)

@@ -11,7 +11,7 @@ import numpy as np
 from camsim.camera.capture import Capture
 from camsim.camera.exposed_rows import Window
 from camsim.core.arrays import F64
-from camsim.core.errors import UnsupportedError
+from camsim.errors import UnsupportedError
 from camsim.measure.given import check_given
 from camsim.measure.lens_places import refuse_distortion
 from camsim.measure.neighbours import neighbours

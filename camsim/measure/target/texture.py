@@ -21,8 +21,8 @@ from camsim.camera.capture import Capture
 from camsim.camera.exposed_rows import Window
 from camsim.camera.window import Region
 from camsim.core.arrays import F64
-from camsim.core.errors import UnsupportedError
 from camsim.core.words import percent
+from camsim.errors import UnsupportedError
 from camsim.measure.given import check_given
 from camsim.measure.lens_places import refuse_distortion
 from camsim.measure.picture import Picture, Plane

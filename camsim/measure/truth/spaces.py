@@ -15,8 +15,8 @@ import numpy as np
 
 from camsim.camera.capture import Capture, Progress
 from camsim.core.arrays import F32, F64
-from camsim.core.errors import UnsupportedError
 from camsim.core.typed import known_name
+from camsim.errors import UnsupportedError
 from camsim.measure.given import check_given
 from camsim.measure.truth.image import SPACES, Space, TruthImage
 from camsim.rendering.render import render_channels

@@ -11,8 +11,8 @@ import numpy as np
 
 from camsim.core.arrays import F64, I64, U8
 from camsim.core.cached import cached_property
-from camsim.core.errors import UnsupportedError
 from camsim.core.tiled import Channels
+from camsim.errors import UnsupportedError
 from camsim.optics.pattern import Pattern
 from camsim.rendering.boundary.cost import Counts, boundary_cost, boundary_counts
 from camsim.rendering.boundary.image import boundary_bands, directions

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from camsim.core.errors import InvalidValueError
+from camsim.errors import InvalidValueError
 from camsim.numerics.quadrature import EIGHT_POINTS, SIX_POINTS, gauss_error
 from camsim.optics.pattern import Pattern
 from camsim.rendering.boundary.coherence import Waves

@@ -16,7 +16,7 @@ import numpy as np
 import scipy
 
 from camsim.core.arrays import F64
-from camsim.core.errors import InvalidValueError
+from camsim.errors import InvalidValueError
 from camsim.scene.gradients import Gradient
 from camsim.scene.raster import Interpolation, Raster
 from camsim.spectra.curve import Spectrum

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from camsim.core.arrays import F64
-from camsim.core.errors import InvalidValueError
+from camsim.errors import InvalidValueError
 from camsim.optics import OpticalSystem
 from camsim.rendering.budget import ErrorBudget
 from camsim.rendering.engine import FINEST

@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from camsim.core.arrays import F64
-from camsim.core.errors import InvalidValueError
+from camsim.errors import InvalidValueError
 from camsim.scene import PointSource, Primitive, Scene, flattened
 from camsim.scene.covering import covered
 from camsim.spectra.curve import Spectrum

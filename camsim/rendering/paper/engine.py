@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from camsim.core.arrays import F64, I64, U8
-from camsim.core.errors import UnsupportedError
 from camsim.core.tiled import Channels
+from camsim.errors import UnsupportedError
 from camsim.optics import EllipticalGaussian
 from camsim.rendering.boundary.settings import check_tolerance
 from camsim.rendering.engine import FEWEST_CHECKED, Cost, Decision, Marks, Progress, one_by_one

@@ -26,8 +26,8 @@ import numpy as np
 import scipy
 
 from camsim.core.arrays import F64
-from camsim.core.errors import InvalidValueError, UnsupportedError
 from camsim.core.kernels import shared
+from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.optics import Airy, EllipticalGaussian, Gaussian, OpticalSystem
 from camsim.rendering.edges import Edges
 from camsim.rendering.footprint import Footprint

@@ -18,9 +18,9 @@ import numpy as np
 import scipy
 
 from camsim.core.arrays import C128, F64, I64
-from camsim.core.errors import UnsupportedError
 from camsim.core.kernels import kernel, shared
 from camsim.core.kernels.turning import turned
+from camsim.errors import UnsupportedError
 from camsim.numerics.quadrature import chebyshev, gauss_rules
 from camsim.optics.placed import PlacedLens
 from camsim.optics.protocols import Placed

@@ -14,8 +14,8 @@ import scipy
 
 from camsim.core.arrays import C128, F64, I64
 from camsim.core.cached import cached_property
-from camsim.core.errors import UnsupportedError
 from camsim.core.kernels import shared
+from camsim.errors import UnsupportedError
 from camsim.numerics.nonuniform import modes, modes_of_lines
 from camsim.numerics.quadrature import gauss_legendre
 from camsim.rendering.fields.layer import Layer, basis

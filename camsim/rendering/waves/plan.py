@@ -12,8 +12,8 @@ import numpy as np
 
 from camsim.core.arrays import F64, I64, U8
 from camsim.core.cached import cached_property
-from camsim.core.errors import InvalidValueError, UnsupportedError
 from camsim.core.tiled import Channels
+from camsim.errors import InvalidValueError, UnsupportedError
 from camsim.optics import RoundLens
 from camsim.optics.annular import AnnularAiry
 from camsim.optics.of_pupil import OfPupil

@@ -14,8 +14,8 @@ import numpy as np
 from annotated_types import Ge, Le
 
 from camsim.core.arrays import F64
-from camsim.core.errors import InvalidValueError, UnknownNameError, in_brief
 from camsim.core.typed import Point, Positive, Several, check, validate
+from camsim.errors import InvalidValueError, UnknownNameError, in_brief
 from camsim.scene.primitives import Compound, Primitive, Shape, flattened, turned
 from camsim.scene.shapes import Disc, Polygon, Rectangle, Text
 from camsim.spectra.curve import Spectrum

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 
 from camsim.core.annotations import After, Called
-from camsim.core.errors import InvalidValueError
 from camsim.core.number_kinds import Misfit, number
 from camsim.core.typed import Several, refusal, validate
 from camsim.core.words import DECIMAL_POINT
+from camsim.errors import InvalidValueError
 from camsim.scene.curves import Curves, Pen
 from camsim.scene.primitives import MOST_PIECES, FillRule, Outlined, Primitive, one
 from camsim.spectra.curve import NumberOrCurve, Reflectance
@@ -98,7 +98,7 @@ class Path(Drawn):
     >>> Path(segments_um=[("line", 1, 0)], reflectance=0.0)
     Traceback (most recent call last):
         ...
-    camsim.core.errors.InvalidValueError: Path.segments_um: begins with 'line'; a path begins with ('move', x, y)
+    camsim.errors.InvalidValueError: Path.segments_um: begins with 'line'; a path begins with ('move', x, y)
     """
 
     segments_um: Segments

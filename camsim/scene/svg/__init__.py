@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from camsim.core.errors import InvalidValueError
 from camsim.core.typed import FilePath, Number, Place, Point, Positive, Several, check, validate
+from camsim.errors import InvalidValueError
 from camsim.scene.primitives import Compound, Primitive, Shape, flattened
 from camsim.scene.shapes import Group, Rectangle
 from camsim.spectra.curve import Reflectance, Spectrum

@@ -9,7 +9,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from camsim.core.errors import InvalidValueError
+from camsim.errors import InvalidValueError
 from camsim.scene.svg.outline import share
 from camsim.spectra.curve import Spectrum
 from camsim.spectra.rgb import linear_of_srgb, reflectance_of_rgb

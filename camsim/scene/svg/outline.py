@@ -7,7 +7,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any, TypeAlias
 
-from camsim.core.errors import InvalidValueError
+from camsim.errors import InvalidValueError
 from camsim.scene.svg.xml import Element
 
 Segment: TypeAlias = tuple[Any, ...]

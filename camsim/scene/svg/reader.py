@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path as File
 from typing import Any, TypeVar
 
-from camsim.core.errors import CamsimError, ConfigError, Fault
+from camsim.errors import CamsimError, ConfigError, Fault
 from camsim.scene.shapes import Group, Line
 from camsim.scene.svg import colours
 from camsim.scene.svg.outline import (

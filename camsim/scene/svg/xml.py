@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from xml.parsers import expat
 
-from camsim.core.errors import ConfigError, Fault, InputError, in_brief
+from camsim.errors import ConfigError, Fault, InputError, in_brief
 
 MOST_BYTES = 16_000_000
 MOST_DEPTH = 100

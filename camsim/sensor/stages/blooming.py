@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from camsim.core.arrays import F64
-from camsim.core.errors import InvalidValueError
 from camsim.core.typed import Fraction, Number, validate
+from camsim.errors import InvalidValueError
 from camsim.sensor.stage import Context, ElectronicStage, Phase
 from camsim.sensor.stages.full_well import FullWell
 
