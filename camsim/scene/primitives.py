@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import abc
 import itertools
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -97,6 +96,7 @@ class Outlined(Shape):
     depth: ClassVar[int] = 0
 
     reflectance: Any
+    _outline: ClassVar[Callable[..., Curves]]
 
     def __post_init__(self) -> None:
         validate(self)
@@ -110,8 +110,6 @@ class Outlined(Shape):
         """Return its outline."""
         yield one(self._outline(), self.reflectance, rule="evenodd", simple=True)
 
-    @abc.abstractmethod
-    def _outline(self) -> Curves: ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
