@@ -15,10 +15,12 @@ import numpy as np
 
 from camsim.core.arrays import U8
 from camsim.core.kernels import is_cached
+from camsim.core.kernels.counts import fill_counts
 from camsim.optics import Airy, FourSpotOlpf, OpticalSystem, SquarePhotosite
 from camsim.rendering.auto import Choice
 from camsim.rendering.boundary.tiles import render_tiles
 from camsim.rendering.grid import Grid
+from camsim.rendering.prune import joined_outlines
 from camsim.rendering.render import plan_render
 from camsim.scene import Path, Rectangle, Scene
 
@@ -40,6 +42,8 @@ def compile_kernels() -> None:
     choice, channel = _tiny()
     for _ in choice.plan.bands(channel, lambda done: None):
         pass
+    joined_outlines(choice.plan.job.edges)  # of edges outside the frame
+    fill_counts(np.empty(1), np.ones(1), np.zeros(1))  # photon noise
     if check is not None:
         check.wait()  # if it failed, kernels are compiled when they are needed
 

@@ -111,7 +111,6 @@ class Outlined(Shape):
         yield one(self._outline(), self.reflectance, rule="evenodd", simple=True)
 
 
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Compound(Shape):
     """A shape that is made of others."""

@@ -10,7 +10,7 @@ import camsim
 from camsim.errors import AccuracyError
 from camsim.optics import OpticalSystem
 from camsim.rendering.boundary import engine as boundary_engine
-from camsim.rendering.direct.places import _tile_corner, hardest_photosites
+from camsim.rendering.direct.places import hardest_photosites
 from camsim.rendering.direct.records import Outlines
 from camsim.rendering.engine import Marks
 from camsim.rendering.render import plan_render, render_channels
@@ -192,30 +192,6 @@ def test_parts_without_a_direction_are_looked_at_from_any_side():
     row, col = hardest_photosites(nothing, np.empty((0, 2)), grid, marks, count=16)
     assert len(row) >= 16
     assert ((row >= 0) & (row < 24) & (col >= 0) & (col < 24)).all()
-
-
-def test_the_check_looks_at_corners_of_tiles_that_are_just_far_enough():
-    """In the corner of a tile that has one part of the scene nearer than what is interpolated, and another beyond."""
-    rng = np.random.default_rng(2)
-    leaf, apart, grid = 16, 20.0, grid_of(128, 112)
-    marks, found = Marks(near=3.0, quiet=9.0, reach=5.0, leaf=leaf, apart=apart), 0
-    for turn in range(60):
-        start = rng.uniform(-50.0, 50.0, (9, 2))
-        end = np.roll(start, -1, axis=0)
-        place = _tile_corner(start, end, marks, grid, turn)
-        if place is None:
-            continue
-        found += 1
-        index = place - grid.first_centre
-        tile = index // leaf * leaf
-        assert set((index - tile).tolist()) <= {0.0, leaf - 1.0}
-        # The tile's photosites reach half a pitch beyond their centres.
-        ends = np.stack([start, end]) - grid.first_centre + 0.5
-        gap = np.maximum(np.maximum(tile - ends, ends - tile - leaf), 0.0)
-        far = np.hypot(gap[..., 0], gap[..., 1]).min(axis=0) >= apart
-        assert far.any()
-        assert not far.all()
-    assert found > 30
 
 
 def test_what_checks_pictures_hears_all_of_what_is_far_away():

@@ -75,7 +75,7 @@ PARAMETERS = [(stage, field.name) for stage in PUBLIC for field in dataclasses.f
 
 def test_every_public_stage_is_here() -> None:
     public = {getattr(camsim, name) for name in camsim.__all__ if dataclasses.is_dataclass(getattr(camsim, name))}
-    made = {camsim.Frame, camsim.Rendering, camsim.Report, camsim.Context, camsim.ShotNoise}
+    made = {camsim.Frame, camsim.Rendering, camsim.Report, camsim.Note, camsim.Context, camsim.ShotNoise}
     # What they take is judged where light is given: tests/analytic/test_exposed_light.py.
     exposed = {camsim.Sensor, camsim.Noise, camsim.GivenLight}
     assert public - made - exposed == {type(stage) for stage, _ in PARAMETERS}
