@@ -137,5 +137,4 @@ def _crossing(of: _Stretches, which: I64, y: F64) -> F64:
         middle = 0.5 * (low + high)
         under = (curves.at(middle)[:, 1] <= y) == rises
         low, high = np.where(under, middle, low), np.where(under, high, middle)
-    crossing: F64 = curves.at(0.5 * (low + high))[:, 0]
-    return crossing
+    return curves.at(0.5 * (low + high))[:, 0]

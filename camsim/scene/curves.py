@@ -162,8 +162,7 @@ def circles_among(curves: Curves) -> np.ndarray:
 
 def cross(a: F64, b: F64) -> F64:
     """Return a.x·b.y − a.y·b.x of vectors (..., 2)."""
-    product: F64 = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
-    return product
+    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
 
 def joined(parts: Sequence[Curves]) -> Curves:

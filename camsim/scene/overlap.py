@@ -38,8 +38,7 @@ def edges_of(area: Any) -> F64:
     rings = shapely.get_rings(shapely.get_parts(shapely.orient_polygons(area)))
     points, ring = shapely.get_coordinates(rings, return_index=True)
     on = ring[1:] == ring[:-1]
-    edges: F64 = np.hstack([points[:-1][on], points[1:][on]])
-    return edges
+    return np.hstack([points[:-1][on], points[1:][on]])
 
 
 @kernel(allocates=True)

@@ -11,6 +11,7 @@ import numpy as np
 from camsim.core.arrays import F64
 from camsim.numerics.rotations import cosine_and_sine
 from camsim.scene.primitives import Primitive, Shape
+from camsim.scene.shapes import Rectangle
 from camsim.spectra.component import Component
 from camsim.spectra.curve import Curve, Spectrum
 
@@ -84,6 +85,32 @@ class Field(abc.ABC):
     def primitives(self) -> Iterator[Primitive]:
         """Return its outline in its mean colour, where only outlines matter."""
         return self.frame(self.reflectance).primitives()
+
+
+class Oblong(Field):
+    """A rectangle without a uniform colour."""
+
+    __slots__ = ()
+
+    width_um: Any
+    height_um: Any
+    centre_um: Any
+    rotate_deg: Any
+
+    @property
+    def half_um(self) -> tuple[float, float]:
+        """Half its sides."""
+        return 0.5 * self.width_um, 0.5 * self.height_um
+
+    def frame(self, reflectance: Spectrum) -> Rectangle:
+        """Return its rectangle in one colour."""
+        return Rectangle(
+            width_um=self.width_um,
+            height_um=self.height_um,
+            centre_um=self.centre_um,
+            rotate_deg=self.rotate_deg,
+            reflectance=reflectance,
+        )
 
 
 def axes_of(rotate_deg: float) -> F64:
