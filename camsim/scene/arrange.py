@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camsim.core.arrays import F64, I64, same_rows
+from camsim.core.arrays import F64, I64, picked, same_rows
 from camsim.scene.outlines import Outlines
 from camsim.scene.primitives import Primitive, flattened, numbered
 from camsim.scene.rim_sides import sides_of
@@ -46,10 +46,7 @@ class Arrangement:
 
 
 def arrange(
-    scene: Scene,
-    limits: SideLimits | None = None,
-    *,
-    primitives: list[Primitive] | None = None,
+    scene: Scene, limits: SideLimits | None = None, *, primitives: list[Primitive] | None = None
 ) -> Arrangement:
     """Remove covered parts, join regions of equal spectrum, and list the remaining edges.
 
@@ -72,7 +69,7 @@ def arrange(
     outlines = Outlines.of(primitives)
     limits = limits or SideLimits()
     covers = Covers.of(primitives, outlines)
-    round_ones = Discs.of(outlines).some(covers.seen)
+    round_ones = picked(Discs.of(outlines), covers.seen)
     sides = np.bincount(outlines.owner, minlength=len(primitives))
     discs = round_ones.among_discs(covers.first, covers.second) & ~covers.alone & (not limits.textured)
     drawn = _NOTHING
@@ -104,15 +101,7 @@ def arrange(
         np.concatenate(parts)
         for parts in zip(alone, cut, (drawn.start, drawn.end, regions[drawn.owner], drawn.right), strict=True)
     )
-    return Arrangement(
-        start_um=start,
-        end_um=end,
-        left=left,
-        right=right,
-        spectra=spectra,
-        sides=sides,
-        hidden=hidden,
-    )
+    return Arrangement(start_um=start, end_um=end, left=left, right=right, spectra=spectra, sides=sides, hidden=hidden)
 
 
 class _Drawn(NamedTuple):
@@ -129,12 +118,12 @@ _NOTHING = _Drawn(np.empty(0, np.int64), np.empty((0, 2)), np.empty((0, 2)), np.
 
 def _rims_drawn(rims: Rims, outlines: Outlines, limits: SideLimits) -> _Drawn:
     """Return the sides of visible parts of rims; ``rims.disc`` indexes primitives."""
-    whole = rims.some(rims.whole)
+    whole = picked(rims, rims.whole)
     order = np.argsort(whole.disc)
     closed_ones = outlines.some(whole.disc[order]).polygons(limits)
     closed = np.repeat(order, np.diff(closed_ones.first))
     starts, ends = closed_ones.sides_um(np.ones(len(order), bool))
-    arcs = rims.some(~rims.whole)
+    arcs = picked(rims, ~rims.whole)
     owner, start, end = sides_of(arcs, limits)
     drawn = _Drawn(
         np.concatenate([whole.disc[closed], arcs.disc[owner]]),
@@ -142,8 +131,7 @@ def _rims_drawn(rims: Rims, outlines: Outlines, limits: SideLimits) -> _Drawn:
         np.concatenate([ends, end]),
         np.concatenate([whole.behind[closed], arcs.behind[owner]]),
     )
-    keep = np.any(drawn.start != drawn.end, axis=1)
-    return _Drawn(drawn.owner[keep], drawn.start[keep], drawn.end[keep], drawn.right[keep])
+    return picked(drawn, np.any(drawn.start != drawn.end, axis=1))
 
 
 def _alone_drawn(outlines: Outlines, polygons: Polygons, regions: I64, alone: np.ndarray) -> tuple[F64, F64, I64, I64]:

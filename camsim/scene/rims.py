@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -38,11 +38,6 @@ class Rims(NamedTuple):
     turn_rad: F64
     start_um: F64
     end_um: F64
-
-    def some(self, which: I64 | np.ndarray) -> Rims:
-        """Return the selected ones."""
-        columns: Any = (column[which] for column in self)
-        return Rims(*columns)
 
     @property
     def whole(self) -> np.ndarray:
@@ -84,10 +79,6 @@ class Discs(NamedTuple):
         found.centre_um[owner[piece]] = curves.points[piece, 0] - curves.points[piece, 1]
         found.radius_um[owner[piece]] = np.hypot(*curves.points[piece, 1].T)
         return found
-
-    def some(self, which: I64 | np.ndarray) -> Discs:
-        """Return those of selected primitives."""
-        return Discs(self.sound[which], self.centre_um[which], self.radius_um[which])
 
     def covered(self, first: I64, second: I64) -> np.ndarray:
         """Return a mask of pairs whose first is fully within the second."""

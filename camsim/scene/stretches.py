@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camsim.core.arrays import F64, I64
+from camsim.core.arrays import F64, I64, picked
 from camsim.scene.curves import ARC, Curves, cross
 
 TURN = 0.25  # radians over which curvature counts as constant
@@ -29,11 +29,6 @@ class Stretches(NamedTuple):
     radius_um: F64
     length_um: F64
 
-    def some(self, which: I64 | np.ndarray) -> Stretches:
-        """Return picked ones."""
-        owner, t0, t1, place, radius, length = self
-        return Stretches(owner[which], t0[which], t1[which], place[which], radius[which], length[which])
-
 
 Apart = Callable[[F64, F64], F64]
 
@@ -53,14 +48,14 @@ def stretches(curves: Curves, apart: Apart | None = None) -> Stretches:
             long |= found.length_um > apart(found.place_um, found.length_um)
         if turn == HALVINGS - 1:
             long[:] = False
-        done.append(found.some(~long))
+        done.append(picked(found, ~long))
         if not long.any():
             break
         owner, t0, t1 = np.repeat(owner[long], 2), np.repeat(t0[long], 2), np.repeat(t1[long], 2)
         middle = 0.5 * (t0 + t1)
         t1[::2], t0[1::2] = middle[::2], middle[1::2]
-    joined = Stretches(*(np.concatenate([part[column] for part in done]) for column in range(len(Stretches._fields))))
-    return joined.some(np.lexsort((joined.t0, joined.owner)))
+    joined = Stretches(*map(np.concatenate, zip(*done, strict=True)))
+    return picked(joined, np.lexsort((joined.t0, joined.owner)))
 
 
 def _measured(curves: Curves, owner: I64, t0: F64, t1: F64) -> tuple[Stretches, F64]:
