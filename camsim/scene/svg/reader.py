@@ -9,7 +9,8 @@ from pathlib import Path as File
 from typing import Any, TypeVar
 
 from camsim.core.errors import CamsimError, ConfigError, Fault
-from camsim.scene.shapes import Group, Line
+from camsim.scene.primitives import FillRule
+from camsim.scene.shapes import Group, Line, Path
 from camsim.scene.svg import colours
 from camsim.scene.svg.outline import (
     IDENTITY,
@@ -24,7 +25,6 @@ from camsim.scene.svg.outline import (
     share,
     times,
 )
-from camsim.scene.svg.parts import path, placed
 from camsim.scene.svg.size import MOST_USES, too_large
 from camsim.scene.svg.style import CHANGES, GEOMETRY, INHERITED, OF_PAGE, OWN, PLAIN, Rule, rules_of, strange, styled
 from camsim.scene.svg.view import View, view_of
@@ -270,12 +270,10 @@ class Reader:
             self.refuse(element, f"its {key} is {100 * alpha:g} % opaque; paint it in the colour that this makes")
             return None
         found = self._tried(element, lambda: colours.rgb_and_alpha(said))
-        if found is None or found[1] == 0.0:
-            return None
-        colour = self._tried(element, lambda: colours.rgb(said))
-        if colour is None:
-            return None
-        return self.palette[colour] if colour in self.palette else colours.reflectance(colour)
+        colour = self._tried(element, lambda: colours.rgb(said)) if found is not None and found[1] > 0.0 else None
+        return (
+            None if colour is None else self.palette[colour] if colour in self.palette else colours.reflectance(colour)
+        )
 
     def _understood(self, element: Element, style: Mapping[str, str]) -> bool:
         """Return whether an element is painted; refuse unsupported style."""
@@ -352,3 +350,14 @@ class Reader:
         """Return an element's properties with inheritance."""
         around = self.around.get(id(element))
         return styled(element, {} if around is None else self._style_of(around), self.rules)
+
+
+def path(segments: Sequence[Segment], rule: str, reflectance: Spectrum, matrix: Matrix) -> Any:
+    """Return a filled path under a transform."""
+    fill_rule: FillRule = "evenodd" if rule == "evenodd" else "nonzero"
+    return placed(Path(segments_um=segments, fill_rule=fill_rule, reflectance=reflectance), matrix)
+
+
+def placed(shape: Any, matrix: Matrix) -> Any:
+    """Return a shape under a transform."""
+    return shape if matrix == IDENTITY else Group(shapes=[shape], matrix=matrix)
