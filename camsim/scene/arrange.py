@@ -10,8 +10,7 @@ import numpy as np
 from camsim.core.arrays import F64, I64, picked, same_rows
 from camsim.scene.outlines import Outlines
 from camsim.scene.primitives import Primitive, flattened, numbered
-from camsim.scene.rim_sides import sides_of
-from camsim.scene.rims import Discs, Rims, rims_of
+from camsim.scene.rims import Discs, Rims, rims_of, sides_of
 from camsim.scene.scene import Scene
 from camsim.scene.side_limits import SideLimits
 from camsim.scene.sides import Polygons

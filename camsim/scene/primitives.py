@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import abc
 import itertools
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -109,8 +110,8 @@ class Outlined(Shape):
         """Return its outline."""
         yield one(self._outline(), self.reflectance, rule="evenodd", simple=True)
 
-    def _outline(self) -> Curves:
-        raise NotImplementedError
+    @abc.abstractmethod
+    def _outline(self) -> Curves: ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -54,7 +54,7 @@ class SideLimits(NamedTuple):
         return self._at_least_um(side, radius_um)
 
     def end_um(self, radius_um: F64) -> F64:
-        """Return the longest sides (n,) of an open arc; see ``rim_sides``."""
+        """Return the longest sides (n,) of an open arc; see ``rims.sides_of``."""
         side = np.minimum(self._end_um(360.0, radius_um), self._even_um(radius_um))
         return self._at_least_um(side, radius_um)
 

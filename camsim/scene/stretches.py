@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -30,11 +29,8 @@ class Stretches(NamedTuple):
     length_um: F64
 
 
-Apart = Callable[[F64, F64], F64]
-
-
-def stretches(curves: Curves, apart: Apart | None = None) -> Stretches:
-    """Cut curved pieces into parts of nearly constant curvature, limited by ``apart`` (of place and length)."""
+def stretches(curves: Curves) -> Stretches:
+    """Cut curved pieces into parts of nearly constant curvature."""
     count = len(curves.kind)
     initial = np.where(curves.kind == ARC, np.ceil(np.abs(curves.turn_rad) / TURN), 4).astype(np.int64)
     owner = np.repeat(np.arange(count), initial)
@@ -43,11 +39,7 @@ def stretches(curves: Curves, apart: Apart | None = None) -> Stretches:
     done: list[Stretches] = []
     for turn in range(HALVINGS):
         found, bends = _measured(curves, owner, t0, t1)
-        long = bends > TURN
-        if apart is not None:
-            long |= found.length_um > apart(found.place_um, found.length_um)
-        if turn == HALVINGS - 1:
-            long[:] = False
+        long = (bends > TURN) & (turn < HALVINGS - 1)
         done.append(picked(found, ~long))
         if not long.any():
             break
@@ -82,13 +74,6 @@ def _angle(a: F64, b: F64) -> F64:
     return angle
 
 
-def running(owner: I64, amount: F64) -> tuple[F64, F64]:
-    """Return the sum of what comes before each (n,) with the same owner, and of all of each owner's."""
-    total: F64 = np.bincount(owner, amount).astype(float)
-    start = np.cumsum(amount) - amount
-    return start - start[np.searchsorted(owner, owner)], total
-
-
 def gradual(longest_um: F64, found: Stretches) -> F64:
     """Return lengths (n,) of sides that rise by no more than a part of each stretch along a curve, either way.
 
@@ -100,7 +85,8 @@ def gradual(longest_um: F64, found: Stretches) -> F64:
     >>> gradual(np.array([9.0, 1.0, 9.0, 9.0, 9.0]), some)
     array([2., 1., 2., 3., 9.])
     """
-    before, _ = running(found.owner, found.length_um)
+    before = np.cumsum(found.length_um) - found.length_um
+    before -= before[np.searchsorted(found.owner, found.owner)]
     until = RISE * (before + found.length_um)
     rising = _least_so_far(longest_um - until, found.owner) + until
     falling = _least_so_far((rising + RISE * before)[::-1], found.owner[::-1])[::-1] - RISE * before
