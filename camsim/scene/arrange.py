@@ -149,18 +149,10 @@ def _rings_drawn(
     """Return the edges of visible parts of polygons that touch others."""
     if not seen:
         return _NOTHING.start, _NOTHING.end, _NOTHING.owner, _NOTHING.right
-    starts: list[F64] = []
-    ends: list[F64] = []
-    lefts: list[I64] = []
-    for region, visible in visible_rings(seen, rings, covers):
-        if region == 0:
-            continue
-        for ring in visible:
-            starts.append(ring)
-            ends.append(np.roll(ring, -1, axis=0))
-            lefts.append(np.full(len(ring), region))
-    start, end = np.concatenate([np.empty((0, 2)), *starts]), np.concatenate([np.empty((0, 2)), *ends])
-    left = np.concatenate([np.empty(0, np.int64), *lefts])
+    visible = [(region, ring) for region, some in visible_rings(seen, rings, covers) if region for ring in some]
+    start = np.concatenate([_NOTHING.start, *(ring for _, ring in visible)])
+    end = np.concatenate([_NOTHING.end, *(np.roll(ring, -1, axis=0) for _, ring in visible)])
+    left = np.concatenate([_NOTHING.owner, *(np.full(len(ring), region) for region, ring in visible)])
     keep = _long(start, end)
     return _merge_shared(start[keep], end[keep], left[keep])
 

@@ -9,8 +9,7 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 
 from camsim.core.arrays import F64
-from camsim.numerics.rotations import cosine_and_sine
-from camsim.scene.primitives import Primitive, Shape
+from camsim.scene.primitives import Primitive, Shape, turned
 from camsim.scene.shapes import Rectangle
 from camsim.spectra.curve import Curve, Spectrum
 
@@ -54,7 +53,7 @@ class Raster:
     @property
     def axes(self) -> F64:
         """Unit vectors (2, 2) along rows and columns."""
-        return axes_of(self.rotate_deg)
+        return turned(np.eye(2), self.rotate_deg)
 
     @property
     def flat(self) -> F64 | None:
@@ -117,9 +116,3 @@ class Oblong(Field):
             rotate_deg=self.rotate_deg,
             reflectance=reflectance,
         )
-
-
-def axes_of(rotate_deg: float) -> F64:
-    """Return unit vectors (2, 2) along rows and columns rotated clockwise."""
-    cosine, sine = cosine_and_sine(rotate_deg)
-    return np.array([[cosine, sine], [-sine, cosine]])

@@ -69,7 +69,8 @@ def _shape(source: np.random.Generator, kind: str, radius: float, at: Place, col
     def corners(angles: F64, least: float) -> F64:
         """Return points (n, 2) in these directions, at random distances from ``least`` radii on."""
         radii = radius * (least + (1.0 - least) * source.random(len(angles)))
-        return np.array(at) + radii[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+        places: F64 = np.array(at) + radii[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+        return places
 
     about: dict[str, Any] = {"centre_um": at, "reflectance": colour}
     match kind:
@@ -112,9 +113,10 @@ def _shape(source: np.random.Generator, kind: str, radius: float, at: Place, col
                 reflectance=colour,
             )
         case "gradient":  # greys side by side, from one level to another
-            levels = np.linspace(*(0.02 + 0.9 * source.random(2)), _BANDS)
+            darkest, lightest = (0.02 + 0.9 * source.random(2)).tolist()
+            levels = np.linspace(darkest, lightest, _BANDS).tolist()
             along, across = turned(np.eye(2), angle_deg())
             ends = [np.array(at) + radius * (2.0 * index / _BANDS - 1.0) * along for index in range(_BANDS + 1)]
             side = 0.6 * radius * across
-            for (first, last), level in zip(pairwise(ends), levels.tolist(), strict=True):
+            for (first, last), level in zip(pairwise(ends), levels, strict=True):
                 yield Polygon(points_um=[first - side, last - side, last + side, first + side], reflectance=level)
