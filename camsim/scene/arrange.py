@@ -96,11 +96,11 @@ def arrange(
     hidden[covers.seen] = False
     sides[covers.seen[discs]] = np.bincount(drawn.owner, minlength=len(primitives))[covers.seen[discs]]
     sides[others.seen] = np.bincount(polygonal.loop_of, np.diff(polygons.first), len(others.seen))
-    start, end, left, right = (
-        np.concatenate(parts)
-        for parts in zip(alone, cut, (drawn.start, drawn.end, regions[drawn.owner], drawn.right), strict=True)
-    )
-    return Arrangement(start_um=start, end_um=end, left=left, right=right, spectra=spectra, sides=sides, hidden=hidden)
+    rims_um = (drawn.start, drawn.end, regions[drawn.owner], drawn.right)
+    start, end, left, right = (np.concatenate(parts) for parts in zip(alone, cut, rims_um, strict=True))
+    long = np.sum((end - start) ** 2, axis=1) > 0.0  # without underflow
+    edges = {"start_um": start[long], "end_um": end[long], "left": left[long], "right": right[long]}
+    return Arrangement(**edges, spectra=spectra, sides=sides, hidden=hidden)
 
 
 class _Drawn(NamedTuple):
@@ -139,28 +139,18 @@ def _alone_drawn(outlines: Outlines, polygons: Polygons, regions: I64, alone: np
     owner, item = outlines.loop_of[loops], polygons.some(loops)
     start, end = item.sides_um(np.append(True, owner[1:] != owner[:-1])[: len(owner)])
     left = np.repeat(regions[owner], np.diff(item.first))
-    keep = _long(start, end)
-    return start[keep], end[keep], left[keep], np.zeros_like(left[keep])
+    return start, end, left, np.zeros_like(left)
 
 
 def _rings_drawn(
     seen: list[tuple[Primitive, int]], rings: list[list[F64]], covers: Covers
 ) -> tuple[F64, F64, I64, I64]:
     """Return the edges of visible parts of polygons that touch others."""
-    if not seen:
-        return _NOTHING.start, _NOTHING.end, _NOTHING.owner, _NOTHING.right
     visible = [(region, ring) for region, some in visible_rings(seen, rings, covers) if region for ring in some]
     start = np.concatenate([_NOTHING.start, *(ring for _, ring in visible)])
     end = np.concatenate([_NOTHING.end, *(np.roll(ring, -1, axis=0) for _, ring in visible)])
     left = np.concatenate([_NOTHING.owner, *(np.full(len(ring), region) for region, ring in visible)])
-    keep = _long(start, end)
-    return _merge_shared(start[keep], end[keep], left[keep])
-
-
-def _long(start: F64, end: F64) -> np.ndarray:
-    """Return a mask of edges that contribute: squared length above 0 without underflow."""
-    long: np.ndarray = np.sum((end - start) ** 2, axis=1) > 0.0
-    return long
+    return _merge_shared(start, end, left)
 
 
 def _merge_shared(start: F64, end: F64, left: I64) -> tuple[F64, F64, I64, I64]:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from camsim.core.arrays import F64, I64
+from camsim.scene import overlap
 from camsim.scene.regions import filled
 
 
@@ -55,14 +56,6 @@ def _taken(following: dict[tuple[float, float], list[int]], here: tuple[float, f
 
 def edges_of(pieces: np.ndarray, cut: I64) -> tuple[F64, F64, I64]:
     """Return the edges of pieces, relative to the centres of their squares, and the piece of each."""
-    import shapely
-
-    # In the normal form outer rings run one way and holes the other.
-    parts, of_part = shapely.get_parts(shapely.normalize(pieces), return_index=True)
-    rings, of_ring = shapely.get_rings(parts, return_index=True)
-    points, of_point = shapely.get_coordinates(rings, return_index=True)
-    same = of_point[1:] == of_point[:-1]
-    owner = of_part[of_ring[of_point[:-1][same]]]
-    middle = cut[owner][:, ::-1] + 0.5
-    # Clockwise with y up, so the inside is on the other side: reversed.
-    return points[1:][same] - middle, points[:-1][same] - middle, owner.astype(np.int64)
+    edges, owner = overlap.edges_of(pieces)
+    start, end = np.hsplit(edges - np.tile(cut[owner][:, ::-1] + 0.5, 2), 2)
+    return start, end, owner

@@ -15,7 +15,7 @@ from annotated_types import Ge, Le
 from camsim.core.typed import Number, Place, Point, Positive, refusal, validate
 from camsim.scene.curves import Curves, Pen
 from camsim.scene.primitives import MOST_PIECES, Primitive, Shape, turned
-from camsim.scene.separate import separated
+from camsim.scene.regions import separated
 from camsim.spectra.curve import NumberOrCurve, Reflectance
 
 Weight = Literal[
