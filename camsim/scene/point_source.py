@@ -51,7 +51,8 @@ class PointSource(Field):
     def __post_init__(self) -> None:
         validate(self)
         if (self.electrons is None) == (self.photosites is None):
-            missing, twice = "missing; give one of electrons and photosites", "given with photosites; leave one out"
+            twice = "given together with photosites; leave one out"
+            missing = "missing; give one of electrons and photosites"
             raise refusal(self, "electrons", missing if self.electrons is None else twice)
 
     def exposed(self, wavelength_nm: F64, electrons: F64) -> PointSource:

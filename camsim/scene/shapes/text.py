@@ -90,9 +90,7 @@ class Text(Shape):
         turn = self.size_um * turned(np.eye(2), self.rotate_deg).T
         matrix = np.column_stack([turn, np.zeros(2)])
         set_once: dict[str, list[Primitive]] = {}  # each letter scaled and rotated once, then translated
-        top = 0.0
-        if self.vertical == "middle":
-            top = 0.5 * (font.capital - self.line * (len(lines) - 1))
+        top = 0.5 * (font.capital - self.line * (len(lines) - 1)) if self.vertical == "middle" else 0.0
         for number, line in enumerate(lines):
             widths = [font.advance(letter) for letter in line]
             left = -{"left": 0.0, "centre": 0.5, "right": 1.0}[self.align] * sum(widths)

@@ -26,13 +26,8 @@ class Svg(Compound):
 
     name : of its file
 
-    >>> import tempfile
-    >>> from pathlib import Path
-    >>> text = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 2 1"><rect width="1" height="1" fill="red"/></svg>'
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     _ = (Path(folder) / "flag.svg").write_text(text)
-    ...     len(read_svg(Path(folder) / "flag.svg", width_um=80.0).shapes)
-    1
+    >>> Svg(name="flag.svg", shapes=[Rectangle(width_um=2.0, height_um=1.0, reflectance=0.1)]).pieces
+    4
     """
 
     name: str
