@@ -213,10 +213,10 @@ class Card:
             reflectance=reflectance,
         )
 
-    def behind(self, width_um: float, height_um: float, light: Spectrum | None) -> Iterator[Rectangle]:
+    def behind(self, width_um: float, height_um: float, reflectance: Spectrum | None) -> Iterator[Rectangle]:
         """Yield the card itself, if it has a reflectance."""
-        if light is not None:
-            yield self.rectangle(width_um, height_um, (0.0, 0.0), light)
+        if reflectance is not None:
+            yield self.rectangle(width_um, height_um, (0.0, 0.0), reflectance)
 
     def cell(self, left_um: float, top_um: float, right_um: float, bottom_um: float, reflectance: Spectrum) -> Polygon:
         """Return a rectangle by its sides: cells with a side in common have its very numbers in common."""
