@@ -30,7 +30,7 @@ WIDER = {
     "Transmission": "NumberOrCurve",
 }
 """What is taken for the kinds of values that fields have."""
-VALIDATING = {"Outlined", "Gradient"}
+VALIDATING = {"Outlined", "Gradient", "RoundGradient"}
 """Bases that validate what their classes are given."""
 BODIES = ("Body", "Sensor")
 """Classes whose fields are partly those of their base."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, TypeAlias, TypeVar
+from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +14,19 @@ U8: TypeAlias = npt.NDArray[np.uint8]
 I64: TypeAlias = npt.NDArray[np.int64]
 C128: TypeAlias = npt.NDArray[np.complex128]
 Scalar = TypeVar("Scalar", bound=np.generic)
+Columns = TypeVar("Columns", bound=NamedTuple)
+
+
+def picked(columns: Columns, which: Any) -> Columns:
+    """Return the selected rows of all columns of a named tuple.
+
+    >>> class Arcs(NamedTuple):
+    ...     owner: I64
+    ...     turn_rad: F64
+    >>> picked(Arcs(np.array([4, 7]), np.array([0.1, 0.2])), [1])
+    Arcs(owner=array([7]), turn_rad=array([0.2]))
+    """
+    return columns._make(column[which] for column in columns)
 
 
 def read_only(*arrays: npt.NDArray[Any] | None) -> None:

@@ -11,11 +11,11 @@ from __future__ import annotations
 
 import functools
 import math
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from camsim.core.arrays import C128, F64, I64
+from camsim.core.arrays import C128, F64, I64, picked
 from camsim.scene.curves import ARC, CUBIC, Curves
 
 HALVINGS = 40
@@ -117,7 +117,7 @@ def arcs_of(curves: Curves, fine: Fineness, *, cut: bool = False, least: float =
         good &= ROUNDING * _radius(pairs) <= known
         return good & (bend <= MOST_BEND)
 
-    done: list[tuple[I64, F64, Arcs]] = []
+    done: list[tuple[Any, ...]] = []
     for turn in range(HALVINGS):
         stretches = _stretches(curves, owner, t0, t1)
         pairs = _pairs(stretches, np.ones(len(owner)))
@@ -125,7 +125,7 @@ def arcs_of(curves: Curves, fine: Fineness, *, cut: bool = False, least: float =
         # Biarcs with a wrong area get another joint; nearly straight parts become lines.
         for others_of in (_of_one_area, lines_of):
             poor = np.flatnonzero(~good)
-            some = stretches.some(poor)
+            some = picked(stretches, poor)
             others = others_of(some)
             better = close(some, others)
             if others_of is lines_of:
@@ -135,22 +135,17 @@ def arcs_of(curves: Curves, fine: Fineness, *, cut: bool = False, least: float =
             good[poor] = better
         if turn == HALVINGS - 1:
             good[:] = True
-        done.append((owner[good], t0[good], _picked(pairs, good)))
+        done.append((t0[good], *picked(pairs, good)))
         if good.all():
             break
         owner, t0, t1 = np.repeat(owner[~good], 2), np.repeat(t0[~good], 2), np.repeat(t1[~good], 2)
         middle = 0.5 * (t0 + t1)
         t1[::2], t0[1::2] = middle[::2], middle[1::2]
-    owners = np.concatenate([part[0] for part in done])
-    begins = np.concatenate([part[1] for part in done])
+    begins, owners, *pairs_of = map(np.concatenate, zip(*done, strict=True))
     order = np.lexsort((begins, owners))
     # Pairs are stored as first arcs and second arcs: (n, 2).
-    start, end, bends = (
-        np.concatenate([np.asarray(part[2][column]) for part in done])[order].ravel() for column in (1, 2, 3)
-    )
-    arcs = Arcs(np.repeat(owners[order], 2), start, end, bends.real)
-    proper = arcs.start != arcs.end
-    return Arcs(*(column[proper] for column in arcs))
+    arcs = Arcs(np.repeat(owners[order], 2), *(column[order].ravel() for column in pairs_of))
+    return picked(arcs, arcs.start != arcs.end)
 
 
 def _areas(pairs: Arcs) -> F64:
@@ -168,10 +163,6 @@ def _areas(pairs: Arcs) -> F64:
     return areas
 
 
-def _picked(pairs: Arcs, which: np.ndarray) -> Arcs:
-    return Arcs(*(column[which] for column in pairs))
-
-
 def _places(curves: Curves, owner: I64, t: F64) -> tuple[C128, C128]:
     """Return points and directions of curves, each at its parameter."""
     p = curves.points[owner, :, 0] + 1j * curves.points[owner, :, 1]
@@ -182,10 +173,8 @@ def _places(curves: Curves, owner: I64, t: F64) -> tuple[C128, C128]:
     ab, bc, cd = s * a + t * b, s * b + t * c, s * c + t * d
     abc, bcd = s * ab + t * bc, s * bc + t * cd
     phase = turn * t
-    round_place, round_way = (
-        (a - b) + b * np.cos(phase) + c * np.sin(phase),
-        turn * (c * np.cos(phase) - b * np.sin(phase)),
-    )
+    round_place = (a - b) + b * np.cos(phase) + c * np.sin(phase)
+    round_way = turn * (c * np.cos(phase) - b * np.sin(phase))
     place = np.where(kind == CUBIC, s * abc + t * bcd, np.where(kind == ARC, round_place, s * a + t * d))
     way = np.where(kind == CUBIC, bcd - abc, np.where(kind == ARC, round_way, d - a))
     # If control points coincide, the direction is that of the next ones.
@@ -206,12 +195,6 @@ class _Stretches(NamedTuple):
     finish: C128
     into: C128
     areas: F64
-
-    def some(self, which: I64) -> _Stretches:
-        """Return the selected ones."""
-        begin, out, finish, into = (places[which] for places in (self.begin, self.out, self.finish, self.into))
-        owner, t0, t1, areas = self.owner[which], self.t0[which], self.t1[which], self.areas[which]
-        return _Stretches(owner, t0, t1, begin, out, finish, into, areas)
 
 
 def _stretches(curves: Curves, owner: I64, t0: F64, t1: F64) -> _Stretches:

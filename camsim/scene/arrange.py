@@ -7,11 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camsim.core.arrays import F64, I64, same_rows
+from camsim.core.arrays import F64, I64, picked, same_rows
 from camsim.scene.outlines import Outlines
 from camsim.scene.primitives import Primitive, flattened, numbered
-from camsim.scene.rim_sides import sides_of
-from camsim.scene.rims import Discs, Rims, rims_of
+from camsim.scene.rims import Discs, Rims, rims_of, sides_of
 from camsim.scene.scene import Scene
 from camsim.scene.side_limits import SideLimits
 from camsim.scene.sides import Polygons
@@ -46,10 +45,7 @@ class Arrangement:
 
 
 def arrange(
-    scene: Scene,
-    limits: SideLimits | None = None,
-    *,
-    primitives: list[Primitive] | None = None,
+    scene: Scene, limits: SideLimits | None = None, *, primitives: list[Primitive] | None = None
 ) -> Arrangement:
     """Remove covered parts, join regions of equal spectrum, and list the remaining edges.
 
@@ -72,7 +68,7 @@ def arrange(
     outlines = Outlines.of(primitives)
     limits = limits or SideLimits()
     covers = Covers.of(primitives, outlines)
-    round_ones = Discs.of(outlines).some(covers.seen)
+    round_ones = picked(Discs.of(outlines), covers.seen)
     sides = np.bincount(outlines.owner, minlength=len(primitives))
     discs = round_ones.among_discs(covers.first, covers.second) & ~covers.alone & (not limits.textured)
     drawn = _NOTHING
@@ -100,19 +96,11 @@ def arrange(
     hidden[covers.seen] = False
     sides[covers.seen[discs]] = np.bincount(drawn.owner, minlength=len(primitives))[covers.seen[discs]]
     sides[others.seen] = np.bincount(polygonal.loop_of, np.diff(polygons.first), len(others.seen))
-    start, end, left, right = (
-        np.concatenate(parts)
-        for parts in zip(alone, cut, (drawn.start, drawn.end, regions[drawn.owner], drawn.right), strict=True)
-    )
-    return Arrangement(
-        start_um=start,
-        end_um=end,
-        left=left,
-        right=right,
-        spectra=spectra,
-        sides=sides,
-        hidden=hidden,
-    )
+    rims_um = (drawn.start, drawn.end, regions[drawn.owner], drawn.right)
+    start, end, left, right = (np.concatenate(parts) for parts in zip(alone, cut, rims_um, strict=True))
+    long = np.sum((end - start) ** 2, axis=1) > 0.0  # without underflow
+    edges = {"start_um": start[long], "end_um": end[long], "left": left[long], "right": right[long]}
+    return Arrangement(**edges, spectra=spectra, sides=sides, hidden=hidden)
 
 
 class _Drawn(NamedTuple):
@@ -129,12 +117,12 @@ _NOTHING = _Drawn(np.empty(0, np.int64), np.empty((0, 2)), np.empty((0, 2)), np.
 
 def _rims_drawn(rims: Rims, outlines: Outlines, limits: SideLimits) -> _Drawn:
     """Return the sides of visible parts of rims; ``rims.disc`` indexes primitives."""
-    whole = rims.some(rims.whole)
+    whole = picked(rims, rims.whole)
     order = np.argsort(whole.disc)
     closed_ones = outlines.some(whole.disc[order]).polygons(limits)
     closed = np.repeat(order, np.diff(closed_ones.first))
     starts, ends = closed_ones.sides_um(np.ones(len(order), bool))
-    arcs = rims.some(~rims.whole)
+    arcs = picked(rims, ~rims.whole)
     owner, start, end = sides_of(arcs, limits)
     drawn = _Drawn(
         np.concatenate([whole.disc[closed], arcs.disc[owner]]),
@@ -142,8 +130,7 @@ def _rims_drawn(rims: Rims, outlines: Outlines, limits: SideLimits) -> _Drawn:
         np.concatenate([ends, end]),
         np.concatenate([whole.behind[closed], arcs.behind[owner]]),
     )
-    keep = np.any(drawn.start != drawn.end, axis=1)
-    return _Drawn(drawn.owner[keep], drawn.start[keep], drawn.end[keep], drawn.right[keep])
+    return picked(drawn, np.any(drawn.start != drawn.end, axis=1))
 
 
 def _alone_drawn(outlines: Outlines, polygons: Polygons, regions: I64, alone: np.ndarray) -> tuple[F64, F64, I64, I64]:
@@ -152,36 +139,18 @@ def _alone_drawn(outlines: Outlines, polygons: Polygons, regions: I64, alone: np
     owner, item = outlines.loop_of[loops], polygons.some(loops)
     start, end = item.sides_um(np.append(True, owner[1:] != owner[:-1])[: len(owner)])
     left = np.repeat(regions[owner], np.diff(item.first))
-    keep = _long(start, end)
-    return start[keep], end[keep], left[keep], np.zeros_like(left[keep])
+    return start, end, left, np.zeros_like(left)
 
 
 def _rings_drawn(
     seen: list[tuple[Primitive, int]], rings: list[list[F64]], covers: Covers
 ) -> tuple[F64, F64, I64, I64]:
     """Return the edges of visible parts of polygons that touch others."""
-    if not seen:
-        return _NOTHING.start, _NOTHING.end, _NOTHING.owner, _NOTHING.right
-    starts: list[F64] = []
-    ends: list[F64] = []
-    lefts: list[I64] = []
-    for region, visible in visible_rings(seen, rings, covers):
-        if region == 0:
-            continue
-        for ring in visible:
-            starts.append(ring)
-            ends.append(np.roll(ring, -1, axis=0))
-            lefts.append(np.full(len(ring), region))
-    start, end = np.concatenate([np.empty((0, 2)), *starts]), np.concatenate([np.empty((0, 2)), *ends])
-    left = np.concatenate([np.empty(0, np.int64), *lefts])
-    keep = _long(start, end)
-    return _merge_shared(start[keep], end[keep], left[keep])
-
-
-def _long(start: F64, end: F64) -> np.ndarray:
-    """Return a mask of edges that contribute: squared length above 0 without underflow."""
-    long: np.ndarray = np.sum((end - start) ** 2, axis=1) > 0.0
-    return long
+    visible = [(region, ring) for region, some in visible_rings(seen, rings, covers) if region for ring in some]
+    start = np.concatenate([_NOTHING.start, *(ring for _, ring in visible)])
+    end = np.concatenate([_NOTHING.end, *(np.roll(ring, -1, axis=0) for _, ring in visible)])
+    left = np.concatenate([_NOTHING.owner, *(np.full(len(ring), region) for region, ring in visible)])
+    return _merge_shared(start, end, left)
 
 
 def _merge_shared(start: F64, end: F64, left: I64) -> tuple[F64, F64, I64, I64]:

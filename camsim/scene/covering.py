@@ -8,9 +8,10 @@ from typing import NamedTuple
 import numpy as np
 
 from camsim.core.arrays import F64, I64
-from camsim.scene.curves import ARC, CUBIC, Curves
+from camsim.scene.curves import Curves
 from camsim.scene.outlines import Outlines
 from camsim.scene.primitives import Primitive
+from camsim.scene.regions import inside
 
 HALVINGS = 60  # of a stretch: then its two ends are equal numbers
 AT_ONCE = 1 << 20  # stretches times places
@@ -51,8 +52,7 @@ def _covers(primitive: Primitive, places: F64) -> np.ndarray:
     for layer in primitive.layers:
         filled = np.zeros(len(places), bool)
         for fill in layer:
-            windings = _windings(_Stretches.of(fill.curves), places)
-            filled |= windings % 2 == 1 if fill.rule == "evenodd" else windings != 0
+            filled |= inside(_windings(_Stretches.of(fill.curves), places), fill.rule)
         all_layers &= filled
     return all_layers
 
@@ -76,7 +76,7 @@ class _Stretches(NamedTuple):
     @classmethod
     def of(cls, curves: Curves) -> _Stretches:
         """Cut curves at extrema of y."""
-        extremes = _extremes(curves)
+        extremes = curves.extremes(1)
         count = len(extremes)
         shares = np.concatenate([np.zeros((count, 1)), extremes, np.ones((count, 1))], axis=1)
         heights = np.stack([curves.at(share)[:, 1] for share in shares.T], axis=1)
@@ -89,28 +89,6 @@ class _Stretches(NamedTuple):
             curves.some(owner), shares[owner, column], shares[owner, column + 1],
             heights[owner, column], heights[owner, column + 1], boxes[:, 0], boxes[:, 2],
         )  # fmt: skip
-
-
-def _extremes(curves: Curves) -> F64:
-    """Return parameters (n, 3) of extrema of y, in order, 1 if none."""
-    shares = np.ones((len(curves.kind), 3))
-    y = curves.points[..., 1]
-    if (cubic := np.flatnonzero(curves.kind == CUBIC)).size:
-        a, b, c = np.diff(y[cubic], axis=1).T
-        square, half = a - 2.0 * b + c, a - b
-        # The two roots of square·t² − 2·half·t + a, without cancellation.
-        root = np.sqrt(np.maximum(half * half - square * a, 0.0))
-        sum_ = half + np.where(half < 0.0, -root, root)
-        for column, (over, under) in enumerate(((sum_, square), (a, sum_))):
-            shares[cubic, column] = over / np.where(under == 0.0, np.inf, under)
-    if (arc := np.flatnonzero(curves.kind == ARC)).size:
-        turn = curves.turn_rad[arc]
-        first = np.arctan2(y[arc, 2], y[arc, 1]) % np.pi
-        for column in range(3):
-            angle = first + column * np.pi
-            shares[arc, column] = np.where(turn > 0.0, angle, np.pi * (column + 1) - first) / np.abs(turn)
-    shares[~((shares > 0.0) & (shares < 1.0))] = 1.0
-    return np.sort(shares, axis=1)
 
 
 def _windings(of: _Stretches, places: F64) -> I64:
@@ -137,5 +115,4 @@ def _crossing(of: _Stretches, which: I64, y: F64) -> F64:
         middle = 0.5 * (low + high)
         under = (curves.at(middle)[:, 1] <= y) == rises
         low, high = np.where(under, middle, low), np.where(under, high, middle)
-    crossing: F64 = curves.at(0.5 * (low + high))[:, 0]
-    return crossing
+    return curves.at(0.5 * (low + high))[:, 0]

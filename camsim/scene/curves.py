@@ -115,22 +115,30 @@ class Curves(NamedTuple):
     @property
     def extent(self) -> F64:
         """The exact bounding box (4,) of all pieces: low x, low y, high x, high y."""
-        p, places = self.points, [self.points[:, 0]]
-        arc, cubic = self.kind == ARC, self.kind == CUBIC
-        a, b, c = np.diff(p, axis=1).transpose(1, 2, 0)  # of cubics, edges (2, n) between control points
-        with np.errstate(divide="ignore", invalid="ignore"):
-            # Extrema of x and y: on ellipses at two opposite angles, on cubics at roots of a quadratic.
-            half = np.abs(b - a) + np.sqrt((b - a) ** 2 - a * (a - 2.0 * b + c))
-            half = -np.where(b >= a, half, -half)
-            bends = half / (a - 2.0 * b + c), a / half
-            for axis in (0, 1):
-                phi = np.arctan2(p[:, 2, axis], p[:, 1, axis])
-                for number in (0, 1):
-                    turned = np.mod(np.sign(self.turn_rad) * (phi + number * math.pi), math.tau)
-                    t = np.where(arc, turned / np.abs(self.turn_rad), np.where(cubic, bends[number][axis], 0.0))
-                    places.append(self.at(np.clip(np.nan_to_num(t), 0.0, 1.0)))
-        every = np.concatenate([*places, p[:, 3]])
+        inner = [self.at(t) for axis in (0, 1) for t in self.extremes(axis).T]
+        every = np.concatenate([self.points[:, 0], self.points[:, 3], *inner])
         return np.concatenate([every.min(axis=0, initial=math.inf), every.max(axis=0, initial=-math.inf)])
+
+    def extremes(self, axis: int) -> F64:
+        """Return parameters (n, 3) of extrema of x or y, in order, 1 if none."""
+        shares = np.ones((len(self.kind), 3))
+        x = self.points[..., axis]
+        if (cubic := np.flatnonzero(self.kind == CUBIC)).size:
+            a, b, c = np.diff(x[cubic], axis=1).T
+            square, half = a - 2.0 * b + c, a - b
+            # The two roots of square·t² − 2·half·t + a, without cancellation.
+            root = np.sqrt(np.maximum(half * half - square * a, 0.0))
+            sum_ = half + np.where(half < 0.0, -root, root)
+            for column, (over, under) in enumerate(((sum_, square), (a, sum_))):
+                shares[cubic, column] = over / np.where(under == 0.0, np.inf, under)
+        if (arc := np.flatnonzero(self.kind == ARC)).size:
+            turn = self.turn_rad[arc]
+            first = np.arctan2(x[arc, 2], x[arc, 1]) % np.pi
+            for column in range(3):
+                angle = first + column * np.pi
+                shares[arc, column] = np.where(turn > 0.0, angle, np.pi * (column + 1) - first) / np.abs(turn)
+        shares[~((shares > 0.0) & (shares < 1.0))] = 1.0
+        return np.sort(shares, axis=1)
 
     @property
     def loop(self) -> I64:
@@ -162,8 +170,7 @@ def circles_among(curves: Curves) -> np.ndarray:
 
 def cross(a: F64, b: F64) -> F64:
     """Return a.x·b.y − a.y·b.x of vectors (..., 2)."""
-    product: F64 = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
-    return product
+    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
 
 def joined(parts: Sequence[Curves]) -> Curves:

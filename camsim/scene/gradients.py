@@ -13,8 +13,8 @@ from annotated_types import Ge, Le
 from camsim.core.arrays import F64
 from camsim.core.typed import Number, Place, Point, Positive, Whole, validate
 from camsim.scene.primitives import Shape
-from camsim.scene.raster import Field
-from camsim.scene.shapes import Disc, Rectangle, Ring
+from camsim.scene.raster import Field, Oblong
+from camsim.scene.shapes import Disc, Ring
 from camsim.scene.shapes.rounds import validate_radii
 from camsim.spectra.curve import Curve, NumberOrCurve, Reflectance, Spectrum, spectrum_at
 
@@ -34,6 +34,9 @@ class Gradient(Field):
     def rotate_deg(self) -> float:
         """Rotation of its axes, clockwise as displayed."""
         return 0.0
+
+    def __post_init__(self) -> None:
+        validate(self)
 
     @property
     @abc.abstractmethod
@@ -84,8 +87,25 @@ class Gradient(Field):
         return self.low, self.high
 
 
+class RoundGradient(Gradient):
+    """Common interface of those with a round rim."""
+
+    __slots__ = ()
+
+    radius_um: Any
+
+    @property
+    def half_um(self) -> tuple[float, float]:
+        """Its radius."""
+        return self.radius_um, self.radius_um
+
+    def frame(self, reflectance: Spectrum) -> Shape:
+        """Return its disc."""
+        return Disc(radius_um=self.radius_um, centre_um=self.centre_um, reflectance=reflectance)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
-class LinearGradient(Gradient):
+class LinearGradient(Oblong, Gradient):
     """A rectangle, linear from ``low`` at its left side to ``high`` at its right one, then rotated.
 
     >>> wedge = LinearGradient(width_um=40.0, height_um=10.0, low=0.1, high=0.9)
@@ -113,26 +133,13 @@ class LinearGradient(Gradient):
             high: NumberOrCurve = 1.0,
         ) -> None: ...
 
-    def __post_init__(self) -> None:
-        validate(self)
-
-    @property
-    def half_um(self) -> tuple[float, float]:
-        """Half its sides."""
-        return 0.5 * self.width_um, 0.5 * self.height_um
-
     def value(self, x_um: F64, y_um: F64) -> F64:
         """Return x, from 0 to 1."""
-        value: F64 = 0.5 + x_um / self.width_um + 0.0 * y_um
-        return value
-
-    def frame(self, reflectance: Spectrum) -> Shape:
-        """Return its rectangle."""
-        return _rectangle(self, reflectance)
+        return 0.5 + x_um / self.width_um + 0.0 * y_um
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RadialGradient(Gradient):
+class RadialGradient(RoundGradient):
     """A disc that goes from ``high`` in its centre to ``low`` at its rim, with the square of the distance.
 
     >>> RadialGradient(radius_um=40.0, low=0.1, high=0.9).radius_um
@@ -155,26 +162,13 @@ class RadialGradient(Gradient):
             high: NumberOrCurve = 1.0,
         ) -> None: ...
 
-    def __post_init__(self) -> None:
-        validate(self)
-
-    @property
-    def half_um(self) -> tuple[float, float]:
-        """Its radius."""
-        return self.radius_um, self.radius_um
-
     def value(self, x_um: F64, y_um: F64) -> F64:
         """Return 1 minus the squared distance in radii."""
-        value: F64 = 1.0 - (x_um * x_um + y_um * y_um) / self.radius_um**2
-        return value
-
-    def frame(self, reflectance: Spectrum) -> Shape:
-        """Return its disc."""
-        return Disc(radius_um=self.radius_um, centre_um=self.centre_um, reflectance=reflectance)
+        return 1.0 - (x_um * x_um + y_um * y_um) / self.radius_um**2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class SineGrating(Gradient):
+class SineGrating(Oblong, Gradient):
     """A rectangle with a sinusoid along its width, then rotated.
 
     period_um : of a wave;  phase_deg: of the wave in its centre, 0 is bright
@@ -207,14 +201,6 @@ class SineGrating(Gradient):
             high: NumberOrCurve = 1.0,
         ) -> None: ...
 
-    def __post_init__(self) -> None:
-        validate(self)
-
-    @property
-    def half_um(self) -> tuple[float, float]:
-        """Half its sides."""
-        return 0.5 * self.width_um, 0.5 * self.height_um
-
     @property
     def cycles_per_um(self) -> float:
         """The frequency of its waves."""
@@ -223,16 +209,11 @@ class SineGrating(Gradient):
     def value(self, x_um: F64, y_um: F64) -> F64:
         """Return a wave along x."""
         turn = x_um / self.period_um + self.phase_deg / 360.0 + 0.0 * y_um
-        value: F64 = 0.5 + 0.5 * np.cos(2.0 * np.pi * turn)
-        return value
-
-    def frame(self, reflectance: Spectrum) -> Shape:
-        """Return its rectangle."""
-        return _rectangle(self, reflectance)
+        return 0.5 + 0.5 * np.cos(2.0 * np.pi * turn)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class SineStar(Gradient):
+class SineStar(RoundGradient):
     """A sinusoidal Siemens star: a ring whose reflectance is a sinusoid of the angle.
 
     cycles : around it;  rotate_deg: of the first bright middle from the right, clockwise as displayed
@@ -268,11 +249,6 @@ class SineStar(Gradient):
         validate_radii(self, self.inner_radius_um, self.radius_um)
 
     @property
-    def half_um(self) -> tuple[float, float]:
-        """Its radius."""
-        return self.radius_um, self.radius_um
-
-    @property
     def cycles_per_um(self) -> float:
         """The frequency along its inner circle."""
         return self.cycles / (2.0 * math.pi * self.inner_radius_um)
@@ -302,7 +278,7 @@ class SineStar(Gradient):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class SineZonePlate(Gradient):
+class SineZonePlate(RoundGradient):
     """A disc of circular waves whose frequency rises evenly from 0 in its centre, which is bright.
 
     finest_period_um : at its rim
@@ -329,14 +305,6 @@ class SineZonePlate(Gradient):
             high: NumberOrCurve = 1.0,
         ) -> None: ...
 
-    def __post_init__(self) -> None:
-        validate(self)
-
-    @property
-    def half_um(self) -> tuple[float, float]:
-        """Its radius."""
-        return self.radius_um, self.radius_um
-
     @property
     def cycles_per_um(self) -> float:
         """The frequency at its rim."""
@@ -345,19 +313,4 @@ class SineZonePlate(Gradient):
     def value(self, x_um: F64, y_um: F64) -> F64:
         """Return a wave of the square of the distance."""
         turn = (x_um * x_um + y_um * y_um) / (2.0 * self.radius_um * self.finest_period_um)
-        value: F64 = 0.5 + 0.5 * np.cos(2.0 * np.pi * turn)
-        return value
-
-    def frame(self, reflectance: Spectrum) -> Shape:
-        """Return its disc."""
-        return Disc(radius_um=self.radius_um, centre_um=self.centre_um, reflectance=reflectance)
-
-
-def _rectangle(gradient: LinearGradient | SineGrating, reflectance: Spectrum) -> Shape:
-    return Rectangle(
-        width_um=gradient.width_um,
-        height_um=gradient.height_um,
-        centre_um=gradient.centre_um,
-        rotate_deg=gradient.rotate_deg,
-        reflectance=reflectance,
-    )
+        return 0.5 + 0.5 * np.cos(2.0 * np.pi * turn)

@@ -126,13 +126,10 @@ def has_curves(primitives: Sequence[Primitive]) -> bool:
 
 def area_of(primitive: Primitive, rings: list[F64]) -> Any:
     """Return the Shapely geometry of what a primitive covers."""
-    layers, used = [], 0
+    layers, left = [], iter(rings)
     for layer in primitive.layers:
-        fills = []
-        for fill in layer:
-            loops = len(fill.curves.first) - 1
-            fills.append(region_of(rings[used : used + loops], fill.rule, simple=fill.simple))
-            used += loops
+        own = [list(itertools.islice(left, len(fill.curves.first) - 1)) for fill in layer]
+        fills = [region_of(rings, fill.rule, simple=fill.simple) for fill, rings in zip(layer, own, strict=True)]
         whole = fills[0]
         for fill_area in fills[1:]:
             whole = joined_areas([whole, without(fill_area, [whole])])

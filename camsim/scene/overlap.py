@@ -20,7 +20,7 @@ def common_area(area: Any, other: Any) -> float:
     >>> common_area(shapely.box(0, 0, 2, 2), shapely.box(1, 1, 4, 3))
     1.0
     """
-    one, two = edges_of(area), edges_of(other)
+    one, two = edges_of(area)[0], edges_of(other)[0]
     if not len(one) or not len(two):
         return 0.0
     # Relative to a point nearby, for accuracy.
@@ -31,15 +31,15 @@ def common_area(area: Any, other: Any) -> float:
     return float(_common(edges[order], (order >= len(one)).astype(np.int64)))
 
 
-def edges_of(area: Any) -> F64:
-    """Return the edges (n, 4) of an area, x, y of both ends, with the inside on the same side."""
+def edges_of(areas: Any) -> tuple[F64, I64]:
+    """Return the edges (n, 4) of areas, x, y of both ends, with the inside on the same side, and the area of each."""
     import shapely
 
-    rings = shapely.get_rings(shapely.get_parts(shapely.orient_polygons(area)))
-    points, ring = shapely.get_coordinates(rings, return_index=True)
-    on = ring[1:] == ring[:-1]
-    edges: F64 = np.hstack([points[:-1][on], points[1:][on]])
-    return edges
+    parts, of_part = shapely.get_parts(shapely.orient_polygons(areas), return_index=True)
+    rings, of_ring = shapely.get_rings(parts, return_index=True)
+    points, of_point = shapely.get_coordinates(rings, return_index=True)
+    on = of_point[1:] == of_point[:-1]
+    return np.hstack([points[:-1][on], points[1:][on]]), of_part[of_ring[of_point[:-1][on]]].astype(np.int64)
 
 
 @kernel(allocates=True)

@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 
 from camsim.core.arrays import F64, I64
+from camsim.scene import overlap
+from camsim.scene.regions import filled
 
 
 def pieces_of(start: F64, end: F64, cut: I64) -> tuple[np.ndarray, F64]:
@@ -32,37 +34,16 @@ def _geometry(start: F64, end: F64) -> Any:
     for k, place in enumerate(map(tuple, start.tolist())):
         following.setdefault(place, []).append(k)
     stops = list(map(tuple, end.tolist()))
-    rings: tuple[list[Any], list[Any]] = ([], [])  # outer ones and holes
+    rings: list[list[tuple[float, float]]] = []
     while following:
-        begin = next(iter(following))
-        ring, here = [begin], begin
-        while True:
-            here = stops[_taken(following, here)]
-            if here == begin:
-                break
+        begin = here = next(iter(following))
+        ring = [begin]
+        while (here := stops[_taken(following, here)]) != begin:
             ring.append(here)
         if len(ring) > 2:
-            x, y = np.array(ring).T
-            area = float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
-            rings[area < 0.0].append(shapely.make_valid(shapely.Polygon(ring)))
-    within = [_holes_about(some, rings[1]) for some in rings]
-    levels = range(1 + max((int(each.max(initial=0)) for each in within), default=0))
-    outer, holes = (
-        [shapely.union_all(np.array(some, object)[each == level]) for level in levels]
-        for some, each in zip(rings, within, strict=True)
-    )
-    return (
-        shapely.union_all(shapely.difference(outer, holes)) if len(levels) > 1 else shapely.difference(*outer, *holes)
-    )
-
-
-def _holes_about(rings: list[Any], holes: list[Any]) -> I64:
-    """Return the number of other holes that contain each ring: an island is in one, and so is its hole."""
-    import shapely
-
-    ring, hole = shapely.STRtree(holes).query(np.array(rings, object), predicate="within")
-    others = np.array([rings[r] is not holes[h] for r, h in zip(ring.tolist(), hole.tolist(), strict=True)], bool)
-    return np.bincount(ring[others], minlength=len(rings))
+            rings.append(ring)
+    # Inside by the even-odd rule: all edges have the inside on the same side.
+    return filled(shapely.make_valid(shapely.Polygon(rings[0], rings[1:]))) if rings else shapely.Polygon()
 
 
 def _taken(following: dict[tuple[float, float], list[int]], here: tuple[float, float]) -> int:
@@ -75,14 +56,6 @@ def _taken(following: dict[tuple[float, float], list[int]], here: tuple[float, f
 
 def edges_of(pieces: np.ndarray, cut: I64) -> tuple[F64, F64, I64]:
     """Return the edges of pieces, relative to the centres of their squares, and the piece of each."""
-    import shapely
-
-    # In the normal form outer rings run one way and holes the other.
-    parts, of_part = shapely.get_parts(shapely.normalize(pieces), return_index=True)
-    rings, of_ring = shapely.get_rings(parts, return_index=True)
-    points, of_point = shapely.get_coordinates(rings, return_index=True)
-    same = of_point[1:] == of_point[:-1]
-    owner = of_part[of_ring[of_point[:-1][same]]]
-    middle = cut[owner][:, ::-1] + 0.5
-    # Clockwise with y up, so the inside is on the other side: reversed.
-    return points[1:][same] - middle, points[:-1][same] - middle, owner.astype(np.int64)
+    edges, owner = overlap.edges_of(pieces)
+    start, end = np.hsplit(edges - np.tile(cut[owner][:, ::-1] + 0.5, 2), 2)
+    return start, end, owner

@@ -16,8 +16,7 @@ from camsim.core.number_kinds import array_of
 from camsim.core.typed import Fraction, Number, Place, Point, Positive, Several, check, refusal, validate
 from camsim.core.words import displayed
 from camsim.errors import InvalidValueError
-from camsim.scene.raster import Field, Interpolation, Raster
-from camsim.scene.shapes import Rectangle
+from camsim.scene.raster import Interpolation, Oblong, Raster
 from camsim.spectra.component import Component
 from camsim.spectra.curve import Curve, Spectrum, spectrum_at
 from camsim.spectra.pca import planes_of_cube
@@ -38,7 +37,7 @@ _Spectra: TypeAlias = Annotated[
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Picture(Raster, Field):
+class Picture(Raster, Oblong):
     """A rectangle of samples in front of the camera, as it falls on the sensor.
 
     planes        : (planes, rows, cols) or (rows, cols) numbers, row 0 at the top
@@ -207,11 +206,6 @@ class Picture(Raster, Field):
         )
 
     @property
-    def half_um(self) -> tuple[float, float]:
-        """Half its sides."""
-        return 0.5 * self.width_um, 0.5 * self.height_um
-
-    @property
     def reflectance(self) -> Spectrum:
         """Its mean over all samples: its surface where only outlines matter."""
         means = self.planes.mean(axis=(1, 2), dtype=np.float64)
@@ -220,16 +214,6 @@ class Picture(Raster, Field):
         if nodes.size == 1:
             return float(total[0])
         return Curve(tuple(nodes.tolist()), tuple(total.tolist()), outside="hold")
-
-    def frame(self, reflectance: Spectrum) -> Rectangle:
-        """Return the picture's rectangle in one colour."""
-        return Rectangle(
-            width_um=self.width_um,
-            height_um=self.height_um,
-            centre_um=self.centre_um,
-            rotate_deg=self.rotate_deg,
-            reflectance=reflectance,
-        )
 
     @property
     def surfaces(self) -> tuple[Spectrum, ...]:

@@ -51,10 +51,9 @@ class PointSource(Field):
     def __post_init__(self) -> None:
         validate(self)
         if (self.electrons is None) == (self.photosites is None):
-            said = "missing; give one of electrons and photosites"
-            raise refusal(
-                self, "electrons", said if self.electrons is None else "given together with photosites; leave one out"
-            )
+            twice = "given together with photosites; leave one out"
+            missing = "missing; give one of electrons and photosites"
+            raise refusal(self, "electrons", missing if self.electrons is None else twice)
 
     def exposed(self, wavelength_nm: F64, electrons: F64) -> PointSource:
         """Return it in photosites; electrons: (channels, n) of one full of a perfect diffuser, by wavelength."""

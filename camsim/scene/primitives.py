@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import abc
 import itertools
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -96,7 +97,6 @@ class Outlined(Shape):
     depth: ClassVar[int] = 0
 
     reflectance: Any
-    _outline: ClassVar[Callable[..., Curves]]
 
     def __post_init__(self) -> None:
         validate(self)
@@ -109,6 +109,9 @@ class Outlined(Shape):
     def primitives(self) -> Iterator[Primitive]:
         """Return its outline."""
         yield one(self._outline(), self.reflectance, rule="evenodd", simple=True)
+
+    @abc.abstractmethod
+    def _outline(self) -> Curves: ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

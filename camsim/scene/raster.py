@@ -9,9 +9,8 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 
 from camsim.core.arrays import F64
-from camsim.numerics.rotations import cosine_and_sine
-from camsim.scene.primitives import Primitive, Shape
-from camsim.spectra.component import Component
+from camsim.scene.primitives import Primitive, Shape, turned
+from camsim.scene.shapes import Rectangle
 from camsim.spectra.curve import Curve, Spectrum
 
 Interpolation: TypeAlias = Literal["squares", "linear", "cubic"]
@@ -54,12 +53,19 @@ class Raster:
     @property
     def axes(self) -> F64:
         """Unit vectors (2, 2) along rows and columns."""
-        return axes_of(self.rotate_deg)
+        return turned(np.eye(2), self.rotate_deg)
 
     @property
     def flat(self) -> F64 | None:
         """Weights of the planes that sum to a reflectance of 1 at every wavelength; None if unknown."""
-        return flat_of(self.spectra)
+        if self.spectra == (1.0,):
+            return np.ones(1)
+        curves = [spectrum for spectrum in self.spectra if isinstance(spectrum, Curve)]
+        if len(curves) < len(self.spectra) or len({(curve.wavelength_nm, curve.outside) for curve in curves}) != 1:
+            return None
+        total = np.sum([np.asarray(curve.values) for curve in curves], axis=0)
+        held = curves[0].outside == "hold" and np.abs(total - 1.0).max() < 1e-12
+        return np.ones(len(curves)) if held else None
 
 
 class Field(abc.ABC):
@@ -86,19 +92,27 @@ class Field(abc.ABC):
         return self.frame(self.reflectance).primitives()
 
 
-def axes_of(rotate_deg: float) -> F64:
-    """Return unit vectors (2, 2) along rows and columns rotated clockwise."""
-    cosine, sine = cosine_and_sine(rotate_deg)
-    return np.array([[cosine, sine], [-sine, cosine]])
+class Oblong(Field):
+    """A rectangle without a uniform colour."""
 
+    __slots__ = ()
 
-def flat_of(spectra: tuple[Spectrum | Component, ...]) -> F64 | None:
-    """Return weights of spectra that sum to a reflectance of 1; None if unknown."""
-    if spectra == (1.0,):
-        return np.ones(1)
-    curves = [spectrum for spectrum in spectra if isinstance(spectrum, Curve)]
-    if len(curves) == len(spectra) and len({curve.wavelength_nm for curve in curves}) == 1:
-        total = np.sum([np.asarray(curve.values) for curve in curves], axis=0)
-        held = all(curve.outside == "hold" for curve in curves)
-        return np.ones(len(curves)) if held and np.abs(total - 1.0).max() < 1e-12 else None
-    return None
+    width_um: Any
+    height_um: Any
+    centre_um: Any
+    rotate_deg: Any
+
+    @property
+    def half_um(self) -> tuple[float, float]:
+        """Half its sides."""
+        return 0.5 * self.width_um, 0.5 * self.height_um
+
+    def frame(self, reflectance: Spectrum) -> Rectangle:
+        """Return its rectangle in one colour."""
+        return Rectangle(
+            width_um=self.width_um,
+            height_um=self.height_um,
+            centre_um=self.centre_um,
+            rotate_deg=self.rotate_deg,
+            reflectance=reflectance,
+        )

@@ -10,14 +10,18 @@ import numpy as np
 
 from camsim.core.arrays import F64, I64
 from camsim.errors import InvalidValueError
-from camsim.scene.curves import cross
-from camsim.scene.primitives import FillRule
+from camsim.scene.curves import Curves, cross
+from camsim.scene.primitives import Fill, FillRule
+from camsim.scene.side_limits import SideLimits
+from camsim.scene.sides import polygons
 
 GRID_BITS = (48, 46, 44)  # of the largest coordinate: at 50 GEOS sometimes fails to close rings, at 49 never observed
 MOST_CROSSINGS = 200_000
 LONG = 48  # corners from which a shape is clipped to the neighbourhood of another
 BESIDE = 0.01  # margin of such clips, relative to the box
 TOGETHER = 100_000  # sides queried at a time
+FINE = 0.01  # side length relative to the total size: deviates by 1e-4 at a radius of a tenth
+CLEAR = 2e-3  # relative to that size: least distance between and within outlines
 
 
 def region_of(rings: Sequence[F64], rule: FillRule, *, simple: bool) -> Any:
@@ -50,6 +54,40 @@ def nesting(rings: Sequence[F64], rule: FillRule) -> list[tuple[int, list[int]]]
     return _nested(rings, alone, rule)
 
 
+def separated(curves: Curves, rule: FillRule) -> tuple[Fill, ...]:
+    """Return closed outlines as simple fills; if some meet, as one fill that is not simple.
+
+    They stay simple under linear maps and other subdivisions into sides: no two outlines, or parts of one, are so close
+    that growing or shrinking a region by ``CLEAR`` changes its topology.
+
+    >>> import numpy as np
+    >>> from camsim.scene.curves import joined, through
+    >>> square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    >>> [fill.simple for fill in separated(joined([through(square), through(4 * square - 1)]), "evenodd")]
+    [True]
+    >>> [fill.simple for fill in separated(joined([through(square), through(square + 0.5)]), "nonzero")]
+    [False]
+    """
+    if not len(curves.kind):
+        return ()
+    boxes = curves.boxes
+    size = float((boxes[:, 2:].max(axis=0) - boxes[:, :2].min(axis=0)).max())
+    rings = polygons(curves, SideLimits(FINE * size)).each
+    nested = nesting(rings, rule) if min(map(len, rings)) > 2 else None
+    if nested is not None:
+        area = region_of(rings, rule, simple=False)
+        if all(_hangs_together(area.buffer(way * CLEAR * size)) == _hangs_together(area) for way in (-1.0, 1.0)):
+            return tuple(Fill(curves.loops([outline, *holes]), rule, simple=True) for outline, holes in nested)
+    return (Fill(curves, rule),)
+
+
+def _hangs_together(area: Any) -> list[int]:
+    """Return the number of holes of each part, sorted."""
+    import shapely
+
+    return sorted(shapely.get_num_interior_rings(shapely.get_parts(area)).tolist())
+
+
 def _lines(rings: Sequence[F64]) -> Any:
     import shapely
 
@@ -59,9 +97,7 @@ def _lines(rings: Sequence[F64]) -> Any:
 def without(area: Any, others: Iterable[Any]) -> Any:
     """Return an area without others; see ``_sure``."""
     for other in others:
-        if area.is_empty:
-            break
-        area = _less(area, other)
+        area = area if area.is_empty else _less(area, other)
     return area
 
 
@@ -130,7 +166,7 @@ def _sure(overlay: Callable[[float | None], Any], area: float, polygons: Sequenc
     best, off = None, math.inf
     for bits in (None, *GRID_BITS):
         try:
-            found = _filled(overlay(None if bits is None else math.ldexp(1.0, size - bits)))
+            found = filled(overlay(None if bits is None else math.ldexp(1.0, size - bits)))
         except shapely.errors.GEOSException as error:  # contradictory labels, or rings too fine to be closed
             failed = error
             continue
@@ -143,7 +179,7 @@ def _sure(overlay: Callable[[float | None], Any], area: float, polygons: Sequenc
     return best
 
 
-def _filled(geometry: Any) -> Any:
+def filled(geometry: Any) -> Any:
     """Return the areas of an overlay, without its lines, which cannot be overlaid again on a grid.
 
     Areas meet along lines, and a grid makes lines of slivers.
@@ -198,41 +234,33 @@ def _nested(rings: Sequence[F64], alone: Any, rule: FillRule) -> list[tuple[int,
     inner, outer = inner[inner != outer], outer[inner != outer]
     winds = np.array([1 if _area(ring) > 0 else -1 for ring in rings])
     around = np.bincount(inner, winds[outer], count).astype(np.int64)  # outside of each ring
-    depth = np.bincount(inner, minlength=count)
-    filled_within, filled_without = _inside(around + winds, depth + 1, rule), _inside(around, depth, rule)
-    shells = np.flatnonzero(filled_within & ~filled_without)
-    holes = filled_without & ~filled_within
+    filled_within, filled_without = inside(around + winds, rule), inside(around, rule)
+    holes_of: dict[int, list[int]] = {shell: [] for shell in np.flatnonzero(filled_within & ~filled_without).tolist()}
     # Each hole belongs to the innermost shell around it.
-    owner = np.full(count, -1)
-    order = np.argsort(depth[outer], kind="stable")
-    is_shell = np.zeros(count, bool)
-    is_shell[shells] = True
-    for ring, about in zip(inner[order].tolist(), outer[order].tolist(), strict=True):
-        if is_shell[about]:
-            owner[ring] = about
-    holes_of: dict[int, list[int]] = {shell: [] for shell in shells.tolist()}
-    for hole in np.flatnonzero(holes).tolist():
+    order = np.argsort(np.bincount(inner, minlength=count)[outer], kind="stable")
+    owner = {
+        r: about for r, about in zip(inner[order].tolist(), outer[order].tolist(), strict=True) if about in holes_of
+    }
+    for hole in np.flatnonzero(filled_without & ~filled_within).tolist():
         holes_of[owner[hole]].append(hole)
     return list(holes_of.items())
 
 
-def _inside(winds: I64, times: I64, rule: FillRule) -> np.ndarray:
-    """Return whether a rule fills points with these winding sums and numbers of enclosing rings."""
-    filled: np.ndarray = winds != 0 if rule == "nonzero" else times % 2 == 1
-    return filled
+def inside(winds: I64, rule: FillRule) -> np.ndarray:
+    """Return whether a rule fills points with these winding numbers."""
+    within: np.ndarray = winds != 0 if rule == "nonzero" else winds % 2 == 1
+    return within
 
 
 def _validate_crossings(rings: Sequence[F64]) -> None:
     """Raise for outlines with too many crossings: each adds a corner to several faces."""
     import shapely
 
-    starts = np.concatenate(rings)
-    ends = np.concatenate([np.roll(ring, -1, axis=0) for ring in rings])
+    starts, ends = _sides(rings)
     boxes = shapely.box(*np.minimum(starts, ends).T, *np.maximum(starts, ends).T)
     tree, found = shapely.STRtree(boxes), 0
-    step = TOGETHER
-    for begin in range(0, len(boxes), step):
-        for part in np.array_split(np.arange(begin, min(begin + step, len(boxes))), 100):
+    for begin in range(0, len(boxes), TOGETHER):
+        for part in np.array_split(np.arange(begin, min(begin + TOGETHER, len(boxes))), 100):
             first, second = tree.query(boxes[part])
             a, b = part[first], second
             a, b = a[a < b], b[a < b]
@@ -248,6 +276,11 @@ def _validate_crossings(rings: Sequence[F64]) -> None:
                 )
 
 
+def _sides(rings: Sequence[F64]) -> tuple[F64, F64]:
+    """Return where the sides of rings start and end."""
+    return np.concatenate(rings), np.concatenate([np.roll(ring, -1, axis=0) for ring in rings])
+
+
 def _by_faces(rings: Sequence[F64], lines: Any, rule: FillRule) -> Any:
     """Return the region of crossing rings: split at crossings, and each face tested by the rule."""
     import shapely
@@ -255,16 +288,14 @@ def _by_faces(rings: Sequence[F64], lines: Any, rule: FillRule) -> Any:
     cut = shapely.union_all(lines)
     faces = shapely.get_parts(shapely.polygonize(shapely.get_parts(cut)))
     places = shapely.get_coordinates(shapely.point_on_surface(faces))
-    around, times = _windings(places, rings)
-    filled = faces[_inside(around, times, rule)]
-    return joined_areas(filled) if len(filled) else shapely.Polygon()
+    faces = faces[inside(_windings(places, rings), rule)]
+    return joined_areas(faces) if len(faces) else shapely.Polygon()
 
 
-def _windings(places: F64, rings: Sequence[F64]) -> tuple[I64, I64]:
-    """Return winding numbers of rings about places, and numbers of crossings of a ray."""
-    starts = np.concatenate(rings)
-    ends = np.concatenate([np.roll(ring, -1, axis=0) for ring in rings])
-    sums, times = np.zeros(len(places), np.int64), np.zeros(len(places), np.int64)
+def _windings(places: F64, rings: Sequence[F64]) -> I64:
+    """Return winding numbers of rings about places."""
+    starts, ends = _sides(rings)
+    sums = np.zeros(len(places), np.int64)
     up = starts[:, 1] <= ends[:, 1]
     low, high = np.minimum(starts[:, 1], ends[:, 1]), np.maximum(starts[:, 1], ends[:, 1])
     order = np.argsort(low, kind="stable")
@@ -275,5 +306,4 @@ def _windings(places: F64, rings: Sequence[F64]) -> tuple[I64, I64]:
         side = cross(ends[near] - starts[near], np.array([x, y]) - starts[near])
         right = np.where(up[near], side > 0.0, side < 0.0)
         sums[index] = int(np.sum(np.where(up[near], 1, -1)[right]))
-        times[index] = int(np.count_nonzero(right))
-    return sums, times
+    return sums

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import itertools
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from camsim.core.arrays import F64, I64
 from camsim.scene.curves import circles_among
 from camsim.scene.outlines import Outlines
+from camsim.scene.side_limits import SideLimits, validate_sides
 
 TANGENT = 1e-9  # relative: circles so close to tangency are left to the polygon code
 HIDDEN = -2  # in place of the region behind
@@ -38,11 +39,6 @@ class Rims(NamedTuple):
     turn_rad: F64
     start_um: F64
     end_um: F64
-
-    def some(self, which: I64 | np.ndarray) -> Rims:
-        """Return the selected ones."""
-        columns: Any = (column[which] for column in self)
-        return Rims(*columns)
 
     @property
     def whole(self) -> np.ndarray:
@@ -84,10 +80,6 @@ class Discs(NamedTuple):
         found.centre_um[owner[piece]] = curves.points[piece, 0] - curves.points[piece, 1]
         found.radius_um[owner[piece]] = np.hypot(*curves.points[piece, 1].T)
         return found
-
-    def some(self, which: I64 | np.ndarray) -> Discs:
-        """Return those of selected primitives."""
-        return Discs(self.sound[which], self.centre_um[which], self.radius_um[which])
 
     def covered(self, first: I64, second: I64) -> np.ndarray:
         """Return a mask of pairs whose first is fully within the second."""
@@ -141,6 +133,33 @@ def rims_of(centre: F64, radius: F64, region: I64, pairs: tuple[I64, I64]) -> Ri
     behind[behind == region[whose]] = HIDDEN
     proper = until > angle
     return _joined(whose[proper], angle[proper], behind[proper], place[proper], centre, radius)
+
+
+def sides_of(rims: Rims, limits: SideLimits) -> tuple[I64, F64, F64]:
+    """Return the sides of open parts: owners (n,), and starts and ends (n, 2).
+
+    Sides of one length lie on a circle a little larger than theirs: two radii and a side of it have the sector's area,
+    r²·φ/2 = R²·sin(φ)/2. At the ends of a part, a radial step connects the two circles without changing the area of a
+    sector. So the only error at the ends is that second moments of the deviations, s⁵/720r each, no longer cancel. They
+    leave s⁴/720r times the slope of the PSF, for each of the two ends.
+    """
+    sides = rims.radius_um * rims.turn_rad / limits.end_um(rims.radius_um)
+    validate_sides(float(sides.sum()))
+    count = np.maximum(np.ceil(sides - 1e-9), 1.0).astype(np.int64)
+    each = rims.turn_rad / count
+    out = rims.radius_um * np.sqrt(each / np.sin(each))
+    # Each part from its start over corners on the larger circle to its end.
+    corners = count + 3
+    part = np.repeat(np.arange(len(count)), corners)
+    last = np.cumsum(corners) - 1
+    first = last - corners + 1
+    angle = rims.from_rad[part] + (np.arange(len(part)) - first[part] - 1) * each[part]
+    places = rims.centre_um[part] + out[part][:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    places[first], places[last] = rims.start_um, rims.end_um
+    begins = np.ones(len(part), bool)
+    begins[last] = False
+    begin = np.flatnonzero(begins)
+    return part[begin], places[begin], places[begin + 1]
 
 
 def _joined(whose: I64, angle: F64, behind: I64, place: F64, centre: F64, radius: F64) -> Rims:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from camsim.core import notebook
 from camsim.core.arrays import F64
@@ -61,16 +61,16 @@ class Scene:
 
     def framed(self, reflectance: Spectrum) -> Scene:
         """Return the scene with every picture and gradient replaced by its outline in one colour."""
-        if not any(isinstance(shape, Field) for shape in self.shapes):
-            return self
-        shapes = [shape.frame(reflectance) if isinstance(shape, Field) else shape for shape in self.shapes]
-        return Scene(background=self.background, shapes=shapes)
+        return self._changed(Field, lambda shape: shape.frame(reflectance))
 
     def exposed(self, wavelength_nm: F64, electrons: F64) -> Scene:
         """Return the scene with its points in units of photosites; see ``PointSource.exposed``."""
-        if not any(isinstance(shape, PointSource) for shape in self.shapes):
+        return self._changed(PointSource, lambda point: point.exposed(wavelength_nm, electrons))
+
+    def _changed(self, kind: type, change: Callable[[Any], Any]) -> Scene:
+        if not any(isinstance(shape, kind) for shape in self.shapes):
             return self
-        shapes = [one.exposed(wavelength_nm, electrons) if isinstance(one, PointSource) else one for one in self.shapes]
+        shapes = [change(shape) if isinstance(shape, kind) else shape for shape in self.shapes]
         return Scene(background=self.background, shapes=shapes)
 
     @classmethod

@@ -54,23 +54,20 @@ class SideLimits(NamedTuple):
         return self._at_least_um(side, radius_um)
 
     def end_um(self, radius_um: F64) -> F64:
-        """Return the longest sides (n,) of an open arc; see ``rim_sides``."""
+        """Return the longest sides (n,) of an open arc; see ``rims.sides_of``."""
         side = np.minimum(self._end_um(360.0, radius_um), self._even_um(radius_um))
         return self._at_least_um(side, radius_um)
 
     def _even_um(self, radius_um: F64) -> F64:
         longest = self.segment_um if self.longer_um is None else np.interp(radius_um, *self.longer_um)
-        side: F64 = np.minimum(longest, np.sqrt(self.wobble_um * radius_um * math.sqrt(720.0)))
-        return side
+        return np.minimum(longest, np.sqrt(self.wobble_um * radius_um * math.sqrt(720.0)))
 
     def _at_least_um(self, side_um: F64, radius_um: F64) -> F64:
         anywhere = np.maximum(side_um, np.sqrt(12.0 * self.off_um * radius_um))
-        side: F64 = np.minimum(anywhere, self.turn_rad * radius_um)
-        return side
+        return np.minimum(anywhere, self.turn_rad * radius_um)
 
     def _end_um(self, times: float, radius_um: F64) -> F64:
-        longest: F64 = np.sqrt(np.sqrt(times * self.moment_um3 * radius_um))
-        return longest
+        return np.sqrt(np.sqrt(times * self.moment_um3 * radius_um))
 
 
 def validate_sides(total: float) -> None:

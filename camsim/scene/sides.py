@@ -203,8 +203,7 @@ def _gained(corners: F64, moved: F64, following: I64) -> F64:
     """Return the areas (n,) of the quadrilaterals corner, moved corner, next moved corner, next corner."""
     here, there = moved - corners, (moved - corners)[following]
     base = corners[following] - corners
-    areas: F64 = 0.5 * (cross(here, base + there) - cross(base, there))
-    return areas
+    return 0.5 * (cross(here, base + there) - cross(base, there))
 
 
 def _squares(vectors: F64) -> F64:

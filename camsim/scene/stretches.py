@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
-from camsim.core.arrays import F64, I64
+from camsim.core.arrays import F64, I64, picked
 from camsim.scene.curves import ARC, Curves, cross
 
 TURN = 0.25  # radians over which curvature counts as constant
@@ -29,17 +28,9 @@ class Stretches(NamedTuple):
     radius_um: F64
     length_um: F64
 
-    def some(self, which: I64 | np.ndarray) -> Stretches:
-        """Return picked ones."""
-        owner, t0, t1, place, radius, length = self
-        return Stretches(owner[which], t0[which], t1[which], place[which], radius[which], length[which])
 
-
-Apart = Callable[[F64, F64], F64]
-
-
-def stretches(curves: Curves, apart: Apart | None = None) -> Stretches:
-    """Cut curved pieces into parts of nearly constant curvature, limited by ``apart`` (of place and length)."""
+def stretches(curves: Curves) -> Stretches:
+    """Cut curved pieces into parts of nearly constant curvature."""
     count = len(curves.kind)
     initial = np.where(curves.kind == ARC, np.ceil(np.abs(curves.turn_rad) / TURN), 4).astype(np.int64)
     owner = np.repeat(np.arange(count), initial)
@@ -48,19 +39,15 @@ def stretches(curves: Curves, apart: Apart | None = None) -> Stretches:
     done: list[Stretches] = []
     for turn in range(HALVINGS):
         found, bends = _measured(curves, owner, t0, t1)
-        long = bends > TURN
-        if apart is not None:
-            long |= found.length_um > apart(found.place_um, found.length_um)
-        if turn == HALVINGS - 1:
-            long[:] = False
-        done.append(found.some(~long))
+        long = (bends > TURN) & (turn < HALVINGS - 1)
+        done.append(picked(found, ~long))
         if not long.any():
             break
         owner, t0, t1 = np.repeat(owner[long], 2), np.repeat(t0[long], 2), np.repeat(t1[long], 2)
         middle = 0.5 * (t0 + t1)
         t1[::2], t0[1::2] = middle[::2], middle[1::2]
-    joined = Stretches(*(np.concatenate([part[column] for part in done]) for column in range(len(Stretches._fields))))
-    return joined.some(np.lexsort((joined.t0, joined.owner)))
+    joined = Stretches(*map(np.concatenate, zip(*done, strict=True)))
+    return picked(joined, np.lexsort((joined.t0, joined.owner)))
 
 
 def _measured(curves: Curves, owner: I64, t0: F64, t1: F64) -> tuple[Stretches, F64]:
@@ -87,13 +74,6 @@ def _angle(a: F64, b: F64) -> F64:
     return angle
 
 
-def running(owner: I64, amount: F64) -> tuple[F64, F64]:
-    """Return the sum of what comes before each (n,) with the same owner, and of all of each owner's."""
-    total: F64 = np.bincount(owner, amount).astype(float)
-    start = np.cumsum(amount) - amount
-    return start - start[np.searchsorted(owner, owner)], total
-
-
 def gradual(longest_um: F64, found: Stretches) -> F64:
     """Return lengths (n,) of sides that rise by no more than a part of each stretch along a curve, either way.
 
@@ -105,7 +85,8 @@ def gradual(longest_um: F64, found: Stretches) -> F64:
     >>> gradual(np.array([9.0, 1.0, 9.0, 9.0, 9.0]), some)
     array([2., 1., 2., 3., 9.])
     """
-    before, _ = running(found.owner, found.length_um)
+    before = np.cumsum(found.length_um) - found.length_um
+    before -= before[np.searchsorted(found.owner, found.owner)]
     until = RISE * (before + found.length_um)
     rising = _least_so_far(longest_um - until, found.owner) + until
     falling = _least_so_far((rising + RISE * before)[::-1], found.owner[::-1])[::-1] - RISE * before

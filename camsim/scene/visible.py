@@ -64,10 +64,6 @@ class Covers:
         alone[first] = alone[second] = False
         return Covers(self.seen, first, second, alone)
 
-    def some_pairs(self, pairs: np.ndarray) -> Covers:
-        """Return the same with a subset of the pairs: shapes that only touch hide nothing of one another."""
-        return dataclasses.replace(self, first=self.first[pairs], second=self.second[pairs])
-
     def after(self) -> list[I64]:
         """Return the later primitives that each touches."""
         order = np.lexsort((self.second, self.first))
@@ -144,7 +140,8 @@ def visible_rings(
 
     areas = np.array([area_of(primitive, one) for (primitive, _), one in zip(seen, rings, strict=True)], object)
     covers = covers.met(shapely.intersects(areas[covers.first], areas[covers.second]))
-    hiding = covers.some_pairs(~shapely.touches(areas[covers.first], areas[covers.second]))
+    over = ~shapely.touches(areas[covers.first], areas[covers.second])  # those that only touch hide nothing
+    hiding = dataclasses.replace(covers, first=covers.first[over], second=covers.second[over])
     sizes = shapely.area(areas)
     visible: list[tuple[int, list[F64]]] = []
     pieces: dict[int, list[Any]] = {}
@@ -178,8 +175,4 @@ def _joined(parts: list[Any]) -> list[Any]:
         if np.array_equal(least, group):
             break
         group = least
-    together = []
-    for number in np.unique(group).tolist():
-        members = found[group == number]
-        together.append(joined_areas(members))
-    return together
+    return [joined_areas(found[group == number]) for number in np.unique(group).tolist()]

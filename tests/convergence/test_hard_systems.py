@@ -402,19 +402,6 @@ def test_lenses_that_change_over_the_frame(lens, shape, blur, tolerance):
     assert abs(rendering.image[0, 1] - 0.8 - exact) <= 0.5 * tolerance
 
 
-def test_colours_that_spots_gather_from_farther_than_the_scene_is():
-    """Wavelengths follow the rings as far as spots are from the scene, and not photosites' centres."""
-    disc = {"kind": "disc", "radius": 0.2, "centre": [0.1, 0.05], "reflectance": 0.05}
-    spots = {"split": 20.0, "split_y": 20.0, "rotate_deg": 0.0}
-    system = system_of([disc], 0.55, photosite={"kind": "square", "side": 0.5}, olpf=spots, rows=1, cols=1)
-    nm = np.arange(400.0, 701.0, 6.0).tolist()
-    each = [systems.rendered(system | {"wavelength_nm": [item]}, tolerance=1e-6, method="boundary") for item in nm]
-    exact = np.mean([one.image for one in each])
-    system |= {"wavelength_nm": nm, "response": [[1.0 / len(nm)] * len(nm)]}
-    for method in ("boundary", "fourier"):
-        assert abs(systems.rendered(system, tolerance=1e-5, method=method).image[0, 0] - exact) <= 1e-5
-
-
 @pytest.mark.parametrize("photosite", [{"kind": "square", "side": 0.7}, {"kind": "circle", "diameter": 0.7}])
 def test_wavefronts_do_not_kink_on_the_axis(photosite):
     """200 times the tolerance, seen: trefoil rose straight from the axis, where its direction is any."""

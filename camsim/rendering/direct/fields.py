@@ -30,7 +30,8 @@ from camsim.rendering.grid import Grid
 from camsim.scene import Picture, PointSource, Scene, flattened
 from camsim.scene.arcs import Fineness
 from camsim.scene.gradients import Gradient
-from camsim.scene.raster import DEGREES, Field, axes_of
+from camsim.scene.primitives import turned
+from camsim.scene.raster import DEGREES, Field
 from camsim.spectra.component import Component
 from camsim.spectra.curve import Curve, Spectrum
 
@@ -223,7 +224,7 @@ class Fields:
 
     def _seen(self, number: int, shape: Picture | Gradient) -> Seen:
         outline = self._outline(number)
-        axes, middle = axes_of(shape.rotate_deg), np.array(shape.centre_um) / self.pitch_um
+        axes, middle = turned(np.eye(2), shape.rotate_deg), np.array(shape.centre_um) / self.pitch_um
         if isinstance(shape, Gradient):
             cycles = shape.cycles_per_um * self.pitch_um
             side = min(CELL / self.highest, 1.0 / cycles if cycles else math.inf)
@@ -284,7 +285,7 @@ class Fields:
         found = [np.empty((0, 2))]
         for (_, shape), seen in zip(self.shapes, self.seen, strict=True):
             middle, half = np.array(shape.centre_um) / self.pitch_um, np.array(shape.half_um) / self.pitch_um
-            axes = axes_of(shape.rotate_deg)
+            axes = turned(np.eye(2), shape.rotate_deg)
             sides = np.array([(0, 0), (-1, -1), (1, 1), (1, -1), (-1, 1)])
             item = [middle + (sides * half) @ axes]
             if seen.cut is not None and len(seen.cut[0]):

@@ -44,9 +44,8 @@ def bars(
     gaps = [2.0 * max(pair) for pair in pairwise(sets_um)]
     whole = sum(widths) + sum(gaps)
     card = Card(centre_um, rotate_deg)
-    if light is not None:
-        margin = 4.0 * max(sets_um)
-        yield card.rectangle(whole + margin, length + margin, (0.0, 0.0), light)
+    margin = 4.0 * max(sets_um)
+    yield from card.behind(whole + margin, length + margin, light)
     left = -0.5 * whole
     for period, width, gap in zip(sets_um, widths, [*gaps, 0.0], strict=True):
         for index in range(pairs):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import inspect
+import itertools
 import re
 import typing
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -90,11 +91,9 @@ class Chart(Compound):
 
     def primitives(self) -> Iterator[Primitive]:
         """Return the primitives of its shapes; cached, as spectra, outlines and the check all use them."""
-        painted = self._painted
-        if painted is None:
-            painted = tuple(flattened(self.shapes))
-            object.__setattr__(self, "_painted", painted)
-        return iter(painted)
+        if self._painted is None:
+            object.__setattr__(self, "_painted", tuple(flattened(self.shapes)))
+        return iter(self._painted or ())
 
 
 KNOWN: dict[str, Callable[..., Iterable[Shape]]] = {}
@@ -179,6 +178,12 @@ def periods(
     return tuple(1e3 / frequency for frequency in lp_per_mm or ()) if periods_um is None else tuple(periods_um)
 
 
+def grid(rows: int, cols: int, step_x_um: float, step_y_um: float) -> Iterator[tuple[int, int, Place]]:
+    """Yield row, column and centre of each place of a grid about 0, row by row."""
+    for row, col in itertools.product(range(rows), range(cols)):
+        yield row, col, ((col - 0.5 * (cols - 1)) * step_x_um, (row - 0.5 * (rows - 1)) * step_y_um)
+
+
 @dataclass(frozen=True, slots=True)
 class Card:
     """Placement of a chart: rotation about its centre, and translation."""
@@ -207,6 +212,11 @@ class Card:
             rotate_deg=self.rotate_deg + rotate_deg,
             reflectance=reflectance,
         )
+
+    def behind(self, width_um: float, height_um: float, reflectance: Spectrum | None) -> Iterator[Rectangle]:
+        """Yield the card itself, if it has a reflectance."""
+        if reflectance is not None:
+            yield self.rectangle(width_um, height_um, (0.0, 0.0), reflectance)
 
     def cell(self, left_um: float, top_um: float, right_um: float, bottom_um: float, reflectance: Spectrum) -> Polygon:
         """Return a rectangle by its sides: cells with a side in common have its very numbers in common."""

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Literal
 
 from camsim.core.typed import Fraction, Point, Positive
-from camsim.scene.charts.chart import Card, chart
+from camsim.scene.charts.chart import Card, chart, grid
 from camsim.scene.primitives import Shape
 from camsim.spectra import named
 from camsim.spectra.curve import Reflectance
@@ -43,9 +43,7 @@ def colorchecker(
     yield card.rectangle(width_um, height_um, (0.0, 0.0), frame)
     names = named.reflectance_names()[: _ROWS * _COLS]
     prefix = "" if spectra == "ISO 17321-1" else f"{spectra}/"
-    for index, name in enumerate(names):
-        row, col = divmod(index, _COLS)
-        at_um = ((col - 0.5 * (_COLS - 1)) * step, (row - 0.5 * (_ROWS - 1)) * step)
+    for name, (_, _, at_um) in zip(names, grid(_ROWS, _COLS, step, step), strict=True):
         yield card.rectangle(patch, patch, at_um, named.reflectance(prefix + name))
     if marks and margin > 0.0:
         white = named.reflectance(f"{prefix}white 9.5")

@@ -1,11 +1,14 @@
-"""What repeats along both axes: the checkerboard and the grid of dots."""
+"""What repeats along both axes: the checkerboard, the grid of dots, and the grid of slanted edges."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Annotated
 
-from camsim.core.typed import Point, Positive
-from camsim.scene.charts.chart import Card, Many, chart, counted
+from annotated_types import MinLen
+
+from camsim.core.typed import Point, Positive, Several
+from camsim.scene.charts.chart import Card, Many, chart, counted, grid
 from camsim.scene.primitives import Shape
 from camsim.spectra.curve import Reflectance
 
@@ -31,8 +34,7 @@ def checkerboard(
     """
     counted(checkerboard, "rows", 0.5 * rows * cols)
     card = Card(centre_um, rotate_deg)
-    if light is not None:
-        yield card.rectangle(cols * side_um, rows * side_um, (0.0, 0.0), light)
+    yield from card.behind(cols * side_um, rows * side_um, light)
     for row in range(rows):
         for col in range(row % 2, cols, 2):
             left, top = (col - 0.5 * cols) * side_um, (row - 0.5 * rows) * side_um
@@ -63,9 +65,37 @@ def dot_grid(
     """
     counted(dot_grid, "rows", rows * cols)
     card = Card(centre_um, rotate_deg)
-    if light is not None:
-        yield card.rectangle(cols * spacing_um, rows * spacing_um, (0.0, 0.0), light)
-    for row in range(rows):
-        for col in range(cols):
-            at_um = ((col - 0.5 * (cols - 1)) * spacing_um, (row - 0.5 * (rows - 1)) * spacing_um)
-            yield card.disc(radius_um, at_um, dark)
+    yield from card.behind(cols * spacing_um, rows * spacing_um, light)
+    for _, _, at_um in grid(rows, cols, spacing_um, spacing_um):
+        yield card.disc(radius_um, at_um, dark)
+
+
+@chart
+def slanted_edges(
+    *,
+    side_um: Positive,
+    rows: Many = 1,
+    cols: Many = 1,
+    spacing_um: Positive | None = None,
+    angles_deg: Annotated[Several[float], MinLen(1)] = (5.0,),
+    dark: Annotated[Several[Reflectance], MinLen(1)] = (0.05,),
+    light: Reflectance | None = None,
+    centre_um: Point = (0.0, 0.0),
+) -> Iterator[Shape]:
+    """Draw squares, each turned about its own centre; ``camsim measure mtf`` finds their edges.
+
+    side_um    : of a square
+    rows, cols : of squares
+    spacing_um : from centre to centre; twice the side when left out
+    angles_deg : of the squares along each row, clockwise as displayed, over and over
+    dark       : reflectances of the squares down each column, over and over
+
+    >>> [shape.rotate_deg for shape in slanted_edges(side_um=100.0, cols=3, angles_deg=[3, 8]).shapes]
+    [3.0, 8.0, 3.0]
+    """
+    counted(slanted_edges, "rows", rows * cols)
+    card = Card(centre_um)
+    step_um = 2.0 * side_um if spacing_um is None else spacing_um
+    yield from card.behind(cols * step_um, rows * step_um, light)
+    for row, col, at_um in grid(rows, cols, step_um, step_um):
+        yield card.rectangle(side_um, side_um, at_um, dark[row % len(dark)], angles_deg[col % len(angles_deg)])

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from camsim.core.typed import Point, Positive
-from camsim.scene.charts.chart import Card, Many, chart, counted, refused
+from camsim.scene.charts.chart import Card, Many, chart, counted, grid, refused
 from camsim.scene.primitives import Shape
 from camsim.scene.shapes import Polygon, Rectangle
 from camsim.spectra.curve import Reflectance
@@ -47,23 +47,20 @@ def lens_grid(
         if count * side > whole:
             raise refused(lens_grid, key, f"{count} blocks of {side:g} do not fit into {whole:g}")
     card = Card(centre_um, rotate_deg)
-    if light is not None:
-        c, s = abs(math.cos(math.radians(rotate_deg))), abs(math.sin(math.radians(rotate_deg)))
-        room = (c * width_um + s * height_um, c * height_um + s * width_um)
-        yield Card(centre_um).rectangle(*room, (0.0, 0.0), light)
+    c, s = abs(math.cos(math.radians(rotate_deg))), abs(math.sin(math.radians(rotate_deg)))
+    yield from Card(centre_um).behind(c * width_um + s * height_um, c * height_um + s * width_um, light)
     blocks: list[Polygon | Rectangle] = []
-    for y in _centres(height_um - side, rows):
-        for x in _centres(width_um - side, cols):
-            radius = math.hypot(x, y)
-            if radius < side:
-                blocks.append(card.rectangle(side, side, (x, y), dark))
-                continue
-            # Inner and outer side are perpendicular to the ray through the block's centre, the others lie along rays.
-            along, across = np.array([x, y]) / radius, np.array([-y, x]) / radius
-            inner, outer = radius - 0.5 * side, radius + 0.5 * side
-            spread = 0.5 * side / radius
-            corners = [r * (along + s * spread * across) for r, s in ((inner, -1), (outer, -1), (outer, 1), (inner, 1))]
-            blocks.append(card.polygon(corners, dark))
+    for _, _, (x, y) in grid(rows, cols, (width_um - side) / max(cols - 1, 1), (height_um - side) / max(rows - 1, 1)):
+        radius = math.hypot(x, y)
+        if radius < side:
+            blocks.append(card.rectangle(side, side, (x, y), dark))
+            continue
+        # Inner and outer side are perpendicular to the ray through the block's centre, the others lie along rays.
+        along, across = np.array([x, y]) / radius, np.array([-y, x]) / radius
+        inner, outer = radius - 0.5 * side, radius + 0.5 * side
+        spread = 0.5 * side / radius
+        corners = [r * (along + s * spread * across) for r, s in ((inner, -1), (outer, -1), (outer, 1), (inner, 1))]
+        blocks.append(card.polygon(corners, dark))
     outlines = shapely.polygons(
         np.array([block.points_um if isinstance(block, Polygon) else block.corners_um for block in blocks])
     )
@@ -71,8 +68,3 @@ def lens_grid(
         message = f"blocks of {side:g} lie over one another, turned as they are; give smaller ones, or fewer"
         raise refused(lens_grid, "side_um" if side_um is not None else "cols", message)
     yield from blocks
-
-
-def _centres(extent_um: float, count: int) -> list[float]:
-    """Return uniformly spaced positions over an extent centred at 0."""
-    return [0.0] if count == 1 else [extent_um * (index / (count - 1) - 0.5) for index in range(count)]

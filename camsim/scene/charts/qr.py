@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from typing import Annotated, Literal
 
@@ -47,11 +48,7 @@ def qr(
     card = Card(centre_um, rotate_deg)
     yield card.rectangle(width_um, width_um, (0.0, 0.0), light)
     for row, line in enumerate(modules):
-        col = 0
-        while col < len(line):
-            end = col
-            while end < len(line) and line[end]:
-                end += 1
-            if end > col:
-                yield card.cell(lines_um[col], lines_um[row], lines_um[end], lines_um[row + 1], dark)
-            col = end + 1
+        for module, run in itertools.groupby(enumerate(line), lambda place: place[1]):
+            cols = [col for col, _ in run]
+            if module:
+                yield card.cell(lines_um[cols[0]], lines_um[row], lines_um[cols[-1] + 1], lines_um[row + 1], dark)

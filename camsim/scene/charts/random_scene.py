@@ -3,22 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
-from typing import Annotated
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+from typing import Annotated, Any
 
 import numpy as np
 from annotated_types import Ge, Le, MinLen
 
+from camsim.core.arrays import F64
 from camsim.core.typed import Point, Positive, Seed, Several
-from camsim.scene.charts.chart import chart
-from camsim.scene.primitives import Shape
+from camsim.scene.charts.chart import Place, chart
+from camsim.scene.primitives import Shape, turned
 from camsim.scene.shapes import Ellipse, Path, Polygon, Rectangle, RegularPolygon, Ring, Sector, Star, Text
 from camsim.spectra import named
 from camsim.spectra.curve import Reflectance, Spectrum
 
 _BANDS = 24
 _LETTERS = "ABCDEFGHKMRSWXabdegkqrs2345689&%?"
-_Make = Callable[[np.random.Generator, float, tuple[float, float], Spectrum], Iterator[Shape]]
+_KINDS = ["polygon", "regular polygon", "star", "rectangle", "ellipse", "ring", "sector", "blob", "letter", "gradient"]
 
 
 @chart
@@ -48,9 +50,9 @@ def random(
     sizes = np.sort(whole * np.geomspace(0.02, 0.5, 1000)[source.integers(1000, size=shapes)])[::-1]
     for size in sizes.tolist():
         x, y = ((source.random(2) - 0.5) * (width_um, height_um)).tolist()
-        make = _KINDS[int(source.integers(len(_KINDS)))]
+        kind = _KINDS[int(source.integers(len(_KINDS)))]
         colour = colours[int(source.integers(len(colours)))]
-        yield from make(source, 0.5 * size, (centre_um[0] + x, centre_um[1] + y), colour)
+        yield from _shape(source, kind, 0.5 * size, (centre_um[0] + x, centre_um[1] + y), colour)
 
 
 def _measured() -> Sequence[Spectrum]:
@@ -58,96 +60,63 @@ def _measured() -> Sequence[Spectrum]:
     return [named.reflectance(name) for name in names]
 
 
-def _angle_deg(source: np.random.Generator) -> float:
-    return float(360.0 * source.random())
+def _shape(source: np.random.Generator, kind: str, radius: float, at: Place, colour: Spectrum) -> Iterator[Shape]:
+    """Draw a shape of a kind about a place."""
 
+    def angle_deg() -> float:
+        return float(360.0 * source.random())
 
-def _polygon(source: np.random.Generator, radius: float, at: tuple[float, float], colour: Spectrum) -> Iterator[Shape]:
-    count = int(source.integers(3, 9))
-    angles = np.sort(math.tau * (np.arange(count) + 0.8 * source.random(count)) / count)
-    radii = radius * (0.4 + 0.6 * source.random(count))
-    corners = np.array(at) + radii[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    yield Polygon(points_um=corners, reflectance=colour)
+    def corners(angles: F64, least: float) -> F64:
+        """Return points (n, 2) in these directions, at random distances from ``least`` radii on."""
+        radii = radius * (least + (1.0 - least) * source.random(len(angles)))
+        places: F64 = np.array(at) + radii[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+        return places
 
-
-def _regular(source: np.random.Generator, radius: float, at: tuple[float, float], colour: Spectrum) -> Iterator[Shape]:
-    sides = int(source.integers(3, 9))
-    yield RegularPolygon(sides=sides, radius_um=radius, centre_um=at, rotate_deg=_angle_deg(source), reflectance=colour)
-
-
-def _star(source: np.random.Generator, radius: float, at: tuple[float, float], colour: Spectrum) -> Iterator[Shape]:
-    tips, inner = int(source.integers(4, 12)), radius * float(0.3 + 0.4 * source.random())
-    yield Star(
-        tips=tips,
-        radius_um=radius,
-        inner_radius_um=inner,
-        centre_um=at,
-        rotate_deg=_angle_deg(source),
-        reflectance=colour,
-    )
-
-
-def _rectangle(
-    source: np.random.Generator, radius: float, at: tuple[float, float], colour: Spectrum
-) -> Iterator[Shape]:
-    wide, high = (2.0 * radius * (0.15 + 0.85 * source.random(2))).tolist()
-    yield Rectangle(width_um=wide, height_um=high, centre_um=at, rotate_deg=_angle_deg(source), reflectance=colour)
-
-
-def _ellipse(source: np.random.Generator, radius: float, at: tuple[float, float], colour: Spectrum) -> Iterator[Shape]:
-    rx, ry = (radius * (0.3 + 0.7 * source.random(2))).tolist()
-    yield Ellipse(radius_x_um=rx, radius_y_um=ry, centre_um=at, rotate_deg=_angle_deg(source), reflectance=colour)
-
-
-def _ring(source: np.random.Generator, radius: float, at: tuple[float, float], colour: Spectrum) -> Iterator[Shape]:
-    inner = radius * float(0.3 + 0.6 * source.random())
-    yield Ring(radius_um=radius, inner_radius_um=inner, centre_um=at, reflectance=colour)
-
-
-def _sector(source: np.random.Generator, radius: float, at: tuple[float, float], colour: Spectrum) -> Iterator[Shape]:
-    turn = float(30.0 + 300.0 * source.random())
-    yield Sector(radius_um=radius, from_deg=_angle_deg(source), turn_deg=turn, centre_um=at, reflectance=colour)
-
-
-def _blob(source: np.random.Generator, radius: float, at: tuple[float, float], colour: Spectrum) -> Iterator[Shape]:
-    """Draw a smooth closed curve: each corner's handles run along its neighbours' chord."""
-    count = int(source.integers(4, 9))
-    angles = math.tau * np.arange(count) / count
-    corners = np.array(at) + (radius * (0.5 + 0.5 * source.random(count)))[:, None] * np.stack(
-        [np.cos(angles), np.sin(angles)], axis=1
-    )
-    handles = (np.roll(corners, -1, axis=0) - np.roll(corners, 1, axis=0)) / 6.0
-    segments: list[tuple[str | float, ...]] = [("move", *corners[0].tolist())]
-    for index in range(count):
-        after = (index + 1) % count
-        points = (corners[index] + handles[index], corners[after] - handles[after], corners[after])
-        segments.append(("cubic", *np.concatenate(points).tolist()))
-    yield Path(segments_um=segments, reflectance=colour)
-
-
-def _letter(source: np.random.Generator, radius: float, at: tuple[float, float], colour: Spectrum) -> Iterator[Shape]:
-    yield Text(
-        text=_LETTERS[int(source.integers(len(_LETTERS)))],
-        size_um=2.0 * radius,
-        at_um=at,
-        align="centre",
-        vertical="middle",
-        rotate_deg=_angle_deg(source),
-        reflectance=colour,
-    )
-
-
-def _gradient(source: np.random.Generator, radius: float, at: tuple[float, float], colour: Spectrum) -> Iterator[Shape]:
-    """Draw greys side by side, from one level to another."""
-    first_level, last_level = (0.02 + 0.9 * source.random(2)).tolist()
-    levels = np.linspace(first_level, last_level, _BANDS)
-    angle = math.radians(_angle_deg(source))
-    along, across = np.array([math.cos(angle), math.sin(angle)]), np.array([-math.sin(angle), math.cos(angle)])
-    ends = [np.array(at) + radius * (2.0 * index / _BANDS - 1.0) * along for index in range(_BANDS + 1)]
-    side = 0.6 * radius * across
-    for index, level in enumerate(levels.tolist()):
-        first, last = ends[index], ends[index + 1]
-        yield Polygon(points_um=[first - side, last - side, last + side, first + side], reflectance=level)
-
-
-_KINDS: tuple[_Make, ...] = (_polygon, _regular, _star, _rectangle, _ellipse, _ring, _sector, _blob, _letter, _gradient)
+    about: dict[str, Any] = {"centre_um": at, "reflectance": colour}
+    match kind:
+        case "polygon":
+            count = int(source.integers(3, 9))
+            angles = np.sort(math.tau * (np.arange(count) + 0.8 * source.random(count)) / count)
+            yield Polygon(points_um=corners(angles, 0.4), reflectance=colour)
+        case "regular polygon":
+            sides = int(source.integers(3, 9))
+            yield RegularPolygon(sides=sides, radius_um=radius, rotate_deg=angle_deg(), **about)
+        case "star":
+            tips, inner = int(source.integers(4, 12)), radius * float(0.3 + 0.4 * source.random())
+            yield Star(tips=tips, radius_um=radius, inner_radius_um=inner, rotate_deg=angle_deg(), **about)
+        case "rectangle":
+            wide, high = (2.0 * radius * (0.15 + 0.85 * source.random(2))).tolist()
+            yield Rectangle(width_um=wide, height_um=high, rotate_deg=angle_deg(), **about)
+        case "ellipse":
+            rx, ry = (radius * (0.3 + 0.7 * source.random(2))).tolist()
+            yield Ellipse(radius_x_um=rx, radius_y_um=ry, rotate_deg=angle_deg(), **about)
+        case "ring":
+            yield Ring(radius_um=radius, inner_radius_um=radius * float(0.3 + 0.6 * source.random()), **about)
+        case "sector":
+            turn = float(30.0 + 300.0 * source.random())
+            yield Sector(radius_um=radius, from_deg=angle_deg(), turn_deg=turn, **about)
+        case "blob":  # a smooth closed curve: each corner's handles run along its neighbours' chord
+            count = int(source.integers(4, 9))
+            points = corners(math.tau * np.arange(count) / count, 0.5)
+            handles = (np.roll(points, -1, axis=0) - np.roll(points, 1, axis=0)) / 6.0
+            after = np.roll(points - handles, -1, axis=0), np.roll(points, -1, axis=0)
+            curves = np.hstack([points + handles, *after]).tolist()
+            yield Path(segments_um=[("move", *points[0]), *(("cubic", *each) for each in curves)], reflectance=colour)
+        case "letter":
+            yield Text(
+                text=_LETTERS[int(source.integers(len(_LETTERS)))],
+                size_um=2.0 * radius,
+                at_um=at,
+                align="centre",
+                vertical="middle",
+                rotate_deg=angle_deg(),
+                reflectance=colour,
+            )
+        case "gradient":  # greys side by side, from one level to another
+            darkest, lightest = (0.02 + 0.9 * source.random(2)).tolist()
+            levels = np.linspace(darkest, lightest, _BANDS).tolist()
+            along, across = turned(np.eye(2), angle_deg())
+            ends = [np.array(at) + radius * (2.0 * index / _BANDS - 1.0) * along for index in range(_BANDS + 1)]
+            side = 0.6 * radius * across
+            for (first, last), level in zip(pairwise(ends), levels, strict=True):
+                yield Polygon(points_um=[first - side, last - side, last + side, first + side], reflectance=level)

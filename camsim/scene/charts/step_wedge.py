@@ -49,9 +49,8 @@ def step_wedge(
         levels = (np.geomspace if scale == "log" else np.linspace)(darkest, lightest, count)
     counted(step_wedge, "steps", len(levels))
     card = Card(centre_um, rotate_deg)
-    if light is not None:
-        margin = 0.5 * min(width_um, height_um)
-        yield card.rectangle(width_um + margin, height_um + margin, (0.0, 0.0), light)
+    margin = 0.5 * min(width_um, height_um)
+    yield from card.behind(width_um + margin, height_um + margin, light)
     sides_um = [width_um * (index / len(levels) - 0.5) for index in range(len(levels) + 1)]
     for index, level in enumerate(np.clip(levels, 0.0, 1.0).tolist()):
         yield card.cell(sides_um[index], -0.5 * height_um, sides_um[index + 1], 0.5 * height_um, level)

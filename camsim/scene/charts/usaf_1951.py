@@ -52,9 +52,8 @@ def usaf_1951(
     card = Card(centre_um, rotate_deg)
     ordered = sorted(set(groups))
     outer = ordered[0] - ordered[0] % 2
-    if light is not None:
-        margin = 2.0 * _SQUARE
-        yield card.rectangle((_WIDTH + margin) * bar_um(outer), (_HEIGHT + margin) * bar_um(outer), (0.0, 0.0), light)
+    margin = 2.0 * _SQUARE
+    yield from card.behind((_WIDTH + margin) * bar_um(outer), (_HEIGHT + margin) * bar_um(outer), light)
     for group in ordered:
         for element in range(1, 7):
             yield from _element(card, bar_um(group, element), _place_um(group, element, outer), dark)

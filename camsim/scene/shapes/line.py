@@ -11,7 +11,7 @@ import numpy as np
 from annotated_types import Ge, Le
 
 from camsim.core.typed import NonNegative, Number, Positive, Several, refusal, validate
-from camsim.scene.arcs import Arcs, Fineness, arcs_of
+from camsim.scene.arcs import Fineness, arcs_of
 from camsim.scene.curves import STRAIGHT, Curves, Pen
 from camsim.scene.shapes.path import Drawn, Segments
 from camsim.scene.shapes.ways import DOT, Way, dashes_of, unit
@@ -142,21 +142,16 @@ def _parts(segments: Iterable[Any], width_um: float) -> Iterator[Outline]:
 def _ways(curves: Curves, width_um: float) -> list[Way]:
     bent = np.flatnonzero(curves.kind != STRAIGHT)
     fine = FOLLOWED * width_um
-    arcs: Arcs | None = None
-    if bent.size:
-        # Approximated to a distance, for any optics.
-        arcs = arcs_of(curves.some(bent), Fineness(NO_WAVE * fine, 2.0 / NO_WAVE))
+    # Approximated to a distance, for any optics.
+    arcs = arcs_of(curves.some(bent), Fineness(NO_WAVE * fine, 2.0 / NO_WAVE)) if bent.size else None
     ways: list[Way] = []
     place = 0
-    for number in range(len(curves.kind)):
+    for number, ends in enumerate(curves.points[:, [0, 3]].tolist()):
+        parts: Iterable[tuple[complex, complex, float]] = [(complex(*ends[0]), complex(*ends[1]), 0.0)]
+        if arcs is not None and curves.kind[number] != STRAIGHT:
+            parts = zip(*(column[bent[arcs.owner] == number].tolist() for column in arcs[1:]), strict=True)
         place += 1  # a step of two marks a new curve
-        if curves.kind[number] == STRAIGHT:
-            x, y = curves.points[number, [0, 3]].T
-            ways.append(Way(complex(x[0], y[0]), complex(x[1], y[1]), 0.0, place := place + 1))
-        elif arcs is not None:
-            for k in np.flatnonzero(bent[arcs.owner] == number):
-                one = Way(complex(arcs.start[k]), complex(arcs.end[k]), float(arcs.bend_rad[k]), place := place + 1)
-                ways.append(one)
+        ways += [Way(*part, place := place + 1) for part in parts]
     return ways
 
 

@@ -37,9 +37,8 @@ class Disc(Outlined):
 
         def __init__(self, *, radius_um: Number, centre_um: Place = (0.0, 0.0), reflectance: NumberOrCurve) -> None: ...
 
-    def primitives(self) -> Iterator[Primitive]:
-        """Return its outline."""
-        return self.together([self])
+    def _outline(self) -> Curves:
+        return around(self.centre_um, *(self.radius_um * np.eye(2)))
 
     @staticmethod
     def together(discs: Sequence[Disc]) -> Iterator[Primitive]:

@@ -14,8 +14,8 @@ from annotated_types import Ge, Le
 
 from camsim.core.typed import Number, Place, Point, Positive, refusal, validate
 from camsim.scene.curves import Curves, Pen
-from camsim.scene.primitives import MOST_PIECES, Fill, Primitive, Shape, turned
-from camsim.scene.separate import separated
+from camsim.scene.primitives import MOST_PIECES, Primitive, Shape, turned
+from camsim.scene.regions import separated
 from camsim.spectra.curve import NumberOrCurve, Reflectance
 
 Weight = Literal[
@@ -90,9 +90,7 @@ class Text(Shape):
         turn = self.size_um * turned(np.eye(2), self.rotate_deg).T
         matrix = np.column_stack([turn, np.zeros(2)])
         set_once: dict[str, list[Primitive]] = {}  # each letter scaled and rotated once, then translated
-        top = 0.0
-        if self.vertical == "middle":
-            top = 0.5 * (font.capital - self.line * (len(lines) - 1))
+        top = 0.5 * (font.capital - self.line * (len(lines) - 1)) if self.vertical == "middle" else 0.0
         for number, line in enumerate(lines):
             widths = [font.advance(letter) for letter in line]
             left = -{"left": 0.0, "centre": 0.5, "right": 1.0}[self.align] * sum(widths)
@@ -115,8 +113,8 @@ class Font:
         self._names = self._font.getBestCmap()
         self._glyphs = self._font.getGlyphSet()
         self._em = float(self._font["head"].unitsPerEm)
-        self._cached: dict[str, Curves] = {}
-        self._parts: dict[str, tuple[Fill, ...]] = {}
+        self.glyph = functools.cache(self._drawn)  # a letter's outlines
+        self.parts = functools.cache(lambda letter: separated(self.glyph(letter), "nonzero"))  # sorted into fills
         self.capital = float(self._font["OS/2"].sCapHeight) / self._em
 
     def __contains__(self, letter: str) -> bool:
@@ -127,35 +125,19 @@ class Font:
         """Return the advance width, in units of the size."""
         return float(self._glyphs[self._names[ord(letter)]].width) / self._em
 
-    def parts(self, letter: str) -> tuple[Fill, ...]:
-        """Return a letter's outlines, sorted into fills."""
-        if letter not in self._parts:
-            self._parts[letter] = separated(self.glyph(letter), "nonzero")
-        return self._parts[letter]
+    def _drawn(self, letter: str) -> Curves:
+        from fontTools.pens.basePen import decomposeQuadraticSegment
+        from fontTools.pens.recordingPen import DecomposingRecordingPen
 
-    def glyph(self, letter: str) -> Curves:
-        """Return a letter's outlines."""
-        if letter not in self._cached:
-            from fontTools.pens.basePen import decomposeQuadraticSegment
-            from fontTools.pens.recordingPen import DecomposingRecordingPen
-
-            recorded, pen, em = DecomposingRecordingPen(self._glyphs), Pen(), self._em
-            self._glyphs[self._names[ord(letter)]].draw(recorded)
-            for word, points in recorded.value:
-                places = [(x / em, -y / em) for x, y in points]
-                if word == "moveTo":
-                    pen.move(*places[0])
-                elif word == "lineTo":
-                    pen.line(*places[0])
-                elif word == "qCurveTo":
-                    for one_off, on in decomposeQuadraticSegment(places):
-                        pen.quadratic(*one_off, *on)
-                elif word == "curveTo":
-                    pen.cubic(*places[0], *places[1], *places[2])
-                elif word == "closePath":
-                    pen.close()
-            self._cached[letter] = pen.curves()
-        return self._cached[letter]
+        recorded, pen, em = DecomposingRecordingPen(self._glyphs), Pen(), self._em
+        self._glyphs[self._names[ord(letter)]].draw(recorded)
+        for word, points in recorded.value:
+            places = [(x / em, -y / em) for x, y in points]
+            for one_off, on in decomposeQuadraticSegment(places) if word == "qCurveTo" else ():
+                pen.quadratic(*one_off, *on)
+            if word in ("moveTo", "lineTo"):
+                getattr(pen, word.removesuffix("To"))(*places[0])
+        return pen.curves()
 
 
 @functools.cache

@@ -26,13 +26,8 @@ class Svg(Compound):
 
     name : of its file
 
-    >>> import tempfile
-    >>> from pathlib import Path
-    >>> text = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 2 1"><rect width="1" height="1" fill="red"/></svg>'
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     _ = (Path(folder) / "flag.svg").write_text(text)
-    ...     len(read_svg(Path(folder) / "flag.svg", width_um=80.0).shapes)
-    1
+    >>> Svg(name="flag.svg", shapes=[Rectangle(width_um=2.0, height_um=1.0, reflectance=0.1)]).pieces
+    4
     """
 
     name: str
@@ -94,20 +89,11 @@ def read_svg(
 
     view, shapes = Reader(Path(file), name, reflectances).shapes()
     scale = size_um / (view.width_px if height_um is None else view.height_px)
-    boxes = [fill.curves.boxes for primitive in flattened(shapes) for fill in primitive.fills]
-    beyond = boxes and not _within(np.concatenate(boxes), view.width_px, view.height_px)
-    page = Rectangle(
-        width_um=view.width_px,
-        height_um=view.height_px,
-        centre_um=(0.5 * view.width_px, 0.5 * view.height_px),
-        reflectance=0.0,
-    )
-    c, s = scale * math.cos(angle), scale * math.sin(angle)
     left, top = 0.5 * view.width_px, 0.5 * view.height_px
+    boxes = [fill.curves.boxes - [left, top, left, top] for one in flattened(shapes) for fill in one.fills]
+    beyond = any((np.abs(box) > [left, top, left, top]).any() for box in boxes)
+    page = Rectangle(width_um=view.width_px, height_um=view.height_px, centre_um=(left, top), reflectance=0.0)
+    c, s = scale * math.cos(angle), scale * math.sin(angle)
     matrix = (c, s, -s, c, x - c * left + s * top, y - s * left - c * top)
     group = Group(shapes=shapes, matrix=matrix, clip=page if beyond else None)
     return Svg(name=os.path.basename(name), shapes=(group,))
-
-
-def _within(boxes: np.ndarray, width: float, height: float) -> bool:
-    return bool((boxes[:, :2] >= 0.0).all() and (boxes[:, 2] <= width).all() and (boxes[:, 3] <= height).all())

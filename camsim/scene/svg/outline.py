@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
 from collections.abc import Mapping, Sequence
@@ -19,6 +20,14 @@ SHAPES = ("path", "rect", "circle", "ellipse", "line", "polyline", "polygon")
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _UNITS = {"": 1.0, "px": 1.0, "pt": 4.0 / 3.0, "pc": 16.0, "mm": 96.0 / 25.4, "cm": 96.0 / 2.54, "in": 96.0}
 _ANGLES = {"": 1.0, "deg": 1.0, "grad": 0.9, "rad": 180.0 / math.pi, "turn": 360.0}
+_WORDS = {
+    "moveTo": "move",
+    "lineTo": "line",
+    "qCurveTo": "quadratic",
+    "curveTo": "cubic",
+    "arcTo": "arc",
+    "closePath": "close",
+}
 _OF_TRANSFORM = {"matrix": (6,), "translate": (1, 2), "scale": (1, 2), "rotate": (1, 3), "skewX": (1,), "skewY": (1,)}
 
 
@@ -121,53 +130,21 @@ def flattens(matrix: Matrix) -> bool:
 
 
 def _transform(name: str, given: Sequence[float]) -> Matrix:
+    """Return the matrix of one function; numbers that it may do without are filled in."""
     if name == "matrix":
         a, b, c, d, e, f = given
         return a, b, c, d, e, f
-    first, second = given[0], given[1] if len(given) > 1 else None
+    first, second, third = (*given, given[0] if name == "scale" else 0.0, 0.0)[:3]
     if name == "translate":
-        return 1.0, 0.0, 0.0, 1.0, first, second or 0.0
+        return 1.0, 0.0, 0.0, 1.0, first, second
     if name == "scale":
-        return first, 0.0, 0.0, first if second is None else second, 0.0, 0.0
-    if name == "skewX":
-        return 1.0, 0.0, math.tan(math.radians(first)), 1.0, 0.0, 0.0
-    if name == "skewY":
-        return 1.0, math.tan(math.radians(first)), 0.0, 1.0, 0.0, 0.0
-    c, s = math.cos(math.radians(first)), math.sin(math.radians(first))
-    turn: Matrix = (c, s, -s, c, 0.0, 0.0)
-    if second is None:
-        return turn
-    there: Matrix = (1.0, 0.0, 0.0, 1.0, given[1], given[2])
-    back: Matrix = (1.0, 0.0, 0.0, 1.0, -given[1], -given[2])
-    return times(times(there, turn), back)
-
-
-class _Pen:
-    """Records what fontTools reads, as a path's segments."""
-
-    def __init__(self) -> None:
-        self.segments: list[Segment] = []
-
-    def moveTo(self, place: tuple[float, float]) -> None:
-        self.segments.append(("move", *place))
-
-    def lineTo(self, place: tuple[float, float]) -> None:
-        self.segments.append(("line", *place))
-
-    def curveTo(self, one: Any, two: Any, place: Any) -> None:
-        self.segments.append(("cubic", *one, *two, *place))
-
-    def qCurveTo(self, one: Any, place: Any) -> None:
-        self.segments.append(("quadratic", *one, *place))
-
-    def arcTo(self, rx: float, ry: float, turn: float, large: bool, sweep: bool, place: Any) -> None:
-        self.segments.append(("arc", rx, ry, turn, float(large), float(sweep), *place))
-
-    def closePath(self) -> None:
-        self.segments.append(("close",))
-
-    def endPath(self) -> None:
-        pass
+        return first, 0.0, 0.0, second, 0.0, 0.0
+    angle = math.radians(first)
+    if name != "rotate":
+        shear = math.tan(angle)
+        return 1.0, shear * (name == "skewY"), shear * (name == "skewX"), 1.0, 0.0, 0.0
+    turn = (math.cos(angle), math.sin(angle), -math.sin(angle), math.cos(angle), second, third)
+    return times(turn, (1.0, 0.0, 0.0, 1.0, -second, -third))
 
 
 def path_segments(data: str) -> list[Segment]:
@@ -176,6 +153,7 @@ def path_segments(data: str) -> list[Segment]:
     >>> path_segments("M0 0h2a1 1 0 01-2 0z")
     [('move', 0.0, 0.0), ('line', 2.0, 0.0), ('arc', 1.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0), ('close',)]
     """
+    from fontTools.pens.recordingPen import RecordingPen
     from fontTools.svgLib.path.parser import parse_path
 
     if strange := re.search(r"[^\sMmZzLlHhVvCcSsQqTtAaEe\d.,+-]|[Ee](?![-+]?\d)", data, flags=re.ASCII):
@@ -186,12 +164,13 @@ def path_segments(data: str) -> list[Segment]:
     plain = re.sub(r"\s+", " ", data)
     parts = re.split(r"([Aa][^A-DF-Za-df-z]*)", plain)
     parts[::2] = [re.sub(r"(?<![\d.])0+(?=\d)", "", part) for part in parts[::2]]
-    pen = _Pen()
+    pen = RecordingPen()
+    pen.arcTo = lambda *arc: pen.value.append(("arcTo", (map(float, arc[:-1]), arc[-1])))
     try:
         parse_path("".join(parts), pen)
     except (ValueError, IndexError, OverflowError):
         raise InvalidValueError(f"the path data {plain[:40]!r} … are cut short or damaged") from None
-    return pen.segments
+    return [(_WORDS[word], *itertools.chain(*points)) for word, points in pen.value if word in _WORDS]
 
 
 def segments_of(element: Element, whole: tuple[float, float]) -> list[Segment]:
@@ -217,16 +196,13 @@ def segments_of(element: Element, whole: tuple[float, float]) -> list[Segment]:
     if tag == "line":
         x1, x2 = of("x1", whole[0]), of("x2", whole[0])
         return [("move", x1, of("y1", whole[1])), ("line", x2, of("y2", whole[1]))]
+    rx, ry = of("rx", whole[0], -1.0), of("ry", whole[1], -1.0)
+    rx, ry = (ry if rx < 0.0 else rx), (rx if ry < 0.0 else ry)
     if tag == "rect":
         wide, high = of("width", whole[0]), of("height", whole[1])
-        rx, ry = of("rx", whole[0], -1.0), of("ry", whole[1], -1.0)
-        radii = (ry if rx < 0.0 else rx, rx if ry < 0.0 else ry)
-        return _rectangle(of("x", whole[0]), of("y", whole[1]), wide, high, radii)
+        return _rectangle(of("x", whole[0]), of("y", whole[1]), wide, high, (rx, ry))
     if tag == "circle":
         rx = ry = of("r", diagonal)
-    else:
-        rx, ry = of("rx", whole[0], -1.0), of("ry", whole[1], -1.0)
-        rx, ry = (ry if rx < 0.0 else rx), (rx if ry < 0.0 else ry)
     x, y = of("cx", whole[0]), of("cy", whole[1])
     if rx <= 0.0 or ry <= 0.0:
         return []

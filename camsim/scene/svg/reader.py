@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import functools
 import math
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path as File
 from typing import Any, TypeVar
 
 from camsim.errors import CamsimError, ConfigError, Fault
-from camsim.scene.shapes import Group, Line
+from camsim.scene.primitives import FillRule
+from camsim.scene.shapes import Group, Line, Path
 from camsim.scene.svg import colours
 from camsim.scene.svg.outline import (
     IDENTITY,
+    NUMBER,
     SHAPES,
     Matrix,
     Segment,
@@ -24,14 +27,15 @@ from camsim.scene.svg.outline import (
     share,
     times,
 )
-from camsim.scene.svg.parts import path, placed
-from camsim.scene.svg.size import MOST_USES, too_large
 from camsim.scene.svg.style import CHANGES, GEOMETRY, INHERITED, OF_PAGE, OWN, PLAIN, Rule, rules_of, strange, styled
 from camsim.scene.svg.view import View, view_of
 from camsim.scene.svg.xml import Element, read_elements
 from camsim.spectra.curve import Spectrum
 
 MOST_FAULTS = 20
+MOST_NUMBERS = 1_000_000
+MOST_ELEMENTS = 100_000
+MOST_USES = 20
 
 _GROUPS = ("svg", "g", "a", "use")
 _UNSEEN = (
@@ -75,7 +79,7 @@ class Reader:
             self.around |= {id(child): element for child in element.children}
         self.known.pop("", None)
         self.palette = {colours.rgb(colour): spectrum for colour, spectrum in palette.items()}
-        if found := too_large(self.root, self.known):
+        if found := _too_large(self.root, self.known):
             self.refuse(*found)
             raise ConfigError(self.faults)
 
@@ -270,12 +274,10 @@ class Reader:
             self.refuse(element, f"its {key} is {100 * alpha:g} % opaque; paint it in the colour that this makes")
             return None
         found = self._tried(element, lambda: colours.rgb_and_alpha(said))
-        if found is None or found[1] == 0.0:
-            return None
-        colour = self._tried(element, lambda: colours.rgb(said))
-        if colour is None:
-            return None
-        return self.palette[colour] if colour in self.palette else colours.reflectance(colour)
+        colour = self._tried(element, lambda: colours.rgb(said)) if found is not None and found[1] > 0.0 else None
+        return (
+            None if colour is None else self.palette[colour] if colour in self.palette else colours.reflectance(colour)
+        )
 
     def _understood(self, element: Element, style: Mapping[str, str]) -> bool:
         """Return whether an element is painted; refuse unsupported style."""
@@ -352,3 +354,38 @@ class Reader:
         """Return an element's properties with inheritance."""
         around = self.around.get(id(element))
         return styled(element, {} if around is None else self._style_of(around), self.rules)
+
+
+def path(segments: Sequence[Segment], rule: str, reflectance: Spectrum, matrix: Matrix) -> Any:
+    """Return a filled path under a transform."""
+    fill_rule: FillRule = "evenodd" if rule == "evenodd" else "nonzero"
+    return placed(Path(segments_um=segments, fill_rule=fill_rule, reflectance=reflectance), matrix)
+
+
+def placed(shape: Any, matrix: Matrix) -> Any:
+    """Return a shape under a transform."""
+    return shape if matrix == IDENTITY else Group(shapes=[shape], matrix=matrix)
+
+
+def _too_large(root: Element, known: Mapping[str, Element]) -> tuple[Element, str] | None:
+    """Return the element at which a drawing is too large to be read in seconds, and the message."""
+    count = 0
+    for element in root.all():
+        for key in ("d", "points"):
+            count += sum(1 for _ in re.finditer(NUMBER, element.attributes.get(key, "")))
+        if count > MOST_NUMBERS:
+            return element, f"the paths up to here hold more than {MOST_NUMBERS} numbers; simplify them"
+    if _drawn(root, known, {}, 0) > MOST_ELEMENTS:
+        return root, f"draws more than {MOST_ELEMENTS} elements, those that <use> repeats counted each time"
+    return None
+
+
+def _drawn(element: Element, known: Mapping[str, Element], found: dict[int, int], uses: int) -> int:
+    """Return the number of elements that an element draws; arbitrary for recursion or excessive depth."""
+    if id(element) not in found:
+        found[id(element)] = 1  # guard against recursion
+        linked = known.get(element.attributes.get("href", "").removeprefix("#"))
+        inner = [linked] if element.tag == "use" and linked is not None and uses < MOST_USES else element.children
+        deeper = uses + (element.tag == "use")
+        found[id(element)] = 1 + sum(_drawn(each, known, found, deeper) for each in inner)
+    return found[id(element)]
