@@ -130,7 +130,7 @@ class Capture(Recording):
 
     @cached_property
     def optical_key(self) -> str:
-        """Key of everything that determines the optical image; captures with equal keys can share one."""
+        """Key of everything that determines the optical image; captures with equal keys can share an image."""
         camera, how = self.camera, (self.tolerance, self.method, self.strict)
         response = camera.image_per_reflectance(self.samples)
         return key_of(
@@ -149,7 +149,7 @@ class Capture(Recording):
         return self.radiant_exposure_j_per_m2 * self.camera.veil_of(self.exposed_scene, self.samples, self.tolerance)
 
     def plan(self) -> Choice:
-        """Choose the rendering method, in electrons per J/m², without rendering."""
+        """Return the rendering method that will be used, without rendering; lights are in electrons per J/m²."""
         return plan_render(
             self.exposed_scene, self.camera.optics, self.window.wide,
             response=self.camera.image_per_reflectance(self.samples), wavelength_nm=self.samples.wavelength_nm,

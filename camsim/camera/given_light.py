@@ -110,19 +110,19 @@ class GivenLight(Caching):
 
     @cached_property
     def seems_encoded(self) -> bool:
-        """Whether reflectances are the codes of a picture, which are rarely linear."""
+        """Whether reflectances look like the codes of a picture, which are rarely linear."""
         if self.unit != "reflectance" or self.wavelength_nm is not None:
             return False
         return self.samples.dtype.kind in "iu" or depth_of_codes(self.samples) > 0
 
     @property
     def rows(self) -> int:
-        """Photosites from top to bottom."""
+        """Number of photosites from top to bottom."""
         return int(self.samples.shape[0]) // self.per_photosite
 
     @property
     def cols(self) -> int:
-        """Photosites from left to right."""
+        """Number of photosites from left to right."""
         return int(self.samples.shape[1]) // self.per_photosite
 
     @cached_property
@@ -134,7 +134,7 @@ class GivenLight(Caching):
 
     @property
     def spectrum(self) -> Light:
-        """Equal-energy light over its wavelengths, or one line."""
+        """Light of equal energy at all of its wavelengths; a line if it has only one."""
         nodes_nm = tuple(self.wavelength_nm or ())
         if len(nodes_nm) == 1:
             return Light(line_nm=nodes_nm[0], irradiance_w_per_m2=1.0, at="sensor")
@@ -159,7 +159,7 @@ class GivenLight(Caching):
         return dataclasses.replace(self, per_photosite=times)
 
     def per_channel(self, camera: Body, light: Light, time_s: float) -> F64 | None:
-        """Return (channels, n) mean electrons of a photosite of each channel for 1 in each plane.
+        """Return (channels, n): the mean electrons that a photosite of each channel gets for a 1 in each plane.
 
         None where the samples are already electrons of each photosite. ``light``: of a perfect diffuser, on the sensor.
         """

@@ -110,7 +110,7 @@ class Shot(Recording):
 
     @cached_property
     def response(self) -> F64 | None:
-        """Mean electrons (channels, n) for 1 in each of the image's planes; None: for a mosaic of electrons."""
+        """Mean electrons (channels, n) for a 1 in each of the image's planes; None if it is a mosaic of electrons."""
         return self.image.per_channel(self.camera, self.light, self.time_s)
 
     @property

@@ -1,4 +1,4 @@
-"""``camsim calibrate noise``: a sensor file from a folder of raw files; or a comparison of both."""
+"""``camsim calibrate noise``: a sensor file from a folder of raw files, or a comparison of the two."""
 
 from __future__ import annotations
 

@@ -37,7 +37,7 @@ def least_squares(rows: F64, values: F64) -> F64:
 
 
 def compared(stated: Prescription, full_rad: float, found: FieldLens, name: str) -> tuple[F64, tuple[float, ...]]:
-    """Return the excess of a file's transfer functions over those of the rays, and the places.
+    """Return by how much a file's transfer functions exceed those of the rays, and the places compared.
 
     Raises InputError if a wavefront of the file is too steep to sample.
 

@@ -28,7 +28,7 @@ _LISTS = {
 
 @dataclass
 class Validated(Generic[M]):
-    """A document with its model (None when the schema found faults) and the faults so far.
+    """A document with its model (None when the schema found faults) and the faults found so far.
 
     A part is read by its own path, so that one wrong number elsewhere does not hide what is wrong here.
     """

@@ -28,7 +28,8 @@ _MAKE = "camsim"
 class Colour:
     """Relation of the channels to XYZ.
 
-    fits    : (code of a light, (channels, 3) XYZ to camera, (3, channels) balanced camera to XYZ, D50), at most two
+    fits    : at most two of (code of a light, (channels, 3) from XYZ to the camera, (3, channels) from the balanced
+              camera to XYZ under D50)
     neutral : (channels,) response to white in the scene's light
     """
 

@@ -1,4 +1,4 @@
-"""Arbitrary arrays of codes, mosaic or linear colours, as a DNG for raw programs, and developed for viewing."""
+"""Any array of codes, mosaic or linear colours, written as a DNG for raw programs or developed for viewing."""
 
 from __future__ import annotations
 

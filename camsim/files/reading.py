@@ -53,12 +53,12 @@ class Held:
 
     @property
     def fits(self) -> bool:
-        """Whether the image has the rows and columns of its record, if stated there."""
+        """Whether the image has the rows and columns that its record states, if it states any."""
         return self.record.size in (None, (self.rows, self.cols))
 
     @property
     def product(self) -> str:
-        """The product of the frame in it."""
+        """The product of the frame that the file holds."""
         return self.record.product
 
     @property

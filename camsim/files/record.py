@@ -93,7 +93,7 @@ class Record:
 
     @property
     def size(self) -> tuple[int, int] | None:
-        """Rows and columns of its picture; None if not in the description."""
+        """Rows and columns of the picture; None if the description does not state them."""
         stated = self.description.get("region") or self.description.get("camera")
         rows, cols = (stated.get(side) if isinstance(stated, Mapping) else None for side in ("rows", "cols"))
         return (rows, cols) if isinstance(rows, int) and isinstance(cols, int) else None

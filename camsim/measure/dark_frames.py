@@ -49,7 +49,7 @@ def read_darks(folder: Path, source: str) -> DarkFrames:
 
 
 def read_offsets(path: Path, source: str, unit: OffsetUnit) -> OffsetMap:
-    """Read a map of offsets: an array (rows, cols) in a file, or a folder of darks, whose mean it is.
+    """Read a map of offsets: an array (rows, cols) from a file, or the mean of a folder of darks.
 
     source : its name in files
 

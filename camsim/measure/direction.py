@@ -1,4 +1,4 @@
-"""Standard error of an edge's direction: the linear fit underestimates it for few photosites."""
+"""Standard error of an edge's direction, which the linear fit underestimates if photosites are few."""
 
 from __future__ import annotations
 

@@ -35,7 +35,7 @@ class FieldPlace:
 
 
 def field_place(x_pixel: float, y_pixel: float, normal_rad: float, frame: FullFrame) -> FieldPlace:
-    """Return the field position of an edge with this point (in the picture) and normal.
+    """Return the field position of an edge, given by a point of it (in the picture) and by its normal.
 
     >>> frame = FullFrame(rows=100, cols=100, axis_x_pixel=50.0, axis_y_pixel=50.0)
     >>> [field_place(90.0, 50.0, turn, frame).direction for turn in (0.1, 0.8, 1.5)]

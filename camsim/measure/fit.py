@@ -56,7 +56,7 @@ _MOST_TURN_RAD = math.radians(1.0)
 
 
 class Other(NamedTuple):
-    """A fit with another model or a smaller region: as no model is exact, the difference counts as an error.
+    """A second fit, with another model or a smaller region; as no model is exact, its difference counts as an error.
 
     noise : differences of figures due to noise, in units of their errors; subtracted
     """
@@ -67,11 +67,11 @@ class Other(NamedTuple):
 
     @property
     def turn_rad(self) -> float:
-        """Its correction to the direction of the edge."""
+        """The correction that this fit would make to the direction of the edge."""
         return float(self.coefficients[self.model.columns + TURN]) / self.model.scale
 
     def error(self, difference: F64 | float, by_noise: F64 | float) -> F64:
-        """Return the model error of a figure from a difference, besides its standard error from noise."""
+        """Return the model error of a figure: the part of its difference between fits that noise does not explain."""
         beyond: F64 = np.sqrt(np.maximum(np.square(difference) - np.square(self.noise * by_noise), 0.0))
         return beyond
 

@@ -1,4 +1,4 @@
-"""Lattices of points in a picture, as of a chart in perspective: grown between neighbours, and projected."""
+"""Lattices of points in a picture, such as a chart in perspective: grown from point to neighbour, and projected."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def _normal(places: F64) -> tuple[F64, float]:
 
 
 def moved(projection: F64, places: F64) -> F64:
-    """Return points (n, 2) after a projection."""
+    """Return where a projection takes points (n, 2)."""
     x, y, w = projection @ np.concatenate([places, np.ones((len(places), 1))], axis=1).T
     moved: F64 = np.stack([x / w, y / w], axis=1)
     return moved

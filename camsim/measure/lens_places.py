@@ -38,7 +38,7 @@ def system_at(camera: Body, x_um: float, y_um: float) -> OpticalSystem:
 
 
 def fallen_um(camera: Body, points_um: F64) -> F64:
-    """Return points (n, 2) of the scene after distortion."""
+    """Return where points (n, 2) of the scene fall on the sensor after the lens's distortion."""
     lens = camera.lens
     return lens.distorted(points_um) if isinstance(lens, Varies) and lens.distorts else points_um
 

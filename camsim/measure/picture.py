@@ -129,7 +129,7 @@ class Channel:
 
     @property
     def name(self) -> str:
-        """The name of its planes."""
+        """The name that all its planes have."""
         return self.planes[0].name
 
     @property
@@ -147,7 +147,7 @@ class Channel:
 
     @property
     def period_pixel(self) -> float:
-        """Distance after which the samples' pattern repeats, the longer of the two."""
+        """Distance after which the pattern of samples repeats: the longer one of those along x and y."""
         return float(max(self.planes[0].step))
 
     @property
@@ -162,7 +162,7 @@ class Channel:
 
     @property
     def nyquist_cycles_per_pixel(self) -> float:
-        """Half the sampling frequency; for several lattices that of their density, the most for uniform sampling."""
+        """Half the sampling frequency; for several lattices that of a square lattice of the same density of samples."""
         return 0.5 / self.pitch_pixel
 
     def inside(self, roi: Roi) -> Samples:
@@ -239,11 +239,11 @@ class Picture:
 
     @property
     def full_frame(self) -> FullFrame:
-        """The camera's full frame, as far as stated in the file."""
+        """The camera's full frame, as far as the file states it."""
         return FullFrame.of(self.description, self.shape)
 
     def select(self, channel: str) -> tuple[Channel, ...]:
-        """Return the channel of that name; ``all`` gives every one."""
+        """Return the channels of a name: one, or every channel for ``all``."""
         names = list(dict.fromkeys(plane.name for plane in self.planes))
         if check(channel, str, "channel") not in ("all", *names):
             raise UnknownNameError("channel", channel, ["all", *names])
@@ -319,7 +319,7 @@ def _levels(black: Any, white: Any) -> tuple[F64, F64 | None]:
 
 
 def places_of(channel: str, pattern: Sequence[str]) -> npt.NDArray[np.bool_]:
-    """Return a mask (rows, cols) of a channel's positions in a pattern: G1, or both greens for G.
+    """Return a mask (rows, cols) of a channel's positions in a pattern; G1 is one of the greens, G both.
 
     >>> places_of("G1", ("RG", "GB")).tolist()
     [[False, True], [False, False]]

@@ -1,4 +1,4 @@
-"""Pictures from files and Frames: linear numbers with their levels, from any writer.
+"""Pictures from Frames and from files of any program: linear numbers, with their black and clipping levels.
 
 Read are DNG, raw files of camera makers (NEF, CR3, ARW …, by LibRaw), TIFF, PNG, PGM, EXR, NPY, NPZ and MATLAB's.
 """

@@ -138,7 +138,7 @@ class MtfReport:
         return {name: self.full_frame.in_units(frequency) for name, frequency in every.items()}
 
     def acutance(self, edge: EdgeMtf, distance_picture_heights: float) -> float:
-        """Return the acutance of the whole frame at a viewing distance, if all of it is like this edge."""
+        """Return the acutance of the frame at a viewing distance, if it is as sharp everywhere as at this edge."""
         return acutance(
             edge.frequency_cycles_per_pixel,
             edge.mtf,

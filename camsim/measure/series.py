@@ -28,8 +28,8 @@ _MOST_NAMED = 6
 class MtfSeries:
     """Several reports side by side.
 
-    by      : the key of the descriptions that differs; None: file names
-    values  : value of the key, or name of the file
+    by      : the key in which the files' descriptions differ; None if file names are used instead
+    values  : for each report, its value of the key, or the name of its file
     reports : in order of the values if these are numbers
     """
 

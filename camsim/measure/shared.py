@@ -1,4 +1,4 @@
-"""Noise shared by photosites of a row or column: its contribution to the covariance of a fit's right-hand side."""
+"""Noise that all photosites of a row or column share: what it adds to the covariance of a fit's right-hand side."""
 
 from __future__ import annotations
 

@@ -37,7 +37,7 @@ WIDEST = 50.0  # largest side of a picture's sample for direct sums, in periods 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Choice:
-    """A plan that is ready to run, the reason for its choice, and its check."""
+    """A plan that is ready to run, the reason why it was chosen, and the check of its image."""
 
     method: str
     why: str

@@ -19,7 +19,8 @@ class LeftOut:
 
     sides, hidden : number of sides of each primitive before covering, and mask of those entirely under a later one
     edges         : those with equal sides first, then those far outside
-    equal, far    : how many of each;  bound: of the far ones' sum at any photosite, relative to full scale
+    equal, far    : numbers of these two kinds
+    bound         : bound of what all those far outside add at any photosite, relative to full scale
     """
 
     sides: I64

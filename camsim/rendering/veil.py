@@ -40,7 +40,7 @@ class Veil:
 
     @property
     def there(self) -> bool:
-        """Whether any light is spread."""
+        """Whether the lens spreads any light as glare."""
         return self.share != 0.0
 
     def spared(self, response: F64, wavelength_nm: F64) -> F64:

@@ -65,7 +65,7 @@ class Exposure:
 def sensor_irradiance_w_per_m2_nm(
     samples: LightSamples, *, f_number: float, transmission: Spectrum, opening: float = 1.0
 ) -> F64:
-    """Return (n,) W/m²/nm on the sensor from a perfect diffuser: τ·E_scene/(4·N²), or the light itself if given there.
+    """Return (n,) W/m²/nm on the sensor from a perfect diffuser: τ·E_scene/(4·N²), or the light if given on the sensor.
 
     A diffuser of irradiance E has radiance E/π, and an aplanatic lens of working f-number N focused far away
     turns a radiance L into π·L/(4·N²) on the axis (the scene is given as it falls on the sensor, so the
@@ -94,7 +94,7 @@ def electrons_per_reflectance(
     filters: Sequence[Spectrum] = (),
     opening: float = 1.0,
 ) -> F64:
-    """Return (channels, n) mean electrons per photosite and reflectance 1, quadrature weights included.
+    """Return (channels, n) mean electrons per photosite for a reflectance of 1, quadrature weights included.
 
     Σ over n of this times a reflectance at the same nodes is the mean charge, electrons, of a photosite that
     receives only light of that surface.

@@ -23,7 +23,7 @@ S = TypeVar("S")
 
 
 class Phase(IntEnum):
-    """When a stage acts, in the order of what happens to charge.
+    """The phase in which a stage acts, in the order of what happens to the charge.
 
     >>> [phase.name for phase in Phase]
     ['LIGHT', 'NEIGHBOURS', 'CHARGE', 'COUNT', 'WELL', 'READ']
@@ -136,7 +136,7 @@ class Context:
         return one_row.ravel()
 
     def normals_drawn(self, rows: int) -> int:
-        """Return how many numbers ``normals`` draws for a number of rows, block by block as the chain does."""
+        """Return how many numbers ``normals`` draws for ``rows`` rows when called block by block, as the chain does."""
         return streams.fixed_count(rows, first_row=self.first[0], frame_cols=self.frame_cols)
 
     def _check_declared(self, stream: int, *, temporal: bool) -> None:
@@ -196,7 +196,7 @@ class ElectronicStage(Protocol):
         return self
 
     def draws(self, shape: tuple[int, int], context: Context) -> int:
-        """Return the number of random numbers it draws for a window in a phase."""
+        """Return the number of random numbers that the stage draws for a window in a phase."""
         return 0
 
     def dark_noise_e(self, electrons_per_dn: float) -> float:
@@ -204,7 +204,7 @@ class ElectronicStage(Protocol):
         return 0.0
 
     def lacks(self, others: Sequence[ElectronicStage]) -> str:
-        """Return a sentence on the stages it requires that are missing; empty if none."""
+        """Return a sentence on the stages that this one needs and that are missing; empty if none are."""
         return ""
 
 

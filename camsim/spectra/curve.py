@@ -116,7 +116,7 @@ class Curve:
         return values
 
     def going_on(self, outside: Literal["zero", "hold"]) -> Curve:
-        """Return the curve with a value of ``outside``; this one if it already has one."""
+        """Return the curve with ``outside`` set to this; the curve itself if its ``outside`` is already set."""
         return self if self.outside is not None else dataclasses.replace(self, outside=outside)
 
 
@@ -127,7 +127,7 @@ NumberOrCurve: TypeAlias = Number | Curve
 
 
 def ends_where_no_light_is(last_nm: float) -> str:
-    """Return the fault of a table whose last wavelength is too short, most likely in another unit than nm."""
+    """Return the fault of a table whose last wavelength is too short for light: most likely its unit is not nm."""
     return f"ends at {last_nm:g} nm, where there is no light; give nm{wavelength_hint(last_nm)}"
 
 

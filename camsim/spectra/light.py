@@ -224,7 +224,7 @@ class Light:
         return LightSamples(nodes, weights, self.irradiance_at(nodes), self.at == "sensor")
 
     def beyond(self, curve: Curve) -> str:
-        """Return a text on its wavelengths outside a curve's table, and their share; empty if negligible.
+        """Return a text on the light's wavelengths outside a curve's table, and their share; empty if negligible.
 
         >>> Light("D55", illuminance_lux=1.0).beyond(Curve((300.0, 700.0), (1.0, 1.0)))
         '700..830 nm is missing, with 30 % of the photons of D55'

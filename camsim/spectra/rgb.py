@@ -145,7 +145,7 @@ def _asked(what: str, stage: str) -> InvalidValueError:
 
 
 def whole_codes(samples: NDArray[Any]) -> bool:
-    """Whether floats are codes of a picture that nobody divided by the largest.
+    """Whether floats are codes of a picture that were not divided by the largest code.
 
     >>> whole_codes(np.array([0.0, 255.0])), whole_codes(np.array([0.0, 1.0])), whole_codes(np.array([0, 255]))
     (True, False, False)

@@ -68,7 +68,7 @@ FAILURES = (CamsimError, OSError, MemoryError, ArithmeticError, ValueError)
 
 
 def said(error: BaseException) -> str:
-    """Return the text of a failure in a row."""
+    """Return an error as the text that a row of the manifest holds."""
     return str(error) if isinstance(error, CamsimError) else f"{type(error).__name__}: {error}"
 
 

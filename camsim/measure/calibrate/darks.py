@@ -19,7 +19,7 @@ _BLOCKS = 64
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Squared:
-    """A variance and its standard error; null: the standard error under the null hypothesis of no variance."""
+    """A variance and its standard error; ``null``: the standard error that it would have if there were no variance."""
 
     dn2: float
     sigma_dn2: float
@@ -27,7 +27,7 @@ class Squared:
 
     @property
     def there(self) -> bool:
-        """Whether it is significantly above 0."""
+        """Whether the variance is significantly above 0."""
         return self.dn2 > SURE * max(self.null_dn2, 1e-12)
 
 

@@ -100,7 +100,7 @@ class ShotsOfCamera:
 
     @property
     def read_outs(self) -> tuple[ShotsOfCamera, ...]:
-        """The images of low and of high gain, if there are both at an ISO setting; else all shots."""
+        """The low-gain and the high-gain images apart, if some ISO setting has both; else all shots together."""
         low, high = ([shot for shot in self.shots if shot.read_out == gain] for gain in _READ_OUTS)
         if not {shot.iso for shot in low} & {shot.iso for shot in high}:
             return (self,)

@@ -125,7 +125,7 @@ def fit_tails(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class AtGain:
-    """Darks of a setting: codes, gain (DN/e⁻), variances of photosites (without rounding) and of rows, DN²."""
+    """Darks of a setting: codes, gain (DN/e⁻), and the variances of photosites (without rounding) and of rows, DN²."""
 
     frames: Sequence[I64]
     gain_dn_per_e: float
@@ -134,7 +134,7 @@ class AtGain:
 
 
 def fit_after(darks: Sequence[AtGain], law: Fitted, law_gain_dn_per_e: float, *, step_dn: float) -> Estimate:
-    """Return the variance of normal noise after the gain, DN², from the remaining non-normality at each setting.
+    """Return the variance of normal noise after the gain, DN², from how far each setting's darks still are from normal.
 
     The distribution before the gain is known from one setting; the total variance of each setting is fixed.
     """

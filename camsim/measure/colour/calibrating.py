@@ -51,13 +51,13 @@ class ColourCalibration:
 
     @property
     def white_balance(self) -> tuple[float, float, float]:
-        """Red, green and blue of a perfect diffuser, green is 1."""
+        """Red, green and blue of a perfect diffuser, relative to green."""
         red, green, blue = self.matrix.neutral.tolist()
         return red / green, 1.0, blue / green
 
     @property
     def measured(self) -> bool:
-        """Whether the curves are estimated from the chart: they are reliable, and no measured camera fits as well."""
+        """Whether curves estimated from the chart are used: they are reliable, and no measured camera fits as well."""
         return self.smooth.trusted and self.nearest.misfit > self.smooth.noise
 
     @property

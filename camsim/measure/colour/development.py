@@ -1,4 +1,4 @@
-"""Development stated by a file: white balance and matrix, as raw developers use them."""
+"""The development that a file states: its white balance and matrix, as raw developers use them."""
 
 from __future__ import annotations
 

@@ -35,7 +35,7 @@ def halves(picture: Picture, capture: Capture, report: ColourReport) -> U8:
 
 
 def halves_of_chart(picture: Picture, light: Light, *, corners: Sequence[Corner] | None, chart: str) -> U8:
-    """Return the same for the part of any picture that contains the chart."""
+    """Return (rows, cols, 3) sRGB of the part of any picture that contains the chart, made like ``halves``."""
     _, seen, one = developed_chart(picture, light, corners=corners, chart=chart)
     displayed = developed(developed_light((seen.light / one.neutral).astype(np.float32)), one.to_xyz)
     reference = reference_xyz(light, [area.reflectance for area in seen.areas])

@@ -38,7 +38,7 @@ class PatchColour:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WhiteBalance:
-    """How far the greys are from grey, by the white balance that the file states.
+    """How far the greys of a chart are from grey after the white balance that the file states.
 
     patches            : the greys used: reference chroma below 3
     r_over_g, b_over_g : balanced channels relative to those computed from the greys' spectra; 1 is ideal

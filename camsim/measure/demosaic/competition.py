@@ -50,7 +50,7 @@ def compete(
     left_out: Iterable[str] = (),
     on_verdict: OnVerdict | None = None,
 ) -> Ranking:
-    """Run methods on a frame and rank them; ``on_verdict`` is called with each verdict and its picture."""
+    """Run methods on a frame and rank them; ``on_verdict`` is called with each verdict and the method's picture."""
     check_given(frame=frame)
     check(subject, Subject, "subject")
     verdicts, why = [], list(left_out)

@@ -23,7 +23,7 @@ _PLACES = {"in": "mosaic.dng", "tiff": "mosaic.tiff", "npy": "mosaic.npy"}
 
 
 def check_command(template: str, suffix: str) -> None:
-    """Raise early for a template that cannot be run."""
+    """Raise, before any work, for a command template that cannot be run."""
     try:
         named = {name for _, name, _, _ in string.Formatter().parse(template) if name is not None}
         shlex.split(template)

@@ -37,7 +37,7 @@ Places = tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """A fault of a result as a whole: its name and a sentence."""
+    """A fault of a result as a whole: its name, and a sentence about it."""
 
     name: str
     sentence: str

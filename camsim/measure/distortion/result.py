@@ -46,7 +46,7 @@ class MarkPlace:
 
     @property
     def theory_radial_pixel(self) -> float:
-        """The same by theory."""
+        """The displacement away from the axis that theory predicts."""
         return self._outwards(self.theory_dx_pixel, self.theory_dy_pixel)
 
     def _outwards(self, dx: float, dy: float) -> float:
@@ -81,7 +81,7 @@ class Displacement:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DisplacementError:
-    """Standard errors of the polynomial's figures from its residuals; NaN if the marks do not determine a figure."""
+    """Standard errors of the figures of ``Displacement``, from residuals; NaN where the marks do not determine one."""
 
     shift_x_pixel: float
     shift_y_pixel: float
@@ -137,7 +137,7 @@ class DistortionReport:
 
 
 def half_diagonal_pixel(frame: FullFrame) -> float:
-    """Return the half diagonal, the unit of r."""
+    """Return the half diagonal of the frame in pixels, the unit of the polynomial's r."""
     return 0.5 * math.hypot(frame.rows, frame.cols)
 
 
@@ -148,9 +148,9 @@ def _plain(tree: dict[str, Any]) -> dict[str, Any]:
 
 
 def radial_fit(places: F64, moves: F64, half_diagonal: float) -> tuple[F64, F64, F64]:
-    """Return shift x, shift y, scale − 1, k1, k2 of displacements (n, 2) by least squares, and residuals (n, 2).
+    """Fit shift x, shift y, scale − 1, k1 and k2 to displacements (n, 2) of marks, by least squares.
 
-    Third, their covariance (5, 5) from the residuals; infinite if undetermined.
+    Returned: these five, the residuals (n, 2), and the covariance (5, 5) by these, infinite if undetermined.
     """
     x, y, dx, dy = *places.T, *moves.T
     r2 = (x * x + y * y) / half_diagonal**2

@@ -30,7 +30,7 @@ _SMALLEST = 12.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GridDot:
-    """One dot in one channel; pixels of the picture, and its displacement from the projection alone."""
+    """One dot in one channel: its position in pixels, and its displacement from where a projection alone puts it."""
 
     channel: str
     x_pixel: float

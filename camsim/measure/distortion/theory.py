@@ -1,6 +1,6 @@
-"""Expected positions of marks: distortion of the lens plus the centroid of its PSF there.
+"""Expected positions of marks: the distortion of the lens, plus the centroid of its PSF at the mark.
 
-Asymmetric photosites and crosstalk move that centroid too.
+Asymmetric photosites and crosstalk move this centroid too.
 
 The image of a dot is taken as moved by that centroid; a fitted rim follows the peak of an asymmetric PSF slightly.
 """

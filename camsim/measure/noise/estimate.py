@@ -11,7 +11,7 @@ SURE = 4.0
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """A measured figure and the standard deviation of its estimate; or why there is none.
+    """A measured figure and the standard deviation of its estimate; or the reason why there is no figure.
 
     at_most : upper limit (4 standard errors) if the figure is not significant
     """

@@ -33,7 +33,7 @@ class Spectrogram:
     """Power spectra of fixed patterns (EMVA 1288 R4, 8.5).
 
     frequency_cycles_per_pixel : (n,) of the sensor's pitch
-    rows, cols : (n,) root of the power along rows and along columns, DN; σ everywhere for white noise of σ
+    rows, cols : (n,) root of the power along rows and along columns, DN; white noise of σ gives σ at every frequency
     """
 
     frequency_cycles_per_pixel: F64

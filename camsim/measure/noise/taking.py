@@ -137,5 +137,5 @@ def _bench_camera(camera: Camera, side: int) -> Camera:
 
 
 def even_light(watts: float) -> Light:
-    """Return the light of flats as it falls on the sensor, W/m²."""
+    """Return the light of flats, ``watts`` W/m² on the sensor."""
     return Light("E", irradiance_w_per_m2=watts, at="sensor")

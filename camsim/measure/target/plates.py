@@ -59,7 +59,7 @@ class Rings:
     error: float = math.nan
 
     def about(self, shape: tuple[int, ...], reach: float) -> tuple[F64, F64, F64]:
-        """Return the samples (n, 2) whose frequency is below ``reach``, as (row, col), offset and frequency."""
+        """Return the samples where rings have a frequency below ``reach``: (row, col), offset and frequency of each."""
         across = reach / math.sqrt(abs(float(np.linalg.det(self.growth)))) * _ROUND
         ranges = [
             np.arange(max(math.floor(middle - across), 0), min(math.ceil(middle + across) + 1, size))
@@ -119,7 +119,7 @@ def _found(light: F64) -> Rings | None:
 
 
 def aligned(light: F64, rings: Rings, reach: float) -> Rings:
-    """Return rings shifted to the strongest position within a few samples, if significant there."""
+    """Return the rings moved to where they are strongest within a few samples, if they are significant there."""
     shifts = np.arange(-_ASTRAY, _ASTRAY + 0.25, 0.5)
     places, _, _ = rings.about(light.shape, reach)
     seen = light[places[:, 0], places[:, 1]]

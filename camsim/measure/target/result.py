@@ -74,7 +74,7 @@ class TargetReport:
 
 
 def half_of(frequency: F64, mtf: F64, error: F64) -> tuple[float, float]:
-    """Return where a curve with errors falls to 50 %, and the standard error of that; NaN if it does not.
+    """Return the frequency at which a curve falls to 50 %, and its standard error; NaN if the curve does not.
 
     A parabola through the points within 0.2 of it, weighted by their errors, is more precise than two neighbours.
 

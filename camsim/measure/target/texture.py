@@ -104,7 +104,7 @@ def _tolerance(capture: Capture) -> float:
 
 
 def sharp(capture: Capture, first: tuple[int, int], size: tuple[int, int]) -> dict[str, Sharp]:
-    """Return the scene by channel, through a blur of 0.12 px and squares of a quarter pixel."""
+    """Return the scene as each channel sees it, blurred by 0.12 px and sampled by squares of a quarter pixel."""
     camera, grid = capture.camera, capture.grid
     frame, pitch_um = grid.frame or (grid.rows, grid.cols), camera.pitch_um / _FINER
     fine = camera.replace(

@@ -40,7 +40,7 @@ class BoundaryPlan:
 
     @property
     def marks(self) -> Marks:
-        """The radii of the plan."""
+        """The radii at which the plan's methods change."""
         settings = self.settings
         return Marks(
             near=settings.near,
@@ -68,7 +68,7 @@ class BoundaryPlan:
 
     @cached_property
     def lines(self) -> tuple[I64, F64]:
-        """Index of the edge response of each of the job's edges, and the responses' normals; for cost and image."""
+        """The index of each edge's response, and the normals of all responses; cost and image both use them."""
         settings = self.settings
         return directions(self.job.edges, self.job.grid, settings.near, settings.reach, self.footprint)
 

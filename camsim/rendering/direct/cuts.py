@@ -19,7 +19,7 @@ STEPS = 2  # of Newton's method
 
 
 class Sorted(NamedTuple):
-    """Boxes (n, 4) low x, low y, high x, high y, sorted by low x, and the order (n,) in which they were."""
+    """Boxes (n, 4) low x, low y, high x, high y, sorted by low x, and the original index (n,) of each."""
 
     boxes: F64
     order: I64

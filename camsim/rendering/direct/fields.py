@@ -130,7 +130,7 @@ class Seen:
 
 
 class Fields:
-    """Pictures, gradients and points of a scene; allowed: error of a sum; highest: frequency, cycles/pitch."""
+    """Pictures, gradients and points of a scene; allowed: error of a sum; highest: largest frequency, cycles/pitch."""
 
     def __init__(self, scene: Scene, pitch_um: float, highest: float, allowed: float) -> None:
         self.scene, self.pitch_um, self.highest, self.allowed = scene, pitch_um, highest, allowed

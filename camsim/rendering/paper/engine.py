@@ -41,7 +41,7 @@ class PaperPlan:
 
     @property
     def wavelengths(self) -> int:
-        """One."""
+        """1: these methods take one wavelength."""
         return 1
 
     @property

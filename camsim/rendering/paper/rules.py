@@ -1,4 +1,4 @@
-"""Methods of a paper, by name, as a reference to which the boundary engine is compared.
+"""The methods of van den Bergh's paper, by name, as a reference to which the boundary engine is compared.
 
 F. van den Bergh, "On the rendering of synthetic images with specific point spread functions". The methods place a fixed
 set of samples of the PSF around every photosite and weight the scene's mean over the footprint at each; ``strips``

@@ -43,7 +43,7 @@ class EdgeSource:
 
     @property
     def whole(self) -> int:
-        """1: any period will do."""
+        """1: edges put no condition on a lattice's period."""
         return 1
 
     @property

@@ -35,7 +35,7 @@ class Source(Protocol):
 
     @property
     def whole(self) -> int:
-        """Pitches of which a lattice's period should be a multiple, for speed."""
+        """A length in pitches; for speed, a lattice's period should be a multiple of it."""
         ...
 
     @property
@@ -261,7 +261,7 @@ def _photosites(total: C128, every: int, periods: tuple[int, int], out: F64) -> 
 
 
 def tiles(shape: tuple[int, int]) -> Iterator[tuple[int, int, int, int]]:
-    """Yield row, column, height and width of tiles of about equal size."""
+    """Yield row, column, height and width of each of some tiles of about equal size."""
     heights, widths = (_parts(length) for length in shape)
     for row, height in heights:
         for col, width in widths:

@@ -52,12 +52,12 @@ class LowFrequencies:
 
     @property
     def whole(self) -> int:
-        """That of the source."""
+        """``whole`` of the source."""
         return self.source.whole
 
     @property
     def in_parts(self) -> bool:
-        """That of the source."""
+        """``in_parts`` of the source."""
         return self.source.in_parts
 
     def transform(self, lattice: Lattice, origin: tuple[float, float]) -> C128 | None:

@@ -44,7 +44,7 @@ class DarkCurrent(ElectronicStage):
         validate(self)
 
     def warming(self, temperature_c: float | None) -> float:
-        """Return the current at a temperature relative to ``e_per_s`` (None: at ``at_c``).
+        """Return the current at a temperature, relative to ``e_per_s``; a temperature of None is ``at_c``.
 
         >>> DarkCurrent(1.0, at_c=20.0, doubling_c=6.0).warming(32.0)
         4.0

@@ -78,11 +78,11 @@ class DarkFrames(ElectronicStage):
         return dark
 
     def draws(self, shape: tuple[int, int], context: Context) -> int:
-        """Return one number for each block, as each draws the same one."""
+        """Return one number for each block of rows: every block draws the number of the same dark."""
         return -(-shape[0] // 64)
 
     def dark_noise_e(self, electrons_per_dn: float) -> float:
-        """Return a robust standard deviation of a photosite from dark to dark."""
+        """Return by how much a photosite varies from dark to dark: a robust standard deviation."""
         if len(self.codes_dn) < 2:
             return 0.0
         apart = np.abs(self.codes_dn[1] - self.codes_dn[0])
