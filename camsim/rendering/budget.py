@@ -53,15 +53,11 @@ FREQUENCIES: dict[Source, Share] = {
     "ringing": Share(
         0.10, "ringing beyond the first level: (λN/R)^{5/2}/4π⁴ of eight ends × √(edges/4); (λN/R)²/π³ of circles"
     ),
-    "transfers": Share(
-        0.15, "tables of the lens's transfer, and integrals over its pupil, tested between nodes"
-    ),
+    "transfers": Share(0.15, "tables of the lens's transfer, and integrals over its pupil, tested between nodes"),
     "spreading": Share(0.02, "precision of the non-uniform transforms of edges, pictures and points"),
     "mixtures": Share(0.06, "colours computed as mixtures of fewer"),
     "spikes": Share(0.27, "light that a pupil's straight sides throw beyond the first level: 2/5 of it"),
-    "bent edges": Share(
-        0.05, "edges bent by distortion as straight sides: two thirds of the sagitta × line spread"
-    ),
+    "bent edges": Share(0.05, "edges bent by distortion as straight sides: two thirds of the sagitta × line spread"),
 }
 
 
