@@ -79,9 +79,9 @@ class Changes(ElectronicChanges, total=False):
 class Body(Electronics):
     """A lens and a sensor, stage by stage; a stage that is None is left out. Electronic stages: ``Electronics``.
 
-    name       : of the model; written to files
+    name       : name of the model; written to files
     serial     : seeds the fixed patterns
-    rows, cols : of the full frame;  pitch_um: distance between photosites, µm
+    rows, cols : size of the full frame;  pitch_um: distance between photosites, µm
     colour_matrices : measured on a chart (``camsim calibrate colour``); written to files in place of fitted ones
     filters    : in front of the sensor (infrared cut, grey, colour): transmissions, multiplied
     magnification : image size over object size; makes the working f-number N·(1 + m), in brightness and in blur

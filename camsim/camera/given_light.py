@@ -34,12 +34,12 @@ class GivenLight(Caching):
     """Light on a sensor as an array, before any stage of the sensor has acted.
 
     samples       : (rows, cols), or (rows, cols, n): finite; must not change during exposure
-    unit          : of its numbers, of the whole exposure. "electrons": mean charge, one per photosite or a plane per
+    unit          : of the samples, for the whole exposure. "electrons": mean charge, one per photosite or a plane per
                     channel; "photons": on a photosite's light-sensitive area, at each of ``wavelength_nm``;
                     "irradiance": W/m²/nm, linear between ``wavelength_nm`` and 0 outside (of one wavelength: W/m², a
                     line); "reflectance": fractions of a perfect diffuser's light, grey, linear sRGB or bands of
                     ``wavelength_nm``, which may exceed 1; "srgb": the same, sRGB-encoded
-    wavelength_nm : of the n planes, increasing
+    wavelength_nm : wavelengths of the n planes, increasing
     per_photosite : samples along the side of a photosite, which integrates them
     source, read  : the file that it was read from, and how to read it again
     sha256        : hash of samples, type and shape

@@ -43,7 +43,7 @@ class Shot(Recording):
     image         : the light of the whole exposure
     light         : of a perfect diffuser on the sensor, for an image of reflectances; else for white balance
     region        : place of the image in the frame; None: the middle
-    exposure, seed, frame_number, noise, colour_matrix : as of ``Capture``
+    exposure, seed, frame_number, noise, colour_matrix : see ``Capture``
 
     >>> from camsim.camera.sensor import Sensor
     >>> image = GivenLight(samples=np.full((4, 6), 1000.0), unit="electrons")

@@ -28,8 +28,8 @@ class Surface:
     curvature_per_mm : 1/radius, positive where its centre lies behind it
     conic            : 0: a sphere, −1: a paraboloid
     powers           : (k, a) of terms a·r^k of the sag, mm
-    thickness_mm     : to the next surface
-    index            : of the glass behind it, None of air
+    thickness_mm     : distance to the next surface
+    index            : refractive index of the glass behind it; None for air
     mirror           : whether it reflects
     rim_mm           : half of its clear diameter
     stop             : whether it is the aperture stop
@@ -48,7 +48,7 @@ class Surface:
 class Traced(NamedTuple):
     """Rays at the image: places and directions (3, …), path lengths in mm, places in the stop (2, …), nearness to rims.
 
-    share : of a rim's radius, of the rim that stops a ray first: up to 1 it passes
+    share : distance of a ray from the axis over the rim's radius, at the rim that stops it first; up to 1 it passes
     """
 
     place_mm: F64

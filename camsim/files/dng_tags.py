@@ -43,7 +43,7 @@ class Metadata:
 
     shape                : rows and columns
     photometric, samples : kind of image, and samples per pixel
-    cfa_pattern, channels : of the mosaic; also set for other images
+    cfa_pattern, channels : filters and channels of the mosaic; also set for other images
     black_dn, white_dn   : black levels, tiled over the image, and the code at which the signal clips
     linear_dn            : data numbers of codes 0, 1, …, the unit of levels and noise; empty: codes are linear
     noise                : (S, O) of the noise profile; None if absent or unknown

@@ -63,7 +63,7 @@ def developed(
 ) -> U8:
     """Return a mosaic as 8-bit sRGB, or as grey without a balance.
 
-    channel_index : of each photosite, below ``channels``
+    channel_index : index of each photosite's channel, below ``channels``
     black_dn      : (m, n) tiled over the mosaic;  span_dn: from there to white
     """
     signal = mosaic.astype(np.float32)

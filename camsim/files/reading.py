@@ -33,9 +33,9 @@ class Held:
     """Metadata of a file.
 
     form       : "DNG", "OpenEXR", "TIFF", "PNG" or "NPZ"
-    suffix     : of this format, with its dot
-    rows, cols : of the image
-    size_bytes : of the file
+    suffix     : file suffix of this format, with its dot
+    rows, cols : size of the image
+    size_bytes : size of the file
     has_truth  : whether it contains the truth
     compressed : whether it is a DNG of lossless JPEG
     record     : the figures that explain its numbers, and ``description``: all stages with all parameters

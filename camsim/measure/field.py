@@ -18,7 +18,7 @@ NEAR_DEG = 30.0
 class FieldPlace:
     """The place of an edge in the frame.
 
-    x_um, y_um  : from the optical axis, right and down; in pixels × pitch, NaN where the pitch is not known
+    x_um, y_um  : distance from the optical axis, right and down; NaN if the pitch is not known
     x_pixel, y_pixel, radius_pixel : the same in pixels
     direction   : "sagittal" for an edge along the radius, which is blurred across it; "tangential" (meridional) for an
                   edge across the radius, which is blurred along it; "oblique" in between

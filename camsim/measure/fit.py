@@ -82,10 +82,10 @@ class EdgeFit:
 
     line         : the edge;  model, coefficients: see ``spline``
     others       : with coarser knots and another tail, without light from other edges, and in a smaller region
-    covariance   : of the coefficients, from the scatter of photosites about the fit
-    rise         : from 10 to 90 %, of the fit that set the line
+    covariance   : covariance of the coefficients, from the scatter of photosites about the fit
+    rise         : distance from 10 to 90 %, by the fit that set the line
     dark, scale  : signal of the dark side and first estimate of the step, above black
-    residual_rms : of a photosite about the fit, in units of ``scale``
+    residual_rms : root mean square residual of a photosite, in units of ``scale``
     noise        : on the dark and on the bright side, away from the edge
     gap_pixel    : longest stretch across the edge without a photosite
     turn_rad     : remaining correction of the direction, a fraction of its error turn_error_rad

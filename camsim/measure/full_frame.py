@@ -27,8 +27,8 @@ NYQUIST_OF_SENSOR_CYCLES_PER_PIXEL = 0.5
 class FullFrame:
     """The camera's whole frame, seen from a picture that may be a window of it.
 
-    rows, cols                 : of the full frame
-    axis_x_pixel, axis_y_pixel : its middle, the optical axis, in pixels of the picture
+    rows, cols                 : size of the full frame
+    axis_x_pixel, axis_y_pixel : middle of the full frame, the optical axis, in pixels of the picture
     pitch_um                   : None if unknown
     """
 

@@ -206,9 +206,9 @@ def _joined(parts: list[npt.NDArray[Any]]) -> npt.NDArray[Any]:
 class Picture:
     """An image to measure in.
 
-    name        : its name in messages
+    name        : name of the picture in messages
     shape       : (rows, cols)
-    planes      : its channels
+    planes      : lattices of its channels
     pitch_um    : distance between photosites, None if unknown
     description : the description of its computation in the file; None for other files
     noted       : metadata of a maker's raw file or a DNG
@@ -263,7 +263,7 @@ def mosaic_planes(
     """Split a mosaic into the lattices of its filters, without interpolation.
 
     samples : (rows, cols);  pattern: letters from (0,0) (0,1) …, one string per row, such as ("RG", "GB")
-    black   : one level, or a tile of levels from (0, 0);  white: likewise, of the same size
+    black   : one level, or a tile of levels from (0, 0);  white: one level, or a tile of the same size
 
     The two greens of a Bayer array are measured separately, because crosstalk makes them differ.
 

@@ -45,7 +45,7 @@ class Theory:
 
     mtf                    : (n,) absolute value of the product of the transfer functions
     difference             : (n,) measured − theory
-    mtf50_cycles_per_pixel, mtf_at_nyquist, mtf_at_nyquist_of_sensor : of the theory; see Figures
+    mtf50_cycles_per_pixel, mtf_at_nyquist, mtf_at_nyquist_of_sensor : figures of the theory; see Figures
     difference_to_nyquist  : the largest |difference| up to the channel's Nyquist frequency
     """
 
@@ -66,7 +66,7 @@ class EdgeMtf:
     x_pixel, y_pixel           : a point of the edge
     normal_deg                 : direction from dark to bright, clockwise as displayed from the x axis
     curvature_per_pixel        : 1/radius of the edge
-    nyquist_cycles_per_pixel   : of the channel's lattice; the sensor's is 0.5
+    nyquist_cycles_per_pixel   : Nyquist frequency of the channel's lattice; the sensor's is 0.5
     tail                       : whether the line spread beyond the region was added (tail_fraction: its share)
     frequency_cycles_per_pixel : (n,);  mtf, mtf_error: (n,) and its standard error
     distance_pixel             : (m,) across the edge;  esf: 0 dark … 1 bright;  line_spread_per_pixel: its derivative
@@ -116,7 +116,7 @@ class EdgeMtf:
 class MtfReport:
     """All edges of one picture, and why others were left out.
 
-    full_frame  : of the camera; a window's picture height is that of the frame
+    full_frame  : the camera's full frame, whose height is the picture height also of a window
     description : the description in the file; None for other files
     """
 

@@ -17,7 +17,7 @@ def refuse_gap(gap: float, line: EdgeLine, length: float, its_length: float, cha
     """Raise UnsupportedError if phases are missing or occur only once: then a wrong angle could not be told from blur.
 
     gap        : longest stretch across the edge without a photosite
-    length     : of the region along the edge, corners included;  its_length: of the edge within it
+    length     : length of the region along the edge, corners included;  its_length: that of the edge within it
     """
     angle = line.angle_deg
     slant = math.tan(math.radians(abs(angle)))

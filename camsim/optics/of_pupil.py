@@ -115,7 +115,7 @@ class OfPupil:
     def point_spread_on(self, x_um: F64, y_um: F64, wavelength_nm: float, precision: float) -> F64:
         """Irradiance (y, x) per µm² from a point of unit power, on an evenly spaced lattice.
 
-        precision : of the amplitude, relative to its largest possible value
+        precision : allowed error of the amplitude, relative to its largest possible value
 
         The amplitude is a sum over quadrature nodes in the pupil, by a non-uniform FFT. The number of nodes is
         increased until the sum has converged in the lattice's corners and its middle.

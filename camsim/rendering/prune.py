@@ -56,7 +56,7 @@ def far_outlines(
     """Return a mask of the edges to drop, and a bound of their sum at any photosite.
 
     density    : (spectra, channels, j)
-    longest    : λN at the longest wavelength, pitches;  extent: of the footprint, pitches
+    longest    : λN at the longest wavelength, pitches;  extent: that of the footprint, pitches
 
     Connected edges are the outline of a bounded region. A step of contrast c within an outline of diameter D at
     distance d receives at most c·(α/2π)·(1 − E(d)) of a rotationally symmetric PSF, with E its encircled energy and

@@ -53,7 +53,7 @@ class Veil:
     def light(self, scene: Scene, response: F64, wavelength_nm: F64, tolerance: float) -> F64:
         """Return the glare (channels,) at every photosite, in the unit of the full response (channels, n).
 
-        tolerance : of the scene's mean, relative to a perfect diffuser; ``spared`` gives the rest of the light
+        tolerance : allowed error of the scene's mean, relative to a perfect diffuser
         """
         if not self.there:
             return np.zeros(len(response))

@@ -47,8 +47,8 @@ _NOISE = 0.01
 class ColourResponse:
     """Spectral response of the channels: the input of colour matrices and white balance.
 
-    quantum_efficiency : of the channels, in their order
-    light     : of the scene
+    quantum_efficiency : that of the channels, in the order of the channels
+    light     : light on the scene
     passes    : transmissions in the light path (lens, filters), multiplied
     crosstalk : (channels, channels) share that each channel receives from every channel; None: no crosstalk. In
                 ``of_filters`` (filters, channels)

@@ -73,8 +73,8 @@ def sensor_irradiance_w_per_m2_nm(
 
     samples      : the light on the scene
     f_number     : working f-number N·(1 + m)
-    transmission : of the lens, a fraction
-    opening      : area of its pupil over that of a circle of diameter f/N
+    transmission : fraction of the light that the lens passes
+    opening      : area of the lens's pupil over that of a circle of diameter f/N
     """
     if samples.on_sensor:
         return samples.irradiance_w_per_m2_nm
@@ -99,7 +99,7 @@ def electrons_per_reflectance(
     Σ over n of this times a reflectance at the same nodes is the mean charge, electrons, of a photosite that
     receives only light of that surface.
 
-    samples            : of the light, at nodes that resolve all of these curves and the reflectance (``Light.samples``)
+    samples            : the light, at nodes that resolve all of these curves and the reflectance (``Light.samples``)
     photosite_area_um2 : light-sensitive area, pitch² × fill factor
     filters            : transmissions in front of the sensor, multiplied
     opening            : area of the lens's pupil over that of a circle of diameter f/N

@@ -41,22 +41,22 @@ class Phase(IntEnum):
 class Context:
     """What a stage may know besides its electrons: exposure, seeds, and which photosites these are.
 
-    time_s, iso      : of the exposure
-    temperature_c    : of the sensor, for the dark current; None: the reference temperature of its figure
+    time_s, iso      : exposure time and ISO setting
+    temperature_c    : temperature of the sensor, for the dark current; None: that for which its figure holds
     electrons_per_dn : for noise after the gain
-    seed             : of the temporal noise, together with ``frame_number``
-    serial           : of the sensor, for the fixed patterns
+    seed             : seeds the temporal noise, together with ``frame_number``
+    serial           : serial number of the sensor, which seeds the fixed patterns
     origin           : (row, col) of the window's first photosite in the full frame
     frame_cols       : width of the full frame
     read_out         : index of this read-out of the exposure; from phase READ on read-outs draw independent noise
-    rows_in_all      : of the window
-    rows_before      : of the window, above these electrons
+    rows_in_all      : number of rows of the window
+    rows_before      : number of rows of the window above these electrons
     margin           : photosites of padding on each side of these electrons, for contributions of neighbours
     phase            : in which the stage is asked to act
     shape            : (rows, cols) of these electrons; None before electrons exist (``over``, ``draws``)
     stages           : all active stages
-    asking           : the stage being applied; a custom one may draw only from the streams that it declares
-    begun            : streams of these rows that it has begun to draw from
+    asking           : the stage being applied; a custom one may draw only from streams that it declares
+    begun            : streams from which that stage has begun to draw for these rows
 
     >>> context = Context(time_s=0.01, seed=1, serial=1, origin=(0, 0), frame_cols=8, rows_in_all=4)
     >>> context.first
@@ -163,7 +163,7 @@ class Context:
 class ElectronicStage(Protocol):
     """Base class of stages, frozen dataclasses: a subclass has ``apply``, and what differs from these defaults.
 
-    name          : of the camera's field, and prefix of its error messages
+    name          : name of the camera's field for the stage, with which its error messages begin
     phases        : when it acts, mostly one
     stream        : id of its random stream, or several; None: nothing is drawn. Ids must not be reused, or old captures
                     change

@@ -30,7 +30,7 @@ class Curve:
 
     wavelength_nm : (n,) strictly increasing, at least two
     values        : (n,) finite, not negative; the unit is the user's affair (a reflectance, W/m²/nm, …)
-    name          : what to call it in reports; two curves that differ in name only are not equal
+    name          : name of the curve in reports; two curves that differ in name only are not equal
     outside       : beyond the table: "zero", or "hold" to keep the first and the last value. None goes by what the
                     curve is of: reflectances and transmissions of a lens are held, lights are dark, and filters and
                     quantum efficiencies must say it when light lies there
@@ -99,7 +99,7 @@ class Curve:
     ) -> Self:
         """Return the curve of a column of a CSV file.
 
-        column : its name in the header, or its number, the file's first being 1; not needed where there are two columns
+        column : name in the header, or number (the file's first column is 1); not needed if there are two columns
 
         Cells are separated by semicolons, tabs, commas or spaces; the header may name nm, µm or Å and %; what else may
         stand in a file is said in docs/curves.md. What cannot be read is refused in one sentence with its line.

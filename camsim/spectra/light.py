@@ -77,7 +77,7 @@ class Light:
 
     spectrum            : an illuminant's name ("D55") or a Curve of relative power per nm
     line_nm             : instead, one wavelength (a laser, say)
-    width_nm            : of the line, full width at half maximum of a Gaussian; 0: none
+    width_nm            : width of that line, at half maximum of a Gaussian; 0: a single wavelength
     blackbody_k         : instead, a thermal radiator's temperature; it shines from 300 to 1100 nm
     illuminance_lux     : level, lux
     irradiance_w_per_m2 : instead, W/m² over the whole spectrum

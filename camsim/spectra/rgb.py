@@ -109,7 +109,7 @@ def linear_colours(
     """Return linear colours from 0 to 1; the largest code is 1.
 
     samples  : (rows, cols) or (rows, cols, 3)
-    encoding : of the numbers; None if not declared: then raises for values that are evidently not linear
+    encoding : encoding of the numbers; None if not declared: then raises for values that are evidently not linear
     of_codes : encoding of integers without it;  largest: code, if less than that of the type
 
     Raises InvalidValueError, by ``key`` or "encoding", with what to give.

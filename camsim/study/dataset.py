@@ -68,7 +68,7 @@ def dataset(
     """Make the samples of a data set that are not there yet, its index and its card.
 
     study   : the file of a data set, or its keys as a mapping
-    workers, scheduler, progress : as of ``camsim.sweep``
+    workers, scheduler, progress : see ``camsim.sweep``
 
     A sample's key, shard, place and split are functions of the file alone. Raises ConfigError for what is wrong with
     it, before anything is made.

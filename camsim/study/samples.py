@@ -44,8 +44,8 @@ class Crop:
 class Source:
     """A capture with the samples that are cut from it.
 
-    identity : of the capture and of its samples
-    stated   : of its rows: index of the capture and keys that vary
+    identity : key of the capture and of its samples
+    stated   : columns known in advance: index of the capture, and keys that vary
     """
 
     identity: str

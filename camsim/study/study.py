@@ -37,7 +37,7 @@ _LIGHT_ALONE = Path(library.__file__).with_name("light.yaml")
 class Point:
     """One capture of a study.
 
-    settings : of the varying keys, in order
+    settings : values of the varying keys, in order
     """
 
     index: int

@@ -29,7 +29,7 @@ from camsim.study.work import Item, Task
 class Swept:
     """The result of a sweep.
 
-    rows    : of the manifest, one for each file, in the order of indices
+    rows    : rows of the manifest, one for each file, in the order of indices
     varied  : columns of the varying keys
     taken, found, failed : numbers of captures taken, found complete, and failed
     """

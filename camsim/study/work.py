@@ -24,9 +24,9 @@ from camsim.study.manifest import BETWEEN_NOTES, DONE, FAILED, Results, Row, sha
 class Item:
     """One capture to be taken, with its frames.
 
-    identity : of all its inputs
-    stated   : of its rows, known before: index, scene, keys that vary
-    files    : of each frame (file, product)
+    identity : key of all inputs of the capture
+    stated   : columns known in advance: index, scene, keys that vary
+    files    : (file, product) pairs of each frame
     measure  : columns to measure
     """
 

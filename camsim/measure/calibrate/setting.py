@@ -30,7 +30,7 @@ _LONG_S = 0.5
 class Setting:
     """Measurements of one ISO setting.
 
-    darks      : of the shortest time with several frames; dark_codes: those frames
+    darks      : statistics of the darks of the shortest time that has several frames;  dark_codes: these frames
     """
 
     iso: float

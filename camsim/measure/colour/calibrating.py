@@ -28,7 +28,7 @@ _DIGITS = 6
 class ColourCalibration:
     """A camera's colour calibration from a chart.
 
-    file, light     : of the photograph;  chart: name of the measured reflectances
+    file, light     : file and light of the photograph;  chart: name of the measured reflectances
     patches         : names;  clipped: names of those left out as clipped
     matrix          : as in sensor files;  sigma: (3, 3) standard errors, on its scale
     delta_e_before  : (n,) ΔE2000 of the file's matrix and white balance; None if it has none

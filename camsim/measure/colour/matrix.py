@@ -27,7 +27,7 @@ class PatchColours:
     """Colorimetry of a chart's patches in a light.
 
     white_xyz : (3,) of a perfect diffuser, Y = 1
-    xyz       : (n, 3) under D50, adapted (Bradford);  lab: (n, 3) of these
+    xyz       : (n, 3) XYZ adapted to D50 (Bradford);  lab: (n, 3) CIE L*, a*, b* of these
     """
 
     light: Light

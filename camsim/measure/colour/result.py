@@ -16,7 +16,7 @@ Lab: TypeAlias = tuple[float, float, float]
 class PatchColour:
     """One patch.
 
-    name              : of its reflectance
+    name              : name of the patch's reflectance
     roi               : the bounding rectangle of its photosites
     photosites        : number used; a margin along its outline is left out
     lab, reference_lab : CIE L*, a*, b* under D50, measured and computed from spectra; a perfect diffuser is L* = 100

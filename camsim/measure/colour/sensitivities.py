@@ -64,7 +64,7 @@ class Smooth:
 class Nearest:
     """The measured camera whose response to the chart is nearest.
 
-    curves : of this camera, each channel scaled so that the chart's white is as measured
+    curves : sensitivities of this camera, each channel scaled so that the chart's white is as measured
     misfit : root mean square difference of the patches, as a fraction of white
     """
 

@@ -22,7 +22,7 @@ OnVerdict = Callable[[Verdict, F32], None]
 class Ranking:
     """The verdicts on one subject, the best CPSNR first.
 
-    rows, cols : of the picture;  photosites: number used, without border and clipped ones
+    rows, cols : size of the picture;  photosites: number used, without border and clipped ones
     left_out   : a sentence for each method that could not be run
     """
 

@@ -45,7 +45,7 @@ def check_command(template: str, suffix: str) -> None:
 def run_program(template: str, frame: Frame, *, suffix: str = ".tiff", gamma: Gamma = None) -> F32:
     """Return a program's result for a frame's mosaic: (rows, cols, 3), on any scale.
 
-    template : its words, with {in} (a DNG), {tiff} or {npy} (the codes alone) and {out} in place of files
+    template : words of the command, with {in} (a DNG), {tiff} or {npy} (the codes alone) and {out} in place of files
     """
     check_command(check(template, str, "template"), suffix)
     check_given(frame=frame)

@@ -48,7 +48,7 @@ class Scaled:
     """A result on the truth's scale.
 
     image    : (rows, cols, 3)
-    scale    : its divisor: its value for a perfect diffuser
+    scale    : by what it was divided: its value for a perfect diffuser
     balanced : whether it was white-balanced; otherwise it was also divided by the response to white
     """
 

@@ -19,8 +19,8 @@ _UNTOLD = 1e-9
 class MarkPlace:
     """One dot or corner in one channel; pixels from the optical axis, right and down.
 
-    x_pixel, y_pixel               : its position in the scene
-    dx_pixel, dy_pixel             : its displacement to the right and down
+    x_pixel, y_pixel               : position of the mark in the scene
+    dx_pixel, dy_pixel             : displacement of the mark to the right and down
     error_pixel                    : standard error of each of the two
     theory_dx_pixel, theory_dy_pixel : dx and dy predicted by the lens of the capture
     """
@@ -60,11 +60,11 @@ class Displacement:
 
     A mark at (x, y) is displaced by shift + (x, y)·(scale − 1 + k1·r² + k2·r⁴), r in half diagonals of the full frame.
 
-    shift_x_pixel, shift_y_pixel : of the whole picture
+    shift_x_pixel, shift_y_pixel : shift of the whole picture
     scale       : 1 if the image has the size of the scene
     k1, k2      : radial distortion; negative: barrel
     largest_distortion : k1·r² + k2·r⁴ at the farthest mark, a fraction of its radius; the sign says which way
-    rms_pixel   : of the residuals of the polynomial
+    rms_pixel   : root mean square residual of the polynomial
     lateral_rms_pixel, lateral_largest_pixel : distance to the same marks in the reference channel; None in that one
     """
 
@@ -95,7 +95,7 @@ class DisplacementError:
 class ChannelDistortion(Displacement):
     """Distortion of one channel.
 
-    standard_error       : of the figures of the polynomial
+    standard_error       : standard errors of the polynomial's figures
     theory               : the same figures of the same marks, predicted by the lens of the capture
     off_theory_rms_pixel : distance of the marks from the predicted positions
     """

@@ -91,7 +91,7 @@ class Pattern:
 class Stack:
     """Statistics of several equal frames over the photosites of one channel.
 
-    frames : their number
+    frames : number of frames
     mean_dn, mean_sigma_dn : mean code and the standard deviation of its estimate
     row_sigma_dn : that standard deviation as estimated from the rows, which are many
     excess_dn2   : by how much the variance of the frames' means exceeds row_sigma_dn²; random, of either sign, if

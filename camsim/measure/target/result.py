@@ -28,8 +28,8 @@ class TargetMtf:
 
     frequency_cycles_per_pixel : (n,);  mtf, mtf_error: (n,) and its standard error
     mtf50_cycles_per_pixel, mtf50_error : where it falls to 50 %; NaN if it does not within the curve
-    nyquist_cycles_per_pixel   : of the channel's lattice; the sensor's is 0.5
-    theory, theory_mtf50_cycles_per_pixel : of lens, OLPF, photosite and crosstalk; None if unknown
+    nyquist_cycles_per_pixel   : Nyquist frequency of the channel's lattice; the sensor's is 0.5
+    theory, theory_mtf50_cycles_per_pixel : theory of lens, OLPF, photosite and crosstalk; None if unknown
     """
 
     channel: str

@@ -30,7 +30,7 @@ MOST_ENDS = 512  # ends whose surroundings are counted; larger numbers are thinn
 class Counts:
     """Counts of the boundary engine's operations for one image.
 
-    photosites : of the grid;  near_nodes: quadrature nodes near ends;  looked_up: photosites × nearby lines
+    photosites : those of the grid;  near_nodes: quadrature nodes near ends;  looked_up: photosites × nearby lines
     close      : photosites × edges just beyond the near zone
     collected  : sources × tiles that sum them
     tables     : fields and edge responses

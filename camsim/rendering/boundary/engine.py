@@ -28,8 +28,8 @@ from camsim.rendering.work import Work
 class BoundaryPlan:
     """A job with a rotationally symmetric lens, and the settings for it.
 
-    pattern   : of the job
-    footprint : of the job
+    pattern   : pattern of the job's lens
+    footprint : footprint of the job's photosite and OLPF
     """
 
     job: Job

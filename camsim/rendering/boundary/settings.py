@@ -42,7 +42,7 @@ class Settings:
     """Settings of one boundary rendering; lengths in pitches.
 
     near    : an end is integrated within this distance; beyond, its ringing is neglected
-    reach   : a line's response is looked up within this distance, likewise
+    reach   : a line's response is looked up within this distance; beyond, its ringing is neglected
     leaf    : side of the smallest tiles, photosites;  tile_nodes: Chebyshev nodes along any tile
     """
 

@@ -17,7 +17,7 @@ class Found:
 
     error          : |image − reference| there, relative to the channel's full scale
     row, col       : the photosite
-    photosites     : how many were checked
+    photosites     : number of photosites checked
     standard_error : see ``Plan.standard_error``
     """
 

@@ -55,12 +55,12 @@ class Light(NamedTuple):
 class Seen:
     """The visible part of one picture or gradient, on a lattice of cells, pitches.
 
-    shape    : rows and columns of cells;  corner: of the first;  ways: (2, 2) vectors along its two sides
+    shape    : rows and columns of cells;  corner: corner of the first cell;  ways: (2, 2) vectors along its two sides
     cut      : outlines (start, end) of the visible part, in cells; None: all is visible
     values   : function of places (n, 2) in cells, with the row and column (n, 2) of each; returns (planes, n)
     coefficients : (planes, rows, cols) of a picture's splines: cell (r, c) uses those from (r, c) on
-    degree   : of its splines
-    cycles   : of a gradient, largest number per cell
+    degree   : degree of these splines
+    cycles   : largest number of a gradient's cycles per cell
     """
 
     shape: tuple[int, int]

@@ -38,7 +38,7 @@ BORDER_NODES = 24  # quadrature nodes between two knots of a border spline, plus
 class FieldSource:
     """A picture, a gradient or point sources.
 
-    layer     : its samples with their positions
+    layer     : the samples with their positions
     mixture   : (kinds, planes) mixtures of the planes that are transformed
     cut       : highest frequency of any lattice, cycles/pitch
     precision : relative error of the transforms

@@ -23,7 +23,7 @@ class DarkFrames(ElectronicStage):
 
     codes_dn : (darks, rows, cols) data numbers above their mean, taken at the ISO setting and time of the exposure;
                tiled if the sensor has more photosites
-    source   : the folder that they came from;  sha256: of their codes
+    source   : the folder that they came from;  sha256: hash of their codes
 
     >>> darks = DarkFrames(codes_dn=np.zeros((3, 4, 6)))
     >>> darks.shape
