@@ -103,7 +103,7 @@ class Point:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LeftOut:
-    """A setting that was not rendered, as are finer ones of its method, and why."""
+    """A setting that was not rendered, nor were finer ones of its method, and the reason."""
 
     method: str
     label: str

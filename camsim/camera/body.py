@@ -219,7 +219,7 @@ class Body(Electronics):
                 yield part, curve
 
     def with_ends(self, light: Light | None) -> Self:
-        """Return the camera with 0 outside the table of every curve that declares no value there.
+        """Return the camera with 0 beyond the ends of every curve that does not declare what holds there.
 
         Raises InvalidValueError if the light has power there. ``light`` None: no spectrum passes through the curves.
         """

@@ -141,7 +141,7 @@ class GivenLight(Caching):
         return Light(Curve(nodes_nm, (1.0,) * len(nodes_nm)), irradiance_w_per_m2=1.0, at="sensor")
 
     def settled(self, frame: tuple[int, int]) -> GivenLight:
-        """Return the light for a frame (rows, cols): samples at an integer multiple of it set ``per_photosite``.
+        """Return the light for a frame (rows, cols); if it has a whole multiple of samples, ``per_photosite`` follows.
 
         Raises InvalidValueError if its shape does not fit a frame of that size.
         """

@@ -116,7 +116,7 @@ def _title(capture: Capture) -> str:
 
 
 def nyquists(cfa: Cfa) -> dict[float, list[str]]:
-    """Return the Nyquist frequencies, cycles per pitch, with their owners: the sensor, and each measured channel.
+    """Return the Nyquist frequencies, cycles per pitch, of the sensor and of each measured channel, by name.
 
     As in ``camsim measure mtf``: for a Bayer array G1 and G2 separately, each on its lattice.
     """

@@ -41,7 +41,7 @@ HEADS = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DemosaicRequest:
-    """What the user asked for."""
+    """The options of the command, as the user gave them."""
 
     files: tuple[str, ...]
     published: bool

@@ -30,7 +30,7 @@ def write_mosaics(
     region: Region | None,
     **how: bool,
 ) -> Frame:
-    """Write the mosaics among ``outputs``; ``expose`` passes their rows to its argument.
+    """Write the mosaics among ``outputs``; ``expose`` is called with the function that takes their rows.
 
     how : ``allow_odd_cfa`` and ``compress``, as of ``camsim.files.save``
     """

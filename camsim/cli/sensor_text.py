@@ -39,7 +39,7 @@ class Base:
 
     @classmethod
     def of(cls, name: str, sensors: Iterable[str] = ()) -> Base:
-        """Return a sensor by its name or path."""
+        """Return the base that is found by a sensor's name or path."""
         camera = load_camera(name, lens=NO_LENS, sensors=sensors)
         path = SensorSearch.of(sensors, Path()).locate_path_or_name(name).path
         return cls(text=path.read_text("utf-8"), folder=path.resolve().parent, camera=camera)

@@ -214,7 +214,7 @@ class Lens:
             return self._beams(angles_rad, np.concatenate([np.zeros((2, 1)), places], axis=1))
 
     def entry_area(self, angle_rad: float, entry_mm: F64) -> F64:
-        """Return the area in the plane of the first vertex per area of the pupil, at its places (w, n)."""
+        """Return the area in the plane of the first vertex per area of the pupil, at the pupil's places (w, n)."""
         _, along, across = self.vignetted(angle_rad)
         if not self.aim:
             return np.full(entry_mm.shape[1:], along * across * self.radius_mm**2)

@@ -65,7 +65,7 @@ class Validated(Generic[M]):
             return None
 
     def build(self, path: KeyPath, make: Callable[[], T], *, keys: Mapping[str, KeyPath] | None = None) -> T | None:
-        """Make a stage of the part at ``path``; errors of the stage become faults there.
+        """Make a stage of the part at ``path``; errors that the stage raises become faults of that part.
 
         keys : where the file has the stage's parameters, from ``path``, those that it calls by other names
         """

@@ -68,7 +68,7 @@ class Metadata:
     xmp: bytes | None
 
     def tags(self, identity: bytes) -> tuple[Tag, ...]:
-        """Return all tags except those of the image's layout and of EXIF; ``identity``: of its codes."""
+        """Return all tags except those of the image's layout and of EXIF; ``identity``: identifier of the codes."""
         return (
             *self._image_tags(),
             *self._level_tags(),

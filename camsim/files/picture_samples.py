@@ -54,7 +54,7 @@ class Read:
 
 
 def read_samples(path: Path, file: BinaryIO, size: int, layer: str | None = None) -> Read:
-    """Read the samples of an open file, of its image or of the layer that is named; raises CamsimError in one sentence.
+    """Read the samples of an open file's image, or of the layer that is named; raises CamsimError in one sentence.
 
     layer : a layer of an EXR, or an array of NPZ or MATLAB
     """

@@ -118,7 +118,7 @@ def read_arrays(held: Held) -> dict[str, npt.NDArray[Any]]:
 
 
 def is_altered(held: Held) -> bool:
-    """Whether the codes of a DNG do not match its identifier; false for other files."""
+    """Whether a DNG's codes do not match the identifier in the file; false for other files."""
     if held.form != "DNG":
         return False
     with opened(held.path) as (file, size):

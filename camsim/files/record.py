@@ -99,7 +99,7 @@ class Record:
         return (rows, cols) if isinstance(rows, int) and isinstance(cols, int) else None
 
     def check_size(self, rows: int, cols: int) -> None:
-        """Raise InputError if the picture has other rows and columns, as its position would be unknown."""
+        """Raise InputError if the picture has not these rows and columns, as its position would be unknown."""
         if self.size not in (None, (rows, cols)):
             described = " × ".join(map(str, self.size or ()))
             raise InputError(

@@ -384,7 +384,7 @@ def _middle_and_rise(coefficients: F64, model: Model) -> tuple[float, float]:
 
 
 def crossing(d: F64, esf: F64, level: float) -> float:
-    """Return where a rising curve crosses a level, nearest to the middle of its range.
+    """Return where a rising curve crosses a level: of several places the one nearest to the middle of the curve.
 
     >>> crossing(np.array([-1.0, 0.0, 1.0]), np.array([0.0, 0.5, 1.0]), 0.75)
     0.5

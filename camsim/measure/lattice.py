@@ -52,7 +52,7 @@ def moved(projection: F64, places: F64) -> F64:
 
 
 def lattices(middles: F64, sizes: F64, *, least: int, most: int) -> Iterator[Places]:
-    """Yield lattices of points, each grown from one and two of its neighbours; largest seeds first.
+    """Yield lattices of points, each grown from a point and two of its neighbours; the largest points are tried first.
 
     sizes : areas (n,) of the regions at the points, similar within a lattice;  least, most : points in a lattice
     """

@@ -140,7 +140,7 @@ class Channel:
 
     @property
     def pitch_pixel(self) -> float:
-        """Distance between samples: for one lattice the longer one; for several, that of an equally dense square."""
+        """Distance between samples, the longer one of a lattice; for several, that of a square lattice as dense."""
         if len(self.planes) == 1:
             return self.period_pixel
         return 1.0 / math.sqrt(sum(1.0 / math.prod(plane.step) for plane in self.planes))

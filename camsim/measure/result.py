@@ -128,7 +128,7 @@ class MtfReport:
     description: Mapping[str, Any] | None = field(default=None, repr=False)
 
     def place(self, edge: EdgeMtf) -> FieldPlace:
-        """Return the field position of an edge, and the direction of its MTF."""
+        """Return the field position of an edge, and whether its MTF is sagittal or tangential."""
         return field_place(edge.x_pixel, edge.y_pixel, math.radians(edge.normal_deg), self.full_frame)
 
     def nyquist(self) -> dict[str, dict[str, float]]:
@@ -147,7 +147,7 @@ class MtfReport:
         )
 
     def as_dict(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
+        """Return the result as plain values for JSON."""
         return {
             "file": self.file,
             "pitch_um": self.pitch_um,

@@ -43,7 +43,7 @@ class MtfSeries:
         return tuple("none" if v is None else f"{v:g}" if isinstance(v, float) else str(v) for v in self.values)
 
     def as_dict(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
+        """Return the result as plain values for JSON."""
         pairs = zip(self.values, self.reports, strict=True)
         return {"by": self.by, "files": [{"value": value, **report.as_dict()} for value, report in pairs]}
 

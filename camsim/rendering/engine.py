@@ -96,7 +96,7 @@ class Plan(Protocol):
 
     @property
     def wavelengths(self) -> int:
-        """Number of wavelength nodes."""
+        """Number of wavelengths at which the optics are computed."""
         ...
 
     @property

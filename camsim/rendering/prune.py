@@ -53,7 +53,7 @@ def far_outlines(
     grid: Grid,
     allowed: float,
 ) -> tuple[np.ndarray, float]:
-    """Return a mask of the edges to drop, and a bound of their sum at any photosite.
+    """Return a mask of the edges to drop, and a bound of what they would add up to at any photosite.
 
     density    : (spectra, channels, j)
     longest    : λN at the longest wavelength, pitches;  extent: that of the footprint, pitches

@@ -117,7 +117,7 @@ def electrons_per_reflectance(
 
 
 def auto_time_s(diffuser_e_per_s: F64, *, level_e: float) -> float:
-    """Return the exposure time that puts a perfect diffuser at a level in its brightest channel.
+    """Return the exposure time at which a perfect diffuser reaches a level in the channel where it is brightest.
 
     diffuser_e_per_s : (channels,) electrons per second and photosite of a perfect diffuser
     level_e          : electrons of that level, 80 % of black..white say

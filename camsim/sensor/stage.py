@@ -39,7 +39,7 @@ class Phase(IntEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Context:
-    """What a stage may know besides its electrons: exposure, seeds, and which photosites these are.
+    """What a stage may know besides its electrons: exposure, seeds, and the photosites that they are in.
 
     time_s, iso      : exposure time and ISO setting
     temperature_c    : temperature of the sensor, for the dark current; None: that for which its figure holds
@@ -200,7 +200,7 @@ class ElectronicStage(Protocol):
         return 0
 
     def dark_noise_e(self, electrons_per_dn: float) -> float:
-        """Return the standard deviation of its temporal noise in a dark frame, electrons."""
+        """Return the standard deviation of the stage's temporal noise in a dark frame, electrons."""
         return 0.0
 
     def lacks(self, others: Sequence[ElectronicStage]) -> str:

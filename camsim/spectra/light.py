@@ -200,19 +200,19 @@ class Light:
 
     @property
     def ends_nm(self) -> tuple[float, float]:
-        """The ends of its spectrum."""
+        """The shortest and the longest wavelength of the spectrum."""
         kinks_nm = _shape(self).kinks_nm
         return kinks_nm[0], kinks_nm[-1]
 
     def irradiance_at(self, wavelength_nm: F64) -> F64:
-        """Return W/m² per nm at ``wavelength_nm``; of a line without width all of its W/m² there, 0 elsewhere."""
+        """Return W/m² per nm at ``wavelength_nm``; a line without width has all of its W/m² at its wavelength."""
         nodes, (first_nm, last_nm) = np.asarray(wavelength_nm, np.float64), self.ends_nm
         exposed = (first_nm <= nodes) & (nodes <= last_nm)
         irradiance: F64 = np.where(exposed, _level_per_power(self) * _shape(self).power(nodes), 0.0)
         return irradiance
 
     def samples(self, *stages: Iterable[Spectrum]) -> LightSamples:
-        """Return the spectral irradiance at nodes that integrate its product with one curve of every stage.
+        """Return the spectral irradiance at nodes that integrate its product with a curve of each stage exactly.
 
         stages : stages in the light path, each with alternative curves (the reflectances of a scene, the channels of a
                  sensor)

@@ -32,7 +32,7 @@ _OF_THE_FOLDER = ("status", "message", "frame", "shard", "file", "sha256")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Crop:
-    """One sample: its index in the data set, its shard, and the first photosite of its window of the capture."""
+    """One sample: index in the data set, shard, and the first photosite of its window in the capture."""
 
     index: int
     shard: int

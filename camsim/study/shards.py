@@ -36,7 +36,7 @@ CAPTURES = "captures"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Shard:
-    """A range of a split's samples, in one file or several; sources: its captures, in order."""
+    """A range of a split's samples, in one file or several; sources: the captures they are from, in order."""
 
     identity: str
     split: str

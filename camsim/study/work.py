@@ -1,4 +1,4 @@
-"""The work of a worker: captures of a few points into files, sharing optical images."""
+"""What a worker does: it takes the captures of a few points into files, with shared optical images."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ class Table(BaseModel):
 
     @classmethod
     def fields(cls) -> Mapping[str, FieldInfo]:
-        """Return the definition of each key, also of tables defined later in their module: groups hold groups.
+        """Return the definition of each key, even if its type is defined later in the module, as groups hold groups.
 
         Such a table is built here, not on import, which would take longer than reading a capture.
         """

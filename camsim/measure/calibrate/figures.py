@@ -66,7 +66,7 @@ def full_well(base: Setting) -> Estimate:
 
 
 def rows(settings: Sequence[Setting], rows_of_frame: int) -> tuple[Estimate, Estimate]:
-    """Return the temporal row noise, white and 1/f, electrons, from its power spectrum."""
+    """Return the temporal row noise in electrons, white and 1/f, from the power spectrum of row offsets."""
     white, pink = [], []
     for setting in settings:
         darks, gain = setting.darks, setting.gain_dn_per_e

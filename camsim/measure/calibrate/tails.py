@@ -301,7 +301,7 @@ class _Model:
         return shape, self.logarithms(shape)
 
     def errors(self, shape: Shape, normal_sigma_dn2: float) -> tuple[dict[str, float], float]:
-        """Return the standard errors of the shape's figures, and of the variance of its telegraph noise."""
+        """Return the standard errors of the shape's figures, and of the variance of the shape's telegraph noise."""
         values = _values_of(shape)
         size = values.size
         width = 0.01

@@ -80,7 +80,7 @@ class ColourCalibration:
         return f"{smooth}, {why}; in their place the {nearest}"
 
     def as_dict(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
+        """Return the result as plain values for JSON."""
         mean = {
             "before": None if self.delta_e_before is None else _mean(self.delta_e_before),
             "after": _mean(self.delta_e_after),

@@ -107,7 +107,7 @@ def measure_chart(
 def developed_chart(
     picture: Picture, light: Light, *, corners: Sequence[Corner] | None, chart: str
 ) -> tuple[ColourReport, Chart, Development]:
-    """Return the report, the chart as read, and its development."""
+    """Return the report, the chart as read, and the development of the picture."""
     check_given(picture=picture)
     colours = PatchColours.of(reflectance_names(chart), light)
     seen = read_chart(picture, colours, corners=corners, chart=chart)

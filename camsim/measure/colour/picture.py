@@ -22,7 +22,7 @@ from camsim.spectra.light import Light
 
 
 def halves(picture: Picture, capture: Capture, report: ColourReport) -> U8:
-    """Return (rows, cols, 3) sRGB; a patch has the right colour if its halves match."""
+    """Return (rows, cols, 3) sRGB, in which a patch of the right colour has two equal halves."""
     camera = capture.camera
     order = [camera.cfa.channels.index(letter) for letter in CHANNELS]
     to_xyz = fit_for_development(camera.colour_response(capture.light, capture.colour_matrix)).forward[:, order]

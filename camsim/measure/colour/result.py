@@ -77,7 +77,7 @@ class ColourReport:
         return max(patch.delta_e_2000 for patch in self.patches)
 
     def as_dict(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
+        """Return the result as plain values for JSON."""
         return {
             "file": self.file,
             "development": self.development,

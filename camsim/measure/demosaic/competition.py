@@ -36,7 +36,7 @@ class Ranking:
     left_out: tuple[str, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
+        """Return the result as plain values for JSON."""
         head = {name: getattr(self, name) for name in ("subject", "rows", "cols", "photosites", "clipped", "cfa")}
         verdicts = [{"rank": rank, **verdict.as_dict()} for rank, verdict in enumerate(self.verdicts, start=1)]
         return {**head, "verdicts": verdicts, "left_out": list(self.left_out)}

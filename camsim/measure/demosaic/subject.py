@@ -66,7 +66,7 @@ class Subject:
 
 
 def subject_of_capture(capture: Capture, truth_e: F32, *, border: int = BORDER) -> Subject:
-    """Return the subject of a capture; ``truth_e``: its truth (rows, cols, channels) in electrons, as in frames.
+    """Return the subject of a capture with the truth ``truth_e`` (rows, cols, channels) in electrons, as in frames.
 
     Raises UnsupportedError for a camera without the channels R, G and B, or without a colour matrix.
     """

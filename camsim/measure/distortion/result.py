@@ -124,7 +124,7 @@ class DistortionReport:
     left_out: tuple[str, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
+        """Return the result as plain values for JSON."""
         return {
             "file": self.file,
             "chart": self.kind,

@@ -76,7 +76,7 @@ class GridReport:
     channels: tuple[GridChannel, ...]
 
     def as_dict(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
+        """Return the result as plain values for JSON."""
         return {"chart": "dot-grid", **asdict(self)}
 
 

@@ -130,6 +130,6 @@ class NoiseReport:
     channels: tuple[ChannelNoise, ...]
 
     def as_dict(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
+        """Return the result as plain values for JSON."""
         head = {name: getattr(self, name) for name in ("source", "rows", "cols", "frames")}
         return {**head, "standard": "EMVA 1288 R4", "channels": [channel.as_dict() for channel in self.channels]}

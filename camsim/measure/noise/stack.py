@@ -134,7 +134,7 @@ class Level:
 
     @property
     def signal_sigma_dn(self) -> float:
-        """The standard deviation of its estimate."""
+        """The standard deviation of the estimate of ``signal_dn``."""
         return math.hypot(self.light.mean_sigma_dn, self.dark.mean_sigma_dn)
 
     @property
@@ -149,7 +149,7 @@ class Level:
 
     @property
     def added_sigma_dn2(self) -> float:
-        """The standard deviation of its estimate."""
+        """The standard deviation of the estimate of ``added_dn2``."""
         return math.hypot(self.light.variance_sigma_dn2, self.dark.variance_sigma_dn2)
 
 

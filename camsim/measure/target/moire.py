@@ -86,7 +86,7 @@ class MoireReport:
         return float(np.sqrt(np.mean([g.contrast**2 for g in self.ghosts if g.channel == channel])))
 
     def as_dict(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
+        """Return the result as plain values for JSON."""
         channels = dict.fromkeys(ghost.channel for ghost in self.ghosts)
         return {
             "file": self.file,

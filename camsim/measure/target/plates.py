@@ -72,7 +72,7 @@ class Rings:
         return places[near], offset[near], frequency[near]
 
     def turn(self, offset: F64) -> F64:
-        """Return the phase relative to that of the centre at offsets (n, 2) from it."""
+        """Return the phase at offsets (n, 2) from the centre, relative to the phase of the centre."""
         turn: F64 = math.pi * np.einsum("ni,ij,nj->n", offset, self.growth, offset)
         return turn
 
@@ -193,7 +193,7 @@ def _columns(rings: Rings, offset: F64) -> F64:
 
 
 def refined(light: F64, rings: Rings, reach: float, *, growing: bool = True) -> Rings:
-    """Return rings whose centre, phase and growth (``growing``) fit best up to a frequency, with their contrast."""
+    """Return the rings with centre, phase and (``growing``) growth that fit best up to a frequency, and contrast."""
     places, _, _ = rings.about(light.shape, reach)
     seen = light[places[:, 0], places[:, 1]]
     size = reach / math.sqrt(float(np.linalg.det(rings.growth)))

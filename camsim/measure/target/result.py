@@ -43,7 +43,7 @@ class TargetMtf:
     theory_mtf50_cycles_per_pixel: float | None
 
     def as_dict(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
+        """Return the result as plain values for JSON."""
         tree = {}
         for each in fields(self):
             value = getattr(self, each.name)
@@ -62,7 +62,7 @@ class TargetReport:
     channels: tuple[TargetMtf, ...]
 
     def as_dict(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
+        """Return the result as plain values for JSON."""
         sensor = self.full_frame.in_units(NYQUIST_OF_SENSOR_CYCLES_PER_PIXEL)
         stated = []
         for channel in self.channels:
@@ -109,7 +109,7 @@ def half_of(frequency: F64, mtf: F64, error: F64) -> tuple[float, float]:
 
 
 def curve(channel: str, frequency: F64, mtf: F64, error: F64, nyquist: float, theory: F64 | None) -> TargetMtf | None:
-    """Return a channel's curve with its MTF50 and that of the theory; None where noise leaves no point of it."""
+    """Return a channel's curve with its MTF50 and the theory's; None if noise leaves no point of the curve."""
     stated = np.isfinite(mtf) & (error < _MOST_ERROR)
     if not stated.any():
         return None

@@ -45,7 +45,7 @@ _HANN_SPREAD = 2.25
 
 
 def measure_texture(picture: Picture, capture: Capture) -> TargetReport:
-    """Measure the transfer of its scene's structure to a picture, in every channel, averaged over directions.
+    """Measure how much of a scene's structure arrives in a picture of it, in every channel, averaged over directions.
 
     Uses the centre of large pictures, 400 photosites per side. The theory is that of a grey texture. Raises
     UnsupportedError for a picture that is small, and where the scene has no structure or noise hides it.

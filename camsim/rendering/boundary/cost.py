@@ -1,4 +1,4 @@
-"""Expected cost of a rendering, a pure function of the inputs: no clock, no core count, no history.
+"""Expected cost of a rendering, by the inputs alone: no clock, no number of cores and no history enter.
 
 Seconds are those of one core, summed over all threads: two idle cores take about half as long. The model counts the
 boundary engine's operations (photosites, look-ups of lines, quadrature nodes near ends, sources collected on tiles,

@@ -52,12 +52,12 @@ class BoundaryPlan:
 
     @property
     def fewest(self) -> int:
-        """Smallest number of photosites that are checked."""
+        """The smallest number of photosites that the check recomputes."""
         return FEWEST_CHECKED
 
     @property
     def wavelengths(self) -> int:
-        """Number of wavelength nodes."""
+        """Number of wavelengths at which the optics are computed."""
         return self.nodes.wavelength_nm.size
 
     @cached_property

@@ -75,7 +75,7 @@ def check_tolerance(tolerance: float, pattern: Pattern, part: float = 1.0) -> No
 
 
 def plan_boundary(job: Job, pattern: Pattern, footprint: Footprint) -> Settings:
-    """Choose the settings; ``pattern``: of the job;  ``footprint``: of the job, or part of it."""
+    """Choose the settings for the job's pattern and for its footprint, or a part of that."""
     check_tolerance(job.tolerance, pattern)
     budget, blur = job.budget, job.blur
     waves = Waves(pattern=pattern, blur=blur, shares=job.shares, footprint=footprint)

@@ -211,7 +211,7 @@ def edge_responses(
     distance: float,
     step: float,
 ) -> F64:
-    """Response across an infinite edge minus its half-way value, as a quintic per cell of ``step``.
+    """Response across an infinite edge, minus the value half-way, as a quintic for each cell of width ``step``.
 
     normals  : (o, 2) unit normals of the edges
     returns  : (o, k, cells, 6): coefficients of (h/step − cell)^0 … ^5 for 0 ≤ h ≤ distance

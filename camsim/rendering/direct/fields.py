@@ -143,7 +143,7 @@ class Fields:
 
     @property
     def visible(self) -> bool:
-        """Whether any of them is visible."""
+        """Whether any picture, gradient or point is visible."""
         return bool(self.points) or any(seen.cut is None or len(seen.cut[0]) for seen in self.seen)
 
     @cached_property

@@ -89,7 +89,7 @@ class Layer:
 
     @property
     def said(self) -> tuple[str, str]:
-        """Text of the explanation, and its reason."""
+        """What ``camsim explain`` says of the layer, and the reason."""
         rows, cols = self.shape
         turned = f", turned by {self.picture.rotate_deg:g}°" if self.picture.rotate_deg % 360.0 else ""
         seen = "all of it seen" if self.outline is None else "what outlines cut of it is integrated"

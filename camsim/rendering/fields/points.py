@@ -61,7 +61,7 @@ class PointLayer:
 
     @property
     def said(self) -> tuple[str, str]:
-        """Text of the explanation, and its reason."""
+        """What ``camsim explain`` says of the layer, and the reason."""
         count, planes = len(self.at), self.planes
         return (
             f"{count} point{'s' if count != 1 else ''} of {planes} colour{'s' if planes != 1 else ''}",

@@ -36,7 +36,7 @@ class PaperPlan:
 
     @property
     def fewest(self) -> int:
-        """Smallest number of photosites that are checked."""
+        """The smallest number of photosites that the check recomputes."""
         return FEWEST_CHECKED
 
     @property

@@ -38,7 +38,7 @@ class EdgeSource:
 
     @cached_property
     def box(self) -> tuple[F64, F64]:
-        """Low and high corners."""
+        """Low and high corner (2,) of the bounding box, pitches."""
         return self.edges.box
 
     @property

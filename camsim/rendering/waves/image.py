@@ -44,7 +44,7 @@ class Source(Protocol):
         ...
 
     def transform(self, lattice: Lattice, origin: tuple[float, float]) -> C128 | None:
-        """Return its transform (kinds, n, m) about an origin, at the lattice's j and i = 0 … m − 1; None: no light."""
+        """Return the source's transform (kinds, n, m) about an origin, at a lattice's j and i = 0 …; None: no light."""
         ...
 
 

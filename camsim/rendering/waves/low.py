@@ -61,7 +61,7 @@ class LowFrequencies:
         return self.source.in_parts
 
     def transform(self, lattice: Lattice, origin: tuple[float, float]) -> C128 | None:
-        """Return its transform; None: no light."""
+        """Return the transform of the source; None: no light."""
         low, high = self.box
         seen = (low - origin >= lattice.low).all() and (high - origin <= lattice.high).all()
         if lattice.cut > self.cut * (1.0 + 1e-9) or not seen or self._size > MOST:

@@ -64,5 +64,5 @@ class DarkCurrent(ElectronicStage):
         return electrons + dark_e * gains(self.nonuniformity, context.normals(self.stream, electrons.shape))
 
     def draws(self, shape: tuple[int, int], context: Context) -> int:
-        """Return the number of normals of its pattern; a uniform current has none."""
+        """Return the number of normals that are drawn for the pattern; a uniform current has none."""
         return context.normals_drawn(shape[0]) if self.nonuniformity else 0

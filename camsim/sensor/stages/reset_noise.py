@@ -58,5 +58,5 @@ class ResetNoise(ElectronicStage):
         return shape[0] * shape[1]
 
     def dark_noise_e(self, electrons_per_dn: float) -> float:
-        """Return its standard deviation."""
+        """Return the standard deviation of the noise, electrons."""
         return self.sigma_e
