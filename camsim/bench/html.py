@@ -37,7 +37,7 @@ def section(title: str, body: str) -> str:
 
 
 def paragraph(text: str, mark: str = "") -> str:
-    """Return a paragraph; ``mark`` is its class."""
+    """Return a paragraph of the class ``mark``."""
     return f"<p class='{mark}'>{escape(text)}</p>\n" if mark else f"<p>{escape(text)}</p>\n"
 
 

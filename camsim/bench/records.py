@@ -14,8 +14,8 @@ DIGITS = 4  # significant digits of times and errors
 class Head:
     """What was measured, in which window and on which machine.
 
-    rows, cols, origin : of the window, in photosites of the sensor's frame
-    frame_rows, frame_cols : of the scene's capture
+    rows, cols, origin : size and position of the window, in photosites of the sensor's frame
+    frame_rows, frame_cols : size of the scene's capture
     chosen   : reason for the window
     tolerance : the scene's own
     """
@@ -61,8 +61,8 @@ class Point:
 
     method, label, tolerance, samples : as requested
     engine         : engine used
-    error_max, error_rms : from the truth, over the window, relative to full scale
-    row, col       : of the largest error, in photosites of the sensor's frame
+    error_max, error_rms : errors against the truth over the window, relative to full scale
+    row, col       : place of the largest error, in photosites of the sensor's frame
     truth          : engine of the reference image;  accurate_to: accuracy of that
     error_estimate : estimate of the rendering
     wall_s, cpu_s  : the fastest lap, including set-up and check;  first_wall_s: the first
@@ -103,7 +103,7 @@ class Point:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LeftOut:
-    """A setting that was not rendered, as are finer ones of its method, and why."""
+    """A setting that was not rendered, nor were finer ones of its method, and the reason."""
 
     method: str
     label: str

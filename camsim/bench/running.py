@@ -52,8 +52,8 @@ def bench_scene(
 ) -> Bench:
     """Measure error against run time for a scene: every method at every tolerance, on a window of its frame.
 
-    scene, sensor, overrides, sensors : as of ``camsim.capture``
-    methods    : of ``camsim.render``; the paper's take ``samples`` where they have any
+    scene, sensor, overrides, sensors : see ``camsim.capture``
+    methods    : methods of ``camsim.render``; ``importance`` takes ``samples``
     tolerances : every second decade from 1e-2 to 1e-8 and the scene's own when left out
     region     : the window, of the sensor's frame; the busiest 128 × 128 photosites when left out
     whole      : take the scene's own region instead

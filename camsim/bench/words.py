@@ -32,7 +32,7 @@ def words_of_window(head: Head) -> str:
 
 
 def words_of_truths(truths: Sequence[TruthLine]) -> Iterator[str]:
-    """Return a text on the reference of the errors, and its accuracy."""
+    """Return a text on the truth to which errors refer, and on its accuracy."""
     for t in truths:
         yield (
             f"Truth: {t.engine} at {power(t.tolerance)}; {t.checked_photosites} of its photosites computed directly "

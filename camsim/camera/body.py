@@ -79,9 +79,9 @@ class Changes(ElectronicChanges, total=False):
 class Body(Electronics):
     """A lens and a sensor, stage by stage; a stage that is None is left out. Electronic stages: ``Electronics``.
 
-    name       : of the model; written to files
+    name       : name of the model; written to files
     serial     : seeds the fixed patterns
-    rows, cols : of the full frame;  pitch_um: distance between photosites, µm
+    rows, cols : size of the full frame;  pitch_um: distance between photosites, µm
     colour_matrices : measured on a chart (``camsim calibrate colour``); written to files in place of fitted ones
     filters    : in front of the sensor (infrared cut, grey, colour): transmissions, multiplied
     magnification : image size over object size; makes the working f-number N·(1 + m), in brightness and in blur
@@ -201,7 +201,7 @@ class Body(Electronics):
 
     @property
     def opening(self) -> float:
-        """Area of the lens's pupil over that of a circle of diameter f/N: the fraction of light that passes."""
+        """Area of the lens's pupil as a fraction of the full circle of diameter f/N, and so of that circle's light."""
         return self.lens.opening if isinstance(self.lens, KnowsOpening) else 1.0
 
     @property
@@ -219,7 +219,7 @@ class Body(Electronics):
                 yield part, curve
 
     def with_ends(self, light: Light | None) -> Self:
-        """Return the camera with 0 outside the table of every curve that declares no value there.
+        """Return the camera with 0 beyond the ends of every curve that does not declare what holds there.
 
         Raises InvalidValueError if the light has power there. ``light`` None: no spectrum passes through the curves.
         """
@@ -242,7 +242,7 @@ class Body(Electronics):
         return light.samples(surfaces, *passes, efficiencies)
 
     def dimmed_by(self, light: Light) -> tuple[tuple[str, Spectrum], ...]:
-        """Return the named transmissions between light and photosites; no lens for light given on the sensor."""
+        """Return the transmissions between light and photosites, by name; light given on the sensor passes no lens."""
         lens = () if light.at == "sensor" else (("lens", self.lens.transmission),)
         return *lens, *((f"filter {number}", spectrum) for number, spectrum in enumerate(self.filters, 1))
 
@@ -267,7 +267,7 @@ class Body(Electronics):
         return self.after_crosstalk(self.electrons_per_reflectance(self.samples(light), time_s).sum(axis=1))
 
     def steps_e(self, light: Light, time_s: float, tolerance: float) -> tuple[float, ...]:
-        """Return each channel's ``Frame.steps_e``: a power of two, half of which is at most 1/1000 of the tolerance."""
+        """Return ``Frame.steps_e`` of each channel: a power of two whose half is at most 1/1000 of the tolerance."""
         finest_e = np.maximum(2e-3 * tolerance * self.diffuser_electrons(light, time_s), _FINEST_STEP_E)
         return tuple(np.ldexp(1.0, np.frexp(finest_e)[1] - 1).tolist())
 
@@ -277,7 +277,7 @@ class Body(Electronics):
 
     @property
     def prnu_on_grey(self) -> float:
-        """PRNU as measured in a frame with equal channels: crosstalk averages neighbouring gains."""
+        """PRNU as measured in a frame with equal channels; less than each gain's, as crosstalk averages neighbours."""
         if self.prnu is None or self.crosstalk is None:
             return 0.0 if self.prnu is None else self.prnu.fraction
         even = np.ones(len(self.cfa.channels))
@@ -310,12 +310,12 @@ class Body(Electronics):
 
     @property
     def converter(self) -> Adc:
-        """The converter of the recorded codes: ``adc``, or with two read-outs per exposure that of the recorded one."""
+        """The converter of the recorded codes: ``adc``, or if exposures are read twice, the recorded read-out's."""
         return self.adc if self.dual_gain is None else self.dual_gain.converter(self.adc)
 
     @property
     def read_outs(self) -> tuple[Self, ...]:
-        """The cameras that read an exposure: this one, or with merged dual gain one of low and one of high gain."""
+        """The cameras that read an exposure: this one, or with merged dual gain two, one of each gain."""
         dual = self.dual_gain
         if dual is None or dual.read != "merged":
             return (self,)
@@ -323,7 +323,7 @@ class Body(Electronics):
 
     @property
     def read_out_number(self) -> int:
-        """Index of this read-out within an exposure: the low- and high-gain ones draw independent read-out noise."""
+        """Index of this read-out within an exposure; low and high gain differ in it, so their noise is independent."""
         return int(self.dual_gain is not None and self.dual_gain.read == "high")
 
     def full_well_at(self, iso: float) -> FullWell | None:

@@ -26,8 +26,8 @@ from camsim.spectra.light import Light
 class Camera(Body):
     """A lens and a sensor, stage by stage; a stage that is None is left out.
 
-    name, serial : of the model, written to files; of the specimen, the seed of its fixed patterns
-    rows, cols   : of the full frame
+    name, serial : name of the model, written to files; number of the specimen, which seeds its fixed patterns
+    rows, cols   : size of the full frame
     pitch_um     : distance between photosites
     lens, extra_optics, olpf, photosite : optical stages; custom ones besides the lens
     cfa, quantum_efficiency, filters    : channels, their electrons per photon, and transmissions in front of the sensor

@@ -52,7 +52,7 @@ class Capture(Recording):
     seed, frame_number : determine the temporal noise; fixed patterns do not depend on them
     noise         : False leaves out all noise and the dark current
     region, scene_name : a window of the frame, None for all of it; for the report
-    tolerance, strict : of the optics, relative to a perfect diffuser or the brightest surface; raise if missed
+    tolerance, strict : of the optics, relative to a perfect diffuser or the brightest surface; True raises if missed
     method        : "auto", "boundary" or "fourier", see ``camsim.render``
     colour_matrix : the matrices written to files: "standard" (illuminants A and D65) or "scene" (this light)
     spectral_nm   : wavelengths of "spectral"; None: 400 to 700 nm every 10, or the line of monochromatic light
@@ -130,7 +130,7 @@ class Capture(Recording):
 
     @cached_property
     def optical_key(self) -> str:
-        """Key of everything that determines the optical image; captures with equal keys can share one."""
+        """Key of everything that determines the optical image; captures with equal keys can share an image."""
         camera, how = self.camera, (self.tolerance, self.method, self.strict)
         response = camera.image_per_reflectance(self.samples)
         return key_of(
@@ -149,7 +149,7 @@ class Capture(Recording):
         return self.radiant_exposure_j_per_m2 * self.camera.veil_of(self.exposed_scene, self.samples, self.tolerance)
 
     def plan(self) -> Choice:
-        """Choose the rendering method, in electrons per J/m², without rendering."""
+        """Return the rendering method that will be used, without rendering; lights are in electrons per J/m²."""
         return plan_render(
             self.exposed_scene, self.camera.optics, self.window.wide,
             response=self.camera.image_per_reflectance(self.samples), wavelength_nm=self.samples.wavelength_nm,
@@ -193,7 +193,7 @@ class Capture(Recording):
 
         Each frame reports its own seconds; the first includes light and rendering. Arrays shared by several frames
         (``mean_electrons``, ``truth``, ``channel_index``) are read-only: copy them to modify them.
-        optical_image : of a capture with the same ``optical_key``, else an error is raised; None: rendered here
+        optical_image : image of a capture with the same ``optical_key``, else an error is raised; None: rendered here
         """
         check_products(products)
         if given := check(optical_image, OpticalImage | None, "optical_image"):

@@ -34,7 +34,7 @@ class ExposedRows:
 
 @dataclass(frozen=True, kw_only=True)
 class Window:
-    """The photosites of a window: ``grid`` those of the picture, ``wide`` those that are rendered.
+    """The photosites of a window: those of the picture (``grid``), and those that are rendered (``wide``).
 
     on_sensor : whether the light is given on the sensor, so that no lens attenuates it
     """

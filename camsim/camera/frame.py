@@ -123,8 +123,8 @@ class ChannelSignal:
 class Report:
     """What a capture computed, and its error; ``seconds`` is the only part that differs between equal captures.
 
-    standard_error : of the sampled methods, see ``camsim.Rendering``
-    work           : what was computed, counted: see ``camsim.rendering.work``
+    standard_error : for sampling methods only, see ``camsim.Rendering``
+    work           : counts of what was computed, see ``camsim.rendering.work``
 
     >>> import camsim
     >>> frame = camsim.capture("flat-field", overrides=["region={rows: 2, cols: 2}", "render.tolerance=1e-2"])

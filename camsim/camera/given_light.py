@@ -34,12 +34,12 @@ class GivenLight(Caching):
     """Light on a sensor as an array, before any stage of the sensor has acted.
 
     samples       : (rows, cols), or (rows, cols, n): finite; must not change during exposure
-    unit          : of its numbers, of the whole exposure. "electrons": mean charge, one per photosite or a plane per
+    unit          : of the samples, for the whole exposure. "electrons": mean charge, one per photosite or a plane per
                     channel; "photons": on a photosite's light-sensitive area, at each of ``wavelength_nm``;
                     "irradiance": W/m²/nm, linear between ``wavelength_nm`` and 0 outside (of one wavelength: W/m², a
                     line); "reflectance": fractions of a perfect diffuser's light, grey, linear sRGB or bands of
                     ``wavelength_nm``, which may exceed 1; "srgb": the same, sRGB-encoded
-    wavelength_nm : of the n planes, increasing
+    wavelength_nm : wavelengths of the n planes, increasing
     per_photosite : samples along the side of a photosite, which integrates them
     source, read  : the file that it was read from, and how to read it again
     sha256        : hash of samples, type and shape
@@ -107,19 +107,19 @@ class GivenLight(Caching):
 
     @cached_property
     def seems_encoded(self) -> bool:
-        """Whether reflectances are the codes of a picture, which are rarely linear."""
+        """Whether reflectances look like the codes of a picture, which are rarely linear."""
         if self.unit != "reflectance" or self.wavelength_nm is not None:
             return False
         return self.samples.dtype.kind in "iu" or depth_of_codes(self.samples) > 0
 
     @property
     def rows(self) -> int:
-        """Photosites from top to bottom."""
+        """Number of photosites from top to bottom."""
         return int(self.samples.shape[0]) // self.per_photosite
 
     @property
     def cols(self) -> int:
-        """Photosites from left to right."""
+        """Number of photosites from left to right."""
         return int(self.samples.shape[1]) // self.per_photosite
 
     @cached_property
@@ -131,14 +131,14 @@ class GivenLight(Caching):
 
     @property
     def spectrum(self) -> Light:
-        """Equal-energy light over its wavelengths, or one line."""
+        """Light of equal energy at all of its wavelengths; a line if it has only one."""
         nodes_nm = tuple(self.wavelength_nm or ())
         if len(nodes_nm) == 1:
             return Light(line_nm=nodes_nm[0], irradiance_w_per_m2=1.0, at="sensor")
         return Light(Curve(nodes_nm, (1.0,) * len(nodes_nm)), irradiance_w_per_m2=1.0, at="sensor")
 
     def settled(self, frame: tuple[int, int]) -> GivenLight:
-        """Return the light for a frame (rows, cols): samples at an integer multiple of it set ``per_photosite``.
+        """Return the light for a frame (rows, cols); if it has a whole multiple of samples, ``per_photosite`` follows.
 
         Raises InvalidValueError if its shape does not fit a frame of that size.
         """
@@ -156,7 +156,7 @@ class GivenLight(Caching):
         return dataclasses.replace(self, per_photosite=times)
 
     def per_channel(self, camera: Body, light: Light, time_s: float) -> F64 | None:
-        """Return (channels, n) mean electrons of a photosite of each channel for 1 in each plane.
+        """Return (channels, n): the mean electrons that a photosite of each channel gets for a 1 in each plane.
 
         None where the samples are already electrons of each photosite. ``light``: of a perfect diffuser, on the sensor.
         """

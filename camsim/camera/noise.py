@@ -29,7 +29,7 @@ class Noise:
     sensor        : a Sensor or a Camera
     iso           : sets the gain and quantities that depend on it; None: the base ISO
     time_s        : exposure time, for dark current
-    temperature_c : of the sensor, °C; None: the one that its dark current is given for
+    temperature_c : temperature of the sensor, °C; None: the one for which its dark current is given
 
     Called with electrons (rows, cols), or (…, rows, cols) for several images, and a seed, it returns float32 electrons
     as read, of the same shape: those of ``Sensor.expose``, with the image's index as the frame number. A CPU tensor is

@@ -44,7 +44,7 @@ _WORTH_SECONDS, _WORTH_WAITING = 1.0, 20.0
 class Setting:
     """What is known of a picture before it is taken.
 
-    time_s      : of the exposure, "auto" resolved
+    time_s      : exposure time, with "auto" resolved
     veil_e      : (channels,) electrons of veiling glare on the axis
     noise       : whether the picture has noise
     mean_wanted : whether the noise-free mean is a product, such as truth

@@ -17,7 +17,7 @@ from camsim.scene import Scene
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OpticalImage:
-    """Electrons per J/m² of radiant exposure in every photosite, the rendering, and the key of its inputs."""
+    """Electrons per J/m² of radiant exposure in every photosite, with their rendering and the key of its inputs."""
 
     choice: Choice
     rendering: Rendering

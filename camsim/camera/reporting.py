@@ -116,7 +116,7 @@ class Signals:
 
 
 def wavelengths(light: Light, samples: int, nodes: int) -> str:
-    """Return a text on the light, its range of integration, and the number of nodes of the optics."""
+    """Return a text on the light, the wavelengths integrated over, and the number of nodes used for the optics."""
     low, high = light.ends_nm
     if light.is_one_line:
         return f"{low:g} nm, one line"

@@ -10,7 +10,7 @@ from camsim.core.arrays import F64
 
 
 class RowBatches:
-    """Regroups incoming row bands into batches of ``together`` rows; the last may be shorter.
+    """Regroups bands of rows as they come into batches of ``together`` rows; the last batch may be shorter.
 
     together : batches are multiples of this many rows;  overlap: rows that a batch shares with the next
     """

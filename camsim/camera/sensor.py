@@ -149,7 +149,7 @@ class Sensor(Body):
 
         image    : an array, or the result of ``read_light``
         unit, wavelength_nm, per_photosite : of an array, as of ``GivenLight``; larger arrays are integrated
-        light    : of a perfect diffuser on the sensor, for "reflectance" and "srgb", where it has the value 1
+        light    : light on the sensor that a value of 1 stands for, in "reflectance" and "srgb"
         exposure : None: at the base ISO, "auto" for reflectances, 0.01 s (of dark current) for others
         region   : place of the light in the frame; None: the middle
         products : None: the mosaic, and the truth if the light determines every channel

@@ -44,7 +44,7 @@ class Shot(Recording):
     image         : the light of the whole exposure
     light         : of a perfect diffuser on the sensor, for an image of reflectances; else for white balance
     region        : place of the image in the frame; None: the middle
-    exposure, seed, frame_number, noise, colour_matrix : as of ``Capture``
+    exposure, seed, frame_number, noise, colour_matrix : see ``Capture``
 
     >>> from camsim.camera.sensor import Sensor
     >>> image = GivenLight(samples=np.full((4, 6), 1000.0), unit="electrons")
@@ -111,7 +111,7 @@ class Shot(Recording):
 
     @cached_property
     def response(self) -> F64 | None:
-        """Mean electrons (channels, n) for 1 in each of the image's planes; None: for a mosaic of electrons."""
+        """Mean electrons (channels, n) for a 1 in each of the image's planes; None if it is a mosaic of electrons."""
         return self.image.per_channel(self.camera, self.light, self.time_s)
 
     @property

@@ -1,4 +1,4 @@
-"""``camsim calibrate noise``: a sensor file from a folder of raw files; or a comparison of both."""
+"""``camsim calibrate noise``: a sensor file from a folder of raw files, or a comparison of the two."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _APART = 0.01
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CalibrationRequest:
-    """What the user asked for."""
+    """The options of the command, as the user gave them."""
 
     folder: str
     output: str | None

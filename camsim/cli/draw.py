@@ -43,7 +43,7 @@ class Painted(NamedTuple):
 def painted(capture: Capture, side_pitch: float) -> list[Painted]:
     """Return all painted primitives in painter's order, in pitches from the optical axis.
 
-    side_pitch : of round outlines, hardly visible
+    side_pitch : length of the straight sides that replace round outlines, in pitches; short enough to be hardly visible
     """
     pitch_um = capture.camera.pitch_um
     return [

@@ -22,7 +22,7 @@ _FAINTEST_E = 0.1
 
 
 def noise_budget(capture: Capture, signal_e: F64) -> dict[str, F64]:
-    """Return the standard deviation in electrons of each source at a signal in electrons.
+    """Return the standard deviation that each source of noise has at a signal, both in electrons.
 
     For a frame: both temporal noise and fixed patterns. Their squares add up to the frame's, below saturation of well
     or converter. Crosstalk averages PRNU; other stages that are not noise (blooming, non-linearity, defects) are left

@@ -28,9 +28,9 @@ SHORTEST = 0.01  # of the light: share of short wavelengths ignored for the limi
 
 
 def draw(capture: Capture, kind: str, file: str, at_um: tuple[float, float] | None = None) -> bytes:
-    """Return a picture, one of ``SIZES``, as bytes of a PNG, SVG or PDF, as ``file`` is called.
+    """Return a plot as the bytes of a PNG, SVG or PDF, by the suffix of ``file``; ``kind``: a key of ``SIZES``.
 
-    at_um : of a PSF, its place in the frame; None: on the axis, with all stages
+    at_um : place in the frame at which a PSF is drawn; None: on the axis, with all stages
     """
     return bytes_of(figure_of(capture, kind, at_um), file)
 
@@ -116,7 +116,7 @@ def _title(capture: Capture) -> str:
 
 
 def nyquists(cfa: Cfa) -> dict[float, list[str]]:
-    """Return the Nyquist frequencies, cycles per pitch, with their owners: the sensor, and each measured channel.
+    """Return the Nyquist frequencies, cycles per pitch, of the sensor and of each measured channel, by name.
 
     As in ``camsim measure mtf``: for a Bayer array G1 and G2 separately, each on its lattice.
     """

@@ -44,7 +44,7 @@ class _Window:
         return PERIODS * self.pitches / self.cells
 
     def pattern(self, transfer: Transfer, highest: float = math.inf) -> F64:
-        """Return the irradiance per µm² of unit power around the centre; ``highest``: cut-off, cycles per pitch."""
+        """Return the PSF around its centre, per µm² for unit power; ``highest``: the cut-off in cycles per pitch."""
         fx, fy = np.meshgrid(
             scipy.fft.rfftfreq(self.cells, self.step_pitch), scipy.fft.fftfreq(self.cells, self.step_pitch)
         )
@@ -61,8 +61,9 @@ class _Window:
 def draw_psf(figure: Any, capture: Capture, title: str, at_um: tuple[float, float] | None, crosstalk: str) -> None:
     """Draw PSFs side by side, and below each its profiles along x and along a diagonal, in µm.
 
-    at_um     : of a field lens's pattern, in every channel; None: lens, OLPF and photosite, and all stages, on the axis
-    crosstalk : text for a system with crosstalk
+    at_um     : place at which a field lens's PSF is drawn, in every channel; None: PSFs on the axis, of the lens, of
+                OLPF and photosite, and of all stages
+    crosstalk : remark on crosstalk that the plot carries; empty without crosstalk
     """
     from camsim.measure.theory import CameraOtf
 

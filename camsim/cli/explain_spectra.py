@@ -20,7 +20,7 @@ _COLUMNS, _MOST_ROWS = 8, 8  # of small axes, one for each surface
 
 
 def nodes_nm(capture: Capture, curves: Iterable[Spectrum], ends_nm: tuple[float, float]) -> F64:
-    """Return wavelengths to draw curves at: uniform ones, and the curves' kinks."""
+    """Return the wavelengths at which curves are drawn: evenly spaced ones, and the kinks of the curves."""
     one = [nm for curve in curves if isinstance(curve, Curve) for nm in curve.wavelength_nm]
     low_nm, high_nm = ends_nm
     inside = [nm for nm in one if low_nm <= nm <= high_nm]
@@ -28,7 +28,7 @@ def nodes_nm(capture: Capture, curves: Iterable[Spectrum], ends_nm: tuple[float,
 
 
 def draw_efficiency(figure: Any, capture: Capture) -> None:
-    """Draw electrons per photon of each channel, bare and with all further transmissions and crosstalk."""
+    """Draw each channel's electrons per photon: of the sensor alone, and with other transmissions and crosstalk."""
     camera = capture.camera
     efficiency = camera.quantum_efficiency.select(camera.cfa.channels)
     curves = [curve for _, curve in efficiency.curves]

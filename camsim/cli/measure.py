@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MtfRequest:
-    """What the user asked for."""
+    """The options of the command, as the user gave them."""
 
     files: tuple[str, ...]
     rois: tuple[str, ...]

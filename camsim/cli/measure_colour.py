@@ -33,7 +33,7 @@ _COLUMNS = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ChartRequest:
-    """A ColorChecker in any file: ``light`` and the rest as of the options."""
+    """A ColorChecker in any file; the fields have the meaning of the options of the same names."""
 
     light: str | None
     corners: str | None

@@ -41,7 +41,7 @@ HEADS = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DemosaicRequest:
-    """What the user asked for."""
+    """The options of the command, as the user gave them."""
 
     files: tuple[str, ...]
     published: bool
@@ -219,7 +219,7 @@ def _title(ranking: Ranking) -> str:
 
 
 def row_of(verdict: Verdict) -> tuple[str, ...]:
-    """Return a verdict as texts."""
+    """Return a verdict as the texts of a table's row."""
     return (
         verdict.method,
         "∞ (identical)" if verdict.identical else _decibels(verdict.cpsnr_db),

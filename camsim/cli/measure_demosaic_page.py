@@ -53,7 +53,7 @@ class _Gallery:
 
 @dataclass(slots=True)
 class Page:
-    """Collects pictures during evaluation; only displayed parts are stored."""
+    """The page while it is being made: it stores, of every picture evaluated, only the parts that it displays."""
 
     galleries: list[_Gallery] = field(default_factory=list)
 

@@ -24,7 +24,7 @@ _HEADS = (
 
 
 def measure(file: str, cfa: str | None, outputs: Outputs) -> None:
-    """Measure, print and write; raises CamsimError with one sentence."""
+    """Measure, print and write what is requested; raises CamsimError with one sentence."""
     from camsim.measure import read_picture
     from camsim.measure.distortion import measure_distortion
 

@@ -19,7 +19,7 @@ _HEADS = ("channel", "fx c/px", "fy c/px", "x px", "y px", "contrast", "theory")
 
 
 def measure(file: str, cfa: str | None, rim_pixel: float | None, outputs: Outputs) -> None:
-    """Measure, print and write; raises CamsimError with one sentence."""
+    """Measure, print and write what is requested; raises CamsimError with one sentence."""
     from camsim.measure import read_picture
     from camsim.measure.target import Ghost, measure_moire, measure_plate
 

@@ -39,7 +39,7 @@ def curves_of(series: MtfSeries) -> tuple[Sequence[str], Sequence[Sequence[objec
 
 
 def print_series(series: MtfSeries, unit: Unit, why_not: Mapping[str, str]) -> None:
-    """Print a row per file, edge and channel; ``why_not``: by file, why there is no theory."""
+    """Print a row per file, edge and channel; ``why_not``: for files without theory, the reason."""
     several = len(series.reports) > 1
     short = _SHORT[unit]
     heads = (
@@ -137,7 +137,7 @@ def _number(value: float) -> str:
 
 
 def with_error(value: float, error: float) -> str:
-    """Return a figure with its standard error in units of the last digits.
+    """Return a figure with its standard error in brackets, in units of the last digits.
 
     >>> with_error(0.27058, 0.0031), with_error(0.25, 2e-9), with_error(math.nan, math.nan)
     ('0.2706(31)', '0.250000(0)', '–')

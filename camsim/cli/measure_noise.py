@@ -37,7 +37,7 @@ _POINTS = ("exposure", "signal_dn", "variance_dn2", "snr")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NoiseRequest:
-    """What the user asked for."""
+    """The options of the command, as the user gave them."""
 
     folder: str | None
     sensor: str | None
@@ -54,7 +54,7 @@ class NoiseRequest:
 
 
 def measure(request: NoiseRequest) -> None:
-    """Measure, print and write; raises CamsimError with one sentence."""
+    """Measure, print and write what is requested; raises CamsimError with one sentence."""
     from camsim.measure.noise.taking import Frames, Side
 
     if (request.folder is None) == (request.sensor is None):

@@ -18,7 +18,7 @@ _COLUMNS = ("channel", "frequency_cycles_per_pixel", "mtf", "mtf_error", "theory
 
 
 def measure(file: str, method: Literal["star", "texture"], outputs: Outputs) -> None:
-    """Measure, print and write; raises CamsimError with one sentence."""
+    """Measure, print and write what is requested; raises CamsimError with one sentence."""
     from camsim.measure.target import measure_star, measure_texture
 
     outputs.check()

@@ -22,7 +22,7 @@ _YAML = (".yaml", ".yml", "")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TruthRequest:
-    """What the user asked for."""
+    """The options of the command, as the user gave them."""
 
     source: str
     space: str

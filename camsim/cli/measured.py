@@ -37,7 +37,7 @@ class Outputs:
     force: bool
 
     def check(self, others: Mapping[str, str | None] = MappingProxyType({})) -> None:
-        """Raise early for outputs that cannot be written; ``others``: more files, by option."""
+        """Raise, before any work, if an output cannot be written; ``others``: further files, by their options."""
         files = {"--csv": self.csv, "--plot": self.plot, **others}
         named = [Path(file).resolve() for file in files.values() if file is not None]
         if len(set(named)) < len(named):
@@ -53,7 +53,7 @@ class Outputs:
     def write(
         self, heads: Sequence[str], rows: Iterable[Sequence[object]], draw: Callable[[str], bytes] | None = None
     ) -> None:
-        """Write the requested files; ``draw`` returns the plot's bytes by its file's name."""
+        """Write the requested files; ``draw`` takes the name of the plot's file and returns its bytes."""
         with together():
             if self.csv is not None:
                 write_whole(self.csv, csv_text(heads, rows).encode("utf-8"))

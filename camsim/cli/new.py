@@ -33,7 +33,7 @@ def check_yaml_output(path: str, *, force: bool) -> None:
 
 
 def write_template(kind: str, path: str | None, *, picture: str | None = None, force: bool) -> str:
-    """Write the template, and return a text on the next step; raises OutputError when it cannot be written there.
+    """Write the template, and return a text on the next step; raises OutputError if the file cannot be written.
 
     path    : KIND.yaml when None, or a picture's name
     picture : for the scene

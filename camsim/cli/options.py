@@ -70,7 +70,7 @@ _ALIKE = 0.85
 
 
 def say_how_to_set(error: Any) -> None:
-    """For an unknown option with the name of a key, add to the message how to set the key."""
+    """If an unknown option has the name of a YAML key, add to the error's message how to set that key."""
     option, context = str(error.option_name), error.ctx
     possible = error.possibilities or ()
     alike = difflib.get_close_matches(option, possible, n=1, cutoff=_ALIKE)

@@ -15,14 +15,14 @@ from camsim.files.naming import split_product
 
 @dataclass(frozen=True, slots=True)
 class Output:
-    """One file with its product."""
+    """One output file and the product that it is to hold."""
 
     path: str
     product: Product
 
 
 def numbered(texts: Iterable[str], count: int) -> list[str]:
-    """Return the texts once for each of several frames, with the frame's number before the suffix.
+    """Return each FILE[:PRODUCT] once for every frame, with the frame's number before the suffix if there are several.
 
     >>> numbered(["edge.dng", "edge.exr:truth"], 2)
     ['edge-0.dng', 'edge-0.exr:truth', 'edge-1.dng', 'edge-1.exr:truth']

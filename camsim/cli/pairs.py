@@ -49,7 +49,7 @@ class _Variant:
 
 @dataclass(frozen=True, slots=True)
 class Pair:
-    """A pair to take with noise and without: a variant at a level of light."""
+    """A pair to take with noise and without it: one variant of the filter array at one level of light."""
 
     variant: _Variant
     level: float
@@ -74,7 +74,7 @@ def parse_levels(text: str | None) -> tuple[float, ...]:
 
 
 def check_folder(path: str, *, force: bool) -> Path:
-    """Make the folder; raises OutputError if it is not a folder or not empty."""
+    """Make the folder; raises OutputError if the path is no folder, or if the folder is not empty."""
     folder = Path(path)
     try:
         folder.mkdir(parents=True, exist_ok=True)

@@ -20,7 +20,7 @@ SUFFIXES = (".png", ".svg", ".pdf")
 
 
 def check_drawing(file: str, *, force: bool, option: str = "--plot") -> None:
-    """Raise early for plots that cannot be drawn: OutputError, or UnsupportedError without matplotlib."""
+    """Raise OutputError if a plot could not be written, or UnsupportedError if matplotlib is missing."""
     if Path(file).suffix.lower() not in SUFFIXES:
         raise OutputError(f"cannot write {file!r}: a plot is one of {', '.join(SUFFIXES)}")
     if not Path(file).parent.is_dir():

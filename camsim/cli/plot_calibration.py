@@ -20,7 +20,7 @@ _COLOURS = tuple(f"C{k}" for k in range(10))
 
 
 def draw(found: Calibration, file: str) -> bytes:
-    """Return a PNG, SVG or PDF, by the suffix of ``file``."""
+    """Return the page as the bytes of a PNG, SVG or PDF, by the suffix of ``file``."""
     figure = new_figure(14.0, 9.0)
     (transfer, residual, over_iso), (row_axes, column_axes, histogram) = figure.subplots(2, 3)
     for number, setting in enumerate(setting for one in found.read_outs for setting in one.settings):

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def draw(report: ColourReport, file: str) -> bytes:
-    """Return a PNG, SVG or PDF, by the suffix of ``file``."""
+    """Return the plot as the bytes of a PNG, SVG or PDF, by the suffix of ``file``."""
     patches = report.patches
     measured = np.array([patch.lab for patch in patches])
     reference = np.array([patch.reference_lab for patch in patches])

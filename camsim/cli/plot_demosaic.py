@@ -13,7 +13,10 @@ if TYPE_CHECKING:
 
 
 def draw(rankings: Sequence[Ranking], file: str) -> bytes:
-    """Return bars of a PNG, SVG or PDF, by the suffix of ``file``: a row of two for each subject."""
+    """Return the bytes of a bar chart, as PNG, SVG or PDF by the suffix of ``file``.
+
+    Each subject has a row of two panels, CPSNR and ΔE.
+    """
     heights = [0.3 * len(ranking.verdicts) + 1.0 for ranking in rankings]
     figure = new_figure(10.0, sum(heights) + 0.3)
     axes = figure.subplots(len(rankings), 2, squeeze=False, height_ratios=heights)

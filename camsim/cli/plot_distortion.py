@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def draw(report: DistortionReport, file: str) -> bytes:
-    """Return a PNG, SVG or PDF, by the suffix of ``file``; arrows are those of the reference channel."""
+    """Return the plot as PNG, SVG or PDF, by the suffix of ``file``; its arrows show the reference channel."""
     figure = new_figure(11.0, 5.0)
     left, right = figure.subplots(1, 2)
     for channel in report.channels:
@@ -44,7 +44,7 @@ def draw(report: DistortionReport, file: str) -> bytes:
 
 
 def draw_grid(report: GridReport, file: str) -> bytes:
-    """Return a plot of the displacements of dots from a projection alone, magnified."""
+    """Return a plot of the magnified displacements of dots from where a projection without distortion puts them."""
     figure = new_figure(8.0, 6.0)
     axes = figure.subplots()
     for channel in report.channels:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def draw(report: MoireReport, file: str) -> bytes:
-    """Return contrasts with two standard errors, theory as lines, by the suffix of ``file``."""
+    """Return a plot of ghosts' contrasts ± two standard errors, theory as lines; its format by ``file``'s suffix."""
     figure = new_figure(9.0, 5.0)
     axes = figure.subplots()
     at = np.arange(len(report.ghosts))

@@ -18,7 +18,7 @@ _LEAST_FOR_AREA = 4
 
 
 def draw_map(report: MtfReport, file: str, unit: Unit) -> bytes:
-    """Return maps of MTF50 over the frame and its course with the image height, by the suffix of the file.
+    """Return a plot of MTF50 over the frame and against the image height; its format by the suffix of ``file``.
 
     Raises UnsupportedError if no edge is along the radius or across it.
     """

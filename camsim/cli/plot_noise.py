@@ -18,7 +18,7 @@ _MARKERS, _DASHES = "osD^v", (":", "--", "-.", (0, (5, 1, 1, 1, 1, 1)))
 
 
 def draw(report: NoiseReport, file: str) -> bytes:
-    """Return a PNG, SVG or PDF, by the suffix of ``file``."""
+    """Return the plot as the bytes of a PNG, SVG or PDF, by the suffix of ``file``."""
     figure = new_figure(11.0, 8.0)
     (transfer, snr), (linear, spectra) = figure.subplots(2, 2)
     dashes = itertools.cycle(_DASHES)

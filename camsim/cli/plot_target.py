@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def draw(report: TargetReport, file: str) -> bytes:
-    """Return curves with two standard errors, theory dashed, by the suffix of ``file``."""
+    """Return a plot of the curves ± two standard errors, theory dashed; its format by the suffix of ``file``."""
     figure = new_figure(9.0, 5.0)
     axes = figure.subplots()
     for channel in report.channels:

@@ -19,7 +19,7 @@ _LINE_EVERY_S = 30.0
 
 
 class Bar:
-    """Displays nothing for short work, a line every half minute in a log file, and disappears when done.
+    """A bar that is not shown for short work and disappears when done; in a log file, a line every half minute.
 
     At the first use on a machine it names the kernel being compiled, and its number.
     compiles : False for work with few or no kernels

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def come_row_by_row(outputs: Iterable[Output]) -> bool:
-    """Whether all files can be written row by row; a spectral cube does not use the photosites."""
+    """Whether all files can be written row by row; a spectral cube also can, as it does not use the photosites."""
     from camsim.files import comes_row_by_row
 
     return all(output.product == "spectral" or comes_row_by_row(output.path, output.product) for output in outputs)
@@ -30,7 +30,7 @@ def write_mosaics(
     region: Region | None,
     **how: bool,
 ) -> Frame:
-    """Write the mosaics among ``outputs``; ``expose`` passes their rows to its argument.
+    """Write the mosaics among ``outputs``; ``expose`` is called with the function that takes their rows.
 
     how : ``allow_odd_cfa`` and ``compress``, as of ``camsim.files.save``
     """

@@ -29,7 +29,8 @@ _TYPICAL_PEAK = 0.5
 class Base:
     """A sensor whose colours are replaced.
 
-    text, folder : of its file;  camera: of the file, None for a skeleton
+    text, folder : the text of its file, and the folder that holds it
+    camera       : the camera of the file; None for a skeleton
     """
 
     text: str
@@ -38,7 +39,7 @@ class Base:
 
     @classmethod
     def of(cls, name: str, sensors: Iterable[str] = ()) -> Base:
-        """Return a sensor by its name or path."""
+        """Return the base that is found by a sensor's name or path."""
         camera = load_camera(name, lens=NO_LENS, sensors=sensors)
         path = SensorSearch.of(sensors, Path()).locate_path_or_name(name).path
         return cls(text=path.read_text("utf-8"), folder=path.resolve().parent, camera=camera)
@@ -54,7 +55,7 @@ class Base:
 
     @property
     def matrices(self) -> tuple[MeasuredMatrix, ...]:
-        """Its measured matrices."""
+        """The measured colour matrices of the sensor; none for a skeleton."""
         return () if self.camera is None else tuple(self.camera.colour_matrices)
 
 
@@ -105,7 +106,7 @@ def exchanged(text: str, parts: Mapping[str, str]) -> str:
 def efficiency_text(
     curves: Mapping[str, Curve], *, per: str, peak: float | None, source: str, comment: Sequence[str] = ()
 ) -> str:
-    """Return ``quantum_efficiency`` with a table for each channel; peak None: the curves are absolute."""
+    """Return the text of ``quantum_efficiency``, a table for each channel; peak None: the curves are absolute."""
     lines = ["quantum_efficiency:", *_remarks(comment), "  curves:"]
     for letter, curve in curves.items():
         lines.append(f"    {letter}:")
@@ -117,7 +118,7 @@ def efficiency_text(
 
 
 def matrices_text(matrices: Sequence[MeasuredMatrix], comments: Mapping[str, Sequence[str]]) -> str:
-    """Return ``colour_matrices``; comments: of each light."""
+    """Return the text of ``colour_matrices``; comments: lines for the matrix of each light."""
     lines = ["colour_matrices:"]
     for matrix in matrices:
         rows = ", ".join(f"[{_numbers(row)}]" for row in matrix.camera_to_xyz)

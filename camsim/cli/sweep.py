@@ -106,7 +106,7 @@ def _say_columns(rows: Sequence[Mapping[str, Any]]) -> None:
 
 
 def say_notes(rows: Sequence[Mapping[str, Any]], more: Sequence[Note] = ()) -> None:
-    """Print notes of captures, with their number of rows; ``more``: notes on all of them."""
+    """Print each note with the number of rows that have it; ``more``: notes on the sweep as a whole."""
     from camsim.study.manifest import BETWEEN_NOTES
 
     good = [row for row in rows if row["status"] == "done"]

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Request:
-    """The user's request, and its time (``time.perf_counter``)."""
+    """The user's request, and the time at which it was made (``time.perf_counter``)."""
 
     scene: str
     sensor: str | None
@@ -135,7 +135,7 @@ def take_pairs(request: Request) -> None:
 
 
 def odd_cfa_of(pattern: tuple[str, ...], outputs: Iterable[Output], *, allowed: bool) -> str | None:
-    """Return a warning about DNGs of an array that developers misread; raises OutputError unless allowed."""
+    """Return a warning if developers misread DNGs of this filter array; raises OutputError if not ``allowed``."""
     from camsim.files.dng_tags import odd_cfa
 
     file = next((o.path for o in outputs if o.product == "mosaic" and o.path.lower().endswith(".dng")), None)
@@ -186,7 +186,7 @@ def _write(frame: Frame, outputs: list[Output], bar: Bar, request: Request) -> N
 
 
 def with_files(frame: Frame, outputs: Iterable[Output]) -> Report:
-    """Return the report with the work of writing."""
+    """Return the report of a frame with the work of writing its files added."""
     matrices = len(frame.channels) > 1 and sum(
         output.path.lower().endswith(".dng") or output.product == "preview" for output in outputs
     )

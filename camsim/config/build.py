@@ -36,7 +36,7 @@ class Mount:
     veiling_glare: Spectrum
 
     def on(self, camera: Camera) -> Camera:
-        """Return the camera with these parts in front of it; its filters stay, behind these."""
+        """Return the camera with these parts in front of it; its own filters stay, behind the new ones."""
         return camera.replace(
             lens=self.lens,
             magnification=self.magnification,
@@ -141,7 +141,7 @@ def region(scene: Validated[Any], frame: schema.SensorFrame | None) -> Region | 
 
 
 def scene_content(scene: SceneDocument, frame: schema.SensorFrame | None) -> Scene | None:
-    """Make the scene; without a known frame only to find its faults."""
+    """Make the scene; if the frame is unknown, only to find the scene's faults."""
     units_um = {"um": 1.0, "mm": 1000.0}
     if frame is not None:
         units_um |= {"pixel": frame.pitch_um, "frame": frame.rows * frame.pitch_um}

@@ -99,7 +99,7 @@ def _filter(document: Validated[Any], path: KeyPath) -> Spectrum | None:
 
 
 def curve_of(table: schema.Curve | schema.Fractions | schema.FilterCurve) -> Curve:
-    """Make a curve."""
+    """Make the curve of a table of points."""
     return Curve(table.wavelength_nm, table.values, "", table.outside)
 
 

@@ -24,7 +24,7 @@ _BECOME = {"chart": build_charts.chart, "svg": build_charts.drawing}
 
 
 def shape_at(scene: SceneDocument, path: KeyPath, unit_um: float) -> Shape | None:
-    """Make the shape at a place of a file, whose lengths are in its unit."""
+    """Make the shape at ``path`` of a file, whose lengths are ``unit_um`` long."""
     table, written = scene.part(path, schema.Table), scene.value(path)
     if not isinstance(written, Mapping):
         return None

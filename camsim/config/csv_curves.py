@@ -62,7 +62,7 @@ class _Reading:
     faults: list[Fault] = field(default_factory=list)
 
     def filled(self, path: KeyPath, node: Node) -> Node:
-        """Return a table with the points of its file; marked as refused if faulty."""
+        """Return a table with the points of the CSV file that it names; marked as refused if faulty."""
         expected = along(self.root, self.document.root, path)
         table = expected.table(node) if expected is not None else None
         if table is None or not issubclass(table, schema.Tabulated) or not isinstance(node.content, Mapping):

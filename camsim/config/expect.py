@@ -33,7 +33,10 @@ class Expected:
 
     @classmethod
     def of(cls, annotation: Any, limits: tuple[Any, ...] = (), description: str = "") -> Expected:
-        """Strip the wrappers (Annotated, ``| None``) off a type."""
+        """Return what an annotation expects: the type without Annotated and ``| None``, its limits and description.
+
+        Limits and description found in the annotation are added to those given.
+        """
         while get_origin(annotation) is Annotated:
             annotation, *metadata = get_args(annotation)
             for item in metadata:
@@ -56,17 +59,17 @@ class Expected:
         return (self,)
 
     def tables(self) -> tuple[type[Table], ...]:
-        """Return the tables allowed here."""
+        """Return the tables that are allowed at this place."""
         return _tables_of(self.kind)
 
     def holds(self) -> Iterator[type[Table]]:
-        """Yield the tables allowed here, or in a list here."""
+        """Yield the tables that are allowed at this place, or as items of a list at this place."""
         yield from self.tables()
         for alternative in self._with_origin(list):
             yield from Expected.of(get_args(alternative.kind)[0]).holds()
 
     def table(self, node: Node) -> type[Table] | None:
-        """Return the table intended by ``node``; None if it is not a table, or its kind is unknown.
+        """Return the type of table that ``node`` is meant to be; None if it is no table, or of unknown kind.
 
         A misspelt kind is resolved to the nearest one, so that it does not hide other faults.
         """
@@ -80,11 +83,11 @@ class Expected:
         return tables[0] if tables else None
 
     def telling_key(self) -> str:
-        """Return the discriminating key of tables: their kind, or the name if all are of one kind."""
+        """Return the key that tells the allowed tables apart: ``kind``, or ``name`` if all are of one kind."""
         return "kind" if len({kinds_of(table) for table in self.tables()}) > 1 else "name"
 
     def meant_word(self, node: Node, key: str) -> str | None:
-        """Return the word under ``kind`` or ``name`` in ``node``, or the known one nearest to it."""
+        """Return the word under ``key`` (kind or name) in ``node``, or the known word nearest to it."""
         said = node.content.get(key) if isinstance(node.content, Mapping) else None
         words = [word for table in self.tables() for word in words_of(table, key)]
         if said is None or said.content in words:
@@ -129,7 +132,7 @@ class Expected:
         return next((member for origin in wanted for member in self._with_origin(origin)), self)
 
     def key_words(self) -> str:
-        """Return a text on allowed user-defined keys, as in 'must be …'; empty if all keys are fixed."""
+        """Return a text, to follow 'must be', on the keys that users may choose; empty if all keys are fixed."""
         return next((Expected.of(get_args(a.kind)[0]).description for a in self._with_origin(dict)), "")
 
     def _with_origin(self, origin: type) -> Iterator[Expected]:
@@ -158,7 +161,7 @@ class Expected:
         return next((len(get_args(a.kind)) for a in self._with_origin(tuple)), 0)
 
     def words(self) -> str:
-        """Return a text on what is allowed here, as in 'must be …'."""
+        """Return a text, to follow 'must be', on what is allowed at this place."""
         tables = self.tables()
         parts = [_words(a) for a in self.alternatives() if not a.tables() or len(tables) == 1]
         if len(tables) > 1:

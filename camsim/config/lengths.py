@@ -25,10 +25,10 @@ def made(
     unit_um: float,
     keys: Mapping[str, KeyPath],
 ) -> T | None:
-    """Return ``make(unit_um)``, of the part at ``path``; None when it is wrong (the document has the fault).
+    """Return what ``make(unit_um)`` makes of the part at ``path``; None when it is wrong (the document has the fault).
 
     make : makes the part from its lengths times a number
-    keys : of the parameters that messages may name
+    keys : YAML keys of the parameters that messages may name
     """
     try:
         return make(unit_um)

@@ -37,7 +37,7 @@ def least_squares(rows: F64, values: F64) -> F64:
 
 
 def compared(stated: Prescription, full_rad: float, found: FieldLens, name: str) -> tuple[F64, tuple[float, ...]]:
-    """Return the excess of a file's transfer functions over those of the rays, and the places.
+    """Return by how much a file's transfer functions exceed those of the rays, and the places compared.
 
     Raises InputError if a wavefront of the file is too steep to sample.
 
@@ -73,7 +73,7 @@ def compared(stated: Prescription, full_rad: float, found: FieldLens, name: str)
 def _transfers(pupil: F64, path_mm: F64, share: F64, wave_mm: float, per_mm: F64, order: int) -> F64:
     """Return sizes of transfers along x and across, at multiples of the first frequency.
 
-    order : of the polynomials that approximate the path
+    order : order of the polynomials that approximate the path
 
     From rays over the pupil and beyond its rim, where ``share`` exceeds 1. The frequencies shift the pupil by whole
     cells of a lattice; a cell at the rim counts by its open fraction.

@@ -28,8 +28,8 @@ class Surface:
     curvature_per_mm : 1/radius, positive where its centre lies behind it
     conic            : 0: a sphere, −1: a paraboloid
     powers           : (k, a) of terms a·r^k of the sag, mm
-    thickness_mm     : to the next surface
-    index            : of the glass behind it, None of air
+    thickness_mm     : distance to the next surface
+    index            : refractive index of the glass behind it; None for air
     mirror           : whether it reflects
     rim_mm           : half of its clear diameter
     stop             : whether it is the aperture stop
@@ -46,9 +46,9 @@ class Surface:
 
 
 class Traced(NamedTuple):
-    """Rays at the image: places and directions (3, …), path lengths mm, places in the stop (2, …), how near to rims.
+    """Rays at the image: places and directions (3, …), path lengths in mm, places in the stop (2, …), nearness to rims.
 
-    share : of a rim's radius, of the rim that stops a ray first: up to 1 it passes
+    share : distance of a ray from the axis over the rim's radius, at the rim that stops it first; up to 1 it passes
     """
 
     place_mm: F64
@@ -85,7 +85,7 @@ class Beam(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Prescription:
-    """A lens whose object is far away.
+    """A lens as prescribed, used with its object far away.
 
     surfaces    : in order, without object and image
     aperture    : "EPD", diameter of the entrance pupil, mm; "FNO", the f-number with the object far away; or "stop",
@@ -103,13 +103,13 @@ class Prescription:
     vignetting: tuple[tuple[float, float, float, float], ...] = ()
 
     def of_wavelengths(self, wavelength_nm: Sequence[float]) -> Lens:
-        """Return the lens with the indices of wavelengths."""
+        """Return the lens with its indices at these wavelengths."""
         return Lens.of(self, np.array(wavelength_nm, float))
 
 
 @dataclass(frozen=True, kw_only=True)
 class Lens:
-    """A prescription at some wavelengths: what rays are traced through."""
+    """A prescription with its indices at some wavelengths, through which rays are traced."""
 
     surfaces: tuple[Surface, ...]
     index: tuple[F64, ...]  # behind each surface, (w, 1)
@@ -124,7 +124,7 @@ class Lens:
 
     @classmethod
     def of(cls, stated: Prescription, nm: F64) -> Lens:
-        """Return the lens, with first-order quantities from paraxial rays."""
+        """Return the lens at wavelengths, with its first-order quantities, from paraxial rays."""
 
         def at(some: F64) -> tuple[F64, ...]:
             behind = np.ones((some.size, 1))
@@ -214,7 +214,7 @@ class Lens:
             return self._beams(angles_rad, np.concatenate([np.zeros((2, 1)), places], axis=1))
 
     def entry_area(self, angle_rad: float, entry_mm: F64) -> F64:
-        """Return the area in the plane of the first vertex per area of the pupil, at its places (w, n)."""
+        """Return the area in the plane of the first vertex per area of the pupil, at the pupil's places (w, n)."""
         _, along, across = self.vignetted(angle_rad)
         if not self.aim:
             return np.full(entry_mm.shape[1:], along * across * self.radius_mm**2)

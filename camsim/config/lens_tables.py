@@ -45,11 +45,11 @@ HALF_DISC = np.concatenate([QUARTER, QUARTER * [[-1.0], [1.0]]], axis=1)  # even
 class Traced(NamedTuple):
     """A lens file's text, and its residuals against the rays.
 
-    largest : of all coefficients, waves
-    zernikes : how many there are
+    largest : the largest coefficient, waves
+    zernikes : number of Zernike polynomials
     left  : rms residual of the Zernikes at the worst place, waves
     mtf   : differences of transfers (fields, wavelengths, 2 directions: along the radius and across, frequencies)
-    places_um : of these fields, from the axis
+    places_um : distances of these fields from the axis
     notes : on the prescription
     """
 

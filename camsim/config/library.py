@@ -66,7 +66,7 @@ def locate_path(kind: Kind, name: str) -> Located | None:
 
 
 def refuse_pictures(path: Path, displayed: str) -> None:
-    """Raise ConfigError for a picture in place of a YAML file, with the scene that shows it."""
+    """Raise ConfigError if a picture is given in place of a YAML file; the message holds a scene that shows it."""
     if way_out := way_out_of(path):
         raise ConfigError([Fault(displayed, 0, 0, "", way_out)])
 

@@ -55,9 +55,9 @@ def markdown() -> str:
         "# YAML reference",
         "",
         "Made from the schema by `python -m camsim.config.reference`; do not edit. Every table may also hold `source`,",
-        "a text for people. Numbers follow YAML 1.2; anchors, tags and duplicate keys are refused. All of it is",
-        "also there as JSON Schema for editors: `camsim schema scene`, `sensor`, `lens`, `study`, `dataset`. Examples",
-        "are parts of files from their top, but for `shapes`, which stands in `scene`; files that they name are yours.",
+        "a text for people. Numbers follow YAML 1.2; anchors, tags and duplicate keys are refused. Editors can use the",
+        "same as JSON Schema: `camsim schema scene`, `sensor`, `lens`, `study`, `dataset`. Examples show parts of",
+        "files as at the top level; only `shapes` belongs under `scene`. Files named in them are your own.",
         "",
     ]
     displayed = examples()

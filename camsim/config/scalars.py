@@ -22,7 +22,7 @@ _LONGEST_INTEGER = 40
 
 
 def resolve(text: str) -> Scalar:
-    """Return what a plain (unquoted) scalar means.
+    """Return the value of a plain (unquoted) scalar: number, truth value, None or text.
 
     >>> [resolve(text) for text in ("1e-3", "010", "0o10", "0x1F", "no", "true", "~", "1_000", "12:30")]
     [0.001, 10, 8, 31, 'no', True, None, '1_000', '12:30']

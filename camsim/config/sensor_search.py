@@ -36,7 +36,7 @@ class SensorSearch:
 
     @classmethod
     def of(cls, folders: str | os.PathLike[str] | Iterable[str | os.PathLike[str]], scene_folder: Path) -> SensorSearch:
-        """Look into these folders, those of CAMSIM_PATH and the scene's; raises InvalidValueError about a wrong one."""
+        """Return a search of these folders, CAMSIM_PATH's and the scene's; raises InvalidValueError for a wrong one."""
         given = [folders] if isinstance(folders, str | os.PathLike) else folders
         try:
             named = [Path(folder) for folder in given]
@@ -51,7 +51,7 @@ class SensorSearch:
         return cls((*named, *(Path(folder) for folder in said if folder)), scene_folder)
 
     def locate(self, name: str) -> Located:
-        """Find a sensor by its bare name; raises UnknownNameError with those that there are."""
+        """Find a sensor by its bare name; raises UnknownNameError with the names that exist."""
         for folder in self._folders():
             for suffix in YAML_SUFFIXES:
                 path = folder / f"{name}{suffix}"
@@ -88,7 +88,7 @@ class SensorSearch:
         return Located(path, str(path))
 
     def all(self) -> Iterator[tuple[str, Located]]:
-        """Yield every sensor that a name finds, by its place and then its name."""
+        """Yield every sensor that can be found by name: folder by folder, in each by name."""
         seen: set[str] = set()
         for folder in self._folders():
             paths = [path for suffix in YAML_SUFFIXES for path in folder.glob(f"*{suffix}")]

@@ -22,7 +22,7 @@ class Place:
     """Where something was written: a file with line and column from 1, or an override of the command line.
 
     line    0 for an override
-    key     the key that ``file`` names already (an override's), so that messages do not say it twice
+    key     for an override, the key already contained in ``file`` (which is then ``--set KEY``); messages leave it out
     """
 
     file: str
@@ -71,7 +71,8 @@ class Document:
 
     file    as the user gave it: the name that faults carry
     folder  where the file lies; files that it names lie under here
-    faults  what the reader refused removed keys removed by overrides, with their places
+    faults  what the reader refused
+    removed keys that overrides removed, with the places of these overrides
     """
 
     file: str
@@ -98,7 +99,7 @@ class Document:
             yield node
 
     def fault(self, path: KeyPath, message: str, *, at_key: bool = False) -> Fault:
-        """Return a fault at a value (or its key); at the key of what should hold it when it is missing."""
+        """Return a fault at a value or its key; if it is missing, at the key of the part that should hold it."""
         nodes = list(self._along(path))
         found = nodes[-1]
         if found is not None:

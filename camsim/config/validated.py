@@ -28,7 +28,7 @@ _LISTS = {
 
 @dataclass
 class Validated(Generic[M]):
-    """A document with its model (None when the schema found faults) and the faults so far.
+    """A document with its model (None when the schema found faults) and the faults found so far.
 
     A part is read by its own path, so that one wrong number elsewhere does not hide what is wrong here.
     """
@@ -65,7 +65,7 @@ class Validated(Generic[M]):
             return None
 
     def build(self, path: KeyPath, make: Callable[[], T], *, keys: Mapping[str, KeyPath] | None = None) -> T | None:
-        """Make a stage of the part at ``path``; errors of the stage become faults there.
+        """Make a stage of the part at ``path``; errors that the stage raises become faults of that part.
 
         keys : where the file has the stage's parameters, from ``path``, those that it calls by other names
         """

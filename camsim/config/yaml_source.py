@@ -1,4 +1,4 @@
-"""Read YAML with positions, by YAML 1.2's rules, and raise for ambiguous constructs.
+"""Read YAML by the rules of YAML 1.2, with positions; ambiguous constructs are refused.
 
 PyYAML reads ``1e-3`` as a word, ``010`` as 8, ``no`` as false, and lets the second of two equal keys win
 silently. So only its parser is used here; what the events mean is decided in this module.

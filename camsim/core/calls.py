@@ -37,7 +37,7 @@ def in_words(call: Callable[P, R]) -> Callable[P, R]:
 
 
 def constructors_in_words(kind: type) -> None:
-    """Do the same for a class: for its constructors, and its methods with keyword-only parameters."""
+    """Do what ``in_words`` does for a class: for constructors, and for methods with keyword-only parameters."""
     inherited = {"__init__": inspect.getattr_static(kind, "__init__")}
     for name, made in {**inherited, **vars(kind)}.items():
         call = made.__func__ if isinstance(made, classmethod) else made

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 class Note:
     """A remark on a result, for programs and for people.
 
-    code  : what it is about, a fixed word such as "clipped" or "no-edge"
+    code  : subject of the note, a fixed word such as "clipped" or "no-edge"
     text  : a sentence, mostly with a remedy
     where : the key, stage or file that it is about; "" for none
 

@@ -59,7 +59,7 @@ class Misfit(InvalidValueError):
 class Kind:
     """A type for validation.
 
-    words    : its name in messages
+    words    : name of the kind in messages
     has_form : whether a value has the right form, whatever its size
     take     : returns the standard form of a value; raises Misfit
     as_is    : fast test whether a value is in standard form already, for long tables

@@ -194,7 +194,7 @@ def meant(key: str, allowed: Sequence[str], *, alike: float = 0.6) -> str | None
 
 
 def word_hint(text: str, known: Sequence[str]) -> str:
-    """Return a hint with the allowed words that were probably meant; empty if most of them fit.
+    """Return a hint with the allowed words that were probably meant; empty if most words would fit.
 
     >>> word_hint("px", ["pixel", "um", "mm"]), word_hint("GGRB", ["RGGB", "BGGR", "GRBG", "GBRG"])
     ("; did you mean 'pixel'?", '')

@@ -113,8 +113,8 @@ def writing_rows(
 ) -> Iterator[dng.MosaicWriter]:
     """Write a DNG while its mosaic is computed: the same bytes as ``save``, and no memory for the mosaic.
 
-    camera, region : of the capture: ``frame = capture.rows(writer.take)``; give the frame to ``writer.finish``
-    force, allow_odd_cfa, compress : as of ``save``
+    camera, region : those of the capture: ``frame = capture.rows(writer.take)``; give the frame to ``writer.finish``
+    force, allow_odd_cfa, compress : see ``save``
 
     The file is moved to its destination when the block succeeds; otherwise none is left.
     """

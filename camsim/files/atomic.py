@@ -68,7 +68,7 @@ def together() -> Iterator[None]:
 
 @contextlib.contextmanager
 def made_together(folder: Path) -> Iterator[None]:
-    """Do so for the files of a new folder, which is removed if it stays empty."""
+    """Commit all files of a new folder together, as ``together`` does; the folder is removed if it stays empty."""
     try:
         with together():
             yield
@@ -105,7 +105,7 @@ def _system_errors_named(path: Path) -> Iterator[None]:
 
 
 def reason(error: OSError) -> str:
-    """Return a text on why the system refused to write."""
+    """Return the reason, in words, why the system refused to write."""
     known = {
         errno.ENOSPC: "the disk is full",
         errno.EDQUOT: "the disk quota is used up",

@@ -39,9 +39,9 @@ class CameraCurves:
     """The sensitivities of one camera.
 
     curves   : by letter, in the file's order
-    per      : what they are a response to
-    absolute : whether they are electrons per photon (per energy: A/W); else their scale is free
-    whole    : whether lens filters are in them, as of a camera that was measured; a chip's quantum efficiency has none
+    per      : whether the curves are responses per photon or per energy
+    absolute : whether they are electrons per photon, or A/W if per energy; otherwise their scale is free
+    whole    : whether they include the camera's filters, as when a camera was measured; those of a bare chip do not
     """
 
     name: str
@@ -75,7 +75,7 @@ def read_cameras(path: Path) -> tuple[CameraCurves, ...]:
 
 
 def camera_of(path: Path, name: str | None) -> CameraCurves:
-    """Return the camera of a file, of several the named one; raises UnknownNameError with those available."""
+    """Return the camera of a file, or of several the one named; raises UnknownNameError with the names available."""
     cameras = {camera.name: camera for camera in read_cameras(path)}
     if name is None and len(cameras) > 1:
         displayed = ", ".join(sorted(cameras))

@@ -27,7 +27,7 @@ _BITS = 16
 
 
 class Pixels(Protocol):
-    """Encoding of rows of codes as bytes."""
+    """Protocol of an encoding of rows of codes as bytes."""
 
     def encoded(self, codes: U16) -> Iterator[memoryview | bytes]:
         """Yield the bytes of complete pieces; remaining rows are buffered."""

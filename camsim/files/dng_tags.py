@@ -28,7 +28,8 @@ _MAKE = "camsim"
 class Colour:
     """Relation of the channels to XYZ.
 
-    fits    : (code of a light, (channels, 3) XYZ to camera, (3, channels) balanced camera to XYZ, D50), at most two
+    fits    : at most two of (code of a light, (channels, 3) from XYZ to the camera, (3, channels) from the balanced
+              camera to XYZ under D50)
     neutral : (channels,) response to white in the scene's light
     """
 
@@ -42,7 +43,7 @@ class Metadata:
 
     shape                : rows and columns
     photometric, samples : kind of image, and samples per pixel
-    cfa_pattern, channels : of the mosaic; also set for other images
+    cfa_pattern, channels : filters and channels of the mosaic; also set for other images
     black_dn, white_dn   : black levels, tiled over the image, and the code at which the signal clips
     linear_dn            : data numbers of codes 0, 1, …, the unit of levels and noise; empty: codes are linear
     noise                : (S, O) of the noise profile; None if absent or unknown
@@ -67,7 +68,7 @@ class Metadata:
     xmp: bytes | None
 
     def tags(self, identity: bytes) -> tuple[Tag, ...]:
-        """Return all tags except those of the image's layout and of EXIF; ``identity``: of its codes."""
+        """Return all tags except those of the image's layout and of EXIF; ``identity``: identifier of the codes."""
         return (
             *self._image_tags(),
             *self._level_tags(),

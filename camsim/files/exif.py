@@ -19,7 +19,7 @@ T = TypeVar("T")
 
 
 def in_exif(exif: bytes, read: Callable[[Directory], T], otherwise: T) -> T:
-    """Return the result of ``read`` for a block of EXIF; ``otherwise`` if damaged, which must not refuse a picture."""
+    """Return what ``read`` finds in a block of EXIF; ``otherwise`` if damaged, which must not refuse a picture."""
     block = exif.removeprefix(_PREFIX)
     try:
         return read(read_directory(io.BytesIO(block), len(block)))
@@ -28,7 +28,7 @@ def in_exif(exif: bytes, read: Callable[[Directory], T], otherwise: T) -> T:
 
 
 def colours_noted(directory: Directory) -> str:
-    """Return the stated colour space if not sRGB: DCF's optional one, which often has no profile."""
+    """Return the stated colour space if it is not sRGB: the optional one of DCF, often given without a profile."""
     try:
         notes = directory.below(_CAMERAS)
         rules = None if notes is None else notes.below(_INTEROPERABILITY)

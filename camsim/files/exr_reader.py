@@ -191,7 +191,7 @@ def _attributes(file: BinaryIO, size: int, most: int) -> Header:
 
 
 def end_of_chunks(file: BinaryIO, header: Header) -> int:
-    """Return the required end of the file from its table of chunks; 0 if the table is incomplete."""
+    """Return where the file must end by its table of chunks; 0 if the table is incomplete."""
     rows, _ = header.size()
     kind, compression = header.attributes.get("compression", ("", b""))
     rows_per_chunk = _ROWS_PER_CHUNK.get(compression[0]) if kind == "compression" and compression else None

@@ -11,7 +11,7 @@ from camsim.errors import InputError
 
 
 def largest_sample(dtype: np.dtype[Any], bits: int | None = None) -> float:
-    """Return the largest value of samples: for integers of ``bits`` or of their type; 1 for floats.
+    """Return the largest value that samples can have: by ``bits`` or the type for integers, 1 for floats.
 
     >>> largest_sample(np.dtype("u2"), 12), largest_sample(np.dtype("u1")), largest_sample(np.dtype("f4"))
     (4095.0, 255.0, 1.0)

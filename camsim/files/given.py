@@ -1,4 +1,4 @@
-"""Arbitrary arrays of codes, mosaic or linear colours, as a DNG for raw programs, and developed for viewing."""
+"""Any array of codes, mosaic or linear colours, written as a DNG for raw programs or developed for viewing."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def write_dng(
     colour_matrix   : (channels, 3) from XYZ under D65 to the camera, any scale, as in DNG's ColorMatrix; in
                       the order R, G, B, then others as they come. Left out: linear sRGB's
     as_shot_neutral : (channels,) what white gives each channel, any scale. Left out: what D65 gives by the matrix
-    camera_name     : that programs show
+    camera_name     : name that programs show
     allow_odd_cfa   : write even an array that raw programs misread;  compress: as lossless JPEG, with imagecodecs
 
     Equal arrays give equal bytes; the file is there whole or not at all. Raises InvalidValueError or OutputError in one

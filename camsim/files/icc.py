@@ -8,7 +8,7 @@ _MOST_TAGS = 200
 
 
 def profile_name(profile: bytes) -> str:
-    """Return the description of an ICC profile (ICC.1:2022, 9.2.41); empty for none, "unnamed" without one.
+    """Return an ICC profile's description (ICC.1:2022, 9.2.41): "unnamed" if it has none, empty without a profile.
 
     >>> profile_name(b"")
     ''

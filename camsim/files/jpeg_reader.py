@@ -31,7 +31,7 @@ class FrameHeader:
 
 
 def frame_header(data: bytes) -> FrameHeader:
-    """Find the start of the frame in the markers of a JPEG (ITU-T T.81, B.2.2), before any of it is decoded."""
+    """Find the start of the frame in the markers of a JPEG (ITU-T T.81, B.2.2), without decoding the JPEG."""
     at = 2 if data.startswith(MAGIC) else len(data)
     while at + 4 <= len(data):
         if data[at] != 0xFF:

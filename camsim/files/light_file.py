@@ -28,11 +28,11 @@ def read_light(
 ) -> GivenLight:
     """Read light for a sensor: NPY, NPZ, EXR, TIFF, PNG, JPEG, ENVI or MATLAB.
 
-    unit          : of the numbers, as of ``GivenLight``. None: "srgb" of whole numbers in PNG, JPEG and TIFF,
+    unit          : unit of the numbers, see ``GivenLight``. None: "srgb" for whole numbers in PNG, JPEG and TIFF,
                     "reflectance" of an EXR's colours and of bands; required for others
-    wavelength_nm : of bands, if not stated in the file
+    wavelength_nm : wavelengths of bands, if the file does not state them
     per_photosite : samples along the side of a photosite
-    layer         : of an EXR that holds several images; an array of NPZ or MATLAB
+    layer         : which image of an EXR that holds several, or which array of NPZ or MATLAB
 
     Nothing is scaled, clipped or resampled. Raises InputError or InvalidValueError in one sentence.
 

@@ -45,11 +45,11 @@ def read_picture(
 
     encoding      : of colours: "srgb" (whole numbers, where the file says nothing else), "linear" (all others, but of
                     divided codes it must be said), or an exponent such as 2.2
-    scale         : what every number is multiplied by; of colours in whole numbers the largest there may be is 1
+    scale         : factor on every number; colours in whole numbers are first divided by the largest possible one
     light         : of a cube of radiances in W·m⁻²·sr⁻¹·nm⁻¹: a diffuser's in it is a reflectance of 1
-    wavelength_nm : of the bands of a cube whose file does not say them
+    wavelength_nm : wavelengths of a cube's bands, if its file does not state them
     tolerance     : how far a cube's planes may lie from it, see ``Picture.of_cube``
-    layer         : of an EXR that holds several images ("": its channels without a layer); an array of NPZ or MATLAB
+    layer         : an image of an EXR with several ("": channels without a layer), or an array of NPZ or MATLAB
 
     sample_um     : in place of ``width_um``: the side of one sample
 

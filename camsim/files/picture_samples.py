@@ -38,8 +38,8 @@ class Read:
     """Content of a file.
 
     samples       : (rows, cols), or (rows, cols, n) colours or bands, upright; integers as stored
-    wavelength_nm : of bands; None for colours, or if not stated
-    gamma         : an exponent stated by the file;  bits: of integers, if fewer than their type's
+    wavelength_nm : wavelengths of bands; None for colours, or if not stated
+    gamma         : an exponent stated by the file;  bits: those of integers, if fewer than their type has
     profile       : name of the colour profile, empty for none
     emissive      : whether bands are radiances;  linear: whether the format is one of light
     """
@@ -54,9 +54,9 @@ class Read:
 
 
 def read_samples(path: Path, file: BinaryIO, size: int, layer: str | None = None) -> Read:
-    """Read the samples of an open file, of its image or of the layer that is named; raises CamsimError in one sentence.
+    """Read the samples of an open file's image, or of the layer that is named; raises CamsimError in one sentence.
 
-    layer : of an EXR; an array of NPZ or MATLAB
+    layer : a layer of an EXR, or an array of NPZ or MATLAB
     """
     reader = READERS.get(path.suffix.lower())
     if reader is None:

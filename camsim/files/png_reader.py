@@ -33,8 +33,8 @@ class Header:
     """Metadata before the pixels of a PNG.
 
     text     : camsim's, None if absent
-    gamma    : of the pixels' encoding, 1 if not stated
-    coloured : whether a colour space is named;  profile: the ICC profile;  space: another than sRGB's, in words
+    gamma    : exponent of the pixels' encoding, 1 if not stated
+    coloured : whether a colour space is named;  profile: the ICC profile;  space: a space other than sRGB, in words
     see_through : whether one colour is transparent;  exif: EXIF data
     image    : offset and length of the chunks passed to Pillow: header and pixels
     """

@@ -39,7 +39,7 @@ class Balance:
 
 
 def develop(frame: Frame) -> U8:
-    """Return (rows, cols, 3) 8-bit sRGB, or (rows, cols) grey for mono; white is where the sensor's first are full.
+    """Return (rows, cols, 3) 8-bit sRGB, or (rows, cols) grey for mono; white is where the first photosites are full.
 
     Black level, as-shot white balance, bilinear demosaicing, the D65 forward matrix (or the scene's own) and the
     sRGB curve. No brightness is added: an underexposed capture looks dark. All channels are clipped at the
@@ -63,7 +63,7 @@ def developed(
 ) -> U8:
     """Return a mosaic as 8-bit sRGB, or as grey without a balance.
 
-    channel_index : of each photosite, below ``channels``
+    channel_index : index of each photosite's channel, below ``channels``
     black_dn      : (m, n) tiled over the mosaic;  span_dn: from there to white
     """
     signal = mosaic.astype(np.float32)

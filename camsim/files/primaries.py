@@ -9,7 +9,7 @@ _SAME = 5e-3
 
 
 def other_than_srgb(x_y: Sequence[float], where: str) -> str:
-    """Return a text on a file's primaries if not sRGB's; empty if sRGB or not stated.
+    """Return a text on a file's primaries if they are not sRGB's; empty if they are, or are not stated.
 
     x_y : x and y of red, green, blue and white, empty if not stated;  where: name of their source
 

@@ -33,9 +33,9 @@ class Held:
     """Metadata of a file.
 
     form       : "DNG", "OpenEXR", "TIFF", "PNG" or "NPZ"
-    suffix     : of this format, with its dot
-    rows, cols : of the image
-    size_bytes : of the file
+    suffix     : file suffix of this format, with its dot
+    rows, cols : size of the image
+    size_bytes : size of the file
     has_truth  : whether it contains the truth
     compressed : whether it is a DNG of lossless JPEG
     record     : the figures that explain its numbers, and ``description``: all stages with all parameters
@@ -53,12 +53,12 @@ class Held:
 
     @property
     def fits(self) -> bool:
-        """Whether the image has the rows and columns of its record, if stated there."""
+        """Whether the image has the rows and columns that its record states, if it states any."""
         return self.record.size in (None, (self.rows, self.cols))
 
     @property
     def product(self) -> str:
-        """The product of the frame in it."""
+        """The product of the frame that the file holds."""
         return self.record.product
 
     @property
@@ -118,7 +118,7 @@ def read_arrays(held: Held) -> dict[str, npt.NDArray[Any]]:
 
 
 def is_altered(held: Held) -> bool:
-    """Whether the codes of a DNG do not match its identifier; false for other files."""
+    """Whether a DNG's codes do not match the identifier in the file; false for other files."""
     if held.form != "DNG":
         return False
     with opened(held.path) as (file, size):

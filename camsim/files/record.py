@@ -93,13 +93,13 @@ class Record:
 
     @property
     def size(self) -> tuple[int, int] | None:
-        """Rows and columns of its picture; None if not in the description."""
+        """Rows and columns of the picture; None if the description does not state them."""
         stated = self.description.get("region") or self.description.get("camera")
         rows, cols = (stated.get(side) if isinstance(stated, Mapping) else None for side in ("rows", "cols"))
         return (rows, cols) if isinstance(rows, int) and isinstance(cols, int) else None
 
     def check_size(self, rows: int, cols: int) -> None:
-        """Raise InputError if the picture has other rows and columns, as its position would be unknown."""
+        """Raise InputError if the picture has not these rows and columns, as its position would be unknown."""
         if self.size not in (None, (rows, cols)):
             described = " × ".join(map(str, self.size or ()))
             raise InputError(

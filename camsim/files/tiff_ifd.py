@@ -1,4 +1,4 @@
-"""The container: a classic little-endian TIFF of one IFD, its Exif IFD and the strips of one image.
+"""The container of a TIFF or DNG: classic, little-endian, with one IFD, its Exif IFD and the strips of one image.
 
 Tag types and layout as in TIFF 6.0: the image first, so that it can be written while it is computed, then the
 directories; entries ascending, values of more than four bytes after them at even offsets.
@@ -36,7 +36,7 @@ def byte(number: int, values: bytes | Sequence[int]) -> Tag:
 
 
 def undefined(number: int, values: bytes) -> Tag:
-    """Return a tag of bytes whose meaning depends on the tag."""
+    """Return a tag of TIFF type UNDEFINED: raw bytes, whose meaning depends on the tag's number."""
     return Tag(number, _UNDEFINED, len(values), values)
 
 

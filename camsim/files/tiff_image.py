@@ -29,7 +29,7 @@ _WAY_OUT = "convert it to an uncompressed 16-bit file (Adobe's DNG converter doe
 
 
 class NotReadError(InputError):
-    """An image stored in an unsupported way."""
+    """Raised for an image that is stored in a way that camsim does not read."""
 
 
 @dataclass(frozen=True, slots=True)

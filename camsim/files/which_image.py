@@ -1,4 +1,4 @@
-"""Selection of an image in a file with several: the unambiguous main one, or the named one."""
+"""Selection of an image in a file that holds several: the one named, or the main one if that is unambiguous."""
 
 from __future__ import annotations
 

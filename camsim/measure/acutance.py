@@ -23,7 +23,7 @@ _ONE = 1e-3
 
 
 def acutance(frequency_cycles_per_pixel: F64, mtf: F64, *, rows: int, distance_picture_heights: float) -> float:
-    """Return the acutance of a picture of ``rows``, at a viewing distance in picture heights; 1: no loss.
+    """Return the acutance of a picture ``rows`` high, at a viewing distance in picture heights; 1 is no loss.
 
     mtf : (n,) from frequency 0, where it is 1; taken as 0 above the last frequency
 

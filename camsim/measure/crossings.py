@@ -33,7 +33,7 @@ def falls_to(frequency: F64, mtf: F64, level: float) -> float:
 
 
 def errors_of(gradient: F64, covariance: F64) -> F64:
-    """Return the standard errors of figures from their derivatives (m, n) with respect to the coefficients."""
+    """Return the standard errors of m figures, from their derivatives (m, n) with respect to n coefficients."""
     error: F64 = np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", gradient, covariance, gradient, optimize=True), 0.0))
     return error
 

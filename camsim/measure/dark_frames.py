@@ -49,9 +49,9 @@ def read_darks(folder: Path, source: str) -> DarkFrames:
 
 
 def read_offsets(path: Path, source: str, unit: OffsetUnit) -> OffsetMap:
-    """Read a map of offsets: an array (rows, cols) in a file, or a folder of darks, whose mean it is.
+    """Read a map of offsets: an array (rows, cols) from a file, or the mean of a folder of darks.
 
-    source : its name in files
+    source : name of the map in files
 
     The mean over the photosites is subtracted: it belongs to the black level. Raises InputError in one sentence.
     """

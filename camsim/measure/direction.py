@@ -1,4 +1,4 @@
-"""Standard error of an edge's direction: the linear fit underestimates it for few photosites."""
+"""Standard error of an edge's direction, which the linear fit underestimates if photosites are few."""
 
 from __future__ import annotations
 
@@ -48,8 +48,8 @@ def direction_error_rad(
 ) -> float:
     """Return the standard error of the direction of a fitted line.
 
-    shape      : the spread function whose slope determined the direction;  rise: of the edge
-    variance   : of a photosite, the mean;  most: the largest
+    shape      : the spread function whose slope determined the direction;  rise: rise of the edge
+    variance   : mean variance of a photosite;  most: the largest one
     linear_rad : standard error of the linear fit
 
     The linear error lacks three contributions. A variance from few photosites is itself uncertain (Student's t). The

@@ -42,7 +42,7 @@ class Operation:
 
     @property
     def name(self) -> str:
-        """Its name in the specification."""
+        """Name of the operation in the specification."""
         return _NAMES.get(self.code, f"operation {self.code}")
 
 
@@ -56,7 +56,7 @@ class Operations:
 
     @classmethod
     def of(cls, directory: Directory) -> Operations:
-        """Return the lists of an image; raises InputError for a truncated one."""
+        """Return the opcode lists in an image's directory; raises InputError for a truncated list."""
         return cls(*(tuple(_listed(directory, number)) for number in _LISTS))
 
     def stated(self) -> tuple[str, ...]:
@@ -69,7 +69,7 @@ class Operations:
         )
 
     def on_stored(self, image: npt.NDArray[Any], period: tuple[int, int]) -> npt.NDArray[Any]:
-        """Apply the first list to stored samples, or raise by name; ``period``: of the filters."""
+        """Apply the first list to stored samples, or raise with an operation's name; ``period``: of the filters."""
         for one in self.first:
             if one.code in _ON_STORED:
                 image = _applied(1, one, _ON_STORED[one.code], image, period)
@@ -78,7 +78,10 @@ class Operations:
         return image
 
     def on_linear(self, light: F64, period: tuple[int, int]) -> F64:
-        """Apply the second list to samples from black, 0, to white, 1, or raise by name; clipped ones stay clipped."""
+        """Apply the second list to samples from 0 (black) to 1 (white), or raise with an operation's name.
+
+        Clipped samples stay clipped. ``period``: of the filter array.
+        """
         full = light >= 1.0
         for one in self.second:
             if one.code in _ON_LINEAR:
@@ -93,7 +96,7 @@ class Operations:
         return any(one.code in _ON_LINEAR or not one.optional for one in self.second)
 
     def refuse_curves(self) -> None:
-        """Raise for operations after which codes are not charge times a gain: noise is measured in stored codes."""
+        """Raise if operations make light differ from stored codes times a gain: noise is measured in stored codes."""
         for number, operations in ((1, self.first), (2, self.second)):
             for one in operations:
                 if one.code not in (*_REPAIRS, *_IN_PROPORTION) and not one.optional:

@@ -18,7 +18,7 @@ NEAR_DEG = 30.0
 class FieldPlace:
     """The place of an edge in the frame.
 
-    x_um, y_um  : from the optical axis, right and down; in pixels × pitch, NaN where the pitch is not known
+    x_um, y_um  : distance from the optical axis, right and down; NaN if the pitch is not known
     x_pixel, y_pixel, radius_pixel : the same in pixels
     direction   : "sagittal" for an edge along the radius, which is blurred across it; "tangential" (meridional) for an
                   edge across the radius, which is blurred along it; "oblique" in between
@@ -35,7 +35,7 @@ class FieldPlace:
 
 
 def field_place(x_pixel: float, y_pixel: float, normal_rad: float, frame: FullFrame) -> FieldPlace:
-    """Return the field position of an edge with this point (in the picture) and normal.
+    """Return the field position of an edge, given by a point of it (in the picture) and by its normal.
 
     >>> frame = FullFrame(rows=100, cols=100, axis_x_pixel=50.0, axis_y_pixel=50.0)
     >>> [field_place(90.0, 50.0, turn, frame).direction for turn in (0.1, 0.8, 1.5)]

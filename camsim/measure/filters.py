@@ -31,7 +31,7 @@ def filter_rows(cfa: str) -> tuple[str, ...]:
 
 
 def mosaic_of(image: npt.NDArray[Any], rows: tuple[str, ...]) -> npt.NDArray[Any]:
-    """Return the mosaic of four planes of a 2 × 2 array, in the order of its positions; other images unchanged.
+    """Return the mosaic that four planes of a 2 × 2 array make, in the order of its positions; other images unchanged.
 
     image : (4, n, m) or (n, m, 4)
 

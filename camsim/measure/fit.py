@@ -56,7 +56,7 @@ _MOST_TURN_RAD = math.radians(1.0)
 
 
 class Other(NamedTuple):
-    """A fit with another model or a smaller region: as no model is exact, the difference counts as an error.
+    """A second fit, with another model or a smaller region; as no model is exact, its difference counts as an error.
 
     noise : differences of figures due to noise, in units of their errors; subtracted
     """
@@ -67,11 +67,11 @@ class Other(NamedTuple):
 
     @property
     def turn_rad(self) -> float:
-        """Its correction to the direction of the edge."""
+        """The correction that this fit would make to the direction of the edge."""
         return float(self.coefficients[self.model.columns + TURN]) / self.model.scale
 
     def error(self, difference: F64 | float, by_noise: F64 | float) -> F64:
-        """Return the model error of a figure from a difference, besides its standard error from noise."""
+        """Return the model error of a figure: the part of its difference between fits that noise does not explain."""
         beyond: F64 = np.sqrt(np.maximum(np.square(difference) - np.square(self.noise * by_noise), 0.0))
         return beyond
 
@@ -82,10 +82,10 @@ class EdgeFit:
 
     line         : the edge;  model, coefficients: see ``spline``
     others       : with coarser knots and another tail, without light from other edges, and in a smaller region
-    covariance   : of the coefficients, from the scatter of photosites about the fit
-    rise         : from 10 to 90 %, of the fit that set the line
+    covariance   : covariance of the coefficients, from the scatter of photosites about the fit
+    rise         : distance from 10 to 90 %, by the fit that set the line
     dark, scale  : signal of the dark side and first estimate of the step, above black
-    residual_rms : of a photosite about the fit, in units of ``scale``
+    residual_rms : root mean square residual of a photosite, in units of ``scale``
     noise        : on the dark and on the bright side, away from the edge
     gap_pixel    : longest stretch across the edge without a photosite
     turn_rad     : remaining correction of the direction, a fraction of its error turn_error_rad
@@ -384,7 +384,7 @@ def _middle_and_rise(coefficients: F64, model: Model) -> tuple[float, float]:
 
 
 def crossing(d: F64, esf: F64, level: float) -> float:
-    """Return where a rising curve crosses a level, nearest to the middle of its range.
+    """Return where a rising curve crosses a level: of several places the one nearest to the middle of the curve.
 
     >>> crossing(np.array([-1.0, 0.0, 1.0]), np.array([0.0, 0.5, 1.0]), 0.75)
     0.5

@@ -27,8 +27,8 @@ NYQUIST_OF_SENSOR_CYCLES_PER_PIXEL = 0.5
 class FullFrame:
     """The camera's whole frame, seen from a picture that may be a window of it.
 
-    rows, cols                 : of the full frame
-    axis_x_pixel, axis_y_pixel : its middle, the optical axis, in pixels of the picture
+    rows, cols                 : size of the full frame
+    axis_x_pixel, axis_y_pixel : middle of the full frame, the optical axis, in pixels of the picture
     pitch_um                   : None if unknown
     """
 
@@ -64,7 +64,7 @@ class FullFrame:
         )
 
     def per_unit(self, unit: Unit) -> float:
-        """Return one cycle per pixel in a unit; NaN if the pitch is unknown.
+        """Return what one cycle per pixel is in a unit; NaN if that needs the pitch and it is unknown.
 
         >>> frame = FullFrame(rows=2000, cols=3000, axis_x_pixel=1500.0, axis_y_pixel=1000.0, pitch_um=5.0)
         >>> [0.25 * frame.per_unit(unit) for unit in UNITS]
@@ -76,7 +76,7 @@ class FullFrame:
         return 2.0 * self.rows if unit == "lw/ph" else 1.0
 
     def in_units(self, cycles_per_pixel: float) -> dict[str, float]:
-        """Return a frequency in all units, by name.
+        """Return a frequency in all units, by their names.
 
         >>> frame = FullFrame(rows=2000, cols=3000, axis_x_pixel=1500.0, axis_y_pixel=1000.0, pitch_um=5.0)
         >>> frame.in_units(0.25)

@@ -18,7 +18,7 @@ from camsim.errors import InvalidValueError
 
 @dataclass(frozen=True, slots=True)
 class Roi:
-    """A rectangle of photosites: its first row and column, and how many of each.
+    """A rectangle of photosites: first row and column, and numbers of rows and columns.
 
     >>> Roi.parse("10, 20, 64, 48")
     Roi(row=10, col=20, rows=64, cols=48)

@@ -1,4 +1,4 @@
-"""Checks of arguments of measurements, with messages that say how to obtain them."""
+"""Checks of the arguments of measurements; messages say how to obtain the right ones."""
 
 from __future__ import annotations
 

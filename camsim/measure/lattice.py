@@ -1,4 +1,4 @@
-"""Lattices of points in a picture, as of a chart in perspective: grown between neighbours, and projected."""
+"""Lattices of points in a picture, such as a chart in perspective: grown from point to neighbour, and projected."""
 
 from __future__ import annotations
 
@@ -45,14 +45,14 @@ def _normal(places: F64) -> tuple[F64, float]:
 
 
 def moved(projection: F64, places: F64) -> F64:
-    """Return points (n, 2) after a projection."""
+    """Return where a projection takes points (n, 2)."""
     x, y, w = projection @ np.concatenate([places, np.ones((len(places), 1))], axis=1).T
     moved: F64 = np.stack([x / w, y / w], axis=1)
     return moved
 
 
 def lattices(middles: F64, sizes: F64, *, least: int, most: int) -> Iterator[Places]:
-    """Yield lattices of points, each grown from one and two of its neighbours; largest seeds first.
+    """Yield lattices of points, each grown from a point and two of its neighbours; the largest points are tried first.
 
     sizes : areas (n,) of the regions at the points, similar within a lattice;  least, most : points in a lattice
     """

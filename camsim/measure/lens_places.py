@@ -38,7 +38,7 @@ def system_at(camera: Body, x_um: float, y_um: float) -> OpticalSystem:
 
 
 def fallen_um(camera: Body, points_um: F64) -> F64:
-    """Return points (n, 2) of the scene after distortion."""
+    """Return where points (n, 2) of the scene fall on the sensor after the lens's distortion."""
     lens = camera.lens
     return lens.distorted(points_um) if isinstance(lens, Varies) and lens.distorts else points_um
 
@@ -60,7 +60,7 @@ def middles_um(
     """Return the centroids (n, 2) of the PSF in each channel, relative to places of the sensor.
 
     surfaces : the two surfaces at the edges; their difference weights the wavelengths
-    channels : of a picture, with G1 and G2 separate; those that the camera lacks are omitted; None: the camera's
+    channels : channels of a picture, G1 and G2 separate; those that the camera lacks are omitted; None: the camera's
 
     An asymmetric PSF shifts it, and so do an asymmetric photosite and crosstalk.
     """

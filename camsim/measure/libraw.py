@@ -44,7 +44,7 @@ _ONE_AT_A_TIME = threading.Lock()
 class Noted:
     """Metadata that a camera wrote for a photograph; None or empty if absent, or not found by LibRaw.
 
-    camera          : its maker and model;  lens: likewise
+    camera          : maker and model of the camera;  lens: those of the lens
     turned_deg      : clockwise rotation that makes the picture upright
     white_balance   : factors of red, green, blue (and a fourth), as shot;  daylight: LibRaw's for daylight
     xyz_to_camera   : rows of a DNG's matrix, or of LibRaw's, from XYZ under D65, one for each channel

@@ -23,7 +23,7 @@ _OTHER_EDGE = 0.35
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Guess:
-    """Position of the edge, to a fraction of a pixel, and the signals on its two sides, above black."""
+    """A first estimate: the edge to a fraction of a pixel, and the signals above black on its two sides."""
 
     line: EdgeLine
     dark: float

@@ -1,4 +1,4 @@
-"""MTF report of a picture, for given regions or detected edges."""
+"""The MTF report of a picture, on edges in given regions or on detected edges."""
 
 from __future__ import annotations
 

@@ -13,10 +13,11 @@ from camsim.sensor.stages.crosstalk import senders
 
 
 def neighbours(camera: Body, channel: str) -> F64 | None:
-    """Return (3, 3, channels): light received from neighbours by their channel, averaged over positions.
+    """Return (3, 3, channels): the light that photosites of ``channel`` receive from neighbours of each channel.
 
-    [1 + i, 1 + j] : share from i rows above and j columns to the left; without crosstalk 1 from its own channel
-    channel        : of a plane, G1 and G2 separate; returns None for one that the camera lacks
+    Entry [1 + i, 1 + j] is the share from the neighbour i rows above and j columns to the left, the mean over the
+    photosites of ``channel``; without crosstalk all is from the photosite itself. G1 and G2 are separate channels. None
+    for a channel that the camera lacks.
     """
     one = places_of(channel, list(camera.cfa.pattern))
     if not one.any():
@@ -27,7 +28,7 @@ def neighbours(camera: Body, channel: str) -> F64 | None:
 
 
 def spread_otf(shares: F64, fx: F64, fy: F64) -> F64 | C128:
-    """Return (channels, …): transfer function of crosstalk for each channel's light, for such shares.
+    """Transfer function of crosstalk for the light from each channel, (channels, …); ``shares`` as from ``neighbours``.
 
     Real if opposite neighbours contribute equally.
     """

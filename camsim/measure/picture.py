@@ -129,7 +129,7 @@ class Channel:
 
     @property
     def name(self) -> str:
-        """The name of its planes."""
+        """The name that all its planes have."""
         return self.planes[0].name
 
     @property
@@ -140,14 +140,14 @@ class Channel:
 
     @property
     def pitch_pixel(self) -> float:
-        """Distance between samples: for one lattice the longer one; for several, that of an equally dense square."""
+        """Distance between samples, the longer one of a lattice; for several, that of a square lattice as dense."""
         if len(self.planes) == 1:
             return self.period_pixel
         return 1.0 / math.sqrt(sum(1.0 / math.prod(plane.step) for plane in self.planes))
 
     @property
     def period_pixel(self) -> float:
-        """Distance after which the samples' pattern repeats, the longer of the two."""
+        """Distance after which the pattern of samples repeats: the longer one of those along x and y."""
         return float(max(self.planes[0].step))
 
     @property
@@ -162,7 +162,7 @@ class Channel:
 
     @property
     def nyquist_cycles_per_pixel(self) -> float:
-        """Half the sampling frequency; for several lattices that of their density, the most for uniform sampling."""
+        """Half the sampling frequency; for several lattices that of a square lattice of the same density of samples."""
         return 0.5 / self.pitch_pixel
 
     def inside(self, roi: Roi) -> Samples:
@@ -206,9 +206,9 @@ def _joined(parts: list[npt.NDArray[Any]]) -> npt.NDArray[Any]:
 class Picture:
     """An image to measure in.
 
-    name        : its name in messages
+    name        : name of the picture in messages
     shape       : (rows, cols)
-    planes      : its channels
+    planes      : lattices of its channels
     pitch_um    : distance between photosites, None if unknown
     description : the description of its computation in the file; None for other files
     noted       : metadata of a maker's raw file or a DNG
@@ -239,11 +239,11 @@ class Picture:
 
     @property
     def full_frame(self) -> FullFrame:
-        """The camera's full frame, as far as stated in the file."""
+        """The camera's full frame, as far as the file states it."""
         return FullFrame.of(self.description, self.shape)
 
     def select(self, channel: str) -> tuple[Channel, ...]:
-        """Return the channel of that name; ``all`` gives every one."""
+        """Return the channels of a name: one, or every channel for ``all``."""
         names = list(dict.fromkeys(plane.name for plane in self.planes))
         if check(channel, str, "channel") not in ("all", *names):
             raise UnknownNameError("channel", channel, ["all", *names])
@@ -263,7 +263,7 @@ def mosaic_planes(
     """Split a mosaic into the lattices of its filters, without interpolation.
 
     samples : (rows, cols);  pattern: letters from (0,0) (0,1) …, one string per row, such as ("RG", "GB")
-    black   : one level, or a tile of levels from (0, 0);  white: likewise, of the same size
+    black   : one level, or a tile of levels from (0, 0);  white: one level, or a tile of the same size
 
     The two greens of a Bayer array are measured separately, because crosstalk makes them differ.
 
@@ -319,7 +319,7 @@ def _levels(black: Any, white: Any) -> tuple[F64, F64 | None]:
 
 
 def places_of(channel: str, pattern: Sequence[str]) -> npt.NDArray[np.bool_]:
-    """Return a mask (rows, cols) of a channel's positions in a pattern: G1, or both greens for G.
+    """Return a mask (rows, cols) of a channel's positions in a pattern; G1 is one of the greens, G both.
 
     >>> places_of("G1", ("RG", "GB")).tolist()
     [[False, True], [False, False]]

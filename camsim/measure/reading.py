@@ -1,4 +1,4 @@
-"""Pictures from files and Frames: linear numbers with their levels, from any writer.
+"""Pictures from Frames and from files of any program: linear numbers, with their black and clipping levels.
 
 Read are DNG, raw files of camera makers (NEF, CR3, ARW …, by LibRaw), TIFF, PNG, PGM, EXR, NPY, NPZ and MATLAB's.
 """
@@ -98,7 +98,7 @@ def read_picture(
 
     gamma : encoding to undo: an exponent such as 2.2, or "srgb"; 1 declares the numbers linear
     cfa   : the colour filter array of a file that does not state it, such as RGGB
-    layer : of an EXR, NPZ or MATLAB file that holds several, such as mean or noisy
+    layer : which image of an EXR, NPZ or MATLAB file that holds several, such as mean or noisy
     stored : codes as stored, to measure noise: those of 8 bits too; a DNG's opcode lists are not applied, and its black
              levels by row and column are subtracted as integers. Otherwise opcode lists are applied, or raise by name
 

@@ -45,7 +45,7 @@ class Theory:
 
     mtf                    : (n,) absolute value of the product of the transfer functions
     difference             : (n,) measured − theory
-    mtf50_cycles_per_pixel, mtf_at_nyquist, mtf_at_nyquist_of_sensor : of the theory; see Figures
+    mtf50_cycles_per_pixel, mtf_at_nyquist, mtf_at_nyquist_of_sensor : figures of the theory; see Figures
     difference_to_nyquist  : the largest |difference| up to the channel's Nyquist frequency
     """
 
@@ -66,7 +66,7 @@ class EdgeMtf:
     x_pixel, y_pixel           : a point of the edge
     normal_deg                 : direction from dark to bright, clockwise as displayed from the x axis
     curvature_per_pixel        : 1/radius of the edge
-    nyquist_cycles_per_pixel   : of the channel's lattice; the sensor's is 0.5
+    nyquist_cycles_per_pixel   : Nyquist frequency of the channel's lattice; the sensor's is 0.5
     tail                       : whether the line spread beyond the region was added (tail_fraction: its share)
     frequency_cycles_per_pixel : (n,);  mtf, mtf_error: (n,) and its standard error
     distance_pixel             : (m,) across the edge;  esf: 0 dark … 1 bright;  line_spread_per_pixel: its derivative
@@ -116,7 +116,7 @@ class EdgeMtf:
 class MtfReport:
     """All edges of one picture, and why others were left out.
 
-    full_frame  : of the camera; a window's picture height is that of the frame
+    full_frame  : the camera's full frame, whose height is the picture height also of a window
     description : the description in the file; None for other files
     """
 
@@ -128,7 +128,7 @@ class MtfReport:
     description: Mapping[str, Any] | None = field(default=None, repr=False)
 
     def place(self, edge: EdgeMtf) -> FieldPlace:
-        """Return the field position of an edge, and the direction of its MTF."""
+        """Return the field position of an edge, and whether its MTF is sagittal or tangential."""
         return field_place(edge.x_pixel, edge.y_pixel, math.radians(edge.normal_deg), self.full_frame)
 
     def nyquist(self) -> dict[str, dict[str, float]]:
@@ -138,7 +138,7 @@ class MtfReport:
         return {name: self.full_frame.in_units(frequency) for name, frequency in every.items()}
 
     def acutance(self, edge: EdgeMtf, distance_picture_heights: float) -> float:
-        """Return the acutance of the whole frame at a viewing distance, if all of it is like this edge."""
+        """Return the acutance of the frame at a viewing distance, if it is as sharp everywhere as at this edge."""
         return acutance(
             edge.frequency_cycles_per_pixel,
             edge.mtf,
@@ -147,7 +147,7 @@ class MtfReport:
         )
 
     def as_dict(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
+        """Return the result as plain values for JSON."""
         return {
             "file": self.file,
             "pitch_um": self.pitch_um,

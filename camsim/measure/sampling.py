@@ -14,10 +14,10 @@ _DIAGONALS = ((1, 1), (1, 2), (2, 1))
 
 
 def refuse_gap(gap: float, line: EdgeLine, length: float, its_length: float, channel: Channel, what: str) -> None:
-    """Raise UnsupportedError if phases are missing or occur only once: a wrong angle would be confused with blur.
+    """Raise UnsupportedError if phases are missing or occur only once: then a wrong angle could not be told from blur.
 
     gap        : longest stretch across the edge without a photosite
-    length     : of the region along the edge, corners included;  its_length: of the edge within it
+    length     : length of the region along the edge, corners included;  its_length: that of the edge within it
     """
     angle = line.angle_deg
     slant = math.tan(math.radians(abs(angle)))

@@ -28,8 +28,8 @@ _MOST_NAMED = 6
 class MtfSeries:
     """Several reports side by side.
 
-    by      : the key of the descriptions that differs; None: file names
-    values  : value of the key, or name of the file
+    by      : the key in which the files' descriptions differ; None if file names are used instead
+    values  : for each report, its value of the key, or the name of its file
     reports : in order of the values if these are numbers
     """
 
@@ -43,7 +43,7 @@ class MtfSeries:
         return tuple("none" if v is None else f"{v:g}" if isinstance(v, float) else str(v) for v in self.values)
 
     def as_dict(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
+        """Return the result as plain values for JSON."""
         pairs = zip(self.values, self.reports, strict=True)
         return {"by": self.by, "files": [{"value": value, **report.as_dict()} for value, report in pairs]}
 

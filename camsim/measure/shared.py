@@ -1,4 +1,4 @@
-"""Noise shared by photosites of a row or column: its contribution to the covariance of a fit's right-hand side."""
+"""Noise that all photosites of a row or column share: what it adds to the covariance of a fit's right-hand side."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from camsim.measure.spline import Model, Placed
 def shared_scatter(place: F64, rows: Placed, r: F64, one: F64, model: Model, inverse: F64) -> F64:
     """Return the contribution of noise shared by photosites of a row or column to the sum of variance·row·rowᵀ.
 
-    place : row, or column, of each photosite;  rows: of the fit
-    r     : its residual;  one: its variance, as if all were independent
+    place : row, or column, of each photosite;  rows: rows of the fit's matrix
+    r     : residuals of photosites;  one: their variances, as if all were independent
 
     For independent photosites the sum of squares of residual sums over places is known, with V their variances, H
     the hat matrix and Z the incidence of photosites and places:

@@ -13,7 +13,7 @@ _RIDGE = 1e-9
 
 
 def solve(rows: Placed, v: F64, model: Model, *, tail: bool = True, stray: F64 | None = None) -> tuple[F64, F64]:
-    """Return the coefficients and the inverse of the normal equations; columns left out are zero in both.
+    """Return the coefficients and the inverse of the normal equations; for columns left out, both are zero.
 
     tail   : with the tail and the shading across the edge
     stray : penalties on the squares of the coefficients of light from other edges; None leaves them out

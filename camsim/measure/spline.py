@@ -75,7 +75,7 @@ class Placed(NamedTuple):
         return Placed(*(part[which] for part in self))
 
     def straight(self) -> Placed:
-        """Return them with slope 0, for a fit with the line held fixed."""
+        """Return the photosites with slope 0, for a fit that holds the line fixed."""
         return self._replace(slope=np.zeros(self.d.size))
 
 
@@ -87,7 +87,7 @@ class Shape(NamedTuple):
     dark: float
 
     def placed(self, d: F64, s: F64) -> Placed:
-        """Return photosites with slope and level of this function at each."""
+        """Return photosites at distances and positions, each with this function's slope and level."""
         level, slope = _levels_and_slopes(d, self.model, self.coefficients)
         return Placed(d, s, slope, self.dark + level)
 

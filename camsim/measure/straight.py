@@ -1,4 +1,4 @@
-"""Linearisation of a picture with a non-linear read-out, as required for transfer functions."""
+"""Linearisation of a picture whose read-out was not linear, as transfer functions need it."""
 
 from __future__ import annotations
 

@@ -57,7 +57,7 @@ class CameraOtf:
 
     region : the window of the frame that the picture shows, None for all of it
 
-    For a field-varying lens it is that at the centre of an edge.
+    For a field-varying lens the transfer function is that at the centre of an edge.
     """
 
     camera: Annotated[Body, Called("a Camera", "Camera.from_yaml of a sensor makes one")]
@@ -107,7 +107,9 @@ class CameraOtf:
         place_um: tuple[float, float] = (0.0, 0.0),
         about_pixel: tuple[float, float] = (0.0, 0.0),
     ) -> F64 | None:
-        """Mean over all directions of the transfer function of a contrast between two surfaces; None as above.
+        """Mean over all directions of the transfer function, for a contrast between two surfaces.
+
+        None for a channel that the camera lacks.
 
         about_pixel : assumed shift of the picture against the scene
         """
@@ -144,7 +146,9 @@ class CameraOtf:
         place_um: tuple[float, float] = (0.0, 0.0),
         lens_alone: bool = False,
     ) -> F64 | C128 | None:
-        """Transfer function at frequencies in cycles per pixel, of a contrast between two surfaces; None as above.
+        """Transfer function at frequencies in cycles per pixel, for a contrast between two surfaces.
+
+        None for a channel that the camera lacks.
 
         place_um   : place on the sensor, from the optical axis, at which the lens is evaluated
         lens_alone : the lens only, without OLPF, photosite and crosstalk

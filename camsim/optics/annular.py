@@ -53,7 +53,7 @@ class AnnularAiry:
 
     @property
     def opening(self) -> float:
-        """The pupil's area over that of the aperture."""
+        """Area of the pupil as a fraction of the aperture without obstruction."""
         return 1.0 - self.obstruction**2
 
     def blur_um(self, wavelength_nm: float) -> float:

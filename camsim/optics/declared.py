@@ -82,7 +82,7 @@ class _Declared:
         raise refused(self.key, f"{self.name}{message}")
 
     def asked(self, said: str) -> Any:
-        """Return an attribute."""
+        """Return an attribute of the stage."""
         return self._guarded(said, lambda: getattr(self.stage, said))
 
     def called(self, verb: str, *given: Any) -> Any:
@@ -105,7 +105,7 @@ class _Declared:
         return float(stated)
 
     def transfer(self, wavelength_nm: float) -> Transfer:
-        """Return its transfer at a wavelength."""
+        """Return the stage's transfer at a wavelength."""
         return lambda fx, fy: np.asarray(self.called("otf", fx, fy, wavelength_nm))
 
     def compare(self, said: str, fx: F64, fy: F64, otf: Any, other: Any, way_out: str) -> None:

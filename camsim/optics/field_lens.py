@@ -279,7 +279,7 @@ class FieldLens:
         return self.at(0.0, 0.0).otf(fx_per_um, fy_per_um, wavelength_nm)
 
     def otf_size(self, frequency_per_um: F64, direction: tuple[float, float], wavelength_nm: float) -> F64:
-        """Return a bound of the transfer over the frame: that without aberrations."""
+        """Return a bound of the transfer anywhere in the frame: the transfer without aberrations."""
         return Airy(f_number=self.f_number).otf(
             frequency_per_um * direction[0], frequency_per_um * direction[1], wavelength_nm
         )

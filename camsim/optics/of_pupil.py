@@ -45,7 +45,7 @@ class OfPupil:
 
     @property
     def opening(self) -> float:
-        """The pupil's area over that of a circle of diameter D."""
+        """Area of the pupil as a fraction of a circle of diameter D."""
         return self.pupil.area / math.pi
 
     def blur_um(self, wavelength_nm: float) -> float:
@@ -91,7 +91,7 @@ class OfPupil:
         return otf.real.copy() if self._symmetric else otf
 
     def otf_size(self, frequency_per_um: F64, direction: tuple[float, float], wavelength_nm: float) -> F64:
-        """MTF at frequencies along a unit vector, to about a hundredth: for bounds.
+        """MTF at frequencies along a unit vector, accurate to about a hundredth, for bounds.
 
         The pupil function is sampled on a lattice along the direction, and each line is autocorrelated by an FFT, which
         gives all shifts at once. Undersampling of a steep phase only adds noise.
@@ -115,7 +115,7 @@ class OfPupil:
     def point_spread_on(self, x_um: F64, y_um: F64, wavelength_nm: float, precision: float) -> F64:
         """Irradiance (y, x) per µm² from a point of unit power, on an evenly spaced lattice.
 
-        precision : of the amplitude, relative to its largest possible value
+        precision : allowed error of the amplitude, relative to its largest possible value
 
         The amplitude is a sum over quadrature nodes in the pupil, by a non-uniform FFT. The number of nodes is
         increased until the sum has converged in the lattice's corners and its middle.

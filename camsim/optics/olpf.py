@@ -55,7 +55,7 @@ class FourSpotOlpf(_Plates):
     """Equal spots on the corners of a rectangle: two crossed plates.
 
     split_um   : the full distance between two neighbouring spots along x, µm (never half of it)
-    split_y_um : the same along y; None: as along x
+    split_y_um : the full distance along y; None: as along x
     rotate_deg : rotation of the spots, clockwise as displayed
 
     >>> FourSpotOlpf(split_um=4.0).spots_um()

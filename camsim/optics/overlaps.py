@@ -48,7 +48,7 @@ def overlaps(
     begin: int,
     stop: int,
 ) -> None:
-    """Write ∫ exp(i(W(x − s/2) − W(x + s/2))) dx over the overlap for shifts s begin … stop: out (n, j).
+    """Write ∫ exp(i(W(x − s/2) − W(x + s/2))) dx over the overlap into out (n, j), for the shifts s from begin to stop.
 
     shifts, angles : (n,) in half diameters, and their direction
     opening : normals of a polygon's sides (none: a circle of radius 1), its inner radius, radius of the obstruction
@@ -253,7 +253,7 @@ class Overlaps:
 
     @property
     def first_rad(self) -> float:
-        """The direction of a side, the last one no later than −π/2."""
+        """Where the panels begin, radians: the largest boundary between panels that is at most −π/2; 0 for a circle."""
         if not self.panels:
             return 0.0
         along, width = next(iter(self.lens.pupil.normals())) + 0.5 * math.pi, math.pi / self.panels

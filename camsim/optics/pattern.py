@@ -43,7 +43,7 @@ class Pattern:
     finest: float
 
     def beyond(self, rho: F64) -> F64:
-        """Return a bound of the light beyond ρ; for a signed pattern, the largest value up to some distance farther.
+        """Return a bound of the light beyond ρ; for a signed pattern, its largest absolute value from ρ to some way on.
 
         For a signed pattern it bounds the light along a ray that enters and leaves an outline once.
         """

@@ -153,7 +153,7 @@ class CircularPhotosite:
 class RoundedPhotosite:
     """A rectangle with rounded corners that collects light evenly.
 
-    radius_um : of the corners, at most half the shorter side
+    radius_um : radius of the corners, at most half the shorter side
 
     >>> round(RoundedPhotosite(width_um=2.0, height_um=2.0, radius_um=1.0).area_um2, 12)  # a disc
     3.14159265359

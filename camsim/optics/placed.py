@@ -111,7 +111,7 @@ def _spline(lens: PlacedLens) -> Callable[..., F64]:
 
 
 def along(places: tuple[float, ...], values: F64) -> Callable[..., F64]:
-    """Return a cubic spline through values (n, …) at increasing places; a parabola for three, a constant for one."""
+    """Return a cubic spline through values (n, …) at increasing places; through three a parabola, at one a constant."""
     if len(places) == 1:
         return lambda place: np.broadcast_to(values[0], (*np.shape(place), *values.shape[1:]))
 

@@ -122,7 +122,7 @@ class Rectangular(_Ability, Protocol):
 
 @runtime_checkable
 class Separable(_Ability, Protocol):
-    """A stage that declares whether its transfer is a product of one along x and one along y."""
+    """A stage that declares whether its transfer is the product of a function of fx and one of fy."""
 
     @property
     def separable(self) -> bool:
@@ -134,7 +134,7 @@ class KnowsBlur(_Ability, Protocol):
     """A lens that declares the scale of its PSF."""
 
     def blur_um(self, wavelength_nm: float) -> float:
-        """The scale, µm; λN of a diffraction pattern."""
+        """Scale of the PSF, µm; for a diffraction pattern λN."""
 
 
 @runtime_checkable
@@ -151,7 +151,7 @@ class KnowsOpening(_Ability, Protocol):
 
     @property
     def opening(self) -> float:
-        """Area of the pupil over that of the circle: the fraction of its light that passes."""
+        """Area of the pupil as a fraction of the full circle of diameter f/N, and so of that circle's light."""
 
 
 @runtime_checkable

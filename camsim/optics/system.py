@@ -89,7 +89,7 @@ class OpticalSystem:
 
     @property
     def extent_um(self) -> float:
-        """Upper bound of the distance of a point of OLPF ⊗ photosite from its centre, µm."""
+        """Upper bound, µm, of how far the photosite, repeated at the OLPF's spots, reaches from its centre."""
         return float(np.hypot(*self.spots_um().T).max() + np.hypot(*self.photosite.half_extent_um))
 
     def footprint_otf(self, fx_per_um: F64, fy_per_um: F64) -> F64:
@@ -158,7 +158,7 @@ class OpticalSystem:
         return np.array([blur_um(w) for w in wavelength_nm.tolist()], float)
 
     def without_tilt(self) -> tuple[OpticalSystem, tuple[float, float]]:
-        """Return the system with the lens's tilt removed, and the displacement of the PSF along x and y, µm.
+        """Return the system without the lens's tilt, and the displacement (x, y) of the PSF by that tilt, µm.
 
         For a custom lens only its ``otf`` counts, whatever it inherits.
         """

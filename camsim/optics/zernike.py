@@ -50,7 +50,7 @@ def radial_steps(m: int, count: int) -> F64:
 
 
 def norm(index: int) -> float:
-    """Return the factor that gives a polynomial with R(1) = 1 unit root mean square."""
+    """Return the factor that makes the root mean square 1 of a polynomial whose radial part is 1 at the rim."""
     n, m = orders(index)
     return math.sqrt((2 if m else 1) * (n + 1))
 
@@ -91,7 +91,7 @@ def zernike(index: int, x: F64, y: F64) -> F64:
 
 
 def cosines(order: int, x: F64, y: F64) -> tuple[tuple[int, ...], F64, F64, F64]:
-    """Return the indices of cosine polynomials up to an order, their values (n, k) at points, and their slopes.
+    """Return the indices of the cosine polynomials up to an order, with their values (n, k) and slopes at points.
 
     >>> index, values, along_x, along_y = cosines(2, np.array([0.5]), np.array([0.0]))
     >>> index, along_x.round(4)  # slopes of 1, 2x, √3·(2r² − 1) and √6·(x² − y²) along x

@@ -37,7 +37,7 @@ WIDEST = 50.0  # largest side of a picture's sample for direct sums, in periods 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Choice:
-    """A plan that is ready to run, the reason for its choice, and its check."""
+    """A plan that is ready to run, the reason why it was chosen, and the check of its image."""
 
     method: str
     why: str
@@ -66,7 +66,7 @@ def choose(
     """Plan with the method named; "auto": boundary if it applies and is cheaper, fourier otherwise.
 
     scene  : the whole scene, if that is more than the job's edges
-    fields : its pictures, gradients and points
+    fields : the pictures, gradients and points of that scene
 
     Raises UnsupportedError for a job that the method does not support, even if there is nothing to render, and
     InvalidValueError for a plan that exceeds the memory limit.

@@ -35,29 +35,29 @@ SCENE: dict[Source, Share] = {
     "wavelengths": Share(0.03, "fused wavelengths: φ/2 + ∛φ + 3.5 nodes for φ radians of 2πr/λN, three for a digit"),
 }
 BOUNDARY: dict[Source, Share] = {
-    "ends": Share(0.25, "rings of an edge's end that the far form leaves out: (λN/R)^{5/2}·D/4π⁴ over the spectrum"),
-    "lines": Share(0.16, "the same of a whole line, twice as loud"),
-    "in step": Share(0.09, "what more than that edges leave whose rings meet in step, of a circle (λN/R)²/π³"),
-    "powers": Share(0.03, "powers of λN/R past the far form's three: c₇·(λN/R)⁷/13.7; a Gaussian's tail"),
-    "moments": Share(0.12, "footprint's moments past the far form's: Mₙ/2πnRⁿ, n = 8, 10 …; 3·c₁·M₆/2πR⁷"),
+    "ends": Share(0.25, "ringing of an edge's end, which the far form omits: (λN/R)^{5/2}·D/4π⁴ over the spectrum"),
+    "lines": Share(0.16, "the same ringing across a whole line, twice that of an end"),
+    "in step": Share(0.09, "what edges add to that if their rings meet in step: (λN/R)²/π³ of a circle"),
+    "powers": Share(0.03, "powers of λN/R beyond the far form's three: c₇·(λN/R)⁷/13.7; a Gaussian's tail"),
+    "moments": Share(0.12, "moments of the footprint beyond the far form's: Mₙ/2πnRⁿ, n = 8, 10 …; 3·c₁·M₆/2πR⁷"),
     "tiles": Share(0.12, "Chebyshev interpolation over a tile: ρ⁻ⁿ/πn, ρ = 2 + √5"),
     "field": Share(0.05, "eight-point look-up in the field: 1.07e-3·(2πδ)⁸·∫OTF·f⁷ df/π"),
     "response": Share(0.05, "six-point look-up in the edge response, twice in a corner: 4.9e-3·(2πδ)⁶·∫OTF·f⁵ df/π"),
     "panels": Share(0.03, "Gauss rule of n nodes on panels of 1.6 λN: error for cos 1.6πt × 1.6·∫OTF·f²ⁿ df/(2n+1)π"),
 }
 FREQUENCIES: dict[Source, Share] = {
-    "band": Share(0.05, "frequencies that lens, OLPF and photosite all but stop: ∫transfer/πf df beyond, four edges"),
+    "band": Share(0.05, "frequencies cut off where hardly any light passes: ∫transfer/πf df beyond, four edges"),
     "far light": Share(0.05, "an edge's light beyond the last level: c·λN/R, c by the pupil's perimeter and area"),
-    "windows": Share(0.10, "what a level's window leaves beyond its kernel: 1/sinh β of the light it works on"),
+    "windows": Share(0.10, "light beyond the kernel of a level's window: 1/sinh β of the light in that window"),
     "between points": Share(0.10, "coarse levels between their points: side lobes of the interpolating kernel"),
     "ringing": Share(
         0.10, "ringing beyond the first level: (λN/R)^{5/2}/4π⁴ of eight ends × √(edges/4); (λN/R)²/π³ of circles"
     ),
-    "transfers": Share(0.15, "tables of the lens's transfer, and nodes over overlaps of its pupil, tried between"),
+    "transfers": Share(0.15, "tables of the lens's transfer, and integrals over its pupil, tested between nodes"),
     "spreading": Share(0.02, "precision of the non-uniform transforms of edges, pictures and points"),
-    "mixtures": Share(0.06, "colours that are taken for mixtures of fewer"),
-    "spikes": Share(0.27, "of a pupil's straight sides, past the first level: 2/5 of what is thrown farther"),
-    "bent edges": Share(0.05, "edges bent by distortion as straight sides: two thirds of an arrow × line spread"),
+    "mixtures": Share(0.06, "colours computed as mixtures of fewer"),
+    "spikes": Share(0.27, "light that a pupil's straight sides throw beyond the first level: 2/5 of it"),
+    "bent edges": Share(0.05, "edges bent by distortion as straight sides: two thirds of the sagitta × line spread"),
 }
 
 

@@ -18,7 +18,7 @@ MOST_STATED = 20  # shapes up to which each is reported separately
 
 
 class Stated(NamedTuple):
-    """Counts for a shape: outlines, their sides, curves in them, and outlines hidden under later ones."""
+    """Numbers reported of a shape: outlines, their sides and curves, and outlines hidden by later ones."""
 
     outlines: int
     sides: int

@@ -36,7 +36,7 @@ class Edges:
 
     @cached_property
     def length(self) -> F64:
-        """Length of each (n,)."""
+        """Length (n,) of each edge."""
         along = self.end - self.start
         length: F64 = np.hypot(along[:, 0], along[:, 1])
         return length
@@ -51,7 +51,7 @@ class Edges:
 
     @cached_property
     def along(self) -> F64:
-        """Unit vector along each (n, 2)."""
+        """Unit vector (n, 2) along each edge."""
         along: F64 = (self.end - self.start) / self.length[:, None]
         return along
 
@@ -67,7 +67,7 @@ class Edges:
 
     @cached_property
     def turning(self) -> float:
-        """Effective number of straight edges: a curve's sides count by the sine of the angle at each corner."""
+        """Number of straight edges, where the sides of a curve count only by the sine of the angle between them."""
         a, b = self.along[:-1], self.along[1:]
         sine = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
         goes_on = (self.end[:-1, 0] == self.start[1:, 0]) & (self.end[:-1, 1] == self.start[1:, 1])

@@ -96,7 +96,7 @@ class Plan(Protocol):
 
     @property
     def wavelengths(self) -> int:
-        """Number of wavelength nodes."""
+        """Number of wavelengths at which the optics are computed."""
         ...
 
     @property
@@ -136,7 +136,7 @@ def one_by_one(plan: Plan, channels: U8, progress: Progress) -> Iterator[Iterato
 
 
 def added(each: Sequence[Iterator[F64]]) -> Iterator[F64]:
-    """Yield the sum of images in bands of different heights; the first image's bands are overwritten."""
+    """Yield the sum of images that come in bands of different heights; the first image's bands are overwritten."""
     rest: list[F64 | None] = [None] * len(each)
     while True:
         for k, bands in enumerate(each):
@@ -161,7 +161,7 @@ def share(progress: Progress, number: int, count: int, done: float) -> None:
 
 
 class Engine(Protocol):
-    """A method by its name."""
+    """Protocol of a rendering method, found by its name."""
 
     def plan(self, job: Job, samples: int | None = None) -> Plan:
         """Decide how a job is rendered; raises UnsupportedError for a job that the engine does not support."""

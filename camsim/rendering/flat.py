@@ -22,12 +22,12 @@ class FlatPlan:
 
     @property
     def marks(self) -> Marks:
-        """Arbitrary marks: all photosites are equal."""
+        """Marks of no importance, as all photosites are equal."""
         return Marks.plain(1.0)
 
     @property
     def fewest(self) -> int:
-        """One."""
+        """1: a single photosite is checked."""
         return 1
 
     @property

@@ -105,7 +105,7 @@ class Footprint:
 
     @cached_property
     def extent(self) -> float:
-        """Distance of its farthest point from its centre, pitches."""
+        """Distance of the footprint's farthest point from its centre, pitches."""
         return float(np.hypot(*(np.abs(self.spots) + 0.5 * np.array([self.width, self.height])).T).max())
 
     @cached_property

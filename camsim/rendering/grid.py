@@ -12,7 +12,7 @@ from camsim.core.typed import Count, Number, Positive, Whole, validate
 class Grid:
     """A window of a frame that is centred on the optical axis.
 
-    rows, cols : of the window
+    rows, cols : size of the window
     pitch_um   : distance between neighbouring photosites, µm
     origin     : (row, col) of the window's first photosite in the frame
     frame      : (rows, cols) of the whole frame; None: the window is the frame

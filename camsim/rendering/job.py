@@ -139,7 +139,7 @@ class Job:
         )
 
     def rest(self) -> Job:
-        """Return a job of the edges that were left out, on a background of zero."""
+        """Return a job that renders the edges left out of this one, on a background of zero."""
         return dataclasses.replace(self, **_paired(self.left_out.edges), base=np.zeros_like(self.base))
 
     @property
@@ -177,7 +177,7 @@ class Job:
 
     @property
     def extent(self) -> float:
-        """Upper bound of the distance of a point of OLPF ⊗ photosite from its centre, pitches."""
+        """Upper bound, pitches, of how far the photosite, repeated at the OLPF's spots, reaches from its centre."""
         return self.system.extent_um / self.grid.pitch_um
 
     def blur_at(self, wavelength_nm: F64) -> F64:

@@ -1,4 +1,4 @@
-"""Reduction of planes to few, of which all others are mixtures to within an error."""
+"""Choice of a few planes of which all others are mixtures to within an error."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from camsim.core.arrays import F64, I64
 
 
 def spanning(curves: F64, allowed: float) -> tuple[I64, F64]:
-    """Return the rows (k,) of few curves, and mixtures (k, planes) with curves ≈ mixturesᵀ·curves[rows].
+    """Return the rows (k,) of a few curves, and mixtures (k, planes) such that curves ≈ mixturesᵀ·curves[rows].
 
     curves  : (planes, n) signal of a plane of ones
     allowed : largest error of any plane's curve

@@ -19,7 +19,8 @@ class LeftOut:
 
     sides, hidden : number of sides of each primitive before covering, and mask of those entirely under a later one
     edges         : those with equal sides first, then those far outside
-    equal, far    : how many of each;  bound: of the far ones' sum at any photosite, relative to full scale
+    equal, far    : numbers of these two kinds
+    bound         : bound of what all those far outside add at any photosite, relative to full scale
     """
 
     sides: I64
@@ -52,10 +53,10 @@ def far_outlines(
     grid: Grid,
     allowed: float,
 ) -> tuple[np.ndarray, float]:
-    """Return a mask of the edges to drop, and a bound of their sum at any photosite.
+    """Return a mask of the edges to drop, and a bound of what they would add up to at any photosite.
 
     density    : (spectra, channels, j)
-    longest    : λN at the longest wavelength, pitches;  extent: of the footprint, pitches
+    longest    : λN at the longest wavelength, pitches;  extent: that of the footprint, pitches
 
     Connected edges are the outline of a bounded region. A step of contrast c within an outline of diameter D at
     distance d receives at most c·(α/2π)·(1 − E(d)) of a rotationally symmetric PSF, with E its encircled energy and

@@ -62,10 +62,10 @@ def render(
 
     wavelength_nm : nm, a number or a sequence of n
     tolerance     : largest absolute error of any photosite, 1.0 being a reflectance of 1 everywhere
-    method        : "auto" (the cheaper of the engines that apply), "boundary", "fourier", or one of the paper's: area,
+    method        : "auto" (the cheaper of the engines that apply), "boundary", "fourier", or a sampling method: area,
                     uniform-pixel, uniform, importance, strips (see ``paper.rules``). The latter ignore ``tolerance``;
                     ``error_estimate`` gives their error
-    samples       : of ``importance``, 2025 by default
+    samples       : number of samples of ``importance``, 2025 by default
     strict        : raise AccuracyError if the error found is larger than ``tolerance``
     prune         : False also computes the parts that are not needed: see ``render_channels``
 
@@ -185,7 +185,7 @@ def plan_render(
 ) -> Choice:
     """Plan a rendering without carrying it out; arguments as in ``render_channels``.
 
-    arrangement : of the scene, if it is known already
+    arrangement : the scene's arrangement, if it is known already
     """
     check_method(method)
     _check(system, grid, wavelength_nm, tolerance, method)

@@ -31,8 +31,8 @@ class Rendering:
     image              : (rows, cols) float64, or (n, rows, cols) for n wavelengths; no rows if ``take`` received them
     error_estimate     : largest |image − reference| over the photosites checked, relative to the larger of a perfect
                          diffuser and the scene's brightest region in that channel
-    standard_error     : of ``importance``: the largest standard error of a photosite, as if its samples were random
-    checked_photosites : how many the independent check recomputed
+    standard_error     : for ``importance``: the largest standard error of a photosite, as if its samples were random
+    checked_photosites : number of photosites that the independent check recomputed
     seconds            : wall time, set-up and check included
     method, tolerance  : the engine that ran and the tolerance requested
     wavelengths        : number of wavelength nodes

@@ -69,7 +69,7 @@ def multiplied(spectra: Sequence[Spectrum | Component], response: F64, wavelengt
 
 
 def multiples(weights: F64) -> tuple[I64, F64]:
-    """Return for each row (k, n) the largest row proportional to it, and the factor, −1 to 1; greys have one such row.
+    """Return for each row (k, n) the largest row proportional to it, and the factor, −1 to 1; all greys share one row.
 
     >>> multiples(np.array([[1.0, 2.0], [-2.0, -4.0], [0.0, 1.0]]))
     (array([1, 1, 2]), array([-0.5,  1. ,  1. ]))

@@ -46,7 +46,7 @@ PLACES = 5  # along either side of the window, at which the lens's spot is compu
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class VaryingPlan(WavesPlan):
-    """A plan for edges that are distorted already and fields that are not; the job's system has the axial lens."""
+    """A plan for edges that are already distorted and fields that are not yet; the job's system has the axial lens."""
 
     lens: Varies
 

@@ -40,7 +40,7 @@ class Veil:
 
     @property
     def there(self) -> bool:
-        """Whether any light is spread."""
+        """Whether the lens spreads any light as glare."""
         return self.share != 0.0
 
     def spared(self, response: F64, wavelength_nm: F64) -> F64:
@@ -53,7 +53,7 @@ class Veil:
     def light(self, scene: Scene, response: F64, wavelength_nm: F64, tolerance: float) -> F64:
         """Return the glare (channels,) at every photosite, in the unit of the full response (channels, n).
 
-        tolerance : of the scene's mean, relative to a perfect diffuser; ``spared`` gives the rest of the light
+        tolerance : allowed error of the scene's mean, relative to a perfect diffuser
         """
         if not self.there:
             return np.zeros(len(response))

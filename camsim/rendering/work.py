@@ -9,22 +9,22 @@ from dataclasses import dataclass, fields
 class Work:
     """Counts; a pure function of the inputs, and the same on any machine.
 
-    shapes           : of the scene
-    outline_edges    : of all shapes' outlines, before one covers another
-    edges            : that were rendered
+    shapes           : shapes of the scene
+    outline_edges    : edges of all shapes' outlines, before one covers another
+    edges            : edges that were rendered
     edges_equal      : not rendered: both sides have equal signals in every channel in this light
     edges_far        : not rendered: outside the window, all of them together below their share of the tolerance
-    wavelengths      : of the light that carry signal;  wavelength_nodes: at which optics were computed
+    wavelengths      : those of the light that carry signal;  wavelength_nodes: those at which optics were computed
     channels         : images of the grid that were computed
     photosites       : values of a photosite in a channel that were computed
-    tables           : of fields and edge responses;  table_values: numbers in them;  table_terms: added up for them
+    tables           : tables of fields and edge responses;  table_values: numbers in them;  table_terms: terms summed
     nodes_integrated : quadrature nodes on edges near a photosite, as estimated (``cost.near_nodes``)
-    frequencies      : of the Fourier engine
-    samples          : of the sampled methods
-    samples_of_pictures : of all visible pictures
+    frequencies      : frequencies summed by the Fourier engine
+    samples          : samples taken by the sampling methods
+    samples_of_pictures : samples of all visible pictures
     photosites_checked : computed again by the check
     random_numbers   : drawn for noise and fixed patterns, defects' places apart
-    colour_matrices  : files that one was fitted for;  bytes_written: of all files (the command line knows both)
+    colour_matrices  : files with a fitted matrix;  bytes_written: size of all files (both known on the command line)
     """
 
     shapes: int = 0

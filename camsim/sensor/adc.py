@@ -20,7 +20,7 @@ from camsim.sensor.companding import LARGEST, are_points, data_numbers, encoding
 
 
 def full_codes(white_level_dn: int, offsets_dn: ArrayLike, largest_dn: int) -> I64:
-    """Return the codes at which photosites with such black offsets are full: offsets move white as they move black.
+    """Return the codes at which photosites with these black offsets are full: offsets move white as they move black.
 
     >>> full_codes(4000, [[0, -12], [5, 200]], 4095).tolist()
     [[4000, 3988], [4005, 4095]]

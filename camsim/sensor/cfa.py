@@ -135,7 +135,7 @@ class Cfa:
         return self.tiled_index(rows, cols, origin)[:]
 
     def tiled_index(self, rows: int, cols: int, origin: tuple[int, int] = (0, 0)) -> Tiled:
-        """Return the same as a tiled array, which is expanded on demand."""
+        """Return ``channel_index`` as a tiled array, which is expanded on demand."""
         channels = self.channels
         codes = np.array([[channels.index(c) for c in row] for row in self.window_pattern(origin)], dtype=np.uint8)
         return Tiled(codes, (rows, cols))

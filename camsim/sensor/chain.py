@@ -25,7 +25,7 @@ def record(
 ) -> F64:
     """Return (rows, cols) electrons after the stages, before the ADC.
 
-    mean_electrons : of light alone, a window or a band of it that begins at a whole block of rows; with crosstalk
+    mean_electrons : by light alone, in a window or a band of it that begins at a whole block of rows; with crosstalk
                      (rows + 2, cols + 2), because the window's neighbours contribute
     stages         : the active ones (``Electronics.stages``); without any, the mean is returned
     threads        : largest number of threads; the result does not depend on it (None: all available to this process)

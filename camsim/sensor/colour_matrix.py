@@ -47,8 +47,8 @@ _NOISE = 0.01
 class ColourResponse:
     """Spectral response of the channels: the input of colour matrices and white balance.
 
-    quantum_efficiency : of the channels, in their order
-    light     : of the scene
+    quantum_efficiency : that of the channels, in the order of the channels
+    light     : light on the scene
     passes    : transmissions in the light path (lens, filters), multiplied
     crosstalk : (channels, channels) share that each channel receives from every channel; None: no crosstalk. In
                 ``of_filters`` (filters, channels)
@@ -65,7 +65,7 @@ class ColourResponse:
 
     @property
     def lights(self) -> tuple[str, ...]:
-        """CIE illuminants of the standard matrices; with measured ones, A only if one was measured under A."""
+        """CIE illuminants of the standard matrices; if matrices were measured, A only if one was measured under A."""
         return ("A", "D65") if not self.measured or any(one.light == "A" for one in self.measured) else ("D65",)
 
     @property
@@ -147,7 +147,7 @@ def adaptation(from_xyz: F64, to_xyz: F64) -> F64:
 
 
 def as_shot_neutral(response: ColourResponse) -> F64:
-    """Response of the channels to a perfect diffuser in the scene's light; (channels,), the largest is 1.
+    """Response (channels,) to a perfect diffuser in the scene's light, relative to the largest channel.
 
     A channel without response to this light (a laser, say) gets 0.001, as developers divide by it.
     """
@@ -200,7 +200,7 @@ def _measured(response: ColourResponse, light: str) -> ColourFit:
 
 
 def fit_to_scene(response: ColourResponse) -> ColourFit:
-    """Fit as :func:`fit`, but under the light of the capture, and return it adapted to D65.
+    """Fit like :func:`fit`, but under the light of the capture, and return the result adapted to D65.
 
     Raw developers use the D65 matrix whatever the light. So the fit under the scene's light is adapted to take
     the light's white to D65's: balanced by ``neutral``, it is then correct for the scene.

@@ -53,7 +53,7 @@ def steps_dn(points: Points, dn: F64) -> F64:
 
 
 def are_points(given: Any) -> bool:
-    """Whether these are two or more points with increasing data numbers and codes within 0..65535."""
+    """Whether the argument is two or more points whose data numbers and codes increase within 0..65535."""
     if not isinstance(given, list | tuple) or len(given) < 2:
         return False
     if not all(isinstance(point, list | tuple) and len(point) == 2 for point in given):
@@ -103,7 +103,7 @@ def stated_points(points: Sequence[tuple[int, int]]) -> str:
 
 @functools.lru_cache(maxsize=8)
 def decoding(points: Points) -> U16:
-    """Return (n,) the data numbers of codes 0, 1, …: the middle of those that share the code.
+    """Return (n,) the data numbers of codes 0, 1, …: for each code, the middle of the data numbers that share it.
 
     >>> decoding(((0, 0), (4, 4), (12, 6))).tolist()
     [0, 1, 2, 3, 4, 8, 12]

@@ -65,7 +65,7 @@ class Exposure:
 def sensor_irradiance_w_per_m2_nm(
     samples: LightSamples, *, f_number: float, transmission: Spectrum, opening: float = 1.0
 ) -> F64:
-    """Return (n,) W/m²/nm on the sensor from a perfect diffuser: τ·E_scene/(4·N²), or the light itself if given there.
+    """Return (n,) W/m²/nm on the sensor from a perfect diffuser: τ·E_scene/(4·N²), or the light if given on the sensor.
 
     A diffuser of irradiance E has radiance E/π, and an aplanatic lens of working f-number N focused far away
     turns a radiance L into π·L/(4·N²) on the axis (the scene is given as it falls on the sensor, so the
@@ -73,8 +73,8 @@ def sensor_irradiance_w_per_m2_nm(
 
     samples      : the light on the scene
     f_number     : working f-number N·(1 + m)
-    transmission : of the lens, a fraction
-    opening      : area of its pupil over that of a circle of diameter f/N
+    transmission : fraction of the light that the lens passes
+    opening      : area of the lens's pupil over that of a circle of diameter f/N
     """
     if samples.on_sensor:
         return samples.irradiance_w_per_m2_nm
@@ -94,12 +94,12 @@ def electrons_per_reflectance(
     filters: Sequence[Spectrum] = (),
     opening: float = 1.0,
 ) -> F64:
-    """Return (channels, n) mean electrons per photosite and reflectance 1, quadrature weights included.
+    """Return (channels, n) mean electrons per photosite for a reflectance of 1, quadrature weights included.
 
     Σ over n of this times a reflectance at the same nodes is the mean charge, electrons, of a photosite that
     receives only light of that surface.
 
-    samples            : of the light, at nodes that resolve all of these curves and the reflectance (``Light.samples``)
+    samples            : the light, at nodes that resolve all of these curves and the reflectance (``Light.samples``)
     photosite_area_um2 : light-sensitive area, pitch² × fill factor
     filters            : transmissions in front of the sensor, multiplied
     opening            : area of the lens's pupil over that of a circle of diameter f/N
@@ -117,7 +117,7 @@ def electrons_per_reflectance(
 
 
 def auto_time_s(diffuser_e_per_s: F64, *, level_e: float) -> float:
-    """Return the exposure time that puts a perfect diffuser at a level in its brightest channel.
+    """Return the exposure time at which a perfect diffuser reaches a level in the channel where it is brightest.
 
     diffuser_e_per_s : (channels,) electrons per second and photosite of a perfect diffuser
     level_e          : electrons of that level, 80 % of black..white say

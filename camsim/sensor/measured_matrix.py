@@ -23,7 +23,7 @@ Rows: TypeAlias = Annotated[Several[Triple], MinLen(3), MaxLen(3), Called("three
 class MeasuredMatrix:
     """From red, green and blue to CIE XYZ under one light, as measured; files carry it in place of a fitted one.
 
-    light         : its name;  white_xyz: the XYZ of a perfect diffuser in it, Y = 1
+    light         : name of the light;  white_xyz: the XYZ of a perfect diffuser in it, Y = 1
     camera_to_xyz : rows X, Y, Z of red, green and blue above black, on any scale. The values that it maps to
                     ``white_xyz`` are the camera's white balance
 

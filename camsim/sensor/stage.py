@@ -23,7 +23,7 @@ S = TypeVar("S")
 
 
 class Phase(IntEnum):
-    """When a stage acts, in the order of what happens to charge.
+    """The phase in which a stage acts, in the order of what happens to the charge.
 
     >>> [phase.name for phase in Phase]
     ['LIGHT', 'NEIGHBOURS', 'CHARGE', 'COUNT', 'WELL', 'READ']
@@ -39,24 +39,24 @@ class Phase(IntEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Context:
-    """What a stage may know besides its electrons: exposure, seeds, and which photosites these are.
+    """What a stage may know besides its electrons: exposure, seeds, and the photosites that they are in.
 
-    time_s, iso      : of the exposure
-    temperature_c    : of the sensor, for the dark current; None: the reference temperature of its figure
+    time_s, iso      : exposure time and ISO setting
+    temperature_c    : temperature of the sensor, for the dark current; None: that for which its figure holds
     electrons_per_dn : for noise after the gain
-    seed             : of the temporal noise, together with ``frame_number``
-    serial           : of the sensor, for the fixed patterns
+    seed             : seeds the temporal noise, together with ``frame_number``
+    serial           : serial number of the sensor, which seeds the fixed patterns
     origin           : (row, col) of the window's first photosite in the full frame
     frame_cols       : width of the full frame
     read_out         : index of this read-out of the exposure; from phase READ on read-outs draw independent noise
-    rows_in_all      : of the window
-    rows_before      : of the window, above these electrons
+    rows_in_all      : number of rows of the window
+    rows_before      : number of rows of the window above these electrons
     margin           : photosites of padding on each side of these electrons, for contributions of neighbours
     phase            : in which the stage is asked to act
     shape            : (rows, cols) of these electrons; None before electrons exist (``over``, ``draws``)
     stages           : all active stages
-    asking           : the stage being applied; a custom one may draw only from the streams that it declares
-    begun            : streams of these rows that it has begun to draw from
+    asking           : the stage being applied; a custom one may draw only from streams that it declares
+    begun            : streams from which that stage has begun to draw for these rows
 
     >>> context = Context(time_s=0.01, seed=1, serial=1, origin=(0, 0), frame_cols=8, rows_in_all=4)
     >>> context.first
@@ -136,7 +136,7 @@ class Context:
         return one_row.ravel()
 
     def normals_drawn(self, rows: int) -> int:
-        """Return how many numbers ``normals`` draws for a number of rows, block by block as the chain does."""
+        """Return how many numbers ``normals`` draws for ``rows`` rows when called block by block, as the chain does."""
         return streams.fixed_count(rows, first_row=self.first[0], frame_cols=self.frame_cols)
 
     def _check_declared(self, stream: int, *, temporal: bool) -> None:
@@ -163,7 +163,7 @@ class Context:
 class ElectronicStage(Protocol):
     """Base class of stages, frozen dataclasses: a subclass has ``apply``, and what differs from these defaults.
 
-    name          : of the camera's field, and prefix of its error messages
+    name          : name of the camera's field for the stage, with which its error messages begin
     phases        : when it acts, mostly one
     stream        : id of its random stream, or several; None: nothing is drawn. Ids must not be reused, or old captures
                     change
@@ -196,15 +196,15 @@ class ElectronicStage(Protocol):
         return self
 
     def draws(self, shape: tuple[int, int], context: Context) -> int:
-        """Return the number of random numbers it draws for a window in a phase."""
+        """Return the number of random numbers that the stage draws for a window in a phase."""
         return 0
 
     def dark_noise_e(self, electrons_per_dn: float) -> float:
-        """Return the standard deviation of its temporal noise in a dark frame, electrons."""
+        """Return the standard deviation of the stage's temporal noise in a dark frame, electrons."""
         return 0.0
 
     def lacks(self, others: Sequence[ElectronicStage]) -> str:
-        """Return a sentence on the stages it requires that are missing; empty if none."""
+        """Return a sentence on the stages that this one needs and that are missing; empty if none are."""
         return ""
 
 

@@ -1,4 +1,4 @@
-"""Tables of colour-science in the user's cache folder: reading takes a millisecond, its import a second."""
+"""Tables of colour-science in the user's cache folder: reading one takes a millisecond, importing the package 1 s."""
 
 from __future__ import annotations
 

@@ -44,7 +44,7 @@ _FRACTIONS = (
 
 
 def wavelengths_at(names: Sequence[str]) -> int | None:
-    """Return the column of the wavelengths: the one called so rather than one that mentions a length.
+    """Return the column of the wavelengths: the one named so, before one whose name mentions a unit of length.
 
     >>> wavelengths_at(["QE at 25 µm pitch", "W/m²/nm", "wavelength"])
     2
@@ -65,28 +65,28 @@ def columns_called(names: Sequence[str]) -> list[int]:
 
 
 def is_header(names: Sequence[str]) -> bool:
-    """Whether cells of a remark are column names: one is named wavelength, or the first refers to it."""
+    """Whether cells of a remark are column names: one is named wavelength, or the first one mentions wavelengths."""
     return bool(columns_called(names)) or wavelengths_at(names) == 0
 
 
 def scales_nm(name: str) -> set[float | None]:
-    """Return scale factors of a column's units to nm: empty without a unit, None for a non-length."""
+    """Return the factors from a column's units to nm: empty without a unit, None if a unit is no length."""
     text = _bare(name)
     return _found(_NM, text) | ({None} if re.search(_NO_WAVELENGTH, text) else set())
 
 
 def scales_of(name: str) -> set[float | None]:
-    """Return scale factors of values: empty without a unit, None for logarithms."""
+    """Return the factors by which a column's units scale its values: empty without a unit, None for logarithms."""
     return _found(_FRACTIONS, _bare(name))
 
 
 def may_be_per_cent(name: str) -> bool:
-    """Whether it is ambiguous if a name means per cent: "Filter 2 %", "T (0-100 %)"."""
+    """Whether a name may or may not mean values in per cent, such as "Filter 2 %" or "T (0-100 %)"."""
     return bool(_MAY_BE_PER_CENT.search(name))
 
 
 def stated_nm(remarks: str) -> set[float | None]:
-    """Return the units of wavelengths in remarks, next to that word."""
+    """Return the units that remarks give for wavelengths, next to that word."""
     return {scale for found in _STATED.findall(_bare(remarks)) for scale in scales_nm(found)}
 
 

@@ -41,7 +41,7 @@ def read_points(
 ) -> tuple[list[float], list[float]]:
     """Return wavelengths (nm, increasing) and values of one column of a CSV file.
 
-    column : its name in the header, or its number, from 1; None: the other one of two columns
+    column : name in the header, or number from 1 on; None: the other one of two columns
     displayed : name of the file in messages
 
     Cells are separated by semicolons, tabs, commas or spaces; a decimal comma is read where commas separate nothing,

@@ -30,7 +30,7 @@ class Curve:
 
     wavelength_nm : (n,) strictly increasing, at least two
     values        : (n,) finite, not negative; the unit is the user's affair (a reflectance, W/m²/nm, …)
-    name          : what to call it in reports; two curves that differ in name only are not equal
+    name          : name of the curve in reports; two curves that differ in name only are not equal
     outside       : beyond the table: "zero", or "hold" to keep the first and the last value. None goes by what the
                     curve is of: reflectances and transmissions of a lens are held, lights are dark, and filters and
                     quantum efficiencies must say it when light lies there
@@ -99,7 +99,7 @@ class Curve:
     ) -> Self:
         """Return the curve of a column of a CSV file.
 
-        column : its name in the header, or its number, the file's first being 1; not needed where there are two columns
+        column : name in the header, or number (the file's first column is 1); not needed if there are two columns
 
         Cells are separated by semicolons, tabs, commas or spaces; the header may name nm, µm or Å and %; what else may
         stand in a file is said in docs/curves.md. What cannot be read is refused in one sentence with its line.
@@ -116,7 +116,7 @@ class Curve:
         return values
 
     def going_on(self, outside: Literal["zero", "hold"]) -> Curve:
-        """Return the curve with a value of ``outside``; this one if it already has one."""
+        """Return the curve with ``outside`` set to this; the curve itself if its ``outside`` is already set."""
         return self if self.outside is not None else dataclasses.replace(self, outside=outside)
 
 
@@ -127,7 +127,7 @@ NumberOrCurve: TypeAlias = Number | Curve
 
 
 def ends_where_no_light_is(last_nm: float) -> str:
-    """Return the fault of a table whose last wavelength is too short, most likely in another unit than nm."""
+    """Return the fault of a table whose last wavelength is too short for light: most likely its unit is not nm."""
     return f"ends at {last_nm:g} nm, where there is no light; give nm{wavelength_hint(last_nm)}"
 
 

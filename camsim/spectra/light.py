@@ -77,7 +77,7 @@ class Light:
 
     spectrum            : an illuminant's name ("D55") or a Curve of relative power per nm
     line_nm             : instead, one wavelength (a laser, say)
-    width_nm            : of the line, full width at half maximum of a Gaussian; 0: none
+    width_nm            : width of that line, at half maximum of a Gaussian; 0: a single wavelength
     blackbody_k         : instead, a thermal radiator's temperature; it shines from 300 to 1100 nm
     illuminance_lux     : level, lux
     irradiance_w_per_m2 : instead, W/m² over the whole spectrum
@@ -200,19 +200,19 @@ class Light:
 
     @property
     def ends_nm(self) -> tuple[float, float]:
-        """The ends of its spectrum."""
+        """The shortest and the longest wavelength of the spectrum."""
         kinks_nm = _shape(self).kinks_nm
         return kinks_nm[0], kinks_nm[-1]
 
     def irradiance_at(self, wavelength_nm: F64) -> F64:
-        """Return W/m² per nm at ``wavelength_nm``; of a line without width all of its W/m² there, 0 elsewhere."""
+        """Return W/m² per nm at ``wavelength_nm``; a line without width has all of its W/m² at its wavelength."""
         nodes, (first_nm, last_nm) = np.asarray(wavelength_nm, np.float64), self.ends_nm
         exposed = (first_nm <= nodes) & (nodes <= last_nm)
         irradiance: F64 = np.where(exposed, _level_per_power(self) * _shape(self).power(nodes), 0.0)
         return irradiance
 
     def samples(self, *stages: Iterable[Spectrum]) -> LightSamples:
-        """Return the spectral irradiance at nodes that integrate its product with one curve of every stage.
+        """Return the spectral irradiance at nodes that integrate its product with a curve of each stage exactly.
 
         stages : stages in the light path, each with alternative curves (the reflectances of a scene, the channels of a
                  sensor)
@@ -224,7 +224,7 @@ class Light:
         return LightSamples(nodes, weights, self.irradiance_at(nodes), self.at == "sensor")
 
     def beyond(self, curve: Curve) -> str:
-        """Return a text on its wavelengths outside a curve's table, and their share; empty if negligible.
+        """Return a text on the light's wavelengths outside a curve's table, and their share; empty if negligible.
 
         >>> Light("D55", illuminance_lux=1.0).beyond(Curve((300.0, 700.0), (1.0, 1.0)))
         '700..830 nm is missing, with 30 % of the photons of D55'

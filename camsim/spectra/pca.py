@@ -18,7 +18,7 @@ _PART = 65_536  # samples at a time
 def planes_of_cube(
     cube: NDArray[np.floating], wavelength_nm: F64, *, error: float
 ) -> tuple[F64, tuple[Component, ...]]:
-    """Return the fewest planes (m, rows, cols), with their spectra, within the error.
+    """Return the fewest planes (m, rows, cols) and their spectra whose sum is the cube within the error.
 
     cube  : (rows, cols, bands) reflectances;  wavelength_nm: (bands,) increasing
     error : largest difference of any sample from the cube in any band; 0 keeps every band

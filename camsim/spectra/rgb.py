@@ -109,7 +109,7 @@ def linear_colours(
     """Return linear colours from 0 to 1; the largest code is 1.
 
     samples  : (rows, cols) or (rows, cols, 3)
-    encoding : of the numbers; None if not declared: then raises for values that are evidently not linear
+    encoding : encoding of the numbers; None if not declared: then raises for values that are evidently not linear
     of_codes : encoding of integers without it;  largest: code, if less than that of the type
 
     Raises InvalidValueError, by ``key`` or "encoding", with what to give.
@@ -145,7 +145,7 @@ def _asked(what: str, stage: str) -> InvalidValueError:
 
 
 def whole_codes(samples: NDArray[Any]) -> bool:
-    """Whether floats are codes of a picture that nobody divided by the largest.
+    """Whether floats are codes of a picture that were not divided by the largest code.
 
     >>> whole_codes(np.array([0.0, 255.0])), whole_codes(np.array([0.0, 1.0])), whole_codes(np.array([0, 255]))
     (True, False, False)

@@ -1,4 +1,4 @@
-"""Distribution of captures to tasks of a second or more, with each optical image in as few of them as possible."""
+"""Distribution of captures to tasks of a second or more; those of one optical image go to as few tasks as possible."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ T = TypeVar("T", bound=Taken)
 
 
 def batches(items: Iterable[T], *, frames: int) -> Iterator[tuple[T, ...]]:
-    """Yield the items of one task, grouped by optical image. ``frames``: per capture."""
+    """Yield lists of items, one for each task, grouped by optical image; ``frames``: number taken of each capture."""
     groups: dict[str, list[T]] = {}
     for item in items:
         groups.setdefault(item.capture.optical_key, []).append(item)

@@ -65,7 +65,7 @@ def _says_its_seed(settings: Mapping[str, Any]) -> bool:
 
 
 def validate_values(study: Study[V], products: Sequence[Product]) -> list[Exposed]:
-    """Load a capture with every listed value in every scene, and draws; raises ConfigError with all faults."""
+    """Load, in every scene, captures with each listed value and with drawn ones; raises ConfigError with all faults."""
     faults = _Faults()
     found = [_loaded(study, point, products, faults) for point in _telling(study)]
     faults.say()
@@ -96,7 +96,7 @@ class _Faults:
         self.of.setdefault(str(fault), (fault, {}))[1][scene] = None
 
     def say(self) -> None:
-        """Raise ConfigError if there are any; those not in all scenes name theirs."""
+        """Raise ConfigError if there are faults; one that is not in all scenes names the scenes that have it."""
         if not self.of:
             return
         said = []

@@ -25,7 +25,7 @@ Columns: TypeAlias = tuple[dict[str, Any], list[str]]
 
 
 def measured(frame: Frame, capture: Exposed, what: Sequence[str]) -> Columns:
-    """Return the columns of a frame: ``mtf`` of its edges, ``moire`` of its zone plate, ``noise`` and ``signal``."""
+    """Return the columns that ``what`` asks for: ``mtf`` of edges, ``moire`` of a zone plate, ``noise``, ``signal``."""
     columns: dict[str, Any] = {}
     said: list[str] = []
     if "signal" in what:

@@ -68,7 +68,7 @@ def dataset(
     """Make the samples of a data set that are not there yet, its index and its card.
 
     study   : the file of a data set, or its keys as a mapping
-    workers, scheduler, progress : as of ``camsim.sweep``
+    workers, scheduler, progress : see ``camsim.sweep``
 
     A sample's key, shard, place and split are functions of the file alone. Raises ConfigError for what is wrong with
     it, before anything is made.
@@ -127,7 +127,7 @@ def dataset(
 
 
 def check_dataset(study: StudyOrFile) -> None:
-    """Refuse a data set that could not be made: its keys in every scene, and its windows. Takes nothing."""
+    """Refuse a data set that could not be made, by its keys in every scene and its windows; nothing is captured."""
     read = read_dataset(study)
     for capture in validate_values(read, products_of(tuple(read.model.hold))):
         _crop(read, capture, 0, 0)
@@ -172,7 +172,7 @@ def read_pair(folder: str | os.PathLike[str], index: int) -> tuple[dict[str, F32
 
 
 def shards_of(study: Study[schema.DatasetFile], captures: list[tuple[Point, Exposed]]) -> list[Shard]:
-    """Return a shard for each range of a split's samples; a capture with samples in two is in both."""
+    """Return a shard for each range of a split's samples; a capture with samples in two shards is listed in both."""
     ranges: dict[tuple[str, int], list[Source]] = {}
     hold, each = tuple(dict.fromkeys(study.model.hold)), study.model.crops.each
     before = dict.fromkeys(SPLITS, 0)

@@ -40,8 +40,8 @@ class Forecast:
     """The work to do: captures, files (samples of a data set), distinct optical images, disk.
 
     found        : captures that exist already, not counted in the others
-    seconds      : of one idle core, without measurements and the start of workers (a few seconds each)
-    memory_bytes : of a worker at its largest capture, including the program
+    seconds      : time on one idle core, without measurements and the start of workers (a few seconds each)
+    memory_bytes : memory of a worker during its largest capture, including the program
     """
 
     captures: int

@@ -73,7 +73,7 @@ def _in_a_name(value: Any) -> Any:
 
 
 def columns_of(key: str, value: Any) -> dict[str, Any]:
-    """Return the manifest's columns of a varying key: its value, and the values of a table.
+    """Return the manifest's columns of a varying key: the value, and if that is a table, each of its values.
 
     >>> columns_of("sensor.olpf", {"kind": "four-spot", "split_um": 3.0})["sensor_olpf_split_um"]
     3.0

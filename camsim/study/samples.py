@@ -32,7 +32,7 @@ _OF_THE_FOLDER = ("status", "message", "frame", "shard", "file", "sha256")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Crop:
-    """One sample: its index in the data set, its shard, and the first photosite of its window of the capture."""
+    """One sample: index in the data set, shard, and the first photosite of its window in the capture."""
 
     index: int
     shard: int
@@ -44,8 +44,8 @@ class Crop:
 class Source:
     """A capture with the samples that are cut from it.
 
-    identity : of the capture and of its samples
-    stated   : of its rows: index of the capture and keys that vary
+    identity : key of the capture and of its samples
+    stated   : columns known in advance: index of the capture, and keys that vary
     """
 
     identity: str
@@ -56,7 +56,7 @@ class Source:
 
     @property
     def file(self) -> str:
-        """Name of the file of its samples."""
+        """Name of the file that holds the samples of this capture."""
         return f"{self.stated['capture']:08d}.tar"
 
 
@@ -118,7 +118,7 @@ class Cuts:
 
 
 def products_of(hold: tuple[str, ...]) -> tuple[Product, ...]:
-    """Return the products to render; the truth, of every channel everywhere, takes more than twice the time."""
+    """Return the products to render; the truth is left out if not held, as it takes more than twice the time."""
     return ("mosaic", "truth") if "truth" in hold else ("mosaic",)
 
 
@@ -186,7 +186,7 @@ Write: TypeAlias = Callable[[Row, Mapping[str, Any]], None]
 
 @contextlib.contextmanager
 def into_tar(path: Path) -> Iterator[Write]:
-    """Write samples in the format of webdataset: members of one key are adjacent."""
+    """Return a writer of samples in the format of webdataset: files of one sample, its key, are adjacent."""
     with replacing(path) as temporary, tarfile.open(temporary, "w", format=tarfile.USTAR_FORMAT) as tar:
 
         def write(row: Row, arrays: Mapping[str, Any]) -> None:

@@ -36,7 +36,7 @@ CAPTURES = "captures"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Shard:
-    """A range of a split's samples, in one file or several; sources: its captures, in order."""
+    """A range of a split's samples, in one file or several; sources: the captures they are from, in order."""
 
     identity: str
     split: str
@@ -46,7 +46,7 @@ class Shard:
     form: str
 
     def packed(self, cut: Mapping[str, Sequence[Row]], parts: Path, folder: Path) -> Results:
-        """Write it. ``cut``: rows of every source, whose files lie in ``parts``. What failed are rows that say why."""
+        """Write the shard. ``cut``: rows of every source, files in ``parts``; failures become rows that say why."""
         one = [[row for row in cut[source.identity] if row["shard"] == self.number] for source in self.sources]
         if failed := [rows[0] for rows in one if rows[0]["status"] == FAILED]:
             return [(self.identity, failed)]
@@ -58,7 +58,7 @@ class Shard:
 
     @property
     def stem(self) -> str:
-        """Prefix of the names of its files."""
+        """Prefix of the names of the shard's files."""
         return f"{self.split}-{self.number:05d}"
 
     def _written(self, rows: Sequence[Row], parts: Path, folder: Path) -> list[Row]:

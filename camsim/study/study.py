@@ -37,7 +37,7 @@ _LIGHT_ALONE = Path(library.__file__).with_name("light.yaml")
 class Point:
     """One capture of a study.
 
-    settings : of the varying keys, in order
+    settings : values of the varying keys, in order
     """
 
     index: int
@@ -71,7 +71,7 @@ class Study(Generic[V]):
         return len(self.scenes) * combinations * self.model.draws
 
     def fault(self, fault: Fault) -> Fault:
-        """Return a fault of an override at its place in the study."""
+        """Return a fault of an override, moved to the place in the study where its value stands."""
         word, _, key = fault.file.partition(" ")
         if word != "--set":
             return fault
@@ -82,13 +82,14 @@ class Study(Generic[V]):
 
     @property
     def sensor(self) -> str | None:
-        """The sensor that replaces the scenes'."""
+        """The sensor that replaces the sensors of the scenes; None if they keep theirs."""
         return None if self.model.sensor is None else self._in_folder(self.model.sensor)
 
     def stated(self, point: Point) -> dict[str, Any]:
-        """Return a capture's columns: its scene, and the varying keys; None if not varied there.
+        """Return a capture's columns: its scene, and a value for each key that the study varies.
 
-        A scene has its file's name, with its folder if ambiguous.
+        A value is None if this capture does not set the key. Scenes are named after their files, with the folder where
+        that is ambiguous.
         """
         path, here = Path(point.scene).with_suffix(""), self.document.folder
         alone = len({scene for scene in self.scenes if Path(scene).stem == path.name}) == 1
@@ -110,7 +111,7 @@ class Study(Generic[V]):
         return os.fspath(path) if path is not None and path.is_file() else name
 
     def points(self) -> Iterator[Point]:
-        """Yield its captures in the order of their indices; scenes outermost, draws innermost."""
+        """Yield the captures in the order of their indices: scenes vary slowest, random draws fastest."""
         places = itertools.product(self.scenes, self._combinations(), range(self.model.draws))
         for index, (scene, fixed, _) in enumerate(places):
             settings = dict(fixed)

@@ -27,9 +27,9 @@ from camsim.study.work import Item, Task
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Swept:
-    """What a sweep has done.
+    """The result of a sweep.
 
-    rows    : of the manifest, one for each file, in the order of indices
+    rows    : rows of the manifest, one for each file, in the order of indices
     varied  : columns of the varying keys
     taken, found, failed : numbers of captures taken, found complete, and failed
     """
@@ -101,7 +101,7 @@ def sweep(
 
 
 def check_study(study: StudyOrFile) -> None:
-    """Refuse a study whose keys no scene knows, or cannot take. Takes nothing."""
+    """Refuse a study with keys that a scene does not know or values that it cannot have; nothing is captured."""
     read, files = read_study(study)
     validate_values(read, tuple(template.product for template in files))
 

@@ -1,4 +1,4 @@
-"""The values of a key: a list, evenly spaced, or drawn at random."""
+"""The values of a key: listed, evenly spaced, or drawn at random."""
 
 from __future__ import annotations
 

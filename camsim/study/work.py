@@ -1,4 +1,4 @@
-"""The work of a worker: captures of a few points into files, sharing optical images."""
+"""What a worker does: it takes the captures of a few points into files, with shared optical images."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ from camsim.study.manifest import BETWEEN_NOTES, DONE, FAILED, Results, Row, sha
 class Item:
     """One capture to be taken, with its frames.
 
-    identity : of all its inputs
-    stated   : of its rows, known before: index, scene, keys that vary
-    files    : of each frame (file, product)
+    identity : key of all inputs of the capture
+    stated   : columns known in advance: index, scene, keys that vary
+    files    : (file, product) pairs of each frame
     measure  : columns to measure
     """
 
@@ -68,7 +68,7 @@ FAILURES = (CamsimError, OSError, MemoryError, ArithmeticError, ValueError)
 
 
 def said(error: BaseException) -> str:
-    """Return the text of a failure in a row."""
+    """Return an error as the text that a row of the manifest holds."""
     return str(error) if isinstance(error, CamsimError) else f"{type(error).__name__}: {error}"
 
 

@@ -30,7 +30,7 @@ class Table(BaseModel):
 
     @classmethod
     def fields(cls) -> Mapping[str, FieldInfo]:
-        """Return the definition of each key, also of tables defined later in their module: groups hold groups.
+        """Return the definition of each key, even if its type is defined later in the module, as groups hold groups.
 
         Such a table is built here, not on import, which would take longer than reading a capture.
         """
@@ -40,13 +40,13 @@ class Table(BaseModel):
 
     @classmethod
     def can_contradict(cls) -> bool:
-        """Whether the table, or a base of it, has such rules."""
+        """Whether the table, or a base of it, has rules on keys that do not go together."""
         return any("contradictions" in vars(table) for table in cls.mro() if table is not Table)
 
 
 @dataclass(frozen=True, slots=True)
 class Makes:
-    """Which stage of the camera a key makes: ``make`` of its value (never None) and of the values of ``also``.
+    """The stage of the camera that a key makes: ``make`` is called with its value (never None) and those of ``also``.
 
     field : the camera's
     also  : other keys of the same table

@@ -60,7 +60,7 @@ class Defects(Table):
     )
 
     def made(self, file: Path | None) -> defects.Defects:
-        """Make the stage; ``file``: of the hot ones."""
+        """Make the stage; ``file``: the list of hot photosites."""
         hot: tuple[Hot, ...]
         if isinstance(self.hot, str):
             hot = read_hot(file or Path(self.hot), self.hot)
@@ -224,14 +224,14 @@ class OffsetMap(Table):
 
 
 class GainAtIso(Table):
-    """The gain at an ISO setting, if it is not in proportion to that of the base."""
+    """The gain at an ISO setting, where it is not proportional to the ISO setting."""
 
     iso: float = Field(gt=0, description="the setting")
     electrons_per_dn: float = Field(gt=0, description="electrons per data number at that setting")
 
 
 class DualGain(Table):
-    """A second, higher conversion gain: from an ISO setting on, or of each exposure besides the other."""
+    """A second, higher conversion gain: from an ISO setting on, or in each exposure besides the lower one."""
 
     alternatives = (("from_iso", "electrons_per_dn"),)
 

@@ -140,7 +140,7 @@ class Noise(Table):
 
 
 class Files(Table):
-    """What the files hold besides their numbers."""
+    """What files are to contain besides the numbers of the image."""
 
     colour_matrix: Literal["standard", "scene"] = Field(
         default="standard",

@@ -1,4 +1,4 @@
-"""scene/1, its shapes: what each kind may be given. A key that a shape calls by its name and ``_um`` is a length."""
+"""scene/1: its shapes and their keys. A key whose parameter has the same name with ``_um`` added is a length."""
 
 from __future__ import annotations
 

@@ -53,7 +53,7 @@ def _summed(mean: float, normal: float) -> float:
 
 @kernel(error_model="numpy")
 def fill_counts(counts: F64, mean: F64, normals: F64) -> None:
-    """Write the Poisson count of each mean whose cumulative probability is that of the standard normal number.
+    """Write for each mean the Poisson count that has the cumulative probability of a standard normal number.
 
     counts, mean, normals : (n,); means of 0 or less give 0
 

@@ -76,7 +76,7 @@ class Calibration:
 
     @property
     def read_outs(self) -> tuple[Calibration, ...]:
-        """The calibrations of the images: of one gain, or of low and of high gain."""
+        """This calibration; or two, of the low- and of the high-gain image, if each exposure is read at both gains."""
         if self.high is None:
             return (self,)
         return replace(self, shots=self.shots.read_outs[0], high=None), self.high

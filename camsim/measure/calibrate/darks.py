@@ -19,7 +19,7 @@ _BLOCKS = 64
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Squared:
-    """A variance and its standard error; null: the standard error under the null hypothesis of no variance."""
+    """A variance and its standard error; ``null``: the standard error that it would have if there were no variance."""
 
     dn2: float
     sigma_dn2: float
@@ -27,7 +27,7 @@ class Squared:
 
     @property
     def there(self) -> bool:
-        """Whether it is significantly above 0."""
+        """Whether the variance is significantly above 0."""
         return self.dn2 > SURE * max(self.null_dn2, 1e-12)
 
 
@@ -41,10 +41,10 @@ class DarkStatistics:
     rows        : temporal variance shared by a row
     row_power   : (n,) power of row offsets over ``row_frequency`` (n,), cycles per row, DN²: σ² for white noise of σ
     columns     : variance of fixed column offsets
-    pattern     : variance of fixed photosite offsets without columns;  pattern_blocks: of blocks of rows
+    pattern     : variance of fixed photosite offsets without columns;  pattern_blocks: the same by blocks of rows
     hot         : (rows, cols) mask of hot photosites
     hot_excess_dn : (n,) excess of each hot photosite over the others, in row-major order
-    frames      : their number
+    frames      : number of darks
     """
 
     frames: int
@@ -69,7 +69,7 @@ class DarkStatistics:
 def dark_statistics(frames: Sequence[Codes], period: tuple[int, int]) -> DarkStatistics:
     """Reduce two or more darks (rows, cols) of one setting and time.
 
-    period : of the filter array: its cells have separate means, as they may have separate black levels
+    period : period of the filter array, whose cells have separate means, as they may have separate black levels
     """
     count, (height, width) = len(frames), frames[0].shape
     mean = np.zeros((height, width))

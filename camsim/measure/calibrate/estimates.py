@@ -12,7 +12,7 @@ from camsim.measure.noise.estimate import SURE, no_figure
 
 
 def without(before_e2: Estimate, jumps_e2: Estimate) -> Estimate:
-    """Return the root of a variance after subtraction of that of telegraph noise."""
+    """Return a standard deviation, electrons, after the variance of telegraph noise has been subtracted."""
     return root(Estimate(before_e2.value - jumps_e2.value, math.hypot(before_e2.sigma, jumps_e2.sigma)))
 
 
@@ -43,6 +43,6 @@ def mean_of(stated: Sequence[Estimate]) -> Estimate:
 
 
 def best_of(stated: Sequence[Estimate]) -> Estimate:
-    """Return the figure with the least relative error: settings share photosites, so they are not independent."""
+    """Return the figure with the least relative error, not a mean: settings share photosites and are dependent."""
     known = [each for each in stated if each.measurable]
     return min(known, key=lambda each: each.sigma / each.value) if known else stated[0]

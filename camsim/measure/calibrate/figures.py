@@ -52,7 +52,7 @@ def columns(settings: Sequence[Setting]) -> Estimate:
 
 
 def full_well(base: Setting) -> Estimate:
-    """Return the full well of all channels, counted by the setting's gain."""
+    """Return the full well over all channels, converted to electrons by the gain of the base setting."""
     gain, stated = base.gain_dn_per_e, []
     for channel in base.report.channels:
         its_gain, well = channel.transfer.gain_dn_per_e, channel.transfer.full_well_e
@@ -66,7 +66,7 @@ def full_well(base: Setting) -> Estimate:
 
 
 def rows(settings: Sequence[Setting], rows_of_frame: int) -> tuple[Estimate, Estimate]:
-    """Return the temporal row noise, white and 1/f, electrons, from its power spectrum."""
+    """Return the temporal row noise in electrons, white and 1/f, from the power spectrum of row offsets."""
     white, pink = [], []
     for setting in settings:
         darks, gain = setting.darks, setting.gain_dn_per_e
@@ -95,7 +95,7 @@ def rows(settings: Sequence[Setting], rows_of_frame: int) -> tuple[Estimate, Est
 
 
 def dark_current(shots: ShotsOfCamera, settings: Sequence[Setting]) -> tuple[Estimate, float, Estimate]:
-    """Return the charge that gathers without light, e⁻/s, the temperature it holds at, and what doubles it, °C."""
+    """Return the dark current in e⁻/s, the temperature at which it holds, and the warming that doubles it, °C."""
     gains = {each.iso: each.gain_dn_per_e.value for each in settings}
     of_iso: dict[float, dict[tuple[float, float | None], list[float]]] = {iso: {} for iso in gains}
     for shot in shots.shots:
@@ -151,10 +151,7 @@ def dark_current(shots: ShotsOfCamera, settings: Sequence[Setting]) -> tuple[Est
 
 
 def hot(shots: ShotsOfCamera, settings: Sequence[Setting]) -> tuple[Estimate, Estimate, tuple[Hot, ...]]:
-    """Return the hot photosites of the longest darks.
-
-    These are: their share, their mean current, and each with its place in the frame.
-    """
+    """Return the hot photosites of the longest darks: their share, their mean current, and a list with their places."""
     known = {each.iso: each.gain_dn_per_e.value for each in settings}
     darks: dict[tuple[float, float], list[Shot]] = {}
     for shot in shots.shots:

@@ -46,11 +46,11 @@ _CONTENT = "content"
 class Shot:
     """A frame and its settings.
 
-    kind, told_by : its kind, and the source of that: the index, its folder, its name, or its content
+    kind, told_by : kind of the frame, and what it was known by: index, folder, name, or content
     iso           : the setting; iso_said: whether it is stated
     exposure      : light in any unit, the same for all: from the index, or the mean of similar frames
     read_out      : "low" or "high": the gain of this image; "" if not stated
-    codes         : of the window
+    codes         : codes of the window
     """
 
     file: str
@@ -72,7 +72,7 @@ class ShotsOfCamera:
     """All frames of a folder.
 
     pattern       : rows of filter letters;  channels, channel_index: as measured, (rows, cols) of the window
-    rows, cols    : of the whole frame;  origin: (row, col) of the window in it
+    rows, cols    : size of the whole frame;  origin: (row, col) of the window in it
     white_dn, pitch_um : as stated in the files, if at all
     linear_dn     : data numbers of companded codes; empty: not companded
     exposures_said : whether the index states the light of every flat
@@ -100,7 +100,7 @@ class ShotsOfCamera:
 
     @property
     def read_outs(self) -> tuple[ShotsOfCamera, ...]:
-        """The images of low and of high gain, if there are both at an ISO setting; else all shots."""
+        """The low-gain and the high-gain images apart, if some ISO setting has both; else all shots together."""
         low, high = ([shot for shot in self.shots if shot.read_out == gain] for gain in _READ_OUTS)
         if not {shot.iso for shot in low} & {shot.iso for shot in high}:
             return (self,)

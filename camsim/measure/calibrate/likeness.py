@@ -43,7 +43,7 @@ class Likeness:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SideBySide:
-    """Frames of one ISO setting, the camera's and the profile's.
+    """The camera's and the profile's frames of one ISO setting, reduced to statistics.
 
     mean_dn, variance_dn2, profile_variance_dn2 : (n,) of the groups of frames, per channel
     darks, profile_darks : statistics of the darks
@@ -115,7 +115,7 @@ def side_by_side(camera: ShotsOfCamera, profile: ShotsOfCamera, found: Calibrati
 
 
 def together(tests: Sequence[Likeness]) -> float:
-    """Return the combined p-value of tests of one kind at several ISO settings, which share photosites.
+    """Return one p-value for tests of one kind at several ISO settings, which are dependent, as they share photosites.
 
     Cauchy combination test, valid for dependent tests (Liu and Xie 2020).
 

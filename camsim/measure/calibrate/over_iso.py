@@ -35,7 +35,7 @@ class OneSetting:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class ReadNoiseOverIso:
-    """Noise before the gain, e⁻², and after it, DN²; with dual gain also that of the second mode, and its first ISO.
+    """Noise before the gain, e⁻², and after it, DN²; with dual gain also the second mode's noise and first ISO setting.
 
     misfit : χ² of the variances, and degrees of freedom; p: the p-value
     """

@@ -22,7 +22,7 @@ _LONGEST_S = 1.0
 def profile_text(found: Calibration, *, name: str, pitch_um: float | None = None, hot_file: str | None = None) -> str:
     """Return a ``sensor/1`` file.
 
-    name     : of the camera
+    name     : name of the camera
     pitch_um : between photosites; None: as stated in the files, or a typical one
     hot_file : name of the list of hot photosites next to the file; None: their distribution is in the file
     """

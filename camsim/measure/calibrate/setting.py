@@ -30,7 +30,7 @@ _LONG_S = 0.5
 class Setting:
     """Measurements of one ISO setting.
 
-    darks      : of the shortest time with several frames; dark_codes: those frames
+    darks      : statistics of the darks of the shortest time that has several frames;  dark_codes: these frames
     """
 
     iso: float
@@ -143,7 +143,7 @@ def _merged(groups: Sequence[Group]) -> list[Group]:
 
 
 def gain_errors(settings: Sequence[Setting]) -> tuple[list[float], float]:
-    """Return relative errors of independent gains, and their shared error, 0."""
+    """Return the relative errors of gains that are independent of one another; the error that they share is 0."""
     return [each.gain_dn_per_e.sigma / each.gain_dn_per_e.value for each in settings], 0.0
 
 

@@ -18,7 +18,10 @@ _MOST_PAIRS = 6
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PairCounts:
-    """Counts (blocks, bins, bins) of two pairs' differences; bins hold ``lattice`` (n,) in steps by ``bin_of`` (n,)."""
+    """Counts (blocks, bins, bins) of two pairs' differences; ``bin_of`` (n,) gives the bin of each of ``lattice`` (n,).
+
+    Differences on the lattice are in steps between codes.
+    """
 
     counts: F64
     lattice: I64
@@ -62,7 +65,7 @@ class PairCounts:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SingleCounts:
-    """Counts (m, n) of codes on a lattice (n,) of steps, each line of one frame's cell, whose mean is (m,) steps."""
+    """Counts (m, n) of codes on a lattice (n,) of steps; each line is a cell of one frame, of mean (m,) steps."""
 
     counts: F64
     lattice: I64

@@ -125,7 +125,7 @@ def fit_tails(
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class AtGain:
-    """Darks of a setting: codes, gain (DN/e⁻), variances of photosites (without rounding) and of rows, DN²."""
+    """Darks of a setting: codes, gain (DN/e⁻), and the variances of photosites (without rounding) and of rows, DN²."""
 
     frames: Sequence[I64]
     gain_dn_per_e: float
@@ -134,7 +134,7 @@ class AtGain:
 
 
 def fit_after(darks: Sequence[AtGain], law: Fitted, law_gain_dn_per_e: float, *, step_dn: float) -> Estimate:
-    """Return the variance of normal noise after the gain, DN², from the remaining non-normality at each setting.
+    """Return the variance of normal noise after the gain, DN², from how far each setting's darks still are from normal.
 
     The distribution before the gain is known from one setting; the total variance of each setting is fixed.
     """
@@ -301,7 +301,7 @@ class _Model:
         return shape, self.logarithms(shape)
 
     def errors(self, shape: Shape, normal_sigma_dn2: float) -> tuple[dict[str, float], float]:
-        """Return the standard errors of the shape's figures, and of the variance of its telegraph noise."""
+        """Return the standard errors of the shape's figures, and of the variance of the shape's telegraph noise."""
         values = _values_of(shape)
         size = values.size
         width = 0.01

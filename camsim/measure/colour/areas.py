@@ -50,7 +50,7 @@ class PatchArea:
 
 
 def margin_pixel(capture: Capture) -> float:
-    """Return the margin left out along a patch's outline.
+    """Return the width of the margin that is left out along a patch's outline.
 
     3 px for demosaicing, 4 λN for the blur (in green; for aberrated lenses the λN of a perfect lens with that MTF50),
     plus shifts by lateral colour and coma.

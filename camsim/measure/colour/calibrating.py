@@ -28,7 +28,7 @@ _DIGITS = 6
 class ColourCalibration:
     """A camera's colour calibration from a chart.
 
-    file, light     : of the photograph;  chart: name of the measured reflectances
+    file, light     : file and light of the photograph;  chart: name of the measured reflectances
     patches         : names;  clipped: names of those left out as clipped
     matrix          : as in sensor files;  sigma: (3, 3) standard errors, on its scale
     delta_e_before  : (n,) ΔE2000 of the file's matrix and white balance; None if it has none
@@ -51,13 +51,13 @@ class ColourCalibration:
 
     @property
     def white_balance(self) -> tuple[float, float, float]:
-        """Red, green and blue of a perfect diffuser, green is 1."""
+        """Red, green and blue of a perfect diffuser, relative to green."""
         red, green, blue = self.matrix.neutral.tolist()
         return red / green, 1.0, blue / green
 
     @property
     def measured(self) -> bool:
-        """Whether the curves are estimated from the chart: they are reliable, and no measured camera fits as well."""
+        """Whether curves estimated from the chart are used: they are reliable, and no measured camera fits as well."""
         return self.smooth.trusted and self.nearest.misfit > self.smooth.noise
 
     @property
@@ -80,7 +80,7 @@ class ColourCalibration:
         return f"{smooth}, {why}; in their place the {nearest}"
 
     def as_dict(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
+        """Return the result as plain values for JSON."""
         mean = {
             "before": None if self.delta_e_before is None else _mean(self.delta_e_before),
             "after": _mean(self.delta_e_after),

@@ -44,7 +44,7 @@ Corner: TypeAlias = tuple[float, float]
 class Chart:
     """The patches of a chart in a picture.
 
-    areas   : of the 24 patches, in the chart's order
+    areas   : areas of the 24 patches, in the chart's order
     window  : first row, first column, rows and columns of the area that contains them
     light   : (rows, cols, 3) of the window, as fractions of black..white; NaN where a channel has no photosite
     mean, error : (24, 3) over each channel's photosites, and its standard error
@@ -69,7 +69,7 @@ def read_chart(
 ) -> Chart:
     """Find the patches of a ColorChecker and read them.
 
-    colours : of the patches in the light
+    colours : colours of the patches in the light
     corners : (row, col) of the centres of the patches dark skin, bluish green, black and white; None: detected
     chart   : name of the measured reflectances
 

@@ -1,4 +1,4 @@
-"""Development stated by a file: white balance and matrix, as raw developers use them."""
+"""The development that a file states: its white balance and matrix, as raw developers use them."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Development:
         return seen
 
     def scaled(self, means: F64, greys: F64) -> Development:
-        """Return the development scaled so that a chart's patches (24, 3) match the brightness of its greys (6,).
+        """Return the development scaled so that a chart's patches (24, 3) match the known brightness of its greys (6,).
 
         So exposure does not count as an error of colour.
         """

@@ -27,7 +27,7 @@ class PatchColours:
     """Colorimetry of a chart's patches in a light.
 
     white_xyz : (3,) of a perfect diffuser, Y = 1
-    xyz       : (n, 3) under D50, adapted (Bradford);  lab: (n, 3) of these
+    xyz       : (n, 3) XYZ adapted to D50 (Bradford);  lab: (n, 3) CIE L*, a*, b* of these
     """
 
     light: Light
@@ -60,7 +60,7 @@ class MatrixFit:
 
 
 def quick_difference(means: F64 | None, colours: PatchColours) -> float:
-    """Return mean ΔE*ab after the best matrix, infinite without data; small for a chart in the right order."""
+    """Return the mean ΔE*ab after the best matrix: small if patches are in the right order, infinite without data."""
     if means is None or not np.isfinite(means).all() or not np.ptp(means) > 0.0:
         return float("inf")
     to_d50 = _linear(means, colours.xyz)

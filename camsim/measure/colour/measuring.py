@@ -39,7 +39,7 @@ _GREY_CHROMA = 3.0
 def measure_colour(picture: Picture, capture: Capture) -> ColourReport:
     """Measure the patches of a capture's scene.
 
-    picture : its mosaic or its electrons, as read from a file
+    picture : mosaic or electrons of the capture, as read from a file
     capture : scene and camera (``camsim.load``; for a file: restored from its description)
 
     Raises UnsupportedError in one sentence for a camera without R, G and B, a picture of another size, or a scene
@@ -107,7 +107,7 @@ def measure_chart(
 def developed_chart(
     picture: Picture, light: Light, *, corners: Sequence[Corner] | None, chart: str
 ) -> tuple[ColourReport, Chart, Development]:
-    """Return the report, the chart as read, and its development."""
+    """Return the report, the chart as read, and the development of the picture."""
     check_given(picture=picture)
     colours = PatchColours.of(reflectance_names(chart), light)
     seen = read_chart(picture, colours, corners=corners, chart=chart)

@@ -22,7 +22,7 @@ from camsim.spectra.light import Light
 
 
 def halves(picture: Picture, capture: Capture, report: ColourReport) -> U8:
-    """Return (rows, cols, 3) sRGB; a patch has the right colour if its halves match."""
+    """Return (rows, cols, 3) sRGB, in which a patch of the right colour has two equal halves."""
     camera = capture.camera
     order = [camera.cfa.channels.index(letter) for letter in CHANNELS]
     to_xyz = fit_for_development(camera.colour_response(capture.light, capture.colour_matrix)).forward[:, order]
@@ -35,7 +35,7 @@ def halves(picture: Picture, capture: Capture, report: ColourReport) -> U8:
 
 
 def halves_of_chart(picture: Picture, light: Light, *, corners: Sequence[Corner] | None, chart: str) -> U8:
-    """Return the same for the part of any picture that contains the chart."""
+    """Return (rows, cols, 3) sRGB of the part of any picture that contains the chart, made like ``halves``."""
     _, seen, one = developed_chart(picture, light, corners=corners, chart=chart)
     displayed = developed(developed_light((seen.light / one.neutral).astype(np.float32)), one.to_xyz)
     reference = reference_xyz(light, [area.reflectance for area in seen.areas])

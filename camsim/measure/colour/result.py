@@ -16,7 +16,7 @@ Lab: TypeAlias = tuple[float, float, float]
 class PatchColour:
     """One patch.
 
-    name              : of its reflectance
+    name              : name of the patch's reflectance
     roi               : the bounding rectangle of its photosites
     photosites        : number used; a margin along its outline is left out
     lab, reference_lab : CIE L*, a*, b* under D50, measured and computed from spectra; a perfect diffuser is L* = 100
@@ -38,7 +38,7 @@ class PatchColour:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WhiteBalance:
-    """How far the greys are from grey, by the white balance that the file states.
+    """How far the greys of a chart are from grey after the white balance that the file states.
 
     patches            : the greys used: reference chroma below 3
     r_over_g, b_over_g : balanced channels relative to those computed from the greys' spectra; 1 is ideal
@@ -77,7 +77,7 @@ class ColourReport:
         return max(patch.delta_e_2000 for patch in self.patches)
 
     def as_dict(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
+        """Return the result as plain values for JSON."""
         return {
             "file": self.file,
             "development": self.development,

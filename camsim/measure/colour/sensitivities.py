@@ -64,7 +64,7 @@ class Smooth:
 class Nearest:
     """The measured camera whose response to the chart is nearest.
 
-    curves : of this camera, each channel scaled so that the chart's white is as measured
+    curves : sensitivities of this camera, each channel scaled so that the chart's white is as measured
     misfit : root mean square difference of the patches, as a fraction of white
     """
 
@@ -109,7 +109,7 @@ def smooth_curves(means: F64, error: F64, colours: PatchColours) -> Smooth:
 
 
 def nearest_camera(means: F64, colours: PatchColours, cameras: Sequence[CameraCurves]) -> Nearest:
-    """Return the camera, of those shipped and given, with the nearest response to the patches."""
+    """Return the camera, among those shipped and those given, whose response to the patches is nearest."""
     light = _fine(colours)
     shipped = [
         CameraCurves(name=name, curves=named.sensitivities(name), per="energy") for name in named.sensitivity_names()

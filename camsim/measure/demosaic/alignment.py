@@ -36,7 +36,7 @@ def best_shift(found: F32, subject: Subject) -> tuple[float, float]:
 
 
 def channel_shifts(found: F32, subject: Subject) -> list[tuple[float, float]]:
-    """Return the shift of each channel alone."""
+    """Return the shift of each channel of the result against the same channel of the truth."""
     return [_shift_of(found, subject, [channel]) for channel in range(found.shape[2])]
 
 

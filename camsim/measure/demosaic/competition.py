@@ -22,7 +22,7 @@ OnVerdict = Callable[[Verdict, F32], None]
 class Ranking:
     """The verdicts on one subject, the best CPSNR first.
 
-    rows, cols : of the picture;  photosites: number used, without border and clipped ones
+    rows, cols : size of the picture;  photosites: number used, without border and clipped ones
     left_out   : a sentence for each method that could not be run
     """
 
@@ -36,7 +36,7 @@ class Ranking:
     left_out: tuple[str, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
+        """Return the result as plain values for JSON."""
         head = {name: getattr(self, name) for name in ("subject", "rows", "cols", "photosites", "clipped", "cfa")}
         verdicts = [{"rank": rank, **verdict.as_dict()} for rank, verdict in enumerate(self.verdicts, start=1)]
         return {**head, "verdicts": verdicts, "left_out": list(self.left_out)}
@@ -50,7 +50,7 @@ def compete(
     left_out: Iterable[str] = (),
     on_verdict: OnVerdict | None = None,
 ) -> Ranking:
-    """Run methods on a frame and rank them; ``on_verdict`` is called with each verdict and its picture."""
+    """Run methods on a frame and rank them; ``on_verdict`` is called with each verdict and the method's picture."""
     check_given(frame=frame)
     check(subject, Subject, "subject")
     verdicts, why = [], list(left_out)

@@ -1,4 +1,4 @@
-"""The stated development, and CIE Lab of linear light: balanced channels, a matrix, the sRGB curve, nothing else."""
+"""Development for comparison (balanced channels, matrix, sRGB curve, nothing else), and CIE Lab of linear light."""
 
 from __future__ import annotations
 

@@ -41,14 +41,14 @@ _COLOUR_DEMOSAICING = {
 
 @dataclass(frozen=True, slots=True)
 class Method:
-    """A demosaicing method: its name, and the function from a frame to (rows, cols, 3), 1 where white clips."""
+    """A demosaicing method: its name, and a function from a frame to (rows, cols, 3) in which white clips at 1."""
 
     name: str
     run: Callable[[Frame], F32]
 
 
 def signal(frame: Frame) -> F32:
-    """Return (rows, cols) codes minus black level, white-balanced; 1 where white clips."""
+    """Return (rows, cols) codes minus black level, white-balanced and scaled so that white clips at 1."""
     span_dn = frame.white_level_dn - frame.black_level_dn
     light = frame.signal_dn / span_dn / as_shot_neutral(frame.colour)[frame.channel_index]
     balanced: F32 = light.astype(np.float32)

@@ -17,7 +17,7 @@ _LARGEST = 768
 
 
 def order_fault(found: F32, subject: Subject) -> Fault | None:
-    """Name swapped colours or a wrong phase; None when the true order fits best.
+    """Return the fault of swapped colours or a wrong phase of the array; None when the true order fits best.
 
     The mosaic is sampled from the truth and demosaiced bilinearly in every phase of the array. A result of any method
     resembles the one with the phase that it assumed, up to a factor in each channel.

@@ -23,7 +23,7 @@ _PLACES = {"in": "mosaic.dng", "tiff": "mosaic.tiff", "npy": "mosaic.npy"}
 
 
 def check_command(template: str, suffix: str) -> None:
-    """Raise early for a template that cannot be run."""
+    """Raise, before any work, for a command template that cannot be run."""
     try:
         named = {name for _, name, _, _ in string.Formatter().parse(template) if name is not None}
         shlex.split(template)
@@ -45,7 +45,7 @@ def check_command(template: str, suffix: str) -> None:
 def run_program(template: str, frame: Frame, *, suffix: str = ".tiff", gamma: Gamma = None) -> F32:
     """Return a program's result for a frame's mosaic: (rows, cols, 3), on any scale.
 
-    template : its words, with {in} (a DNG), {tiff} or {npy} (the codes alone) and {out} in place of files
+    template : words of the command, with {in} (a DNG), {tiff} or {npy} (the codes alone) and {out} in place of files
     """
     check_command(check(template, str, "template"), suffix)
     check_given(frame=frame)

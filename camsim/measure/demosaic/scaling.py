@@ -37,7 +37,7 @@ Places = tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """A fault of a result as a whole: its name and a sentence."""
+    """A fault of a result as a whole: its name, and a sentence about it."""
 
     name: str
     sentence: str
@@ -48,7 +48,7 @@ class Scaled:
     """A result on the truth's scale.
 
     image    : (rows, cols, 3)
-    scale    : its divisor: its value for a perfect diffuser
+    scale    : by what it was divided: its value for a perfect diffuser
     balanced : whether it was white-balanced; otherwise it was also divided by the response to white
     """
 

@@ -34,9 +34,9 @@ Used = npt.NDArray[np.bool_]
 class Subject:
     """A truth and everything needed to evaluate a result against it.
 
-    truth   : (rows, cols, 3) linear light, white-balanced; 1: a perfect diffuser
+    truth   : (rows, cols, 3) linear light, white-balanced; a perfect diffuser is 1
     used    : (rows, cols) mask of photosites used: without border and clipped ones
-    neutral : (3,) response to a perfect diffuser, the largest 1
+    neutral : (3,) response to a perfect diffuser, relative to the largest
     to_xyz  : (3, 3) balanced channels to XYZ under D50
     cfa     : filters of the mosaic, letters from (0, 0) (0, 1) …; None if unknown
     level   : level of a perfect diffuser; 1 is where white clips
@@ -66,7 +66,7 @@ class Subject:
 
 
 def subject_of_capture(capture: Capture, truth_e: F32, *, border: int = BORDER) -> Subject:
-    """Return the subject of a capture; ``truth_e``: its truth (rows, cols, channels) in electrons, as in frames.
+    """Return the subject of a capture with the truth ``truth_e`` (rows, cols, channels) in electrons, as in frames.
 
     Raises UnsupportedError for a camera without the channels R, G and B, or without a colour matrix.
     """
@@ -113,7 +113,7 @@ def subject_of_picture(
 ) -> Subject:
     """Return the subject of any linear picture, with its channels taken as linear sRGB.
 
-    white : its value for a perfect diffuser; None: 1, or for integers the largest of their type
+    white : value of a perfect diffuser in the picture; None: 1, or for integers the largest of their type
 
     Raises UnsupportedError if its numbers contradict this, and for filters other than R, G and B.
     """

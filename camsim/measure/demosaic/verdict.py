@@ -34,8 +34,8 @@ class Verdict:
     ssim, ms_ssim      : of the developed pictures, the mean over channels; ms_ssim NaN below 176 px a side
     delta_e_mean, delta_e_95, zipper, false_colour : see ``Artefacts``
     shift_x_px, shift_y_px : shift of the picture against the truth, right and down
-    identical          : whether it is the truth itself, to the rounding of 32-bit numbers
-    scale              : its value for a perfect diffuser;  balanced: whether it was white-balanced
+    identical          : whether the picture is the truth itself, to the rounding of 32-bit numbers
+    scale              : value of a perfect diffuser in the picture;  balanced: whether it was white-balanced
     faults             : faults of the picture as a whole, by name
     """
 
@@ -72,7 +72,7 @@ def evaluate(found: F32, subject: Subject, *, method: str, scale: float | None =
     """Return the verdict, and the result on the truth's scale.
 
     found : (rows, cols, 3) linear
-    scale : its value for a perfect diffuser, balanced; None: found by comparison, along with faults
+    scale : value of a perfect diffuser in a balanced result; None: found by comparison, and faults are looked for
     """
     check_given(found=found)
     check(subject, Subject, "subject")

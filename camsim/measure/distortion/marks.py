@@ -35,11 +35,11 @@ _CORNER_SHARE = 0.7
 class Marks:
     """Marks of one kind.
 
-    places_um : (n, 2) in the scene
+    places_um : (n, 2) positions of the marks in the scene
     reach_um  : radius within which photosites belong to a mark
     size_um   : radius of a dot; 0 for a corner
-    turn_rad  : of the chart
-    surfaces  : its two surfaces
+    turn_rad  : rotation of the chart
+    surfaces  : the two surfaces of the chart
     """
 
     kind: Kind

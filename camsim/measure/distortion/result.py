@@ -19,8 +19,8 @@ _UNTOLD = 1e-9
 class MarkPlace:
     """One dot or corner in one channel; pixels from the optical axis, right and down.
 
-    x_pixel, y_pixel               : its position in the scene
-    dx_pixel, dy_pixel             : its displacement to the right and down
+    x_pixel, y_pixel               : position of the mark in the scene
+    dx_pixel, dy_pixel             : displacement of the mark to the right and down
     error_pixel                    : standard error of each of the two
     theory_dx_pixel, theory_dy_pixel : dx and dy predicted by the lens of the capture
     """
@@ -46,7 +46,7 @@ class MarkPlace:
 
     @property
     def theory_radial_pixel(self) -> float:
-        """The same by theory."""
+        """The displacement away from the axis that theory predicts."""
         return self._outwards(self.theory_dx_pixel, self.theory_dy_pixel)
 
     def _outwards(self, dx: float, dy: float) -> float:
@@ -60,11 +60,11 @@ class Displacement:
 
     A mark at (x, y) is displaced by shift + (x, y)·(scale − 1 + k1·r² + k2·r⁴), r in half diagonals of the full frame.
 
-    shift_x_pixel, shift_y_pixel : of the whole picture
+    shift_x_pixel, shift_y_pixel : shift of the whole picture
     scale       : 1 if the image has the size of the scene
     k1, k2      : radial distortion; negative: barrel
     largest_distortion : k1·r² + k2·r⁴ at the farthest mark, a fraction of its radius; the sign says which way
-    rms_pixel   : of the residuals of the polynomial
+    rms_pixel   : root mean square residual of the polynomial
     lateral_rms_pixel, lateral_largest_pixel : distance to the same marks in the reference channel; None in that one
     """
 
@@ -81,7 +81,7 @@ class Displacement:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DisplacementError:
-    """Standard errors of the polynomial's figures from its residuals; NaN if the marks do not determine a figure."""
+    """Standard errors of the figures of ``Displacement``, from residuals; NaN where the marks do not determine one."""
 
     shift_x_pixel: float
     shift_y_pixel: float
@@ -95,7 +95,7 @@ class DisplacementError:
 class ChannelDistortion(Displacement):
     """Distortion of one channel.
 
-    standard_error       : of the figures of the polynomial
+    standard_error       : standard errors of the polynomial's figures
     theory               : the same figures of the same marks, predicted by the lens of the capture
     off_theory_rms_pixel : distance of the marks from the predicted positions
     """
@@ -124,7 +124,7 @@ class DistortionReport:
     left_out: tuple[str, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
+        """Return the result as plain values for JSON."""
         return {
             "file": self.file,
             "chart": self.kind,
@@ -137,7 +137,7 @@ class DistortionReport:
 
 
 def half_diagonal_pixel(frame: FullFrame) -> float:
-    """Return the half diagonal, the unit of r."""
+    """Return the half diagonal of the frame in pixels, the unit of the polynomial's r."""
     return 0.5 * math.hypot(frame.rows, frame.cols)
 
 
@@ -148,9 +148,9 @@ def _plain(tree: dict[str, Any]) -> dict[str, Any]:
 
 
 def radial_fit(places: F64, moves: F64, half_diagonal: float) -> tuple[F64, F64, F64]:
-    """Return shift x, shift y, scale − 1, k1, k2 of displacements (n, 2) by least squares, and residuals (n, 2).
+    """Fit shift x, shift y, scale − 1, k1 and k2 to displacements (n, 2) of marks, by least squares.
 
-    Third, their covariance (5, 5) from the residuals; infinite if undetermined.
+    Returned: these five, the residuals (n, 2), and the covariance (5, 5) by these, infinite if undetermined.
     """
     x, y, dx, dy = *places.T, *moves.T
     r2 = (x * x + y * y) / half_diagonal**2

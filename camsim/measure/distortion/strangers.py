@@ -30,7 +30,7 @@ _SMALLEST = 12.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GridDot:
-    """One dot in one channel; pixels of the picture, and its displacement from the projection alone."""
+    """One dot in one channel: its position in pixels, and its displacement from where a projection alone puts it."""
 
     channel: str
     x_pixel: float
@@ -76,7 +76,7 @@ class GridReport:
     channels: tuple[GridChannel, ...]
 
     def as_dict(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
+        """Return the result as plain values for JSON."""
         return {"chart": "dot-grid", **asdict(self)}
 
 

@@ -11,7 +11,7 @@ SURE = 4.0
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """A measured figure and the standard deviation of its estimate; or why there is none.
+    """A measured figure and the standard deviation of its estimate; or the reason why there is no figure.
 
     at_most : upper limit (4 standard errors) if the figure is not significant
     """
@@ -49,7 +49,7 @@ def over(value_dn: float, sigma_dn: float, gain_dn_per_e: Estimate) -> Estimate:
 def root_over(squared_dn2: float, errors_dn2: tuple[float, float], gain_dn_per_e: Estimate) -> Estimate:
     """Return the root of a spatial variance in electrons; an upper limit if the variance is not significantly above 0.
 
-    errors_dn2 : its standard error, and the part of it from temporal noise, the only one without a pattern
+    errors_dn2 : standard error of the variance, and its part due to temporal noise, all of it without a pattern
 
     Near 0 the root of a chance value is not small, and its relative error is not half of the variance's.
 

@@ -19,7 +19,7 @@ _HEAPED, _NOISE_LEFT = 0.05, 0.7
 
 
 def saturation(brightest: Level, gain_dn_per_e: Estimate) -> Estimate:
-    """Return the saturation signal of a channel, for either cause, in electrons."""
+    """Return the saturation signal of a channel in electrons, whether well or converter limits it."""
     if not gain_dn_per_e.measurable:
         return gain_dn_per_e
     photon_dn2 = gain_dn_per_e.value * brightest.signal_dn
@@ -47,7 +47,7 @@ def full_well(brightest: Level, gain_dn_per_e: Estimate) -> Estimate:
 def not_full(
     darks: Sequence[tuple[float, Stack]], brightest: Level, gain_dn_per_e: Estimate
 ) -> list[tuple[float, Stack]]:
-    """Return the darks with hardly any full photosites: the mean of others does not give the charge."""
+    """Return the darks in which hardly any photosite is full; the mean of the others does not give the charge."""
     shortest = darks[0][1]
     if saturation(brightest, gain_dn_per_e).measurable:
         end_dn = brightest.light.mean_dn

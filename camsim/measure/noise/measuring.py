@@ -1,4 +1,4 @@
-"""From flats and darks to figures: stacks of every channel, without its defects."""
+"""The figures of flats and darks, from the stack of every channel without its defective photosites."""
 
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ class PhotonTransfer:
 
 
 def sensitivity_threshold_e(noise_e: float) -> float:
-    """Return the signal that is as large as its own noise, µ² = σ² + µ: EMVA 1288's absolute sensitivity threshold.
+    """Return the signal µ that is as large as its own noise, µ² = σ² + µ: EMVA 1288's absolute sensitivity threshold.
 
     noise_e : temporal noise of the dark, including rounding of codes: √(σ_d² + σ_q²/K²), σ_q² = 1/12 DN²
 

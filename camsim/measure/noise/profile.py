@@ -22,7 +22,7 @@ _STEP = 1e-4
 def expected_of(
     camera: Camera, channel: str, *, iso: float | None = None, temperature_c: float | None = None
 ) -> dict[str, float]:
-    """Return the figures of ``PhotonTransfer`` by sums of a profile's numbers; NaN where it has none.
+    """Return the figures of ``PhotonTransfer`` computed from the camera's parameters; NaN where these give none.
 
     channel : as measured, greens of a Bayer array separate: G1 in the rows of red, G2; G is both
     iso, temperature_c : as the frames were taken

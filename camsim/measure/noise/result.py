@@ -33,7 +33,7 @@ class Spectrogram:
     """Power spectra of fixed patterns (EMVA 1288 R4, 8.5).
 
     frequency_cycles_per_pixel : (n,) of the sensor's pitch
-    rows, cols : (n,) root of the power along rows and along columns, DN; σ everywhere for white noise of σ
+    rows, cols : (n,) root of the power along rows and along columns, DN; white noise of σ gives σ at every frequency
     """
 
     frequency_cycles_per_pixel: F64
@@ -130,6 +130,6 @@ class NoiseReport:
     channels: tuple[ChannelNoise, ...]
 
     def as_dict(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
+        """Return the result as plain values for JSON."""
         head = {name: getattr(self, name) for name in ("source", "rows", "cols", "frames")}
         return {**head, "standard": "EMVA 1288 R4", "channels": [channel.as_dict() for channel in self.channels]}

@@ -175,7 +175,7 @@ def refuse_filters(shots: Shots) -> None:
 
 
 def write_shots(folder: str | Path, frames: Mapping[tuple[Kind, float, float], Sequence[Frame]]) -> None:
-    """Write frames as DNG, or TIFF where that is no array for raw programs, with their index."""
+    """Write frames and their index: as DNG, or as TIFF if raw programs cannot read DNGs of the filter array."""
     from camsim.files.dng_tags import odd_cfa
 
     place = Path(check(folder, FilePath, "folder"))
@@ -236,7 +236,7 @@ def _index(path: Path) -> Iterator[tuple[str, Kind, float, float, int]]:
 
 
 def codes_of(picture: Picture) -> tuple[tuple[str, ...], U8, Codes]:
-    """Return channels, (rows, cols) of their numbers, and the codes of a mosaic."""
+    """Return the channels of a mosaic, the index (rows, cols) of each photosite's channel, and the codes."""
     channels = tuple(dict.fromkeys(plane.name for plane in picture.planes))
     # In the width of the file: programs that sum frames write 32 bits.
     wide = np.result_type(*(plane.samples.dtype for plane in picture.planes))

@@ -43,7 +43,7 @@ class Rounding:
 
     @property
     def dn2(self) -> float:
-        """The variance of rounding; for one frame if the number is unknown."""
+        """The variance of rounding; that of a single frame if the number of summed frames is unknown."""
         return (self.summed or 1) * self.step_dn**2 / 12.0
 
     @property
@@ -52,7 +52,7 @@ class Rounding:
         return 3.0 * self.dn2
 
     def sigma_dn2(self, variance_dn2: float) -> float:
-        """Return the uncertainty of the variance of rounding for frames of such noise if their number is unknown."""
+        """Return the uncertainty of the variance of rounding for frames of a variance; 0 if ``summed`` is known."""
         most = 1.0 if self.summed else max(1.0, variance_dn2 / self.least_dn2)
         return (most - 1.0) * self.dn2 / math.sqrt(3.0)
 
@@ -80,7 +80,7 @@ def step_between_codes_dn(frames: Iterable[Codes]) -> float:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Pattern:
-    """A spatial variance, the standard deviation of its estimate, and the part of the latter from temporal noise."""
+    """A spatial variance, the standard deviation of its estimate, and how much of that is due to temporal noise."""
 
     dn2: float
     sigma_dn2: float
@@ -91,13 +91,14 @@ class Pattern:
 class Stack:
     """Statistics of several equal frames over the photosites of one channel.
 
-    frames : their number
+    frames : number of frames
     mean_dn, mean_sigma_dn : mean code and the standard deviation of its estimate
-    row_sigma_dn : the same estimated from rows, which are many;  excess_dn2: excess of the variance of frames' means
-                   over that: for few frames random, of either sign
+    row_sigma_dn : that standard deviation as estimated from the rows, which are many
+    excess_dn2   : by how much the variance of the frames' means exceeds row_sigma_dn²; random, of either sign, if
+                   frames are few
     variance_dn2, variance_sigma_dn2 : temporal variance of a photosite, and error, without offsets common to a frame
     pattern, fine      : spatial variance of the fixed pattern: total, and without parts smooth over tens of photosites
-    rounding           : of its codes;  coarser_dn2: what it adds beyond that here, if codes are companded
+    rounding           : that of its codes;  coarser_dn2: variance that rounding adds beyond that if codes are companded
     clipped_low        : fraction of codes that are 0, or piled up at the smallest one below 0
     largest_dn, at_end : the largest code, and the fraction of codes piled up there; 0 if they thin out towards it
     """
@@ -128,17 +129,17 @@ class Level:
 
     @property
     def signal_dn(self) -> float:
-        """Mean added by light."""
+        """Mean signal that light adds: the flats' mean less the darks'."""
         return self.light.mean_dn - self.dark.mean_dn
 
     @property
     def signal_sigma_dn(self) -> float:
-        """The standard deviation of its estimate."""
+        """The standard deviation of the estimate of ``signal_dn``."""
         return math.hypot(self.light.mean_sigma_dn, self.dark.mean_sigma_dn)
 
     @property
     def added_dn2(self) -> float:
-        """Temporal variance added by light, without that of non-uniform light scaled by the lamp's drift."""
+        """Temporal variance added by light, less what the lamp's drift adds by scaling a non-uniform light."""
         added_dn2 = self.light.variance_dn2 - self.dark.variance_dn2
         added_dn2 -= self.light.coarser_dn2 - self.dark.coarser_dn2
         if self.signal_dn > SURE * self.signal_sigma_dn:
@@ -148,7 +149,7 @@ class Level:
 
     @property
     def added_sigma_dn2(self) -> float:
-        """The standard deviation of its estimate."""
+        """The standard deviation of the estimate of ``added_dn2``."""
         return math.hypot(self.light.variance_sigma_dn2, self.dark.variance_sigma_dn2)
 
 

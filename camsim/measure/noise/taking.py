@@ -47,10 +47,10 @@ def take_shots(
     """Take flats at 12 levels and darks from 1 ms to 30 s of a window of ``side`` squared photosites.
 
     side   : 32 … 4000
-    frames : of each level, 2 … 1000; two give the noise, more separate fixed patterns from it
+    frames : number at each level, 2 … 1000; two give the noise, more separate fixed patterns from it
     iso    : the sensor's base ISO when None
-    temperature_c : of the sensor; None: the one that its dark current is given for
-    seed   : of the temporal noise; fixed patterns depend on the sensor only
+    temperature_c : temperature of the sensor; None: the one for which its dark current is given
+    seed   : seed of the temporal noise; fixed patterns depend on the sensor only
     """
     taken = frames_of(camera, side=side, frames=frames, iso=iso, temperature_c=temperature_c, seed=seed)
     groups = {key: list(each) for key, each in taken}
@@ -137,5 +137,5 @@ def _bench_camera(camera: Camera, side: int) -> Camera:
 
 
 def even_light(watts: float) -> Light:
-    """Return the light of flats as it falls on the sensor, W/m²."""
+    """Return the light of flats, ``watts`` W/m² on the sensor."""
     return Light("E", irradiance_w_per_m2=watts, at="sensor")

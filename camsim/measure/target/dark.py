@@ -7,11 +7,11 @@ from camsim.measure.picture import Plane
 
 
 def dark_e(plane: Plane, capture: Capture) -> float:
-    """Return the dark charge within a plane's samples, the mean of all photosites."""
+    """Return the dark charge that a plane's samples contain: its mean over all photosites, electrons."""
     return capture.dark_e if plane.holds_dark else 0.0
 
 
 def dark_signal(plane: Plane, capture: Capture) -> float:
-    """Return the same in the unit of the plane: codes, which have a white level, or electrons."""
+    """Return the dark charge in the plane's own unit: codes if it has a white level, else electrons."""
     per_unit = 1.0 if plane.white is None else capture.camera.converter.electrons_per_dn_at(capture.exposure.iso)
     return dark_e(plane, capture) / per_unit

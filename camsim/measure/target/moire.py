@@ -53,9 +53,9 @@ class Ghost:
     """One second centre.
 
     fx_cycles_per_pixel, fy_cycles_per_pixel : the sampling frequency that causes it
-    x_pixel, y_pixel : its position from the centre of the plate
-    contrast  : of its rings, relative to that of the plate's rings in the scene
-    contrast_error : its standard error, from noise and from the residual of the polynomial
+    x_pixel, y_pixel : position relative to the centre of the plate
+    contrast  : contrast of the ghost's rings, relative to that of the plate's rings in the scene
+    contrast_error : standard error of that, from noise and from the residual of the polynomial
     theory    : absolute value of the transfer function at that frequency; NaN if unknown
     """
 
@@ -73,7 +73,7 @@ class Ghost:
 class MoireReport:
     """All ghosts of one picture.
 
-    middle_pixel, rim_pixel : of a plate detected in a picture: (x, y), and its assumed radius
+    middle_pixel, rim_pixel : centre (x, y) and assumed radius of a plate that was detected in a picture
     """
 
     file: str
@@ -86,7 +86,7 @@ class MoireReport:
         return float(np.sqrt(np.mean([g.contrast**2 for g in self.ghosts if g.channel == channel])))
 
     def as_dict(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
+        """Return the result as plain values for JSON."""
         channels = dict.fromkeys(ghost.channel for ghost in self.ghosts)
         return {
             "file": self.file,
@@ -259,7 +259,7 @@ class _Near:
     def contrast(self, phase: float) -> tuple[float, float]:
         """Return the ghost's contrast with its standard error.
 
-        phase : of the rings at the centre, from the lattice; an asymmetric PSF may change it
+        phase : phase of the rings at the centre, by the lattice; an asymmetric PSF may change it
         """
         ghost, covariance, _ = self.rings(phase, _DEGREE)
         if abs(ghost[1]) > _ALIKE * math.sqrt(covariance[1, 1]):

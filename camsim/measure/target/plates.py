@@ -59,7 +59,7 @@ class Rings:
     error: float = math.nan
 
     def about(self, shape: tuple[int, ...], reach: float) -> tuple[F64, F64, F64]:
-        """Return the samples (n, 2) whose frequency is below ``reach``, as (row, col), offset and frequency."""
+        """Return the samples where rings have a frequency below ``reach``: (row, col), offset and frequency of each."""
         across = reach / math.sqrt(abs(float(np.linalg.det(self.growth)))) * _ROUND
         ranges = [
             np.arange(max(math.floor(middle - across), 0), min(math.ceil(middle + across) + 1, size))
@@ -72,7 +72,7 @@ class Rings:
         return places[near], offset[near], frequency[near]
 
     def turn(self, offset: F64) -> F64:
-        """Return the phase relative to that of the centre at offsets (n, 2) from it."""
+        """Return the phase at offsets (n, 2) from the centre, relative to the phase of the centre."""
         turn: F64 = math.pi * np.einsum("ni,ij,nj->n", offset, self.growth, offset)
         return turn
 
@@ -119,7 +119,7 @@ def _found(light: F64) -> Rings | None:
 
 
 def aligned(light: F64, rings: Rings, reach: float) -> Rings:
-    """Return rings shifted to the strongest position within a few samples, if significant there."""
+    """Return the rings moved to where they are strongest within a few samples, if they are significant there."""
     shifts = np.arange(-_ASTRAY, _ASTRAY + 0.25, 0.5)
     places, _, _ = rings.about(light.shape, reach)
     seen = light[places[:, 0], places[:, 1]]
@@ -193,7 +193,7 @@ def _columns(rings: Rings, offset: F64) -> F64:
 
 
 def refined(light: F64, rings: Rings, reach: float, *, growing: bool = True) -> Rings:
-    """Return rings whose centre, phase and growth (``growing``) fit best up to a frequency, with their contrast."""
+    """Return the rings with centre, phase and (``growing``) growth that fit best up to a frequency, and contrast."""
     places, _, _ = rings.about(light.shape, reach)
     seen = light[places[:, 0], places[:, 1]]
     size = reach / math.sqrt(float(np.linalg.det(rings.growth)))

@@ -28,8 +28,8 @@ class TargetMtf:
 
     frequency_cycles_per_pixel : (n,);  mtf, mtf_error: (n,) and its standard error
     mtf50_cycles_per_pixel, mtf50_error : where it falls to 50 %; NaN if it does not within the curve
-    nyquist_cycles_per_pixel   : of the channel's lattice; the sensor's is 0.5
-    theory, theory_mtf50_cycles_per_pixel : of lens, OLPF, photosite and crosstalk; None if unknown
+    nyquist_cycles_per_pixel   : Nyquist frequency of the channel's lattice; the sensor's is 0.5
+    theory, theory_mtf50_cycles_per_pixel : theory of lens, OLPF, photosite and crosstalk; None if unknown
     """
 
     channel: str
@@ -43,7 +43,7 @@ class TargetMtf:
     theory_mtf50_cycles_per_pixel: float | None
 
     def as_dict(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
+        """Return the result as plain values for JSON."""
         tree = {}
         for each in fields(self):
             value = getattr(self, each.name)
@@ -62,7 +62,7 @@ class TargetReport:
     channels: tuple[TargetMtf, ...]
 
     def as_dict(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
+        """Return the result as plain values for JSON."""
         sensor = self.full_frame.in_units(NYQUIST_OF_SENSOR_CYCLES_PER_PIXEL)
         stated = []
         for channel in self.channels:
@@ -74,7 +74,7 @@ class TargetReport:
 
 
 def half_of(frequency: F64, mtf: F64, error: F64) -> tuple[float, float]:
-    """Return where a curve with errors falls to 50 %, and the standard error of that; NaN if it does not.
+    """Return the frequency at which a curve falls to 50 %, and its standard error; NaN if the curve does not.
 
     A parabola through the points within 0.2 of it, weighted by their errors, is more precise than two neighbours.
 
@@ -109,7 +109,7 @@ def half_of(frequency: F64, mtf: F64, error: F64) -> tuple[float, float]:
 
 
 def curve(channel: str, frequency: F64, mtf: F64, error: F64, nyquist: float, theory: F64 | None) -> TargetMtf | None:
-    """Return a channel's curve with its MTF50 and that of the theory; None where noise leaves no point of it."""
+    """Return a channel's curve with its MTF50 and the theory's; None if noise leaves no point of the curve."""
     stated = np.isfinite(mtf) & (error < _MOST_ERROR)
     if not stated.any():
         return None

@@ -95,7 +95,7 @@ def _channel(
 
 
 def surface_contrast(plane: Plane, capture: Capture, dark: Spectrum, light: Spectrum) -> float | None:
-    """Return the contrast of two surfaces in a plane's channel, difference over sum; None if they are equal in it.
+    """Return the contrast of two surfaces in a plane's channel, difference over sum; None if both look equal in it.
 
     Crosstalk is included. The sum contains the common offset: veiling glare, and dark charge if the plane includes
     it.

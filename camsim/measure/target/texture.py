@@ -45,7 +45,7 @@ _HANN_SPREAD = 2.25
 
 
 def measure_texture(picture: Picture, capture: Capture) -> TargetReport:
-    """Measure the transfer of its scene's structure to a picture, in every channel, averaged over directions.
+    """Measure how much of a scene's structure arrives in a picture of it, in every channel, averaged over directions.
 
     Uses the centre of large pictures, 400 photosites per side. The theory is that of a grey texture. Raises
     UnsupportedError for a picture that is small, and where the scene has no structure or noise hides it.
@@ -104,7 +104,7 @@ def _tolerance(capture: Capture) -> float:
 
 
 def sharp(capture: Capture, first: tuple[int, int], size: tuple[int, int]) -> dict[str, Sharp]:
-    """Return the scene by channel, through a blur of 0.12 px and squares of a quarter pixel."""
+    """Return the scene as each channel sees it, blurred by 0.12 px and sampled by squares of a quarter pixel."""
     camera, grid = capture.camera, capture.grid
     frame, pitch_um = grid.frame or (grid.rows, grid.cols), camera.pitch_um / _FINER
     fine = camera.replace(

@@ -24,7 +24,7 @@ class TruthImage:
     """All channels at every photosite, without noise and without a filter array.
 
     image          : (rows, cols, channels) float32
-    channels       : their names, such as ("R", "G", "B") or ("X", "Y", "Z")
+    channels       : names of the channels, such as ("R", "G", "B") or ("X", "Y", "Z")
     space          : see ``SPACES``
     diffuser       : (channels,) values of a perfect diffuser on the optical axis
     error_estimate : the largest error found of the rendering, relative to a perfect diffuser

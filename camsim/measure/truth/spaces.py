@@ -47,7 +47,7 @@ def truth_in(capture: Capture, space: Space, *, progress: Progress | None = None
 
 
 def balanced(electrons: F32, capture: Capture) -> F32:
-    """Return mean electrons (rows, cols, channels) as linear camera channels, white-balanced; 1: white clips.
+    """Return mean electrons (rows, cols, channels) as white-balanced linear channels, scaled so that white clips at 1.
 
     E_k / (g·(W − B)·n_k) with g electrons per DN, W white level, B black level and n the channels' response to a
     perfect diffuser, the largest 1. Codes D minus black level in place of E/g give the same up to noise, dark current
@@ -60,12 +60,12 @@ def balanced(electrons: F32, capture: Capture) -> F32:
 
 
 def full_scale_e(capture: Capture) -> float:
-    """Return the electrons at which white clips."""
+    """Return the electrons at which a white surface clips."""
     return capture.camera.charge_at_e(1.0, capture.exposure.iso)
 
 
 def neutral_of(capture: Capture) -> F64:
-    """Return (channels,) responses to a perfect diffuser, the largest 1."""
+    """Return (channels,) responses to a perfect diffuser, relative to the largest of them."""
     return as_shot_neutral(capture.camera.colour_response(capture.light, capture.colour_matrix))
 
 

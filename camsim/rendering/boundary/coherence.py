@@ -102,7 +102,7 @@ class Waves:
 
     @cached_property
     def different(self) -> F64:
-        """Sets of weights (k, j) of which no two are proportional; the largest of proportional ones suffices."""
+        """Sets of weights (k, j) of which no two are proportional: of proportional sets only the largest is kept."""
         return different(self.shares)
 
     @cached_property

@@ -14,7 +14,7 @@ from camsim.rendering.boundary.smooth import ENDS, LINE, WHOLE, add_weighed, far
 
 
 class World(NamedTuple):
-    """Data that all tiles share."""
+    """The data that all tiles share: edges, tables and settings."""
 
     edges: TabledEdges
     tables: Tables

@@ -1,4 +1,4 @@
-"""Expected cost of a rendering, a pure function of the inputs: no clock, no core count, no history.
+"""Expected cost of a rendering, by the inputs alone: no clock, no number of cores and no history enter.
 
 Seconds are those of one core, summed over all threads: two idle cores take about half as long. The model counts the
 boundary engine's operations (photosites, look-ups of lines, quadrature nodes near ends, sources collected on tiles,
@@ -30,7 +30,7 @@ MOST_ENDS = 512  # ends whose surroundings are counted; larger numbers are thinn
 class Counts:
     """Counts of the boundary engine's operations for one image.
 
-    photosites : of the grid;  near_nodes: quadrature nodes near ends;  looked_up: photosites × nearby lines
+    photosites : those of the grid;  near_nodes: quadrature nodes near ends;  looked_up: photosites × nearby lines
     close      : photosites × edges just beyond the near zone
     collected  : sources × tiles that sum them
     tables     : fields and edge responses

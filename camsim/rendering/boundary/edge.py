@@ -65,7 +65,7 @@ def _flux(
 
 @kernel(forceinline=True)
 def line_at(h: float, e: int, channel: int, edges: TabledEdges, tables: Tables, n: Numbers) -> float:
-    """Contribution of one edge's line, minus its half-way value, at signed distance h."""
+    """Return what the line through one edge contributes at signed distance h, minus the value half-way across it."""
     a = abs(h)
     if a >= n.reach:
         total: float = weigh(far_line(h, across(moments_of(e, edges, n))), tables.far[edges.pair[e], channel])
@@ -80,7 +80,7 @@ def line_at(h: float, e: int, channel: int, edges: TabledEdges, tables: Tables, 
 
 @kernel()
 def edge_at(x: float, y: float, e: int, channel: int, edges: TabledEdges, tables: Tables, n: Numbers) -> float:
-    """Contribution of one edge to one photosite, by the cheapest method that is accurate."""
+    """Return what one edge contributes to one photosite, by the cheapest method that is accurate enough."""
     tx, ty = edges.tx[e], edges.ty[e]
     dx, dy = edges.x[e] - x, edges.y[e] - y
     h = dx * ty - dy * tx

@@ -28,8 +28,8 @@ from camsim.rendering.work import Work
 class BoundaryPlan:
     """A job with a rotationally symmetric lens, and the settings for it.
 
-    pattern   : of the job
-    footprint : of the job
+    pattern   : pattern of the job's lens
+    footprint : footprint of the job's photosite and OLPF
     """
 
     job: Job
@@ -40,7 +40,7 @@ class BoundaryPlan:
 
     @property
     def marks(self) -> Marks:
-        """The radii of the plan."""
+        """The radii at which the plan's methods change."""
         settings = self.settings
         return Marks(
             near=settings.near,
@@ -52,12 +52,12 @@ class BoundaryPlan:
 
     @property
     def fewest(self) -> int:
-        """Smallest number of photosites that are checked."""
+        """The smallest number of photosites that the check recomputes."""
         return FEWEST_CHECKED
 
     @property
     def wavelengths(self) -> int:
-        """Number of wavelength nodes."""
+        """Number of wavelengths at which the optics are computed."""
         return self.nodes.wavelength_nm.size
 
     @cached_property
@@ -68,7 +68,7 @@ class BoundaryPlan:
 
     @cached_property
     def lines(self) -> tuple[I64, F64]:
-        """Index of the edge response of each of the job's edges, and the responses' normals; for cost and image."""
+        """The index of each edge's response, and the normals of all responses; cost and image both use them."""
         settings = self.settings
         return directions(self.job.edges, self.job.grid, settings.near, settings.reach, self.footprint)
 

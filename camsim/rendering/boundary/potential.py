@@ -90,7 +90,7 @@ SCALE = lagrange_scale(ORDER)
 
 @kernel(forceinline=True)
 def at_cell(radial: F64, cell: int, weights: F64) -> float:
-    """Look up an even function, given at 0, 1, 2 …, with the cell and the Lagrange weights within it."""
+    """Interpolate an even function tabulated (``radial``) at 0, 1, 2 …, in a cell whose Lagrange weights are given."""
     value = 0.0
     for m in range(ORDER):
         value += weights[m] * radial[abs(cell + 1 - ORDER // 2 + m)]
@@ -99,7 +99,7 @@ def at_cell(radial: F64, cell: int, weights: F64) -> float:
 
 @kernel(forceinline=True)
 def at_radius(radial: F64, u: float, weights: F64) -> float:
-    """Look up an even function, given at 0, 1, 2 …, at u ≥ 0; ``weights`` is (ORDER,) scratch."""
+    """Interpolate at u ≥ 0 an even function tabulated (``radial``) at 0, 1, 2 …; ``weights`` is (ORDER,) scratch."""
     cell = int(u)
     lagrange_weights(u - cell, ORDER, SCALE, weights)
     return at_cell(radial, cell, weights)

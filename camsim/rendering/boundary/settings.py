@@ -42,7 +42,7 @@ class Settings:
     """Settings of one boundary rendering; lengths in pitches.
 
     near    : an end is integrated within this distance; beyond, its ringing is neglected
-    reach   : a line's response is looked up within this distance, likewise
+    reach   : a line's response is looked up within this distance; beyond, its ringing is neglected
     leaf    : side of the smallest tiles, photosites;  tile_nodes: Chebyshev nodes along any tile
     """
 
@@ -75,7 +75,7 @@ def check_tolerance(tolerance: float, pattern: Pattern, part: float = 1.0) -> No
 
 
 def plan_boundary(job: Job, pattern: Pattern, footprint: Footprint) -> Settings:
-    """Choose the settings; ``pattern``: of the job;  ``footprint``: of the job, or part of it."""
+    """Choose the settings for the job's pattern and for its footprint, or a part of that."""
     check_tolerance(job.tolerance, pattern)
     budget, blur = job.budget, job.blur
     waves = Waves(pattern=pattern, blur=blur, shares=job.shares, footprint=footprint)

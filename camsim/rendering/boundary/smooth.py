@@ -106,7 +106,7 @@ def add_weighed(g: F64, far: F64, sums: F64) -> None:
 
 @kernel(fastmath={"contract"})
 def far_and_negligible(e: int, x0: float, y0: float, x: F64, y: F64, edges: TabledEdges, n: Numbers, quiet: U8) -> None:
-    """Write to ``quiet`` (points) 1 where the far form suffices: ringing is negligible and no line is looked up."""
+    """Write 1 to ``quiet`` (points) where the far form suffices: ringing is negligible and no line is looked up."""
     tx, ty, length = edges.tx[e], edges.ty[e], edges.length[e]
     dx, dy = edges.x[e] - x0, edges.y[e] - y0
     line = n.reach if edges.response[e] >= 0 else n.near

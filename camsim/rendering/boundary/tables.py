@@ -34,7 +34,7 @@ _LEFT_OUT = ~(_OTHERS[:, None] & _OTHERS[None])  # by node and by factor: the no
 def field_tables(pattern: Pattern, blur: F64, weights: F64, footprint: Footprint, *, radius: float, step: float) -> F64:
     """Field V = ∇Φ averaged over the footprint, on a square grid over one quadrant.
 
-    pattern, blur : of the lens; blur is (j,)
+    pattern, blur : pattern of the lens, and its scale (j,) at every wavelength
     weights  : (k, j) weight sets
     footprint : if its spots form no grid, the table is of the rectangle alone, to be looked up at every spot
     radius   : the table covers 0 … radius in x and y (plus the spots' offsets), with a margin for the stencil
@@ -211,7 +211,7 @@ def edge_responses(
     distance: float,
     step: float,
 ) -> F64:
-    """Response across an infinite edge minus its half-way value, as a quintic per cell of ``step``.
+    """Response across an infinite edge, minus the value half-way, as a quintic for each cell of width ``step``.
 
     normals  : (o, 2) unit normals of the edges
     returns  : (o, k, cells, 6): coefficients of (h/step − cell)^0 … ^5 for 0 ≤ h ≤ distance

@@ -42,7 +42,7 @@ def cell_states(start: F64, end: F64, flips: I64, is_cut: np.ndarray) -> None:
 
 
 def cut_nodes(start: F64, end: F64, col: int, row: int, order: int) -> F64:
-    """Return nodes in a cell's square 0 … 1 and weights, together (m, 3), over its visible part.
+    """Return nodes and weights, together (m, 3), over the visible part of a cell, which is a square from 0 to 1.
 
     order : nodes of a rule along a side
     """

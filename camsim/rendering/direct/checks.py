@@ -13,11 +13,11 @@ from camsim.rendering.engine import Plan
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Found:
-    """The worst of the photosites that were checked.
+    """The largest error among the photosites that were checked.
 
     error          : |image − reference| there, relative to the channel's full scale
     row, col       : the photosite
-    photosites     : how many were checked
+    photosites     : number of photosites checked
     standard_error : see ``Plan.standard_error``
     """
 
@@ -29,7 +29,7 @@ class Found:
 
     @classmethod
     def of(cls, plan: Plan, values: F64, right: F64, rows: I64, cols: I64) -> Found:
-        """Compare an image's values at photosites with the reference; not a number counts as an infinite error."""
+        """Compare an image's values at photosites with the reference; NaN counts as an infinite error."""
         difference = np.abs(values - right)
         difference = np.where(np.isnan(difference), np.inf, difference)
         worst = int(np.argmax(difference))
@@ -43,7 +43,7 @@ class Found:
 
 
 class Checks(Protocol):
-    """Recomputes photosites of a rendering."""
+    """Protocol of a check, which recomputes photosites of a rendering."""
 
     def hardest(self, plan: Plan) -> tuple[I64, I64]:
         """Return rows and columns of the photosites to check."""

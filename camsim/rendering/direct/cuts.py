@@ -19,7 +19,7 @@ STEPS = 2  # of Newton's method
 
 
 class Sorted(NamedTuple):
-    """Boxes (n, 4) low x, low y, high x, high y, sorted by low x, and the order (n,) in which they were."""
+    """Boxes (n, 4) low x, low y, high x, high y, sorted by low x, and the original index (n,) of each."""
 
     boxes: F64
     order: I64
@@ -72,7 +72,7 @@ def _pairs(by_x: Sorted, found: I64, one: I64, two: I64) -> int:
 
 @kernel()
 def share_of(o: Outlines, e: int, x: float, y: float, slack: float) -> float:
-    """Return the foot of the perpendicular from a place on a part, as a fraction of it.
+    """Return the foot of the perpendicular from a place to a part, as a fraction of the part's length.
 
     Within ``slack`` before the start of an arc it is slightly negative rather than far above 1.
     """

@@ -32,7 +32,7 @@ NODE_SECONDS, ROW_SECONDS = 3e-8, 1e-6  # of one core: per node, and for a table
 
 
 class DirectCheck:
-    """Recomputes photosites of a job; ``scene``: the whole scene, where the job's lacks its pictures.
+    """Check that recomputes photosites of a job; ``scene``: the whole scene, as the job's may lack the pictures.
 
     The check uses only the inputs of the job (scene, optics, grid, light) and nothing derived from them: it computes
     outlines, painter's order, spectra, wavelengths and PSF independently.

@@ -56,12 +56,12 @@ class Light(NamedTuple):
 class Seen:
     """The visible part of one picture or gradient, on a lattice of cells, pitches.
 
-    shape    : rows and columns of cells;  corner: of the first;  ways: (2, 2) vectors along its two sides
+    shape    : rows and columns of cells;  corner: corner of the first cell;  ways: (2, 2) vectors along its two sides
     cut      : outlines (start, end) of the visible part, in cells; None: all is visible
     values   : function of places (n, 2) in cells, with the row and column (n, 2) of each; returns (planes, n)
     coefficients : (planes, rows, cols) of a picture's splines: cell (r, c) uses those from (r, c) on
-    degree   : of its splines
-    cycles   : of a gradient, largest number per cell
+    degree   : degree of these splines
+    cycles   : largest number of a gradient's cycles per cell
     """
 
     shape: tuple[int, int]
@@ -131,7 +131,7 @@ class Seen:
 
 
 class Fields:
-    """Pictures, gradients and points of a scene; allowed: error of a sum; highest: frequency, cycles/pitch."""
+    """Pictures, gradients and points of a scene; allowed: error of a sum; highest: largest frequency, cycles/pitch."""
 
     def __init__(self, scene: Scene, pitch_um: float, highest: float, allowed: float) -> None:
         self.scene, self.pitch_um, self.highest, self.allowed = scene, pitch_um, highest, allowed
@@ -144,7 +144,7 @@ class Fields:
 
     @property
     def visible(self) -> bool:
-        """Whether any of them is visible."""
+        """Whether any picture, gradient or point is visible."""
         return bool(self.points) or any(seen.cut is None or len(seen.cut[0]) for seen in self.seen)
 
     @cached_property

@@ -38,7 +38,7 @@ COUNT, FEWEST, OF_IMAGE = 8, 3, 0.07  # photosites; the fewest where separate wi
 class FourierCheck:
     """Recomputes photosites of a job.
 
-    scene  : the whole scene;  fields: its pictures, gradients and points
+    scene  : the whole scene;  fields: the pictures, gradients and points in it
     like   : the image's plan, whose sources and wavelengths are reused for many edges, or pictures
     """
 

@@ -1,4 +1,4 @@
-"""Records that the check passes to its kernels, apart since a kernel's cache key covers its module's imports."""
+"""Records that the check passes to its kernels; a module apart, as a kernel's cache key covers its module's imports."""
 
 from __future__ import annotations
 

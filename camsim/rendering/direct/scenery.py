@@ -177,7 +177,7 @@ def _boxes_about_arcs(o: Outlines) -> F64:
 
 
 def boxes_about(boxes: F64, owners: Owners) -> F64:
-    """Return bounds (primitives, 4) of the region that each covers: the intersection of its layers' boxes."""
+    """Return bounds (primitives, 4) of the region that each primitive covers: where the boxes of its layers overlap."""
     part, around = owners.part[owners.fill], np.full((len(owners.layer) - 1, 4), np.inf)
     around[:, 2:] = -np.inf
     of_layer = np.repeat(np.arange(len(part) - 1), np.diff(part))

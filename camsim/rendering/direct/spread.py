@@ -49,7 +49,7 @@ class Spline(NamedTuple):
     along: tuple[float, float]
 
     def transfer(self, fx: F64, fy: F64) -> F64:
-        """Return its transfer at frequencies in cycles/pitch."""
+        """Return the spline's transfer at frequencies in cycles/pitch."""
         x, y = self.along
         both: F64 = (np.sinc(self.step * (x * fx + y * fy)) * np.sinc(self.step * (x * fy - y * fx))) ** (
             self.degree + 1
@@ -58,7 +58,7 @@ class Spline(NamedTuple):
 
     @property
     def extent(self) -> float:
-        """Largest distance of its support from its centre, pitches."""
+        """How far the spline reaches from its centre, pitches."""
         return 0.5 * (self.degree + 1) * self.step * math.sqrt(2.0)
 
 
@@ -72,7 +72,7 @@ def tabled(
     allowed: float,
     spline: Spline | None = None,
 ) -> tuple[Table, F64]:
-    """Return the table, and the weights (n, kinds) of its kinds of light in every signal.
+    """Return the table of the PSF, and the weights (n, kinds) that its kinds of light have in every signal.
 
     density : (n, j) signals at wavelengths (j,)
     until : cutoff radius of ringing, pitches;  allowed: error of a photosite for light of 1

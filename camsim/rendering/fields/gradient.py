@@ -49,8 +49,8 @@ class Sampled(Raster):
 def sampled(gradient: Gradient, cutoff_per_um: float, allowed: float, pitch_um: float) -> Sampled:
     """Return a gradient's samples.
 
-    cutoff_per_um : of the lens at its shortest wavelength;  allowed: error relative to a step from black to white
-    pitch_um      : of the photosites
+    cutoff_per_um : cut-off of the lens at its shortest wavelength;  allowed: error relative to black to white
+    pitch_um      : pitch of the photosites
     """
     step_um = _step_um(gradient, cutoff_per_um, allowed)
     # A whole number of samples per pitch, or of pitches per sample: transforms along rows are FFTs then.

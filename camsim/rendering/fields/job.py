@@ -36,8 +36,8 @@ class FieldJob:
 
     layers        : the visible ones, all points as the last one
     wavelength_nm : (n,);  density: (planes, channels, n) of all layers' planes, relative to full scale
-    tolerance     : their share of the tolerance
-    brighter      : factor by which it was tightened for bright points
+    tolerance     : share of the tolerance for pictures, gradients and points
+    brighter      : factor by which that tolerance was tightened for bright points
     """
 
     layers: tuple[Layer | PointLayer, ...]

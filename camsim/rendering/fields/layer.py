@@ -89,7 +89,7 @@ class Layer:
 
     @property
     def said(self) -> tuple[str, str]:
-        """Text of the explanation, and its reason."""
+        """What ``camsim explain`` says of the layer, and the reason."""
         rows, cols = self.shape
         turned = f", turned by {self.picture.rotate_deg:g}°" if self.picture.rotate_deg % 360.0 else ""
         seen = "all of it seen" if self.outline is None else "what outlines cut of it is integrated"
@@ -126,7 +126,7 @@ class Layer:
         return np.stack([_spline_of(_spline_of(plane).T).T for plane in planes])
 
     def kept(self, turned: bool) -> F64:
-        """Return all coefficients (planes, rows, cols), ``turned`` with rows and columns exchanged."""
+        """Return all coefficients (planes, rows, cols); if ``turned``, with rows and columns exchanged."""
         whole = self.coefficients(range(self.shape[0]), range(self.shape[1]))
         return whole.transpose(0, 2, 1) if turned else whole
 

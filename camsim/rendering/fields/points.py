@@ -61,7 +61,7 @@ class PointLayer:
 
     @property
     def said(self) -> tuple[str, str]:
-        """Text of the explanation, and its reason."""
+        """What ``camsim explain`` says of the layer, and the reason."""
         count, planes = len(self.at), self.planes
         return (
             f"{count} point{'s' if count != 1 else ''} of {planes} colour{'s' if planes != 1 else ''}",
@@ -70,7 +70,7 @@ class PointLayer:
 
     @property
     def strength(self) -> float:
-        """Root of the summed squares of the light per photosite, square pitches: different ones add up at random."""
+        """Root of the sum of squares of each photosite's light, square pitches; errors of several add at random."""
         _, cell = np.unique(np.floor(self.at[:, 0]) + 1j * np.floor(self.at[:, 1]), return_inverse=True)
         return float(np.sqrt(np.sum(np.bincount(cell.ravel(), self.light.sum(axis=0)) ** 2)))
 

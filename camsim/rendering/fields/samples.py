@@ -29,7 +29,7 @@ class Splines(NamedTuple):
     first  : (2,) position of the first sample;  ways: (2, 2) steps along rows and down columns
     light  : (kinds, rows, cols)
     points : (m, 2);  corrections: (kinds, m)
-    step, degree : of the splines
+    step, degree : spacing of the samples, and degree of the splines
     """
 
     first: F64

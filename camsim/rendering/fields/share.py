@@ -9,6 +9,6 @@ OF_EDGES = 0.5  # of the tolerance, for a scene with pictures and edges
 
 
 def edges_share(scene: Scene) -> float:
-    """Return the share of the tolerance for edges: less than 1 only if there are pictures too."""
+    """Return the share of the tolerance that edges get: 1, or less if the scene also has pictures."""
     pictures = sum(isinstance(shape, Field) for shape in scene.shapes)
     return 1.0 if not pictures else OF_EDGES if pictures < len(scene.shapes) else 1.0

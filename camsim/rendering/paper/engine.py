@@ -36,12 +36,12 @@ class PaperPlan:
 
     @property
     def fewest(self) -> int:
-        """Smallest number of photosites that are checked."""
+        """The smallest number of photosites that the check recomputes."""
         return FEWEST_CHECKED
 
     @property
     def wavelengths(self) -> int:
-        """One."""
+        """1: these methods take one wavelength."""
         return 1
 
     @property

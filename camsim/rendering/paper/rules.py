@@ -1,4 +1,4 @@
-"""Methods of a paper, by name, as a reference to which the boundary engine is compared.
+"""The methods of van den Bergh's paper, by name, as a reference to which the boundary engine is compared.
 
 F. van den Bergh, "On the rendering of synthetic images with specific point spread functions". The methods place a fixed
 set of samples of the PSF around every photosite and weight the scene's mean over the footprint at each; ``strips``
@@ -44,7 +44,7 @@ class Rule:
     """The samples of a method for one lens and footprint; lengths in pitches.
 
     places, shares : (m, 2) centres of the footprint's rectangles about a photosite, and (m,) their weights
-    width, height  : of the rectangles
+    width, height  : size of these rectangles
     whiten         : (2, 2) map that gives the Gaussian of ``strips`` σ = 1 in every direction; None for other methods
     random         : whether the samples can be treated as random draws from the PSF
     """
@@ -64,7 +64,7 @@ class Rule:
     def image(
         self, edges: Edges, contrast: F64, background: float, *, origin: tuple[float, float], shape: tuple[int, int]
     ) -> F64:
-        """Render at one wavelength; ``contrast``: (n,) left minus right of edges;  origin: of the first photosite."""
+        """Render at one wavelength; ``contrast``: (n,) left minus right of edges;  origin: first photosite's."""
         image = np.empty(shape)
         if self.whiten is not None:
             whitened = Steps(edges.start @ self.whiten.T, edges.end @ self.whiten.T, contrast)

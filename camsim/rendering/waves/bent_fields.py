@@ -43,7 +43,7 @@ class BentSource(FieldSource):
 
     @cached_property
     def box(self) -> tuple[F64, F64]:
-        """Low and high corners."""
+        """Low and high corner (2,) of the bounding box, pitches."""
         corners = self.layer.corners
         share = np.arange(SIDES)[:, None] / SIDES
         sides = [a + share * (b - a) for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True)]

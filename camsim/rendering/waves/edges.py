@@ -38,12 +38,12 @@ class EdgeSource:
 
     @cached_property
     def box(self) -> tuple[F64, F64]:
-        """Low and high corners."""
+        """Low and high corner (2,) of the bounding box, pitches."""
         return self.edges.box
 
     @property
     def whole(self) -> int:
-        """1: any period will do."""
+        """1: edges put no condition on a lattice's period."""
         return 1
 
     @property

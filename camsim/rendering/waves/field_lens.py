@@ -78,7 +78,7 @@ class VaryingLens:
         return size
 
     def mixed(self, weights: F64, allowed: float) -> tuple[I64, F64]:
-        """Return the kinds that span all others, and the mixtures; as of ``Lens``, but for any transfers."""
+        """Return the kinds that span all others, and their mixtures, as ``Lens.mixed`` does, but for any transfer."""
         flat = weights.reshape(len(weights), -1)
         return spanning(flat, allowed / flat.shape[1])
 
@@ -224,7 +224,7 @@ class _Part:
         return displayed
 
     def seen(self, off: C128) -> F64:
-        """Return a bound on an edge's error from errors of transfers (…, kinds, n, directions): ∫ |T|/πf df."""
+        """Return a bound on an edge's error, ∫ |T|/πf df, from the errors T of transfers (…, kinds, n, directions)."""
         seen: F64 = np.einsum("...nd,nd->...d", np.abs(off), self._edge).max(axis=-1).sum(axis=-1)
         return seen
 

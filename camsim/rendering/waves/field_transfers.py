@@ -63,7 +63,7 @@ class Wavefronts:
         return cls(index, waves.reshape(len(index), len(lenses) * wavelength_nm.size))
 
     def less(self, planes_nm: tuple[float, float], wavelength_nm: F64) -> Wavefronts:
-        """Return them without planes of Zernikes 1 and 2, path differences that all places share."""
+        """Return the wavefronts without planes of Zernikes 1 and 2, the path differences that all places share."""
         places = self.waves.shape[1] // wavelength_nm.size
         waves = self.waves.reshape(len(self.zernike), places, wavelength_nm.size).copy()
         for index, path_nm in zip(PLANES, planes_nm, strict=True):

@@ -38,7 +38,7 @@ BORDER_NODES = 24  # quadrature nodes between two knots of a border spline, plus
 class FieldSource:
     """A picture, a gradient or point sources.
 
-    layer     : its samples with their positions
+    layer     : the samples with their positions
     mixture   : (kinds, planes) mixtures of the planes that are transformed
     cut       : highest frequency of any lattice, cycles/pitch
     precision : relative error of the transforms
@@ -72,7 +72,7 @@ class FieldSource:
 
     @cached_property
     def box(self) -> tuple[F64, F64]:
-        """Low and high corners."""
+        """Low and high corner (2,) of the bounding box, pitches."""
         corners = self.layer.corners
         return corners.min(axis=0), corners.max(axis=0)
 
@@ -257,7 +257,7 @@ class _Along(NamedTuple):
         return numbers % self.whole, np.exp((-2j * np.pi / self.period) * self.place[0] * self.numbers)
 
     def borders(self) -> list[tuple[int, C128]]:
-        """Return the samples at the border, each with the transform of its cut spline minus that of an uncut one."""
+        """Return the samples at the border, each with the transform of its cut spline less that of an uncut spline."""
         frequency = self.frequency
         half = (self.degree + 1) // 2 if self.total else 0
         found = []

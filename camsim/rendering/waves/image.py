@@ -35,7 +35,7 @@ class Source(Protocol):
 
     @property
     def whole(self) -> int:
-        """Pitches of which a lattice's period should be a multiple, for speed."""
+        """A length in pitches; for speed, a lattice's period should be a multiple of it."""
         ...
 
     @property
@@ -44,7 +44,7 @@ class Source(Protocol):
         ...
 
     def transform(self, lattice: Lattice, origin: tuple[float, float]) -> C128 | None:
-        """Return its transform (kinds, n, m) about an origin, at the lattice's j and i = 0 … m − 1; None: no light."""
+        """Return the source's transform (kinds, n, m) about an origin, at a lattice's j and i = 0 …; None: no light."""
         ...
 
 
@@ -261,7 +261,7 @@ def _photosites(total: C128, every: int, periods: tuple[int, int], out: F64) -> 
 
 
 def tiles(shape: tuple[int, int]) -> Iterator[tuple[int, int, int, int]]:
-    """Yield row, column, height and width of tiles of about equal size."""
+    """Yield row, column, height and width of each of some tiles of about equal size."""
     heights, widths = (_parts(length) for length in shape)
     for row, height in heights:
         for col, width in widths:

@@ -69,7 +69,7 @@ class Level:
     every: int = 1
 
     def shares(self, precision: float) -> tuple[F64, float]:
-        """Return this level's share of a frequency, for linear interpolation, and points per cycle/pitch.
+        """Return this level's share at evenly spaced frequencies, to interpolate linearly, and points per cycle/pitch.
 
         The last value holds for all higher frequencies up to ``cut``.
         """

@@ -52,16 +52,16 @@ class LowFrequencies:
 
     @property
     def whole(self) -> int:
-        """That of the source."""
+        """``whole`` of the source."""
         return self.source.whole
 
     @property
     def in_parts(self) -> bool:
-        """That of the source."""
+        """``in_parts`` of the source."""
         return self.source.in_parts
 
     def transform(self, lattice: Lattice, origin: tuple[float, float]) -> C128 | None:
-        """Return its transform; None: no light."""
+        """Return the transform of the source; None: no light."""
         low, high = self.box
         seen = (low - origin >= lattice.low).all() and (high - origin <= lattice.high).all()
         if lattice.cut > self.cut * (1.0 + 1e-9) or not seen or self._size > MOST:

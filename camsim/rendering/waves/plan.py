@@ -85,7 +85,7 @@ class WavesPlan:
 
     @property
     def wavelengths(self) -> int:
-        """Number of wavelength nodes."""
+        """Number of wavelengths at which the optics are computed."""
         return self.nodes.wavelength_nm.size
 
     @cached_property

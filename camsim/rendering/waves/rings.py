@@ -62,7 +62,7 @@ class Rings:
         return distances
 
     def beyond(self, passes: F64, highest: float) -> F64:
-        """Return the largest light at any of the places from all frequencies above each of evenly spaced steps.
+        """Return, for evenly spaced frequencies, the largest light at any place from all frequencies above each.
 
         passes : (steps,) transfer at the steps' midpoints, up to the highest frequency, × light of the largest jump
 
@@ -81,7 +81,7 @@ class Rings:
         return most
 
     def reach(self, blur: F64, light: F64, strength: float, allowed: float) -> float:
-        """Return the distance beyond which the ringing of everything stays within ``allowed``.
+        """Return the distance beyond which the ringing of all edges together stays within ``allowed``.
 
         blur, light : (n,) λN, pitches, and its share of the light;  strength: × (λN/r)²/π³ is a circle's ringing
         """

@@ -167,7 +167,7 @@ class Footprint:
     pitch_um: float
 
     def on(self, lattice: Lattice) -> tuple[C128, C128, C128]:
-        """Return its transfer along x (m,), along y (2n − 1,), and the factor that is not separable, or (0, 0)."""
+        """Return the footprint's transfer along x (m,) and along y (2n − 1,), and its inseparable factor, or (0, 0)."""
         columns = lattice.counts[0]
         fx = np.arange(columns) / (lattice.periods[0] * self.pitch_um)
         fy = np.array(lattice.rows) / (lattice.periods[1] * self.pitch_um)

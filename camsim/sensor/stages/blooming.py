@@ -42,7 +42,7 @@ class Blooming(ElectronicStage):
         validate(self)
 
     def lacks(self, others: Sequence[ElectronicStage]) -> str:
-        """Return a message if there is no full well."""
+        """Return a message if the camera has no full well, above which charge blooms."""
         there = any(isinstance(stage, FullWell) for stage in others)
         return "" if there else "there is no full_well that charge could spill over; give one"
 

@@ -40,7 +40,7 @@ class ColumnNoise(ElectronicStage):
         return _Offsets(self.sigma_e, column_normals(context.serial, context.frame_cols))
 
     def apply(self, electrons: F64, context: Context) -> F64:
-        """Add its offset to each column (the second axis)."""
+        """Add to each column (the second axis) its offset."""
         return self.over(context).apply(electrons, context)
 
     def draws(self, shape: tuple[int, int], context: Context) -> int:

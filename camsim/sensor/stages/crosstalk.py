@@ -56,7 +56,7 @@ class Crosstalk(ElectronicStage):
         return self.spread(electrons)
 
     def spread(self, electrons: F64) -> F64:
-        """Return (rows, cols) mean charge from (rows + 2, cols + 2): the window padded by one photosite."""
+        """Return mean charge (rows, cols) after crosstalk, from the window padded by one photosite on every side."""
         rows, cols = electrons.shape[0] - 2, electrons.shape[1] - 2
         mixed = np.zeros((rows, cols))
         for i, row in enumerate(self.kernel):
@@ -78,7 +78,7 @@ class Crosstalk(ElectronicStage):
         return mixing
 
     def left_of_pattern(self, cfa: Cfa, each_e: F64) -> F64:
-        """Return (channels,) the factor by which crosstalk reduces independent gains (PRNU), in flat light.
+        """Return (channels,) the factor by which crosstalk reduces the spread of gains (PRNU) in flat light.
 
         A photosite holds parts of nine: their means add, and so do their variances. Relative to the mean.
 
@@ -107,7 +107,7 @@ class Crosstalk(ElectronicStage):
 
 
 def senders(cfa: Cfa, one: npt.NDArray[np.bool_]) -> F64:
-    """Return (3, 3, channels): share of each channel among senders to some photosites through kernel[i][j].
+    """Return (3, 3, channels): the share of each channel among the photosites that send to some through kernel[i][j].
 
     one : (rows, cols) mask of these photosites in a period
     """

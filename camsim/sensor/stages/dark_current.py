@@ -44,7 +44,7 @@ class DarkCurrent(ElectronicStage):
         validate(self)
 
     def warming(self, temperature_c: float | None) -> float:
-        """Return the current at a temperature relative to ``e_per_s`` (None: at ``at_c``).
+        """Return the current at a temperature, relative to ``e_per_s``; a temperature of None is ``at_c``.
 
         >>> DarkCurrent(1.0, at_c=20.0, doubling_c=6.0).warming(32.0)
         4.0
@@ -64,5 +64,5 @@ class DarkCurrent(ElectronicStage):
         return electrons + dark_e * gains(self.nonuniformity, context.normals(self.stream, electrons.shape))
 
     def draws(self, shape: tuple[int, int], context: Context) -> int:
-        """Return the number of normals of its pattern; a uniform current has none."""
+        """Return the number of normals that are drawn for the pattern; a uniform current has none."""
         return context.normals_drawn(shape[0]) if self.nonuniformity else 0

@@ -23,7 +23,7 @@ class DarkFrames(ElectronicStage):
 
     codes_dn : (darks, rows, cols) data numbers above their mean, taken at the ISO setting and time of the exposure;
                tiled if the sensor has more photosites
-    source   : the folder that they came from;  sha256: of their codes
+    source   : the folder that they came from;  sha256: hash of their codes
 
     >>> darks = DarkFrames(codes_dn=np.zeros((3, 4, 6)))
     >>> darks.shape
@@ -78,11 +78,11 @@ class DarkFrames(ElectronicStage):
         return dark
 
     def draws(self, shape: tuple[int, int], context: Context) -> int:
-        """Return one number for each block, as each draws the same one."""
+        """Return one number for each block of rows: every block draws the number of the same dark."""
         return -(-shape[0] // 64)
 
     def dark_noise_e(self, electrons_per_dn: float) -> float:
-        """Return a robust standard deviation of a photosite from dark to dark."""
+        """Return by how much a photosite varies from dark to dark: a robust standard deviation."""
         if len(self.codes_dn) < 2:
             return 0.0
         apart = np.abs(self.codes_dn[1] - self.codes_dn[0])

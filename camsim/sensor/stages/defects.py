@@ -26,7 +26,7 @@ class Defects(ElectronicStage):
     """Hot photosites (with more dark current) and dead ones (blind), by share and by list.
 
     hot_fraction  : share of photosites that are hot, drawn from the sensor's serial number
-    hot_e_per_s   : their mean dark current, exponentially distributed (give both or neither)
+    hot_e_per_s   : mean dark current of hot photosites, exponentially distributed (give both or neither)
     dead_fraction : share without response to light
     hot           : (row, col, e_per_s) of the full frame, besides those drawn
     dead          : (row, col) of the full frame, besides those drawn
@@ -88,7 +88,7 @@ class Defects(ElectronicStage):
     ) -> tuple[Places, F64, Places]:
         """Return the hot photosites of a window, their currents in e⁻/s, and the dead ones: rows and columns in it.
 
-        serial     : of the sensor, which determines their places
+        serial     : serial number of the sensor, which determines the places
         origin     : (row, col) of the window's first photosite in the full frame
         frame_cols : width of the full frame
         """

@@ -68,7 +68,7 @@ class FlickerRows(ElectronicStage):
         return 2 * shape[0]
 
     def dark_noise_e(self, electrons_per_dn: float) -> float:
-        """Return its standard deviation."""
+        """Return the standard deviation of the noise, electrons."""
         return self.sigma_e
 
 

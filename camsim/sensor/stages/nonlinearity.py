@@ -130,7 +130,7 @@ Nonlinearity: TypeAlias = PolynomialResponse | ResponseTable
 
 
 def charge_e(bends: Nonlinearity, signal_e: float) -> float:
-    """Return the charge whose response equals a signal.
+    """Return the charge that a non-linear response turns into a given signal.
 
     >>> round(charge_e(PolynomialResponse((-0.02,), scale_e=10_000.0), 4950.0), 9)
     5000.0

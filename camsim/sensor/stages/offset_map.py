@@ -22,7 +22,7 @@ class OffsetMap(ElectronicStage):
 
     offsets : (rows, cols), added to the signal; tiled if the sensor has more photosites
     unit    : "dn": after the gain, equal data numbers at every ISO setting; "electrons": before the gain
-    source  : the file or folder that they came from;  sha256: of the offsets
+    source  : the file or folder that they came from;  sha256: hash of the offsets
 
     >>> OffsetMap(offsets=np.zeros((4, 6)), unit="electrons").shape
     (4, 6)

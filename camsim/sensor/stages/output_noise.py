@@ -45,5 +45,5 @@ class OutputNoise(ElectronicStage):
         return shape[0] * shape[1]
 
     def dark_noise_e(self, electrons_per_dn: float) -> float:
-        """Return its standard deviation referred to electrons."""
+        """Return the standard deviation of the noise in electrons."""
         return self.sigma_dn * electrons_per_dn

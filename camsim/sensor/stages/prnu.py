@@ -38,5 +38,5 @@ class Prnu(ElectronicStage):
         return electrons * gains(self.fraction, context.normals(self.stream, electrons.shape))
 
     def draws(self, shape: tuple[int, int], context: Context) -> int:
-        """Return the number of normals of its pattern."""
+        """Return the number of normals that are drawn for the pattern."""
         return context.normals_drawn(shape[0])

@@ -86,7 +86,7 @@ class ReadNoise(ElectronicStage):
         return shape[0] * shape[1] + (context.normals_drawn(shape[0]) if self.spread else 0)
 
     def dark_noise_e(self, electrons_per_dn: float) -> float:
-        """Return its standard deviation."""
+        """Return the standard deviation of the noise, electrons."""
         return self.sigma_e
 
 

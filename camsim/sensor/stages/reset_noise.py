@@ -38,7 +38,7 @@ class ResetNoise(ElectronicStage):
 
     @classmethod
     def of_capacitance(cls, capacitance_ff: Number, temperature_c: Number = 25.0) -> ResetNoise:
-        """Return the noise of a capacitance, √(kTC)/q (Boltzmann's k and the charge q: exact in the SI).
+        """Return the noise of a capacitance, √(kTC)/q, with Boltzmann's k and the elementary charge q of the SI.
 
         >>> round(ResetNoise.of_capacitance(1.6).sigma_e, 1)
         16.0
@@ -58,5 +58,5 @@ class ResetNoise(ElectronicStage):
         return shape[0] * shape[1]
 
     def dark_noise_e(self, electrons_per_dn: float) -> float:
-        """Return its standard deviation."""
+        """Return the standard deviation of the noise, electrons."""
         return self.sigma_e

@@ -42,5 +42,5 @@ class RowNoise(ElectronicStage):
         return shape[0]
 
     def dark_noise_e(self, electrons_per_dn: float) -> float:
-        """Return its standard deviation."""
+        """Return the standard deviation of the noise, electrons."""
         return self.sigma_e

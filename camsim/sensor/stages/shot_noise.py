@@ -14,7 +14,7 @@ from camsim.sensor.stage import Context, ElectronicStage, Phase
 
 @dataclass(frozen=True, slots=True)
 class ShotNoise(ElectronicStage):
-    """Photons and dark electrons arrive one by one: a Poisson count of the mean charge.
+    """Shot noise of photons and dark electrons, which arrive one by one: a Poisson count of the mean charge.
 
     >>> ShotNoise().phases
     (<Phase.COUNT: 4>,)
@@ -26,7 +26,7 @@ class ShotNoise(ElectronicStage):
     temporal: ClassVar = True
 
     def apply(self, electrons: F64, context: Context) -> F64:
-        """Replace mean charge by a Poisson count, one normal number for each: it increases with the mean.
+        """Replace mean charge by a Poisson count, made from one normal number so that it increases with the mean.
 
         A negative mean (possible within the tolerance of a rendering) counts as zero.
         """

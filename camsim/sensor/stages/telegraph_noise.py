@@ -43,7 +43,7 @@ class TelegraphNoise(ElectronicStage):
         validate(self)
 
     def apply(self, electrons: F64, context: Context) -> F64:
-        """Add or subtract half of its amplitude at each such photosite."""
+        """Add to, or subtract from, each photosite with a trap half of the trap's amplitude."""
         row, col, amplitude_e = self.within((electrons.shape[0], electrons.shape[1]), context)
         up = context.generator(self.stream[1]).random(len(row)) < 0.5
         moved = electrons.copy()
@@ -51,7 +51,7 @@ class TelegraphNoise(ElectronicStage):
         return moved
 
     def within(self, shape: tuple[int, int], context: Context) -> tuple[I64, I64, F64]:
-        """Return rows, columns and amplitudes, electrons, of such photosites within a context."""
+        """Return rows, columns and amplitudes (electrons) of the photosites with a trap within a context."""
         (first_row, first_col), cols = context.first, context.frame_cols
         found = []
         for block in range(first_row // BLOCK_ROWS, (first_row + shape[0] - 1) // BLOCK_ROWS + 1):
@@ -67,5 +67,5 @@ class TelegraphNoise(ElectronicStage):
         return row[inside].astype(np.int64), col[inside].astype(np.int64), amplitude_e[inside]
 
     def dark_noise_e(self, electrons_per_dn: float) -> float:
-        """Return the standard deviation of all photosites: the root of ¼ of the mean square amplitude."""
+        """Return the standard deviation over all photosites: the root of a quarter of the mean square amplitude."""
         return math.sqrt(0.5 * self.fraction) * self.amplitude_e
