@@ -141,9 +141,9 @@ def test_straight_sides_that_are_given_as_curves(segment, method):
     assert curved.error_estimate <= 1e-6
 
 
-@pytest.mark.parametrize("long_nm", [2000.0, 3600.0])
-def test_wavelengths_that_are_in_step_every_quarter(long_nm):
-    """1 : 5 and 1 : 9: at each place of the search for quiet one took the other away; 135 times the tolerance off."""
+def test_wavelengths_that_are_in_step_every_quarter():
+    """1 : 5: at each place of the search for quiet one took the other away; 135 times the tolerance off."""
+    long_nm = 2000.0
 
     def mixed(short, long):
         near = (399.0, 401.0, long_nm - 1.0, long_nm + 1.0)
