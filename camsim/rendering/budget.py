@@ -1,7 +1,7 @@
 """Error budget: every source of error by name, with its share of the tolerance.
 
 An image's error comes from the preparation of the scene and from one engine. The shares of ``SCENE`` and ``BOUNDARY``
-add to 1, and so do those of ``SCENE`` and ``FREQUENCIES`` for each lens, since none has both spikes and distortion.
+add to 1, and those of ``SCENE`` and ``FREQUENCIES`` to at most 1 for each lens: none has both spikes and distortion.
 Shares are large where accuracy is expensive: the cost of ends and lines grows as their share to the power −2/5, all
 other costs as −1/6 or slower.
 """

@@ -225,6 +225,8 @@ def plan_render(
         scale=job.signals.scale,
         tolerance=max((1.0 if share == 1.0 else 1.0 - share) * tolerance, FINEST),
     )
+    # Band and levels are common to edges and fields. Tables and mixtures of fields come on top, at half the tolerance:
+    # the outlines' preparation, also at half, leaves room for them.
     job = dataclasses.replace(job, tolerance=tolerance)
     return choose(method, job, samples, scene=scene, fields=fields if fields.layers else None)
 
