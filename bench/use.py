@@ -79,6 +79,7 @@ def captured(name: str, folder: Path) -> dict[str, Any]:
         if lap == 0:
             found["of_tolerance"] = (report.error_estimate or 0.0) / capture.tolerance
             found["method"] = report.method
+            found["forecast_s"] = capture.plan().cost.seconds
         if found["wall_s"] > LONG_S:
             break
         lens = dataclasses.replace(capture.camera.lens, f_number=1.003 * capture.camera.lens.f_number)
@@ -121,6 +122,7 @@ def stated(line: dict[str, Any], before: dict[str, Any]) -> str:
     parts = [f"{line['name']:22s} {line['wall_s']:8.3f} s {line['cpu_s']:8.3f} CPU s"]
     if "method" in line:
         parts.append(f"{line['peak_mb']:6.0f} MB  {line['of_tolerance']:.2g} of the tolerance  {line['method']}")
+        parts.append(f"forecast {line['forecast_s'] / line['cpu_s']:.2g} of it")
     if "cpu_s" in before:
         parts.append(f"{line['cpu_s'] / before['cpu_s']:.2f} x")
     return "  ".join(parts)
