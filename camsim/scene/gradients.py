@@ -32,27 +32,27 @@ class Gradient(Field):
 
     @property
     def rotate_deg(self) -> float:
-        """Rotation of its axes, clockwise as displayed."""
+        """Rotation of the field's axes, clockwise as displayed."""
         return 0.0
 
     @property
     @abc.abstractmethod
     def half_um(self) -> tuple[float, float]:
-        """Half its extent along its axes."""
+        """Half the extent of the field along its axes."""
 
     @property
     def cycles_per_um(self) -> float:
-        """Its highest local frequency; 0 for polynomials of degree 3 or less."""
+        """The highest local frequency of the field; 0 for polynomials of degree 3 or less."""
         return 0.0
 
     @property
     def smallest_um(self) -> float:
-        """Shortest length scale of other variations."""
+        """The shortest length over which the field varies in other ways than by that frequency."""
         return math.inf
 
     @abc.abstractmethod
     def value(self, x_um: F64, y_um: F64) -> F64:
-        """Return its value at points relative to its centre, along its axes; continued smoothly beyond its rim."""
+        """Return the field at points relative to its centre, along its axes; continued smoothly beyond its rim."""
 
     @property
     def spectra(self) -> tuple[Spectrum, ...]:
@@ -118,7 +118,7 @@ class LinearGradient(Gradient):
 
     @property
     def half_um(self) -> tuple[float, float]:
-        """Half its sides."""
+        """Half the sides of the rectangle."""
         return 0.5 * self.width_um, 0.5 * self.height_um
 
     def value(self, x_um: F64, y_um: F64) -> F64:
@@ -127,7 +127,7 @@ class LinearGradient(Gradient):
         return value
 
     def frame(self, reflectance: Spectrum) -> Shape:
-        """Return its rectangle."""
+        """Return the rectangle of the field, filled with one reflectance."""
         return _rectangle(self, reflectance)
 
 
@@ -160,7 +160,7 @@ class RadialGradient(Gradient):
 
     @property
     def half_um(self) -> tuple[float, float]:
-        """Its radius."""
+        """The radius, along both axes."""
         return self.radius_um, self.radius_um
 
     def value(self, x_um: F64, y_um: F64) -> F64:
@@ -169,7 +169,7 @@ class RadialGradient(Gradient):
         return value
 
     def frame(self, reflectance: Spectrum) -> Shape:
-        """Return its disc."""
+        """Return the disc of the field, filled with one reflectance."""
         return Disc(radius_um=self.radius_um, centre_um=self.centre_um, reflectance=reflectance)
 
 
@@ -177,7 +177,7 @@ class RadialGradient(Gradient):
 class SineGrating(Gradient):
     """A rectangle with a sinusoid along its width, then rotated.
 
-    period_um : of a wave;  phase_deg: of the wave in its centre, 0 is bright
+    period_um : length of a wave;  phase_deg: phase of the wave in the rectangle's centre; at 0 the centre is bright
 
     >>> SineGrating(width_um=80.0, height_um=40.0, period_um=10.0, low=0.1, high=0.7).period_um
     10.0
@@ -212,7 +212,7 @@ class SineGrating(Gradient):
 
     @property
     def half_um(self) -> tuple[float, float]:
-        """Half its sides."""
+        """Half the sides of the rectangle."""
         return 0.5 * self.width_um, 0.5 * self.height_um
 
     @property
@@ -227,7 +227,7 @@ class SineGrating(Gradient):
         return value
 
     def frame(self, reflectance: Spectrum) -> Shape:
-        """Return its rectangle."""
+        """Return the rectangle of the field, filled with one reflectance."""
         return _rectangle(self, reflectance)
 
 
@@ -235,7 +235,8 @@ class SineGrating(Gradient):
 class SineStar(Gradient):
     """A sinusoidal Siemens star: a ring whose reflectance is a sinusoid of the angle.
 
-    cycles : around it;  rotate_deg: of the first bright middle from the right, clockwise as displayed
+    cycles     : number of waves around the star
+    rotate_deg : direction of the first bright middle from the right, clockwise as displayed
 
     >>> SineStar(radius_um=80.0, inner_radius_um=5.0, cycles=36, low=0.1, high=0.7).cycles
     36
@@ -269,17 +270,17 @@ class SineStar(Gradient):
 
     @property
     def half_um(self) -> tuple[float, float]:
-        """Its radius."""
+        """The radius, along both axes."""
         return self.radius_um, self.radius_um
 
     @property
     def cycles_per_um(self) -> float:
-        """The frequency along its inner circle."""
+        """The frequency along the inner circle, the highest of the star."""
         return self.cycles / (2.0 * math.pi * self.inner_radius_um)
 
     @property
     def smallest_um(self) -> float:
-        """Its inner radius: inside, where it is invisible, the waves fade out."""
+        """The inner radius; inside it, where nothing is visible, the waves fade out."""
         return self.inner_radius_um
 
     def value(self, x_um: F64, y_um: F64) -> F64:
@@ -292,7 +293,7 @@ class SineStar(Gradient):
         return value
 
     def frame(self, reflectance: Spectrum) -> Shape:
-        """Return its ring."""
+        """Return the ring of the field, filled with one reflectance."""
         return Ring(
             radius_um=self.radius_um,
             inner_radius_um=self.inner_radius_um,
@@ -303,9 +304,9 @@ class SineStar(Gradient):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SineZonePlate(Gradient):
-    """A disc of circular waves whose frequency rises evenly from 0 in its centre, which is bright.
+    """A disc of circular waves whose frequency rises evenly from 0 in the bright centre.
 
-    finest_period_um : at its rim
+    finest_period_um : length of a wave at the rim
 
     >>> SineZonePlate(radius_um=80.0, finest_period_um=8.0).finest_period_um
     8.0
@@ -334,7 +335,7 @@ class SineZonePlate(Gradient):
 
     @property
     def half_um(self) -> tuple[float, float]:
-        """Its radius."""
+        """The radius, along both axes."""
         return self.radius_um, self.radius_um
 
     @property
@@ -349,7 +350,7 @@ class SineZonePlate(Gradient):
         return value
 
     def frame(self, reflectance: Spectrum) -> Shape:
-        """Return its disc."""
+        """Return the disc of the field, filled with one reflectance."""
         return Disc(radius_um=self.radius_um, centre_um=self.centre_um, reflectance=reflectance)
 
 

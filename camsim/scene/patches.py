@@ -10,7 +10,7 @@ from camsim.core.arrays import F64, I64
 
 
 def pieces_of(start: F64, end: F64, cut: I64) -> tuple[np.ndarray, F64]:
-    """Return the part of each square within the outline, and its area."""
+    """Return the part of each square that lies within the outline, and the area of that part."""
     import shapely
 
     geometry = _geometry(start, end)
@@ -74,7 +74,7 @@ def _taken(following: dict[tuple[float, float], list[int]], here: tuple[float, f
 
 
 def edges_of(pieces: np.ndarray, cut: I64) -> tuple[F64, F64, I64]:
-    """Return the edges of pieces, relative to the centres of their squares, and the piece of each."""
+    """Return the edges of pieces, relative to the centres of their squares, and the piece that each belongs to."""
     import shapely
 
     # In the normal form outer rings run one way and holes the other.

@@ -1,4 +1,4 @@
-"""Parts of rims as straight sides: each with its arc's area, and equal deviations at its ends and its middle.
+"""Parts of rims as straight sides, each with the area of its arc and equal deviations at its ends and its middle.
 
 Sides of one length lie on a circle a little larger than theirs: two radii and a side of it have the sector's area,
 r²·φ/2 = R²·sin(φ)/2. At the ends of a part, a radial step connects the two circles

@@ -15,7 +15,7 @@ CLEAR = 2e-3  # relative to that size: least distance between and within outline
 
 
 def separated(curves: Curves, rule: FillRule) -> tuple[Fill, ...]:
-    """Return closed outlines as simple fills; if some meet, as one fill that is not simple.
+    """Return closed outlines as simple fills; if some of them meet, as a single fill that is not simple.
 
     They stay simple under linear maps and other subdivisions into sides: no two outlines, or parts of one, are so close
     that growing or shrinking a region by ``CLEAR`` changes its topology.

@@ -42,7 +42,7 @@ class SideLimits(NamedTuple):
     textured: bool = False
 
     def side_um(self, radius_um: F64, cut: np.ndarray | bool) -> F64:
-        """Return the longest sides (n,); cut: for outlines that another may cut, or with a varying radius.
+        """Return the longest sides (n,) allowed; cut: for outlines that another may cut, or of varying radius.
 
         Otherwise those of a full circle.
         """
@@ -54,7 +54,7 @@ class SideLimits(NamedTuple):
         return self._at_least_um(side, radius_um)
 
     def end_um(self, radius_um: F64) -> F64:
-        """Return the longest sides (n,) of an open arc; see ``rim_sides``."""
+        """Return the longest sides (n,) allowed on an open arc; see ``rim_sides``."""
         side = np.minimum(self._end_um(360.0, radius_um), self._even_um(radius_um))
         return self._at_least_um(side, radius_um)
 
@@ -74,7 +74,7 @@ class SideLimits(NamedTuple):
 
 
 def validate_sides(total: float) -> None:
-    """Raise for more sides than memory holds."""
+    """Raise if there are more sides than memory holds."""
     if total > MOST_SIDES:
         raise InvalidValueError(
             f"curves of the scene would take {total:.3g} sides at this tolerance; the most is {MOST_SIDES:g}: "

@@ -30,7 +30,7 @@ class Stretches(NamedTuple):
     length_um: F64
 
     def some(self, which: I64 | np.ndarray) -> Stretches:
-        """Return picked ones."""
+        """Return the selected parts."""
         owner, t0, t1, place, radius, length = self
         return Stretches(owner[which], t0[which], t1[which], place[which], radius[which], length[which])
 
@@ -88,14 +88,14 @@ def _angle(a: F64, b: F64) -> F64:
 
 
 def running(owner: I64, amount: F64) -> tuple[F64, F64]:
-    """Return the sum of what comes before each (n,) with the same owner, and of all of each owner's."""
+    """Return, for each amount (n,), the sum of those before it with the same owner, and the owner's total."""
     total: F64 = np.bincount(owner, amount).astype(float)
     start = np.cumsum(amount) - amount
     return start - start[np.searchsorted(owner, owner)], total
 
 
 def gradual(longest_um: F64, found: Stretches) -> F64:
-    """Return lengths (n,) of sides that rise by no more than a part of each stretch along a curve, either way.
+    """Return lengths (n,) of sides that, along a curve in either direction, rise by at most a part of each stretch.
 
     Otherwise a side that starts among short ones could be as long as distant ones and cut off the curve between:
     an error of 0.65 of full scale for a disc of 60 000 photosites.

@@ -27,11 +27,11 @@ def slanted_edges(
 ) -> Iterator[Shape]:
     """Draw squares, each turned about its own centre; ``camsim measure mtf`` finds their edges.
 
-    side_um    : of a square
-    rows, cols : of squares
-    spacing_um : from centre to centre; twice the side when left out
-    angles_deg : of the squares along each row, clockwise as displayed, over and over
-    dark       : reflectances of the squares down each column, over and over
+    side_um    : side of a square
+    rows, cols : number of squares down and across
+    spacing_um : distance from centre to centre; twice the side when left out
+    angles_deg : angles of the squares along each row, clockwise as displayed, repeated as needed
+    dark       : reflectances of the squares down each column, repeated as needed
 
     >>> [shape.rotate_deg for shape in slanted_edges(side_um=100.0, cols=3, angles_deg=[3, 8]).shapes]
     [3.0, 8.0, 3.0]

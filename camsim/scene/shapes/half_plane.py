@@ -25,7 +25,7 @@ class HalfPlane(Shape):
     """Everything on one side of a line, to a distance of 10 km.
 
     through_um  : a point of the line
-    towards_deg : the direction in which it lies, square to the line, clockwise as displayed from the right
+    towards_deg : direction from the line into the half-plane, square to the line, clockwise as displayed from the right
 
     >>> HalfPlane(through_um=(0.0, 0.0), towards_deg=5.0, reflectance=0.05)
     HalfPlane(through_um=(0.0, 0.0), towards_deg=5.0, reflectance=0.05)
@@ -48,7 +48,7 @@ class HalfPlane(Shape):
         validate(self)
 
     def primitives(self) -> Iterator[Primitive]:
-        """Return its outline: a square of which the line is one side."""
+        """Return the outline: a square of which the line is one side."""
         count = int(np.ceil(np.log(REACH_UM / FIRST_UM) / np.log(STEP)))
         away = np.minimum(FIRST_UM * STEP ** np.arange(count + 1), REACH_UM)
         along = np.concatenate([-away[::-1], away])

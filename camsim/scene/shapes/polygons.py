@@ -24,10 +24,10 @@ Sides = Annotated[int, Ge(3), Le(100_000)]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Polygon(Shape):
-    """A simple polygon: its outline does not cross itself; either direction round.
+    """A simple polygon, whose outline does not cross itself; it may run in either direction.
 
     points_um : at least three corners (x, y), µm
-    holes_um  : outlines of holes in it, which neither cross nor leave it
+    holes_um  : outlines of holes in the polygon, which neither cross nor leave it
 
     >>> Polygon(points_um=[(0, 0), (2, 2), (2, 0), (0, 2)], reflectance=0.0)  # doctest: +ELLIPSIS
     Traceback (most recent call last):
@@ -64,11 +64,11 @@ class Polygon(Shape):
 
     @property
     def pieces(self) -> int:
-        """Sides."""
+        """Number of sides."""
         return len(self.points_um) + sum(map(len, self.holes_um))
 
     def primitives(self) -> Iterator[Primitive]:
-        """Return it as one outline with holes."""
+        """Return the polygon as one outline with holes."""
         outlines = [through(np.array(outline, float)) for outline in (self.points_um, *self.holes_um)]
         yield one(joined(outlines), self.reflectance, rule="evenodd", simple=True)
 
@@ -117,7 +117,7 @@ class Rectangle(Shape):
         return corners
 
     def primitives(self) -> Iterator[Primitive]:
-        """Return its outline."""
+        """Return the outline."""
         yield one(through(self.corners_um), self.reflectance, simple=True)
 
 
@@ -125,7 +125,7 @@ class Rectangle(Shape):
 class RegularPolygon(Shape):
     """A polygon of equal sides and angles; its first corner lies to the right of its centre before it is turned.
 
-    radius_um : from the centre to a corner
+    radius_um : distance from the centre to a corner
 
     >>> RegularPolygon(sides=6, radius_um=30.0, reflectance=0.2)
     RegularPolygon(sides=6, radius_um=30.0, centre_um=(0.0, 0.0), rotate_deg=0.0, reflectance=0.2)
@@ -156,20 +156,20 @@ class RegularPolygon(Shape):
 
     @property
     def pieces(self) -> int:
-        """Sides."""
+        """Number of sides."""
         return self.sides
 
     def primitives(self) -> Iterator[Primitive]:
-        """Return its outline."""
+        """Return the outline."""
         corners = _round(np.full(self.sides, self.radius_um), self.rotate_deg)
         yield one(through(np.array(self.centre_um) + corners), self.reflectance, simple=True)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Star(Shape):
-    """A star of ``tips``; the first lies to the right of its centre before it is turned.
+    """A star of ``tips`` tips; the first lies to the right of its centre before it is turned.
 
-    radius_um, inner_radius_um : from the centre to the tips, and to the corners between them
+    radius_um, inner_radius_um : distances from the centre to the tips, and to the corners between them
 
     >>> Star(tips=5, radius_um=30.0, inner_radius_um=12.0, reflectance=0.2)
     Star(tips=5, radius_um=30.0, inner_radius_um=12.0, centre_um=(0.0, 0.0), rotate_deg=0.0, reflectance=0.2)
@@ -202,11 +202,11 @@ class Star(Shape):
 
     @property
     def pieces(self) -> int:
-        """Sides."""
+        """Number of sides."""
         return 2 * self.tips
 
     def primitives(self) -> Iterator[Primitive]:
-        """Return its outline."""
+        """Return the outline."""
         corners = _round(np.tile([self.radius_um, self.inner_radius_um], self.tips), self.rotate_deg)
         yield one(through(np.array(self.centre_um) + corners), self.reflectance, simple=True)
 

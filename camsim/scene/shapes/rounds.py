@@ -42,7 +42,7 @@ class Disc(Shape):
         validate(self)
 
     def primitives(self) -> Iterator[Primitive]:
-        """Return its outline."""
+        """Return the outline."""
         return self.together([self])
 
     @staticmethod
@@ -93,7 +93,7 @@ class Ellipse(Shape):
         validate(self)
 
     def primitives(self) -> Iterator[Primitive]:
-        """Return its outline."""
+        """Return the outline."""
         u, v = turned(np.diag([self.radius_x_um, self.radius_y_um]), self.rotate_deg)
         yield one(around(self.centre_um, u, v), self.reflectance, simple=True)
 
@@ -139,7 +139,7 @@ class Ring(Shape):
 class Sector(Shape):
     """Part of a disc, or of a ring where ``inner_radius_um`` is above 0.
 
-    from_deg, turn_deg : where it begins, clockwise as displayed from the right, and how far it goes on from there
+    from_deg, turn_deg : direction in which it begins, clockwise as displayed from the right, and angle that it spans
 
     >>> Sector(radius_um=30.0, from_deg=0.0, turn_deg=90.0, reflectance=0.2)
     Sector(radius_um=30.0, inner_radius_um=0.0, from_deg=0.0, turn_deg=90.0, centre_um=(0.0, 0.0), reflectance=0.2)
@@ -173,7 +173,7 @@ class Sector(Shape):
         validate_radii(self, self.inner_radius_um, self.radius_um)
 
     def primitives(self) -> Iterator[Primitive]:
-        """Return its outline: forward along the rim, back along the inner one."""
+        """Return the outline: forward along the rim, back along the inner circle."""
         if self.turn_deg == 360.0:
             radii = (self.radius_um, self.inner_radius_um)
             circles = [_circle(self.centre_um, radius) for radius in radii if radius > 0.0]
